@@ -1,0 +1,139 @@
+//! Checks of input values, each naming file, key, value and what was expected.
+
+use nalgebra::{Matrix6, Vector3};
+
+use crate::error::{Error, Result};
+
+/// Version of the machine and study file formats.
+pub const SCHEMA: u32 = 1;
+
+/// The place of a value: a file and a key path in it.
+#[derive(Debug, Clone)]
+pub struct Check {
+    origin: String,
+    path: String,
+}
+
+impl Check {
+    /// The top of the file (or command line) called `origin`.
+    pub fn new(origin: &str) -> Self {
+        Self { origin: origin.into(), path: String::new() }
+    }
+
+    /// The key `key` below this place.
+    pub fn key(&self, key: &str) -> Self {
+        let path = if self.path.is_empty() { key.into() } else { format!("{}.{key}", self.path) };
+        Self { origin: self.origin.clone(), path }
+    }
+
+    /// The top of the same file.
+    pub fn root(&self) -> Self {
+        Self::new(&self.origin)
+    }
+
+    /// The error that this place holds a wrong value.
+    pub fn fail<T>(&self, problem: String) -> Result<T> {
+        Err(Error::Value { file: self.origin.clone(), key: self.path.clone(), problem })
+    }
+
+    /// The file format version.
+    pub fn schema(&self, version: u32) -> Result<()> {
+        if version == SCHEMA {
+            return Ok(());
+        }
+        self.key("schema").fail(format!("this program reads version {SCHEMA}, got {version}"))
+    }
+
+    /// A finite number.
+    pub fn finite_scalar(&self, value: f64) -> Result<f64> {
+        if value.is_finite() { Ok(value) } else { self.fail(format!("must be finite, got {value}")) }
+    }
+
+    /// A finite number above zero.
+    pub fn positive(&self, value: f64) -> Result<f64> {
+        if value.is_finite() && value > 0.0 {
+            return Ok(value);
+        }
+        self.fail(format!("must be greater than 0, got {value}"))
+    }
+
+    /// A finite number above zero, if given.
+    pub fn optional_positive(&self, value: Option<f64>) -> Result<Option<f64>> {
+        value.map(|v| self.positive(v)).transpose()
+    }
+
+    /// Finite components.
+    pub fn finite(&self, value: [f64; 3]) -> Result<Vector3<f64>> {
+        if value.iter().all(|v| v.is_finite()) {
+            return Ok(value.into());
+        }
+        self.fail(format!("components must be finite, got {value:?}"))
+    }
+
+    /// A direction, made a unit vector.
+    pub fn direction(&self, value: [f64; 3]) -> Result<Vector3<f64>> {
+        let v = self.finite(value)?;
+        if v.norm() > 1e-12 { Ok(v.normalize()) } else { self.fail(format!("must not be zero, got {value:?}")) }
+    }
+
+    /// [smallest, largest], scaled by `unit`.
+    pub fn interval(&self, value: Option<[f64; 2]>, unit: f64) -> Result<Option<(f64, f64)>> {
+        match value {
+            None => Ok(None),
+            Some([low, high]) if low.is_finite() && high.is_finite() && low < high => {
+                Ok(Some((low * unit, high * unit)))
+            }
+            Some(pair) => self.fail(format!("must be [smallest, largest], got {pair:?}")),
+        }
+    }
+
+    /// Corners of a box in the right order.
+    pub fn ordered_box(&self, min: Vector3<f64>, max: Vector3<f64>) -> Result<()> {
+        match (0..3).find(|&i| min[i] > max[i]) {
+            None => Ok(()),
+            Some(i) => {
+                let axis = ["x", "y", "z"][i];
+                self.fail(format!("min_mm must not exceed max_mm, but along {axis} {} > {}", min[i], max[i]))
+            }
+        }
+    }
+
+    /// A name of letters, digits, `_` and `-`.
+    pub fn identifier(&self, name: &str) -> Result<()> {
+        let valid = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-');
+        if valid { Ok(()) } else { self.fail(format!("must be letters, digits, _ or -, got \"{name}\"")) }
+    }
+
+    /// A name not used before.
+    pub fn unique<'a>(&self, name: &str, mut others: impl Iterator<Item = &'a str>) -> Result<()> {
+        if others.any(|other| other == name) {
+            return self.fail(format!("\"{name}\" is used twice"));
+        }
+        Ok(())
+    }
+
+    /// A symmetric positive definite 6×6 matrix given by rows.
+    pub fn positive_definite(&self, rows: &[[f64; 6]; 6]) -> Result<Matrix6<f64>> {
+        let matrix = Matrix6::from_fn(|i, j| rows[i][j]);
+        if !matrix.iter().all(|v| v.is_finite()) {
+            return self.fail("entries must be finite".into());
+        }
+        for i in 0..6 {
+            for j in 0..i {
+                let scale = (matrix[(i, i)] * matrix[(j, j)]).abs().sqrt();
+                if (matrix[(i, j)] - matrix[(j, i)]).abs() > 1e-9 * scale {
+                    let problem = format!(
+                        "must be symmetric, but entry ({}, {}) is {} and ({}, {}) is {}",
+                        i + 1, j + 1, matrix[(i, j)], j + 1, i + 1, matrix[(j, i)]
+                    );
+                    return self.fail(problem);
+                }
+            }
+        }
+        let matrix = (matrix + matrix.transpose()) * 0.5;
+        match matrix.cholesky() {
+            Some(_) => Ok(matrix),
+            None => self.fail("must be positive definite".into()),
+        }
+    }
+}

@@ -1,0 +1,185 @@
+//! A chain: an ordered product of elementary motions from the machine base to the platform.
+
+use nalgebra::{SMatrix, Vector3};
+
+use crate::spatial::{Axis, Pose, Twist};
+
+/// Kind of an elementary one-parameter motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Motion {
+    /// Along the axis; parameter in mm, generalised force in N.
+    Prismatic,
+    /// About the axis; parameter in rad, generalised force in N·mm.
+    Revolute,
+}
+
+/// One factor of the product that a chain is.
+#[derive(Debug, Clone, Copy)]
+pub enum Step {
+    /// A rigid transform.
+    Fixed(Pose),
+    /// An elementary motion by `sign` times the value of a chain coordinate.
+    Move {
+        /// Along or about.
+        motion: Motion,
+        /// Local axis.
+        axis: Axis,
+        /// Index of the coordinate among the chain's coordinates.
+        coordinate: usize,
+        /// +1 or −1.
+        sign: f64,
+    },
+}
+
+/// A drive: an actuated joint, elastic about its commanded position.
+#[derive(Debug, Clone)]
+pub struct Drive {
+    /// Name, unique within its chain.
+    pub name: String,
+    /// Prismatic (mm, N) or revolute (rad, N·mm).
+    pub motion: Motion,
+    /// Chain coordinate that holds its deflection θ_a; the joint stands at ρ + θ_a.
+    pub coordinate: usize,
+    /// Stiffness k_act in N/mm or N·mm/rad.
+    pub stiffness: f64,
+    /// Smallest and largest ρ in mm or rad.
+    pub travel: Option<(f64, f64)>,
+    /// Largest force in N, or torque in N·mm, either way.
+    pub force_limit: Option<f64>,
+    /// ρ from which the home configuration is sought, mm or rad.
+    pub home: f64,
+}
+
+/// A passive joint (a parallelogram counts as one).
+#[derive(Debug, Clone)]
+pub struct PassiveJoint {
+    /// Name, unique within its chain.
+    pub name: String,
+    /// Prismatic (mm) or revolute (rad).
+    pub motion: Motion,
+    /// Smallest and largest q in mm or rad.
+    pub limits: Option<(f64, f64)>,
+    /// Stiffness about `neutral` in N/mm or N·mm/rad; 0 for a free joint.
+    pub stiffness: f64,
+    /// q without spring force, mm or rad.
+    pub neutral: f64,
+    /// q from which the home configuration is sought, mm or rad.
+    pub home: f64,
+}
+
+/// Stiffness of a group of virtual joints: `U = ½ θᵀ K θ`.
+#[derive(Debug, Clone)]
+pub struct Spring {
+    /// First virtual coordinate of the group; the group is contiguous.
+    pub start: usize,
+    /// Its stiffness.
+    pub law: SpringLaw,
+}
+
+/// How the stiffness of a group of virtual joints is given.
+#[derive(Debug, Clone)]
+pub enum SpringLaw {
+    /// A drive: one coordinate, N/mm or N·mm/rad.
+    Drive(f64),
+    /// A 6-dof link end, in link axes (N, mm, rad).
+    Link(Box<SMatrix<f64, 6, 6>>),
+    /// A parallelogram: `K(q) = mean + cosine·cos 2q + sine·sin 2q`, five coordinates (N, mm, rad).
+    Parallelogram {
+        /// Chain coordinate of q.
+        passive: usize,
+        /// The matrices of the law, in that order.
+        terms: Box<[SMatrix<f64, 5, 5>; 3]>,
+    },
+}
+
+impl SpringLaw {
+    /// Number of virtual coordinates of the group.
+    pub fn size(&self) -> usize {
+        match self {
+            SpringLaw::Drive(_) => 1,
+            SpringLaw::Link(_) => 6,
+            SpringLaw::Parallelogram { .. } => 5,
+        }
+    }
+}
+
+/// A chain from base to platform.
+///
+/// Its coordinates are the virtual ones θ (drive deflections and link deflections, in order from base to platform)
+/// followed by the passive ones q. The pose of its end is `g(ρ; θ, q) = X_O,end`; the end coincides with P.
+#[derive(Debug, Clone)]
+pub struct Chain {
+    /// Name, unique within the machine.
+    pub name: String,
+    /// Pose of the chain's first frame in O.
+    pub base: Pose,
+    /// The product, from base to platform.
+    pub steps: Vec<Step>,
+    /// Pose of P in the chain's last frame.
+    pub attachment: Pose,
+    /// Number of virtual coordinates.
+    pub virtual_count: usize,
+    /// Springs of the virtual coordinates, covering each once.
+    pub springs: Vec<Spring>,
+    /// Drives, from base to platform.
+    pub drives: Vec<Drive>,
+    /// Passive joints, from base to platform; joint `j` has coordinate `virtual_count + j`.
+    pub passive: Vec<PassiveJoint>,
+}
+
+/// Instantaneous screw of one elementary motion of a chain.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct MoveScrew {
+    /// Twist of the chain's end at its own position, O axes, per unit of the coordinate (sign included).
+    pub twist: Twist,
+    /// Coordinate that drives it.
+    pub coordinate: usize,
+}
+
+impl Chain {
+    /// Number of chain coordinates, virtual and passive.
+    pub fn coordinate_count(&self) -> usize {
+        self.virtual_count + self.passive.len()
+    }
+
+    /// Number of elementary motions.
+    pub fn move_count(&self) -> usize {
+        self.steps.iter().filter(|step| matches!(step, Step::Move { .. })).count()
+    }
+
+    /// Chain coordinate of passive joint `joint`.
+    pub fn passive_coordinate(&self, joint: usize) -> usize {
+        self.virtual_count + joint
+    }
+
+    /// Pose of the chain's end and the screw of each elementary motion.
+    ///
+    /// `values`: one per chain coordinate, drive coordinates with ρ added (mm, rad). `screws`: cleared and refilled in
+    /// chain order.
+    pub fn forward(&self, values: &[f64], screws: &mut Vec<MoveScrew>) -> Pose {
+        screws.clear();
+        let mut pose = self.base;
+        for step in &self.steps {
+            match *step {
+                Step::Fixed(transform) => pose = pose.compose(&transform),
+                Step::Move { motion: Motion::Prismatic, axis, coordinate, sign } => {
+                    let linear = pose.rotation.column(axis.index()) * sign;
+                    screws.push(MoveScrew { twist: Twist { linear, angular: Vector3::zeros() }, coordinate });
+                    pose.translate_along(axis, sign * values[coordinate]);
+                }
+                Step::Move { motion: Motion::Revolute, axis, coordinate, sign } => {
+                    let angular = pose.rotation.column(axis.index()) * sign;
+                    // The lever is completed once the end is known: here −ω × p_joint.
+                    let linear = pose.translation.cross(&angular);
+                    screws.push(MoveScrew { twist: Twist { linear, angular }, coordinate });
+                    pose.rotate_about(axis, sign * values[coordinate]);
+                }
+            }
+        }
+        pose = pose.compose(&self.attachment);
+        for screw in screws.iter_mut() {
+            screw.twist.linear += screw.twist.angular.cross(&pose.translation);
+        }
+        pose
+    }
+}

@@ -1,0 +1,77 @@
+//! Manufacturing and assembly errors: what makes the real machine differ from the nominal one.
+
+use nalgebra::Vector3;
+
+use super::{Chain, Machine, Motion, Step};
+use crate::spatial::{Axis, Pose, Twist};
+
+/// Geometric errors of one chain. Zero by default.
+///
+/// The chain's product becomes `base · E_base · … · T(drive, offset) T(drive, ρ + θ_a) … · E_end · attachment`, where an
+/// error frame is `E = T(translation) · exp(rotation)`.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ChainError {
+    /// Displacement (mm) and rotation vector (rad) of the chain's first frame, in its own axes.
+    pub base: Twist,
+    /// Displacement (mm) and rotation vector (rad) of the chain's last frame, in its own axes.
+    pub end: Twist,
+    /// Zero-point error of each drive in mm or rad: the joint stands at ρ + offset. Missing entries are zero.
+    pub drive_offsets: Vec<f64>,
+}
+
+impl ChainError {
+    /// An assembly error: the chain is turned about the first axis of its base frame by `angle` rad.
+    pub fn turn_about_base_axis(axis: Axis, angle: f64) -> Self {
+        let mut angular = Vector3::zeros();
+        angular[axis.index()] = angle;
+        Self { base: Twist { linear: Vector3::zeros(), angular }, ..Self::default() }
+    }
+
+    /// The same error multiplied by `factor`.
+    pub fn scale(&self, factor: f64) -> Self {
+        let scale = |t: Twist| Twist { linear: t.linear * factor, angular: t.angular * factor };
+        Self {
+            base: scale(self.base),
+            end: scale(self.end),
+            drive_offsets: self.drive_offsets.iter().map(|offset| offset * factor).collect(),
+        }
+    }
+
+    fn apply(&self, chain: &mut Chain) {
+        chain.base = chain.base.compose(&frame_error(self.base));
+        chain.attachment = frame_error(self.end).compose(&chain.attachment);
+        for (drive, &offset) in chain.drives.iter().zip(&self.drive_offsets) {
+            let joint = chain.steps.iter().enumerate().find_map(|(index, step)| match *step {
+                Step::Move { coordinate, axis, .. } if coordinate == drive.coordinate => Some((index, axis)),
+                _ => None,
+            });
+            if let Some((index, axis)) = joint {
+                let mut shift = Pose::identity();
+                match drive.motion {
+                    Motion::Prismatic => shift.translate_along(axis, offset),
+                    Motion::Revolute => shift.rotate_about(axis, offset),
+                }
+                chain.steps.insert(index, Step::Fixed(shift));
+            }
+        }
+    }
+}
+
+fn frame_error(error: Twist) -> Pose {
+    let mut pose = Pose::from_rotation_vector(error.angular);
+    pose.translation = error.linear;
+    pose
+}
+
+impl Machine {
+    /// The real machine: this one with `errors[i]` built into chain `i`; chains without an entry stay nominal.
+    ///
+    /// Its `home`, limits and names stay those of the nominal machine, by which it is commanded.
+    pub fn with_errors(&self, errors: &[ChainError]) -> Machine {
+        let mut real = self.clone();
+        for (chain, error) in real.chains.iter_mut().zip(errors) {
+            error.apply(chain);
+        }
+        real
+    }
+}

@@ -1,0 +1,451 @@
+//! Rigid kinematics of any machine: all chain ends on one platform pose, springs undeflected.
+//!
+//! Unknowns are the drives, the passive joints and the platform pose; equations are the six closure errors of each chain
+//! and what is commanded (task coordinates in the inverse problem, drives in the forward one). They are solved by a damped
+//! least-squares Newton (Levenberg–Marquardt) that follows the straight line from a known configuration, usually home,
+//! in steps short enough to stay on its assembly mode.
+
+use nalgebra::{DMatrix, DVector, Vector3};
+
+use super::{Chain, Coordinate, Machine, Motion, MoveScrew};
+use crate::spatial::{Pose, rotation_exp, rotation_log};
+
+/// A rigid configuration of the machine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Configuration {
+    /// Pose of P in O.
+    pub pose: Pose,
+    /// Coordinates of all drives in machine order, mm or rad.
+    pub drives: Vec<f64>,
+    /// Passive joint coordinates of each chain, mm or rad.
+    pub passive: Vec<Vec<f64>>,
+}
+
+/// Why a target cannot be reached.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Unreachable {
+    /// No configuration closes the chains.
+    #[error("chain {chain} cannot close: gap {gap_mm:.3} mm")]
+    Closure {
+        /// The chain with the largest gap.
+        chain: String,
+        /// Its gap, rotations weighted by the machine's reach.
+        gap_mm: f64,
+    },
+    /// A drive would leave its travel.
+    #[error("drive {drive} of chain {chain} at {value:.3} {unit}, travel {low:.3} to {high:.3} {unit}")]
+    Travel {
+        /// Its chain.
+        chain: String,
+        /// Its name.
+        drive: String,
+        /// Where it would have to stand.
+        value: f64,
+        /// Lower end of the travel.
+        low: f64,
+        /// Upper end of the travel.
+        high: f64,
+        /// `mm` or `deg`.
+        unit: &'static str,
+    },
+    /// A passive joint would leave its limits.
+    #[error("joint {joint} of chain {chain} at {value:.3} {unit}, limits {low:.3} to {high:.3} {unit}")]
+    JointLimit {
+        /// Its chain.
+        chain: String,
+        /// Its name.
+        joint: String,
+        /// Where it would have to stand.
+        value: f64,
+        /// Lower limit.
+        low: f64,
+        /// Upper limit.
+        high: f64,
+        /// `mm` or `deg`.
+        unit: &'static str,
+    },
+}
+
+/// Largest closure error accepted, as a fraction of the machine's reach.
+const CLOSURE_TOLERANCE: f64 = 1e-14;
+/// Closure error down to which the iteration may stall on rounding and still count as solved.
+const CLOSURE_ROUNDING: f64 = 1e-12;
+const MAX_ITERATIONS: usize = 12;
+/// Largest change of a rotation within one continuation step, rad.
+const MAX_STEP_ROTATION: f64 = 0.5;
+const MIN_CONTINUATION_STEP: f64 = 1.0 / 1024.0;
+
+impl Configuration {
+    /// Joint values from which a machine's home is sought.
+    pub(super) fn start(chains: &[Chain], pose: Pose) -> Self {
+        Self {
+            pose,
+            drives: chains.iter().flat_map(|chain| chain.drives.iter().map(|drive| drive.home)).collect(),
+            passive: chains.iter().map(|chain| chain.passive.iter().map(|joint| joint.home).collect()).collect(),
+        }
+    }
+}
+
+/// Value of each coordinate of `chain` for drives `drives` and passive joints `passive`, springs undeflected.
+fn rigid_values(chain: &Chain, drives: &[f64], passive: &[f64], values: &mut Vec<f64>) {
+    values.clear();
+    values.resize(chain.virtual_count, 0.0);
+    for (drive, &rho) in chain.drives.iter().zip(drives) {
+        values[drive.coordinate] = rho;
+    }
+    values.extend_from_slice(passive);
+}
+
+/// Largest distance from P to a chain's base or to a joint axis when the chains stand in their start values, mm.
+pub(super) fn reach(chains: &[Chain], home: &Pose) -> f64 {
+    let start = Configuration::start(chains, *home);
+    let (mut values, mut screws) = (Vec::new(), Vec::new());
+    let mut first_drive = 0;
+    let mut reach: f64 = 1.0;
+    for (chain, passive) in chains.iter().zip(&start.passive) {
+        rigid_values(chain, &start.drives[first_drive..], passive, &mut values);
+        first_drive += chain.drives.len();
+        let end = chain.forward(&values, &mut screws);
+        reach = reach.max((end.translation - chain.base.translation).norm());
+        for screw in &screws {
+            reach = reach.max(screw.twist.linear.norm() * screw.twist.angular.norm());
+        }
+    }
+    reach
+}
+
+/// What is commanded.
+enum Command<'a> {
+    /// The controlled task coordinates of this pose.
+    Task(&'a Pose),
+    /// The drives.
+    Drives(&'a [f64]),
+}
+
+/// The closure equations of a machine, linearised at a configuration.
+struct Closure<'a> {
+    machine: &'a Machine,
+    values: Vec<f64>,
+    screws: Vec<MoveScrew>,
+    jacobian: DMatrix<f64>,
+    residual: DVector<f64>,
+}
+
+impl<'a> Closure<'a> {
+    fn new(machine: &'a Machine) -> Self {
+        Self {
+            machine,
+            values: Vec::new(),
+            screws: Vec::new(),
+            jacobian: DMatrix::zeros(0, 0),
+            residual: DVector::zeros(0),
+        }
+    }
+
+    fn unknown_count(&self) -> usize {
+        6 + self.machine.drive_count() + self.machine.chains.iter().map(|chain| chain.passive.len()).sum::<usize>()
+    }
+
+    /// Residual and Jacobian; all rotations, errors and unknowns alike, are multiplied by the reach and so are in mm.
+    ///
+    /// Unknowns: twist of P (6), drives, passive joints chain by chain.
+    fn linearise(&mut self, at: &Configuration, command: &Command<'_>) {
+        let machine = self.machine;
+        let (m, reach) = (machine.chains.len(), machine.reach);
+        let drive_count = machine.drive_count();
+        let commanded = match command {
+            Command::Task(_) => machine.controls.len(),
+            Command::Drives(_) => drive_count,
+        };
+        let shape = (6 * m + commanded, self.unknown_count());
+        self.jacobian = DMatrix::zeros(shape.0, shape.1);
+        self.residual = DVector::zeros(shape.0);
+        let (mut drive, mut joint) = (6, 6 + drive_count);
+        for (c, chain) in machine.chains.iter().enumerate() {
+            rigid_values(chain, &at.drives[drive - 6..], &at.passive[c], &mut self.values);
+            let end = chain.forward(&self.values, &mut self.screws);
+            let row = 6 * c;
+            let gap = end.translation - at.pose.translation;
+            let turn = rotation_log(&(end.rotation * at.pose.rotation.transpose())) * reach;
+            self.residual.fixed_rows_mut::<3>(row).copy_from(&gap);
+            self.residual.fixed_rows_mut::<3>(row + 3).copy_from(&turn);
+            for i in 0..6 {
+                self.jacobian[(row + i, i)] = -1.0;
+            }
+            for screw in &self.screws {
+                let column = if screw.coordinate >= chain.virtual_count {
+                    joint + screw.coordinate - chain.virtual_count
+                } else if let Some(d) = chain.drives.iter().position(|d| d.coordinate == screw.coordinate) {
+                    drive + d
+                } else {
+                    continue;
+                };
+                let is_revolute = screw.twist.angular != Vector3::zeros();
+                let unit = if is_revolute { 1.0 / reach } else { 1.0 };
+                for i in 0..3 {
+                    self.jacobian[(row + i, column)] += screw.twist.linear[i] * unit;
+                    self.jacobian[(row + 3 + i, column)] += screw.twist.angular[i];
+                }
+            }
+            drive += chain.drives.len();
+            joint += chain.passive.len();
+        }
+        self.command_rows(at, command, 6 * m);
+    }
+
+    fn command_rows(&mut self, at: &Configuration, command: &Command<'_>, first: usize) {
+        match command {
+            Command::Drives(rho) => {
+                for (d, (&wanted, (_, drive))) in rho.iter().zip(self.machine.drives()).enumerate() {
+                    self.residual[first + d] = (at.drives[d] - wanted) * self.unit(drive.motion);
+                    self.jacobian[(first + d, 6 + d)] = 1.0;
+                }
+            }
+            Command::Task(target) => {
+                let turn = rotation_log(&(target.rotation.transpose() * at.pose.rotation));
+                for (row, coordinate) in self.machine.controls.iter().enumerate() {
+                    match *coordinate {
+                        Coordinate::Translation(axis) => {
+                            self.residual[first + row] = at.pose.translation[axis] - target.translation[axis];
+                            self.jacobian[(first + row, axis)] = 1.0;
+                        }
+                        Coordinate::Rotation(axis) => {
+                            self.residual[first + row] = turn[axis] * self.machine.reach;
+                            for i in 0..3 {
+                                self.jacobian[(first + row, 3 + i)] = target.rotation[(i, axis)];
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Damped Newton from `start`; the configuration where it stops, and whether it is a solution close enough to the
+    /// first-order prediction to lie on the same branch.
+    fn newton(&mut self, start: &Configuration, command: &Command<'_>) -> (Configuration, bool) {
+        let reach = self.machine.reach;
+        let mut at = start.clone();
+        let (mut damping, mut best) = (1e-12, f64::INFINITY);
+        let (mut first_step, mut later_steps) = (0.0, 0.0);
+        for iteration in 0..MAX_ITERATIONS {
+            self.linearise(&at, command);
+            let error = self.residual.amax();
+            let stalled = error < CLOSURE_ROUNDING * reach && error > 0.3 * best;
+            if error < CLOSURE_TOLERANCE * reach || stalled {
+                let on_branch = iteration <= 1 || later_steps <= 0.5 * first_step;
+                let accepted = on_branch && self.rotation_change(start, &at) < MAX_STEP_ROTATION;
+                return (at, accepted);
+            }
+            damping = if error < best { (damping * 0.1f64).max(1e-14) } else { (damping * 100.0).max(1e-6) };
+            best = best.min(error);
+            let transposed = self.jacobian.transpose();
+            let mut normal = &transposed * &self.jacobian;
+            let level = damping * normal.diagonal().amax();
+            for i in 0..normal.nrows() {
+                normal[(i, i)] += level;
+            }
+            let Some(factor) = normal.cholesky() else { return (at, false) };
+            let step = factor.solve(&(transposed * -&self.residual));
+            if !step.iter().all(|v| v.is_finite()) {
+                return (at, false);
+            }
+            let length = step.norm();
+            if iteration == 0 { first_step = length } else { later_steps += length }
+            self.advance(&mut at, &step);
+        }
+        (at, false)
+    }
+
+    fn advance(&self, at: &mut Configuration, step: &DVector<f64>) {
+        let translation: Vector3<f64> = step.fixed_rows::<3>(0).into();
+        let rotation: Vector3<f64> = step.fixed_rows::<3>(3).into();
+        at.pose.translation += translation;
+        at.pose.rotation = rotation_exp(rotation / self.machine.reach) * at.pose.rotation;
+        let joints = at.drives.iter_mut().chain(at.passive.iter_mut().flatten());
+        for ((value, motion), step) in joints.zip(self.motions()).zip(step.iter().skip(6)) {
+            *value += step / self.unit(motion);
+        }
+    }
+
+    /// Motion of each drive, then of each passive joint.
+    fn motions(&self) -> impl Iterator<Item = Motion> {
+        let machine = self.machine;
+        let passive = machine.chains.iter().flat_map(|chain| chain.passive.iter().map(|joint| joint.motion));
+        machine.drives().map(|(_, drive)| drive.motion).chain(passive)
+    }
+
+    /// What a joint's coordinate is multiplied by to make it a length.
+    fn unit(&self, motion: Motion) -> f64 {
+        match motion {
+            Motion::Prismatic => 1.0,
+            Motion::Revolute => self.machine.reach,
+        }
+    }
+
+    /// Largest change of a revolute joint, rad.
+    fn rotation_change(&self, from: &Configuration, to: &Configuration) -> f64 {
+        let joints = |c: &'_ Configuration| c.drives.iter().chain(c.passive.iter().flatten()).copied().collect::<Vec<_>>();
+        let changes = joints(from).into_iter().zip(joints(to)).zip(self.motions());
+        changes.filter(|(_, motion)| *motion == Motion::Revolute).fold(0.0, |most, ((a, b), _)| most.max((a - b).abs()))
+    }
+
+    /// The chain that closes worst at `at`, and its gap in mm.
+    fn worst_chain(&mut self, at: &Configuration, command: &Command<'_>) -> Unreachable {
+        self.linearise(at, command);
+        let gaps = self.machine.chains.iter().enumerate().map(|(c, chain)| {
+            let gap = self.residual.rows(6 * c, 6).norm();
+            (chain.name.clone(), gap)
+        });
+        let (chain, gap_mm) = gaps.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default();
+        Unreachable::Closure { chain, gap_mm }
+    }
+}
+
+impl Machine {
+    /// Inverse kinematics: the configuration that puts the controlled task coordinates of P on those of `target`, on the
+    /// assembly mode of home.
+    ///
+    /// # Errors
+    /// [`Unreachable`] if no such configuration is found on the line from home, or if a limit is violated there.
+    pub fn inverse_kinematics(&self, target: &Pose) -> Result<Configuration, Unreachable> {
+        self.inverse_kinematics_from(&self.home, target)
+    }
+
+    /// Inverse kinematics continued from a known configuration `start` instead of home.
+    ///
+    /// # Errors
+    /// As [`Machine::inverse_kinematics`].
+    pub fn inverse_kinematics_from(
+        &self,
+        start: &Configuration,
+        target: &Pose,
+    ) -> Result<Configuration, Unreachable> {
+        let turn = rotation_log(&(start.pose.rotation.transpose() * target.rotation));
+        let shift = target.translation - start.pose.translation;
+        let start_pose = start.pose;
+        let along = move |s: f64| Pose {
+            rotation: start_pose.rotation * rotation_exp(turn * s),
+            translation: start_pose.translation + shift * s,
+        };
+        let reached = self.follow(start, |s, closure, from| {
+            let pose = if s == 1.0 { *target } else { along(s) };
+            closure.newton(from, &Command::Task(&pose))
+        });
+        let configuration = reached.map_err(|(last, mut closure)| {
+            let command = Command::Task(target);
+            let mut nearest = last;
+            for _ in 0..8 {
+                nearest = closure.newton(&nearest, &command).0;
+            }
+            closure.worst_chain(&nearest, &command)
+        })?;
+        self.check_limits(&configuration)?;
+        Ok(configuration)
+    }
+
+    /// Forward kinematics: the configuration with drives at `drives` (mm, rad), on the assembly mode of home.
+    ///
+    /// # Errors
+    /// [`Unreachable::Closure`] if the chains cannot close with these drives.
+    pub fn forward_kinematics(&self, drives: &[f64]) -> Result<Configuration, Unreachable> {
+        let home = &self.home;
+        let reached = self.follow(home, |s, closure, from| {
+            let rho: Vec<f64> = home.drives.iter().zip(drives).map(|(a, b)| a + (b - a) * s).collect();
+            closure.newton(from, &Command::Drives(&rho))
+        });
+        reached.map_err(|(last, mut closure)| closure.worst_chain(&last, &Command::Drives(drives)))
+    }
+
+    /// Follows a one-parameter family of commands from s = 0 (solved by `start`) to s = 1 with adaptive steps.
+    fn follow<'a>(
+        &'a self,
+        start: &Configuration,
+        mut solve: impl FnMut(f64, &mut Closure<'a>, &Configuration) -> (Configuration, bool),
+    ) -> Result<Configuration, (Configuration, Closure<'a>)> {
+        let mut closure = Closure::new(self);
+        let (mut at, mut s, mut step) = (start.clone(), 0.0, 1.0f64);
+        while s < 1.0 {
+            let next = if s + step >= 1.0 { 1.0 } else { s + step };
+            match solve(next, &mut closure, &at) {
+                (solved, true) => {
+                    at = solved;
+                    s = next;
+                    step *= 2.0;
+                }
+                _ if step > MIN_CONTINUATION_STEP => step *= 0.5,
+                _ => return Err((at, closure)),
+            }
+        }
+        Ok(at)
+    }
+
+    /// Closes all chains at the home pose, from the joint values given in the machine file.
+    pub(super) fn assemble_at_home(&self) -> Result<Configuration, Unreachable> {
+        let mut closure = Closure::new(self);
+        let command = Command::Task(&self.home.pose);
+        let mut at = self.home.clone();
+        for _ in 0..20 {
+            let (next, _) = closure.newton(&at, &command);
+            at = next;
+            closure.linearise(&at, &command);
+            if closure.residual.amax() < CLOSURE_ROUNDING * self.reach {
+                self.check_limits(&at)?;
+                return Ok(at);
+            }
+        }
+        Err(closure.worst_chain(&at, &command))
+    }
+
+    /// Travel and joint limits at a configuration.
+    fn check_limits(&self, at: &Configuration) -> Result<(), Unreachable> {
+        for ((c, drive), &rho) in self.drives().zip(&at.drives) {
+            if let Some((low, high)) = drive.travel
+                && !(low..=high).contains(&rho)
+            {
+                let (unit, scale) = user_unit(drive.motion);
+                return Err(Unreachable::Travel {
+                    chain: self.chains[c].name.clone(),
+                    drive: drive.name.clone(),
+                    value: rho * scale,
+                    low: low * scale,
+                    high: high * scale,
+                    unit,
+                });
+            }
+        }
+        for (chain, values) in self.chains.iter().zip(&at.passive) {
+            for (joint, &q) in chain.passive.iter().zip(values) {
+                if let Some((low, high)) = joint.limits
+                    && !(low..=high).contains(&q)
+                {
+                    let (unit, scale) = user_unit(joint.motion);
+                    return Err(Unreachable::JointLimit {
+                        chain: chain.name.clone(),
+                        joint: joint.name.clone(),
+                        value: q * scale,
+                        low: low * scale,
+                        high: high * scale,
+                        unit,
+                    });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Closure Jacobian at `at`: `6m` rows (mm, rad × reach), columns twist of P, drives, passive joints.
+    pub(super) fn closure_jacobian(&self, at: &Configuration) -> DMatrix<f64> {
+        let mut closure = Closure::new(self);
+        closure.linearise(at, &Command::Drives(&at.drives));
+        closure.jacobian.rows(0, 6 * self.chains.len()).into_owned()
+    }
+}
+
+/// Unit in which a joint is shown, and the factor to it.
+fn user_unit(motion: Motion) -> (&'static str, f64) {
+    match motion {
+        Motion::Prismatic => ("mm", 1.0),
+        Motion::Revolute => ("deg", 180.0 / std::f64::consts::PI),
+    }
+}

@@ -1,0 +1,149 @@
+//! What a machine is: chains of joints, elastic links and parallelograms between base and platform, with their limits and
+//! rigid kinematics. Immutable once built; solves nothing elastic.
+//!
+//! A machine is read from a TOML file ([`Machine::from_file`]) or taken from the [`catalogue`]. Manufacturing and assembly
+//! errors make another machine of it ([`Machine::with_errors`]): commands are computed with the nominal one, what happens
+//! is computed with the real one.
+
+pub mod catalogue;
+mod chain;
+mod errors;
+mod kinematics;
+mod mobility;
+mod resolve;
+mod section;
+pub mod spec;
+
+use std::path::Path;
+
+use nalgebra::Vector3;
+
+pub use chain::{Chain, Drive, Motion, MoveScrew, PassiveJoint, Spring, SpringLaw, Step};
+pub use errors::ChainError;
+pub use kinematics::{Configuration, Unreachable};
+pub use mobility::Mobility;
+pub use section::{Material, Section, beam_stiffness, parallelogram_terms};
+
+use crate::{
+    error::{Error, Result},
+    spatial::Pose,
+};
+
+/// A task coordinate that the drives can control.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Coordinate {
+    /// Translation along the axis of O with this index.
+    Translation(usize),
+    /// Rotation about the axis of the commanded platform frame with this index.
+    Rotation(usize),
+}
+
+/// A named location of P, mm.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NamedPoint {
+    /// Its name.
+    pub name: String,
+    /// `p_OP`.
+    pub position: Vector3<f64>,
+}
+
+/// An axis-aligned box of positions of P, mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WorkspaceBox {
+    /// Lower corner.
+    pub min: Vector3<f64>,
+    /// Upper corner.
+    pub max: Vector3<f64>,
+}
+
+/// A machine, checked and assembled at home.
+#[derive(Debug, Clone)]
+pub struct Machine {
+    /// Short name.
+    pub name: String,
+    /// One line: what machine it is.
+    pub title: String,
+    /// Where its numbers come from.
+    pub source: String,
+    /// Chains between base and platform.
+    pub chains: Vec<Chain>,
+    /// Tool tip `p_PT` in platform axes, mm.
+    pub tool_tip: Vector3<f64>,
+    /// Task coordinates the drives control.
+    pub controls: Vec<Coordinate>,
+    /// Nominal workspace of P.
+    pub workspace: WorkspaceBox,
+    /// Named locations of P.
+    pub points: Vec<NamedPoint>,
+    /// The configuration from which all others are reached.
+    pub home: Configuration,
+    /// Largest distance in mm from P to a chain's base or joint axis at home: the length by which rotations and moments are made comparable
+    /// with displacements and forces in residuals and eigenvalues.
+    pub reach: f64,
+}
+
+impl Machine {
+    /// Reads and checks a machine file.
+    pub fn from_file(file: &Path) -> Result<Self> {
+        let text =
+            std::fs::read_to_string(file).map_err(|source| Error::Read { file: file.to_path_buf(), source })?;
+        Self::from_toml(&text, &file.display().to_string())
+    }
+
+    /// Checks a machine given as TOML text; `origin` names it in error messages.
+    pub fn from_toml(text: &str, origin: &str) -> Result<Self> {
+        let spec: spec::MachineSpec = crate::toml_file::parse(text, origin)?;
+        resolve::machine(&spec, origin)
+    }
+
+    /// A built-in machine by name, or the machine of a file by path.
+    pub fn named_or_file(name: &str) -> Result<Self> {
+        match catalogue::find(name) {
+            Some(entry) => Self::from_toml(entry.toml, entry.name),
+            None if Path::new(name).extension().is_some() || Path::new(name).exists() => {
+                Self::from_file(Path::new(name))
+            }
+            None => Err(Error::Argument {
+                argument: "machine".into(),
+                problem: format!(
+                    "no built-in machine \"{name}\" and no such file; built in: {}",
+                    catalogue::names().collect::<Vec<_>>().join(", ")
+                ),
+            }),
+        }
+    }
+
+    /// Drives of all chains in order, with the index of their chain.
+    pub fn drives(&self) -> impl Iterator<Item = (usize, &Drive)> {
+        self.chains.iter().enumerate().flat_map(|(c, chain)| chain.drives.iter().map(move |drive| (c, drive)))
+    }
+
+    /// Number of drives.
+    pub fn drive_count(&self) -> usize {
+        self.chains.iter().map(|chain| chain.drives.len()).sum()
+    }
+
+    /// Name of each drive in tables: the chain's name, followed by the drive's where a chain has several.
+    pub fn drive_labels(&self) -> Vec<String> {
+        let label = |chain: &Chain, drive: &Drive| match chain.drives.len() {
+            1 => chain.name.clone(),
+            _ => format!("{}_{}", chain.name, drive.name),
+        };
+        self.drives().map(|(c, drive)| label(&self.chains[c], drive)).collect()
+    }
+
+    /// Index of the chain called `name`.
+    pub fn chain_index(&self, name: &str) -> Option<usize> {
+        self.chains.iter().position(|chain| chain.name == name)
+    }
+
+    /// Named location, if the machine has one of this name.
+    pub fn point(&self, name: &str) -> Option<&NamedPoint> {
+        self.points.iter().find(|point| point.name == name)
+    }
+
+    /// Pose of P that commands position `position` mm with the platform oriented as at home.
+    pub fn pose_at(&self, position: Vector3<f64>) -> Pose {
+        Pose { rotation: self.home.pose.rotation, translation: position }
+    }
+}

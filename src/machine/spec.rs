@@ -1,0 +1,334 @@
+//! A machine file as written: raw, units in the keys, unknown keys refused. Checked by [`super::resolve`].
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+/// The whole file.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MachineSpec {
+    /// Version of the file format; 1.
+    pub schema: u32,
+    /// Short name, as used in commands and tables.
+    pub name: String,
+    /// One line: what machine it is.
+    pub title: String,
+    /// Where the numbers come from.
+    #[serde(default)]
+    pub source: String,
+    /// The platform and what it is used for.
+    pub platform: PlatformSpec,
+    /// The configuration in which the machine is assembled.
+    #[serde(default)]
+    pub home: HomeSpec,
+    /// The nominal workspace box of P.
+    pub workspace: BoxSpec,
+    /// Named locations of P.
+    #[serde(default)]
+    pub point: Vec<PointSpec>,
+    /// Materials by name.
+    #[serde(default)]
+    pub material: BTreeMap<String, MaterialSpec>,
+    /// Chain designs.
+    pub chain: Vec<ChainSpec>,
+    /// Where chains are mounted; each mount is one chain of the machine.
+    pub mount: Vec<MountSpec>,
+}
+
+/// The moving platform.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlatformSpec {
+    /// `p_PT` in platform axes.
+    pub tool_tip_mm: [f64; 3],
+    /// Task coordinates the drives control.
+    pub controls: Vec<CoordinateSpec>,
+}
+
+/// A task coordinate: a translation of P in O axes or a rotation about the platform's own axes.
+#[derive(Debug, Clone, Copy, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+#[allow(missing_docs)]
+pub enum CoordinateSpec {
+    X,
+    Y,
+    Z,
+    RotationX,
+    RotationY,
+    RotationZ,
+}
+
+/// Pose of P in O at home.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HomeSpec {
+    /// `p_OP`.
+    #[serde(default)]
+    pub position_mm: [f64; 3],
+    /// Roll, pitch, yaw of the platform about the fixed x, y, z axes of O.
+    #[serde(default)]
+    pub rotation_deg: [f64; 3],
+}
+
+/// An axis-aligned box.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BoxSpec {
+    /// Lower corner.
+    pub min_mm: [f64; 3],
+    /// Upper corner.
+    pub max_mm: [f64; 3],
+}
+
+/// A named location.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PointSpec {
+    /// Name, such as Q0.
+    pub name: String,
+    /// Position of P in O.
+    pub position_mm: [f64; 3],
+}
+
+/// Elastic constants.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MaterialSpec {
+    /// E.
+    #[serde(rename = "youngs_modulus_N_per_mm2")]
+    pub youngs_modulus: f64,
+    /// G.
+    #[serde(rename = "shear_modulus_N_per_mm2")]
+    pub shear_modulus: f64,
+}
+
+/// A chain design, mounted once or several times.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ChainSpec {
+    /// Name used by `mount.chain`.
+    pub name: String,
+    /// Elements in order from base to platform.
+    pub elements: Vec<ElementSpec>,
+}
+
+/// One element of a chain: a table with exactly one of these keys.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ElementSpec {
+    /// A rigid transform.
+    Fixed(FixedSpec),
+    /// An actuated slide.
+    PrismaticDrive(PrismaticDriveSpec),
+    /// An actuated hinge.
+    RevoluteDrive(RevoluteDriveSpec),
+    /// A passive slide.
+    PrismaticJoint(PrismaticJointSpec),
+    /// A passive hinge.
+    RevoluteJoint(RevoluteJointSpec),
+    /// An elastic link given as a beam.
+    Beam(BeamSpec),
+    /// An elastic link given by its 6×6 stiffness or compliance.
+    Link(LinkSpec),
+    /// Two parallel bars joined by hinges.
+    Parallelogram(ParallelogramSpec),
+}
+
+/// A rigid transform: the translation, then the rotation.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FixedSpec {
+    /// Translation in the axes before it.
+    #[serde(default)]
+    pub translation_mm: [f64; 3],
+    /// Roll, pitch, yaw about the fixed x, y, z axes before it.
+    #[serde(default)]
+    pub rotation_deg: [f64; 3],
+}
+
+/// A local axis.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[allow(missing_docs)]
+pub enum AxisSpec {
+    X,
+    Y,
+    Z,
+}
+
+/// An actuated slide.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct PrismaticDriveSpec {
+    pub name: String,
+    pub axis: AxisSpec,
+    #[serde(rename = "stiffness_N_per_mm")]
+    pub stiffness: f64,
+    #[serde(default)]
+    pub home_mm: f64,
+    pub travel_mm: Option<[f64; 2]>,
+    #[serde(rename = "force_limit_N")]
+    pub force_limit: Option<f64>,
+}
+
+/// An actuated hinge.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct RevoluteDriveSpec {
+    pub name: String,
+    pub axis: AxisSpec,
+    #[serde(rename = "stiffness_Nmm_per_rad")]
+    pub stiffness: f64,
+    #[serde(default)]
+    pub home_deg: f64,
+    pub travel_deg: Option<[f64; 2]>,
+    #[serde(rename = "torque_limit_Nmm")]
+    pub torque_limit: Option<f64>,
+}
+
+/// A passive slide; without a stiffness it is free.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct PrismaticJointSpec {
+    pub name: String,
+    pub axis: AxisSpec,
+    #[serde(default)]
+    pub home_mm: f64,
+    pub limits_mm: Option<[f64; 2]>,
+    #[serde(rename = "stiffness_N_per_mm")]
+    pub stiffness: Option<f64>,
+    #[serde(default)]
+    pub neutral_mm: f64,
+}
+
+/// A passive hinge; without a stiffness it is free.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct RevoluteJointSpec {
+    pub name: String,
+    pub axis: AxisSpec,
+    #[serde(default)]
+    pub home_deg: f64,
+    pub limits_deg: Option<[f64; 2]>,
+    #[serde(rename = "stiffness_Nmm_per_rad")]
+    pub stiffness: Option<f64>,
+    #[serde(default)]
+    pub neutral_deg: f64,
+}
+
+/// A uniform beam along local x; its end carries a 6-dof spring.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BeamSpec {
+    /// Elastic length.
+    pub length_mm: f64,
+    /// How far the frame moves along local x before the spring; the elastic length if not given.
+    pub advance_mm: Option<f64>,
+    /// Cross-section.
+    pub section: SectionSpec,
+    /// Name of a material.
+    pub material: String,
+}
+
+/// A link whose stiffness comes from FEA or measurement; exactly one of the two matrices.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LinkSpec {
+    /// How far the frame moves along local x before the spring.
+    pub advance_mm: f64,
+    /// 6×6 stiffness of the link's end in link axes, translations before rotations.
+    #[serde(rename = "stiffness_N_mm_rad")]
+    pub stiffness: Option<[[f64; 6]; 6]>,
+    /// 6×6 compliance of the link's end in link axes, translations before rotations.
+    #[serde(rename = "compliance_mm_rad_N")]
+    pub compliance: Option<[[f64; 6]; 6]>,
+}
+
+/// A parallelogram in its local x–y plane; x along the bars at q = 0, y along the short link.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct ParallelogramSpec {
+    pub name: String,
+    pub length_mm: f64,
+    pub width_mm: f64,
+    pub bar_section: SectionSpec,
+    pub material: String,
+    #[serde(default)]
+    pub home_deg: f64,
+    pub limits_deg: Option<[f64; 2]>,
+}
+
+/// A cross-section: a table with exactly one of these keys.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SectionSpec {
+    /// Solid rectangle.
+    Rectangle(RectangleSpec),
+    /// Solid circle.
+    Round(RoundSpec),
+    /// Circular tube.
+    Tube(TubeSpec),
+}
+
+/// Width along local y, height along local z.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct RectangleSpec {
+    pub width_mm: f64,
+    pub height_mm: f64,
+}
+
+/// Solid circle.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct RoundSpec {
+    pub diameter_mm: f64,
+}
+
+/// Circular tube.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct TubeSpec {
+    pub outer_diameter_mm: f64,
+    pub inner_diameter_mm: f64,
+}
+
+/// One chain of the machine: a design, where it starts and where it holds the platform.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MountSpec {
+    /// Name of this chain in tables.
+    pub name: String,
+    /// Name of the design.
+    pub chain: String,
+    /// Pose of the chain's first frame in O.
+    #[serde(default)]
+    pub base: FrameSpec,
+    /// Pose of the chain's last frame in P.
+    #[serde(default)]
+    pub platform: FrameSpec,
+}
+
+/// A frame: position, and either two axes or roll, pitch, yaw.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FrameSpec {
+    /// Origin.
+    #[serde(default)]
+    pub position_mm: [f64; 3],
+    /// Direction of the frame's x axis; needs `y_axis`.
+    pub x_axis: Option<[f64; 3]>,
+    /// Direction of the frame's y axis; needs `x_axis`.
+    pub y_axis: Option<[f64; 3]>,
+    /// Roll, pitch, yaw about the fixed x, y, z axes.
+    pub rotation_deg: Option<[f64; 3]>,
+}

@@ -1,0 +1,81 @@
+//! Groove milling: the cutting force as a function of the tool's angle of engagement.
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use crate::spatial::Wrench;
+
+/// How eq. (17) turns radial and tangential force into the workpiece plane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum ForceLaw {
+    /// As printed: `F_x = F_r cos φ + F_t sin φ`, `F_y = F_r sin φ + F_t cos φ`. Not a rotation: with 215 N and −10 N the
+    /// in-plane force varies between 205 N and 225 N.
+    #[default]
+    Printed,
+    /// A rotation: `F_x = F_r cos φ − F_t sin φ`, `F_y = F_r sin φ + F_t cos φ`.
+    Rotated,
+}
+
+/// Cutting force of groove milling in the xy-plane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MillingForce {
+    /// Radial force F_r, N.
+    pub radial: f64,
+    /// Tangential force F_t, N.
+    pub tangential: f64,
+    /// Force along the tool axis F_z, N.
+    pub axial: f64,
+    /// How the forces are turned by φ.
+    pub law: ForceLaw,
+}
+
+impl MillingForce {
+    /// The paper's groove: F_r = 215 N, F_t = −10 N, F_z = −25 N, eq. (17) as printed.
+    pub const PAPER: Self = Self { radial: 215.0, tangential: -10.0, axial: -25.0, law: ForceLaw::Printed };
+
+    /// Force on the tool tip at angle `phi` rad, O axes, N; eq. (17).
+    pub fn force(&self, phi: f64) -> Vector3<f64> {
+        let (sin, cos) = phi.sin_cos();
+        let sign = match self.law {
+            ForceLaw::Printed => 1.0,
+            ForceLaw::Rotated => -1.0,
+        };
+        Vector3::new(
+            self.radial * cos + sign * self.tangential * sin,
+            self.radial * sin + self.tangential * cos,
+            self.axial,
+        )
+    }
+
+    /// Wrench at P of the force on a tool tip at `tool_tip` mm from P (O axes), eq. (16): a dead load.
+    pub fn wrench(&self, phi: f64, tool_tip: Vector3<f64>) -> Wrench {
+        let force = self.force(phi);
+        Wrench { force, moment: tool_tip.cross(&force) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn moment_is_the_one_of_eq_16() {
+        let wrench = MillingForce::PAPER.wrench(0.7, Vector3::new(0.0, 0.0, 100.0));
+        let f = wrench.force;
+        assert!((wrench.moment - Vector3::new(-f.y * 100.0, f.x * 100.0, 0.0)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn printed_law_varies_and_rotated_law_does_not() {
+        let in_plane = |law: ForceLaw, degrees: f64| {
+            let f = MillingForce { law, ..MillingForce::PAPER }.force(degrees.to_radians());
+            f.x.hypot(f.y)
+        };
+        assert!((in_plane(ForceLaw::Printed, 45.0) - 205.0).abs() < 1e-9);
+        assert!((in_plane(ForceLaw::Printed, 135.0) - 225.0).abs() < 1e-9);
+        for degrees in [0.0, 45.0, 135.0] {
+            assert!((in_plane(ForceLaw::Rotated, degrees) - 215f64.hypot(10.0)).abs() < 1e-9);
+        }
+    }
+}

@@ -1,0 +1,5 @@
+//! What is cut: cutting forces.
+
+mod milling;
+
+pub use milling::{ForceLaw, MillingForce};

@@ -1,0 +1,12 @@
+//! Poses, twists, wrenches and their transport. Pure algebra; knows no machine.
+//!
+//! Notation is Drake's monogram notation: `X_AB` is the pose of frame B in frame A, `p_AB_C` the position of B's origin
+//! from A's origin expressed in C, `R_AB` a rotation matrix. A [`Twist`] is the velocity of a point together with the
+//! angular velocity, a [`Wrench`] the force and the moment about the same point, both in the same axes, so that
+//! `power = wrench · twist`.
+
+mod pose;
+mod screw;
+
+pub use pose::{Axis, Pose, rotation_exp, rotation_log};
+pub use screw::{Twist, Wrench, skew};

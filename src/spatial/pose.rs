@@ -1,0 +1,174 @@
+//! Rigid poses and finite rotations.
+
+use nalgebra::{Matrix3, Vector3};
+
+/// A coordinate axis of a local frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Axis {
+    /// First axis.
+    X,
+    /// Second axis.
+    Y,
+    /// Third axis.
+    Z,
+}
+
+impl Axis {
+    /// Position of the axis in a 3-vector: 0, 1 or 2.
+    pub const fn index(self) -> usize {
+        match self {
+            Axis::X => 0,
+            Axis::Y => 1,
+            Axis::Z => 2,
+        }
+    }
+}
+
+/// Pose `X_AB` of a frame B in a frame A: `p_A = rotation · p_B + translation`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pose {
+    /// `R_AB`, orthonormal.
+    pub rotation: Matrix3<f64>,
+    /// `p_AB_A` in mm.
+    pub translation: Vector3<f64>,
+}
+
+impl Pose {
+    /// The pose of a frame in itself.
+    pub fn identity() -> Self {
+        Self { rotation: Matrix3::identity(), translation: Vector3::zeros() }
+    }
+
+    /// A pure translation, mm.
+    pub fn from_translation(translation: Vector3<f64>) -> Self {
+        Self { rotation: Matrix3::identity(), translation }
+    }
+
+    /// A pure rotation given by its rotation vector (axis × angle), rad.
+    pub fn from_rotation_vector(rotation_vector: Vector3<f64>) -> Self {
+        Self { rotation: rotation_exp(rotation_vector), translation: Vector3::zeros() }
+    }
+
+    /// Rotation given by roll, pitch and yaw in rad about the fixed x, y and z axes, in this order:
+    /// `R = Rz(yaw) · Ry(pitch) · Rx(roll)`.
+    pub fn from_roll_pitch_yaw(angles: Vector3<f64>) -> Self {
+        let about = |axis: Axis| {
+            let mut v = Vector3::zeros();
+            v[axis.index()] = angles[axis.index()];
+            rotation_exp(v)
+        };
+        Self { rotation: about(Axis::Z) * about(Axis::Y) * about(Axis::X), translation: Vector3::zeros() }
+    }
+
+    /// `X_AC = X_AB · X_BC`.
+    pub fn compose(&self, b_to_c: &Pose) -> Pose {
+        Pose {
+            rotation: self.rotation * b_to_c.rotation,
+            translation: self.translation + self.rotation * b_to_c.translation,
+        }
+    }
+
+    /// `X_BA` from `X_AB`.
+    pub fn inverse(&self) -> Pose {
+        let rotation = self.rotation.transpose();
+        Pose { rotation, translation: -(rotation * self.translation) }
+    }
+
+    /// Position in A of a point given in B, mm.
+    pub fn transform(&self, p_b: Vector3<f64>) -> Vector3<f64> {
+        self.rotation * p_b + self.translation
+    }
+
+    /// Moves the frame along its local `axis` by `distance` mm: `X · T(axis, distance)`.
+    #[inline]
+    pub fn translate_along(&mut self, axis: Axis, distance: f64) {
+        self.translation += self.rotation.column(axis.index()) * distance;
+    }
+
+    /// Turns the frame about its local `axis` by `angle` rad: `X · R(axis, angle)`.
+    #[inline]
+    pub fn rotate_about(&mut self, axis: Axis, angle: f64) {
+        let (sin, cos) = angle.sin_cos();
+        let (b, c) = ((axis.index() + 1) % 3, (axis.index() + 2) % 3);
+        for row in 0..3 {
+            let (rb, rc) = (self.rotation[(row, b)], self.rotation[(row, c)]);
+            self.rotation[(row, b)] = cos * rb + sin * rc;
+            self.rotation[(row, c)] = cos * rc - sin * rb;
+        }
+    }
+
+    /// Removes the rounding drift of a rotation that has been updated many times (one step of `R ← R(3I − RᵀR)/2`).
+    pub fn renormalize(&mut self) {
+        let r = self.rotation;
+        self.rotation = r * (Matrix3::identity() * 3.0 - r.transpose() * r) * 0.5;
+    }
+}
+
+/// Rotation matrix of a rotation vector in rad (Rodrigues' formula, exact to rounding for any length).
+pub fn rotation_exp(rotation_vector: Vector3<f64>) -> Matrix3<f64> {
+    let w = super::skew(rotation_vector);
+    let angle = rotation_vector.norm();
+    let half_sinc = if angle < 1e-8 { 0.5 } else { (0.5 * angle).sin() / angle };
+    let sinc = if angle < 1e-8 { 1.0 } else { angle.sin() / angle };
+    Matrix3::identity() + w * sinc + w * w * (2.0 * half_sinc * half_sinc)
+}
+
+/// Rotation vector in rad, of length at most π, of a rotation matrix. Inverse of [`rotation_exp`].
+pub fn rotation_log(rotation: &Matrix3<f64>) -> Vector3<f64> {
+    let r = rotation;
+    let axial = 0.5 * Vector3::new(r[(2, 1)] - r[(1, 2)], r[(0, 2)] - r[(2, 0)], r[(1, 0)] - r[(0, 1)]);
+    let (sin, cos) = (axial.norm(), 0.5 * (r.trace() - 1.0));
+    if cos > -0.99 {
+        let scale = if sin < 1e-8 { 1.0 } else { sin.atan2(cos) / sin };
+        return axial * scale;
+    }
+    // Near half a turn the axial part vanishes: the axis is the largest column of R + Rᵀ + (1 − tr R)·I = 2(1 − cos)·aaᵀ.
+    let symmetric = r + r.transpose() + Matrix3::identity() * (1.0 - r.trace());
+    let column = (0..3).max_by(|&a, &b| symmetric[(a, a)].total_cmp(&symmetric[(b, b)])).unwrap_or(0);
+    let axis = symmetric.column(column).normalize();
+    let sign = if axis.dot(&axial) < 0.0 { -1.0 } else { 1.0 };
+    axis * (sign * sin.atan2(cos))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn log_inverts_exp(x in -1.0..1.0f64, y in -1.0..1.0f64, z in -1.0..1.0f64, angle in 0.0..3.14f64) {
+            let v = Vector3::new(x, y, z);
+            prop_assume!(v.norm() > 1e-3);
+            let v = v.normalize() * angle;
+            prop_assert!((rotation_log(&rotation_exp(v)) - v).norm() < 1e-12);
+        }
+
+        #[test]
+        fn elementary_rotation_is_exp(angle in -7.0..7.0f64) {
+            for axis in [Axis::X, Axis::Y, Axis::Z] {
+                let mut pose = Pose::identity();
+                pose.rotate_about(axis, angle);
+                let mut v = Vector3::zeros();
+                v[axis.index()] = angle;
+                prop_assert!((pose.rotation - rotation_exp(v)).norm() < 1e-14);
+            }
+        }
+    }
+
+    #[test]
+    fn tiny_and_half_turns() {
+        for length in [0.0, 1e-300, 1e-12, 1e-9, 3.1, std::f64::consts::PI - 1e-9] {
+            let v = Vector3::new(2.0, -1.0, 0.5).normalize() * length;
+            assert!((rotation_log(&rotation_exp(v)) - v).norm() < 1e-9 * length.max(1e-9), "length {length}");
+        }
+    }
+
+    #[test]
+    fn inverse_and_composition() {
+        let mut a = Pose::from_roll_pitch_yaw(Vector3::new(0.3, -0.2, 1.0));
+        a.translation = Vector3::new(1.0, 2.0, 3.0);
+        let e = a.compose(&a.inverse());
+        assert!((e.rotation - Matrix3::identity()).norm() < 1e-15 && e.translation.norm() < 1e-15);
+    }
+}

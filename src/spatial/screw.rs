@@ -1,0 +1,101 @@
+//! Twists and wrenches as six-vectors.
+
+use nalgebra::{Matrix3, Vector3, Vector6};
+
+/// Cross-product matrix: `skew(a) · b = a × b`.
+pub fn skew(v: Vector3<f64>) -> Matrix3<f64> {
+    Matrix3::new(0.0, -v.z, v.y, v.z, 0.0, -v.x, -v.y, v.x, 0.0)
+}
+
+/// Velocity (or small displacement) of a point and the angular velocity (or small rotation), in one set of axes.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Twist {
+    /// Velocity of the reference point, mm per unit.
+    pub linear: Vector3<f64>,
+    /// Angular velocity, rad per unit.
+    pub angular: Vector3<f64>,
+}
+
+impl Twist {
+    /// (linear, angular) as one 6-vector.
+    pub fn to_vector(self) -> Vector6<f64> {
+        Vector6::new(self.linear.x, self.linear.y, self.linear.z, self.angular.x, self.angular.y, self.angular.z)
+    }
+
+    /// From the 6-vector (linear, angular).
+    pub fn from_vector(v: &Vector6<f64>) -> Self {
+        Self { linear: v.fixed_rows::<3>(0).into(), angular: v.fixed_rows::<3>(3).into() }
+    }
+
+    /// The same motion seen at the point displaced by `offset` mm: `v_Q = v_P + ω × p_PQ`.
+    pub fn shift(self, offset: Vector3<f64>) -> Self {
+        Self { linear: self.linear + self.angular.cross(&offset), angular: self.angular }
+    }
+}
+
+/// Force and moment about a point, in one set of axes. Dual to [`Twist`].
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Wrench {
+    /// Force in N.
+    pub force: Vector3<f64>,
+    /// Moment about the reference point in N·mm.
+    pub moment: Vector3<f64>,
+}
+
+impl Wrench {
+    /// From components (N, N, N, N·mm, N·mm, N·mm).
+    pub fn new(components: [f64; 6]) -> Self {
+        let [fx, fy, fz, mx, my, mz] = components;
+        Self { force: Vector3::new(fx, fy, fz), moment: Vector3::new(mx, my, mz) }
+    }
+
+    /// No load.
+    pub fn zero() -> Self {
+        Self::default()
+    }
+
+    /// (force, moment) as one 6-vector.
+    pub fn to_vector(self) -> Vector6<f64> {
+        Vector6::new(self.force.x, self.force.y, self.force.z, self.moment.x, self.moment.y, self.moment.z)
+    }
+
+    /// From the 6-vector (force, moment).
+    pub fn from_vector(v: &Vector6<f64>) -> Self {
+        Self { force: v.fixed_rows::<3>(0).into(), moment: v.fixed_rows::<3>(3).into() }
+    }
+
+    /// Components in the order force, moment.
+    pub fn to_array(self) -> [f64; 6] {
+        self.to_vector().into()
+    }
+
+    /// The same load reduced to the point displaced by `offset` mm: `m_Q = m_P − p_PQ × f`.
+    pub fn shift(self, offset: Vector3<f64>) -> Self {
+        Self { force: self.force, moment: self.moment - offset.cross(&self.force) }
+    }
+
+    /// Both parts multiplied by `factor`.
+    pub fn scale(self, factor: f64) -> Self {
+        Self { force: self.force * factor, moment: self.moment * factor }
+    }
+
+    /// Size in N, moments divided by the length `length` in mm.
+    pub fn norm(self, length: f64) -> f64 {
+        self.force.norm().max(self.moment.norm() / length)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn power_does_not_depend_on_the_reference_point() {
+        let twist = Twist { linear: Vector3::new(1.0, -2.0, 0.5), angular: Vector3::new(0.1, 0.2, -0.3) };
+        let wrench = Wrench::new([10.0, -3.0, 7.0, 100.0, 50.0, -20.0]);
+        let offset = Vector3::new(5.0, 6.0, -7.0);
+        let here = wrench.to_vector().dot(&twist.to_vector());
+        let there = wrench.shift(offset).to_vector().dot(&twist.shift(offset).to_vector());
+        assert!((here - there).abs() < 1e-12);
+    }
+}

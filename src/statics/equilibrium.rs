@@ -1,0 +1,384 @@
+//! Equilibrium of the whole machine under a prescribed wrench, eqs. (3) and (7), as one condensed Newton iteration.
+
+use nalgebra::{Matrix6, Matrix6xX, Vector6};
+
+use super::{
+    full_system,
+    state::{State, Workspace},
+    stiffness::smallest_eigenvalue,
+};
+use crate::{
+    machine::{Chain, Machine},
+    spatial::{Twist, Wrench, rotation_exp, skew},
+};
+
+/// When an equilibrium counts as solved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Largest accepted residual: closure gaps over the machine's reach, and forces out of balance over the largest chain
+    /// wrench (dimensionless).
+    pub tolerance: f64,
+    /// Newton iterations of one load step.
+    pub max_iterations: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { tolerance: 1e-10, max_iterations: 12 }
+    }
+}
+
+/// How a solve ended.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Status {
+    /// In stable equilibrium.
+    Solved,
+    /// In equilibrium, but the platform's loaded stiffness is not positive definite.
+    Unstable,
+    /// In equilibrium, but this chain would buckle between base and platform.
+    Buckled {
+        /// Index of the chain.
+        chain: usize,
+    },
+    /// In equilibrium, but the platform can move without resistance.
+    Singular,
+    /// No equilibrium was found beyond this fraction of the load and of the chain errors.
+    NotConverged {
+        /// Last fraction that was in equilibrium.
+        load_fraction: f64,
+    },
+}
+
+impl Status {
+    /// Word used in tables.
+    pub fn label(&self) -> &'static str {
+        match self {
+            Status::Solved => "solved",
+            Status::Unstable => "unstable",
+            Status::Buckled { .. } => "buckled",
+            Status::Singular => "singular",
+            Status::NotConverged { .. } => "not_converged",
+        }
+    }
+
+    /// Reason in words; empty when solved.
+    pub fn reason(&self, machine: &Machine) -> String {
+        match self {
+            Status::Solved => String::new(),
+            Status::Unstable => "the loaded stiffness of the platform is not positive definite".into(),
+            Status::Buckled { chain } => {
+                format!("chain {} is unstable between base and platform", machine.chains[*chain].name)
+            }
+            Status::Singular => "the platform can move without resistance".into(),
+            Status::NotConverged { load_fraction } => {
+                format!("no equilibrium beyond {:.1} % of the load", 100.0 * load_fraction)
+            }
+        }
+    }
+}
+
+/// What a solve found besides the state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// How it ended.
+    pub status: Status,
+    /// Newton iterations, over all load steps.
+    pub iterations: usize,
+    /// Residual at the end, see [`Settings::tolerance`].
+    pub residual: f64,
+    /// Load steps; 1 if the full load was taken at once.
+    pub load_steps: usize,
+    /// Loaded Cartesian stiffness K_C of eq. (6): the change of the applied wrench per twist of P (N, N·mm; mm, rad).
+    /// `None` where the machine is rigid in some direction or was not solved.
+    pub stiffness: Option<Matrix6<f64>>,
+    /// Loaded compliance, its inverse: twist of P per applied wrench. `None` where the platform is free or not solved.
+    pub compliance: Option<Matrix6<f64>>,
+    /// Twist of P per unit motion of each drive under constant load, one column per drive (mm, rad per mm or rad).
+    pub drive_sensitivity: Matrix6xX<f64>,
+}
+
+/// Equilibrium of `machine` with drives at `drives` (mm, rad) under the dead wrench `load` at P in O axes:
+/// `t = f⁻¹(F | t₀)`, eq. (7).
+///
+/// `state` is where the search starts (for instance [`State::rigid`] or a neighbouring solution) and, if the outcome is
+/// any equilibrium, where it ends; otherwise it is left as it was. The full load is tried at once; if that fails, load and
+/// chain errors are brought on in steps.
+///
+/// `drives` has one entry per drive of the machine; `state` and `workspace` belong to `machine`.
+pub fn equilibrium(
+    machine: &Machine,
+    drives: &[f64],
+    load: &Wrench,
+    state: &mut State,
+    workspace: &mut Workspace,
+    settings: &Settings,
+) -> Outcome {
+    debug_assert_eq!(drives.len(), machine.drive_count());
+    match &mut workspace.start {
+        Some(start) => start.clone_from(state),
+        start => *start = Some(state.clone()),
+    }
+    state.pose.renormalize();
+    let mut newton = Newton { machine, drives, load, workspace, settings, held: 0.0, iterations: 0 };
+    let solved = newton.solve(state);
+    let (residual, load_steps) = match solved {
+        Some(residual) => (residual, 1),
+        None => match newton.load_stepping(state) {
+            Ok(reached) => reached,
+            Err((load_fraction, residual)) => {
+                let iterations = newton.iterations;
+                if let Some(start) = &workspace.start {
+                    state.clone_from(start);
+                }
+                return Outcome::failed(load_fraction, iterations, residual, machine.drive_count());
+            }
+        },
+    };
+    let iterations = newton.iterations;
+    newton.finish(state, residual, load_steps, iterations)
+}
+
+impl Outcome {
+    fn failed(load_fraction: f64, iterations: usize, residual: f64, drive_count: usize) -> Self {
+        Self {
+            status: Status::NotConverged { load_fraction },
+            iterations,
+            residual,
+            load_steps: 0,
+            stiffness: None,
+            compliance: None,
+            drive_sensitivity: Matrix6xX::zeros(drive_count),
+        }
+    }
+
+    /// Whether the state is an equilibrium, stable or not.
+    pub fn is_equilibrium(&self) -> bool {
+        !matches!(self.status, Status::NotConverged { .. })
+    }
+}
+
+/// A step with a larger rotation than this is not trusted, rad.
+const MAX_ROTATION: f64 = 0.5;
+const MIN_LOAD_STEP: f64 = 1.0 / 4096.0;
+/// Residual down to which the iteration may stall on rounding and still count as solved.
+const ROUNDING: f64 = 1e-8;
+
+struct Newton<'a> {
+    machine: &'a Machine,
+    drives: &'a [f64],
+    load: &'a Wrench,
+    workspace: &'a mut Workspace,
+    settings: &'a Settings,
+    /// Share of the starting residual that the present load step leaves in place; 0 for the full load.
+    held: f64,
+    iterations: usize,
+}
+
+/// Platform balance of the present linearisation.
+struct Balance {
+    /// Applied wrench less the sum of the chain wrenches, less what the load step holds back.
+    imbalance: Vector6<f64>,
+    residual: f64,
+}
+
+impl Newton<'_> {
+    /// Iterates to convergence from `state`; the residual reached, or `None` if the iteration fails.
+    fn solve(&mut self, state: &mut State) -> Option<f64> {
+        let mut previous = f64::INFINITY;
+        for _ in 0..=self.settings.max_iterations {
+            let balance = self.linearise(state);
+            let stalled = balance.residual < ROUNDING && balance.residual > 0.5 * previous && previous < ROUNDING;
+            if balance.residual <= self.settings.tolerance || stalled {
+                return Some(balance.residual);
+            }
+            if !balance.residual.is_finite() || balance.residual > 1e6 * previous {
+                return None;
+            }
+            previous = balance.residual;
+            let twist = self.step(state, &balance)?;
+            if twist.fixed_rows::<3>(3).amax() > MAX_ROTATION
+                || self.workspace.chains.iter().any(|chain| chain.largest_rotation() > MAX_ROTATION)
+            {
+                return None;
+            }
+            self.apply(&twist, state);
+            self.iterations += 1;
+        }
+        None
+    }
+
+    /// Brings on the load and the chain errors in adaptive steps from the starting state, by holding back a shrinking
+    /// share of the starting residual. Ok: residual and number of steps; Err: last fraction in equilibrium, residual.
+    fn load_stepping(&mut self, state: &mut State) -> Result<(f64, usize), (f64, f64)> {
+        if let Some(start) = &self.workspace.start {
+            state.clone_from(start);
+        }
+        self.held = 0.0;
+        let held_imbalance = self.linearise(state).imbalance;
+        for chain in &mut self.workspace.chains {
+            chain.hold_residual();
+        }
+        self.workspace.held_imbalance = held_imbalance;
+        let (mut fraction, mut step, mut steps) = (0.0, 0.5f64, 0);
+        let mut last = state.clone();
+        let mut residual = f64::INFINITY;
+        while fraction < 1.0 {
+            let next = f64::min(1.0, fraction + step);
+            self.held = 1.0 - next;
+            match self.solve(state) {
+                Some(reached) => {
+                    (fraction, residual) = (next, reached);
+                    steps += 1;
+                    step *= 2.0;
+                    last.clone_from(state);
+                }
+                None if step > MIN_LOAD_STEP => {
+                    state.clone_from(&last);
+                    step *= 0.5;
+                }
+                None => return Err((fraction, residual)),
+            }
+        }
+        Ok((residual, steps))
+    }
+
+    /// Fills all chain systems at `state`.
+    fn linearise(&mut self, state: &State) -> Balance {
+        let reach = self.machine.reach;
+        let mut imbalance = self.load.to_vector();
+        let mut largest_wrench = self.load.norm(reach).max(1.0);
+        let (mut gap, mut force): (f64, f64) = (0.0, 0.0);
+        for ((system, chain), (chain_state, drives)) in
+            self.workspace.chains.iter_mut().zip(&self.machine.chains).zip(chain_inputs(self.machine, state, self.drives))
+        {
+            system.linearise(chain, drives, chain_state, &state.pose);
+            if self.held > 0.0 {
+                system.release_residual(self.held);
+            }
+            let residual = system.residual(reach);
+            gap = gap.max(residual.gap);
+            force = force.max(residual.force);
+            largest_wrench = largest_wrench.max(chain_state.wrench.norm(reach));
+            imbalance -= chain_state.wrench.to_vector();
+        }
+        if self.held > 0.0 {
+            imbalance -= self.workspace.held_imbalance * self.held;
+        }
+        force = force.max(Wrench::from_vector(&imbalance).norm(reach));
+        let residual = (gap / reach).max(force / largest_wrench);
+        Balance { imbalance, residual: if gap.is_nan() || force.is_nan() { f64::NAN } else { residual } }
+    }
+
+    /// One Newton step from the present linearisation; the twist of P. Chain steps are left in the chain systems.
+    fn step(&mut self, state: &State, balance: &Balance) -> Option<Vector6<f64>> {
+        match self.condensed(state, balance) {
+            Some((tangent, right)) => {
+                let twist = tangent.lu().solve(&right)?;
+                for system in &mut self.workspace.chains {
+                    system.back_substitute(&twist);
+                }
+                Some(twist)
+            }
+            None => {
+                self.linearise(state);
+                full_system::step(&mut self.workspace.chains, &balance.imbalance)
+            }
+        }
+    }
+
+    /// Platform tangent and right-hand side, chains condensed; `None` if a chain cannot be condensed.
+    fn condensed(&mut self, state: &State, balance: &Balance) -> Option<(Matrix6<f64>, Vector6<f64>)> {
+        let mut tangent = Matrix6::zeros();
+        let mut right = balance.imbalance;
+        for (system, chain) in self.workspace.chains.iter_mut().zip(&state.chains) {
+            let condensed = system.condense().ok()?;
+            tangent += condensed.stiffness;
+            right -= condensed.held_wrench;
+            subtract_half_moment(&mut tangent, chain.wrench);
+            let closure_moment = system.closure_moment();
+            for i in 0..3 {
+                right[3 + i] -= closure_moment[i];
+            }
+        }
+        Some((tangent, right))
+    }
+
+    fn apply(&self, twist: &Vector6<f64>, state: &mut State) {
+        let Twist { linear, angular } = Twist::from_vector(twist);
+        for (system, chain) in self.workspace.chains.iter().zip(&mut state.chains) {
+            system.apply(twist, chain);
+        }
+        state.pose.translation += linear;
+        state.pose.rotation = rotation_exp(angular) * state.pose.rotation;
+    }
+
+    /// Tangent and stability at the equilibrium just linearised.
+    fn finish(mut self, state: &State, residual: f64, load_steps: usize, iterations: usize) -> Outcome {
+        let balance = Balance { imbalance: Vector6::zeros(), residual };
+        let drive_count = self.machine.drive_count();
+        let mut outcome = Outcome {
+            status: Status::Solved,
+            iterations,
+            residual,
+            load_steps,
+            stiffness: None,
+            compliance: None,
+            drive_sensitivity: Matrix6xX::zeros(drive_count),
+        };
+        match self.condensed(state, &balance) {
+            Some((tangent, _)) => {
+                if !is_positive_definite(&tangent) {
+                    let smallest = smallest_eigenvalue(&tangent, self.machine.reach);
+                    let scale = tangent.fixed_view::<3, 3>(0, 0).amax();
+                    let free = smallest.abs() < 1e-10 * scale;
+                    outcome.status = if free { Status::Singular } else { Status::Unstable };
+                }
+                outcome.stiffness = Some(tangent);
+                outcome.compliance = tangent.try_inverse();
+                if let Some(compliance) = &outcome.compliance {
+                    let mut column = 0;
+                    for (system, chain) in self.workspace.chains.iter().zip(&self.machine.chains) {
+                        for drive in 0..chain.drives.len() {
+                            outcome.drive_sensitivity.set_column(column, &-(compliance * system.drive_wrench(drive)));
+                            column += 1;
+                        }
+                    }
+                }
+            }
+            None => {
+                self.linearise(state);
+                let full = full_system::tangent(&self.machine.chains, &mut self.workspace.chains);
+                outcome.status = full.status;
+                outcome.stiffness = full.compliance.as_ref().and_then(full_system::invert_if_regular);
+                outcome.compliance = full.compliance;
+                outcome.drive_sensitivity = full.drive_sensitivity;
+            }
+        }
+        outcome
+    }
+}
+
+/// State and drives of each chain.
+pub(super) fn chain_inputs<'s>(
+    machine: &'s Machine,
+    state: &'s State,
+    drives: &'s [f64],
+) -> impl Iterator<Item = (&'s super::ChainState, &'s [f64])> {
+    let mut rest = drives;
+    machine.chains.iter().zip(&state.chains).map(move |(chain, chain_state): (&Chain, _)| {
+        let (own, others) = rest.split_at(chain.drives.len());
+        rest = others;
+        (chain_state, own)
+    })
+}
+
+/// Subtracts `½ [m]×` from the rotation block: the part of the tangent by which a dead moment is not conservative.
+pub(super) fn subtract_half_moment(tangent: &mut Matrix6<f64>, wrench: Wrench) {
+    let mut block = tangent.fixed_view_mut::<3, 3>(3, 3);
+    block -= skew(wrench.moment) * 0.5;
+}
+
+fn is_positive_definite(tangent: &Matrix6<f64>) -> bool {
+    let symmetric = (tangent + tangent.transpose()) * 0.5;
+    symmetric.cholesky().is_some()
+}

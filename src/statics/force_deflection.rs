@@ -1,0 +1,68 @@
+//! The force–deflection relation `F = f(t | t₀)`, eqs. (2) and (3).
+
+use nalgebra::{Matrix6, Vector6};
+
+use super::{
+    equilibrium::{Settings, subtract_half_moment},
+    state::{State, Workspace},
+};
+use crate::{
+    machine::Machine,
+    spatial::{Pose, Wrench},
+};
+
+/// The wrench that holds the platform at a pose.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlatformForce {
+    /// `F = Σ f_i(t | t₀)` at P in O axes, eq. (3).
+    pub wrench: Wrench,
+    /// `∂F/∂t` = K_C, eq. (6).
+    pub stiffness: Matrix6<f64>,
+    /// Largest number of iterations a chain needed.
+    pub iterations: usize,
+}
+
+/// `F = f(t | t₀)`: the wrench that holds P at `pose` while the drives stand at `drives`.
+///
+/// Each chain's equilibrium, eq. (1), is solved with its end on `pose`. `state` holds the starting values (for instance the
+/// rigid configuration of t₀) and receives the solution. `None` if a chain has no stable equilibrium near the start.
+pub fn wrench_at_pose(
+    machine: &Machine,
+    drives: &[f64],
+    pose: &Pose,
+    state: &mut State,
+    workspace: &mut Workspace,
+    settings: &Settings,
+) -> Option<PlatformForce> {
+    state.pose = *pose;
+    let mut force = PlatformForce { wrench: Wrench::zero(), stiffness: Matrix6::zeros(), iterations: 0 };
+    let mut first_drive = 0;
+    for ((system, chain), chain_state) in workspace.chains.iter_mut().zip(&machine.chains).zip(&mut state.chains) {
+        let own_drives = &drives[first_drive..first_drive + chain.drives.len()];
+        first_drive += chain.drives.len();
+        let mut iterations = 0;
+        let stiffness = loop {
+            system.linearise(chain, own_drives, chain_state, pose);
+            let residual = system.residual(machine.reach);
+            let scale = chain_state.wrench.norm(machine.reach).max(1.0);
+            let error = (residual.gap / machine.reach).max(residual.force / scale);
+            let condensed = system.condense().ok()?;
+            if error <= settings.tolerance {
+                break condensed.stiffness;
+            }
+            if iterations == settings.max_iterations || !error.is_finite() {
+                return None;
+            }
+            let held = Vector6::zeros();
+            system.back_substitute(&held);
+            system.apply(&held, chain_state);
+            iterations += 1;
+        };
+        force.iterations = force.iterations.max(iterations);
+        force.stiffness += stiffness;
+        subtract_half_moment(&mut force.stiffness, chain_state.wrench);
+        force.wrench.force += chain_state.wrench.force;
+        force.wrench.moment += chain_state.wrench.moment;
+    }
+    Some(force)
+}

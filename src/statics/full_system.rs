@@ -1,0 +1,192 @@
+//! The same linear system without condensation: for chains that are not elastic in six directions (a serial arm with few
+//! springs, rigid legs), have idle joints, or have buckled. Slower; pivots by singular values.
+
+use nalgebra::{DMatrix, DVector, Matrix6, Matrix6xX, Vector6};
+
+use super::{chain_system::ChainSystem, equilibrium::Status};
+use crate::machine::Chain;
+
+/// A singular value or eigenvalue below this fraction of the largest, after equilibration, is zero.
+const RANK_TOLERANCE: f64 = 1e-12;
+
+/// Unknowns of all chains, then dt; scaled symmetrically so that rows have comparable size.
+struct FullSystem {
+    matrix: DMatrix<f64>,
+    scale: DVector<f64>,
+    /// First unknown of each chain; last entry: first row of the platform.
+    first: Vec<usize>,
+}
+
+impl FullSystem {
+    /// From linearised, not yet condensed, chain systems.
+    fn new(chains: &[ChainSystem]) -> Self {
+        let mut first = vec![0];
+        for chain in chains {
+            first.push(first[first.len() - 1] + chain.unknown_count());
+        }
+        let platform = first[chains.len()];
+        let mut matrix = DMatrix::zeros(platform + 6, platform + 6);
+        for (chain, &start) in chains.iter().zip(&first) {
+            for i in 0..chain.unknown_count() {
+                for j in 0..chain.unknown_count() {
+                    matrix[(start + i, start + j)] = chain.coefficient(i, j);
+                }
+            }
+            for i in 0..6 {
+                let row = start + chain.wrench_row() + i;
+                matrix[(row, platform + i)] = -1.0;
+                matrix[(platform + i, row)] = -1.0;
+            }
+            let mut block = matrix.fixed_view_mut::<3, 3>(platform + 3, platform + 3);
+            block -= chain.half_moment();
+        }
+        let scale = equilibration(&matrix);
+        for i in 0..matrix.nrows() {
+            for j in 0..matrix.ncols() {
+                matrix[(i, j)] *= scale[i] * scale[j];
+            }
+        }
+        Self { matrix, scale, first }
+    }
+
+    fn platform(&self) -> usize {
+        self.first[self.first.len() - 1]
+    }
+
+    /// Solution of minimal length for each column of `right`.
+    fn solve(&self, mut right: DMatrix<f64>) -> Option<DMatrix<f64>> {
+        for (mut row, scale) in right.row_iter_mut().zip(self.scale.iter()) {
+            row *= *scale;
+        }
+        let svd = self.matrix.clone().svd(true, true);
+        let tolerance = RANK_TOLERANCE * svd.singular_values.max();
+        let mut solution = svd.solve(&right, tolerance).ok()?;
+        for (mut row, scale) in solution.row_iter_mut().zip(self.scale.iter()) {
+            row *= *scale;
+        }
+        Some(solution)
+    }
+
+    /// Stability from the inertia of the symmetric part: stable if the negative eigenvalues are those of the
+    /// `constraint_rank` closure equations alone.
+    fn status(&self, chains: &[ChainSystem]) -> Status {
+        let symmetric = (&self.matrix + self.matrix.transpose()) * 0.5;
+        let eigen = symmetric.symmetric_eigen();
+        let zero = RANK_TOLERANCE * eigen.eigenvalues.amax();
+        let negative = eigen.eigenvalues.iter().filter(|&&value| value < -zero).count();
+        if negative > self.constraint_rank(chains) {
+            return Status::Unstable;
+        }
+        let free = eigen.eigenvalues.iter().enumerate().any(|(i, value)| {
+            value.abs() <= zero && eigen.eigenvectors.view((self.platform(), i), (6, 1)).amax() > 1e-6
+        });
+        if free { Status::Singular } else { Status::Solved }
+    }
+
+    fn constraint_rank(&self, chains: &[ChainSystem]) -> usize {
+        let size = self.matrix.nrows();
+        let first_rows = chains.iter().zip(&self.first).map(|(chain, start)| start + chain.wrench_row());
+        let rows: Vec<usize> = first_rows.flat_map(|first| first..first + 6).collect();
+        let constraints = DMatrix::from_fn(rows.len(), size, |i, j| self.matrix[(rows[i], j)]);
+        let values = constraints.singular_values();
+        values.iter().filter(|&&value| value > RANK_TOLERANCE * values.max()).count()
+    }
+}
+
+/// Symmetric scaling that brings the largest entry of each row near 1 (Ruiz's iteration).
+fn equilibration(matrix: &DMatrix<f64>) -> DVector<f64> {
+    let size = matrix.nrows();
+    let mut scale = DVector::from_element(size, 1.0);
+    for _ in 0..10 {
+        let row_size =
+            |i: usize| (0..size).map(|j| (matrix[(i, j)] * scale[i] * scale[j]).abs()).fold(0.0, f64::max);
+        let sizes: Vec<f64> = (0..size).map(row_size).collect();
+        for (s, size) in scale.iter_mut().zip(sizes) {
+            if size > 0.0 {
+                *s /= size.sqrt();
+            }
+        }
+    }
+    scale
+}
+
+/// One Newton step of the whole machine; leaves each chain's step in its system and returns the twist of P.
+///
+/// `imbalance`: applied wrench less the sum of the chain wrenches.
+pub(super) fn step(chains: &mut [ChainSystem], imbalance: &Vector6<f64>) -> Option<Vector6<f64>> {
+    let system = FullSystem::new(chains);
+    let platform = system.platform();
+    let mut right = DMatrix::zeros(platform + 6, 1);
+    for (chain, &start) in chains.iter().zip(&system.first) {
+        for i in 0..chain.unknown_count() {
+            right[(start + i, 0)] = -chain.right_hand_side(i);
+        }
+        let closure_moment = chain.closure_moment();
+        for i in 0..3 {
+            right[(platform + 3 + i, 0)] -= closure_moment[i];
+        }
+    }
+    for i in 0..6 {
+        right[(platform + i, 0)] += imbalance[i];
+    }
+    let solution = system.solve(right)?;
+    if !solution.iter().all(|value| value.is_finite()) {
+        return None;
+    }
+    let column = solution.column(0);
+    for (chain, &start) in chains.iter_mut().zip(&system.first) {
+        let unknowns: Vec<f64> = column.rows(start, chain.unknown_count()).iter().copied().collect();
+        chain.set_solution(&unknowns);
+    }
+    Some(column.fixed_rows::<6>(platform).into())
+}
+
+/// Tangent of the whole machine at an equilibrium.
+pub(super) struct FullTangent {
+    pub status: Status,
+    pub compliance: Option<Matrix6<f64>>,
+    pub drive_sensitivity: Matrix6xX<f64>,
+}
+
+/// Compliance, drive sensitivities and stability from chain systems linearised at an equilibrium.
+pub(super) fn tangent(machine_chains: &[Chain], chains: &mut [ChainSystem]) -> FullTangent {
+    let system = FullSystem::new(chains);
+    let platform = system.platform();
+    let drive_count: usize = machine_chains.iter().map(|chain| chain.drives.len()).sum();
+    let mut right = DMatrix::zeros(platform + 6, 6 + drive_count);
+    for i in 0..6 {
+        right[(platform + i, i)] = 1.0;
+    }
+    let mut column = 6;
+    for (chain, start) in machine_chains.iter().zip(&system.first) {
+        for drive in &chain.drives {
+            right[(start + drive.coordinate, column)] = drive.stiffness;
+            column += 1;
+        }
+    }
+    let mut status = system.status(chains);
+    let mut compliance = None;
+    let mut drive_sensitivity = Matrix6xX::zeros(drive_count);
+    match system.solve(right) {
+        Some(solution) => {
+            let twists = solution.rows(platform, 6);
+            if status != Status::Singular {
+                compliance = Some(twists.fixed_columns::<6>(0).into_owned().fixed_view::<6, 6>(0, 0).into());
+            }
+            for (j, column) in twists.column_iter().skip(6).enumerate() {
+                drive_sensitivity.set_column(j, &column);
+            }
+        }
+        None => status = Status::Singular,
+    }
+    FullTangent { status, compliance, drive_sensitivity }
+}
+
+/// Stiffness from a compliance, unless the machine is rigid in some direction.
+pub(super) fn invert_if_regular(compliance: &Matrix6<f64>) -> Option<Matrix6<f64>> {
+    let dynamic = DMatrix::from_iterator(6, 6, compliance.iter().copied());
+    let scale = equilibration(&dynamic);
+    let scaled = DMatrix::from_fn(6, 6, |i, j| compliance[(i, j)] * scale[i] * scale[j]);
+    let values = scaled.singular_values();
+    if values.min() > RANK_TOLERANCE * values.max() { compliance.try_inverse() } else { None }
+}

@@ -1,0 +1,31 @@
+//! How a loaded machine settles.
+//!
+//! Each chain obeys `∂U/∂θ − J_θᵀF = 0`, `∂U/∂q − J_qᵀF = 0`, `g(ρ; θ, q) = t` (eq. 1, written as a residual with the
+//! current stiffness); the platform obeys `Σ F_i = F_ext` (eq. 3). One Newton iteration solves them all: the chains are
+//! condensed to 6×6 blocks (eqs. 4–6 with the wrench-weighted Hessians), the platform twist follows, and the chain
+//! unknowns are back-substituted.
+//!
+//! - [`equilibrium`]: `t = f⁻¹(F | t₀)`, eq. (7), the whole machine under a prescribed wrench
+//! - [`wrench_at_pose`]: `F = f(t | t₀)`, eqs. (2), (3), the wrench that holds the platform at a pose
+//! - [`unloaded_stiffness`], [`Outcome::stiffness`]: eqs. (4)–(6)
+//! - [`aggregate_errors`]: eqs. (14), (15), the linear comparator
+//! - [`Solution`]: everything a solved state tells, in physical terms
+
+mod aggregation;
+mod bordered;
+mod chain_system;
+mod energy;
+mod equilibrium;
+mod force_deflection;
+mod full_system;
+mod solution;
+mod state;
+mod stiffness;
+
+pub use aggregation::aggregate_errors;
+pub use energy::elastic_energy;
+pub use equilibrium::{Outcome, Settings, Status, equilibrium};
+pub use force_deflection::{PlatformForce, wrench_at_pose};
+pub use solution::{ChainSolution, Solution};
+pub use state::{ChainState, State, Workspace};
+pub use stiffness::{chain_stiffnesses, smallest_eigenvalue, tool_compliance, unloaded_stiffness};

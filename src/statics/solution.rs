@@ -1,0 +1,96 @@
+//! Everything a solved state tells, in physical terms.
+
+use nalgebra::{Matrix6, Vector3, Vector6};
+
+use super::{
+    equilibrium::{Outcome, Status},
+    state::{State, Workspace},
+    stiffness::{chain_stiffnesses, smallest_eigenvalue},
+};
+use crate::{
+    machine::Machine,
+    spatial::{Pose, Wrench},
+};
+
+/// What one chain carries.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChainSolution {
+    /// Wrench the chain receives from the platform, at P in O axes.
+    pub wrench: Wrench,
+    /// The part of `wrench` that balances itself among the chains: what is left after the stiffness-weighted share
+    /// `K_i K_C⁻¹ F` of the applied wrench. `None` where a chain has no 6×6 stiffness.
+    pub internal_wrench: Option<Wrench>,
+    /// Virtual joint deflections θ, mm and rad, from base to platform.
+    pub deflections: Vec<f64>,
+    /// Passive joint coordinates q, mm and rad.
+    pub passive: Vec<f64>,
+    /// Forces τ = k_act θ_a of the chain's drives, N or N·mm.
+    pub drive_forces: Vec<f64>,
+}
+
+/// A solved machine state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Solution {
+    /// How the solve ended.
+    pub status: Status,
+    /// Newton iterations.
+    pub iterations: usize,
+    /// Residual, see [`super::Settings::tolerance`].
+    pub residual: f64,
+    /// Pose of P in O.
+    pub pose: Pose,
+    /// Each chain.
+    pub chains: Vec<ChainSolution>,
+    /// Loaded stiffness K_C, eq. (6).
+    pub stiffness: Option<Matrix6<f64>>,
+    /// Its inverse.
+    pub compliance: Option<Matrix6<f64>>,
+    /// Smallest eigenvalue in N/mm of the condensed tangent, rotations weighted by the machine's reach; negative where
+    /// the machine is unstable. `None` where the machine is rigid in some direction.
+    pub stability: Option<f64>,
+}
+
+impl Solution {
+    /// Describes `state`, which solves `machine` under `load` with drives at `drives`, as `outcome` reports.
+    pub fn new(
+        machine: &Machine,
+        drives: &[f64],
+        load: &Wrench,
+        state: &State,
+        outcome: &Outcome,
+        workspace: &mut Workspace,
+    ) -> Self {
+        let stiffnesses = chain_stiffnesses(machine, drives, state, workspace);
+        let twist: Option<Vector6<f64>> = outcome.compliance.map(|compliance| compliance * load.to_vector());
+        let chains = machine.chains.iter().zip(&state.chains).zip(stiffnesses).map(|((chain, own), stiffness)| {
+            let share = stiffness.zip(twist).map(|(stiffness, twist)| stiffness * twist);
+            ChainSolution {
+                wrench: own.wrench,
+                internal_wrench: share.map(|share| Wrench::from_vector(&(own.wrench.to_vector() - share))),
+                deflections: own.coordinates[..chain.virtual_count].to_vec(),
+                passive: own.coordinates[chain.virtual_count..].to_vec(),
+                drive_forces: chain.drives.iter().map(|d| d.stiffness * own.coordinates[d.coordinate]).collect(),
+            }
+        });
+        Self {
+            status: outcome.status.clone(),
+            iterations: outcome.iterations,
+            residual: outcome.residual,
+            pose: state.pose,
+            chains: chains.collect(),
+            stiffness: outcome.stiffness,
+            compliance: outcome.compliance,
+            stability: outcome.stiffness.map(|stiffness| smallest_eigenvalue(&stiffness, machine.reach)),
+        }
+    }
+
+    /// Forces of all drives in machine order, N or N·mm.
+    pub fn drive_forces(&self) -> Vec<f64> {
+        self.chains.iter().flat_map(|chain| chain.drive_forces.iter().copied()).collect()
+    }
+
+    /// Displacement in mm of the tool tip from where it is when P stands at `commanded`, O axes.
+    pub fn tool_displacement(&self, machine: &Machine, commanded: &Pose) -> Vector3<f64> {
+        self.pose.transform(machine.tool_tip) - commanded.transform(machine.tool_tip)
+    }
+}

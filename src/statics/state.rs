@@ -1,0 +1,54 @@
+//! The unknowns of the machine's equilibrium, and the storage a solve reuses.
+
+use super::chain_system::ChainSystem;
+use crate::{
+    machine::{Configuration, Machine},
+    spatial::{Pose, Wrench},
+};
+
+/// Unknowns of one chain.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChainState {
+    /// Virtual coordinates θ (mm, rad), then passive coordinates q.
+    pub coordinates: Vec<f64>,
+    /// Wrench F_i that the chain receives from the platform (and carries to the base), at P in O axes.
+    pub wrench: Wrench,
+}
+
+/// A machine state: pose of P in O and the unknowns of each chain.
+#[derive(Debug, Clone, PartialEq)]
+pub struct State {
+    /// Pose of P in O.
+    pub pose: Pose,
+    /// One per chain.
+    pub chains: Vec<ChainState>,
+}
+
+impl State {
+    /// The undeflected, unloaded state of a rigid configuration.
+    pub fn rigid(machine: &Machine, at: &Configuration) -> Self {
+        let chains = machine.chains.iter().zip(&at.passive).map(|(chain, passive)| {
+            let mut coordinates = vec![0.0; chain.virtual_count];
+            coordinates.extend_from_slice(passive);
+            ChainState { coordinates, wrench: Wrench::zero() }
+        });
+        Self { pose: at.pose, chains: chains.collect() }
+    }
+}
+
+/// Storage that a solve reuses. Holds no information between solves.
+#[derive(Debug, Clone)]
+pub struct Workspace {
+    pub(super) chains: Vec<ChainSystem>,
+    /// Platform imbalance that a load step holds back.
+    pub(super) held_imbalance: nalgebra::Vector6<f64>,
+    /// State from which a failed solve is started again.
+    pub(super) start: Option<State>,
+}
+
+impl Workspace {
+    /// Storage for solves of `machine`.
+    pub fn new(machine: &Machine) -> Self {
+        Self { chains: machine.chains.iter().map(ChainSystem::new).collect(), held_imbalance: nalgebra::Vector6::zeros(), start: None }
+    }
+}
