@@ -1,3 +1,4 @@
+//! How far a loaded machine leaves its path, what to tell the drives instead, and where to put the workpiece.
 pub mod check;
 pub mod compensation;
 pub mod error;

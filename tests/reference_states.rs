@@ -140,7 +140,7 @@ fn compensated_drives_are_met() {
             &mut state,
             &mut workspace,
         );
-        assert!(done.converged, "{}", case.label());
+        assert!(done.converged, "{}: error {:e} mm after {} corrections, {:?}", case.label(), done.task_error, done.iterations, done.outcome.status);
         case.expect("rho_compensated_mm", &done.drives, Within::Absolute(1e-8));
         let change: Vec<f64> = done.drives.iter().zip(&case.at.drives).map(|(a, b)| a - b).collect();
         case.expect("delta_rho_mm", &change, Within::Absolute(1e-8));

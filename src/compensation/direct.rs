@@ -87,7 +87,7 @@ pub fn compensate_directly(
     state: &mut State,
     workspace: &mut Workspace,
 ) -> Compensated {
-    let settings = Settings { tolerance: 1e-12, ..Settings::default() };
+    let settings = Settings { tolerance: 1e-13, ..Settings::default() };
     let mut drives = drives.to_vec();
     let mut iterations = 0;
     loop {
