@@ -4,6 +4,8 @@ pub mod compensation;
 pub mod error;
 pub mod machine;
 pub mod process;
+pub mod report;
 pub mod spatial;
 pub mod statics;
+pub mod study;
 mod toml_file;

@@ -5,7 +5,7 @@ mod support;
 use kinetostat::{
     compensation::{Target, compensate_directly, tool_error},
     machine::{ChainError, Configuration, Machine},
-    spatial::{Axis, Wrench, rotation_log},
+    spatial::{Wrench, rotation_log},
     statics::{Outcome, Settings, Solution, State, Status, Workspace, equilibrium, unloaded_stiffness},
 };
 use nalgebra::{Matrix6, Vector3};
@@ -32,8 +32,8 @@ impl Case {
     fn new(nominal: &Machine, json: &Value) -> Case {
         let errors: Vec<ChainError> = match json.get("assembly_deg") {
             Some(angles) => {
-                let angles = numbers(angles);
-                angles.iter().map(|a| ChainError::turn_about_base_axis(Axis::X, a.to_radians())).collect()
+                let turn = |(chain, angle): (_, f64)| ChainError::turn_about_drive_axis(chain, angle.to_radians());
+                nominal.chains.iter().zip(numbers(angles)).map(turn).collect()
             }
             None => Vec::new(),
         };

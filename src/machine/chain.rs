@@ -70,6 +70,8 @@ pub struct PassiveJoint {
 /// Stiffness of a group of virtual joints: `U = ½ θᵀ K θ`.
 #[derive(Debug, Clone)]
 pub struct Spring {
+    /// What it belongs to: the drive or parallelogram, or the element's place in the chain.
+    pub name: String,
     /// First virtual coordinate of the group; the group is contiguous.
     pub start: usize,
     /// Its stiffness.

@@ -1,9 +1,9 @@
 //! Manufacturing and assembly errors: what makes the real machine differ from the nominal one.
 
-use nalgebra::Vector3;
+use nalgebra::Matrix3;
 
 use super::{Chain, Machine, Motion, Step};
-use crate::spatial::{Axis, Pose, Twist};
+use crate::spatial::{Pose, Twist};
 
 /// Geometric errors of one chain. Zero by default.
 ///
@@ -20,11 +20,23 @@ pub struct ChainError {
 }
 
 impl ChainError {
-    /// An assembly error: the chain is turned about the first axis of its base frame by `angle` rad.
-    pub fn turn_about_base_axis(axis: Axis, angle: f64) -> Self {
-        let mut angular = Vector3::zeros();
-        angular[axis.index()] = angle;
-        Self { base: Twist { linear: Vector3::zeros(), angular }, ..Self::default() }
+    /// An assembly error: the chain is turned by `angle` rad about the axis of its first drive, through the origin of its
+    /// base frame. Without a drive the chain stays nominal.
+    pub fn turn_about_drive_axis(chain: &Chain, angle: f64) -> Self {
+        let mut error = Self::default();
+        let mut rotation = Matrix3::identity();
+        for step in &chain.steps {
+            match *step {
+                Step::Fixed(pose) => rotation *= pose.rotation,
+                Step::Move { coordinate, axis, .. } => {
+                    if chain.drives.first().is_some_and(|drive| drive.coordinate == coordinate) {
+                        error.base.angular = rotation.column(axis.index()) * angle;
+                        break;
+                    }
+                }
+            }
+        }
+        error
     }
 
     /// The same error multiplied by `factor`.

@@ -134,7 +134,7 @@ fn mounted_chain(
     builder.chain.base = frame(&mount.base, &check_mount.key("base"))?;
     builder.chain.attachment = frame(&mount.platform, &check_mount.key("platform"))?.inverse();
     for (i, element) in design.elements.iter().enumerate() {
-        builder.element(element, &check_chain.key(&format!("elements[{i}]")))?;
+        builder.element(element, i + 1, &check_chain.key(&format!("elements[{i}]")))?;
     }
     let chain = builder.finish();
     if chain.virtual_count == 0 {
@@ -209,15 +209,15 @@ impl ChainBuilder<'_> {
     }
 
     /// Elastic motions of a group, and the spring over them.
-    fn spring(&mut self, law: SpringLaw, moves: &[(Motion, Axis)]) {
+    fn spring(&mut self, name: String, law: SpringLaw, moves: &[(Motion, Axis)]) {
         let start = self.chain.virtual_count;
         for &(motion, axis) in moves {
             self.virtual_move(motion, axis);
         }
-        self.chain.springs.push(Spring { start, law });
+        self.chain.springs.push(Spring { name, start, law });
     }
 
-    fn element(&mut self, element: &ElementSpec, check: &Check) -> Result<()> {
+    fn element(&mut self, element: &ElementSpec, number: usize, check: &Check) -> Result<()> {
         match element {
             ElementSpec::Fixed(fixed) => {
                 let check = check.key("fixed");
@@ -278,8 +278,8 @@ impl ChainBuilder<'_> {
                 let index = self.passive(passive, &check)?;
                 self.passive_move(Motion::Revolute, axis(joint.axis), index, 1.0);
             }
-            ElementSpec::Beam(beam) => self.beam(beam, &check.key("beam"))?,
-            ElementSpec::Link(link) => self.link(link, &check.key("link"))?,
+            ElementSpec::Beam(beam) => self.beam(format!("beam (element {number})"), beam, &check.key("beam"))?,
+            ElementSpec::Link(link) => self.link(format!("link (element {number})"), link, &check.key("link"))?,
             ElementSpec::Parallelogram(spec) => self.parallelogram(spec, &check.key("parallelogram"))?,
         }
         Ok(())
@@ -294,7 +294,7 @@ impl ChainBuilder<'_> {
 
     fn drive(&mut self, drive: Drive, along: AxisSpec, check: &Check) -> Result<()> {
         self.unique_joint_name(&drive.name, check)?;
-        self.spring(SpringLaw::Drive(drive.stiffness), &[(drive.motion, axis(along))]);
+        self.spring(drive.name.clone(), SpringLaw::Drive(drive.stiffness), &[(drive.motion, axis(along))]);
         self.chain.drives.push(drive);
         Ok(())
     }
@@ -305,16 +305,16 @@ impl ChainBuilder<'_> {
         Ok(self.chain.passive.len() - 1)
     }
 
-    fn beam(&mut self, beam: &BeamSpec, check: &Check) -> Result<()> {
+    fn beam(&mut self, name: String, beam: &BeamSpec, check: &Check) -> Result<()> {
         let length = check.key("length_mm").positive(beam.length_mm)?;
         let advance = check.key("advance_mm").finite_scalar(beam.advance_mm.unwrap_or(length))?;
         let material = self.material(&beam.material, &check.key("material"))?;
         let stiffness = beam_stiffness(&section(&beam.section, &check.key("section"))?, &material, length);
-        self.elastic_link(advance, stiffness);
+        self.elastic_link(name, advance, stiffness);
         Ok(())
     }
 
-    fn link(&mut self, link: &LinkSpec, check: &Check) -> Result<()> {
+    fn link(&mut self, name: String, link: &LinkSpec, check: &Check) -> Result<()> {
         let advance = check.key("advance_mm").finite_scalar(link.advance_mm)?;
         let stiffness = match (&link.stiffness, &link.compliance) {
             (Some(rows), None) => check.key("stiffness_N_mm_rad").positive_definite(rows)?,
@@ -328,16 +328,16 @@ impl ChainBuilder<'_> {
             }
             _ => return check.fail("give exactly one of stiffness_N_mm_rad and compliance_mm_rad_N".into()),
         };
-        self.elastic_link(advance, stiffness);
+        self.elastic_link(name, advance, stiffness);
         Ok(())
     }
 
-    fn elastic_link(&mut self, advance: f64, stiffness: Matrix6<f64>) {
+    fn elastic_link(&mut self, name: String, advance: f64, stiffness: Matrix6<f64>) {
         use {Axis::*, Motion::*};
         self.fixed(Pose::from_translation(Vector3::x() * advance));
         let moves =
             [(Prismatic, X), (Prismatic, Y), (Prismatic, Z), (Revolute, X), (Revolute, Y), (Revolute, Z)];
-        self.spring(SpringLaw::Link(Box::new(stiffness)), &moves);
+        self.spring(name, SpringLaw::Link(Box::new(stiffness)), &moves);
     }
 
     /// `Pa(q; θ) = Rz(q) Tx(L) · [Tx(θ1) Tz(θ2) Rx(θ3) Ry(θ4) Rz(θ5)] · Rz(−q)`.
@@ -359,7 +359,7 @@ impl ChainBuilder<'_> {
         self.passive_move(Revolute, Z, passive, 1.0);
         self.fixed(Pose::from_translation(Vector3::x() * length));
         let law = SpringLaw::Parallelogram { passive, terms: Box::new(parallelogram_terms(&bar, length, width)) };
-        self.spring(law, &[(Prismatic, X), (Prismatic, Z), (Revolute, X), (Revolute, Y), (Revolute, Z)]);
+        self.spring(spec.name.clone(), law, &[(Prismatic, X), (Prismatic, Z), (Revolute, X), (Revolute, Y), (Revolute, Z)]);
         self.passive_move(Revolute, Z, passive, -1.0);
         Ok(())
     }

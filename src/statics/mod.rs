@@ -23,7 +23,7 @@ mod state;
 mod stiffness;
 
 pub use aggregation::aggregate_errors;
-pub use energy::elastic_energy;
+pub use energy::{elastic_energy, spring_energies};
 pub use equilibrium::{Outcome, Settings, Status, equilibrium};
 pub use force_deflection::{PlatformForce, wrench_at_pose};
 pub use solution::{ChainSolution, Solution};

@@ -1,0 +1,24 @@
+//! `kinetostat check`: validates a machine file and prints what a designer wants to see.
+
+use clap::Args;
+use kinetostat::{error::Result, machine::Machine, report::machine_text, study::machine_check};
+
+use super::Ending;
+
+/// Validate a machine file and show mobility, reach, round-trip error, stiffness and warnings.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  kinetostat check orthoglide
+  kinetostat check my_machine.toml")]
+pub struct CheckArguments {
+    /// Machine file, or name of a built-in machine
+    machine: String,
+}
+
+pub fn check(arguments: &CheckArguments) -> Result<Ending> {
+    let machine = Machine::named_or_file(&arguments.machine)?;
+    let findings = machine_check::check(&machine);
+    print!("{}", machine_text(&machine, &findings));
+    Ok(Ending::Complete)
+}

@@ -1,0 +1,123 @@
+//! `kinetostat point`: one location, solved and explained.
+
+use clap::Args;
+use kinetostat::{
+    compensation::Target,
+    error::{Error, Result},
+    machine::{ChainError, Machine},
+    process::{ForceLaw, MillingForce},
+    report::{point_json, point_text},
+    spatial::Wrench,
+    statics::Status,
+    study::point::{PointLoad, PointQuestion, solve},
+};
+use nalgebra::Vector3;
+
+use super::{Ending, any_numbers, numbers};
+
+/// Solve one location: how far the tool moves there and what to command instead.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  kinetostat point --machine orthoglide --position 126.35,126.35,126.35 --phi 130 --assembly 1,-1,1
+  kinetostat point --machine orthoglide --at Q0 --wrench 215,-10,-25,1000,21500,0 --json")]
+pub struct PointArguments {
+    /// Built-in machine or machine file
+    #[arg(long, short)]
+    machine: String,
+    /// Commanded position of the platform point P: x,y,z in mm
+    #[arg(long, value_parser = numbers::<3>, allow_hyphen_values = true, required_unless_present = "at")]
+    position: Option<[f64; 3]>,
+    /// Named point of the machine instead of a position
+    #[arg(long, conflicts_with = "position")]
+    at: Option<String>,
+    /// Tool angle φ of the milling force in degrees
+    #[arg(long, allow_hyphen_values = true, conflicts_with = "wrench")]
+    phi: Option<f64>,
+    /// Milling force: radial,tangential,axial in N
+    #[arg(long, value_parser = numbers::<3>, allow_hyphen_values = true, default_value = "215,-10,-25", value_name = "FR,FT,FZ")]
+    force: [f64; 3],
+    /// How the milling force turns with φ, eq. (17)
+    #[arg(long, value_enum, default_value = "printed")]
+    law: ForceLaw,
+    /// Load at P in base axes instead of the milling force: fx,fy,fz,mx,my,mz in N and N·mm
+    #[arg(long, value_parser = numbers::<6>, allow_hyphen_values = true)]
+    wrench: Option<[f64; 6]>,
+    /// Assembly error of each chain: turn about its drive's axis in degrees
+    #[arg(long, value_parser = any_numbers, allow_hyphen_values = true, value_name = "DEG,DEG,…")]
+    assembly: Option<std::vec::Vec<f64>>,
+    /// Compensate the platform point P instead of the tool tip
+    #[arg(long)]
+    platform: bool,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn point(arguments: &PointArguments) -> Result<Ending> {
+    let machine = Machine::named_or_file(&arguments.machine)?;
+    let position = position(arguments, &machine)?;
+    let assembly_deg = assembly(arguments, &machine)?;
+    let turn = |(chain, angle): (_, &f64)| ChainError::turn_about_drive_axis(chain, angle.to_radians());
+    let question = PointQuestion {
+        errors: machine.chains.iter().zip(&assembly_deg).map(turn).collect(),
+        position,
+        load: load(arguments),
+        target: if arguments.platform { Target::PlatformPoint } else { Target::ToolTip },
+        machine,
+    };
+    let answer = match solve(&question) {
+        Ok(answer) => answer,
+        Err(unreachable) if arguments.json => {
+            println!("{:#}", serde_json::json!({ "status": "unreachable", "reason": unreachable.to_string() }));
+            return Ok(Ending::SomeUnsolved);
+        }
+        Err(unreachable) => {
+            println!("unreachable: {unreachable}");
+            return Ok(Ending::SomeUnsolved);
+        }
+    };
+    if arguments.json {
+        println!("{:#}", point_json(&answer, &assembly_deg));
+    } else {
+        print!("{}", point_text(&answer));
+    }
+    let solved = answer.loaded.status == Status::Solved && answer.compensated.is_ok();
+    Ok(if solved { Ending::Complete } else { Ending::SomeUnsolved })
+}
+
+fn position(arguments: &PointArguments, machine: &Machine) -> Result<Vector3<f64>> {
+    match (&arguments.position, &arguments.at) {
+        (Some(position), _) => Ok((*position).into()),
+        (None, name) => {
+            let name = name.as_deref().unwrap_or_default();
+            let known = machine.points.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
+            let problem = format!("machine {} has no point \"{name}\"; there are: {known}", machine.name);
+            let fault = Error::Argument { argument: "--at".into(), problem };
+            machine.point(name).map(|point| point.position).ok_or(fault)
+        }
+    }
+}
+
+fn assembly(arguments: &PointArguments, machine: &Machine) -> Result<Vec<f64>> {
+    let count = machine.chains.len();
+    match &arguments.assembly {
+        None => Ok(vec![0.0; count]),
+        Some(angles) if angles.len() == count => Ok(angles.clone()),
+        Some(angles) => Err(Error::Argument {
+            argument: "--assembly".into(),
+            problem: format!("expected {count} angles, one per chain of {}, got {}", machine.name, angles.len()),
+        }),
+    }
+}
+
+fn load(arguments: &PointArguments) -> PointLoad {
+    let [radial, tangential, axial] = arguments.force;
+    match (arguments.wrench, arguments.phi) {
+        (Some(wrench), _) => PointLoad::Wrench(Wrench::new(wrench)),
+        (None, Some(phi)) => {
+            PointLoad::Milling(MillingForce { radial, tangential, axial, law: arguments.law }, phi.to_radians())
+        }
+        (None, None) => PointLoad::Wrench(Wrench::zero()),
+    }
+}

@@ -1,0 +1,180 @@
+//! The colour scale of a field and its legend.
+
+use super::axis::{self, Axis, Spacing};
+use super::error::{FigureError, check_drawable};
+use super::field::{hatched, picture};
+use super::scene::{Anchor, Point, Rect, Rgb, Scene, Text};
+use super::style::{field_colour, outline};
+use super::text::{self, LINE_PITCH, Weight};
+use super::ticks;
+
+/// Width of the bar over the type size.
+const BAR: f64 = 1.1;
+/// Space between bar and tick labels, and around the quantity.
+const GAP: f64 = 12.0;
+/// Share of its type size down to which the quantity shrinks before it is broken into lines.
+const TIGHTEST: f64 = 0.85;
+/// How far the tips reach into the bar, so that no seam shows.
+const SEAM: f64 = 1.5;
+/// What the hatched cells are called.
+const NO_SOLUTION: &str = "no solution";
+
+/// From values to colours. Values beyond the ends take the end colours.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Scale {
+    low: f64,
+    high: f64,
+    below: bool,
+    above: bool,
+}
+
+impl Scale {
+    /// The scale over `range`, or over all values if there is none; `None` if there is neither a range nor a value.
+    pub fn new(values: impl Iterator<Item = f64>, range: Option<(f64, f64)>) -> Result<Option<Self>, FigureError> {
+        let found = values.fold(None, |ends: Option<(f64, f64)>, v| match ends {
+            Some((low, high)) => Some((low.min(v), high.max(v))),
+            None => Some((v, v)),
+        });
+        let Some((low, high)) = range else {
+            return Ok(found.map(|(low, high)| {
+                let (low, high) = ticks::widened(low, high);
+                Self { low, high, below: false, above: false }
+            }));
+        };
+        check_drawable([low, high], || "colour range".into())?;
+        if low >= high {
+            return Err(FigureError::BadRange { low, high });
+        }
+        let (low, high) = ticks::widened(low, high);
+        let (least, most) = found.unwrap_or((low, high));
+        Ok(Some(Self { low, high, below: least < low, above: most > high }))
+    }
+
+    pub fn colour(&self, value: f64) -> Rgb {
+        field_colour((value - self.low) / (self.high - self.low))
+    }
+}
+
+/// The legend of a field: a colour bar, and a hatched swatch if cells are missing.
+pub(super) struct ColourBar<'a> {
+    pub scale: Option<Scale>,
+    pub quantity: &'a str,
+    pub missing: bool,
+    /// Type size of the quantity.
+    pub size: f64,
+    /// Type size of the numbers.
+    pub tick_size: f64,
+}
+
+impl ColourBar<'_> {
+    fn axis(&self, scale: Scale, length: f64) -> Axis {
+        Axis::vertical(scale.low, scale.high, Spacing::Linear, length, 1.3 * self.tick_size)
+    }
+
+    fn thickness(&self) -> f64 {
+        BAR * self.size
+    }
+
+    /// Height of the bar itself in a legend of `height`.
+    fn bar_height(&self, height: f64) -> f64 {
+        if self.missing { height - 1.8 * self.thickness() } else { height }
+    }
+
+    /// The quantity in lines no longer than `length`.
+    fn quantity_lines(&self, axis: &Axis, length: f64) -> Vec<String> {
+        let quantity = ticks::label_with_power(self.quantity, axis.ticks.exponent);
+        text::balanced(&quantity, TIGHTEST * self.size, Weight::Regular, length)
+    }
+
+    /// Width the legend needs when it is `height` high.
+    pub fn width(&self, height: f64) -> f64 {
+        let length = self.bar_height(height);
+        let bar = self.scale.map_or(0.0, |scale| {
+            let axis = self.axis(scale, length);
+            let numbers = axis::label_width(&axis.ticks, self.tick_size);
+            let quantity = self.quantity_lines(&axis, length).len() as f64 * LINE_PITCH * self.size;
+            self.thickness() + 3.0 * GAP + numbers + quantity
+        });
+        let swatch = self.thickness() + GAP + text::width(NO_SOLUTION, self.tick_size, Weight::Regular);
+        if self.missing { bar.max(swatch) } else { bar }
+    }
+
+    /// Draws the legend with its left upper corner at (`x`, `y`), `height` high.
+    pub fn draw(&self, scene: &mut Scene, x: f64, y: f64, height: f64) {
+        let side = self.thickness();
+        if self.missing {
+            self.draw_swatch(scene, Rect { x, y: y + height - side, width: side, height: side });
+        }
+        if let Some(scale) = self.scale {
+            self.draw_bar(scene, scale, Rect { x, y, width: side, height: self.bar_height(height) });
+        }
+    }
+
+    fn draw_swatch(&self, scene: &mut Scene, rect: Rect) {
+        scene.picture(picture(rect, |columns, rows| {
+            let places = (0..rows).flat_map(|row| (0..columns).map(move |column| (column, row)));
+            places.map(|(column, row)| hatched(column, row)).collect()
+        }));
+        scene.outline(&rect.corners(), outline());
+        let at = [rect.right() + GAP, rect.centre()[1] + text::capital_height(self.tick_size) / 2.0];
+        scene.text(Text::new(NO_SOLUTION, self.tick_size, at, Anchor::Start));
+    }
+
+    fn draw_bar(&self, scene: &mut Scene, scale: Scale, whole: Rect) {
+        let tip = 0.8 * whole.width;
+        let mut rect = whole;
+        if scale.above {
+            rect.y += tip;
+            rect.height -= tip;
+        }
+        if scale.below {
+            rect.height -= tip;
+        }
+        scene.picture(picture(rect, |columns, rows| {
+            let fraction = |row: usize| 1.0 - (row as f64 + 0.5) / rows as f64;
+            (0..rows).flat_map(|row| vec![field_colour(fraction(row)); columns]).collect()
+        }));
+        draw_outline(scene, scale, rect, tip);
+        self.draw_numbers(scene, scale, rect, whole);
+    }
+
+    fn draw_numbers(&self, scene: &mut Scene, scale: Scale, rect: Rect, whole: Rect) {
+        let axis = self.axis(scale, rect.height);
+        for (value, label) in axis.ticks.values.iter().zip(&axis.ticks.labels) {
+            let y = rect.bottom() - rect.height * axis.fraction(*value);
+            scene.line(vec![[rect.right() - 7.0, y], [rect.right() + 5.0, y]], axis::tick_stroke());
+            let at = [rect.right() + GAP, y + text::capital_height(self.tick_size) / 2.0];
+            scene.text(Text::new(label, self.tick_size, at, Anchor::Start));
+        }
+        let numbers = axis::label_width(&axis.ticks, self.tick_size);
+        let mut x = rect.right() + 2.0 * GAP + numbers + 0.8 * self.size;
+        for line in self.quantity_lines(&axis, whole.height) {
+            let size = text::fitting_size(&line, self.size, Weight::Regular, whole.height);
+            scene.text(Text::new(line, size, [x, whole.centre()[1]], Anchor::Middle).upward());
+            x += LINE_PITCH * self.size;
+        }
+    }
+}
+
+/// The rim of the bar, with a filled tip at each end beyond which there are values.
+fn draw_outline(scene: &mut Scene, scale: Scale, rect: Rect, tip: f64) {
+    let [left_top, right_top, right_bottom, left_bottom] = rect.corners();
+    let lower = |[x, y]: Point, by: f64| [x, y + by];
+    let middle = rect.centre()[0];
+    let mut rim = vec![left_top];
+    if scale.above {
+        let top = [middle, rect.y - tip];
+        let base = [lower(right_top, SEAM), lower(left_top, SEAM)];
+        scene.convex(vec![left_top, top, right_top, base[0], base[1]], field_colour(1.0));
+        rim.push(top);
+    }
+    rim.extend([right_top, right_bottom]);
+    if scale.below {
+        let bottom = [middle, rect.bottom() + tip];
+        let base = [lower(left_bottom, -SEAM), lower(right_bottom, -SEAM)];
+        scene.convex(vec![right_bottom, bottom, left_bottom, base[0], base[1]], field_colour(0.0));
+        rim.push(bottom);
+    }
+    rim.push(left_bottom);
+    scene.outline(&rim, outline());
+}

@@ -1,0 +1,65 @@
+//! Figures of the results: plain data in, SVG or PNG bytes out.
+//!
+//! Each kind of figure lays itself out as a scene of lines, shapes, texts and images in floating-point
+//! pixels; `svg` and `png` render that one scene. The same data give the same bytes.
+
+mod axis;
+mod colour_bar;
+mod error;
+mod field;
+mod header;
+mod lines;
+mod marks;
+mod png;
+mod scene;
+mod slices;
+mod style;
+mod svg;
+mod text;
+mod ticks;
+mod volume;
+
+pub use error::FigureError;
+pub use lines::{LineFigure, LineSeries};
+pub use slices::{Mark2, SliceFigure, SlicePanel};
+pub use volume::{Mark3, VolumeFigure};
+
+/// One figure of any kind.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Figure {
+    /// Coloured maps over planes, one or more side by side.
+    Slices(SliceFigure),
+    /// Coloured outside of a box, seen in three dimensions.
+    Volume(VolumeFigure),
+    /// Curves over two axes.
+    Lines(LineFigure),
+}
+
+impl Figure {
+    /// The figure as an SVG document, 1600 px wide; text stays text.
+    ///
+    /// # Errors
+    /// When the data contradict each other or cannot be drawn; see [`FigureError`].
+    pub fn svg(&self) -> Result<String, FigureError> {
+        svg::document(&self.scene()?)
+    }
+
+    /// The figure as a PNG file, 1600 px wide.
+    ///
+    /// # Errors
+    /// As [`Figure::svg`].
+    pub fn png(&self) -> Result<Vec<u8>, FigureError> {
+        png::file(&self.scene()?)
+    }
+
+    fn scene(&self) -> Result<scene::Scene, FigureError> {
+        match self {
+            Self::Slices(figure) => slices::scene(figure),
+            Self::Volume(figure) => volume::scene(figure),
+            Self::Lines(figure) => lines::scene(figure),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,184 @@
+//! What a figure consists of before it is written in any format.
+
+use super::text::Weight;
+
+/// A place on the page in pixels, x to the right, y downward.
+pub(super) type Point = [f64; 2];
+/// A colour, 8 bits per channel.
+pub(super) type Rgb = [u8; 3];
+
+/// An upright rectangle on the page.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Rect {
+    pub x: f64,
+    pub y: f64,
+    pub width: f64,
+    pub height: f64,
+}
+
+impl Rect {
+    pub fn right(&self) -> f64 {
+        self.x + self.width
+    }
+
+    pub fn bottom(&self) -> f64 {
+        self.y + self.height
+    }
+
+    pub fn centre(&self) -> Point {
+        [self.x + self.width / 2.0, self.y + self.height / 2.0]
+    }
+
+    pub fn corners(&self) -> [Point; 4] {
+        [[self.x, self.y], [self.right(), self.y], [self.right(), self.bottom()], [self.x, self.bottom()]]
+    }
+
+    /// Area shared with `other`.
+    pub fn overlap(&self, other: &Self) -> f64 {
+        let width = self.right().min(other.right()) - self.x.max(other.x);
+        let height = self.bottom().min(other.bottom()) - self.y.max(other.y);
+        width.max(0.0) * height.max(0.0)
+    }
+}
+
+/// How a line is drawn; ends and corners are round. An empty dash pattern is a solid line.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Stroke {
+    pub colour: Rgb,
+    pub width: f64,
+    pub dash: &'static [f64],
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Anchor {
+    Start,
+    Middle,
+    End,
+}
+
+/// One line of text; `at` is on the baseline.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Text {
+    pub at: Point,
+    pub content: String,
+    pub size: f64,
+    pub weight: Weight,
+    pub anchor: Anchor,
+    /// Reads from bottom to top.
+    pub upward: bool,
+    pub colour: Rgb,
+    /// White rim, for text over colours.
+    pub halo: bool,
+}
+
+impl Text {
+    pub fn new(content: impl Into<String>, size: f64, at: Point, anchor: Anchor) -> Self {
+        Self {
+            at,
+            content: content.into(),
+            size,
+            weight: Weight::Regular,
+            anchor,
+            upward: false,
+            colour: super::style::INK,
+            halo: false,
+        }
+    }
+
+    pub fn bold(self) -> Self {
+        Self { weight: Weight::Bold, ..self }
+    }
+
+    pub fn upward(self) -> Self {
+        Self { upward: true, ..self }
+    }
+
+    pub fn coloured(self, colour: Rgb) -> Self {
+        Self { colour, ..self }
+    }
+
+    pub fn with_halo(self) -> Self {
+        Self { halo: true, ..self }
+    }
+}
+
+/// Pixels stretched over the parallelogram `origin`, `origin + across`, `origin + down`.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Picture {
+    pub origin: Point,
+    pub across: Point,
+    pub down: Point,
+    pub columns: usize,
+    pub rows: usize,
+    /// Row by row.
+    pub pixels: Vec<Rgb>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Item {
+    Line {
+        points: Vec<Point>,
+        closed: bool,
+        stroke: Stroke,
+    },
+    Circle {
+        centre: Point,
+        radius: f64,
+        stroke: Stroke,
+    },
+    /// A filled convex polygon.
+    Convex {
+        corners: Vec<Point>,
+        fill: Rgb,
+    },
+    Text(Text),
+    Picture(Picture),
+}
+
+/// Everything on a page, in drawing order.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Scene {
+    pub title: String,
+    pub width: f64,
+    pub height: f64,
+    pub items: Vec<Item>,
+}
+
+impl Scene {
+    /// The lowest place any item is put at.
+    pub fn lowest(&self) -> f64 {
+        let low = |points: &[Point]| points.iter().map(|p| p[1]).fold(0.0, f64::max);
+        let of_item = |item: &Item| match item {
+            Item::Line { points, .. } => low(points),
+            Item::Circle { centre, radius, .. } => centre[1] + radius,
+            Item::Convex { corners, .. } => low(corners),
+            Item::Text(text) => text.at[1],
+            Item::Picture(Picture { origin, across, down, .. }) => origin[1] + across[1].max(0.0) + down[1].max(0.0),
+        };
+        self.items.iter().map(of_item).fold(0.0, f64::max)
+    }
+
+    pub fn line(&mut self, points: Vec<Point>, stroke: Stroke) {
+        self.items.push(Item::Line { points, closed: false, stroke });
+    }
+
+    pub fn outline(&mut self, corners: &[Point], stroke: Stroke) {
+        self.items.push(Item::Line { points: corners.to_vec(), closed: true, stroke });
+    }
+
+    pub fn circle(&mut self, centre: Point, radius: f64, stroke: Stroke) {
+        self.items.push(Item::Circle { centre, radius, stroke });
+    }
+
+    pub fn convex(&mut self, corners: Vec<Point>, fill: Rgb) {
+        self.items.push(Item::Convex { corners, fill });
+    }
+
+    pub fn text(&mut self, text: Text) {
+        self.items.push(Item::Text(text));
+    }
+
+    pub fn picture(&mut self, picture: Picture) {
+        self.items.push(Item::Picture(picture));
+    }
+}

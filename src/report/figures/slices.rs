@@ -1,0 +1,322 @@
+//! Coloured maps over planes, side by side on one scale.
+
+use super::axis::{self, Axis, Plot, Spacing};
+use super::colour_bar::{ColourBar, Scale};
+use super::error::{FigureError, check_ascending, check_drawable, check_grid};
+use super::field::{self, Cells};
+use super::header;
+use super::marks::{self, PlacedMark};
+use super::scene::{Anchor, Rect, Scene, Text};
+use super::style::{BORDER, PAGE_WIDTH, Sizes};
+use super::text::{self, LINE_PITCH, Weight};
+
+/// Most panels in one figure.
+const MOST_PANELS: usize = 6;
+/// Highest panel in a figure of one row, and of two.
+const TALLEST: [f64; 2] = [1050.0, 800.0];
+/// Smallest side of a panel.
+const SMALLEST: f64 = 60.0;
+/// Lowest colour bar that still carries its ticks.
+const LOWEST_BAR: f64 = 320.0;
+/// Share of the guessed legend height that remains when its width is known.
+const SETTLED: f64 = 0.94;
+/// Space between the panels and the colour bar.
+const BAR_GAP: f64 = 34.0;
+
+/// A labelled point of a plane.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mark2 {
+    /// Written beside the ring.
+    pub label: String,
+    /// First coordinate, mm.
+    pub x: f64,
+    /// Second coordinate, mm.
+    pub y: f64,
+}
+
+/// One map. Each value colours a cell around its node, bordered half-way to the neighbours and clipped at the outer
+/// nodes, so that the map ends exactly where the grid does and cells along its border appear half as wide.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SlicePanel {
+    /// Written above the map, for example "z = 126.35 mm".
+    pub title: String,
+    /// Node coordinates to the right, ascending, mm.
+    pub x: Vec<f64>,
+    /// Node coordinates upward, ascending, mm.
+    pub y: Vec<f64>,
+    /// Row-major values, y outer, x inner; `None` where there is no solution (drawn hatched).
+    pub values: Vec<Option<f64>>,
+    /// Points to ring; the map's axes grow to include them.
+    pub marks: Vec<Mark2>,
+}
+
+/// Up to six maps of one quantity on one colour scale, all at the same scale of length in both directions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SliceFigure {
+    /// The question.
+    pub title: String,
+    /// The setting.
+    pub subtitle: String,
+    /// For example "x \[mm\]".
+    pub x_label: String,
+    /// For example "y \[mm\]".
+    pub y_label: String,
+    /// Beside the colour bar, for example "worst tool deflection \[mm\]".
+    pub quantity: String,
+    /// One to six maps; up to three share a row, four stand in two rows of two.
+    pub panels: Vec<SlicePanel>,
+    /// Ends of the colour scale; `None` takes the smallest and largest value of all panels.
+    pub range: Option<(f64, f64)>,
+}
+
+impl SlicePanel {
+    fn check(&self) -> Result<(), FigureError> {
+        let name = |part: &str| format!("panel \"{}\", {part}", self.title);
+        check_ascending(&self.x, || name("x"))?;
+        check_ascending(&self.y, || name("y"))?;
+        check_grid(&self.values, self.x.len() * self.y.len(), || name("values"))?;
+        check_drawable(self.marks.iter().flat_map(|m| [m.x, m.y]), || name("marks"))
+    }
+
+    /// Cell borders along x and y.
+    fn edges(&self) -> [Vec<f64>; 2] {
+        let lone = field::lone_half_width(&[&self.x, &self.y]);
+        [field::cell_edges(&self.x, lone), field::cell_edges(&self.y, lone)]
+    }
+
+    /// Ends of both axes: the cells and the marks.
+    fn extents(&self) -> [(f64, f64); 2] {
+        let [x, y] = self.edges();
+        let ends = |edges: &[f64], marks: &[f64]| {
+            let all = || edges.iter().chain(marks).copied();
+            (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max))
+        };
+        let xs: Vec<f64> = self.marks.iter().map(|m| m.x).collect();
+        let ys: Vec<f64> = self.marks.iter().map(|m| m.y).collect();
+        [ends(&x, &xs), ends(&y, &ys)]
+    }
+}
+
+pub(super) fn scene(figure: &SliceFigure) -> Result<Scene, FigureError> {
+    if figure.panels.is_empty() {
+        return Err(FigureError::Empty { what: "slice figure".into() });
+    }
+    if figure.panels.len() > MOST_PANELS {
+        return Err(FigureError::TooManyPanels { found: figure.panels.len(), most: MOST_PANELS });
+    }
+    figure.panels.iter().try_for_each(SlicePanel::check)?;
+    let values = || figure.panels.iter().flat_map(|p| &p.values);
+    let scale = Scale::new(values().copied().flatten(), figure.range)?;
+    let sizes = if figure.panels.len() <= 2 { Sizes::COLUMN } else { Sizes::PAGE };
+    let bar = ColourBar {
+        scale,
+        quantity: &figure.quantity,
+        missing: values().any(Option::is_none),
+        size: sizes.body,
+        tick_size: sizes.tick,
+    };
+    let (mut scene, top) = header::page(&figure.title, &figure.subtitle, sizes);
+    let legend_height = |maps: Rect| maps.height.max(LOWEST_BAR);
+    // The legend is as high as the maps, whose height depends on the legend's width.
+    let guess = Layout::new(figure, sizes, top, bar.width(LOWEST_BAR));
+    let bar_width = bar.width(SETTLED * legend_height(guess.maps));
+    let layout = Layout::new(figure, sizes, top, bar_width);
+    for (panel, place) in figure.panels.iter().zip(&layout.places) {
+        draw_panel(&mut scene, figure, panel, place, scale, sizes);
+    }
+    let maps = layout.maps;
+    let height = legend_height(maps);
+    bar.draw(&mut scene, maps.right() + BAR_GAP, maps.y, height);
+    scene.height = layout.bottom.max(maps.y + height + BORDER);
+    Ok(scene)
+}
+
+/// Where one panel goes and which of its axes are labelled.
+struct Place {
+    plot: Plot,
+    slot_width: f64,
+    labelled_x: bool,
+    labelled_y: bool,
+}
+
+struct Layout {
+    places: Vec<Place>,
+    /// Around all maps without their labels.
+    maps: Rect,
+    bottom: f64,
+}
+
+/// Distances of the table of panels.
+struct Table {
+    count: usize,
+    columns: usize,
+    rows: usize,
+    /// All panels span the same coordinates: only the outer axes are labelled.
+    shared: bool,
+    /// Room left of a labelled panel.
+    left: f64,
+    /// Room below a labelled panel.
+    below: f64,
+    /// Room above each panel.
+    title: f64,
+    gap: f64,
+    slot_width: f64,
+}
+
+impl Table {
+    fn new(figure: &SliceFigure, sizes: Sizes, bar_width: f64) -> Self {
+        let count = figure.panels.len();
+        let columns = if count == 4 { 2 } else { count.min(3) };
+        let rows = count.div_ceil(columns);
+        let extents: Vec<_> = figure.panels.iter().map(SlicePanel::extents).collect();
+        let shared = extents.windows(2).all(|pair| pair[0] == pair[1]);
+        let nominal = 0.6 * PAGE_WIDTH / columns as f64;
+        let x_axes = extents.iter().map(|e| map_axis(e[0], nominal, sizes.tick));
+        let y_axes = extents.iter().map(|e| map_axis(e[1], nominal, sizes.tick));
+        let left = y_axes.map(|a| a.depth_beside(sizes.tick)).fold(0.0, f64::max) + axis::label_depth(sizes.body);
+        let overhang = 0.5 * x_axes.map(|a| axis::label_width(&a.ticks, sizes.tick)).fold(0.0, f64::max);
+        let gap = if shared { overhang + 0.6 * sizes.body } else { left + 0.6 * sizes.body };
+        let bar = if bar_width > 0.0 { bar_width + BAR_GAP } else { 0.0 };
+        let room = PAGE_WIDTH - 2.0 * BORDER - left - bar.max(overhang) - gap * (columns - 1) as f64;
+        let slot_width = (room / columns as f64).max(SMALLEST);
+        let title_lines = figure.panels.iter().map(|p| title_lines(p, slot_width, sizes).len()).max().unwrap_or(0);
+        Self {
+            count,
+            columns,
+            rows,
+            shared,
+            left,
+            below: axis::depth_below(sizes.tick) + axis::label_depth(sizes.body),
+            title: title_lines as f64 * LINE_PITCH * sizes.body + 0.2 * sizes.body,
+            gap,
+            slot_width,
+        }
+    }
+
+    /// Width of each column: its widest map or title.
+    fn slots(&self, figure: &SliceFigure, lengths: &[[f64; 2]], sizes: Sizes) -> Vec<f64> {
+        let of_panel =
+            |(panel, length): (&SlicePanel, &[f64; 2])| length[0].max(widest_line(panel, self.slot_width, sizes));
+        let widths: Vec<f64> = figure.panels.iter().zip(lengths).map(of_panel).collect();
+        let column = |column| widths.iter().skip(column).step_by(self.columns).copied().fold(0.0, f64::max);
+        (0..self.columns).map(column).collect()
+    }
+
+    fn place(&self, rect: Rect, ends: [(f64, f64); 2], index: usize, slot_width: f64, sizes: Sizes) -> Place {
+        let covered = index + self.columns < self.count;
+        Place {
+            plot: Plot {
+                rect,
+                x: map_axis(ends[0], rect.width, sizes.tick),
+                y: Axis::vertical(ends[1].0, ends[1].1, Spacing::Linear, rect.height, sizes.tick),
+            },
+            slot_width,
+            labelled_x: !self.shared || !covered,
+            labelled_y: !self.shared || index.is_multiple_of(self.columns),
+        }
+    }
+
+    /// Pixels per mm, the same for every panel.
+    fn scale(&self, extents: &[[(f64, f64); 2]]) -> f64 {
+        let tallest = TALLEST[self.rows.min(2) - 1];
+        let fit = |[x, y]: &[(f64, f64); 2]| (self.slot_width / (x.1 - x.0)).min(tallest / (y.1 - y.0));
+        extents.iter().map(fit).fold(f64::INFINITY, f64::min)
+    }
+}
+
+impl Layout {
+    fn new(figure: &SliceFigure, sizes: Sizes, top: f64, bar_width: f64) -> Self {
+        let table = Table::new(figure, sizes, bar_width);
+        let extents: Vec<_> = figure.panels.iter().map(SlicePanel::extents).collect();
+        let scale = table.scale(&extents);
+        let lengths: Vec<[f64; 2]> =
+            extents.iter().map(|ends| ends.map(|(low, high)| (scale * (high - low)).max(SMALLEST))).collect();
+        let slots = table.slots(figure, &lengths, sizes);
+        let used = table.left + slots.iter().sum::<f64>() + table.gap * (table.columns - 1) as f64;
+        let bar = if bar_width > 0.0 { BAR_GAP + bar_width } else { 0.0 };
+        let left = ((PAGE_WIDTH - used - bar) / 2.0).max(BORDER) + table.left;
+
+        let mut places = Vec::with_capacity(extents.len());
+        let mut y = top;
+        let mut maps_bottom = top;
+        for (row, chunk) in lengths.chunks(table.columns).enumerate() {
+            y += table.title;
+            maps_bottom = y + chunk.iter().map(|l| l[1]).fold(0.0, f64::max);
+            let mut x = left;
+            for (column, [width, height]) in chunk.iter().copied().enumerate() {
+                let index = row * table.columns + column;
+                let slot = slots[column];
+                let rect = Rect { x: x + (slot - width) / 2.0, y: maps_bottom - height, width, height };
+                places.push(table.place(rect, extents[index], index, slot, sizes));
+                x += slot + table.gap;
+            }
+            let last = row + 1 == table.rows;
+            y = maps_bottom + if last || !table.shared { table.below } else { 0.35 * sizes.body };
+        }
+        let maps_top = top + table.title;
+        let maps = Rect { x: left, y: maps_top, width: used - table.left, height: maps_bottom - maps_top };
+        Self { places, maps, bottom: y + BORDER }
+    }
+}
+
+fn map_axis(ends: (f64, f64), length: f64, size: f64) -> Axis {
+    Axis::horizontal(ends.0, ends.1, Spacing::Linear, length, size)
+}
+
+fn title_lines(panel: &SlicePanel, width: f64, sizes: Sizes) -> Vec<String> {
+    text::wrap(&panel.title, sizes.body, Weight::Regular, width)
+}
+
+fn widest_line(panel: &SlicePanel, width: f64, sizes: Sizes) -> f64 {
+    let lines = title_lines(panel, width, sizes);
+    lines.iter().map(|l| text::width(l, sizes.body, Weight::Regular)).fold(0.0, f64::max).min(width)
+}
+
+fn draw_panel(
+    scene: &mut Scene,
+    figure: &SliceFigure,
+    panel: &SlicePanel,
+    place: &Place,
+    scale: Option<Scale>,
+    sizes: Sizes,
+) {
+    let plot = &place.plot;
+    let [column_edges, row_edges] = panel.edges();
+    let cells = Cells { column_edges: &column_edges, row_edges: &row_edges, scale };
+    scene.picture(field::picture(grid_rect(plot, &column_edges, &row_edges), |columns, rows| {
+        cells.paint(columns, rows, |column, row| panel.values[row * panel.x.len() + column])
+    }));
+    plot.draw_frame(scene);
+    draw_title(scene, panel, place, sizes);
+    if place.labelled_x {
+        plot.draw_below(scene, &figure.x_label, sizes.body, sizes.tick);
+    }
+    if place.labelled_y {
+        plot.draw_beside(scene, &figure.y_label, sizes.body, sizes.tick);
+    }
+    let placed: Vec<PlacedMark<'_>> = panel
+        .marks
+        .iter()
+        .map(|mark| PlacedMark { at: plot.place(mark.x, mark.y), label: &mark.label, hidden: false })
+        .collect();
+    marks::draw(scene, &placed, plot.rect, sizes.tick);
+}
+
+fn grid_rect(plot: &Plot, column_edges: &[f64], row_edges: &[f64]) -> Rect {
+    let ends = |edges: &[f64]| (edges[0], edges[edges.len() - 1]);
+    let ((x0, x1), (y0, y1)) = (ends(column_edges), ends(row_edges));
+    let ([left, bottom], [right, top]) = (plot.place(x0, y0), plot.place(x1, y1));
+    Rect { x: left, y: top, width: right - left, height: bottom - top }
+}
+
+fn draw_title(scene: &mut Scene, panel: &SlicePanel, place: &Place, sizes: Sizes) {
+    let lines = title_lines(panel, place.slot_width, sizes);
+    for (above, line) in lines.iter().rev().enumerate() {
+        let size = text::fitting_size(line, sizes.body, Weight::Regular, place.slot_width);
+        let at = [
+            place.plot.rect.centre()[0],
+            place.plot.rect.y - 0.45 * sizes.body - above as f64 * LINE_PITCH * sizes.body,
+        ];
+        scene.text(Text::new(line, size, at, Anchor::Middle));
+    }
+}

@@ -1,0 +1,71 @@
+//! What every figure has in common: page, type sizes, colours.
+
+use plotters::style::RGBColor;
+use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
+
+use super::scene::{Rgb, Stroke};
+
+/// Width of every figure in pixels; a 170 mm journal page at 240 dpi.
+pub(super) const PAGE_WIDTH: f64 = 1600.0;
+/// Blank border of every figure in pixels.
+pub(super) const BORDER: f64 = 28.0;
+
+pub(super) const WHITE: Rgb = [255, 255, 255];
+pub(super) const INK: Rgb = [26, 26, 26];
+pub(super) const MUTED: Rgb = [80, 80, 80];
+pub(super) const GRID: Rgb = [226, 226, 226];
+pub(super) const MISSING: Rgb = [214, 214, 214];
+pub(super) const HATCH: Rgb = [140, 140, 140];
+
+/// Curve colours, distinguishable by colour-blind readers, yellow left out as too pale for lines.
+///
+/// Source: M. Okabe, K. Ito, "Color Universal Design", 2008.
+pub(super) const CURVES: [Rgb; 7] =
+    [[0, 0, 0], [213, 94, 0], [0, 114, 178], [0, 158, 115], [204, 121, 167], [230, 159, 0], [86, 180, 233]];
+
+/// Dash patterns of the dashed curves in order, pixels on and off (round caps lengthen each dash by the line width).
+pub(super) const DASHES: [&[f64]; 4] =
+    [&[20.0, 14.0], &[1.0, 11.0], &[20.0, 12.0, 1.0, 12.0], &[36.0, 14.0, 10.0, 14.0]];
+
+/// Type sizes in pixels.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sizes {
+    pub title: f64,
+    pub body: f64,
+    pub tick: f64,
+}
+
+impl Sizes {
+    /// For figures set across a whole page (170 mm): 8.4 pt text.
+    pub const PAGE: Self = Self { title: 34.0, body: 28.0, tick: 26.0 };
+    /// For figures set in one column (85 mm) or a page: 5.5 pt text at column width, 11 pt at page width.
+    pub const COLUMN: Self = Self { title: 42.0, body: 37.0, tick: 34.0 };
+}
+
+pub(super) fn outline() -> Stroke {
+    Stroke { colour: INK, width: 2.0, dash: &[] }
+}
+
+/// The colour of a fraction 0..1 of the range; fractions outside take the end colours. Viridis: perceptually uniform,
+/// and its lightness rises steadily, so a grey print keeps the order.
+pub(super) fn field_colour(fraction: f64) -> Rgb {
+    let RGBColor(r, g, b) = ViridisRGB.get_color(fraction.clamp(0.0, 1.0));
+    [r, g, b]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colours_run_from_dark_to_light() {
+        assert_eq!(field_colour(0.0), [68, 1, 84]);
+        assert_eq!(field_colour(1.0), [254, 232, 37]);
+        assert_eq!(field_colour(-1.0), field_colour(0.0));
+        let lightness = |k: i32| {
+            let [r, g, b] = field_colour(f64::from(k) / 50.0).map(f64::from);
+            0.299 * r + 0.587 * g + 0.114 * b
+        };
+        assert!((0..50).all(|k| lightness(k) < lightness(k + 1)));
+    }
+}

@@ -1,0 +1,335 @@
+//! The outside of a box of values, seen from above, right and front.
+
+use super::axis::{self, Axis, Spacing};
+use super::colour_bar::{ColourBar, Scale};
+use super::error::{FigureError, check_ascending, check_drawable, check_grid};
+use super::field::{self, Cells};
+use super::header;
+use super::marks::{self, PlacedMark};
+use super::scene::{Anchor, Point, Rect, Scene, Stroke, Text};
+use super::style::{BORDER, INK, PAGE_WIDTH, Sizes, WHITE, outline};
+use super::text::{self, Weight};
+use super::ticks;
+
+const SIZES: Sizes = Sizes::COLUMN;
+/// Direction of view: the eye stands at this azimuth from +x and elevation from the xy plane, in degrees.
+const AZIMUTH: f64 = -52.0;
+const ELEVATION: f64 = 27.0;
+/// Highest projection of the box.
+const TALLEST: f64 = 1000.0;
+/// Length of ticks, and their distance to the labels.
+const TICK: f64 = 12.0;
+const GAP: f64 = 8.0;
+const BAR_GAP: f64 = 44.0;
+const BAR_HEIGHT: f64 = 620.0;
+/// Explains dashed rings.
+const HIDDEN_NOTE: &str = "dashed ring: not on a visible face; the dashed line leads straight up to the top plane";
+
+const LEADER_RIM: Stroke = Stroke { colour: WHITE, width: 7.0, dash: &[] };
+const LEADER: Stroke = Stroke { colour: INK, width: 3.0, dash: &[9.0, 11.0] };
+
+/// A labelled point in space.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mark3 {
+    /// Written beside the ring.
+    pub label: String,
+    /// Coordinates, mm.
+    pub position: [f64; 3],
+}
+
+/// A box of values, drawn at one scale of length on all three axes. The faces at the largest x, the smallest y and the
+/// largest z are visible; their nodes are drawn as the cells of [`super::SlicePanel`] are. Marks elsewhere get a dashed
+/// ring and a dashed line straight up to the plane of the top face.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VolumeFigure {
+    /// The question.
+    pub title: String,
+    /// The setting.
+    pub subtitle: String,
+    /// For example "x \[mm\]".
+    pub axis_labels: [String; 3],
+    /// Beside the colour bar, for example "worst tool deflection \[mm\]".
+    pub quantity: String,
+    /// Node coordinates, ascending, mm.
+    pub axes: [Vec<f64>; 3],
+    /// One value per node, x fastest, then y, then z; `None` where there is no solution (drawn hatched).
+    pub values: Vec<Option<f64>>,
+    /// Points to ring.
+    pub marks: Vec<Mark3>,
+    /// Ends of the colour scale; `None` takes the smallest and largest of all values, hidden ones included.
+    pub range: Option<(f64, f64)>,
+}
+
+impl VolumeFigure {
+    fn check(&self) -> Result<(), FigureError> {
+        for (nodes, label) in self.axes.iter().zip(&self.axis_labels) {
+            check_ascending(nodes, || format!("volume, axis {label}"))?;
+        }
+        check_grid(&self.values, self.axes.iter().map(Vec::len).product(), || "volume".into())?;
+        check_drawable(self.marks.iter().flat_map(|m| m.position), || "volume, marks".into())
+    }
+
+    fn edges(&self) -> [Vec<f64>; 3] {
+        let [x, y, z] = &self.axes;
+        let lone = field::lone_half_width(&[x, y, z]);
+        [x, y, z].map(|nodes| field::cell_edges(nodes, lone))
+    }
+
+    fn value(&self, [i, j, k]: [usize; 3]) -> Option<f64> {
+        let [x, y, _] = &self.axes;
+        self.values[(k * y.len() + j) * x.len() + i]
+    }
+
+    /// Index of the last node along each axis.
+    fn last(&self) -> [usize; 3] {
+        [0, 1, 2].map(|axis| self.axes[axis].len() - 1)
+    }
+}
+
+pub(super) fn scene(figure: &VolumeFigure) -> Result<Scene, FigureError> {
+    figure.check()?;
+    let scale = Scale::new(figure.values.iter().copied().flatten(), figure.range)?;
+    let bar = ColourBar {
+        scale,
+        quantity: &figure.quantity,
+        missing: figure.values.iter().any(Option::is_none),
+        size: SIZES.body,
+        tick_size: SIZES.tick,
+    };
+    let (mut scene, top) = header::page(&figure.title, &figure.subtitle, SIZES);
+    let edges = figure.edges();
+    let bar_width = bar.width(BAR_HEIGHT);
+    let view = View::fitted(figure, &edges, top, PAGE_WIDTH - BORDER - bar_width - BAR_GAP);
+    draw_faces(&mut scene, figure, &edges, &view, scale);
+    draw_edges(&mut scene, &view);
+    for axis in 0..3 {
+        draw_axis(&mut scene, &view, axis, &figure.axis_labels[axis]);
+    }
+    let any_hidden = draw_marks(&mut scene, figure, &view);
+    let middle = view.bounds.centre()[1];
+    let bar_top = (middle - BAR_HEIGHT / 2.0).max(top);
+    bar.draw(&mut scene, PAGE_WIDTH - BORDER - bar_width, bar_top, BAR_HEIGHT);
+    let mut bottom = scene.lowest();
+    if any_hidden {
+        bottom = header::paragraph(&mut scene, HIDDEN_NOTE, bottom + SIZES.body, 0.85 * SIZES.body);
+    }
+    scene.height = bottom + BORDER;
+    Ok(scene)
+}
+
+/// A parallel projection onto the page.
+struct View {
+    low: [f64; 3],
+    high: [f64; 3],
+    right: [f64; 3],
+    up: [f64; 3],
+    /// Pixels per mm.
+    scale: f64,
+    /// Page place of the origin.
+    origin: Point,
+    /// Right end of the room for the axis labels.
+    limit: f64,
+    /// Around the projected box and marks.
+    bounds: Rect,
+}
+
+impl View {
+    /// The view of the box between `BORDER` and `limit`, below `top`, with room for the axis labels.
+    fn fitted(figure: &VolumeFigure, edges: &[Vec<f64>; 3], top: f64, limit: f64) -> Self {
+        let (az, el) = (AZIMUTH.to_radians(), ELEVATION.to_radians());
+        let low = [0, 1, 2].map(|axis: usize| edges[axis][0]);
+        let high = [0, 1, 2].map(|axis: usize| edges[axis][edges[axis].len() - 1]);
+        let mut view = Self {
+            low,
+            high,
+            right: [-az.sin(), az.cos(), 0.0],
+            up: [-el.sin() * az.cos(), -el.sin() * az.sin(), el.cos()],
+            scale: 1.0,
+            origin: [0.0, 0.0],
+            limit,
+            bounds: Rect { x: 0.0, y: 0.0, width: 0.0, height: 0.0 },
+        };
+        let corners = (0..8).map(|k| view.corner([k & 1 != 0, k & 2 != 0, k & 4 != 0]));
+        let points: Vec<Point> =
+            corners.chain(figure.marks.iter().map(|m| m.position)).map(|p| view.place(p)).collect();
+        let span = |axis: usize| {
+            let ends = points.iter().map(|p| p[axis]);
+            (ends.clone().fold(f64::INFINITY, f64::min), ends.fold(f64::NEG_INFINITY, f64::max))
+        };
+        let ((x0, x1), (y0, y1)) = (span(0), span(1));
+        let numbers = Axis::vertical(low[2], high[2], Spacing::Linear, 0.5 * TALLEST, SIZES.tick);
+        let left = BORDER + axis::label_depth(SIZES.body) + numbers.depth_beside(SIZES.tick);
+        let right = limit - SIZES.tick * 2.0;
+        let above = SIZES.tick;
+        view.scale = ((right - left) / (x1 - x0)).min(TALLEST / (y1 - y0));
+        let slack = (right - left - view.scale * (x1 - x0)) / 2.0;
+        view.origin = [left + slack - view.scale * x0, top + above - view.scale * y0];
+        view.bounds =
+            Rect { x: left + slack, y: top + above, width: view.scale * (x1 - x0), height: view.scale * (y1 - y0) };
+        view
+    }
+
+    /// The box corner at the high ends of the chosen axes.
+    fn corner(&self, at_high: [bool; 3]) -> [f64; 3] {
+        [0, 1, 2].map(|axis: usize| if at_high[axis] { self.high[axis] } else { self.low[axis] })
+    }
+
+    fn place(&self, point: [f64; 3]) -> Point {
+        let dot = |along: [f64; 3]| (0..3).map(|axis| along[axis] * point[axis]).sum::<f64>();
+        [self.origin[0] + self.scale * dot(self.right), self.origin[1] - self.scale * dot(self.up)]
+    }
+
+    /// Whether a point lies on one of the three visible faces.
+    fn shows(&self, point: [f64; 3]) -> bool {
+        let near = |axis: usize, end: f64| (point[axis] - end).abs() <= 1e-9 * (self.high[axis] - self.low[axis]);
+        let inside = (0..3).all(|axis| {
+            (self.low[axis]..=self.high[axis]).contains(&point[axis])
+                || near(axis, self.low[axis])
+                || near(axis, self.high[axis])
+        });
+        inside && (near(0, self.high[0]) || near(1, self.low[1]) || near(2, self.high[2]))
+    }
+}
+
+/// A visible face: the axes along its cell columns and rows, and whether it lies at the high end of the third.
+struct Face {
+    columns: usize,
+    rows: usize,
+    at_high: bool,
+}
+
+const FACES: [Face; 3] = [
+    Face { columns: 0, rows: 2, at_high: false },
+    Face { columns: 1, rows: 2, at_high: true },
+    Face { columns: 0, rows: 1, at_high: true },
+];
+
+fn draw_faces(scene: &mut Scene, figure: &VolumeFigure, edges: &[Vec<f64>; 3], view: &View, scale: Option<Scale>) {
+    for face in FACES {
+        let corner = |column: bool, row: bool| {
+            let mut at_high = [face.at_high; 3];
+            at_high[face.columns] = column;
+            at_high[face.rows] = row;
+            view.place(view.corner(at_high))
+        };
+        let origin = corner(false, true);
+        let side = |to: Point| [to[0] - origin[0], to[1] - origin[1]];
+        let (across, down) = (side(corner(true, true)), side(corner(false, false)));
+        let cells = Cells { column_edges: &edges[face.columns], row_edges: &edges[face.rows], scale };
+        scene.picture(field::parallelogram(origin, across, down, |columns, rows| {
+            cells.paint(columns, rows, |column, row| {
+                let mut node = if face.at_high { figure.last() } else { [0; 3] };
+                node[face.columns] = column;
+                node[face.rows] = row;
+                figure.value(node)
+            })
+        }));
+    }
+}
+
+/// The nine visible edges of the box.
+fn draw_edges(scene: &mut Scene, view: &View) {
+    for face in FACES {
+        let corners = [(false, false), (true, false), (true, true), (false, true)].map(|(column, row)| {
+            let mut at_high = [face.at_high; 3];
+            at_high[face.columns] = column;
+            at_high[face.rows] = row;
+            view.place(view.corner(at_high))
+        });
+        scene.outline(&corners, outline());
+    }
+}
+
+/// The edge of the box that carries the ticks of `axis`, from its low to its high end, and the direction of the ticks
+/// on the page. x runs along the lower left edge, y along the lower right one, z up the left one.
+fn tick_edge(view: &View, axis: usize) -> ([Point; 2], Point) {
+    let (mut corner, outward) = match axis {
+        0 => ([false, false, false], [-0.35, 0.94]),
+        1 => ([true, false, false], [0.94, 0.35]),
+        _ => ([false, false, false], [-1.0, 0.0]),
+    };
+    let from = view.place(view.corner(corner));
+    corner[axis] = true;
+    ([from, view.place(view.corner(corner))], outward)
+}
+
+/// Ticks, numbers and the label of one axis.
+fn draw_axis(scene: &mut Scene, view: &View, axis: usize, label: &str) {
+    let ([[x0, y0], [x1, y1]], outward) = tick_edge(view, axis);
+    let (low, high) = (view.low[axis], view.high[axis]);
+    let span = [(x1 - x0).abs(), (y1 - y0).abs()];
+    let scale = if axis == 2 {
+        Axis::vertical(low, high, Spacing::Linear, span[1], SIZES.tick)
+    } else {
+        Axis::slanted(low, high, span, SIZES.tick)
+    };
+    for (value, number) in scale.ticks.values.iter().zip(&scale.ticks.labels) {
+        let share = scale.fraction(*value);
+        let start = [x0 + share * (x1 - x0), y0 + share * (y1 - y0)];
+        let end = [start[0] + TICK * outward[0], start[1] + TICK * outward[1]];
+        scene.line(vec![start, end], axis::tick_stroke());
+        write(scene, number, SIZES.tick, beside(number, SIZES.tick, end, outward));
+    }
+    let label = ticks::label_with_power(label, scale.ticks.exponent);
+    let middle = [(x0 + x1) / 2.0, (y0 + y1) / 2.0];
+    if axis == 2 {
+        let size = axis::label_size(&label, SIZES.body, span[1]);
+        let x = middle[0] - scale.depth_beside(SIZES.tick) - 0.6 * size - GAP;
+        scene.text(Text::new(label, size, [x, middle[1]], Anchor::Middle).upward());
+    } else {
+        let numbers = axis::label_width(&scale.ticks, SIZES.tick);
+        draw_slanted_label(scene, view, axis, &label, middle, numbers);
+    }
+}
+
+/// The label of x or y: beside the numbers at the middle of the edge if the page is wide enough, or else in a row of its
+/// own below the box.
+fn draw_slanted_label(scene: &mut Scene, view: &View, axis: usize, label: &str, middle: Point, numbers: f64) {
+    let size = text::fitting_size(label, SIZES.body, Weight::Regular, 0.4 * PAGE_WIDTH);
+    let half_width = text::width(label, size, Weight::Regular) / 2.0;
+    let side = if axis == 0 { -1.0 } else { 1.0 };
+    let start = [middle[0] + side * (TICK + 2.0 * GAP + 0.9 * numbers), middle[1] + TICK + 1.2 * SIZES.tick];
+    let mut centre = [start[0] + side * half_width, start[1] + 0.3 * SIZES.tick];
+    let (first, last) = (BORDER + half_width, view.limit - half_width);
+    if centre[0] < first || centre[0] > last {
+        let row = axis as f64 * 1.3 * SIZES.body;
+        centre = [centre[0].min(last).max(first), view.bounds.bottom() + 2.4 * SIZES.tick + row];
+    }
+    write(scene, label, size, centre);
+}
+
+/// Centre of a text next to a place, on the side `outward` points to.
+fn beside(content: &str, size: f64, at: Point, outward: Point) -> Point {
+    let half_width = text::width(content, size, Weight::Regular) / 2.0;
+    let half_height = text::capital_height(size) / 2.0;
+    let aside = outward[0].signum() * outward[0].abs().sqrt() * half_width + GAP * outward[0];
+    [at[0] + aside, at[1] + (half_height + GAP) * outward[1]]
+}
+
+fn write(scene: &mut Scene, content: &str, size: f64, centre: Point) {
+    let at = [centre[0], centre[1] + text::capital_height(size) / 2.0];
+    scene.text(Text::new(content, size, at, Anchor::Middle));
+}
+
+/// Draws the marks; returns whether any is not on a visible face.
+fn draw_marks(scene: &mut Scene, figure: &VolumeFigure, view: &View) -> bool {
+    let mut placed = Vec::with_capacity(figure.marks.len());
+    for mark in &figure.marks {
+        let at = view.place(mark.position);
+        let hidden = !view.shows(mark.position);
+        if hidden {
+            let [x, y, _] = mark.position;
+            let foot = view.place([x, y, view.high[2]]);
+            scene.line(vec![foot, at], LEADER_RIM);
+            scene.line(vec![foot, at], LEADER);
+            let cross = |dx: f64| vec![[foot[0] - dx, foot[1] - 5.0], [foot[0] + dx, foot[1] + 5.0]];
+            scene.line(cross(9.0), LEADER_RIM);
+            scene.line(cross(-9.0), LEADER_RIM);
+            scene.line(cross(9.0), outline());
+            scene.line(cross(-9.0), outline());
+        }
+        placed.push(PlacedMark { at, label: &mark.label, hidden });
+    }
+    marks::draw(scene, &placed, view.bounds, SIZES.tick);
+    placed.iter().any(|mark| mark.hidden)
+}

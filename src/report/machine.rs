@@ -1,0 +1,75 @@
+//! Findings about a machine, for reading.
+
+use crate::{
+    machine::{Machine, Motion},
+    study::machine_check::Findings,
+};
+
+/// The findings as text.
+pub fn machine_text(machine: &Machine, findings: &Findings) -> String {
+    let mobility = &findings.mobility;
+    let mut text = format!("{} — {}\n", machine.name, machine.title);
+    text += &format!(
+        "  chains             {} ({}), {} drives\n",
+        machine.chains.len(),
+        machine.chains.iter().map(|chain| chain.name.as_str()).collect::<Vec<_>>().join(", "),
+        machine.drive_count()
+    );
+    text += &format!(
+        "  mobility           {} ({} of the platform), over-constraint {}, left with drives locked {}\n",
+        mobility.mechanism, mobility.platform, mobility.over_constraint, mobility.uncontrolled
+    );
+    let drives: Vec<String> = machine.drives().zip(&findings.home_drives).map(|((_, drive), rho)| shown(drive.motion, *rho)).collect();
+    text += &format!("  drives at home     {}\n", drives.join(", "));
+    text += &format!("  reach at home      {:.1} mm\n", machine.reach);
+    let failures = findings.reached.iter().filter(|(_, _, reached)| reached.is_err()).count();
+    text += &format!(
+        "  places reached     {} of {} (home, named points, workspace corners)\n",
+        findings.reached.len() - failures,
+        findings.reached.len()
+    );
+    text += &format!(
+        "  round trip         {:.1e} mm, {:.1e} rad (forward after inverse kinematics, largest)\n",
+        findings.round_trip.0, findings.round_trip.1
+    );
+    text += &stiffness_text(findings);
+    text += "  where the tool's compliance at home comes from\n";
+    for (name, share) in &findings.compliance_shares {
+        text += &format!("    {:<38} {:>7.3} %\n", name, share * 100.0);
+    }
+    for warning in &findings.warnings {
+        text += &format!("warning: {warning}\n");
+    }
+    if findings.warnings.is_empty() {
+        text += "no warnings\n";
+    }
+    text
+}
+
+fn shown(motion: Motion, rho: f64) -> String {
+    match motion {
+        Motion::Prismatic => format!("{rho:.3} mm"),
+        Motion::Revolute => format!("{:.3} deg", rho.to_degrees()),
+    }
+}
+
+fn stiffness_text(findings: &Findings) -> String {
+    let mut text = String::new();
+    match findings.tool_stiffness {
+        Some([least, middle, most]) => {
+            text += &format!("  tool stiffness     {least:.1}, {middle:.1}, {most:.1} N/mm (principal, at home)\n");
+        }
+        None => text += "  tool stiffness     none: the platform is free or unstable at home\n",
+    }
+    match &findings.stiffness {
+        Some(k) => {
+            text += "  K_C at home        N/mm, N; N, N·mm/rad\n";
+            for row in k.row_iter() {
+                let cells: Vec<String> = row.iter().map(|v| format!("{:>12.4e}", if v.abs() < 1e-6 { 0.0 } else { *v })).collect();
+                text += &format!("    {}\n", cells.join(" "));
+            }
+        }
+        None => text += "  K_C at home        none: a chain is rigid in some direction\n",
+    }
+    text
+}

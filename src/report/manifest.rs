@@ -1,0 +1,61 @@
+//! What a result folder was made from.
+
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+
+/// Number of table rows with one status.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct StatusCount {
+    /// Status.
+    pub status: String,
+    /// Rows.
+    pub rows: usize,
+}
+
+/// Provenance of a result folder. Everything but `wall_time_s` and `threads` follows from the input.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Manifest {
+    /// Program name.
+    pub program: &'static str,
+    /// Program version.
+    pub version: &'static str,
+    /// Study name.
+    pub study: String,
+    /// SHA-256 of everything that decides the results: study file, machine file, command-line changes.
+    pub input_sha256: String,
+    /// Seed of random draws; no draw is made where it is null.
+    pub seed: Option<u64>,
+    /// Settings in effect.
+    pub settings: serde_json::Value,
+    /// Rows per status.
+    pub statuses: Vec<StatusCount>,
+    /// Threads used.
+    pub threads: usize,
+    /// Wall time of the computation, s.
+    pub wall_time_s: f64,
+}
+
+impl Manifest {
+    /// SHA-256 of `text`, hexadecimal.
+    pub fn hash(text: &str) -> String {
+        Sha256::digest(text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+
+    /// Rows per status, in order of first appearance.
+    pub fn count<'a>(statuses: impl Iterator<Item = &'a str>) -> Vec<StatusCount> {
+        let mut counts: Vec<StatusCount> = Vec::new();
+        for status in statuses {
+            match counts.iter_mut().find(|count| count.status == status) {
+                Some(count) => count.rows += 1,
+                None => counts.push(StatusCount { status: status.into(), rows: 1 }),
+            }
+        }
+        counts
+    }
+
+    /// As a JSON file.
+    pub fn to_json(&self) -> String {
+        // A struct of strings and numbers always serialises.
+        serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
+    }
+}

@@ -1,0 +1,13 @@
+//! The answers: tables, figures, summaries and the manifest. Results in, bytes out; computes no physics.
+
+pub mod figures;
+mod machine;
+mod manifest;
+mod point;
+pub mod workspace_map;
+mod write;
+
+pub use machine::machine_text;
+pub use manifest::{Manifest, StatusCount};
+pub use point::{point_json, point_text};
+pub use write::{OutputFile, write_all};

@@ -1,0 +1,160 @@
+//! One location, for reading and for programs.
+
+use nalgebra::{Matrix6, Vector3};
+use serde_json::{Value, json};
+
+use crate::{
+    compensation::tool_error,
+    machine::{Machine, Motion},
+    spatial::rotation_log,
+    statics::Status,
+    study::point::{PointAnswer, PointLoad},
+};
+
+fn rows(matrix: &Matrix6<f64>) -> Vec<Vec<f64>> {
+    matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
+}
+
+fn array(vector: Vector3<f64>) -> [f64; 3] {
+    vector.into()
+}
+
+/// Drive positions in the unit of tables: mm, or degrees for hinges.
+fn shown(machine: &Machine, drives: &[f64]) -> Vec<f64> {
+    let motions = machine.drives().map(|(_, drive)| drive.motion);
+    drives.iter().zip(motions).map(|(v, m)| if m == Motion::Revolute { v.to_degrees() } else { *v }).collect()
+}
+
+fn change(answer: &PointAnswer) -> Option<Vec<f64>> {
+    let compensated = answer.compensated.as_ref().ok()?;
+    Some(compensated.drives.iter().zip(&answer.nominal.drives).map(|(after, before)| after - before).collect())
+}
+
+fn tool_displacement(answer: &PointAnswer) -> Vector3<f64> {
+    tool_error(&answer.question.machine, &answer.loaded.pose, &answer.nominal.pose)
+}
+
+/// One object with the keys of `tests/reference/orthoglide.json` and `status`, `iterations`, `residual`.
+///
+/// `assembly_deg` is passed through. Keys whose quantity does not exist in this outcome are null.
+pub fn point_json(answer: &PointAnswer, assembly_deg: &[f64]) -> Value {
+    let (machine, loaded) = (&answer.question.machine, &answer.loaded);
+    let phi_deg = match answer.question.load {
+        PointLoad::Milling(_, phi) => Some((phi.to_degrees() * 1e9).round() / 1e9),
+        PointLoad::Wrench(_) => None,
+    };
+    let mut object = json!({
+        "position_mm": array(answer.question.position),
+        "phi_deg": phi_deg,
+        "assembly_deg": assembly_deg,
+        "wrench_N_Nmm": answer.wrench.to_array(),
+        "rho_nominal_mm": shown(machine, &answer.nominal.drives),
+        "platform_mm": null, "platform_rotvec_rad": null, "tool_displacement_mm": null, "actuator_force_N": null,
+        "chain_wrench_N_Nmm": null,
+        "stiffness_unloaded": answer.stiffness_unloaded.as_ref().map(rows),
+        "stiffness_loaded": loaded.stiffness.as_ref().map(rows),
+        "rho_compensated_mm": null, "delta_rho_mm": null, "compensated_rotvec_rad": null,
+        "compensated_actuator_force_N": null,
+        "status": loaded.status.label(),
+        "iterations": loaded.iterations,
+        "residual": loaded.residual,
+    });
+    if !matches!(loaded.status, Status::NotConverged { .. }) {
+        object["platform_mm"] = json!(array(loaded.pose.translation));
+        object["platform_rotvec_rad"] = json!(array(rotation_log(&loaded.pose.rotation)));
+        object["tool_displacement_mm"] = json!(array(tool_displacement(answer)));
+        object["actuator_force_N"] = json!(loaded.drive_forces());
+        let wrenches: Vec<[f64; 6]> = loaded.chains.iter().map(|chain| chain.wrench.to_array()).collect();
+        object["chain_wrench_N_Nmm"] = json!(wrenches);
+    }
+    if let (Ok(compensated), Some(change)) = (&answer.compensated, change(answer)) {
+        object["rho_compensated_mm"] = json!(shown(machine, &compensated.drives));
+        object["delta_rho_mm"] = json!(shown(machine, &change));
+        object["compensated_rotvec_rad"] = json!(array(rotation_log(&compensated.solution.pose.rotation)));
+        object["compensated_actuator_force_N"] = json!(compensated.solution.drive_forces());
+    }
+    object
+}
+
+fn triple(v: Vector3<f64>, decimals: usize) -> String {
+    format!("({:.decimals$}, {:.decimals$}, {:.decimals$})", v.x, v.y, v.z)
+}
+
+/// A summary for reading.
+pub fn point_text(answer: &PointAnswer) -> String {
+    let (machine, loaded) = (&answer.question.machine, &answer.loaded);
+    let wrench = answer.wrench;
+    let mut text = format!("{}\n", machine.title);
+    text += &format!("  commanded position of P   {} mm\n", triple(answer.question.position, 3));
+    if let PointLoad::Milling(_, phi) = answer.question.load {
+        text += &format!("  tool angle                {:.1} deg\n", phi.to_degrees());
+    }
+    text += &format!(
+        "  load at P                 force {} N, moment {} N·mm\n",
+        triple(wrench.force, 1),
+        triple(wrench.moment, 0)
+    );
+    text += &format!(
+        "  equilibrium               {}, {} iterations, residual {:.1e}\n",
+        loaded.status.label(),
+        loaded.iterations,
+        loaded.residual
+    );
+    if matches!(loaded.status, Status::NotConverged { .. }) {
+        return text + &format!("  reason                    {}\n", loaded.status.reason(machine));
+    }
+    let displacement = tool_displacement(answer);
+    let turn = rotation_log(&(loaded.pose.rotation * answer.nominal.pose.rotation.transpose()));
+    text += &format!(
+        "  tool displacement         {:.4} mm = {} mm\n",
+        displacement.norm(),
+        triple(displacement, 4)
+    );
+    text += &format!(
+        "  platform displacement     {} mm, rotation {} mrad\n",
+        triple(loaded.pose.translation - answer.nominal.pose.translation, 4),
+        triple(turn * 1e3, 3)
+    );
+    if let Some(stability) = loaded.stability {
+        text += &format!("  softest direction         {stability:.1} N/mm (rotations at {:.0} mm)\n", machine.reach);
+    }
+    text + &drive_table(answer)
+}
+
+/// Drives: nominal and compensated commands, forces, internal wrench of their chains.
+fn drive_table(answer: &PointAnswer) -> String {
+    let machine = &answer.question.machine;
+    let mut table = comfy_table::Table::new();
+    table.load_style(comfy_table::presets::UTF8_HORIZONTAL_ONLY);
+    table.set_header(["drive", "ρ nominal", "ρ compensated", "Δρ", "force before", "force after", "internal force"]);
+    let nominal = shown(machine, &answer.nominal.drives);
+    let after = answer.compensated.as_ref().ok();
+    let compensated = after.map(|after| shown(machine, &after.drives));
+    let change = change(answer).map(|change| shown(machine, &change));
+    let forces = answer.loaded.drive_forces();
+    let forces_after = after.map(|after| after.solution.drive_forces());
+    for (d, (label, (chain, drive))) in machine.drive_labels().into_iter().zip(machine.drives()).enumerate() {
+        let (unit, force_unit) = match drive.motion {
+            Motion::Prismatic => ("mm", "N"),
+            Motion::Revolute => ("deg", "N·mm"),
+        };
+        let optional = |value: Option<&Vec<f64>>, decimals: usize, unit: &str| {
+            value.map_or_else(|| "–".into(), |v| format!("{:.decimals$} {unit}", v[d]))
+        };
+        let internal = answer.loaded.chains[chain].internal_wrench;
+        table.add_row([
+            label,
+            format!("{:.4} {unit}", nominal[d]),
+            optional(compensated.as_ref(), 4, unit),
+            optional(change.as_ref(), 4, unit),
+            format!("{:.1} {force_unit}", forces[d]),
+            optional(forces_after.as_ref(), 1, force_unit),
+            internal.map_or_else(|| "–".into(), |w| format!("{:.1} N", w.force.norm())),
+        ]);
+    }
+    let mut text = format!("{table}\n");
+    if let Err(reason) = &answer.compensated {
+        text += &format!("not compensated: {reason}\n");
+    }
+    text
+}

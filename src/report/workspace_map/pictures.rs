@@ -1,0 +1,137 @@
+//! Which pictures a map gives.
+
+use crate::{
+    report::figures::{Figure, Mark2, Mark3, SliceFigure, SlicePanel, VolumeFigure},
+    study::workspace_map::{Source, SourceEffect, WorkspaceMap},
+};
+
+/// A quantity of the map that is drawn.
+struct Quantity {
+    file_stem: &'static str,
+    title: &'static str,
+    label: &'static str,
+    source: Source,
+    value: fn(&SourceEffect) -> Option<f64>,
+}
+
+const QUANTITIES: [Quantity; 5] = [
+    Quantity {
+        file_stem: "deflection_cutting",
+        title: "How far the cutting force moves the tool",
+        label: "worst tool deflection [mm]",
+        source: Source::Cutting,
+        value: |e| Some(e.deflection_mm),
+    },
+    Quantity {
+        file_stem: "deflection_both",
+        title: "How far cutting force and chain errors move the tool",
+        label: "worst tool deflection [mm]",
+        source: Source::Both,
+        value: |e| Some(e.deflection_mm),
+    },
+    Quantity {
+        file_stem: "delta_rho_both",
+        title: "What the drives must be told instead",
+        label: "largest drive correction |Δρ| [mm]",
+        source: Source::Both,
+        value: |e| Some(e.largest_delta_rho()),
+    },
+    Quantity {
+        file_stem: "departure_both",
+        title: "How wrong it is to add the two effects",
+        label: "superposition departure [mm]",
+        source: Source::Both,
+        value: SourceEffect::departure_mm,
+    },
+    Quantity {
+        file_stem: "stiffness_min_cutting",
+        title: "How stiff the tool tip is in its softest direction",
+        label: "smallest principal stiffness [N/mm]",
+        source: Source::Cutting,
+        value: |e| Some(e.principal_stiffness_n_per_mm[0]),
+    },
+];
+
+/// All pictures with their file stems: slices of every quantity, and the workspace in 3-D with the deflection under both
+/// sources.
+pub fn figures(map: &WorkspaceMap) -> Vec<(String, Figure)> {
+    let mut figures: Vec<(String, Figure)> = QUANTITIES
+        .iter()
+        .map(|quantity| (format!("slices_{}", quantity.file_stem), Figure::Slices(slices(map, quantity))))
+        .collect();
+    let deflection = &QUANTITIES[1];
+    if map.study.grid.counts().iter().all(|&n| n > 1) {
+        figures.push((format!("workspace_{}", deflection.file_stem), Figure::Volume(volume(map, deflection))));
+    }
+    figures
+}
+
+fn setting(map: &WorkspaceMap) -> String {
+    let study = &map.study;
+    let [nx, ny, nz] = study.grid.counts();
+    format!(
+        "{}, worst of {} tool angles, force {} / {} / {} N (radial / tangential / axial), grid {nx} × {ny} × {nz}",
+        study.machine.name,
+        study.phis.len(),
+        study.force.radial,
+        study.force.tangential,
+        study.force.axial
+    )
+}
+
+fn values(map: &WorkspaceMap, quantity: &Quantity) -> Vec<Option<f64>> {
+    map.points.iter().map(|point| point.effect(quantity.source).and_then(quantity.value)).collect()
+}
+
+/// Grid planes nearest to the heights asked for, without repetition.
+fn planes(map: &WorkspaceMap) -> Vec<usize> {
+    let heights = &map.study.grid.axes[2];
+    let mut planes: Vec<usize> = Vec::new();
+    for z in &map.study.slices_z {
+        let distance = |k: &usize| (heights[*k] - z).abs();
+        let nearest = (0..heights.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        if let Some(plane) = nearest.filter(|plane| !planes.contains(plane)) {
+            planes.push(plane);
+        }
+    }
+    planes
+}
+
+fn slices(map: &WorkspaceMap, quantity: &Quantity) -> SliceFigure {
+    let [xs, ys, zs] = &map.study.grid.axes;
+    let all = values(map, quantity);
+    let half_step = if zs.len() > 1 { 0.5 * (zs[1] - zs[0]) } else { f64::INFINITY };
+    let panels = planes(map).into_iter().map(|k| {
+        let in_plane = map.study.machine.points.iter().filter(|p| (p.position.z - zs[k]).abs() <= half_step);
+        SlicePanel {
+            title: format!("z = {:.2} mm", zs[k]),
+            x: xs.clone(),
+            y: ys.clone(),
+            values: all[k * xs.len() * ys.len()..][..xs.len() * ys.len()].to_vec(),
+            marks: in_plane.map(|p| Mark2 { label: p.name.clone(), x: p.position.x, y: p.position.y }).collect(),
+        }
+    });
+    SliceFigure {
+        title: quantity.title.into(),
+        subtitle: setting(map),
+        x_label: "x [mm]".into(),
+        y_label: "y [mm]".into(),
+        quantity: quantity.label.into(),
+        panels: panels.collect(),
+        range: None,
+    }
+}
+
+fn volume(map: &WorkspaceMap, quantity: &Quantity) -> VolumeFigure {
+    let points = &map.study.machine.points;
+    VolumeFigure {
+        title: quantity.title.into(),
+        subtitle: setting(map),
+        axis_labels: ["x [mm]".into(), "y [mm]".into(), "z [mm]".into()],
+        quantity: quantity.label.into(),
+        axes: map.study.grid.axes.clone(),
+        values: values(map, quantity),
+        marks: points.iter().map(|p| Mark3 { label: p.name.clone(), position: p.position.into() }).collect(),
+        range: None,
+    }
+}

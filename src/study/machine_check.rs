@@ -1,0 +1,166 @@
+//! What a designer wants to know of a machine before trusting it.
+
+use nalgebra::{Matrix3, Matrix6, Vector3};
+
+use crate::{
+    machine::{Machine, Mobility},
+    spatial::{Wrench, rotation_log},
+    statics::{Settings, State, Status, Workspace, equilibrium, spring_energies, tool_compliance, unloaded_stiffness},
+};
+
+/// Findings about a machine.
+#[derive(Debug, Clone)]
+pub struct Findings {
+    /// Mobility at home.
+    pub mobility: Mobility,
+    /// Drive positions at home, mm or rad.
+    pub home_drives: Vec<f64>,
+    /// Each named point and corner of the workspace: its name, position in mm, and what the inverse kinematics says.
+    pub reached: Vec<(String, Vector3<f64>, Result<(), String>)>,
+    /// Largest error of forward after inverse kinematics over the reached places: mm, and rad.
+    pub round_trip: (f64, f64),
+    /// Unloaded stiffness at home; `None` where the machine is rigid in some direction or singular.
+    pub stiffness: Option<Matrix6<f64>>,
+    /// Principal stiffnesses of the tool tip at home, N/mm, ascending.
+    pub tool_stiffness: Option<[f64; 3]>,
+    /// Share of each elastic element in the compliance of the tool tip at home, all directions together; sums to 1.
+    pub compliance_shares: Vec<(String, f64)>,
+    /// What looks wrong.
+    pub warnings: Vec<String>,
+}
+
+/// An element with a larger share in the compliance makes all others irrelevant.
+const DOMINANT_SHARE: f64 = 0.999;
+/// An element with a smaller share could as well be rigid.
+const NEGLIGIBLE_SHARE: f64 = 1e-5;
+
+/// Examines `machine` at home, at its named points and at the corners of its workspace.
+pub fn check(machine: &Machine) -> Findings {
+    let mobility = machine.mobility(&machine.home);
+    let (reached, round_trip) = places(machine);
+    let mut workspace = Workspace::new(machine);
+    let stiffness = unloaded_stiffness(machine, &machine.home, &mut workspace);
+    let (tool_stiffness, compliance_shares, status) = compliance(machine, &mut workspace);
+    let mut findings = Findings {
+        mobility,
+        home_drives: machine.home.drives.clone(),
+        reached,
+        round_trip,
+        stiffness,
+        tool_stiffness,
+        compliance_shares,
+        warnings: Vec::new(),
+    };
+    findings.warnings = warnings(machine, &findings, &status);
+    findings
+}
+
+/// A place, its position, and what the inverse kinematics says of it.
+type Place = (String, Vector3<f64>, Result<(), String>);
+
+fn places(machine: &Machine) -> (Vec<Place>, (f64, f64)) {
+    let (min, max) = (machine.workspace.min, machine.workspace.max);
+    let mut places: Vec<(String, Vector3<f64>)> = vec![("home".into(), machine.home.pose.translation)];
+    places.extend(machine.points.iter().map(|point| (point.name.clone(), point.position)));
+    for corner in 0..8 {
+        let pick = |i: usize| if corner >> i & 1 == 0 { min[i] } else { max[i] };
+        places.push((format!("corner {}", corner + 1), Vector3::new(pick(0), pick(1), pick(2))));
+    }
+    let mut worst: (f64, f64) = (0.0, 0.0);
+    let visit = |(name, position): (String, Vector3<f64>)| {
+        let reached = match machine.inverse_kinematics(&machine.pose_at(position)) {
+            Err(unreachable) => Err(unreachable.to_string()),
+            Ok(at) => match machine.forward_kinematics(&at.drives) {
+                Err(unreachable) => Err(format!("forward kinematics fails: {unreachable}")),
+                Ok(back) => {
+                    let turn = rotation_log(&(back.pose.rotation * at.pose.rotation.transpose()));
+                    worst.0 = worst.0.max((back.pose.translation - at.pose.translation).norm());
+                    worst.1 = worst.1.max(turn.norm());
+                    Ok(())
+                }
+            },
+        };
+        (name, position, reached)
+    };
+    (places.into_iter().map(visit).collect(), worst)
+}
+
+/// Principal stiffnesses of the tool tip and each element's share in its compliance, from 1 N along x, y and z.
+fn compliance(machine: &Machine, workspace: &mut Workspace) -> (Option<[f64; 3]>, Vec<(String, f64)>, Status) {
+    let home = &machine.home;
+    let lever = home.pose.rotation * machine.tool_tip;
+    let mut shares: Vec<(String, f64)> = Vec::new();
+    let mut tip = None;
+    let mut status = Status::Solved;
+    for axis in 0..3 {
+        let mut force = Vector3::zeros();
+        force[axis] = 1.0;
+        let load = Wrench { force, moment: lever.cross(&force) };
+        let mut state = State::rigid(machine, home);
+        let outcome = equilibrium(machine, &home.drives, &load, &mut state, workspace, &Settings::default());
+        status = outcome.status.clone();
+        if outcome.status != Status::Solved {
+            return (None, Vec::new(), status);
+        }
+        tip = outcome.compliance.map(|compliance| principal(&tool_compliance(&compliance, lever)));
+        for (index, (name, energy)) in spring_energies(machine, &state).into_iter().enumerate() {
+            match shares.get_mut(index) {
+                Some((_, sum)) => *sum += energy,
+                None => shares.push((name, energy)),
+            }
+        }
+    }
+    let total: f64 = shares.iter().map(|(_, energy)| energy).sum();
+    for (_, share) in &mut shares {
+        *share /= total;
+    }
+    (tip, shares, status)
+}
+
+fn principal(compliance: &Matrix3<f64>) -> [f64; 3] {
+    let mut values: [f64; 3] =
+        ((compliance + compliance.transpose()) * 0.5).symmetric_eigenvalues().map(|c| 1.0 / c).into();
+    values.sort_by(f64::total_cmp);
+    values
+}
+
+fn warnings(machine: &Machine, findings: &Findings, status: &Status) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if *status != Status::Solved {
+        warnings.push(format!("home: a load of 1 N has no stable equilibrium ({})", status.reason(machine)));
+    }
+    let mobility = &findings.mobility;
+    if mobility.uncontrolled > 0 {
+        warnings.push(format!(
+            "home: with all drives locked, {} motion(s) are left: a singular home, a missing drive or an idle joint",
+            mobility.uncontrolled
+        ));
+    }
+    if mobility.platform < machine.controls.len() {
+        warnings.push(format!(
+            "home: {} coordinates are to be controlled, but the platform has {} independent motion(s): a singular home or \
+             a wrong platform.controls",
+            machine.controls.len(),
+            mobility.platform
+        ));
+    }
+    for (name, share) in &findings.compliance_shares {
+        if *share > DOMINANT_SHARE {
+            warnings.push(format!(
+                "{name}: makes {:.3} % of the tool's compliance; is its stiffness 1000 times too small (unit)?",
+                share * 100.0
+            ));
+        } else if *share < NEGLIGIBLE_SHARE {
+            warnings.push(format!(
+                "{name}: makes {share:.1e} of the tool's compliance; is its stiffness 1000 times too large (unit)?"
+            ));
+        }
+    }
+    for (name, position, reached) in &findings.reached {
+        if let Err(reason) = reached {
+            let [x, y, z]: [f64; 3] = (*position).into();
+            warnings.push(format!("{name} ({x}, {y}, {z}) mm cannot be reached: {reason}"));
+        }
+    }
+    warnings
+}

@@ -1,0 +1,64 @@
+//! The questions: a study file as written ([`spec`]), checked ([`Study`]), run, and its plain results.
+//!
+//! A study is a folder with a `study.toml`; its inputs are named relative to that folder.
+
+mod resolve;
+pub mod machine_check;
+pub mod point;
+pub mod spec;
+pub mod workspace_map;
+
+use std::path::{Path, PathBuf};
+
+pub use resolve::Overrides;
+use workspace_map::WorkspaceMapStudy;
+
+use crate::error::{Error, Result};
+
+/// A checked study, ready to run.
+#[derive(Debug, Clone)]
+pub struct Study {
+    /// Name of its folder; results are written under it.
+    pub name: String,
+    /// The question it answers.
+    pub question: String,
+    /// Everything that decides its results, as text: the input of the manifest's hash.
+    pub fingerprint: String,
+    /// What to compute.
+    pub kind: StudyKind,
+}
+
+/// What a study computes.
+#[derive(Debug, Clone)]
+pub enum StudyKind {
+    /// Deflection and required corrections over the workspace.
+    WorkspaceMap(WorkspaceMapStudy),
+}
+
+impl Study {
+    /// Reads and checks the study in `path`: a folder with a `study.toml`, or the file itself.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is not of the expected form, or holds values that make no sense.
+    pub fn open(path: &Path, overrides: &Overrides) -> Result<Study> {
+        let file = if path.is_dir() { path.join("study.toml") } else { path.to_path_buf() };
+        let text = std::fs::read_to_string(&file).map_err(|source| Error::Read { file: file.clone(), source })?;
+        let folder = file.parent().map(Path::to_path_buf).unwrap_or_default();
+        Self::from_toml(&text, &file.display().to_string(), &folder, overrides)
+    }
+
+    /// Checks a study given as TOML text. `origin` names it in errors; machine files are sought relative to `folder`.
+    ///
+    /// # Errors
+    /// As [`Study::open`].
+    pub fn from_toml(text: &str, origin: &str, folder: &Path, overrides: &Overrides) -> Result<Study> {
+        let spec: spec::StudySpec = crate::toml_file::parse(text, origin)?;
+        resolve::study(&spec, text, origin, folder, overrides)
+    }
+}
+
+/// Name of the folder a study stands in.
+fn folder_name(folder: &Path) -> String {
+    let absolute: PathBuf = std::path::absolute(folder).unwrap_or_else(|_| folder.to_path_buf());
+    absolute.file_name().map_or_else(|| "study".into(), |name| name.to_string_lossy().into_owned())
+}

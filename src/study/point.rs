@@ -1,0 +1,110 @@
+//! One location: the loaded equilibrium at the nominal command, and the compensated one.
+
+use nalgebra::{Matrix6, Vector3};
+
+use crate::{
+    compensation::{Target, compensate_directly},
+    machine::{ChainError, Configuration, Machine, Unreachable},
+    process::MillingForce,
+    spatial::Wrench,
+    statics::{Outcome, Settings, Solution, State, Workspace, equilibrium, unloaded_stiffness},
+};
+
+/// The load at a point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum PointLoad {
+    /// The milling force at tool angle φ in rad, on the tool tip.
+    Milling(MillingForce, f64),
+    /// A wrench at P in O axes.
+    Wrench(Wrench),
+}
+
+/// What is asked.
+#[derive(Debug, Clone)]
+pub struct PointQuestion {
+    /// The nominal machine, by which the position is commanded.
+    pub machine: Machine,
+    /// Errors of each chain of the real machine; missing entries are zero.
+    pub errors: Vec<ChainError>,
+    /// Commanded position of P, mm.
+    pub position: Vector3<f64>,
+    /// The load.
+    pub load: PointLoad,
+    /// What compensation puts right.
+    pub target: Target,
+}
+
+/// A solved state with the drive positions it belongs to.
+#[derive(Debug, Clone)]
+pub struct Commanded {
+    /// Drive positions, mm or rad.
+    pub drives: Vec<f64>,
+    /// The state.
+    pub solution: Solution,
+}
+
+/// What was found.
+#[derive(Debug, Clone)]
+pub struct PointAnswer {
+    /// The question.
+    pub question: PointQuestion,
+    /// The wrench at P.
+    pub wrench: Wrench,
+    /// Nominal inverse kinematics.
+    pub nominal: Configuration,
+    /// Unloaded stiffness of the nominal machine; `None` where a chain has no 6×6 stiffness.
+    pub stiffness_unloaded: Option<Matrix6<f64>>,
+    /// Equilibrium at the nominal command; the status says whether it is one.
+    pub loaded: Solution,
+    /// Equilibrium at the compensated command, or why there is none.
+    pub compensated: Result<Commanded, String>,
+}
+
+/// Solves one location.
+///
+/// # Errors
+/// [`Unreachable`] if the nominal machine cannot go there.
+pub fn solve(question: &PointQuestion) -> Result<PointAnswer, Unreachable> {
+    let machine = &question.machine;
+    let real = machine.with_errors(&question.errors);
+    let nominal = machine.inverse_kinematics(&machine.pose_at(question.position))?;
+    let wrench = match question.load {
+        PointLoad::Milling(force, phi) => force.wrench(phi, nominal.pose.rotation * machine.tool_tip),
+        PointLoad::Wrench(wrench) => wrench,
+    };
+    let mut workspace = Workspace::new(&real);
+    let mut state = State::rigid(machine, &nominal);
+    let settings = Settings { tolerance: 1e-13, ..Settings::default() };
+    let outcome = equilibrium(&real, &nominal.drives, &wrench, &mut state, &mut workspace, &settings);
+    let describe = |drives: &[f64], state: &State, outcome: &Outcome, workspace: &mut Workspace| {
+        Solution::new(&real, drives, &wrench, state, outcome, workspace)
+    };
+    let loaded = describe(&nominal.drives, &state, &outcome, &mut workspace);
+    let compensated = if outcome.is_equilibrium() {
+        let done = compensate_directly(
+            &real,
+            &nominal.pose,
+            &wrench,
+            question.target,
+            &nominal.drives,
+            &mut state,
+            &mut workspace,
+        );
+        if done.converged {
+            let solution = describe(&done.drives, &state, &done.outcome, &mut workspace);
+            Ok(Commanded { drives: done.drives, solution })
+        } else {
+            Err(format!("{:.2e} mm left after {} corrections", done.task_error, done.iterations))
+        }
+    } else {
+        Err("there is no equilibrium to start from".into())
+    };
+    Ok(PointAnswer {
+        stiffness_unloaded: unloaded_stiffness(machine, &nominal, &mut workspace),
+        question: question.clone(),
+        wrench,
+        nominal,
+        loaded,
+        compensated,
+    })
+}

@@ -1,0 +1,177 @@
+//! From a study file as written to a checked study.
+
+use std::path::Path;
+
+use nalgebra::Vector3;
+
+use super::{
+    Study, StudyKind, folder_name,
+    spec::{ChainErrorSpec, CompensateSpec, MillingSpec, StudySpec},
+    workspace_map::{Grid, WorkspaceMapStudy},
+};
+use crate::{
+    check::Check,
+    compensation::Target,
+    error::{Error, Result},
+    machine::{ChainError, Machine, Motion, catalogue},
+    process::MillingForce,
+    spatial::Twist,
+};
+
+/// What the command line changes in a study.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Overrides {
+    /// Grid points per axis of a map.
+    pub grid: Option<[usize; 3]>,
+}
+
+/// Most grid points accepted.
+const MAX_GRID_POINTS: usize = 100_000_000;
+
+pub(super) fn study(
+    spec: &StudySpec,
+    text: &str,
+    origin: &str,
+    folder: &Path,
+    overrides: &Overrides,
+) -> Result<Study> {
+    let check = Check::new(origin);
+    check.schema(spec.schema)?;
+    let (machine, machine_text) = machine(&spec.machine, folder, &check.key("machine"))?;
+    let map = workspace_map(spec, machine, overrides, &check)?;
+    Ok(Study {
+        name: folder_name(folder),
+        question: spec.question.trim().to_string(),
+        fingerprint: format!("{text}\n{machine_text}\ngrid {:?}", map.grid.counts()),
+        kind: StudyKind::WorkspaceMap(map),
+    })
+}
+
+/// The machine and its file's text.
+fn machine(name: &str, folder: &Path, check: &Check) -> Result<(Machine, String)> {
+    if let Some(entry) = catalogue::find(name) {
+        return Ok((Machine::from_toml(entry.toml, entry.name)?, entry.toml.to_string()));
+    }
+    let file = folder.join(name);
+    if !file.exists() {
+        let names = catalogue::names().collect::<Vec<_>>().join(", ");
+        return check.fail(format!("\"{name}\" is neither a built-in machine ({names}) nor a file in the study's folder"));
+    }
+    let text = std::fs::read_to_string(&file).map_err(|source| Error::Read { file: file.clone(), source })?;
+    Ok((Machine::from_toml(&text, &file.display().to_string())?, text))
+}
+
+fn workspace_map(
+    spec: &StudySpec,
+    machine: Machine,
+    overrides: &Overrides,
+    check: &Check,
+) -> Result<WorkspaceMapStudy> {
+    let map = &spec.workspace_map;
+    let (force, phis) = milling(&spec.milling, &check.key("milling"))?;
+    let check_map = check.key("workspace_map");
+    let corner = |key: &str, given: Option<[f64; 3]>, default: Vector3<f64>| match given {
+        Some(corner) => check_map.key(key).finite(corner),
+        None => Ok(default),
+    };
+    let min = corner("min_mm", map.min_mm, machine.workspace.min)?;
+    let max = corner("max_mm", map.max_mm, machine.workspace.max)?;
+    check_map.ordered_box(min, max)?;
+    let counts = match overrides.grid {
+        Some(counts) => grid_counts(counts, &Check::new("command line").key("--grid"))?,
+        None => grid_counts(map.grid, &check_map.key("grid"))?,
+    };
+    if map.slices_z_mm.is_empty() || map.slices_z_mm.len() > 6 {
+        let problem = format!("must name 1 to 6 heights, got {}", map.slices_z_mm.len());
+        return check_map.key("slices_z_mm").fail(problem);
+    }
+    for &z in &map.slices_z_mm {
+        check_map.key("slices_z_mm").finite_scalar(z)?;
+    }
+    let errors = chain_errors(&spec.chain_error, &machine, check)?;
+    Ok(WorkspaceMapStudy {
+        grid: Grid::new(min, max, counts),
+        force,
+        phis,
+        errors,
+        target: match map.compensate {
+            CompensateSpec::ToolTip => Target::ToolTip,
+            CompensateSpec::PlatformPoint => Target::PlatformPoint,
+        },
+        slices_z: map.slices_z_mm.clone(),
+        machine,
+    })
+}
+
+fn grid_counts(counts: [usize; 3], check: &Check) -> Result<[usize; 3]> {
+    let total = counts.iter().try_fold(1usize, |product, &n| product.checked_mul(n));
+    match total {
+        Some(total) if total <= MAX_GRID_POINTS && counts.iter().all(|&n| n >= 1) => Ok(counts),
+        _ => check.fail(format!("must be at least 1 along each axis and {MAX_GRID_POINTS} in all, got {counts:?}")),
+    }
+}
+
+/// The force law and the tool angles of one turn, rad.
+fn milling(spec: &MillingSpec, check: &Check) -> Result<(MillingForce, Vec<f64>)> {
+    let force = MillingForce {
+        radial: check.key("radial_force_N").finite_scalar(spec.radial_force)?,
+        tangential: check.key("tangential_force_N").finite_scalar(spec.tangential_force)?,
+        axial: check.key("axial_force_N").finite_scalar(spec.axial_force)?,
+        law: spec.law,
+    };
+    let step = spec.phi_step_deg;
+    let check = check.key("phi_step_deg");
+    if !(0.01..=360.0).contains(&step) {
+        return check.fail(format!("must be between 0.01 and 360, got {step}"));
+    }
+    let count = (360.0 / step).round();
+    if (count * step - 360.0).abs() > 1e-9 {
+        return check.fail(format!("must divide 360, got {step}"));
+    }
+    Ok((force, (0..count as usize).map(|i| (i as f64 * step).to_radians()).collect()))
+}
+
+/// Errors of each chain of the machine, in its order.
+fn chain_errors(specs: &[ChainErrorSpec], machine: &Machine, check: &Check) -> Result<Vec<ChainError>> {
+    let mut errors = vec![ChainError::default(); machine.chains.len()];
+    for (i, spec) in specs.iter().enumerate() {
+        let check = check.key(&format!("chain_error[{i}]"));
+        check.key("chain").unique(&spec.chain, specs[..i].iter().map(|s| s.chain.as_str()))?;
+        let Some(index) = machine.chain_index(&spec.chain) else {
+            let known = machine.chains.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
+            return check.key("chain").fail(format!("no chain is called \"{}\"; there are: {known}", spec.chain));
+        };
+        errors[index] = chain_error(spec, machine, index, &check)?;
+    }
+    Ok(errors)
+}
+
+fn chain_error(spec: &ChainErrorSpec, machine: &Machine, index: usize, check: &Check) -> Result<ChainError> {
+    let radians = |key: &str, degrees: [f64; 3]| -> Result<Vector3<f64>> {
+        Ok(check.key(key).finite(degrees)?.map(f64::to_radians))
+    };
+    let turn = check.key("turn_about_drive_axis_deg").finite_scalar(spec.turn_about_drive_axis_deg)?.to_radians();
+    let base_rotation = radians("base_rotation_deg", spec.base_rotation_deg)?;
+    let chain = &machine.chains[index];
+    let mut error = ChainError::turn_about_drive_axis(chain, turn);
+    if turn != 0.0 && base_rotation != Vector3::zeros() {
+        return check.fail("give turn_about_drive_axis_deg or base_rotation_deg, not both".into());
+    }
+    error.base.linear = check.key("base_translation_mm").finite(spec.base_translation_mm)?;
+    error.base.angular += base_rotation;
+    error.end = Twist {
+        linear: check.key("end_translation_mm").finite(spec.end_translation_mm)?,
+        angular: radians("end_rotation_deg", spec.end_rotation_deg)?,
+    };
+    let check_offsets = check.key("drive_offsets_mm_or_deg");
+    if spec.drive_offsets_mm_or_deg.len() > chain.drives.len() {
+        let problem =
+            format!("has {} entries, but the chain has {} drives", spec.drive_offsets_mm_or_deg.len(), chain.drives.len());
+        return check_offsets.fail(problem);
+    }
+    for (drive, &offset) in chain.drives.iter().zip(&spec.drive_offsets_mm_or_deg) {
+        let offset = check_offsets.finite_scalar(offset)?;
+        error.drive_offsets.push(if drive.motion == Motion::Revolute { offset.to_radians() } else { offset });
+    }
+    Ok(error)
+}

@@ -1,0 +1,98 @@
+//! A study file as written: raw, units in the keys, unknown keys refused. Checked by [`super::Study`].
+
+use serde::Deserialize;
+
+use crate::process::ForceLaw;
+
+/// The whole file.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StudySpec {
+    /// Version of the file format; 1.
+    pub schema: u32,
+    /// What the study is to answer, in one sentence.
+    pub question: String,
+    /// A built-in machine, or a machine file relative to the study's folder.
+    pub machine: String,
+    /// The cutting force.
+    pub milling: MillingSpec,
+    /// Manufacturing and assembly errors; chains not named are nominal.
+    #[serde(default)]
+    pub chain_error: Vec<ChainErrorSpec>,
+    /// Deflection and corrections on a grid over the workspace.
+    pub workspace_map: WorkspaceMapSpec,
+}
+
+/// Groove milling, eqs. (16) and (17).
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MillingSpec {
+    /// F_r.
+    #[serde(rename = "radial_force_N")]
+    pub radial_force: f64,
+    /// F_t.
+    #[serde(rename = "tangential_force_N")]
+    pub tangential_force: f64,
+    /// F_z.
+    #[serde(rename = "axial_force_N")]
+    pub axial_force: f64,
+    /// `printed` (default) or `rotated`.
+    #[serde(default)]
+    pub law: ForceLaw,
+    /// Step between tool angles over one turn.
+    pub phi_step_deg: f64,
+}
+
+/// Geometric errors of one chain.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ChainErrorSpec {
+    /// Name of the chain.
+    pub chain: String,
+    /// Turn of the whole chain about the axis of its first drive.
+    #[serde(default)]
+    pub turn_about_drive_axis_deg: f64,
+    /// Displacement of the chain's first frame, in its axes.
+    #[serde(default)]
+    pub base_translation_mm: [f64; 3],
+    /// Rotation vector of the chain's first frame, in its axes.
+    #[serde(default)]
+    pub base_rotation_deg: [f64; 3],
+    /// Displacement of the chain's last frame, in its axes.
+    #[serde(default)]
+    pub end_translation_mm: [f64; 3],
+    /// Rotation vector of the chain's last frame, in its axes.
+    #[serde(default)]
+    pub end_rotation_deg: [f64; 3],
+    /// Zero-point errors of the chain's drives, in the order of the drives: mm for slides, degrees for hinges.
+    #[serde(default)]
+    pub drive_offsets_mm_or_deg: Vec<f64>,
+}
+
+/// A grid over the workspace box.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WorkspaceMapSpec {
+    /// Number of grid points along x, y, z, both ends included.
+    pub grid: [usize; 3],
+    /// Lower corner; the machine's workspace if not given.
+    pub min_mm: Option<[f64; 3]>,
+    /// Upper corner; the machine's workspace if not given.
+    pub max_mm: Option<[f64; 3]>,
+    /// What compensation puts right.
+    #[serde(default)]
+    pub compensate: CompensateSpec,
+    /// Heights of the slices drawn; the grid plane nearest to each is shown.
+    pub slices_z_mm: Vec<f64>,
+}
+
+/// What compensation puts right.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CompensateSpec {
+    /// The tool tip.
+    #[default]
+    ToolTip,
+    /// The platform point P.
+    PlatformPoint,
+}

@@ -1,0 +1,353 @@
+//! The workspace map: on a grid over the workspace, how far the tool moves under the cutting force, with and without
+//! chain errors, what must be commanded instead, and how far superposition departs from the simultaneous model.
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::{
+    compensation::{Target, compensate_directly, tool_error},
+    machine::{ChainError, Configuration, Machine, Unreachable},
+    process::MillingForce,
+    spatial::{Pose, Wrench},
+    statics::{Outcome, Settings, State, Status, Workspace, equilibrium, tool_compliance},
+};
+
+/// A regular grid over a box of positions of P, both ends included.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Grid {
+    /// Coordinates along x, y and z, mm, ascending.
+    pub axes: [Vec<f64>; 3],
+}
+
+impl Grid {
+    /// `counts` points per axis; a single point lies in the middle.
+    pub fn new(min: Vector3<f64>, max: Vector3<f64>, counts: [usize; 3]) -> Self {
+        let axis = |i: usize| match counts[i] {
+            1 => vec![0.5 * (min[i] + max[i])],
+            n => (0..n)
+                .map(|k| if k + 1 == n { max[i] } else { min[i] + (max[i] - min[i]) * k as f64 / (n - 1) as f64 })
+                .collect(),
+        };
+        Self { axes: [axis(0), axis(1), axis(2)] }
+    }
+
+    /// Points along x, y and z.
+    pub fn counts(&self) -> [usize; 3] {
+        [self.axes[0].len(), self.axes[1].len(), self.axes[2].len()]
+    }
+
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.counts().iter().product()
+    }
+
+    /// Whether there is no point.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Point `index`; x runs fastest, then y, then z.
+    pub fn position(&self, index: usize) -> Vector3<f64> {
+        let [nx, ny, _] = self.counts();
+        Vector3::new(self.axes[0][index % nx], self.axes[1][index / nx % ny], self.axes[2][index / (nx * ny)])
+    }
+}
+
+/// A checked workspace-map study.
+#[derive(Debug, Clone)]
+pub struct WorkspaceMapStudy {
+    /// The nominal machine, by which positions are commanded.
+    pub machine: Machine,
+    /// Errors of each chain of the real machine.
+    pub errors: Vec<ChainError>,
+    /// Where.
+    pub grid: Grid,
+    /// The cutting force.
+    pub force: MillingForce,
+    /// Tool angles φ, rad.
+    pub phis: Vec<f64>,
+    /// What compensation puts right.
+    pub target: Target,
+    /// Heights of the slices drawn, mm.
+    pub slices_z: Vec<f64>,
+}
+
+/// What makes the tool leave its path.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Source {
+    /// The cutting force on the nominal machine.
+    Cutting,
+    /// The chain errors of the unloaded real machine.
+    Assembly,
+    /// Both at once: the cutting force on the real machine.
+    Both,
+}
+
+impl Source {
+    /// All sources, in table order.
+    pub const ALL: [Source; 3] = [Source::Cutting, Source::Assembly, Source::Both];
+
+    /// Word used in tables.
+    pub fn label(self) -> &'static str {
+        match self {
+            Source::Cutting => "cutting",
+            Source::Assembly => "assembly",
+            Source::Both => "both",
+        }
+    }
+}
+
+/// What a source does at a grid point, worst over φ.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SourceEffect {
+    /// Largest displacement of the tool tip, mm.
+    pub deflection_mm: f64,
+    /// The displacement itself, O axes, mm.
+    pub deflection_vector_mm: [f64; 3],
+    /// φ at which it occurs, degrees; `None` without cutting force.
+    pub phi_deg: Option<f64>,
+    /// Largest |Δρ| of each drive over φ: compensated less nominal drive position, mm or rad.
+    pub delta_rho: Vec<f64>,
+    /// Largest |τ| of each drive over φ at the nominal command, N or N·mm.
+    pub drive_force: Vec<f64>,
+    /// Principal stiffnesses of the tool tip at the worst φ, ascending, N/mm.
+    pub principal_stiffness_n_per_mm: [f64; 3],
+    /// Superposition less simultaneous tool displacement at the worst φ, O axes, mm; only for both sources.
+    pub departure_vector_mm: Option<[f64; 3]>,
+}
+
+impl SourceEffect {
+    /// Norm of the departure of superposition, mm.
+    pub fn departure_mm(&self) -> Option<f64> {
+        self.departure_vector_mm.map(|v| Vector3::from(v).norm())
+    }
+
+    /// Largest |Δρ| of all drives.
+    pub fn largest_delta_rho(&self) -> f64 {
+        self.delta_rho.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// Largest |τ| of all drives.
+    pub fn largest_drive_force(&self) -> f64 {
+        self.drive_force.iter().copied().fold(0.0, f64::max)
+    }
+}
+
+/// Why a point has no numbers.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Failure {
+    /// Word used in tables: `unreachable`, `unstable`, `buckled`, `singular`, `not_converged`, `not_compensated`.
+    pub status: &'static str,
+    /// Reason in words.
+    pub reason: String,
+}
+
+/// One grid point.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MapPoint {
+    /// Commanded position of P, mm.
+    pub position_mm: [f64; 3],
+    /// Effects in the order of [`Source::ALL`].
+    pub effects: [Result<SourceEffect, Failure>; 3],
+}
+
+impl MapPoint {
+    /// The effect of `source`, if it could be computed.
+    pub fn effect(&self, source: Source) -> Option<&SourceEffect> {
+        self.effects[source as usize].as_ref().ok()
+    }
+}
+
+/// Results of a workspace-map study.
+#[derive(Debug, Clone)]
+pub struct WorkspaceMap {
+    /// The study.
+    pub study: WorkspaceMapStudy,
+    /// Points in grid order.
+    pub points: Vec<MapPoint>,
+}
+
+/// Computes all points, in parallel on the current rayon pool; the result does not depend on the number of threads.
+///
+/// `done` is called after each point.
+pub fn run(study: &WorkspaceMapStudy, done: &(dyn Fn() + Sync)) -> WorkspaceMap {
+    let real = study.machine.with_errors(&study.errors);
+    let points = (0..study.grid.len())
+        .into_par_iter()
+        .map_init(
+            || Workspace::new(&study.machine),
+            |workspace, index| {
+                let point = PointSolver { study, real: &real, workspace }.solve(study.grid.position(index));
+                done();
+                point
+            },
+        )
+        .collect();
+    WorkspaceMap { study: study.clone(), points }
+}
+
+impl From<Unreachable> for Failure {
+    fn from(unreachable: Unreachable) -> Self {
+        Failure { status: "unreachable", reason: unreachable.to_string() }
+    }
+}
+
+/// Tool displacements and worst values over φ, of one source.
+struct Turn {
+    /// Tool displacement at each φ, mm.
+    displacements: Vec<Vector3<f64>>,
+    effect: SourceEffect,
+}
+
+struct PointSolver<'a> {
+    study: &'a WorkspaceMapStudy,
+    real: &'a Machine,
+    workspace: &'a mut Workspace,
+}
+
+impl PointSolver<'_> {
+    fn solve(&mut self, position: Vector3<f64>) -> MapPoint {
+        let position_mm = position.into();
+        let nominal = &self.study.machine;
+        let at = match nominal.inverse_kinematics(&nominal.pose_at(position)) {
+            Ok(at) => at,
+            Err(unreachable) => {
+                let failure = Failure::from(unreachable);
+                return MapPoint { position_mm, effects: std::array::from_fn(|_| Err(failure.clone())) };
+            }
+        };
+        let rigid = State::rigid(nominal, &at);
+        let lever = at.pose.rotation * nominal.tool_tip;
+        let loads: Vec<Option<f64>> = self.study.phis.iter().copied().map(Some).collect();
+        let cutting = self.turn(nominal, &at, &rigid, &loads, lever);
+        let mut assembled = rigid;
+        let assembly = self.turn_from(self.real, &at, &mut assembled, &[None], lever);
+        let both = self.turn(self.real, &at, &assembled, &loads, lever).map(|mut both| {
+            if let (Ok(cutting), Ok(assembly)) = (&cutting, &assembly) {
+                let worst = index_of_largest(&both.displacements);
+                let superposed = cutting.displacements[worst] + assembly.displacements[0];
+                both.effect.departure_vector_mm = Some((superposed - both.displacements[worst]).into());
+            }
+            both
+        });
+        MapPoint { position_mm, effects: [cutting, assembly, both].map(|turn| turn.map(|turn| turn.effect)) }
+    }
+
+    fn turn(
+        &mut self,
+        machine: &Machine,
+        at: &Configuration,
+        start: &State,
+        loads: &[Option<f64>],
+        lever: Vector3<f64>,
+    ) -> Result<Turn, Failure> {
+        self.turn_from(machine, at, &mut start.clone(), loads, lever)
+    }
+
+    /// Equilibria and compensated equilibria for each load (a φ, or none), each started from the one before.
+    ///
+    /// `state` receives the last equilibrium at the nominal command.
+    fn turn_from(
+        &mut self,
+        machine: &Machine,
+        at: &Configuration,
+        state: &mut State,
+        loads: &[Option<f64>],
+        lever: Vector3<f64>,
+    ) -> Result<Turn, Failure> {
+        let drive_count = machine.drive_count();
+        let mut displacements = Vec::with_capacity(loads.len());
+        let (mut delta_rho, mut drive_force) = (vec![0.0f64; drive_count], vec![0.0f64; drive_count]);
+        let mut worst: Option<(f64, Option<f64>, Outcome, Vector3<f64>)> = None;
+        let mut compensated: Option<(Vec<f64>, State)> = None;
+        for &phi in loads {
+            let load = phi.map_or(Wrench::zero(), |phi| self.study.force.wrench(phi, lever));
+            let outcome =
+                equilibrium(machine, &at.drives, &load, state, self.workspace, &Settings::default());
+            if outcome.status != Status::Solved {
+                let reason = with_phi(outcome.status.reason(machine), phi);
+                return Err(Failure { status: outcome.status.label(), reason });
+            }
+            let displacement = tool_error(machine, &state.pose, &at.pose);
+            for (most, force) in drive_force.iter_mut().zip(drive_forces(machine, state)) {
+                *most = most.max(force.abs());
+            }
+            let start = compensated.take().unwrap_or_else(|| (at.drives.clone(), state.clone()));
+            let drives = self.compensate(machine, &at.pose, phi, &load, start)?;
+            for ((most, rho), nominal) in delta_rho.iter_mut().zip(&drives.0).zip(&at.drives) {
+                *most = most.max((rho - nominal).abs());
+            }
+            compensated = Some(drives);
+            if worst.as_ref().is_none_or(|(largest, ..)| displacement.norm() > *largest) {
+                let lever_loaded = state.pose.rotation * machine.tool_tip;
+                worst = Some((displacement.norm(), phi, outcome, lever_loaded));
+            }
+            displacements.push(displacement);
+        }
+        let Some((deflection_mm, phi, outcome, lever_loaded)) = worst else {
+            return Err(Failure { status: "not_converged", reason: "there is no load".into() });
+        };
+        let deflection_vector_mm = displacements[index_of_largest(&displacements)].into();
+        Ok(Turn {
+            effect: SourceEffect {
+                deflection_mm,
+                deflection_vector_mm,
+                phi_deg: phi.map(f64::to_degrees),
+                delta_rho,
+                drive_force,
+                principal_stiffness_n_per_mm: principal_stiffnesses(&outcome, lever_loaded),
+                departure_vector_mm: None,
+            },
+            displacements,
+        })
+    }
+
+    fn compensate(
+        &mut self,
+        machine: &Machine,
+        desired: &Pose,
+        phi: Option<f64>,
+        load: &Wrench,
+        (drives, mut state): (Vec<f64>, State),
+    ) -> Result<(Vec<f64>, State), Failure> {
+        let done =
+            compensate_directly(machine, desired, load, self.study.target, &drives, &mut state, self.workspace);
+        if !done.converged {
+            let reason = format!("{:.2e} mm left after {} corrections", done.task_error, done.iterations);
+            return Err(Failure { status: "not_compensated", reason: with_phi(reason, phi) });
+        }
+        Ok((done.drives, state))
+    }
+}
+
+fn with_phi(reason: String, phi: Option<f64>) -> String {
+    match phi {
+        Some(phi) => format!("{reason} (phi {:.1} deg)", phi.to_degrees()),
+        None => reason,
+    }
+}
+
+fn drive_forces<'a>(machine: &'a Machine, state: &'a State) -> impl Iterator<Item = f64> + 'a {
+    machine.drives().map(|(chain, drive)| drive.stiffness * state.chains[chain].coordinates[drive.coordinate])
+}
+
+fn index_of_largest(displacements: &[Vector3<f64>]) -> usize {
+    let mut largest = 0;
+    for (index, displacement) in displacements.iter().enumerate() {
+        if displacement.norm() > displacements[largest].norm() {
+            largest = index;
+        }
+    }
+    largest
+}
+
+/// Inverse eigenvalues of the tool tip's compliance, ascending, N/mm; 0 where the tip is free.
+fn principal_stiffnesses(outcome: &Outcome, lever: Vector3<f64>) -> [f64; 3] {
+    let Some(compliance) = &outcome.compliance else { return [0.0; 3] };
+    let tip = tool_compliance(compliance, lever);
+    let mut stiffness: [f64; 3] = ((tip + tip.transpose()) * 0.5).symmetric_eigenvalues().map(|c| 1.0 / c).into();
+    stiffness.sort_by(f64::total_cmp);
+    stiffness
+}
