@@ -47,8 +47,7 @@ fn settings() -> Vec<Setting> {
 fn turn(setting: &Setting, state: &mut State, workspace: &mut Workspace) -> usize {
     let mut iterations = 0;
     for load in &setting.loads {
-        let outcome =
-            equilibrium(&setting.real, &setting.at.drives, load, state, workspace, &Settings::default());
+        let outcome = equilibrium(&setting.real, &setting.at.drives, load, state, workspace, &Settings::default());
         assert_eq!(outcome.status, Status::Solved);
         iterations += outcome.iterations;
     }

@@ -124,7 +124,12 @@ impl Check {
                 if (matrix[(i, j)] - matrix[(j, i)]).abs() > 1e-9 * scale {
                     let problem = format!(
                         "must be symmetric, but entry ({}, {}) is {} and ({}, {}) is {}",
-                        i + 1, j + 1, matrix[(i, j)], j + 1, i + 1, matrix[(j, i)]
+                        i + 1,
+                        j + 1,
+                        matrix[(i, j)],
+                        j + 1,
+                        i + 1,
+                        matrix[(j, i)]
                     );
                     return self.fail(problem);
                 }

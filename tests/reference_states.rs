@@ -81,8 +81,7 @@ fn equilibria_are_met() {
         for case in Case::all(machine) {
             let mut workspace = Workspace::new(&case.real);
             let (state, outcome) = case.solve(&mut workspace);
-            let solution =
-                Solution::new(&case.real, &case.at.drives, &case.load, &state, &outcome, &mut workspace);
+            let solution = Solution::new(&case.real, &case.at.drives, &case.load, &state, &outcome, &mut workspace);
             case.expect("rho_nominal_mm", &case.at.drives, Within::Absolute(1e-9));
             case.expect("platform_mm", state.pose.translation.as_slice(), Within::Absolute(1e-8));
             let turn = rotation_log(&state.pose.rotation);
@@ -140,13 +139,19 @@ fn compensated_drives_are_met() {
             &mut state,
             &mut workspace,
         );
-        assert!(done.converged, "{}: error {:e} mm after {} corrections, {:?}", case.label(), done.task_error, done.iterations, done.outcome.status);
+        assert!(
+            done.converged,
+            "{}: error {:e} mm after {} corrections, {:?}",
+            case.label(),
+            done.task_error,
+            done.iterations,
+            done.outcome.status
+        );
         case.expect("rho_compensated_mm", &done.drives, Within::Absolute(1e-8));
         let change: Vec<f64> = done.drives.iter().zip(&case.at.drives).map(|(a, b)| a - b).collect();
         case.expect("delta_rho_mm", &change, Within::Absolute(1e-8));
         case.expect("compensated_rotvec_rad", rotation_log(&state.pose.rotation).as_slice(), Within::Absolute(1e-10));
-        let solution =
-            Solution::new(&case.real, &done.drives, &case.load, &state, &done.outcome, &mut workspace);
+        let solution = Solution::new(&case.real, &done.drives, &case.load, &state, &done.outcome, &mut workspace);
         case.expect("compensated_actuator_force_N", &solution.drive_forces(), Within::RelativeToLargest(1e-5));
     }
 }

@@ -70,7 +70,8 @@ fn run_map(
     let map = workspace_map::run(map_study, &|| bar.inc(1));
     bar.finish_and_clear();
     let wall_time_s = started.elapsed().as_secs_f64();
-    let statuses = map.points.iter().flat_map(|point| &point.effects).map(|e| e.as_ref().map_or_else(|f| f.status, |_| "solved"));
+    let statuses =
+        map.points.iter().flat_map(|point| &point.effects).map(|e| e.as_ref().map_or_else(|f| f.status, |_| "solved"));
     let manifest = Manifest {
         program: env!("CARGO_PKG_NAME"),
         version: env!("CARGO_PKG_VERSION"),
@@ -106,7 +107,8 @@ fn run_map(
 /// Each figure as SVG and PNG.
 fn drawn(figures: Vec<(String, Figure)>) -> Result<Vec<OutputFile>> {
     let drawn = figures.par_iter().map(|(name, figure)| {
-        let fault = |e: kinetostat::report::figures::FigureError| Error::Figure { name: name.clone(), problem: e.to_string() };
+        let fault =
+            |e: kinetostat::report::figures::FigureError| Error::Figure { name: name.clone(), problem: e.to_string() };
         Ok([
             OutputFile::new(format!("{name}.svg"), figure.svg().map_err(fault)?),
             OutputFile::new(format!("{name}.png"), figure.png().map_err(fault)?),
@@ -117,7 +119,8 @@ fn drawn(figures: Vec<(String, Figure)>) -> Result<Vec<OutputFile>> {
 
 /// A bar with rate and time left on a terminal, nothing in a pipe.
 fn progress_bar(points: usize) -> ProgressBar {
-    let target = if std::io::stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+    let target =
+        if std::io::stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
     let bar = ProgressBar::with_draw_target(Some(points as u64), target);
     let template = "{bar:40} {pos}/{len} points, {per_sec}, {eta} left";
     match ProgressStyle::with_template(template) {

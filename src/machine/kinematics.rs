@@ -251,7 +251,11 @@ impl<'a> Closure<'a> {
                 return (at, false);
             }
             let length = step.norm();
-            if iteration == 0 { first_step = length } else { later_steps += length }
+            if iteration == 0 {
+                first_step = length
+            } else {
+                later_steps += length
+            }
             self.advance(&mut at, &step);
         }
         (at, false)
@@ -285,7 +289,8 @@ impl<'a> Closure<'a> {
 
     /// Largest change of a revolute joint, rad.
     fn rotation_change(&self, from: &Configuration, to: &Configuration) -> f64 {
-        let joints = |c: &'_ Configuration| c.drives.iter().chain(c.passive.iter().flatten()).copied().collect::<Vec<_>>();
+        let joints =
+            |c: &'_ Configuration| c.drives.iter().chain(c.passive.iter().flatten()).copied().collect::<Vec<_>>();
         let changes = joints(from).into_iter().zip(joints(to)).zip(self.motions());
         changes.filter(|(_, motion)| *motion == Motion::Revolute).fold(0.0, |most, ((a, b), _)| most.max((a - b).abs()))
     }
@@ -316,11 +321,7 @@ impl Machine {
     ///
     /// # Errors
     /// As [`Machine::inverse_kinematics`].
-    pub fn inverse_kinematics_from(
-        &self,
-        start: &Configuration,
-        target: &Pose,
-    ) -> Result<Configuration, Unreachable> {
+    pub fn inverse_kinematics_from(&self, start: &Configuration, target: &Pose) -> Result<Configuration, Unreachable> {
         let turn = rotation_log(&(start.pose.rotation.transpose() * target.rotation));
         let shift = target.translation - start.pose.translation;
         let start_pose = start.pose;

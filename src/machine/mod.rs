@@ -85,8 +85,7 @@ pub struct Machine {
 impl Machine {
     /// Reads and checks a machine file.
     pub fn from_file(file: &Path) -> Result<Self> {
-        let text =
-            std::fs::read_to_string(file).map_err(|source| Error::Read { file: file.to_path_buf(), source })?;
+        let text = std::fs::read_to_string(file).map_err(|source| Error::Read { file: file.to_path_buf(), source })?;
         Self::from_toml(&text, &file.display().to_string())
     }
 

@@ -118,7 +118,13 @@ fn mounted_chains(spec: &MachineSpec, check: &Check) -> Result<Vec<Chain>> {
             let problem = format!("no chain is called \"{}\"; there are: {known}", mount.chain);
             return check_mount.key("chain").fail(problem);
         };
-        chains.push(mounted_chain(spec, &spec.chain[index], mount, &check.key(&format!("chain[{index}]")), &check_mount)?);
+        chains.push(mounted_chain(
+            spec,
+            &spec.chain[index],
+            mount,
+            &check.key(&format!("chain[{index}]")),
+            &check_mount,
+        )?);
     }
     Ok(chains)
 }
@@ -138,7 +144,9 @@ fn mounted_chain(
     }
     let chain = builder.finish();
     if chain.virtual_count == 0 {
-        return check_chain.key("elements").fail("the chain has no elastic element (drive, beam, link, parallelogram)".into());
+        return check_chain
+            .key("elements")
+            .fail("the chain has no elastic element (drive, beam, link, parallelogram)".into());
     }
     Ok(chain)
 }
@@ -335,8 +343,7 @@ impl ChainBuilder<'_> {
     fn elastic_link(&mut self, name: String, advance: f64, stiffness: Matrix6<f64>) {
         use {Axis::*, Motion::*};
         self.fixed(Pose::from_translation(Vector3::x() * advance));
-        let moves =
-            [(Prismatic, X), (Prismatic, Y), (Prismatic, Z), (Revolute, X), (Revolute, Y), (Revolute, Z)];
+        let moves = [(Prismatic, X), (Prismatic, Y), (Prismatic, Z), (Revolute, X), (Revolute, Y), (Revolute, Z)];
         self.spring(name, SpringLaw::Link(Box::new(stiffness)), &moves);
     }
 
@@ -359,7 +366,11 @@ impl ChainBuilder<'_> {
         self.passive_move(Revolute, Z, passive, 1.0);
         self.fixed(Pose::from_translation(Vector3::x() * length));
         let law = SpringLaw::Parallelogram { passive, terms: Box::new(parallelogram_terms(&bar, length, width)) };
-        self.spring(spec.name.clone(), law, &[(Prismatic, X), (Prismatic, Z), (Revolute, X), (Revolute, Y), (Revolute, Z)]);
+        self.spring(
+            spec.name.clone(),
+            law,
+            &[(Prismatic, X), (Prismatic, Z), (Revolute, X), (Revolute, Y), (Revolute, Z)],
+        );
         self.passive_move(Revolute, Z, passive, -1.0);
         Ok(())
     }

@@ -19,7 +19,8 @@ pub fn machine_text(machine: &Machine, findings: &Findings) -> String {
         "  mobility           {} ({} of the platform), over-constraint {}, left with drives locked {}\n",
         mobility.mechanism, mobility.platform, mobility.over_constraint, mobility.uncontrolled
     );
-    let drives: Vec<String> = machine.drives().zip(&findings.home_drives).map(|((_, drive), rho)| shown(drive.motion, *rho)).collect();
+    let drives: Vec<String> =
+        machine.drives().zip(&findings.home_drives).map(|((_, drive), rho)| shown(drive.motion, *rho)).collect();
     text += &format!("  drives at home     {}\n", drives.join(", "));
     text += &format!("  reach at home      {:.1} mm\n", machine.reach);
     let failures = findings.reached.iter().filter(|(_, _, reached)| reached.is_err()).count();
@@ -65,7 +66,8 @@ fn stiffness_text(findings: &Findings) -> String {
         Some(k) => {
             text += "  K_C at home        N/mm, N; N, N·mm/rad\n";
             for row in k.row_iter() {
-                let cells: Vec<String> = row.iter().map(|v| format!("{:>12.4e}", if v.abs() < 1e-6 { 0.0 } else { *v })).collect();
+                let cells: Vec<String> =
+                    row.iter().map(|v| format!("{:>12.4e}", if v.abs() < 1e-6 { 0.0 } else { *v })).collect();
                 text += &format!("    {}\n", cells.join(" "));
             }
         }

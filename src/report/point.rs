@@ -105,11 +105,7 @@ pub fn point_text(answer: &PointAnswer) -> String {
     }
     let displacement = tool_displacement(answer);
     let turn = rotation_log(&(loaded.pose.rotation * answer.nominal.pose.rotation.transpose()));
-    text += &format!(
-        "  tool displacement         {:.4} mm = {} mm\n",
-        displacement.norm(),
-        triple(displacement, 4)
-    );
+    text += &format!("  tool displacement         {:.4} mm = {} mm\n", displacement.norm(), triple(displacement, 4));
     text += &format!(
         "  platform displacement     {} mm, rotation {} mrad\n",
         triple(loaded.pose.translation - answer.nominal.pose.translation, 4),

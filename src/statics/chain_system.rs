@@ -63,7 +63,8 @@ pub(super) struct Condensed {
 
 impl ChainSystem {
     pub fn new(chain: &Chain) -> Self {
-        let (virtual_count, passive_count, drive_count) = (chain.virtual_count, chain.passive.len(), chain.drives.len());
+        let (virtual_count, passive_count, drive_count) =
+            (chain.virtual_count, chain.passive.len(), chain.drives.len());
         let size = virtual_count + 6 + passive_count + 1 + drive_count + 6;
         let mut is_rotation = vec![false; chain.coordinate_count()];
         for step in &chain.steps {
@@ -170,6 +171,9 @@ impl ChainSystem {
             let row_j = self.row(later.coordinate);
             for k in 0..=j {
                 let earlier = self.screws[k];
+                if !self.is_rotation[earlier.coordinate] {
+                    continue;
+                }
                 let value = earlier.twist.angular.dot(&lever);
                 let row_k = self.row(earlier.coordinate);
                 // A coordinate that drives two moves (parallelogram) meets itself twice, from either side.
@@ -191,15 +195,16 @@ impl ChainSystem {
                     *self.matrix.at(start, rhs) += stiffness * theta[0];
                 }
                 SpringLaw::Link(stiffness) => {
-                    for i in 0..6 {
+                    for (i, column) in stiffness.column_iter().enumerate() {
+                        let row = self.matrix.row_mut(start + i);
                         let mut force = 0.0;
-                        for j in 0..6 {
-                            force += stiffness[(i, j)] * theta[j];
-                            if j >= i {
-                                *self.matrix.at(start + i, start + j) += stiffness[(i, j)];
-                            }
+                        for (k, t) in column.iter().zip(theta) {
+                            force += k * t;
                         }
-                        *self.matrix.at(start + i, rhs) += force;
+                        for (entry, k) in row[start + i..start + 6].iter_mut().zip(column.iter().skip(i)) {
+                            *entry += k;
+                        }
+                        row[rhs] += force;
                     }
                 }
                 SpringLaw::Parallelogram { passive, terms } => {

@@ -248,8 +248,12 @@ impl Newton<'_> {
         let mut imbalance = self.load.to_vector();
         let mut largest_wrench = self.load.norm(reach).max(1.0);
         let (mut gap, mut force): (f64, f64) = (0.0, 0.0);
-        for ((system, chain), (chain_state, drives)) in
-            self.workspace.chains.iter_mut().zip(&self.machine.chains).zip(chain_inputs(self.machine, state, self.drives))
+        for ((system, chain), (chain_state, drives)) in self
+            .workspace
+            .chains
+            .iter_mut()
+            .zip(&self.machine.chains)
+            .zip(chain_inputs(self.machine, state, self.drives))
         {
             system.linearise(chain, drives, chain_state, &state.pose);
             if self.held > 0.0 {

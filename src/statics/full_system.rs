@@ -98,8 +98,7 @@ fn equilibration(matrix: &DMatrix<f64>) -> DVector<f64> {
     let size = matrix.nrows();
     let mut scale = DVector::from_element(size, 1.0);
     for _ in 0..10 {
-        let row_size =
-            |i: usize| (0..size).map(|j| (matrix[(i, j)] * scale[i] * scale[j]).abs()).fold(0.0, f64::max);
+        let row_size = |i: usize| (0..size).map(|j| (matrix[(i, j)] * scale[i] * scale[j]).abs()).fold(0.0, f64::max);
         let sizes: Vec<f64> = (0..size).map(row_size).collect();
         for (s, size) in scale.iter_mut().zip(sizes) {
             if size > 0.0 {

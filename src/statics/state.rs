@@ -49,6 +49,10 @@ pub struct Workspace {
 impl Workspace {
     /// Storage for solves of `machine`.
     pub fn new(machine: &Machine) -> Self {
-        Self { chains: machine.chains.iter().map(ChainSystem::new).collect(), held_imbalance: nalgebra::Vector6::zeros(), start: None }
+        Self {
+            chains: machine.chains.iter().map(ChainSystem::new).collect(),
+            held_imbalance: nalgebra::Vector6::zeros(),
+            start: None,
+        }
     }
 }

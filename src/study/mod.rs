@@ -2,9 +2,9 @@
 //!
 //! A study is a folder with a `study.toml`; its inputs are named relative to that folder.
 
-mod resolve;
 pub mod machine_check;
 pub mod point;
+mod resolve;
 pub mod spec;
 pub mod workspace_map;
 

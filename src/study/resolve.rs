@@ -28,13 +28,7 @@ pub struct Overrides {
 /// Most grid points accepted.
 const MAX_GRID_POINTS: usize = 100_000_000;
 
-pub(super) fn study(
-    spec: &StudySpec,
-    text: &str,
-    origin: &str,
-    folder: &Path,
-    overrides: &Overrides,
-) -> Result<Study> {
+pub(super) fn study(spec: &StudySpec, text: &str, origin: &str, folder: &Path, overrides: &Overrides) -> Result<Study> {
     let check = Check::new(origin);
     check.schema(spec.schema)?;
     let (machine, machine_text) = machine(&spec.machine, folder, &check.key("machine"))?;
@@ -55,7 +49,8 @@ fn machine(name: &str, folder: &Path, check: &Check) -> Result<(Machine, String)
     let file = folder.join(name);
     if !file.exists() {
         let names = catalogue::names().collect::<Vec<_>>().join(", ");
-        return check.fail(format!("\"{name}\" is neither a built-in machine ({names}) nor a file in the study's folder"));
+        return check
+            .fail(format!("\"{name}\" is neither a built-in machine ({names}) nor a file in the study's folder"));
     }
     let text = std::fs::read_to_string(&file).map_err(|source| Error::Read { file: file.clone(), source })?;
     Ok((Machine::from_toml(&text, &file.display().to_string())?, text))
@@ -165,8 +160,11 @@ fn chain_error(spec: &ChainErrorSpec, machine: &Machine, index: usize, check: &C
     };
     let check_offsets = check.key("drive_offsets_mm_or_deg");
     if spec.drive_offsets_mm_or_deg.len() > chain.drives.len() {
-        let problem =
-            format!("has {} entries, but the chain has {} drives", spec.drive_offsets_mm_or_deg.len(), chain.drives.len());
+        let problem = format!(
+            "has {} entries, but the chain has {} drives",
+            spec.drive_offsets_mm_or_deg.len(),
+            chain.drives.len()
+        );
         return check_offsets.fail(problem);
     }
     for (drive, &offset) in chain.drives.iter().zip(&spec.drive_offsets_mm_or_deg) {

@@ -264,8 +264,7 @@ impl PointSolver<'_> {
         let mut compensated: Option<(Vec<f64>, State)> = None;
         for &phi in loads {
             let load = phi.map_or(Wrench::zero(), |phi| self.study.force.wrench(phi, lever));
-            let outcome =
-                equilibrium(machine, &at.drives, &load, state, self.workspace, &Settings::default());
+            let outcome = equilibrium(machine, &at.drives, &load, state, self.workspace, &Settings::default());
             if outcome.status != Status::Solved {
                 let reason = with_phi(outcome.status.reason(machine), phi);
                 return Err(Failure { status: outcome.status.label(), reason });
@@ -312,8 +311,7 @@ impl PointSolver<'_> {
         load: &Wrench,
         (drives, mut state): (Vec<f64>, State),
     ) -> Result<(Vec<f64>, State), Failure> {
-        let done =
-            compensate_directly(machine, desired, load, self.study.target, &drives, &mut state, self.workspace);
+        let done = compensate_directly(machine, desired, load, self.study.target, &drives, &mut state, self.workspace);
         if !done.converged {
             let reason = format!("{:.2e} mm left after {} corrections", done.task_error, done.iterations);
             return Err(Failure { status: "not_compensated", reason: with_phi(reason, phi) });

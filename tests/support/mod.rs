@@ -35,7 +35,10 @@ impl Within {
                 }
             };
             let difference = (g - e).abs() / scale;
-            assert!(difference <= allowed, "{what}[{index}]: {g} differs from {e} by {difference:e}, allowed {allowed:e}");
+            assert!(
+                difference <= allowed,
+                "{what}[{index}]: {g} differs from {e} by {difference:e}, allowed {allowed:e}"
+            );
         }
     }
 }

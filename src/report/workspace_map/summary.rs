@@ -115,9 +115,7 @@ fn departure_sentence(map: &WorkspaceMap) -> String {
 /// Extremes per source.
 pub fn summary_json(map: &WorkspaceMap) -> Value {
     let (solved, rows) = solved_rows(map);
-    let place = |(value, point, effect): (f64, &MapPoint, &SourceEffect)| {
-        json!({ "value": value, "position_mm": point.position_mm, "phi_deg": effect.phi_deg })
-    };
+    let place = |(value, point, effect): (f64, &MapPoint, &SourceEffect)| json!({ "value": value, "position_mm": point.position_mm, "phi_deg": effect.phi_deg });
     let mut sources = serde_json::Map::new();
     for source in Source::ALL {
         let Some([least, most]) = extremes(ranked(map, source, |e| Some(e.deflection_mm))) else { continue };

@@ -28,9 +28,24 @@ pub fn csv(map: &WorkspaceMap) -> csv::Result<Vec<u8>> {
 /// Column names; drive columns carry the drive's label and unit.
 fn header(machine: &Machine) -> Vec<String> {
     let fixed = [
-        "x_mm", "y_mm", "z_mm", "source", "status", "reason", "deflection_mm", "deflection_x_mm", "deflection_y_mm",
-        "deflection_z_mm", "deflection_phi_deg", "stiffness_min_N_per_mm", "stiffness_mid_N_per_mm",
-        "stiffness_max_N_per_mm", "departure_mm", "departure_x_mm", "departure_y_mm", "departure_z_mm",
+        "x_mm",
+        "y_mm",
+        "z_mm",
+        "source",
+        "status",
+        "reason",
+        "deflection_mm",
+        "deflection_x_mm",
+        "deflection_y_mm",
+        "deflection_z_mm",
+        "deflection_phi_deg",
+        "stiffness_min_N_per_mm",
+        "stiffness_mid_N_per_mm",
+        "stiffness_max_N_per_mm",
+        "departure_mm",
+        "departure_x_mm",
+        "departure_y_mm",
+        "departure_z_mm",
         "departure_over_deflection",
     ];
     let mut names: Vec<String> = fixed.iter().map(ToString::to_string).collect();
