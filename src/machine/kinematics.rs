@@ -122,6 +122,13 @@ enum Command<'a> {
     Drives(&'a [f64]),
 }
 
+/// Where a search stopped.
+struct Reached {
+    at: Configuration,
+    /// Whether `at` solves the equations on the branch of the start.
+    solved: bool,
+}
+
 /// The closure equations of a machine, linearised at a configuration.
 struct Closure<'a> {
     machine: &'a Machine,
@@ -223,7 +230,7 @@ impl<'a> Closure<'a> {
 
     /// Damped Newton from `start`; the configuration where it stops, and whether it is a solution close enough to the
     /// first-order prediction to lie on the same branch.
-    fn newton(&mut self, start: &Configuration, command: &Command<'_>) -> (Configuration, bool) {
+    fn newton(&mut self, start: &Configuration, command: &Command<'_>) -> Reached {
         let reach = self.machine.reach;
         let mut at = start.clone();
         let (mut damping, mut best) = (1e-12, f64::INFINITY);
@@ -235,7 +242,7 @@ impl<'a> Closure<'a> {
             if error < CLOSURE_TOLERANCE * reach || stalled {
                 let on_branch = iteration <= 1 || later_steps <= 0.5 * first_step;
                 let accepted = on_branch && self.rotation_change(start, &at) < MAX_STEP_ROTATION;
-                return (at, accepted);
+                return Reached { at, solved: accepted };
             }
             damping = if error < best { (damping * 0.1f64).max(1e-14) } else { (damping * 100.0).max(1e-6) };
             best = best.min(error);
@@ -245,10 +252,10 @@ impl<'a> Closure<'a> {
             for i in 0..normal.nrows() {
                 normal[(i, i)] += level;
             }
-            let Some(factor) = normal.cholesky() else { return (at, false) };
+            let Some(factor) = normal.cholesky() else { return Reached { at, solved: false } };
             let step = factor.solve(&(transposed * -&self.residual));
             if !step.iter().all(|v| v.is_finite()) {
-                return (at, false);
+                return Reached { at, solved: false };
             }
             let length = step.norm();
             if iteration == 0 {
@@ -258,7 +265,7 @@ impl<'a> Closure<'a> {
             }
             self.advance(&mut at, &step);
         }
-        (at, false)
+        Reached { at, solved: false }
     }
 
     fn advance(&self, at: &mut Configuration, step: &DVector<f64>) {
@@ -289,9 +296,9 @@ impl<'a> Closure<'a> {
 
     /// Largest change of a revolute joint, rad.
     fn rotation_change(&self, from: &Configuration, to: &Configuration) -> f64 {
-        let joints =
-            |c: &'_ Configuration| c.drives.iter().chain(c.passive.iter().flatten()).copied().collect::<Vec<_>>();
-        let changes = joints(from).into_iter().zip(joints(to)).zip(self.motions());
+        let values =
+            |c: &Configuration| -> Vec<f64> { c.drives.iter().chain(c.passive.iter().flatten()).copied().collect() };
+        let changes = values(from).into_iter().zip(values(to)).zip(self.motions());
         changes.filter(|(_, motion)| *motion == Motion::Revolute).fold(0.0, |most, ((a, b), _)| most.max((a - b).abs()))
     }
 
@@ -333,14 +340,7 @@ impl Machine {
             let pose = if s == 1.0 { *target } else { along(s) };
             closure.newton(from, &Command::Task(&pose))
         });
-        let configuration = reached.map_err(|(last, mut closure)| {
-            let command = Command::Task(target);
-            let mut nearest = last;
-            for _ in 0..8 {
-                nearest = closure.newton(&nearest, &command).0;
-            }
-            closure.worst_chain(&nearest, &command)
-        })?;
+        let configuration = self.closed(reached, &Command::Task(target))?;
         self.check_limits(&configuration)?;
         Ok(configuration)
     }
@@ -355,30 +355,44 @@ impl Machine {
             let rho: Vec<f64> = home.drives.iter().zip(drives).map(|(a, b)| a + (b - a) * s).collect();
             closure.newton(from, &Command::Drives(&rho))
         });
-        reached.map_err(|(last, mut closure)| closure.worst_chain(&last, &Command::Drives(drives)))
+        self.closed(reached, &Command::Drives(drives))
     }
 
     /// Follows a one-parameter family of commands from s = 0 (solved by `start`) to s = 1 with adaptive steps.
     fn follow<'a>(
         &'a self,
         start: &Configuration,
-        mut solve: impl FnMut(f64, &mut Closure<'a>, &Configuration) -> (Configuration, bool),
-    ) -> Result<Configuration, (Configuration, Closure<'a>)> {
+        mut solve: impl FnMut(f64, &mut Closure<'a>, &Configuration) -> Reached,
+    ) -> Reached {
         let mut closure = Closure::new(self);
         let (mut at, mut s, mut step) = (start.clone(), 0.0, 1.0f64);
         while s < 1.0 {
-            let next = if s + step >= 1.0 { 1.0 } else { s + step };
-            match solve(next, &mut closure, &at) {
-                (solved, true) => {
-                    at = solved;
-                    s = next;
-                    step *= 2.0;
-                }
-                _ if step > MIN_CONTINUATION_STEP => step *= 0.5,
-                _ => return Err((at, closure)),
+            let next = f64::min(1.0, s + step);
+            let reached = solve(next, &mut closure, &at);
+            if reached.solved {
+                at = reached.at;
+                s = next;
+                step *= 2.0;
+            } else if step > MIN_CONTINUATION_STEP {
+                step *= 0.5;
+            } else {
+                return Reached { at, solved: false };
             }
         }
-        Ok(at)
+        Reached { at, solved: true }
+    }
+
+    /// The configuration reached, or the chain that closes worst where `command` is met as well as can be.
+    fn closed(&self, reached: Reached, command: &Command<'_>) -> Result<Configuration, Unreachable> {
+        if reached.solved {
+            return Ok(reached.at);
+        }
+        let mut closure = Closure::new(self);
+        let mut nearest = reached.at;
+        for _ in 0..8 {
+            nearest = closure.newton(&nearest, command).at;
+        }
+        Err(closure.worst_chain(&nearest, command))
     }
 
     /// Closes all chains at the home pose, from the joint values given in the machine file.
@@ -387,8 +401,7 @@ impl Machine {
         let command = Command::Task(&self.home.pose);
         let mut at = self.home.clone();
         for _ in 0..20 {
-            let (next, _) = closure.newton(&at, &command);
-            at = next;
+            at = closure.newton(&at, &command).at;
             closure.linearise(&at, &command);
             if closure.residual.amax() < CLOSURE_ROUNDING * self.reach {
                 self.check_limits(&at)?;

@@ -243,10 +243,10 @@ pub struct LinkSpec {
     pub advance_mm: f64,
     /// 6×6 stiffness of the link's end in link axes, translations before rotations.
     #[serde(rename = "stiffness_N_mm_rad")]
-    pub stiffness: Option<[[f64; 6]; 6]>,
+    pub stiffness: Option<Box<[[f64; 6]; 6]>>,
     /// 6×6 compliance of the link's end in link axes, translations before rotations.
     #[serde(rename = "compliance_mm_rad_N")]
-    pub compliance: Option<[[f64; 6]; 6]>,
+    pub compliance: Option<Box<[[f64; 6]; 6]>>,
 }
 
 /// A parallelogram in its local x–y plane; x along the bars at q = 0, y along the short link.

@@ -58,7 +58,7 @@ impl Bordered {
             let (above, below) = self.upper.split_at_mut((row + 1) * size);
             let pivot_row = &above[row * size..];
             let pivot = pivot_row[row];
-            if !(pivot * sign > PIVOT_TOLERANCE * self.scales[stage]) {
+            if pivot.is_nan() || pivot * sign <= PIVOT_TOLERANCE * self.scales[stage] {
                 return Err(BadPivot { row });
             }
             let inverse = 1.0 / pivot;
