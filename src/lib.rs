@@ -1,4 +1,41 @@
 //! How far a loaded machine leaves its path, what to tell the drives instead, and where to put the workpiece.
+//!
+//! A machine is a set of elastic chains between base and platform. Chain `i` with drives ρ, virtual joints θ (link and
+//! drive deflections) and passive joints q obeys
+//!
+//! ```text
+//! ∂U/∂θ − J_θᵀ F_i = 0        ∂U/∂q − J_qᵀ F_i = 0        g_i(ρ; θ, q) = t            (1)
+//! Σ F_i = F                                                                            (3)
+//! ```
+//!
+//! with the elastic energy U, the wrench F_i the chain receives and the platform pose t. [`statics`] solves this for the
+//! pose under a load, `t = f⁻¹(F | t₀)` (7), or for the load at a pose, `F = f(t | t₀)` (2), (3), with the exact loaded
+//! stiffness (4)–(6). [`compensation`] finds the drives that bring the loaded tool to where it was commanded (8)–(13).
+//! [`study`] asks the questions a user has, [`report`] answers them in tables and figures. Equation numbers are those of
+//! Klimchik, Pashkevich, Chablat and Hovland, *Compliance error compensation technique for parallel robots composed of
+//! non-perfect serial chains*.
+//!
+//! Lengths are in mm, forces in N, moments in N·mm and angles in rad throughout the library; files and tables carry the
+//! unit in the key or column name. Frames are written in Drake's monogram notation, see [`spatial`].
+//!
+//! ```
+//! use kinetostat::{machine::Machine, process::MillingForce, statics::{Settings, State, Status, Workspace, equilibrium}};
+//! use nalgebra::Vector3;
+//!
+//! let machine = Machine::named_or_file("orthoglide")?;
+//! let at = machine.inverse_kinematics(&machine.pose_at(Vector3::new(30.0, -40.0, 75.0)))?;
+//! let load = MillingForce::PAPER.wrench(0.0, machine.tool_tip);
+//! let mut state = State::rigid(&machine, &at);
+//! let mut workspace = Workspace::new(&machine);
+//! let outcome = equilibrium(&machine, &at.drives, &load, &mut state, &mut workspace, &Settings::default());
+//! assert_eq!(outcome.status, Status::Solved);
+//! let moved = state.pose.transform(machine.tool_tip) - at.pose.transform(machine.tool_tip);
+//! assert!((0.2..0.5).contains(&moved.norm()));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+#![warn(missing_docs)]
+
 pub mod check;
 pub mod compensation;
 pub mod error;

@@ -76,8 +76,11 @@ pub fn point_json(answer: &PointAnswer, assembly_deg: &[f64]) -> Value {
     object
 }
 
+/// Rounded components, without a minus sign before zero.
 fn triple(v: Vector3<f64>, decimals: usize) -> String {
-    format!("({:.decimals$}, {:.decimals$}, {:.decimals$})", v.x, v.y, v.z)
+    let unit = 10f64.powi(decimals as i32);
+    let [x, y, z]: [f64; 3] = v.map(|c| (c * unit).round() / unit + 0.0).into();
+    format!("({x:.decimals$}, {y:.decimals$}, {z:.decimals$})")
 }
 
 /// A summary for reading.

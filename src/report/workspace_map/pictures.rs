@@ -1,6 +1,7 @@
 //! Which pictures a map gives.
 
 use crate::{
+    process::MillingForce,
     report::figures::{Figure, Mark2, Mark3, SliceFigure, SlicePanel, VolumeFigure},
     study::workspace_map::{Source, SourceEffect, WorkspaceMap},
 };
@@ -39,7 +40,7 @@ const QUANTITIES: [Quantity; 5] = [
     Quantity {
         file_stem: "departure_both",
         title: "How wrong it is to add the two effects",
-        label: "superposition departure [mm]",
+        label: "departure at the worst angle [mm]",
         source: Source::Both,
         value: SourceEffect::departure_mm,
     },
@@ -66,17 +67,22 @@ pub fn figures(map: &WorkspaceMap) -> Vec<(String, Figure)> {
     figures
 }
 
+/// With minus signs instead of hyphens, as on the axes.
+fn typographic(text: &str) -> String {
+    text.replace('-', "\u{2212}")
+}
+
 fn setting(map: &WorkspaceMap) -> String {
     let study = &map.study;
     let [nx, ny, nz] = study.grid.counts();
-    format!(
-        "{}, worst of {} tool angles, force {} / {} / {} N (radial / tangential / axial), grid {nx} × {ny} × {nz}",
+    let MillingForce { radial, tangential, axial, .. } = study.force;
+    let setting = format!(
+        "{}, worst of {} tool angles, force {radial} / {tangential} / {axial} N (radial / tangential / axial), \
+         grid {nx} × {ny} × {nz}",
         study.machine.name,
         study.phis.len(),
-        study.force.radial,
-        study.force.tangential,
-        study.force.axial
-    )
+    );
+    typographic(&setting)
 }
 
 fn values(map: &WorkspaceMap, quantity: &Quantity) -> Vec<Option<f64>> {
@@ -104,7 +110,7 @@ fn slices(map: &WorkspaceMap, quantity: &Quantity) -> SliceFigure {
     let panels = planes(map).into_iter().map(|k| {
         let in_plane = map.study.machine.points.iter().filter(|p| (p.position.z - zs[k]).abs() <= half_step);
         SlicePanel {
-            title: format!("z = {:.2} mm", zs[k]),
+            title: typographic(&format!("z = {:.2} mm", zs[k])),
             x: xs.clone(),
             y: ys.clone(),
             values: all[k * xs.len() * ys.len()..][..xs.len() * ys.len()].to_vec(),
