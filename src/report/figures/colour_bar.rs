@@ -2,7 +2,7 @@
 
 use super::axis::{self, Axis, Spacing};
 use super::error::{FigureError, check_drawable};
-use super::field::{hatched, picture};
+use super::field::Picture;
 use super::scene::{Anchor, Point, Rect, Rgb, Scene, Text};
 use super::style::{field_colour, outline};
 use super::text::{self, LINE_PITCH, Weight};
@@ -16,6 +16,8 @@ const GAP: f64 = 12.0;
 const TIGHTEST: f64 = 0.85;
 /// How far the tips reach into the bar, so that no seam shows.
 const SEAM: f64 = 1.5;
+/// Colours of the bar.
+const SHADES: usize = 128;
 /// What the hatched cells are called.
 const NO_SOLUTION: &str = "no solution";
 
@@ -111,10 +113,7 @@ impl ColourBar<'_> {
     }
 
     fn draw_swatch(&self, scene: &mut Scene, rect: Rect) {
-        scene.picture(picture(rect, |columns, rows| {
-            let places = (0..rows).flat_map(|row| (0..columns).map(move |column| (column, row)));
-            places.map(|(column, row)| hatched(column, row)).collect()
-        }));
+        scene.picture(Picture::new(rect.frame(), &[0.0, 1.0], &[0.0, 1.0], |_, _| None));
         scene.outline(&rect.corners(), outline());
         let at = [rect.right() + GAP, rect.centre()[1] + text::capital_height(self.tick_size) / 2.0];
         scene.text(Text::new(NO_SOLUTION, self.tick_size, at, Anchor::Start));
@@ -130,10 +129,9 @@ impl ColourBar<'_> {
         if scale.below {
             rect.height -= tip;
         }
-        scene.picture(picture(rect, |columns, rows| {
-            let fraction = |row: usize| 1.0 - (row as f64 + 0.5) / rows as f64;
-            (0..rows).flat_map(|row| vec![field_colour(fraction(row)); columns]).collect()
-        }));
+        let edges: Vec<f64> = (0..=SHADES).map(|k| k as f64).collect();
+        let shade = |row: usize| field_colour((row as f64 + 0.5) / SHADES as f64);
+        scene.picture(Picture::new(rect.frame(), &[0.0, 1.0], &edges, |_, row| Some(shade(row))));
         draw_outline(scene, scale, rect, tip);
         self.draw_numbers(scene, scale, rect, whole);
     }

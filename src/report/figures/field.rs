@@ -1,13 +1,9 @@
 //! Values on a grid as coloured cells.
 
-use super::colour_bar::Scale;
-use super::scene::{Picture, Point, Rect, Rgb};
-use super::style::{HATCH, MISSING};
+use super::scene::{Point, Rgb};
 
-/// Picture pixels per page pixel.
-const DENSITY: f64 = 2.0;
-/// Period and thickness of the hatching in picture pixels.
-const HATCHING: (usize, usize) = (20, 5);
+/// Distance of the hatching lines along the sides of a picture in pixels.
+const HATCH_PITCH: f64 = 10.0;
 
 /// Borders of the cells around `nodes`: half-way between neighbours and at the outer nodes themselves, so that the
 /// cells end where the grid ends and the outer cells are half as wide. A lone node gets `lone` on both sides.
@@ -32,62 +28,93 @@ pub(super) fn lone_half_width(axes: &[&[f64]]) -> f64 {
     if longest > 0.0 { 0.05 * longest } else { 0.5 }
 }
 
-/// Colour of a picture pixel in a cell without a value.
-pub(super) fn hatched(column: usize, row: usize) -> Rgb {
-    let (period, thickness) = HATCHING;
-    if (column + row) % period < thickness { HATCH } else { MISSING }
+/// A plane of coloured cells, stretched over the parallelogram `origin`, `origin + across`, `origin + down`.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Picture {
+    pub origin: Point,
+    pub across: Point,
+    pub down: Point,
+    /// Borders of the columns and of the rows as fractions of `across` and `down`, from 0 to 1.
+    borders: [Vec<f64>; 2],
+    /// Row by row from the top; cells without a colour are hatched.
+    colours: Vec<Option<Rgb>>,
 }
 
-/// Pixels over an upright rectangle; `paint` fills the given columns and rows.
-pub(super) fn picture(rect: Rect, paint: impl FnOnce(usize, usize) -> Vec<Rgb>) -> Picture {
-    parallelogram([rect.x, rect.y], [rect.width, 0.0], [0.0, rect.height], paint)
-}
-
-/// Pixels over a parallelogram.
-pub(super) fn parallelogram(
-    origin: Point,
-    across: Point,
-    down: Point,
-    paint: impl FnOnce(usize, usize) -> Vec<Rgb>,
-) -> Picture {
-    let count = |side: Point| (DENSITY * side[0].hypot(side[1])).round().max(1.0) as usize;
-    let (columns, rows) = (count(across), count(down));
-    Picture { origin, across, down, columns, rows, pixels: paint(columns, rows) }
-}
-
-/// A plane of cells: columns to the right, rows upward.
-pub(super) struct Cells<'a> {
-    pub column_edges: &'a [f64],
-    pub row_edges: &'a [f64],
-    pub scale: Option<Scale>,
-}
-
-impl Cells<'_> {
-    /// Pixels from the upper left, coloured by `value(column, row)` of the cell they lie in.
-    pub fn paint(&self, columns: usize, rows: usize, value: impl Fn(usize, usize) -> Option<f64>) -> Vec<Rgb> {
-        let column_cells = cells_of_pixels(self.column_edges, columns);
-        let row_cells = cells_of_pixels(self.row_edges, rows);
-        let mut pixels = Vec::with_capacity(columns * rows);
-        for (y, row) in row_cells.iter().rev().enumerate() {
-            for (x, column) in column_cells.iter().enumerate() {
-                let coloured = value(*column, *row).zip(self.scale).map(|(v, scale)| scale.colour(v));
-                pixels.push(coloured.unwrap_or_else(|| hatched(x, y)));
-            }
-        }
-        pixels
+impl Picture {
+    /// Cells between the edges, columns to the right and rows upward, in the colours of `colour(column, row)`.
+    pub fn new(
+        [origin, across, down]: [Point; 3],
+        column_edges: &[f64],
+        row_edges: &[f64],
+        colour: impl Fn(usize, usize) -> Option<Rgb>,
+    ) -> Self {
+        let fractions = |edges: &[f64]| -> Vec<f64> {
+            let (first, last) = (edges[0], edges[edges.len() - 1]);
+            edges.iter().map(|edge| (edge - first) / (last - first)).collect()
+        };
+        let rows = fractions(row_edges).iter().rev().map(|upward| 1.0 - upward).collect();
+        let columns = column_edges.len() - 1;
+        let places = (0..row_edges.len() - 1).rev().flat_map(|row| (0..columns).map(move |column| (column, row)));
+        let colours = places.map(|(column, row)| colour(column, row)).collect();
+        Self { origin, across, down, borders: [fractions(column_edges), rows], colours }
     }
-}
 
-/// The cell in which the centre of each of `count` equal parts of the axis lies.
-fn cells_of_pixels(edges: &[f64], count: usize) -> Vec<usize> {
-    let (Some(first), Some(last)) = (edges.first(), edges.last()) else { return vec![] };
-    let centre = |i: usize| first + (last - first) * (i as f64 + 0.5) / count as f64;
-    let most = edges.len().saturating_sub(2);
-    (0..count).map(|i| edges.partition_point(|e| *e <= centre(i)).saturating_sub(1).min(most)).collect()
+    /// Lengths of `across` and `down`.
+    pub fn lengths(&self) -> [f64; 2] {
+        [self.across, self.down].map(|side| side[0].hypot(side[1]))
+    }
+
+    /// The place on the page at fractions of `across` and `down`.
+    pub fn place(&self, [u, v]: [f64; 2]) -> Point {
+        [0, 1].map(|axis| self.origin[axis] + u * self.across[axis] + v * self.down[axis])
+    }
+
+    /// Columns, rows and colour of each cell as fractions of `across` and `down`.
+    pub fn cells(&self) -> impl Iterator<Item = ([f64; 2], [f64; 2], Option<Rgb>)> {
+        let [columns, rows] = &self.borders;
+        let cells = rows.windows(2).flat_map(|v| columns.windows(2).map(move |u| ([u[0], u[1]], [v[0], v[1]])));
+        cells.zip(&self.colours).map(|((u, v), colour)| (u, v, *colour))
+    }
+
+    /// Slanted lines over the cells without a colour.
+    pub fn hatching(&self) -> Vec<[Point; 2]> {
+        let mut out = Vec::new();
+        if self.colours.iter().all(Option::is_some) {
+            return out;
+        }
+        let [width, height] = self.lengths();
+        let [columns, rows] = &self.borders;
+        let index = |borders: &[f64], at: f64| borders.partition_point(|b| *b <= at).clamp(1, borders.len() - 1) - 1;
+        for line in 1..=((width + height) / HATCH_PITCH) as usize {
+            // The line on which the distances from the left and from the top add up to `sum`.
+            let sum = line as f64 * HATCH_PITCH;
+            let at = |x: f64| [x / width, (sum - x) / height];
+            let ends = (sum - height).max(0.0)..=sum.min(width);
+            let crossings = columns.iter().map(|u| u * width).chain(rows.iter().map(|v| sum - v * height));
+            let mut stops: Vec<f64> = crossings.filter(|x| ends.contains(x)).collect();
+            stops.sort_by(f64::total_cmp);
+            let mut start = None;
+            for pair in stops.windows(2) {
+                let [u, v] = at((pair[0] + pair[1]) / 2.0);
+                let missing = self.colours[index(rows, v) * (columns.len() - 1) + index(columns, u)].is_none();
+                match start {
+                    None if missing => start = Some(pair[0]),
+                    Some(from) if !missing => {
+                        out.push([from, pair[0]].map(|x| self.place(at(x))));
+                        start = None;
+                    }
+                    _ => {}
+                }
+            }
+            out.extend(start.zip(stops.last()).map(|(from, to)| [from, *to].map(|x| self.place(at(x)))));
+        }
+        out
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::scene::Rect;
     use super::*;
 
     #[test]
@@ -97,7 +124,15 @@ mod tests {
     }
 
     #[test]
-    fn pixels_take_the_nearest_node() {
-        assert_eq!(cells_of_pixels(&[0.0, 1.0, 3.0, 4.0], 4), [0, 1, 1, 2]);
+    fn rows_start_at_the_top_and_only_missing_cells_are_hatched() {
+        let rect = Rect { x: 100.0, y: 0.0, width: 40.0, height: 40.0 };
+        let colour = |column, row| (column != 0 || row != 1).then_some([column as u8, row as u8, 0]);
+        let picture = Picture::new(rect.frame(), &[1.0, 2.0, 3.0], &[0.0, 10.0, 40.0], colour);
+        let cells: Vec<_> = picture.cells().collect();
+        assert_eq!(cells[0], ([0.0, 0.5], [0.0, 0.75], None));
+        assert_eq!(cells[3], ([0.5, 1.0], [0.75, 1.0], Some([1, 0, 0])));
+        let hatched = picture.hatching();
+        assert_eq!(hatched[0], [[100.0, 10.0], [110.0, 0.0]]);
+        assert!(hatched.iter().flatten().all(|[x, y]| (100.0..=120.0).contains(x) && (0.0..=30.0).contains(y)));
     }
 }

@@ -2,9 +2,8 @@
 
 use super::axis::{self, Axis, Plot, Spacing};
 use super::error::{FigureError, check_drawable};
-use super::header;
 use super::scene::{Anchor, Point, Rect, Rgb, Scene, Stroke, Text};
-use super::style::{BORDER, CURVES, DASHES, GRID, PAGE_WIDTH, Sizes, WHITE};
+use super::style::{self, BORDER, CURVES, DASHES, GRID, PAGE_WIDTH, Sizes, WHITE};
 use super::text::{self, LINE_PITCH, Weight};
 use super::ticks;
 
@@ -106,7 +105,7 @@ impl LineFigure {
 
 pub(super) fn scene(figure: &LineFigure) -> Result<Scene, FigureError> {
     figure.check()?;
-    let (mut scene, top) = header::page(&figure.title, &figure.subtitle, SIZES);
+    let (mut scene, top) = style::page(&figure.title, &figure.subtitle, SIZES);
     let styles = CurveStyle::of(&figure.series);
     let plot = plot(figure, top + 0.3 * SIZES.body);
     plot.draw_grid(&mut scene, Stroke { colour: GRID, width: 1.5, dash: &[] });

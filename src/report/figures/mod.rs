@@ -1,20 +1,18 @@
 //! Figures of the results: plain data in, SVG or PNG bytes out.
 //!
 //! Each kind of figure lays itself out as a scene of lines, shapes, texts and images in floating-point
-//! pixels; `svg` and `png` render that one scene. The same data give the same bytes.
+//! pixels; `paint` has plotters draw it. The same data give the same bytes.
 
 mod axis;
 mod colour_bar;
 mod error;
 mod field;
-mod header;
 mod lines;
 mod marks;
-mod png;
+mod paint;
 mod scene;
 mod slices;
 mod style;
-mod svg;
 mod text;
 mod ticks;
 mod volume;
@@ -41,7 +39,7 @@ impl Figure {
     /// # Errors
     /// When the data contradict each other or cannot be drawn; see [`FigureError`].
     pub fn svg(&self) -> Result<String, FigureError> {
-        svg::document(&self.scene()?)
+        paint::svg(&self.scene()?)
     }
 
     /// The figure as a PNG file, 1600 px wide.
@@ -49,7 +47,7 @@ impl Figure {
     /// # Errors
     /// As [`Figure::svg`].
     pub fn png(&self) -> Result<Vec<u8>, FigureError> {
-        png::file(&self.scene()?)
+        paint::png(&self.scene()?)
     }
 
     fn scene(&self) -> Result<scene::Scene, FigureError> {

@@ -1,6 +1,10 @@
 //! What a figure consists of before it is written in any format.
 
-use super::text::Weight;
+use super::field::Picture;
+use super::text::{self, Weight};
+
+/// Sides of the polygon that stands for a circle.
+const CIRCLE_CORNERS: usize = 48;
 
 /// A place on the page in pixels, x to the right, y downward.
 pub(super) type Point = [f64; 2];
@@ -31,6 +35,11 @@ impl Rect {
 
     pub fn corners(&self) -> [Point; 4] {
         [[self.x, self.y], [self.right(), self.y], [self.right(), self.bottom()], [self.x, self.bottom()]]
+    }
+
+    /// The left upper corner and the two sides from there.
+    pub fn frame(&self) -> [Point; 3] {
+        [[self.x, self.y], [self.width, 0.0], [0.0, self.height]]
     }
 
     /// Area shared with `other`.
@@ -67,7 +76,7 @@ pub(super) struct Text {
     /// Reads from bottom to top.
     pub upward: bool,
     pub colour: Rgb,
-    /// White rim, for text over colours.
+    /// White behind it, for text over colours.
     pub halo: bool,
 }
 
@@ -75,7 +84,7 @@ impl Text {
     pub fn new(content: impl Into<String>, size: f64, at: Point, anchor: Anchor) -> Self {
         Self {
             at,
-            content: content.into(),
+            content: text::printable(&content.into()),
             size,
             weight: Weight::Regular,
             anchor,
@@ -100,30 +109,33 @@ impl Text {
     pub fn with_halo(self) -> Self {
         Self { halo: true, ..self }
     }
-}
 
-/// Pixels stretched over the parallelogram `origin`, `origin + across`, `origin + down`.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Picture {
-    pub origin: Point,
-    pub across: Point,
-    pub down: Point,
-    pub columns: usize,
-    pub rows: usize,
-    /// Row by row.
-    pub pixels: Vec<Rgb>,
+    /// Where the text starts along its baseline, from `at`.
+    pub fn start(&self) -> f64 {
+        let width = text::width(&self.content, self.size, self.weight);
+        match self.anchor {
+            Anchor::Start => 0.0,
+            Anchor::Middle => -width / 2.0,
+            Anchor::End => -width,
+        }
+    }
+
+    /// Around the capitals of a text that is not upward, with a small border.
+    pub fn bounds(&self) -> Rect {
+        let border = 0.12 * self.size;
+        Rect {
+            x: self.at[0] + self.start() - border,
+            y: self.at[1] - text::capital_height(self.size) - border,
+            width: text::width(&self.content, self.size, self.weight) + 2.0 * border,
+            height: text::capital_height(self.size) + 2.0 * border,
+        }
+    }
 }
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Item {
     Line {
         points: Vec<Point>,
-        closed: bool,
-        stroke: Stroke,
-    },
-    Circle {
-        centre: Point,
-        radius: f64,
         stroke: Stroke,
     },
     /// A filled convex polygon.
@@ -150,24 +162,27 @@ impl Scene {
         let low = |points: &[Point]| points.iter().map(|p| p[1]).fold(0.0, f64::max);
         let of_item = |item: &Item| match item {
             Item::Line { points, .. } => low(points),
-            Item::Circle { centre, radius, .. } => centre[1] + radius,
             Item::Convex { corners, .. } => low(corners),
             Item::Text(text) => text.at[1],
-            Item::Picture(Picture { origin, across, down, .. }) => origin[1] + across[1].max(0.0) + down[1].max(0.0),
+            Item::Picture(picture) => {
+                low(&[[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]].map(|at| picture.place(at)))
+            }
         };
         self.items.iter().map(of_item).fold(0.0, f64::max)
     }
 
     pub fn line(&mut self, points: Vec<Point>, stroke: Stroke) {
-        self.items.push(Item::Line { points, closed: false, stroke });
+        self.items.push(Item::Line { points, stroke });
     }
 
     pub fn outline(&mut self, corners: &[Point], stroke: Stroke) {
-        self.items.push(Item::Line { points: corners.to_vec(), closed: true, stroke });
+        self.line(corners.iter().chain(corners.first()).copied().collect(), stroke);
     }
 
     pub fn circle(&mut self, centre: Point, radius: f64, stroke: Stroke) {
-        self.items.push(Item::Circle { centre, radius, stroke });
+        let angle = |k: usize| std::f64::consts::TAU * k as f64 / CIRCLE_CORNERS as f64;
+        let corner = |k| [centre[0] + radius * angle(k).cos(), centre[1] + radius * angle(k).sin()];
+        self.line((0..=CIRCLE_CORNERS).map(corner).collect(), stroke);
     }
 
     pub fn convex(&mut self, corners: Vec<Point>, fill: Rgb) {

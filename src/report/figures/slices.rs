@@ -3,11 +3,10 @@
 use super::axis::{self, Axis, Plot, Spacing};
 use super::colour_bar::{ColourBar, Scale};
 use super::error::{FigureError, check_ascending, check_drawable, check_grid};
-use super::field::{self, Cells};
-use super::header;
+use super::field::{self, Picture};
 use super::marks::{self, PlacedMark};
 use super::scene::{Anchor, Rect, Scene, Text};
-use super::style::{BORDER, PAGE_WIDTH, Sizes};
+use super::style::{self, BORDER, PAGE_WIDTH, Sizes};
 use super::text::{self, LINE_PITCH, Weight};
 
 /// Most panels in one figure.
@@ -115,7 +114,7 @@ pub(super) fn scene(figure: &SliceFigure) -> Result<Scene, FigureError> {
         size: sizes.body,
         tick_size: sizes.tick,
     };
-    let (mut scene, top) = header::page(&figure.title, &figure.subtitle, sizes);
+    let (mut scene, top) = style::page(&figure.title, &figure.subtitle, sizes);
     let legend_height = |maps: Rect| maps.height.max(LOWEST_BAR);
     // The legend is as high as the maps, whose height depends on the legend's width.
     let guess = Layout::new(figure, sizes, top, bar.width(LOWEST_BAR));
@@ -282,10 +281,12 @@ fn draw_panel(
 ) {
     let plot = &place.plot;
     let [column_edges, row_edges] = panel.edges();
-    let cells = Cells { column_edges: &column_edges, row_edges: &row_edges, scale };
-    scene.picture(field::picture(grid_rect(plot, &column_edges, &row_edges), |columns, rows| {
-        cells.paint(columns, rows, |column, row| panel.values[row * panel.x.len() + column])
-    }));
+    let colour = |column, row| {
+        let value: Option<f64> = panel.values[row * panel.x.len() + column];
+        value.zip(scale).map(|(value, scale)| scale.colour(value))
+    };
+    let rect = grid_rect(plot, &column_edges, &row_edges);
+    scene.picture(Picture::new(rect.frame(), &column_edges, &row_edges, colour));
     plot.draw_frame(scene);
     draw_title(scene, panel, place, sizes);
     if place.labelled_x {

@@ -59,12 +59,12 @@ fn size(png: &[u8]) -> (u32, u32) {
 #[test]
 fn svg_keeps_labels_as_text() {
     let svg = Figure::Slices(slices(vec![panel(3, |i| Some(i as f64))])).svg().unwrap();
-    for label in ["Where does", "100 N &lt; F", "x [mm]", "y [mm]", "deflection [mm]", "z = 0 mm", ">Q0<"] {
+    for label in ["Where does", "100 N &lt; F", "x [mm]", "y [mm]", "deflection [mm]", "z = 0 mm", ">\nQ0\n<"] {
         assert!(svg.contains(label), "{label}");
     }
     assert!(!svg.contains("no solution"));
     let svg = Figure::Volume(volume(3, |i| (i > 0).then_some(i as f64))).svg().unwrap();
-    for label in ["z [mm]", "no solution", "dashed ring", ">Q9<"] {
+    for label in ["z [mm]", "no solution", "dashed ring", ">\nQ9\n<"] {
         assert!(svg.contains(label), "{label}");
     }
     let svg = Figure::Lines(lines(vec![(0.0, 1.0), (1.0, 2.0)])).svg().unwrap();
@@ -104,7 +104,12 @@ fn degenerate_fields_are_drawn() {
     long.values = vec![Some(1e-7); 50];
     let mut far = panel(3, |_| Some(2.0));
     far.marks[0].x = 1e6;
+    let mut fine = panel(41, |i| (i % 7 > 0).then_some(i as f64));
+    fine.marks[0].y = -1e6;
+    let long_quantity = SliceFigure { quantity: "very long quantity ".repeat(100), ..slices(vec![fine.clone(); 3]) };
     let cases = [
+        slices(vec![fine]),
+        long_quantity,
         slices(vec![panel(1, |_| Some(3.0))]),
         slices(vec![panel(4, |_| Some(0.0))]),
         slices(vec![panel(4, |_| None)]),

@@ -1,8 +1,9 @@
-//! The embedded font: how wide a text is, where its lines break, which pixels it covers.
+//! The embedded font: how wide a text is, where its letters stand and its lines break.
 
 use std::sync::LazyLock;
 
-use ab_glyph::{Font, FontRef, Glyph, PxScale, ScaleFont, point};
+use ab_glyph::{Font, FontRef, PxScale, ScaleFont};
+use plotters::style::{FontDesc, FontFamily, FontStyle, register_font};
 
 /// Family names for viewers; the embedded font first, then one of the same proportions.
 pub(super) const FAMILY: &str = "DejaVu Sans, Verdana, sans-serif";
@@ -12,11 +13,15 @@ const CAPITAL: f64 = 0.73;
 /// Distance of baselines over the type size.
 pub(super) const LINE_PITCH: f64 = 1.3;
 
-static REGULAR: LazyLock<FontRef<'static>> = LazyLock::new(|| embedded(include_bytes!("fonts/DejaVuSans.ttf")));
-static BOLD: LazyLock<FontRef<'static>> = LazyLock::new(|| embedded(include_bytes!("fonts/DejaVuSans-Bold.ttf")));
+static REGULAR: LazyLock<FontRef<'static>> =
+    LazyLock::new(|| embedded(FontStyle::Normal, include_bytes!("fonts/DejaVuSans.ttf")));
+static BOLD: LazyLock<FontRef<'static>> =
+    LazyLock::new(|| embedded(FontStyle::Bold, include_bytes!("fonts/DejaVuSans-Bold.ttf")));
 
-fn embedded(bytes: &'static [u8]) -> FontRef<'static> {
-    FontRef::try_from_slice(bytes).expect("the font embedded at compile time is valid")
+/// The font for measuring, registered with plotters for drawing.
+fn embedded(style: FontStyle, bytes: &'static [u8]) -> FontRef<'static> {
+    let registered = register_font(FAMILY, style, bytes).is_ok();
+    FontRef::try_from_slice(bytes).ok().filter(|_| registered).expect("the font embedded at compile time is valid")
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,27 +39,53 @@ impl Weight {
     }
 }
 
-/// Pixel scale at which one em measures `size` pixels.
-fn scale(font: &FontRef<'_>, size: f64) -> PxScale {
+/// Height of ascenders and descenders, by which fonts are scaled, at a type size.
+fn height(font: &FontRef<'_>, size: f64) -> f64 {
     let em = f64::from(font.units_per_em().unwrap_or(2048.0));
-    PxScale::from((size * f64::from(font.height_unscaled()) / em) as f32)
+    size * f64::from(font.height_unscaled()) / em
 }
 
-/// Glyphs of one line from x = 0 on the baseline y = 0, and the width of the line.
-fn layout(content: &str, size: f64, weight: Weight) -> (Vec<Glyph>, f64) {
+/// The letters of one line with the left end of their ink from x = 0 on, and the width of the line.
+fn layout(content: &str, size: f64, weight: Weight) -> (Vec<(char, f64)>, f64) {
     let font = weight.font();
-    let scaled = font.as_scaled(scale(font, size));
+    let font = font.as_scaled(PxScale::from(height(font, size) as f32));
     let mut x = 0.0;
-    let mut glyphs: Vec<Glyph> = Vec::new();
-    for character in content.chars() {
-        let id = scaled.glyph_id(character);
-        if let Some(last) = glyphs.last() {
-            x += scaled.kern(last.id, id);
-        }
-        glyphs.push(id.with_scale_and_position(scaled.scale(), point(x, 0.0)));
-        x += scaled.h_advance(id);
+    let mut last = None;
+    let mut letters = Vec::new();
+    for letter in content.chars() {
+        let id = font.glyph_id(letter);
+        x += last.map_or(0.0, |last| font.kern(last, id));
+        letters.push((letter, f64::from(x + font.h_side_bearing(id).floor())));
+        x += font.h_advance(id);
+        last = Some(id);
     }
-    (glyphs, f64::from(x))
+    (letters, f64::from(x))
+}
+
+/// As [`layout`], without the width.
+pub(super) fn letters(content: &str, size: f64, weight: Weight) -> Vec<(char, f64)> {
+    layout(content, size, weight).0
+}
+
+/// The font as plotters draws it, scaled to the height of ascenders and descenders.
+pub(super) fn font(height: f64, weight: Weight) -> FontDesc<'static> {
+    let style = match weight {
+        Weight::Regular => FontStyle::Normal,
+        Weight::Bold => FontStyle::Bold,
+    };
+    LazyLock::force(&REGULAR);
+    LazyLock::force(&BOLD);
+    FontDesc::new(FontFamily::Name(FAMILY), height, style)
+}
+
+/// The even whole number nearest to the height of the font: half of it is where plotters puts the baseline.
+pub(super) fn even_height(size: f64) -> f64 {
+    2.0 * (height(&REGULAR, size) / 2.0).round()
+}
+
+/// The content without control characters, which SVG does not allow.
+pub(super) fn printable(content: &str) -> String {
+    content.replace(char::is_control, " ")
 }
 
 /// Width of one line in pixels.
@@ -65,16 +96,6 @@ pub(super) fn width(content: &str, size: f64, weight: Weight) -> f64 {
 /// Height of capitals and digits in pixels.
 pub(super) fn capital_height(size: f64) -> f64 {
     CAPITAL * size
-}
-
-/// Calls `paint(x, y, coverage)` for each pixel of one line whose baseline starts at (0, 0).
-pub(super) fn cover(content: &str, size: f64, weight: Weight, mut paint: impl FnMut(i32, i32, f32)) {
-    for glyph in layout(content, size, weight).0 {
-        if let Some(outline) = weight.font().outline_glyph(glyph) {
-            let corner = outline.px_bounds().min;
-            outline.draw(|x, y, coverage| paint(corner.x as i32 + x as i32, corner.y as i32 + y as i32, coverage));
-        }
-    }
 }
 
 /// The content in lines no wider than `limit`, broken at spaces; a single longer word keeps its own line.

@@ -3,11 +3,10 @@
 use super::axis::{self, Axis, Spacing};
 use super::colour_bar::{ColourBar, Scale};
 use super::error::{FigureError, check_ascending, check_drawable, check_grid};
-use super::field::{self, Cells};
-use super::header;
+use super::field::{self, Picture};
 use super::marks::{self, PlacedMark};
 use super::scene::{Anchor, Point, Rect, Scene, Stroke, Text};
-use super::style::{BORDER, INK, PAGE_WIDTH, Sizes, WHITE, outline};
+use super::style::{self, BORDER, INK, PAGE_WIDTH, Sizes, WHITE, outline};
 use super::text::{self, Weight};
 use super::ticks;
 
@@ -96,7 +95,7 @@ pub(super) fn scene(figure: &VolumeFigure) -> Result<Scene, FigureError> {
         size: SIZES.body,
         tick_size: SIZES.tick,
     };
-    let (mut scene, top) = header::page(&figure.title, &figure.subtitle, SIZES);
+    let (mut scene, top) = style::page(&figure.title, &figure.subtitle, SIZES);
     let edges = figure.edges();
     let bar_width = bar.width(BAR_HEIGHT);
     let view = View::fitted(figure, &edges, top, PAGE_WIDTH - BORDER - bar_width - BAR_GAP);
@@ -111,7 +110,7 @@ pub(super) fn scene(figure: &VolumeFigure) -> Result<Scene, FigureError> {
     bar.draw(&mut scene, PAGE_WIDTH - BORDER - bar_width, bar_top, BAR_HEIGHT);
     let mut bottom = scene.lowest();
     if any_hidden {
-        bottom = header::paragraph(&mut scene, HIDDEN_NOTE, bottom + SIZES.body, 0.85 * SIZES.body);
+        bottom = style::paragraph(&mut scene, HIDDEN_NOTE, bottom + SIZES.body, 0.85 * SIZES.body);
     }
     scene.height = bottom + BORDER;
     Ok(scene)
@@ -198,6 +197,18 @@ struct Face {
     at_high: bool,
 }
 
+impl Face {
+    /// Corners on the page, from the low ends along the columns and around.
+    fn corners(&self, view: &View) -> [Point; 4] {
+        [(false, false), (true, false), (true, true), (false, true)].map(|(column, row)| {
+            let mut at_high = [self.at_high; 3];
+            at_high[self.columns] = column;
+            at_high[self.rows] = row;
+            view.place(view.corner(at_high))
+        })
+    }
+}
+
 const FACES: [Face; 3] = [
     Face { columns: 0, rows: 2, at_high: false },
     Face { columns: 1, rows: 2, at_high: true },
@@ -206,37 +217,22 @@ const FACES: [Face; 3] = [
 
 fn draw_faces(scene: &mut Scene, figure: &VolumeFigure, edges: &[Vec<f64>; 3], view: &View, scale: Option<Scale>) {
     for face in FACES {
-        let corner = |column: bool, row: bool| {
-            let mut at_high = [face.at_high; 3];
-            at_high[face.columns] = column;
-            at_high[face.rows] = row;
-            view.place(view.corner(at_high))
+        let [low, _, far, origin] = face.corners(view);
+        let [across, down] = [far, low].map(|to| [to[0] - origin[0], to[1] - origin[1]]);
+        let colour = |column, row| {
+            let mut node = if face.at_high { figure.last() } else { [0; 3] };
+            node[face.columns] = column;
+            node[face.rows] = row;
+            figure.value(node).zip(scale).map(|(value, scale)| scale.colour(value))
         };
-        let origin = corner(false, true);
-        let side = |to: Point| [to[0] - origin[0], to[1] - origin[1]];
-        let (across, down) = (side(corner(true, true)), side(corner(false, false)));
-        let cells = Cells { column_edges: &edges[face.columns], row_edges: &edges[face.rows], scale };
-        scene.picture(field::parallelogram(origin, across, down, |columns, rows| {
-            cells.paint(columns, rows, |column, row| {
-                let mut node = if face.at_high { figure.last() } else { [0; 3] };
-                node[face.columns] = column;
-                node[face.rows] = row;
-                figure.value(node)
-            })
-        }));
+        scene.picture(Picture::new([origin, across, down], &edges[face.columns], &edges[face.rows], colour));
     }
 }
 
 /// The nine visible edges of the box.
 fn draw_edges(scene: &mut Scene, view: &View) {
     for face in FACES {
-        let corners = [(false, false), (true, false), (true, true), (false, true)].map(|(column, row)| {
-            let mut at_high = [face.at_high; 3];
-            at_high[face.columns] = column;
-            at_high[face.rows] = row;
-            view.place(view.corner(at_high))
-        });
-        scene.outline(&corners, outline());
+        scene.outline(&face.corners(view), outline());
     }
 }
 

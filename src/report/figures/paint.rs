@@ -1,0 +1,242 @@
+//! Draws a scene with plotters, as SVG or PNG.
+//!
+//! plotters places everything on whole units. A page pixel is divided into several of them, which the SVG shows scaled
+//! down and the PNG averages.
+
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{RgbImage, imageops};
+use plotters::backend::{BitMapBackend, DrawingBackend, SVGBackend};
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{Color, FontTransform, RGBColor, TextStyle};
+
+use super::error::FigureError;
+use super::field::Picture;
+use super::scene::{Anchor, Item, Point, Rect, Rgb, Scene, Stroke, Text};
+use super::style::{HATCH, MISSING, WHITE};
+use super::text;
+
+/// Units per page pixel.
+const SCALE: f64 = 3.0;
+/// Opacity of the white behind text over colours.
+const BACKING: f64 = 0.75;
+/// plotters' SVG text is smaller than its font size by this factor.
+const SVG_TYPE: f64 = 1.24;
+/// plotters' SVG text anchored at its top has its baseline this far below, over the type size.
+const SVG_BASELINE: f64 = 0.76;
+const HATCHING: Stroke = Stroke { colour: HATCH, width: 2.0, dash: &[] };
+/// Upright pictures of more cells are drawn as bitmaps.
+const MOST_POLYGONS: usize = 450;
+/// How far polygonal cells reach under their neighbours, in pixels, so that no seams show.
+const SEAM: f64 = 4.0;
+
+/// The scene as an SVG document; text stays text.
+pub(super) fn svg(scene: &Scene) -> Result<String, FigureError> {
+    let [width, height] = size(scene);
+    let mut out = String::new();
+    Painter { backend: SVGBackend::with_string(&mut out, (width, height)), raster: false }.draw(scene)?;
+    let root = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" height=\"{}\" viewBox=\"0 0 {width} {height}\" \
+         stroke-linecap=\"round\" stroke-linejoin=\"round\">\n<title>{}</title>",
+        f64::from(width) / SCALE,
+        f64::from(height) / SCALE,
+        text::printable(&scene.title).replace('&', "&amp;").replace('<', "&lt;")
+    );
+    let end = out.find('>').map_or(0, |last| last + 1);
+    out.replace_range(..end, &root);
+    // plotters writes a media type that only forgiving viewers accept.
+    Ok(out.replace("href=\"data:png;", "href=\"data:image/png;"))
+}
+
+/// The scene as a PNG file.
+pub(super) fn png(scene: &Scene) -> Result<Vec<u8>, FigureError> {
+    let [width, height] = size(scene);
+    let mut units = RgbImage::new(width, height);
+    Painter { backend: BitMapBackend::with_buffer(&mut units, (width, height)), raster: true }.draw(scene)?;
+    let scaled = |length: u32| (f64::from(length) / SCALE) as u32;
+    let mut out = Vec::new();
+    let page = imageops::thumbnail(&units, scaled(width), scaled(height));
+    let encoder = PngEncoder::new_with_quality(&mut out, CompressionType::Default, FilterType::Adaptive);
+    page.write_with_encoder(encoder).map_err(failed)?;
+    Ok(out)
+}
+
+fn size(scene: &Scene) -> [u32; 2] {
+    [scene.width, scene.height].map(|length| (SCALE * length.round()) as u32)
+}
+
+fn failed(error: impl std::fmt::Display) -> FigureError {
+    FigureError::Encode { reason: error.to_string() }
+}
+
+fn units(length: f64) -> i32 {
+    (SCALE * length).round() as i32
+}
+
+fn unit_place([x, y]: Point) -> (i32, i32) {
+    (units(x), units(y))
+}
+
+fn colour([r, g, b]: Rgb) -> RGBColor {
+    RGBColor(r, g, b)
+}
+
+struct Painter<B> {
+    backend: B,
+    /// The backend has only butt ends, and sets letters without regard to the blank at their left.
+    raster: bool,
+}
+
+impl<B: DrawingBackend> Painter<B> {
+    fn draw(mut self, scene: &Scene) -> Result<(), FigureError> {
+        let page = Rect { x: 0.0, y: 0.0, width: scene.width, height: scene.height.round() };
+        self.rectangle(page, &colour(WHITE).mix(1.0))?;
+        for item in &scene.items {
+            match item {
+                Item::Line { points, stroke } => {
+                    dashes(points, stroke.dash).iter().try_for_each(|part| self.line(part, stroke))?;
+                }
+                Item::Convex { corners, fill } => self.convex(corners, *fill)?,
+                Item::Text(text) => self.text(text)?,
+                Item::Picture(picture) => self.picture(picture)?,
+            }
+        }
+        self.backend.present().map_err(failed)
+    }
+
+    fn rectangle(&mut self, rect: Rect, fill: &impl Color) -> Result<(), FigureError> {
+        let [first, _, last, _] = rect.corners().map(unit_place);
+        self.backend.draw_rect(first, last, &fill.to_rgba(), true).map_err(failed)
+    }
+
+    fn convex(&mut self, corners: &[Point], fill: Rgb) -> Result<(), FigureError> {
+        self.backend.fill_polygon(corners.iter().copied().map(unit_place), &colour(fill)).map_err(failed)
+    }
+
+    fn line(&mut self, points: &[Point], stroke: &Stroke) -> Result<(), FigureError> {
+        let width = units(stroke.width) as u32;
+        let places: Vec<_> = points.iter().copied().map(unit_place).collect();
+        let colour = colour(stroke.colour);
+        if !self.raster {
+            return self.backend.draw_path(places, &colour.stroke_width(width)).map_err(failed);
+        }
+        // Filled shapes of the bitmap include both borders.
+        let style = colour.stroke_width(width - 1);
+        for pair in places.windows(2) {
+            self.backend.draw_path([pair[0], pair[1]], &style).map_err(failed)?;
+        }
+        places.into_iter().try_for_each(|p| self.backend.draw_circle(p, (width - 1) / 2, &colour, true)).map_err(failed)
+    }
+
+    fn text(&mut self, text: &Text) -> Result<(), FigureError> {
+        if text.halo {
+            self.rectangle(text.bounds(), &colour(WHITE).mix(BACKING))?;
+        }
+        let ink = colour(text.colour);
+        let turn = if text.upward { FontTransform::Rotate270 } else { FontTransform::None };
+        let style = |size: f64, side: HPos| {
+            let font = text::font(size, text.weight).transform(turn.clone());
+            TextStyle::from(font).color(&ink).pos(Pos::new(side, VPos::Top))
+        };
+        let place = |x: f64, y: f64| {
+            let (dx, dy) = turn.transform(x.round() as i32, y.round() as i32);
+            let (x, y) = unit_place(text.at);
+            (x + dx, y + dy)
+        };
+        let em = SCALE * text.size;
+        if !self.raster {
+            let side = match text.anchor {
+                Anchor::Start => HPos::Left,
+                Anchor::Middle => HPos::Center,
+                Anchor::End => HPos::Right,
+            };
+            let at = place(0.0, -SVG_BASELINE * em);
+            return self.backend.draw_text(&text.content, &style(SVG_TYPE * em, side), at).map_err(failed);
+        }
+        let height = text::even_height(em);
+        let style = style(height, HPos::Left);
+        let start = SCALE * text.start();
+        for (letter, x) in text::letters(&text.content, em, text.weight) {
+            let at = place(start + x, -height / 2.0);
+            self.backend.draw_text(letter.encode_utf8(&mut [0; 4]), &style, at).map_err(failed)?;
+        }
+        Ok(())
+    }
+
+    fn picture(&mut self, picture: &Picture) -> Result<(), FigureError> {
+        let upright = picture.across[1] == 0.0 && picture.down[0] == 0.0;
+        if upright && picture.cells().count() > MOST_POLYGONS {
+            self.bitmap(picture)?;
+        } else {
+            let [right, down] = picture.lengths().map(|length| SEAM / length);
+            for ([u0, u1], [v0, v1], fill) in picture.cells() {
+                let (u1, v1) = ((u1 + right).min(1.0), (v1 + down).min(1.0));
+                let corners = [[u0, v0], [u1, v0], [u1, v1], [u0, v1]];
+                self.convex(&corners.map(|at| picture.place(at)), fill.unwrap_or(MISSING))?;
+            }
+        }
+        picture.hatching().iter().try_for_each(|line| self.line(line, &HATCHING))
+    }
+
+    /// An upright picture as one bitmap, in an SVG smaller than an element for each of many cells.
+    fn bitmap(&mut self, picture: &Picture) -> Result<(), FigureError> {
+        let [left, top] = [units(picture.origin[0]), units(picture.origin[1])];
+        let [width, height] = picture.lengths().map(|length| units(length).max(1));
+        let mut pixels = vec![0; 3 * (width * height) as usize];
+        let size = (width as u32, height as u32);
+        let mut bitmap = BitMapBackend::with_buffer(&mut pixels, size);
+        let part = |share: f64, whole: i32| (share * f64::from(whole)).round() as i32;
+        for ([u0, u1], [v0, v1], fill) in picture.cells() {
+            let first = (part(u0, width), part(v0, height));
+            let last = (part(u1, width), part(v1, height));
+            bitmap.draw_rect(first, last, &colour(fill.unwrap_or(MISSING)), true).map_err(failed)?;
+        }
+        drop(bitmap);
+        self.backend.blit_bitmap((left, top), size, &pixels).map_err(failed)
+    }
+}
+
+/// The parts of a polyline that a dash pattern leaves; the whole if the pattern is empty.
+fn dashes(points: &[Point], pattern: &[f64]) -> Vec<Vec<Point>> {
+    if pattern.is_empty() {
+        return vec![points.to_vec()];
+    }
+    let mut out: Vec<Vec<Point>> = vec![points.first().copied().into_iter().collect()];
+    let (mut part, mut left) = (0, pattern[0]);
+    for pair in points.windows(2) {
+        let [[x0, y0], [x1, y1]] = [pair[0], pair[1]];
+        let length = (x1 - x0).hypot(y1 - y0);
+        let mut done = 0.0;
+        while done < length {
+            let step = left.min(length - done);
+            done += step;
+            left -= step;
+            let at = [x0 + (x1 - x0) * done / length, y0 + (y1 - y0) * done / length];
+            if part % 2 == 0 {
+                out.last_mut().expect("there is a first part").push(at);
+            }
+            if left <= 0.0 {
+                part = (part + 1) % pattern.len();
+                left = pattern[part];
+                if part % 2 == 0 {
+                    out.push(vec![at]);
+                }
+            }
+        }
+    }
+    out.retain(|part| part.len() > 1);
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dashes_leave_the_gaps_out_and_go_round_corners() {
+        let parts = dashes(&[[0.0, 0.0], [6.0, 0.0], [6.0, 5.0]], &[3.0, 2.0]);
+        assert_eq!(
+            parts,
+            [vec![[0.0, 0.0], [3.0, 0.0]], vec![[5.0, 0.0], [6.0, 0.0], [6.0, 2.0]], vec![[6.0, 4.0], [6.0, 5.0]]]
+        );
+    }
+}
