@@ -1,0 +1,21 @@
+//! Toolpaths: where the tool should go, in order, in the workpiece frame W.
+//!
+//! A [`Toolpath`] is a list of [`PathPoint`]s. It comes from a generator ([`Circle`], [`Toolpath::line`]), from a
+//! polyline in a CSV file ([`polyline`]) or from a G-code program ([`gcode`]). A path from a file remembers where each
+//! point came from, so that moved points can be written back into the same file without touching anything else.
+//!
+//! Units: mm, mm/min, rev/min, N, N·mm. Frame: the workpiece frame W throughout.
+
+pub mod gcode;
+mod generate;
+mod number;
+mod path;
+mod plane;
+pub mod polyline;
+mod sampling;
+
+pub use generate::{Circle, GenerateError};
+pub use number::{Format, FormatError};
+pub use path::{Load, PathPoint, PointSource, PositionsError, Toolpath};
+pub use plane::{Plane, Turn};
+pub use sampling::{Sampling, SamplingError};

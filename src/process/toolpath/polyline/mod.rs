@@ -1,0 +1,52 @@
+//! Polylines in CSV files: one point a row, units in the column names.
+//!
+//! | column | | meaning |
+//! |---|---|---|
+//! | `x_mm`, `y_mm`, `z_mm` | required | position of the tool tip in the workpiece frame |
+//! | `feed_mm_per_min` | optional | feed on the way to the point |
+//! | `spindle_rev_per_min` | optional | spindle speed on the way to the point |
+//! | `force_x_N`, `force_y_N`, `force_z_N` | optional, together | force on the tool, workpiece axes |
+//! | `moment_x_Nmm`, `moment_y_Nmm`, `moment_z_Nmm` | optional, together | moment on the tool about its tip |
+//! | `cutting` | optional | 1 if the tool cuts on the way to the point, 0 if not; 1 without the column |
+//!
+//! Columns may stand in any order. Any other column is refused. Rows are points as they are: they are not split, so
+//! that forces given with them stay theirs. The tangent at an inner point halves the turn the path makes there.
+
+mod column;
+mod error;
+mod read;
+mod write;
+
+pub use error::{PolylineError, PolylineFault};
+pub use write::write;
+
+use std::ops::Range;
+
+use column::Column;
+
+use super::{Format, Toolpath};
+
+/// A polyline file that has been read.
+#[derive(Clone, Debug)]
+pub struct Polyline {
+    source: Vec<u8>,
+    columns: Vec<Column>,
+    /// The bytes of each row, without its line ending.
+    rows: Vec<Range<usize>>,
+    path: Toolpath,
+    own_format: Format,
+}
+
+impl Polyline {
+    /// The path through the points of the file; [`PointSource::segment`](super::PointSource) is the row, from 0.
+    #[must_use]
+    pub fn toolpath(&self) -> &Toolpath {
+        &self.path
+    }
+
+    /// The decimals the file writes its positions with, at most, and at least 3.
+    #[must_use]
+    pub fn own_format(&self) -> Format {
+        self.own_format
+    }
+}

@@ -1,0 +1,124 @@
+//! How finely arcs and long lines are split into path points.
+
+use std::f64::consts::FRAC_PI_2;
+
+use thiserror::Error;
+
+/// How finely a path is split: a checked chordal tolerance and longest piece, both in mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sampling {
+    chordal_tolerance_mm: f64,
+    max_segment_mm: f64,
+}
+
+/// A [`Sampling`] asked for with a value that splits nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[error("{key} = {value}: expected a finite number above 0")]
+pub struct SamplingError {
+    /// Which value, with its unit.
+    pub key: &'static str,
+    /// What was given.
+    pub value: f64,
+}
+
+impl Sampling {
+    /// The most points one path may have. A path that needs more is refused instead of filling the memory.
+    pub const MAX_POINTS: usize = 2_000_000;
+
+    /// `chordal_tolerance_mm`: the most an arc may stand off the chord between two neighbouring points;
+    /// `max_segment_mm`: the longest piece, of lines and arcs alike, measured along the path.
+    ///
+    /// # Errors
+    /// When a value is not a finite number above 0.
+    pub fn new(chordal_tolerance_mm: f64, max_segment_mm: f64) -> Result<Sampling, SamplingError> {
+        for (key, value) in [("chordal_tolerance_mm", chordal_tolerance_mm), ("max_segment_mm", max_segment_mm)] {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(SamplingError { key, value });
+            }
+        }
+        Ok(Sampling { chordal_tolerance_mm, max_segment_mm })
+    }
+
+    /// The most an arc may stand off its chord, mm.
+    #[must_use]
+    pub fn chordal_tolerance_mm(self) -> f64 {
+        self.chordal_tolerance_mm
+    }
+
+    /// The longest piece, mm.
+    #[must_use]
+    pub fn max_segment_mm(self) -> f64 {
+        self.max_segment_mm
+    }
+
+    /// Into how many pieces a line of `length_mm` is split; `None` when into more than [`Sampling::MAX_POINTS`].
+    pub(crate) fn line_pieces(self, length_mm: f64) -> Option<usize> {
+        // The slack keeps a length that is a multiple of the piece from gaining one by rounding.
+        pieces((length_mm / self.max_segment_mm) * (1.0 - 1e-12))
+    }
+
+    /// Into how many pieces an arc of `length_mm` is split that turns by `sweep_rad` at radius `radius_mm`.
+    ///
+    /// The chord over the angle Δ stands r (1 − cos(Δ/2)) = 2 r sin²(Δ/4) off the arc, so Δ = 4 asin √(tol / 2r).
+    /// A piece never turns by more than a right angle, whatever the tolerance.
+    pub(crate) fn arc_pieces(self, radius_mm: f64, sweep_rad: f64, length_mm: f64) -> Option<usize> {
+        let half_chord = (self.chordal_tolerance_mm / (2.0 * radius_mm)).min(1.0).sqrt();
+        let step_rad = (4.0 * half_chord.asin()).min(FRAC_PI_2);
+        let by_angle = pieces((sweep_rad.abs() / step_rad) * (1.0 - 1e-12))?;
+        let by_length = self.line_pieces(length_mm)?;
+        Some(by_angle.max(by_length))
+    }
+}
+
+/// `ratio` rounded up, at least 1; `None` above [`Sampling::MAX_POINTS`] or when it is no number.
+fn pieces(ratio: f64) -> Option<usize> {
+    let count = ratio.ceil().max(1.0);
+    (ratio.is_finite() && count <= Sampling::MAX_POINTS as f64).then_some(count as usize)
+}
+
+impl Default for Sampling {
+    /// 1 µm off the arc, pieces of at most 1 mm.
+    fn default() -> Sampling {
+        Sampling { chordal_tolerance_mm: 1e-3, max_segment_mm: 1.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_that_split_nothing_are_refused() {
+        assert_eq!(
+            Sampling::new(0.0, 1.0).unwrap_err().to_string(),
+            "chordal_tolerance_mm = 0: expected a finite number above 0"
+        );
+        assert_eq!(
+            Sampling::new(0.1, f64::NAN).unwrap_err().to_string(),
+            "max_segment_mm = NaN: expected a finite number above 0"
+        );
+    }
+
+    #[test]
+    fn arc_chords_stay_within_the_tolerance_and_no_fewer_would_do() {
+        let sampling = Sampling::new(0.01, 1e6).unwrap();
+        for radius in [0.5, 5.0, 25.0, 1e4] {
+            let sweep = 5.0;
+            let n = sampling.arc_pieces(radius, sweep, radius * sweep).unwrap();
+            let sagitta = |n: usize| radius * (1.0 - (sweep / n as f64 / 2.0).cos());
+            assert!(sagitta(n) <= 0.01 * (1.0 + 1e-6), "{radius}: {}", sagitta(n));
+            assert!(sagitta(n - 1) > 0.01, "{radius}");
+        }
+    }
+
+    #[test]
+    fn a_multiple_of_the_piece_gains_no_piece_and_too_many_are_refused() {
+        let sampling = Sampling::new(0.01, 0.1).unwrap();
+        assert_eq!(sampling.line_pieces(0.3), Some(3));
+        assert_eq!(sampling.line_pieces(0.0), Some(1));
+        assert_eq!(sampling.line_pieces(1e9), None);
+        assert_eq!(sampling.line_pieces(f64::NAN), None);
+        // A tolerance above the radius still gives four pieces to a circle.
+        assert_eq!(Sampling::new(9.0, 1e6).unwrap().arc_pieces(1.0, 6.2, 6.2), Some(4));
+    }
+}

@@ -1,0 +1,10 @@
+(arcs by their radius: R+ short, R- long)
+G21 G90 G17
+G0 X0 Y0 Z0
+G1 X10 F300
+G2 X20 Y-10 R10
+G3 X30 Y-20 R10
+G2 X20 Y-30 R-10
+G3 X10 Y-40 R14.5
+G18 G2 X20 Z4 R11
+M30

@@ -1,0 +1,9 @@
+G21 G90
+G0 X0 Y0 Z2
+/G1 Z-.5 F100
+/2 N7 G1 X10 F500
+ / G3 X10 Y10 I0 J5
+G1 X0
+/ (only a comment)
+G0 Z2
+M30

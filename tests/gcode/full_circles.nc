@@ -1,0 +1,12 @@
+(full circles, with and without end words)
+G21 G90 G17
+G0 X50 Y50 Z3
+G1 Z-.5 F100
+G2 I-20 F900
+G2 X50 Y50 I-20 J0
+G3 J12.5
+I-20 J0
+G1 Z-1 F100
+G2 I-20 F900
+G0 Z3
+M30

@@ -1,0 +1,257 @@
+//! Programs of many styles, read, moved and written back.
+
+use kinetostat::process::toolpath::gcode::{GcodeOptions, Program, Rewritten};
+use kinetostat::process::toolpath::{Format, Sampling, Toolpath};
+use nalgebra::Vector3;
+
+/// Every program in `tests/gcode`, with its name.
+fn programs() -> Vec<(String, Vec<u8>)> {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/gcode");
+    let mut programs: Vec<_> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .map(|path| (path.file_name().unwrap().to_string_lossy().into_owned(), std::fs::read(&path).unwrap()))
+        .collect();
+    programs.sort();
+    assert!(programs.len() >= 14, "{} programs", programs.len());
+    programs
+}
+
+fn options() -> GcodeOptions {
+    let mut options = GcodeOptions::default();
+    options.work_offsets_mm[1] = Some(Vector3::new(100.0, -20.0, 3.5));
+    options
+}
+
+fn sampling() -> Sampling {
+    Sampling::new(0.005, 2.0).unwrap()
+}
+
+fn parse(name: &str, source: &[u8]) -> (Program, Toolpath) {
+    let program = Program::parse(source, name, &options()).unwrap_or_else(|e| panic!("{e}"));
+    let path = program.toolpath(sampling()).unwrap();
+    (program, path)
+}
+
+/// The program with `correction` added at every point, and the largest difference, per coordinate, between where the
+/// written program goes and where it should.
+fn moved(
+    program: &Program,
+    path: &Toolpath,
+    format: Format,
+    correction: impl Fn(Vector3<f64>) -> Vector3<f64>,
+) -> (Rewritten, f64) {
+    let goals: Vec<_> = path.positions_mm().into_iter().map(|p| p + correction(p)).collect();
+    let written = program.rewrite(path, &goals, format).unwrap();
+    let back = written.read_back().unwrap_or_else(|e| panic!("{e}\n{}", text(&written)));
+    assert_eq!(back.len(), path.len(), "{}\n{}", program.name(), text(&written));
+    let off = back.positions_mm().iter().zip(&goals).map(|(a, b)| (a - b).amax()).fold(0.0, f64::max);
+    (written, off)
+}
+
+fn text(written: &Rewritten) -> String {
+    String::from_utf8_lossy(written.bytes()).into_owned()
+}
+
+/// The largest step of the last written decimal in any program, mm: five decimals of an inch, four of a mm.
+const LAST_PLACE_MM: f64 = 2.54e-4;
+
+#[test]
+fn without_correction_the_bytes_are_the_same() {
+    for (name, source) in programs() {
+        let (program, path) = parse(&name, &source);
+        assert!(path.len() > 5, "{name} has {} points", path.len());
+        for format in [Format::default(), program.own_format(), Format::new(1, 1).unwrap()] {
+            let (written, off) = moved(&program, &path, format, |_| Vector3::zeros());
+            assert_eq!(written.bytes(), source, "{name}\n{}", text(&written));
+            assert!(off < 1e-9, "{name}: {off}");
+        }
+    }
+}
+
+#[test]
+fn a_correction_below_the_last_decimal_changes_nothing() {
+    for (name, source) in programs() {
+        let (program, path) = parse(&name, &source);
+        let (written, _) = moved(&program, &path, Format::default(), |p| p.map(|c| 4e-5 * c.signum()));
+        assert_eq!(written.bytes(), source, "{name}\n{}", text(&written));
+    }
+}
+
+#[test]
+fn a_constant_shift_moves_every_point_by_it() {
+    for (name, source) in programs() {
+        let (program, path) = parse(&name, &source);
+        let shift = Vector3::new(0.0123, -0.2, 0.05);
+        let (written, off) = moved(&program, &path, Format::default(), |_| shift);
+        assert!(off <= LAST_PLACE_MM, "{name}: {off}\n{}", text(&written));
+        assert_ne!(written.bytes(), source, "{name}");
+    }
+}
+
+#[test]
+fn a_constant_shift_splits_no_block() {
+    for (name, source) in programs() {
+        let (program, path) = parse(&name, &source);
+        let (written, _) = moved(&program, &path, Format::default(), |_| Vector3::new(0.5, 0.25, -0.125));
+        let lines = |bytes: &[u8]| bytes.iter().filter(|b| matches!(b, b'\n' | b'\r')).count();
+        assert_eq!(lines(written.bytes()), lines(&source), "{name}\n{}", text(&written));
+    }
+}
+
+#[test]
+fn a_varying_correction_is_met_at_every_point_to_the_last_decimal() {
+    let bend =
+        |p: Vector3<f64>| Vector3::new((0.11 * p.y).sin(), (0.07 * p.x + 0.3).cos(), (0.05 * (p.x + p.y)).sin()) * 0.3;
+    for (name, source) in programs() {
+        let (program, path) = parse(&name, &source);
+        for (format, last_place) in [
+            (Format::default(), LAST_PLACE_MM),
+            (Format::new(2, 3).unwrap(), 2.54e-2),
+            (Format::new(7, 7).unwrap(), 2.54e-6),
+        ] {
+            let (written, off) = moved(&program, &path, format, bend);
+            assert!(off <= last_place, "{name}: {off}\n{}", text(&written));
+        }
+    }
+}
+
+#[test]
+fn comments_and_lines_without_motion_survive() {
+    let bend = |p: Vector3<f64>| Vector3::new(0.0, (0.2 * p.x).sin(), (0.3 * p.y).cos()) * 0.4;
+    for (name, source) in programs() {
+        let (program, path) = parse(&name, &source);
+        let (written, _) = moved(&program, &path, Format::default(), bend);
+        let mut rest = written.bytes();
+        for comment in comments(&source) {
+            let at = rest.windows(comment.len()).position(|window| window == comment);
+            let at = at.unwrap_or_else(|| panic!("{name}: {:?}", String::from_utf8_lossy(comment)));
+            rest = &rest[at + comment.len()..];
+        }
+        assert_eq!(source.ends_with(b"\n"), written.bytes().ends_with(b"\n"), "{name}");
+        let crlf = source.windows(2).any(|pair| pair == b"\r\n");
+        for (at, byte) in written.bytes().iter().enumerate().filter(|(_, b)| **b == b'\n') {
+            assert_eq!(at > 0 && written.bytes()[at - 1] == b'\r', crlf, "{name} {byte}");
+        }
+    }
+}
+
+/// The comments of a program, in order, with their marks.
+fn comments(source: &[u8]) -> Vec<&[u8]> {
+    let mut comments = Vec::new();
+    for line in source.split(|b| matches!(b, b'\r' | b'\n')) {
+        let mut at = 0;
+        while at < line.len() {
+            let length = match line[at] {
+                b'(' => line[at..].iter().position(|b| *b == b')').unwrap() + 1,
+                b';' => line.len() - at,
+                _ => 0,
+            };
+            if length > 0 {
+                comments.push(&line[at..at + length]);
+            }
+            at += length.max(1);
+        }
+    }
+    comments
+}
+
+#[test]
+fn arc_points_lie_on_their_arcs() {
+    let cases: [(&str, [usize; 2], [f64; 2], f64); 3] = [
+        ("arcs_xy_g17.nc", [0, 1], [0.0, 0.0], 25.0),
+        ("arcs_zx_g18.nc", [2, 0], [0.0, 0.0], 10.0),
+        ("arcs_yz_g19.nc", [1, 2], [0.0, 0.0], 8.0),
+    ];
+    for (name, [a, b], centre, radius) in cases {
+        let source = programs().into_iter().find(|(n, _)| n == name).unwrap().1;
+        let (_, path) = parse(name, &source);
+        let on_arc: Vec<_> = path
+            .points()
+            .iter()
+            .map(|point| (point.position_mm[a] - centre[0], point.position_mm[b] - centre[1]))
+            .filter(|(u, v)| (u.hypot(*v) - radius).abs() < 1e-9)
+            .collect();
+        assert!(on_arc.len() > 20, "{name}: {}", on_arc.len());
+        for pair in on_arc.windows(2) {
+            let middle = f64::hypot(pair[0].0 + pair[1].0, pair[0].1 + pair[1].1) / 2.0;
+            let chord = f64::hypot(pair[0].0 - pair[1].0, pair[0].1 - pair[1].1);
+            assert!(radius - middle <= 0.005 + 1e-9 && chord <= 2.0 + 1e-9, "{name}");
+        }
+    }
+}
+
+#[test]
+fn tangents_are_unit_and_point_along_the_motion() {
+    for (name, source) in programs() {
+        let (_, path) = parse(&name, &source);
+        let mut length = 0.0;
+        for pair in path.points().windows(2) {
+            assert!((pair[1].tangent.norm() - 1.0).abs() < 1e-12, "{name}");
+            assert!(pair[1].arc_length_mm >= length, "{name}");
+            length = pair[1].arc_length_mm;
+            let step = pair[1].position_mm - pair[0].position_mm;
+            let known = pair[1].arc_length_mm > pair[0].arc_length_mm;
+            if known && step.norm() > 1e-9 {
+                let step = step.normalize();
+                assert!(step.dot(&pair[1].tangent) > 0.9, "{name} {pair:?}");
+            }
+        }
+    }
+}
+
+fn rewritten(source: &str, correction: impl Fn(Vector3<f64>) -> Vector3<f64>, sampling: Sampling) -> String {
+    let program = Program::parse(source, "test.nc", &options()).unwrap();
+    let path = program.toolpath(sampling).unwrap();
+    let (written, _) = moved(&program, &path, Format::new(2, 3).unwrap(), correction);
+    text(&written)
+}
+
+/// Bends so that no piece stays straight.
+fn wave(p: Vector3<f64>) -> Vector3<f64> {
+    Vector3::new(0.0, 0.0, if (p.x / 5.0).round() % 2.0 == 0.0 { 0.5 } else { -0.5 })
+}
+
+#[test]
+fn a_split_block_keeps_its_first_line_and_moves_what_acts_at_its_end() {
+    let source = "G21 G90\nG0 X0 Y0 Z0\nN7 G01 X15 F200 S900 M3 M9 (cut) ; on\nG2 X20 Y-5 I0 J-5\nX15 Y-10 I-5 J0\n";
+    let coarse = Sampling::new(10.0, 5.0).unwrap();
+    assert_eq!(
+        rewritten(source, wave, coarse),
+        "G21 G90\nG0 X0 Y0 Z0.50\nN7 G01 X5.00 Z-0.50 F200 S900 M3 (cut) ; on\nX10.00 Z0.50\nX15.00 Z-0.50 M9\n\
+         G1 X18.54 Y-1.46 Z0.50\nX20.00 Y-5.00\nX18.54 Y-8.54\nX15.00 Y-10.00 Z-0.50\n"
+    );
+}
+
+#[test]
+fn a_motion_word_comes_back_for_lines_that_rely_on_it() {
+    let source = "G21G90\nG00X0Y0Z0\nG02X10Y0I5J0F200\nX20I5J0\n";
+    let coarse = Sampling::new(10.0, 100.0).unwrap();
+    // The first arc is bent, the second only moved.
+    let bend = |p: Vector3<f64>| Vector3::new(0.0, 0.0, if p.x < 9.0 { 0.1 * p.x } else { 1.0 });
+    assert_eq!(
+        rewritten(source, bend, coarse),
+        "G21G90\nG00X0Y0Z0\nG01X5.00Y5.00Z0.50F200\nX10.00Y0.00Z1.00\nG02X20I5J0\n"
+    );
+}
+
+#[test]
+fn incremental_steps_lead_from_where_rounding_has_led() {
+    let source = "G21 G90\nG0 X0 Y0 Z0\nG91\nG1 X1 F100\nX1\nX1\nX1\nX1\nX1\nG90 X10\n";
+    let coarse = Sampling::new(10.0, 100.0).unwrap();
+    let stretch = |p: Vector3<f64>| Vector3::new(p.x / 300.0 * 1.3, 0.0, 0.0);
+    assert_eq!(
+        rewritten(source, stretch, coarse),
+        "G21 G90\nG0 X0 Y0 Z0\nG91\nG1 X1 F100\nX1.01\nX1\nX1.01\nX1\nX1.01\nG90 X10.04\n"
+    );
+}
+
+#[test]
+fn block_delete_marks_stay_on_every_line_of_their_block() {
+    let source = "G21 G90\nG0 X0 Y0 Z0\n /2 G1 X10 F100\n/G28 Z0\n";
+    let coarse = Sampling::new(10.0, 5.0).unwrap();
+    assert_eq!(
+        rewritten(source, wave, coarse),
+        "G21 G90\nG0 X0 Y0 Z0.50\n /2 G1 X5.00 Z-0.50 F100\n /2X10.00 Z0.50\n/G28 Z0\n"
+    );
+}
