@@ -237,6 +237,9 @@ impl<'a> Closure<'a> {
         let (mut first_step, mut later_steps) = (0.0, 0.0);
         for iteration in 0..MAX_ITERATIONS {
             self.linearise(&at, command);
+            if !self.residual.iter().all(|entry| entry.is_finite()) {
+                return Reached { at, solved: false };
+            }
             let error = self.residual.amax();
             let stalled = error < CLOSURE_ROUNDING * reach && error > 0.3 * best;
             if error < CLOSURE_TOLERANCE * reach || stalled {

@@ -9,4 +9,4 @@ mod pose;
 mod screw;
 
 pub use pose::{Axis, Pose, rotation_exp, rotation_log};
-pub use screw::{Twist, Wrench, skew};
+pub use screw::{Twist, Wrench, larger, skew};

@@ -7,6 +7,11 @@ pub fn skew(v: Vector3<f64>) -> Matrix3<f64> {
     Matrix3::new(0.0, -v.z, v.y, v.z, 0.0, -v.x, -v.y, v.x, 0.0)
 }
 
+/// The larger of two sizes; NaN if either is, unlike [`f64::max`], so that a residual cannot hide one.
+pub fn larger(a: f64, b: f64) -> f64 {
+    if a > b || a.is_nan() { a } else { b }
+}
+
 /// Velocity (or small displacement) of a point and the angular velocity (or small rotation), in one set of axes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Twist {
@@ -81,7 +86,7 @@ impl Wrench {
 
     /// Size in N, moments divided by the length `length` in mm.
     pub fn norm(self, length: f64) -> f64 {
-        self.force.norm().max(self.moment.norm() / length)
+        larger(self.force.norm(), self.moment.norm() / length)
     }
 }
 

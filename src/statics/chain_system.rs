@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use super::{bordered::BadPivot, bordered::Bordered, state::ChainState};
 use crate::{
     machine::{Chain, Motion, MoveScrew, SpringLaw, Step},
-    spatial::{Pose, Twist, Wrench, rotation_log, skew},
+    spatial::{Pose, Twist, Wrench, larger, rotation_exp, rotation_log, skew},
 };
 
 /// Linear system of one chain.
@@ -39,8 +39,10 @@ pub(super) struct ChainSystem {
     /// Moment carried by the chain, N·mm.
     moment: Vector3<f64>,
     solution: Vec<f64>,
-    /// Residual (rows θ, F, q) that a load step leaves in place.
+    /// Residual (rows θ, F, q) that a load step leaves in place; its rows F are held as a shift of the target instead.
     held_residual: Vec<f64>,
+    /// Closure error that a load step leaves in place: shift in O axes, and turn in platform axes.
+    held_closure: Twist,
 }
 
 /// Largest residuals of a chain, in its units and made dimensionless by the caller.
@@ -84,6 +86,7 @@ impl ChainSystem {
             moment: Vector3::zeros(),
             solution: vec![0.0; size],
             held_residual: Vec::new(),
+            held_closure: Twist::default(),
         }
     }
 
@@ -242,20 +245,32 @@ impl ChainSystem {
         }
     }
 
-    /// Remembers the present residual, for load stepping.
-    pub fn hold_residual(&mut self) {
+    /// Remembers the present residual, at the platform pose `platform`, for load stepping.
+    pub fn hold_residual(&mut self, platform: &Pose) {
         let rhs = self.rhs_column();
         self.held_residual.clear();
         self.held_residual.extend((0..rhs).map(|row| self.matrix.get(row, rhs)));
+        let angular = platform.rotation.transpose() * self.closure.angular;
+        self.held_closure = Twist { linear: self.closure.linear, angular };
     }
 
-    /// Takes `share` of the held residual off the present one.
+    /// Where the chain's end belongs when `share` of the held closure error is left in place.
+    ///
+    /// The shift is fixed to O and the turn to the platform, so that the target moves with the twist of the platform and
+    /// the iteration stays a Newton iteration however large the turn is.
+    pub fn held_target(&self, platform: &Pose, share: f64) -> Pose {
+        Pose {
+            rotation: platform.rotation * rotation_exp(self.held_closure.angular * share),
+            translation: platform.translation + self.held_closure.linear * share,
+        }
+    }
+
+    /// Takes `share` of the held generalised forces off the present ones.
     pub fn release_residual(&mut self, share: f64) {
-        let rhs = self.rhs_column();
-        for row in 0..rhs {
+        let (wrench, rhs) = (self.virtual_count, self.rhs_column());
+        for row in (0..wrench).chain(wrench + 6..rhs) {
             *self.matrix.at(row, rhs) -= share * self.held_residual[row];
         }
-        self.closure = Twist::from_vector(&Vector6::from_fn(|i, _| self.matrix.get(self.virtual_count + i, rhs)));
     }
 
     /// Present residual; `reach` in mm makes rotations and moments comparable.
@@ -264,9 +279,9 @@ impl ChainSystem {
         let mut force: f64 = 0.0;
         for (coordinate, &is_rotation) in self.is_rotation.iter().enumerate() {
             let entry = self.matrix.get(self.row(coordinate), rhs).abs();
-            force = force.max(if is_rotation { entry / reach } else { entry });
+            force = larger(force, if is_rotation { entry / reach } else { entry });
         }
-        let gap = self.closure.linear.amax().max(self.closure.angular.amax() * reach);
+        let gap = larger(self.closure.linear.norm(), self.closure.angular.norm() * reach);
         ChainResidual { gap, force }
     }
 

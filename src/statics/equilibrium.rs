@@ -3,13 +3,13 @@
 use nalgebra::{Matrix6, Matrix6xX, Vector6};
 
 use super::{
+    chain_system::ChainSystem,
     full_system,
     state::{State, Workspace},
-    stiffness::smallest_eigenvalue,
 };
 use crate::{
     machine::{Chain, Machine},
-    spatial::{Twist, Wrench, rotation_exp, skew},
+    spatial::{Twist, Wrench, larger, rotation_exp, skew},
 };
 
 /// When an equilibrium counts as solved.
@@ -159,6 +159,10 @@ impl Outcome {
 
 /// A step with a larger rotation than this is not trusted, rad.
 const MAX_ROTATION: f64 = 0.5;
+/// Rotations after the first step may add up to this fraction of it: more, and the solution may lie on another branch.
+const BRANCH: f64 = 0.5;
+/// A first rotation below this counts as this, rad: so small a one cannot leave its branch.
+const SURE_ROTATION: f64 = 0.02;
 const MIN_LOAD_STEP: f64 = 1.0 / 4096.0;
 /// Residual down to which the iteration may stall on rounding and still count as solved.
 const ROUNDING: f64 = 1e-8;
@@ -185,7 +189,8 @@ impl Newton<'_> {
     /// Iterates to convergence from `state`; the residual reached, or `None` if the iteration fails.
     fn solve(&mut self, state: &mut State) -> Option<f64> {
         let mut previous = f64::INFINITY;
-        for _ in 0..=self.settings.max_iterations {
+        let (mut first, mut later) = (0.0, 0.0);
+        for iteration in 0..=self.settings.max_iterations {
             let balance = self.linearise(state);
             let stalled = balance.residual < ROUNDING && balance.residual > 0.5 * previous && previous < ROUNDING;
             if balance.residual <= self.settings.tolerance || stalled {
@@ -196,9 +201,14 @@ impl Newton<'_> {
             }
             previous = balance.residual;
             let twist = self.step(state, &balance)?;
-            if twist.fixed_rows::<3>(3).amax() > MAX_ROTATION
-                || self.workspace.chains.iter().any(|chain| chain.largest_rotation() > MAX_ROTATION)
-            {
+            let turns = self.workspace.chains.iter().map(ChainSystem::largest_rotation);
+            let turn = turns.fold(twist.fixed_rows::<3>(3).amax(), f64::max);
+            if iteration == 0 {
+                first = turn
+            } else {
+                later += turn
+            }
+            if turn > MAX_ROTATION || later > BRANCH * first.max(SURE_ROTATION) {
                 return None;
             }
             self.apply(&twist, state);
@@ -216,7 +226,7 @@ impl Newton<'_> {
         self.held = 0.0;
         let held_imbalance = self.linearise(state).imbalance;
         for chain in &mut self.workspace.chains {
-            chain.hold_residual();
+            chain.hold_residual(&state.pose);
         }
         self.workspace.held_imbalance = held_imbalance;
         let (mut fraction, mut step, mut steps) = (0.0, 0.5f64, 0);
@@ -255,22 +265,24 @@ impl Newton<'_> {
             .zip(&self.machine.chains)
             .zip(chain_inputs(self.machine, state, self.drives))
         {
-            system.linearise(chain, drives, chain_state, &state.pose);
             if self.held > 0.0 {
+                let target = system.held_target(&state.pose, self.held);
+                system.linearise(chain, drives, chain_state, &target);
                 system.release_residual(self.held);
+            } else {
+                system.linearise(chain, drives, chain_state, &state.pose);
             }
             let residual = system.residual(reach);
-            gap = gap.max(residual.gap);
-            force = force.max(residual.force);
+            gap = larger(gap, residual.gap);
+            force = larger(force, residual.force);
             largest_wrench = largest_wrench.max(chain_state.wrench.norm(reach));
             imbalance -= chain_state.wrench.to_vector();
         }
         if self.held > 0.0 {
             imbalance -= self.workspace.held_imbalance * self.held;
         }
-        force = force.max(Wrench::from_vector(&imbalance).norm(reach));
-        let residual = (gap / reach).max(force / largest_wrench);
-        Balance { imbalance, residual: if gap.is_nan() || force.is_nan() { f64::NAN } else { residual } }
+        force = larger(force, Wrench::from_vector(&imbalance).norm(reach));
+        Balance { imbalance, residual: larger(gap / reach, force / largest_wrench) }
     }
 
     /// One Newton step from the present linearisation; the twist of P. Chain steps are left in the chain systems.
@@ -331,14 +343,9 @@ impl Newton<'_> {
         };
         match self.condensed(state, &balance) {
             Some((tangent, _)) => {
-                if !is_positive_definite(&tangent) {
-                    let smallest = smallest_eigenvalue(&tangent, self.machine.reach);
-                    let scale = tangent.fixed_view::<3, 3>(0, 0).amax();
-                    let free = smallest.abs() < 1e-10 * scale;
-                    outcome.status = if free { Status::Singular } else { Status::Unstable };
-                }
+                outcome.status = platform_status(&tangent, self.machine.reach);
                 outcome.stiffness = Some(tangent);
-                outcome.compliance = tangent.try_inverse();
+                outcome.compliance = if outcome.status == Status::Singular { None } else { tangent.try_inverse() };
                 if let Some(compliance) = &outcome.compliance {
                     let mut column = 0;
                     for (system, chain) in self.workspace.chains.iter().zip(&self.machine.chains) {
@@ -353,7 +360,10 @@ impl Newton<'_> {
                 self.linearise(state);
                 let full = full_system::tangent(&self.machine.chains, &mut self.workspace.chains);
                 outcome.status = full.status;
-                outcome.stiffness = full.compliance.as_ref().and_then(full_system::invert_if_regular);
+                outcome.stiffness = full
+                    .compliance
+                    .as_ref()
+                    .and_then(|compliance| full_system::invert_if_regular(compliance, self.machine.reach));
                 outcome.compliance = full.compliance;
                 outcome.drive_sensitivity = full.drive_sensitivity;
             }
@@ -382,7 +392,26 @@ pub(super) fn subtract_half_moment(tangent: &mut Matrix6<f64>, wrench: Wrench) {
     block -= skew(wrench.moment) * 0.5;
 }
 
-fn is_positive_definite(tangent: &Matrix6<f64>) -> bool {
-    let symmetric = (tangent + tangent.transpose()) * 0.5;
-    symmetric.cholesky().is_some()
+/// A smallest eigenvalue below this fraction of the largest is zero.
+const FREE: f64 = 1e-12;
+
+/// Stability of the platform from its tangent stiffness; `reach` in mm makes rotations comparable.
+fn platform_status(tangent: &Matrix6<f64>, reach: f64) -> Status {
+    let mut scaled = (tangent + tangent.transpose()) * 0.5;
+    for i in 3..6 {
+        scaled.row_mut(i).unscale_mut(reach);
+        scaled.column_mut(i).unscale_mut(reach);
+    }
+    // Plainly definite matrices, by far the most, need no eigenvalues: a free motion leaves a pivot that is all rounding.
+    if let Some(factor) = scaled.cholesky()
+        && (0..6).all(|i| factor.l_dirty()[(i, i)].powi(2) > 1e-6 * scaled[(i, i)])
+    {
+        return Status::Solved;
+    }
+    let values = scaled.symmetric_eigenvalues();
+    match values.min() {
+        smallest if smallest.abs() <= FREE * values.amax() => Status::Singular,
+        smallest if smallest < 0.0 => Status::Unstable,
+        _ => Status::Solved,
+    }
 }

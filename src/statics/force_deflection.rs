@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     machine::Machine,
-    spatial::{Pose, Wrench},
+    spatial::{Pose, Wrench, larger},
 };
 
 /// The wrench that holds the platform at a pose.
@@ -45,7 +45,7 @@ pub fn wrench_at_pose(
             system.linearise(chain, own_drives, chain_state, pose);
             let residual = system.residual(machine.reach);
             let scale = chain_state.wrench.norm(machine.reach).max(1.0);
-            let error = (residual.gap / machine.reach).max(residual.force / scale);
+            let error = larger(residual.gap / machine.reach, residual.force / scale);
             let condensed = system.condense().ok()?;
             if error <= settings.tolerance {
                 break condensed.stiffness;

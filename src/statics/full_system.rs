@@ -55,27 +55,35 @@ impl FullSystem {
 
     /// Solution of minimal length for each column of `right`.
     fn solve(&self, mut right: DMatrix<f64>) -> Option<DMatrix<f64>> {
+        // The decompositions do not end on NaN.
+        if !self.matrix.iter().chain(right.iter()).all(|entry| entry.is_finite()) {
+            return None;
+        }
         for (mut row, scale) in right.row_iter_mut().zip(self.scale.iter()) {
             row *= *scale;
         }
         let svd = self.matrix.clone().svd(true, true);
         let tolerance = RANK_TOLERANCE * svd.singular_values.max();
         let mut solution = svd.solve(&right, tolerance).ok()?;
+        // The singular vectors are good to rounding of the largest unknown only: one refinement serves the small ones.
+        let rest = &right - &self.matrix * &solution;
+        solution += svd.solve(&rest, tolerance).ok()?;
         for (mut row, scale) in solution.row_iter_mut().zip(self.scale.iter()) {
             row *= *scale;
         }
         Some(solution)
     }
 
-    /// Stability from the inertia of the symmetric part: stable if the negative eigenvalues are those of the
-    /// `constraint_rank` closure equations alone.
+    /// Stability from the inertia of the symmetric part: stable if the negative eigenvalues are those of the closure
+    /// equations alone. A chain that has more of them when held at its end buckles.
     fn status(&self, chains: &[ChainSystem]) -> Status {
         let symmetric = (&self.matrix + self.matrix.transpose()) * 0.5;
-        let eigen = symmetric.symmetric_eigen();
+        let closures = (0..chains.len()).flat_map(|chain| self.closure_rows(chains, chain)).collect::<Vec<_>>();
+        let eigen = symmetric.clone().symmetric_eigen();
         let zero = RANK_TOLERANCE * eigen.eigenvalues.amax();
-        let negative = eigen.eigenvalues.iter().filter(|&&value| value < -zero).count();
-        if negative > self.constraint_rank(chains) {
-            return Status::Unstable;
+        if negative_count(&eigen.eigenvalues, zero) > rank_of_rows(&symmetric, &closures) {
+            let buckled = (0..chains.len()).find(|&chain| self.buckles(chains, chain));
+            return buckled.map_or(Status::Unstable, |chain| Status::Buckled { chain });
         }
         let free = eigen.eigenvalues.iter().enumerate().any(|(i, value)| {
             value.abs() <= zero && eigen.eigenvectors.view((self.platform(), i), (6, 1)).amax() > 1e-6
@@ -83,14 +91,29 @@ impl FullSystem {
         if free { Status::Singular } else { Status::Solved }
     }
 
-    fn constraint_rank(&self, chains: &[ChainSystem]) -> usize {
-        let size = self.matrix.nrows();
-        let first_rows = chains.iter().zip(&self.first).map(|(chain, start)| start + chain.wrench_row());
-        let rows: Vec<usize> = first_rows.flat_map(|first| first..first + 6).collect();
-        let constraints = DMatrix::from_fn(rows.len(), size, |i, j| self.matrix[(rows[i], j)]);
-        let values = constraints.singular_values();
-        values.iter().filter(|&&value| value > RANK_TOLERANCE * values.max()).count()
+    /// Rows of the closure equations of `chain`.
+    fn closure_rows(&self, chains: &[ChainSystem], chain: usize) -> std::ops::Range<usize> {
+        let first = self.first[chain] + chains[chain].wrench_row();
+        first..first + 6
     }
+
+    /// Whether `chain` is unstable when its end is held.
+    fn buckles(&self, chains: &[ChainSystem], chain: usize) -> bool {
+        let (start, size) = (self.first[chain], chains[chain].unknown_count());
+        let own = self.matrix.view((start, start), (size, size)).into_owned();
+        let closures: Vec<usize> = self.closure_rows(chains, chain).map(|row| row - start).collect();
+        let eigenvalues = own.symmetric_eigenvalues();
+        negative_count(&eigenvalues, RANK_TOLERANCE * eigenvalues.amax()) > rank_of_rows(&own, &closures)
+    }
+}
+
+fn negative_count(eigenvalues: &DVector<f64>, zero: f64) -> usize {
+    eigenvalues.iter().filter(|&&value| value < -zero).count()
+}
+
+fn rank_of_rows(matrix: &DMatrix<f64>, rows: &[usize]) -> usize {
+    let values = matrix.select_rows(rows).singular_values();
+    values.iter().filter(|&&value| value > RANK_TOLERANCE * values.max()).count()
 }
 
 /// Symmetric scaling that brings the largest entry of each row near 1 (Ruiz's iteration).
@@ -181,11 +204,13 @@ pub(super) fn tangent(machine_chains: &[Chain], chains: &mut [ChainSystem]) -> F
     FullTangent { status, compliance, drive_sensitivity }
 }
 
-/// Stiffness from a compliance, unless the machine is rigid in some direction.
-pub(super) fn invert_if_regular(compliance: &Matrix6<f64>) -> Option<Matrix6<f64>> {
-    let dynamic = DMatrix::from_iterator(6, 6, compliance.iter().copied());
-    let scale = equilibration(&dynamic);
-    let scaled = DMatrix::from_fn(6, 6, |i, j| compliance[(i, j)] * scale[i] * scale[j]);
+/// Stiffness from a compliance, unless the machine is rigid in some direction; `reach` in mm makes rotations comparable.
+pub(super) fn invert_if_regular(compliance: &Matrix6<f64>, reach: f64) -> Option<Matrix6<f64>> {
+    let mut scaled = *compliance;
+    for i in 3..6 {
+        scaled.row_mut(i).scale_mut(reach);
+        scaled.column_mut(i).scale_mut(reach);
+    }
     let values = scaled.singular_values();
     if values.min() > RANK_TOLERANCE * values.max() { compliance.try_inverse() } else { None }
 }

@@ -1,6 +1,9 @@
 //! Shared by the integration tests.
 #![allow(dead_code)]
 
+pub mod engine;
+pub mod planar;
+
 use serde_json::Value;
 
 /// Reference states of `machine`; the test fails if they are missing.
