@@ -3,7 +3,9 @@
 mod support;
 
 use kinetostat::{
-    compensation::{Target, compensate_directly, tool_error},
+    compensation::{
+        Demand, Method, Session, Settings as CompensationSettings, Status as CompensationStatus, Target, compensate,
+    },
     machine::{ChainError, Configuration, Machine},
     spatial::{Wrench, rotation_log},
     statics::{Outcome, Settings, Solution, State, Status, Workspace, equilibrium, unloaded_stiffness},
@@ -97,7 +99,7 @@ fn equilibria_are_met() {
 fn tool_displacement_is_met() {
     for case in Case::all("orthoglide") {
         let (state, _) = case.solve(&mut Workspace::new(&case.real));
-        let shift = tool_error(&case.nominal, &state.pose, &case.at.pose);
+        let shift = case.nominal.tool_displacement(&case.at.pose, &state.pose);
         case.expect("tool_displacement_mm", shift.as_slice(), Within::Absolute(1e-8));
     }
 }
@@ -128,30 +130,15 @@ fn stiffness_is_met() {
 #[test]
 fn compensated_drives_are_met() {
     for case in Case::all("orthoglide") {
-        let mut workspace = Workspace::new(&case.real);
-        let (mut state, _) = case.solve(&mut workspace);
-        let done = compensate_directly(
-            &case.real,
-            &case.at.pose,
-            &case.load,
-            Target::ToolTip,
-            &case.at.drives,
-            &mut state,
-            &mut workspace,
-        );
-        assert!(
-            done.converged,
-            "{}: error {:e} mm after {} corrections, {:?}",
-            case.label(),
-            done.task_error,
-            done.iterations,
-            done.outcome.status
-        );
+        let mut session = Session::new(&case.nominal, &case.real, CompensationSettings::default());
+        let demand = Demand { pose: case.at.pose, load: case.load, target: Target::ToolTip };
+        let done = compensate(&mut session, &demand, Method::Direct);
+        assert_eq!(done.status, CompensationStatus::Converged, "{}: error {:e} mm", case.label(), done.task_error());
         case.expect("rho_compensated_mm", &done.drives, Within::Absolute(1e-8));
         let change: Vec<f64> = done.drives.iter().zip(&case.at.drives).map(|(a, b)| a - b).collect();
         case.expect("delta_rho_mm", &change, Within::Absolute(1e-8));
-        case.expect("compensated_rotvec_rad", rotation_log(&state.pose.rotation).as_slice(), Within::Absolute(1e-10));
-        let solution = Solution::new(&case.real, &done.drives, &case.load, &state, &done.outcome, &mut workspace);
-        case.expect("compensated_actuator_force_N", &solution.drive_forces(), Within::RelativeToLargest(1e-5));
+        let turn = rotation_log(&session.state().pose.rotation);
+        case.expect("compensated_rotvec_rad", turn.as_slice(), Within::Absolute(1e-10));
+        case.expect("compensated_actuator_force_N", &done.drive_forces, Within::RelativeToLargest(1e-5));
     }
 }

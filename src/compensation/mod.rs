@@ -1,5 +1,120 @@
-//! What to command instead: actuator coordinates that put the loaded tool where it should be.
+//! What to command instead, so that the loaded tool is where it should be.
+//!
+//! A [`Session`] holds the nominal machine, by which commands are computed, and the real one, which answers. A
+//! [`Demand`] says what is wanted at a point, a [`Method`] how the command is found; every method returns the same
+//! [`Compensation`].
 
+mod demand;
 mod direct;
+mod force_balance;
+mod linear;
+mod matrix_free;
+mod outcome;
+mod session;
 
-pub use direct::{Compensated, Target, compensate_directly, tool_error};
+use nalgebra::Vector6;
+
+pub use demand::{Demand, Target};
+pub use outcome::{Compensation, Status};
+use session::{Ending, Progress};
+pub use session::{Session, Settings};
+
+/// How a command is found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Method {
+    /// The nominal command: no compensation.
+    None,
+    /// The target shifted by the linear deflection `−K_C⁻¹ F`.
+    Linear,
+    /// The error of a pass mirrored at the wanted path, Figure 2, this many times; each pass is simulated.
+    Mirror {
+        /// Passes that are measured and mirrored.
+        passes: usize,
+    },
+    /// Eq. (13): no matrices, step length α in (0, 1].
+    MatrixFree {
+        /// Step length.
+        alpha: f64,
+    },
+    /// Eq. (12): stiffness matrix of the start, step length α in (0, 1].
+    FixedMatrix {
+        /// Step length.
+        alpha: f64,
+    },
+    /// Eqs. (9)–(11): Newton on the target with the exact K_t.p.
+    Newton,
+    /// Newton on the drives.
+    Direct,
+    /// Figure 3: linear deflection and aggregated chain errors, eqs. (14), (15), as the starting value of eq. (13).
+    Procedure {
+        /// Step length.
+        alpha: f64,
+    },
+}
+
+impl Method {
+    /// All methods with their usual parameters, in the order of tables: comparators first.
+    pub const ALL: [Method; 9] = [
+        Method::None,
+        Method::Linear,
+        Method::Mirror { passes: 1 },
+        Method::Mirror { passes: 3 },
+        Method::MatrixFree { alpha: 1.0 },
+        Method::FixedMatrix { alpha: 1.0 },
+        Method::Procedure { alpha: 1.0 },
+        Method::Newton,
+        Method::Direct,
+    ];
+
+    /// Word used in tables and commands.
+    pub fn label(self) -> String {
+        match self {
+            Method::None => "none".into(),
+            Method::Linear => "linear".into(),
+            Method::Mirror { passes: 1 } => "mirror".into(),
+            Method::Mirror { passes } => format!("mirror_{passes}"),
+            Method::MatrixFree { .. } => "matrix_free".into(),
+            Method::FixedMatrix { .. } => "fixed_matrix".into(),
+            Method::Procedure { .. } => "procedure".into(),
+            Method::Newton => "newton".into(),
+            Method::Direct => "direct".into(),
+        }
+    }
+
+    /// Step length of the methods that have one.
+    fn step_length(self) -> Option<f64> {
+        match self {
+            Method::MatrixFree { alpha } | Method::FixedMatrix { alpha } | Method::Procedure { alpha } => Some(alpha),
+            _ => None,
+        }
+    }
+}
+
+/// Finds the command for `demand` by `method`, starting from where `session` stands; leaves it at the compensated
+/// equilibrium.
+pub fn compensate(session: &mut Session<'_>, demand: &Demand, method: Method) -> Compensation {
+    let mut progress = Progress::new();
+    let ending = run(session, demand, method, &mut progress);
+    session.conclude(demand, ending, progress.history)
+}
+
+fn run(session: &mut Session<'_>, demand: &Demand, method: Method, progress: &mut Progress) -> Ending {
+    if let Some(alpha) = method.step_length().filter(|alpha| !(*alpha > 0.0 && *alpha <= 1.0)) {
+        return Err(Status::BadStepLength { alpha });
+    }
+    match method {
+        Method::None => matrix_free::mirror(session, demand, 0, progress),
+        Method::Linear => linear::compensate(session, demand, progress),
+        Method::Mirror { passes } => matrix_free::mirror(session, demand, passes, progress),
+        Method::MatrixFree { alpha } => matrix_free::iterate(session, demand, alpha, Vector6::zeros(), progress),
+        Method::FixedMatrix { alpha } => {
+            force_balance::iterate(session, demand, force_balance::Matrix::Fixed { alpha }, progress)
+        }
+        Method::Newton => force_balance::iterate(session, demand, force_balance::Matrix::Exact, progress),
+        Method::Direct => direct::compensate(session, demand, progress),
+        Method::Procedure { alpha } => {
+            let start = linear::shift(session, demand, true)?;
+            matrix_free::iterate(session, demand, alpha, start, progress)
+        }
+    }
+}

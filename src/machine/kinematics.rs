@@ -32,6 +32,9 @@ pub enum Unreachable {
         /// Its gap, rotations weighted by the machine's reach.
         gap_mm: f64,
     },
+    /// The chains close there, but the way from home leads through a singularity or to another assembly mode.
+    #[error("only on another assembly mode than home, or beyond a singularity")]
+    OtherMode,
     /// A drive would leave its travel.
     #[error("drive {drive} of chain {chain} at {value:.3} {unit}, travel {low:.3} to {high:.3} {unit}")]
     Travel {
@@ -71,6 +74,10 @@ const CLOSURE_TOLERANCE: f64 = 1e-14;
 /// Closure error down to which the iteration may stall on rounding and still count as solved.
 const CLOSURE_ROUNDING: f64 = 1e-12;
 const MAX_ITERATIONS: usize = 12;
+/// A chain with a smaller gap is closed as far as a user is concerned, mm.
+const CLOSED_MM: f64 = 1e-3;
+/// A pivot below this fraction of the largest is zero.
+const RANK_TOLERANCE: f64 = 1e-9;
 /// Largest change of a rotation within one continuation step, rad.
 const MAX_STEP_ROTATION: f64 = 0.5;
 const MIN_CONTINUATION_STEP: f64 = 1.0 / 1024.0;
@@ -305,15 +312,41 @@ impl<'a> Closure<'a> {
         changes.filter(|(_, motion)| *motion == Motion::Revolute).fold(0.0, |most, ((a, b), _)| most.max((a - b).abs()))
     }
 
-    /// The chain that closes worst at `at`, and its gap in mm.
-    fn worst_chain(&mut self, at: &Configuration, command: &Command<'_>) -> Unreachable {
+    /// Whether a singularity lies between two near configurations: the determinant of the linearised problem changes sign,
+    /// with the drives commanded (parallel singularity) or with the task commanded (the end of a chain's reach).
+    ///
+    /// The problem has more equations than unknowns where the machine is over-constrained; its determinant is taken on
+    /// the column space at `from`. A machine with idle joints is always singular, and is not judged.
+    fn passes_singularity(&mut self, from: &Configuration, to: &Configuration) -> bool {
+        let by_drives = (Command::Drives(&from.drives), Command::Drives(&to.drives));
+        let by_task = (Command::Task(&from.pose), Command::Task(&to.pose));
+        [by_drives, by_task].iter().any(|(before, after)| {
+            self.linearise(from, before);
+            if self.jacobian.nrows() < self.jacobian.ncols() {
+                return false;
+            }
+            let (basis, triangle) = self.jacobian.clone().qr().unpack();
+            let pivots = triangle.diagonal();
+            if pivots.amin() < RANK_TOLERANCE * pivots.amax() {
+                return false;
+            }
+            self.linearise(to, after);
+            let projected = basis.transpose() * &self.jacobian;
+            projected.determinant() * pivots.iter().map(|p| p.signum()).product::<f64>() < 0.0
+        })
+    }
+
+    /// Why `command` is not met at `at`, where it is met as well as can be: the chain that closes worst, and its gap.
+    fn why_not(&mut self, at: &Configuration, command: &Command<'_>) -> Unreachable {
         self.linearise(at, command);
         let gaps = self.machine.chains.iter().enumerate().map(|(c, chain)| {
             let gap = self.residual.rows(6 * c, 6).norm();
             (chain.name.clone(), gap)
         });
-        let (chain, gap_mm) = gaps.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default();
-        Unreachable::Closure { chain, gap_mm }
+        match gaps.max_by(|a, b| a.1.total_cmp(&b.1)) {
+            Some((chain, gap_mm)) if gap_mm.is_nan() || gap_mm >= CLOSED_MM => Unreachable::Closure { chain, gap_mm },
+            _ => Unreachable::OtherMode,
+        }
     }
 }
 
@@ -348,14 +381,45 @@ impl Machine {
         Ok(configuration)
     }
 
-    /// Forward kinematics: the configuration with drives at `drives` (mm, rad), on the assembly mode of home.
+    /// Derivative of the drives by the controlled task coordinates at `at`: one row per drive (mm, rad), one column per
+    /// coordinate (mm, rad about the axes of the platform). `None` at the end of a chain's reach.
+    pub fn drive_jacobian(&self, at: &Configuration) -> Option<DMatrix<f64>> {
+        let mut closure = Closure::new(self);
+        closure.linearise(at, &Command::Task(&at.pose));
+        let (equations, coordinates) = (closure.jacobian.nrows(), self.controls.len());
+        let mut right = DMatrix::zeros(equations, coordinates);
+        for (i, coordinate) in self.controls.iter().enumerate() {
+            right[(equations - coordinates + i, i)] = match coordinate {
+                Coordinate::Translation(_) => 1.0,
+                Coordinate::Rotation(_) => self.reach,
+            };
+        }
+        let transposed = closure.jacobian.transpose();
+        let factor = (&transposed * &closure.jacobian).cholesky()?;
+        let unknowns = factor.solve(&(transposed * right));
+        let mut by_task = unknowns.rows(6, self.drive_count()).into_owned();
+        for (mut row, (_, drive)) in by_task.row_iter_mut().zip(self.drives()) {
+            row /= closure.unit(drive.motion);
+        }
+        Some(by_task)
+    }
+
+    /// Forward kinematics: the configuration with drives at `drives` (mm, rad), on the assembly mode of home. Limits of
+    /// passive joints are not checked.
     ///
     /// # Errors
     /// [`Unreachable::Closure`] if the chains cannot close with these drives.
     pub fn forward_kinematics(&self, drives: &[f64]) -> Result<Configuration, Unreachable> {
-        let home = &self.home;
-        let reached = self.follow(home, |s, closure, from| {
-            let rho: Vec<f64> = home.drives.iter().zip(drives).map(|(a, b)| a + (b - a) * s).collect();
+        self.forward_kinematics_from(&self.home, drives)
+    }
+
+    /// Forward kinematics continued from a known configuration `start` instead of home.
+    ///
+    /// # Errors
+    /// As [`Machine::forward_kinematics`].
+    pub fn forward_kinematics_from(&self, start: &Configuration, drives: &[f64]) -> Result<Configuration, Unreachable> {
+        let reached = self.follow(start, |s, closure, from| {
+            let rho: Vec<f64> = start.drives.iter().zip(drives).map(|(a, b)| a + (b - a) * s).collect();
             closure.newton(from, &Command::Drives(&rho))
         });
         self.closed(reached, &Command::Drives(drives))
@@ -372,7 +436,7 @@ impl Machine {
         while s < 1.0 {
             let next = f64::min(1.0, s + step);
             let reached = solve(next, &mut closure, &at);
-            if reached.solved {
+            if reached.solved && !closure.passes_singularity(&at, &reached.at) {
                 at = reached.at;
                 s = next;
                 step *= 2.0;
@@ -395,7 +459,7 @@ impl Machine {
         for _ in 0..8 {
             nearest = closure.newton(&nearest, command).at;
         }
-        Err(closure.worst_chain(&nearest, command))
+        Err(closure.why_not(&nearest, command))
     }
 
     /// Closes all chains at the home pose, from the joint values given in the machine file.
@@ -411,7 +475,7 @@ impl Machine {
                 return Ok(at);
             }
         }
-        Err(closure.worst_chain(&at, &command))
+        Err(closure.why_not(&at, &command))
     }
 
     /// Travel and joint limits at a configuration.

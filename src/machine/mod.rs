@@ -141,6 +141,11 @@ impl Machine {
         self.points.iter().find(|point| point.name == name)
     }
 
+    /// Displacement of the tool tip when P moves from pose `from` to pose `to`, O axes, mm.
+    pub fn tool_displacement(&self, from: &Pose, to: &Pose) -> Vector3<f64> {
+        to.transform(self.tool_tip) - from.transform(self.tool_tip)
+    }
+
     /// Pose of P that commands position `position` mm with the platform oriented as at home.
     pub fn pose_at(&self, position: Vector3<f64>) -> Pose {
         Pose { rotation: self.home.pose.rotation, translation: position }

@@ -4,7 +4,6 @@ use nalgebra::{Matrix6, Vector3};
 use serde_json::{Value, json};
 
 use crate::{
-    compensation::tool_error,
     machine::{Machine, Motion},
     spatial::rotation_log,
     statics::Status,
@@ -31,7 +30,7 @@ fn change(answer: &PointAnswer) -> Option<Vec<f64>> {
 }
 
 fn tool_displacement(answer: &PointAnswer) -> Vector3<f64> {
-    tool_error(&answer.question.machine, &answer.loaded.pose, &answer.nominal.pose)
+    answer.question.machine.tool_displacement(&answer.nominal.pose, &answer.loaded.pose)
 }
 
 /// One object with the keys of `tests/reference/orthoglide.json` and `status`, `iterations`, `residual`.

@@ -320,11 +320,12 @@ impl ChainSystem {
         0.5 * self.moment.cross(&self.closure.angular)
     }
 
-    /// After [`ChainSystem::condense`]: the chain's unknowns for the platform step `dt`.
-    pub fn back_substitute(&mut self, dt: &Vector6<f64>) {
+    /// After [`ChainSystem::condense`]: the chain's unknowns for the platform step `dt` and the step `drives` of its drives.
+    pub fn back_substitute(&mut self, dt: &Vector6<f64>, drives: &[f64]) {
         let (rhs, twist) = (self.rhs_column(), self.twist_column());
         self.solution[rhs..].fill(0.0);
         self.solution[rhs] = 1.0;
+        self.solution[rhs + 1..][..drives.len()].copy_from_slice(drives);
         self.solution[twist..twist + 6].copy_from_slice(dt.as_slice());
         self.matrix.back_substitute(rhs, &mut self.solution);
     }

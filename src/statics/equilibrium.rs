@@ -6,10 +6,11 @@ use super::{
     chain_system::ChainSystem,
     full_system,
     state::{State, Workspace},
+    task::TaskError,
 };
 use crate::{
     machine::{Chain, Machine},
-    spatial::{Twist, Wrench, larger, rotation_exp, skew},
+    spatial::{Pose, Twist, Wrench, larger, rotation_exp, skew},
 };
 
 /// When an equilibrium counts as solved.
@@ -33,7 +34,8 @@ impl Default for Settings {
 pub enum Status {
     /// In stable equilibrium.
     Solved,
-    /// In equilibrium, but the platform's loaded stiffness is not positive definite.
+    /// In equilibrium, but the platform's loaded stiffness is not positive definite. Judged by its symmetric part: under
+    /// a dead moment, which is not conservative, this is on the safe side.
     Unstable,
     /// In equilibrium, but this chain would buckle between base and platform.
     Buckled {
@@ -71,7 +73,7 @@ impl Status {
             }
             Status::Singular => "the platform can move without resistance".into(),
             Status::NotConverged { load_fraction } => {
-                format!("no equilibrium beyond {:.1} % of the load", 100.0 * load_fraction)
+                format!("no equilibrium beyond {:.1} % of the load and the chain errors", 100.0 * load_fraction)
             }
         }
     }
@@ -113,13 +115,7 @@ pub fn equilibrium(
     workspace: &mut Workspace,
     settings: &Settings,
 ) -> Outcome {
-    debug_assert_eq!(drives.len(), machine.drive_count());
-    match &mut workspace.start {
-        Some(start) => start.clone_from(state),
-        start => *start = Some(state.clone()),
-    }
-    state.pose.renormalize();
-    let mut newton = Newton { machine, drives, load, workspace, settings, held: 0.0, iterations: 0 };
+    let mut newton = Newton::new(machine, drives, load, None, state, workspace, settings);
     let solved = newton.solve(state);
     let (residual, load_steps) = match solved {
         Some(residual) => (residual, 1),
@@ -136,6 +132,37 @@ pub fn equilibrium(
     };
     let iterations = newton.iterations;
     newton.finish(state, residual, load_steps, iterations)
+}
+
+/// Equilibrium of `machine` in which the drives stand where the task error vanishes: the drives and the state are found
+/// by one Newton iteration, at the cost of an equilibrium.
+///
+/// `task` gives the task error at a pose of P, in as many coordinates as the machine controls. `drives` and `state` are
+/// where the search starts, and where it ends; the residual of the outcome includes the task error over the machine's
+/// reach. `None` if the iteration fails; `drives` and `state` are then as they were.
+pub fn equilibrium_at_task(
+    machine: &Machine,
+    task: &dyn Fn(&Pose) -> TaskError,
+    drives: &mut [f64],
+    load: &Wrench,
+    state: &mut State,
+    workspace: &mut Workspace,
+    settings: &Settings,
+) -> Option<Outcome> {
+    let mut newton = Newton::new(machine, drives, load, Some(task), state, workspace, settings);
+    match newton.solve(state) {
+        Some(residual) => {
+            drives.copy_from_slice(&newton.workspace.drives);
+            let iterations = newton.iterations;
+            Some(newton.finish(state, residual, 1, iterations))
+        }
+        None => {
+            if let Some(start) = &workspace.start {
+                state.clone_from(start);
+            }
+            None
+        }
+    }
 }
 
 impl Outcome {
@@ -169,8 +196,9 @@ const ROUNDING: f64 = 1e-8;
 
 struct Newton<'a> {
     machine: &'a Machine,
-    drives: &'a [f64],
     load: &'a Wrench,
+    /// What the drives are to achieve; without it they stay where the workspace has them.
+    task: Option<&'a dyn Fn(&Pose) -> TaskError>,
     workspace: &'a mut Workspace,
     settings: &'a Settings,
     /// Share of the starting residual that the present load step leaves in place; 0 for the full load.
@@ -182,10 +210,35 @@ struct Newton<'a> {
 struct Balance {
     /// Applied wrench less the sum of the chain wrenches, less what the load step holds back.
     imbalance: Vector6<f64>,
+    task: Option<TaskError>,
+    /// Largest of the closure gaps, forces out of balance and task errors, dimensionless.
     residual: f64,
 }
 
-impl Newton<'_> {
+impl<'a> Newton<'a> {
+    /// Remembers where the solve starts, and takes up the drives.
+    fn new(
+        machine: &'a Machine,
+        drives: &[f64],
+        load: &'a Wrench,
+        task: Option<&'a dyn Fn(&Pose) -> TaskError>,
+        state: &mut State,
+        workspace: &'a mut Workspace,
+        settings: &'a Settings,
+    ) -> Self {
+        debug_assert_eq!(drives.len(), machine.drive_count());
+        match &mut workspace.start {
+            Some(start) => start.clone_from(state),
+            start => *start = Some(state.clone()),
+        }
+        state.pose.renormalize();
+        workspace.drives.clear();
+        workspace.drives.extend_from_slice(drives);
+        workspace.drive_step.clear();
+        workspace.drive_step.resize(drives.len(), 0.0);
+        Self { machine, load, task, workspace, settings, held: 0.0, iterations: 0 }
+    }
+
     /// Iterates to convergence from `state`; the residual reached, or `None` if the iteration fails.
     fn solve(&mut self, state: &mut State) -> Option<f64> {
         let mut previous = f64::INFINITY;
@@ -263,7 +316,7 @@ impl Newton<'_> {
             .chains
             .iter_mut()
             .zip(&self.machine.chains)
-            .zip(chain_inputs(self.machine, state, self.drives))
+            .zip(chain_inputs(self.machine, state, &self.workspace.drives))
         {
             if self.held > 0.0 {
                 let target = system.held_target(&state.pose, self.held);
@@ -282,24 +335,63 @@ impl Newton<'_> {
             imbalance -= self.workspace.held_imbalance * self.held;
         }
         force = larger(force, Wrench::from_vector(&imbalance).norm(reach));
-        Balance { imbalance, residual: larger(gap / reach, force / largest_wrench) }
+        let task = self.task.map(|task| task(&state.pose));
+        let task_error = task.as_ref().map_or(0.0, |task| task.size(self.machine) / reach);
+        Balance { imbalance, task, residual: larger(task_error, larger(gap / reach, force / largest_wrench)) }
     }
 
     /// One Newton step from the present linearisation; the twist of P. Chain steps are left in the chain systems.
     fn step(&mut self, state: &State, balance: &Balance) -> Option<Vector6<f64>> {
         match self.condensed(state, balance) {
             Some((tangent, right)) => {
-                let twist = tangent.lu().solve(&right)?;
-                for system in &mut self.workspace.chains {
-                    system.back_substitute(&twist);
+                let twist = match &balance.task {
+                    None => tangent.lu().solve(&right)?,
+                    Some(task) => self.step_to_task(&tangent, &right, task)?,
+                };
+                let mut drive_step = self.workspace.drive_step.as_slice();
+                for (system, chain) in self.workspace.chains.iter_mut().zip(&self.machine.chains) {
+                    let (own, others) = drive_step.split_at(chain.drives.len());
+                    system.back_substitute(&twist, own);
+                    drive_step = others;
                 }
                 Some(twist)
             }
+            None if balance.task.is_some() => None,
             None => {
                 self.linearise(state);
                 full_system::step(&mut self.workspace.chains, &balance.imbalance)
             }
         }
+    }
+
+    /// The step in which the drives move as well, by `drive_step`, so that the task error vanishes to first order:
+    /// `P dt + D dρ = right`, `S dt = −e`. Redundant drives move as little as they can.
+    fn step_to_task(&mut self, tangent: &Matrix6<f64>, right: &Vector6<f64>, task: &TaskError) -> Option<Vector6<f64>> {
+        let factor = tangent.lu();
+        let held = factor.solve(right)?;
+        let by_drives = factor.solve(&self.drive_wrenches())?;
+        let slope = task.slope.rows(0, task.count);
+        let response = slope * &by_drives;
+        let wanted = slope * held + task.error.rows(0, task.count);
+        let step = match response.is_square() {
+            true => response.lu().solve(&wanted)?,
+            false => response.pseudo_inverse(f64::EPSILON).ok()? * wanted,
+        };
+        self.workspace.drive_step.copy_from_slice(step.as_slice());
+        Some(held - by_drives * step)
+    }
+
+    /// Wrench on the platform per unit motion of each drive, the platform held, from the condensed chains.
+    fn drive_wrenches(&self) -> Matrix6xX<f64> {
+        let mut wrenches = Matrix6xX::zeros(self.machine.drive_count());
+        let mut column = 0;
+        for (system, chain) in self.workspace.chains.iter().zip(&self.machine.chains) {
+            for drive in 0..chain.drives.len() {
+                wrenches.set_column(column, &system.drive_wrench(drive));
+                column += 1;
+            }
+        }
+        wrenches
     }
 
     /// Platform tangent and right-hand side, chains condensed; `None` if a chain cannot be condensed.
@@ -319,7 +411,10 @@ impl Newton<'_> {
         Some((tangent, right))
     }
 
-    fn apply(&self, twist: &Vector6<f64>, state: &mut State) {
+    fn apply(&mut self, twist: &Vector6<f64>, state: &mut State) {
+        for (drive, step) in self.workspace.drives.iter_mut().zip(&self.workspace.drive_step) {
+            *drive += step;
+        }
         let Twist { linear, angular } = Twist::from_vector(twist);
         for (system, chain) in self.workspace.chains.iter().zip(&mut state.chains) {
             system.apply(twist, chain);
@@ -330,7 +425,7 @@ impl Newton<'_> {
 
     /// Tangent and stability at the equilibrium just linearised.
     fn finish(mut self, state: &State, residual: f64, load_steps: usize, iterations: usize) -> Outcome {
-        let balance = Balance { imbalance: Vector6::zeros(), residual };
+        let balance = Balance { imbalance: Vector6::zeros(), task: None, residual };
         let drive_count = self.machine.drive_count();
         let mut outcome = Outcome {
             status: Status::Solved,
@@ -347,13 +442,7 @@ impl Newton<'_> {
                 outcome.stiffness = Some(tangent);
                 outcome.compliance = if outcome.status == Status::Singular { None } else { tangent.try_inverse() };
                 if let Some(compliance) = &outcome.compliance {
-                    let mut column = 0;
-                    for (system, chain) in self.workspace.chains.iter().zip(&self.machine.chains) {
-                        for drive in 0..chain.drives.len() {
-                            outcome.drive_sensitivity.set_column(column, &-(compliance * system.drive_wrench(drive)));
-                            column += 1;
-                        }
-                    }
+                    outcome.drive_sensitivity = -(compliance * self.drive_wrenches());
                 }
             }
             None => {

@@ -1,6 +1,6 @@
 //! The force–deflection relation `F = f(t | t₀)`, eqs. (2) and (3).
 
-use nalgebra::{Matrix6, Vector6};
+use nalgebra::{Matrix6, Matrix6xX, Vector6};
 
 use super::{
     equilibrium::{Settings, subtract_half_moment},
@@ -18,6 +18,8 @@ pub struct PlatformForce {
     pub wrench: Wrench,
     /// `∂F/∂t` = K_C, eq. (6).
     pub stiffness: Matrix6<f64>,
+    /// `∂f/∂ρ`: wrench per unit motion of each drive, the platform held, one column per drive.
+    pub drive_wrench: Matrix6xX<f64>,
     /// Largest number of iterations a chain needed.
     pub iterations: usize,
 }
@@ -35,11 +37,17 @@ pub fn wrench_at_pose(
     settings: &Settings,
 ) -> Option<PlatformForce> {
     state.pose = *pose;
-    let mut force = PlatformForce { wrench: Wrench::zero(), stiffness: Matrix6::zeros(), iterations: 0 };
+    let mut force = PlatformForce {
+        wrench: Wrench::zero(),
+        stiffness: Matrix6::zeros(),
+        drive_wrench: Matrix6xX::zeros(drives.len()),
+        iterations: 0,
+    };
     let mut first_drive = 0;
     for ((system, chain), chain_state) in workspace.chains.iter_mut().zip(&machine.chains).zip(&mut state.chains) {
         let own_drives = &drives[first_drive..first_drive + chain.drives.len()];
-        first_drive += chain.drives.len();
+        let drive_columns = first_drive..first_drive + chain.drives.len();
+        first_drive = drive_columns.end;
         let mut iterations = 0;
         let stiffness = loop {
             system.linearise(chain, own_drives, chain_state, pose);
@@ -54,10 +62,13 @@ pub fn wrench_at_pose(
                 return None;
             }
             let held = Vector6::zeros();
-            system.back_substitute(&held);
+            system.back_substitute(&held, &[]);
             system.apply(&held, chain_state);
             iterations += 1;
         };
+        for (own, column) in drive_columns.enumerate() {
+            force.drive_wrench.set_column(column, &system.drive_wrench(own));
+        }
         force.iterations = force.iterations.max(iterations);
         force.stiffness += stiffness;
         subtract_half_moment(&mut force.stiffness, chain_state.wrench);

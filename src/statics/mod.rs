@@ -6,6 +6,7 @@
 //! unknowns are back-substituted.
 //!
 //! - [`equilibrium`]: `t = f⁻¹(F | t₀)`, eq. (7), the whole machine under a prescribed wrench
+//! - [`equilibrium_at_task`]: the same with the drives found so that a task is met, for compensation
 //! - [`wrench_at_pose`]: `F = f(t | t₀)`, eqs. (2), (3), the wrench that holds the platform at a pose
 //! - [`unloaded_stiffness`], [`Outcome::stiffness`]: eqs. (4)–(6)
 //! - [`aggregate_errors`]: eqs. (14), (15), the linear comparator
@@ -21,11 +22,13 @@ mod full_system;
 mod solution;
 mod state;
 mod stiffness;
+mod task;
 
 pub use aggregation::aggregate_errors;
 pub use energy::{elastic_energy, spring_energies};
-pub use equilibrium::{Outcome, Settings, Status, equilibrium};
+pub use equilibrium::{Outcome, Settings, Status, equilibrium, equilibrium_at_task};
 pub use force_deflection::{PlatformForce, wrench_at_pose};
 pub use solution::{ChainSolution, Solution};
 pub use state::{ChainState, State, Workspace};
 pub use stiffness::{chain_stiffnesses, smallest_eigenvalue, tool_compliance, unloaded_stiffness};
+pub use task::TaskError;

@@ -1,6 +1,6 @@
 //! Everything a solved state tells, in physical terms.
 
-use nalgebra::{Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix6, Vector6};
 
 use super::{
     equilibrium::{Outcome, Status},
@@ -87,10 +87,5 @@ impl Solution {
     /// Forces of all drives in machine order, N or N·mm.
     pub fn drive_forces(&self) -> Vec<f64> {
         self.chains.iter().flat_map(|chain| chain.drive_forces.iter().copied()).collect()
-    }
-
-    /// Displacement in mm of the tool tip from where it is when P stands at `commanded`, O axes.
-    pub fn tool_displacement(&self, machine: &Machine, commanded: &Pose) -> Vector3<f64> {
-        self.pose.transform(machine.tool_tip) - commanded.transform(machine.tool_tip)
     }
 }

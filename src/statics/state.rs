@@ -25,7 +25,8 @@ pub struct State {
 }
 
 impl State {
-    /// The undeflected, unloaded state of a rigid configuration.
+    /// The undeflected, unloaded state of a rigid configuration. An equilibrium without load, unless passive joints have
+    /// springs that are not at their neutral position there.
     pub fn rigid(machine: &Machine, at: &Configuration) -> Self {
         let chains = machine.chains.iter().zip(&at.passive).map(|(chain, passive)| {
             let mut coordinates = vec![0.0; chain.virtual_count];
@@ -40,6 +41,9 @@ impl State {
 #[derive(Debug, Clone)]
 pub struct Workspace {
     pub(super) chains: Vec<ChainSystem>,
+    /// Drives of the present iteration, and their last step.
+    pub(super) drives: Vec<f64>,
+    pub(super) drive_step: Vec<f64>,
     /// Platform imbalance that a load step holds back.
     pub(super) held_imbalance: nalgebra::Vector6<f64>,
     /// State from which a failed solve is started again.
@@ -51,6 +55,8 @@ impl Workspace {
     pub fn new(machine: &Machine) -> Self {
         Self {
             chains: machine.chains.iter().map(ChainSystem::new).collect(),
+            drives: Vec::new(),
+            drive_step: Vec::new(),
             held_imbalance: nalgebra::Vector6::zeros(),
             start: None,
         }

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix6, Vector3};
 
 use crate::{
-    compensation::{Target, compensate_directly},
+    compensation::{self, Demand, Method, Session, Target, compensate},
     machine::{ChainError, Configuration, Machine, Unreachable},
     process::MillingForce,
     spatial::Wrench,
@@ -81,20 +81,16 @@ pub fn solve(question: &PointQuestion) -> Result<PointAnswer, Unreachable> {
     };
     let loaded = describe(&nominal.drives, &state, &outcome, &mut workspace);
     let compensated = if outcome.is_equilibrium() {
-        let done = compensate_directly(
-            &real,
-            &nominal.pose,
-            &wrench,
-            question.target,
-            &nominal.drives,
-            &mut state,
-            &mut workspace,
-        );
-        if done.converged {
-            let solution = describe(&done.drives, &state, &done.outcome, &mut workspace);
-            Ok(Commanded { drives: done.drives, solution })
-        } else {
-            Err(format!("{:.2e} mm left after {} corrections", done.task_error, done.iterations))
+        let mut session = Session::new(machine, &real, compensation::Settings::default());
+        session.stand(&nominal, &state);
+        let demand = Demand { pose: nominal.pose, load: wrench, target: question.target };
+        let done = compensate(&mut session, &demand, Method::Direct);
+        match &done.outcome {
+            Some(outcome) if done.status.is_success() => {
+                let solution = describe(&done.drives, session.state(), outcome, &mut workspace);
+                Ok(Commanded { drives: done.drives, solution })
+            }
+            _ => Err(done.status.reason(machine)),
         }
     } else {
         Err("there is no equilibrium to start from".into())

@@ -6,11 +6,11 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::{
-    compensation::{Target, compensate_directly, tool_error},
+    compensation::{Compensation, Demand, Method, Session, Settings, Target, compensate},
     machine::{ChainError, Configuration, Machine, Unreachable},
     process::MillingForce,
-    spatial::{Pose, Wrench},
-    statics::{Outcome, Settings, State, Status, Workspace, equilibrium, tool_compliance},
+    spatial::Wrench,
+    statics::{self, Outcome, State, tool_compliance},
 };
 
 /// A regular grid over a box of positions of P, both ends included.
@@ -138,7 +138,8 @@ impl SourceEffect {
 /// Why a point has no numbers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Failure {
-    /// Word used in tables: `unreachable`, `unstable`, `buckled`, `singular`, `not_converged`, `not_compensated`.
+    /// Word used in tables: `unreachable`, `unstable`, `buckled`, `singular`, `not_converged`, or how
+    /// compensation failed: `slow`, `diverged`, `uncontrollable`.
     pub status: &'static str,
     /// Reason in words.
     pub reason: String,
@@ -177,9 +178,13 @@ pub fn run(study: &WorkspaceMapStudy, done: &(dyn Fn() + Sync)) -> WorkspaceMap 
     let points = (0..study.grid.len())
         .into_par_iter()
         .map_init(
-            || Workspace::new(&study.machine),
-            |workspace, index| {
-                let point = PointSolver { study, real: &real, workspace }.solve(study.grid.position(index));
+            || PointSolver {
+                study,
+                nominal: Pair::new(&study.machine, &study.machine),
+                real: Pair::new(&study.machine, &real),
+            },
+            |solver, index| {
+                let point = solver.solve(study.grid.position(index));
                 done();
                 point
             },
@@ -194,7 +199,22 @@ impl From<Unreachable> for Failure {
     }
 }
 
-/// Tool displacements and worst values over φ, of one source.
+/// One machine commanded twice: without and with compensation.
+struct Pair<'a> {
+    plain: Session<'a>,
+    corrected: Session<'a>,
+}
+
+impl<'a> Pair<'a> {
+    fn new(nominal: &'a Machine, real: &'a Machine) -> Self {
+        let equilibrium = statics::Settings { tolerance: 1e-12, ..statics::Settings::default() };
+        let settings = Settings { tolerance_mm: 1e-9, equilibrium, ..Settings::default() };
+        let plain = Session::new(nominal, real, Settings { equilibrium: statics::Settings::default(), ..settings });
+        Self { plain, corrected: Session::new(nominal, real, settings) }
+    }
+}
+
+/// Tool displacements over φ and their effect, of one source.
 struct Turn {
     /// Tool displacement at each φ, mm.
     displacements: Vec<Vector3<f64>>,
@@ -203,132 +223,114 @@ struct Turn {
 
 struct PointSolver<'a> {
     study: &'a WorkspaceMapStudy,
-    real: &'a Machine,
-    workspace: &'a mut Workspace,
+    /// The nominal machine, answering as it should.
+    nominal: Pair<'a>,
+    /// The machine with its errors.
+    real: Pair<'a>,
 }
 
 impl PointSolver<'_> {
     fn solve(&mut self, position: Vector3<f64>) -> MapPoint {
         let position_mm = position.into();
-        let nominal = &self.study.machine;
-        let at = match nominal.inverse_kinematics(&nominal.pose_at(position)) {
+        let machine = &self.study.machine;
+        let at = match machine.inverse_kinematics(&machine.pose_at(position)) {
             Ok(at) => at,
             Err(unreachable) => {
                 let failure = Failure::from(unreachable);
                 return MapPoint { position_mm, effects: std::array::from_fn(|_| Err(failure.clone())) };
             }
         };
-        let rigid = State::rigid(nominal, &at);
-        let lever = at.pose.rotation * nominal.tool_tip;
-        let loads: Vec<Option<f64>> = self.study.phis.iter().copied().map(Some).collect();
-        let cutting = self.turn(nominal, &at, &rigid, &loads, lever);
-        let mut assembled = rigid;
-        let assembly = self.turn_from(self.real, &at, &mut assembled, &[None], lever);
-        let both = self.turn(self.real, &at, &assembled, &loads, lever).map(|mut both| {
-            if let (Ok(cutting), Ok(assembly)) = (&cutting, &assembly) {
-                let worst = index_of_largest(&both.displacements);
-                let superposed = cutting.displacements[worst] + assembly.displacements[0];
-                both.effect.departure_vector_mm = Some((superposed - both.displacements[worst]).into());
-            }
-            both
-        });
+        let rigid = State::rigid(machine, &at);
+        let phis: Vec<Option<f64>> = self.study.phis.iter().copied().map(Some).collect();
+        for pair in [&mut self.nominal, &mut self.real] {
+            pair.plain.stand(&at, &rigid);
+        }
+        let cutting = turn(self.study, &mut self.nominal, &at, &phis);
+        let assembly = turn(self.study, &mut self.real, &at, &[None]);
+        let mut both = turn(self.study, &mut self.real, &at, &phis);
+        if let (Ok(cutting), Ok(assembly), Ok(both)) = (&cutting, &assembly, &mut both) {
+            let worst = index_of_largest(&both.displacements);
+            let superposed = cutting.displacements[worst] + assembly.displacements[0];
+            both.effect.departure_vector_mm = Some((superposed - both.displacements[worst]).into());
+        }
         MapPoint { position_mm, effects: [cutting, assembly, both].map(|turn| turn.map(|turn| turn.effect)) }
     }
-
-    fn turn(
-        &mut self,
-        machine: &Machine,
-        at: &Configuration,
-        start: &State,
-        loads: &[Option<f64>],
-        lever: Vector3<f64>,
-    ) -> Result<Turn, Failure> {
-        self.turn_from(machine, at, &mut start.clone(), loads, lever)
-    }
-
-    /// Equilibria and compensated equilibria for each load (a φ, or none), each started from the one before.
-    ///
-    /// `state` receives the last equilibrium at the nominal command.
-    fn turn_from(
-        &mut self,
-        machine: &Machine,
-        at: &Configuration,
-        state: &mut State,
-        loads: &[Option<f64>],
-        lever: Vector3<f64>,
-    ) -> Result<Turn, Failure> {
-        let drive_count = machine.drive_count();
-        let mut displacements = Vec::with_capacity(loads.len());
-        let (mut delta_rho, mut drive_force) = (vec![0.0f64; drive_count], vec![0.0f64; drive_count]);
-        let mut worst: Option<(f64, Option<f64>, Outcome, Vector3<f64>)> = None;
-        let mut compensated: Option<(Vec<f64>, State)> = None;
-        for &phi in loads {
-            let load = phi.map_or(Wrench::zero(), |phi| self.study.force.wrench(phi, lever));
-            let outcome = equilibrium(machine, &at.drives, &load, state, self.workspace, &Settings::default());
-            if outcome.status != Status::Solved {
-                let reason = with_phi(outcome.status.reason(machine), phi);
-                return Err(Failure { status: outcome.status.label(), reason });
-            }
-            let displacement = tool_error(machine, &state.pose, &at.pose);
-            for (most, force) in drive_force.iter_mut().zip(drive_forces(machine, state)) {
-                *most = most.max(force.abs());
-            }
-            let start = compensated.take().unwrap_or_else(|| (at.drives.clone(), state.clone()));
-            let drives = self.compensate(machine, &at.pose, phi, &load, start)?;
-            for ((most, rho), nominal) in delta_rho.iter_mut().zip(&drives.0).zip(&at.drives) {
-                *most = most.max((rho - nominal).abs());
-            }
-            compensated = Some(drives);
-            if worst.as_ref().is_none_or(|(largest, ..)| displacement.norm() > *largest) {
-                let lever_loaded = state.pose.rotation * machine.tool_tip;
-                worst = Some((displacement.norm(), phi, outcome, lever_loaded));
-            }
-            displacements.push(displacement);
-        }
-        let Some((deflection_mm, phi, outcome, lever_loaded)) = worst else {
-            return Err(Failure { status: "not_converged", reason: "there is no load".into() });
-        };
-        let deflection_vector_mm = displacements[index_of_largest(&displacements)].into();
-        Ok(Turn {
-            effect: SourceEffect {
-                deflection_mm,
-                deflection_vector_mm,
-                phi_deg: phi.map(f64::to_degrees),
-                delta_rho,
-                drive_force,
-                principal_stiffness_n_per_mm: principal_stiffnesses(&outcome, lever_loaded),
-                departure_vector_mm: None,
-            },
-            displacements,
-        })
-    }
-
-    fn compensate(
-        &mut self,
-        machine: &Machine,
-        desired: &Pose,
-        phi: Option<f64>,
-        load: &Wrench,
-        (drives, mut state): (Vec<f64>, State),
-    ) -> Result<(Vec<f64>, State), Failure> {
-        let done = compensate_directly(machine, desired, load, self.study.target, &drives, &mut state, self.workspace);
-        if !done.converged {
-            let reason = format!("{:.2e} mm left after {} corrections", done.task_error, done.iterations);
-            return Err(Failure { status: "not_compensated", reason: with_phi(reason, phi) });
-        }
-        Ok((done.drives, state))
-    }
 }
 
-fn with_phi(reason: String, phi: Option<f64>) -> String {
-    match phi {
-        Some(phi) => format!("{reason} (phi {:.1} deg)", phi.to_degrees()),
-        None => reason,
+/// Equilibria without and with compensation for each load (a φ, or none), each started from the one before.
+fn turn(
+    study: &WorkspaceMapStudy,
+    pair: &mut Pair<'_>,
+    at: &Configuration,
+    phis: &[Option<f64>],
+) -> Result<Turn, Failure> {
+    let machine = &study.machine;
+    let lever = at.pose.rotation * machine.tool_tip;
+    let mut displacements = Vec::with_capacity(phis.len());
+    let mut delta_rho = vec![0.0f64; machine.drive_count()];
+    let mut drive_force = delta_rho.clone();
+    let mut worst: Option<Worst> = None;
+    for (index, &phi) in phis.iter().enumerate() {
+        let load = phi.map_or(Wrench::zero(), |phi| study.force.wrench(phi, lever));
+        let demand = Demand { pose: at.pose, load, target: study.target };
+        let plain = commanded(machine, &mut pair.plain, &demand, Method::None, phi)?;
+        if index == 0 {
+            pair.corrected.stand(at, pair.plain.state());
+        }
+        let corrected = commanded(machine, &mut pair.corrected, &demand, Method::Direct, phi)?;
+        for (most, force) in drive_force.iter_mut().zip(&plain.drive_forces) {
+            *most = most.max(force.abs());
+        }
+        for ((most, rho), nominal) in delta_rho.iter_mut().zip(&corrected.drives).zip(&at.drives) {
+            *most = most.max((rho - nominal).abs());
+        }
+        let state = pair.plain.state();
+        let displacement = machine.tool_displacement(&at.pose, &state.pose);
+        if worst.as_ref().is_none_or(|worst| displacement.norm() > worst.displacement.norm()) {
+            let lever = state.pose.rotation * machine.tool_tip;
+            worst = Some(Worst { displacement, phi, outcome: plain.outcome, lever });
+        }
+        displacements.push(displacement);
     }
+    let Some(worst) = worst else {
+        return Err(Failure { status: "not_converged", reason: "there is no load".into() });
+    };
+    Ok(Turn {
+        effect: SourceEffect {
+            deflection_mm: worst.displacement.norm(),
+            deflection_vector_mm: worst.displacement.into(),
+            phi_deg: worst.phi.map(f64::to_degrees),
+            delta_rho,
+            drive_force,
+            principal_stiffness_n_per_mm: principal_stiffnesses(worst.outcome.as_ref(), worst.lever),
+            departure_vector_mm: None,
+        },
+        displacements,
+    })
 }
 
-fn drive_forces<'a>(machine: &'a Machine, state: &'a State) -> impl Iterator<Item = f64> + 'a {
-    machine.drives().map(|(chain, drive)| drive.stiffness * state.chains[chain].coordinates[drive.coordinate])
+/// The load with the largest displacement so far.
+struct Worst {
+    displacement: Vector3<f64>,
+    phi: Option<f64>,
+    outcome: Option<Outcome>,
+    /// From P to the displaced tool tip, O axes, mm.
+    lever: Vector3<f64>,
+}
+
+fn commanded(
+    machine: &Machine,
+    session: &mut Session<'_>,
+    demand: &Demand,
+    method: Method,
+    phi: Option<f64>,
+) -> Result<Compensation, Failure> {
+    let done = compensate(session, demand, method);
+    if done.status.is_success() {
+        return Ok(done);
+    }
+    let at = phi.map_or_else(String::new, |phi| format!(" (phi {:.1} deg)", phi.to_degrees()));
+    Err(Failure { status: done.status.label(), reason: done.status.reason(machine) + &at })
 }
 
 fn index_of_largest(displacements: &[Vector3<f64>]) -> usize {
@@ -342,9 +344,9 @@ fn index_of_largest(displacements: &[Vector3<f64>]) -> usize {
 }
 
 /// Inverse eigenvalues of the tool tip's compliance, ascending, N/mm; 0 where the tip is free.
-fn principal_stiffnesses(outcome: &Outcome, lever: Vector3<f64>) -> [f64; 3] {
-    let Some(compliance) = &outcome.compliance else { return [0.0; 3] };
-    let tip = tool_compliance(compliance, lever);
+fn principal_stiffnesses(outcome: Option<&Outcome>, lever: Vector3<f64>) -> [f64; 3] {
+    let Some(compliance) = outcome.and_then(|outcome| outcome.compliance) else { return [0.0; 3] };
+    let tip = tool_compliance(&compliance, lever);
     let mut stiffness: [f64; 3] = ((tip + tip.transpose()) * 0.5).symmetric_eigenvalues().map(|c| 1.0 / c).into();
     stiffness.sort_by(f64::total_cmp);
     stiffness

@@ -1,0 +1,102 @@
+//! What is wanted at one point, and how far a pose is from it.
+
+use nalgebra::{Matrix6, Vector3, Vector6};
+
+use crate::{
+    machine::{Coordinate, Machine},
+    spatial::{Pose, Twist, Wrench, rotation_exp, rotation_log, skew},
+    statics::TaskError,
+};
+
+/// What is put right. Rotations are put right besides where the machine's drives control them; what the drives do not
+/// control is left over and reported.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Target {
+    /// The tool tip T.
+    #[default]
+    ToolTip,
+    /// The platform point P.
+    PlatformPoint,
+}
+
+/// What is wanted at one point of a path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Demand {
+    /// Where P should be, in O: the pose commanded without compensation, t₀.
+    pub pose: Pose,
+    /// Dead wrench at P in O axes.
+    pub load: Wrench,
+    /// What is put right.
+    pub target: Target,
+}
+
+impl Demand {
+    /// The point put right, in platform axes from P, mm.
+    pub fn offset(&self, machine: &Machine) -> Vector3<f64> {
+        match self.target {
+            Target::ToolTip => machine.tool_tip,
+            Target::PlatformPoint => Vector3::zeros(),
+        }
+    }
+
+    /// Error of the controlled coordinates when P stands at `pose`.
+    pub fn task_error(&self, machine: &Machine, pose: &Pose) -> TaskError {
+        let offset = self.offset(machine);
+        let shift = pose.transform(offset) - self.pose.transform(offset);
+        let turn = rotation_log(&(self.pose.rotation.transpose() * pose.rotation));
+        let lever = skew(pose.rotation * offset);
+        let (mut error, mut slope) = (Vector6::zeros(), Matrix6::zeros());
+        for (row, coordinate) in machine.controls.iter().enumerate() {
+            match *coordinate {
+                Coordinate::Translation(axis) => {
+                    error[row] = shift[axis];
+                    slope[(row, axis)] = 1.0;
+                    for i in 0..3 {
+                        slope[(row, 3 + i)] = -lever[(axis, i)];
+                    }
+                }
+                Coordinate::Rotation(axis) => {
+                    error[row] = turn[axis];
+                    for i in 0..3 {
+                        slope[(row, 3 + i)] = self.pose.rotation[(i, axis)];
+                    }
+                }
+            }
+        }
+        TaskError { count: machine.controls.len(), error, slope }
+    }
+
+    /// The commanded pose t₀ shifted by `shift` in the controlled coordinates (mm, rad; one entry each): the modified
+    /// target `t₀^(F)`.
+    pub fn shifted(&self, machine: &Machine, shift: &Vector6<f64>) -> Pose {
+        let Twist { linear, angular } = controlled_twist(machine, shift);
+        Pose { rotation: self.pose.rotation * rotation_exp(angular), translation: self.pose.translation + linear }
+    }
+
+    /// Twist of the commanded frame at P in O axes per unit of each controlled coordinate, one column each; zero columns
+    /// beyond them.
+    pub fn shift_twists(&self, machine: &Machine) -> Matrix6<f64> {
+        let mut twists = Matrix6::zeros();
+        for (column, coordinate) in machine.controls.iter().enumerate() {
+            match *coordinate {
+                Coordinate::Translation(axis) => twists[(axis, column)] = 1.0,
+                Coordinate::Rotation(axis) => {
+                    twists.fixed_view_mut::<3, 1>(3, column).copy_from(&self.pose.rotation.column(axis));
+                }
+            }
+        }
+        twists
+    }
+}
+
+/// Translation in O axes and rotation in the commanded frame's axes of a shift of the controlled coordinates.
+fn controlled_twist(machine: &Machine, shift: &Vector6<f64>) -> Twist {
+    let mut twist = Twist::default();
+    for (coordinate, &value) in machine.controls.iter().zip(shift.iter()) {
+        match *coordinate {
+            Coordinate::Translation(axis) => twist.linear[axis] = value,
+            Coordinate::Rotation(axis) => twist.angular[axis] = value,
+        }
+    }
+    twist
+}

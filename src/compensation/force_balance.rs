@@ -1,0 +1,174 @@
+//! Eqs. (8), (9) and (12): the modified target at which the wrench that holds the platform where it is wanted is the load.
+//!
+//! The machine's drives control n ≤ 6 coordinates, so the platform pose t at which `F = f(t | t₀^(F))` is asked for keeps
+//! 6 − n free coordinates: motions of the platform that do not move the point put right. Unknowns are the shift s of the
+//! target and those free coordinates u:
+//!
+//! ```text
+//! [K_t.p. | K_C U] (ds, du) = F − f(t(u) | t₀^(F)(s))
+//! ```
+//!
+//! With n = 6 there is no u and this is eq. (9).
+
+use nalgebra::{Matrix6, Vector6};
+
+use super::{
+    demand::Demand,
+    outcome::Status,
+    session::{Ending, Progress, Session},
+};
+use crate::{
+    spatial::{Pose, Twist, rotation_exp},
+    statics::{PlatformForce, State, unloaded_stiffness, wrench_at_pose},
+};
+
+/// Where the matrix of the iteration comes from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Matrix {
+    /// Exact at every iteration, eqs. (9), (10): `K_t.p. = ∂f/∂ρ · ∂ρ/∂t₀`, by the chains' response to their drives and
+    /// the nominal inverse kinematics.
+    Exact,
+    /// `K_t.p. ≈ −K_C` at the start and then kept, steps multiplied by α, eq. (12).
+    Fixed {
+        /// Step length.
+        alpha: f64,
+    },
+}
+
+/// Runs the iteration and then lets the machine settle at the command found.
+pub(super) fn iterate(session: &mut Session<'_>, demand: &Demand, matrix: Matrix, progress: &mut Progress) -> Ending {
+    let status = solve(session, demand, matrix, progress)?;
+    let outcome = session.settle(demand)?;
+    if let Some(last) = progress.history.last_mut() {
+        *last = session.task_error(demand).size(session.nominal);
+    }
+    Ok((status, outcome))
+}
+
+fn solve(
+    session: &mut Session<'_>,
+    demand: &Demand,
+    matrix: Matrix,
+    progress: &mut Progress,
+) -> Result<Status, Status> {
+    let nominal = session.nominal;
+    let mut shift = Vector6::zeros();
+    let mut pose = demand.pose;
+    let mut state: Option<State> = None;
+    let mut kept: Option<Linearised> = None;
+    loop {
+        session.go_to(&demand.shifted(nominal, &shift))?;
+        let mut at = state.take().unwrap_or_else(|| State::rigid(nominal, &session.command));
+        let force = wrench_at_pose(
+            session.real,
+            &session.drives,
+            &pose,
+            &mut at,
+            &mut session.workspace,
+            &session.settings.equilibrium,
+        )
+        .ok_or(Status::NoEquilibrium(crate::statics::Status::NotConverged { load_fraction: 0.0 }))?;
+        let unbalanced = demand.load.to_vector() - force.wrench.to_vector();
+        session.state.clone_from(&at);
+        state = Some(at);
+        if let Some(status) = progress.note(as_displacement(session, demand, &force, &unbalanced)?, &session.settings) {
+            return Ok(status);
+        }
+        let (linear, alpha) = match (matrix, kept) {
+            (Matrix::Exact, _) => (Linearised::exact(session, demand, &force, &pose)?, 1.0),
+            (Matrix::Fixed { alpha }, Some(linear)) => (linear, alpha),
+            (Matrix::Fixed { alpha }, None) => (Linearised::unloaded(session, demand, &pose)?, alpha),
+        };
+        kept = Some(linear);
+        let step = linear.matrix.lu().solve(&unbalanced).ok_or(Status::Singular)? * alpha;
+        let count = nominal.controls.len();
+        for i in 0..count {
+            shift[i] += step[i];
+        }
+        let mut coordinates = Vector6::zeros();
+        for i in count..6 {
+            coordinates[i] = step[i];
+        }
+        pose = moved_freely(demand, session, &pose, &(linear.free * coordinates));
+    }
+}
+
+/// The point's displacement by the wrench that is out of balance, mm: what the iteration still has to put right.
+fn as_displacement(
+    session: &Session<'_>,
+    demand: &Demand,
+    force: &PlatformForce,
+    unbalanced: &Vector6<f64>,
+) -> Result<f64, Status> {
+    let twist = force.stiffness.lu().solve(unbalanced).ok_or(Status::Singular)?;
+    let mut task = session.task_error(demand);
+    task.error = task.slope * twist;
+    Ok(task.size(session.nominal))
+}
+
+/// Twists of P that leave the controlled coordinates where they are: columns n..6; the first n are zero.
+fn free_motions(demand: &Demand, session: &Session<'_>, pose: &Pose) -> Matrix6<f64> {
+    let task = demand.task_error(session.nominal, pose);
+    let mut slope = task.slope;
+    // Rotations at the machine's reach, so that the null space is well scaled.
+    slope.fixed_columns_mut::<3>(3).scale_mut(1.0 / session.nominal.reach);
+    let eigen = (slope.transpose() * slope).symmetric_eigen();
+    let mut order: Vec<usize> = (0..6).collect();
+    order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+    let mut free = Matrix6::zeros();
+    for (column, &least) in order.iter().enumerate().skip(task.count) {
+        let mut twist: Vector6<f64> = eigen.eigenvectors.column(least).into();
+        twist.fixed_rows_mut::<3>(3).scale_mut(1.0 / session.nominal.reach);
+        free.set_column(column, &twist);
+    }
+    free
+}
+
+/// `pose` moved by `twist`, then put back onto the wanted controlled coordinates, which a finite twist leaves.
+fn moved_freely(demand: &Demand, session: &Session<'_>, pose: &Pose, twist: &Vector6<f64>) -> Pose {
+    let apply = |pose: &Pose, twist: &Vector6<f64>| {
+        let Twist { linear, angular } = Twist::from_vector(twist);
+        Pose { rotation: rotation_exp(angular) * pose.rotation, translation: pose.translation + linear }
+    };
+    let mut moved = apply(pose, twist);
+    for _ in 0..3 {
+        let task = demand.task_error(session.nominal, &moved);
+        let rows = task.slope.rows(0, task.count).into_owned();
+        let error = task.error.rows(0, task.count).into_owned();
+        // Rows of a task slope are independent, so this always has a solution.
+        let Ok(inverse) = rows.pseudo_inverse(1e-14) else { return moved };
+        let back: Vector6<f64> = Vector6::from_iterator((inverse * error).iter().map(|v| -v));
+        moved = apply(&moved, &back);
+    }
+    moved
+}
+
+/// The matrix of a step, and the free motions U its last columns stand for. The two belong together: any basis of the
+/// free motions serves, and which one is found is arbitrary.
+#[derive(Clone, Copy)]
+struct Linearised {
+    matrix: Matrix6<f64>,
+    free: Matrix6<f64>,
+}
+
+impl Linearised {
+    /// `[K_t.p. | K_C U]`, exact.
+    fn exact(session: &Session<'_>, demand: &Demand, force: &PlatformForce, pose: &Pose) -> Result<Self, Status> {
+        let free = free_motions(demand, session, pose);
+        let by_target = session.nominal.drive_jacobian(&session.command).ok_or(Status::Singular)?;
+        let target_stiffness = &force.drive_wrench * by_target;
+        let mut matrix = force.stiffness * free;
+        for (column, values) in target_stiffness.column_iter().enumerate() {
+            matrix.set_column(column, &values);
+        }
+        Ok(Self { matrix, free })
+    }
+
+    /// `[−K_C T | K_C U]` with T the twists of the commanded frame and the unloaded stiffness of the nominal machine.
+    fn unloaded(session: &mut Session<'_>, demand: &Demand, pose: &Pose) -> Result<Self, Status> {
+        let free = free_motions(demand, session, pose);
+        let stiffness =
+            unloaded_stiffness(session.nominal, &session.command, &mut session.workspace).ok_or(Status::Singular)?;
+        Ok(Self { matrix: stiffness * (free - demand.shift_twists(session.nominal)), free })
+    }
+}

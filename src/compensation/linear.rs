@@ -1,0 +1,32 @@
+//! The linear comparator, and the starting value of Figure 3.
+
+use nalgebra::Vector6;
+
+use super::{
+    demand::Demand,
+    outcome::Status,
+    session::{Ending, Progress, Session},
+};
+use crate::statics::{aggregate_errors, unloaded_stiffness};
+
+/// Shift of the target that undoes the linear deflection: `−K_C⁻¹ F`, unloaded stiffness at t₀; with `aggregated` also
+/// the platform shift by chain errors, eqs. (14), (15).
+pub(super) fn shift(session: &mut Session<'_>, demand: &Demand, aggregated: bool) -> Result<Vector6<f64>, Status> {
+    session.go_to(&demand.pose)?;
+    let (nominal, at) = (session.nominal, &session.command);
+    let stiffness = unloaded_stiffness(nominal, at, &mut session.workspace).ok_or(Status::Singular)?;
+    let mut twist = stiffness.lu().solve(&demand.load.to_vector()).ok_or(Status::Singular)?;
+    if aggregated {
+        let shift = aggregate_errors(nominal, session.real, at, &mut session.workspace).ok_or(Status::Singular)?;
+        twist += shift.to_vector();
+    }
+    Ok(-(demand.task_error(nominal, &demand.pose).slope * twist))
+}
+
+/// Commands the target shifted once by the linear deflection.
+pub(super) fn compensate(session: &mut Session<'_>, demand: &Demand, progress: &mut Progress) -> Ending {
+    let shift = shift(session, demand, false)?;
+    let (task, outcome) = session.answer(demand, &shift)?;
+    progress.history.push(task.size(session.nominal));
+    Ok((Status::Applied, outcome))
+}

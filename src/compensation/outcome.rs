@@ -1,0 +1,97 @@
+//! What a compensation method returns.
+
+use nalgebra::Vector3;
+
+use crate::{
+    machine::{Machine, Unreachable},
+    statics,
+};
+
+/// How a compensation ended.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Status {
+    /// The task error came below the tolerance.
+    Converged,
+    /// The method makes a fixed number of passes, and made them; the error left is what it is.
+    Applied,
+    /// The error was still shrinking when the iterations were used up.
+    Slow,
+    /// The error grew.
+    Diverged,
+    /// The step length α is outside (0, 1].
+    BadStepLength {
+        /// Its value.
+        alpha: f64,
+    },
+    /// The modified target cannot be reached by the nominal machine.
+    Unreachable(Unreachable),
+    /// The loaded machine has no stable equilibrium at a command.
+    NoEquilibrium(statics::Status),
+    /// The drives have no influence on a controlled coordinate.
+    Singular,
+}
+
+impl Status {
+    /// Word used in tables.
+    pub fn label(&self) -> &'static str {
+        match self {
+            Status::Converged => "converged",
+            Status::Applied => "applied",
+            Status::Slow => "slow",
+            Status::Diverged => "diverged",
+            Status::BadStepLength { .. } => "bad_step_length",
+            Status::Unreachable(_) => "unreachable",
+            Status::NoEquilibrium(status) => status.label(),
+            Status::Singular => "uncontrollable",
+        }
+    }
+
+    /// Whether the command found does what was asked of the method.
+    pub fn is_success(&self) -> bool {
+        matches!(self, Status::Converged | Status::Applied)
+    }
+
+    /// Reason in words; empty for a success.
+    pub fn reason(&self, machine: &Machine) -> String {
+        match self {
+            Status::Converged | Status::Applied => String::new(),
+            Status::Slow => "still converging when the iterations were used up".into(),
+            Status::Diverged => "the error grew".into(),
+            Status::BadStepLength { alpha } => format!("the step length must be in (0, 1], got {alpha}"),
+            Status::Unreachable(unreachable) => unreachable.to_string(),
+            Status::NoEquilibrium(status) => status.reason(machine),
+            Status::Singular => "the drives have no influence on a controlled coordinate".into(),
+        }
+    }
+}
+
+/// A compensated point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Compensation {
+    /// How it ended.
+    pub status: Status,
+    /// Drive positions ρ commanded, mm or rad.
+    pub drives: Vec<f64>,
+    /// Largest task error in mm (rotations at the machine's reach) before the first correction and after each.
+    pub history: Vec<f64>,
+    /// Position error of the point put right at the end, O axes, mm.
+    pub position_error: Vector3<f64>,
+    /// Rotation of the platform from the wanted orientation at the end, rotation vector in O axes, rad.
+    pub leftover_rotation: Vector3<f64>,
+    /// Forces of the drives at the end, N or N·mm.
+    pub drive_forces: Vec<f64>,
+    /// The equilibrium at the end; `None` where there is none.
+    pub outcome: Option<statics::Outcome>,
+}
+
+impl Compensation {
+    /// Number of corrections made.
+    pub fn iterations(&self) -> usize {
+        self.history.len().saturating_sub(1)
+    }
+
+    /// Largest task error left, mm; infinite where none was computed.
+    pub fn task_error(&self) -> f64 {
+        self.history.last().copied().unwrap_or(f64::INFINITY)
+    }
+}

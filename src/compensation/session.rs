@@ -1,0 +1,195 @@
+//! A machine being commanded point after point: nominal inverse kinematics, loaded equilibrium, task error.
+
+use nalgebra::{Vector3, Vector6};
+
+use super::{
+    demand::Demand,
+    outcome::{Compensation, Status},
+};
+use crate::{
+    machine::{Configuration, Machine, Unreachable},
+    spatial::{Pose, rotation_log},
+    statics::{self, Outcome, State, TaskError, Workspace, equilibrium},
+};
+
+/// How a method ended: with a status and the equilibrium at its command, or with the reason why there is none.
+pub(super) type Ending = Result<(Status, Outcome), Status>;
+
+/// When a compensation stops.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Task error accepted, mm (rotations at the machine's reach).
+    pub tolerance_mm: f64,
+    /// Most corrections.
+    pub max_iterations: usize,
+    /// Settings of each equilibrium.
+    pub equilibrium: statics::Settings,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        let equilibrium = statics::Settings { tolerance: 1e-13, ..statics::Settings::default() };
+        Self { tolerance_mm: 1e-10, max_iterations: 200, equilibrium }
+    }
+}
+
+/// The nominal machine, by which commands are computed, the real one, which answers, and where both stand.
+///
+/// Consecutive points start from one another; the results do not depend on it beyond rounding.
+#[derive(Debug, Clone)]
+pub struct Session<'a> {
+    /// The nominal machine.
+    pub nominal: &'a Machine,
+    /// The machine with its errors.
+    pub real: &'a Machine,
+    /// When to stop.
+    pub settings: Settings,
+    pub(super) workspace: Workspace,
+    /// A nominal configuration near the present command; its own unless a method has moved `drives`.
+    pub(super) command: Configuration,
+    /// Drives at the present command.
+    pub(super) drives: Vec<f64>,
+    /// Equilibrium last reached.
+    pub(super) state: State,
+}
+
+impl<'a> Session<'a> {
+    /// A session standing at home, unloaded.
+    pub fn new(nominal: &'a Machine, real: &'a Machine, settings: Settings) -> Self {
+        Self {
+            nominal,
+            real,
+            settings,
+            workspace: Workspace::new(real),
+            command: nominal.home.clone(),
+            drives: nominal.home.drives.clone(),
+            state: State::rigid(nominal, &nominal.home),
+        }
+    }
+
+    /// Equilibrium last reached.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Puts the session at a nominal configuration and a state of the real machine.
+    pub fn stand(&mut self, command: &Configuration, state: &State) {
+        self.command.clone_from(command);
+        self.drives.clone_from(&command.drives);
+        self.state.clone_from(state);
+    }
+
+    /// The pose that commands the present drives: the modified target `t₀^(F)`, by nominal forward kinematics.
+    ///
+    /// # Errors
+    /// The nominal chains do not close with these drives.
+    pub fn target(&mut self) -> Result<Pose, Unreachable> {
+        if self.command.drives != self.drives {
+            self.command = self.nominal.forward_kinematics_from(&self.command, &self.drives)?;
+        }
+        Ok(self.command.pose)
+    }
+
+    /// Commands the nominal machine to `pose`.
+    pub(super) fn go_to(&mut self, pose: &Pose) -> Result<(), Status> {
+        if self.command.pose != *pose {
+            let near = self.nominal.inverse_kinematics_from(&self.command, pose);
+            self.command = match near {
+                Ok(configuration) => configuration,
+                // The way from the last command may leave the workspace where the way from home does not.
+                Err(_) => self.nominal.inverse_kinematics(pose).map_err(Status::Unreachable)?,
+            };
+        }
+        self.drives.clone_from(&self.command.drives);
+        Ok(())
+    }
+
+    /// Loaded equilibrium at the present drives.
+    pub(super) fn settle(&mut self, demand: &Demand) -> Result<Outcome, Status> {
+        let settings = &self.settings.equilibrium;
+        let (real, drives, load) = (self.real, &self.drives, &demand.load);
+        let mut outcome = equilibrium(real, drives, load, &mut self.state, &mut self.workspace, settings);
+        if outcome.status != statics::Status::Solved {
+            self.state = State::rigid(self.nominal, &self.command);
+            outcome = equilibrium(real, drives, load, &mut self.state, &mut self.workspace, settings);
+        }
+        match outcome.status {
+            statics::Status::Solved => Ok(outcome),
+            status => Err(Status::NoEquilibrium(status)),
+        }
+    }
+
+    /// Task error at the present equilibrium.
+    pub(super) fn task_error(&self, demand: &Demand) -> TaskError {
+        demand.task_error(self.nominal, &self.state.pose)
+    }
+
+    /// Commands the target shifted by `shift`, lets the machine settle, and says how far it is from what is wanted.
+    pub(super) fn answer(&mut self, demand: &Demand, shift: &Vector6<f64>) -> Result<(TaskError, Outcome), Status> {
+        self.go_to(&demand.shifted(self.nominal, shift))?;
+        let outcome = self.settle(demand)?;
+        Ok((self.task_error(demand), outcome))
+    }
+
+    /// The result at the present command and equilibrium.
+    pub(super) fn conclude(&self, demand: &Demand, ending: Ending, history: Vec<f64>) -> Compensation {
+        let offset = demand.offset(self.nominal);
+        let (status, outcome) = match ending {
+            Ok((status, outcome)) => (status, Some(outcome)),
+            Err(status) => (status, None),
+        };
+        let shown = |v: Vector3<f64>| if outcome.is_some() { v } else { Vector3::zeros() };
+        Compensation {
+            drives: self.drives.clone(),
+            history,
+            position_error: shown(self.state.pose.transform(offset) - demand.pose.transform(offset)),
+            leftover_rotation: shown(rotation_log(&(self.state.pose.rotation * demand.pose.rotation.transpose()))),
+            drive_forces: self.drive_forces(),
+            status,
+            outcome,
+        }
+    }
+
+    fn drive_forces(&self) -> Vec<f64> {
+        let force = |(chain, drive): (usize, &crate::machine::Drive)| {
+            drive.stiffness * self.state.chains[chain].coordinates[drive.coordinate]
+        };
+        self.real.drives().map(force).collect()
+    }
+}
+
+/// Follows the errors of an iteration and says when it is over.
+#[derive(Debug, Clone)]
+pub(super) struct Progress {
+    /// Errors so far, mm.
+    pub history: Vec<f64>,
+    growths: usize,
+}
+
+/// An error this many times the first one is divergence.
+const BLOW_UP: f64 = 100.0;
+/// So many growths in a row are divergence.
+const GROWTHS: usize = 4;
+
+impl Progress {
+    pub fn new() -> Self {
+        Self { history: Vec::new(), growths: 0 }
+    }
+
+    /// Takes note of the error after a correction; the status if the iteration is over.
+    pub fn note(&mut self, error: f64, settings: &Settings) -> Option<Status> {
+        let grown = self.history.last().is_some_and(|last| error > *last);
+        self.growths = if grown { self.growths + 1 } else { 0 };
+        self.history.push(error);
+        if error <= settings.tolerance_mm {
+            return Some(Status::Converged);
+        }
+        let first = self.history[0];
+        if !error.is_finite() || error > BLOW_UP * first || self.growths >= GROWTHS {
+            // At the level of rounding an iteration wanders; that is as converged as it gets.
+            let wandering = error <= 100.0 * settings.tolerance_mm;
+            return Some(if wandering { Status::Converged } else { Status::Diverged });
+        }
+        if self.history.len() > settings.max_iterations { Some(Status::Slow) } else { None }
+    }
+}
