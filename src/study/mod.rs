@@ -3,6 +3,7 @@
 //! A study is a folder with a `study.toml`; its inputs are named relative to that folder.
 
 pub mod machine_check;
+pub mod path;
 pub mod point;
 mod resolve;
 pub mod spec;
