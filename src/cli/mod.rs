@@ -5,10 +5,16 @@ mod machines;
 mod point;
 mod run;
 
-use std::process::ExitCode;
+use std::{
+    io::{ErrorKind, Write},
+    process::ExitCode,
+};
 
 use clap::{Parser, Subcommand};
-use kinetostat::error::Result;
+use kinetostat::{
+    check::LARGEST,
+    error::{Error, Result},
+};
 
 /// How far a loaded machine leaves its path, what to tell the drives instead, and where to put the workpiece.
 #[derive(Debug, Parser)]
@@ -62,18 +68,37 @@ pub fn dispatch(arguments: Arguments) -> Result<Ending> {
     }
 }
 
+/// Prints `text`. A reader that has gone away, such as `head`, does not stop the program.
+fn print(text: &str) -> Result<()> {
+    let mut stdout = std::io::stdout().lock();
+    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+        Err(source) if source.kind() != ErrorKind::BrokenPipe => {
+            Err(Error::Write { file: "standard output".into(), source })
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Comma-separated numbers, as many as `count`.
 fn numbers<const COUNT: usize>(text: &str) -> std::result::Result<[f64; COUNT], String> {
     let values = text.split(',').map(|part| {
         let value: f64 = part.trim().parse().map_err(|_| format!("\"{part}\" is not a number"))?;
-        if value.is_finite() { Ok(value) } else { Err(format!("\"{part}\" is not finite")) }
+        if value.abs() <= LARGEST {
+            return Ok(value);
+        }
+        Err(format!("\"{part}\" is not between {:e} and {LARGEST:e}", -LARGEST))
     });
     let values = values.collect::<std::result::Result<Vec<_>, _>>()?;
     let found = values.len();
     values.try_into().map_err(|_| format!("expected {COUNT} numbers separated by commas, got {found}"))
 }
 
+/// One number.
+fn number(text: &str) -> std::result::Result<f64, String> {
+    numbers::<1>(text).map(|[value]| value)
+}
+
 /// Any number of comma-separated numbers.
 fn any_numbers(text: &str) -> std::result::Result<Vec<f64>, String> {
-    text.split(',').map(|part| numbers::<1>(part).map(|[value]| value)).collect()
+    text.split(',').map(number).collect()
 }

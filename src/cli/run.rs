@@ -6,13 +6,13 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use kinetostat::{
     error::{Error, Result},
-    report::{Manifest, OutputFile, figures::Figure, workspace_map as map_report, write_all},
+    report::{Manifest, OutputFile, figures::Figure, prepare, workspace_map as map_report, write_all},
     study::{Overrides, Study, StudyKind, workspace_map},
 };
 use rayon::prelude::*;
 use serde_json::json;
 
-use super::Ending;
+use super::{Ending, print};
 
 /// Compute a study: its tables, figures and a summary of its answer.
 #[derive(Debug, Args)]
@@ -25,7 +25,7 @@ pub struct RunArguments {
     /// Study folder (with a study.toml), or a study file
     study: PathBuf,
     /// Grid points along x,y,z, or one number for all, instead of the study's
-    #[arg(long, value_parser = grid)]
+    #[arg(long, value_parser = grid, allow_hyphen_values = true)]
     grid: Option<[usize; 3]>,
     /// Folder for the results [default: results/<name of the study's folder>]
     #[arg(long)]
@@ -53,7 +53,8 @@ pub fn run(arguments: &RunArguments) -> Result<Ending> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|e| Error::Argument { argument: "--threads".into(), problem: e.to_string() })?;
     let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from("results").join(&study.name));
-    println!("{}\n", study.question);
+    prepare(&out)?;
+    print(&format!("{}\n\n", study.question))?;
     match &study.kind {
         StudyKind::WorkspaceMap(map) => pool.install(|| run_map(arguments, &study, map, &out)),
     }
@@ -95,11 +96,12 @@ fn run_map(
         files.extend(drawn(map_report::figures(&map))?);
     }
     let written = write_all(out, &files)?;
-    println!("{}", map_report::summary_text(&map));
-    println!("{} points in {:.1} s. Written to {}:", map.points.len(), wall_time_s, out.display());
+    let mut closing = format!("{}\n", map_report::summary_text(&map));
+    closing += &format!("{} points in {:.1} s. Written to {}:\n", map.points.len(), wall_time_s, out.display());
     for path in &written {
-        println!("  {}", path.file_name().unwrap_or_default().to_string_lossy());
+        closing += &format!("  {}\n", path.file_name().unwrap_or_default().to_string_lossy());
     }
+    print(&closing)?;
     let complete = manifest.statuses.iter().all(|count| count.status == "solved");
     Ok(if complete { Ending::Complete } else { Ending::SomeUnsolved })
 }

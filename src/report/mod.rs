@@ -10,4 +10,4 @@ mod write;
 pub use machine::machine_text;
 pub use manifest::{Manifest, StatusCount};
 pub use point::{point_json, point_text};
-pub use write::{OutputFile, write_all};
+pub use write::{OutputFile, prepare, write_all};

@@ -96,14 +96,16 @@ pub fn point_text(answer: &PointAnswer) -> String {
         triple(wrench.force, 1),
         triple(wrench.moment, 0)
     );
-    text += &format!(
-        "  equilibrium               {}, {} iterations, residual {:.1e}\n",
-        loaded.status.label(),
-        loaded.iterations,
-        loaded.residual
-    );
+    text += &format!("  equilibrium               {}, {} iterations", loaded.status.label(), loaded.iterations);
+    if loaded.residual.is_finite() {
+        text += &format!(", residual {:.1e}", loaded.residual);
+    }
+    text.push('\n');
+    if loaded.status != Status::Solved {
+        text += &format!("  reason                    {}\n", loaded.status.reason(machine));
+    }
     if matches!(loaded.status, Status::NotConverged { .. }) {
-        return text + &format!("  reason                    {}\n", loaded.status.reason(machine));
+        return text;
     }
     let displacement = tool_displacement(answer);
     let turn = rotation_log(&(loaded.pose.rotation * answer.nominal.pose.rotation.transpose()));

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 pub use resolve::Overrides;
 use workspace_map::WorkspaceMapStudy;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 
 /// A checked study, ready to run.
 #[derive(Debug, Clone)]
@@ -43,7 +43,7 @@ impl Study {
     /// A file that cannot be read, is not of the expected form, or holds values that make no sense.
     pub fn open(path: &Path, overrides: &Overrides) -> Result<Study> {
         let file = if path.is_dir() { path.join("study.toml") } else { path.to_path_buf() };
-        let text = std::fs::read_to_string(&file).map_err(|source| Error::Read { file: file.clone(), source })?;
+        let text = crate::toml_file::read(&file)?;
         let folder = file.parent().map(Path::to_path_buf).unwrap_or_default();
         Self::from_toml(&text, &file.display().to_string(), &folder, overrides)
     }

@@ -12,7 +12,7 @@ use super::{
 use crate::{
     check::Check,
     compensation::Target,
-    error::{Error, Result},
+    error::Result,
     machine::{ChainError, Machine, Motion, catalogue},
     process::MillingForce,
     spatial::Twist,
@@ -25,8 +25,8 @@ pub struct Overrides {
     pub grid: Option<[usize; 3]>,
 }
 
-/// Most grid points accepted.
-const MAX_GRID_POINTS: usize = 100_000_000;
+/// Most grid points accepted: their results and table take about 3 GB.
+const MAX_GRID_POINTS: usize = 2_000_000;
 
 pub(super) fn study(spec: &StudySpec, text: &str, origin: &str, folder: &Path, overrides: &Overrides) -> Result<Study> {
     let check = Check::new(origin);
@@ -47,12 +47,12 @@ fn machine(name: &str, folder: &Path, check: &Check) -> Result<(Machine, String)
         return Ok((Machine::from_toml(entry.toml, entry.name)?, entry.toml.to_string()));
     }
     let file = folder.join(name);
-    if !file.exists() {
+    if !file.is_file() {
         let names = catalogue::names().collect::<Vec<_>>().join(", ");
         return check
             .fail(format!("\"{name}\" is neither a built-in machine ({names}) nor a file in the study's folder"));
     }
-    let text = std::fs::read_to_string(&file).map_err(|source| Error::Read { file: file.clone(), source })?;
+    let text = crate::toml_file::read(&file)?;
     Ok((Machine::from_toml(&text, &file.display().to_string())?, text))
 }
 
@@ -72,9 +72,9 @@ fn workspace_map(
     let min = corner("min_mm", map.min_mm, machine.workspace.min)?;
     let max = corner("max_mm", map.max_mm, machine.workspace.max)?;
     check_map.ordered_box(min, max)?;
-    let counts = match overrides.grid {
-        Some(counts) => grid_counts(counts, &Check::new("command line").key("--grid"))?,
-        None => grid_counts(map.grid, &check_map.key("grid"))?,
+    let grid = match overrides.grid {
+        Some(counts) => grid(min, max, counts, &Check::new("command line").key("--grid"))?,
+        None => grid(min, max, map.grid, &check_map.key("grid"))?,
     };
     if map.slices_z_mm.is_empty() || map.slices_z_mm.len() > 6 {
         let problem = format!("must name 1 to 6 heights, got {}", map.slices_z_mm.len());
@@ -85,7 +85,7 @@ fn workspace_map(
     }
     let errors = chain_errors(&spec.chain_error, &machine, check)?;
     Ok(WorkspaceMapStudy {
-        grid: Grid::new(min, max, counts),
+        grid,
         force,
         phis,
         errors,
@@ -98,12 +98,22 @@ fn workspace_map(
     })
 }
 
-fn grid_counts(counts: [usize; 3], check: &Check) -> Result<[usize; 3]> {
+fn grid(min: Vector3<f64>, max: Vector3<f64>, counts: [usize; 3], check: &Check) -> Result<Grid> {
     let total = counts.iter().try_fold(1usize, |product, &n| product.checked_mul(n));
-    match total {
-        Some(total) if total <= MAX_GRID_POINTS && counts.iter().all(|&n| n >= 1) => Ok(counts),
-        _ => check.fail(format!("must be at least 1 along each axis and {MAX_GRID_POINTS} in all, got {counts:?}")),
+    if counts.contains(&0) || total.is_none_or(|total| total > MAX_GRID_POINTS) {
+        let problem =
+            format!("must be at least 1 along each axis and at most {MAX_GRID_POINTS} in all, got {counts:?}");
+        return check.fail(problem);
     }
+    let grid = Grid::new(min, max, counts);
+    for (i, values) in grid.axes.iter().enumerate() {
+        if values.windows(2).any(|pair| pair[0] >= pair[1]) {
+            let (axis, count) = (["x", "y", "z"][i], counts[i]);
+            let problem = format!("{count} points along {axis} fall together between {} and {} mm", min[i], max[i]);
+            return check.fail(problem);
+        }
+    }
+    Ok(grid)
 }
 
 /// The force law and the tool angles of one turn, rad.
@@ -161,9 +171,9 @@ fn chain_error(spec: &ChainErrorSpec, machine: &Machine, index: usize, check: &C
     let check_offsets = check.key("drive_offsets_mm_or_deg");
     if spec.drive_offsets_mm_or_deg.len() > chain.drives.len() {
         let problem = format!(
-            "has {} entries, but the chain has {} drives",
-            spec.drive_offsets_mm_or_deg.len(),
-            chain.drives.len()
+            "must have at most one entry per drive of the chain, which is {}, got {}",
+            chain.drives.len(),
+            spec.drive_offsets_mm_or_deg.len()
         );
         return check_offsets.fail(problem);
     }
