@@ -8,8 +8,9 @@ use kinetostat::{
     study::{Overrides, Study, StudyKind, workspace_map},
 };
 
-/// Largest relative difference of a number from the golden one.
-const TOLERANCE: f64 = 1e-9;
+/// Largest relative difference of a number from the golden one: what the convergence tolerance of the map's equilibria
+/// leaves open when rounding differs between machines.
+const TOLERANCE: f64 = 1e-7;
 /// Numbers below this fraction of the largest of their column are rounding; they are held to the largest instead.
 const ROUNDING: f64 = 1e-6;
 
