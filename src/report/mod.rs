@@ -3,7 +3,9 @@
 pub mod figures;
 mod machine;
 mod manifest;
+pub mod path;
 mod point;
+mod table;
 pub mod workspace_map;
 mod write;
 

@@ -4,14 +4,17 @@
 
 pub mod machine_check;
 pub mod path;
+pub mod path_study;
 pub mod point;
 mod resolve;
+mod source;
 pub mod spec;
 pub mod workspace_map;
 
 use std::path::{Path, PathBuf};
 
 pub use resolve::Overrides;
+pub use source::Source;
 use workspace_map::WorkspaceMapStudy;
 
 use crate::error::Result;

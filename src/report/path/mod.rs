@@ -1,0 +1,9 @@
+//! Reports of a path study.
+
+mod pictures;
+mod summary;
+mod tables;
+
+pub use pictures::figures;
+pub use summary::{methods_table, summary_json, summary_text};
+pub use tables::{methods_csv, points_csv};
