@@ -114,7 +114,7 @@ pub fn compensate(session: &mut Session<'_>, demand: &Demand, method: Method) ->
 /// Commands `target` instead of what `demand` wants, and lets the machine settle under its load: what a given program does.
 pub fn simulate(session: &mut Session<'_>, demand: &Demand, target: &Pose) -> Compensation {
     let ending = session.go_to(target).and_then(|()| Ok((Status::Applied, session.settle(demand)?)));
-    let history = vec![session.task_error(demand).size(session.nominal)];
+    let history = vec![session.task_error(demand).size()];
     session.conclude(demand, ending, history)
 }
 

@@ -336,7 +336,7 @@ impl<'a> Newton<'a> {
         }
         force = larger(force, Wrench::from_vector(&imbalance).norm(reach));
         let task = self.task.map(|task| task(&state.pose));
-        let task_error = task.as_ref().map_or(0.0, |task| task.size(self.machine) / reach);
+        let task_error = task.as_ref().map_or(0.0, |task| task.size() / reach);
         Balance { imbalance, task, residual: larger(task_error, larger(gap / reach, force / largest_wrench)) }
     }
 
