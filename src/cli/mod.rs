@@ -1,16 +1,18 @@
 //! Commands and their arguments.
 
 mod check;
+mod compensate;
 mod machines;
 mod point;
 mod run;
 
 use std::{
-    io::{ErrorKind, Write},
+    io::{ErrorKind, IsTerminal, Write},
     process::ExitCode,
 };
 
 use clap::{Parser, Subcommand};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use kinetostat::{
     check::LARGEST,
     error::{Error, Result},
@@ -28,6 +30,7 @@ const EXAMPLES: &str = "\
 Examples:
   kinetostat run studies/01_workspace_map
   kinetostat point --machine orthoglide --at Q1 --phi 130 --assembly 1,-1,1
+  kinetostat compensate part.nc --machine orthoglide --process milling.toml --out part_compensated.nc
   kinetostat check my_machine.toml
 
 Exit codes: 0 all points solved, 1 some points could not be solved (their status says why), 2 bad input.";
@@ -36,6 +39,7 @@ Exit codes: 0 all points solved, 1 some points could not be solved (their status
 enum Command {
     Run(run::RunArguments),
     Point(point::PointArguments),
+    Compensate(compensate::CompensateArguments),
     Machines(machines::MachinesArguments),
     Check(check::CheckArguments),
 }
@@ -63,6 +67,7 @@ pub fn dispatch(arguments: Arguments) -> Result<Ending> {
     match arguments.command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Point(arguments) => point::point(&arguments),
+        Command::Compensate(arguments) => compensate::compensate(&arguments),
         Command::Machines(arguments) => machines::machines(&arguments),
         Command::Check(arguments) => check::check(&arguments),
     }
@@ -101,4 +106,16 @@ fn number(text: &str) -> std::result::Result<f64, String> {
 /// Any number of comma-separated numbers.
 fn any_numbers(text: &str) -> std::result::Result<Vec<f64>, String> {
     text.split(',').map(number).collect()
+}
+
+/// A bar with rate and time left on a terminal, nothing in a pipe.
+fn progress(total: usize, of: &str) -> ProgressBar {
+    let target =
+        if std::io::stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+    let bar = ProgressBar::with_draw_target(Some(total as u64), target);
+    let template = format!("{{bar:40}} {{pos}}/{{len}} {of}, {{per_sec}}, {{eta}} left");
+    match ProgressStyle::with_template(&template) {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
 }

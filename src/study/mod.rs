@@ -1,11 +1,18 @@
 //! The questions: a study file as written ([`spec`]), checked ([`Study`]), run, and its plain results.
 //!
+//! What is cut along a toolpath is said in a process file ([`process_spec`]), checked as [`Process`].
+//!
 //! A study is a folder with a `study.toml`; its inputs are named relative to that folder.
 
 pub mod machine_check;
 pub mod path;
+mod path_resolve;
 pub mod path_study;
 pub mod point;
+pub mod process;
+mod process_resolve;
+pub mod process_spec;
+pub mod program;
 mod resolve;
 mod source;
 pub mod spec;
@@ -13,6 +20,8 @@ pub mod workspace_map;
 
 use std::path::{Path, PathBuf};
 
+use path_study::PathStudy;
+pub use process::Process;
 pub use resolve::Overrides;
 pub use source::Source;
 use workspace_map::WorkspaceMapStudy;
@@ -37,6 +46,8 @@ pub struct Study {
 pub enum StudyKind {
     /// Deflection and required corrections over the workspace.
     WorkspaceMap(WorkspaceMapStudy),
+    /// Deflection and required corrections along a path.
+    Path(PathStudy),
 }
 
 impl Study {

@@ -5,8 +5,8 @@ use std::path::Path;
 use nalgebra::Vector3;
 
 use super::{
-    Study, StudyKind, folder_name,
-    spec::{ChainErrorSpec, CompensateSpec, MillingSpec, StudySpec},
+    Study, StudyKind, folder_name, path_resolve,
+    spec::{ChainErrorSpec, CompensateSpec, MillingSpec, StudySpec, WorkspaceMapSpec},
     workspace_map::{Grid, WorkspaceMapStudy},
 };
 use crate::{
@@ -23,6 +23,8 @@ use crate::{
 pub struct Overrides {
     /// Grid points per axis of a map.
     pub grid: Option<[usize; 3]>,
+    /// Points along a circle.
+    pub points: Option<usize>,
 }
 
 /// Most grid points accepted: their results and table take about 3 GB.
@@ -32,13 +34,39 @@ pub(super) fn study(spec: &StudySpec, text: &str, origin: &str, folder: &Path, o
     let check = Check::new(origin);
     check.schema(spec.schema)?;
     let (machine, machine_text) = machine(&spec.machine, folder, &check.key("machine"))?;
-    let map = workspace_map(spec, machine, overrides, &check)?;
+    let (kind, settings) = match (&spec.workspace_map, &spec.path) {
+        (Some(map), None) => {
+            let map = workspace_map(spec, map, machine, overrides, &check)?;
+            let settings = format!("grid {:?}", map.grid.counts());
+            (StudyKind::WorkspaceMap(map), settings)
+        }
+        (None, Some(path)) => {
+            if spec.milling.is_some() || !spec.chain_error.is_empty() {
+                let key = if spec.milling.is_some() { "milling" } else { "chain_error" };
+                return check.key(key).fail("belongs in the process file of a path study".into());
+            }
+            let (study, process) = path_resolve::path(path, machine, folder, overrides, &check.key("path"))?;
+            let settings = format!("{process}\npoints {}", study.stations.len());
+            (StudyKind::Path(study), settings)
+        }
+        _ => return check.key("workspace_map").fail("give exactly one of workspace_map and path".into()),
+    };
     Ok(Study {
         name: folder_name(folder),
         question: spec.question.trim().to_string(),
-        fingerprint: format!("{text}\n{machine_text}\ngrid {:?}", map.grid.counts()),
-        kind: StudyKind::WorkspaceMap(map),
+        fingerprint: format!("{text}\n{machine_text}\n{settings}"),
+        kind,
     })
+}
+
+impl From<CompensateSpec> for Target {
+    fn from(spec: CompensateSpec) -> Target {
+        match spec {
+            CompensateSpec::ToolTip => Target::ToolTip,
+            CompensateSpec::PlatformPoint => Target::PlatformPoint,
+            CompensateSpec::FullPose => Target::FullPose,
+        }
+    }
 }
 
 /// The machine and its file's text.
@@ -58,12 +86,15 @@ fn machine(name: &str, folder: &Path, check: &Check) -> Result<(Machine, String)
 
 fn workspace_map(
     spec: &StudySpec,
+    map: &WorkspaceMapSpec,
     machine: Machine,
     overrides: &Overrides,
     check: &Check,
 ) -> Result<WorkspaceMapStudy> {
-    let map = &spec.workspace_map;
-    let (force, phis) = milling(&spec.milling, &check.key("milling"))?;
+    let Some(milling_spec) = &spec.milling else {
+        return check.key("milling").fail("a workspace map needs a [milling] table with the cutting force".into());
+    };
+    let (force, phis) = milling(milling_spec, &check.key("milling"))?;
     let check_map = check.key("workspace_map");
     let corner = |key: &str, given: Option<[f64; 3]>, default: Vector3<f64>| match given {
         Some(corner) => check_map.key(key).finite(corner),
@@ -89,10 +120,7 @@ fn workspace_map(
         force,
         phis,
         errors,
-        target: match map.compensate {
-            CompensateSpec::ToolTip => Target::ToolTip,
-            CompensateSpec::PlatformPoint => Target::PlatformPoint,
-        },
+        target: map.compensate.into(),
         slices_z: map.slices_z_mm.clone(),
         machine,
     })
@@ -137,7 +165,7 @@ fn milling(spec: &MillingSpec, check: &Check) -> Result<(MillingForce, Vec<f64>)
 }
 
 /// Errors of each chain of the machine, in its order.
-fn chain_errors(specs: &[ChainErrorSpec], machine: &Machine, check: &Check) -> Result<Vec<ChainError>> {
+pub(super) fn chain_errors(specs: &[ChainErrorSpec], machine: &Machine, check: &Check) -> Result<Vec<ChainError>> {
     let mut errors = vec![ChainError::default(); machine.chains.len()];
     for (i, spec) in specs.iter().enumerate() {
         let check = check.key(&format!("chain_error[{i}]"));
