@@ -1,7 +1,7 @@
 //! Broken input and its exact messages.
 //!
-//! Every file in `tests/bad_input/machines` and `tests/bad_input/studies` is broken in one way. Its first line says what
-//! the program must answer: `# expects: <message>`, with the path of the file itself reduced to what follows its folder.
+//! Every file in `tests/bad_input/machines`, `processes` and `studies` is broken in one way. Its first line says what the
+//! program must answer: `# expects: <message>`, with the path of the file itself reduced to what follows its folder.
 
 use std::{
     fs,
@@ -11,7 +11,7 @@ use std::{
 use kinetostat::{
     error::Error,
     machine::Machine,
-    study::{Overrides, Study},
+    study::{Overrides, Process, Study},
 };
 
 /// Fewer files than this in a folder means that files were lost.
@@ -56,6 +56,12 @@ fn check_messages<T>(kind: &str, open: impl Fn(&Path) -> Result<T, Error>) {
 #[test]
 fn broken_machine_files_are_refused_with_their_message() {
     check_messages("machines", Machine::from_file);
+}
+
+#[test]
+fn broken_process_files_are_refused_with_their_message() {
+    let machine = Machine::named_or_file("orthoglide").unwrap();
+    check_messages("processes", |file| Process::open(file, &machine));
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::{process_resolve, process_spec::ProcessSpec};
 use crate::{
     compensation::Target,
-    error::{Error, Result},
+    error::Result,
     machine::{ChainError, Machine},
     process::{
         Placement,
@@ -87,7 +87,7 @@ impl Process {
     /// # Errors
     /// A file that cannot be read, is not of the expected form, or holds values that make no sense.
     pub fn open(file: &Path, machine: &Machine) -> Result<Process> {
-        let text = std::fs::read_to_string(file).map_err(|source| Error::Read { file: file.to_path_buf(), source })?;
+        let text = crate::toml_file::read(file)?;
         let folder = file.parent().map(Path::to_path_buf).unwrap_or_default();
         Self::from_toml(&text, &file.display().to_string(), &folder, machine)
     }
