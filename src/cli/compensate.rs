@@ -116,7 +116,7 @@ fn method(arguments: &CompensateArguments) -> Result<Method> {
 /// Methods simulated for comparison: none at all, then what a shop would otherwise use, or all.
 fn compared(arguments: &CompensateArguments, chosen: Method) -> Vec<Method> {
     let usual = |method: &Method| matches!(method, Method::None | Method::Linear | Method::Mirror { passes: 1 });
-    let others = Method::ALL.into_iter().filter(|method| *method != chosen || *method == Method::None);
+    let others = Method::ALL.into_iter().filter(|method| method.label() != chosen.label() || *method == Method::None);
     others.filter(|method| arguments.all_methods || usual(method)).collect()
 }
 
@@ -158,14 +158,19 @@ fn table(passes: &[Pass]) -> String {
         let s = &pass.summary;
         table.add_row([
             pass.name.clone(),
-            format!("{:.6} mm", s.max_mm),
-            format!("{:.6} mm", s.rms_mm),
+            millimetres(s.max_mm),
+            millimetres(s.rms_mm),
             format!("{:.1}", s.mean_corrections),
             format!("{:.3}°", s.max_leftover_rotation.to_degrees()),
             format!("{} of {}", s.solved, s.points),
         ]);
     }
     format!("{table}\n")
+}
+
+/// A length to a micrometre, or to its order where it is smaller.
+fn millimetres(length: f64) -> String {
+    if length == 0.0 || length >= 1e-3 { format!("{length:.4} mm") } else { format!("{length:.1e} mm") }
 }
 
 /// Points shown of those that cannot be compensated.
