@@ -39,7 +39,7 @@ pub enum Objective {
     /// The root mean square of the task errors.
     #[default]
     Rms,
-    /// The largest task error; of all corrections with the same largest error (to 10⁻⁶ of it), those of least root mean
+    /// The largest task error; of all corrections with the same largest error (to 10⁻⁵ of it), those of least root mean
     /// square.
     Worst,
 }
@@ -51,15 +51,13 @@ pub struct BoundedSettings {
     pub point: Settings,
     /// Most linearisations of the path.
     pub max_iterations: usize,
-    /// Steps that move the tool by less than this are none, mm.
-    pub step_tolerance_mm: f64,
     /// Accepted excess of a force in the nonlinear simulation, as a share of its limit.
     pub force_tolerance: f64,
 }
 
 impl Default for BoundedSettings {
     fn default() -> Self {
-        Self { point: Settings::default(), max_iterations: 30, step_tolerance_mm: 1e-6, force_tolerance: 1e-6 }
+        Self { point: Settings::default(), max_iterations: 30, force_tolerance: 1e-6 }
     }
 }
 

@@ -17,8 +17,11 @@ use clarabel::{
     solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT},
 };
 
+use nalgebra::{DMatrix, DVector};
+
 use super::{
     limits::{Bounds, LimitKind, Side},
+    outcome::Errors,
     path::Answer,
 };
 
@@ -124,10 +127,13 @@ impl<'a> Program<'a> {
         program
     }
 
-    /// Longest motion of the tool by a step, about, mm.
-    pub fn tool_length(&self, step: &[f64]) -> f64 {
-        let lengths = step.iter().enumerate().map(|(column, d)| d.abs() / self.unit[column % self.unit.len()]);
-        lengths.fold(0.0, f64::max)
+    /// Errors after a step (point-major, mm or rad), as the linearisation has it.
+    pub fn errors_after(&self, step: &[f64]) -> Errors {
+        let steps = step.chunks_exact(self.bounds.drive_count());
+        let error = |(answer, step): (&Answer, &[f64])| {
+            (&answer.error + &answer.error_by_drives * DVector::from_column_slice(step)).norm()
+        };
+        Errors::of(self.answers.iter().zip(steps).map(error))
     }
 
     /// Step of each drive that moves the tool by about `length` mm.
@@ -259,7 +265,7 @@ impl<'a> Program<'a> {
     }
 
     /// `J_k` and `e_k` of point `point` in the program's units.
-    fn scaled(&self, point: usize) -> (nalgebra::DMatrix<f64>, nalgebra::DVector<f64>) {
+    fn scaled(&self, point: usize) -> (DMatrix<f64>, DVector<f64>) {
         let answer = &self.answers[point];
         let mut slope = &answer.error_by_drives / self.length;
         for (mut column, unit) in slope.column_iter_mut().zip(&self.unit) {
@@ -281,7 +287,7 @@ impl<'a> Program<'a> {
                     gradient[first..first + count].copy_from_slice(linear.as_slice());
                     slope.tr_mul(&slope)
                 }
-                Goal::Largest | Goal::Excess => nalgebra::DMatrix::zeros(count, count),
+                Goal::Largest | Goal::Excess => DMatrix::zeros(count, count),
             };
             for j in 0..count {
                 for i in 0..=j {

@@ -14,11 +14,13 @@ use crate::machine::Machine;
 /// Steps are halved this many times before a direction is given up.
 const HALVINGS: usize = 10;
 /// The second stage of the worst error may exceed the first's by this share: what interior points need to be inside.
-const STAGE_SLACK: f64 = 1e-6;
+const STAGE_SLACK: f64 = 1e-5;
 /// An improvement by less than this share is none.
 const IMPROVEMENT: f64 = 1e-9;
-/// A step shorter than this at the tool is none, mm.
-const SHORT_STEP: f64 = 1e-8;
+/// Errors that are equal to this length are equal, mm.
+const SAME_LENGTH: f64 = 1e-8;
+/// A linearisation that promises to improve the errors by less than this share promises nothing.
+const PROMISE: f64 = 1e-5;
 /// Limits are held responsible if a step of at most this share of the machine's reach would serve without them.
 const RELAXED_STEP: f64 = 0.05;
 
@@ -135,7 +137,7 @@ impl Search<'_, '_> {
         if let Some(solved) = aimed {
             found.convex_iterations += solved.iterations;
             found.is_accurate &= solved.is_accurate;
-            let length = program.tool_length(&solved.step);
+            let promised = program.errors_after(&solved.step);
             let next = self.step_along(&solved.step, now);
             found.binding = solved.binding;
             let keeps_forces = now.excess <= self.settings.force_tolerance;
@@ -145,10 +147,10 @@ impl Search<'_, '_> {
                     found.iterate = next;
                     return Ok(is_over.then_some(BoundedStatus::Converged));
                 }
-                None if keeps_forces && length <= self.settings.step_tolerance_mm => {
-                    return Ok(Some(BoundedStatus::Converged));
+                None if keeps_forces && self.is_promising(&promised, &found.iterate.errors) => {
+                    return Ok(Some(BoundedStatus::Stalled));
                 }
-                None if keeps_forces => return Ok(Some(BoundedStatus::Stalled)),
+                None if keeps_forces => return Ok(Some(BoundedStatus::Converged)),
                 None => {}
             }
         }
@@ -169,7 +171,7 @@ impl Search<'_, '_> {
             Objective::Rms => program.solve(Goal::Squares),
             Objective::Worst => {
                 let first = program.solve(Goal::Largest)?;
-                let within = first.extra * (1.0 + STAGE_SLACK) + SHORT_STEP;
+                let within = first.extra * (1.0 + STAGE_SLACK) + SAME_LENGTH;
                 Ok(match program.solve(Goal::Within(within)) {
                     Ok(second) => priced(second, first),
                     // What the first stage found is right; its best points may be less good than they could be.
@@ -208,7 +210,7 @@ impl Search<'_, '_> {
                 Objective::Rms => new.rms < old.rms,
                 // Within what the second stage gives away, the sum of squares decides.
                 Objective::Worst => {
-                    let given_away = 2.0 * (STAGE_SLACK * old.worst + SHORT_STEP);
+                    let given_away = 2.0 * (STAGE_SLACK * old.worst + SAME_LENGTH);
                     new.worst < old.worst - given_away || (new.worst < old.worst + given_away && new.rms < old.rms)
                 }
             }
@@ -216,11 +218,18 @@ impl Search<'_, '_> {
 
     /// Whether `next` is better than `now` by more than rounding.
     fn improves(&self, next: &Iterate, now: &Iterate) -> bool {
-        let less = |new: f64, old: f64, share: f64| new < old * (1.0 - share);
-        let rms = less(next.errors.rms, now.errors.rms, IMPROVEMENT);
+        let rms = is_less(next.errors.rms, now.errors.rms, IMPROVEMENT);
         match self.objective {
             Objective::Rms => rms,
-            Objective::Worst => rms || less(next.errors.worst, now.errors.worst, STAGE_SLACK),
+            Objective::Worst => rms || is_less(next.errors.worst, now.errors.worst, STAGE_SLACK),
+        }
+    }
+
+    /// Whether a linearisation promises so much that it matters if it cannot be had.
+    fn is_promising(&self, promised: &Errors, now: &Errors) -> bool {
+        match self.objective {
+            Objective::Rms => is_less(promised.rms, now.rms, PROMISE),
+            Objective::Worst => is_less(promised.worst, now.worst, 2.0 * STAGE_SLACK),
         }
     }
 
@@ -290,6 +299,11 @@ impl Search<'_, '_> {
 fn iterate(corrections: Vec<f64>, answers: Vec<Answer>, excess: f64) -> Iterate {
     let errors = Errors::of(answers.iter().map(|answer| answer.error.norm()));
     Iterate { corrections, answers, errors, excess }
+}
+
+/// Whether `new` is less than `old` by more than `share` of it.
+fn is_less(new: f64, old: f64, share: f64) -> bool {
+    new < old * (1.0 - share)
 }
 
 fn convex_error(failure: Failure) -> BoundedError {
