@@ -304,12 +304,13 @@ fn random_search_finds_nothing_better() {
                 let mut moved = corrections(&path);
                 moved.iter_mut().flatten().for_each(|u| *u += radius * random.next());
                 // Into the limits, point after point.
-                for k in 0..3 {
-                    for i in 0..3 {
-                        let (low, high) =
-                            if k > 0 { (moved[k - 1][i] - step, moved[k - 1][i] + step) } else { (-size, size) };
-                        moved[k][i] = moved[k][i].clamp(low.max(-size), high.min(size));
+                let mut before: Option<Vec<f64>> = None;
+                for own in &mut moved {
+                    for (i, u) in own.iter_mut().enumerate() {
+                        let (low, high) = before.as_ref().map_or((-size, size), |b| (b[i] - step, b[i] + step));
+                        *u = u.clamp(low.max(-size), high.min(size));
                     }
+                    before = Some(own.clone());
                 }
                 let rho: Vec<Vec<f64>> = commands
                     .iter()
@@ -423,6 +424,52 @@ fn points_without_a_solution_are_left_out_and_labelled() {
     assert_eq!(path.points.iter().filter(|point| point.corrected().is_some()).count(), 11);
     case.demands.clear();
     assert_eq!(case.solve(&correction(0.5), Objective::Worst).unwrap().summary.status, BoundedStatus::Empty);
+}
+
+#[test]
+fn random_limits_are_kept() {
+    let mut random = Random(7);
+    for case in [Case::orthoglide(12), Case::tripteron(12)] {
+        let wanted = case.wanted();
+        let largest_force = largest(&forces(&case.solved(&Limits::default(), Objective::Rms)));
+        for trial in 0..30 {
+            let mut share = || 0.5 + 0.5 * random.next();
+            let mut three = |size: f64| Some((0..3).map(|_| 1.2 * size * share()).collect::<Vec<f64>>());
+            let mut limits = Limits { correction: three(largest(&wanted)), ..Limits::default() };
+            if trial % 2 == 0 {
+                limits.correction_change = three(largest_change(&wanted));
+            }
+            if trial % 5 == 0 {
+                limits.correction = Some(vec![0.0, 0.3, f64::INFINITY]);
+            }
+            if trial % 3 == 0 {
+                limits.force = Some(vec![largest_force + 1.0 - 4.0 * share(); 3]);
+            }
+            for objective in [Objective::Rms, Objective::Worst] {
+                let path = match case.solve(&limits, objective) {
+                    Ok(path) => path,
+                    Err(BoundedError::Force { .. }) => continue,
+                    Err(error) => panic!("{limits:?} {objective:?}: {error}"),
+                };
+                let status = path.summary.status;
+                assert!(
+                    matches!(status, BoundedStatus::Converged | BoundedStatus::Unbounded),
+                    "{limits:?} {objective:?}: {:?}",
+                    path.summary
+                );
+                assert!(path.summary.after.rms.is_finite());
+                let sizes = limits.correction.as_ref().unwrap();
+                for own in corrections(&path) {
+                    assert!(own.iter().zip(sizes).all(|(u, size)| u.abs() <= size + 1e-9));
+                }
+                if let Some(steps) = &limits.correction_change {
+                    for pair in corrections(&path).windows(2) {
+                        assert!((0..3).all(|i| (pair[0][i] - pair[1][i]).abs() <= steps[i] + 1e-9));
+                    }
+                }
+            }
+        }
+    }
 }
 
 #[test]
