@@ -7,6 +7,10 @@ use crate::error::{Error, Result};
 /// Version of the machine and study file formats.
 pub const SCHEMA: u32 = 1;
 
+/// No quantity of a machine is larger, in mm, N, rad and products of these; none that must be positive is smaller than
+/// the inverse. Products of a few such numbers stay finite.
+pub const LARGEST: f64 = 1e18;
+
 /// The place of a value: a file and a key path in it.
 #[derive(Debug, Clone)]
 pub struct Check {
@@ -24,6 +28,11 @@ impl Check {
     pub fn key(&self, key: &str) -> Self {
         let path = if self.path.is_empty() { key.into() } else { format!("{}.{key}", self.path) };
         Self { origin: self.origin.clone(), path }
+    }
+
+    /// Item `index` of the list at this place.
+    pub fn item(&self, index: usize) -> Self {
+        Self { origin: self.origin.clone(), path: format!("{}[{index}]", self.path) }
     }
 
     /// The top of the same file.
@@ -44,17 +53,22 @@ impl Check {
         self.key("schema").fail(format!("this program reads version {SCHEMA}, got {version}"))
     }
 
-    /// A finite number.
+    /// A number of sensible size.
     pub fn finite_scalar(&self, value: f64) -> Result<f64> {
-        if value.is_finite() { Ok(value) } else { self.fail(format!("must be finite, got {value}")) }
-    }
-
-    /// A finite number above zero.
-    pub fn positive(&self, value: f64) -> Result<f64> {
-        if value.is_finite() && value > 0.0 {
+        if value.abs() <= LARGEST {
             return Ok(value);
         }
-        self.fail(format!("must be greater than 0, got {value}"))
+        self.fail(format!("must be a number between {:e} and {LARGEST:e}, got {value:?}", -LARGEST))
+    }
+
+    /// A number above zero, of sensible size.
+    pub fn positive(&self, value: f64) -> Result<f64> {
+        if (1.0 / LARGEST..=LARGEST).contains(&value) {
+            return Ok(value);
+        }
+        let sense =
+            if value <= 0.0 { "greater than 0".into() } else { format!("between {:e} and {LARGEST:e}", 1.0 / LARGEST) };
+        self.fail(format!("must be {sense}, got {value:?}"))
     }
 
     /// A finite number above zero, if given.
@@ -62,12 +76,12 @@ impl Check {
         value.map(|v| self.positive(v)).transpose()
     }
 
-    /// Finite components.
+    /// Components of sensible size.
     pub fn finite(&self, value: [f64; 3]) -> Result<Vector3<f64>> {
-        if value.iter().all(|v| v.is_finite()) {
+        if value.iter().all(|v| v.abs() <= LARGEST) {
             return Ok(value.into());
         }
-        self.fail(format!("components must be finite, got {value:?}"))
+        self.fail(format!("components must be numbers between {:e} and {LARGEST:e}, got {value:?}", -LARGEST))
     }
 
     /// A direction, made a unit vector.
@@ -80,7 +94,7 @@ impl Check {
     pub fn interval(&self, value: Option<[f64; 2]>, unit: f64) -> Result<Option<(f64, f64)>> {
         match value {
             None => Ok(None),
-            Some([low, high]) if low.is_finite() && high.is_finite() && low < high => {
+            Some([low, high]) if -LARGEST <= low && low < high && high <= LARGEST => {
                 Ok(Some((low * unit, high * unit)))
             }
             Some(pair) => self.fail(format!("must be [smallest, largest], got {pair:?}")),
@@ -104,6 +118,12 @@ impl Check {
         if valid { Ok(()) } else { self.fail(format!("must be letters, digits, _ or -, got \"{name}\"")) }
     }
 
+    /// A name that may hold any characters that can be read.
+    pub fn readable(&self, name: &str) -> Result<()> {
+        let valid = !name.trim().is_empty() && !name.chars().any(char::is_control);
+        if valid { Ok(()) } else { self.fail(format!("must be a name on one line, got {name:?}")) }
+    }
+
     /// A name not used before.
     pub fn unique<'a>(&self, name: &str, mut others: impl Iterator<Item = &'a str>) -> Result<()> {
         if others.any(|other| other == name) {
@@ -115,30 +135,26 @@ impl Check {
     /// A symmetric positive definite 6×6 matrix given by rows.
     pub fn positive_definite(&self, rows: &[[f64; 6]; 6]) -> Result<Matrix6<f64>> {
         let matrix = Matrix6::from_fn(|i, j| rows[i][j]);
-        if !matrix.iter().all(|v| v.is_finite()) {
-            return self.fail("entries must be finite".into());
+        for (i, row) in rows.iter().enumerate() {
+            for (j, &entry) in row.iter().enumerate() {
+                self.item(i).item(j).finite_scalar(entry)?;
+            }
         }
         for i in 0..6 {
             for j in 0..i {
                 let scale = (matrix[(i, i)] * matrix[(j, j)]).abs().sqrt();
                 if (matrix[(i, j)] - matrix[(j, i)]).abs() > 1e-9 * scale {
-                    let problem = format!(
-                        "must be symmetric, but entry ({}, {}) is {} and ({}, {}) is {}",
-                        i + 1,
-                        j + 1,
-                        matrix[(i, j)],
-                        j + 1,
-                        i + 1,
-                        matrix[(j, i)]
-                    );
-                    return self.fail(problem);
+                    let (below, above) = (matrix[(i, j)], matrix[(j, i)]);
+                    return self
+                        .fail(format!("must be symmetric, but [{i}][{j}] is {below} and [{j}][{i}] is {above}"));
                 }
             }
         }
         let matrix = (matrix + matrix.transpose()) * 0.5;
-        match matrix.cholesky() {
-            Some(_) => Ok(matrix),
-            None => self.fail("must be positive definite".into()),
+        if matrix.cholesky().is_some() {
+            return Ok(matrix);
         }
+        let least = matrix.symmetric_eigenvalues().min();
+        self.fail(format!("must be positive definite, but its smallest eigenvalue is {least:.3e}"))
     }
 }

@@ -4,6 +4,11 @@
 
 use std::path::PathBuf;
 
+use crate::process::{
+    cutting::LoadError,
+    toolpath::{FormatError, PositionsError, gcode, polyline},
+};
+
 /// Wrong input or a broken file.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -53,6 +58,24 @@ pub enum Error {
         /// What is wrong, with the value, and what was expected.
         problem: String,
     },
+    /// A G-code program cannot be read or followed.
+    #[error(transparent)]
+    Gcode(#[from] gcode::GcodeError),
+    /// A G-code program cannot be written.
+    #[error(transparent)]
+    GcodeWriting(#[from] gcode::RewriteError),
+    /// A polyline cannot be read.
+    #[error(transparent)]
+    Polyline(#[from] polyline::PolylineError),
+    /// Corrected positions do not fit their path.
+    #[error(transparent)]
+    Positions(#[from] PositionsError),
+    /// Numbers cannot be written with so many decimals.
+    #[error(transparent)]
+    Format(#[from] FormatError),
+    /// A path lacks what its cutting force needs.
+    #[error(transparent)]
+    Load(#[from] LoadError),
     /// A figure cannot be drawn.
     #[error("figure {name}: {problem}")]
     Figure {

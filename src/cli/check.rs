@@ -3,7 +3,7 @@
 use clap::Args;
 use kinetostat::{error::Result, machine::Machine, report::machine_text, study::machine_check};
 
-use super::Ending;
+use super::{Ending, print};
 
 /// Validate a machine file and show mobility, reach, round-trip error, stiffness and warnings.
 #[derive(Debug, Args)]
@@ -19,6 +19,6 @@ pub struct CheckArguments {
 pub fn check(arguments: &CheckArguments) -> Result<Ending> {
     let machine = Machine::named_or_file(&arguments.machine)?;
     let findings = machine_check::check(&machine);
-    print!("{}", machine_text(&machine, &findings));
+    print(&machine_text(&machine, &findings))?;
     Ok(Ending::Complete)
 }

@@ -7,7 +7,7 @@ use kinetostat::{
     machine::{Machine, catalogue},
 };
 
-use super::Ending;
+use super::{Ending, print};
 
 /// List the built-in machines, or print the file of one as a start for your own.
 #[derive(Debug, Args)]
@@ -28,7 +28,7 @@ pub fn machines(arguments: &MachinesArguments) -> Result<Ending> {
             let problem = format!("no built-in machine \"{name}\"; there are: {names}");
             return Err(Error::Argument { argument: "--show".into(), problem });
         };
-        print!("{}", entry.toml);
+        print(entry.toml)?;
         return Ok(Ending::Complete);
     }
     let mut table = Table::new();
@@ -38,6 +38,6 @@ pub fn machines(arguments: &MachinesArguments) -> Result<Ending> {
         let points = machine.points.iter().map(|point| point.name.as_str()).collect::<Vec<_>>().join(", ");
         table.add_row([entry.name.to_string(), machine.title.clone(), machine.drive_labels().join(", "), points]);
     }
-    println!("{table}");
+    print(&format!("{table}\n"))?;
     Ok(Ending::Complete)
 }

@@ -1,14 +1,22 @@
 //! Commands and their arguments.
 
 mod check;
+mod compensate;
 mod machines;
 mod point;
 mod run;
 
-use std::process::ExitCode;
+use std::{
+    io::{ErrorKind, IsTerminal, Write},
+    process::ExitCode,
+};
 
 use clap::{Parser, Subcommand};
-use kinetostat::error::Result;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use kinetostat::{
+    check::LARGEST,
+    error::{Error, Result},
+};
 
 /// How far a loaded machine leaves its path, what to tell the drives instead, and where to put the workpiece.
 #[derive(Debug, Parser)]
@@ -22,6 +30,7 @@ const EXAMPLES: &str = "\
 Examples:
   kinetostat run studies/01_workspace_map
   kinetostat point --machine orthoglide --at Q1 --phi 130 --assembly 1,-1,1
+  kinetostat compensate part.nc --machine orthoglide --process milling.toml --out part_compensated.nc
   kinetostat check my_machine.toml
 
 Exit codes: 0 all points solved, 1 some points could not be solved (their status says why), 2 bad input.";
@@ -30,6 +39,7 @@ Exit codes: 0 all points solved, 1 some points could not be solved (their status
 enum Command {
     Run(run::RunArguments),
     Point(point::PointArguments),
+    Compensate(compensate::CompensateArguments),
     Machines(machines::MachinesArguments),
     Check(check::CheckArguments),
 }
@@ -57,8 +67,20 @@ pub fn dispatch(arguments: Arguments) -> Result<Ending> {
     match arguments.command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Point(arguments) => point::point(&arguments),
+        Command::Compensate(arguments) => compensate::compensate(&arguments),
         Command::Machines(arguments) => machines::machines(&arguments),
         Command::Check(arguments) => check::check(&arguments),
+    }
+}
+
+/// Prints `text`. A reader that has gone away, such as `head`, does not stop the program.
+fn print(text: &str) -> Result<()> {
+    let mut stdout = std::io::stdout().lock();
+    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+        Err(source) if source.kind() != ErrorKind::BrokenPipe => {
+            Err(Error::Write { file: "standard output".into(), source })
+        }
+        _ => Ok(()),
     }
 }
 
@@ -66,14 +88,34 @@ pub fn dispatch(arguments: Arguments) -> Result<Ending> {
 fn numbers<const COUNT: usize>(text: &str) -> std::result::Result<[f64; COUNT], String> {
     let values = text.split(',').map(|part| {
         let value: f64 = part.trim().parse().map_err(|_| format!("\"{part}\" is not a number"))?;
-        if value.is_finite() { Ok(value) } else { Err(format!("\"{part}\" is not finite")) }
+        if value.abs() <= LARGEST {
+            return Ok(value);
+        }
+        Err(format!("\"{part}\" is not between {:e} and {LARGEST:e}", -LARGEST))
     });
     let values = values.collect::<std::result::Result<Vec<_>, _>>()?;
     let found = values.len();
     values.try_into().map_err(|_| format!("expected {COUNT} numbers separated by commas, got {found}"))
 }
 
+/// One number.
+fn number(text: &str) -> std::result::Result<f64, String> {
+    numbers::<1>(text).map(|[value]| value)
+}
+
 /// Any number of comma-separated numbers.
 fn any_numbers(text: &str) -> std::result::Result<Vec<f64>, String> {
-    text.split(',').map(|part| numbers::<1>(part).map(|[value]| value)).collect()
+    text.split(',').map(number).collect()
+}
+
+/// A bar with rate and time left on a terminal, nothing in a pipe.
+fn progress(total: usize, of: &str) -> ProgressBar {
+    let target =
+        if std::io::stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+    let bar = ProgressBar::with_draw_target(Some(total as u64), target);
+    let template = format!("{{bar:40}} {{pos}}/{{len}} {of}, {{per_sec}}, {{eta}} left");
+    match ProgressStyle::with_template(&template) {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
 }

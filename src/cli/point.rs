@@ -1,6 +1,6 @@
 //! `kinetostat point`: one location, solved and explained.
 
-use clap::Args;
+use clap::{ArgGroup, Args};
 use kinetostat::{
     compensation::Target,
     error::{Error, Result},
@@ -13,11 +13,11 @@ use kinetostat::{
 };
 use nalgebra::Vector3;
 
-use super::{Ending, any_numbers, numbers};
+use super::{Ending, any_numbers, number, numbers, print};
 
 /// Solve one location: how far the tool moves there and what to command instead.
 #[derive(Debug, Args)]
-#[command(after_help = "\
+#[command(group(ArgGroup::new("place").args(["position", "at"]).required(true)), after_help = "\
 Examples:
   kinetostat point --machine orthoglide --position 126.35,126.35,126.35 --phi 130 --assembly 1,-1,1
   kinetostat point --machine orthoglide --at Q0 --wrench 215,-10,-25,1000,21500,0 --json")]
@@ -26,13 +26,13 @@ pub struct PointArguments {
     #[arg(long, short)]
     machine: String,
     /// Commanded position of the platform point P: x,y,z in mm
-    #[arg(long, value_parser = numbers::<3>, allow_hyphen_values = true, required_unless_present = "at")]
+    #[arg(long, value_parser = numbers::<3>, allow_hyphen_values = true)]
     position: Option<[f64; 3]>,
     /// Named point of the machine instead of a position
-    #[arg(long, conflicts_with = "position")]
+    #[arg(long)]
     at: Option<String>,
     /// Tool angle φ of the milling force in degrees
-    #[arg(long, allow_hyphen_values = true, conflicts_with = "wrench")]
+    #[arg(long, value_parser = number, allow_hyphen_values = true, conflicts_with = "wrench")]
     phi: Option<f64>,
     /// Milling force: radial,tangential,axial in N
     #[arg(long, value_parser = numbers::<3>, allow_hyphen_values = true, default_value = "215,-10,-25", value_name = "FR,FT,FZ")]
@@ -69,18 +69,19 @@ pub fn point(arguments: &PointArguments) -> Result<Ending> {
     let answer = match solve(&question) {
         Ok(answer) => answer,
         Err(unreachable) if arguments.json => {
-            println!("{:#}", serde_json::json!({ "status": "unreachable", "reason": unreachable.to_string() }));
+            let object = serde_json::json!({ "status": "unreachable", "reason": unreachable.to_string() });
+            print(&format!("{object:#}\n"))?;
             return Ok(Ending::SomeUnsolved);
         }
         Err(unreachable) => {
-            println!("unreachable: {unreachable}");
+            print(&format!("unreachable: {unreachable}\n"))?;
             return Ok(Ending::SomeUnsolved);
         }
     };
     if arguments.json {
-        println!("{:#}", point_json(&answer, &assembly_deg));
+        print(&format!("{:#}\n", point_json(&answer, &assembly_deg)))?;
     } else {
-        print!("{}", point_text(&answer));
+        print(&point_text(&answer))?;
     }
     let solved = answer.loaded.status == Status::Solved && answer.compensated.is_ok();
     Ok(if solved { Ending::Complete } else { Ending::SomeUnsolved })

@@ -1,18 +1,26 @@
 //! `kinetostat run`: computes a study and writes its tables and figures.
 
-use std::{io::IsTerminal, path::PathBuf, time::Instant};
+use std::{
+    path::{Path, PathBuf},
+    time::Instant,
+};
 
 use clap::Args;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use kinetostat::{
     error::{Error, Result},
-    report::{Manifest, OutputFile, figures::Figure, workspace_map as map_report, write_all},
-    study::{Overrides, Study, StudyKind, workspace_map},
+    report::{
+        Manifest, OutputFile, figures::Figure, path as path_report, prepare, workspace_map as map_report, write_all,
+    },
+    study::{
+        Overrides, Study, StudyKind,
+        path_study::{self, PathStudy},
+        workspace_map::{self, WorkspaceMapStudy},
+    },
 };
 use rayon::prelude::*;
 use serde_json::json;
 
-use super::Ending;
+use super::{Ending, print, progress};
 
 /// Compute a study: its tables, figures and a summary of its answer.
 #[derive(Debug, Args)]
@@ -25,8 +33,11 @@ pub struct RunArguments {
     /// Study folder (with a study.toml), or a study file
     study: PathBuf,
     /// Grid points along x,y,z, or one number for all, instead of the study's
-    #[arg(long, value_parser = grid)]
+    #[arg(long, value_parser = grid, allow_hyphen_values = true)]
     grid: Option<[usize; 3]>,
+    /// Points along the circle of a path study, instead of the study's
+    #[arg(long)]
+    points: Option<usize>,
     /// Folder for the results [default: results/<name of the study's folder>]
     #[arg(long)]
     out: Option<PathBuf>,
@@ -48,60 +59,124 @@ fn grid(text: &str) -> std::result::Result<[usize; 3], String> {
 }
 
 pub fn run(arguments: &RunArguments) -> Result<Ending> {
-    let study = Study::open(&arguments.study, &Overrides { grid: arguments.grid })?;
+    let study = Study::open(&arguments.study, &Overrides { grid: arguments.grid, points: arguments.points })?;
     let threads = arguments.threads.map_or(0, usize::from);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|e| Error::Argument { argument: "--threads".into(), problem: e.to_string() })?;
     let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from("results").join(&study.name));
-    println!("{}\n", study.question);
-    match &study.kind {
-        StudyKind::WorkspaceMap(map) => pool.install(|| run_map(arguments, &study, map, &out)),
-    }
+    prepare(&out)?;
+    print(&format!("{}\n\n", study.question))?;
+    pool.install(|| match &study.kind {
+        StudyKind::WorkspaceMap(map) => run_map(arguments, &study, map, &out),
+        StudyKind::Path(path) => run_path(arguments, &study, path, &out),
+    })
 }
 
-fn run_map(
-    arguments: &RunArguments,
-    study: &Study,
-    map_study: &workspace_map::WorkspaceMapStudy,
-    out: &std::path::Path,
-) -> Result<Ending> {
+fn run_map(arguments: &RunArguments, study: &Study, map_study: &WorkspaceMapStudy, out: &Path) -> Result<Ending> {
     let started = Instant::now();
-    let bar = progress_bar(map_study.grid.len());
+    let bar = progress(map_study.grid.len(), "points");
     let map = workspace_map::run(map_study, &|| bar.inc(1));
     bar.finish_and_clear();
-    let wall_time_s = started.elapsed().as_secs_f64();
     let statuses =
         map.points.iter().flat_map(|point| &point.effects).map(|e| e.as_ref().map_or_else(|f| f.status, |_| "solved"));
-    let manifest = Manifest {
+    let output = Output {
+        study,
+        out,
+        manifest: manifest(
+            study,
+            json!({ "grid": map_study.grid.counts(), "tool_angles": map_study.phis.len() }),
+            Manifest::count(statuses),
+            started,
+        ),
+        tables: vec![("map.csv", map_report::csv(&map))],
+        summary: map_report::summary_json(&map),
+        figures: if arguments.no_figures { Vec::new() } else { map_report::figures(&map) },
+        closing: map_report::summary_text(&map),
+    };
+    output.write()
+}
+
+fn run_path(arguments: &RunArguments, study: &Study, path_study: &PathStudy, out: &Path) -> Result<Ending> {
+    let started = Instant::now();
+    let bar = progress(path_study.stations.len() * path_study::passes(path_study), "points");
+    let results = path_study::run(path_study, &|| bar.inc(1));
+    bar.finish_and_clear();
+    let compensated = results.sources.iter().flat_map(|source| &source.compensated);
+    let statuses = compensated.map(|answer| answer.compensation.status.label());
+    let times: serde_json::Map<String, serde_json::Value> =
+        results.methods.iter().map(|m| (m.method.label(), json!(m.seconds_per_point * 1e6))).collect();
+    let output = Output {
+        study,
+        out,
+        manifest: manifest(
+            study,
+            json!({ "points": path_study.stations.len(), "microseconds_per_point": times }),
+            Manifest::count(statuses),
+            started,
+        ),
+        tables: vec![
+            ("points.csv", path_report::points_csv(&results)),
+            ("methods.csv", path_report::methods_csv(&results)),
+        ],
+        summary: path_report::summary_json(&results),
+        figures: if arguments.no_figures { Vec::new() } else { path_report::figures(&results) },
+        closing: format!("{}\n{}", path_report::summary_text(&results), path_report::methods_table(&results)),
+    };
+    output.write()
+}
+
+fn manifest(
+    study: &Study,
+    settings: serde_json::Value,
+    statuses: Vec<kinetostat::report::StatusCount>,
+    started: Instant,
+) -> Manifest {
+    Manifest {
         program: env!("CARGO_PKG_NAME"),
         version: env!("CARGO_PKG_VERSION"),
         study: study.name.clone(),
         input_sha256: Manifest::hash(&study.fingerprint),
         seed: None,
-        settings: json!({ "grid": map_study.grid.counts(), "tool_angles": map_study.phis.len() }),
-        statuses: Manifest::count(statuses),
+        settings,
+        statuses,
         threads: rayon::current_num_threads(),
-        wall_time_s,
-    };
-    let table = map_report::csv(&map)
-        .map_err(|e| Error::Write { file: out.join("map.csv"), source: std::io::Error::other(e) })?;
-    let summary = map_report::summary_json(&map);
-    let mut files = vec![
-        OutputFile::new("map.csv", table),
-        OutputFile::new("summary.json", format!("{summary:#}\n")),
-        OutputFile::new("manifest.json", manifest.to_json()),
-    ];
-    if !arguments.no_figures {
-        files.extend(drawn(map_report::figures(&map))?);
+        wall_time_s: started.elapsed().as_secs_f64(),
     }
-    let written = write_all(out, &files)?;
-    println!("{}", map_report::summary_text(&map));
-    println!("{} points in {:.1} s. Written to {}:", map.points.len(), wall_time_s, out.display());
-    for path in &written {
-        println!("  {}", path.file_name().unwrap_or_default().to_string_lossy());
+}
+
+/// What a study leaves in its result folder and on the screen.
+struct Output<'a> {
+    study: &'a Study,
+    out: &'a Path,
+    manifest: Manifest,
+    tables: Vec<(&'static str, csv::Result<Vec<u8>>)>,
+    summary: serde_json::Value,
+    figures: Vec<(String, Figure)>,
+    closing: String,
+}
+
+impl Output<'_> {
+    fn write(self) -> Result<Ending> {
+        let mut files = Vec::new();
+        for (name, bytes) in self.tables {
+            let fault = |e| Error::Write { file: self.out.join(name), source: std::io::Error::other(e) };
+            files.push(OutputFile::new(name, bytes.map_err(fault)?));
+        }
+        files.push(OutputFile::new("summary.json", format!("{:#}\n", self.summary)));
+        files.push(OutputFile::new("manifest.json", self.manifest.to_json()));
+        files.extend(drawn(self.figures)?);
+        let written = write_all(self.out, &files)?;
+        let mut closing = format!("{}\n", self.closing);
+        closing +=
+            &format!("{} in {:.1} s. Written to {}:\n", self.study.name, self.manifest.wall_time_s, self.out.display());
+        for path in &written {
+            closing += &format!("  {}\n", path.file_name().unwrap_or_default().to_string_lossy());
+        }
+        print(&closing)?;
+        let complete =
+            self.manifest.statuses.iter().all(|count| matches!(count.status.as_str(), "solved" | "converged"));
+        Ok(if complete { Ending::Complete } else { Ending::SomeUnsolved })
     }
-    let complete = manifest.statuses.iter().all(|count| count.status == "solved");
-    Ok(if complete { Ending::Complete } else { Ending::SomeUnsolved })
 }
 
 /// Each figure as SVG and PNG.
@@ -115,16 +190,4 @@ fn drawn(figures: Vec<(String, Figure)>) -> Result<Vec<OutputFile>> {
         ])
     });
     Ok(drawn.collect::<Result<Vec<_>>>()?.into_iter().flatten().collect())
-}
-
-/// A bar with rate and time left on a terminal, nothing in a pipe.
-fn progress_bar(points: usize) -> ProgressBar {
-    let target =
-        if std::io::stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-    let bar = ProgressBar::with_draw_target(Some(points as u64), target);
-    let template = "{bar:40} {pos}/{len} points, {per_sec}, {eta} left";
-    match ProgressStyle::with_template(template) {
-        Ok(style) => bar.with_style(style),
-        Err(_) => bar,
-    }
 }

@@ -8,15 +8,16 @@ use crate::{
     statics::TaskError,
 };
 
-/// What is put right. Rotations are put right besides where the machine's drives control them; what the drives do not
-/// control is left over and reported.
+/// What is put right. What is not, or what the drives do not control, is left over and reported.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Target {
-    /// The tool tip T.
+    /// Position of the tool tip T, as far as the drives control translations.
     #[default]
     ToolTip,
-    /// The platform point P.
+    /// Position of the platform point P.
     PlatformPoint,
+    /// Position of the tool tip and the orientation of the platform, as far as the drives control rotations.
+    FullPose,
 }
 
 /// What is wanted at one point of a path.
@@ -34,21 +35,32 @@ impl Demand {
     /// The point put right, in platform axes from P, mm.
     pub fn offset(&self, machine: &Machine) -> Vector3<f64> {
         match self.target {
-            Target::ToolTip => machine.tool_tip,
+            Target::ToolTip | Target::FullPose => machine.tool_tip,
             Target::PlatformPoint => Vector3::zeros(),
         }
     }
 
-    /// Error of the controlled coordinates when P stands at `pose`.
+    /// The controlled coordinates that are put right, with their places among the controlled ones.
+    pub fn coordinates(&self, machine: &Machine) -> impl Iterator<Item = (usize, Coordinate)> {
+        let with_rotations = self.target == Target::FullPose;
+        let controls = machine.controls.iter().copied().enumerate();
+        controls.filter(move |(_, c)| with_rotations || matches!(c, Coordinate::Translation(_)))
+    }
+
+    /// Error of the coordinates put right when P stands at `pose`.
     pub fn task_error(&self, machine: &Machine, pose: &Pose) -> TaskError {
         let offset = self.offset(machine);
         let shift = pose.transform(offset) - self.pose.transform(offset);
         let turn = rotation_log(&(self.pose.rotation.transpose() * pose.rotation));
         let lever = skew(pose.rotation * offset);
         let (mut error, mut slope) = (Vector6::zeros(), Matrix6::zeros());
-        for (row, coordinate) in machine.controls.iter().enumerate() {
-            match *coordinate {
+        let mut lever_arms = Vector6::zeros();
+        let mut count = 0;
+        for (row, (_, coordinate)) in self.coordinates(machine).enumerate() {
+            count += 1;
+            match coordinate {
                 Coordinate::Translation(axis) => {
+                    lever_arms[row] = 1.0;
                     error[row] = shift[axis];
                     slope[(row, axis)] = 1.0;
                     for i in 0..3 {
@@ -56,6 +68,7 @@ impl Demand {
                     }
                 }
                 Coordinate::Rotation(axis) => {
+                    lever_arms[row] = machine.reach;
                     error[row] = turn[axis];
                     for i in 0..3 {
                         slope[(row, 3 + i)] = self.pose.rotation[(i, axis)];
@@ -63,22 +76,22 @@ impl Demand {
                 }
             }
         }
-        TaskError { count: machine.controls.len(), error, slope }
+        TaskError { count, error, slope, lever: lever_arms }
     }
 
-    /// The commanded pose t₀ shifted by `shift` in the controlled coordinates (mm, rad; one entry each): the modified
+    /// The commanded pose t₀ shifted by `shift` in the coordinates put right (mm, rad; one entry each): the modified
     /// target `t₀^(F)`.
     pub fn shifted(&self, machine: &Machine, shift: &Vector6<f64>) -> Pose {
-        let Twist { linear, angular } = controlled_twist(machine, shift);
+        let Twist { linear, angular } = self.shift_twist(machine, shift);
         Pose { rotation: self.pose.rotation * rotation_exp(angular), translation: self.pose.translation + linear }
     }
 
-    /// Twist of the commanded frame at P in O axes per unit of each controlled coordinate, one column each; zero columns
+    /// Twist of the commanded frame at P in O axes per unit of each coordinate put right, one column each; zero columns
     /// beyond them.
     pub fn shift_twists(&self, machine: &Machine) -> Matrix6<f64> {
         let mut twists = Matrix6::zeros();
-        for (column, coordinate) in machine.controls.iter().enumerate() {
-            match *coordinate {
+        for (column, (_, coordinate)) in self.coordinates(machine).enumerate() {
+            match coordinate {
                 Coordinate::Translation(axis) => twists[(axis, column)] = 1.0,
                 Coordinate::Rotation(axis) => {
                     twists.fixed_view_mut::<3, 1>(3, column).copy_from(&self.pose.rotation.column(axis));
@@ -87,16 +100,16 @@ impl Demand {
         }
         twists
     }
-}
 
-/// Translation in O axes and rotation in the commanded frame's axes of a shift of the controlled coordinates.
-fn controlled_twist(machine: &Machine, shift: &Vector6<f64>) -> Twist {
-    let mut twist = Twist::default();
-    for (coordinate, &value) in machine.controls.iter().zip(shift.iter()) {
-        match *coordinate {
-            Coordinate::Translation(axis) => twist.linear[axis] = value,
-            Coordinate::Rotation(axis) => twist.angular[axis] = value,
+    /// Translation in O axes and rotation in the commanded frame's axes of a shift of the coordinates put right.
+    fn shift_twist(&self, machine: &Machine, shift: &Vector6<f64>) -> Twist {
+        let mut twist = Twist::default();
+        for ((_, coordinate), &value) in self.coordinates(machine).zip(shift.iter()) {
+            match coordinate {
+                Coordinate::Translation(axis) => twist.linear[axis] = value,
+                Coordinate::Rotation(axis) => twist.angular[axis] = value,
+            }
         }
+        twist
     }
-    twist
 }

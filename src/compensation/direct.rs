@@ -1,4 +1,9 @@
 //! Newton on the drives ρ themselves, with the exact sensitivities of the loaded machine.
+//!
+//! Where the drives control more than is put right (a six-drive machine whose tool tip is put right), the rest of the
+//! command stays as it was, and the target is shifted instead.
+
+use nalgebra::Vector6;
 
 use super::{
     demand::Demand,
@@ -10,14 +15,16 @@ use crate::statics::{self, Outcome, equilibrium_at_task};
 /// Farther than this share of the machine's reach from the last point, the nominal command is the better start.
 const NEAR: f64 = 0.05;
 
-/// Drives and equilibrium in one Newton iteration; where that fails, drives corrected between equilibria.
+/// Drives and equilibrium in one Newton iteration; where that fails, the target corrected between equilibria.
 pub(super) fn compensate(session: &mut Session<'_>, demand: &Demand, progress: &mut Progress) -> Ending {
     let way = demand.pose.translation - session.state.pose.translation;
     if way.norm() > NEAR * session.nominal.reach {
         session.go_to(&demand.pose)?;
         session.settle(demand)?;
     }
-    match in_one_iteration(session, demand, progress) {
+    // Where only some of the controlled coordinates are put right, the others stay commanded as they were.
+    let all = demand.coordinates(session.nominal).count() == session.nominal.controls.len();
+    match if all { in_one_iteration(session, demand, progress) } else { None } {
         Some(outcome) => Ok((Status::Converged, outcome)),
         None => between_equilibria(session, demand, progress),
     }
@@ -26,7 +33,7 @@ pub(super) fn compensate(session: &mut Session<'_>, demand: &Demand, progress: &
 /// `None` if the iteration fails or ends in an unstable equilibrium.
 fn in_one_iteration(session: &mut Session<'_>, demand: &Demand, progress: &mut Progress) -> Option<Outcome> {
     let nominal = session.nominal;
-    let before = session.task_error(demand).size(nominal);
+    let before = session.task_error(demand).size();
     let outcome = equilibrium_at_task(
         session.real,
         &|pose| demand.task_error(nominal, pose),
@@ -36,7 +43,7 @@ fn in_one_iteration(session: &mut Session<'_>, demand: &Demand, progress: &mut P
         &mut session.workspace,
         &session.settings.equilibrium,
     )?;
-    let error = session.task_error(demand).size(nominal);
+    let error = session.task_error(demand).size();
     if outcome.status != statics::Status::Solved || error > session.settings.tolerance_mm {
         return None;
     }
@@ -44,20 +51,20 @@ fn in_one_iteration(session: &mut Session<'_>, demand: &Demand, progress: &mut P
     Some(outcome)
 }
 
-/// From the nominal command: equilibrium, then drives moved by the sensitivity, and so on.
+/// From the nominal command: equilibrium, then the target shifted by the sensitivity, and so on.
 fn between_equilibria(session: &mut Session<'_>, demand: &Demand, progress: &mut Progress) -> Ending {
-    session.go_to(&demand.pose)?;
+    let columns: Vec<usize> = demand.coordinates(session.nominal).map(|(control, _)| control).collect();
+    let mut shift = Vector6::zeros();
     loop {
-        let outcome = session.settle(demand)?;
-        let task = session.task_error(demand);
-        if let Some(status) = progress.note(task.size(session.nominal), &session.settings) {
+        let (task, outcome) = session.answer(demand, &shift)?;
+        if let Some(status) = progress.note(task.size(), &session.settings) {
             return Ok((status, outcome));
         }
-        let response = task.slope.rows(0, task.count) * &outcome.drive_sensitivity;
-        let inverse = response.pseudo_inverse(f64::EPSILON).map_err(|_| Status::Singular)?;
-        let correction = inverse * task.error.rows(0, task.count);
-        for (rho, change) in session.drives.iter_mut().zip(correction.iter()) {
-            *rho -= change;
+        let by_target = session.nominal.drive_jacobian(&session.command).ok_or(Status::Singular)?;
+        let response = task.slope.rows(0, task.count) * &outcome.drive_sensitivity * by_target.select_columns(&columns);
+        let correction = response.lu().solve(&task.error.rows(0, task.count)).ok_or(Status::Singular)?;
+        for (value, change) in shift.iter_mut().zip(correction.iter()) {
+            *value -= change;
         }
     }
 }

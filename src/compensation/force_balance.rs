@@ -40,7 +40,7 @@ pub(super) fn iterate(session: &mut Session<'_>, demand: &Demand, matrix: Matrix
     let status = solve(session, demand, matrix, progress)?;
     let outcome = session.settle(demand)?;
     if let Some(last) = progress.history.last_mut() {
-        *last = session.task_error(demand).size(session.nominal);
+        *last = session.task_error(demand).size();
     }
     Ok((status, outcome))
 }
@@ -81,7 +81,7 @@ fn solve(
         };
         kept = Some(linear);
         let step = linear.matrix.lu().solve(&unbalanced).ok_or(Status::Singular)? * alpha;
-        let count = nominal.controls.len();
+        let count = demand.coordinates(nominal).count();
         for i in 0..count {
             shift[i] += step[i];
         }
@@ -103,7 +103,7 @@ fn as_displacement(
     let twist = force.stiffness.lu().solve(unbalanced).ok_or(Status::Singular)?;
     let mut task = session.task_error(demand);
     task.error = task.slope * twist;
-    Ok(task.size(session.nominal))
+    Ok(task.size())
 }
 
 /// Twists of P that leave the controlled coordinates where they are: columns n..6; the first n are zero.
@@ -158,8 +158,8 @@ impl Linearised {
         let by_target = session.nominal.drive_jacobian(&session.command).ok_or(Status::Singular)?;
         let target_stiffness = &force.drive_wrench * by_target;
         let mut matrix = force.stiffness * free;
-        for (column, values) in target_stiffness.column_iter().enumerate() {
-            matrix.set_column(column, &values);
+        for (column, (control, _)) in demand.coordinates(session.nominal).enumerate() {
+            matrix.set_column(column, &target_stiffness.column(control));
         }
         Ok(Self { matrix, free })
     }

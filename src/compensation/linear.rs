@@ -27,6 +27,6 @@ pub(super) fn shift(session: &mut Session<'_>, demand: &Demand, aggregated: bool
 pub(super) fn compensate(session: &mut Session<'_>, demand: &Demand, progress: &mut Progress) -> Ending {
     let shift = shift(session, demand, false)?;
     let (task, outcome) = session.answer(demand, &shift)?;
-    progress.history.push(task.size(session.nominal));
+    progress.history.push(task.size());
     Ok((Status::Applied, outcome))
 }

@@ -19,7 +19,7 @@ pub(super) fn iterate(
     let mut shift = start;
     loop {
         let (task, outcome) = session.answer(demand, &shift)?;
-        if let Some(status) = progress.note(task.size(session.nominal), &session.settings) {
+        if let Some(status) = progress.note(task.size(), &session.settings) {
             return Ok((status, outcome));
         }
         shift -= task.error * alpha;
@@ -32,10 +32,10 @@ pub(super) fn mirror(session: &mut Session<'_>, demand: &Demand, passes: usize, 
     let mut shift = Vector6::zeros();
     for _ in 0..passes {
         let (task, _) = session.answer(demand, &shift)?;
-        progress.history.push(task.size(session.nominal));
+        progress.history.push(task.size());
         shift -= task.error;
     }
     let (task, outcome) = session.answer(demand, &shift)?;
-    progress.history.push(task.size(session.nominal));
+    progress.history.push(task.size());
     Ok((Status::Applied, outcome))
 }

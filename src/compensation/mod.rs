@@ -15,6 +15,8 @@ mod session;
 
 use nalgebra::Vector6;
 
+use crate::spatial::Pose;
+
 pub use bounded::{
     Binding, BoundedError, BoundedPath, BoundedPoint, BoundedSettings, BoundedStatus, CorrectedPoint, Errors,
     LimitKind, Limits, Objective, Price, Side, Summary, compensate_bounded,
@@ -71,6 +73,17 @@ impl Method {
         Method::Direct,
     ];
 
+    /// The method called `name` in a command or file, with step length `alpha` where it has one.
+    pub fn named(name: &str, alpha: f64) -> Option<Self> {
+        let with_alpha = |method| match method {
+            Method::MatrixFree { .. } => Method::MatrixFree { alpha },
+            Method::FixedMatrix { .. } => Method::FixedMatrix { alpha },
+            Method::Procedure { .. } => Method::Procedure { alpha },
+            other => other,
+        };
+        Self::ALL.into_iter().find(|method| method.label() == name).map(with_alpha)
+    }
+
     /// Word used in tables and commands.
     pub fn label(self) -> String {
         match self {
@@ -101,6 +114,13 @@ pub fn compensate(session: &mut Session<'_>, demand: &Demand, method: Method) ->
     let mut progress = Progress::new();
     let ending = run(session, demand, method, &mut progress);
     session.conclude(demand, ending, progress.history)
+}
+
+/// Commands `target` instead of what `demand` wants, and lets the machine settle under its load: what a given program does.
+pub fn simulate(session: &mut Session<'_>, demand: &Demand, target: &Pose) -> Compensation {
+    let ending = session.go_to(target).and_then(|()| Ok((Status::Applied, session.settle(demand)?)));
+    let history = vec![session.task_error(demand).size()];
+    session.conclude(demand, ending, history)
 }
 
 fn run(session: &mut Session<'_>, demand: &Demand, method: Method, progress: &mut Progress) -> Ending {

@@ -174,7 +174,10 @@ impl Chain {
                     // The lever is completed once the end is known: here −ω × p_joint.
                     let linear = pose.translation.cross(&angular);
                     screws.push(MoveScrew { twist: Twist { linear, angular }, coordinate });
-                    pose.rotate_about(axis, sign * values[coordinate]);
+                    // Springs of a rigid configuration stand at zero.
+                    if values[coordinate] != 0.0 {
+                        pose.rotate_about(axis, sign * values[coordinate]);
+                    }
                 }
             }
         }

@@ -172,8 +172,11 @@ impl<'a> Closure<'a> {
             Command::Drives(_) => drive_count,
         };
         let shape = (6 * m + commanded, self.unknown_count());
-        self.jacobian = DMatrix::zeros(shape.0, shape.1);
-        self.residual = DVector::zeros(shape.0);
+        if self.jacobian.shape() != shape {
+            self.jacobian = DMatrix::zeros(shape.0, shape.1);
+            self.residual = DVector::zeros(shape.0);
+        }
+        self.jacobian.fill(0.0);
         let (mut drive, mut joint) = (6, 6 + drive_count);
         for (c, chain) in machine.chains.iter().enumerate() {
             rigid_values(chain, &at.drives[drive - 6..], &at.passive[c], &mut self.values);

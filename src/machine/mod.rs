@@ -77,6 +77,8 @@ pub struct Machine {
     pub points: Vec<NamedPoint>,
     /// The configuration from which all others are reached.
     pub home: Configuration,
+    /// Pose of P from which home was sought. Coordinates that are not controlled follow from the chains and may differ.
+    pub home_sought: Pose,
     /// Largest distance in mm from P to a chain's base or joint axis at home: the length by which rotations and moments are made comparable
     /// with displacements and forces in residuals and eigenvalues.
     pub reach: f64,
@@ -85,7 +87,7 @@ pub struct Machine {
 impl Machine {
     /// Reads and checks a machine file.
     pub fn from_file(file: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(file).map_err(|source| Error::Read { file: file.to_path_buf(), source })?;
+        let text = crate::toml_file::read(file)?;
         Self::from_toml(&text, &file.display().to_string())
     }
 

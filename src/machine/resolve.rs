@@ -38,6 +38,7 @@ pub(super) fn machine(spec: &MachineSpec, origin: &str) -> Result<Machine> {
         title: spec.title.clone(),
         source: spec.source.clone(),
         home: Configuration::start(&chains, home_pose),
+        home_sought: home_pose,
         reach: kinematics::reach(&chains, &home_pose),
         chains,
         tool_tip: check.key("platform.tool_tip_mm").finite(spec.platform.tool_tip_mm)?,
@@ -59,7 +60,7 @@ fn controls(spec: &MachineSpec, check: &Check) -> Result<Vec<Coordinate>> {
     let mut controls = Vec::new();
     for (i, coordinate) in spec.platform.controls.iter().enumerate() {
         if spec.platform.controls[..i].contains(coordinate) {
-            return check.fail(format!("{coordinate:?} is listed twice").to_lowercase());
+            return check.item(i).fail("is named before; name each coordinate once".into());
         }
         controls.push(match coordinate {
             CoordinateSpec::X => Coordinate::Translation(0),
@@ -88,6 +89,7 @@ fn points(spec: &MachineSpec, check: &Check) -> Result<Vec<NamedPoint>> {
     let mut points: Vec<NamedPoint> = Vec::new();
     for (i, point) in spec.point.iter().enumerate() {
         let check = check.key(&format!("point[{i}]"));
+        check.key("name").readable(&point.name)?;
         check.key("name").unique(&point.name, points.iter().map(|p| p.name.as_str()))?;
         points.push(NamedPoint {
             name: point.name.clone(),
@@ -100,6 +102,7 @@ fn points(spec: &MachineSpec, check: &Check) -> Result<Vec<NamedPoint>> {
 fn mounted_chains(spec: &MachineSpec, check: &Check) -> Result<Vec<Chain>> {
     for (i, chain) in spec.chain.iter().enumerate() {
         let check = check.key(&format!("chain[{i}].name"));
+        check.readable(&chain.name)?;
         check.unique(&chain.name, spec.chain[..i].iter().map(|c| c.name.as_str()))?;
         if !spec.mount.iter().any(|mount| mount.chain == chain.name) {
             return check.fail(format!("chain \"{}\" is not mounted; add a [[mount]] or remove it", chain.name));
@@ -318,8 +321,7 @@ impl ChainBuilder<'_> {
         let advance = check.key("advance_mm").finite_scalar(beam.advance_mm.unwrap_or(length))?;
         let material = self.material(&beam.material, &check.key("material"))?;
         let stiffness = beam_stiffness(&section(&beam.section, &check.key("section"))?, &material, length);
-        self.elastic_link(name, advance, stiffness);
-        Ok(())
+        self.elastic_link(name, advance, stiffness, check)
     }
 
     fn link(&mut self, name: String, link: &LinkSpec, check: &Check) -> Result<()> {
@@ -336,15 +338,18 @@ impl ChainBuilder<'_> {
             }
             _ => return check.fail("give exactly one of stiffness_N_mm_rad and compliance_mm_rad_N".into()),
         };
-        self.elastic_link(name, advance, stiffness);
-        Ok(())
+        self.elastic_link(name, advance, stiffness, check)
     }
 
-    fn elastic_link(&mut self, name: String, advance: f64, stiffness: Matrix6<f64>) {
+    fn elastic_link(&mut self, name: String, advance: f64, stiffness: Matrix6<f64>, check: &Check) -> Result<()> {
         use {Axis::*, Motion::*};
+        if stiffness.cholesky().is_none() {
+            return check.fail("has no stiffness in some direction, by these dimensions".into());
+        }
         self.fixed(Pose::from_translation(Vector3::x() * advance));
         let moves = [(Prismatic, X), (Prismatic, Y), (Prismatic, Z), (Revolute, X), (Revolute, Y), (Revolute, Z)];
         self.spring(name, SpringLaw::Link(Box::new(stiffness)), &moves);
+        Ok(())
     }
 
     /// `Pa(q; θ) = Rz(q) Tx(L) · [Tx(θ1) Tz(θ2) Rx(θ3) Ry(θ4) Rz(θ5)] · Rz(−q)`.

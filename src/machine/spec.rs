@@ -1,4 +1,4 @@
-//! A machine file as written: raw, units in the keys, unknown keys refused. Checked by [`super::resolve`].
+//! A machine file as written: raw, units in the keys, unknown keys refused. Checked by the `resolve` module.
 
 use std::collections::BTreeMap;
 

@@ -1,6 +1,10 @@
-//! What is cut: cutting forces.
+//! What is cut: toolpaths, the cutting force at each of their points, and where the workpiece stands.
 
+mod csv_rows;
+pub mod cutting;
 mod milling;
+mod placement;
 pub mod toolpath;
 
 pub use milling::{ForceLaw, MillingForce};
+pub use placement::{PathReference, Placement};

@@ -3,11 +3,13 @@
 pub mod figures;
 mod machine;
 mod manifest;
+pub mod path;
 mod point;
+mod table;
 pub mod workspace_map;
 mod write;
 
 pub use machine::machine_text;
 pub use manifest::{Manifest, StatusCount};
 pub use point::{point_json, point_text};
-pub use write::{OutputFile, write_all};
+pub use write::{OutputFile, prepare, write_all};

@@ -4,7 +4,8 @@ use nalgebra::{Matrix6, Vector3};
 use serde_json::{Value, json};
 
 use crate::{
-    machine::{Machine, Motion},
+    machine::Motion,
+    report::table::shown_positions,
     spatial::rotation_log,
     statics::Status,
     study::point::{PointAnswer, PointLoad},
@@ -16,12 +17,6 @@ fn rows(matrix: &Matrix6<f64>) -> Vec<Vec<f64>> {
 
 fn array(vector: Vector3<f64>) -> [f64; 3] {
     vector.into()
-}
-
-/// Drive positions in the unit of tables: mm, or degrees for hinges.
-fn shown(machine: &Machine, drives: &[f64]) -> Vec<f64> {
-    let motions = machine.drives().map(|(_, drive)| drive.motion);
-    drives.iter().zip(motions).map(|(v, m)| if m == Motion::Revolute { v.to_degrees() } else { *v }).collect()
 }
 
 fn change(answer: &PointAnswer) -> Option<Vec<f64>> {
@@ -47,7 +42,7 @@ pub fn point_json(answer: &PointAnswer, assembly_deg: &[f64]) -> Value {
         "phi_deg": phi_deg,
         "assembly_deg": assembly_deg,
         "wrench_N_Nmm": answer.wrench.to_array(),
-        "rho_nominal_mm": shown(machine, &answer.nominal.drives),
+        "rho_nominal_mm": shown_positions(machine, &answer.nominal.drives),
         "platform_mm": null, "platform_rotvec_rad": null, "tool_displacement_mm": null, "actuator_force_N": null,
         "chain_wrench_N_Nmm": null,
         "stiffness_unloaded": answer.stiffness_unloaded.as_ref().map(rows),
@@ -67,8 +62,8 @@ pub fn point_json(answer: &PointAnswer, assembly_deg: &[f64]) -> Value {
         object["chain_wrench_N_Nmm"] = json!(wrenches);
     }
     if let (Ok(compensated), Some(change)) = (&answer.compensated, change(answer)) {
-        object["rho_compensated_mm"] = json!(shown(machine, &compensated.drives));
-        object["delta_rho_mm"] = json!(shown(machine, &change));
+        object["rho_compensated_mm"] = json!(shown_positions(machine, &compensated.drives));
+        object["delta_rho_mm"] = json!(shown_positions(machine, &change));
         object["compensated_rotvec_rad"] = json!(array(rotation_log(&compensated.solution.pose.rotation)));
         object["compensated_actuator_force_N"] = json!(compensated.solution.drive_forces());
     }
@@ -96,14 +91,16 @@ pub fn point_text(answer: &PointAnswer) -> String {
         triple(wrench.force, 1),
         triple(wrench.moment, 0)
     );
-    text += &format!(
-        "  equilibrium               {}, {} iterations, residual {:.1e}\n",
-        loaded.status.label(),
-        loaded.iterations,
-        loaded.residual
-    );
+    text += &format!("  equilibrium               {}, {} iterations", loaded.status.label(), loaded.iterations);
+    if loaded.residual.is_finite() {
+        text += &format!(", residual {:.1e}", loaded.residual);
+    }
+    text.push('\n');
+    if loaded.status != Status::Solved {
+        text += &format!("  reason                    {}\n", loaded.status.reason(machine));
+    }
     if matches!(loaded.status, Status::NotConverged { .. }) {
-        return text + &format!("  reason                    {}\n", loaded.status.reason(machine));
+        return text;
     }
     let displacement = tool_displacement(answer);
     let turn = rotation_log(&(loaded.pose.rotation * answer.nominal.pose.rotation.transpose()));
@@ -125,10 +122,10 @@ fn drive_table(answer: &PointAnswer) -> String {
     let mut table = comfy_table::Table::new();
     table.load_style(comfy_table::presets::UTF8_HORIZONTAL_ONLY);
     table.set_header(["drive", "ρ nominal", "ρ compensated", "Δρ", "force before", "force after", "internal force"]);
-    let nominal = shown(machine, &answer.nominal.drives);
+    let nominal = shown_positions(machine, &answer.nominal.drives);
     let after = answer.compensated.as_ref().ok();
-    let compensated = after.map(|after| shown(machine, &after.drives));
-    let change = change(answer).map(|change| shown(machine, &change));
+    let compensated = after.map(|after| shown_positions(machine, &after.drives));
+    let change = change(answer).map(|change| shown_positions(machine, &change));
     let forces = answer.loaded.drive_forces();
     let forces_after = after.map(|after| after.solution.drive_forces());
     for (d, (label, (chain, drive))) in machine.drive_labels().into_iter().zip(machine.drives()).enumerate() {

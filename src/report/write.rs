@@ -23,6 +23,16 @@ impl OutputFile {
     }
 }
 
+/// Makes `folder` and finds out, before anything is computed, whether files can be written there.
+///
+/// # Errors
+/// They cannot.
+pub fn prepare(folder: &Path) -> Result<()> {
+    let fault = |source| Error::Write { file: folder.to_path_buf(), source };
+    std::fs::create_dir_all(folder).map_err(fault)?;
+    temporary_file(folder).map(drop).map_err(fault)
+}
+
 /// Writes `files` into `folder`, each first to a temporary file beside its place and then renamed.
 ///
 /// # Errors
@@ -33,11 +43,7 @@ pub fn write_all(folder: &Path, files: &[OutputFile]) -> Result<Vec<PathBuf>> {
     let mut written = Vec::new();
     for file in files {
         let path = folder.join(&file.name);
-        let mut temporary = tempfile::Builder::new()
-            .prefix(".partial-")
-            .permissions(readable_by_all())
-            .tempfile_in(folder)
-            .map_err(|e| fault(&path, e))?;
+        let mut temporary = temporary_file(folder).map_err(|e| fault(&path, e))?;
         temporary.write_all(&file.bytes).map_err(|e| fault(&path, e))?;
         temporary.persist(&path).map_err(|e| fault(&path, e.error))?;
         written.push(path);
@@ -45,15 +51,13 @@ pub fn write_all(folder: &Path, files: &[OutputFile]) -> Result<Vec<PathBuf>> {
     Ok(written)
 }
 
-/// Temporary files are private by default; results are not.
-#[cfg(unix)]
-fn readable_by_all() -> std::fs::Permissions {
-    std::os::unix::fs::PermissionsExt::from_mode(0o644)
-}
-
-#[cfg(not(unix))]
-fn readable_by_all() -> std::fs::Permissions {
-    unimplemented!()
+/// A file that disappears unless it is given its name. Temporary files are private by default; results are not.
+fn temporary_file(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".partial-");
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o644));
+    builder.tempfile_in(folder)
 }
 
 #[cfg(test)]
@@ -65,13 +69,17 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("taken");
         std::fs::write(&file, b"x").unwrap();
-        let error = write_all(&file.join("below"), &[OutputFile::new("a.csv", "1")]).unwrap_err();
-        assert!(error.to_string().contains("taken/below: cannot be written"), "{error}");
+        let below = file.join("below");
+        let written = write_all(&below, &[OutputFile::new("a.csv", "1")]).map(drop);
+        for error in [written.unwrap_err(), prepare(&below).unwrap_err()] {
+            assert!(error.to_string().contains("taken/below: cannot be written"), "{error}");
+        }
     }
 
     #[test]
     fn writing_replaces_and_leaves_nothing_else() {
         let folder = tempfile::tempdir().unwrap();
+        prepare(folder.path()).unwrap();
         for content in ["1", "2"] {
             write_all(folder.path(), &[OutputFile::new("a.csv", content)]).unwrap();
         }

@@ -336,7 +336,7 @@ impl<'a> Newton<'a> {
         }
         force = larger(force, Wrench::from_vector(&imbalance).norm(reach));
         let task = self.task.map(|task| task(&state.pose));
-        let task_error = task.as_ref().map_or(0.0, |task| task.size(self.machine) / reach);
+        let task_error = task.as_ref().map_or(0.0, |task| task.size() / reach);
         Balance { imbalance, task, residual: larger(task_error, larger(gap / reach, force / largest_wrench)) }
     }
 
@@ -499,9 +499,15 @@ fn platform_status(tangent: &Matrix6<f64>, reach: f64) -> Status {
         scaled.row_mut(i).unscale_mut(reach);
         scaled.column_mut(i).unscale_mut(reach);
     }
-    // Plainly definite matrices, by far the most, need no eigenvalues: a free motion leaves a pivot that is all rounding.
+    // Eigenvalue iterations do not end on NaN.
+    if !scaled.iter().all(|entry| entry.is_finite()) {
+        return Status::Singular;
+    }
+    // Plainly definite matrices, by far the most, need no eigenvalues: a free motion leaves a pivot that is all rounding,
+    // and may leave a diagonal entry that is.
+    let least = 1e-6 * scaled.diagonal().amax();
     if let Some(factor) = scaled.cholesky()
-        && (0..6).all(|i| factor.l_dirty()[(i, i)].powi(2) > 1e-6 * scaled[(i, i)])
+        && (0..6).all(|i| factor.l_dirty()[(i, i)].powi(2) > least)
     {
         return Status::Solved;
     }

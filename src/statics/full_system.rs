@@ -53,10 +53,14 @@ impl FullSystem {
         self.first[self.first.len() - 1]
     }
 
-    /// Solution of minimal length for each column of `right`.
+    /// Whether singular values and eigenvalues can be computed: their iterations do not end otherwise.
+    fn is_finite(&self) -> bool {
+        self.matrix.iter().all(|entry| entry.is_finite())
+    }
+
+    /// Solution of minimal length for each column of `right`; `None` for a system that is not finite.
     fn solve(&self, mut right: DMatrix<f64>) -> Option<DMatrix<f64>> {
-        // The decompositions do not end on NaN.
-        if !self.matrix.iter().chain(right.iter()).all(|entry| entry.is_finite()) {
+        if !(self.is_finite() && right.iter().all(|entry| entry.is_finite())) {
             return None;
         }
         for (mut row, scale) in right.row_iter_mut().zip(self.scale.iter()) {
@@ -77,6 +81,9 @@ impl FullSystem {
     /// Stability from the inertia of the symmetric part: stable if the negative eigenvalues are those of the closure
     /// equations alone. A chain that has more of them when held at its end buckles.
     fn status(&self, chains: &[ChainSystem]) -> Status {
+        if !self.is_finite() {
+            return Status::Singular;
+        }
         let symmetric = (&self.matrix + self.matrix.transpose()) * 0.5;
         let closures = (0..chains.len()).flat_map(|chain| self.closure_rows(chains, chain)).collect::<Vec<_>>();
         let eigen = symmetric.clone().symmetric_eigen();

@@ -5,7 +5,7 @@
 //! condensed to 6×6 blocks (eqs. 4–6 with the wrench-weighted Hessians), the platform twist follows, and the chain
 //! unknowns are back-substituted.
 //!
-//! - [`equilibrium`]: `t = f⁻¹(F | t₀)`, eq. (7), the whole machine under a prescribed wrench
+//! - [`equilibrium()`]: `t = f⁻¹(F | t₀)`, eq. (7), the whole machine under a prescribed wrench
 //! - [`equilibrium_at_task`]: the same with the drives found so that a task is met, for compensation
 //! - [`wrench_at_pose`]: `F = f(t | t₀)`, eqs. (2), (3), the wrench that holds the platform at a pose
 //! - [`unloaded_stiffness`], [`Outcome::stiffness`]: eqs. (4)–(6)

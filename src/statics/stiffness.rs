@@ -48,12 +48,29 @@ pub fn tool_compliance(compliance: &Matrix6<f64>, offset: nalgebra::Vector3<f64>
 }
 
 /// Smallest eigenvalue in N/mm of the symmetric part of a 6×6 stiffness whose rotations are multiplied by `reach` mm.
-/// Positive: stable.
+/// Positive: stable. NaN where the stiffness is not finite.
 pub fn smallest_eigenvalue(stiffness: &Matrix6<f64>, reach: f64) -> f64 {
     let mut scaled = (stiffness + stiffness.transpose()) * 0.5;
     for i in 3..6 {
         scaled.row_mut(i).unscale_mut(reach);
         scaled.column_mut(i).unscale_mut(reach);
     }
+    // The eigenvalue iteration does not end on entries that are not finite.
+    if !scaled.iter().all(|entry| entry.is_finite()) {
+        return f64::NAN;
+    }
     scaled.symmetric_eigenvalues().min()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stiffness_that_is_not_finite_has_no_eigenvalue_instead_of_no_end() {
+        for bad in [f64::NAN, f64::INFINITY] {
+            assert!(smallest_eigenvalue(&(Matrix6::identity() * bad), 100.0).is_nan());
+        }
+        assert!((smallest_eigenvalue(&Matrix6::identity(), 1.0) - 1.0).abs() < 1e-15);
+    }
 }

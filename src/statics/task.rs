@@ -2,36 +2,24 @@
 
 use nalgebra::{Matrix6, Vector6};
 
-use crate::{
-    machine::{Coordinate, Machine},
-    spatial::larger,
-};
+use crate::spatial::larger;
 
-/// Error of the controlled task coordinates at a pose. Rows beyond `count` are zero.
+/// Error of the task coordinates that are put right, at a pose. Rows beyond `count` are zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TaskError {
-    /// Number of controlled coordinates.
+    /// Number of coordinates put right.
     pub count: usize,
     /// Actual less wanted: mm, and rad for rotations.
     pub error: Vector6<f64>,
     /// Derivative of the error by the twist of P in O axes.
     pub slope: Matrix6<f64>,
+    /// What makes each error a length: 1, or the machine's reach in mm for rotations.
+    pub lever: Vector6<f64>,
 }
 
 impl TaskError {
-    /// Largest error in mm, rotations taken at `reach` mm.
-    pub fn size(&self, machine: &Machine) -> f64 {
-        let sizes = machine.controls.iter().zip(self.error.iter()).map(|(coordinate, error)| match coordinate {
-            Coordinate::Translation(_) => error.abs(),
-            Coordinate::Rotation(_) => error.abs() * machine.reach,
-        });
-        sizes.fold(0.0, larger)
-    }
-
-    /// Euclidean length of the translational error, mm.
-    pub fn distance(&self, machine: &Machine) -> f64 {
-        let translations = machine.controls.iter().zip(self.error.iter());
-        let squares = translations.filter(|(c, _)| matches!(c, Coordinate::Translation(_))).map(|(_, e)| e * e);
-        squares.sum::<f64>().sqrt()
+    /// Largest error in mm, rotations taken at the machine's reach.
+    pub fn size(&self) -> f64 {
+        self.error.component_mul(&self.lever).iter().fold(0.0, |most, error| larger(most, error.abs()))
     }
 }

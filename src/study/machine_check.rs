@@ -34,6 +34,9 @@ const DOMINANT_SHARE: f64 = 0.999;
 /// An element with a smaller share could as well be rigid.
 const NEGLIGIBLE_SHARE: f64 = 1e-5;
 
+/// Largest difference between the home sought and the home found that is not worth a word: rad, and fraction of the reach.
+const HOME_TOLERANCE: f64 = 1e-5;
+
 /// Examines `machine` at home, at its named points and at the corners of its workspace.
 pub fn check(machine: &Machine) -> Findings {
     let mobility = machine.mobility(&machine.home);
@@ -124,11 +127,28 @@ fn principal(compliance: &Matrix3<f64>) -> [f64; 3] {
     values
 }
 
+/// Says where the platform stands if that is not the home pose of the machine file.
+fn other_home(machine: &Machine) -> Option<String> {
+    let (found, sought) = (machine.home.pose, machine.home_sought);
+    let shift = (found.translation - sought.translation).norm();
+    let turn = rotation_log(&(found.rotation * sought.rotation.transpose())).norm();
+    if shift <= HOME_TOLERANCE * machine.reach && turn <= HOME_TOLERANCE {
+        return None;
+    }
+    let [x, y, z]: [f64; 3] = found.translation.into();
+    Some(format!(
+        "home: the chains hold the platform at ({x:.3}, {y:.3}, {z:.3}) mm, which is {shift:.3} mm and {:.3} deg from the \
+         home in the machine file",
+        turn.to_degrees()
+    ))
+}
+
 fn warnings(machine: &Machine, findings: &Findings, status: &Status) -> Vec<String> {
     let mut warnings = Vec::new();
     if *status != Status::Solved {
         warnings.push(format!("home: a load of 1 N has no stable equilibrium ({})", status.reason(machine)));
     }
+    warnings.extend(other_home(machine));
     let mobility = &findings.mobility;
     if mobility.uncontrolled > 0 {
         warnings.push(format!(

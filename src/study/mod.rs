@@ -1,19 +1,32 @@
 //! The questions: a study file as written ([`spec`]), checked ([`Study`]), run, and its plain results.
 //!
+//! What is cut along a toolpath is said in a process file ([`process_spec`]), checked as [`Process`].
+//!
 //! A study is a folder with a `study.toml`; its inputs are named relative to that folder.
 
 pub mod machine_check;
+pub mod path;
+mod path_resolve;
+pub mod path_study;
 pub mod point;
+pub mod process;
+mod process_resolve;
+pub mod process_spec;
+pub mod program;
 mod resolve;
+mod source;
 pub mod spec;
 pub mod workspace_map;
 
 use std::path::{Path, PathBuf};
 
+use path_study::PathStudy;
+pub use process::Process;
 pub use resolve::Overrides;
+pub use source::Source;
 use workspace_map::WorkspaceMapStudy;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 
 /// A checked study, ready to run.
 #[derive(Debug, Clone)]
@@ -33,6 +46,8 @@ pub struct Study {
 pub enum StudyKind {
     /// Deflection and required corrections over the workspace.
     WorkspaceMap(WorkspaceMapStudy),
+    /// Deflection and required corrections along a path.
+    Path(PathStudy),
 }
 
 impl Study {
@@ -42,7 +57,7 @@ impl Study {
     /// A file that cannot be read, is not of the expected form, or holds values that make no sense.
     pub fn open(path: &Path, overrides: &Overrides) -> Result<Study> {
         let file = if path.is_dir() { path.join("study.toml") } else { path.to_path_buf() };
-        let text = std::fs::read_to_string(&file).map_err(|source| Error::Read { file: file.clone(), source })?;
+        let text = crate::toml_file::read(&file)?;
         let folder = file.parent().map(Path::to_path_buf).unwrap_or_default();
         Self::from_toml(&text, &file.display().to_string(), &folder, overrides)
     }

@@ -5,14 +5,14 @@ use std::path::Path;
 use nalgebra::Vector3;
 
 use super::{
-    Study, StudyKind, folder_name,
-    spec::{ChainErrorSpec, CompensateSpec, MillingSpec, StudySpec},
+    Study, StudyKind, folder_name, path_resolve,
+    spec::{ChainErrorSpec, CompensateSpec, MillingSpec, StudySpec, WorkspaceMapSpec},
     workspace_map::{Grid, WorkspaceMapStudy},
 };
 use crate::{
     check::Check,
     compensation::Target,
-    error::{Error, Result},
+    error::Result,
     machine::{ChainError, Machine, Motion, catalogue},
     process::MillingForce,
     spatial::Twist,
@@ -23,22 +23,50 @@ use crate::{
 pub struct Overrides {
     /// Grid points per axis of a map.
     pub grid: Option<[usize; 3]>,
+    /// Points along a circle.
+    pub points: Option<usize>,
 }
 
-/// Most grid points accepted.
-const MAX_GRID_POINTS: usize = 100_000_000;
+/// Most grid points accepted: their results and table take about 3 GB.
+const MAX_GRID_POINTS: usize = 2_000_000;
 
 pub(super) fn study(spec: &StudySpec, text: &str, origin: &str, folder: &Path, overrides: &Overrides) -> Result<Study> {
     let check = Check::new(origin);
     check.schema(spec.schema)?;
     let (machine, machine_text) = machine(&spec.machine, folder, &check.key("machine"))?;
-    let map = workspace_map(spec, machine, overrides, &check)?;
+    let (kind, settings) = match (&spec.workspace_map, &spec.path) {
+        (Some(map), None) => {
+            let map = workspace_map(spec, map, machine, overrides, &check)?;
+            let settings = format!("grid {:?}", map.grid.counts());
+            (StudyKind::WorkspaceMap(map), settings)
+        }
+        (None, Some(path)) => {
+            if spec.milling.is_some() || !spec.chain_error.is_empty() {
+                let key = if spec.milling.is_some() { "milling" } else { "chain_error" };
+                return check.key(key).fail("belongs in the process file of a path study".into());
+            }
+            let (study, process) = path_resolve::path(path, machine, folder, overrides, &check.key("path"))?;
+            let settings = format!("{process}\npoints {}", study.stations.len());
+            (StudyKind::Path(study), settings)
+        }
+        _ => return check.key("workspace_map").fail("give exactly one of workspace_map and path".into()),
+    };
     Ok(Study {
         name: folder_name(folder),
         question: spec.question.trim().to_string(),
-        fingerprint: format!("{text}\n{machine_text}\ngrid {:?}", map.grid.counts()),
-        kind: StudyKind::WorkspaceMap(map),
+        fingerprint: format!("{text}\n{machine_text}\n{settings}"),
+        kind,
     })
+}
+
+impl From<CompensateSpec> for Target {
+    fn from(spec: CompensateSpec) -> Target {
+        match spec {
+            CompensateSpec::ToolTip => Target::ToolTip,
+            CompensateSpec::PlatformPoint => Target::PlatformPoint,
+            CompensateSpec::FullPose => Target::FullPose,
+        }
+    }
 }
 
 /// The machine and its file's text.
@@ -47,23 +75,26 @@ fn machine(name: &str, folder: &Path, check: &Check) -> Result<(Machine, String)
         return Ok((Machine::from_toml(entry.toml, entry.name)?, entry.toml.to_string()));
     }
     let file = folder.join(name);
-    if !file.exists() {
+    if !file.is_file() {
         let names = catalogue::names().collect::<Vec<_>>().join(", ");
         return check
             .fail(format!("\"{name}\" is neither a built-in machine ({names}) nor a file in the study's folder"));
     }
-    let text = std::fs::read_to_string(&file).map_err(|source| Error::Read { file: file.clone(), source })?;
+    let text = crate::toml_file::read(&file)?;
     Ok((Machine::from_toml(&text, &file.display().to_string())?, text))
 }
 
 fn workspace_map(
     spec: &StudySpec,
+    map: &WorkspaceMapSpec,
     machine: Machine,
     overrides: &Overrides,
     check: &Check,
 ) -> Result<WorkspaceMapStudy> {
-    let map = &spec.workspace_map;
-    let (force, phis) = milling(&spec.milling, &check.key("milling"))?;
+    let Some(milling_spec) = &spec.milling else {
+        return check.key("milling").fail("a workspace map needs a [milling] table with the cutting force".into());
+    };
+    let (force, phis) = milling(milling_spec, &check.key("milling"))?;
     let check_map = check.key("workspace_map");
     let corner = |key: &str, given: Option<[f64; 3]>, default: Vector3<f64>| match given {
         Some(corner) => check_map.key(key).finite(corner),
@@ -72,9 +103,9 @@ fn workspace_map(
     let min = corner("min_mm", map.min_mm, machine.workspace.min)?;
     let max = corner("max_mm", map.max_mm, machine.workspace.max)?;
     check_map.ordered_box(min, max)?;
-    let counts = match overrides.grid {
-        Some(counts) => grid_counts(counts, &Check::new("command line").key("--grid"))?,
-        None => grid_counts(map.grid, &check_map.key("grid"))?,
+    let grid = match overrides.grid {
+        Some(counts) => grid(min, max, counts, &Check::new("command line").key("--grid"))?,
+        None => grid(min, max, map.grid, &check_map.key("grid"))?,
     };
     if map.slices_z_mm.is_empty() || map.slices_z_mm.len() > 6 {
         let problem = format!("must name 1 to 6 heights, got {}", map.slices_z_mm.len());
@@ -85,25 +116,32 @@ fn workspace_map(
     }
     let errors = chain_errors(&spec.chain_error, &machine, check)?;
     Ok(WorkspaceMapStudy {
-        grid: Grid::new(min, max, counts),
+        grid,
         force,
         phis,
         errors,
-        target: match map.compensate {
-            CompensateSpec::ToolTip => Target::ToolTip,
-            CompensateSpec::PlatformPoint => Target::PlatformPoint,
-        },
+        target: map.compensate.into(),
         slices_z: map.slices_z_mm.clone(),
         machine,
     })
 }
 
-fn grid_counts(counts: [usize; 3], check: &Check) -> Result<[usize; 3]> {
+fn grid(min: Vector3<f64>, max: Vector3<f64>, counts: [usize; 3], check: &Check) -> Result<Grid> {
     let total = counts.iter().try_fold(1usize, |product, &n| product.checked_mul(n));
-    match total {
-        Some(total) if total <= MAX_GRID_POINTS && counts.iter().all(|&n| n >= 1) => Ok(counts),
-        _ => check.fail(format!("must be at least 1 along each axis and {MAX_GRID_POINTS} in all, got {counts:?}")),
+    if counts.contains(&0) || total.is_none_or(|total| total > MAX_GRID_POINTS) {
+        let problem =
+            format!("must be at least 1 along each axis and at most {MAX_GRID_POINTS} in all, got {counts:?}");
+        return check.fail(problem);
     }
+    let grid = Grid::new(min, max, counts);
+    for (i, values) in grid.axes.iter().enumerate() {
+        if values.windows(2).any(|pair| pair[0] >= pair[1]) {
+            let (axis, count) = (["x", "y", "z"][i], counts[i]);
+            let problem = format!("{count} points along {axis} fall together between {} and {} mm", min[i], max[i]);
+            return check.fail(problem);
+        }
+    }
+    Ok(grid)
 }
 
 /// The force law and the tool angles of one turn, rad.
@@ -127,7 +165,7 @@ fn milling(spec: &MillingSpec, check: &Check) -> Result<(MillingForce, Vec<f64>)
 }
 
 /// Errors of each chain of the machine, in its order.
-fn chain_errors(specs: &[ChainErrorSpec], machine: &Machine, check: &Check) -> Result<Vec<ChainError>> {
+pub(super) fn chain_errors(specs: &[ChainErrorSpec], machine: &Machine, check: &Check) -> Result<Vec<ChainError>> {
     let mut errors = vec![ChainError::default(); machine.chains.len()];
     for (i, spec) in specs.iter().enumerate() {
         let check = check.key(&format!("chain_error[{i}]"));
@@ -161,9 +199,9 @@ fn chain_error(spec: &ChainErrorSpec, machine: &Machine, index: usize, check: &C
     let check_offsets = check.key("drive_offsets_mm_or_deg");
     if spec.drive_offsets_mm_or_deg.len() > chain.drives.len() {
         let problem = format!(
-            "has {} entries, but the chain has {} drives",
-            spec.drive_offsets_mm_or_deg.len(),
-            chain.drives.len()
+            "must have at most one entry per drive of the chain, which is {}, got {}",
+            chain.drives.len(),
+            spec.drive_offsets_mm_or_deg.len()
         );
         return check_offsets.fail(problem);
     }

@@ -14,13 +14,43 @@ pub struct StudySpec {
     pub question: String,
     /// A built-in machine, or a machine file relative to the study's folder.
     pub machine: String,
-    /// The cutting force.
-    pub milling: MillingSpec,
-    /// Manufacturing and assembly errors; chains not named are nominal.
+    /// The cutting force of a workspace map.
+    pub milling: Option<MillingSpec>,
+    /// Manufacturing and assembly errors of a workspace map; chains not named are nominal.
     #[serde(default)]
     pub chain_error: Vec<ChainErrorSpec>,
-    /// Deflection and corrections on a grid over the workspace.
-    pub workspace_map: WorkspaceMapSpec,
+    /// Deflection and corrections on a grid over the workspace. A study has this or `path`.
+    pub workspace_map: Option<WorkspaceMapSpec>,
+    /// Deflection and corrections along a path. A study has this or `workspace_map`.
+    pub path: Option<PathSpec>,
+}
+
+/// A path and its process.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PathSpec {
+    /// Process file, relative to the study's folder: placement, cutting force, chain errors.
+    pub process: String,
+    /// A full circle in the xy-plane. A path has this or `file`.
+    pub circle: Option<CircleSpec>,
+    /// A program, relative to the study's folder. A path has this or `circle`.
+    pub file: Option<String>,
+    /// Methods compared, by name; all of them if not given.
+    pub methods: Option<Vec<String>>,
+}
+
+/// A full circle in the xy-plane of the workpiece, counter-clockwise.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CircleSpec {
+    /// Centre; a circle has this or `centre_point`.
+    pub centre_mm: Option<[f64; 3]>,
+    /// Named point of the machine as the centre.
+    pub centre_point: Option<String>,
+    /// Diameter.
+    pub diameter_mm: f64,
+    /// Points along it, both ends included.
+    pub points: usize,
 }
 
 /// Groove milling, eqs. (16) and (17).
@@ -95,4 +125,6 @@ pub enum CompensateSpec {
     ToolTip,
     /// The platform point P.
     PlatformPoint,
+    /// The tool tip and the platform's orientation, as far as the drives control rotations.
+    FullPose,
 }

@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::Source;
 use crate::{
     compensation::{Compensation, Demand, Method, Session, Settings, Target, compensate},
     machine::{ChainError, Configuration, Machine, Unreachable},
@@ -71,32 +72,6 @@ pub struct WorkspaceMapStudy {
     pub target: Target,
     /// Heights of the slices drawn, mm.
     pub slices_z: Vec<f64>,
-}
-
-/// What makes the tool leave its path.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Source {
-    /// The cutting force on the nominal machine.
-    Cutting,
-    /// The chain errors of the unloaded real machine.
-    Assembly,
-    /// Both at once: the cutting force on the real machine.
-    Both,
-}
-
-impl Source {
-    /// All sources, in table order.
-    pub const ALL: [Source; 3] = [Source::Cutting, Source::Assembly, Source::Both];
-
-    /// Word used in tables.
-    pub fn label(self) -> &'static str {
-        match self {
-            Source::Cutting => "cutting",
-            Source::Assembly => "assembly",
-            Source::Both => "both",
-        }
-    }
 }
 
 /// What a source does at a grid point, worst over φ.

@@ -98,7 +98,7 @@ pub(super) fn power_of_ten(exponent: i32) -> String {
     format!("10{}", exponent.to_string().chars().map(raise).collect::<String>())
 }
 
-/// The axis label with the power of ten put before the unit: "error [mm]" becomes "error [10⁻³ mm]".
+/// The axis label with the power of ten put before the unit: `error [mm]` becomes `error [10⁻³ mm]`.
 pub(super) fn label_with_power(label: &str, exponent: i32) -> String {
     if exponent == 0 {
         return label.to_owned();

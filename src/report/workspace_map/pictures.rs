@@ -3,7 +3,10 @@
 use crate::{
     process::MillingForce,
     report::figures::{Figure, Mark2, Mark3, SliceFigure, SlicePanel, VolumeFigure},
-    study::workspace_map::{Source, SourceEffect, WorkspaceMap},
+    study::{
+        Source,
+        workspace_map::{SourceEffect, WorkspaceMap},
+    },
 };
 
 /// A quantity of the map that is drawn.

@@ -2,7 +2,10 @@
 
 use serde_json::{Value, json};
 
-use crate::study::workspace_map::{MapPoint, Source, SourceEffect, WorkspaceMap};
+use crate::study::{
+    Source,
+    workspace_map::{MapPoint, SourceEffect, WorkspaceMap},
+};
 
 /// Solved points of one source with a value each.
 fn ranked<'a>(

@@ -1,8 +1,12 @@
 //! The map as CSV (RFC 4180), units in the headers.
 
 use crate::{
-    machine::{Machine, Motion},
-    study::workspace_map::{Failure, Source, SourceEffect, WorkspaceMap},
+    machine::Machine,
+    report::table::{correction_columns, force_columns, shown_positions},
+    study::{
+        Source,
+        workspace_map::{Failure, SourceEffect, WorkspaceMap},
+    },
 };
 
 /// One row per grid point and source. Numbers in shortest form that reads back to the same value; cells without a number
@@ -49,15 +53,8 @@ fn header(machine: &Machine) -> Vec<String> {
         "departure_over_deflection",
     ];
     let mut names: Vec<String> = fixed.iter().map(ToString::to_string).collect();
-    let drives = || machine.drive_labels().into_iter().zip(machine.drives().map(|(_, drive)| drive.motion));
-    names.extend(drives().map(|(label, motion)| match motion {
-        Motion::Prismatic => format!("delta_rho_{label}_mm"),
-        Motion::Revolute => format!("delta_rho_{label}_deg"),
-    }));
-    names.extend(drives().map(|(label, motion)| match motion {
-        Motion::Prismatic => format!("drive_force_{label}_N"),
-        Motion::Revolute => format!("drive_torque_{label}_Nmm"),
-    }));
+    names.extend(correction_columns(machine));
+    names.extend(force_columns(machine));
     names
 }
 
@@ -72,9 +69,7 @@ fn solved_cells(machine: &Machine, effect: &SourceEffect, row: &mut Vec<String>)
         row.push(optional(effect.departure_vector_mm.map(|v| v[i])));
     }
     row.push(optional(effect.departure_mm().filter(|_| effect.deflection_mm > 0.0).map(|d| d / effect.deflection_mm)));
-    for (value, (_, drive)) in effect.delta_rho.iter().zip(machine.drives()) {
-        row.push(if drive.motion == Motion::Revolute { value.to_degrees() } else { *value }.to_string());
-    }
+    row.extend(shown_positions(machine, &effect.delta_rho).iter().map(f64::to_string));
     row.extend(effect.drive_force.iter().map(f64::to_string));
 }
 

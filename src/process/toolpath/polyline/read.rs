@@ -2,12 +2,13 @@
 
 use std::ops::Range;
 
-use csv::{ByteRecord, ReaderBuilder, Trim};
+use csv::ByteRecord;
 use nalgebra::Vector3;
 
 use super::Polyline;
 use super::column::Column;
 use super::error::{PolylineError, PolylineFault};
+use crate::process::csv_rows::{self, Row, line_number};
 use crate::process::toolpath::path::direction;
 use crate::process::toolpath::{Format, Load, PathPoint, PointSource, Sampling, Toolpath, number};
 
@@ -42,57 +43,26 @@ struct Parsed {
 }
 
 fn parse(source: &[u8]) -> At<Parsed> {
-    let mut reader = ReaderBuilder::new().has_headers(false).flexible(true).trim(Trim::All).from_reader(source);
-    let mut records = Vec::new();
-    let mut starts = Vec::new();
-    for record in reader.byte_records() {
-        let start = starts.last().copied().unwrap_or(0);
-        let record = record.map_err(|e| (start, PolylineFault::NotCsv { reason: e.to_string() }))?;
-        starts.push(record.position().map_or(start, |p| usize::try_from(p.byte()).unwrap_or(start)));
-        records.push(record);
-    }
-    starts.push(source.len());
-    let spans: Vec<_> = starts.windows(2).map(|pair| without_endings(source, pair[0]..pair[1])).collect();
-    let (Some(header), Some(header_span)) = (records.first(), spans.first()) else {
+    let rows = csv_rows::read(source).map_err(|(at, reason)| (at, PolylineFault::NotCsv { reason }))?;
+    let Some((header, rows)) = rows.split_first() else {
         return Err((0, PolylineFault::NoPoints));
     };
-    let columns = header_columns(header).map_err(|fault| (header_span.start, fault))?;
-    if records.len() == 1 {
+    let columns = header_columns(&header.fields).map_err(|fault| (header.span.start, fault))?;
+    if rows.is_empty() {
         return Err((source.len(), PolylineFault::NoPoints));
     }
-    if records.len() > Sampling::MAX_POINTS {
+    if rows.len() >= Sampling::MAX_POINTS {
         return Err((source.len(), PolylineFault::TooManyPoints));
     }
-    let mut points = Vec::with_capacity(records.len());
+    let mut points = Vec::with_capacity(rows.len());
     let mut decimals = 0;
-    for (record, span) in records.iter().zip(&spans).skip(1) {
-        let values = values(&columns, record).map_err(|fault| (span.start, fault))?;
+    for Row { fields, span } in rows {
+        let values = values(&columns, fields).map_err(|fault| (span.start, fault))?;
         points.push(point(&columns, &values, points.len()));
-        decimals = decimals.max(most_decimals(&columns, record));
+        decimals = decimals.max(most_decimals(&columns, fields));
     }
     measure(&mut points);
-    Ok(Parsed { columns, rows: spans[1..].to_vec(), points, decimals })
-}
-
-/// `span` without the line endings at either end: the reader counts a row's `\n` to the next row.
-fn without_endings(source: &[u8], span: Range<usize>) -> Range<usize> {
-    let ending = |b: &u8| matches!(b, b'\r' | b'\n');
-    let bytes = &source[span.clone()];
-    let Some(first) = bytes.iter().position(|b| !ending(b)) else {
-        return span.start..span.start;
-    };
-    let last = bytes.iter().rposition(|b| !ending(b)).unwrap_or(first);
-    span.start + first..span.start + last + 1
-}
-
-/// The number, from 1, of the line the byte at `at` is in.
-fn line_number(source: &[u8], at: usize) -> usize {
-    let ends = |i: &usize| match source[*i] {
-        b'\n' => true,
-        b'\r' => source.get(i + 1) != Some(&b'\n'),
-        _ => false,
-    };
-    1 + (0..at.min(source.len())).filter(ends).count()
+    Ok(Parsed { columns, rows: rows.iter().map(|row| row.span.clone()).collect(), points, decimals })
 }
 
 fn header_columns(header: &ByteRecord) -> Result<Vec<Column>, PolylineFault> {

@@ -1,0 +1,188 @@
+//! `kinetostat compensate`: a program that makes the loaded tool follow its path.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
+use kinetostat::{
+    compensation::Method,
+    error::{Error, Result},
+    machine::Machine,
+    process::toolpath::polyline::Polyline,
+    report::{OutputFile, path::program_csv, path::program_json, write_all},
+    study::{
+        path::Commands,
+        process::Process,
+        program::{Failures, Pass, ProgramJob},
+    },
+};
+
+use super::{Ending, progress};
+
+/// Write the program that makes the loaded tool follow its path, and prove it by simulating what was written.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+The program keeps its format: in G-code only motion words change; comments, line numbers, other words and the feed stay.
+Beside the program, its points and errors are written to OUT.points.csv and OUT.report.json.
+
+Examples:
+  kinetostat compensate part.nc --machine orthoglide --process milling.toml --out part_compensated.nc
+  kinetostat compensate path.csv --machine my_machine.toml --process milling.toml --method newton --out compensated.csv
+  kinetostat compensate path.csv --machine orthoglide --process milling.toml --measured pass1.csv --out mirrored.csv")]
+pub struct CompensateArguments {
+    /// Program: a polyline (.csv) or G-code (any other name)
+    path: PathBuf,
+    /// Built-in machine or machine file
+    #[arg(long, short)]
+    machine: String,
+    /// Process file: placement, cutting force, chain errors, limits
+    #[arg(long, short)]
+    process: PathBuf,
+    /// File for the compensated program
+    #[arg(long, short)]
+    out: PathBuf,
+    /// How commands are found: none, linear, mirror, mirror_3, matrix_free, fixed_matrix, procedure, newton, direct
+    #[arg(long, default_value = "direct")]
+    method: String,
+    /// Step length of matrix_free, fixed_matrix and procedure
+    #[arg(long, default_value_t = 1.0)]
+    alpha: f64,
+    /// Mirror this measured pass instead of using a method: CSV with one position per point of the path
+    #[arg(long, conflicts_with = "method")]
+    measured: Option<PathBuf>,
+    /// Also simulate every other method for comparison
+    #[arg(long)]
+    all_methods: bool,
+}
+
+pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
+    let machine = Machine::named_or_file(&arguments.machine)?;
+    let process = Process::open(&arguments.process, &machine)?;
+    let method = method(arguments)?;
+    let job = ProgramJob::open(machine, process, &arguments.path)?;
+    let measured = arguments.measured.as_deref().map(|file| measured(file, &job)).transpose()?;
+    let compared = compared(arguments, method);
+    let bar = progress(job.path.len() * (compared.len() + 2), "points");
+    let done = || bar.inc(1);
+    let mut passes: Vec<Pass> = compared.iter().map(|&method| job.pass_by(method, &done)).collect();
+    passes.push(match &measured {
+        Some(poses) => job.pass("mirror of the measured pass", &Commands::Program(poses), &done),
+        None => job.pass_by(method, &done),
+    });
+    let written = job.write(&passes[passes.len() - 1], &done)?;
+    bar.finish_and_clear();
+    match written {
+        Ok(compensated) => {
+            passes.push(compensated.as_written);
+            let files = [
+                file_of(&arguments.out, "", compensated.bytes),
+                file_of(&arguments.out, ".points.csv", points(&arguments.out, &job, &passes)?),
+                file_of(&arguments.out, ".report.json", program_json(&job, &passes).into_bytes()),
+            ];
+            let folder = arguments.out.parent().filter(|folder| !folder.as_os_str().is_empty());
+            write_all(folder.unwrap_or(Path::new(".")), &files)?;
+            super::print(&format!("{}{}", header(&job), table(&passes)))?;
+            if compensated.left_alone > 0 {
+                super::print(&format!(
+                    "{} rapid positions could not be compensated and are as they were.\n",
+                    compensated.left_alone
+                ))?;
+            }
+            super::print(&format!("Written to {}\n", arguments.out.display()))?;
+            Ok(Ending::Complete)
+        }
+        Err(failures) => {
+            super::print(&format!("{}{}", header(&job), table(&passes)))?;
+            super::print(&refusal(&job, &failures))?;
+            Ok(Ending::SomeUnsolved)
+        }
+    }
+}
+
+fn method(arguments: &CompensateArguments) -> Result<Method> {
+    let fault = |argument: &str, problem: String| Err(Error::Argument { argument: argument.into(), problem });
+    if !(arguments.alpha > 0.0 && arguments.alpha <= 1.0) {
+        return fault("--alpha", format!("must be above 0 and at most 1, got {}", arguments.alpha));
+    }
+    match Method::named(&arguments.method, arguments.alpha) {
+        Some(method) => Ok(method),
+        None => {
+            let names = Method::ALL.map(Method::label).join(", ");
+            fault("--method", format!("no method \"{}\"; there are: {names}", arguments.method))
+        }
+    }
+}
+
+/// Methods simulated for comparison: none at all, then what a shop would otherwise use, or all.
+fn compared(arguments: &CompensateArguments, chosen: Method) -> Vec<Method> {
+    let usual = |method: &Method| matches!(method, Method::None | Method::Linear | Method::Mirror { passes: 1 });
+    let others = Method::ALL.into_iter().filter(|method| method.label() != chosen.label() || *method == Method::None);
+    others.filter(|method| arguments.all_methods || usual(method)).collect()
+}
+
+fn measured(file: &Path, job: &ProgramJob) -> Result<Vec<kinetostat::spatial::Pose>> {
+    let bytes = std::fs::read(file).map_err(|source| Error::Read { file: file.to_path_buf(), source })?;
+    let went = Polyline::read(bytes, &file.display().to_string())?.toolpath().positions_mm();
+    if went.len() != job.path.len() {
+        let problem =
+            format!("has {} positions, but the path has {} points: expected one for each", went.len(), job.path.len());
+        return Err(Error::Argument { argument: file.display().to_string(), problem });
+    }
+    Ok(job.mirrored(&went))
+}
+
+fn file_of(out: &Path, suffix: &str, bytes: Vec<u8>) -> OutputFile {
+    let name = out.file_name().unwrap_or_default().to_string_lossy();
+    OutputFile::new(format!("{name}{suffix}"), bytes)
+}
+
+fn points(out: &Path, job: &ProgramJob, passes: &[Pass]) -> Result<Vec<u8>> {
+    program_csv(job, passes).map_err(|e| Error::Write { file: out.into(), source: std::io::Error::other(e) })
+}
+
+fn header(job: &ProgramJob) -> String {
+    let cutting = job.path.points().iter().filter(|point| point.cutting).count();
+    format!(
+        "{}: {} points, {cutting} of them cutting, path length {:.1} mm\nDistance of the point put right from the wanted path, where the tool cuts:\n",
+        job.machine.title,
+        job.path.len(),
+        job.path.length_mm()
+    )
+}
+
+fn table(passes: &[Pass]) -> String {
+    let mut table = Table::new();
+    table.load_style(UTF8_HORIZONTAL_ONLY);
+    table.set_header(["commands", "max", "rms", "corrections", "rotation left", "points"]);
+    for pass in passes {
+        let s = &pass.summary;
+        table.add_row([
+            pass.name.clone(),
+            millimetres(s.max_mm),
+            millimetres(s.rms_mm),
+            format!("{:.1}", s.mean_corrections),
+            format!("{:.3}°", s.max_leftover_rotation.to_degrees()),
+            format!("{} of {}", s.solved, s.points),
+        ]);
+    }
+    format!("{table}\n")
+}
+
+/// A length to a micrometre, or to its order where it is smaller.
+fn millimetres(length: f64) -> String {
+    if length == 0.0 || length >= 1e-3 { format!("{length:.4} mm") } else { format!("{length:.1e} mm") }
+}
+
+/// Points shown of those that cannot be compensated.
+const SHOWN: usize = 5;
+
+fn refusal(job: &ProgramJob, failures: &Failures) -> String {
+    let mut text = format!("{} cutting points have no command; nothing was written. The first:\n", failures.len());
+    for (point, reason) in failures.iter().take(SHOWN) {
+        let at = &job.path.points()[*point];
+        let line = job.file.line_of(at.source.segment).map_or_else(String::new, |line| format!("line {line}, "));
+        let [x, y, z]: [f64; 3] = at.position_mm.into();
+        text += &format!("  {line}point {point} at ({x:.3}, {y:.3}, {z:.3}) mm: {reason}\n");
+    }
+    text
+}

@@ -1,0 +1,118 @@
+//! What can be wrong with a cutting force.
+
+use thiserror::Error;
+
+/// A point of a path that lacks what the law of the cutting force needs.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+pub enum LoadError {
+    /// The tool cuts where a wrench table has no rows.
+    #[error(
+        "the wrench table covers the path from {table_from_mm} to {table_to_mm} mm, but the tool cuts from \
+         {cut_from_mm} to {cut_to_mm} mm: expected rows over the whole cut"
+    )]
+    TableTooShort {
+        /// First arc length of the table, mm.
+        table_from_mm: f64,
+        /// Last arc length of the table, mm.
+        table_to_mm: f64,
+        /// Arc length at the first cutting point, mm.
+        cut_from_mm: f64,
+        /// Arc length at the last cutting point, mm.
+        cut_to_mm: f64,
+    },
+    /// The load was to come with the path and did not.
+    #[error(
+        "the path gives no load for move {}: expected the columns force_x_N, force_y_N, force_z_N", segment + 1
+    )]
+    NoLoad {
+        /// Index of the move.
+        segment: usize,
+    },
+    /// The path has loads that nothing uses.
+    #[error(
+        "the path brings loads along, but the process has no cutting force: expected force.from_path = true, or a path \
+         without force columns"
+    )]
+    UnusedLoads,
+    /// The feed per tooth follows from the feed, and none is in force.
+    #[error("no feed in force on move {}: expected one, or feed_per_tooth_mm in the process", segment + 1)]
+    NoFeed {
+        /// Index of the move.
+        segment: usize,
+    },
+    /// The feed per tooth follows from the spindle speed, and the spindle does not turn.
+    #[error(
+        "spindle speed {} on move {}: expected one above 0, or feed_per_tooth_mm in the process",
+        rev_per_min.map_or("not given".into(), |speed| format!("{speed} rev/min")),
+        segment + 1
+    )]
+    NoSpindleSpeed {
+        /// Index of the move.
+        segment: usize,
+        /// The speed in force, rev/min.
+        rev_per_min: Option<f64>,
+    },
+}
+
+/// A wrench table that cannot be read: which file and line, and why.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[error("{file}:{line}: {fault}")]
+pub struct TableError {
+    /// The file's name as given.
+    pub file: String,
+    /// Line in the file, from 1.
+    pub line: usize,
+    /// What is wrong and what was expected.
+    pub fault: TableFault,
+}
+
+/// What is wrong with a line of a wrench table.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum TableFault {
+    /// The header is not that of a wrench table.
+    #[error("columns `{found}`; expected {expected}, in any order")]
+    Header {
+        /// The header's names.
+        found: String,
+        /// The names it should have.
+        expected: String,
+    },
+    /// A row with more or fewer values than the header has columns.
+    #[error("{found} values; expected {expected}, as many as columns in the header")]
+    Width {
+        /// Values in the row.
+        found: usize,
+        /// Columns in the header.
+        expected: usize,
+    },
+    /// A value that is no number.
+    #[error("{column} = `{value}`; expected {expected}")]
+    Value {
+        /// The column's name.
+        column: &'static str,
+        /// The value as written.
+        value: String,
+        /// What the column holds.
+        expected: &'static str,
+    },
+    /// A row that does not lie after the one before it.
+    #[error("arc_length_mm = {found} after {before}; expected rows in order of increasing length")]
+    Order {
+        /// The length, mm.
+        found: f64,
+        /// The one of the row before, mm.
+        before: f64,
+    },
+    /// Nothing to interpolate between.
+    #[error("rows: {found}; expected a header and at least 2 rows")]
+    TooFewRows {
+        /// How many rows there are.
+        found: usize,
+    },
+    /// The CSV reader could not make out the row.
+    #[error("{reason}; expected comma-separated values")]
+    NotCsv {
+        /// What it says.
+        reason: String,
+    },
+}

@@ -1,0 +1,237 @@
+//! A cutting load tabulated over the length of the path.
+
+use nalgebra::Vector3;
+
+use super::{LoadError, TableError, TableFault};
+use crate::process::{
+    csv_rows::{self, Row, line_number},
+    toolpath::{Load, Toolpath},
+};
+
+/// The columns, in the order of a row's numbers.
+const COLUMNS: [&str; 7] =
+    ["arc_length_mm", "force_x_N", "force_y_N", "force_z_N", "moment_x_Nmm", "moment_y_Nmm", "moment_z_Nmm"];
+
+/// How far beyond its ends a table still counts, mm: lengths in a file are rounded. The load there is that of the end.
+const ROUNDING_MM: f64 = 1e-3;
+
+/// Force and moment on the tool over the arc length of the path, linear between rows.
+///
+/// A CSV file with the columns `arc_length_mm`, `force_x_N`, `force_y_N`, `force_z_N`, `moment_x_Nmm`, `moment_y_Nmm`,
+/// `moment_z_Nmm` in any order: axes of W, moment about the tool tip. The arc length is that of the path from its first
+/// point, [`PathPoint::arc_length_mm`](crate::process::toolpath::PathPoint::arc_length_mm): moves without cutting count,
+/// but only lengths at which the tool cuts need rows. It must increase from row to row.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WrenchTable {
+    /// At least two, by increasing length.
+    rows: Vec<(f64, Load)>,
+}
+
+impl WrenchTable {
+    /// Reads a table. `name` is the file's name, for messages; `source` its bytes.
+    ///
+    /// # Errors
+    /// When a column is unknown, repeated or missing, a row has the wrong number of values, a value is not a finite
+    /// number, lengths do not increase, or there are fewer than two rows.
+    pub fn read(source: &[u8], name: &str) -> Result<WrenchTable, TableError> {
+        let rows = parse(source).map_err(|(at, fault)| TableError {
+            file: name.to_owned(),
+            line: line_number(source, at),
+            fault,
+        })?;
+        Ok(WrenchTable { rows })
+    }
+
+    /// First and last arc length of the table, mm.
+    #[must_use]
+    pub fn range_mm(&self) -> (f64, f64) {
+        let length = |row: Option<&(f64, Load)>| row.map_or(0.0, |row| row.0);
+        (length(self.rows.first()), length(self.rows.last()))
+    }
+
+    /// Load on the tool at `arc_length_mm` along the path.
+    ///
+    /// # Errors
+    /// When the table has no rows there.
+    pub fn load(&self, arc_length_mm: f64) -> Result<Load, LoadError> {
+        self.check_range(arc_length_mm, arc_length_mm)?;
+        let after = self.rows.partition_point(|row| row.0 <= arc_length_mm).clamp(1, self.rows.len() - 1);
+        let ((from, a), (to, b)) = (self.rows[after - 1], self.rows[after]);
+        let t = ((arc_length_mm - from) / (to - from)).clamp(0.0, 1.0);
+        Ok(Load { force_N: a.force_N.lerp(&b.force_N, t), moment_Nmm: a.moment_Nmm.lerp(&b.moment_Nmm, t) })
+    }
+
+    /// Checks that the table has rows wherever `path` is cutting.
+    ///
+    /// # Errors
+    /// [`LoadError::TableTooShort`] with both ranges.
+    pub fn covers(&self, path: &Toolpath) -> Result<(), LoadError> {
+        let mut cutting = path.points().iter().filter(|point| point.cutting).map(|point| point.arc_length_mm);
+        match cutting.next() {
+            Some(first) => self.check_range(first, cutting.next_back().unwrap_or(first)),
+            None => Ok(()),
+        }
+    }
+
+    fn check_range(&self, cut_from_mm: f64, cut_to_mm: f64) -> Result<(), LoadError> {
+        let (table_from_mm, table_to_mm) = self.range_mm();
+        if cut_from_mm >= table_from_mm - ROUNDING_MM && cut_to_mm <= table_to_mm + ROUNDING_MM {
+            return Ok(());
+        }
+        Err(LoadError::TableTooShort { table_from_mm, table_to_mm, cut_from_mm, cut_to_mm })
+    }
+}
+
+/// A fault at a byte of the file.
+type At<T> = Result<T, (usize, TableFault)>;
+
+fn parse(source: &[u8]) -> At<Vec<(f64, Load)>> {
+    let rows = csv_rows::read(source).map_err(|(at, reason)| (at, TableFault::NotCsv { reason }))?;
+    let Some((header, rows)) = rows.split_first() else {
+        return Err((0, TableFault::TooFewRows { found: 0 }));
+    };
+    let order = column_order(header).map_err(|fault| (header.span.start, fault))?;
+    let mut table: Vec<(f64, Load)> = Vec::with_capacity(rows.len());
+    for row in rows {
+        let at = row.span.start;
+        let [length, fx, fy, fz, mx, my, mz] = numbers(row, &order).map_err(|fault| (at, fault))?;
+        if let Some(&(before, _)) = table.last().filter(|last| last.0 >= length) {
+            return Err((at, TableFault::Order { found: length, before }));
+        }
+        table.push((length, Load { force_N: Vector3::new(fx, fy, fz), moment_Nmm: Vector3::new(mx, my, mz) }));
+    }
+    if table.len() < 2 {
+        return Err((source.len(), TableFault::TooFewRows { found: table.len() }));
+    }
+    Ok(table)
+}
+
+/// Where each of [`COLUMNS`] stands in the file.
+fn column_order(header: &Row) -> Result<[usize; 7], TableFault> {
+    let names: Vec<_> = header.fields.iter().map(|name| String::from_utf8_lossy(name)).collect();
+    let places = COLUMNS.map(|column| names.iter().position(|name| name == column));
+    // As many names as columns and each column among them: no other name and none twice.
+    if names.len() != COLUMNS.len() || places.contains(&None) {
+        return Err(TableFault::Header { found: names.join(","), expected: COLUMNS.join(",") });
+    }
+    Ok(places.map(Option::unwrap_or_default))
+}
+
+/// The numbers of a row, in the order of [`COLUMNS`].
+fn numbers(row: &Row, order: &[usize; 7]) -> Result<[f64; 7], TableFault> {
+    if row.fields.len() != COLUMNS.len() {
+        return Err(TableFault::Width { found: row.fields.len(), expected: COLUMNS.len() });
+    }
+    let mut numbers = [0.0; 7];
+    for (column, (&place, number)) in order.iter().zip(&mut numbers).enumerate() {
+        let text = String::from_utf8_lossy(&row.fields[place]);
+        let read = text.parse::<f64>().ok().filter(|value| value.abs() <= MOST && (column > 0 || *value >= 0.0));
+        *number = read.ok_or_else(|| TableFault::Value {
+            column: COLUMNS[column],
+            value: text.into_owned(),
+            expected: if column == 0 { "a length in mm, from 0 to 1e12" } else { "a number up to 1e12" },
+        })?;
+    }
+    Ok(numbers)
+}
+
+/// The largest number accepted: beyond any cut, and far from overflow.
+const MOST: f64 = 1e12;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::process::{cutting::CuttingLaw, toolpath::Sampling};
+
+    const HEADER: &str = "arc_length_mm,force_x_N,force_y_N,force_z_N,moment_x_Nmm,moment_y_Nmm,moment_z_Nmm\n";
+
+    fn table(rows: &str) -> Result<WrenchTable, TableError> {
+        WrenchTable::read(format!("{HEADER}{rows}").as_bytes(), "wrench.csv")
+    }
+
+    fn message(rows: &str) -> String {
+        table(rows).unwrap_err().to_string()
+    }
+
+    fn line(length_mm: f64) -> Toolpath {
+        Toolpath::line(Vector3::zeros(), Vector3::new(length_mm, 0.0, 0.0), Sampling::default()).unwrap()
+    }
+
+    #[test]
+    fn loads_are_linear_between_rows_and_exact_on_them() {
+        let table = table("0,0,1,2,3,4,5\n2,10,1,2,3,4,-5\n10,10,9,2,3,4,-5\n").unwrap();
+        assert_eq!(table.range_mm(), (0.0, 10.0));
+        let at = |length| table.load(length).unwrap();
+        assert_eq!(at(0.0).force_N, Vector3::new(0.0, 1.0, 2.0));
+        assert_eq!(at(0.5).force_N, Vector3::new(2.5, 1.0, 2.0));
+        assert_eq!(at(1.0).moment_Nmm, Vector3::new(3.0, 4.0, 0.0));
+        assert_eq!(at(2.0).force_N, Vector3::new(10.0, 1.0, 2.0));
+        assert_eq!(at(4.0).force_N, Vector3::new(10.0, 3.0, 2.0));
+        assert_eq!(at(10.0).force_N, Vector3::new(10.0, 9.0, 2.0));
+        assert_eq!(at(10.0005), at(10.0));
+    }
+
+    #[test]
+    fn columns_stand_in_any_order() {
+        let text = "force_z_N, arc_length_mm,force_x_N,force_y_N,moment_z_Nmm,moment_x_Nmm,moment_y_Nmm\r\n\
+            3,0,1,2,6,4,5\r\n\r\n3,1,1,2,6,4,5";
+        let load = WrenchTable::read(text.as_bytes(), "wrench.csv").unwrap().load(0.5).unwrap();
+        assert_eq!(load.force_N, Vector3::new(1.0, 2.0, 3.0));
+        assert_eq!(load.moment_Nmm, Vector3::new(4.0, 5.0, 6.0));
+    }
+
+    #[test]
+    fn a_table_shorter_than_the_cut_is_refused_with_both_lengths() {
+        let law = CuttingLaw::Table(table("0,0,1,2,3,4,5\n40,10,1,2,3,4,-5\n").unwrap());
+        assert_eq!(law.loads(&line(40.0)).unwrap().len(), 41);
+        assert_eq!(
+            law.loads(&line(50.5)).unwrap_err().to_string(),
+            "the wrench table covers the path from 0 to 40 mm, but the tool cuts from 0 to 50.5 mm: expected rows \
+             over the whole cut"
+        );
+        let late = CuttingLaw::Table(table("1,0,1,2,3,4,5\n40,10,1,2,3,4,-5\n").unwrap());
+        assert!(late.loads(&line(40.0)).is_err());
+    }
+
+    #[test]
+    fn only_lengths_at_which_the_tool_cuts_need_rows() {
+        let source = "x_mm,y_mm,z_mm,cutting\n0,0,0,0\n90,0,0,0\n95,0,0,1\n99,0,0,0\n";
+        let path = crate::process::toolpath::polyline::Polyline::read(source, "path.csv").unwrap();
+        let law = CuttingLaw::Table(table("94,1,0,0,0,0,0\n96,3,0,0,0,0,0\n").unwrap());
+        let loads = law.loads(path.toolpath()).unwrap();
+        assert_eq!(loads.iter().map(|load| load.force_N.x).collect::<Vec<_>>(), [0.0, 0.0, 2.0, 0.0]);
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_its_line() {
+        assert_eq!(message(""), "wrench.csv:2: rows: 0; expected a header and at least 2 rows");
+        assert_eq!(message("0,1,2,3,4,5,6\n"), "wrench.csv:3: rows: 1; expected a header and at least 2 rows");
+        assert_eq!(message("0,1,2,3,4,5\n"), "wrench.csv:2: 6 values; expected 7, as many as columns in the header");
+        assert_eq!(
+            message("0,1,2,3,4,5,6\n\n5,1,2,x,4,5,6\n"),
+            "wrench.csv:4: force_z_N = `x`; expected a number up to 1e12"
+        );
+        assert_eq!(
+            message("-1,1,2,3,4,5,6\n"),
+            "wrench.csv:2: arc_length_mm = `-1`; expected a length in mm, from 0 to 1e12"
+        );
+        assert_eq!(
+            message("0,1,2,3,4,5,6\n5,1,2,3,4,5,NaN\n"),
+            "wrench.csv:3: moment_z_Nmm = `NaN`; expected a number up to 1e12"
+        );
+        assert_eq!(
+            message("0,1,2,3,4,5,6\n0,1,2,3,4,5,6\n"),
+            "wrench.csv:3: arc_length_mm = 0 after 0; expected rows in order of increasing length"
+        );
+        for header in ["arc_length_mm,force_x_N", "s,a,b,c,d,e,f"] {
+            assert_eq!(
+                WrenchTable::read(header.as_bytes(), "wrench.csv").unwrap_err().to_string(),
+                format!("wrench.csv:1: columns `{header}`; expected {}, in any order", COLUMNS.join(","))
+            );
+        }
+        assert_eq!(
+            WrenchTable::read(b"", "wrench.csv").unwrap_err().to_string(),
+            "wrench.csv:1: rows: 0; expected a header and at least 2 rows"
+        );
+    }
+}

@@ -1,0 +1,127 @@
+//! Where the workpiece stands in the machine.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::toolpath::Load;
+use crate::spatial::{Axis, Pose, Wrench};
+
+/// The point a path's coordinates are those of.
+///
+/// A toolpath is that of the tool tip; a commanded position, everywhere else in this program, is that of P. The paper's
+/// "circle centred at Q1" is a path of P.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum PathReference {
+    /// The tool tip T.
+    #[default]
+    ToolTip,
+    /// The platform point P.
+    PlatformPoint,
+}
+
+/// Pose of the workpiece frame W in the base frame O, and whose positions a path gives. By default W is O.
+///
+/// W is turned about the z axis only: it is the tool's axis, from the tip to the spindle, in both frames.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Placement {
+    /// `p_OW`, mm.
+    pub origin_mm: Vector3<f64>,
+    /// Angle from the x axis of O to that of W about their z axis, rad.
+    pub yaw_rad: f64,
+    /// Whose positions the path gives.
+    pub reference: PathReference,
+}
+
+impl Placement {
+    /// `X_OW`.
+    #[must_use]
+    pub fn pose(&self) -> Pose {
+        let mut pose = Pose::from_translation(self.origin_mm);
+        pose.rotate_about(Axis::Z, self.yaw_rad);
+        pose
+    }
+
+    /// The pose `X_OP` to command for the path position `position_mm` (W, mm):
+    /// `p_OP = X_OW · p_W − R_OP p_PR`, where R is the path's reference point.
+    ///
+    /// `orientation` is `R_OP`, the platform's orientation at home; `tool_tip` is `p_PT` in platform axes, mm.
+    #[must_use]
+    pub fn platform_pose(&self, position_mm: Vector3<f64>, orientation: &Matrix3<f64>, tool_tip: Vector3<f64>) -> Pose {
+        let arm = orientation * self.reference_from_platform(tool_tip);
+        Pose { rotation: *orientation, translation: self.pose().transform(position_mm) - arm }
+    }
+
+    /// Position in W, mm, of the path's reference point when P stands at `platform` (`X_OP`). At the orientation of
+    /// home it is the inverse of [`Placement::platform_pose`]. `tool_tip` is `p_PT` in platform axes, mm.
+    #[must_use]
+    pub fn path_position(&self, platform: &Pose, tool_tip: Vector3<f64>) -> Vector3<f64> {
+        self.pose().inverse().transform(platform.transform(self.reference_from_platform(tool_tip)))
+    }
+
+    /// The wrench at P in O axes of a `load` about the tool tip in W axes: `f = R_OW f_W`, `m = R_OW m_W + p_PT × f`.
+    ///
+    /// `lever` is `p_PT` in O axes, mm. Without a moment of the load and with W along O this is eq. (16).
+    #[must_use]
+    pub fn wrench(&self, load: &Load, lever: Vector3<f64>) -> Wrench {
+        let rotation = self.pose().rotation;
+        Wrench { force: rotation * load.force_N, moment: rotation * load.moment_Nmm }.shift(-lever)
+    }
+
+    fn reference_from_platform(&self, tool_tip: Vector3<f64>) -> Vector3<f64> {
+        match self.reference {
+            PathReference::ToolTip => tool_tip,
+            PathReference::PlatformPoint => Vector3::zeros(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
+    use super::*;
+    use crate::process::MillingForce;
+
+    const TIP: Vector3<f64> = Vector3::new(3.0, -2.0, 100.0);
+
+    fn placement(reference: PathReference) -> Placement {
+        Placement { origin_mm: Vector3::new(10.0, 20.0, 30.0), yaw_rad: FRAC_PI_2, reference }
+    }
+
+    #[test]
+    fn the_tool_tip_stands_on_the_path_and_the_platform_a_tool_away() {
+        let at = Vector3::new(1.0, 2.0, 3.0);
+        // x of W is y of O, y of W is −x of O.
+        let wanted = Vector3::new(10.0 - 2.0, 20.0 + 1.0, 30.0 + 3.0);
+        let orientation = Pose::from_roll_pitch_yaw(Vector3::new(0.2, -0.1, 0.5)).rotation;
+        let pose = placement(PathReference::ToolTip).platform_pose(at, &orientation, TIP);
+        assert!((pose.transform(TIP) - wanted).norm() < 1e-12);
+        let pose = placement(PathReference::PlatformPoint).platform_pose(at, &orientation, TIP);
+        assert!((pose.translation - wanted).norm() < 1e-12);
+        assert_eq!(pose.rotation, orientation);
+    }
+
+    #[test]
+    fn path_position_undoes_platform_pose() {
+        let orientation = Pose::from_roll_pitch_yaw(Vector3::new(0.2, -0.1, 0.5)).rotation;
+        for reference in [PathReference::ToolTip, PathReference::PlatformPoint] {
+            let placement = placement(reference);
+            let at = Vector3::new(-7.0, 0.25, 12.0);
+            let pose = placement.platform_pose(at, &orientation, TIP);
+            assert!((placement.path_position(&pose, TIP) - at).norm() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn the_wrench_is_that_of_eq_16_and_turns_with_the_workpiece() {
+        let (force, tip) = (MillingForce::PAPER, Vector3::new(0.0, 0.0, 100.0));
+        let load = Load { force_N: force.force(0.7), moment_Nmm: Vector3::zeros() };
+        let unturned = Placement::default().wrench(&load, tip);
+        assert!((unturned.to_vector() - force.wrench(0.7, tip).to_vector()).norm() < 1e-12);
+        let load = Load { moment_Nmm: Vector3::new(5.0, 6.0, 7.0), ..load };
+        let turned = placement(PathReference::ToolTip).wrench(&load, tip);
+        let f = Vector3::new(-load.force_N.y, load.force_N.x, load.force_N.z);
+        assert!((turned.force - f).norm() < 1e-12);
+        let moment = Vector3::new(-6.0 - 100.0 * f.y, 5.0 + 100.0 * f.x, 7.0);
+        assert!((turned.moment - moment).norm() < 1e-11);
+    }
+}

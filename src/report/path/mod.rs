@@ -1,0 +1,11 @@
+//! Reports of a path study.
+
+mod pictures;
+mod program;
+mod summary;
+mod tables;
+
+pub use pictures::figures;
+pub use program::{program_csv, program_json};
+pub use summary::{methods_table, summary_json, summary_text};
+pub use tables::{methods_csv, points_csv};

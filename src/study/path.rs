@@ -1,0 +1,130 @@
+//! A toolpath on a machine: what happens without compensation, what each method commands and leaves, what a written
+//! program does.
+
+use rayon::prelude::*;
+
+use crate::{
+    compensation::{Compensation, Demand, Method, Session, Settings, Status, compensate, simulate},
+    machine::Machine,
+    spatial::Pose,
+};
+
+/// Points that are solved one after another, each from the one before. Blocks are solved in parallel; the division does
+/// not depend on the number of threads, so neither do the results.
+const BLOCK: usize = 256;
+
+/// A path to be cut: what is wanted at each point, on which machine.
+#[derive(Debug, Clone, Copy)]
+pub struct PathCase<'a> {
+    /// The machine by which commands are computed.
+    pub nominal: &'a Machine,
+    /// The machine that answers.
+    pub real: &'a Machine,
+    /// What is wanted at each point, in path order.
+    pub demands: &'a [Demand],
+}
+
+/// One point of a path, as commanded by a method or a program.
+#[derive(Debug, Clone)]
+pub struct PathAnswer {
+    /// The command and what it leads to.
+    pub compensation: Compensation,
+    /// Drives of the nominal inverse kinematics of the wanted pose, mm or rad; empty where it cannot be reached.
+    pub nominal_drives: Vec<f64>,
+    /// Pose of P that is commanded: the modified target; `None` where there is none.
+    pub target: Option<Pose>,
+}
+
+impl PathAnswer {
+    /// Δρ: commanded less nominal drive positions, mm or rad.
+    pub fn delta_rho(&self) -> Vec<f64> {
+        self.compensation.drives.iter().zip(&self.nominal_drives).map(|(rho, nominal)| rho - nominal).collect()
+    }
+}
+
+/// Errors along a path.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PathSummary {
+    /// Points with a command and an equilibrium.
+    pub solved: usize,
+    /// All points.
+    pub points: usize,
+    /// Largest distance of the point put right from where it is wanted, over the solved points, mm.
+    pub max_mm: f64,
+    /// Root mean square of that distance, mm.
+    pub rms_mm: f64,
+    /// Corrections per point, mean.
+    pub mean_corrections: f64,
+    /// Largest rotation left over, rad.
+    pub max_leftover_rotation: f64,
+}
+
+impl PathSummary {
+    /// Sums up `answers`.
+    pub fn new(answers: &[PathAnswer]) -> Self {
+        let solved = || answers.iter().map(|a| &a.compensation).filter(|c| c.outcome.is_some());
+        let count = solved().count();
+        let per_point = |sum: f64| if count > 0 { sum / count as f64 } else { 0.0 };
+        Self {
+            solved: count,
+            points: answers.len(),
+            max_mm: solved().map(|c| c.position_error.norm()).fold(0.0, f64::max),
+            rms_mm: per_point(solved().map(|c| c.position_error.norm_squared()).sum()).sqrt(),
+            mean_corrections: per_point(solved().map(|c| c.iterations() as f64).sum()),
+            max_leftover_rotation: solved().map(|c| c.leftover_rotation.norm()).fold(0.0, f64::max),
+        }
+    }
+}
+
+/// How each point of a path gets its command.
+#[derive(Debug, Clone, Copy)]
+pub enum Commands<'a> {
+    /// By a compensation method.
+    Method(Method),
+    /// From a program: the pose of P commanded at each point.
+    Program(&'a [Pose]),
+}
+
+/// Settings with which paths are compensated: 1e-9 mm.
+pub fn settings() -> Settings {
+    let equilibrium = crate::statics::Settings { tolerance: 1e-12, ..Default::default() };
+    Settings { tolerance_mm: 1e-9, equilibrium, ..Settings::default() }
+}
+
+/// Commands every point of the path and lets the machine settle. `done` is called after each point.
+pub fn run(case: &PathCase<'_>, commands: &Commands<'_>, done: &(dyn Fn() + Sync)) -> Vec<PathAnswer> {
+    let blocks: Vec<Vec<PathAnswer>> = case
+        .demands
+        .par_chunks(BLOCK)
+        .enumerate()
+        .map(|(block, demands)| {
+            let mut session = Session::new(case.nominal, case.real, settings());
+            let mut near = case.nominal.home.clone();
+            let answer = |(i, demand): (usize, &Demand)| {
+                let nominal = case
+                    .nominal
+                    .inverse_kinematics_from(&near, &demand.pose)
+                    .or_else(|_| case.nominal.inverse_kinematics(&demand.pose));
+                let compensation = match commands {
+                    Commands::Method(method) => compensate(&mut session, demand, *method),
+                    Commands::Program(poses) => simulate(&mut session, demand, &poses[block * BLOCK + i]),
+                };
+                let nominal_drives = nominal.as_ref().map(|at| at.drives.clone()).unwrap_or_default();
+                if let Ok(at) = nominal {
+                    near = at;
+                }
+                let target = compensation.outcome.as_ref().and_then(|_| session.target().ok());
+                done();
+                PathAnswer { compensation, nominal_drives, target }
+            };
+            demands.iter().enumerate().map(answer).collect()
+        })
+        .collect();
+    blocks.into_iter().flatten().collect()
+}
+
+/// Points that could not be commanded: index and reason, of the first few.
+pub fn failures(machine: &Machine, answers: &[PathAnswer]) -> Vec<(usize, Status, String)> {
+    let failed = answers.iter().enumerate().filter(|(_, a)| !a.compensation.status.is_success());
+    failed.map(|(index, a)| (index, a.compensation.status.clone(), a.compensation.status.reason(machine))).collect()
+}

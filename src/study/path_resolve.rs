@@ -1,0 +1,110 @@
+//! From a path study as written to a checked one.
+
+use std::path::Path;
+
+use nalgebra::Vector3;
+
+use super::{
+    Overrides, Process,
+    path_study::{PathStudy, Station},
+    program::{ProgramFile, demands},
+    spec::{CircleSpec, PathSpec},
+};
+use crate::{
+    check::Check,
+    compensation::Method,
+    error::Result,
+    machine::Machine,
+    process::toolpath::{Circle, PathPoint, Plane, Toolpath, Turn},
+};
+
+/// Checks `spec`; also returns the process as text, for the fingerprint.
+pub(super) fn path(
+    spec: &PathSpec,
+    machine: Machine,
+    folder: &Path,
+    overrides: &Overrides,
+    check: &Check,
+) -> Result<(PathStudy, String)> {
+    let process = Process::open(&folder.join(&spec.process), &machine)?;
+    let toolpath = toolpath(spec, &machine, &process, folder, overrides, check)?;
+    let demands = demands(&machine, &process, &toolpath)?;
+    let study = PathStudy {
+        errors: process.errors.clone(),
+        stations: toolpath.points().iter().map(station).collect(),
+        demands,
+        methods: methods(spec, &check.key("methods"))?,
+        is_circle: spec.circle.is_some(),
+        machine,
+    };
+    Ok((study, process.fingerprint))
+}
+
+fn toolpath(
+    spec: &PathSpec,
+    machine: &Machine,
+    process: &Process,
+    folder: &Path,
+    overrides: &Overrides,
+    check: &Check,
+) -> Result<Toolpath> {
+    match (&spec.circle, &spec.file) {
+        (Some(circle), None) => self::circle(circle, machine, overrides, &check.key("circle")),
+        (None, Some(file)) => ProgramFile::read(&folder.join(file), &process.gcode)?.toolpath(process.sampling),
+        _ => check.key("circle").fail("give exactly one of circle and file".into()),
+    }
+}
+
+fn circle(spec: &CircleSpec, machine: &Machine, overrides: &Overrides, check: &Check) -> Result<Toolpath> {
+    let centre_mm = match (spec.centre_mm, &spec.centre_point) {
+        (Some(centre), None) => check.key("centre_mm").finite(centre)?,
+        (None, Some(name)) => named(machine, name, &check.key("centre_point"))?,
+        _ => return check.key("centre_mm").fail("give exactly one of centre_mm and centre_point".into()),
+    };
+    let circle = Circle {
+        centre_mm,
+        diameter_mm: check.key("diameter_mm").positive(spec.diameter_mm)?,
+        plane: Plane::Xy,
+        turn: Turn::CounterClockwise,
+        start_angle_rad: 0.0,
+        points: overrides.points.unwrap_or(spec.points),
+    };
+    circle.toolpath().or_else(|fault| check.fail(fault.to_string()))
+}
+
+fn named(machine: &Machine, name: &str, check: &Check) -> Result<Vector3<f64>> {
+    match machine.point(name) {
+        Some(point) => Ok(point.position),
+        None => {
+            let known = machine.points.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
+            check.fail(format!("the machine has no point \"{name}\"; there are: {known}"))
+        }
+    }
+}
+
+fn methods(spec: &PathSpec, check: &Check) -> Result<Vec<Method>> {
+    let Some(names) = &spec.methods else { return Ok(Method::ALL.into()) };
+    let method = |name: &String| match Method::named(name, 1.0) {
+        Some(method) => Ok(method),
+        None => {
+            let known = Method::ALL.map(Method::label).join(", ");
+            check.fail(format!("no method is called \"{name}\"; there are: {known}"))
+        }
+    };
+    names.iter().map(method).collect()
+}
+
+/// φ is the heading less a quarter turn: on a counter-clockwise circle, the polar angle of the point.
+fn station(point: &PathPoint) -> Station {
+    let heading = point.tangent.xy().try_normalize(1e-6);
+    Station {
+        arc_length_mm: point.arc_length_mm,
+        phi_deg: heading.map(|h| tidy(h.y.atan2(h.x).to_degrees() - 90.0)),
+        cutting: point.cutting,
+    }
+}
+
+/// An angle in [0, 360), without the rounding of its way through radians.
+fn tidy(degrees: f64) -> f64 {
+    ((degrees.rem_euclid(360.0) * 1e9).round() / 1e9).rem_euclid(360.0)
+}

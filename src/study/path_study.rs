@@ -1,0 +1,124 @@
+//! A path study: what each source of error does along a path, what must be commanded instead, and what each method costs
+//! and leaves.
+
+use std::time::Instant;
+
+use nalgebra::Vector3;
+
+use super::{
+    Source,
+    path::{Commands, PathAnswer, PathCase, PathSummary, run as run_path},
+};
+use crate::{
+    compensation::{Demand, Method},
+    machine::{ChainError, Machine},
+    spatial::Wrench,
+};
+
+/// A point of the path as tables and figures show it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Station {
+    /// Length of the path up to here, mm.
+    pub arc_length_mm: f64,
+    /// Tool angle φ: heading less a quarter turn, degrees in [0, 360); `None` where the path does not move in the plane.
+    pub phi_deg: Option<f64>,
+    /// Whether the tool cuts on the way here.
+    pub cutting: bool,
+}
+
+/// A checked path study.
+#[derive(Debug, Clone)]
+pub struct PathStudy {
+    /// The nominal machine.
+    pub machine: Machine,
+    /// Errors of each chain of the real machine.
+    pub errors: Vec<ChainError>,
+    /// The path's points.
+    pub stations: Vec<Station>,
+    /// What is wanted at each, under load.
+    pub demands: Vec<Demand>,
+    /// Methods compared.
+    pub methods: Vec<Method>,
+    /// Whether the path is a circle, so that φ runs along it once.
+    pub is_circle: bool,
+}
+
+/// One source of error along the path.
+#[derive(Debug, Clone)]
+pub struct SourceAlongPath {
+    /// Which.
+    pub source: Source,
+    /// At the nominal command.
+    pub plain: Vec<PathAnswer>,
+    /// At the compensated command.
+    pub compensated: Vec<PathAnswer>,
+}
+
+/// A method along the path, both sources.
+#[derive(Debug, Clone)]
+pub struct MethodAlongPath {
+    /// Which.
+    pub method: Method,
+    /// What it leaves.
+    pub summary: PathSummary,
+    /// Points whose command failed, with reasons, or is not as good as asked.
+    pub failed: usize,
+    /// Wall time per point and thread, s; differs between runs.
+    pub seconds_per_point: f64,
+}
+
+/// Results of a path study.
+#[derive(Debug, Clone)]
+pub struct PathResults {
+    /// The study.
+    pub study: PathStudy,
+    /// In the order of [`Source::ALL`].
+    pub sources: [SourceAlongPath; 3],
+    /// In the order of the study.
+    pub methods: Vec<MethodAlongPath>,
+}
+
+impl PathResults {
+    /// Displacement of the point put right at the nominal command, O axes, mm; `None` where there is no equilibrium.
+    pub fn displacement(&self, source: Source, point: usize) -> Option<Vector3<f64>> {
+        let plain = &self.sources[source as usize].plain[point].compensation;
+        plain.outcome.as_ref().map(|_| plain.position_error)
+    }
+}
+
+/// Runs the study on the current rayon pool. `done` is called after each point of each pass.
+pub fn run(study: &PathStudy, done: &(dyn Fn() + Sync)) -> PathResults {
+    let real = study.machine.with_errors(&study.errors);
+    let unloaded: Vec<Demand> = study.demands.iter().map(|d| Demand { load: Wrench::zero(), ..*d }).collect();
+    let sources = Source::ALL.map(|source| {
+        let (machine, demands) = match source {
+            Source::Cutting => (&study.machine, &study.demands),
+            Source::Assembly => (&real, &unloaded),
+            Source::Both => (&real, &study.demands),
+        };
+        let case = PathCase { nominal: &study.machine, real: machine, demands };
+        SourceAlongPath {
+            source,
+            plain: run_path(&case, &Commands::Method(Method::None), done),
+            compensated: run_path(&case, &Commands::Method(Method::Direct), done),
+        }
+    });
+    let case = PathCase { nominal: &study.machine, real: &real, demands: &study.demands };
+    let methods = study.methods.iter().map(|&method| {
+        let started = Instant::now();
+        let answers = run_path(&case, &Commands::Method(method), done);
+        let seconds = started.elapsed().as_secs_f64() * rayon::current_num_threads() as f64;
+        MethodAlongPath {
+            method,
+            summary: PathSummary::new(&answers),
+            failed: answers.iter().filter(|a| !a.compensation.status.is_success()).count(),
+            seconds_per_point: seconds / answers.len().max(1) as f64,
+        }
+    });
+    PathResults { sources, methods: methods.collect(), study: study.clone() }
+}
+
+/// Passes over the path that [`run`] makes: each source twice, and each method.
+pub fn passes(study: &PathStudy) -> usize {
+    2 * Source::ALL.len() + study.methods.len()
+}

@@ -1,0 +1,103 @@
+//! A process file, checked: where the workpiece stands, what force the cut makes, what the real machine differs by and
+//! what compensation may do.
+
+use std::path::Path;
+
+use super::{process_resolve, process_spec::ProcessSpec};
+use crate::{
+    compensation::Target,
+    error::Result,
+    machine::{ChainError, Machine},
+    process::{
+        Placement,
+        cutting::CuttingLaw,
+        toolpath::{Format, FormatError, Sampling, gcode::GcodeOptions},
+    },
+};
+
+/// A checked process for one machine.
+#[derive(Debug, Clone)]
+pub struct Process {
+    /// Where the workpiece stands, and whose positions the path gives.
+    pub placement: Placement,
+    /// The cutting force along the path.
+    pub cutting: CuttingLaw,
+    /// Errors of each chain of the machine, in its order.
+    pub errors: Vec<ChainError>,
+    /// How finely arcs and long lines of a program are split.
+    pub sampling: Sampling,
+    /// What bounds the corrections.
+    pub limits: CorrectionLimits,
+    /// What compensation puts right.
+    pub target: Target,
+    /// What a G-code program does not say itself.
+    pub gcode: GcodeOptions,
+    /// How written coordinates are rounded.
+    pub decimals: Decimals,
+    /// Everything that decides the process, as text: input of a manifest's hash.
+    pub fingerprint: String,
+}
+
+/// Limits of corrections and drive forces; `None` is no limit.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[allow(non_snake_case, reason = "the unit is N, not n")]
+pub struct CorrectionLimits {
+    /// Most |Δρ| of a drive, mm.
+    pub correction_mm: Option<f64>,
+    /// Most change of Δρ of a drive between neighbouring points, mm.
+    pub correction_change_mm: Option<f64>,
+    /// Most force of a drive, N.
+    pub force_N: Option<f64>,
+    /// What is made small where limits bind.
+    pub objective: Objective,
+}
+
+/// What is made small where limits do not allow to put everything right.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Objective {
+    /// The root mean square of the errors along the path.
+    #[default]
+    Rms,
+    /// The largest error of the path.
+    Worst,
+}
+
+/// Decimals of written coordinates; `None` leaves those of the program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Decimals {
+    /// Of coordinates in mm.
+    pub mm: Option<u8>,
+    /// Of coordinates in inches.
+    pub inch: Option<u8>,
+}
+
+impl Decimals {
+    /// The format to write a program or polyline with whose own format is `own`.
+    ///
+    /// # Errors
+    /// When there are no such decimals; never for those of a checked [`Process`].
+    pub fn format(self, own: Format) -> std::result::Result<Format, FormatError> {
+        Format::new(self.mm.unwrap_or(own.mm_decimals()), self.inch.unwrap_or(own.inch_decimals()))
+    }
+}
+
+impl Process {
+    /// Reads and checks the process file `file` for `machine`.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is not of the expected form, or holds values that make no sense.
+    pub fn open(file: &Path, machine: &Machine) -> Result<Process> {
+        let text = crate::toml_file::read(file)?;
+        let folder = file.parent().map(Path::to_path_buf).unwrap_or_default();
+        Self::from_toml(&text, &file.display().to_string(), &folder, machine)
+    }
+
+    /// Checks a process given as TOML text. `origin` names it in errors; a wrench table is sought relative to `folder`.
+    ///
+    /// # Errors
+    /// As [`Process::open`].
+    pub fn from_toml(text: &str, origin: &str, folder: &Path, machine: &Machine) -> Result<Process> {
+        let spec: ProcessSpec = crate::toml_file::parse(text, origin)?;
+        process_resolve::process(&spec, text, origin, folder, machine)
+    }
+}

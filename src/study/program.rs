@@ -1,0 +1,230 @@
+//! A program for the machine: read, compensated, written back, read again and simulated as written.
+
+use std::path::Path;
+
+use nalgebra::Vector3;
+
+use super::{
+    path::{Commands, PathAnswer, PathCase, PathSummary, run},
+    process::{Decimals, Process},
+};
+use crate::{
+    compensation::{Demand, Method},
+    error::{Error, Result},
+    machine::Machine,
+    process::toolpath::{
+        Sampling, Toolpath,
+        gcode::{GcodeOptions, Program},
+        polyline::Polyline,
+    },
+    spatial::Pose,
+};
+
+/// A program as it was read.
+#[derive(Debug, Clone)]
+pub enum ProgramFile {
+    /// Points in a CSV file.
+    Polyline(Polyline),
+    /// A G-code program.
+    Gcode(Box<Program>),
+}
+
+impl ProgramFile {
+    /// Reads `file`: a polyline if its name ends in `.csv`, G-code otherwise.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is not of the expected form.
+    pub fn read(file: &Path, options: &GcodeOptions) -> Result<Self> {
+        let bytes = std::fs::read(file).map_err(|source| Error::Read { file: file.to_path_buf(), source })?;
+        let name = file.display().to_string();
+        let is_csv = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"));
+        Ok(match is_csv {
+            true => ProgramFile::Polyline(Polyline::read(bytes, &name)?),
+            false => ProgramFile::Gcode(Box::new(Program::parse(bytes, &name, options)?)),
+        })
+    }
+
+    /// Its points in the workpiece frame; lines and arcs of G-code are split as `sampling` says.
+    ///
+    /// # Errors
+    /// Too many points, or a program that cannot be followed.
+    pub fn toolpath(&self, sampling: Sampling) -> Result<Toolpath> {
+        match self {
+            ProgramFile::Polyline(polyline) => Ok(polyline.toolpath().clone()),
+            ProgramFile::Gcode(program) => Ok(program.toolpath(sampling)?),
+        }
+    }
+
+    /// Line of the file that a point's move stands in, from 1, where it is known.
+    pub fn line_of(&self, segment: usize) -> Option<usize> {
+        match self {
+            ProgramFile::Polyline(_) => Some(segment + 2),
+            ProgramFile::Gcode(program) => program.line_of(segment),
+        }
+    }
+
+    /// The same program through `positions` (workpiece frame, mm, one per point of `path`), and the positions read back
+    /// from what was written, rounding included.
+    ///
+    /// # Errors
+    /// Positions that are no positions, or a written program that does not read back.
+    pub fn rewritten(
+        &self,
+        path: &Toolpath,
+        positions: &[Vector3<f64>],
+        decimals: Decimals,
+    ) -> Result<(Vec<u8>, Vec<Vector3<f64>>)> {
+        match self {
+            ProgramFile::Polyline(polyline) => {
+                let bytes = polyline.rewrite(positions, decimals.format(polyline.own_format())?)?;
+                let back = Polyline::read(bytes.clone(), "written file")?.toolpath().positions_mm();
+                Ok((bytes, back))
+            }
+            ProgramFile::Gcode(program) => {
+                let rewritten = program.rewrite(path, positions, decimals.format(program.own_format())?)?;
+                let back = rewritten.read_back()?.positions_mm();
+                Ok((rewritten.into_bytes(), back))
+            }
+        }
+    }
+}
+
+/// A program ready to be compensated on a machine.
+#[derive(Debug, Clone)]
+pub struct ProgramJob {
+    /// The nominal machine.
+    pub machine: Machine,
+    /// The machine with its errors.
+    pub real: Machine,
+    /// The process.
+    pub process: Process,
+    /// The program.
+    pub file: ProgramFile,
+    /// Its points.
+    pub path: Toolpath,
+    /// What is wanted at each, under load.
+    pub demands: Vec<Demand>,
+}
+
+/// A pass over the program: what some commands lead to.
+#[derive(Debug, Clone)]
+pub struct Pass {
+    /// What was commanded, in words.
+    pub name: String,
+    /// Point by point.
+    pub answers: Vec<PathAnswer>,
+    /// Summed up over the points at which the tool cuts.
+    pub summary: PathSummary,
+}
+
+/// The compensated program.
+#[derive(Debug, Clone)]
+pub struct Compensated {
+    /// The program's text.
+    pub bytes: Vec<u8>,
+    /// The program as written, simulated.
+    pub as_written: Pass,
+    /// Points not cut at (rapid moves) that could not be compensated and were left as they were.
+    pub left_alone: usize,
+}
+
+/// Points at which the tool cuts but that have no command: index and reason.
+pub type Failures = Vec<(usize, String)>;
+
+impl ProgramJob {
+    /// Reads the program and the cutting force along it.
+    ///
+    /// # Errors
+    /// As [`ProgramFile::read`], or a path that lacks what the cutting force needs.
+    pub fn open(machine: Machine, process: Process, file: &Path) -> Result<Self> {
+        let program = ProgramFile::read(file, &process.gcode)?;
+        let path = program.toolpath(process.sampling)?;
+        if path.is_empty() {
+            let problem = "moves nowhere: a program with at least one motion is expected".into();
+            return Err(Error::Argument { argument: file.display().to_string(), problem });
+        }
+        let demands = demands(&machine, &process, &path)?;
+        let real = machine.with_errors(&process.errors);
+        Ok(Self { real, machine, process, file: program, path, demands })
+    }
+
+    fn case(&self) -> PathCase<'_> {
+        PathCase { nominal: &self.machine, real: &self.real, demands: &self.demands }
+    }
+
+    /// One pass over the program.
+    pub fn pass(&self, name: impl Into<String>, commands: &Commands<'_>, done: &(dyn Fn() + Sync)) -> Pass {
+        self.summed_up(name.into(), run(&self.case(), commands, done))
+    }
+
+    /// One pass by a method.
+    pub fn pass_by(&self, method: Method, done: &(dyn Fn() + Sync)) -> Pass {
+        self.pass(method.label(), &Commands::Method(method), done)
+    }
+
+    /// A pass whose points were commanded by something else than a method.
+    pub fn summed_up(&self, name: String, answers: Vec<PathAnswer>) -> Pass {
+        let cutting: Vec<PathAnswer> =
+            answers.iter().zip(self.path.points()).filter(|(_, p)| p.cutting).map(|(a, _)| a.clone()).collect();
+        let summary = PathSummary::new(if cutting.is_empty() { &answers } else { &cutting });
+        Pass { name, answers, summary }
+    }
+
+    /// Poses of P that mirror a measured pass at the wanted path, Figure 2. `measured`: where the tool went, workpiece
+    /// frame, mm, one position per point of the path.
+    pub fn mirrored(&self, measured: &[Vector3<f64>]) -> Vec<Pose> {
+        let mirror = |(point, went): (&crate::process::toolpath::PathPoint, &Vector3<f64>)| {
+            platform_pose(&self.machine, &self.process, point.position_mm * 2.0 - went)
+        };
+        self.path.points().iter().zip(measured).map(mirror).collect()
+    }
+
+    /// Writes the program that commands the targets of `pass`, reads it back and simulates it as written.
+    ///
+    /// # Errors
+    /// Outer: the program cannot be rewritten. Inner: the points at which the tool cuts and that have no command.
+    pub fn write(&self, pass: &Pass, done: &(dyn Fn() + Sync)) -> Result<std::result::Result<Compensated, Failures>> {
+        let mut positions = self.path.positions_mm();
+        let (mut failures, mut left_alone) = (Failures::new(), 0);
+        for (k, answer) in pass.answers.iter().enumerate() {
+            let good = answer.compensation.status.is_success();
+            match answer.target.filter(|_| good) {
+                Some(target) => {
+                    positions[k] = self.process.placement.path_position(&target, self.machine.tool_tip);
+                }
+                None if self.path.points()[k].cutting => {
+                    failures.push((k, answer.compensation.status.reason(&self.machine)));
+                }
+                None => left_alone += 1,
+            }
+        }
+        if !failures.is_empty() {
+            return Ok(Err(failures));
+        }
+        let (bytes, back) = self.file.rewritten(&self.path, &positions, self.process.decimals)?;
+        let poses: Vec<Pose> =
+            back.into_iter().map(|position| platform_pose(&self.machine, &self.process, position)).collect();
+        let as_written = self.pass(format!("{}, as written", pass.name), &Commands::Program(&poses), done);
+        Ok(Ok(Compensated { bytes, as_written, left_alone }))
+    }
+}
+
+/// Pose of P that the nominal machine is commanded to for a path position.
+fn platform_pose(machine: &Machine, process: &Process, position: Vector3<f64>) -> Pose {
+    process.placement.platform_pose(position, &machine.home.pose.rotation, machine.tool_tip)
+}
+
+/// What is wanted at each point of a path: its pose, and the cutting force as a wrench at P.
+///
+/// # Errors
+/// A path that lacks what the cutting force needs.
+pub fn demands(machine: &Machine, process: &Process, path: &Toolpath) -> Result<Vec<Demand>> {
+    let loads = process.cutting.loads(path)?;
+    let lever = machine.home.pose.rotation * machine.tool_tip;
+    let demand = |(point, load): (&crate::process::toolpath::PathPoint, &crate::process::toolpath::Load)| Demand {
+        pose: platform_pose(machine, process, point.position_mm),
+        load: process.placement.wrench(load, lever),
+        target: process.target,
+    };
+    Ok(path.points().iter().zip(&loads).map(demand).collect())
+}

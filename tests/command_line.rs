@@ -1,0 +1,535 @@
+//! The program as its user meets it: commands, exit codes, what is printed where, what is written.
+
+mod support;
+
+use std::{
+    collections::BTreeSet,
+    fs,
+    path::{Path, PathBuf},
+    process::{Command, Output},
+};
+
+use serde_json::Value;
+use support::{Within, reference};
+
+const STUDY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/studies/01_workspace_map");
+
+fn kinetostat(arguments: &[&str]) -> Output {
+    let folder = std::env::temp_dir();
+    Command::new(env!("CARGO_BIN_EXE_kinetostat")).args(arguments).current_dir(folder).output().unwrap()
+}
+
+fn stdout(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+/// What a command that must end with `code` prints.
+fn printed(code: i32, arguments: &[&str]) -> String {
+    let output = kinetostat(arguments);
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {}", stderr(&output));
+    if code < 2 {
+        assert_eq!(stderr(&output), "", "{arguments:?}: a command that ran has nothing to say on stderr");
+    }
+    stdout(&output)
+}
+
+/// Bad input: exit code 2, nothing on stdout, and `message` on stderr.
+fn refused(arguments: &[&str], message: &str) {
+    let output = kinetostat(arguments);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+    assert_eq!(stdout(&output), "", "{arguments:?}: nothing is printed for bad input");
+    let found = stderr(&output);
+    assert!(found.contains(message), "{arguments:?}\n  expected: {message}\n  found:    {found}");
+}
+
+fn path(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+fn numbers(json: &Value) -> Vec<f64> {
+    match json {
+        Value::Array(items) => items.iter().flat_map(numbers).collect(),
+        number => vec![number.as_f64().unwrap_or_else(|| panic!("{number} is not a number"))],
+    }
+}
+
+/// Numbers as one argument.
+fn joined(json: &Value) -> String {
+    numbers(json).iter().map(f64::to_string).collect::<Vec<_>>().join(",")
+}
+
+// Help and machines.
+
+#[test]
+fn the_help_of_every_command_shows_examples() {
+    for command in
+        [&["--help"][..], &["run", "--help"], &["point", "--help"], &["machines", "--help"], &["check", "--help"]]
+    {
+        let help = printed(0, command);
+        let examples = help.split_once("Examples:").unwrap_or_else(|| panic!("{command:?} has no examples")).1;
+        assert!(examples.contains("\n  kinetostat "), "{command:?}: {examples}");
+    }
+    let commands = printed(0, &["--help"]);
+    for command in ["run", "point", "machines", "check"] {
+        assert!(commands.contains(&format!("\n  {command} ")), "{command} is not listed");
+    }
+}
+
+#[test]
+fn machines_lists_the_catalogue() {
+    let list = printed(0, &["machines"]);
+    for name in ["orthoglide", "tripteron"] {
+        assert!(list.contains(name), "{list}");
+    }
+}
+
+#[test]
+fn check_says_the_same_of_a_machine_and_of_its_printed_file() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["orthoglide", "tripteron"] {
+        let file = folder.path().join(format!("{name}.toml"));
+        fs::write(&file, printed(0, &["machines", "--show", name])).unwrap();
+        let findings = printed(0, &["check", name]);
+        for expected in ["mobility", "over-constraint", "reach at home", "round trip", "tool stiffness", "K_C at home"]
+        {
+            assert!(findings.contains(expected), "{name}: {expected} is missing in\n{findings}");
+        }
+        assert_eq!(findings, printed(0, &["check", path(&file)]));
+    }
+}
+
+// One point.
+
+/// The point of a reference state, solved by the program.
+fn point_of(state: &Value, load: &[&str]) -> Value {
+    let (position, assembly) = (joined(&state["position_mm"]), joined(&state["assembly_deg"]));
+    let common = ["point", "--machine", "orthoglide", "--position", &position, "--assembly", &assembly, "--json"];
+    serde_json::from_str(&printed(0, &[&common[..], load].concat())).unwrap()
+}
+
+fn milling(state: &Value) -> Vec<String> {
+    state["phi_deg"].as_f64().map_or_else(Vec::new, |phi| vec!["--phi".into(), phi.to_string()])
+}
+
+#[test]
+fn point_prints_the_reference_states_with_their_keys() {
+    let states = reference("orthoglide");
+    let states = states.as_array().unwrap();
+    assert_eq!(states.len(), 12);
+    for state in states {
+        let load = milling(state);
+        let found = point_of(state, &load.iter().map(String::as_str).collect::<Vec<_>>());
+        let keys = |object: &Value| object.as_object().unwrap().keys().cloned().collect::<BTreeSet<String>>();
+        let mut expected_keys = keys(state);
+        expected_keys.extend(["status", "iterations", "residual"].map(String::from));
+        assert_eq!(keys(&found), expected_keys);
+        assert_eq!(found["status"], "solved");
+        assert!(found["residual"].as_f64().unwrap() <= 1e-10);
+        assert!(found["iterations"].as_u64().is_some());
+        for (key, expected) in state.as_object().unwrap() {
+            if key == "phi_deg" {
+                assert_eq!(found[key].as_f64(), expected.as_f64());
+            } else {
+                within(key).check(key, &numbers(&found[key]), &numbers(expected));
+            }
+        }
+    }
+}
+
+/// The accuracy that `tests/reference/README.md` states.
+fn within(key: &str) -> Within {
+    match key {
+        "stiffness_unloaded" => Within::Stiffness(1e-9),
+        "stiffness_loaded" => Within::Stiffness(1e-5),
+        "platform_rotvec_rad" | "compensated_rotvec_rad" => Within::Absolute(1e-10),
+        "actuator_force_N" | "compensated_actuator_force_N" | "chain_wrench_N_Nmm" => Within::RelativeToLargest(1e-5),
+        _ => Within::Absolute(1e-8),
+    }
+}
+
+#[test]
+fn the_same_load_as_a_wrench_gives_the_same_point() {
+    let states = reference("orthoglide");
+    let loaded = states.as_array().unwrap().iter().filter(|state| !state["phi_deg"].is_null());
+    for state in loaded.take(3) {
+        let phi = milling(state);
+        let by_angle = point_of(state, &[&phi[0], &phi[1]]);
+        let wrench = joined(&by_angle["wrench_N_Nmm"]);
+        let mut by_wrench = point_of(state, &["--wrench", &wrench]);
+        assert!(by_wrench["phi_deg"].is_null());
+        by_wrench["phi_deg"] = by_angle["phi_deg"].clone();
+        assert_eq!(by_angle, by_wrench);
+    }
+}
+
+#[test]
+fn point_reads_well_and_knows_named_points() {
+    let by_name = printed(0, &["point", "--machine", "orthoglide", "--at", "Q1", "--phi", "130"]);
+    let by_position = ["point", "--machine", "orthoglide", "--position", "126.35,126.35,126.35", "--phi", "130"];
+    assert_eq!(by_name, printed(0, &by_position));
+    for expected in ["solved", "tool displacement", " mm", "mrad", "ρ compensated"] {
+        assert!(by_name.contains(expected), "{expected} is missing in\n{by_name}");
+    }
+}
+
+#[test]
+fn an_unreachable_point_is_an_answer_with_a_reason() {
+    let arguments = ["point", "--machine", "orthoglide", "--position", "400,0,0", "--phi", "0"];
+    let text = printed(1, &arguments);
+    assert!(text.starts_with("unreachable: chain ") && text.contains("cannot close: gap "), "{text}");
+    let json: Value = serde_json::from_str(&printed(1, &[&arguments[..], &["--json"]].concat())).unwrap();
+    assert_eq!(json["status"], "unreachable");
+    assert!(json["reason"].as_str().unwrap().contains("cannot close"));
+}
+
+#[test]
+fn a_load_that_nothing_withstands_is_an_answer_with_a_reason() {
+    let arguments = ["point", "--machine", "orthoglide", "--at", "Q0", "--wrench", "1e9,0,0,0,0,0"];
+    let text = printed(1, &arguments);
+    assert!(text.contains("not_converged") && text.contains("no equilibrium beyond"), "{text}");
+    assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
+    let json: Value = serde_json::from_str(&printed(1, &[&arguments[..], &["--json"]].concat())).unwrap();
+    assert_eq!(json["status"], "not_converged");
+    assert!(json["platform_mm"].is_null() && json["delta_rho_mm"].is_null());
+}
+
+/// Three slides and a beam; `end` is put behind the beam.
+fn gantry(end: &str) -> String {
+    format!(
+        r#"schema = 1
+name = "gantry"
+title = "Three slides and a beam"
+platform = {{ tool_tip_mm = [0.0, 0.0, -50.0], controls = ["x", "y", "z"] }}
+home = {{ position_mm = [100.0, 0.0, 0.0] }}
+workspace = {{ min_mm = [0.0, -100.0, -100.0], max_mm = [200.0, 100.0, 100.0] }}
+material = {{ steel = {{ youngs_modulus_N_per_mm2 = 210000.0, shear_modulus_N_per_mm2 = 81000.0 }} }}
+mount = [{{ name = "arm", chain = "arm" }}]
+[[chain]]
+name = "arm"
+elements = [
+  {{ prismatic_drive = {{ name = "x", axis = "x", stiffness_N_per_mm = 1e5, travel_mm = [-60.0, 60.0] }} }},
+  {{ prismatic_drive = {{ name = "y", axis = "y", stiffness_N_per_mm = 1e5 }} }},
+  {{ prismatic_drive = {{ name = "z", axis = "z", stiffness_N_per_mm = 1e5 }} }},
+  {{ beam = {{ length_mm = 100.0, section = {{ round = {{ diameter_mm = 40.0 }} }}, material = "steel" }} }},
+  {end}
+]
+"#
+    )
+}
+
+#[test]
+fn a_platform_that_turns_freely_is_singular() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("gantry.toml");
+    fs::write(&file, gantry(r#"{ revolute_joint = { name = "q", axis = "x" } },"#)).unwrap();
+    for wrench in ["0,0,0,0,0,0", "0,1,0,0,0,0", "100,10,1,0,0,0"] {
+        let text = printed(1, &["point", "--machine", path(&file), "--position", "50,0,0", "--wrench", wrench]);
+        assert!(text.contains("singular") && text.contains("the platform can move without resistance"), "{text}");
+    }
+    let text = printed(0, &["check", path(&file)]);
+    assert!(text.contains("warning: home: with all drives locked, 1 motion(s) are left"), "{text}");
+}
+
+#[test]
+fn a_home_that_the_chains_do_not_hold_is_a_warning() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("gantry.toml");
+    let turned = gantry("").replace("[100.0, 0.0, 0.0] }", "[100.0, 0.0, 0.0], rotation_deg = [0.0, 90.0, 0.0] }");
+    fs::write(&file, turned).unwrap();
+    let text = printed(0, &["check", path(&file)]);
+    let warning =
+        "the chains hold the platform at (100.000, 0.000, 0.000) mm, which is 0.000 mm and 90.000 deg from the home";
+    assert!(text.contains(warning), "{text}");
+    fs::write(&file, gantry("")).unwrap();
+    assert!(!printed(0, &["check", path(&file)]).contains("the chains hold the platform at"));
+}
+
+// Mistakes.
+
+#[test]
+fn mistakes_on_the_command_line_are_refused() {
+    let point = ["point", "--machine", "orthoglide"];
+    let at = |more: &[&'static str]| [&point[..], &["--at", "Q0"], more].concat();
+    let cases: Vec<(Vec<&str>, &str)> = vec![
+        (vec![], "Usage: kinetostat <COMMAND>"),
+        (vec!["mill"], "unrecognized subcommand 'mill'"),
+        (point.to_vec(), "<--position <POSITION>|--at <AT>>"),
+        (
+            [&point[..], &["--at", "Q9"]].concat(),
+            "--at: machine orthoglide has no point \"Q9\"; there are: Q0, Q1, Q2, Q3",
+        ),
+        ([&point[..], &["--position", "1,2"]].concat(), "expected 3 numbers separated by commas, got 2"),
+        ([&point[..], &["--position", "1,2,far"]].concat(), "\"far\" is not a number"),
+        ([&point[..], &["--position", "1,2,nan"]].concat(), "\"nan\" is not between -1e18 and 1e18"),
+        (at(&["--position", "1,2,3"]), "cannot be used with"),
+        (at(&["--wrench", "1,2,3"]), "expected 6 numbers separated by commas, got 3"),
+        (at(&["--wrench", "1e308,0,0,0,0,0"]), "\"1e308\" is not between -1e18 and 1e18"),
+        (at(&["--wrench", "1,2,3,4,5,6", "--phi", "0"]), "cannot be used with"),
+        (at(&["--phi", "nan"]), "\"nan\" is not between"),
+        (at(&["--phi", "0", "--law", "sideways"]), "[possible values: printed, rotated]"),
+        (at(&["--assembly", "1,2"]), "--assembly: expected 3 angles, one per chain of orthoglide, got 2"),
+        (
+            vec!["machines", "--show", "delta"],
+            "--show: no built-in machine \"delta\"; there are: orthoglide, tripteron",
+        ),
+        (vec!["check", "delta"], "machine: no built-in machine \"delta\" and no such file"),
+        (vec!["check", "nowhere.toml"], "nowhere.toml: cannot be read: "),
+        (vec!["check", env!("CARGO_BIN_EXE_kinetostat")], "kinetostat: cannot be read: "),
+        (vec!["check", env!("CARGO_MANIFEST_DIR")], "cannot be read: "),
+        (vec!["run", "nowhere"], "nowhere: cannot be read: "),
+        (vec!["run", env!("CARGO_MANIFEST_DIR")], "study.toml: cannot be read: "),
+    ];
+    for (arguments, message) in cases {
+        refused(&arguments, message);
+    }
+}
+
+#[test]
+fn mistakes_in_a_run_are_found_before_anything_is_computed_or_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let broken = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/bad_input/studies/grid_zero.toml");
+    let run = |study, more: &[&'static str]| [&["run", study, "--out", path(&out)], more].concat();
+    refused(&run(broken, &[]), "grid_zero.toml: workspace_map.grid: must be at least 1 along each axis");
+    refused(&run(STUDY, &["--grid", "0"]), "command line: --grid: must be at least 1 along each axis");
+    refused(&run(STUDY, &["--grid", "1000"]), "at most 2000000 in all, got [1000, 1000, 1000]");
+    refused(&run(STUDY, &["--grid", "3,3"]), "expected one count or three, got 2");
+    refused(&run(STUDY, &["--grid", "many"]), "\"many\" is not a count");
+    refused(&run(STUDY, &["--grid", "-1"]), "\"-1\" is not a count");
+    refused(&run(STUDY, &["--threads", "0"]), "0 is not in 1..");
+    assert!(!out.exists(), "bad input leaves no folder behind");
+
+    fs::write(&out, "not a folder").unwrap();
+    refused(&run(STUDY, &["--grid", "2"]), "out: cannot be written: ");
+    assert_eq!(fs::read_to_string(&out).unwrap(), "not a folder");
+}
+
+/// What a command with its stdout going to `file` says on stderr, and its exit code.
+#[cfg(target_os = "linux")]
+fn printing_to(file: std::process::Stdio, arguments: &[&str]) -> (Option<i32>, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_kinetostat")).args(arguments).stdout(file).output().unwrap();
+    (output.status.code(), stderr(&output))
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_reader_that_goes_away_is_no_fault_but_a_full_disk_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let run = ["run", STUDY, "--grid", "1", "--no-figures", "--out", path(&out)];
+    for arguments in
+        [&["machines"][..], &["check", "orthoglide"], &["point", "--machine", "orthoglide", "--at", "Q0"], &run]
+    {
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        assert_eq!(printing_to(writer.into(), arguments), (Some(0), String::new()), "{arguments:?}");
+        let full = fs::File::create("/dev/full").unwrap();
+        let (code, message) = printing_to(full.into(), arguments);
+        assert_eq!(code, Some(2), "{arguments:?}");
+        assert!(message.starts_with("error: standard output: cannot be written: "), "{arguments:?}: {message}");
+    }
+    assert!(out.join("map.csv").exists());
+}
+
+// A study.
+
+const FIGURES: [&str; 6] = [
+    "slices_deflection_cutting",
+    "slices_deflection_both",
+    "slices_delta_rho_both",
+    "slices_departure_both",
+    "slices_stiffness_min_cutting",
+    "workspace_deflection_both",
+];
+
+fn file_names(folder: &Path) -> BTreeSet<String> {
+    fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
+}
+
+/// A table as its header and its rows, all of the header's length.
+fn table(folder: &Path) -> (Vec<String>, Vec<Vec<String>>) {
+    // The reader refuses rows of another length.
+    let mut reader = csv::Reader::from_path(folder.join("map.csv")).unwrap();
+    let header: Vec<String> = reader.headers().unwrap().iter().map(String::from).collect();
+    let rows = reader.records().map(|row| row.unwrap().iter().map(String::from).collect()).collect();
+    (header, rows)
+}
+
+/// A row is solved and full of finite numbers, or has a status with a reason and no numbers.
+fn check_row(header: &[String], row: &[String]) {
+    let column = |name: &str| header.iter().position(|h| h == name).unwrap_or_else(|| panic!("no column {name}"));
+    let (source, status, reason) = (&row[column("source")], &row[column("status")], &row[column("reason")]);
+    assert!(["cutting", "assembly", "both"].contains(&source.as_str()), "{row:?}");
+    assert_eq!(status == "solved", reason.is_empty(), "{row:?}");
+    assert!(!status.is_empty(), "{row:?}");
+    for (name, cell) in header.iter().zip(row) {
+        let is_word = ["source", "status", "reason"].contains(&name.as_str());
+        let is_position = ["x_mm", "y_mm", "z_mm"].contains(&name.as_str());
+        let is_departure = name.starts_with("departure") && source != "both";
+        let is_angle = name == "deflection_phi_deg" && source == "assembly";
+        if is_word {
+            continue;
+        }
+        let is_empty = !is_position && (status != "solved" || is_departure || is_angle);
+        assert_eq!(cell.is_empty(), is_empty, "{name} of {row:?}");
+        if !cell.is_empty() {
+            assert!(cell.parse::<f64>().unwrap().is_finite(), "{name} of {row:?}");
+        }
+    }
+}
+
+/// Every column of numbers says its unit, but for the ratio.
+fn check_units(header: &[String]) {
+    let units = ["_mm", "_deg", "_N", "_Nmm", "_N_per_mm"];
+    for name in header.iter().filter(|name| !["source", "status", "reason"].contains(&name.as_str())) {
+        assert!(
+            units.iter().any(|unit| name.ends_with(unit)) || name == "departure_over_deflection",
+            "{name}: no unit"
+        );
+    }
+}
+
+fn check_json(file: &Path) -> Value {
+    fn no_null_numbers(value: &Value, key: &str) {
+        match value {
+            // A number that is not finite is written as null.
+            Value::Null => assert!(["phi_deg", "seed"].contains(&key), "{key} is null"),
+            Value::Array(items) => items.iter().for_each(|item| no_null_numbers(item, key)),
+            Value::Object(items) => items.iter().for_each(|(key, item)| no_null_numbers(item, key)),
+            _ => {}
+        }
+    }
+    let json = serde_json::from_str(&fs::read_to_string(file).unwrap()).unwrap();
+    no_null_numbers(&json, "");
+    json
+}
+
+fn check_figures(folder: &Path) {
+    for name in FIGURES {
+        let svg = fs::read_to_string(folder.join(format!("{name}.svg"))).unwrap();
+        assert!(svg.contains("<svg") && svg.trim_end().ends_with("</svg>"), "{name}.svg");
+        assert_eq!(svg.matches("<text").count(), svg.matches("</text>").count(), "{name}.svg");
+        assert!(!svg.contains("NaN") && !svg.contains("\"inf"), "{name}.svg");
+        let png = image::open(folder.join(format!("{name}.png"))).unwrap().to_rgb8();
+        assert!(png.width() >= 800 && png.height() >= 400, "{name}.png");
+        let first = *png.get_pixel(0, 0);
+        assert!(png.pixels().any(|pixel| *pixel != first), "{name}.png is empty");
+    }
+}
+
+fn expected_files() -> BTreeSet<String> {
+    let figures = FIGURES.iter().flat_map(|name| [format!("{name}.svg"), format!("{name}.png")]);
+    figures.chain(["map.csv", "summary.json", "manifest.json"].map(String::from)).collect()
+}
+
+/// Runs `study` at grid 3 with `threads` threads; the folder written and what was printed.
+fn run(study: &str, folder: &Path, threads: &str, code: i32) -> (PathBuf, String) {
+    let out = folder.join(format!("results_{threads}"));
+    let text = printed(code, &["run", study, "--grid", "3", "--out", path(&out), "--threads", threads]);
+    (out, text)
+}
+
+#[test]
+fn the_first_study_writes_complete_results_the_same_for_any_thread_count() {
+    let folder = tempfile::tempdir().unwrap();
+    let (one, text) = run(STUDY, folder.path(), "1", 0);
+    let (two, _) = run(STUDY, folder.path(), "2", 0);
+    assert_eq!(file_names(&one), expected_files());
+    for name in expected_files().iter().filter(|name| *name != "manifest.json") {
+        assert!(
+            fs::read(one.join(name)).unwrap() == fs::read(two.join(name)).unwrap(),
+            "{name} depends on the threads"
+        );
+    }
+
+    let (header, rows) = table(&one);
+    assert_eq!(rows.len(), 3 * 27);
+    check_units(&header);
+    rows.iter().for_each(|row| check_row(&header, row));
+    check_figures(&one);
+    let summary = check_json(&one.join("summary.json"));
+    assert_eq!(summary["rows_solved"], 81);
+    let manifest = check_json(&one.join("manifest.json"));
+    assert_eq!(manifest["statuses"][0]["rows"], 81);
+
+    for expected in ["The cutting force alone moves the tool by ", "drives must be commanded up to ", "map.csv"] {
+        assert!(text.contains(expected), "{expected} is missing in\n{text}");
+    }
+    assert!(!text.contains('\r') && !text.contains('\u{1b}') && !text.contains("left"), "progress in a pipe:\n{text}");
+}
+
+#[test]
+fn results_replace_older_ones_and_tables_can_be_had_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("deep/results");
+    for grid in ["2", "1"] {
+        printed(0, &["run", STUDY, "--grid", grid, "--out", path(&out), "--no-figures"]);
+    }
+    assert_eq!(file_names(&out), ["manifest.json", "map.csv", "summary.json"].map(String::from).into());
+    assert_eq!(table(&out).1.len(), 3);
+}
+
+/// A study of `machine` over the box from `min` to `max` on each axis, in a folder of its own.
+fn write_study(folder: &Path, machine: &str, min: f64, max: f64) -> PathBuf {
+    let study = folder.join("study");
+    fs::create_dir_all(&study).unwrap();
+    let text = format!(
+        r#"schema = 1
+question = "Where can the machine go?"
+machine = "{machine}"
+milling = {{ radial_force_N = 215.0, tangential_force_N = -10.0, axial_force_N = -25.0, phi_step_deg = 90.0 }}
+workspace_map = {{ grid = [2, 2, 2], min_mm = [{min}, {min}, {min}], max_mm = [{max}, {max}, {max}], slices_z_mm = [0.0] }}
+"#
+    );
+    fs::write(study.join("study.toml"), text).unwrap();
+    study
+}
+
+/// Statuses and reasons of a run that is only partly solved, its results checked.
+fn partly_solved(folder: &Path, study: &Path) -> (Vec<(String, String)>, String) {
+    let (out, text) = run(path(study), folder, "2", 1);
+    assert_eq!(file_names(&out), expected_files());
+    let (header, rows) = table(&out);
+    assert_eq!(rows.len(), 3 * 27);
+    rows.iter().for_each(|row| check_row(&header, row));
+    check_figures(&out);
+    check_json(&out.join("summary.json"));
+    (rows.into_iter().map(|row| (row[4].clone(), row[5].clone())).collect(), text)
+}
+
+#[test]
+fn a_box_beyond_the_machine_gives_unreachable_rows_with_reasons() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = write_study(folder.path(), "orthoglide", -400.0, 400.0);
+    let (statuses, text) = partly_solved(folder.path(), &study);
+    let unreachable = statuses.iter().filter(|(status, _)| status == "unreachable").collect::<Vec<_>>();
+    assert!(unreachable.len() > 40 && unreachable.len() < 81, "{}", unreachable.len());
+    assert!(unreachable.iter().all(|(_, reason)| reason.contains("cannot close: gap ")), "{unreachable:?}");
+    assert!(text.contains(&format!("{} of 81 rows solved", 81 - unreachable.len())), "{text}");
+}
+
+#[test]
+fn a_box_where_nothing_is_reached_is_still_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = write_study(folder.path(), "orthoglide", 600.0, 900.0);
+    let (statuses, text) = partly_solved(folder.path(), &study);
+    assert!(statuses.iter().all(|(status, _)| status == "unreachable"));
+    assert!(text.contains("0 of 81 rows solved"), "{text}");
+}
+
+#[test]
+fn travel_limits_are_a_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = write_study(folder.path(), "gantry.toml", -50.0, 150.0);
+    fs::write(study.join("gantry.toml"), gantry("")).unwrap();
+    let (statuses, _) = partly_solved(folder.path(), &study);
+    // x of the drive is 100 mm less than x of P: of −50, 50 and 150 mm the travel of ±60 mm covers the last two.
+    let (beyond, solved): (Vec<_>, Vec<_>) = statuses.iter().partition(|(status, _)| status == "unreachable");
+    assert_eq!((beyond.len(), solved.len()), (27, 54));
+    let reason = "drive x of chain arm at -150.000 mm, travel -60.000 to 60.000 mm";
+    assert!(beyond.iter().all(|(_, found)| found == reason), "{:?}", beyond[0]);
+}

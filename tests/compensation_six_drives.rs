@@ -1,0 +1,107 @@
+//! A machine whose drives control all six coordinates: position alone, or the full pose, may be put right.
+
+mod support;
+
+use kinetostat::{
+    compensation::{Compensation, Demand, Method, Session, Settings, Status, Target, compensate},
+    machine::{ChainError, Machine},
+    spatial::{Pose, Twist, Wrench, rotation_log},
+};
+use nalgebra::Vector3;
+use support::engine::machine_from;
+
+const ARM: &str = r#"
+schema = 1
+name = "arm"
+title = "Six-axis arm with elastic drives and an elastic forearm"
+
+[platform]
+tool_tip_mm = [0.0, 0.0, 100.0]
+controls = ["x", "y", "z", "rotation_x", "rotation_y", "rotation_z"]
+
+[home]
+position_mm = [730.0, 0.0, 420.0]
+
+[workspace]
+min_mm = [500.0, -200.0, 300.0]
+max_mm = [800.0, 200.0, 500.0]
+
+[[chain]]
+name = "arm"
+elements = [
+  { revolute_drive = { name = "j1", axis = "z", stiffness_Nmm_per_rad = 2e9 } },
+  { fixed = { translation_mm = [0.0, 0.0, 400.0] } },
+  { revolute_drive = { name = "j2", axis = "y", stiffness_Nmm_per_rad = 2e9, home_deg = -30.0 } },
+  { fixed = { translation_mm = [0.0, 0.0, 450.0] } },
+  { revolute_drive = { name = "j3", axis = "y", stiffness_Nmm_per_rad = 1e9, home_deg = 70.0 } },
+  { link = { advance_mm = 420.0, stiffness_N_mm_rad = [
+    [1e5, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0, 2e4, 0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 2e4, 0.0, 0.0, 0.0],
+    [0.0, 0.0, 0.0, 5e8, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, 8e8, 0.0], [0.0, 0.0, 0.0, 0.0, 0.0, 8e8]] } },
+  { revolute_drive = { name = "j4", axis = "x", stiffness_Nmm_per_rad = 5e8, home_deg = 10.0 } },
+  { revolute_drive = { name = "j5", axis = "y", stiffness_Nmm_per_rad = 5e8, home_deg = -40.0 } },
+  { fixed = { translation_mm = [90.0, 0.0, 0.0] } },
+  { revolute_drive = { name = "j6", axis = "x", stiffness_Nmm_per_rad = 3e8 } },
+]
+
+[[mount]]
+name = "arm"
+chain = "arm"
+"#;
+
+fn machines() -> (Machine, Machine) {
+    let nominal = machine_from(ARM);
+    let end = Twist { linear: Vector3::new(0.3, -0.2, 0.1), angular: Vector3::new(2e-3, 1e-3, -1e-3) };
+    let error = ChainError { end, drive_offsets: vec![1e-3, -5e-4], ..ChainError::default() };
+    let real = nominal.with_errors(&[error]);
+    (nominal, real)
+}
+
+fn demand(machine: &Machine, target: Target) -> Demand {
+    let turned = Pose::from_rotation_vector(Vector3::new(0.1, -0.05, 0.2));
+    let rotation = machine.home.pose.rotation * turned.rotation;
+    let pose = Pose { rotation, translation: machine.home.pose.translation + Vector3::new(-60.0, 80.0, 30.0) };
+    Demand { pose, load: Wrench::new([300.0, -200.0, -400.0, 2e4, 1e4, -5e3]), target }
+}
+
+fn solve(method: Method, target: Target) -> (Compensation, Pose, Pose) {
+    let (nominal, real) = machines();
+    let demand = demand(&nominal, target);
+    let mut session = Session::new(&nominal, &real, Settings::default());
+    let done = compensate(&mut session, &demand, method);
+    assert_eq!(done.status, Status::Converged, "{method:?}, {target:?}: {:?}", done.history);
+    let commanded = session.target().unwrap();
+    (done, commanded, session.state().pose)
+}
+
+const METHODS: [Method; 4] =
+    [Method::Direct, Method::Newton, Method::MatrixFree { alpha: 1.0 }, Method::FixedMatrix { alpha: 1.0 }];
+
+#[test]
+fn all_methods_meet_for_every_target() {
+    for target in [Target::ToolTip, Target::PlatformPoint, Target::FullPose] {
+        let (reference, ..) = solve(Method::Direct, target);
+        for method in METHODS {
+            let (done, ..) = solve(method, target);
+            for (a, b) in done.drives.iter().zip(&reference.drives) {
+                assert!((a - b).abs() < 1e-11, "{method:?}, {target:?}: {a} differs from {b} rad");
+            }
+        }
+    }
+}
+
+#[test]
+fn full_pose_leaves_nothing() {
+    let (done, _, pose) = solve(Method::Direct, Target::FullPose);
+    let wanted = demand(&machines().0, Target::FullPose).pose;
+    assert!(done.leftover_rotation.norm() < 1e-12);
+    assert!((pose.translation - wanted.translation).norm() < 1e-9);
+}
+
+#[test]
+fn tool_tip_alone_leaves_the_rotation_and_commands_the_wanted_orientation() {
+    let (done, commanded, _) = solve(Method::Direct, Target::ToolTip);
+    let wanted = demand(&machines().0, Target::ToolTip).pose;
+    assert!(done.position_error.norm() < 1e-9);
+    assert!(done.leftover_rotation.norm() > 1e-4);
+    assert!(rotation_log(&(commanded.rotation * wanted.rotation.transpose())).norm() < 1e-12);
+}

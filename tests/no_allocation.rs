@@ -1,0 +1,96 @@
+//! A Newton iteration allocates nothing: warm solves that need more iterations allocate as often, and as much, as those
+//! that need fewer.
+
+use std::{
+    alloc::{GlobalAlloc, Layout, System},
+    cell::Cell,
+};
+
+use kinetostat::{
+    machine::{ChainError, Configuration, Machine},
+    process::MillingForce,
+    statics::{Settings, State, Status, Workspace, equilibrium},
+};
+
+thread_local! {
+    /// Allocations and bytes of this thread.
+    static ALLOCATED: Cell<(usize, usize)> = const { Cell::new((0, 0)) };
+}
+
+/// The system's allocator, counted per thread.
+struct Counting;
+
+fn count(bytes: usize) {
+    // A thread that is being torn down has no counter any more.
+    let _ = ALLOCATED.try_with(|cell| {
+        let (times, total) = cell.get();
+        cell.set((times + 1, total + bytes));
+    });
+}
+
+// SAFETY: every call is passed on to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count(layout.size());
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        count(size);
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// Iterations and allocations (times, bytes) of one solve.
+#[derive(Debug, Clone, Copy)]
+struct Cost {
+    iterations: usize,
+    allocated: (usize, usize),
+}
+
+/// Solves from `start` under the milling wrench at `phi_deg`.
+fn solve(machine: &Machine, at: &Configuration, start: &State, phi_deg: f64, workspace: &mut Workspace) -> Cost {
+    let load = MillingForce::PAPER.wrench(phi_deg.to_radians(), machine.tool_tip);
+    let mut state = start.clone();
+    let before = ALLOCATED.get();
+    let outcome = equilibrium(machine, &at.drives, &load, &mut state, workspace, &Settings::default());
+    let after = ALLOCATED.get();
+    assert_eq!((outcome.status, outcome.load_steps), (Status::Solved, 1));
+    Cost { iterations: outcome.iterations, allocated: (after.0 - before.0, after.1 - before.1) }
+}
+
+#[test]
+fn more_newton_iterations_do_not_allocate_more() {
+    let nominal = Machine::named_or_file("orthoglide").unwrap();
+    let turns = nominal.chains.iter().zip([1.0f64, -1.0, 1.0]);
+    let errors: Vec<_> =
+        turns.map(|(chain, degrees)| ChainError::turn_about_drive_axis(chain, degrees.to_radians())).collect();
+    let real = nominal.with_errors(&errors);
+    let at = nominal.inverse_kinematics(&nominal.pose_at(nominal.point("Q1").unwrap().position)).unwrap();
+    let rigid = State::rigid(&nominal, &at);
+    let mut workspace = Workspace::new(&real);
+    let first = solve(&real, &at, &rigid, 0.0, &mut workspace);
+    assert!(first.allocated.0 > 0, "the allocator does not count");
+
+    let load = MillingForce::PAPER.wrench(0.0, nominal.tool_tip);
+    let mut loaded = rigid.clone();
+    equilibrium(&real, &at.drives, &load, &mut loaded, &mut workspace, &Settings::default());
+    let costs: Vec<Cost> = [(&loaded, 0.0), (&loaded, 0.01), (&loaded, 20.0), (&rigid, 180.0)]
+        .into_iter()
+        .map(|(start, phi_deg)| solve(&real, &at, start, phi_deg, &mut workspace))
+        .collect();
+
+    let iterations: Vec<usize> = costs.iter().map(|cost| cost.iterations).collect();
+    let (least, most) = (iterations.iter().min().unwrap(), iterations.iter().max().unwrap());
+    assert!(most - least >= 2, "the solves must differ in their iterations to prove anything: {iterations:?}");
+    for cost in &costs {
+        assert_eq!(cost.allocated, costs[0].allocated, "{costs:?}");
+    }
+}
