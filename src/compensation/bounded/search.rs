@@ -7,7 +7,7 @@ use super::{
     limits::{Bounds, LimitKind, Limits, force_unit},
     outcome::{BoundedStatus, Errors},
     path::{Answer, Point, Simulator},
-    program::{Failure, Goal, Multiplier, Program, Solved},
+    program::{Failure, Goal, Multiplier, Program, Solved, tool_unit},
 };
 use crate::machine::Machine;
 
@@ -21,8 +21,9 @@ const IMPROVEMENT: f64 = 1e-9;
 const SAME_LENGTH: f64 = 1e-8;
 /// A linearisation that promises to improve the errors by less than this share promises nothing.
 const PROMISE: f64 = 1e-5;
-/// Limits are held responsible if a step of at most this share of the machine's reach would serve without them.
-const RELAXED_STEP: f64 = 0.05;
+/// Steps for the sake of forces move the tool by at most this share of the machine's reach: farther, the linearisation
+/// says little. They can be long, because forces depend little on where the tool is.
+const LONGEST_STEP: f64 = 0.1;
 
 /// Corrections of all points, and the machine's answers.
 #[derive(Debug, Clone)]
@@ -79,7 +80,8 @@ impl Search<'_, '_> {
         Ok(found)
     }
 
-    /// The unbounded corrections, moved into the limits on correction, travel and change.
+    /// The unbounded corrections, moved into the limits on correction, travel and change; from no corrections, moved
+    /// likewise, if the machine has no equilibrium there.
     fn start(&mut self) -> Result<Found, BoundedError> {
         let known: Vec<&Answer> = self.points.iter().filter_map(Point::best_known).collect();
         let wanted: Vec<f64> =
@@ -87,21 +89,26 @@ impl Search<'_, '_> {
         let mut corrections = wanted.clone();
         self.bounds.project(&mut corrections);
         let excess = self.bounds.force_excess(known.iter().map(|answer| answer.forces.as_slice()));
+        let known = iterate(wanted, known.into_iter().cloned().collect(), excess);
         let is_exact = self.points.iter().all(|point| point.exact.is_some());
-        let mut found = Found {
-            iterate: iterate(wanted, known.into_iter().cloned().collect(), excess),
-            status: BoundedStatus::Slow,
+        let (is_inside, keeps_forces) = (corrections == known.corrections, excess <= 0.0);
+        let mut none = vec![0.0; corrections.len()];
+        let start = match self.simulate(corrections, &known) {
+            Ok(start) => start,
+            Err(_) => {
+                self.bounds.project(&mut none);
+                self.simulate(none, &known)?
+            }
+        };
+        let is_unbounded = is_exact && is_inside && keeps_forces;
+        Ok(Found {
+            iterate: start,
+            status: if is_unbounded { BoundedStatus::Unbounded } else { BoundedStatus::Slow },
             binding: Vec::new(),
             iterations: 0,
             convex_iterations: 0,
             is_accurate: true,
-        };
-        if is_exact && corrections == found.iterate.corrections && excess <= 0.0 {
-            found.status = BoundedStatus::Unbounded;
-        } else if corrections != found.iterate.corrections {
-            found.iterate = self.simulate(corrections, &found.iterate)?;
-        }
-        Ok(found)
+        })
     }
 
     /// Simulates the path at `corrections`, near the equilibria of `near`.
@@ -127,7 +134,11 @@ impl Search<'_, '_> {
     /// One linearisation; how the search ended, if it did.
     fn iterate(&mut self, found: &mut Found) -> Result<Option<BoundedStatus>, BoundedError> {
         let now = &found.iterate;
-        let program = Program::new(&now.answers, &now.corrections, self.bounds);
+        let mut bounds = self.bounds.clone();
+        if bounds.limit_forces() {
+            self.trust(&mut bounds, now);
+        }
+        let program = Program::new(&now.answers, &now.corrections, &bounds);
         let aimed = match self.aim(&program) {
             Ok(aimed) => Some(aimed),
             Err(Failure::Infeasible) if self.bounds.limit_forces() => None,
@@ -251,6 +262,13 @@ impl Search<'_, '_> {
         iterate.excess = self.bounds.force_excess(iterate.answers.iter().map(|answer| answer.forces.as_slice()));
     }
 
+    /// Narrows `bounds` to where the linearisation at `now` can be trusted.
+    fn trust(&self, bounds: &mut Bounds, now: &Iterate) {
+        let length = LONGEST_STEP * self.machine.reach;
+        let steps: Vec<f64> = (0..bounds.drive_count()).map(|i| length * tool_unit(&now.answers, i)).collect();
+        bounds.narrow(&now.corrections, &steps);
+    }
+
     /// Which force cannot be kept, and which other limits stand in the way.
     fn force_error(&self, iterate: &Iterate) -> BoundedError {
         let shares = iterate.answers.iter().enumerate().flat_map(|(k, answer)| {
@@ -288,9 +306,7 @@ impl Search<'_, '_> {
         if bounds.range == self.bounds.range && bounds.change == self.bounds.change {
             return false;
         }
-        let program = Program::new(&iterate.answers, &iterate.corrections, &bounds);
-        let steps = program.steps_of_length(RELAXED_STEP * self.machine.reach);
-        bounds.narrow(&iterate.corrections, &steps);
+        self.trust(&mut bounds, iterate);
         let program = Program::new(&iterate.answers, &iterate.corrections, &bounds);
         program.solve(Goal::Excess).is_ok_and(|solved| solved.extra <= self.settings.force_tolerance)
     }
