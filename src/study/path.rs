@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use crate::{
-    compensation::{Compensation, Demand, Method, Session, Settings, Status, compensate, simulate, simulate_drives},
+    compensation::{Compensation, Demand, Method, Session, Settings, compensate, simulate, simulate_drives},
     machine::Machine,
     spatial::Pose,
 };
@@ -124,10 +124,4 @@ pub fn run(case: &PathCase<'_>, commands: &Commands<'_>, done: &(dyn Fn() + Sync
         })
         .collect();
     blocks.into_iter().flatten().collect()
-}
-
-/// Points that could not be commanded: index and reason, of the first few.
-pub fn failures(machine: &Machine, answers: &[PathAnswer]) -> Vec<(usize, Status, String)> {
-    let failed = answers.iter().enumerate().filter(|(_, a)| !a.compensation.status.is_success());
-    failed.map(|(index, a)| (index, a.compensation.status.clone(), a.compensation.status.reason(machine))).collect()
 }
