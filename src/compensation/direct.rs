@@ -53,7 +53,7 @@ fn in_one_iteration(session: &mut Session<'_>, demand: &Demand, progress: &mut P
 
 /// From the nominal command: equilibrium, then the target shifted by the sensitivity, and so on.
 fn between_equilibria(session: &mut Session<'_>, demand: &Demand, progress: &mut Progress) -> Ending {
-    let columns: Vec<usize> = demand.coordinates(session.nominal).map(|(control, _)| control).collect();
+    let changes = demand.control_changes(session.nominal);
     let mut shift = Vector6::zeros();
     loop {
         let (task, outcome) = session.answer(demand, &shift)?;
@@ -61,7 +61,7 @@ fn between_equilibria(session: &mut Session<'_>, demand: &Demand, progress: &mut
             return Ok((status, outcome));
         }
         let by_target = session.nominal.drive_jacobian(&session.command).ok_or(Status::Singular)?;
-        let response = task.slope.rows(0, task.count) * &outcome.drive_sensitivity * by_target.select_columns(&columns);
+        let response = task.slope.rows(0, task.count) * &outcome.drive_sensitivity * (by_target * &changes);
         let correction = response.lu().solve(&task.error.rows(0, task.count)).ok_or(Status::Singular)?;
         for (value, change) in shift.iter_mut().zip(correction.iter()) {
             *value -= change;
