@@ -25,7 +25,11 @@ pub(super) fn compensate(session: &mut Session<'_>, demand: &Demand, progress: &
     // Where only some of the controlled coordinates are put right, the others stay commanded as they were.
     let all = demand.coordinates(session.nominal).count() == session.nominal.controls.len();
     match if all { in_one_iteration(session, demand, progress) } else { None } {
-        Some(outcome) => Ok((Status::Converged, outcome)),
+        Some(outcome) => {
+            // The iteration moves the drives freely, past their travel as well.
+            session.check_limits().map_err(Status::Unreachable)?;
+            Ok((Status::Converged, outcome))
+        }
         None => between_equilibria(session, demand, progress),
     }
 }
