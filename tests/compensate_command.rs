@@ -180,3 +180,17 @@ fn mistakes_are_named() {
     let (output, _) = compensate(Path::new("missing.nc"), &process, &[]);
     assert!(text(&output.stderr).starts_with("error: missing.nc: cannot be read"), "{}", text(&output.stderr));
 }
+
+#[test]
+fn an_input_is_not_written_over() {
+    let inputs = tempfile::tempdir().unwrap();
+    let groove = std::fs::read_to_string(folder().join("groove.nc")).unwrap();
+    let program = write(&inputs, "groove.nc", &groove);
+    let (name, process) = (program.to_str().unwrap(), folder().join("process.toml"));
+    let output =
+        run(&["compensate", name, "--machine", "orthoglide", "--process", process.to_str().unwrap(), "--out", name]);
+    assert_eq!(output.status.code(), Some(2));
+    let message = format!("--out: would write over the input {name}; expected another file");
+    assert!(text(&output.stderr).contains(&message), "{}", text(&output.stderr));
+    assert_eq!(std::fs::read_to_string(&program).unwrap(), groove);
+}

@@ -86,14 +86,19 @@ pub fn methods_table(results: &PathResults) -> String {
         let s = &method.summary;
         table.add_row([
             method.method.label(),
-            format!("{:.2}", s.mean_corrections),
-            format!("{:.2e} mm", s.max_mm),
-            format!("{:.2e} mm", s.rms_mm),
+            shown(s.solved, format!("{:.2}", s.mean_corrections)),
+            shown(s.solved, format!("{:.2e} mm", s.max_mm)),
+            shown(s.solved, format!("{:.2e} mm", s.rms_mm)),
             format!("{} of {}", method.failed, s.points),
             format!("{:.0} µs", 1e6 * method.seconds_per_point),
         ]);
     }
     format!("{table}\n")
+}
+
+/// A number, if it comes from any point.
+fn shown(solved: usize, number: String) -> String {
+    if solved > 0 { number } else { "–".into() }
 }
 
 /// Extremes per source and the methods.
