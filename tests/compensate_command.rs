@@ -210,3 +210,17 @@ fn limits_bind_where_they_must_and_are_kept() {
     assert!(text(&output.stderr).contains("its force cannot be brought below"), "{}", text(&output.stderr));
     assert_eq!(std::fs::read_dir(out.path()).unwrap().count(), 0);
 }
+
+#[test]
+fn an_input_is_not_written_over() {
+    let inputs = tempfile::tempdir().unwrap();
+    let groove = std::fs::read_to_string(folder().join("groove.nc")).unwrap();
+    let program = write(&inputs, "groove.nc", &groove);
+    let (name, process) = (program.to_str().unwrap(), folder().join("process.toml"));
+    let output =
+        run(&["compensate", name, "--machine", "orthoglide", "--process", process.to_str().unwrap(), "--out", name]);
+    assert_eq!(output.status.code(), Some(2));
+    let message = format!("--out: would write over the input {name}; expected another file");
+    assert!(text(&output.stderr).contains(&message), "{}", text(&output.stderr));
+    assert_eq!(std::fs::read_to_string(&program).unwrap(), groove);
+}

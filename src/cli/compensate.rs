@@ -64,6 +64,7 @@ pub struct CompensateArguments {
 pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let machine = Machine::named_or_file(&arguments.machine)?;
     let process = Process::open(&arguments.process, &machine)?;
+    keep_inputs(arguments)?;
     let chosen = chosen(arguments)?;
     let job = ProgramJob::open(machine, process, &arguments.path)?;
     let measured = arguments.measured.as_deref().map(|file| measured(file, &job)).transpose()?;
@@ -104,7 +105,12 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
                 ))?;
             }
             super::print(&format!("Written to {}\n", arguments.out.display()))?;
-            Ok(Ending::Complete)
+            let lost = unsolved_as_written(&passes);
+            if lost == 0 {
+                return Ok(Ending::Complete);
+            }
+            super::print(&format!("The written program fails at {lost} points; the table of points says why.\n"))?;
+            Ok(Ending::SomeUnsolved)
         }
         Err(failures) => {
             super::print(&format!("{}{}", header(&job), table(&passes)))?;
@@ -112,6 +118,24 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
             Ok(Ending::SomeUnsolved)
         }
     }
+}
+
+/// Refuses to write over a file that is read.
+fn keep_inputs(arguments: &CompensateArguments) -> Result<()> {
+    let Ok(out) = arguments.out.canonicalize() else { return Ok(()) };
+    let inputs = [Some(&arguments.path), Some(&arguments.process), arguments.measured.as_ref()];
+    match inputs.into_iter().flatten().find(|input| input.canonicalize().is_ok_and(|input| input == out)) {
+        None => Ok(()),
+        Some(input) => {
+            let problem = format!("would write over the input {}; expected another file", input.display());
+            Err(Error::Argument { argument: "--out".into(), problem })
+        }
+    }
+}
+
+/// Points of the last pass, the program as written, that have no equilibrium or cannot be reached.
+fn unsolved_as_written(passes: &[Pass]) -> usize {
+    passes.last().map_or(0, |pass| pass.summary.points - pass.summary.solved)
 }
 
 /// How commands are to be found.
@@ -182,14 +206,19 @@ fn table(passes: &[Pass]) -> String {
         let s = &pass.summary;
         table.add_row([
             pass.name.clone(),
-            millimetres(s.max_mm),
-            millimetres(s.rms_mm),
-            format!("{:.1}", s.mean_corrections),
-            format!("{:.3}°", s.max_leftover_rotation.to_degrees()),
+            shown(s.solved, millimetres(s.max_mm)),
+            shown(s.solved, millimetres(s.rms_mm)),
+            shown(s.solved, format!("{:.1}", s.mean_corrections)),
+            shown(s.solved, format!("{:.3}°", s.max_leftover_rotation.to_degrees())),
             format!("{} of {}", s.solved, s.points),
         ]);
     }
     format!("{table}\n")
+}
+
+/// A number, if it comes from any point.
+fn shown(solved: usize, number: String) -> String {
+    if solved > 0 { number } else { "–".into() }
 }
 
 /// A length to a micrometre, or to its order where it is smaller.

@@ -1,6 +1,8 @@
 //! A toolpath on a machine: what happens without compensation, what each method commands and leaves, what a written
 //! program does.
 
+use std::time::Instant;
+
 use rayon::prelude::*;
 
 use crate::{
@@ -95,11 +97,17 @@ pub fn settings() -> Settings {
 
 /// Commands every point of the path and lets the machine settle. `done` is called after each point.
 pub fn run(case: &PathCase<'_>, commands: &Commands<'_>, done: &(dyn Fn() + Sync)) -> Vec<PathAnswer> {
-    let blocks: Vec<Vec<PathAnswer>> = case
+    timed(case, commands, done).0
+}
+
+/// As [`run`], with the time in s that threads spent on it, all together; threads without work do not count.
+pub fn timed(case: &PathCase<'_>, commands: &Commands<'_>, done: &(dyn Fn() + Sync)) -> (Vec<PathAnswer>, f64) {
+    let blocks: Vec<(Vec<PathAnswer>, f64)> = case
         .demands
         .par_chunks(BLOCK)
         .enumerate()
         .map(|(block, demands)| {
+            let started = Instant::now();
             let mut session = Session::new(case.nominal, case.real, settings());
             let mut near = case.nominal.home.clone();
             let answer = |(i, demand): (usize, &Demand)| {
@@ -120,8 +128,10 @@ pub fn run(case: &PathCase<'_>, commands: &Commands<'_>, done: &(dyn Fn() + Sync
                 done();
                 PathAnswer { compensation, nominal_drives, target }
             };
-            demands.iter().enumerate().map(answer).collect()
+            let answers = demands.iter().enumerate().map(answer).collect();
+            (answers, started.elapsed().as_secs_f64())
         })
         .collect();
-    blocks.into_iter().flatten().collect()
+    let seconds = blocks.iter().map(|(_, seconds)| seconds).sum();
+    (blocks.into_iter().flat_map(|(answers, _)| answers).collect(), seconds)
 }
