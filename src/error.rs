@@ -80,8 +80,13 @@ pub enum Error {
     #[error("limits: {0}")]
     Bounded(#[from] BoundedError),
     /// A path lacks what its cutting force needs.
-    #[error(transparent)]
-    Load(#[from] LoadError),
+    #[error("{file}: {source}")]
+    Load {
+        /// The path's file, or what else it is.
+        file: String,
+        /// What it lacks.
+        source: LoadError,
+    },
     /// A figure cannot be drawn.
     #[error("figure {name}: {problem}")]
     Figure {

@@ -66,9 +66,12 @@ fn written_program_keeps_the_tool_on_its_path_to_the_last_decimal() {
 fn only_motion_words_change() {
     let (_, out) = compensate(&folder().join("groove.nc"), &folder().join("process.toml"), &[]);
     let written = std::fs::read_to_string(out.path().join("out.nc")).unwrap();
-    for kept in
-        ["%\nO0002 (50 mm groove)\n", "N10 G21 G90 G17 G54 ; metric, absolute\n", "\n\nN30 S3000 M3\n", "N70 M30\n%\n"]
-    {
+    for kept in [
+        "%\nO0002 (50 mm groove; the tool points to +Z, so retract is -Z)\n",
+        "N10 G21 G90 G17 G54 ; metric, absolute\n",
+        "\n\nN30 S3000 M3\n",
+        "N70 M30\n%\n",
+    ] {
         assert!(written.contains(kept), "{kept:?} is missing in\n{written}");
     }
     assert_eq!(written.matches("F600").count(), 1, "the feed is said where it was said");
@@ -170,7 +173,8 @@ fn mistakes_are_named() {
             vec!["--method", "magic"],
             "error: --method: no method \"magic\"; there are: none, linear, mirror, mirror_3, matrix_free, fixed_matrix, procedure, newton, direct, bounded\n",
         ),
-        (vec!["--alpha", "1.5"], "error: --alpha: must be above 0 and at most 1, got 1.5\n"),
+        (vec!["--alpha", "0.5"], "error: --alpha: method direct has no step length\n"),
+        (vec!["--method", "matrix_free", "--alpha", "1.5"], "error: --alpha: must be above 0 and at most 1, got 1.5\n"),
     ] {
         let (output, out) = compensate(&program, &process, &more);
         assert_eq!(output.status.code(), Some(2));

@@ -50,9 +50,9 @@ pub struct CompensateArguments {
     /// or bounded: the whole path at once within the [limits] of the process and the machine
     #[arg(long, default_value = "direct")]
     method: String,
-    /// Step length of matrix_free, fixed_matrix and procedure
-    #[arg(long, default_value_t = 1.0)]
-    alpha: f64,
+    /// Step length of matrix_free, fixed_matrix and procedure, above 0 and at most 1 [default: 1]
+    #[arg(long, conflicts_with = "measured")]
+    alpha: Option<f64>,
     /// Mirror this measured pass instead of using a method: CSV with one position per point of the path
     #[arg(long, conflicts_with = "method")]
     measured: Option<PathBuf>,
@@ -147,10 +147,15 @@ enum Chosen {
 
 fn chosen(arguments: &CompensateArguments) -> Result<Chosen> {
     let fault = |argument: &str, problem: String| Err(Error::Argument { argument: argument.into(), problem });
-    if !(arguments.alpha > 0.0 && arguments.alpha <= 1.0) {
-        return fault("--alpha", format!("must be above 0 and at most 1, got {}", arguments.alpha));
+    let alpha = arguments.alpha.unwrap_or(1.0);
+    if !(alpha > 0.0 && alpha <= 1.0) {
+        return fault("--alpha", format!("must be above 0 and at most 1, got {alpha}"));
     }
-    match (arguments.method.as_str(), Method::named(&arguments.method, arguments.alpha)) {
+    let method = Method::named(&arguments.method, alpha);
+    if arguments.alpha.is_some() && !method.is_some_and(Method::has_step_length) {
+        return fault("--alpha", format!("method {} has no step length", arguments.method));
+    }
+    match (arguments.method.as_str(), method) {
         ("bounded", _) => Ok(Chosen::Bounded),
         (_, Some(method)) => Ok(Chosen::Method(method)),
         (name, None) => {

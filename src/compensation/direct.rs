@@ -30,14 +30,16 @@ pub(super) fn compensate(session: &mut Session<'_>, demand: &Demand, progress: &
             session.check_limits().map_err(Status::Unreachable)?;
             Ok((Status::Converged, outcome))
         }
-        None => between_equilibria(session, demand, progress),
+        None => {
+            progress.history.clear();
+            between_equilibria(session, demand, progress)
+        }
     }
 }
 
 /// `None` if the iteration fails or ends in an unstable equilibrium.
 fn in_one_iteration(session: &mut Session<'_>, demand: &Demand, progress: &mut Progress) -> Option<Outcome> {
     let nominal = session.nominal;
-    let before = session.task_error(demand).size();
     let outcome = equilibrium_at_task(
         session.real,
         &|pose| demand.task_error(nominal, pose),
@@ -46,12 +48,12 @@ fn in_one_iteration(session: &mut Session<'_>, demand: &Demand, progress: &mut P
         &mut session.state,
         &mut session.workspace,
         &session.settings.equilibrium,
+        &mut progress.history,
     )?;
     let error = session.task_error(demand).size();
     if outcome.status != statics::Status::Solved || error > session.settings.tolerance_mm {
         return None;
     }
-    progress.history.extend([before, error]);
     Some(outcome)
 }
 

@@ -99,6 +99,11 @@ impl Method {
         }
     }
 
+    /// Whether the method has a step length α.
+    pub fn has_step_length(self) -> bool {
+        self.step_length().is_some()
+    }
+
     /// Step length of the methods that have one.
     fn step_length(self) -> Option<f64> {
         match self {

@@ -72,7 +72,7 @@ pub struct Compensation {
     pub status: Status,
     /// Drive positions ρ commanded, mm or rad.
     pub drives: Vec<f64>,
-    /// Largest task error in mm (rotations at the machine's reach) before the first correction and after each.
+    /// Length of the task error in mm (rotations at the machine's reach) before the first correction and after each.
     pub history: Vec<f64>,
     /// Position error of the point put right at the end, O axes, mm.
     pub position_error: Vector3<f64>,
@@ -90,7 +90,7 @@ impl Compensation {
         self.history.len().saturating_sub(1)
     }
 
-    /// Largest task error left, mm; infinite where none was computed.
+    /// Length of the task error left, mm; infinite where none was computed.
     pub fn task_error(&self) -> f64 {
         self.history.last().copied().unwrap_or(f64::INFINITY)
     }

@@ -188,9 +188,7 @@ impl Progress {
         }
         let first = self.history[0];
         if !error.is_finite() || error > BLOW_UP * first || self.growths >= GROWTHS {
-            // At the level of rounding an iteration wanders; that is as converged as it gets.
-            let wandering = error <= 100.0 * settings.tolerance_mm;
-            return Some(if wandering { Status::Converged } else { Status::Diverged });
+            return Some(Status::Diverged);
         }
         if self.history.len() > settings.max_iterations { Some(Status::Slow) } else { None }
     }

@@ -29,7 +29,7 @@ pub enum Unreachable {
     Closure {
         /// The chain with the largest gap.
         chain: String,
-        /// Its gap, rotations weighted by the machine's reach.
+        /// Its gap where the search stopped, rotations weighted by the machine's reach.
         gap_mm: f64,
     },
     /// The chains close there, but the way from home leads through a singularity or to another assembly mode.
@@ -339,7 +339,7 @@ impl<'a> Closure<'a> {
         })
     }
 
-    /// Why `command` is not met at `at`, where it is met as well as can be: the chain that closes worst, and its gap.
+    /// Why `command` is not met, as seen at `at`, where the search stopped: the chain that closes worst, and its gap.
     fn why_not(&mut self, at: &Configuration, command: &Command<'_>) -> Unreachable {
         self.linearise(at, command);
         let gaps = self.machine.chains.iter().enumerate().map(|(c, chain)| {
@@ -452,7 +452,7 @@ impl Machine {
         Reached { at, solved: true }
     }
 
-    /// The configuration reached, or the chain that closes worst where `command` is met as well as can be.
+    /// The configuration reached, or the chain that closes worst where the search for it stops.
     fn closed(&self, reached: Reached, command: &Command<'_>) -> Result<Configuration, Unreachable> {
         if reached.solved {
             return Ok(reached.at);

@@ -20,7 +20,7 @@ pub enum PathReference {
 
 /// Pose of the workpiece frame W in the base frame O, and whose positions a path gives. By default W is O.
 ///
-/// W is turned about the z axis only: it is the tool's axis, from the tip to the spindle, in both frames.
+/// W is turned about the z axis only: it is the tool's axis in both frames.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Placement {
     /// `p_OW`, mm.

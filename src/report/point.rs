@@ -148,6 +148,12 @@ fn drive_table(answer: &PointAnswer) -> String {
         ]);
     }
     let mut text = format!("{table}\n");
+    for (d, (label, (_, drive))) in machine.drive_labels().into_iter().zip(machine.drives()).enumerate() {
+        let largest = forces_after.iter().map(|after| after[d].abs()).fold(forces[d].abs(), f64::max);
+        if let Some(limit) = drive.force_limit.filter(|limit| largest > *limit) {
+            text += &format!("drive {label} is beyond its force limit: {largest:.1}, limit {limit:.1}\n");
+        }
+    }
     if let Err(reason) = &answer.compensated {
         text += &format!("not compensated: {reason}\n");
     }

@@ -2,8 +2,6 @@
 
 use nalgebra::{Matrix6, Vector6};
 
-use crate::spatial::larger;
-
 /// Error of the task coordinates that are put right, at a pose. Rows beyond `count` are zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TaskError {
@@ -18,8 +16,8 @@ pub struct TaskError {
 }
 
 impl TaskError {
-    /// Largest error in mm, rotations taken at the machine's reach.
+    /// Length of the error in mm, rotations taken at the machine's reach.
     pub fn size(&self) -> f64 {
-        self.error.component_mul(&self.lever).iter().fold(0.0, |most, error| larger(most, error.abs()))
+        self.error.component_mul(&self.lever).norm()
     }
 }

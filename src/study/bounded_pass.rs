@@ -64,7 +64,7 @@ impl ProgramJob {
             );
         }
         if self.demands.iter().any(|demand| demand.coordinates(&self.machine).count() < self.machine.controls.len()) {
-            return fault("on a machine that controls rotations need compensate.target = \"full_pose\"");
+            return fault("cannot be kept on a machine that controls rotations: a program commands positions only");
         }
         let each = |limit: Option<f64>| limit.map(|limit| vec![limit; self.machine.drive_count()]);
         Ok(Limits {

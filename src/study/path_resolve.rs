@@ -29,7 +29,7 @@ pub(super) fn path(
 ) -> Result<(PathStudy, String)> {
     let process = Process::open(&folder.join(&spec.process), &machine)?;
     let toolpath = toolpath(spec, &machine, &process, folder, overrides, check)?;
-    let demands = demands(&machine, &process, &toolpath)?;
+    let demands = demands(&machine, &process, &toolpath, spec.file.as_deref().unwrap_or("circle"))?;
     let study = PathStudy {
         errors: process.errors.clone(),
         stations: toolpath.points().iter().map(station).collect(),

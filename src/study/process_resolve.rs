@@ -18,7 +18,7 @@ use crate::{
     machine::Machine,
     process::{
         MillingForce, PathReference, Placement,
-        cutting::{CuttingLaw, EdgeForce, PathFrame, SlotMilling, WrenchTable},
+        cutting::{CuttingLaw, EdgeForce, PathFrame, SlotMilling, SpindleSide, WrenchTable},
         toolpath::{Format, Sampling, Turn, gcode::GcodeOptions},
     },
 };
@@ -35,7 +35,7 @@ pub(super) fn process(
 ) -> Result<Process> {
     let check = Check::new(origin);
     check.schema(spec.schema)?;
-    let (cutting, table_text) = force(&spec.force, folder, &check.key("force"))?;
+    let (cutting, table_text) = force(&spec.force, machine, folder, &check.key("force"))?;
     let check_gcode = check.key("gcode");
     Ok(Process {
         placement: placement(&spec.placement, &check.key("placement"))?,
@@ -62,7 +62,7 @@ fn placement(spec: &PlacementSpec, check: &Check) -> Result<Placement> {
 }
 
 /// The law of the cutting force, and the text of the file it is in besides the process file.
-fn force(spec: &ForceSpec, folder: &Path, check: &Check) -> Result<(CuttingLaw, String)> {
+fn force(spec: &ForceSpec, machine: &Machine, folder: &Path, check: &Check) -> Result<(CuttingLaw, String)> {
     let given = [
         ("path_frame", spec.path_frame.is_some()),
         ("table", spec.table.is_some()),
@@ -77,7 +77,7 @@ fn force(spec: &ForceSpec, folder: &Path, check: &Check) -> Result<(CuttingLaw, 
     }
     let law = match spec {
         ForceSpec { path_frame: Some(spec), .. } => path_frame(spec, &check.key("path_frame"))?,
-        ForceSpec { slot_milling: Some(spec), .. } => slot_milling(spec, &check.key("slot_milling"))?,
+        ForceSpec { slot_milling: Some(spec), .. } => slot_milling(spec, machine, &check.key("slot_milling"))?,
         ForceSpec { table: Some(spec), .. } => return wrench_table(spec, folder, &check.key("table")),
         ForceSpec { from_path: true, .. } => CuttingLaw::FromPath,
         _ => CuttingLaw::None,
@@ -95,7 +95,7 @@ fn path_frame(spec: &PathFrameSpec, check: &Check) -> Result<CuttingLaw> {
     Ok(CuttingLaw::PathFrame(PathFrame { force }))
 }
 
-fn slot_milling(spec: &SlotMillingSpec, check: &Check) -> Result<CuttingLaw> {
+fn slot_milling(spec: &SlotMillingSpec, machine: &Machine, check: &Check) -> Result<CuttingLaw> {
     let coefficients = |name: &str, cutting: f64, edge: f64| -> Result<EdgeForce> {
         Ok(EdgeForce {
             cutting: check.key(&format!("{name}_cutting_N_per_mm2")).finite_scalar(cutting)?,
@@ -116,6 +116,7 @@ fn slot_milling(spec: &SlotMillingSpec, check: &Check) -> Result<CuttingLaw> {
             SpindleSpec::Clockwise => Turn::Clockwise,
             SpindleSpec::CounterClockwise => Turn::CounterClockwise,
         },
+        spindle_side: SpindleSide::of(machine.home.pose.rotation * machine.tool_tip),
     }))
 }
 

@@ -9,9 +9,9 @@ use super::{
     process::{Decimals, Process},
 };
 use crate::{
-    compensation::{Demand, Method},
+    compensation::{Demand, Method, Target},
     error::{Error, Result},
-    machine::Machine,
+    machine::{Coordinate, Machine},
     process::toolpath::{
         Sampling, Toolpath,
         gcode::{GcodeOptions, Program},
@@ -137,13 +137,17 @@ impl ProgramJob {
     /// # Errors
     /// As [`ProgramFile::read`], or a path that lacks what the cutting force needs.
     pub fn open(machine: Machine, process: Process, file: &Path) -> Result<Self> {
+        if process.target == Target::FullPose && machine.controls.iter().any(|c| matches!(c, Coordinate::Rotation(_))) {
+            let problem = "full_pose cannot be written: a program commands positions, not orientations".into();
+            return Err(Error::Argument { argument: "compensate.target".into(), problem });
+        }
         let program = ProgramFile::read(file, &process.gcode)?;
         let path = program.toolpath(process.sampling)?;
         if path.is_empty() {
             let problem = "moves nowhere: a program with at least one motion is expected".into();
             return Err(Error::Argument { argument: file.display().to_string(), problem });
         }
-        let demands = demands(&machine, &process, &path)?;
+        let demands = demands(&machine, &process, &path, &file.display().to_string())?;
         let real = machine.with_errors(&process.errors);
         Ok(Self { real, machine, process, file: program, path, demands })
     }
@@ -214,12 +218,14 @@ fn platform_pose(machine: &Machine, process: &Process, position: Vector3<f64>) -
     process.placement.platform_pose(position, &machine.home.pose.rotation, machine.tool_tip)
 }
 
-/// What is wanted at each point of a path: its pose, and the cutting force as a wrench at P.
+/// What is wanted at each point of a path: its pose, and the cutting force as a wrench at P. `origin` names the path in
+/// errors.
 ///
 /// # Errors
 /// A path that lacks what the cutting force needs.
-pub fn demands(machine: &Machine, process: &Process, path: &Toolpath) -> Result<Vec<Demand>> {
-    let loads = process.cutting.loads(path)?;
+pub fn demands(machine: &Machine, process: &Process, path: &Toolpath, origin: &str) -> Result<Vec<Demand>> {
+    let fault = |source| Error::Load { file: origin.to_string(), source };
+    let loads = process.cutting.loads(path).map_err(fault)?;
     let lever = machine.home.pose.rotation * machine.tool_tip;
     let demand = |(point, load): (&crate::process::toolpath::PathPoint, &crate::process::toolpath::Load)| Demand {
         pose: platform_pose(machine, process, point.position_mm),

@@ -1,6 +1,6 @@
 //! The cutting force at each point of a toolpath: on the tool, at its tip, in the axes of the workpiece frame W.
 //!
-//! The tool's axis is the z axis of W, from the tip to the spindle. Forces are in N, moments about the tool tip in
+//! The tool's axis is the z axis of W; which way it points only slot milling needs to know ([`SpindleSide`]). Forces are in N, moments about the tool tip in
 //! N·mm. [`Placement::wrench`](super::Placement::wrench) turns them into the wrench at P.
 //!
 //! Along a path whose direction of motion, projected onto the xy-plane, is the unit vector f (the heading), the
@@ -22,7 +22,7 @@ mod table;
 
 pub use error::{LoadError, TableError, TableFault};
 pub use path_frame::PathFrame;
-pub use slot_milling::{EdgeForce, SlotMilling};
+pub use slot_milling::{EdgeForce, SlotMilling, SpindleSide};
 pub use table::WrenchTable;
 
 use nalgebra::Vector3;
@@ -116,6 +116,7 @@ mod tests {
             teeth: 3,
             feed_per_tooth_mm: Some(0.05),
             spindle: crate::process::toolpath::Turn::Clockwise,
+            spindle_side: SpindleSide::Above,
         };
         [CuttingLaw::PathFrame(PathFrame { force }), CuttingLaw::SlotMilling(milling)]
     }

@@ -21,7 +21,7 @@ pub struct EdgeForce {
 /// A tooth at the angle ψ from the direction n, turning towards the feed direction f, cuts a chip of thickness
 /// `h = c sin ψ` for ψ from 0 to π and nothing for the rest of the turn. With a the axial depth of cut it receives
 /// `F_t = (K_tc h + K_te) a` against its motion, `F_r = (K_rc h + K_re) a` towards the tool's axis and
-/// `F_a = (K_ac h + K_ae) a` along +z. Averaged over a turn and summed over N teeth, the force on the tool is
+/// `F_a = (K_ac h + K_ae) a` towards the spindle, +z here. Averaged over a turn and summed over N teeth, the force on the tool is
 ///
 /// ```text
 /// F_f = − (N a / 4) K_rc c − (N a / π) K_re
@@ -55,10 +55,38 @@ pub struct SlotMilling {
     pub feed_per_tooth_mm: Option<f64>,
     /// Which way the spindle turns, seen from the spindle towards the workpiece.
     pub spindle: Turn,
+    /// On which side of the tool tip the spindle is.
+    pub spindle_side: SpindleSide,
+}
+
+/// Direction from the tool tip to the spindle along the z axis of W.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SpindleSide {
+    /// The tool points to −z, as on most mills.
+    #[default]
+    Above,
+    /// The tool points to +z.
+    Below,
+}
+
+impl SpindleSide {
+    /// The side for a machine whose tool tip is at `tool_tip` from P (home axes, mm): the spindle is where P is. Above
+    /// where the tip is level with P.
+    #[must_use]
+    pub fn of(tool_tip: Vector3<f64>) -> Self {
+        if tool_tip.z > 0.0 { SpindleSide::Below } else { SpindleSide::Above }
+    }
+
+    fn direction(self) -> Vector3<f64> {
+        match self {
+            SpindleSide::Above => Vector3::z(),
+            SpindleSide::Below => -Vector3::z(),
+        }
+    }
 }
 
 impl SlotMilling {
-    /// Mean force (F_f, F_n, F_z) in N at feed per tooth `c` in mm.
+    /// Mean force (F_f, F_n, F_z) in N, z from the tip to the spindle and n = z × f, at feed per tooth `c` in mm.
     #[must_use]
     pub fn mean_force(&self, c: f64) -> Vector3<f64> {
         let edges = f64::from(self.teeth) * self.depth_mm;
@@ -77,9 +105,10 @@ impl SlotMilling {
     /// When the feed per tooth follows from the point's feed and spindle speed and one of them is missing.
     pub fn load(&self, point: &PathPoint) -> Result<Load, LoadError> {
         let mean = self.mean_force(self.feed_per_tooth(point)?);
-        let axial = Vector3::new(0.0, 0.0, mean.z);
+        let spindle = self.spindle_side.direction();
+        let axial = spindle * mean.z;
         Ok(at_the_tip(match heading(point.tangent) {
-            Some(f) => f * mean.x + Vector3::z().cross(&f) * mean.y + axial,
+            Some(f) => f * mean.x + spindle.cross(&f) * mean.y + axial,
             None => axial,
         }))
     }
@@ -112,6 +141,7 @@ mod tests {
             teeth: 4,
             feed_per_tooth_mm: None,
             spindle,
+            spindle_side: SpindleSide::Above,
         }
     }
 
@@ -164,6 +194,16 @@ mod tests {
             left += force.x;
         }
         assert!(left.abs() < 1e-12);
+    }
+
+    #[test]
+    fn below_the_workpiece_side_and_axial_forces_are_mirrored() {
+        let path = path().with_feed(600.0).with_spindle(3000.0);
+        let above = milling(Turn::Clockwise).load(&path.points()[1]).unwrap().force_N;
+        let below = SlotMilling { spindle_side: SpindleSide::Below, ..milling(Turn::Clockwise) };
+        let below = below.load(&path.points()[1]).unwrap().force_N;
+        assert_eq!(below, Vector3::new(-above.x, above.y, -above.z));
+        assert_eq!(SpindleSide::of(Vector3::new(0.0, 0.0, 100.0)), SpindleSide::Below);
     }
 
     #[test]

@@ -12,8 +12,8 @@ use crate::{
     },
 };
 
-/// One row per point and source: where the tool should be, how far it is moved at the nominal command, what to command
-/// instead, drive forces then, and the rotation left over. `status` and `reason` say why numbers are missing.
+/// One row per point and source: where the point put right should be, how far it is moved at the nominal command, where to
+/// command P instead, drive forces then, and the rotation left over. `status` and `reason` say why numbers are missing.
 pub fn points_csv(results: &PathResults) -> csv::Result<Vec<u8>> {
     let machine = &results.study.machine;
     let mut writer = csv::Writer::from_writer(Vec::new());
@@ -40,9 +40,9 @@ fn header(machine: &Machine) -> Vec<String> {
         "point",
         "arc_length_mm",
         "phi_deg",
-        "x_mm",
-        "y_mm",
-        "z_mm",
+        "wanted_x_mm",
+        "wanted_y_mm",
+        "wanted_z_mm",
         "source",
         "status",
         "reason",
@@ -50,9 +50,9 @@ fn header(machine: &Machine) -> Vec<String> {
         "displacement_x_mm",
         "displacement_y_mm",
         "displacement_z_mm",
-        "target_x_mm",
-        "target_y_mm",
-        "target_z_mm",
+        "commanded_platform_x_mm",
+        "commanded_platform_y_mm",
+        "commanded_platform_z_mm",
         "leftover_rotation_x_deg",
         "leftover_rotation_y_deg",
         "leftover_rotation_z_deg",
