@@ -235,6 +235,50 @@ fn a_platform_that_turns_freely_is_singular() {
 }
 
 #[test]
+fn a_command_beyond_the_travel_is_not_given() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("gantry.toml");
+    fs::write(&file, gantry("")).unwrap();
+    let at = ["point", "--machine", path(&file), "--position", "159.999,0,0", "--wrench"];
+    // 1000 N move the slide by 0.01 mm: against −x the command would have to lie beyond 60 mm.
+    printed(0, &[&at[..], &["1000,0,0,0,0,0"]].concat());
+    let text = printed(1, &[&at[..], &["-1000,0,0,0,0,0"]].concat());
+    let reason = "not compensated: drive x of chain arm at 60.009 mm, travel -60.000 to 60.000 mm";
+    assert!(text.contains(reason), "{text}");
+}
+
+#[test]
+fn a_stiffness_a_thousand_times_too_small_is_a_warning_in_a_design_mounted_three_times() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("soft.toml");
+    let tripteron = printed(0, &["machines", "--show", "tripteron"]);
+    fs::write(&file, tripteron.replace("stiffness_N_per_mm = 1000.0", "stiffness_N_per_mm = 1.0")).unwrap();
+    let text = printed(0, &["check", path(&file)]);
+    assert!(text.contains("warning: x, y, z rail: makes 99.98"), "{text}");
+}
+
+/// A hinge drive whose axis passes through the tool tip of [`gantry`].
+const SPINDLE_HINGE: &str = r#"{ revolute_drive = { name = "c", axis = "z", stiffness_Nmm_per_rad = 1e8 } },"#;
+
+#[test]
+fn a_drive_that_cannot_move_the_tool_tip_for_its_place_is_no_warning() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("gantry.toml");
+    fs::write(&file, gantry(SPINDLE_HINGE)).unwrap();
+    let text = printed(0, &["check", path(&file)]);
+    assert!(text.contains("arm c ") && !text.contains("1000 times too large"), "{text}");
+}
+
+#[test]
+fn hinges_are_summed_up_in_their_own_units() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = write_study(folder.path(), "gantry.toml", 50.0, 60.0);
+    fs::write(study.join("gantry.toml"), gantry(SPINDLE_HINGE)).unwrap();
+    let (_, text) = run(path(&study), folder.path(), "1", 0);
+    assert!(text.contains("mm or ° away from") && text.contains("N or N·mm, at"), "{text}");
+}
+
+#[test]
 fn a_home_that_the_chains_do_not_hold_is_a_warning() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("gantry.toml");
@@ -271,6 +315,8 @@ fn mistakes_on_the_command_line_are_refused() {
         (at(&["--wrench", "1,2,3,4,5,6", "--phi", "0"]), "cannot be used with"),
         (at(&["--phi", "nan"]), "\"nan\" is not between"),
         (at(&["--phi", "0", "--law", "sideways"]), "[possible values: printed, rotated]"),
+        (at(&["--law", "rotated"]), "--phi <PHI>"),
+        (at(&["--force", "1,2,3", "--wrench", "1,2,3,4,5,6"]), "cannot be used with"),
         (at(&["--assembly", "1,2"]), "--assembly: expected 3 angles, one per chain of orthoglide, got 2"),
         (
             vec!["machines", "--show", "delta"],
@@ -301,6 +347,9 @@ fn mistakes_in_a_run_are_found_before_anything_is_computed_or_written() {
     refused(&run(STUDY, &["--grid", "many"]), "\"many\" is not a count");
     refused(&run(STUDY, &["--grid", "-1"]), "\"-1\" is not a count");
     refused(&run(STUDY, &["--threads", "0"]), "0 is not in 1..");
+    refused(&run(STUDY, &["--points", "9"]), "--points: a workspace map has no points along a path; use --grid");
+    let groove = concat!(env!("CARGO_MANIFEST_DIR"), "/studies/02_groove_50mm");
+    refused(&run(groove, &["--grid", "3"]), "--grid: a path study has no grid; use --points");
     assert!(!out.exists(), "bad input leaves no folder behind");
 
     fs::write(&out, "not a folder").unwrap();

@@ -168,7 +168,7 @@ fn mistakes_are_named() {
     for (more, expected) in [
         (
             vec!["--method", "magic"],
-            "error: --method: no method \"magic\"; there are: none, linear, mirror, mirror_3, matrix_free, fixed_matrix, procedure, newton, direct\n",
+            "error: --method: no method \"magic\"; there are: none, linear, mirror, mirror_3, matrix_free, fixed_matrix, procedure, newton, direct, bounded\n",
         ),
         (vec!["--alpha", "1.5"], "error: --alpha: must be above 0 and at most 1, got 1.5\n"),
     ] {
@@ -179,4 +179,48 @@ fn mistakes_are_named() {
     }
     let (output, _) = compensate(Path::new("missing.nc"), &process, &[]);
     assert!(text(&output.stderr).starts_with("error: missing.nc: cannot be read"), "{}", text(&output.stderr));
+}
+
+#[test]
+fn limits_bind_where_they_must_and_are_kept() {
+    let inputs = tempfile::tempdir().unwrap();
+    let limited = |limits: &str| {
+        let process = std::fs::read_to_string(folder().join("process.toml")).unwrap();
+        write(&inputs, "limited.toml", &format!("{process}\n[limits]\n{limits}\n"))
+    };
+    let bounded = ["--method", "bounded"];
+    let (output, out) = compensate(&folder().join("groove.nc"), &limited("max_correction_mm = 1.5"), &bounded);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(text(&output.stdout).contains("correction of drive x at"), "{}", text(&output.stdout));
+    let binding = report(&out)["bounded"]["limits_binding"].clone();
+    assert_eq!(binding.as_array().unwrap().len(), 1, "{binding}");
+    let mut table = csv::Reader::from_path(out.path().join("out.nc.points.csv")).unwrap();
+    let column = table.headers().unwrap().iter().position(|name| name == "delta_rho_x_mm").unwrap();
+    let largest = table.records().map(|row| row.unwrap()[column].parse::<f64>().unwrap().abs()).fold(0.0, f64::max);
+    // Rounded to three decimals when it was written.
+    assert!((1.49..1.5015).contains(&largest), "{largest}");
+
+    let (output, out) = compensate(&folder().join("groove.nc"), &limited("max_correction_mm = 5.0"), &bounded);
+    assert!(text(&output.stdout).contains("No limit binds"), "{}", text(&output.stdout));
+    let passes = report(&out)["passes"].clone();
+    assert!(error_max(&passes.as_array().unwrap()[3]) < 1e-6);
+
+    let (output, out) = compensate(&folder().join("groove.nc"), &limited("force_limit_N = 50.0"), &bounded);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("its force cannot be brought below"), "{}", text(&output.stderr));
+    assert_eq!(std::fs::read_dir(out.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn an_input_is_not_written_over() {
+    let inputs = tempfile::tempdir().unwrap();
+    let groove = std::fs::read_to_string(folder().join("groove.nc")).unwrap();
+    let program = write(&inputs, "groove.nc", &groove);
+    let (name, process) = (program.to_str().unwrap(), folder().join("process.toml"));
+    let output =
+        run(&["compensate", name, "--machine", "orthoglide", "--process", process.to_str().unwrap(), "--out", name]);
+    assert_eq!(output.status.code(), Some(2));
+    let message = format!("--out: would write over the input {name}; expected another file");
+    assert!(text(&output.stderr).contains(&message), "{}", text(&output.stderr));
+    assert_eq!(std::fs::read_to_string(&program).unwrap(), groove);
 }

@@ -105,3 +105,16 @@ fn tool_tip_alone_leaves_the_rotation_and_commands_the_wanted_orientation() {
     assert!(done.leftover_rotation.norm() > 1e-4);
     assert!(rotation_log(&(commanded.rotation * wanted.rotation.transpose())).norm() < 1e-12);
 }
+
+#[test]
+fn the_linear_correction_of_the_full_pose_leaves_what_is_not_linear() {
+    let (nominal, _) = machines();
+    let demand = demand(&nominal, Target::FullPose);
+    let error = |method| {
+        let mut session = Session::new(&nominal, &nominal, Settings::default());
+        let done = compensate(&mut session, &demand, method);
+        (done.position_error.norm(), done.leftover_rotation.norm())
+    };
+    let (plain, linear) = (error(Method::None), error(Method::Linear));
+    assert!(linear.0 < 0.01 * plain.0 && linear.1 < 0.01 * plain.1, "{plain:?}, {linear:?}");
+}

@@ -35,10 +35,10 @@ pub struct PointArguments {
     #[arg(long, value_parser = number, allow_hyphen_values = true, conflicts_with = "wrench")]
     phi: Option<f64>,
     /// Milling force: radial,tangential,axial in N
-    #[arg(long, value_parser = numbers::<3>, allow_hyphen_values = true, default_value = "215,-10,-25", value_name = "FR,FT,FZ")]
+    #[arg(long, value_parser = numbers::<3>, allow_hyphen_values = true, default_value = "215,-10,-25", value_name = "FR,FT,FZ", requires = "phi", conflicts_with = "wrench")]
     force: [f64; 3],
     /// How the milling force turns with φ, eq. (17)
-    #[arg(long, value_enum, default_value = "printed")]
+    #[arg(long, value_enum, default_value = "printed", requires = "phi", conflicts_with = "wrench")]
     law: ForceLaw,
     /// Load at P in base axes instead of the milling force: fx,fy,fz,mx,my,mz in N and N·mm
     #[arg(long, value_parser = numbers::<6>, allow_hyphen_values = true)]

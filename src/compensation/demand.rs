@@ -1,6 +1,6 @@
 //! What is wanted at one point, and how far a pose is from it.
 
-use nalgebra::{Matrix6, Vector3, Vector6};
+use nalgebra::{DMatrix, Matrix6, Vector3, Vector6};
 
 use crate::{
     machine::{Coordinate, Machine},
@@ -80,28 +80,45 @@ impl Demand {
     }
 
     /// The commanded pose t₀ shifted by `shift` in the coordinates put right (mm, rad; one entry each): the modified
-    /// target `t₀^(F)`.
+    /// target `t₀^(F)`. The point put right is shifted, and the platform turned about it.
     pub fn shifted(&self, machine: &Machine, shift: &Vector6<f64>) -> Pose {
         let Twist { linear, angular } = self.shift_twist(machine, shift);
-        Pose { rotation: self.pose.rotation * rotation_exp(angular), translation: self.pose.translation + linear }
+        let rotation = self.pose.rotation * rotation_exp(angular);
+        let offset = self.offset(machine);
+        let turned_about_point = (self.pose.rotation - rotation) * offset;
+        Pose { rotation, translation: self.pose.translation + linear + turned_about_point }
+    }
+
+    /// Change of each controlled coordinate of the commanded frame (rows, of P and of the platform's axes) per unit of
+    /// each coordinate put right (columns), mm and rad.
+    pub fn control_changes(&self, machine: &Machine) -> DMatrix<f64> {
+        let twists = self.shift_twists(machine);
+        let change = |row: usize, column: usize| match machine.controls[row] {
+            Coordinate::Translation(axis) => twists[(axis, column)],
+            Coordinate::Rotation(axis) => self.pose.rotation.column(axis).dot(&twists.fixed_view::<3, 1>(3, column)),
+        };
+        DMatrix::from_fn(machine.controls.len(), self.coordinates(machine).count(), change)
     }
 
     /// Twist of the commanded frame at P in O axes per unit of each coordinate put right, one column each; zero columns
     /// beyond them.
     pub fn shift_twists(&self, machine: &Machine) -> Matrix6<f64> {
+        let offset = self.offset(machine);
         let mut twists = Matrix6::zeros();
         for (column, (_, coordinate)) in self.coordinates(machine).enumerate() {
             match coordinate {
                 Coordinate::Translation(axis) => twists[(axis, column)] = 1.0,
                 Coordinate::Rotation(axis) => {
-                    twists.fixed_view_mut::<3, 1>(3, column).copy_from(&self.pose.rotation.column(axis));
+                    let turn = self.pose.rotation.column(axis).into_owned();
+                    twists.fixed_view_mut::<3, 1>(0, column).copy_from(&(self.pose.rotation * offset).cross(&turn));
+                    twists.fixed_view_mut::<3, 1>(3, column).copy_from(&turn);
                 }
             }
         }
         twists
     }
 
-    /// Translation in O axes and rotation in the commanded frame's axes of a shift of the coordinates put right.
+    /// Translation of the point put right in O axes and rotation in the commanded frame's axes of a shift of the coordinates put right.
     fn shift_twist(&self, machine: &Machine, shift: &Vector6<f64>) -> Twist {
         let mut twist = Twist::default();
         for ((_, coordinate), &value) in self.coordinates(machine).zip(shift.iter()) {

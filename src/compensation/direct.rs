@@ -25,7 +25,11 @@ pub(super) fn compensate(session: &mut Session<'_>, demand: &Demand, progress: &
     // Where only some of the controlled coordinates are put right, the others stay commanded as they were.
     let all = demand.coordinates(session.nominal).count() == session.nominal.controls.len();
     match if all { in_one_iteration(session, demand, progress) } else { None } {
-        Some(outcome) => Ok((Status::Converged, outcome)),
+        Some(outcome) => {
+            // The iteration moves the drives freely, past their travel as well.
+            session.check_limits().map_err(Status::Unreachable)?;
+            Ok((Status::Converged, outcome))
+        }
         None => between_equilibria(session, demand, progress),
     }
 }
@@ -53,7 +57,7 @@ fn in_one_iteration(session: &mut Session<'_>, demand: &Demand, progress: &mut P
 
 /// From the nominal command: equilibrium, then the target shifted by the sensitivity, and so on.
 fn between_equilibria(session: &mut Session<'_>, demand: &Demand, progress: &mut Progress) -> Ending {
-    let columns: Vec<usize> = demand.coordinates(session.nominal).map(|(control, _)| control).collect();
+    let changes = demand.control_changes(session.nominal);
     let mut shift = Vector6::zeros();
     loop {
         let (task, outcome) = session.answer(demand, &shift)?;
@@ -61,7 +65,7 @@ fn between_equilibria(session: &mut Session<'_>, demand: &Demand, progress: &mut
             return Ok((status, outcome));
         }
         let by_target = session.nominal.drive_jacobian(&session.command).ok_or(Status::Singular)?;
-        let response = task.slope.rows(0, task.count) * &outcome.drive_sensitivity * by_target.select_columns(&columns);
+        let response = task.slope.rows(0, task.count) * &outcome.drive_sensitivity * (by_target * &changes);
         let correction = response.lu().solve(&task.error.rows(0, task.count)).ok_or(Status::Singular)?;
         for (value, change) in shift.iter_mut().zip(correction.iter()) {
             *value -= change;

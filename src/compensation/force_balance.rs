@@ -156,10 +156,10 @@ impl Linearised {
     fn exact(session: &Session<'_>, demand: &Demand, force: &PlatformForce, pose: &Pose) -> Result<Self, Status> {
         let free = free_motions(demand, session, pose);
         let by_target = session.nominal.drive_jacobian(&session.command).ok_or(Status::Singular)?;
-        let target_stiffness = &force.drive_wrench * by_target;
+        let target_stiffness = &force.drive_wrench * (by_target * demand.control_changes(session.nominal));
         let mut matrix = force.stiffness * free;
-        for (column, (control, _)) in demand.coordinates(session.nominal).enumerate() {
-            matrix.set_column(column, &target_stiffness.column(control));
+        for (column, wrench) in target_stiffness.column_iter().enumerate() {
+            matrix.set_column(column, &wrench);
         }
         Ok(Self { matrix, free })
     }

@@ -90,6 +90,15 @@ impl<'a> Session<'a> {
         Ok(self.command.pose)
     }
 
+    /// Checks travel and joint limits of the nominal machine at the present drives.
+    pub(super) fn check_limits(&mut self) -> Result<(), Unreachable> {
+        if !self.nominal.has_limits() {
+            return Ok(());
+        }
+        self.target()?;
+        self.nominal.check_limits(&self.command)
+    }
+
     /// Commands the nominal machine to `pose`.
     pub(super) fn go_to(&mut self, pose: &Pose) -> Result<(), Status> {
         if self.command.pose != *pose {

@@ -481,8 +481,14 @@ impl Machine {
         Err(closure.why_not(&at, &command))
     }
 
+    /// Whether a drive's travel or a passive joint is limited.
+    pub(crate) fn has_limits(&self) -> bool {
+        let drives = self.drives().any(|(_, drive)| drive.travel.is_some());
+        drives || self.chains.iter().flat_map(|chain| &chain.passive).any(|joint| joint.limits.is_some())
+    }
+
     /// Travel and joint limits at a configuration.
-    fn check_limits(&self, at: &Configuration) -> Result<(), Unreachable> {
+    pub(crate) fn check_limits(&self, at: &Configuration) -> Result<(), Unreachable> {
         for ((c, drive), &rho) in self.drives().zip(&at.drives) {
             if let Some((low, high)) = drive.travel
                 && !(low..=high).contains(&rho)

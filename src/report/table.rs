@@ -30,3 +30,27 @@ pub fn shown_positions(machine: &Machine, values: &[f64]) -> Vec<f64> {
     };
     values.iter().zip(machine.drives()).map(shown).collect()
 }
+
+/// Unit of drive positions and corrections in tables and figures: mm, °, or both where a machine has slides and hinges.
+pub fn position_unit(machine: &Machine) -> &'static str {
+    unit(machine, ["mm", "°", "mm or °"])
+}
+
+/// Unit of drive forces: N, N·mm, or both where a machine has slides and hinges.
+pub fn force_unit(machine: &Machine) -> &'static str {
+    unit(machine, ["N", "N·mm", "N or N·mm"])
+}
+
+fn unit(machine: &Machine, [slides, hinges, both]: [&'static str; 3]) -> &'static str {
+    let all = |motion| machine.drives().all(|(_, drive)| drive.motion == motion);
+    match (all(Motion::Prismatic), all(Motion::Revolute)) {
+        (true, _) => slides,
+        (_, true) => hinges,
+        _ => both,
+    }
+}
+
+/// Largest size among drive positions or corrections given in mm or rad, in [`position_unit`].
+pub fn largest_position(machine: &Machine, values: &[f64]) -> f64 {
+    shown_positions(machine, values).iter().fold(0.0, |most, value| most.max(value.abs()))
+}

@@ -34,6 +34,10 @@ const DOMINANT_SHARE: f64 = 0.999;
 /// An element with a smaller share could as well be rigid.
 const NEGLIGIBLE_SHARE: f64 = 1e-5;
 
+/// An element with a smaller share does not move the tool tip for its place, whatever its stiffness: a wrist axis through
+/// the tip.
+const UNMOVED_SHARE: f64 = 1e-15;
+
 /// Largest difference between the home sought and the home found that is not worth a word: rad, and fraction of the reach.
 const HOME_TOLERANCE: f64 = 1e-5;
 
@@ -143,6 +147,24 @@ fn other_home(machine: &Machine) -> Option<String> {
     ))
 }
 
+/// Shares of elements, those of the same name in several chains together: a design mounted three times has its wrong
+/// stiffness three times.
+fn shares_by_element(findings: &Findings) -> Vec<(String, f64)> {
+    let mut elements: Vec<(&str, Vec<&str>, f64)> = Vec::new();
+    for (name, share) in &findings.compliance_shares {
+        // Chain names hold no spaces.
+        let (chain, element) = name.split_once(' ').unwrap_or(("", name));
+        match elements.iter_mut().find(|(known, ..)| *known == element) {
+            Some((_, chains, sum)) => {
+                chains.push(chain);
+                *sum += share;
+            }
+            None => elements.push((element, vec![chain], *share)),
+        }
+    }
+    elements.into_iter().map(|(element, chains, share)| (format!("{} {element}", chains.join(", ")), share)).collect()
+}
+
 fn warnings(machine: &Machine, findings: &Findings, status: &Status) -> Vec<String> {
     let mut warnings = Vec::new();
     if *status != Status::Solved {
@@ -164,13 +186,16 @@ fn warnings(machine: &Machine, findings: &Findings, status: &Status) -> Vec<Stri
             mobility.platform
         ));
     }
-    for (name, share) in &findings.compliance_shares {
-        if *share > DOMINANT_SHARE {
+    for (name, share) in shares_by_element(findings) {
+        if share > DOMINANT_SHARE {
             warnings.push(format!(
                 "{name}: makes {:.3} % of the tool's compliance; is its stiffness 1000 times too small (unit)?",
                 share * 100.0
             ));
-        } else if *share < NEGLIGIBLE_SHARE {
+        }
+    }
+    for (name, share) in &findings.compliance_shares {
+        if (UNMOVED_SHARE..NEGLIGIBLE_SHARE).contains(share) {
             warnings.push(format!(
                 "{name}: makes {share:.1e} of the tool's compliance; is its stiffness 1000 times too large (unit)?"
             ));

@@ -1,10 +1,12 @@
 //! A toolpath on a machine: what happens without compensation, what each method commands and leaves, what a written
 //! program does.
 
+use std::time::Instant;
+
 use rayon::prelude::*;
 
 use crate::{
-    compensation::{Compensation, Demand, Method, Session, Settings, Status, compensate, simulate},
+    compensation::{Compensation, Demand, Method, Session, Settings, compensate, simulate, simulate_drives},
     machine::Machine,
     spatial::Pose,
 };
@@ -83,6 +85,8 @@ pub enum Commands<'a> {
     Method(Method),
     /// From a program: the pose of P commanded at each point.
     Program(&'a [Pose]),
+    /// Drive positions at each point, mm or rad.
+    Drives(&'a [Vec<f64>]),
 }
 
 /// Settings with which paths are compensated: 1e-9 mm.
@@ -93,11 +97,17 @@ pub fn settings() -> Settings {
 
 /// Commands every point of the path and lets the machine settle. `done` is called after each point.
 pub fn run(case: &PathCase<'_>, commands: &Commands<'_>, done: &(dyn Fn() + Sync)) -> Vec<PathAnswer> {
-    let blocks: Vec<Vec<PathAnswer>> = case
+    timed(case, commands, done).0
+}
+
+/// As [`run`], with the time in s that threads spent on it, all together; threads without work do not count.
+pub fn timed(case: &PathCase<'_>, commands: &Commands<'_>, done: &(dyn Fn() + Sync)) -> (Vec<PathAnswer>, f64) {
+    let blocks: Vec<(Vec<PathAnswer>, f64)> = case
         .demands
         .par_chunks(BLOCK)
         .enumerate()
         .map(|(block, demands)| {
+            let started = Instant::now();
             let mut session = Session::new(case.nominal, case.real, settings());
             let mut near = case.nominal.home.clone();
             let answer = |(i, demand): (usize, &Demand)| {
@@ -108,6 +118,7 @@ pub fn run(case: &PathCase<'_>, commands: &Commands<'_>, done: &(dyn Fn() + Sync
                 let compensation = match commands {
                     Commands::Method(method) => compensate(&mut session, demand, *method),
                     Commands::Program(poses) => simulate(&mut session, demand, &poses[block * BLOCK + i]),
+                    Commands::Drives(drives) => simulate_drives(&mut session, demand, &drives[block * BLOCK + i]),
                 };
                 let nominal_drives = nominal.as_ref().map(|at| at.drives.clone()).unwrap_or_default();
                 if let Ok(at) = nominal {
@@ -117,14 +128,10 @@ pub fn run(case: &PathCase<'_>, commands: &Commands<'_>, done: &(dyn Fn() + Sync
                 done();
                 PathAnswer { compensation, nominal_drives, target }
             };
-            demands.iter().enumerate().map(answer).collect()
+            let answers = demands.iter().enumerate().map(answer).collect();
+            (answers, started.elapsed().as_secs_f64())
         })
         .collect();
-    blocks.into_iter().flatten().collect()
-}
-
-/// Points that could not be commanded: index and reason, of the first few.
-pub fn failures(machine: &Machine, answers: &[PathAnswer]) -> Vec<(usize, Status, String)> {
-    let failed = answers.iter().enumerate().filter(|(_, a)| !a.compensation.status.is_success());
-    failed.map(|(index, a)| (index, a.compensation.status.clone(), a.compensation.status.reason(machine))).collect()
+    let seconds = blocks.iter().map(|(_, seconds)| seconds).sum();
+    (blocks.into_iter().flat_map(|(answers, _)| answers).collect(), seconds)
 }

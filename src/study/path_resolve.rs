@@ -8,17 +8,18 @@ use super::{
     Overrides, Process,
     path_study::{PathStudy, Station},
     program::{ProgramFile, demands},
+    resolve,
     spec::{CircleSpec, PathSpec},
 };
 use crate::{
     check::Check,
     compensation::Method,
-    error::Result,
+    error::{Error, Result},
     machine::Machine,
     process::toolpath::{Circle, PathPoint, Plane, Toolpath, Turn},
 };
 
-/// Checks `spec`; also returns the process as text, for the fingerprint.
+/// Checks `spec`; also returns the process and the program as text, for the fingerprint.
 pub(super) fn path(
     spec: &PathSpec,
     machine: Machine,
@@ -37,7 +38,14 @@ pub(super) fn path(
         is_circle: spec.circle.is_some(),
         machine,
     };
-    Ok((study, process.fingerprint))
+    Ok((study, format!("{}\n{}", process.fingerprint, program_text(spec, folder)?)))
+}
+
+/// The text of the program a path is read from; empty for a circle, which stands in the study.
+fn program_text(spec: &PathSpec, folder: &Path) -> Result<String> {
+    let Some(file) = spec.file.as_ref().map(|file| folder.join(file)) else { return Ok(String::new()) };
+    let bytes = std::fs::read(&file).map_err(|source| Error::Read { file, source })?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
 fn toolpath(
@@ -50,6 +58,9 @@ fn toolpath(
 ) -> Result<Toolpath> {
     match (&spec.circle, &spec.file) {
         (Some(circle), None) => self::circle(circle, machine, overrides, &check.key("circle")),
+        (None, Some(_)) if overrides.points.is_some() => {
+            resolve::command_line("--points").fail("the points of a path from a file are those of the file".into())
+        }
         (None, Some(file)) => ProgramFile::read(&folder.join(file), &process.gcode)?.toolpath(process.sampling),
         _ => check.key("circle").fail("give exactly one of circle and file".into()),
     }

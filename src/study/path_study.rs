@@ -1,13 +1,11 @@
 //! A path study: what each source of error does along a path, what must be commanded instead, and what each method costs
 //! and leaves.
 
-use std::time::Instant;
-
 use nalgebra::Vector3;
 
 use super::{
     Source,
-    path::{Commands, PathAnswer, PathCase, PathSummary, run as run_path},
+    path::{Commands, PathAnswer, PathCase, PathSummary, run as run_path, timed},
 };
 use crate::{
     compensation::{Demand, Method},
@@ -63,7 +61,7 @@ pub struct MethodAlongPath {
     pub summary: PathSummary,
     /// Points whose command failed, with reasons, or is not as good as asked.
     pub failed: usize,
-    /// Wall time per point and thread, s; differs between runs.
+    /// Time a thread needs per point, s; differs between runs.
     pub seconds_per_point: f64,
 }
 
@@ -105,9 +103,7 @@ pub fn run(study: &PathStudy, done: &(dyn Fn() + Sync)) -> PathResults {
     });
     let case = PathCase { nominal: &study.machine, real: &real, demands: &study.demands };
     let methods = study.methods.iter().map(|&method| {
-        let started = Instant::now();
-        let answers = run_path(&case, &Commands::Method(method), done);
-        let seconds = started.elapsed().as_secs_f64() * rayon::current_num_threads() as f64;
+        let (answers, seconds) = timed(&case, &Commands::Method(method), done);
         MethodAlongPath {
             method,
             summary: PathSummary::new(&answers),

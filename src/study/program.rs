@@ -58,7 +58,7 @@ impl ProgramFile {
     /// Line of the file that a point's move stands in, from 1, where it is known.
     pub fn line_of(&self, segment: usize) -> Option<usize> {
         match self {
-            ProgramFile::Polyline(_) => Some(segment + 2),
+            ProgramFile::Polyline(polyline) => polyline.line_of(segment),
             ProgramFile::Gcode(program) => program.line_of(segment),
         }
     }

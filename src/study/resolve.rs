@@ -36,11 +36,17 @@ pub(super) fn study(spec: &StudySpec, text: &str, origin: &str, folder: &Path, o
     let (machine, machine_text) = machine(&spec.machine, folder, &check.key("machine"))?;
     let (kind, settings) = match (&spec.workspace_map, &spec.path) {
         (Some(map), None) => {
+            if overrides.points.is_some() {
+                return command_line("--points").fail("a workspace map has no points along a path; use --grid".into());
+            }
             let map = workspace_map(spec, map, machine, overrides, &check)?;
             let settings = format!("grid {:?}", map.grid.counts());
             (StudyKind::WorkspaceMap(map), settings)
         }
         (None, Some(path)) => {
+            if overrides.grid.is_some() {
+                return command_line("--grid").fail("a path study has no grid; use --points".into());
+            }
             if spec.milling.is_some() || !spec.chain_error.is_empty() {
                 let key = if spec.milling.is_some() { "milling" } else { "chain_error" };
                 return check.key(key).fail("belongs in the process file of a path study".into());
@@ -57,6 +63,11 @@ pub(super) fn study(spec: &StudySpec, text: &str, origin: &str, folder: &Path, o
         fingerprint: format!("{text}\n{machine_text}\n{settings}"),
         kind,
     })
+}
+
+/// An option of the command line that overrides a study.
+pub(super) fn command_line(option: &str) -> Check {
+    Check::new("command line").key(option)
 }
 
 impl From<CompensateSpec> for Target {
@@ -104,7 +115,7 @@ fn workspace_map(
     let max = corner("max_mm", map.max_mm, machine.workspace.max)?;
     check_map.ordered_box(min, max)?;
     let grid = match overrides.grid {
-        Some(counts) => grid(min, max, counts, &Check::new("command line").key("--grid"))?,
+        Some(counts) => grid(min, max, counts, &command_line("--grid"))?,
         None => grid(min, max, map.grid, &check_map.key("grid"))?,
     };
     if map.slices_z_mm.is_empty() || map.slices_z_mm.len() > 6 {

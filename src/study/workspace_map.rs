@@ -99,12 +99,7 @@ impl SourceEffect {
         self.departure_vector_mm.map(|v| Vector3::from(v).norm())
     }
 
-    /// Largest |Δρ| of all drives.
-    pub fn largest_delta_rho(&self) -> f64 {
-        self.delta_rho.iter().copied().fold(0.0, f64::max)
-    }
-
-    /// Largest |τ| of all drives.
+    /// Largest |τ| of all drives, N or N·mm.
     pub fn largest_drive_force(&self) -> f64 {
         self.drive_force.iter().copied().fold(0.0, f64::max)
     }

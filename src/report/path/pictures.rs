@@ -4,7 +4,10 @@ use nalgebra::Vector3;
 
 use crate::{
     machine::Motion,
-    report::figures::{Figure, LineFigure, LineSeries},
+    report::{
+        figures::{Figure, LineFigure, LineSeries},
+        table::{force_unit, position_unit},
+    },
     study::{
         Source,
         path::PathAnswer,
@@ -100,22 +103,12 @@ fn correction(results: &PathResults, source: Source, k: usize, drive: usize) -> 
     Some(if motion == Motion::Revolute { delta.to_degrees() } else { delta })
 }
 
-/// Unit of the drives' positions, if all share one.
-fn drive_unit(results: &PathResults, prismatic: &str, revolute: &str) -> String {
-    let all = |motion| results.study.machine.drives().all(|(_, drive)| drive.motion == motion);
-    match (all(Motion::Prismatic), all(Motion::Revolute)) {
-        (true, _) => prismatic.into(),
-        (_, true) => revolute.into(),
-        _ => format!("{prismatic} or {revolute}"),
-    }
-}
-
 fn corrections(results: &PathResults) -> Figure {
     let labels = results.study.machine.drive_labels();
     let series = labels.iter().enumerate().map(|(drive, label)| {
         curve(results, format!("drive {label}"), false, |k| correction(results, Source::Both, k, drive))
     });
-    let y_label = format!("Δρ [{}]", drive_unit(results, "mm", "°"));
+    let y_label = format!("Δρ [{}]", position_unit(&results.study.machine));
     line_figure(results, "What the drives must be told instead", y_label, series.collect())
 }
 
@@ -125,7 +118,7 @@ fn forces(results: &PathResults) -> Figure {
         let force = |k| compensated(results, Source::Both, k)?.compensation.drive_forces.get(drive).copied();
         curve(results, format!("drive {label}"), false, force)
     });
-    let y_label = format!("τ [{}]", drive_unit(results, "N", "N·mm"));
+    let y_label = format!("τ [{}]", force_unit(&results.study.machine));
     line_figure(results, "Drive forces along the compensated path", y_label, series.collect())
 }
 
@@ -135,7 +128,7 @@ fn correction_by_source(results: &PathResults, drive: usize, label: &str) -> Fig
         curve(results, source_words(source), source != Source::Both, delta)
     });
     let title = format!("Which source asks drive {label} for what");
-    line_figure(results, &title, format!("Δρ {label} [{}]", drive_unit(results, "mm", "°")), series.into())
+    line_figure(results, &title, format!("Δρ {label} [{}]", position_unit(&results.study.machine)), series.into())
 }
 
 /// Errors are drawn at most this large a share of the path's extent.

@@ -3,9 +3,13 @@
 use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 use serde_json::{Value, json};
 
-use crate::study::{
-    Source,
-    path_study::{PathResults, SourceAlongPath},
+use crate::{
+    machine::Machine,
+    report::table::{force_unit, largest_position, position_unit},
+    study::{
+        Source,
+        path_study::{PathResults, SourceAlongPath},
+    },
 };
 
 /// Largest value over the path and the point it occurs at.
@@ -14,15 +18,15 @@ fn largest(points: usize, value: impl Fn(usize) -> Option<f64>) -> Option<(f64, 
     values.max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
-/// Largest |Δρ| of any drive over the path, in the drives' internal unit (mm or rad).
-fn largest_correction(along: &SourceAlongPath) -> Option<(f64, usize)> {
+/// Largest |Δρ| of any drive over the path, mm for slides, degrees for hinges.
+fn largest_correction(machine: &Machine, along: &SourceAlongPath) -> Option<(f64, usize)> {
     largest(along.compensated.len(), |k| {
         let answer = &along.compensated[k];
-        let deltas = answer.delta_rho();
-        answer.compensation.status.is_success().then(|| deltas.iter().fold(0.0f64, |most, d| most.max(d.abs())))
+        answer.compensation.status.is_success().then(|| largest_position(machine, &answer.delta_rho()))
     })
 }
 
+/// Largest |τ| of any drive over the compensated path, N for slides, N·mm for hinges.
 fn largest_force(along: &SourceAlongPath) -> Option<(f64, usize)> {
     largest(along.compensated.len(), |k| {
         let compensation = &along.compensated[k].compensation;
@@ -55,11 +59,14 @@ pub fn summary_text(results: &PathResults) -> String {
         text += &format!("{cause} by up to {size:.3} mm, {}.\n", place(results, k));
     }
     let both = &results.sources[Source::Both as usize];
-    if let (Some((correction, k)), Some((force, kf))) = (largest_correction(both), largest_force(both)) {
+    if let (Some((correction, k)), Some((force, kf))) = (largest_correction(&study.machine, both), largest_force(both))
+    {
         text += &format!(
-            "To keep it on its path, drives must be commanded up to {correction:.3} mm (or rad) away from the inverse \
-             kinematics, {}; drive forces then reach {force:.0} N (or N·mm), {}.\n",
+            "To keep it on its path, drives must be commanded up to {correction:.3} {} away from the inverse \
+             kinematics, {}; drive forces then reach {force:.0} {}, {}.\n",
+            position_unit(&study.machine),
             place(results, k),
+            force_unit(&study.machine),
             place(results, kf)
         );
     }
@@ -79,14 +86,19 @@ pub fn methods_table(results: &PathResults) -> String {
         let s = &method.summary;
         table.add_row([
             method.method.label(),
-            format!("{:.2}", s.mean_corrections),
-            format!("{:.2e} mm", s.max_mm),
-            format!("{:.2e} mm", s.rms_mm),
+            shown(s.solved, format!("{:.2}", s.mean_corrections)),
+            shown(s.solved, format!("{:.2e} mm", s.max_mm)),
+            shown(s.solved, format!("{:.2e} mm", s.rms_mm)),
             format!("{} of {}", method.failed, s.points),
             format!("{:.0} µs", 1e6 * method.seconds_per_point),
         ]);
     }
     format!("{table}\n")
+}
+
+/// A number, if it comes from any point.
+fn shown(solved: usize, number: String) -> String {
+    if solved > 0 { number } else { "–".into() }
 }
 
 /// Extremes per source and the methods.
@@ -100,7 +112,7 @@ pub fn summary_json(results: &PathResults) -> Value {
         };
         let entry = json!({
             "displacement_max_mm": item(largest(points, |k| results.displacement(source, k).map(|d| d.norm()))),
-            "delta_rho_max": item(largest_correction(along)),
+            "delta_rho_max": item(largest_correction(&results.study.machine, along)),
             "drive_force_max": item(largest_force(along)),
         });
         sources.insert(source.label().into(), entry);

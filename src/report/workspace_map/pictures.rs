@@ -1,8 +1,12 @@
 //! Which pictures a map gives.
 
 use crate::{
+    machine::Machine,
     process::MillingForce,
-    report::figures::{Figure, Mark2, Mark3, SliceFigure, SlicePanel, VolumeFigure},
+    report::{
+        figures::{Figure, Mark2, Mark3, SliceFigure, SlicePanel, VolumeFigure},
+        table::{largest_position, position_unit},
+    },
     study::{
         Source,
         workspace_map::{SourceEffect, WorkspaceMap},
@@ -14,45 +18,51 @@ struct Quantity {
     file_stem: &'static str,
     title: &'static str,
     label: &'static str,
+    unit: fn(&Machine) -> &'static str,
     source: Source,
-    value: fn(&SourceEffect) -> Option<f64>,
+    value: fn(&Machine, &SourceEffect) -> Option<f64>,
 }
 
 const QUANTITIES: [Quantity; 5] = [
     Quantity {
         file_stem: "deflection_cutting",
         title: "How far the cutting force moves the tool",
-        label: "worst tool deflection [mm]",
+        label: "worst tool deflection",
+        unit: |_| "mm",
         source: Source::Cutting,
-        value: |e| Some(e.deflection_mm),
+        value: |_, e| Some(e.deflection_mm),
     },
     Quantity {
         file_stem: "deflection_both",
         title: "How far cutting force and chain errors move the tool",
-        label: "worst tool deflection [mm]",
+        label: "worst tool deflection",
+        unit: |_| "mm",
         source: Source::Both,
-        value: |e| Some(e.deflection_mm),
+        value: |_, e| Some(e.deflection_mm),
     },
     Quantity {
         file_stem: "delta_rho_both",
         title: "What the drives must be told instead",
-        label: "largest drive correction |Δρ| [mm]",
+        label: "largest drive correction |Δρ|",
+        unit: position_unit,
         source: Source::Both,
-        value: |e| Some(e.largest_delta_rho()),
+        value: |machine, e| Some(largest_position(machine, &e.delta_rho)),
     },
     Quantity {
         file_stem: "departure_both",
         title: "How wrong it is to add the two effects",
-        label: "departure at the worst angle [mm]",
+        label: "departure at the worst angle",
+        unit: |_| "mm",
         source: Source::Both,
-        value: SourceEffect::departure_mm,
+        value: |_, e| e.departure_mm(),
     },
     Quantity {
         file_stem: "stiffness_min_cutting",
         title: "How stiff the tool tip is in its softest direction",
-        label: "smallest principal stiffness [N/mm]",
+        label: "smallest principal stiffness",
+        unit: |_| "N/mm",
         source: Source::Cutting,
-        value: |e| Some(e.principal_stiffness_n_per_mm[0]),
+        value: |_, e| Some(e.principal_stiffness_n_per_mm[0]),
     },
 ];
 
@@ -88,8 +98,13 @@ fn setting(map: &WorkspaceMap) -> String {
     typographic(&setting)
 }
 
+fn quantity_label(map: &WorkspaceMap, quantity: &Quantity) -> String {
+    format!("{} [{}]", quantity.label, (quantity.unit)(&map.study.machine))
+}
+
 fn values(map: &WorkspaceMap, quantity: &Quantity) -> Vec<Option<f64>> {
-    map.points.iter().map(|point| point.effect(quantity.source).and_then(quantity.value)).collect()
+    let machine = &map.study.machine;
+    map.points.iter().map(|point| point.effect(quantity.source).and_then(|e| (quantity.value)(machine, e))).collect()
 }
 
 /// Grid planes nearest to the heights asked for, without repetition.
@@ -125,7 +140,7 @@ fn slices(map: &WorkspaceMap, quantity: &Quantity) -> SliceFigure {
         subtitle: setting(map),
         x_label: "x [mm]".into(),
         y_label: "y [mm]".into(),
-        quantity: quantity.label.into(),
+        quantity: quantity_label(map, quantity),
         panels: panels.collect(),
         range: None,
     }
@@ -137,7 +152,7 @@ fn volume(map: &WorkspaceMap, quantity: &Quantity) -> VolumeFigure {
         title: quantity.title.into(),
         subtitle: setting(map),
         axis_labels: ["x [mm]".into(), "y [mm]".into(), "z [mm]".into()],
-        quantity: quantity.label.into(),
+        quantity: quantity_label(map, quantity),
         axes: map.study.grid.axes.clone(),
         values: values(map, quantity),
         marks: points.iter().map(|p| Mark3 { label: p.name.clone(), position: p.position.into() }).collect(),

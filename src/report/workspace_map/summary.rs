@@ -2,9 +2,12 @@
 
 use serde_json::{Value, json};
 
-use crate::study::{
-    Source,
-    workspace_map::{MapPoint, SourceEffect, WorkspaceMap},
+use crate::{
+    report::table::{force_unit, largest_position, position_unit},
+    study::{
+        Source,
+        workspace_map::{MapPoint, SourceEffect, WorkspaceMap},
+    },
 };
 
 /// Solved points of one source with a value each.
@@ -84,17 +87,20 @@ fn deflection_sentence(map: &WorkspaceMap) -> String {
 }
 
 fn correction_sentence(map: &WorkspaceMap) -> String {
-    let largest = |source| extremes(ranked(map, source, |e| Some(e.largest_delta_rho())));
+    let machine = &map.study.machine;
+    let correction = extremes(ranked(map, Source::Both, |e| Some(largest_position(machine, &e.delta_rho))));
     let force = extremes(ranked(map, Source::Both, |e| Some(e.largest_drive_force())));
-    let (Some([least, most]), Some([_, force])) = (largest(Source::Both), force) else { return String::new() };
+    let (Some([least, most]), Some([_, force])) = (correction, force) else { return String::new() };
+    let unit = position_unit(machine);
     format!(
-        "To keep the tool on its path under both, drives must be commanded up to {:.3} mm away from the inverse \
-         kinematics at best, at {}, and {:.3} mm at worst, at {}. Drive forces reach {:.0} N, at {}.\n",
+        "To keep the tool on its path under both, drives must be commanded up to {:.3} {unit} away from the inverse \
+         kinematics at best, at {}, and {:.3} {unit} at worst, at {}. Drive forces reach {:.0} {}, at {}.\n",
         least.0,
         at(least.1),
         most.0,
         at(most.1),
         force.0,
+        force_unit(machine),
         at(force.1)
     )
 }
@@ -115,16 +121,20 @@ fn departure_sentence(map: &WorkspaceMap) -> String {
     )
 }
 
-/// Extremes per source.
+/// Extremes per source; drive corrections in mm for slides and degrees for hinges, drive forces in N and N·mm.
 pub fn summary_json(map: &WorkspaceMap) -> Value {
     let (solved, rows) = solved_rows(map);
     let place = |(value, point, effect): (f64, &MapPoint, &SourceEffect)| json!({ "value": value, "position_mm": point.position_mm, "phi_deg": effect.phi_deg });
+    let machine = &map.study.machine;
     let mut sources = serde_json::Map::new();
     for source in Source::ALL {
         let Some([least, most]) = extremes(ranked(map, source, |e| Some(e.deflection_mm))) else { continue };
         let mut entry = json!({ "deflection_mm": { "smallest": place(least), "largest": place(most) } });
         for (key, value) in [
-            ("delta_rho_largest_drive", extremes(ranked(map, source, |e| Some(e.largest_delta_rho())))),
+            (
+                "delta_rho_largest_drive",
+                extremes(ranked(map, source, |e| Some(largest_position(machine, &e.delta_rho)))),
+            ),
             ("drive_force_largest_drive", extremes(ranked(map, source, |e| Some(e.largest_drive_force())))),
             ("departure_mm", extremes(ranked(map, source, SourceEffect::departure_mm))),
         ] {

@@ -44,6 +44,12 @@ impl Polyline {
         &self.path
     }
 
+    /// The line, from 1, that the row of a point stands on; blank lines count.
+    #[must_use]
+    pub fn line_of(&self, segment: usize) -> Option<usize> {
+        self.rows.get(segment).map(|row| crate::process::csv_rows::line_number(&self.source, row.start))
+    }
+
     /// The decimals the file writes its positions with, at most, and at least 3.
     #[must_use]
     pub fn own_format(&self) -> Format {

@@ -167,6 +167,7 @@ mod tests {
         let polyline = Polyline::read(source, "path.csv").unwrap();
         let points = polyline.toolpath().points();
         assert_eq!(points[0].position_mm, Vector3::new(1.0, 2.0, 3.0));
+        assert_eq!([0, 1, 2].map(|segment| polyline.line_of(segment)), [Some(2), Some(4), None]);
         assert_eq!(points.iter().map(|p| p.cutting).collect::<Vec<_>>(), [false, true]);
         assert_eq!(points[1].tangent, Vector3::x());
         assert_eq!(points[1].arc_length_mm, 3.25);
