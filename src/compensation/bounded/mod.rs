@@ -40,7 +40,7 @@ pub enum Objective {
     /// The root mean square of the task errors.
     #[default]
     Rms,
-    /// The largest task error; of all corrections with the same largest error (to 10⁻⁵ of it), those of least root mean
+    /// The largest task error; of all corrections with the same largest error (to some 10⁻⁵ of it), those of least root mean
     /// square.
     Worst,
 }

@@ -112,7 +112,8 @@ pub enum BoundedStatus {
     Unbounded,
     /// The nonlinear errors stopped improving at the solution of their own linearisation.
     Converged,
-    /// No step toward the solution of the linearisation improved the nonlinear errors.
+    /// No step toward the solution of the linearisation improved the nonlinear errors, or the convex solver gave up; the
+    /// corrections keep all limits, but better ones may exist.
     Stalled,
     /// The iterations were used up while the errors still improved.
     Slow,
@@ -146,8 +147,8 @@ pub struct Summary {
     pub iterations: usize,
     /// Interior-point iterations of the convex solver, over all linearisations.
     pub convex_iterations: usize,
-    /// Whether the convex solver reached its full accuracy every time; if not, it was nearly so (10⁻⁶ instead of 10⁻¹⁰ of
-    /// the errors it started from, 10⁻⁸ where the worst error is given and only ties are broken).
+    /// Whether the convex solver reached its full accuracy every time; if not, it was nearly so (10⁻⁶ instead of 10⁻¹⁰
+    /// for the root mean square, 10⁻⁵ instead of 10⁻⁸ for the worst error).
     pub is_accurate: bool,
     /// Largest excess of a drive's force over its limit, as a share of the limit; at most
     /// [`BoundedSettings::force_tolerance`](super::BoundedSettings::force_tolerance).

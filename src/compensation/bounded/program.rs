@@ -333,18 +333,21 @@ pub(super) fn tool_unit(answers: &[Answer], drive: usize) -> f64 {
     if mean > 0.0 { 1.0 / mean } else { 1.0 }
 }
 
-/// As accurate as clarabel gets; the interior of `Within` is thin, and its solution only breaks ties.
+/// As accurate as clarabel gets: programs with cones end at 10⁻⁸ of the length σ.
 fn solver_settings(goal: Goal) -> DefaultSettings<f64> {
-    let tolerance = if matches!(goal, Goal::Within(_)) { 1e-8 } else { 1e-10 };
+    let (tolerance, reduced) = match goal {
+        Goal::Squares | Goal::Excess => (1e-10, 1e-6),
+        Goal::Largest | Goal::Within(_) => (1e-8, 1e-5),
+    };
     DefaultSettings {
         verbose: false,
         presolve_enable: false,
         tol_gap_abs: tolerance,
         tol_gap_rel: tolerance,
         tol_feas: tolerance,
-        reduced_tol_gap_abs: 1e-6,
-        reduced_tol_gap_rel: 1e-6,
-        reduced_tol_feas: 1e-6,
+        reduced_tol_gap_abs: reduced,
+        reduced_tol_gap_rel: reduced,
+        reduced_tol_feas: reduced,
         max_threads: 1,
         ..DefaultSettings::default()
     }

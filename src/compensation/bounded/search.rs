@@ -14,7 +14,7 @@ use crate::machine::Machine;
 /// Steps are halved this many times before a direction is given up.
 const HALVINGS: usize = 10;
 /// The second stage of the worst error may exceed the first's by this share: what interior points need to be inside.
-const STAGE_SLACK: f64 = 1e-5;
+const STAGE_SLACK: f64 = 2e-5;
 /// An improvement by less than this share is none.
 const IMPROVEMENT: f64 = 1e-9;
 /// Errors that are equal to this length are equal, mm.
@@ -143,6 +143,10 @@ impl Search<'_, '_> {
             Ok(aimed) => Some(aimed),
             Err(Failure::Infeasible) if self.bounds.limit_forces() => None,
             Err(Failure::Infeasible) => return Err(BoundedError::Convex { status: "PrimalInfeasible".into() }),
+            // What has been reached keeps all limits.
+            Err(Failure::Other(_)) if found.iterations > 1 && now.excess <= self.settings.force_tolerance => {
+                return Ok(Some(BoundedStatus::Stalled));
+            }
             Err(Failure::Other(status)) => return Err(BoundedError::Convex { status }),
         };
         if let Some(solved) = aimed {
