@@ -5,7 +5,7 @@ mod support;
 use kinetostat::{
     machine::{Configuration, Machine, MoveScrew},
     spatial::{Pose, Wrench, rotation_exp, skew},
-    statics::{Outcome, Solution, State, Status, Workspace, unloaded_stiffness},
+    statics::{Outcome, Solution, State, Status, Workspace, drive_force_sensitivity, drive_forces, unloaded_stiffness},
 };
 use nalgebra::{DMatrix, Matrix6, SMatrix, Vector3, Vector6};
 use support::{
@@ -445,6 +445,38 @@ fn gantry_of_elastic_drives_yields_along_them_only() {
     assert!((compliance - diagonal).amax() < 1e-12, "{compliance}");
     let sensitivity = DMatrix::from_fn(6, 3, |i, j| outcome.drive_sensitivity[(i, j)]);
     assert!((sensitivity - DMatrix::identity(6, 3)).amax() < 1e-9, "the platform follows its drives");
+}
+
+#[test]
+fn torques_of_an_arm_of_rigid_links_change_with_its_drives() {
+    let drive = |name: &str, home: f64| {
+        format!(
+            r#"{{ revolute_drive = {{ name = "{name}", axis = "z", stiffness_Nmm_per_rad = 1e6, home_deg = {home:?} }} }}"#
+        )
+    };
+    let link = "{ fixed = { translation_mm = [200.0, 0.0, 0.0] } }";
+    let elements = [&drive("shoulder", 30.0), link, &drive("elbow", 75.0), link];
+    let (inner, outer) = (30f64.to_radians(), 105f64.to_radians());
+    let home = [200.0 * (inner.cos() + outer.cos()), 200.0 * (inner.sin() + outer.sin()), 0.0];
+    let turned = r#"platform = { rotation_deg = [0.0, 0.0, 105.0] }"#;
+    let machine = machine("scara", home, r#""x", "y""#, &[Leg::new("arm", &elements, turned)]);
+    let load = Wrench::new([300.0, -400.0, 0.0, 0.0, 0.0, 0.0]);
+    let (state, outcome) = settle(&machine, &machine.home, &load);
+    let drives = &machine.home.drives;
+    let mut workspace = Workspace::new(&machine);
+    let exact = drive_force_sensitivity(&machine, drives, &state, &outcome.drive_sensitivity, &mut workspace).unwrap();
+    for j in 0..2 {
+        let torques = |step: f64| {
+            let (mut drives, mut state) = (drives.clone(), state.clone());
+            drives[j] += step;
+            resettle(&machine, &drives, &load, &mut state);
+            drive_forces(&machine, &state)
+        };
+        for (i, (more, less)) in torques(1e-4).into_iter().zip(torques(-1e-4)).enumerate() {
+            let difference = (more - less) / 2e-4;
+            assert!((exact[(i, j)] - difference).abs() < 1e-6 * exact.amax(), "∂τ_{i}/∂ρ_{j}: {exact}, {difference}");
+        }
+    }
 }
 
 // ---- struts ---------------------------------------------------------------------------------------------------------

@@ -6,7 +6,10 @@ mod support;
 use kinetostat::{
     machine::{Configuration, Machine},
     spatial::Wrench,
-    statics::{Outcome, Solution, State, Status, Workspace, unloaded_stiffness, wrench_at_pose},
+    statics::{
+        Outcome, Solution, State, Status, Workspace, drive_force_sensitivity, drive_forces, unloaded_stiffness,
+        wrench_at_pose,
+    },
 };
 use nalgebra::{Matrix6, Vector6};
 use proptest::prelude::*;
@@ -124,6 +127,30 @@ proptest! {
                 let difference = (pushed(1e-2) - pushed(-1e-2)) / 2e-2;
                 let off = (loaded.outcome.drive_sensitivity.column(drive) - difference).amax();
                 prop_assert!(off < 1e-6 * difference.amax(), "{name}: drive {drive} off by {off:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn drive_force_sensitivity_is_the_derivative_by_the_drives(s in share(), p in parts(), d in degrees()) {
+        for (name, ..) in CATALOGUE {
+            let loaded = Loaded::new(name, s, p, d);
+            let (machine, drives) = (&loaded.machine, &loaded.at.drives);
+            let twists = &loaded.outcome.drive_sensitivity;
+            let mut workspace = Workspace::new(machine);
+            let exact = drive_force_sensitivity(machine, drives, &loaded.state, twists, &mut workspace).unwrap();
+            for drive in 0..machine.drive_count() {
+                let pushed = |step: f64| {
+                    let mut drives = drives.clone();
+                    drives[drive] += step;
+                    let mut state = loaded.state.clone();
+                    resettle(machine, &drives, &loaded.load, &mut state);
+                    drive_forces(machine, &state)
+                };
+                for (i, (more, less)) in pushed(1e-2).into_iter().zip(pushed(-1e-2)).enumerate() {
+                    let off = (exact[(i, drive)] - (more - less) / 2e-2).abs();
+                    prop_assert!(off < 1e-6 * exact.amax() + 1e-5, "{name}: ∂τ_{i}/∂ρ_{drive} off by {off:e} N/mm");
+                }
             }
         }
     }

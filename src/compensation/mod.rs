@@ -2,8 +2,9 @@
 //!
 //! A [`Session`] holds the nominal machine, by which commands are computed, and the real one, which answers. A
 //! [`Demand`] says what is wanted at a point, a [`Method`] how the command is found; every method returns the same
-//! [`Compensation`].
+//! [`Compensation`]. Where the drives are limited, [`compensate_bounded`] corrects a whole path at once.
 
+mod bounded;
 mod demand;
 mod direct;
 mod force_balance;
@@ -16,6 +17,10 @@ use nalgebra::Vector6;
 
 use crate::spatial::Pose;
 
+pub use bounded::{
+    Binding, BoundedError, BoundedPath, BoundedPoint, BoundedSettings, BoundedStatus, CorrectedPoint, Errors,
+    LimitKind, Limits, Objective, Price, Side, Summary, compensate_bounded,
+};
 pub use demand::{Demand, Target};
 pub use outcome::{Compensation, Status};
 use session::{Ending, Progress};

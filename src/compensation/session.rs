@@ -144,17 +144,10 @@ impl<'a> Session<'a> {
             history,
             position_error: shown(self.state.pose.transform(offset) - demand.pose.transform(offset)),
             leftover_rotation: shown(rotation_log(&(self.state.pose.rotation * demand.pose.rotation.transpose()))),
-            drive_forces: self.drive_forces(),
+            drive_forces: statics::drive_forces(self.real, &self.state),
             status,
             outcome,
         }
-    }
-
-    fn drive_forces(&self) -> Vec<f64> {
-        let force = |(chain, drive): (usize, &crate::machine::Drive)| {
-            drive.stiffness * self.state.chains[chain].coordinates[drive.coordinate]
-        };
-        self.real.drives().map(force).collect()
     }
 }
 

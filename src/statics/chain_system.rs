@@ -322,9 +322,18 @@ impl ChainSystem {
 
     /// After [`ChainSystem::condense`]: the chain's unknowns for the platform step `dt` and the step `drives` of its drives.
     pub fn back_substitute(&mut self, dt: &Vector6<f64>, drives: &[f64]) {
+        self.substitute(1.0, dt, drives);
+    }
+
+    /// The same without the present residual: the derivative along `dt` and `drives`.
+    pub fn respond(&mut self, dt: &Vector6<f64>, drives: &[f64]) {
+        self.substitute(0.0, dt, drives);
+    }
+
+    fn substitute(&mut self, residual: f64, dt: &Vector6<f64>, drives: &[f64]) {
         let (rhs, twist) = (self.rhs_column(), self.twist_column());
         self.solution[rhs..].fill(0.0);
-        self.solution[rhs] = 1.0;
+        self.solution[rhs] = residual;
         self.solution[rhs + 1..][..drives.len()].copy_from_slice(drives);
         self.solution[twist..twist + 6].copy_from_slice(dt.as_slice());
         self.matrix.back_substitute(rhs, &mut self.solution);
@@ -333,6 +342,11 @@ impl ChainSystem {
     /// Takes over unknowns found by another solver, in this system's order.
     pub fn set_solution(&mut self, unknowns: &[f64]) {
         self.solution[..unknowns.len()].copy_from_slice(unknowns);
+    }
+
+    /// Step of chain coordinate `coordinate`; of a drive's, the step of its joint ρ + θ_a.
+    pub fn coordinate_step(&self, coordinate: usize) -> f64 {
+        self.solution[self.row(coordinate)]
     }
 
     /// Largest rotation of a joint or spring in the step, rad.

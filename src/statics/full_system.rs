@@ -175,6 +175,9 @@ pub(super) struct FullTangent {
     pub status: Status,
     pub compliance: Option<Matrix6<f64>>,
     pub drive_sensitivity: Matrix6xX<f64>,
+    /// `∂(ρ + θ_a)/∂ρ`: motion of each actuated joint (rows) per unit motion of each drive; `None` where there is no
+    /// solution.
+    pub joint_motion: Option<DMatrix<f64>>,
 }
 
 /// Compliance, drive sensitivities and stability from chain systems linearised at an equilibrium.
@@ -196,6 +199,7 @@ pub(super) fn tangent(machine_chains: &[Chain], chains: &mut [ChainSystem]) -> F
     let mut status = system.status(chains);
     let mut compliance = None;
     let mut drive_sensitivity = Matrix6xX::zeros(drive_count);
+    let mut joint_motion = None;
     match system.solve(right) {
         Some(solution) => {
             let twists = solution.rows(platform, 6);
@@ -205,10 +209,14 @@ pub(super) fn tangent(machine_chains: &[Chain], chains: &mut [ChainSystem]) -> F
             for (j, column) in twists.column_iter().skip(6).enumerate() {
                 drive_sensitivity.set_column(j, &column);
             }
+            let rows = machine_chains.iter().zip(&system.first);
+            let rows = rows.flat_map(|(chain, start)| chain.drives.iter().map(move |drive| start + drive.coordinate));
+            let rows: Vec<usize> = rows.collect();
+            joint_motion = Some(DMatrix::from_fn(drive_count, drive_count, |i, j| solution[(rows[i], 6 + j)]));
         }
         None => status = Status::Singular,
     }
-    FullTangent { status, compliance, drive_sensitivity }
+    FullTangent { status, compliance, drive_sensitivity, joint_motion }
 }
 
 /// Stiffness from a compliance, unless the machine is rigid in some direction; `reach` in mm makes rotations comparable.

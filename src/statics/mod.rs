@@ -10,11 +10,13 @@
 //! - [`wrench_at_pose`]: `F = f(t | t₀)`, eqs. (2), (3), the wrench that holds the platform at a pose
 //! - [`unloaded_stiffness`], [`Outcome::stiffness`]: eqs. (4)–(6)
 //! - [`aggregate_errors`]: eqs. (14), (15), the linear comparator
+//! - [`drive_forces`], [`drive_force_sensitivity`]: what the drives carry, and how it changes when they move
 //! - [`Solution`]: everything a solved state tells, in physical terms
 
 mod aggregation;
 mod bordered;
 mod chain_system;
+mod drive_force;
 mod energy;
 mod equilibrium;
 mod force_deflection;
@@ -25,6 +27,7 @@ mod stiffness;
 mod task;
 
 pub use aggregation::aggregate_errors;
+pub use drive_force::{drive_force_sensitivity, drive_forces};
 pub use energy::{elastic_energy, spring_energies};
 pub use equilibrium::{Outcome, Settings, Status, equilibrium, equilibrium_at_task};
 pub use force_deflection::{PlatformForce, wrench_at_pose};

@@ -1,0 +1,334 @@
+//! What the drives are allowed, and the corrections that keep to it.
+//!
+//! Limits on the correction, the travel and its change from point to point concern each drive by itself and are linear:
+//! whether they can all be kept, and the nearest corrections that keep them, follow from intervals. Only the limits on
+//! forces need the machine.
+
+use std::fmt;
+
+use super::{error::BoundedError, program::RowLimit};
+use crate::machine::{Drive, Machine, Motion};
+
+/// What a drive is allowed along a path. One entry per drive in machine order where a list is given; an infinite entry is
+/// no limit. The default is what the machine itself sets: its travel and its force limits.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Limits {
+    /// Largest |Δρ|, mm or rad.
+    pub correction: Option<Vec<f64>>,
+    /// Largest |Δρ_k − Δρ_{k−1}| between neighbouring points, mm or rad. Does not apply across a point that is left out.
+    pub correction_change: Option<Vec<f64>>,
+    /// Smallest and largest ρ, mm or rad; `None`: the machine's own [`Drive::travel`].
+    pub travel: Option<Vec<(f64, f64)>>,
+    /// Largest |τ|, N or N·mm; `None`: the machine's own [`Drive::force_limit`].
+    pub force: Option<Vec<f64>>,
+}
+
+/// Kind of a limit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum LimitKind {
+    /// Size of the correction, |Δρ|.
+    Correction,
+    /// Travel of the drive, ρ.
+    Travel,
+    /// Change of the correction from the point before, |Δρ_k − Δρ_{k−1}|.
+    Change,
+    /// Force of the drive, |τ|.
+    Force,
+}
+
+impl LimitKind {
+    /// Word used in tables.
+    pub fn label(self) -> &'static str {
+        match self {
+            LimitKind::Correction => "correction",
+            LimitKind::Travel => "travel",
+            LimitKind::Change => "change",
+            LimitKind::Force => "force",
+        }
+    }
+}
+
+impl fmt::Display for LimitKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            LimitKind::Correction => "limit on the correction",
+            LimitKind::Travel => "travel",
+            LimitKind::Change => "limit on the change from point to point",
+            LimitKind::Force => "force limit",
+        })
+    }
+}
+
+/// Which end of a limit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Side {
+    /// The value is as small as it may be.
+    Lower,
+    /// The value is as large as it may be.
+    Upper,
+}
+
+/// The limits of one path, as intervals of the corrections u = Δρ of the points that take part.
+#[derive(Debug, Clone)]
+pub(super) struct Bounds {
+    /// Smallest and largest u of each point and drive (point-major), mm or rad.
+    pub range: Vec<[Bound; 2]>,
+    /// Largest change of each drive; infinite where there is none.
+    pub change: Vec<f64>,
+    /// Largest force of each drive; infinite where there is none.
+    pub force: Vec<f64>,
+    /// Whether a point follows directly on the one before it in this list.
+    pub follows: Vec<bool>,
+    /// Index in the path of each point that takes part.
+    pub index: Vec<usize>,
+}
+
+/// One end of an interval, and what sets it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Bound {
+    pub value: f64,
+    pub kind: LimitKind,
+}
+
+/// A value is at its limit if it is nearer than this: mm or rad, or a share of the limit of a force.
+const TOUCH: f64 = 1e-5;
+
+/// Limits of all drives, checked; infinite where there is none.
+struct Checked {
+    correction: Vec<f64>,
+    travel: Vec<(f64, f64)>,
+    change: Vec<f64>,
+    force: Vec<f64>,
+}
+
+impl Limits {
+    /// Whether any drive of `machine` has a force limit.
+    pub(super) fn limit_forces(&self, machine: &Machine) -> bool {
+        match &self.force {
+            Some(limits) => limits.iter().any(|limit| limit.is_finite()),
+            None => machine.drives().any(|(_, drive)| drive.force_limit.is_some()),
+        }
+    }
+
+    fn check(&self, machine: &Machine) -> Result<Checked, BoundedError> {
+        let none = || vec![f64::INFINITY; machine.drive_count()];
+        let own_travel = |drive: &Drive| drive.travel.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+        let checked = Checked {
+            correction: self.correction.clone().unwrap_or_else(none),
+            change: self.correction_change.clone().unwrap_or_else(none),
+            travel: self.travel.clone().unwrap_or_else(|| machine.drives().map(|(_, d)| own_travel(d)).collect()),
+            force: self
+                .force
+                .clone()
+                .unwrap_or_else(|| machine.drives().map(|(_, d)| d.force_limit.unwrap_or(f64::INFINITY)).collect()),
+        };
+        let sizes = [(LimitKind::Correction, &checked.correction), (LimitKind::Change, &checked.change)];
+        for (kind, values) in sizes {
+            check_values(machine, kind, values, |value| *value >= 0.0, "a number of at least 0")?;
+        }
+        check_values(machine, LimitKind::Force, &checked.force, |value| *value > 0.0, "a number above 0")?;
+        let is_range = |(low, high): &(f64, f64)| low <= high;
+        check_values(machine, LimitKind::Travel, &checked.travel, is_range, "a range, smallest first")?;
+        Ok(checked)
+    }
+}
+
+fn check_values<T: fmt::Debug>(
+    machine: &Machine,
+    limit: LimitKind,
+    values: &[T],
+    is_good: impl Fn(&T) -> bool,
+    expected: &'static str,
+) -> Result<(), BoundedError> {
+    let drives = machine.drive_labels();
+    if values.len() != drives.len() {
+        return Err(BoundedError::Count { limit, got: values.len(), expected: drives.len() });
+    }
+    match values.iter().zip(drives).find(|(value, _)| !is_good(value)) {
+        Some((value, drive)) => Err(BoundedError::Value { limit, drive, value: format!("{value:?}"), expected }),
+        None => Ok(()),
+    }
+}
+
+impl Bounds {
+    /// The limits on a path whose points `index` take part, with drives `nominal` (mm, rad) by nominal inverse kinematics.
+    ///
+    /// # Errors
+    /// A limit that makes no sense, or limits on correction, travel and change that exclude one another.
+    pub fn new(
+        limits: &Limits,
+        machine: &Machine,
+        index: Vec<usize>,
+        nominal: &[&[f64]],
+    ) -> Result<Self, BoundedError> {
+        let Checked { correction, travel, change, force } = limits.check(machine)?;
+        let mut range = Vec::with_capacity(nominal.len() * correction.len());
+        for rho in nominal {
+            for (i, rho) in rho.iter().enumerate() {
+                let (low, high) = (travel[i].0 - rho, travel[i].1 - rho);
+                range.push([
+                    tighter(-correction[i], low, low > -correction[i]),
+                    tighter(correction[i], high, high < correction[i]),
+                ]);
+            }
+        }
+        let follows = (0..index.len()).map(|k| k > 0 && index[k] == index[k - 1] + 1).collect();
+        let bounds = Self { range, change, force, follows, index };
+        bounds.contradictions(machine, nominal, &travel)?;
+        Ok(bounds)
+    }
+
+    /// Number of drives.
+    pub fn drive_count(&self) -> usize {
+        self.change.len()
+    }
+
+    /// Number of points that take part.
+    pub fn point_count(&self) -> usize {
+        self.follows.len()
+    }
+
+    fn range(&self, point: usize, drive: usize) -> [f64; 2] {
+        self.range[point * self.drive_count() + drive].map(|bound| bound.value)
+    }
+
+    /// The first contradiction among limits on correction, travel and change, by following the reachable interval of each
+    /// drive along the path together with the points that set its ends.
+    fn contradictions(&self, machine: &Machine, nominal: &[&[f64]], travel: &[(f64, f64)]) -> Result<(), BoundedError> {
+        let names = machine.drive_labels();
+        for (i, ((_, drive), name)) in machine.drives().zip(names).enumerate() {
+            let (mut low, mut high) = ((f64::NEG_INFINITY, 0), (f64::INFINITY, 0));
+            for k in 0..self.point_count() {
+                let [lower, upper] = self.range(k, i);
+                if lower > upper {
+                    let (point, unit) = (self.index[k], unit(drive));
+                    let (nominal, limit) = (nominal[k][i], if lower > 0.0 { upper } else { -lower });
+                    let needed = if lower > 0.0 { lower } else { -upper };
+                    let travel = travel[i];
+                    return Err(BoundedError::Travel { drive: name, point, nominal, travel, needed, limit, unit });
+                }
+                let reach = if self.follows[k] { self.change[i] } else { f64::INFINITY };
+                (low, high) = ((low.0 - reach, low.1), (high.0 + reach, high.1));
+                let jump = match () {
+                    () if lower > high.0 => Some((high.1, lower - self.range(high.1, i)[1])),
+                    () if upper < low.0 => Some((low.1, self.range(low.1, i)[0] - upper)),
+                    () => None,
+                };
+                if let Some((first, needed)) = jump {
+                    let (from, to, limit) = (self.index[first], self.index[k], self.change[i]);
+                    return Err(BoundedError::Change { drive: name, from, to, needed, limit, unit: unit(drive) });
+                }
+                if lower > low.0 {
+                    low = (lower, k);
+                }
+                if upper < high.0 {
+                    high = (upper, k);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Moves `corrections` (point-major) to values that keep the limits on correction, travel and change exactly, up to
+    /// rounding. Values that keep them already stay as they are.
+    pub fn project(&self, corrections: &mut [f64]) {
+        let (count, points) = (self.drive_count(), self.point_count());
+        for i in 0..count {
+            // From the end: what each point may be, so that all later ones can follow.
+            let mut allowed: Vec<[f64; 2]> = (0..points).map(|k| self.range(k, i)).collect();
+            for k in (1..points).rev().filter(|&k| self.follows[k]) {
+                let [low, high] = allowed[k];
+                allowed[k - 1][0] = allowed[k - 1][0].max(low - self.change[i]);
+                allowed[k - 1][1] = allowed[k - 1][1].min(high + self.change[i]);
+            }
+            for k in 0..points {
+                let [mut low, mut high] = allowed[k];
+                if self.follows[k] {
+                    let before = corrections[(k - 1) * count + i];
+                    low = low.max(before - self.change[i]);
+                    high = high.min(before + self.change[i]);
+                }
+                let value = &mut corrections[k * count + i];
+                *value = value.min(high).max(low);
+            }
+        }
+    }
+
+    /// Whether the corrections `own` of point `k` keep the limits on correction, travel and change, the others being
+    /// `corrections`.
+    pub fn allow(&self, k: usize, own: &[f64], corrections: &[f64]) -> bool {
+        let count = self.drive_count();
+        own.iter().enumerate().all(|(i, &u)| {
+            let [low, high] = self.range(k, i);
+            let near = |other: usize| (u - corrections[other * count + i]).abs() <= self.change[i];
+            let before = !self.follows[k] || near(k - 1);
+            let after = !self.follows.get(k + 1).is_some_and(|follows| *follows) || near(k + 1);
+            low <= u && u <= high && before && after
+        })
+    }
+
+    /// Largest excess of a force over its limit, as a share of the limit; 0 if all are kept.
+    pub fn force_excess<'f>(&self, forces: impl Iterator<Item = &'f [f64]>) -> f64 {
+        let shares = forces.flat_map(|forces| forces.iter().zip(&self.force));
+        shares.map(|(force, limit)| force.abs() / limit - 1.0).fold(0.0, f64::max)
+    }
+
+    /// Narrows the range of each drive to `corrections` ± `steps` (per drive).
+    pub fn narrow(&mut self, corrections: &[f64], steps: &[f64]) {
+        for (column, [low, high]) in self.range.iter_mut().enumerate() {
+            let (present, step) = (corrections[column], steps[column % steps.len()]);
+            low.value = low.value.max(present - step);
+            high.value = high.value.min(present + step);
+        }
+    }
+
+    /// Whether the corrections and the drive forces of the limit's point are at the limit, to [`TOUCH`].
+    pub fn touches(&self, limit: &RowLimit, corrections: &[f64], forces: &[f64]) -> bool {
+        let RowLimit { point, drive, kind, side } = *limit;
+        let column = point * self.drive_count() + drive;
+        let sign = match side {
+            Side::Lower => -1.0,
+            Side::Upper => 1.0,
+        };
+        let (slack, scale) = match kind {
+            LimitKind::Correction | LimitKind::Travel => {
+                let end = self.range[column][usize::from(side == Side::Upper)].value;
+                (sign * (end - corrections[column]), 1.0)
+            }
+            LimitKind::Change => {
+                let change = corrections[column] - corrections[column - self.drive_count()];
+                (self.change[drive] - sign * change, 1.0)
+            }
+            LimitKind::Force => (self.force[drive] - sign * forces[drive], self.force[drive]),
+        };
+        slack <= TOUCH * scale
+    }
+
+    /// Whether any drive has a force limit.
+    pub fn limit_forces(&self) -> bool {
+        self.force.iter().any(|limit| limit.is_finite())
+    }
+}
+
+fn tighter(correction: f64, travel: f64, travel_is_tighter: bool) -> Bound {
+    match travel_is_tighter {
+        true => Bound { value: travel, kind: LimitKind::Travel },
+        false => Bound { value: correction, kind: LimitKind::Correction },
+    }
+}
+
+/// Unit of a drive's position.
+pub(super) fn unit(drive: &Drive) -> &'static str {
+    match drive.motion {
+        Motion::Prismatic => "mm",
+        Motion::Revolute => "rad",
+    }
+}
+
+/// Unit of a drive's force.
+pub(super) fn force_unit(drive: &Drive) -> &'static str {
+    match drive.motion {
+        Motion::Prismatic => "N",
+        Motion::Revolute => "N·mm",
+    }
+}

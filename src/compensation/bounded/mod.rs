@@ -1,0 +1,186 @@
+//! Corrections of a whole path within limits.
+//!
+//! Limits on the drives can make exact compensation impossible in places. What is then best is a question about the whole
+//! path: a correction that may only change so much from point to point must be prepared before the point that needs it.
+//! With the task error `e_k(ρ_k)` of the loaded nonlinear machine at each point and corrections `Δρ_k = ρ_k − ρ_k⁰` from
+//! the nominal inverse kinematics,
+//!
+//! ```text
+//! min  √(Σ ‖e_k‖² / N)   or   max ‖e_k‖
+//! |Δρ_k| ≤ correction          |Δρ_k − Δρ_{k−1}| ≤ correction_change
+//! ρ_k within travel            |τ_k(ρ_k)| ≤ force
+//! ```
+//!
+//! is solved as a sequence of sparse convex programs (a quadratic one for the root mean square, a second-order cone
+//! program for the worst), linearised with the exact sensitivities `∂e/∂ρ`, `∂τ/∂ρ` at the equilibria of the last
+//! iterate, until the nonlinear errors stop improving. Where no limit binds the unbounded corrections are returned as
+//! [`Method::Direct`](super::Method::Direct) finds them.
+
+mod error;
+mod limits;
+mod outcome;
+mod path;
+mod program;
+mod search;
+
+use super::{demand::Demand, outcome::Status, session::Settings};
+use crate::machine::Machine;
+
+pub use error::BoundedError;
+use limits::Bounds;
+pub use limits::{LimitKind, Limits, Side};
+pub use outcome::{Binding, BoundedPath, BoundedPoint, BoundedStatus, CorrectedPoint, Errors, Price, Summary};
+use path::{Point, Simulator};
+use search::{Found, Search};
+
+/// What is to be as small as the limits allow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Objective {
+    /// The root mean square of the task errors.
+    #[default]
+    Rms,
+    /// The largest task error; of all corrections with the same largest error (to 10⁻⁶ of it), those of least root mean
+    /// square.
+    Worst,
+}
+
+/// When the search for bounded corrections stops.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BoundedSettings {
+    /// Settings of the unbounded correction and of each equilibrium.
+    pub point: Settings,
+    /// Most linearisations of the path.
+    pub max_iterations: usize,
+    /// Steps that move the tool by less than this are none, mm.
+    pub step_tolerance_mm: f64,
+    /// Accepted excess of a force in the nonlinear simulation, as a share of its limit.
+    pub force_tolerance: f64,
+}
+
+impl Default for BoundedSettings {
+    fn default() -> Self {
+        Self { point: Settings::default(), max_iterations: 30, step_tolerance_mm: 1e-6, force_tolerance: 1e-6 }
+    }
+}
+
+/// Corrections of the path `demands` (in order) within `limits` that make `objective` smallest: commands are computed
+/// with the machine `nominal`, answered by `real`.
+///
+/// Limits on correction, travel and change are kept to rounding, limits on forces to
+/// [`BoundedSettings::force_tolerance`] in the nonlinear simulation. Points that cannot be reached or have no equilibrium
+/// are left out and labelled. `progress` is told the number of points done in the present pass over the path.
+///
+/// The travel of `nominal` limits the corrected drives, not the nominal command: a point whose nominal command is
+/// outside may be corrected into it.
+///
+/// # Errors
+/// Limits that make no sense or exclude one another, named with point, drive and values; a failure of the convex solver.
+pub fn compensate_bounded(
+    nominal: &Machine,
+    real: &Machine,
+    demands: &[Demand],
+    limits: &Limits,
+    objective: Objective,
+    settings: &BoundedSettings,
+    progress: &dyn Fn(usize),
+) -> Result<BoundedPath, BoundedError> {
+    Bounds::new(limits, nominal, Vec::new(), &[])?;
+    let with_forces = limits.limit_forces(nominal);
+    let free = without_travel(nominal);
+    let mut simulator = Simulator::new(&free, real, settings.point, with_forces);
+    let mut reasons: Vec<Option<Status>> = Vec::with_capacity(demands.len());
+    let (mut points, mut index) = (Vec::new(), Vec::new());
+    for (k, demand) in demands.iter().enumerate() {
+        match simulator.point(demand) {
+            Ok(point) => {
+                points.push(point);
+                index.push(k);
+                reasons.push(None);
+            }
+            Err(status) => reasons.push(Some(status)),
+        }
+        progress(k + 1);
+    }
+    let commands: Vec<&[f64]> = points.iter().map(|point| point.command.drives.as_slice()).collect();
+    let bounds = Bounds::new(limits, nominal, index, &commands)?;
+    let (points, bounds, simulator) = (&points[..], &bounds, &mut simulator);
+    let mut search = Search { points, limits, bounds, machine: nominal, simulator, objective, settings, progress };
+    let found = search.run()?;
+    Ok(conclude(nominal, points, bounds, found, objective, reasons))
+}
+
+/// The machine with drives of unlimited travel.
+fn without_travel(machine: &Machine) -> Machine {
+    let mut free = machine.clone();
+    for drive in free.chains.iter_mut().flat_map(|chain| &mut chain.drives) {
+        drive.travel = None;
+    }
+    free
+}
+
+fn conclude(
+    machine: &Machine,
+    points: &[Point],
+    bounds: &Bounds,
+    found: Found,
+    objective: Objective,
+    reasons: Vec<Option<Status>>,
+) -> BoundedPath {
+    let count = bounds.drive_count();
+    let iterate = &found.iterate;
+    // From mm² of half the sum of squares to mm of its root mean square.
+    let per_multiplier = match objective {
+        Objective::Rms if iterate.errors.rms > 0.0 => 1.0 / (points.len() as f64 * iterate.errors.rms),
+        Objective::Rms => 0.0,
+        Objective::Worst => 1.0,
+    };
+    let mut corrected: Vec<CorrectedPoint> = Vec::with_capacity(points.len());
+    for (k, (point, answer)) in points.iter().zip(&iterate.answers).enumerate() {
+        let (position_error, leftover_rotation) = point.errors(machine, &answer.state);
+        corrected.push(CorrectedPoint {
+            drives: answer.drives.clone(),
+            correction: iterate.corrections[k * count..(k + 1) * count].to_vec(),
+            error: answer.error.norm(),
+            position_error,
+            leftover_rotation,
+            drive_forces: answer.forces.clone(),
+            binding: Vec::new(),
+        });
+    }
+    for multiplier in &found.binding {
+        let limit = multiplier.limit;
+        if bounds.touches(&limit, &iterate.corrections, &iterate.answers[limit.point].forces) {
+            let price = per_multiplier * multiplier.value;
+            let binding = Binding { drive: limit.drive, kind: limit.kind, side: limit.side, price };
+            corrected[limit.point].binding.push(binding);
+        }
+    }
+    let before = points.iter().filter_map(|point| point.uncorrected.as_ref().map(|answer| answer.error.norm()));
+    let summary = Summary {
+        status: if points.is_empty() { BoundedStatus::Empty } else { found.status },
+        before: Errors::of(before),
+        after: iterate.errors,
+        iterations: found.iterations,
+        convex_iterations: found.convex_iterations,
+        is_accurate: found.is_accurate,
+        force_excess: iterate.excess,
+        prices: prices(&corrected),
+    };
+    let mut corrected = corrected.into_iter();
+    let label = |reason: Option<Status>| match reason {
+        Some(status) => Some(BoundedPoint::LeftOut(status)),
+        None => corrected.next().map(BoundedPoint::Corrected),
+    };
+    BoundedPath { points: reasons.into_iter().filter_map(label).collect(), summary }
+}
+
+/// Sums of the prices per limit and drive, in that order.
+fn prices(points: &[CorrectedPoint]) -> Vec<Price> {
+    let mut sums = std::collections::BTreeMap::new();
+    for binding in points.iter().flat_map(|point| &point.binding) {
+        let (price, points) = sums.entry((binding.kind, binding.drive)).or_insert((0.0, 0));
+        *price += binding.price;
+        *points += 1;
+    }
+    sums.into_iter().map(|((kind, drive), (price, points))| Price { drive, kind, price, points }).collect()
+}

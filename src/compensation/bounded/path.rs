@@ -1,0 +1,131 @@
+//! The points of a path: how the real machine answers to corrections there, and the exact sensitivities of its answer.
+
+use nalgebra::{DMatrix, DVector, Vector3};
+
+use super::super::{
+    Method, compensate,
+    demand::Demand,
+    outcome::Status,
+    session::{Session, Settings},
+};
+use crate::{
+    machine::{Configuration, Coordinate, Machine},
+    spatial::rotation_log,
+    statics::{State, drive_force_sensitivity, drive_forces},
+};
+
+/// A point that takes part in the correction.
+#[derive(Debug, Clone)]
+pub(super) struct Point {
+    pub demand: Demand,
+    /// Nominal inverse kinematics of the demand.
+    pub command: Configuration,
+    /// The answer to the nominal command; `None` if there is no equilibrium.
+    pub uncorrected: Option<Answer>,
+    /// The answer to the unbounded correction, if there is one that meets the demand.
+    pub exact: Option<Answer>,
+}
+
+/// How the machine answers to the drives at one point, and how that answer changes.
+#[derive(Debug, Clone)]
+pub(super) struct Answer {
+    /// Drive positions ρ, mm or rad.
+    pub drives: Vec<f64>,
+    pub state: State,
+    /// Task error e, actual less wanted, mm; rotations at the machine's reach.
+    pub error: DVector<f64>,
+    /// `∂e/∂ρ`, mm per mm or rad.
+    pub error_by_drives: DMatrix<f64>,
+    /// Forces of the drives τ, N or N·mm.
+    pub forces: Vec<f64>,
+    /// `∂τ/∂ρ`; `None` where no force is limited.
+    pub forces_by_drives: Option<DMatrix<f64>>,
+}
+
+/// Simulates points of a path.
+pub(super) struct Simulator<'a> {
+    session: Session<'a>,
+    with_forces: bool,
+}
+
+impl<'a> Simulator<'a> {
+    pub fn new(nominal: &'a Machine, real: &'a Machine, settings: Settings, with_forces: bool) -> Self {
+        Self { session: Session::new(nominal, real, settings), with_forces }
+    }
+
+    /// The point of `demand`, near the point simulated last; the reason if it cannot be reached or has no equilibrium.
+    pub fn point(&mut self, demand: &Demand) -> Result<Point, Status> {
+        let exact = compensate(&mut self.session, demand, Method::Direct);
+        let exact_state = self.session.state.clone();
+        self.session.go_to(&demand.pose)?;
+        let command = self.session.command.clone();
+        let mut point = Point { demand: *demand, command, uncorrected: None, exact: None };
+        let uncorrected = self.answer(&point, &point.command.drives, &exact_state);
+        if exact.status == Status::Converged {
+            point.exact = self.answer(&point, &exact.drives, &exact_state).ok();
+            self.session.state = exact_state;
+            self.session.drives = exact.drives;
+        }
+        match (uncorrected, &point.exact) {
+            (Err(status), None) => return Err(status),
+            (uncorrected, _) => point.uncorrected = uncorrected.ok(),
+        }
+        Ok(point)
+    }
+
+    /// The answer to `drives` at `point`, found from the neighbouring equilibrium `start`.
+    pub fn answer(&mut self, point: &Point, drives: &[f64], start: &State) -> Result<Answer, Status> {
+        let session = &mut self.session;
+        session.stand(&point.command, start);
+        session.drives.copy_from_slice(drives);
+        let outcome = session.settle(&point.demand)?;
+        let task = session.task_error(&point.demand);
+        let weights = weights(session.nominal);
+        let weigh = |i: usize, value: f64| weights[i] * value;
+        let slope = task.slope.rows(0, task.count) * &outcome.drive_sensitivity;
+        let forces_by_drives = match self.with_forces {
+            true => {
+                let (twists, workspace) = (&outcome.drive_sensitivity, &mut session.workspace);
+                let sensitivity = drive_force_sensitivity(session.real, drives, &session.state, twists, workspace);
+                Some(sensitivity.ok_or(Status::Singular)?)
+            }
+            false => None,
+        };
+        Ok(Answer {
+            drives: drives.to_vec(),
+            state: session.state.clone(),
+            error: DVector::from_fn(task.count, |i, _| weigh(i, task.error[i])),
+            error_by_drives: DMatrix::from_fn(task.count, drives.len(), |i, j| weigh(i, slope[(i, j)])),
+            forces: drive_forces(session.real, &session.state),
+            forces_by_drives,
+        })
+    }
+}
+
+impl Point {
+    /// The answer nearest to what is wanted from which a search can start.
+    pub fn best_known(&self) -> Option<&Answer> {
+        self.exact.as_ref().or(self.uncorrected.as_ref())
+    }
+
+    /// Corrections Δρ that `drives` are.
+    pub fn corrections<'s>(&'s self, drives: &'s [f64]) -> impl Iterator<Item = f64> + 's {
+        drives.iter().zip(&self.command.drives).map(|(rho, nominal)| rho - nominal)
+    }
+
+    /// Position error of the point put right (mm) and rotation from the wanted orientation (rad), O axes.
+    pub fn errors(&self, machine: &Machine, state: &State) -> (Vector3<f64>, Vector3<f64>) {
+        let (wanted, offset) = (&self.demand.pose, self.demand.offset(machine));
+        let turn = rotation_log(&(state.pose.rotation * wanted.rotation.transpose()));
+        (state.pose.transform(offset) - wanted.transform(offset), turn)
+    }
+}
+
+/// What makes an error of each controlled coordinate a length, mm.
+fn weights(machine: &Machine) -> Vec<f64> {
+    let weight = |coordinate: &Coordinate| match coordinate {
+        Coordinate::Translation(_) => 1.0,
+        Coordinate::Rotation(_) => machine.reach,
+    };
+    machine.controls.iter().map(weight).collect()
+}

@@ -1,0 +1,385 @@
+//! The convex program of one linearisation of the path: the only place that knows clarabel.
+//!
+//! With x the step of the drives in units that move the tool by about 1 mm, `e_k + J_k x_k` the linearised task errors of
+//! the points over a length σ and `A x ≤ b` all limits, linearised and scaled row by row:
+//!
+//! ```text
+//! Squares    min ½ Σ ‖e_k + J_k x_k‖²                                      A x ≤ b
+//! Largest    min t                          ‖e_k + J_k x_k‖ ≤ t            A x ≤ b
+//! Within t   min ½ Σ ‖e_k + J_k x_k‖²       ‖e_k + J_k x_k‖ ≤ t            A x ≤ b
+//! Excess     min ξ + ½ ε ‖x‖²               A x ≤ b + ξ |limit| on forces, ξ ≥ 0
+//! ```
+//!
+//! All objectives get `½ ε ‖x‖²`, which only matters where the drives are redundant or the objective leaves them free.
+
+use clarabel::{
+    algebra::CscMatrix,
+    solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT},
+};
+
+use super::{
+    limits::{Bounds, LimitKind, Side},
+    path::Answer,
+};
+
+/// What is to be small.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Goal {
+    /// Sum of squared errors.
+    Squares,
+    /// The largest error.
+    Largest,
+    /// Sum of squared errors, none of them above this, mm.
+    Within(f64),
+    /// Largest relative excess of a force over its limit.
+    Excess,
+}
+
+/// One limit in the program: `coefficients · x ≤ room`.
+struct Row {
+    limit: RowLimit,
+    /// Column and coefficient.
+    coefficients: Vec<(usize, f64)>,
+    /// What is left of the limit, may be negative.
+    room: f64,
+    /// Unit of the limit per unit of the row.
+    scale: f64,
+    /// Both ends of the limit are one: an equation.
+    is_equation: bool,
+}
+
+/// Which limit a row stands for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct RowLimit {
+    /// Among the points that take part.
+    pub point: usize,
+    pub drive: usize,
+    pub kind: LimitKind,
+    pub side: Side,
+}
+
+/// A limit that binds, with its multiplier: the fall of the program's objective (mm² for squares, mm for the largest
+/// error) per unit by which the limit is relaxed.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Multiplier {
+    pub limit: RowLimit,
+    pub value: f64,
+}
+
+/// What the convex solver returned.
+pub(super) struct Solved {
+    /// Step of each drive of each point, mm or rad.
+    pub step: Vec<f64>,
+    /// Limits that bind.
+    pub binding: Vec<Multiplier>,
+    /// Value of the last variable: t in mm, or the relative excess ξ.
+    pub extra: f64,
+    /// Whether full accuracy was reached.
+    pub is_accurate: bool,
+    /// Interior-point iterations.
+    pub iterations: usize,
+}
+
+/// Why there is no solution.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Failure {
+    /// The limits exclude one another.
+    Infeasible,
+    /// Anything else: the solver's word.
+    Other(String),
+}
+
+/// Weight of the steps' own size in the objective.
+const STEP_WEIGHT: f64 = 1e-9;
+/// An interval shorter than this, mm at the tool, is a single value.
+const SINGLE: f64 = 1e-9;
+/// Errors below this length are not resolved, mm.
+const SMALLEST_LENGTH: f64 = 1e-9;
+
+/// The linearised path.
+pub(super) struct Program<'a> {
+    answers: &'a [Answer],
+    bounds: &'a Bounds,
+    /// Drive motion that moves the tool by about 1 mm, mm or rad.
+    unit: Vec<f64>,
+    /// σ, mm.
+    length: f64,
+    rows: Vec<Row>,
+}
+
+impl<'a> Program<'a> {
+    /// From the answers at `corrections` (point-major, mm or rad).
+    pub fn new(answers: &'a [Answer], corrections: &[f64], bounds: &'a Bounds) -> Self {
+        let count = bounds.drive_count();
+        let unit = (0..count).map(|i| tool_unit(answers, i)).collect();
+        let largest = answers.iter().map(|answer| answer.error.norm()).fold(SMALLEST_LENGTH, f64::max);
+        let mut program = Self { answers, bounds, unit, length: largest, rows: Vec::new() };
+        for k in 0..answers.len() {
+            for i in 0..count {
+                program.add_range(k, i, corrections);
+                program.add_change(k, i, corrections);
+                program.add_force(k, i);
+            }
+        }
+        program
+    }
+
+    /// Longest motion of the tool by a step, about, mm.
+    pub fn tool_length(&self, step: &[f64]) -> f64 {
+        let lengths = step.iter().enumerate().map(|(column, d)| d.abs() / self.unit[column % self.unit.len()]);
+        lengths.fold(0.0, f64::max)
+    }
+
+    /// Step of each drive that moves the tool by about `length` mm.
+    pub fn steps_of_length(&self, length: f64) -> Vec<f64> {
+        self.unit.iter().map(|unit| unit * length).collect()
+    }
+
+    fn column(&self, point: usize, drive: usize) -> usize {
+        point * self.bounds.drive_count() + drive
+    }
+
+    /// Correction and travel.
+    fn add_range(&mut self, point: usize, drive: usize, corrections: &[f64]) {
+        let (column, scale) = (self.column(point, drive), self.unit[drive]);
+        let [low, high] = self.bounds.range[column];
+        let is_equation = high.value - low.value <= SINGLE * scale;
+        let ends = [(high.value, high.kind, 1.0, Side::Upper), (low.value, low.kind, -1.0, Side::Lower)];
+        for (value, kind, sign, side) in ends.into_iter().take(if is_equation { 1 } else { 2 }) {
+            let limit = RowLimit { point, drive, kind, side };
+            let room = sign * (value - corrections[column]) / scale;
+            self.add(Row { limit, coefficients: vec![(column, sign)], room, scale, is_equation });
+        }
+    }
+
+    fn add_change(&mut self, point: usize, drive: usize, corrections: &[f64]) {
+        let (change, scale) = (self.bounds.change[drive], self.unit[drive]);
+        if !self.bounds.follows[point] {
+            return;
+        }
+        let (column, before) = (self.column(point, drive), self.column(point - 1, drive));
+        let present = corrections[column] - corrections[before];
+        let is_equation = change <= SINGLE * scale;
+        let ends = [(1.0, Side::Upper), (-1.0, Side::Lower)];
+        for (sign, side) in ends.into_iter().take(if is_equation { 1 } else { 2 }) {
+            let limit = RowLimit { point, drive, kind: LimitKind::Change, side };
+            let coefficients = vec![(column, sign), (before, -sign)];
+            let room = ((if is_equation { 0.0 } else { change }) - sign * present) / scale;
+            self.add(Row { limit, coefficients, room, scale, is_equation });
+        }
+    }
+
+    fn add_force(&mut self, point: usize, drive: usize) {
+        let largest = self.bounds.force[drive];
+        let answer = &self.answers[point];
+        let Some(by_drives) = &answer.forces_by_drives else { return };
+        let slope: Vec<f64> = self.unit.iter().enumerate().map(|(j, unit)| by_drives[(drive, j)] * unit).collect();
+        // Where the drives have no influence the force itself is the scale, and the row says whether it is kept.
+        let scale = slope.iter().map(|s| s * s).sum::<f64>().sqrt().max(1e-6 * largest);
+        for (sign, side) in [(1.0, Side::Upper), (-1.0, Side::Lower)] {
+            let limit = RowLimit { point, drive, kind: LimitKind::Force, side };
+            let coefficients = (0..slope.len()).map(|j| (self.column(point, j), sign * slope[j] / scale)).collect();
+            let room = (largest - sign * answer.forces[drive]) / scale;
+            self.add(Row { limit, coefficients, room, scale, is_equation: false });
+        }
+    }
+
+    fn add(&mut self, row: Row) {
+        if row.room.is_finite() {
+            self.rows.push(row);
+        }
+    }
+
+    /// Solves for `goal`.
+    pub fn solve(&self, goal: Goal) -> Result<Solved, Failure> {
+        let steps = self.answers.len() * self.bounds.drive_count();
+        let has_extra = matches!(goal, Goal::Largest | Goal::Excess);
+        let variables = steps + usize::from(has_extra);
+        let (hessian, gradient) = self.objective(goal, variables);
+        let mut constraints = Constraints::default();
+        let mut order: Vec<&Row> = self.rows.iter().filter(|row| row.is_equation).collect();
+        let equations = order.len();
+        order.extend(self.rows.iter().filter(|row| !row.is_equation));
+        for row in &order {
+            constraints.add(row.coefficients.iter().copied(), row.room);
+            if goal == Goal::Excess && row.limit.kind == LimitKind::Force {
+                constraints.append(steps, -self.bounds.force[row.limit.drive] / row.scale);
+            }
+        }
+        if goal == Goal::Excess {
+            constraints.add([(steps, -1.0)], 0.0);
+        }
+        let inequalities = constraints.right.len() - equations;
+        let mut cones = vec![SupportedConeT::ZeroConeT(equations), SupportedConeT::NonnegativeConeT(inequalities)];
+        self.add_cones(goal, steps, &mut constraints, &mut cones);
+        let matrix = constraints.matrix(variables);
+        let mut solver =
+            DefaultSolver::new(&hessian, &gradient, &matrix, &constraints.right, &cones, solver_settings())
+                .map_err(|error| Failure::Other(error.to_string()))?;
+        solver.solve();
+        let solution = &solver.solution;
+        let is_accurate = match solution.status {
+            SolverStatus::Solved => true,
+            SolverStatus::AlmostSolved => false,
+            SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => return Err(Failure::Infeasible),
+            status => return Err(Failure::Other(format!("{status:?}"))),
+        };
+        let count = self.bounds.drive_count();
+        let unscaled = |(column, value): (usize, &f64)| value * self.unit[column % count];
+        let multiplier_scale = self.multiplier_scale(goal);
+        let bind = |(i, row): (usize, &&Row)| {
+            let (slack, dual) = (solution.s[i], solution.z[i]);
+            let mut limit = row.limit;
+            if row.is_equation && dual < 0.0 {
+                limit.side = Side::Lower;
+            }
+            let binds = row.is_equation || dual > slack;
+            binds.then_some(Multiplier { limit, value: multiplier_scale * dual.abs() / row.scale })
+        };
+        Ok(Solved {
+            step: solution.x[..steps].iter().enumerate().map(unscaled).collect(),
+            binding: order.iter().enumerate().filter_map(bind).collect(),
+            extra: if has_extra { solution.x[steps] * self.extra_scale(goal) } else { 0.0 },
+            is_accurate,
+            iterations: solution.iterations as usize,
+        })
+    }
+
+    /// Unit of the objective in mm² or mm.
+    fn multiplier_scale(&self, goal: Goal) -> f64 {
+        match goal {
+            Goal::Squares | Goal::Within(_) => self.length * self.length,
+            Goal::Largest => self.length,
+            Goal::Excess => 1.0,
+        }
+    }
+
+    fn extra_scale(&self, goal: Goal) -> f64 {
+        if goal == Goal::Largest { self.length } else { 1.0 }
+    }
+
+    /// `J_k` and `e_k` of point `point` in the program's units.
+    fn scaled(&self, point: usize) -> (nalgebra::DMatrix<f64>, nalgebra::DVector<f64>) {
+        let answer = &self.answers[point];
+        let mut slope = &answer.error_by_drives / self.length;
+        for (mut column, unit) in slope.column_iter_mut().zip(&self.unit) {
+            column *= *unit;
+        }
+        (slope, &answer.error / self.length)
+    }
+
+    fn objective(&self, goal: Goal, variables: usize) -> (CscMatrix<f64>, Vec<f64>) {
+        let count = self.bounds.drive_count();
+        let mut hessian = Triplets::default();
+        let mut gradient = vec![0.0; variables];
+        for point in 0..self.answers.len() {
+            let first = self.column(point, 0);
+            let squares = match goal {
+                Goal::Squares | Goal::Within(_) => {
+                    let (slope, error) = self.scaled(point);
+                    let linear = slope.tr_mul(&error);
+                    gradient[first..first + count].copy_from_slice(linear.as_slice());
+                    slope.tr_mul(&slope)
+                }
+                Goal::Largest | Goal::Excess => nalgebra::DMatrix::zeros(count, count),
+            };
+            for j in 0..count {
+                for i in 0..=j {
+                    let own = if i == j { STEP_WEIGHT } else { 0.0 };
+                    hessian.push(first + i, first + j, squares[(i, j)] + own);
+                }
+            }
+        }
+        if matches!(goal, Goal::Largest | Goal::Excess) {
+            gradient[variables - 1] = 1.0;
+        }
+        (hessian.matrix(variables, variables), gradient)
+    }
+
+    /// `‖e_k + J_k x_k‖ ≤ t`.
+    fn add_cones(&self, goal: Goal, steps: usize, constraints: &mut Constraints, cones: &mut Vec<SupportedConeT<f64>>) {
+        let fixed = match goal {
+            Goal::Largest => None,
+            Goal::Within(largest) => Some(largest / self.length),
+            Goal::Squares | Goal::Excess => return,
+        };
+        for point in 0..self.answers.len() {
+            let (slope, error) = self.scaled(point);
+            let first = self.column(point, 0);
+            match fixed {
+                Some(largest) => constraints.add([], largest),
+                None => constraints.add([(steps, -1.0)], 0.0),
+            }
+            for (row, error) in slope.row_iter().zip(error.iter()) {
+                constraints.add(row.iter().enumerate().map(|(j, value)| (first + j, -value)), *error);
+            }
+            cones.push(SupportedConeT::SecondOrderConeT(1 + error.len()));
+        }
+    }
+}
+
+/// Drive motion that moves the tool by about 1 mm: over the root mean square of the sensitivities along the path.
+fn tool_unit(answers: &[Answer], drive: usize) -> f64 {
+    let squares: f64 = answers.iter().map(|answer| answer.error_by_drives.column(drive).norm_squared()).sum();
+    let mean = (squares / answers.len().max(1) as f64).sqrt();
+    if mean > 0.0 { 1.0 / mean } else { 1.0 }
+}
+
+fn solver_settings() -> DefaultSettings<f64> {
+    DefaultSettings {
+        verbose: false,
+        presolve_enable: false,
+        tol_gap_abs: 1e-10,
+        tol_gap_rel: 1e-10,
+        tol_feas: 1e-10,
+        reduced_tol_gap_abs: 1e-7,
+        reduced_tol_gap_rel: 1e-7,
+        reduced_tol_feas: 1e-7,
+        max_threads: 1,
+        ..DefaultSettings::default()
+    }
+}
+
+#[derive(Default)]
+struct Triplets {
+    rows: Vec<usize>,
+    columns: Vec<usize>,
+    values: Vec<f64>,
+}
+
+impl Triplets {
+    fn push(&mut self, row: usize, column: usize, value: f64) {
+        self.rows.push(row);
+        self.columns.push(column);
+        self.values.push(value);
+    }
+
+    fn matrix(self, rows: usize, columns: usize) -> CscMatrix<f64> {
+        CscMatrix::new_from_triplets(rows, columns, self.rows, self.columns, self.values)
+    }
+}
+
+/// Rows `b − A x` in cones.
+#[derive(Default)]
+struct Constraints {
+    entries: Triplets,
+    right: Vec<f64>,
+}
+
+impl Constraints {
+    fn add(&mut self, coefficients: impl IntoIterator<Item = (usize, f64)>, right: f64) {
+        for (column, value) in coefficients {
+            self.entries.push(self.right.len(), column, value);
+        }
+        self.right.push(right);
+    }
+
+    /// Adds an entry to the last row.
+    fn append(&mut self, column: usize, value: f64) {
+        self.entries.push(self.right.len() - 1, column, value);
+    }
+
+    fn matrix(&mut self, variables: usize) -> CscMatrix<f64> {
+        std::mem::take(&mut self.entries).matrix(self.right.len(), variables)
+    }
+}

@@ -1,0 +1,318 @@
+//! Sequential convex programming: linearise the path, solve the convex program, go there as far as the nonlinear
+//! simulation confirms.
+
+use super::{
+    BoundedSettings, Objective,
+    error::BoundedError,
+    limits::{Bounds, LimitKind, Limits, force_unit},
+    outcome::{BoundedStatus, Errors},
+    path::{Answer, Point, Simulator},
+    program::{Failure, Goal, Multiplier, Program, Solved},
+};
+use crate::machine::Machine;
+
+/// Steps are halved this many times before a direction is given up.
+const HALVINGS: usize = 10;
+/// The second stage of the worst error may exceed the first's by this share: what interior points need to be inside.
+const STAGE_SLACK: f64 = 1e-6;
+/// An improvement by less than this share is none.
+const IMPROVEMENT: f64 = 1e-9;
+/// A step shorter than this at the tool is none, mm.
+const SHORT_STEP: f64 = 1e-8;
+/// Limits are held responsible if a step of at most this share of the machine's reach would serve without them.
+const RELAXED_STEP: f64 = 0.05;
+
+/// Corrections of all points, and the machine's answers.
+#[derive(Debug, Clone)]
+pub(super) struct Iterate {
+    /// Δρ, point-major, mm or rad.
+    pub corrections: Vec<f64>,
+    pub answers: Vec<Answer>,
+    pub errors: Errors,
+    /// Largest relative excess of a force.
+    pub excess: f64,
+}
+
+/// Where a search ended.
+pub(super) struct Found {
+    pub iterate: Iterate,
+    pub status: BoundedStatus,
+    pub binding: Vec<Multiplier>,
+    pub iterations: usize,
+    pub convex_iterations: usize,
+    pub is_accurate: bool,
+}
+
+/// Everything a search needs to know.
+pub(super) struct Search<'a, 'm> {
+    pub points: &'a [Point],
+    pub limits: &'a Limits,
+    pub bounds: &'a Bounds,
+    pub machine: &'m Machine,
+    pub simulator: &'a mut Simulator<'m>,
+    pub objective: Objective,
+    pub settings: &'a BoundedSettings,
+    pub progress: &'a dyn Fn(usize),
+}
+
+impl Search<'_, '_> {
+    /// The best corrections within the limits.
+    pub fn run(&mut self) -> Result<Found, BoundedError> {
+        let mut found = self.start()?;
+        if found.status == BoundedStatus::Unbounded {
+            return Ok(found);
+        }
+        while found.iterations < self.settings.max_iterations {
+            found.iterations += 1;
+            let is_over = self.iterate(&mut found)?;
+            if let Some(status) = is_over {
+                found.status = status;
+                break;
+            }
+        }
+        if found.iterate.excess > self.settings.force_tolerance {
+            return Err(self.force_error(&found.iterate));
+        }
+        self.take_exact_points(&mut found.iterate);
+        Ok(found)
+    }
+
+    /// The unbounded corrections, moved into the limits on correction, travel and change.
+    fn start(&mut self) -> Result<Found, BoundedError> {
+        let known: Vec<&Answer> = self.points.iter().filter_map(Point::best_known).collect();
+        let wanted: Vec<f64> =
+            self.points.iter().zip(&known).flat_map(|(point, answer)| point.corrections(&answer.drives)).collect();
+        let mut corrections = wanted.clone();
+        self.bounds.project(&mut corrections);
+        let excess = self.bounds.force_excess(known.iter().map(|answer| answer.forces.as_slice()));
+        let is_exact = self.points.iter().all(|point| point.exact.is_some());
+        let mut found = Found {
+            iterate: iterate(wanted, known.into_iter().cloned().collect(), excess),
+            status: BoundedStatus::Slow,
+            binding: Vec::new(),
+            iterations: 0,
+            convex_iterations: 0,
+            is_accurate: true,
+        };
+        if is_exact && corrections == found.iterate.corrections && excess <= 0.0 {
+            found.status = BoundedStatus::Unbounded;
+        } else if corrections != found.iterate.corrections {
+            found.iterate = self.simulate(corrections, &found.iterate)?;
+        }
+        Ok(found)
+    }
+
+    /// Simulates the path at `corrections`, near the equilibria of `near`.
+    fn simulate(&mut self, corrections: Vec<f64>, near: &Iterate) -> Result<Iterate, BoundedError> {
+        let count = self.bounds.drive_count();
+        let mut answers = Vec::with_capacity(self.points.len());
+        for (k, (point, own)) in self.points.iter().zip(corrections.chunks_exact(count)).enumerate() {
+            let old = &near.answers[k];
+            // Points that stay where they are need no new simulation.
+            if near.corrections[k * count..(k + 1) * count] == *own {
+                answers.push(old.clone());
+                continue;
+            }
+            let drives: Vec<f64> = point.command.drives.iter().zip(own).map(|(rho, change)| rho + change).collect();
+            let answer = self.simulator.answer(point, &drives, &old.state);
+            answers.push(answer.map_err(|status| BoundedError::Start { point: self.bounds.index[k], status })?);
+            (self.progress)(k + 1);
+        }
+        let excess = self.bounds.force_excess(answers.iter().map(|answer| answer.forces.as_slice()));
+        Ok(iterate(corrections, answers, excess))
+    }
+
+    /// One linearisation; how the search ended, if it did.
+    fn iterate(&mut self, found: &mut Found) -> Result<Option<BoundedStatus>, BoundedError> {
+        let now = &found.iterate;
+        let program = Program::new(&now.answers, &now.corrections, self.bounds);
+        let aimed = match self.aim(&program) {
+            Ok(aimed) => Some(aimed),
+            Err(Failure::Infeasible) if self.bounds.limit_forces() => None,
+            Err(Failure::Infeasible) => return Err(BoundedError::Convex { status: "PrimalInfeasible".into() }),
+            Err(Failure::Other(status)) => return Err(BoundedError::Convex { status }),
+        };
+        if let Some(solved) = aimed {
+            found.convex_iterations += solved.iterations;
+            found.is_accurate &= solved.is_accurate;
+            let length = program.tool_length(&solved.step);
+            let next = self.step_along(&solved.step, now);
+            found.binding = solved.binding;
+            let keeps_forces = now.excess <= self.settings.force_tolerance;
+            match next {
+                Some(next) => {
+                    let is_over = keeps_forces && !self.improves(&next, now);
+                    found.iterate = next;
+                    return Ok(is_over.then_some(BoundedStatus::Converged));
+                }
+                None if keeps_forces && length <= self.settings.step_tolerance_mm => {
+                    return Ok(Some(BoundedStatus::Converged));
+                }
+                None if keeps_forces => return Ok(Some(BoundedStatus::Stalled)),
+                None => {}
+            }
+        }
+        // The force limits cannot be kept within the linearisation, or not by going to its solution: forces first.
+        let solved = program.solve(Goal::Excess).map_err(convex_error)?;
+        found.convex_iterations += solved.iterations;
+        match self.step_along(&solved.step, &found.iterate) {
+            Some(next) => found.iterate = next,
+            None => return Err(self.force_error(&found.iterate)),
+        }
+        Ok(None)
+    }
+
+    /// The convex program's solution for the objective. The worst error is found first and then, with it given, the least
+    /// sum of squares: so the points that are not the worst are as good as they can be, and the solution is unique.
+    fn aim(&self, program: &Program<'_>) -> Result<Solved, Failure> {
+        match self.objective {
+            Objective::Rms => program.solve(Goal::Squares),
+            Objective::Worst => {
+                let first = program.solve(Goal::Largest)?;
+                let within = first.extra * (1.0 + STAGE_SLACK) + SHORT_STEP;
+                Ok(match program.solve(Goal::Within(within)) {
+                    Ok(second) => priced(second, first),
+                    // What the first stage found is right; its best points may be less good than they could be.
+                    Err(_) => first,
+                })
+            }
+        }
+    }
+
+    /// The first of the full step, half of it and so on that is better than `now`.
+    fn step_along(&mut self, step: &[f64], now: &Iterate) -> Option<Iterate> {
+        let mut share = 1.0;
+        for _ in 0..HALVINGS {
+            let moved = now.corrections.iter().zip(step).map(|(u, d)| u + share * d);
+            let mut corrections: Vec<f64> = moved.collect();
+            self.bounds.project(&mut corrections);
+            if let Ok(next) = self.simulate(corrections, now)
+                && self.is_better(&next, now)
+            {
+                return Some(next);
+            }
+            share *= 0.5;
+        }
+        None
+    }
+
+    /// Forces first: nearer to their limits, or within them with smaller errors.
+    fn is_better(&self, next: &Iterate, now: &Iterate) -> bool {
+        let tolerance = self.settings.force_tolerance;
+        if now.excess > tolerance {
+            return next.excess <= tolerance || next.excess < (1.0 - 1e-3) * now.excess;
+        }
+        let (new, old) = (&next.errors, &now.errors);
+        next.excess <= tolerance
+            && match self.objective {
+                Objective::Rms => new.rms < old.rms,
+                // Within what the second stage gives away, the sum of squares decides.
+                Objective::Worst => {
+                    let given_away = 2.0 * (STAGE_SLACK * old.worst + SHORT_STEP);
+                    new.worst < old.worst - given_away || (new.worst < old.worst + given_away && new.rms < old.rms)
+                }
+            }
+    }
+
+    /// Whether `next` is better than `now` by more than rounding.
+    fn improves(&self, next: &Iterate, now: &Iterate) -> bool {
+        let less = |new: f64, old: f64, share: f64| new < old * (1.0 - share);
+        let rms = less(next.errors.rms, now.errors.rms, IMPROVEMENT);
+        match self.objective {
+            Objective::Rms => rms,
+            Objective::Worst => rms || less(next.errors.worst, now.errors.worst, STAGE_SLACK),
+        }
+    }
+
+    /// Replaces the corrections of a point by its unbounded ones where the limits and its neighbours allow: its error
+    /// vanishes, nothing else changes. What the convex solver left there is its tolerance.
+    fn take_exact_points(&mut self, iterate: &mut Iterate) {
+        let count = self.bounds.drive_count();
+        for k in (0..self.points.len()).chain((0..self.points.len()).rev()) {
+            let point = &self.points[k];
+            let Some(exact) = &point.exact else { continue };
+            let own: Vec<f64> = point.corrections(&exact.drives).collect();
+            let keeps_forces = self.bounds.force_excess(std::iter::once(exact.forces.as_slice())) <= 0.0;
+            if keeps_forces && self.bounds.allow(k, &own, &iterate.corrections) {
+                iterate.corrections[k * count..(k + 1) * count].copy_from_slice(&own);
+                iterate.answers[k] = exact.clone();
+            }
+        }
+        iterate.errors = Errors::of(iterate.answers.iter().map(|answer| answer.error.norm()));
+        iterate.excess = self.bounds.force_excess(iterate.answers.iter().map(|answer| answer.forces.as_slice()));
+    }
+
+    /// Which force cannot be kept, and which other limits stand in the way.
+    fn force_error(&self, iterate: &Iterate) -> BoundedError {
+        let shares = iterate.answers.iter().enumerate().flat_map(|(k, answer)| {
+            let forces = answer.forces.iter().zip(&self.bounds.force).enumerate();
+            forces.map(move |(i, (force, limit))| (k, i, force.abs() / limit))
+        });
+        let (k, i, _) = shares.max_by(|a, b| a.2.total_cmp(&b.2)).unwrap_or((0, 0, 0.0));
+        let kinds = [LimitKind::Correction, LimitKind::Travel, LimitKind::Change];
+        let drive = self.machine.drives().nth(i).map(|(_, drive)| drive);
+        BoundedError::Force {
+            drive: self.machine.drive_labels()[i].clone(),
+            point: self.bounds.index[k],
+            least: iterate.answers[k].forces[i].abs(),
+            limit: self.bounds.force[i],
+            unit: drive.map_or("N", force_unit),
+            conflicts: kinds.into_iter().filter(|kind| self.forces_kept_without(*kind, iterate)).collect(),
+        }
+    }
+
+    /// Whether, by linear sensitivities, a moderate step keeps the force limits once limits of `kind` are taken away.
+    fn forces_kept_without(&self, kind: LimitKind, iterate: &Iterate) -> bool {
+        let mut limits = self.limits.clone();
+        match kind {
+            LimitKind::Correction if limits.correction.is_some() => limits.correction = None,
+            LimitKind::Change if limits.correction_change.is_some() => limits.correction_change = None,
+            LimitKind::Travel => {
+                limits.travel = Some(vec![(f64::NEG_INFINITY, f64::INFINITY); self.bounds.drive_count()]);
+            }
+            _ => return false,
+        }
+        let nominal: Vec<&[f64]> = self.points.iter().map(|point| point.command.drives.as_slice()).collect();
+        let Ok(mut bounds) = Bounds::new(&limits, self.machine, self.bounds.index.clone(), &nominal) else {
+            return false;
+        };
+        if bounds.range == self.bounds.range && bounds.change == self.bounds.change {
+            return false;
+        }
+        let program = Program::new(&iterate.answers, &iterate.corrections, &bounds);
+        let steps = program.steps_of_length(RELAXED_STEP * self.machine.reach);
+        bounds.narrow(&iterate.corrections, &steps);
+        let program = Program::new(&iterate.answers, &iterate.corrections, &bounds);
+        program.solve(Goal::Excess).is_ok_and(|solved| solved.extra <= self.settings.force_tolerance)
+    }
+}
+
+fn iterate(corrections: Vec<f64>, answers: Vec<Answer>, excess: f64) -> Iterate {
+    let errors = Errors::of(answers.iter().map(|answer| answer.error.norm()));
+    Iterate { corrections, answers, errors, excess }
+}
+
+fn convex_error(failure: Failure) -> BoundedError {
+    let status = match failure {
+        Failure::Infeasible => "PrimalInfeasible".into(),
+        Failure::Other(status) => status,
+    };
+    BoundedError::Convex { status }
+}
+
+/// The second stage's solution with the first stage's multipliers: those of the worst error.
+fn priced(second: Solved, first: Solved) -> Solved {
+    let price = |limit| first.binding.iter().find(|m| m.limit == limit).map_or(0.0, |m| m.value);
+    let mut binding: Vec<Multiplier> =
+        second.binding.iter().map(|m| Multiplier { limit: m.limit, value: price(m.limit) }).collect();
+    let only_first = first.binding.iter().filter(|m| !binding.iter().any(|other| other.limit == m.limit));
+    let only_first: Vec<Multiplier> = only_first.copied().collect();
+    binding.extend(only_first);
+    Solved {
+        binding,
+        extra: first.extra,
+        is_accurate: first.is_accurate && second.is_accurate,
+        iterations: first.iterations + second.iterations,
+        ..second
+    }
+}

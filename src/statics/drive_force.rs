@@ -1,0 +1,78 @@
+//! What the drives carry, and how that changes when they move.
+
+use nalgebra::{DMatrix, Matrix6xX, Vector6};
+
+use super::{
+    equilibrium::chain_inputs,
+    full_system,
+    state::{State, Workspace},
+};
+use crate::machine::Machine;
+
+/// Forces of all drives in machine order, `τ = k_act θ_a`, N or N·mm.
+pub fn drive_forces(machine: &Machine, state: &State) -> Vec<f64> {
+    machine.drives().map(|(c, drive)| drive.stiffness * state.chains[c].coordinates[drive.coordinate]).collect()
+}
+
+/// `∂τ/∂ρ` under constant load: change of the drives' forces (rows, machine order) per unit motion of each drive
+/// (columns), N or N·mm per mm or rad.
+///
+/// `τ = k_act θ_a`. Back-substitution into the condensed chains, from the platform twists `∂t/∂ρ`, gives the motion of
+/// the joints `∂(ρ + θ_a)/∂ρ`, and so `∂θ_a/∂ρ`. `state` must be an equilibrium of `machine` with the drives at `drives` (mm, rad), and `twists` its
+/// [`Outcome::drive_sensitivity`](super::Outcome::drive_sensitivity). `None` where the platform is not held.
+pub fn drive_force_sensitivity(
+    machine: &Machine,
+    drives: &[f64],
+    state: &State,
+    twists: &Matrix6xX<f64>,
+    workspace: &mut Workspace,
+) -> Option<DMatrix<f64>> {
+    let mut deflections = match condensed_joint_motions(machine, drives, state, twists, workspace) {
+        Some(motions) => motions,
+        None => {
+            linearise(machine, drives, state, workspace);
+            full_system::tangent(&machine.chains, &mut workspace.chains).joint_motion?
+        }
+    };
+    for (i, (_, drive)) in machine.drives().enumerate() {
+        deflections[(i, i)] -= 1.0;
+        deflections.row_mut(i).scale_mut(drive.stiffness);
+    }
+    Some(deflections)
+}
+
+fn linearise(machine: &Machine, drives: &[f64], state: &State, workspace: &mut Workspace) {
+    let inputs = chain_inputs(machine, state, drives);
+    for ((system, chain), (chain_state, own)) in workspace.chains.iter_mut().zip(&machine.chains).zip(inputs) {
+        system.linearise(chain, own, chain_state, &state.pose);
+    }
+}
+
+/// `∂(ρ + θ_a)/∂ρ`; `None` if a chain cannot be condensed.
+fn condensed_joint_motions(
+    machine: &Machine,
+    drives: &[f64],
+    state: &State,
+    twists: &Matrix6xX<f64>,
+    workspace: &mut Workspace,
+) -> Option<DMatrix<f64>> {
+    linearise(machine, drives, state, workspace);
+    let mut motions = DMatrix::zeros(drives.len(), drives.len());
+    let mut first = 0;
+    for (system, chain) in workspace.chains.iter_mut().zip(&machine.chains) {
+        system.condense().ok()?;
+        let own_count = chain.drives.len();
+        for (column, twist) in twists.column_iter().enumerate() {
+            let mut own_motion = vec![0.0; own_count];
+            if (first..first + own_count).contains(&column) {
+                own_motion[column - first] = 1.0;
+            }
+            system.respond(&Vector6::from(twist), &own_motion);
+            for (own, drive) in chain.drives.iter().enumerate() {
+                motions[(first + own, column)] = system.coordinate_step(drive.coordinate);
+            }
+        }
+        first += own_count;
+    }
+    Some(motions)
+}
