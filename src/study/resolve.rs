@@ -34,22 +34,26 @@ pub(super) fn study(spec: &StudySpec, text: &str, origin: &str, folder: &Path, o
     let check = Check::new(origin);
     check.schema(spec.schema)?;
     let (machine, machine_text) = machine(&spec.machine, folder, &check.key("machine"))?;
-    let (kind, settings) = match (&spec.workspace_map, &spec.path) {
-        (Some(map), None) => {
+    let (kind, settings) = match (&spec.workspace_map, &spec.path, &spec.placement) {
+        (Some(map), None, None) => {
             let map = workspace_map(spec, map, machine, overrides, &check)?;
             let settings = format!("grid {:?}", map.grid.counts());
             (StudyKind::WorkspaceMap(map), settings)
         }
-        (None, Some(path)) => {
-            if spec.milling.is_some() || !spec.chain_error.is_empty() {
-                let key = if spec.milling.is_some() { "milling" } else { "chain_error" };
-                return check.key(key).fail("belongs in the process file of a path study".into());
-            }
+        (None, Some(path), None) => {
+            refuse_process_keys(spec, "path", &check)?;
             let (study, process) = path_resolve::path(path, machine, folder, overrides, &check.key("path"))?;
             let settings = format!("{process}\npoints {}", study.stations.len());
             (StudyKind::Path(study), settings)
         }
-        _ => return check.key("workspace_map").fail("give exactly one of workspace_map and path".into()),
+        (None, None, Some(placement)) => {
+            refuse_process_keys(spec, "placement", &check)?;
+            let (study, process) =
+                super::placement::resolve(placement, machine, folder, overrides, &check.key("placement"))?;
+            let settings = format!("{process}\ngrid {:?}", study.grid.counts());
+            (StudyKind::Placement(study), settings)
+        }
+        _ => return check.key("workspace_map").fail("give exactly one of workspace_map, path and placement".into()),
     };
     Ok(Study {
         name: folder_name(folder),
@@ -57,6 +61,16 @@ pub(super) fn study(spec: &StudySpec, text: &str, origin: &str, folder: &Path, o
         fingerprint: format!("{text}\n{machine_text}\n{settings}"),
         kind,
     })
+}
+
+/// Keys that a study of this kind has in its process files.
+fn refuse_process_keys(spec: &StudySpec, kind: &str, check: &Check) -> Result<()> {
+    let key = match (&spec.milling, spec.chain_error.is_empty()) {
+        (Some(_), _) => "milling",
+        (None, false) => "chain_error",
+        (None, true) => return Ok(()),
+    };
+    check.key(key).fail(format!("belongs in the process file of a {kind} study"))
 }
 
 impl From<CompensateSpec> for Target {
