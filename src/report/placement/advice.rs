@@ -15,19 +15,17 @@ pub fn recommendation(results: &PlacementResults) -> String {
     text
 }
 
-/// The most frequent reason why the workpiece cannot be cut.
+/// Why the workpiece cannot be cut.
 fn nowhere(results: &PlacementResults) -> String {
-    let reason = results.entries.iter().chain(&[]).find_map(|entry| entry.outcome.as_ref().err());
     let cell = results.cells.iter().find_map(|cell| match &cell.verdict {
         crate::study::placement::Verdict::Infeasible(failure) => Some((at(&cell.site), &failure.reason)),
         _ => None,
     });
-    match (cell, reason) {
-        (Some((place, reason)), _) => {
+    match cell {
+        Some((place, reason)) => {
             format!("The workpiece can be cut at none of the places. The first, {place}: {reason}.\n")
         }
-        (None, Some(failure)) => format!("The workpiece cannot be cut: {}.\n", failure.reason),
-        (None, None) => "There is no place to judge.\n".into(),
+        None => "There is no place to judge.\n".into(),
     }
 }
 

@@ -121,15 +121,11 @@ fn marks(results: &PlacementResults, zs: &[f64], z: usize, yaws: &[f64], yaw: us
         let at_yaw = nearest(yaws, site.0[3], &|k| drawn.iter().any(|plane| plane[1] == k));
         at_z == Some(z) && at_yaw == Some(yaw)
     };
-    let within = |site: &Site| {
-        let bounds = &results.study.bounds;
-        (0..2).all(|i| (bounds.low[i]..=bounds.high[i]).contains(&site.0[i]))
-    };
     let named = results.study.candidates.iter().map(|candidate| (candidate.name.clone(), candidate.site));
     let best = results.best.iter().map(|best| ("best".to_string(), best.site));
     named
         .chain(best)
-        .filter(|(_, site)| is_here(site) && within(site))
+        .filter(|(_, site)| is_here(site))
         .map(|(label, site)| Mark2 { label, x: site.0[0], y: site.0[1] })
         .collect()
 }

@@ -43,7 +43,7 @@ pub fn entries_table(study: &PlacementStudy, entries: &[Entry]) -> String {
     let mut table = Table::new();
     table.load_style(UTF8_HORIZONTAL_ONLY);
     let mut header = vec!["place".to_string(), "x, y, z [mm]".into(), "yaw [°]".into()];
-    header.extend(shown.iter().map(|metric| metric.words().into()));
+    header.extend(shown.iter().map(|metric| metric.short_words().into()));
     table.set_header(header);
     for entry in entries {
         let [x, y, z, yaw] = entry.site.shown();

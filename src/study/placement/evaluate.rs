@@ -37,7 +37,11 @@ struct Prepared {
     shares: Vec<f64>,
     /// Sum of the shares.
     share: f64,
-    /// Points added by each level, in path order.
+    /// Whether each point counts: the tool cuts there.
+    is_counted: Vec<bool>,
+    /// Points that count.
+    counted: Vec<usize>,
+    /// Those of them that each level adds, in path order.
     levels: Vec<Vec<usize>>,
     /// Most force of each drive, N or N·mm.
     force_limits: Vec<f64>,
@@ -79,6 +83,7 @@ impl<'a> Evaluator<'a> {
         let check_forces = limited && !asks_bounded;
         let mut needs = Needs::of(metrics);
         needs.correction |= check_forces;
+        needs.bounded &= study.features.iter().any(FeatureJob::has_limits);
         let levels = features.iter().map(|feature| feature.levels.len()).max().unwrap_or(0);
         Self { study, needs, check_forces, asks_bounded, features, levels }
     }
@@ -88,29 +93,47 @@ impl<'a> Evaluator<'a> {
         self.levels
     }
 
+    /// What is wanted of the machine when the workpiece stands at `site`.
+    ///
+    /// # Errors
+    /// The workpiece must not stand there.
+    fn place(&self, site: &Site) -> Result<Partial, Failure> {
+        self.check_boxes(site)?;
+        let demands = |job: &FeatureJob| {
+            let feature = &job.feature;
+            let placement = site.placement(feature.reference);
+            demands_under(&self.study.machine, &placement, job.target, &feature.path, &feature.loads)
+        };
+        let demands = self.study.features.iter().map(demands).collect();
+        Ok(Partial { demands, tallies: vec![Tally::default(); self.features.len()], level: 0 })
+    }
+
+    /// The rigid machine reaches every point for which `asked` (feature, point) is true.
+    ///
+    /// # Errors
+    /// The first point it does not reach, and why.
+    fn check_reach(&self, partial: &Partial, asked: impl Fn(usize, usize) -> bool) -> Result<(), Failure> {
+        let machine = &self.study.machine;
+        for (f, (demands, job)) in partial.demands.iter().zip(&self.study.features).enumerate() {
+            let mut near = machine.home.clone();
+            for (k, demand) in demands.iter().enumerate().filter(|(k, _)| asked(f, *k)) {
+                let reached = machine.inverse_kinematics_from(&near, &demand.pose);
+                near = reached
+                    .or_else(|_| machine.inverse_kinematics(&demand.pose))
+                    .map_err(|unreachable| located(job, k, Failure::from(unreachable)))?;
+            }
+        }
+        Ok(())
+    }
+
     /// Whether the workpiece may stand at `site` and the rigid machine reaches all of its points.
     ///
     /// # Errors
     /// Why not.
     pub(super) fn open(&self, site: &Site) -> Result<Partial, Failure> {
-        self.check_boxes(site)?;
-        let machine = &self.study.machine;
-        let mut all = Vec::with_capacity(self.features.len());
-        for job in &self.study.features {
-            let feature = &job.feature;
-            let demands =
-                demands_under(machine, &site.placement(feature.reference), job.target, &feature.path, &feature.loads);
-            let mut near = machine.home.clone();
-            for (k, demand) in demands.iter().enumerate() {
-                let reached = machine.inverse_kinematics_from(&near, &demand.pose);
-                near = reached.or_else(|_| machine.inverse_kinematics(&demand.pose)).map_err(|unreachable| {
-                    let failure = Failure::from(unreachable);
-                    located(job, k, failure)
-                })?;
-            }
-            all.push(demands);
-        }
-        Ok(Partial { demands: all, tallies: vec![Tally::default(); self.features.len()], level: 0 })
+        let partial = self.place(site)?;
+        self.check_reach(&partial, |_, _| true)?;
+        Ok(partial)
     }
 
     fn check_boxes(&self, site: &Site) -> Result<(), Failure> {
@@ -132,11 +155,15 @@ impl<'a> Evaluator<'a> {
     pub(super) fn advance(&self, partial: &mut Partial) -> Result<(), Failure> {
         let level = partial.level;
         partial.level += 1;
+        self.visit(partial, |prepared| prepared.levels.get(level).map_or(&[], Vec::as_slice))
+    }
+
+    /// Adds the points that `points` names, each solved from the one before.
+    fn visit(&self, partial: &mut Partial, points: impl Fn(&Prepared) -> &[usize]) -> Result<(), Failure> {
         for (f, (prepared, job)) in self.features.iter().zip(&self.study.features).enumerate() {
-            let Some(points) = prepared.levels.get(level) else { continue };
             let (nominal, limits) = (&self.study.machine, &prepared.force_limits);
             let mut walk = Walk::new(nominal, &prepared.real, self.needs, limits, self.check_forces);
-            for &k in points {
+            for &k in points(prepared) {
                 let seen = walk.visit(&partial.demands[f][k]).map_err(|failure| located(job, k, failure))?;
                 partial.tallies[f].add(&seen, prepared.shares[k], job.feature.tolerance_mm);
             }
@@ -160,12 +187,16 @@ impl<'a> Evaluator<'a> {
         while partial.level < self.levels {
             self.advance(&mut partial)?;
         }
-        let metrics = self.outlook(&partial);
+        self.conclude(&partial)
+    }
+
+    fn conclude(&self, partial: &Partial) -> Result<Evaluation, Failure> {
+        let metrics = self.outlook(partial);
         let own = |(tally, prepared): (&Tally, &Prepared)| tally.metrics(&self.needs, prepared.share);
         let features = partial.tallies.iter().zip(&self.features).map(own).collect();
         let mut evaluation = Evaluation { metrics, features, not_corrected: None };
         if self.needs.bounded {
-            self.correct_within_limits(&partial, &mut evaluation);
+            self.correct_within_limits(partial, &mut evaluation);
         }
         match evaluation.not_corrected {
             Some(reason) if self.asks_bounded => Err(Failure { status: "limits", reason }),
@@ -173,12 +204,27 @@ impl<'a> Evaluator<'a> {
         }
     }
 
-    /// Everything about `site`.
+    /// The metrics at `site`, all points in path order.
     ///
     /// # Errors
     /// Why the workpiece cannot be cut there.
     pub fn evaluate(&self, site: &Site) -> Result<Evaluation, Failure> {
-        self.complete(self.open(site)?)
+        let mut partial = self.place(site)?;
+        // Where the tool cuts, the loaded machine shows what it reaches.
+        self.check_reach(&partial, |f, k| !self.features[f].is_counted[k])?;
+        self.visit(&mut partial, |prepared| &prepared.counted)?;
+        self.conclude(&partial)
+    }
+
+    /// As [`Evaluator::evaluate`], but looks first whether all points are in reach, so that the first one that is not is
+    /// named.
+    ///
+    /// # Errors
+    /// Why the workpiece cannot be cut there.
+    pub fn examine(&self, site: &Site) -> Result<Evaluation, Failure> {
+        let mut partial = self.open(site)?;
+        self.visit(&mut partial, |prepared| &prepared.counted)?;
+        self.conclude(&partial)
     }
 
     fn correct_within_limits(&self, partial: &Partial, evaluation: &mut Evaluation) {
@@ -218,8 +264,8 @@ fn located(job: &FeatureJob, point: usize, failure: Failure) -> Failure {
 /// it never does.
 fn lengths(job: &FeatureJob) -> Vec<f64> {
     let points = job.feature.path.points();
-    let cuts = points.iter().any(|point| point.cutting);
-    let counts = |k: usize| !cuts || points[k].cutting;
+    let is_counted = is_counted(job);
+    let counts = |k: usize| is_counted[k];
     let at = |k: usize| points[k].arc_length_mm;
     let length = |k: usize| {
         let before = if k > 0 && counts(k) { at(k) - at(k - 1) } else { 0.0 };
@@ -235,21 +281,26 @@ fn lengths(job: &FeatureJob) -> Vec<f64> {
 
 fn prepare(study: &PlacementStudy, job: &FeatureJob, lengths: &[f64], total: f64) -> Prepared {
     let shares: Vec<f64> = lengths.iter().map(|length| length / total).collect();
-    let cutting: Vec<usize> = (0..shares.len()).filter(|&k| is_counted(job, k)).collect();
+    let is_counted = is_counted(job);
+    let counted: Vec<usize> = (0..shares.len()).filter(|&k| is_counted[k]).collect();
     let own_limit = job.limits.force_N.unwrap_or(f64::INFINITY);
     let limit = |drive: &crate::machine::Drive| drive.force_limit.unwrap_or(f64::INFINITY).min(own_limit);
     Prepared {
         real: study.machine.with_errors(&job.errors),
         share: shares.iter().sum(),
         shares,
-        levels: levels(&cutting),
+        levels: levels(&counted),
+        is_counted,
+        counted,
         force_limits: study.machine.drives().map(|(_, drive)| limit(drive)).collect(),
     }
 }
 
-fn is_counted(job: &FeatureJob, point: usize) -> bool {
+/// Points at which the tool cuts; all points of a path that never does.
+fn is_counted(job: &FeatureJob) -> Vec<bool> {
     let points = job.feature.path.points();
-    points[point].cutting || points.iter().all(|point| !point.cutting)
+    let never_cuts = points.iter().all(|point| !point.cutting);
+    points.iter().map(|point| point.cutting || never_cuts).collect()
 }
 
 /// `points` divided into levels: every so-many-th first, then those between.

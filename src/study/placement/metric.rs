@@ -84,6 +84,23 @@ impl Metric {
         }
     }
 
+    /// The same for the head of a narrow column.
+    pub fn short_words(self) -> &'static str {
+        match self {
+            Metric::WorstDeflection => "worst",
+            Metric::RmsDeflection => "rms",
+            Metric::WorstCorrection => "correction",
+            Metric::WorstDriveForce => "drive force",
+            Metric::ForceMargin => "force margin",
+            Metric::WorstResidual => "worst left",
+            Metric::RmsResidual => "rms left",
+            Metric::Departure => "departure",
+            Metric::StabilityMargin => "stability",
+            Metric::ShareWithin => "within",
+            Metric::ShareWithinCorrected => "within, corrected",
+        }
+    }
+
     /// Its unit on `machine`; empty for shares.
     pub fn unit(self, machine: &Machine) -> &'static str {
         let drives = |prismatic, revolute, mixed| {

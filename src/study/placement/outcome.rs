@@ -147,7 +147,7 @@ pub(super) fn entries(
         places.push((format!("optimised {}", index + 1), Found::Refinement(index), refinement.site));
     }
     let entry = |(name, found, site): (String, Found, Site)| {
-        let outcome = evaluator.evaluate(&site);
+        let outcome = evaluator.examine(&site);
         let value = outcome.as_ref().map_or(f64::INFINITY, |evaluation| study.objective.value(&evaluation.metrics));
         Entry { name, found, site, outcome, value }
     };
