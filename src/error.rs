@@ -4,9 +4,12 @@
 
 use std::path::PathBuf;
 
-use crate::process::{
-    cutting::LoadError,
-    toolpath::{FormatError, PositionsError, gcode, polyline},
+use crate::{
+    compensation::BoundedError,
+    process::{
+        cutting::LoadError,
+        toolpath::{FormatError, PositionsError, gcode, polyline},
+    },
 };
 
 /// Wrong input or a broken file.
@@ -73,6 +76,9 @@ pub enum Error {
     /// Numbers cannot be written with so many decimals.
     #[error(transparent)]
     Format(#[from] FormatError),
+    /// Corrections cannot keep their limits.
+    #[error("limits: {0}")]
+    Bounded(#[from] BoundedError),
     /// A path lacks what its cutting force needs.
     #[error(transparent)]
     Load(#[from] LoadError),

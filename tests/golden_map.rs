@@ -17,8 +17,8 @@ const ROUNDING: f64 = 1e-6;
 /// The map of study `name` at grid 2 × 2 × 2, as its table.
 fn table(name: &str) -> String {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies").join(name);
-    let study = Study::open(&folder, &Overrides { grid: Some([2, 2, 2]) }).unwrap();
-    let StudyKind::WorkspaceMap(map) = &study.kind;
+    let study = Study::open(&folder, &Overrides { grid: Some([2, 2, 2]), ..Overrides::default() }).unwrap();
+    let StudyKind::WorkspaceMap(map) = &study.kind else { panic!("a workspace map") };
     String::from_utf8(csv(&workspace_map::run(map, &|| {})).unwrap()).unwrap()
 }
 

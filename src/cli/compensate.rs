@@ -5,11 +5,15 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 use kinetostat::{
-    compensation::Method,
+    compensation::{BoundedPath, Method},
     error::{Error, Result},
     machine::Machine,
     process::toolpath::polyline::Polyline,
-    report::{OutputFile, path::program_csv, path::program_json, write_all},
+    report::{
+        OutputFile,
+        path::{bounded_text, program_csv, program_json},
+        write_all,
+    },
     study::{
         path::Commands,
         process::Process,
@@ -28,6 +32,7 @@ Beside the program, its points and errors are written to OUT.points.csv and OUT.
 Examples:
   kinetostat compensate part.nc --machine orthoglide --process milling.toml --out part_compensated.nc
   kinetostat compensate path.csv --machine my_machine.toml --process milling.toml --method newton --out compensated.csv
+  kinetostat compensate part.nc --machine orthoglide --process limited.toml --method bounded --out part_bounded.nc
   kinetostat compensate path.csv --machine orthoglide --process milling.toml --measured pass1.csv --out mirrored.csv")]
 pub struct CompensateArguments {
     /// Program: a polyline (.csv) or G-code (any other name)
@@ -41,7 +46,8 @@ pub struct CompensateArguments {
     /// File for the compensated program
     #[arg(long, short)]
     out: PathBuf,
-    /// How commands are found: none, linear, mirror, mirror_3, matrix_free, fixed_matrix, procedure, newton, direct
+    /// How commands are found: none, linear, mirror, mirror_3, matrix_free, fixed_matrix, procedure, newton, direct,
+    /// or bounded: the whole path at once within the [limits] of the process and the machine
     #[arg(long, default_value = "direct")]
     method: String,
     /// Step length of matrix_free, fixed_matrix and procedure
@@ -58,16 +64,22 @@ pub struct CompensateArguments {
 pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let machine = Machine::named_or_file(&arguments.machine)?;
     let process = Process::open(&arguments.process, &machine)?;
-    let method = method(arguments)?;
+    let chosen = chosen(arguments)?;
     let job = ProgramJob::open(machine, process, &arguments.path)?;
     let measured = arguments.measured.as_deref().map(|file| measured(file, &job)).transpose()?;
-    let compared = compared(arguments, method);
+    let compared = compared(arguments, &chosen);
     let bar = progress(job.path.len() * (compared.len() + 2), "points");
     let done = || bar.inc(1);
     let mut passes: Vec<Pass> = compared.iter().map(|&method| job.pass_by(method, &done)).collect();
-    passes.push(match &measured {
-        Some(poses) => job.pass("mirror of the measured pass", &Commands::Program(poses), &done),
-        None => job.pass_by(method, &done),
+    let mut bounded = None;
+    passes.push(match (&measured, chosen) {
+        (Some(poses), _) => job.pass("mirror of the measured pass", &Commands::Program(poses), &done),
+        (None, Chosen::Method(method)) => job.pass_by(method, &done),
+        (None, Chosen::Bounded) => {
+            let found = job.bounded_pass(&done)?;
+            bounded = Some(found.path);
+            found.pass
+        }
     });
     let written = job.write(&passes[passes.len() - 1], &done)?;
     bar.finish_and_clear();
@@ -76,12 +88,15 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
             passes.push(compensated.as_written);
             let files = [
                 file_of(&arguments.out, "", compensated.bytes),
-                file_of(&arguments.out, ".points.csv", points(&arguments.out, &job, &passes)?),
-                file_of(&arguments.out, ".report.json", program_json(&job, &passes).into_bytes()),
+                file_of(&arguments.out, ".points.csv", points(&arguments.out, &job, &passes, bounded.as_ref())?),
+                file_of(&arguments.out, ".report.json", program_json(&job, &passes, bounded.as_ref()).into_bytes()),
             ];
             let folder = arguments.out.parent().filter(|folder| !folder.as_os_str().is_empty());
             write_all(folder.unwrap_or(Path::new(".")), &files)?;
             super::print(&format!("{}{}", header(&job), table(&passes)))?;
+            if let Some(bounded) = &bounded {
+                super::print(&bounded_text(&job.machine, bounded))?;
+            }
             if compensated.left_alone > 0 {
                 super::print(&format!(
                     "{} rapid positions could not be compensated and are as they were.\n",
@@ -99,24 +114,33 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     }
 }
 
-fn method(arguments: &CompensateArguments) -> Result<Method> {
+/// How commands are to be found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Chosen {
+    Method(Method),
+    Bounded,
+}
+
+fn chosen(arguments: &CompensateArguments) -> Result<Chosen> {
     let fault = |argument: &str, problem: String| Err(Error::Argument { argument: argument.into(), problem });
     if !(arguments.alpha > 0.0 && arguments.alpha <= 1.0) {
         return fault("--alpha", format!("must be above 0 and at most 1, got {}", arguments.alpha));
     }
-    match Method::named(&arguments.method, arguments.alpha) {
-        Some(method) => Ok(method),
-        None => {
+    match (arguments.method.as_str(), Method::named(&arguments.method, arguments.alpha)) {
+        ("bounded", _) => Ok(Chosen::Bounded),
+        (_, Some(method)) => Ok(Chosen::Method(method)),
+        (name, None) => {
             let names = Method::ALL.map(Method::label).join(", ");
-            fault("--method", format!("no method \"{}\"; there are: {names}", arguments.method))
+            fault("--method", format!("no method \"{name}\"; there are: {names}, bounded"))
         }
     }
 }
 
 /// Methods simulated for comparison: none at all, then what a shop would otherwise use, or all.
-fn compared(arguments: &CompensateArguments, chosen: Method) -> Vec<Method> {
+fn compared(arguments: &CompensateArguments, chosen: &Chosen) -> Vec<Method> {
+    let is_chosen = |method: &Method| matches!(chosen, Chosen::Method(own) if own.label() == method.label());
     let usual = |method: &Method| matches!(method, Method::None | Method::Linear | Method::Mirror { passes: 1 });
-    let others = Method::ALL.into_iter().filter(|method| method.label() != chosen.label() || *method == Method::None);
+    let others = Method::ALL.into_iter().filter(|method| !is_chosen(method) || *method == Method::None);
     others.filter(|method| arguments.all_methods || usual(method)).collect()
 }
 
@@ -136,8 +160,8 @@ fn file_of(out: &Path, suffix: &str, bytes: Vec<u8>) -> OutputFile {
     OutputFile::new(format!("{name}{suffix}"), bytes)
 }
 
-fn points(out: &Path, job: &ProgramJob, passes: &[Pass]) -> Result<Vec<u8>> {
-    program_csv(job, passes).map_err(|e| Error::Write { file: out.into(), source: std::io::Error::other(e) })
+fn points(out: &Path, job: &ProgramJob, passes: &[Pass], bounded: Option<&BoundedPath>) -> Result<Vec<u8>> {
+    program_csv(job, passes, bounded).map_err(|e| Error::Write { file: out.into(), source: std::io::Error::other(e) })
 }
 
 fn header(job: &ProgramJob) -> String {

@@ -123,6 +123,16 @@ pub fn simulate(session: &mut Session<'_>, demand: &Demand, target: &Pose) -> Co
     session.conclude(demand, ending, history)
 }
 
+/// Commands `drives` (mm or rad) whatever they lead to, and lets the machine settle under the load of `demand`.
+pub fn simulate_drives(session: &mut Session<'_>, demand: &Demand, drives: &[f64]) -> Compensation {
+    let ending = session.go_to(&demand.pose).and_then(|()| {
+        session.drives.copy_from_slice(drives);
+        Ok((Status::Applied, session.settle(demand)?))
+    });
+    let history = vec![session.task_error(demand).size()];
+    session.conclude(demand, ending, history)
+}
+
 fn run(session: &mut Session<'_>, demand: &Demand, method: Method, progress: &mut Progress) -> Ending {
     if let Some(alpha) = method.step_length().filter(|alpha| !(*alpha > 0.0 && *alpha <= 1.0)) {
         return Err(Status::BadStepLength { alpha });

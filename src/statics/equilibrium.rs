@@ -416,8 +416,16 @@ impl<'a> Newton<'a> {
             *drive += step;
         }
         let Twist { linear, angular } = Twist::from_vector(twist);
-        for (system, chain) in self.workspace.chains.iter().zip(&mut state.chains) {
-            system.apply(twist, chain);
+        let mut drive_step = self.workspace.drive_step.as_slice();
+        let systems = self.workspace.chains.iter().zip(&self.machine.chains);
+        for ((system, chain), chain_state) in systems.zip(&mut state.chains) {
+            system.apply(twist, chain_state);
+            // The chain's step is that of the joint, ρ + θ_a; ρ has taken its part of it.
+            let (own, others) = drive_step.split_at(chain.drives.len());
+            for (drive, step) in chain.drives.iter().zip(own) {
+                chain_state.coordinates[drive.coordinate] -= step;
+            }
+            drive_step = others;
         }
         state.pose.translation += linear;
         state.pose.rotation = rotation_exp(angular) * state.pose.rotation;

@@ -4,6 +4,7 @@
 //!
 //! A study is a folder with a `study.toml`; its inputs are named relative to that folder.
 
+pub mod bounded_pass;
 pub mod machine_check;
 pub mod path;
 mod path_resolve;

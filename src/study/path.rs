@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use crate::{
-    compensation::{Compensation, Demand, Method, Session, Settings, Status, compensate, simulate},
+    compensation::{Compensation, Demand, Method, Session, Settings, compensate, simulate, simulate_drives},
     machine::Machine,
     spatial::Pose,
 };
@@ -83,6 +83,8 @@ pub enum Commands<'a> {
     Method(Method),
     /// From a program: the pose of P commanded at each point.
     Program(&'a [Pose]),
+    /// Drive positions at each point, mm or rad.
+    Drives(&'a [Vec<f64>]),
 }
 
 /// Settings with which paths are compensated: 1e-9 mm.
@@ -108,6 +110,7 @@ pub fn run(case: &PathCase<'_>, commands: &Commands<'_>, done: &(dyn Fn() + Sync
                 let compensation = match commands {
                     Commands::Method(method) => compensate(&mut session, demand, *method),
                     Commands::Program(poses) => simulate(&mut session, demand, &poses[block * BLOCK + i]),
+                    Commands::Drives(drives) => simulate_drives(&mut session, demand, &drives[block * BLOCK + i]),
                 };
                 let nominal_drives = nominal.as_ref().map(|at| at.drives.clone()).unwrap_or_default();
                 if let Ok(at) = nominal {
@@ -121,10 +124,4 @@ pub fn run(case: &PathCase<'_>, commands: &Commands<'_>, done: &(dyn Fn() + Sync
         })
         .collect();
     blocks.into_iter().flatten().collect()
-}
-
-/// Points that could not be commanded: index and reason, of the first few.
-pub fn failures(machine: &Machine, answers: &[PathAnswer]) -> Vec<(usize, Status, String)> {
-    let failed = answers.iter().enumerate().filter(|(_, a)| !a.compensation.status.is_success());
-    failed.map(|(index, a)| (index, a.compensation.status.clone(), a.compensation.status.reason(machine))).collect()
 }

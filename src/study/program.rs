@@ -29,7 +29,7 @@ pub enum ProgramFile {
     /// Points in a CSV file.
     Polyline(Polyline),
     /// A G-code program.
-    Gcode(Program),
+    Gcode(Box<Program>),
 }
 
 impl ProgramFile {
@@ -43,7 +43,7 @@ impl ProgramFile {
         let is_csv = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"));
         Ok(match is_csv {
             true => ProgramFile::Polyline(Polyline::read(bytes, &name)?),
-            false => ProgramFile::Gcode(Program::parse(bytes, &name, options)?),
+            false => ProgramFile::Gcode(Box::new(Program::parse(bytes, &name, options)?)),
         })
     }
 

@@ -106,7 +106,7 @@ pub enum BoundedError {
 
 fn conflict_note(conflicts: &[LimitKind]) -> String {
     match conflicts {
-        [] => "; no other limit stands in the way".into(),
+        [] => "; no other limit alone is the reason".into(),
         _ => {
             let names: Vec<String> = conflicts.iter().map(|kind| format!("the {kind}")).collect();
             format!("; it could be kept without {}", names.join(" or without "))

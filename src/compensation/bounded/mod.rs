@@ -14,7 +14,8 @@
 //! is solved as a sequence of sparse convex programs (a quadratic one for the root mean square, a second-order cone
 //! program for the worst), linearised with the exact sensitivities `∂e/∂ρ`, `∂τ/∂ρ` at the equilibria of the last
 //! iterate, until the nonlinear errors stop improving. Where no limit binds the unbounded corrections are returned as
-//! [`Method::Direct`](super::Method::Direct) finds them.
+//! [`Method::Direct`](super::Method::Direct) finds them. Where the drives control more than is put right, the rest is
+//! free: the drives move as little as serves the errors.
 
 mod error;
 mod limits;
@@ -39,7 +40,7 @@ pub enum Objective {
     /// The root mean square of the task errors.
     #[default]
     Rms,
-    /// The largest task error; of all corrections with the same largest error (to 10⁻⁶ of it), those of least root mean
+    /// The largest task error; of all corrections with the same largest error (to 10⁻⁵ of it), those of least root mean
     /// square.
     Worst,
 }
@@ -51,15 +52,13 @@ pub struct BoundedSettings {
     pub point: Settings,
     /// Most linearisations of the path.
     pub max_iterations: usize,
-    /// Steps that move the tool by less than this are none, mm.
-    pub step_tolerance_mm: f64,
     /// Accepted excess of a force in the nonlinear simulation, as a share of its limit.
     pub force_tolerance: f64,
 }
 
 impl Default for BoundedSettings {
     fn default() -> Self {
-        Self { point: Settings::default(), max_iterations: 30, step_tolerance_mm: 1e-6, force_tolerance: 1e-6 }
+        Self { point: Settings::default(), max_iterations: 30, force_tolerance: 1e-6 }
     }
 }
 
@@ -118,6 +117,7 @@ fn without_travel(machine: &Machine) -> Machine {
     free
 }
 
+/// The result: points that take part in their places among those left out.
 fn conclude(
     machine: &Machine,
     points: &[Point],
@@ -126,44 +126,16 @@ fn conclude(
     objective: Objective,
     reasons: Vec<Option<Status>>,
 ) -> BoundedPath {
-    let count = bounds.drive_count();
-    let iterate = &found.iterate;
-    // From mm² of half the sum of squares to mm of its root mean square.
-    let per_multiplier = match objective {
-        Objective::Rms if iterate.errors.rms > 0.0 => 1.0 / (points.len() as f64 * iterate.errors.rms),
-        Objective::Rms => 0.0,
-        Objective::Worst => 1.0,
-    };
-    let mut corrected: Vec<CorrectedPoint> = Vec::with_capacity(points.len());
-    for (k, (point, answer)) in points.iter().zip(&iterate.answers).enumerate() {
-        let (position_error, leftover_rotation) = point.errors(machine, &answer.state);
-        corrected.push(CorrectedPoint {
-            drives: answer.drives.clone(),
-            correction: iterate.corrections[k * count..(k + 1) * count].to_vec(),
-            error: answer.error.norm(),
-            position_error,
-            leftover_rotation,
-            drive_forces: answer.forces.clone(),
-            binding: Vec::new(),
-        });
-    }
-    for multiplier in &found.binding {
-        let limit = multiplier.limit;
-        if bounds.touches(&limit, &iterate.corrections, &iterate.answers[limit.point].forces) {
-            let price = per_multiplier * multiplier.value;
-            let binding = Binding { drive: limit.drive, kind: limit.kind, side: limit.side, price };
-            corrected[limit.point].binding.push(binding);
-        }
-    }
+    let corrected = corrected_points(machine, points, bounds, &found, objective);
     let before = points.iter().filter_map(|point| point.uncorrected.as_ref().map(|answer| answer.error.norm()));
     let summary = Summary {
         status: if points.is_empty() { BoundedStatus::Empty } else { found.status },
         before: Errors::of(before),
-        after: iterate.errors,
+        after: found.iterate.errors,
         iterations: found.iterations,
         convex_iterations: found.convex_iterations,
         is_accurate: found.is_accurate,
-        force_excess: iterate.excess,
+        force_excess: found.iterate.excess,
         prices: prices(&corrected),
     };
     let mut corrected = corrected.into_iter();
@@ -172,6 +144,45 @@ fn conclude(
         None => corrected.next().map(BoundedPoint::Corrected),
     };
     BoundedPath { points: reasons.into_iter().filter_map(label).collect(), summary }
+}
+
+fn corrected_points(
+    machine: &Machine,
+    points: &[Point],
+    bounds: &Bounds,
+    found: &Found,
+    objective: Objective,
+) -> Vec<CorrectedPoint> {
+    let iterate = &found.iterate;
+    let own = iterate.corrections.chunks_exact(bounds.drive_count());
+    let corrected = points.iter().zip(&iterate.answers).zip(own).map(|((point, answer), correction)| {
+        let (position_error, leftover_rotation) = point.errors(machine, &answer.state);
+        CorrectedPoint {
+            drives: answer.drives.clone(),
+            correction: correction.to_vec(),
+            error: answer.error.norm(),
+            position_error,
+            leftover_rotation,
+            drive_forces: answer.forces.clone(),
+            binding: Vec::new(),
+        }
+    });
+    let mut corrected: Vec<CorrectedPoint> = corrected.collect();
+    // From mm² of half the sum of squares to mm of its root mean square.
+    let per_multiplier = match objective {
+        Objective::Rms if iterate.errors.rms > 0.0 => 1.0 / (points.len() as f64 * iterate.errors.rms),
+        Objective::Rms => 0.0,
+        Objective::Worst => 1.0,
+    };
+    for multiplier in &found.binding {
+        let limit = multiplier.limit;
+        if bounds.touches(&limit, &iterate.corrections, &iterate.answers[limit.point].forces) {
+            let price = per_multiplier * multiplier.value;
+            let binding = Binding { drive: limit.drive, kind: limit.kind, side: limit.side, price };
+            corrected[limit.point].binding.push(binding);
+        }
+    }
+    corrected
 }
 
 /// Sums of the prices per limit and drive, in that order.

@@ -146,7 +146,8 @@ pub struct Summary {
     pub iterations: usize,
     /// Interior-point iterations of the convex solver, over all linearisations.
     pub convex_iterations: usize,
-    /// Whether the convex solver reached its full accuracy every time.
+    /// Whether the convex solver reached its full accuracy every time; if not, it was nearly so (10⁻⁶ instead of 10⁻¹⁰ of
+    /// the errors it started from, 10⁻⁸ where the worst error is given and only ties are broken).
     pub is_accurate: bool,
     /// Largest excess of a drive's force over its limit, as a share of the limit; at most
     /// [`BoundedSettings::force_tolerance`](super::BoundedSettings::force_tolerance).

@@ -9,7 +9,7 @@ use super::super::{
     session::{Session, Settings},
 };
 use crate::{
-    machine::{Configuration, Coordinate, Machine},
+    machine::{Configuration, Machine},
     spatial::rotation_log,
     statics::{State, drive_force_sensitivity, drive_forces},
 };
@@ -80,8 +80,7 @@ impl<'a> Simulator<'a> {
         session.drives.copy_from_slice(drives);
         let outcome = session.settle(&point.demand)?;
         let task = session.task_error(&point.demand);
-        let weights = weights(session.nominal);
-        let weigh = |i: usize, value: f64| weights[i] * value;
+        let weigh = |i: usize, value: f64| task.lever[i] * value;
         let slope = task.slope.rows(0, task.count) * &outcome.drive_sensitivity;
         let forces_by_drives = match self.with_forces {
             true => {
@@ -119,13 +118,4 @@ impl Point {
         let turn = rotation_log(&(state.pose.rotation * wanted.rotation.transpose()));
         (state.pose.transform(offset) - wanted.transform(offset), turn)
     }
-}
-
-/// What makes an error of each controlled coordinate a length, mm.
-fn weights(machine: &Machine) -> Vec<f64> {
-    let weight = |coordinate: &Coordinate| match coordinate {
-        Coordinate::Translation(_) => 1.0,
-        Coordinate::Rotation(_) => machine.reach,
-    };
-    machine.controls.iter().map(weight).collect()
 }

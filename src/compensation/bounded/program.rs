@@ -17,8 +17,11 @@ use clarabel::{
     solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT},
 };
 
+use nalgebra::{DMatrix, DVector};
+
 use super::{
     limits::{Bounds, LimitKind, Side},
+    outcome::Errors,
     path::Answer,
 };
 
@@ -108,7 +111,7 @@ pub(super) struct Program<'a> {
 }
 
 impl<'a> Program<'a> {
-    /// From the answers at `corrections` (point-major, mm or rad).
+    /// From the answers at `corrections` (point-major, mm or rad). `bounds` must hold for them.
     pub fn new(answers: &'a [Answer], corrections: &[f64], bounds: &'a Bounds) -> Self {
         let count = bounds.drive_count();
         let unit = (0..count).map(|i| tool_unit(answers, i)).collect();
@@ -124,15 +127,13 @@ impl<'a> Program<'a> {
         program
     }
 
-    /// Longest motion of the tool by a step, about, mm.
-    pub fn tool_length(&self, step: &[f64]) -> f64 {
-        let lengths = step.iter().enumerate().map(|(column, d)| d.abs() / self.unit[column % self.unit.len()]);
-        lengths.fold(0.0, f64::max)
-    }
-
-    /// Step of each drive that moves the tool by about `length` mm.
-    pub fn steps_of_length(&self, length: f64) -> Vec<f64> {
-        self.unit.iter().map(|unit| unit * length).collect()
+    /// Errors after a step (point-major, mm or rad), as the linearisation has it.
+    pub fn errors_after(&self, step: &[f64]) -> Errors {
+        let steps = step.chunks_exact(self.bounds.drive_count());
+        let error = |(answer, step): (&Answer, &[f64])| {
+            (&answer.error + &answer.error_by_drives * DVector::from_column_slice(step)).norm()
+        };
+        Errors::of(self.answers.iter().zip(steps).map(error))
     }
 
     fn column(&self, point: usize, drive: usize) -> usize {
@@ -196,25 +197,16 @@ impl<'a> Program<'a> {
         let has_extra = matches!(goal, Goal::Largest | Goal::Excess);
         let variables = steps + usize::from(has_extra);
         let (hessian, gradient) = self.objective(goal, variables);
-        let mut constraints = Constraints::default();
-        let mut order: Vec<&Row> = self.rows.iter().filter(|row| row.is_equation).collect();
-        let equations = order.len();
-        order.extend(self.rows.iter().filter(|row| !row.is_equation));
-        for row in &order {
-            constraints.add(row.coefficients.iter().copied(), row.room);
-            if goal == Goal::Excess && row.limit.kind == LimitKind::Force {
-                constraints.append(steps, -self.bounds.force[row.limit.drive] / row.scale);
-            }
-        }
-        if goal == Goal::Excess {
-            constraints.add([(steps, -1.0)], 0.0);
-        }
-        let inequalities = constraints.right.len() - equations;
-        let mut cones = vec![SupportedConeT::ZeroConeT(equations), SupportedConeT::NonnegativeConeT(inequalities)];
+        let (equations, others): (Vec<&Row>, Vec<&Row>) = self.rows.iter().partition(|row| row.is_equation);
+        let order: Vec<&Row> = equations.iter().chain(&others).copied().collect();
+        let mut constraints = self.limits(goal, steps, &order);
+        let inequalities = constraints.right.len() - equations.len();
+        let mut cones =
+            vec![SupportedConeT::ZeroConeT(equations.len()), SupportedConeT::NonnegativeConeT(inequalities)];
         self.add_cones(goal, steps, &mut constraints, &mut cones);
         let matrix = constraints.matrix(variables);
         let mut solver =
-            DefaultSolver::new(&hessian, &gradient, &matrix, &constraints.right, &cones, solver_settings())
+            DefaultSolver::new(&hessian, &gradient, &matrix, &constraints.right, &cones, solver_settings(goal))
                 .map_err(|error| Failure::Other(error.to_string()))?;
         solver.solve();
         let solution = &solver.solution;
@@ -226,23 +218,39 @@ impl<'a> Program<'a> {
         };
         let count = self.bounds.drive_count();
         let unscaled = |(column, value): (usize, &f64)| value * self.unit[column % count];
-        let multiplier_scale = self.multiplier_scale(goal);
-        let bind = |(i, row): (usize, &&Row)| {
-            let (slack, dual) = (solution.s[i], solution.z[i]);
-            let mut limit = row.limit;
-            if row.is_equation && dual < 0.0 {
-                limit.side = Side::Lower;
-            }
-            let binds = row.is_equation || dual > slack;
-            binds.then_some(Multiplier { limit, value: multiplier_scale * dual.abs() / row.scale })
-        };
+        let multipliers = order.iter().zip(solution.s.iter().zip(&solution.z));
         Ok(Solved {
             step: solution.x[..steps].iter().enumerate().map(unscaled).collect(),
-            binding: order.iter().enumerate().filter_map(bind).collect(),
+            binding: multipliers.filter_map(|(row, (slack, dual))| self.multiplier(goal, row, *slack, *dual)).collect(),
             extra: if has_extra { solution.x[steps] * self.extra_scale(goal) } else { 0.0 },
             is_accurate,
             iterations: solution.iterations as usize,
         })
+    }
+
+    /// `A x ≤ b`, forces with their excess where that is the goal.
+    fn limits(&self, goal: Goal, steps: usize, order: &[&Row]) -> Constraints {
+        let mut constraints = Constraints::default();
+        for row in order {
+            constraints.add(row.coefficients.iter().copied(), row.room);
+            if goal == Goal::Excess && row.limit.kind == LimitKind::Force {
+                constraints.append(steps, -self.bounds.force[row.limit.drive] / row.scale);
+            }
+        }
+        if goal == Goal::Excess {
+            constraints.add([(steps, -1.0)], 0.0);
+        }
+        constraints
+    }
+
+    /// Of a limit that binds: interior points leave either the slack or the multiplier well away from zero.
+    fn multiplier(&self, goal: Goal, row: &Row, slack: f64, dual: f64) -> Option<Multiplier> {
+        let mut limit = row.limit;
+        if row.is_equation && dual < 0.0 {
+            limit.side = Side::Lower;
+        }
+        let value = self.multiplier_scale(goal) * dual.abs() / row.scale;
+        (row.is_equation || dual > slack).then_some(Multiplier { limit, value })
     }
 
     /// Unit of the objective in mm² or mm.
@@ -259,7 +267,7 @@ impl<'a> Program<'a> {
     }
 
     /// `J_k` and `e_k` of point `point` in the program's units.
-    fn scaled(&self, point: usize) -> (nalgebra::DMatrix<f64>, nalgebra::DVector<f64>) {
+    fn scaled(&self, point: usize) -> (DMatrix<f64>, DVector<f64>) {
         let answer = &self.answers[point];
         let mut slope = &answer.error_by_drives / self.length;
         for (mut column, unit) in slope.column_iter_mut().zip(&self.unit) {
@@ -281,7 +289,7 @@ impl<'a> Program<'a> {
                     gradient[first..first + count].copy_from_slice(linear.as_slice());
                     slope.tr_mul(&slope)
                 }
-                Goal::Largest | Goal::Excess => nalgebra::DMatrix::zeros(count, count),
+                Goal::Largest | Goal::Excess => DMatrix::zeros(count, count),
             };
             for j in 0..count {
                 for i in 0..=j {
@@ -319,22 +327,24 @@ impl<'a> Program<'a> {
 }
 
 /// Drive motion that moves the tool by about 1 mm: over the root mean square of the sensitivities along the path.
-fn tool_unit(answers: &[Answer], drive: usize) -> f64 {
+pub(super) fn tool_unit(answers: &[Answer], drive: usize) -> f64 {
     let squares: f64 = answers.iter().map(|answer| answer.error_by_drives.column(drive).norm_squared()).sum();
     let mean = (squares / answers.len().max(1) as f64).sqrt();
     if mean > 0.0 { 1.0 / mean } else { 1.0 }
 }
 
-fn solver_settings() -> DefaultSettings<f64> {
+/// As accurate as clarabel gets; the interior of `Within` is thin, and its solution only breaks ties.
+fn solver_settings(goal: Goal) -> DefaultSettings<f64> {
+    let tolerance = if matches!(goal, Goal::Within(_)) { 1e-8 } else { 1e-10 };
     DefaultSettings {
         verbose: false,
         presolve_enable: false,
-        tol_gap_abs: 1e-10,
-        tol_gap_rel: 1e-10,
-        tol_feas: 1e-10,
-        reduced_tol_gap_abs: 1e-7,
-        reduced_tol_gap_rel: 1e-7,
-        reduced_tol_feas: 1e-7,
+        tol_gap_abs: tolerance,
+        tol_gap_rel: tolerance,
+        tol_feas: tolerance,
+        reduced_tol_gap_abs: 1e-6,
+        reduced_tol_gap_rel: 1e-6,
+        reduced_tol_feas: 1e-6,
         max_threads: 1,
         ..DefaultSettings::default()
     }

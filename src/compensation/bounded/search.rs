@@ -7,20 +7,23 @@ use super::{
     limits::{Bounds, LimitKind, Limits, force_unit},
     outcome::{BoundedStatus, Errors},
     path::{Answer, Point, Simulator},
-    program::{Failure, Goal, Multiplier, Program, Solved},
+    program::{Failure, Goal, Multiplier, Program, Solved, tool_unit},
 };
 use crate::machine::Machine;
 
 /// Steps are halved this many times before a direction is given up.
 const HALVINGS: usize = 10;
 /// The second stage of the worst error may exceed the first's by this share: what interior points need to be inside.
-const STAGE_SLACK: f64 = 1e-6;
+const STAGE_SLACK: f64 = 1e-5;
 /// An improvement by less than this share is none.
 const IMPROVEMENT: f64 = 1e-9;
-/// A step shorter than this at the tool is none, mm.
-const SHORT_STEP: f64 = 1e-8;
-/// Limits are held responsible if a step of at most this share of the machine's reach would serve without them.
-const RELAXED_STEP: f64 = 0.05;
+/// Errors that are equal to this length are equal, mm.
+const SAME_LENGTH: f64 = 1e-8;
+/// A linearisation that promises to improve the errors by less than this share promises nothing.
+const PROMISE: f64 = 1e-5;
+/// Steps for the sake of forces move the tool by at most this share of the machine's reach: farther, the linearisation
+/// says little. They can be long, because forces depend little on where the tool is.
+const LONGEST_STEP: f64 = 0.1;
 
 /// Corrections of all points, and the machine's answers.
 #[derive(Debug, Clone)]
@@ -77,7 +80,8 @@ impl Search<'_, '_> {
         Ok(found)
     }
 
-    /// The unbounded corrections, moved into the limits on correction, travel and change.
+    /// The unbounded corrections, moved into the limits on correction, travel and change; from no corrections, moved
+    /// likewise, if the machine has no equilibrium there.
     fn start(&mut self) -> Result<Found, BoundedError> {
         let known: Vec<&Answer> = self.points.iter().filter_map(Point::best_known).collect();
         let wanted: Vec<f64> =
@@ -85,21 +89,26 @@ impl Search<'_, '_> {
         let mut corrections = wanted.clone();
         self.bounds.project(&mut corrections);
         let excess = self.bounds.force_excess(known.iter().map(|answer| answer.forces.as_slice()));
+        let known = iterate(wanted, known.into_iter().cloned().collect(), excess);
         let is_exact = self.points.iter().all(|point| point.exact.is_some());
-        let mut found = Found {
-            iterate: iterate(wanted, known.into_iter().cloned().collect(), excess),
-            status: BoundedStatus::Slow,
+        let (is_inside, keeps_forces) = (corrections == known.corrections, excess <= 0.0);
+        let mut none = vec![0.0; corrections.len()];
+        let start = match self.simulate(corrections, &known) {
+            Ok(start) => start,
+            Err(_) => {
+                self.bounds.project(&mut none);
+                self.simulate(none, &known)?
+            }
+        };
+        let is_unbounded = is_exact && is_inside && keeps_forces;
+        Ok(Found {
+            iterate: start,
+            status: if is_unbounded { BoundedStatus::Unbounded } else { BoundedStatus::Slow },
             binding: Vec::new(),
             iterations: 0,
             convex_iterations: 0,
             is_accurate: true,
-        };
-        if is_exact && corrections == found.iterate.corrections && excess <= 0.0 {
-            found.status = BoundedStatus::Unbounded;
-        } else if corrections != found.iterate.corrections {
-            found.iterate = self.simulate(corrections, &found.iterate)?;
-        }
-        Ok(found)
+        })
     }
 
     /// Simulates the path at `corrections`, near the equilibria of `near`.
@@ -125,7 +134,11 @@ impl Search<'_, '_> {
     /// One linearisation; how the search ended, if it did.
     fn iterate(&mut self, found: &mut Found) -> Result<Option<BoundedStatus>, BoundedError> {
         let now = &found.iterate;
-        let program = Program::new(&now.answers, &now.corrections, self.bounds);
+        let mut bounds = self.bounds.clone();
+        if bounds.limit_forces() {
+            self.trust(&mut bounds, now);
+        }
+        let program = Program::new(&now.answers, &now.corrections, &bounds);
         let aimed = match self.aim(&program) {
             Ok(aimed) => Some(aimed),
             Err(Failure::Infeasible) if self.bounds.limit_forces() => None,
@@ -135,7 +148,7 @@ impl Search<'_, '_> {
         if let Some(solved) = aimed {
             found.convex_iterations += solved.iterations;
             found.is_accurate &= solved.is_accurate;
-            let length = program.tool_length(&solved.step);
+            let promised = program.errors_after(&solved.step);
             let next = self.step_along(&solved.step, now);
             found.binding = solved.binding;
             let keeps_forces = now.excess <= self.settings.force_tolerance;
@@ -145,10 +158,10 @@ impl Search<'_, '_> {
                     found.iterate = next;
                     return Ok(is_over.then_some(BoundedStatus::Converged));
                 }
-                None if keeps_forces && length <= self.settings.step_tolerance_mm => {
-                    return Ok(Some(BoundedStatus::Converged));
+                None if keeps_forces && self.is_promising(&promised, &found.iterate.errors) => {
+                    return Ok(Some(BoundedStatus::Stalled));
                 }
-                None if keeps_forces => return Ok(Some(BoundedStatus::Stalled)),
+                None if keeps_forces => return Ok(Some(BoundedStatus::Converged)),
                 None => {}
             }
         }
@@ -169,7 +182,7 @@ impl Search<'_, '_> {
             Objective::Rms => program.solve(Goal::Squares),
             Objective::Worst => {
                 let first = program.solve(Goal::Largest)?;
-                let within = first.extra * (1.0 + STAGE_SLACK) + SHORT_STEP;
+                let within = first.extra * (1.0 + STAGE_SLACK) + SAME_LENGTH;
                 Ok(match program.solve(Goal::Within(within)) {
                     Ok(second) => priced(second, first),
                     // What the first stage found is right; its best points may be less good than they could be.
@@ -208,7 +221,7 @@ impl Search<'_, '_> {
                 Objective::Rms => new.rms < old.rms,
                 // Within what the second stage gives away, the sum of squares decides.
                 Objective::Worst => {
-                    let given_away = 2.0 * (STAGE_SLACK * old.worst + SHORT_STEP);
+                    let given_away = 2.0 * (STAGE_SLACK * old.worst + SAME_LENGTH);
                     new.worst < old.worst - given_away || (new.worst < old.worst + given_away && new.rms < old.rms)
                 }
             }
@@ -216,11 +229,18 @@ impl Search<'_, '_> {
 
     /// Whether `next` is better than `now` by more than rounding.
     fn improves(&self, next: &Iterate, now: &Iterate) -> bool {
-        let less = |new: f64, old: f64, share: f64| new < old * (1.0 - share);
-        let rms = less(next.errors.rms, now.errors.rms, IMPROVEMENT);
+        let rms = is_less(next.errors.rms, now.errors.rms, IMPROVEMENT);
         match self.objective {
             Objective::Rms => rms,
-            Objective::Worst => rms || less(next.errors.worst, now.errors.worst, STAGE_SLACK),
+            Objective::Worst => rms || is_less(next.errors.worst, now.errors.worst, STAGE_SLACK),
+        }
+    }
+
+    /// Whether a linearisation promises so much that it matters if it cannot be had.
+    fn is_promising(&self, promised: &Errors, now: &Errors) -> bool {
+        match self.objective {
+            Objective::Rms => is_less(promised.rms, now.rms, PROMISE),
+            Objective::Worst => is_less(promised.worst, now.worst, 2.0 * STAGE_SLACK),
         }
     }
 
@@ -240,6 +260,13 @@ impl Search<'_, '_> {
         }
         iterate.errors = Errors::of(iterate.answers.iter().map(|answer| answer.error.norm()));
         iterate.excess = self.bounds.force_excess(iterate.answers.iter().map(|answer| answer.forces.as_slice()));
+    }
+
+    /// Narrows `bounds` to where the linearisation at `now` can be trusted.
+    fn trust(&self, bounds: &mut Bounds, now: &Iterate) {
+        let length = LONGEST_STEP * self.machine.reach;
+        let steps: Vec<f64> = (0..bounds.drive_count()).map(|i| length * tool_unit(&now.answers, i)).collect();
+        bounds.narrow(&now.corrections, &steps);
     }
 
     /// Which force cannot be kept, and which other limits stand in the way.
@@ -279,9 +306,7 @@ impl Search<'_, '_> {
         if bounds.range == self.bounds.range && bounds.change == self.bounds.change {
             return false;
         }
-        let program = Program::new(&iterate.answers, &iterate.corrections, &bounds);
-        let steps = program.steps_of_length(RELAXED_STEP * self.machine.reach);
-        bounds.narrow(&iterate.corrections, &steps);
+        self.trust(&mut bounds, iterate);
         let program = Program::new(&iterate.answers, &iterate.corrections, &bounds);
         program.solve(Goal::Excess).is_ok_and(|solved| solved.extra <= self.settings.force_tolerance)
     }
@@ -290,6 +315,11 @@ impl Search<'_, '_> {
 fn iterate(corrections: Vec<f64>, answers: Vec<Answer>, excess: f64) -> Iterate {
     let errors = Errors::of(answers.iter().map(|answer| answer.error.norm()));
     Iterate { corrections, answers, errors, excess }
+}
+
+/// Whether `new` is less than `old` by more than `share` of it.
+fn is_less(new: f64, old: f64, share: f64) -> bool {
+    new < old * (1.0 - share)
 }
 
 fn convex_error(failure: Failure) -> BoundedError {

@@ -6,6 +6,6 @@ mod summary;
 mod tables;
 
 pub use pictures::figures;
-pub use program::{program_csv, program_json};
+pub use program::{bounded_text, program_csv, program_json};
 pub use summary::{methods_table, summary_json, summary_text};
 pub use tables::{methods_csv, points_csv};

@@ -3,14 +3,16 @@
 use serde_json::{Value, json};
 
 use crate::{
+    compensation::{BoundedPath, LimitKind, Side},
+    machine::{Machine, Motion},
     report::table::{correction_columns, force_columns, shown_positions},
     study::program::{Pass, ProgramJob},
 };
 
 /// One row per point: where the tool should be, what is commanded instead (both in the workpiece frame), the error before
 /// (first pass) and as written (last pass, base axes), drive corrections and forces as written. An empty cell has its
-/// reason in `status` and `reason`.
-pub fn program_csv(job: &ProgramJob, passes: &[Pass]) -> csv::Result<Vec<u8>> {
+/// reason in `status` and `reason`. `limits` names the limits that bind, if the path was corrected within limits.
+pub fn program_csv(job: &ProgramJob, passes: &[Pass], bounded: Option<&BoundedPath>) -> csv::Result<Vec<u8>> {
     let (Some(before), Some(after)) = (passes.first(), passes.last()) else { return Ok(Vec::new()) };
     let machine = &job.machine;
     let mut writer = csv::Writer::from_writer(Vec::new());
@@ -33,6 +35,7 @@ pub fn program_csv(job: &ProgramJob, passes: &[Pass]) -> csv::Result<Vec<u8>> {
         "rotation_left_deg",
         "status",
         "reason",
+        "limits",
     ]
     .map(String::from)
     .into();
@@ -52,7 +55,7 @@ pub fn program_csv(job: &ProgramJob, passes: &[Pass]) -> csv::Result<Vec<u8>> {
         row.push(shown(now.position_error.norm()));
         row.extend(now.position_error.iter().map(|v| shown(*v)));
         row.push(shown(now.leftover_rotation.norm().to_degrees()));
-        row.extend([now.status.label().to_string(), now.status.reason(machine)]);
+        row.extend([now.status.label().to_string(), now.status.reason(machine), binding(job, bounded, k)]);
         row.extend(shown_positions(machine, &answer.delta_rho()).iter().map(|v| shown(*v)));
         row.resize(header.len() - machine.drive_count(), String::new());
         row.extend(now.drive_forces.iter().map(|v| shown(*v)));
@@ -61,8 +64,73 @@ pub fn program_csv(job: &ProgramJob, passes: &[Pass]) -> csv::Result<Vec<u8>> {
     writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))
 }
 
+/// Limits that bind at point `k`, such as `correction x upper`.
+fn binding(job: &ProgramJob, bounded: Option<&BoundedPath>, k: usize) -> String {
+    let labels = job.machine.drive_labels();
+    let corrected = bounded.and_then(|path| path.points[k].corrected());
+    let words = corrected.into_iter().flat_map(|point| &point.binding).map(|binding| {
+        let side = match binding.side {
+            Side::Lower => "lower",
+            Side::Upper => "upper",
+        };
+        format!("{} {} {side}", binding.kind.label(), labels[binding.drive])
+    });
+    words.collect::<Vec<_>>().join("; ")
+}
+
+/// Which limits bind and what they cost, in sentences.
+pub fn bounded_text(machine: &Machine, path: &BoundedPath) -> String {
+    let summary = &path.summary;
+    let labels = machine.drive_labels();
+    if summary.prices.is_empty() {
+        return "No limit binds: the unbounded corrections keep all of them.\n".into();
+    }
+    let mut text = format!("Limits bind ({}, {} linearisations):\n", summary.status.label(), summary.iterations);
+    for price in &summary.prices {
+        let unit = match (price.kind, machine.drives().nth(price.drive).map(|(_, drive)| drive.motion)) {
+            (LimitKind::Force, Some(Motion::Prismatic)) => "N",
+            (LimitKind::Force, _) => "N·mm",
+            (_, Some(Motion::Prismatic)) => "mm",
+            _ => "rad",
+        };
+        text += &format!(
+            "  {} of drive {} at {} points; the error would fall by {:.2e} mm per {unit} of relaxation\n",
+            price.kind.label(),
+            labels[price.drive],
+            price.points,
+            price.price
+        );
+    }
+    text
+}
+
+fn bounded_json(job: &ProgramJob, path: &BoundedPath) -> Value {
+    let labels = job.machine.drive_labels();
+    let limits: Vec<Value> = path
+        .summary
+        .prices
+        .iter()
+        .map(|price| {
+            json!({
+                "limit": price.kind.label(),
+                "drive": labels[price.drive],
+                "points": price.points,
+                "error_mm_per_unit": price.price,
+            })
+        })
+        .collect();
+    json!({
+        "status": path.summary.status.label(),
+        "linearisations": path.summary.iterations,
+        "error_max_mm": path.summary.after.worst,
+        "error_rms_mm": path.summary.after.rms,
+        "force_excess": path.summary.force_excess,
+        "limits_binding": limits,
+    })
+}
+
 /// What each pass leaves, over the points at which the tool cuts.
-pub fn program_json(job: &ProgramJob, passes: &[Pass]) -> String {
+pub fn program_json(job: &ProgramJob, passes: &[Pass], bounded: Option<&BoundedPath>) -> String {
     let passes: Vec<Value> = passes
         .iter()
         .map(|pass| {
@@ -84,6 +152,7 @@ pub fn program_json(job: &ProgramJob, passes: &[Pass]) -> String {
         "points": job.path.len(),
         "length_mm": job.path.length_mm(),
         "passes": passes,
+        "bounded": bounded.map(|path| bounded_json(job, path)),
     });
     format!("{report:#}\n")
 }

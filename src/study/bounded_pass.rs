@@ -1,0 +1,77 @@
+//! A program corrected within the limits of its process.
+
+use super::{
+    path::Commands,
+    process::{CorrectionLimits, Objective},
+    program::{Pass, ProgramJob},
+};
+use crate::{
+    compensation::{self, BoundedPath, BoundedPoint, BoundedSettings, Limits, compensate_bounded},
+    error::{Error, Result},
+    machine::Motion,
+};
+
+/// A pass within limits, and what the limits do.
+#[derive(Debug, Clone)]
+pub struct BoundedPass {
+    /// The pass, simulated point by point.
+    pub pass: Pass,
+    /// Which limits bind where and what they cost.
+    pub path: BoundedPath,
+}
+
+impl CorrectionLimits {
+    /// Whether any limit is given.
+    pub fn is_limited(&self) -> bool {
+        self.correction_mm.is_some() || self.correction_change_mm.is_some() || self.force_N.is_some()
+    }
+}
+
+impl ProgramJob {
+    /// Corrects the whole path within the limits of the process and the machine.
+    ///
+    /// # Errors
+    /// Limits that do not fit the machine, or that exclude one another: named with point, drive and values.
+    pub fn bounded_pass(&self, done: &(dyn Fn() + Sync)) -> Result<BoundedPass> {
+        let limits = self.limits()?;
+        let objective = match self.process.limits.objective {
+            Objective::Rms => compensation::Objective::Rms,
+            Objective::Worst => compensation::Objective::Worst,
+        };
+        let settings = BoundedSettings { point: super::path::settings(), ..BoundedSettings::default() };
+        let path =
+            compensate_bounded(&self.machine, &self.real, &self.demands, &limits, objective, &settings, &|_| ())?;
+        let drives: Vec<Vec<f64>> =
+            path.points.iter().zip(&self.demands).map(|(point, _)| self.drives(point)).collect();
+        let pass = self.pass("bounded", &Commands::Drives(&drives), done);
+        Ok(BoundedPass { pass, path })
+    }
+
+    /// Drives of a corrected point; of a point left out those of home, which its own failure then labels.
+    fn drives(&self, point: &BoundedPoint) -> Vec<f64> {
+        match point.corrected() {
+            Some(corrected) => corrected.drives.clone(),
+            None => self.machine.home.drives.clone(),
+        }
+    }
+
+    fn limits(&self) -> Result<Limits> {
+        let given = &self.process.limits;
+        let fault = |problem: &str| Err(Error::Argument { argument: "limits".into(), problem: problem.into() });
+        if given.is_limited() && self.machine.drives().any(|(_, drive)| drive.motion == Motion::Revolute) {
+            return fault(
+                "are in mm and N, but a drive of the machine turns; limit it by travel_deg and torque_limit_Nmm",
+            );
+        }
+        if self.demands.iter().any(|demand| demand.coordinates(&self.machine).count() < self.machine.controls.len()) {
+            return fault("on a machine that controls rotations need compensate.target = \"full_pose\"");
+        }
+        let each = |limit: Option<f64>| limit.map(|limit| vec![limit; self.machine.drive_count()]);
+        Ok(Limits {
+            correction: each(given.correction_mm),
+            correction_change: each(given.correction_change_mm),
+            travel: None,
+            force: each(given.force_N),
+        })
+    }
+}
