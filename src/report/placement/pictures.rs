@@ -20,22 +20,15 @@ pub fn figures(results: &PlacementResults) -> Vec<(String, Figure)> {
     let mut figures: Vec<(String, Figure)> = Vec::new();
     let counts = study.grid.counts();
     if counts[0] > 1 && counts[1] > 1 && !results.ranking.is_empty() {
-        let needed = Metric::ALL.into_iter().filter(|metric| study.objective.metrics().contains(metric));
-        let mut maps: Vec<(String, String, Box<dyn Fn(&Metrics) -> Option<f64>>)> = needed
-            .map(|metric| -> (String, String, Box<dyn Fn(&Metrics) -> Option<f64>>) {
-                let value = move |metrics: &Metrics| metrics.get(metric);
-                (metric.label().into(), with_unit(results, metric), Box::new(value))
-            })
-            .collect();
         if study.objective.weights.len() > 1 {
-            let objective = study.objective.clone();
-            let value = move |metrics: &Metrics| Some(objective.value(metrics)).filter(|value| value.is_finite());
-            maps.insert(0, ("objective".into(), "objective (weighted sum)".into(), Box::new(value)));
+            let value = |metrics: &Metrics| Some(study.objective.value(metrics)).filter(|value| value.is_finite());
+            let drawn = map(results, "objective (weighted sum)", &value);
+            figures.push(("map_objective".into(), Figure::Slices(drawn)));
         }
-        figures.extend(
-            maps.into_iter()
-                .map(|(stem, label, value)| (format!("map_{stem}"), Figure::Slices(map(results, &label, &*value)))),
-        );
+        for metric in Metric::ALL.into_iter().filter(|metric| study.objective.metrics().contains(metric)) {
+            let drawn = map(results, &with_unit(results, metric), &|metrics| metrics.get(metric));
+            figures.push((format!("map_{}", metric.label()), Figure::Slices(drawn)));
+        }
     }
     if results.front.len() > 1 {
         figures.push(("pareto".into(), Figure::Lines(pareto(results))));

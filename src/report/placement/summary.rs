@@ -38,7 +38,7 @@ const SHOWN: [Metric; 6] = [
 /// The entries side by side, ranked.
 pub fn entries_table(study: &PlacementStudy, entries: &[Entry]) -> String {
     let machine = &study.machine;
-    let has_limits = study.features.iter().any(|job| job.has_limits());
+    let has_limits = study.features.iter().any(|job| job.limits.is_limited());
     let shown: Vec<Metric> = SHOWN.into_iter().filter(|metric| has_limits || !metric.is_bounded()).collect();
     let mut table = Table::new();
     table.load_style(UTF8_HORIZONTAL_ONLY);

@@ -40,7 +40,7 @@ fn columns(study: &PlacementStudy, metrics: &[Metric]) -> impl Iterator<Item = S
 fn available(study: &PlacementStudy, entries: &[Entry]) -> Vec<Metric> {
     let evaluated = || entries.iter().filter_map(|entry| entry.outcome.as_ref().ok());
     let mut metrics = Metric::ALL.to_vec();
-    if !study.features.iter().any(|job| job.has_limits()) {
+    if !study.features.iter().any(|job| job.limits.is_limited()) {
         metrics.retain(|metric| !metric.is_bounded());
     }
     metrics.retain(|metric| *metric != Metric::ForceMargin || evaluated().any(|e| e.metrics.get(*metric).is_some()));

@@ -6,11 +6,7 @@ use super::{
     FeatureJob,
     metric::{Metric, Metrics},
 };
-use crate::{
-    compensation::{BoundedSettings, Demand, Limits, Objective, compensate_bounded},
-    machine::Machine,
-    study::{path::settings, process},
-};
+use crate::{compensation::Demand, machine::Machine, study::bounded_pass};
 
 /// Sums and extremes of the errors left.
 #[derive(Debug, Clone, Copy, Default)]
@@ -94,25 +90,6 @@ pub(super) fn errors_left(
     demands: &[Demand],
     job: &FeatureJob,
 ) -> Result<Vec<Option<Vector3<f64>>>, String> {
-    let objective = match job.limits.objective {
-        process::Objective::Rms => Objective::Rms,
-        process::Objective::Worst => Objective::Worst,
-    };
-    let limits = limits(nominal, &job.limits);
-    let tuning = BoundedSettings { point: settings(), ..BoundedSettings::default() };
-    let path = compensate_bounded(nominal, real, demands, &limits, objective, &tuning, &|_| {});
-    let path = path.map_err(|error| error.to_string())?;
+    let path = bounded_pass::correct(nominal, real, demands, &job.limits).map_err(|error| error.to_string())?;
     Ok(path.points.iter().map(|point| point.corrected().map(|point| point.position_error)).collect())
-}
-
-fn limits(machine: &Machine, given: &process::CorrectionLimits) -> Limits {
-    let each = |limit: Option<f64>| limit.map(|limit| vec![limit; machine.drive_count()]);
-    let own =
-        |limit: f64| machine.drives().map(|(_, drive)| drive.force_limit.map_or(limit, |l| l.min(limit))).collect();
-    Limits {
-        correction: each(given.correction_mm),
-        correction_change: each(given.correction_change_mm),
-        force: given.force_N.map(own),
-        ..Limits::default()
-    }
 }

@@ -83,7 +83,7 @@ impl<'a> Evaluator<'a> {
         let check_forces = limited && !asks_bounded;
         let mut needs = Needs::of(metrics);
         needs.correction |= check_forces;
-        needs.bounded &= study.features.iter().any(FeatureJob::has_limits);
+        needs.bounded &= study.features.iter().any(|job| job.limits.is_limited());
         let levels = features.iter().map(|feature| feature.levels.len()).max().unwrap_or(0);
         Self { study, needs, check_forces, asks_bounded, features, levels }
     }
@@ -310,14 +310,14 @@ fn levels(points: &[usize]) -> Vec<Vec<usize>> {
         stride *= REFINEMENT;
     }
     let mut levels = Vec::new();
-    let mut coarser = usize::MAX;
+    let mut coarser: Option<usize> = None;
     loop {
-        let is_new = |k: &usize| k % stride == 0 && (coarser == usize::MAX || k % coarser != 0);
+        let is_new = |k: &usize| k.is_multiple_of(stride) && !coarser.is_some_and(|coarser| k.is_multiple_of(coarser));
         levels.push((0..points.len()).filter(is_new).map(|k| points[k]).collect());
         if stride == 1 {
             return levels;
         }
-        coarser = stride;
+        coarser = Some(stride);
         stride /= REFINEMENT;
     }
 }

@@ -51,14 +51,6 @@ pub struct FeatureJob {
     pub target: Target,
 }
 
-impl FeatureJob {
-    /// Whether the correction is limited in any way.
-    pub fn has_limits(&self) -> bool {
-        let limits = &self.limits;
-        limits.correction_mm.is_some() || limits.correction_change_mm.is_some() || limits.force_N.is_some()
-    }
-}
-
 /// A named place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Candidate {

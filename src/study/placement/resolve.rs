@@ -252,7 +252,7 @@ fn metric(name: &str, machine: &Machine, features: &[FeatureJob], check: &Check)
         let known = Metric::ALL.map(Metric::label).join(", ");
         return check.fail(format!("no metric is called \"{name}\"; there are: {known}"));
     };
-    if metric.is_bounded() && !features.iter().any(FeatureJob::has_limits) {
+    if metric.is_bounded() && !features.iter().any(|job| job.limits.is_limited()) {
         return check.fail("needs [limits] of corrections or forces in a process file".into());
     }
     let has_force_limit = features.iter().any(|job| job.limits.force_N.is_some())

@@ -49,7 +49,8 @@ fn trace(evaluator: &Evaluator<'_>, study: &PlacementStudy, entry: &Entry, index
         };
         answers.iter().map(error).collect::<Vec<_>>()
     };
-    let limited = job.has_limits().then(|| bounded::errors_left(machine, case.real, &demands, job).ok()).flatten();
+    let limited =
+        job.limits.is_limited().then(|| bounded::errors_left(machine, case.real, &demands, job).ok()).flatten();
     Trace {
         place: entry.name.clone(),
         feature: index,
