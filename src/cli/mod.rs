@@ -1,6 +1,7 @@
 //! Commands and their arguments.
 
 mod check;
+mod compare;
 mod compensate;
 mod machines;
 mod point;
@@ -31,6 +32,7 @@ Examples:
   kinetostat run studies/01_workspace_map
   kinetostat point --machine orthoglide --at Q1 --phi 130 --assembly 1,-1,1
   kinetostat compensate part.nc --machine orthoglide --process milling.toml --out part_compensated.nc
+  kinetostat compare --machine orthoglide --process milling.toml --path part.nc --at Q0 --at 50,0,20
   kinetostat check my_machine.toml
 
 Exit codes: 0 all points solved, 1 some points could not be solved (their status says why), 2 bad input.";
@@ -40,6 +42,7 @@ enum Command {
     Run(run::RunArguments),
     Point(point::PointArguments),
     Compensate(compensate::CompensateArguments),
+    Compare(compare::CompareArguments),
     Machines(machines::MachinesArguments),
     Check(check::CheckArguments),
 }
@@ -68,6 +71,7 @@ pub fn dispatch(arguments: Arguments) -> Result<Ending> {
         Command::Run(arguments) => run::run(&arguments),
         Command::Point(arguments) => point::point(&arguments),
         Command::Compensate(arguments) => compensate::compensate(&arguments),
+        Command::Compare(arguments) => compare::compare(&arguments),
         Command::Machines(arguments) => machines::machines(&arguments),
         Command::Check(arguments) => check::check(&arguments),
     }
@@ -113,7 +117,7 @@ fn progress(total: usize, of: &str) -> ProgressBar {
     let target =
         if std::io::stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
     let bar = ProgressBar::with_draw_target(Some(total as u64), target);
-    let template = format!("{{bar:40}} {{pos}}/{{len}} {of}, {{per_sec}}, {{eta}} left");
+    let template = format!("{{bar:40}} {{pos}}/{{len}} {of}, {{per_sec}}, {{eta}} left {{msg}}");
     match ProgressStyle::with_template(&template) {
         Ok(style) => bar.with_style(style),
         Err(_) => bar,

@@ -2,6 +2,7 @@
 
 use std::{
     path::{Path, PathBuf},
+    sync::Arc,
     time::Instant,
 };
 
@@ -9,11 +10,13 @@ use clap::Args;
 use kinetostat::{
     error::{Error, Result},
     report::{
-        Manifest, OutputFile, figures::Figure, path as path_report, prepare, workspace_map as map_report, write_all,
+        Manifest, OutputFile, figures::Figure, path as path_report, placement as placement_report, prepare,
+        workspace_map as map_report, write_all,
     },
     study::{
         Overrides, Study, StudyKind,
         path_study::{self, PathStudy},
+        placement::{self, Event, PlacementStudy, Watch},
         workspace_map::{self, WorkspaceMapStudy},
     },
 };
@@ -69,6 +72,7 @@ pub fn run(arguments: &RunArguments) -> Result<Ending> {
     pool.install(|| match &study.kind {
         StudyKind::WorkspaceMap(map) => run_map(arguments, &study, map, &out),
         StudyKind::Path(path) => run_path(arguments, &study, path, &out),
+        StudyKind::Placement(placement) => run_placement(arguments, &study, placement, &out),
     })
 }
 
@@ -123,6 +127,50 @@ fn run_path(arguments: &RunArguments, study: &Study, path_study: &PathStudy, out
         closing: format!("{}\n{}", path_report::summary_text(&results), path_report::methods_table(&results)),
     };
     output.write()
+}
+
+fn run_placement(arguments: &RunArguments, study: &Study, sought: &PlacementStudy, out: &Path) -> Result<Ending> {
+    let started = Instant::now();
+    let bar = progress(sought.grid.len(), "places");
+    let watched = bar.clone();
+    let watch: Watch = Arc::new(move |event: &Event| match event {
+        Event::Place => watched.inc(1),
+        Event::Iteration { best } => watched.set_message(format!("refining, best {best:.6}")),
+    });
+    let results = placement::run(sought, &watch);
+    bar.finish_and_clear();
+    let statuses = results.cells.iter().map(placement_report::cell_status);
+    let search = &sought.search;
+    let settings = json!({
+        "grid": sought.grid.counts(),
+        "starts": search.starts,
+        "max_iterations": search.max_iterations,
+        "tolerance": search.tolerance,
+        "coarse_to_fine": search.coarse_to_fine,
+    });
+    let entries = &results.entries;
+    let mut tables = vec![
+        ("candidates.csv", placement_report::entries_csv(sought, entries)),
+        ("sweep.csv", placement_report::sweep_csv(&results)),
+        ("refinements.csv", placement_report::refinements_csv(&results)),
+    ];
+    if !sought.objective.pareto.is_empty() {
+        tables.push(("pareto.csv", placement_report::front_csv(&results)));
+    }
+    let closing =
+        format!("{}\n{}", placement_report::entries_table(sought, entries), placement_report::summary_text(&results));
+    let output = Output {
+        study,
+        out,
+        manifest: manifest(study, settings, Manifest::count(statuses), started),
+        tables,
+        summary: placement_report::summary_json(&results),
+        figures: if arguments.no_figures { Vec::new() } else { placement_report::figures(&results) },
+        closing,
+    };
+    output.write()?;
+    // Places where the workpiece cannot be cut are an answer; that there is no other is a failure.
+    Ok(if results.best.is_some() { Ending::Complete } else { Ending::SomeUnsolved })
 }
 
 fn manifest(

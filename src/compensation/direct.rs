@@ -3,6 +3,8 @@
 //! Where the drives control more than is put right (a six-drive machine whose tool tip is put right), the rest of the
 //! command stays as it was, and the target is shifted instead.
 
+use std::cell::RefCell;
+
 use nalgebra::Vector6;
 
 use super::{
@@ -10,7 +12,10 @@ use super::{
     outcome::Status,
     session::{Ending, Progress, Session},
 };
-use crate::statics::{self, Outcome, equilibrium_at_task};
+use crate::{
+    spatial::Pose,
+    statics::{self, Outcome, equilibrium_at_task},
+};
 
 /// Farther than this share of the machine's reach from the last point, the nominal command is the better start.
 const NEAR: f64 = 0.05;
@@ -40,15 +45,20 @@ pub(super) fn compensate(session: &mut Session<'_>, demand: &Demand, progress: &
 /// `None` if the iteration fails or ends in an unstable equilibrium.
 fn in_one_iteration(session: &mut Session<'_>, demand: &Demand, progress: &mut Progress) -> Option<Outcome> {
     let nominal = session.nominal;
+    let history = RefCell::new(&mut progress.history);
+    let task = |pose: &Pose| {
+        let error = demand.task_error(nominal, pose);
+        history.borrow_mut().push(error.size());
+        error
+    };
     let outcome = equilibrium_at_task(
         session.real,
-        &|pose| demand.task_error(nominal, pose),
+        &task,
         &mut session.drives,
         &demand.load,
         &mut session.state,
         &mut session.workspace,
         &session.settings.equilibrium,
-        &mut progress.history,
     )?;
     let error = session.task_error(demand).size();
     if outcome.status != statics::Status::Solved || error > session.settings.tolerance_mm {

@@ -5,6 +5,8 @@ pub mod cutting;
 mod milling;
 mod placement;
 pub mod toolpath;
+mod workpiece;
 
 pub use milling::{ForceLaw, MillingForce};
 pub use placement::{PathReference, Placement};
+pub use workpiece::{Extent, Feature, ForbiddenBox};

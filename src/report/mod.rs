@@ -1,9 +1,11 @@
 //! The answers: tables, figures, summaries and the manifest. Results in, bytes out; computes no physics.
 
+mod amplification;
 pub mod figures;
 mod machine;
 mod manifest;
 pub mod path;
+pub mod placement;
 mod point;
 mod table;
 pub mod workspace_map;

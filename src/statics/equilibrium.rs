@@ -137,8 +137,8 @@ pub fn equilibrium(
 /// Equilibrium of `machine` in which the drives stand where the task error vanishes: the drives and the state are found
 /// by one Newton iteration, at the cost of an equilibrium.
 ///
-/// `task` gives the task error at a pose of P, in as many coordinates as the machine controls. `drives` and `state` are
-/// where the search starts, and where it ends; `history` receives the task error in mm at each iteration; the residual of the outcome includes the task error over the machine's
+/// `task`, asked once per iteration, gives the task error at a pose of P, in as many coordinates as the machine controls. `drives` and `state` are
+/// where the search starts, and where it ends; the residual of the outcome includes the task error over the machine's
 /// reach. `None` if the iteration fails; `drives` and `state` are then as they were.
 pub fn equilibrium_at_task(
     machine: &Machine,
@@ -148,16 +148,8 @@ pub fn equilibrium_at_task(
     state: &mut State,
     workspace: &mut Workspace,
     settings: &Settings,
-    history: &mut Vec<f64>,
 ) -> Option<Outcome> {
-    let recorded = |pose: &Pose, history: &mut Vec<f64>| {
-        let error = task(pose);
-        history.push(error.size());
-        error
-    };
-    let history = std::cell::RefCell::new(history);
-    let task = |pose: &Pose| recorded(pose, &mut history.borrow_mut());
-    let mut newton = Newton::new(machine, drives, load, Some(&task), state, workspace, settings);
+    let mut newton = Newton::new(machine, drives, load, Some(task), state, workspace, settings);
     match newton.solve(state) {
         Some(residual) => {
             drives.copy_from_slice(&newton.workspace.drives);

@@ -6,9 +6,9 @@ use super::{
     program::{Pass, ProgramJob},
 };
 use crate::{
-    compensation::{self, BoundedPath, BoundedPoint, BoundedSettings, Limits, compensate_bounded},
+    compensation::{self, BoundedPath, BoundedPoint, BoundedSettings, Demand, Limits, compensate_bounded},
     error::{Error, Result},
-    machine::Motion,
+    machine::{Machine, Motion},
 };
 
 /// A pass within limits, and what the limits do.
@@ -33,14 +33,7 @@ impl ProgramJob {
     /// # Errors
     /// Limits that do not fit the machine, or that exclude one another: named with point, drive and values.
     pub fn bounded_pass(&self, done: &(dyn Fn() + Sync)) -> Result<BoundedPass> {
-        let limits = self.limits()?;
-        let objective = match self.process.limits.objective {
-            Objective::Rms => compensation::Objective::Rms,
-            Objective::Worst => compensation::Objective::Worst,
-        };
-        let settings = BoundedSettings { point: super::path::settings(), ..BoundedSettings::default() };
-        let path =
-            compensate_bounded(&self.machine, &self.real, &self.demands, &limits, objective, &settings, &|_| ())?;
+        let path = correct(&self.machine, &self.real, &self.demands, &self.process.limits)?;
         let drives: Vec<Vec<f64>> =
             path.points.iter().zip(&self.demands).map(|(point, _)| self.drives(point)).collect();
         let pass = self.pass("bounded", &Commands::Drives(&drives), done);
@@ -54,24 +47,40 @@ impl ProgramJob {
             None => self.machine.home.drives.clone(),
         }
     }
+}
 
-    fn limits(&self) -> Result<Limits> {
-        let given = &self.process.limits;
-        let fault = |problem: &str| Err(Error::Argument { argument: "limits".into(), problem: problem.into() });
-        if given.is_limited() && self.machine.drives().any(|(_, drive)| drive.motion == Motion::Revolute) {
-            return fault(
-                "are in mm and N, but a drive of the machine turns; limit it by travel_deg and torque_limit_Nmm",
-            );
-        }
-        if self.demands.iter().any(|demand| demand.coordinates(&self.machine).count() < self.machine.controls.len()) {
-            return fault("cannot be kept on a machine that controls rotations: a program commands positions only");
-        }
-        let each = |limit: Option<f64>| limit.map(|limit| vec![limit; self.machine.drive_count()]);
-        Ok(Limits {
-            correction: each(given.correction_mm),
-            correction_change: each(given.correction_change_mm),
-            travel: None,
-            force: each(given.force_N),
-        })
+/// Corrects the path `demands` within the limits `given` and those of the machine.
+///
+/// # Errors
+/// As [`ProgramJob::bounded_pass`].
+pub(super) fn correct(
+    nominal: &Machine,
+    real: &Machine,
+    demands: &[Demand],
+    given: &CorrectionLimits,
+) -> Result<BoundedPath> {
+    let limits = limits(nominal, demands, given)?;
+    let objective = match given.objective {
+        Objective::Rms => compensation::Objective::Rms,
+        Objective::Worst => compensation::Objective::Worst,
+    };
+    let settings = BoundedSettings { point: super::path::settings(), ..BoundedSettings::default() };
+    Ok(compensate_bounded(nominal, real, demands, &limits, objective, &settings, &|_| ())?)
+}
+
+fn limits(machine: &Machine, demands: &[Demand], given: &CorrectionLimits) -> Result<Limits> {
+    let fault = |problem: &str| Err(Error::Argument { argument: "limits".into(), problem: problem.into() });
+    if given.is_limited() && machine.drives().any(|(_, drive)| drive.motion == Motion::Revolute) {
+        return fault("are in mm and N, but a drive of the machine turns; limit it by travel_deg and torque_limit_Nmm");
     }
+    if demands.iter().any(|demand| demand.coordinates(machine).count() < machine.controls.len()) {
+        return fault("cannot be kept on a machine that controls rotations: a program commands positions only");
+    }
+    let each = |limit: Option<f64>| limit.map(|limit| vec![limit; machine.drive_count()]);
+    Ok(Limits {
+        correction: each(given.correction_mm),
+        correction_change: each(given.correction_change_mm),
+        travel: None,
+        force: each(given.force_N),
+    })
 }

@@ -9,6 +9,8 @@ pub mod machine_check;
 pub mod path;
 mod path_resolve;
 pub mod path_study;
+pub mod placement;
+pub mod placement_spec;
 pub mod point;
 pub mod process;
 mod process_resolve;
@@ -22,6 +24,7 @@ pub mod workspace_map;
 use std::path::{Path, PathBuf};
 
 use path_study::PathStudy;
+use placement::PlacementStudy;
 pub use process::Process;
 pub use resolve::Overrides;
 pub use source::Source;
@@ -49,6 +52,8 @@ pub enum StudyKind {
     WorkspaceMap(WorkspaceMapStudy),
     /// Deflection and required corrections along a path.
     Path(PathStudy),
+    /// Where a workpiece should stand.
+    Placement(PlacementStudy),
 }
 
 impl Study {

@@ -28,7 +28,7 @@ pub(super) fn path(
     check: &Check,
 ) -> Result<(PathStudy, String)> {
     let process = Process::open(&folder.join(&spec.process), &machine)?;
-    let toolpath = toolpath(spec, &machine, &process, folder, overrides, check)?;
+    let toolpath = toolpath(spec.circle.as_ref(), spec.file.as_deref(), &machine, &process, folder, overrides, check)?;
     let demands = demands(&machine, &process, &toolpath, spec.file.as_deref().unwrap_or("circle"))?;
     let study = PathStudy {
         errors: process.errors.clone(),
@@ -48,15 +48,17 @@ fn program_text(spec: &PathSpec, folder: &Path) -> Result<String> {
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
-fn toolpath(
-    spec: &PathSpec,
+/// A circle, or a program relative to `folder`.
+pub(super) fn toolpath(
+    circle: Option<&CircleSpec>,
+    file: Option<&str>,
     machine: &Machine,
     process: &Process,
     folder: &Path,
     overrides: &Overrides,
     check: &Check,
 ) -> Result<Toolpath> {
-    match (&spec.circle, &spec.file) {
+    match (circle, file) {
         (Some(circle), None) => self::circle(circle, machine, overrides, &check.key("circle")),
         (None, Some(_)) if overrides.points.is_some() => {
             resolve::command_line("--points").fail("the points of a path from a file are those of the file".into())
@@ -69,7 +71,7 @@ fn toolpath(
 fn circle(spec: &CircleSpec, machine: &Machine, overrides: &Overrides, check: &Check) -> Result<Toolpath> {
     let centre_mm = match (spec.centre_mm, &spec.centre_point) {
         (Some(centre), None) => check.key("centre_mm").finite(centre)?,
-        (None, Some(name)) => named(machine, name, &check.key("centre_point"))?,
+        (None, Some(name)) => named_point(machine, name, &check.key("centre_point"))?,
         _ => return check.key("centre_mm").fail("give exactly one of centre_mm and centre_point".into()),
     };
     let circle = Circle {
@@ -83,7 +85,8 @@ fn circle(spec: &CircleSpec, machine: &Machine, overrides: &Overrides, check: &C
     circle.toolpath().or_else(|fault| check.fail(fault.to_string()))
 }
 
-fn named(machine: &Machine, name: &str, check: &Check) -> Result<Vector3<f64>> {
+/// Position of the machine's point called `name`, mm.
+pub(super) fn named_point(machine: &Machine, name: &str, check: &Check) -> Result<Vector3<f64>> {
     match machine.point(name) {
         Some(point) => Ok(point.position),
         None => {

@@ -12,10 +12,13 @@ use crate::{
     compensation::{Demand, Method, Target},
     error::{Error, Result},
     machine::{Coordinate, Machine},
-    process::toolpath::{
-        Sampling, Toolpath,
-        gcode::{GcodeOptions, Program},
-        polyline::Polyline,
+    process::{
+        Placement,
+        toolpath::{
+            Load, PathPoint, Sampling, Toolpath,
+            gcode::{GcodeOptions, Program},
+            polyline::Polyline,
+        },
     },
     spatial::Pose,
 };
@@ -177,7 +180,7 @@ impl ProgramJob {
     /// Poses of P that mirror a measured pass at the wanted path, Figure 2. `measured`: where the tool went, workpiece
     /// frame, mm, one position per point of the path.
     pub fn mirrored(&self, measured: &[Vector3<f64>]) -> Vec<Pose> {
-        let mirror = |(point, went): (&crate::process::toolpath::PathPoint, &Vector3<f64>)| {
+        let mirror = |(point, went): (&PathPoint, &Vector3<f64>)| {
             platform_pose(&self.machine, &self.process, point.position_mm * 2.0 - went)
         };
         self.path.points().iter().zip(measured).map(mirror).collect()
@@ -226,11 +229,23 @@ fn platform_pose(machine: &Machine, process: &Process, position: Vector3<f64>) -
 pub fn demands(machine: &Machine, process: &Process, path: &Toolpath, origin: &str) -> Result<Vec<Demand>> {
     let fault = |source| Error::Load { file: origin.to_string(), source };
     let loads = process.cutting.loads(path).map_err(fault)?;
-    let lever = machine.home.pose.rotation * machine.tool_tip;
-    let demand = |(point, load): (&crate::process::toolpath::PathPoint, &crate::process::toolpath::Load)| Demand {
-        pose: platform_pose(machine, process, point.position_mm),
-        load: process.placement.wrench(load, lever),
-        target: process.target,
+    Ok(demands_under(machine, &process.placement, process.target, path, &loads))
+}
+
+/// What is wanted at each point of a path that is placed by `placement`, under `loads`.
+pub fn demands_under(
+    machine: &Machine,
+    placement: &Placement,
+    target: Target,
+    path: &Toolpath,
+    loads: &[Load],
+) -> Vec<Demand> {
+    let orientation = &machine.home.pose.rotation;
+    let lever = orientation * machine.tool_tip;
+    let demand = |(point, load): (&PathPoint, &Load)| Demand {
+        pose: placement.platform_pose(point.position_mm, orientation, machine.tool_tip),
+        load: placement.wrench(load, lever),
+        target,
     };
-    Ok(path.points().iter().zip(&loads).map(demand).collect())
+    path.points().iter().zip(loads).map(demand).collect()
 }

@@ -34,8 +34,8 @@ pub(super) fn study(spec: &StudySpec, text: &str, origin: &str, folder: &Path, o
     let check = Check::new(origin);
     check.schema(spec.schema)?;
     let (machine, machine_text) = machine(&spec.machine, folder, &check.key("machine"))?;
-    let (kind, settings) = match (&spec.workspace_map, &spec.path) {
-        (Some(map), None) => {
+    let (kind, settings) = match (&spec.workspace_map, &spec.path, &spec.placement) {
+        (Some(map), None, None) => {
             if overrides.points.is_some() {
                 return command_line("--points").fail("a workspace map has no points along a path; use --grid".into());
             }
@@ -43,19 +43,23 @@ pub(super) fn study(spec: &StudySpec, text: &str, origin: &str, folder: &Path, o
             let settings = format!("grid {:?}", map.grid.counts());
             (StudyKind::WorkspaceMap(map), settings)
         }
-        (None, Some(path)) => {
+        (None, Some(path), None) => {
             if overrides.grid.is_some() {
                 return command_line("--grid").fail("a path study has no grid; use --points".into());
             }
-            if spec.milling.is_some() || !spec.chain_error.is_empty() {
-                let key = if spec.milling.is_some() { "milling" } else { "chain_error" };
-                return check.key(key).fail("belongs in the process file of a path study".into());
-            }
+            refuse_process_keys(spec, "path", &check)?;
             let (study, process) = path_resolve::path(path, machine, folder, overrides, &check.key("path"))?;
             let settings = format!("{process}\npoints {}", study.stations.len());
             (StudyKind::Path(study), settings)
         }
-        _ => return check.key("workspace_map").fail("give exactly one of workspace_map and path".into()),
+        (None, None, Some(placement)) => {
+            refuse_process_keys(spec, "placement", &check)?;
+            let (study, process) =
+                super::placement::resolve(placement, machine, folder, overrides, &check.key("placement"))?;
+            let settings = format!("{process}\ngrid {:?}", study.grid.counts());
+            (StudyKind::Placement(study), settings)
+        }
+        _ => return check.key("workspace_map").fail("give exactly one of workspace_map, path and placement".into()),
     };
     Ok(Study {
         name: folder_name(folder),
@@ -68,6 +72,16 @@ pub(super) fn study(spec: &StudySpec, text: &str, origin: &str, folder: &Path, o
 /// An option of the command line that overrides a study.
 pub(super) fn command_line(option: &str) -> Check {
     Check::new("command line").key(option)
+}
+
+/// Keys that a study of this kind has in its process files.
+fn refuse_process_keys(spec: &StudySpec, kind: &str, check: &Check) -> Result<()> {
+    let key = match (&spec.milling, spec.chain_error.is_empty()) {
+        (Some(_), _) => "milling",
+        (None, false) => "chain_error",
+        (None, true) => return Ok(()),
+    };
+    check.key(key).fail(format!("belongs in the process file of a {kind} study"))
 }
 
 impl From<CompensateSpec> for Target {

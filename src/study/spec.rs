@@ -2,6 +2,7 @@
 
 use serde::Deserialize;
 
+use super::placement_spec::PlacementStudySpec;
 use crate::process::ForceLaw;
 
 /// The whole file.
@@ -19,10 +20,12 @@ pub struct StudySpec {
     /// Manufacturing and assembly errors of a workspace map; chains not named are nominal.
     #[serde(default)]
     pub chain_error: Vec<ChainErrorSpec>,
-    /// Deflection and corrections on a grid over the workspace. A study has this or `path`.
+    /// Deflection and corrections on a grid over the workspace. A study has this, `path` or `placement`.
     pub workspace_map: Option<WorkspaceMapSpec>,
-    /// Deflection and corrections along a path. A study has this or `workspace_map`.
+    /// Deflection and corrections along a path.
     pub path: Option<PathSpec>,
+    /// Where a workpiece should stand.
+    pub placement: Option<PlacementStudySpec>,
 }
 
 /// A path and its process.

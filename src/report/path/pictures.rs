@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use crate::{
     machine::Motion,
     report::{
+        amplification::amplification,
         figures::{Figure, LineFigure, LineSeries},
         table::{force_unit, position_unit},
     },
@@ -131,14 +132,12 @@ fn correction_by_source(results: &PathResults, drive: usize, label: &str) -> Fig
     line_figure(results, &title, format!("Δρ {label} [{}]", position_unit(&results.study.machine)), series.into())
 }
 
-/// Errors are drawn at most this large a share of the path's extent.
-const ERROR_SHARE: f64 = 0.15;
-
 /// The path in the xy-plane: wanted, as the tool goes without compensation, as it is commanded and as it goes then.
 fn paths(results: &PathResults) -> Figure {
     let study = &results.study;
     let wanted: Vec<Vector3<f64>> = study.demands.iter().map(|d| d.pose.transform(d.offset(&study.machine))).collect();
-    let amplification = amplification(results, &wanted);
+    let displacements = (0..wanted.len()).filter_map(|k| results.displacement(Source::Both, k));
+    let amplification = amplification(&wanted, displacements.fold(0.0f64, |most, d| most.max(d.norm())));
     let drawn = |label: &str, dashed: bool, error: &dyn Fn(usize) -> Option<Vector3<f64>>| {
         let points = wanted.iter().enumerate().filter_map(|(k, p)| {
             let at = p + error(k)? * amplification;
@@ -170,21 +169,4 @@ fn paths(results: &PathResults) -> Figure {
         log_y: false,
         closed_note: Some(format!("deviations from the wanted path drawn {amplification} times as large")),
     })
-}
-
-/// A round factor that makes the largest error a visible share of the path's extent.
-fn amplification(results: &PathResults, wanted: &[Vector3<f64>]) -> f64 {
-    let extent = |axis: usize| {
-        let (low, high) = wanted.iter().fold((f64::MAX, f64::MIN), |(l, h), p| (l.min(p[axis]), h.max(p[axis])));
-        high - low
-    };
-    let largest = (0..wanted.len())
-        .filter_map(|k| results.displacement(Source::Both, k))
-        .fold(0.0f64, |most, d| most.max(d.norm()));
-    let wished = ERROR_SHARE * extent(0).max(extent(1)) / largest;
-    if !wished.is_finite() || wished <= 1.0 {
-        return 1.0;
-    }
-    let decade = 10f64.powf(wished.log10().floor());
-    [5.0, 2.0, 1.0].into_iter().map(|step| step * decade).find(|factor| *factor <= wished).unwrap_or(1.0)
 }

@@ -1,0 +1,131 @@
+//! A workpiece: its features, the room it takes, and the boxes it must stay out of.
+//!
+//! Boxes and features are placed together: where a path gives the positions of the platform point instead of the tool
+//! tip, so do the boxes.
+
+use nalgebra::{Vector2, Vector3};
+
+use super::{
+    PathReference, Placement,
+    toolpath::{Load, Toolpath},
+};
+
+/// An axis-aligned box, mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Extent {
+    /// Lower corner.
+    pub min: Vector3<f64>,
+    /// Upper corner.
+    pub max: Vector3<f64>,
+}
+
+/// Something to be cut, in the workpiece frame W.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Feature {
+    /// Its name.
+    pub name: String,
+    /// The path.
+    pub path: Toolpath,
+    /// The cutting force at each of its points.
+    pub loads: Vec<Load>,
+    /// Whose positions the path gives.
+    pub reference: PathReference,
+    /// How far the tool may be from its path, mm.
+    pub tolerance_mm: f64,
+}
+
+/// A box in the base frame O that the workpiece must stay out of, such as a clamp.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ForbiddenBox {
+    /// Its name.
+    pub name: String,
+    /// The box.
+    pub extent: Extent,
+}
+
+/// Boxes nearer than this touch but do not overlap, mm.
+const TOUCH_MM: f64 = 1e-9;
+
+impl Extent {
+    /// The smallest box around `points`; `None` if there are none.
+    pub fn of(points: impl Iterator<Item = Vector3<f64>>) -> Option<Self> {
+        points.map(|p| Self { min: p, max: p }).reduce(Self::union)
+    }
+
+    /// The smallest box around both.
+    #[must_use]
+    pub fn union(self, other: Self) -> Self {
+        Self { min: self.min.inf(&other.min), max: self.max.sup(&other.max) }
+    }
+
+    /// Whether this box, placed in O by `placement` (its axes are those of W), and the box `other` of O have more than
+    /// their surface in common: no axis of either separates their projections.
+    #[must_use]
+    pub fn overlaps(&self, placement: &Placement, other: &Extent) -> bool {
+        let pose = placement.pose();
+        let placed = |x: f64, y: f64| pose.transform(Vector3::new(x, y, self.min.z));
+        let (a, b) = (self.min, self.max);
+        let own = [placed(a.x, a.y), placed(b.x, a.y), placed(b.x, b.y), placed(a.x, b.y)];
+        let (c, d) = (other.min, other.max);
+        let theirs = [(c.x, c.y), (d.x, c.y), (d.x, d.y), (c.x, d.y)].map(|(x, y)| Vector2::new(x, y));
+        let (sin, cos) = placement.yaw_rad.sin_cos();
+        let axes = [Vector2::x(), Vector2::y(), Vector2::new(cos, sin), Vector2::new(-sin, cos)];
+        let low_z = own[0].z;
+        let apart_in_height = separated((low_z, low_z + b.z - a.z), (c.z, d.z));
+        let apart_in_plane = axes.iter().any(|axis| {
+            let shadow = |points: &mut dyn Iterator<Item = Vector2<f64>>| {
+                points.map(|p| p.dot(axis)).fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)))
+            };
+            separated(shadow(&mut own.iter().map(|p| p.xy())), shadow(&mut theirs.iter().copied()))
+        });
+        !apart_in_height && !apart_in_plane
+    }
+}
+
+fn separated(a: (f64, f64), b: (f64, f64)) -> bool {
+    a.1 <= b.0 + TOUCH_MM || b.1 <= a.0 + TOUCH_MM
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_4;
+
+    use super::*;
+
+    fn cube(centre: [f64; 3], side: f64) -> Extent {
+        let half = Vector3::repeat(side / 2.0);
+        Extent { min: Vector3::from(centre) - half, max: Vector3::from(centre) + half }
+    }
+
+    fn at(x: f64, y: f64, z: f64, yaw_rad: f64) -> Placement {
+        Placement { origin_mm: Vector3::new(x, y, z), yaw_rad, ..Placement::default() }
+    }
+
+    #[test]
+    fn boxes_that_touch_do_not_overlap() {
+        let (part, clamp) = (cube([0.0; 3], 2.0), cube([0.0; 3], 2.0));
+        assert!(part.overlaps(&at(1.9, 0.0, 0.0, 0.0), &clamp));
+        assert!(!part.overlaps(&at(2.0, 0.0, 0.0, 0.0), &clamp));
+        assert!(part.overlaps(&at(0.0, 0.0, 1.9, 0.3), &clamp));
+        assert!(!part.overlaps(&at(0.0, 0.0, 2.0, 0.3), &clamp));
+    }
+
+    #[test]
+    fn a_turned_box_reaches_with_its_corner_and_no_farther() {
+        let (part, clamp) = (cube([0.0; 3], 2.0), cube([0.0; 3], 2.0));
+        let reach = 1.0 + 2f64.sqrt();
+        assert!(part.overlaps(&at(reach - 1e-6, 0.0, 0.0, FRAC_PI_4), &clamp));
+        assert!(!part.overlaps(&at(reach + 1e-6, 0.0, 0.0, FRAC_PI_4), &clamp));
+        // Corner toward corner: only an axis of the turned box separates them.
+        let diagonal = (1.0 + reach) / 2f64.sqrt() / 2f64.sqrt() + 0.1;
+        assert!(!part.overlaps(&at(diagonal, diagonal, 0.0, FRAC_PI_4), &clamp));
+    }
+
+    #[test]
+    fn the_extent_of_points_is_the_box_around_them() {
+        let points = [Vector3::new(1.0, -2.0, 3.0), Vector3::new(-1.0, 5.0, 3.0)];
+        let extent = Extent::of(points.into_iter()).unwrap();
+        assert_eq!((extent.min, extent.max), (Vector3::new(-1.0, -2.0, 3.0), Vector3::new(1.0, 5.0, 3.0)));
+        assert!(Extent::of(std::iter::empty()).is_none());
+    }
+}

@@ -1,0 +1,20 @@
+//! How many times as large errors are drawn so that they can be seen.
+
+use nalgebra::Vector3;
+
+/// The largest error is drawn at most as this share of the path's extent.
+const ERROR_SHARE: f64 = 0.15;
+
+/// A round factor that makes `largest_error` (mm) a visible share of the extent of `path` in the xy-plane; at least 1.
+pub fn amplification(path: &[Vector3<f64>], largest_error: f64) -> f64 {
+    let extent = |axis: usize| {
+        let (low, high) = path.iter().fold((f64::MAX, f64::MIN), |(l, h), p| (l.min(p[axis]), h.max(p[axis])));
+        high - low
+    };
+    let wished = ERROR_SHARE * extent(0).max(extent(1)) / largest_error;
+    if !wished.is_finite() || wished <= 1.0 {
+        return 1.0;
+    }
+    let decade = 10f64.powf(wished.log10().floor());
+    [5.0, 2.0, 1.0].into_iter().map(|step| step * decade).find(|factor| *factor <= wished).unwrap_or(1.0)
+}

@@ -1,0 +1,11 @@
+//! Reports of a placement study.
+
+mod advice;
+mod pictures;
+mod summary;
+mod tables;
+
+pub use advice::recommendation;
+pub use pictures::figures;
+pub use summary::{entries_table, summary_json, summary_text};
+pub use tables::{cell_status, entries_csv, front_csv, refinements_csv, sweep_csv};

@@ -1,0 +1,155 @@
+//! A placement study's ranked table for the screen, its closing words and a small JSON object.
+
+use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
+use serde_json::{Map, Value, json};
+
+use super::advice::recommendation;
+use crate::study::placement::{
+    Agreement, COORDINATES, End, Entry, Metric, Metrics, PlacementResults, PlacementStudy, Site, UNITS, Verdict,
+};
+
+/// A place in words.
+pub(super) fn at(site: &Site) -> String {
+    let [x, y, z, yaw] = site.shown();
+    match yaw {
+        0.0 => format!("({x:.1}, {y:.1}, {z:.1}) mm"),
+        _ => format!("({x:.1}, {y:.1}, {z:.1}) mm at yaw {yaw:.1}°"),
+    }
+}
+
+pub(super) fn agreement_word(agreement: Agreement) -> &'static str {
+    match agreement {
+        Agreement::Same => "same",
+        Agreement::Elsewhere => "same_value_elsewhere",
+        Agreement::Worse => "worse",
+    }
+}
+
+/// Metrics shown side by side on the screen.
+const SHOWN: [Metric; 6] = [
+    Metric::WorstDeflection,
+    Metric::RmsDeflection,
+    Metric::WorstCorrection,
+    Metric::WorstDriveForce,
+    Metric::WorstResidual,
+    Metric::ShareWithin,
+];
+
+/// The entries side by side, ranked.
+pub fn entries_table(study: &PlacementStudy, entries: &[Entry]) -> String {
+    let machine = &study.machine;
+    let has_limits = study.features.iter().any(|job| job.limits.is_limited());
+    let shown: Vec<Metric> = SHOWN.into_iter().filter(|metric| has_limits || !metric.is_bounded()).collect();
+    let mut table = Table::new();
+    table.load_style(UTF8_HORIZONTAL_ONLY);
+    let mut header = vec!["place".to_string(), "x, y, z [mm]".into(), "yaw [°]".into()];
+    header.extend(shown.iter().map(|metric| metric.short_words().into()));
+    table.set_header(header);
+    for entry in entries {
+        let [x, y, z, yaw] = entry.site.shown();
+        let mut row = vec![entry.name.clone(), format!("{x:.2}, {y:.2}, {z:.2}"), format!("{yaw:.1}")];
+        match &entry.outcome {
+            Ok(evaluation) => row.extend(shown.iter().map(|metric| {
+                evaluation.metrics.get(*metric).map_or_else(|| "–".into(), |value| metric.shown(machine, value))
+            })),
+            Err(failure) => row.push(failure.status.replace('_', " ")),
+        }
+        table.add_row(row);
+    }
+    let reasons = entries.iter().filter_map(|entry| {
+        let reason = &entry.outcome.as_ref().err()?.reason;
+        Some(format!("{}: {reason}.\n", entry.name))
+    });
+    format!("{table}\n{}", reasons.collect::<String>())
+}
+
+/// The closing words of a run: what was sought, how it was found, and the recommendation.
+pub fn summary_text(results: &PlacementResults) -> String {
+    let study = &results.study;
+    let [complete, given_up, infeasible] = counts(results);
+    let points: usize = study.features.iter().map(|job| job.feature.path.len()).sum();
+    format!(
+        "{}: {} feature(s), {points} path points; sought: the least {}.\n\
+         Sweep of {} places: {complete} evaluated on all points, {given_up} given up as they cannot win, {infeasible} \
+         where the workpiece cannot be cut.\n{}",
+        study.machine.title,
+        study.features.len(),
+        study.objective.words(&study.machine),
+        results.cells.len(),
+        recommendation(results)
+    )
+}
+
+/// Places evaluated on all points, given up, and infeasible.
+fn counts(results: &PlacementResults) -> [usize; 3] {
+    let mut counts = [0; 3];
+    for cell in &results.cells {
+        counts[match cell.verdict {
+            Verdict::Complete(_) => 0,
+            Verdict::GivenUp(_) => 1,
+            Verdict::Infeasible(_) => 2,
+        }] += 1;
+    }
+    counts
+}
+
+fn site_json(site: &Site) -> Value {
+    let [x, y, z, yaw] = site.shown();
+    json!({ "x_mm": x, "y_mm": y, "z_mm": z, "yaw_deg": yaw })
+}
+
+fn metrics_json(study: &PlacementStudy, metrics: &Metrics) -> Value {
+    let given = Metric::ALL.into_iter().filter_map(|metric| {
+        let value = metrics.get(metric).filter(|value| value.is_finite())?;
+        Some((metric.column(&study.machine), json!(value)))
+    });
+    Value::Object(given.collect::<Map<_, _>>())
+}
+
+fn entry_json(study: &PlacementStudy, entry: &Entry) -> Value {
+    let mut object = json!({ "name": entry.name, "found": entry.found.label(), "place": site_json(&entry.site) });
+    match &entry.outcome {
+        Ok(evaluation) => {
+            object["objective"] = json!(entry.value);
+            object["metrics"] = metrics_json(study, &evaluation.metrics);
+            let feature = |(job, metrics): (&crate::study::placement::FeatureJob, &Metrics)| json!({ "name": job.feature.name, "metrics": metrics_json(study, metrics) });
+            object["features"] = study.features.iter().zip(&evaluation.features).map(feature).collect();
+        }
+        Err(failure) => object["infeasible"] = json!({ "status": failure.status, "reason": failure.reason }),
+    }
+    object
+}
+
+/// Best place, how it was found, how flat it is, and all entries.
+pub fn summary_json(results: &PlacementResults) -> Value {
+    let study = &results.study;
+    let [complete, given_up, infeasible] = counts(results);
+    let best = results.best.as_ref().map(|best| {
+        json!({
+            "place": site_json(&best.site),
+            "objective": best.value,
+            "found_by_refinement": best.refinement.map(|index| index + 1),
+            "agreement": best.agreement.iter().map(|a| agreement_word(*a)).collect::<Vec<_>>(),
+        })
+    });
+    let room = |room: &crate::study::placement::Room| {
+        let i = room.coordinate;
+        let distance = if UNITS[i] == "deg" { room.distance.to_degrees() } else { room.distance };
+        let end = match &room.end {
+            End::Worse => "objective 5 % worse".to_string(),
+            End::Bound => "bound".into(),
+            End::Infeasible(reason) => reason.clone(),
+        };
+        let sign = if room.direction > 0.0 { "+" } else { "-" };
+        json!({ "direction": format!("{sign}{}", COORDINATES[i]), "distance": distance, "unit": UNITS[i], "end": end })
+    };
+    json!({
+        "schema": 1,
+        "objective": study.objective.words(&study.machine),
+        "sweep": { "places": results.cells.len(), "evaluated": complete, "given_up": given_up, "infeasible": infeasible },
+        "best": best,
+        "flatness": results.flatness.iter().map(room).collect::<Vec<_>>(),
+        "entries": results.entries.iter().map(|entry| entry_json(study, entry)).collect::<Vec<_>>(),
+        "pareto_front": results.front.len(),
+    })
+}

@@ -1,0 +1,340 @@
+//! The metrics of a placement, on the actual paths with the loaded model and both sources of error.
+//!
+//! A path is evaluated in levels, from few points to all; [`Evaluator::outlook`] says after each level the best the
+//! metrics can still be.
+
+use super::{
+    PlacementStudy,
+    bounded::{Corrected, correct},
+    metric::{Metric, Metrics},
+    site::Site,
+    tally::{Needs, Tally},
+    walk::Walk,
+};
+use crate::{
+    compensation::Demand,
+    machine::Machine,
+    study::{placement::FeatureJob, program::demands_under, workspace_map::Failure},
+};
+
+/// Evaluates placements of one study; shared by all threads.
+#[derive(Debug)]
+pub struct Evaluator<'a> {
+    study: &'a PlacementStudy,
+    needs: Needs,
+    check_forces: bool,
+    /// Whether the objective asks for the correction within limits, so that there must be one.
+    asks_bounded: bool,
+    features: Vec<Prepared>,
+    levels: usize,
+}
+
+/// What of a feature does not depend on where it stands.
+#[derive(Debug)]
+struct Prepared {
+    real: Machine,
+    /// Share of each point in the length of all paths; 0 where the tool does not cut.
+    shares: Vec<f64>,
+    /// Sum of the shares.
+    share: f64,
+    /// Whether each point counts: the tool cuts there.
+    is_counted: Vec<bool>,
+    /// Points that count.
+    counted: Vec<usize>,
+    /// Those of them that each level adds, in path order.
+    levels: Vec<Vec<usize>>,
+    /// Most force of each drive, N or N·mm.
+    force_limits: Vec<f64>,
+}
+
+/// What is known of a placement after some levels.
+#[derive(Debug, Clone)]
+pub(super) struct Partial {
+    demands: Vec<Vec<Demand>>,
+    tallies: Vec<Tally>,
+    level: usize,
+}
+
+/// All metrics of a placement.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Evaluation {
+    /// Of all features together.
+    pub metrics: Metrics,
+    /// Of each feature.
+    pub features: Vec<Metrics>,
+    /// Why there is no correction within limits, if one was sought and not found.
+    pub not_corrected: Option<String>,
+}
+
+/// Points of the first level, about.
+const FIRST_LEVEL: usize = 8;
+/// Factor between the points of a level and of all levels before it.
+const REFINEMENT: usize = 4;
+
+impl<'a> Evaluator<'a> {
+    /// For `metrics` of placements of `study`.
+    pub fn new(study: &'a PlacementStudy, metrics: &[Metric]) -> Self {
+        let lengths: Vec<Vec<f64>> = study.features.iter().map(lengths).collect();
+        let total: f64 = lengths.iter().flatten().sum();
+        let features: Vec<Prepared> =
+            study.features.iter().zip(&lengths).map(|(job, lengths)| prepare(study, job, lengths, total)).collect();
+        let limited = features.iter().flat_map(|feature| &feature.force_limits).any(|limit| limit.is_finite());
+        let asks_bounded = study.objective.metrics().iter().any(|metric| metric.is_bounded());
+        let check_forces = limited && !asks_bounded;
+        let mut needs = Needs::of(metrics);
+        needs.correction |= check_forces;
+        needs.bounded &= study.features.iter().any(|job| job.limits.is_limited());
+        let levels = features.iter().map(|feature| feature.levels.len()).max().unwrap_or(0);
+        Self { study, needs, check_forces, asks_bounded, features, levels }
+    }
+
+    /// Number of levels.
+    pub(super) fn levels(&self) -> usize {
+        self.levels
+    }
+
+    /// What is wanted of the machine when the workpiece stands at `site`.
+    ///
+    /// # Errors
+    /// The workpiece must not stand there.
+    fn place(&self, site: &Site) -> Result<Partial, Failure> {
+        self.check_boxes(site)?;
+        let demands = |job: &FeatureJob| {
+            let feature = &job.feature;
+            let placement = site.placement(feature.reference);
+            demands_under(&self.study.machine, &placement, job.target, &feature.path, &feature.loads)
+        };
+        let demands = self.study.features.iter().map(demands).collect();
+        Ok(Partial { demands, tallies: vec![Tally::default(); self.features.len()], level: 0 })
+    }
+
+    /// The rigid machine reaches every point for which `asked` (feature, point) is true.
+    ///
+    /// # Errors
+    /// The first point it does not reach, and why.
+    fn check_reach(&self, partial: &Partial, asked: impl Fn(usize, usize) -> bool) -> Result<(), Failure> {
+        let machine = &self.study.machine;
+        for (f, (demands, job)) in partial.demands.iter().zip(&self.study.features).enumerate() {
+            let mut near = machine.home.clone();
+            for (k, demand) in demands.iter().enumerate().filter(|(k, _)| asked(f, *k)) {
+                let reached = machine.inverse_kinematics_from(&near, &demand.pose);
+                near = reached
+                    .or_else(|_| machine.inverse_kinematics(&demand.pose))
+                    .map_err(|unreachable| located(job, k, Failure::from(unreachable)))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the workpiece may stand at `site` and the rigid machine reaches all of its points.
+    ///
+    /// # Errors
+    /// Why not.
+    pub(super) fn open(&self, site: &Site) -> Result<Partial, Failure> {
+        let partial = self.place(site)?;
+        self.check_reach(&partial, |_, _| true)?;
+        Ok(partial)
+    }
+
+    fn check_boxes(&self, site: &Site) -> Result<(), Failure> {
+        let reference = self.study.features.first().map(|job| job.feature.reference).unwrap_or_default();
+        let placement = site.placement(reference);
+        match self.study.forbidden.iter().find(|b| self.study.extent.overlaps(&placement, &b.extent)) {
+            None => Ok(()),
+            Some(forbidden) => {
+                let reason = format!("the workpiece would stand in the forbidden box \"{}\"", forbidden.name);
+                Err(Failure { status: "forbidden", reason })
+            }
+        }
+    }
+
+    /// Adds the points of the next level.
+    ///
+    /// # Errors
+    /// What cannot be solved at which point.
+    pub(super) fn advance(&self, partial: &mut Partial) -> Result<(), Failure> {
+        let level = partial.level;
+        partial.level += 1;
+        self.visit(partial, |prepared| prepared.levels.get(level).map_or(&[], Vec::as_slice))
+    }
+
+    /// Adds the points that `points` names, each solved from the one before.
+    fn visit(&self, partial: &mut Partial, points: impl Fn(&Prepared) -> &[usize]) -> Result<(), Failure> {
+        for (f, (prepared, job)) in self.features.iter().zip(&self.study.features).enumerate() {
+            let (nominal, limits) = (&self.study.machine, &prepared.force_limits);
+            let mut walk = Walk::new(nominal, &prepared.real, self.needs, limits, self.check_forces);
+            for &k in points(prepared) {
+                let seen = walk.visit(&partial.demands[f][k]).map_err(|failure| located(job, k, failure))?;
+                partial.tallies[f].add(&seen, prepared.shares[k], job.feature.tolerance_mm);
+            }
+        }
+        Ok(())
+    }
+
+    /// The best the metrics can still be: no worse than their values, and their values once all levels are done (but
+    /// for those of the correction within limits).
+    pub(super) fn outlook(&self, partial: &Partial) -> Metrics {
+        let all = partial.tallies.iter().fold(Tally::default(), |sum, tally| sum.merged(tally));
+        let mut metrics = all.metrics(&self.needs, 1.0);
+        if self.needs.bounded {
+            Corrected::perfect().enter(&mut metrics);
+        }
+        metrics
+    }
+
+    /// The rest of the levels, and the correction within limits where it is needed.
+    pub(super) fn complete(&self, mut partial: Partial) -> Result<Evaluation, Failure> {
+        while partial.level < self.levels {
+            self.advance(&mut partial)?;
+        }
+        self.conclude(&partial)
+    }
+
+    fn conclude(&self, partial: &Partial) -> Result<Evaluation, Failure> {
+        let metrics = self.outlook(partial);
+        let own = |(tally, prepared): (&Tally, &Prepared)| tally.metrics(&self.needs, prepared.share);
+        let features = partial.tallies.iter().zip(&self.features).map(own).collect();
+        let mut evaluation = Evaluation { metrics, features, not_corrected: None };
+        if self.needs.bounded {
+            self.correct_within_limits(partial, &mut evaluation);
+        }
+        match evaluation.not_corrected {
+            Some(reason) if self.asks_bounded => Err(Failure { status: "limits", reason }),
+            _ => Ok(evaluation),
+        }
+    }
+
+    /// The metrics at `site`, all points in path order.
+    ///
+    /// # Errors
+    /// Why the workpiece cannot be cut there.
+    pub fn evaluate(&self, site: &Site) -> Result<Evaluation, Failure> {
+        let mut partial = self.place(site)?;
+        // Where the tool cuts, the loaded machine shows what it reaches.
+        self.check_reach(&partial, |f, k| !self.features[f].is_counted[k])?;
+        self.visit(&mut partial, |prepared| &prepared.counted)?;
+        self.conclude(&partial)
+    }
+
+    /// As [`Evaluator::evaluate`], but looks first whether all points are in reach, so that the first one that is not is
+    /// named.
+    ///
+    /// # Errors
+    /// Why the workpiece cannot be cut there.
+    pub fn examine(&self, site: &Site) -> Result<Evaluation, Failure> {
+        let mut partial = self.open(site)?;
+        self.visit(&mut partial, |prepared| &prepared.counted)?;
+        self.conclude(&partial)
+    }
+
+    fn correct_within_limits(&self, partial: &Partial, evaluation: &mut Evaluation) {
+        let mut all = Corrected::default();
+        for (f, (prepared, job)) in self.features.iter().zip(&self.study.features).enumerate() {
+            let demands = &partial.demands[f];
+            match correct(&self.study.machine, &prepared.real, demands, job, &prepared.shares) {
+                Ok(corrected) => {
+                    corrected.normalised(prepared.share).enter(&mut evaluation.features[f]);
+                    all = all.merged(&corrected);
+                }
+                Err(reason) => {
+                    let reason = format!("feature {}: {reason}", job.feature.name);
+                    evaluation.not_corrected.get_or_insert(reason);
+                }
+            }
+        }
+        match evaluation.not_corrected {
+            None => all.enter(&mut evaluation.metrics),
+            Some(_) => Corrected::forget(&mut evaluation.metrics),
+        }
+    }
+
+    /// The real machine of feature `f`.
+    pub fn real(&self, f: usize) -> &Machine {
+        &self.features[f].real
+    }
+}
+
+fn located(job: &FeatureJob, point: usize, failure: Failure) -> Failure {
+    let [x, y, z]: [f64; 3] = job.feature.path.points()[point].position_mm.into();
+    let place = format!("feature {}, point {point} at ({x:.2}, {y:.2}, {z:.2}) mm of W", job.feature.name);
+    Failure { reason: format!("{place}: {}", failure.reason), ..failure }
+}
+
+/// Length of path that each point stands for, mm: half the way to its neighbours. 0 where the tool does not cut, unless
+/// it never does.
+fn lengths(job: &FeatureJob) -> Vec<f64> {
+    let points = job.feature.path.points();
+    let is_counted = is_counted(job);
+    let counts = |k: usize| is_counted[k];
+    let at = |k: usize| points[k].arc_length_mm;
+    let length = |k: usize| {
+        let before = if k > 0 && counts(k) { at(k) - at(k - 1) } else { 0.0 };
+        let after = if k + 1 < points.len() && counts(k + 1) { at(k + 1) - at(k) } else { 0.0 };
+        if counts(k) { 0.5 * (before + after) } else { 0.0 }
+    };
+    let lengths: Vec<f64> = (0..points.len()).map(length).collect();
+    if lengths.iter().sum::<f64>() > 0.0 {
+        return lengths;
+    }
+    (0..points.len()).map(|k| if counts(k) { 1.0 } else { 0.0 }).collect()
+}
+
+fn prepare(study: &PlacementStudy, job: &FeatureJob, lengths: &[f64], total: f64) -> Prepared {
+    let shares: Vec<f64> = lengths.iter().map(|length| length / total).collect();
+    let is_counted = is_counted(job);
+    let counted: Vec<usize> = (0..shares.len()).filter(|&k| is_counted[k]).collect();
+    let own_limit = job.limits.force_N.unwrap_or(f64::INFINITY);
+    let limit = |drive: &crate::machine::Drive| drive.force_limit.unwrap_or(f64::INFINITY).min(own_limit);
+    Prepared {
+        real: study.machine.with_errors(&job.errors),
+        share: shares.iter().sum(),
+        shares,
+        levels: levels(&counted),
+        is_counted,
+        counted,
+        force_limits: study.machine.drives().map(|(_, drive)| limit(drive)).collect(),
+    }
+}
+
+/// Points at which the tool cuts; all points of a path that never does.
+fn is_counted(job: &FeatureJob) -> Vec<bool> {
+    let points = job.feature.path.points();
+    let never_cuts = points.iter().all(|point| !point.cutting);
+    points.iter().map(|point| point.cutting || never_cuts).collect()
+}
+
+/// `points` divided into levels: every so-many-th first, then those between.
+fn levels(points: &[usize]) -> Vec<Vec<usize>> {
+    let mut stride = 1;
+    while points.len() / (stride * REFINEMENT) >= FIRST_LEVEL {
+        stride *= REFINEMENT;
+    }
+    let mut levels = Vec::new();
+    let mut coarser: Option<usize> = None;
+    loop {
+        let is_new = |k: &usize| k.is_multiple_of(stride) && !coarser.is_some_and(|coarser| k.is_multiple_of(coarser));
+        levels.push((0..points.len()).filter(is_new).map(|k| points[k]).collect());
+        if stride == 1 {
+            return levels;
+        }
+        coarser = Some(stride);
+        stride /= REFINEMENT;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_hold_every_point_once_and_grow() {
+        for count in [1, 5, 31, 32, 361, 1000] {
+            let points: Vec<usize> = (10..10 + count).collect();
+            let levels = levels(&points);
+            let mut all: Vec<usize> = levels.iter().flatten().copied().collect();
+            all.sort_unstable();
+            assert_eq!(all, points);
+            assert!(levels[0].len() <= 4 * FIRST_LEVEL);
+        }
+    }
+}

@@ -1,0 +1,221 @@
+//! What a placement is judged by.
+
+use crate::machine::{Machine, Motion};
+
+/// A number that a placement has. All but the margins and shares are better the smaller they are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Metric {
+    /// Largest distance of the point put right from its path at the nominal command, both sources.
+    WorstDeflection,
+    /// Root mean square of that distance over the length of the path.
+    RmsDeflection,
+    /// Largest |Δρ| of any drive that puts the path right exactly.
+    WorstCorrection,
+    /// Largest force of any drive when the path is put right exactly.
+    WorstDriveForce,
+    /// Smallest share of its force limit that a drive has left then. Larger is better.
+    ForceMargin,
+    /// Largest distance left by the correction within limits.
+    WorstResidual,
+    /// Root mean square of that distance over the length of the path.
+    RmsResidual,
+    /// Largest difference between the sum of both sources' displacements and the displacement by both at once.
+    Departure,
+    /// Smallest eigenvalue of the loaded stiffness, rotations at the machine's reach. Larger is better.
+    StabilityMargin,
+    /// Share of the path's length within tolerance at the nominal command. Larger is better.
+    ShareWithin,
+    /// Share of the path's length within tolerance after the correction within limits. Larger is better.
+    ShareWithinCorrected,
+}
+
+impl Metric {
+    /// All metrics, in table order.
+    pub const ALL: [Metric; 11] = [
+        Metric::WorstDeflection,
+        Metric::RmsDeflection,
+        Metric::WorstCorrection,
+        Metric::WorstDriveForce,
+        Metric::ForceMargin,
+        Metric::WorstResidual,
+        Metric::RmsResidual,
+        Metric::Departure,
+        Metric::StabilityMargin,
+        Metric::ShareWithin,
+        Metric::ShareWithinCorrected,
+    ];
+
+    /// Word used in study files.
+    pub fn label(self) -> &'static str {
+        match self {
+            Metric::WorstDeflection => "worst_deflection",
+            Metric::RmsDeflection => "rms_deflection",
+            Metric::WorstCorrection => "worst_correction",
+            Metric::WorstDriveForce => "worst_drive_force",
+            Metric::ForceMargin => "force_margin",
+            Metric::WorstResidual => "worst_residual",
+            Metric::RmsResidual => "rms_residual",
+            Metric::Departure => "departure",
+            Metric::StabilityMargin => "stability_margin",
+            Metric::ShareWithin => "share_within_tolerance",
+            Metric::ShareWithinCorrected => "share_within_tolerance_corrected",
+        }
+    }
+
+    /// The metric called `name` in a study file.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|metric| metric.label() == name)
+    }
+
+    /// What it is, in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Metric::WorstDeflection => "worst deflection",
+            Metric::RmsDeflection => "rms deflection",
+            Metric::WorstCorrection => "largest drive correction",
+            Metric::WorstDriveForce => "largest drive force",
+            Metric::ForceMargin => "margin to the force limits",
+            Metric::WorstResidual => "worst error left within limits",
+            Metric::RmsResidual => "rms error left within limits",
+            Metric::Departure => "departure of superposition",
+            Metric::StabilityMargin => "stability margin",
+            Metric::ShareWithin => "share of the path within tolerance",
+            Metric::ShareWithinCorrected => "share within tolerance after correction",
+        }
+    }
+
+    /// The same for the head of a narrow column.
+    pub fn short_words(self) -> &'static str {
+        match self {
+            Metric::WorstDeflection => "worst",
+            Metric::RmsDeflection => "rms",
+            Metric::WorstCorrection => "correction",
+            Metric::WorstDriveForce => "drive force",
+            Metric::ForceMargin => "force margin",
+            Metric::WorstResidual => "worst left",
+            Metric::RmsResidual => "rms left",
+            Metric::Departure => "departure",
+            Metric::StabilityMargin => "stability",
+            Metric::ShareWithin => "within",
+            Metric::ShareWithinCorrected => "within, corrected",
+        }
+    }
+
+    /// Its unit on `machine`; empty for shares.
+    pub fn unit(self, machine: &Machine) -> &'static str {
+        let drives = |prismatic, revolute, mixed| {
+            let all = |motion| machine.drives().all(|(_, drive)| drive.motion == motion);
+            match (all(Motion::Prismatic), all(Motion::Revolute)) {
+                (true, _) => prismatic,
+                (_, true) => revolute,
+                _ => mixed,
+            }
+        };
+        match self {
+            Metric::WorstDeflection
+            | Metric::RmsDeflection
+            | Metric::WorstResidual
+            | Metric::RmsResidual
+            | Metric::Departure => "mm",
+            Metric::WorstCorrection => drives("mm", "deg", "mm_or_deg"),
+            Metric::WorstDriveForce => drives("N", "Nmm", "N_or_Nmm"),
+            Metric::StabilityMargin => "N_per_mm",
+            Metric::ForceMargin | Metric::ShareWithin | Metric::ShareWithinCorrected => "",
+        }
+    }
+
+    /// Name of its table column: label and unit.
+    pub fn column(self, machine: &Machine) -> String {
+        match self.unit(machine) {
+            "" => self.label().into(),
+            unit => format!("{}_{unit}", self.label()),
+        }
+    }
+
+    /// Its value with unit, for sentences.
+    pub fn shown(self, machine: &Machine, value: f64) -> String {
+        match self.unit(machine) {
+            "" => format!("{:.1} %", 100.0 * value),
+            "mm" => format!("{value:.3} mm"),
+            "N_per_mm" => format!("{value:.0} N/mm"),
+            unit => format!("{value:.0} {}", unit.replace('_', " ")),
+        }
+    }
+
+    /// Whether a larger value is better.
+    pub fn larger_is_better(self) -> bool {
+        matches!(
+            self,
+            Metric::ForceMargin | Metric::StabilityMargin | Metric::ShareWithin | Metric::ShareWithinCorrected
+        )
+    }
+
+    /// The value as something to be made small.
+    pub fn cost(self, value: f64) -> f64 {
+        if self.larger_is_better() { -value } else { value }
+    }
+
+    /// Whether it comes from the correction within limits.
+    pub fn is_bounded(self) -> bool {
+        matches!(self, Metric::WorstResidual | Metric::RmsResidual | Metric::ShareWithinCorrected)
+    }
+}
+
+/// The metrics of a placement; `None` for those that were not computed or do not exist.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Metrics([Option<f64>; Metric::ALL.len()]);
+
+impl Metrics {
+    /// The value of `metric`, in its [`Metric::unit`].
+    pub fn get(&self, metric: Metric) -> Option<f64> {
+        self.0[metric as usize]
+    }
+
+    pub(super) fn set(&mut self, metric: Metric, value: f64) {
+        self.0[metric as usize] = Some(value);
+    }
+
+    pub(super) fn clear(&mut self, metric: Metric) {
+        self.0[metric as usize] = None;
+    }
+}
+
+/// What is made small: a weighted sum of metrics, and the metrics whose best compromises are wanted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Objective {
+    /// Weights, all above 0; margins and shares enter with the opposite sign.
+    pub weights: Vec<(Metric, f64)>,
+    /// The metrics of the Pareto front; none, two or three.
+    pub pareto: Vec<Metric>,
+}
+
+impl Objective {
+    /// `Σ weight · metric`; infinite where a metric has no value.
+    pub fn value(&self, metrics: &Metrics) -> f64 {
+        let term = |(metric, weight): &(Metric, f64)| {
+            metrics.get(*metric).map_or(f64::INFINITY, |value| weight * metric.cost(value))
+        };
+        self.weights.iter().map(term).sum()
+    }
+
+    /// The metrics it needs.
+    pub fn metrics(&self) -> Vec<Metric> {
+        let mut needed: Vec<Metric> = self.weights.iter().map(|(metric, _)| *metric).collect();
+        needed.extend(&self.pareto);
+        needed
+    }
+
+    /// What the objective is, in words.
+    pub fn words(&self, machine: &Machine) -> String {
+        match self.weights.as_slice() {
+            [(metric, _)] => metric.words().into(),
+            terms => {
+                let term = |(metric, weight): &(Metric, f64)| match metric.unit(machine) {
+                    "" => format!("{weight} × {}", metric.words()),
+                    unit => format!("{weight}/{} × {}", unit.replace('_', " "), metric.words()),
+                };
+                terms.iter().map(term).collect::<Vec<_>>().join(" + ")
+            }
+        }
+    }
+}

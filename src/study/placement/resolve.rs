@@ -1,0 +1,323 @@
+//! From a placement study as written to a checked one.
+
+use std::path::Path;
+
+use nalgebra::Vector3;
+
+use super::{
+    Candidate, FeatureJob, PlacementStudy, Search,
+    metric::{Metric, Objective},
+    site::{Bounds, COORDINATES, Site, SiteGrid, UNITS},
+};
+use crate::{
+    check::Check,
+    error::{Error, Result},
+    machine::{Coordinate, Machine},
+    process::{Extent, Feature, ForbiddenBox, PathReference},
+    study::{
+        Overrides, Process,
+        path_resolve::{named_point, toolpath},
+        placement_spec::{
+            BoundsSpec, CandidateSpec, FeatureSpec, FixedSpec, ForbiddenSpec, ObjectiveSpec, PlacementStudySpec,
+            SearchSpec,
+        },
+    },
+};
+
+/// Most places of a sweep.
+const MAX_PLACES: usize = 100_000;
+/// Most refinements, and iterations of each.
+const MAX_STARTS: usize = 100;
+const MAX_ITERATIONS: usize = 10_000;
+
+/// Checks `spec`; also returns the processes as text, for the fingerprint.
+pub(in crate::study) fn placement(
+    spec: &PlacementStudySpec,
+    machine: Machine,
+    folder: &Path,
+    overrides: &Overrides,
+    check: &Check,
+) -> Result<(PlacementStudy, String)> {
+    let (features, text) = features(&spec.feature, &machine, folder, overrides, check)?;
+    let reference = features[0].feature.reference;
+    refuse_tilt(spec, &machine, check)?;
+    let bounds = bounds(&spec.bounds, &spec.fixed, check)?;
+    let extent = match &spec.workpiece {
+        Some(spec) => extent(spec.min_mm, spec.max_mm, &check.key("workpiece"))?,
+        None => around(&features),
+    };
+    let study = PlacementStudy {
+        forbidden: forbidden(&spec.forbidden, check)?,
+        grid: grid(&spec.search, &bounds, overrides, &check.key("search"))?,
+        search: search(&spec.search, &check.key("search"))?,
+        objective: objective(&spec.objective, &machine, &features, &check.key("objective"))?,
+        candidates: candidates(&spec.candidate, &machine, reference, check)?,
+        bounds,
+        extent,
+        features,
+        machine,
+    };
+    Ok((study, text))
+}
+
+fn features(
+    specs: &[FeatureSpec],
+    machine: &Machine,
+    folder: &Path,
+    overrides: &Overrides,
+    check: &Check,
+) -> Result<(Vec<FeatureJob>, String)> {
+    if specs.is_empty() {
+        return check.key("feature").fail("expected at least one feature".into());
+    }
+    let (mut jobs, mut text): (Vec<FeatureJob>, String) = (Vec::new(), String::new());
+    for (i, spec) in specs.iter().enumerate() {
+        let check = check.key("feature").item(i);
+        check.key("name").readable(&spec.name)?;
+        check.key("name").unique(&spec.name, specs[..i].iter().map(|s| s.name.as_str()))?;
+        let (job, process) = feature(spec, machine, folder, overrides, &check)?;
+        if jobs.first().is_some_and(|first| first.feature.reference != job.feature.reference) {
+            return check.key("process").fail("placement.reference differs from that of the first feature".into());
+        }
+        jobs.push(job);
+        text += &format!("{process}\n");
+    }
+    Ok((jobs, text))
+}
+
+fn feature(
+    spec: &FeatureSpec,
+    machine: &Machine,
+    folder: &Path,
+    overrides: &Overrides,
+    check: &Check,
+) -> Result<(FeatureJob, String)> {
+    let process = Process::open(&folder.join(&spec.process), machine)?;
+    if process.placement.origin_mm != Vector3::zeros() || process.placement.yaw_rad != 0.0 {
+        let problem = format!("{} places the workpiece, which is what this study is to find", spec.process);
+        return check.key("process").fail(problem);
+    }
+    let path = toolpath(spec.circle.as_ref(), spec.file.as_deref(), machine, &process, folder, overrides, check)?;
+    if path.is_empty() {
+        return check.key("file").fail("moves nowhere: a program with at least one motion is expected".into());
+    }
+    let origin = spec.file.as_deref().unwrap_or(&spec.name);
+    let fault = |source| Error::Load { file: origin.to_string(), source };
+    let loads = process.cutting.loads(&path).map_err(fault)?;
+    let text = format!("{}\n{:?}", process.fingerprint, path.positions_mm());
+    let feature = Feature {
+        name: spec.name.clone(),
+        path,
+        loads,
+        reference: process.placement.reference,
+        tolerance_mm: check.key("tolerance_mm").positive(spec.tolerance_mm)?,
+    };
+    let job = FeatureJob { feature, errors: process.errors, limits: process.limits, target: process.target };
+    Ok((job, text))
+}
+
+fn around(features: &[FeatureJob]) -> Extent {
+    let points = features.iter().flat_map(|job| job.feature.path.points()).map(|point| point.position_mm);
+    Extent::of(points).unwrap_or(Extent { min: Vector3::zeros(), max: Vector3::zeros() })
+}
+
+fn extent(min: [f64; 3], max: [f64; 3], check: &Check) -> Result<Extent> {
+    let extent = Extent { min: check.key("min_mm").finite(min)?, max: check.key("max_mm").finite(max)? };
+    check.ordered_box(extent.min, extent.max)?;
+    Ok(extent)
+}
+
+fn forbidden(specs: &[ForbiddenSpec], check: &Check) -> Result<Vec<ForbiddenBox>> {
+    let mut boxes = Vec::new();
+    for (i, spec) in specs.iter().enumerate() {
+        let check = check.key("forbidden").item(i);
+        check.key("name").readable(&spec.name)?;
+        check.key("name").unique(&spec.name, specs[..i].iter().map(|s| s.name.as_str()))?;
+        boxes.push(ForbiddenBox { name: spec.name.clone(), extent: extent(spec.min_mm, spec.max_mm, &check)? });
+    }
+    Ok(boxes)
+}
+
+/// Roll and pitch: the tool would have to follow, which needs a machine that turns it.
+fn refuse_tilt(spec: &PlacementStudySpec, machine: &Machine, check: &Check) -> Result<()> {
+    let given = [
+        ("bounds", "roll_deg", 0, spec.bounds.roll_deg.is_some_and(|range| range != [0.0; 2])),
+        ("bounds", "pitch_deg", 1, spec.bounds.pitch_deg.is_some_and(|range| range != [0.0; 2])),
+        ("fixed", "roll_deg", 0, spec.fixed.roll_deg.is_some_and(|angle| angle != 0.0)),
+        ("fixed", "pitch_deg", 1, spec.fixed.pitch_deg.is_some_and(|angle| angle != 0.0)),
+    ];
+    let Some((table, key, axis, _)) = given.into_iter().find(|(.., given)| *given) else { return Ok(()) };
+    let check = check.key(table).key(key);
+    if machine.controls.contains(&Coordinate::Rotation(axis)) {
+        return check.fail("tilted workpieces are not supported: toolpaths have their tool along z of W".into());
+    }
+    let axis = ["x", "y"][axis];
+    check.fail(format!(
+        "machine {} does not control rotation about {axis}, so its tool cannot follow a tilted workpiece; only x, y, z \
+         and yaw can be sought",
+        machine.name
+    ))
+}
+
+fn bounds(bounds: &BoundsSpec, fixed: &FixedSpec, check: &Check) -> Result<Bounds> {
+    let keys = ["x_mm", "y_mm", "z_mm", "yaw_deg"];
+    let ranges = [bounds.x_mm, bounds.y_mm, bounds.z_mm, bounds.yaw_deg];
+    let values = [fixed.x_mm, fixed.y_mm, fixed.z_mm, fixed.yaw_deg.or(bounds.yaw_deg.is_none().then_some(0.0))];
+    let (mut low, mut high) = ([0.0; 4], [0.0; 4]);
+    for i in 0..4 {
+        let unit = if UNITS[i] == "deg" { 1f64.to_radians() } else { 1.0 };
+        (low[i], high[i]) = match (ranges[i], values[i]) {
+            (Some(_), None) => check.key("bounds").key(keys[i]).interval(ranges[i], unit)?.unwrap_or((0.0, 0.0)),
+            (None, Some(value)) => {
+                let value = check.key("fixed").key(keys[i]).finite_scalar(value)? * unit;
+                (value, value)
+            }
+            _ => return check.fail(format!("give exactly one of bounds.{} and fixed.{}", keys[i], keys[i])),
+        };
+    }
+    if high[3] - low[3] > std::f64::consts::TAU * (1.0 + 1e-12) {
+        let [low, high] = bounds.yaw_deg.unwrap_or_default();
+        return check.key("bounds").key("yaw_deg").fail(format!("must not exceed a full turn, got {low} to {high}"));
+    }
+    Ok(Bounds { low, high })
+}
+
+fn grid(spec: &SearchSpec, bounds: &Bounds, overrides: &Overrides, check: &Check) -> Result<SiteGrid> {
+    let mut counts = [spec.grid.x, spec.grid.y, spec.grid.z, spec.grid.yaw];
+    let is_free = |i: usize| bounds.high[i] > bounds.low[i];
+    for i in 0..4 {
+        let count = counts[i];
+        let check = check.key("grid").key(COORDINATES[i]);
+        if count == 0 {
+            return check.fail("must be at least 1, got 0".into());
+        }
+        if count > 1 && !is_free(i) {
+            return check.fail(format!("{} is fixed: expected 1, got {count}", COORDINATES[i]));
+        }
+    }
+    if let Some(given) = overrides.grid {
+        for i in (0..3).filter(|&i| is_free(i)) {
+            counts[i] = given[i];
+        }
+    }
+    let total = counts.iter().try_fold(1usize, |product, &n| product.checked_mul(n));
+    if total.is_none_or(|total| total == 0 || total > MAX_PLACES) {
+        let problem = format!("must be 1 to {MAX_PLACES} places in all, got {counts:?} along x, y, z, yaw");
+        return check.key("grid").fail(problem);
+    }
+    Ok(SiteGrid::new(bounds, counts))
+}
+
+fn search(spec: &SearchSpec, check: &Check) -> Result<Search> {
+    let count = |key: &str, given: Option<usize>, default: usize, most: usize| match given.unwrap_or(default) {
+        n if (1..=most).contains(&n) => Ok(n),
+        n => check.key(key).fail(format!("must be from 1 to {most}, got {n}")),
+    };
+    let tolerance = check.key("tolerance").positive(spec.tolerance.unwrap_or(1e-4))?;
+    if tolerance >= 1.0 {
+        return check
+            .key("tolerance")
+            .fail(format!("is a share of the objective and must be below 1, got {tolerance}"));
+    }
+    Ok(Search {
+        starts: count("starts", spec.starts, 3, MAX_STARTS)?,
+        max_iterations: count("max_iterations", spec.max_iterations, 100, MAX_ITERATIONS)?,
+        tolerance,
+        coarse_to_fine: spec.coarse_to_fine.unwrap_or(true),
+    })
+}
+
+fn objective(spec: &ObjectiveSpec, machine: &Machine, features: &[FeatureJob], check: &Check) -> Result<Objective> {
+    let check_weights = check.key("weights");
+    if spec.weights.is_empty() {
+        return check_weights.fail("expected at least one metric with its weight".into());
+    }
+    let mut weights = Vec::new();
+    for (name, &weight) in &spec.weights {
+        let check = check_weights.key(name);
+        weights.push((metric(name, machine, features, &check)?, check.positive(weight)?));
+    }
+    if !matches!(spec.pareto.len(), 0 | 2 | 3) {
+        return check.key("pareto").fail(format!("must name two or three metrics, or none, got {}", spec.pareto.len()));
+    }
+    let mut pareto: Vec<Metric> = Vec::new();
+    for (i, name) in spec.pareto.iter().enumerate() {
+        let check = check.key("pareto").item(i);
+        check.unique(name, spec.pareto[..i].iter().map(String::as_str))?;
+        pareto.push(metric(name, machine, features, &check)?);
+    }
+    Ok(Objective { weights, pareto })
+}
+
+fn metric(name: &str, machine: &Machine, features: &[FeatureJob], check: &Check) -> Result<Metric> {
+    let Some(metric) = Metric::named(name) else {
+        let known = Metric::ALL.map(Metric::label).join(", ");
+        return check.fail(format!("no metric is called \"{name}\"; there are: {known}"));
+    };
+    if metric.is_bounded() && !features.iter().any(|job| job.limits.is_limited()) {
+        return check.fail("needs [limits] of corrections or forces in a process file".into());
+    }
+    let has_force_limit = features.iter().any(|job| job.limits.force_N.is_some())
+        || machine.drives().any(|(_, drive)| drive.force_limit.is_some());
+    if metric == Metric::ForceMargin && !has_force_limit {
+        return check.fail("neither the machine nor a process file has force limits".into());
+    }
+    Ok(metric)
+}
+
+fn candidates(
+    specs: &[CandidateSpec],
+    machine: &Machine,
+    reference: PathReference,
+    check: &Check,
+) -> Result<Vec<Candidate>> {
+    let mut candidates: Vec<Candidate> = Vec::new();
+    for (i, spec) in specs.iter().enumerate() {
+        let check = check.key("candidate").item(i);
+        let name = spec.name.clone().or_else(|| spec.point.clone());
+        let Some(name) = name else { return check.key("name").fail("a place that is no point needs a name".into()) };
+        check.key("name").readable(&name)?;
+        check.key("name").unique(&name, candidates.iter().map(|c| c.name.as_str()))?;
+        let position = match (&spec.point, spec.origin_mm) {
+            (Some(point), None) => at_point(machine, reference, named_point(machine, point, &check.key("point"))?),
+            (None, Some(origin)) => check.key("origin_mm").finite(origin)?,
+            _ => return check.key("point").fail("give exactly one of point and origin_mm".into()),
+        };
+        let yaw = check.key("yaw_deg").finite_scalar(spec.yaw_deg)?.to_radians();
+        candidates.push(Candidate { name, site: Site::new(position, yaw) });
+    }
+    Ok(candidates)
+}
+
+/// Where the point that paths refer to is when P stands at `position`, mm.
+pub(in crate::study) fn at_point(machine: &Machine, reference: PathReference, position: Vector3<f64>) -> Vector3<f64> {
+    match reference {
+        PathReference::PlatformPoint => position,
+        PathReference::ToolTip => position + machine.home.pose.rotation * machine.tool_tip,
+    }
+}
+
+/// A place given on a command line for a path of `machine`: a named point, or the coordinates of the origin of W.
+///
+/// # Errors
+/// Neither.
+pub fn place(text: &str, machine: &Machine, reference: PathReference) -> Result<Candidate> {
+    let numbers: std::result::Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse::<f64>()).collect();
+    let fault = |problem: String| Err(Error::Argument { argument: "--at".into(), problem });
+    let site = match numbers.as_deref() {
+        Ok([x, y, z, yaw @ ..])
+            if yaw.len() <= 1 && numbers.iter().flatten().all(|v| v.abs() <= crate::check::LARGEST) =>
+        {
+            Site::new(Vector3::new(*x, *y, *z), yaw.first().copied().unwrap_or(0.0).to_radians())
+        }
+        Ok(_) => return fault(format!("\"{text}\": expected x,y,z in mm, or x,y,z,yaw with yaw in degrees")),
+        Err(_) => match machine.point(text) {
+            Some(point) => Site::new(at_point(machine, reference, point.position), 0.0),
+            None => {
+                let known = machine.points.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
+                return fault(format!("machine {} has no point \"{text}\"; there are: {known}", machine.name));
+            }
+        },
+    };
+    Ok(Candidate { name: text.into(), site })
+}

@@ -1,0 +1,127 @@
+//! Where a workpiece may stand: the coordinates a search moves, and their bounds.
+
+use nalgebra::Vector3;
+use serde::Serialize;
+
+use crate::process::{PathReference, Placement};
+
+/// Names of the coordinates of a [`Site`], in the order of its numbers.
+pub const COORDINATES: [&str; 4] = ["x", "y", "z", "yaw"];
+/// Units in which they are shown.
+pub const UNITS: [&str; 4] = ["mm", "mm", "mm", "deg"];
+
+/// A place for the workpiece: origin of W in O, mm, and its angle about z, rad.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Site(
+    /// x, y, z in mm, yaw in rad.
+    pub [f64; 4],
+);
+
+impl Site {
+    /// From the origin of W (mm) and its angle about z (rad).
+    pub fn new(position_mm: Vector3<f64>, yaw_rad: f64) -> Self {
+        Self([position_mm.x, position_mm.y, position_mm.z, yaw_rad])
+    }
+
+    /// Origin of W in O, mm.
+    pub fn position_mm(&self) -> Vector3<f64> {
+        Vector3::new(self.0[0], self.0[1], self.0[2])
+    }
+
+    /// The coordinates as shown: mm and degrees.
+    pub fn shown(&self) -> [f64; 4] {
+        // The way through radians must not show.
+        let yaw_deg = (self.0[3].to_degrees() * 1e9).round() / 1e9;
+        [self.0[0], self.0[1], self.0[2], yaw_deg]
+    }
+
+    /// The placement of a path whose positions are those of `reference`.
+    pub fn placement(&self, reference: PathReference) -> Placement {
+        Placement { origin_mm: self.position_mm(), yaw_rad: self.0[3], reference }
+    }
+}
+
+/// Smallest and largest value of each coordinate; a coordinate whose ends agree is fixed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds {
+    /// Smallest, mm and rad.
+    pub low: [f64; 4],
+    /// Largest, mm and rad.
+    pub high: [f64; 4],
+}
+
+impl Bounds {
+    /// Indices of the coordinates that are not fixed.
+    pub fn free(&self) -> Vec<usize> {
+        (0..4).filter(|&i| self.high[i] > self.low[i]).collect()
+    }
+
+    /// Length of a coordinate's range, mm or rad.
+    pub fn range(&self, coordinate: usize) -> f64 {
+        self.high[coordinate] - self.low[coordinate]
+    }
+
+    /// Values of a coordinate at `count` equal steps, both ends included; a single one lies in the middle.
+    pub fn values(&self, coordinate: usize, count: usize) -> Vec<f64> {
+        let (low, high) = (self.low[coordinate], self.high[coordinate]);
+        match count {
+            1 => vec![0.5 * (low + high)],
+            n => {
+                (0..n).map(|k| if k + 1 == n { high } else { low + (high - low) * k as f64 / (n - 1) as f64 }).collect()
+            }
+        }
+    }
+}
+
+/// The places of a sweep.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SiteGrid {
+    /// Values of x, y, z (mm) and yaw (rad), ascending.
+    pub axes: [Vec<f64>; 4],
+}
+
+impl SiteGrid {
+    /// `counts` values of each coordinate within `bounds`.
+    pub fn new(bounds: &Bounds, counts: [usize; 4]) -> Self {
+        Self { axes: std::array::from_fn(|i| bounds.values(i, counts[i])) }
+    }
+
+    /// Values of each coordinate.
+    pub fn counts(&self) -> [usize; 4] {
+        std::array::from_fn(|i| self.axes[i].len())
+    }
+
+    /// Number of places.
+    pub fn len(&self) -> usize {
+        self.counts().iter().product()
+    }
+
+    /// Whether there is no place.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Place `index`; x runs fastest, then y, z, yaw.
+    pub fn site(&self, index: usize) -> Site {
+        let mut rest = index;
+        Site(std::array::from_fn(|i| {
+            let n = self.axes[i].len();
+            let value = self.axes[i][rest % n];
+            rest /= n;
+            value
+        }))
+    }
+
+    /// Index of the place with these positions on the axes; the inverse of [`SiteGrid::site`].
+    pub fn index(&self, positions: [usize; 4]) -> usize {
+        (0..4).rev().fold(0, |index, i| index * self.axes[i].len() + positions[i])
+    }
+
+    /// Step of a coordinate between neighbouring places; its whole range if there is only one. mm or rad.
+    pub fn step(&self, coordinate: usize, bounds: &Bounds) -> f64 {
+        match self.axes[coordinate].as_slice() {
+            [first, second, ..] => second - first,
+            _ => bounds.range(coordinate),
+        }
+    }
+}

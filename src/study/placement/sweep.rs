@@ -1,0 +1,163 @@
+//! Every place of a grid, evaluated coarse to fine.
+//!
+//! All places go through the levels of the paths together. After each level the most promising ones are evaluated to the
+//! end; a place is given up as soon as the best it can still be ([`Evaluator::outlook`]) is worse than what as many
+//! places as are refined later have been found to be, and worse in one and no better in any metric of the Pareto front
+//! than a place that is known. What is given up can therefore neither win, nor be refined, nor lie on the front. Which
+//! places those are does not depend on the number of threads.
+
+use rayon::prelude::*;
+
+use super::{
+    Event, PlacementStudy, Watch,
+    evaluate::{Evaluator, Partial},
+    metric::Metrics,
+    pareto::dominates,
+    site::Site,
+};
+use crate::study::workspace_map::Failure;
+
+/// What became of a place.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Verdict {
+    /// Evaluated on all points.
+    Complete(Metrics),
+    /// Given up after some levels; the metrics are no better than these.
+    GivenUp(Metrics),
+    /// The workpiece cannot be cut there.
+    Infeasible(Failure),
+}
+
+/// A place of the sweep.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cell {
+    /// Where.
+    pub site: Site,
+    /// What became of it.
+    pub verdict: Verdict,
+}
+
+impl Cell {
+    /// Its metrics, exact or as far as they are known.
+    pub fn metrics(&self) -> Option<&Metrics> {
+        match &self.verdict {
+            Verdict::Complete(metrics) | Verdict::GivenUp(metrics) => Some(metrics),
+            Verdict::Infeasible(_) => None,
+        }
+    }
+
+    /// Its metrics, if it was evaluated on all points.
+    pub fn complete(&self) -> Option<&Metrics> {
+        match &self.verdict {
+            Verdict::Complete(metrics) => Some(metrics),
+            _ => None,
+        }
+    }
+}
+
+enum State {
+    Open(Partial),
+    Closed(Verdict),
+}
+
+/// The cells of the study's grid, in its order.
+pub(super) fn sweep(evaluator: &Evaluator<'_>, study: &PlacementStudy, watch: &Watch) -> Vec<Cell> {
+    let sites: Vec<Site> = (0..study.grid.len()).map(|index| study.grid.site(index)).collect();
+    let open = |site: &Site| match evaluator.open(site) {
+        Ok(partial) => State::Open(partial),
+        Err(failure) => closed(Verdict::Infeasible(failure), watch),
+    };
+    let mut states: Vec<State> = sites.par_iter().map(open).collect();
+    for _ in 0..evaluator.levels() {
+        states.par_iter_mut().for_each(|state| advance(evaluator, state, watch));
+        if study.search.coarse_to_fine {
+            complete_best(evaluator, study, &mut states, watch);
+            give_up(evaluator, study, &mut states, watch);
+        }
+    }
+    states.par_iter_mut().for_each(|state| complete(evaluator, state, watch));
+    let verdict = |(site, state)| match state {
+        State::Closed(verdict) => Cell { site, verdict },
+        // No state is open once all are complete.
+        State::Open(partial) => Cell { site, verdict: Verdict::GivenUp(evaluator.outlook(&partial)) },
+    };
+    sites.into_iter().zip(states).map(verdict).collect()
+}
+
+fn closed(verdict: Verdict, watch: &Watch) -> State {
+    watch(&Event::Place);
+    State::Closed(verdict)
+}
+
+fn advance(evaluator: &Evaluator<'_>, state: &mut State, watch: &Watch) {
+    if let State::Open(partial) = state
+        && let Err(failure) = evaluator.advance(partial)
+    {
+        *state = closed(Verdict::Infeasible(failure), watch);
+    }
+}
+
+fn complete(evaluator: &Evaluator<'_>, state: &mut State, watch: &Watch) {
+    if let State::Open(partial) = state {
+        let verdict = match evaluator.complete(partial.clone()) {
+            Ok(evaluation) => Verdict::Complete(evaluation.metrics),
+            Err(failure) => Verdict::Infeasible(failure),
+        };
+        *state = closed(verdict, watch);
+    }
+}
+
+/// Completes the open states that look best, as many as are refined later.
+fn complete_best(evaluator: &Evaluator<'_>, study: &PlacementStudy, states: &mut [State], watch: &Watch) {
+    let mut looks: Vec<(f64, usize)> = states
+        .iter()
+        .enumerate()
+        .filter_map(|(index, state)| match state {
+            State::Open(partial) => Some((study.objective.value(&evaluator.outlook(partial)), index)),
+            State::Closed(_) => None,
+        })
+        .collect();
+    looks.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let mut chosen = vec![false; states.len()];
+    looks.iter().take(study.search.starts).for_each(|(_, index)| chosen[*index] = true);
+    let best = states.par_iter_mut().zip(chosen).filter(|(_, chosen)| *chosen);
+    best.for_each(|(state, _)| complete(evaluator, state, watch));
+}
+
+/// Closes the open states that cannot be wanted any more.
+fn give_up(evaluator: &Evaluator<'_>, study: &PlacementStudy, states: &mut [State], watch: &Watch) {
+    let known: Vec<Metrics> = states
+        .iter()
+        .filter_map(|state| match state {
+            State::Closed(Verdict::Complete(metrics)) => Some(*metrics),
+            _ => None,
+        })
+        .collect();
+    let mut values: Vec<f64> = known.iter().map(|metrics| study.objective.value(metrics)).collect();
+    values.sort_by(f64::total_cmp);
+    let Some(&threshold) = values.get(study.search.starts - 1) else { return };
+    let pareto = &study.objective.pareto;
+    for state in states {
+        let State::Open(partial) = state else { continue };
+        let outlook = evaluator.outlook(partial);
+        let is_off_front = pareto.is_empty() || known.iter().any(|metrics| dominates(metrics, &outlook, pareto));
+        if study.objective.value(&outlook) > threshold && is_off_front {
+            *state = closed(Verdict::GivenUp(outlook), watch);
+        }
+    }
+}
+
+/// Indices of the cells that can be cut, best first: those evaluated on all points by their value, then those given up
+/// by the best they could be; equal ones in grid order.
+pub(super) fn ranking(study: &PlacementStudy, cells: &[Cell]) -> Vec<usize> {
+    let mut ranked: Vec<(bool, f64, usize)> = cells
+        .iter()
+        .enumerate()
+        .filter_map(|(index, cell)| {
+            let value = study.objective.value(cell.metrics()?);
+            Some((cell.complete().is_none(), value, index))
+        })
+        .collect();
+    ranked.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
+    ranked.into_iter().map(|(_, _, index)| index).collect()
+}

@@ -1,0 +1,125 @@
+//! What is known of a path after some of its points.
+//!
+//! Every number can only get worse as points are added: largest values grow, least values fall, and sums over the path
+//! are taken with each point's share of the whole path, not of the points seen. What is known of a part of the path is
+//! therefore a bound on the whole; see [`super::sweep`].
+
+use super::metric::{Metric, Metrics};
+
+/// What one point of a path shows.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Seen {
+    /// Distance from the path at the nominal command, mm.
+    pub deflection: f64,
+    /// Largest |Δρ|, mm or degrees.
+    pub correction: f64,
+    /// Largest |τ|, N or N·mm.
+    pub force: f64,
+    /// Smallest share of a force limit left.
+    pub margin: Option<f64>,
+    /// Departure of superposition, mm.
+    pub departure: f64,
+    /// Smallest eigenvalue of the loaded stiffness, N/mm.
+    pub stability: Option<f64>,
+}
+
+/// Which numbers are computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Needs {
+    /// The exact correction.
+    pub correction: bool,
+    /// The sources one by one.
+    pub departure: bool,
+    /// Eigenvalues of the stiffness.
+    pub stability: bool,
+    /// The correction within limits.
+    pub bounded: bool,
+}
+
+impl Needs {
+    /// What `metrics` need.
+    pub fn of(metrics: &[Metric]) -> Self {
+        let any = |wanted: &[Metric]| metrics.iter().any(|metric| wanted.contains(metric));
+        Self {
+            correction: any(&[Metric::WorstCorrection, Metric::WorstDriveForce, Metric::ForceMargin]),
+            departure: any(&[Metric::Departure]),
+            stability: any(&[Metric::StabilityMargin]),
+            bounded: metrics.iter().any(|metric| metric.is_bounded()),
+        }
+    }
+}
+
+/// Sums and extremes over the points seen.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Tally {
+    worst_deflection: f64,
+    /// Σ share · deflection².
+    squares: f64,
+    /// Share of the path out of tolerance.
+    outside: f64,
+    correction: f64,
+    force: f64,
+    margin: Option<f64>,
+    departure: f64,
+    stability: Option<f64>,
+}
+
+fn least(a: Option<f64>, b: Option<f64>) -> Option<f64> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(a.min(b)),
+        (a, b) => a.or(b),
+    }
+}
+
+impl Tally {
+    /// Adds a point that makes up `share` of the length of all paths.
+    pub fn add(&mut self, seen: &Seen, share: f64, tolerance_mm: f64) {
+        self.worst_deflection = self.worst_deflection.max(seen.deflection);
+        self.squares += share * seen.deflection * seen.deflection;
+        if seen.deflection > tolerance_mm {
+            self.outside += share;
+        }
+        self.correction = self.correction.max(seen.correction);
+        self.force = self.force.max(seen.force);
+        self.margin = least(self.margin, seen.margin);
+        self.departure = self.departure.max(seen.departure);
+        self.stability = least(self.stability, seen.stability);
+    }
+
+    /// Both together.
+    pub fn merged(&self, other: &Self) -> Self {
+        Self {
+            worst_deflection: self.worst_deflection.max(other.worst_deflection),
+            squares: self.squares + other.squares,
+            outside: self.outside + other.outside,
+            correction: self.correction.max(other.correction),
+            force: self.force.max(other.force),
+            margin: least(self.margin, other.margin),
+            departure: self.departure.max(other.departure),
+            stability: least(self.stability, other.stability),
+        }
+    }
+
+    /// The metrics of a path whose points make up `share` of the length of all paths: values once all points are seen,
+    /// and before that the best they can still be.
+    pub fn metrics(&self, needs: &Needs, share: f64) -> Metrics {
+        let mut metrics = Metrics::default();
+        metrics.set(Metric::WorstDeflection, self.worst_deflection);
+        metrics.set(Metric::RmsDeflection, (self.squares / share).sqrt());
+        metrics.set(Metric::ShareWithin, (1.0 - self.outside / share).clamp(0.0, 1.0));
+        if needs.correction {
+            metrics.set(Metric::WorstCorrection, self.correction);
+            metrics.set(Metric::WorstDriveForce, self.force);
+            if let Some(margin) = self.margin {
+                metrics.set(Metric::ForceMargin, margin);
+            }
+        }
+        if needs.departure {
+            metrics.set(Metric::Departure, self.departure);
+        }
+        if let Some(stability) = self.stability.filter(|_| needs.stability) {
+            metrics.set(Metric::StabilityMargin, stability);
+        }
+        metrics
+    }
+}

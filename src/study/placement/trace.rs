@@ -1,0 +1,62 @@
+//! Where the tool goes at a place, point by point.
+
+use nalgebra::Vector3;
+
+use super::{Entry, Evaluator, PlacementStudy, bounded};
+use crate::{
+    compensation::Method,
+    study::{
+        path::{Commands, PathCase, run},
+        program::demands_under,
+    },
+};
+
+/// The path of one feature at one place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trace {
+    /// Name of the place.
+    pub place: String,
+    /// Index of the feature.
+    pub feature: usize,
+    /// Where the point put right should be, O axes, mm.
+    pub wanted: Vec<Vector3<f64>>,
+    /// Its error at the nominal command, O axes, mm; `None` where there is no equilibrium.
+    pub before: Vec<Option<Vector3<f64>>>,
+    /// Its error after the correction, within limits if there are any.
+    pub after: Vec<Option<Vector3<f64>>>,
+    /// Whether the tool cuts on the way to each point.
+    pub cutting: Vec<bool>,
+}
+
+/// Of the first feature, at the best entry and at the poorest one that can be cut.
+pub(super) fn traces(evaluator: &Evaluator<'_>, study: &PlacementStudy, entries: &[Entry]) -> Vec<Trace> {
+    let feasible: Vec<&Entry> = entries.iter().filter(|entry| entry.outcome.is_ok()).collect();
+    let mut shown: Vec<&Entry> = feasible.first().into_iter().chain(feasible.last()).copied().collect();
+    shown.dedup_by(|a, b| a.name == b.name);
+    shown.into_iter().map(|entry| trace(evaluator, study, entry, 0)).collect()
+}
+
+fn trace(evaluator: &Evaluator<'_>, study: &PlacementStudy, entry: &Entry, index: usize) -> Trace {
+    let (machine, job) = (&study.machine, &study.features[index]);
+    let feature = &job.feature;
+    let placement = entry.site.placement(feature.reference);
+    let demands = demands_under(machine, &placement, job.target, &feature.path, &feature.loads);
+    let case = PathCase { nominal: machine, real: evaluator.real(index), demands: &demands };
+    let errors = |method| {
+        let answers = run(&case, &Commands::Method(method), &|| {});
+        let error = |answer: &crate::study::path::PathAnswer| {
+            answer.compensation.outcome.as_ref().map(|_| answer.compensation.position_error)
+        };
+        answers.iter().map(error).collect::<Vec<_>>()
+    };
+    let limited =
+        job.limits.is_limited().then(|| bounded::errors_left(machine, case.real, &demands, job).ok()).flatten();
+    Trace {
+        place: entry.name.clone(),
+        feature: index,
+        wanted: demands.iter().map(|demand| demand.pose.transform(demand.offset(machine))).collect(),
+        before: errors(Method::None),
+        after: limited.unwrap_or_else(|| errors(Method::Direct)),
+        cutting: feature.path.points().iter().map(|point| point.cutting).collect(),
+    }
+}

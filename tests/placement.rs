@@ -1,0 +1,258 @@
+//! Placement studies: the search against brute force, symmetry, reasons, threads.
+
+use std::{path::Path, sync::Arc};
+
+use kinetostat::{
+    report::placement::{entries_csv, sweep_csv},
+    study::{
+        Overrides, Study, StudyKind,
+        placement::{Cell, Evaluator, Metric, PlacementResults, PlacementStudy, Site, Verdict, Watch, compare, run},
+    },
+};
+use nalgebra::Vector3;
+
+/// A 50 mm groove on the Orthoglide, its centre anywhere in the plane z = 0.
+const GROOVE: &str = r#"
+schema = 1
+question = "where?"
+machine = "orthoglide"
+[[placement.feature]]
+name = "groove"
+process = "process.toml"
+circle = { centre_mm = [0.0, 0.0, 0.0], diameter_mm = 50.0, points = 33 }
+tolerance_mm = 0.6
+[placement.bounds]
+x_mm = [-48.65, 101.35]
+y_mm = [-48.65, 101.35]
+[placement.fixed]
+z_mm = 0.0
+[placement.objective]
+weights = { worst_deflection = 1.0 }
+[placement.search]
+grid = { x = 5, y = 5 }
+starts = 2
+tolerance = 1e-5
+"#;
+
+fn groove_folder() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/studies/03_placement_circle"))
+}
+
+fn study_in(folder: &Path, toml: &str) -> PlacementStudy {
+    let study = Study::from_toml(toml, "study.toml", folder, &Overrides::default()).unwrap_or_else(|e| panic!("{e}"));
+    match study.kind {
+        StudyKind::Placement(placement) => placement,
+        other => panic!("not a placement study: {other:?}"),
+    }
+}
+
+fn groove(changes: &[(&str, &str)]) -> PlacementStudy {
+    let mut toml = GROOVE.to_string();
+    for (old, new) in changes {
+        assert!(toml.contains(old), "{old}");
+        toml = toml.replace(old, new);
+    }
+    study_in(groove_folder(), &toml)
+}
+
+fn searched(study: &PlacementStudy) -> PlacementResults {
+    let watch: Watch = Arc::new(|_| {});
+    run(study, &watch)
+}
+
+#[test]
+fn the_search_finds_what_brute_force_finds() {
+    let study = groove(&[]);
+    let best = searched(&study).best.unwrap();
+    let evaluator = Evaluator::new(&study, &[Metric::WorstDeflection]);
+    let mut least = (f64::INFINITY, Site([0.0; 4]));
+    for x in study.bounds.values(0, 21) {
+        for y in study.bounds.values(1, 21) {
+            let site = Site::new(Vector3::new(x, y, 0.0), 0.0);
+            let value = evaluator.evaluate(&site).unwrap().metrics.get(Metric::WorstDeflection).unwrap();
+            if value < least.0 {
+                least = (value, site);
+            }
+        }
+    }
+    // Brute force stops at its grid, 7.5 mm wide; the search must do at least as well, in the same place.
+    assert!(best.value <= least.0 * (1.0 + 1e-6), "{best:?}, brute force {least:?}");
+    assert!(best.value >= 0.95 * least.0, "{best:?}, brute force {least:?}");
+    assert!((best.site.position_mm() - least.1.position_mm()).amax() <= 7.5, "{best:?}, brute force {least:?}");
+    assert!(best.refinement.is_some());
+}
+
+#[test]
+fn an_optimum_at_a_bound_is_found_there() {
+    // Between these bounds the deflection grows with x and y.
+    let study = groove(&[("x_mm = [-48.65, 101.35]\ny_mm = [-48.65", "x_mm = [40.0, 90.0]\ny_mm = [40.0")]);
+    let best = searched(&study).best.unwrap();
+    let [x, y, _, _] = best.site.0;
+    assert!((40.0..40.001).contains(&x) && (40.0..40.001).contains(&y), "{best:?}");
+}
+
+#[test]
+fn giving_places_up_changes_no_winner_no_start_and_no_front() {
+    for (weights, pareto) in [
+        ("worst_deflection = 1.0", "[]"),
+        ("rms_deflection = 1.0, worst_drive_force = 0.002", "[]"),
+        ("worst_deflection = 1.0", "[\"rms_deflection\", \"worst_drive_force\"]"),
+        ("share_within_tolerance = 1.0, worst_correction = 0.5", "[\"stability_margin\", \"departure\"]"),
+    ] {
+        let changes =
+            [("weights = { worst_deflection = 1.0 }", &*format!("weights = {{ {weights} }}\npareto = {pareto}"))];
+        let mut study = groove(&changes);
+        study.search.max_iterations = 10;
+        let pruned = searched(&study);
+        study.search.coarse_to_fine = false;
+        let full = searched(&study);
+        assert!(full.cells.iter().all(|cell| cell.complete().is_some()));
+        let given_up = pruned.cells.iter().filter(|cell| matches!(cell.verdict, Verdict::GivenUp(_))).count();
+        assert!(given_up > 0 || weights.contains("share"), "{weights}: nothing is given up");
+        assert_eq!(pruned.best, full.best, "{weights}");
+        assert_eq!(pruned.refinements, full.refinements, "{weights}");
+        assert_eq!(pruned.front, full.front, "{weights} {pareto}");
+        let starts = |results: &PlacementResults| results.ranking[..study.search.starts].to_vec();
+        assert_eq!(starts(&pruned), starts(&full));
+        bounds_hold(&study, &pruned.cells, &full.cells);
+    }
+}
+
+/// What is known of a place given up is no worse than the truth.
+fn bounds_hold(study: &PlacementStudy, pruned: &[Cell], full: &[Cell]) {
+    for (pruned, full) in pruned.iter().zip(full) {
+        let (known, truth) = (pruned.metrics().unwrap(), full.metrics().unwrap());
+        for metric in study.objective.metrics() {
+            let (known, truth) = (known.get(metric).unwrap(), truth.get(metric).unwrap());
+            assert!(metric.cost(known) <= metric.cost(truth), "{metric:?}: {known} {truth}");
+        }
+    }
+}
+
+#[test]
+fn results_do_not_depend_on_the_number_of_threads() {
+    let study = groove(&[("starts = 2", "starts = 3\nmax_iterations = 12")]);
+    let tables = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let results = pool.install(|| searched(&study));
+        (sweep_csv(&results).unwrap(), entries_csv(&study, &results.entries).unwrap(), results.flatness)
+    };
+    assert!(tables(1) == tables(4));
+}
+
+/// Names of these candidates for the groove, and why it cannot be cut there; best first.
+fn reasons(candidates: &str, rest: &str) -> Vec<(String, Option<(String, String)>)> {
+    let toml = format!("{}\n{rest}\n{candidates}", GROOVE);
+    let entries = compare(&study_in(groove_folder(), &toml));
+    let failure = |outcome: &Result<_, kinetostat::study::workspace_map::Failure>| {
+        outcome.as_ref().err().map(|f| (f.status.to_string(), f.reason.clone()))
+    };
+    entries.iter().map(|entry| (entry.name.clone(), failure(&entry.outcome))).collect()
+}
+
+fn candidate(name: &str, [x, y, z]: [f64; 3]) -> String {
+    format!("[[placement.candidate]]\nname = \"{name}\"\norigin_mm = [{x:?}, {y:?}, {z:?}]\n")
+}
+
+#[test]
+fn a_place_just_out_of_reach_is_refused_for_the_chain_that_ends_there() {
+    let study = groove(&[]);
+    let machine = &study.machine;
+    let reaches = |z: f64| {
+        let place = |point: &kinetostat::process::toolpath::PathPoint| point.position_mm + Vector3::new(0.0, 0.0, z);
+        let path = study.features[0].feature.path.points();
+        path.iter().map(place).all(|at| machine.inverse_kinematics(&machine.pose_at(at)).is_ok())
+    };
+    let (mut inside, mut outside) = (100.0, 600.0);
+    assert!(reaches(inside) && !reaches(outside));
+    while outside - inside > 1e-3 {
+        let middle = 0.5 * (inside + outside);
+        if reaches(middle) { inside = middle } else { outside = middle }
+    }
+    let found =
+        reasons(&(candidate("inside", [0.0, 0.0, inside - 0.01]) + &candidate("outside", [0.0, 0.0, outside])), "");
+    let (name, failure) = &found[1];
+    let (status, reason) = failure.as_ref().unwrap();
+    assert_eq!((name.as_str(), status.as_str()), ("outside", "unreachable"));
+    assert!(reason.starts_with("feature groove, point "), "{reason}");
+    assert!(reason.contains("cannot close: gap") || reason.contains("singularity"), "{reason}");
+    // The place inside is in reach; whether the loaded machine stands so near the end of its reach is another matter.
+    assert!(found[0].1.as_ref().is_none_or(|(status, _)| status != "unreachable"), "{found:?}");
+}
+
+#[test]
+fn a_forbidden_box_is_named() {
+    let clamp = "[[placement.forbidden]]\nname = \"clamp\"\nmin_mm = [24.0, -5.0, -5.0]\nmax_mm = [30.0, 5.0, 5.0]";
+    let found = reasons(&(candidate("touching", [-1.0, 0.0, 0.0]) + &candidate("over it", [0.0, 0.0, 0.0])), clamp);
+    assert_eq!(found[0], ("touching".to_string(), None));
+    let reason = "the workpiece would stand in the forbidden box \"clamp\"";
+    assert_eq!(found[1], ("over it".to_string(), Some(("forbidden".to_string(), reason.to_string()))));
+}
+
+#[test]
+fn a_drive_force_beyond_its_limit_is_a_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    let process = std::fs::read_to_string(groove_folder().join("process.toml")).unwrap();
+    let limits = "\n[limits]\nforce_limit_N = 230.0\n";
+    let split = process.find("# Assembling").unwrap();
+    let limited = format!("{}{limits}\n{}", &process[..split], &process[split..]);
+    std::fs::write(folder.path().join("process.toml"), limited).unwrap();
+    let toml = GROOVE.to_string() + &candidate("Q0", [0.0; 3]) + &candidate("Q1", [126.35; 3]);
+    let entries = compare(&study_in(folder.path(), &toml));
+    let metrics = entries[0].outcome.as_ref().unwrap().metrics;
+    let (force, margin) = (metrics.get(Metric::WorstDriveForce).unwrap(), metrics.get(Metric::ForceMargin).unwrap());
+    assert!((margin - (230.0 - force) / 230.0).abs() < 1e-12);
+    let failure = entries[1].outcome.as_ref().unwrap_err();
+    assert_eq!((entries[1].name.as_str(), failure.status), ("Q1", "force_limit"));
+    assert!(failure.reason.contains("its limit is 230.0 N"), "{}", failure.reason);
+}
+
+/// The Orthoglide without a tool looks the same along x, y and z; so does this triangle with these forces.
+#[test]
+fn what_is_symmetric_is_ranked_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    let catalogue = kinetostat::machine::catalogue::find("orthoglide").unwrap().toml;
+    write("machine.toml", &catalogue.replace("tool_tip_mm = [0.0, 0.0, 100.0]", "tool_tip_mm = [0.0, 0.0, 0.0]"));
+    write("process.toml", "schema = 1\n[force]\nfrom_path = true\n");
+    write(
+        "triangle.csv",
+        "x_mm,y_mm,z_mm,force_x_N,force_y_N,force_z_N\n20,0,-5,200,30,0\n-5,20,0,0,200,30\n0,-5,20,30,0,200\n\
+         20,0,-5,200,30,0\n",
+    );
+    let toml = GROOVE
+        .replace("machine = \"orthoglide\"", "machine = \"machine.toml\"")
+        .replace("circle = { centre_mm = [0.0, 0.0, 0.0], diameter_mm = 50.0, points = 33 }", "file = \"triangle.csv\"")
+        .replace(
+            "x_mm = [-48.65, 101.35]\ny_mm = [-48.65, 101.35]\n",
+            "x_mm = [-40.0, 80.0]\ny_mm = [-40.0, 80.0]\nz_mm = [-40.0, 80.0]\n",
+        )
+        .replace("[placement.fixed]\nz_mm = 0.0\n", "")
+        .replace("x = 5, y = 5", "x = 3, y = 3, z = 3");
+    let mut study = study_in(folder.path(), &toml);
+    study.search.coarse_to_fine = false;
+    study.search.max_iterations = 2;
+    let results = searched(&study);
+    let grid = &study.grid;
+    let value = |positions: [usize; 4]| study.objective.value(results.cells[grid.index(positions)].metrics().unwrap());
+    for (x, y, z) in (0..27).map(|k| (k % 3, k / 3 % 3, k / 9)) {
+        let (a, b) = (value([x, y, z, 0]), value([z, x, y, 0]));
+        assert!((a - b).abs() < 1e-9 * a, "{x} {y} {z}: {a} {b}");
+    }
+    // Ranked by value: places that are images of one another stand together.
+    let values: Vec<f64> =
+        results.ranking.iter().map(|&index| study.objective.value(results.cells[index].metrics().unwrap())).collect();
+    assert!(values.windows(2).all(|pair| pair[0] <= pair[1]));
+}
+
+#[test]
+fn a_full_circle_may_be_turned() {
+    let rotated = groove(&[]);
+    let evaluator = Evaluator::new(&rotated, &[Metric::WorstDeflection]);
+    let at = |yaw: f64| {
+        let site = Site::new(Vector3::new(10.0, 20.0, 0.0), yaw);
+        evaluator.evaluate(&site).unwrap().metrics.get(Metric::RmsDeflection).unwrap()
+    };
+    // The printed force law is no rotation, but half a turn of it is half a turn.
+    assert!((at(0.0) - at(std::f64::consts::PI)).abs() < 1e-9);
+}
