@@ -33,7 +33,11 @@ pub fn figures(results: &PlacementResults) -> Vec<(String, Figure)> {
     if results.front.len() > 1 {
         figures.push(("pareto".into(), Figure::Lines(pareto(results))));
     }
-    for trace in &results.traces {
+    if !results.traces.is_empty() {
+        figures.push(("path_errors".into(), Figure::Lines(errors(results))));
+    }
+    // A line through the points of a path would also show where the tool is lifted.
+    for trace in results.traces.iter().filter(|trace| trace.cutting.iter().skip(1).all(|cutting| *cutting)) {
         figures.push((format!("path_{}", stem(&trace.place)), Figure::Lines(path(results, trace))));
     }
     figures
@@ -75,10 +79,13 @@ fn map(results: &PlacementResults, quantity: &str, value: &dyn Fn(&Metrics) -> O
     let [xs, ys, zs, yaws] = &study.grid.axes;
     let panel = |&[z, yaw]: &[usize; 2]| {
         let node = |x, y| value(results.cells[study.grid.index([x, y, z, yaw])].metrics()?);
-        let mut title = format!("z = {:.1} mm", zs[z]);
-        if yaws.len() > 1 {
-            title += &format!(", yaw {:.0}°", yaws[yaw].to_degrees());
-        }
+        let height = format!("z = {:.1} mm", zs[z]);
+        let turned = format!("yaw {:.0}°", yaws[yaw].to_degrees());
+        let title = match (zs.len() > 1, yaws.len() > 1) {
+            (true, true) => format!("{height}, {turned}"),
+            (false, true) => turned,
+            (_, false) => height,
+        };
         SlicePanel {
             title: title.replace('-', "\u{2212}"),
             x: xs.clone(),
@@ -101,6 +108,9 @@ fn map(results: &PlacementResults, quantity: &str, value: &dyn Fn(&Metrics) -> O
     }
 }
 
+/// Places farther from the bounds than this share of their range are not shown on a map.
+const NEAR: f64 = 0.25;
+
 /// Named places and the best one, on the plane nearest to them.
 fn marks(results: &PlacementResults, zs: &[f64], z: usize, yaws: &[f64], yaw: usize) -> Vec<Mark2> {
     let drawn = planes(results);
@@ -114,11 +124,18 @@ fn marks(results: &PlacementResults, zs: &[f64], z: usize, yaws: &[f64], yaw: us
         let at_yaw = nearest(yaws, site.0[3], &|k| drawn.iter().any(|plane| plane[1] == k));
         at_z == Some(z) && at_yaw == Some(yaw)
     };
+    let is_near = |site: &Site| {
+        let bounds = &results.study.bounds;
+        (0..2).all(|i| {
+            let margin = NEAR * bounds.range(i);
+            (bounds.low[i] - margin..=bounds.high[i] + margin).contains(&site.0[i])
+        })
+    };
     let named = results.study.candidates.iter().map(|candidate| (candidate.name.clone(), candidate.site));
     let best = results.best.iter().map(|best| ("best".to_string(), best.site));
     named
         .chain(best)
-        .filter(|(_, site)| is_here(site))
+        .filter(|(_, site)| is_here(site) && is_near(site))
         .map(|(label, site)| Mark2 { label, x: site.0[0], y: site.0[1] })
         .collect()
 }
@@ -156,6 +173,36 @@ fn pareto(results: &PlacementResults) -> LineFigure {
         x_label: with_unit(results, metrics[0]),
         y_label: with_unit(results, metrics[1]),
         series: series.into_iter().map(|(label, points)| LineSeries { label, points, dashed: false }).collect(),
+        equal_axes: false,
+        log_x: false,
+        log_y: false,
+        closed_note: None,
+    }
+}
+
+/// How far the tool is from its path, before and after, at the best and at a poor place.
+fn errors(results: &PlacementResults) -> LineFigure {
+    let study = &results.study;
+    let curve = |trace: &Trace, label: &str, dashed: bool, errors: &[Option<Vector3<f64>>]| {
+        let points = errors.iter().enumerate().filter(|(k, _)| trace.cutting[*k]);
+        LineSeries {
+            label: format!("{}, {label}", trace.place),
+            points: points.filter_map(|(k, error)| Some((trace.arc_length_mm[k], (*error)?.norm()))).collect(),
+            dashed,
+        }
+    };
+    let both = |trace: &Trace| {
+        [
+            curve(trace, "without compensation", false, &trace.before),
+            curve(trace, "after compensation", true, &trace.after),
+        ]
+    };
+    LineFigure {
+        title: "How far the tool is from its path".into(),
+        subtitle: format!("{}, {}, where the tool cuts", study.machine.name, study.features[0].feature.name),
+        x_label: "path length [mm]".into(),
+        y_label: "distance [mm]".into(),
+        series: results.traces.iter().flat_map(both).collect(),
         equal_axes: false,
         log_x: false,
         log_y: false,

@@ -1,6 +1,6 @@
 //! The metrics of a placement, on the actual paths with the loaded model and both sources of error.
 //!
-//! A path is evaluated in levels, from few points to all; [`Evaluator::outlook`] says after each level the best the
+//! A sweep evaluates paths in levels, from few points to all; `Evaluator::outlook` says after each level the best the
 //! metrics can still be.
 
 use super::{
@@ -50,7 +50,7 @@ struct Prepared {
 /// What is known of a placement after some levels.
 #[derive(Debug, Clone)]
 pub(super) struct Partial {
-    demands: Vec<Vec<Demand>>,
+    site: Site,
     tallies: Vec<Tally>,
     level: usize,
 }
@@ -93,19 +93,20 @@ impl<'a> Evaluator<'a> {
         self.levels
     }
 
-    /// What is wanted of the machine when the workpiece stands at `site`.
+    /// The start of an evaluation at `site`.
     ///
     /// # Errors
     /// The workpiece must not stand there.
     fn place(&self, site: &Site) -> Result<Partial, Failure> {
         self.check_boxes(site)?;
-        let demands = |job: &FeatureJob| {
-            let feature = &job.feature;
-            let placement = site.placement(feature.reference);
-            demands_under(&self.study.machine, &placement, job.target, &feature.path, &feature.loads)
-        };
-        let demands = self.study.features.iter().map(demands).collect();
-        Ok(Partial { demands, tallies: vec![Tally::default(); self.features.len()], level: 0 })
+        Ok(Partial { site: *site, tallies: vec![Tally::default(); self.features.len()], level: 0 })
+    }
+
+    /// What is wanted at each point of a feature. Made anew whenever it is needed: a sweep has too many places to keep it.
+    fn demands(&self, site: &Site, job: &FeatureJob) -> Vec<Demand> {
+        let feature = &job.feature;
+        let placement = site.placement(feature.reference);
+        demands_under(&self.study.machine, &placement, job.target, &feature.path, &feature.loads)
     }
 
     /// The rigid machine reaches every point for which `asked` (feature, point) is true.
@@ -114,9 +115,9 @@ impl<'a> Evaluator<'a> {
     /// The first point it does not reach, and why.
     fn check_reach(&self, partial: &Partial, asked: impl Fn(usize, usize) -> bool) -> Result<(), Failure> {
         let machine = &self.study.machine;
-        for (f, (demands, job)) in partial.demands.iter().zip(&self.study.features).enumerate() {
+        for (f, job) in self.study.features.iter().enumerate() {
             let mut near = machine.home.clone();
-            for (k, demand) in demands.iter().enumerate().filter(|(k, _)| asked(f, *k)) {
+            for (k, demand) in self.demands(&partial.site, job).iter().enumerate().filter(|(k, _)| asked(f, *k)) {
                 let reached = machine.inverse_kinematics_from(&near, &demand.pose);
                 near = reached
                     .or_else(|_| machine.inverse_kinematics(&demand.pose))
@@ -163,8 +164,9 @@ impl<'a> Evaluator<'a> {
         for (f, (prepared, job)) in self.features.iter().zip(&self.study.features).enumerate() {
             let (nominal, limits) = (&self.study.machine, &prepared.force_limits);
             let mut walk = Walk::new(nominal, &prepared.real, self.needs, limits, self.check_forces);
+            let demands = self.demands(&partial.site, job);
             for &k in points(prepared) {
-                let seen = walk.visit(&partial.demands[f][k]).map_err(|failure| located(job, k, failure))?;
+                let seen = walk.visit(&demands[k]).map_err(|failure| located(job, k, failure))?;
                 partial.tallies[f].add(&seen, prepared.shares[k], job.feature.tolerance_mm);
             }
         }
@@ -230,8 +232,8 @@ impl<'a> Evaluator<'a> {
     fn correct_within_limits(&self, partial: &Partial, evaluation: &mut Evaluation) {
         let mut all = Corrected::default();
         for (f, (prepared, job)) in self.features.iter().zip(&self.study.features).enumerate() {
-            let demands = &partial.demands[f];
-            match correct(&self.study.machine, &prepared.real, demands, job, &prepared.shares) {
+            let demands = self.demands(&partial.site, job);
+            match correct(&self.study.machine, &prepared.real, &demands, job, &prepared.shares) {
                 Ok(corrected) => {
                     corrected.normalised(prepared.share).enter(&mut evaluation.features[f]);
                     all = all.merged(&corrected);

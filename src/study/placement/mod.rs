@@ -1,8 +1,11 @@
 //! Where on the machine a workpiece should stand.
 //!
-//! A grid sweep ranks all places ([`sweep`]), Nelder–Mead refines the best ones ([`refine`]), and named places are shown
-//! beside what was found. Everything is evaluated on the actual paths with the loaded model and both sources of error
-//! ([`evaluate`]). The results do not depend on the number of threads.
+//! A grid sweep ranks all places ([`Cell`]), Nelder–Mead refines the best ones ([`Refinement`]), and named places are shown
+//! beside what was found ([`Entry`]). Everything is evaluated on the actual paths with the loaded model and both sources
+//! of error ([`Evaluator`]). The results do not depend on the number of threads.
+//!
+//! Drive forces are those of the exact correction; a place where one exceeds its limit is refused, unless the objective
+//! asks for the correction within limits, which keeps them itself.
 
 mod bounded;
 mod evaluate;

@@ -26,6 +26,8 @@ pub struct Trace {
     pub after: Vec<Option<Vector3<f64>>>,
     /// Whether the tool cuts on the way to each point.
     pub cutting: Vec<bool>,
+    /// Length of the path up to each point, mm.
+    pub arc_length_mm: Vec<f64>,
 }
 
 /// Of the first feature, at the best entry and at the poorest one that can be cut.
@@ -58,5 +60,6 @@ fn trace(evaluator: &Evaluator<'_>, study: &PlacementStudy, entry: &Entry, index
         before: errors(Method::None),
         after: limited.unwrap_or_else(|| errors(Method::Direct)),
         cutting: feature.path.points().iter().map(|point| point.cutting).collect(),
+        arc_length_mm: feature.path.points().iter().map(|point| point.arc_length_mm).collect(),
     }
 }

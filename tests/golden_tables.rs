@@ -1,0 +1,77 @@
+//! Golden tables of the studies, reduced.
+
+#[path = "support/golden.rs"]
+mod golden;
+
+use std::path::Path;
+
+use golden::{agree, check};
+use kinetostat::{
+    report::{placement, workspace_map::csv},
+    study::{
+        Overrides, Study, StudyKind,
+        placement::{PlacementStudy, Watch, compare, run},
+        workspace_map,
+    },
+};
+
+/// What the convergence tolerance of the equilibria leaves open when rounding differs between machines.
+const MAP_TOLERANCE: f64 = 1e-7;
+/// The same, for numbers that corrections within limits enter.
+const PLACEMENT_TOLERANCE: f64 = 1e-6;
+
+fn open(name: &str, overrides: &Overrides) -> StudyKind {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies").join(name);
+    Study::open(&folder, overrides).unwrap_or_else(|e| panic!("{e}")).kind
+}
+
+#[test]
+fn workspace_map_is_the_golden_one() {
+    let overrides = Overrides { grid: Some([2, 2, 2]), ..Overrides::default() };
+    let StudyKind::WorkspaceMap(map) = open("01_workspace_map", &overrides) else { panic!("a workspace map") };
+    let table = csv(&workspace_map::run(&map, &|| {})).unwrap();
+    check("01_workspace_map", &String::from_utf8(table).unwrap(), MAP_TOLERANCE);
+}
+
+fn placement_study(name: &str, overrides: &Overrides) -> PlacementStudy {
+    match open(name, overrides) {
+        StudyKind::Placement(study) => study,
+        other => panic!("{name} is not a placement study: {other:?}"),
+    }
+}
+
+/// The ranked table of the named places. Where a refinement ends on flat ground depends on rounding, so those are not
+/// in it.
+fn ranked(study: &PlacementStudy) -> String {
+    String::from_utf8(placement::entries_csv(study, &compare(study)).unwrap()).unwrap()
+}
+
+/// The sweep of a study, without refinement worth the name.
+fn swept(study: &PlacementStudy) -> String {
+    let mut study = study.clone();
+    (study.search.starts, study.search.max_iterations) = (1, 1);
+    let watch: Watch = std::sync::Arc::new(|_| {});
+    String::from_utf8(placement::sweep_csv(&run(&study, &watch)).unwrap()).unwrap()
+}
+
+#[test]
+fn placement_of_the_circle_is_the_golden_one() {
+    let study = placement_study("03_placement_circle", &Overrides { grid: Some([3, 3, 2]), points: Some(37) });
+    check("03_placement_circle_candidates", &ranked(&study), PLACEMENT_TOLERANCE);
+    check("03_placement_circle_sweep", &swept(&study), PLACEMENT_TOLERANCE);
+}
+
+#[test]
+fn placement_of_the_pocket_is_the_golden_one() {
+    let study = placement_study("04_placement_pocket", &Overrides { grid: Some([2, 2, 1]), points: None });
+    check("04_placement_pocket_candidates", &ranked(&study), PLACEMENT_TOLERANCE);
+    check("04_placement_pocket_sweep", &swept(&study), PLACEMENT_TOLERANCE);
+}
+
+#[test]
+fn a_changed_number_or_word_is_found() {
+    let agree = |a, b, scale| agree(a, b, scale, 1e-7);
+    assert!(agree("1.00000005", "1", 1.0) && !agree("1.0000002", "1", 1.0));
+    assert!(agree("1e-17", "0", 1.0) && !agree("1e-12", "0", 1.0));
+    assert!(agree("solved", "solved", 0.0) && !agree("", "1", 1.0) && !agree("solved", "unstable", 0.0));
+}
