@@ -82,8 +82,8 @@ pub fn entries_csv(study: &PlacementStudy, entries: &[Entry]) -> csv::Result<Vec
     csv(header, entries.iter().enumerate().map(row))
 }
 
-/// One row per place of the sweep, in grid order. `status` is `solved`, `given_up` (the metrics are no better than the
-/// numbers shown, which are worse than what was found elsewhere) or why the workpiece cannot be cut there.
+/// One row per place of the sweep, in grid order. `status` is `solved`, `given_up` (not looked at on all points: the
+/// metrics are no better than the numbers shown, which are worse than what was found elsewhere) or why the workpiece cannot be cut there.
 pub fn sweep_csv(results: &PlacementResults) -> csv::Result<Vec<u8>> {
     let study = &results.study;
     let metrics = searched(study);

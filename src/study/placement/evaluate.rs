@@ -93,11 +93,11 @@ impl<'a> Evaluator<'a> {
         self.levels
     }
 
-    /// The start of an evaluation at `site`.
+    /// The start of an evaluation at `site`: no point is looked at.
     ///
     /// # Errors
     /// The workpiece must not stand there.
-    fn place(&self, site: &Site) -> Result<Partial, Failure> {
+    pub(super) fn open(&self, site: &Site) -> Result<Partial, Failure> {
         self.check_boxes(site)?;
         Ok(Partial { site: *site, tallies: vec![Tally::default(); self.features.len()], level: 0 })
     }
@@ -127,16 +127,6 @@ impl<'a> Evaluator<'a> {
         Ok(())
     }
 
-    /// Whether the workpiece may stand at `site` and the rigid machine reaches all of its points.
-    ///
-    /// # Errors
-    /// Why not.
-    pub(super) fn open(&self, site: &Site) -> Result<Partial, Failure> {
-        let partial = self.place(site)?;
-        self.check_reach(&partial, |_, _| true)?;
-        Ok(partial)
-    }
-
     fn check_boxes(&self, site: &Site) -> Result<(), Failure> {
         let reference = self.study.features.first().map(|job| job.feature.reference).unwrap_or_default();
         let placement = site.placement(reference);
@@ -152,11 +142,12 @@ impl<'a> Evaluator<'a> {
     /// Adds the points of the next level.
     ///
     /// # Errors
-    /// What cannot be solved at which point.
+    /// Which point is out of reach, the first of the path, or else what cannot be solved at which point.
     pub(super) fn advance(&self, partial: &mut Partial) -> Result<(), Failure> {
         let level = partial.level;
         partial.level += 1;
-        self.visit(partial, |prepared| prepared.levels.get(level).map_or(&[], Vec::as_slice))
+        let visited = self.visit(partial, |prepared| prepared.levels.get(level).map_or(&[], Vec::as_slice));
+        visited.or_else(|failure| self.check_reach(partial, |_, _| true).and(Err(failure)))
     }
 
     /// Adds the points that `points` names, each solved from the one before.
@@ -184,11 +175,15 @@ impl<'a> Evaluator<'a> {
         metrics
     }
 
-    /// The rest of the levels, and the correction within limits where it is needed.
+    /// The rest of the levels and of the points, and the correction within limits where it is needed.
+    ///
+    /// # Errors
+    /// As [`Evaluator::advance`].
     pub(super) fn complete(&self, mut partial: Partial) -> Result<Evaluation, Failure> {
         while partial.level < self.levels {
             self.advance(&mut partial)?;
         }
+        self.check_reach(&partial, |f, k| !self.features[f].is_counted[k])?;
         self.conclude(&partial)
     }
 
@@ -211,7 +206,7 @@ impl<'a> Evaluator<'a> {
     /// # Errors
     /// Why the workpiece cannot be cut there.
     pub fn evaluate(&self, site: &Site) -> Result<Evaluation, Failure> {
-        let mut partial = self.place(site)?;
+        let mut partial = self.open(site)?;
         // Where the tool cuts, the loaded machine shows what it reaches.
         self.check_reach(&partial, |f, k| !self.features[f].is_counted[k])?;
         self.visit(&mut partial, |prepared| &prepared.counted)?;
@@ -225,6 +220,7 @@ impl<'a> Evaluator<'a> {
     /// Why the workpiece cannot be cut there.
     pub fn examine(&self, site: &Site) -> Result<Evaluation, Failure> {
         let mut partial = self.open(site)?;
+        self.check_reach(&partial, |_, _| true)?;
         self.visit(&mut partial, |prepared| &prepared.counted)?;
         self.conclude(&partial)
     }

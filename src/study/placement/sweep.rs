@@ -3,7 +3,8 @@
 //! All places go through the levels of the paths together. After each level the most promising ones are evaluated to the
 //! end; a place is given up as soon as the best it can still be ([`Evaluator::outlook`]) is worse than what as many
 //! places as are refined later have been found to be, and worse in one and no better in any metric of the Pareto front
-//! than a place that is known. What is given up can therefore neither win, nor be refined, nor lie on the front. Which
+//! than a place that is known. Whether the workpiece could be cut at a place given up was not asked at all of its points.
+//! What is given up can therefore neither win, nor be refined, nor lie on the front. Which
 //! places those are does not depend on the number of threads.
 
 use rayon::prelude::*;
@@ -22,7 +23,7 @@ use crate::study::workspace_map::Failure;
 pub enum Verdict {
     /// Evaluated on all points.
     Complete(Metrics),
-    /// Given up after some levels; the metrics are no better than these.
+    /// Given up after some levels; the metrics are no better than these, if it can be cut there at all.
     GivenUp(Metrics),
     /// The workpiece cannot be cut there.
     Infeasible(Failure),
