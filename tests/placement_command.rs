@@ -45,7 +45,7 @@ fn places_are_compared_side_by_side() {
     let said = text(&output.stdout);
     let names: Vec<&str> = said.lines().skip(1).filter_map(|line| line.split(',').nth(1)).collect();
     // A name with commas is quoted.
-    assert_eq!(names, ["Q0", "\"0", "Q3"]);
+    assert_eq!(names, ["\"0", "Q0", "Q3"]);
     let output = kinetostat(&[&common[..], &["--at", "Q0", "--at", "400,0,0"]].concat());
     assert_eq!(output.status.code(), Some(1));
     let said = text(&output.stdout);

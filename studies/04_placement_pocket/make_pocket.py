@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Writes pocket.nc: the last pass over the floor of a pocket with two round islands.
 
-The pocket is 64 mm x 44 mm with corners of radius 8 mm, its middle is the origin, the top of the part is z = 0 and the
-floor is 2 mm below. A tool of 10 mm clears it in lines along x, going around the islands, and finishes with the wall of
-the pocket (counter-clockwise: climb milling) and of the islands (clockwise). Coordinates are those of the tool tip.
+The pocket is 64 mm x 44 mm with corners of radius 8 mm, its middle is the origin, the top of the part is z = 0. The
+Orthoglide's tool points to +z, so the floor is at z = 2 mm and the tool is lifted to z = -5 mm. A tool of 10 mm clears it in lines along x, going around the islands, and finishes with the wall of
+the pocket (counter-clockwise about z) and of the islands (clockwise). Coordinates are those of the tool tip.
 
     python3 make_pocket.py > pocket.nc
 """
@@ -12,7 +12,7 @@ from math import sqrt
 LENGTH, WIDTH, CORNER = 64.0, 44.0, 8.0
 TOOL = 10.0
 ISLANDS = [(-13.0, 4.0, 6.0), (14.0, -5.0, 5.0)]  # centre x, y, radius
-FLOOR, SAFE = -2.0, 5.0
+FLOOR, SAFE = 2.0, -5.0
 STEP = 6.8  # between lines, at most
 FEED, SPINDLE = 900, 6000  # mm/min, rev/min: 0.05 mm per tooth with three teeth
 
