@@ -105,7 +105,8 @@ fn found(results: &PlacementResults, best: &Best) -> String {
     };
     text += &format!("; {same} of {total} refinements end there");
     if elsewhere > 0 {
-        text += &format!(", {elsewhere} elsewhere with the same value, so the place matters little in between");
+        text +=
+            &format!(", {elsewhere} elsewhere with the same value (there are several such places, or one flat one)");
     }
     text + ".\n"
 }
