@@ -40,12 +40,12 @@ fn places_are_compared_side_by_side() {
     let process = format!("{STUDIES}/04_placement_pocket/process.toml");
     let path = format!("{STUDIES}/04_placement_pocket/pocket.nc");
     let common = ["compare", "--machine", "orthoglide", "--process", &process, "--path", &path];
-    let output = kinetostat(&[&common[..], &["--at", "Q3", "--at", "0,0,110,90", "--at", "Q0", "--csv"]].concat());
+    let output = kinetostat(&[&common[..], &["--at", "Q3", "--at", "50,0,100,90", "--at", "Q0", "--csv"]].concat());
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     let said = text(&output.stdout);
     let names: Vec<&str> = said.lines().skip(1).filter_map(|line| line.split(',').nth(1)).collect();
     // A name with commas is quoted.
-    assert_eq!(names, ["\"0", "Q0", "Q3"]);
+    assert_eq!(names, ["Q0", "\"50", "Q3"]);
     let output = kinetostat(&[&common[..], &["--at", "Q0", "--at", "400,0,0"]].concat());
     assert_eq!(output.status.code(), Some(1));
     let said = text(&output.stdout);

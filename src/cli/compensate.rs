@@ -46,7 +46,7 @@ pub struct CompensateArguments {
     /// File for the compensated program
     #[arg(long, short)]
     out: PathBuf,
-    /// How commands are found: none, linear, mirror, mirror_3, matrix_free, fixed_matrix, procedure, newton, direct,
+    /// How commands are found: none, linear, mirror, mirror_N (N passes), matrix_free, fixed_matrix, procedure, newton, direct,
     /// or bounded: the whole path at once within the [limits] of the process and the machine
     #[arg(long, default_value = "direct")]
     method: String,

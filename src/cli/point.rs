@@ -6,7 +6,7 @@ use kinetostat::{
     error::{Error, Result},
     machine::{ChainError, Machine},
     process::{ForceLaw, MillingForce},
-    report::{point_json, point_text},
+    report::{point_json, point_text, unreachable_json},
     spatial::Wrench,
     statics::Status,
     study::point::{PointLoad, PointQuestion, solve},
@@ -69,8 +69,8 @@ pub fn point(arguments: &PointArguments) -> Result<Ending> {
     let answer = match solve(&question) {
         Ok(answer) => answer,
         Err(unreachable) if arguments.json => {
-            let object = serde_json::json!({ "status": "unreachable", "reason": unreachable.to_string() });
-            print(&format!("{object:#}\n"))?;
+            print(&format!("{:#}\n", unreachable_json(&question, &assembly_deg)))?;
+            eprintln!("unreachable: {unreachable}");
             return Ok(Ending::SomeUnsolved);
         }
         Err(unreachable) => {

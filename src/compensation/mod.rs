@@ -59,6 +59,9 @@ pub enum Method {
     },
 }
 
+/// Most passes that can be mirrored.
+const MAX_PASSES: usize = 100;
+
 impl Method {
     /// All methods with their usual parameters, in the order of tables: comparators first.
     pub const ALL: [Method; 9] = [
@@ -73,8 +76,12 @@ impl Method {
         Method::Direct,
     ];
 
-    /// The method called `name` in a command or file, with step length `alpha` where it has one.
+    /// The method called `name` in a command or file, with step length `alpha` where it has one; `mirror_N` mirrors N
+    /// passes.
     pub fn named(name: &str, alpha: f64) -> Option<Self> {
+        if let Some(passes) = name.strip_prefix("mirror_").and_then(|count| count.parse().ok()) {
+            return (1..=MAX_PASSES).contains(&passes).then_some(Method::Mirror { passes });
+        }
         let with_alpha = |method| match method {
             Method::MatrixFree { .. } => Method::MatrixFree { alpha },
             Method::FixedMatrix { .. } => Method::FixedMatrix { alpha },

@@ -13,5 +13,5 @@ mod write;
 
 pub use machine::machine_text;
 pub use manifest::{Manifest, StatusCount};
-pub use point::{point_json, point_text};
+pub use point::{point_json, point_text, unreachable_json};
 pub use write::{OutputFile, prepare, write_all};

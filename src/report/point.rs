@@ -8,7 +8,7 @@ use crate::{
     report::table::shown_positions,
     spatial::rotation_log,
     statics::Status,
-    study::point::{PointAnswer, PointLoad},
+    study::point::{PointAnswer, PointLoad, PointQuestion},
 };
 
 fn rows(matrix: &Matrix6<f64>) -> Vec<Vec<f64>> {
@@ -26,6 +26,33 @@ fn change(answer: &PointAnswer) -> Option<Vec<f64>> {
 
 fn tool_displacement(answer: &PointAnswer) -> Vector3<f64> {
     answer.question.machine.tool_displacement(&answer.nominal.pose, &answer.loaded.pose)
+}
+
+/// The object of [`point_json`] for a location that the machine cannot reach: every quantity is null.
+pub fn unreachable_json(question: &PointQuestion, assembly_deg: &[f64]) -> Value {
+    let null = |keys: &[&str]| keys.iter().map(|key| (key.to_string(), Value::Null)).collect::<serde_json::Map<_, _>>();
+    let mut object = Value::Object(null(&[
+        "phi_deg",
+        "wrench_N_Nmm",
+        "rho_nominal_mm",
+        "platform_mm",
+        "platform_rotvec_rad",
+        "tool_displacement_mm",
+        "actuator_force_N",
+        "chain_wrench_N_Nmm",
+        "stiffness_unloaded",
+        "stiffness_loaded",
+        "rho_compensated_mm",
+        "delta_rho_mm",
+        "compensated_rotvec_rad",
+        "compensated_actuator_force_N",
+        "residual",
+    ]));
+    object["position_mm"] = json!(array(question.position));
+    object["assembly_deg"] = json!(assembly_deg);
+    object["status"] = json!("unreachable");
+    object["iterations"] = json!(0);
+    object
 }
 
 /// One object with the keys of `tests/reference/orthoglide.json` and `status`, `iterations`, `residual`.

@@ -9,7 +9,7 @@ use super::{
     path_study::{PathStudy, Station},
     program::{ProgramFile, demands},
     resolve,
-    spec::{CircleSpec, PathSpec},
+    spec::{CircleSpec, LineSpec, PathSpec},
 };
 use crate::{
     check::Check,
@@ -28,7 +28,11 @@ pub(super) fn path(
     check: &Check,
 ) -> Result<(PathStudy, String)> {
     let process = Process::open(&folder.join(&spec.process), &machine)?;
-    let toolpath = toolpath(spec.circle.as_ref(), spec.file.as_deref(), &machine, &process, folder, overrides, check)?;
+    let toolpath = match &spec.line {
+        Some(line) if spec.circle.is_none() && spec.file.is_none() => self::line(line, &process, &check.key("line"))?,
+        Some(_) => return check.key("line").fail("give exactly one of circle, line and file".into()),
+        None => toolpath(spec.circle.as_ref(), spec.file.as_deref(), &machine, &process, folder, overrides, check)?,
+    };
     let demands = demands(&machine, &process, &toolpath, spec.file.as_deref().unwrap_or("circle"))?;
     let study = PathStudy {
         errors: process.errors.clone(),
@@ -66,6 +70,12 @@ pub(super) fn toolpath(
         (None, Some(file)) => ProgramFile::read(&folder.join(file), &process.gcode)?.toolpath(process.sampling),
         _ => check.key("circle").fail("give exactly one of circle and file".into()),
     }
+}
+
+fn line(spec: &LineSpec, process: &Process, check: &Check) -> Result<Toolpath> {
+    let start = check.key("start_mm").finite(spec.start_mm)?;
+    let end = check.key("end_mm").finite(spec.end_mm)?;
+    Toolpath::line(start, end, process.sampling).or_else(|fault| check.fail(fault.to_string()))
 }
 
 fn circle(spec: &CircleSpec, machine: &Machine, overrides: &Overrides, check: &Check) -> Result<Toolpath> {

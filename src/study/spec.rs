@@ -34,12 +34,24 @@ pub struct StudySpec {
 pub struct PathSpec {
     /// Process file, relative to the study's folder: placement, cutting force, chain errors.
     pub process: String,
-    /// A full circle in the xy-plane. A path has this or `file`.
+    /// A full circle in the xy-plane. A path has this, `line` or `file`.
     pub circle: Option<CircleSpec>,
-    /// A program, relative to the study's folder. A path has this or `circle`.
+    /// A straight line. A path has this, `circle` or `file`.
+    pub line: Option<LineSpec>,
+    /// A program, relative to the study's folder. A path has this, `circle` or `line`.
     pub file: Option<String>,
     /// Methods compared, by name; all of them if not given.
     pub methods: Option<Vec<String>>,
+}
+
+/// A straight line in the workpiece frame, split as the process says.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LineSpec {
+    /// First point.
+    pub start_mm: [f64; 3],
+    /// Last point.
+    pub end_mm: [f64; 3],
 }
 
 /// A full circle in the xy-plane of the workpiece, counter-clockwise.
@@ -72,8 +84,17 @@ pub struct MillingSpec {
     /// `printed` (default) or `rotated`.
     #[serde(default)]
     pub law: ForceLaw,
-    /// Step between tool angles over one turn.
+    /// Step between tool angles over one turn; 10° if not given.
+    #[serde(default = "default_phi_step")]
     pub phi_step_deg: f64,
+}
+
+fn default_phi_step() -> f64 {
+    10.0
+}
+
+fn default_grid() -> [usize; 3] {
+    [11; 3]
 }
 
 /// Geometric errors of one chain.
@@ -106,7 +127,8 @@ pub struct ChainErrorSpec {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WorkspaceMapSpec {
-    /// Number of grid points along x, y, z, both ends included.
+    /// Number of grid points along x, y, z, both ends included; 11 × 11 × 11 if not given.
+    #[serde(default = "default_grid")]
     pub grid: [usize; 3],
     /// Lower corner; the machine's workspace if not given.
     pub min_mm: Option<[f64; 3]>,
