@@ -5,7 +5,7 @@ use std::{hint::black_box, time::Instant};
 
 use criterion::Criterion;
 use kinetostat::{
-    machine::{ChainError, Configuration, Machine},
+    machine::{Configuration, Machine},
     process::MillingForce,
     spatial::Wrench,
     statics::{Settings, State, Status, Workspace, equilibrium},
@@ -24,13 +24,7 @@ struct Setting {
 
 fn settings() -> Vec<Setting> {
     let nominal = Machine::named_or_file("orthoglide").expect("built in");
-    let turns = [1.0f64, -1.0, 1.0];
-    let errors: Vec<ChainError> = nominal
-        .chains
-        .iter()
-        .zip(turns)
-        .map(|(chain, degrees)| ChainError::turn_about_drive_axis(chain, degrees.to_radians()))
-        .collect();
+    let errors = nominal.assembly_errors(&[1.0, -1.0, 1.0]);
     let loads: Vec<Wrench> =
         (0..36).map(|i| MillingForce::PAPER.wrench((10.0 * f64::from(i)).to_radians(), nominal.tool_tip)).collect();
     ["Q0", "Q1"]

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use kinetostat::{
     compensation::{Demand, Method, Session, Settings, Target, compensate},
-    machine::{ChainError, Machine},
+    machine::Machine,
     process::MillingForce,
 };
 use nalgebra::Vector3;
@@ -18,13 +18,7 @@ fn main() {
     // Cargo passes harness options, and `cargo test --benches` only asks that the bench runs.
     let points = if std::env::args().any(|argument| argument == "--test") { 10 } else { POINTS };
     let nominal = Machine::named_or_file("orthoglide").expect("built in");
-    let turns = [1.0f64, -1.0, 1.0];
-    let errors: Vec<ChainError> = nominal
-        .chains
-        .iter()
-        .zip(turns)
-        .map(|(chain, degrees)| ChainError::turn_about_drive_axis(chain, degrees.to_radians()))
-        .collect();
+    let errors = nominal.assembly_errors(&[1.0, -1.0, 1.0]);
     let real = nominal.with_errors(&errors);
     let centre = nominal.point("Q1").expect("named point").position;
     let demands: Vec<Demand> = (0..points)

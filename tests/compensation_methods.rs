@@ -2,7 +2,7 @@
 
 use kinetostat::{
     compensation::{Compensation, Demand, Method, Session, Settings, Status, Target, compensate},
-    machine::{ChainError, Machine},
+    machine::Machine,
     process::MillingForce,
 };
 use nalgebra::Vector3;
@@ -17,13 +17,7 @@ const POINTS: [[f64; 3]; 5] = [
 
 fn machines() -> (Machine, Machine) {
     let nominal = Machine::named_or_file("orthoglide").unwrap();
-    let turns = [1.0f64, -1.0, 1.0];
-    let errors: Vec<ChainError> = nominal
-        .chains
-        .iter()
-        .zip(turns)
-        .map(|(chain, degrees)| ChainError::turn_about_drive_axis(chain, degrees.to_radians()))
-        .collect();
+    let errors = nominal.assembly_errors(&[1.0, -1.0, 1.0]);
     let real = nominal.with_errors(&errors);
     (nominal, real)
 }

@@ -4,7 +4,7 @@ use clap::{ArgGroup, Args};
 use kinetostat::{
     compensation::Target,
     error::{Error, Result},
-    machine::{ChainError, Machine},
+    machine::Machine,
     process::{ForceLaw, MillingForce},
     report::{point_json, point_text, unreachable_json},
     spatial::Wrench,
@@ -58,9 +58,8 @@ pub fn point(arguments: &PointArguments) -> Result<Ending> {
     let machine = Machine::named_or_file(&arguments.machine)?;
     let position = position(arguments, &machine)?;
     let assembly_deg = assembly(arguments, &machine)?;
-    let turn = |(chain, angle): (_, &f64)| ChainError::turn_about_drive_axis(chain, angle.to_radians());
     let question = PointQuestion {
-        errors: machine.chains.iter().zip(&assembly_deg).map(turn).collect(),
+        errors: machine.assembly_errors(&assembly_deg),
         position,
         load: load(arguments),
         target: if arguments.platform { Target::PlatformPoint } else { Target::ToolTip },

@@ -76,6 +76,12 @@ fn frame_error(error: Twist) -> Pose {
 }
 
 impl Machine {
+    /// Assembly errors: each chain turned by its entry of `degrees`, see [`ChainError::turn_about_drive_axis`].
+    pub fn assembly_errors(&self, degrees: &[f64]) -> Vec<ChainError> {
+        let turn = |(chain, angle): (_, &f64)| ChainError::turn_about_drive_axis(chain, angle.to_radians());
+        self.chains.iter().zip(degrees).map(turn).collect()
+    }
+
     /// The real machine: this one with `errors[i]` built into chain `i`; chains without an entry stay nominal.
     ///
     /// Its `home`, limits and names stay those of the nominal machine, by which it is commanded.

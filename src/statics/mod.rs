@@ -33,5 +33,7 @@ pub use equilibrium::{Outcome, Settings, Status, equilibrium, equilibrium_at_tas
 pub use force_deflection::{PlatformForce, wrench_at_pose};
 pub use solution::{ChainSolution, Solution};
 pub use state::{ChainState, State, Workspace};
-pub use stiffness::{chain_stiffnesses, smallest_eigenvalue, tool_compliance, unloaded_stiffness};
+pub use stiffness::{
+    chain_stiffnesses, principal_stiffnesses, smallest_eigenvalue, tool_compliance, unloaded_stiffness,
+};
 pub use task::TaskError;

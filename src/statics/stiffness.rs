@@ -47,6 +47,14 @@ pub fn tool_compliance(compliance: &Matrix6<f64>, offset: nalgebra::Vector3<f64>
     to_point * compliance * to_point.transpose()
 }
 
+/// Principal stiffnesses of a point, ascending, N/mm: the inverse eigenvalues of its compliance (mm/N).
+pub fn principal_stiffnesses(compliance: &Matrix3<f64>) -> [f64; 3] {
+    let symmetric = (compliance + compliance.transpose()) * 0.5;
+    let mut stiffnesses: [f64; 3] = symmetric.symmetric_eigenvalues().map(|c| 1.0 / c).into();
+    stiffnesses.sort_by(f64::total_cmp);
+    stiffnesses
+}
+
 /// Smallest eigenvalue in N/mm of the symmetric part of a 6×6 stiffness whose rotations are multiplied by `reach` mm.
 /// Positive: stable. NaN where the stiffness is not finite.
 pub fn smallest_eigenvalue(stiffness: &Matrix6<f64>, reach: f64) -> f64 {

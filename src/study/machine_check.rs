@@ -1,11 +1,14 @@
 //! What a designer wants to know of a machine before trusting it.
 
-use nalgebra::{Matrix3, Matrix6, Vector3};
+use nalgebra::{Matrix6, Vector3};
 
 use crate::{
     machine::{Machine, Mobility},
     spatial::{Wrench, rotation_log},
-    statics::{Settings, State, Status, Workspace, equilibrium, spring_energies, tool_compliance, unloaded_stiffness},
+    statics::{
+        Settings, State, Status, Workspace, equilibrium, principal_stiffnesses, spring_energies, tool_compliance,
+        unloaded_stiffness,
+    },
 };
 
 /// Findings about a machine.
@@ -109,7 +112,7 @@ fn compliance(machine: &Machine, workspace: &mut Workspace) -> (Option<[f64; 3]>
         if outcome.status != Status::Solved {
             return (None, Vec::new(), status);
         }
-        tip = outcome.compliance.map(|compliance| principal(&tool_compliance(&compliance, lever)));
+        tip = outcome.compliance.map(|compliance| principal_stiffnesses(&tool_compliance(&compliance, lever)));
         for (index, (name, energy)) in spring_energies(machine, &state).into_iter().enumerate() {
             match shares.get_mut(index) {
                 Some((_, sum)) => *sum += energy,
@@ -122,13 +125,6 @@ fn compliance(machine: &Machine, workspace: &mut Workspace) -> (Option<[f64; 3]>
         *share /= total;
     }
     (tip, shares, status)
-}
-
-fn principal(compliance: &Matrix3<f64>) -> [f64; 3] {
-    let mut values: [f64; 3] =
-        ((compliance + compliance.transpose()) * 0.5).symmetric_eigenvalues().map(|c| 1.0 / c).into();
-    values.sort_by(f64::total_cmp);
-    values
 }
 
 /// Says where the platform stands if that is not the home pose of the machine file.

@@ -177,8 +177,7 @@ struct Pair<'a> {
 
 impl<'a> Pair<'a> {
     fn new(nominal: &'a Machine, real: &'a Machine) -> Self {
-        let equilibrium = statics::Settings { tolerance: 1e-12, ..statics::Settings::default() };
-        let settings = Settings { tolerance_mm: 1e-9, equilibrium, ..Settings::default() };
+        let settings = super::path::settings();
         let plain = Session::new(nominal, real, Settings { equilibrium: statics::Settings::default(), ..settings });
         Self { plain, corrected: Session::new(nominal, real, settings) }
     }
@@ -272,7 +271,7 @@ fn turn(
             phi_deg: worst.phi.map(f64::to_degrees),
             delta_rho,
             drive_force,
-            principal_stiffness_n_per_mm: principal_stiffnesses(worst.outcome.as_ref(), worst.lever),
+            principal_stiffness_n_per_mm: tool_stiffnesses(worst.outcome.as_ref(), worst.lever),
             departure_vector_mm: None,
         },
         displacements,
@@ -314,10 +313,7 @@ fn index_of_largest(displacements: &[Vector3<f64>]) -> usize {
 }
 
 /// Inverse eigenvalues of the tool tip's compliance, ascending, N/mm; 0 where the tip is free.
-fn principal_stiffnesses(outcome: Option<&Outcome>, lever: Vector3<f64>) -> [f64; 3] {
+fn tool_stiffnesses(outcome: Option<&Outcome>, lever: Vector3<f64>) -> [f64; 3] {
     let Some(compliance) = outcome.and_then(|outcome| outcome.compliance) else { return [0.0; 3] };
-    let tip = tool_compliance(&compliance, lever);
-    let mut stiffness: [f64; 3] = ((tip + tip.transpose()) * 0.5).symmetric_eigenvalues().map(|c| 1.0 / c).into();
-    stiffness.sort_by(f64::total_cmp);
-    stiffness
+    statics::principal_stiffnesses(&tool_compliance(&compliance, lever))
 }
