@@ -33,7 +33,7 @@ pub struct Findings {
 }
 
 /// An element with a larger share in the compliance makes all others irrelevant.
-const DOMINANT_SHARE: f64 = 0.999;
+const DOMINANT_SHARE: f64 = 0.99;
 /// An element with a smaller share could as well be rigid.
 const NEGLIGIBLE_SHARE: f64 = 1e-5;
 
