@@ -224,6 +224,19 @@ fn a_split_block_keeps_its_first_line_and_moves_what_acts_at_its_end() {
 }
 
 #[test]
+fn parameters_stay_with_the_word_they_belong_to() {
+    let coarse = Sampling::new(10.0, 5.0).unwrap();
+    for (line, split) in [
+        ("G1 X10 F200 M9 P2", "G1 X5.00 Z-0.50 F200\nX10.00 Z0.50 M9 P2"),
+        ("G1 X10 F200 M7 P2", "G1 X5.00 Z-0.50 F200 M7 P2\nX10.00 Z0.50"),
+        ("G64 P0.1 G1 X10 M5", "G64 P0.1 G1 X5.00 Z-0.50\nX10.00 Z0.50 M5"),
+    ] {
+        let written = rewritten(&format!("G21 G90\nG0 X0 Y0 Z0\n{line}\n"), wave, coarse);
+        assert_eq!(written, format!("G21 G90\nG0 X0 Y0 Z0.50\n{split}\n"));
+    }
+}
+
+#[test]
 fn a_motion_word_comes_back_for_lines_that_rely_on_it() {
     let source = "G21G90\nG00X0Y0Z0\nG02X10Y0I5J0F200\nX20I5J0\n";
     let coarse = Sampling::new(10.0, 100.0).unwrap();

@@ -157,10 +157,12 @@ impl<'p> Writer<'p> {
         }
         self.motion_word = Some(MotionCode::Line);
         let mut at_end = Vec::new();
+        let parameters_at_end = motion.words.iter().filter(|word| takes_parameters(word)).all(acts_at_end);
         for (index, word) in motion.words.iter().enumerate() {
+            let moves = acts_at_end(word) || (parameters_at_end && matches!(word.letter, 'P' | 'Q'));
             if is_arc_word(word) {
                 edit.remove(index);
-            } else if corrected.len() > 1 && acts_at_end(word) {
+            } else if corrected.len() > 1 && moves {
                 at_end.extend(edit.remove(index));
             }
         }
@@ -225,6 +227,11 @@ fn put_axis(edit: &mut LineEdit, axis: usize, number: &str) {
         Some(index) => edit.set_number(index, number),
         None => edit.add_axis(axis, number),
     }
+}
+
+/// Words that P and Q may belong to.
+fn takes_parameters(word: &Word) -> bool {
+    word.letter == 'M' || (word.letter == 'G' && matches!(word.tenths(), Some(40 | 610 | 611 | 640)))
 }
 
 /// M words that a controller runs after the motion of their block.
