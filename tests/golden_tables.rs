@@ -35,7 +35,7 @@ fn workspace_map_is_the_golden_one() {
 
 fn placement_study(name: &str, overrides: &Overrides) -> PlacementStudy {
     match open(name, overrides) {
-        StudyKind::Placement(study) => study,
+        StudyKind::Placement(study) => *study,
         other => panic!("{name} is not a placement study: {other:?}"),
     }
 }

@@ -26,7 +26,7 @@ fn a_placement_study_leaves_tables_figures_and_a_recommendation() {
     assert!(said.contains("refinements end there"), "{said}");
     assert!(said.contains("Worst deflection at the named places: Q0 "), "{said}");
     let files = ["candidates.csv", "sweep.csv", "refinements.csv", "pareto.csv", "map_worst_deflection.png"];
-    for name in files.iter().chain(&["pareto.svg", "path_errors.svg", "path_Q3.png", "manifest.json"]) {
+    for name in files.iter().chain(&["pareto.svg", "path_errors_groove.svg", "paths_groove.png", "manifest.json"]) {
         assert!(out.path().join(name).is_file(), "{name} is missing");
     }
     let summary: Value = serde_json::from_slice(&std::fs::read(out.path().join("summary.json")).unwrap()).unwrap();
@@ -52,8 +52,11 @@ fn places_are_compared_side_by_side() {
     assert!(said.contains("unreachable") && said.contains("cannot close"), "{said}");
     for (at, message) in [
         ("Q9", "--at: machine orthoglide has no point \"Q9\"; there are: Q0, Q1, Q2, Q3"),
-        ("1,2", "--at: \"1,2\": expected x,y,z in mm, or x,y,z,yaw with yaw in degrees"),
-        ("1,2,nan", "--at: \"1,2,nan\": expected x,y,z in mm, or x,y,z,yaw with yaw in degrees"),
+        ("1,2", "--at: \"1,2\": expected x,y,z in mm, or x,y,z,yaw or x,y,z,yaw,pitch,roll with angles in degrees"),
+        (
+            "1,2,nan",
+            "--at: \"1,2,nan\": expected x,y,z in mm, or x,y,z,yaw or x,y,z,yaw,pitch,roll with angles in degrees",
+        ),
     ] {
         let output = kinetostat(&[&common[..], &["--at", at]].concat());
         assert_eq!(output.status.code(), Some(2));

@@ -21,7 +21,7 @@ use super::{Ending, print};
 #[derive(Debug, Args)]
 #[command(after_help = "\
 A place is a named point of the machine, at which P stands when the path is at its origin, or the origin of the
-workpiece: x,y,z in mm, or x,y,z,yaw with yaw in degrees.
+workpiece: x,y,z in mm, or x,y,z,yaw or x,y,z,yaw,pitch,roll with angles in degrees.
 
 Examples:
   kinetostat compare --machine orthoglide --process milling.toml --path part.nc --at Q0 --at 50,0,20
@@ -37,7 +37,7 @@ pub struct CompareArguments {
     #[arg(long)]
     path: PathBuf,
     /// A place; give several
-    #[arg(long, required = true, allow_hyphen_values = true, value_name = "NAME|X,Y,Z[,YAW]")]
+    #[arg(long, required = true, allow_hyphen_values = true, value_name = "NAME|X,Y,Z[,YAW[,PITCH,ROLL]]")]
     at: Vec<String>,
     /// How far the tool may be from its path, mm, for the share within tolerance
     #[arg(long, default_value_t = 0.1, value_parser = super::number)]

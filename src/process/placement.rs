@@ -20,13 +20,14 @@ pub enum PathReference {
 
 /// Pose of the workpiece frame W in the base frame O, and whose positions a path gives. By default W is O.
 ///
-/// W is turned about the z axis only: it is the tool's axis in both frames.
+/// The tool keeps the direction it has in W: where W is tilted, the platform tilts with it. Yaw turns the workpiece about
+/// the tool's axis, which the platform need not follow.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Placement {
     /// `p_OW`, mm.
     pub origin_mm: Vector3<f64>,
-    /// Angle from the x axis of O to that of W about their z axis, rad.
-    pub yaw_rad: f64,
+    /// Roll, pitch and yaw ψ of W, rad: `R_OW = R_z(yaw) R_y(pitch) R_x(roll)`.
+    pub roll_pitch_yaw: Vector3<f64>,
     /// Whose positions the path gives.
     pub reference: PathReference,
 }
@@ -35,23 +36,34 @@ impl Placement {
     /// `X_OW`.
     #[must_use]
     pub fn pose(&self) -> Pose {
-        let mut pose = Pose::from_translation(self.origin_mm);
-        pose.rotate_about(Axis::Z, self.yaw_rad);
-        pose
+        Pose { translation: self.origin_mm, ..Pose::from_roll_pitch_yaw(self.roll_pitch_yaw) }
+    }
+
+    /// `R_OP` for a path in W, given `home`, the orientation of the platform at home: `R_OP = R_OW R_z(−yaw) R_home`.
+    #[must_use]
+    pub fn platform_orientation(&self, home: &Matrix3<f64>) -> Matrix3<f64> {
+        let tilted = Vector3::new(self.roll_pitch_yaw.x, self.roll_pitch_yaw.y, 0.0);
+        if tilted == Vector3::zeros() {
+            return *home;
+        }
+        let mut tilt = self.pose();
+        tilt.rotate_about(Axis::Z, -self.roll_pitch_yaw.z);
+        tilt.rotation * home
     }
 
     /// The pose `X_OP` to command for the path position `position_mm` (W, mm):
     /// `p_OP = X_OW · p_W − R_OP p_PR`, where R is the path's reference point.
     ///
-    /// `orientation` is `R_OP`, the platform's orientation at home; `tool_tip` is `p_PT` in platform axes, mm.
+    /// `home` is the platform's orientation at home; `tool_tip` is `p_PT` in platform axes, mm.
     #[must_use]
-    pub fn platform_pose(&self, position_mm: Vector3<f64>, orientation: &Matrix3<f64>, tool_tip: Vector3<f64>) -> Pose {
-        let arm = orientation * self.reference_from_platform(tool_tip);
-        Pose { rotation: *orientation, translation: self.pose().transform(position_mm) - arm }
+    pub fn platform_pose(&self, position_mm: Vector3<f64>, home: &Matrix3<f64>, tool_tip: Vector3<f64>) -> Pose {
+        let rotation = self.platform_orientation(home);
+        let arm = rotation * self.reference_from_platform(tool_tip);
+        Pose { rotation, translation: self.pose().transform(position_mm) - arm }
     }
 
-    /// Position in W, mm, of the path's reference point when P stands at `platform` (`X_OP`). At the orientation of
-    /// home it is the inverse of [`Placement::platform_pose`]. `tool_tip` is `p_PT` in platform axes, mm.
+    /// Position in W, mm, of the path's reference point when P stands at `platform` (`X_OP`). At the commanded
+    /// orientation it is the inverse of [`Placement::platform_pose`]. `tool_tip` is `p_PT` in platform axes, mm.
     #[must_use]
     pub fn path_position(&self, platform: &Pose, tool_tip: Vector3<f64>) -> Vector3<f64> {
         self.pose().inverse().transform(platform.transform(self.reference_from_platform(tool_tip)))
@@ -59,7 +71,8 @@ impl Placement {
 
     /// The wrench at P in O axes of a `load` about the tool tip in W axes: `f = R_OW f_W`, `m = R_OW m_W + p_PT × f`.
     ///
-    /// `lever` is `p_PT` in O axes, mm. Without a moment of the load and with W along O this is eq. (16).
+    /// `lever` is `p_PT` in O axes, mm, at the commanded orientation. Without a moment of the load and with W along O this
+    /// is eq. (16).
     #[must_use]
     pub fn wrench(&self, load: &Load, lever: Vector3<f64>) -> Wrench {
         let rotation = self.pose().rotation;
@@ -84,7 +97,11 @@ mod tests {
     const TIP: Vector3<f64> = Vector3::new(3.0, -2.0, 100.0);
 
     fn placement(reference: PathReference) -> Placement {
-        Placement { origin_mm: Vector3::new(10.0, 20.0, 30.0), yaw_rad: FRAC_PI_2, reference }
+        Placement {
+            origin_mm: Vector3::new(10.0, 20.0, 30.0),
+            roll_pitch_yaw: Vector3::new(0.0, 0.0, FRAC_PI_2),
+            reference,
+        }
     }
 
     #[test]
@@ -101,13 +118,32 @@ mod tests {
     }
 
     #[test]
+    fn the_platform_tilts_with_the_workpiece_and_does_not_follow_its_yaw() {
+        let home = Pose::from_roll_pitch_yaw(Vector3::new(0.0, 0.0, 0.5)).rotation;
+        for (roll, pitch, yaw) in [(0.0, 0.0, 1.1), (0.3, 0.0, 0.0), (0.3, -0.2, 0.0), (-0.1, 0.4, 2.0)] {
+            let placement = Placement { roll_pitch_yaw: Vector3::new(roll, pitch, yaw), ..Placement::default() };
+            let orientation = placement.platform_orientation(&home);
+            // The axis of the tool is z of P and z of W.
+            assert!((orientation.column(2) - placement.pose().rotation.column(2)).norm() < 1e-12);
+            if (roll, pitch) == (0.0, 0.0) {
+                assert_eq!(orientation, home);
+            }
+            if yaw == 0.0 {
+                assert!((orientation - placement.pose().rotation * home).norm() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
     fn path_position_undoes_platform_pose() {
         let orientation = Pose::from_roll_pitch_yaw(Vector3::new(0.2, -0.1, 0.5)).rotation;
         for reference in [PathReference::ToolTip, PathReference::PlatformPoint] {
-            let placement = placement(reference);
-            let at = Vector3::new(-7.0, 0.25, 12.0);
-            let pose = placement.platform_pose(at, &orientation, TIP);
-            assert!((placement.path_position(&pose, TIP) - at).norm() < 1e-12);
+            for roll_pitch_yaw in [Vector3::new(0.0, 0.0, FRAC_PI_2), Vector3::new(0.2, 0.3, -0.4)] {
+                let placement = Placement { roll_pitch_yaw, ..placement(reference) };
+                let at = Vector3::new(-7.0, 0.25, 12.0);
+                let pose = placement.platform_pose(at, &orientation, TIP);
+                assert!((placement.path_position(&pose, TIP) - at).norm() < 1e-12);
+            }
         }
     }
 

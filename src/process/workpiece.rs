@@ -3,7 +3,7 @@
 //! Boxes and features are placed together: where a path gives the positions of the platform point instead of the tool
 //! tip, so do the boxes.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 use super::{
     PathReference, Placement,
@@ -45,6 +45,8 @@ pub struct ForbiddenBox {
 
 /// Boxes nearer than this touch but do not overlap, mm.
 const TOUCH_MM: f64 = 1e-9;
+/// Sine of the angle below which two edges are parallel.
+const PARALLEL: f64 = 1e-9;
 
 impl Extent {
     /// The smallest box around `points`; `None` if there are none.
@@ -59,27 +61,28 @@ impl Extent {
     }
 
     /// Whether this box, placed in O by `placement` (its axes are those of W), and the box `other` of O have more than
-    /// their surface in common: no axis of either separates their projections.
+    /// their surface in common: no axis of either, and no cross product of two, separates their projections.
     #[must_use]
     pub fn overlaps(&self, placement: &Placement, other: &Extent) -> bool {
         let pose = placement.pose();
-        let placed = |x: f64, y: f64| pose.transform(Vector3::new(x, y, self.min.z));
-        let (a, b) = (self.min, self.max);
-        let own = [placed(a.x, a.y), placed(b.x, a.y), placed(b.x, b.y), placed(a.x, b.y)];
-        let (c, d) = (other.min, other.max);
-        let theirs = [(c.x, c.y), (d.x, c.y), (d.x, d.y), (c.x, d.y)].map(|(x, y)| Vector2::new(x, y));
-        let (sin, cos) = placement.yaw_rad.sin_cos();
-        let axes = [Vector2::x(), Vector2::y(), Vector2::new(cos, sin), Vector2::new(-sin, cos)];
-        let low_z = own[0].z;
-        let apart_in_height = separated((low_z, low_z + b.z - a.z), (c.z, d.z));
-        let apart_in_plane = axes.iter().any(|axis| {
-            let shadow = |points: &mut dyn Iterator<Item = Vector2<f64>>| {
-                points.map(|p| p.dot(axis)).fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)))
-            };
-            separated(shadow(&mut own.iter().map(|p| p.xy())), shadow(&mut theirs.iter().copied()))
-        });
-        !apart_in_height && !apart_in_plane
+        let (own, theirs) = (self.corners().map(|corner| pose.transform(corner)), other.corners());
+        let (a, b) = (pose.rotation, Matrix3::identity());
+        let crossed = (0..9).map(|k| a.column(k / 3).cross(&b.column(k % 3)));
+        let axes = a.column_iter().chain(b.column_iter()).map(|axis| axis.into_owned()).chain(crossed);
+        // Edges that are parallel have no cross product, and need none.
+        let mut axes = axes.filter(|axis| axis.norm() > PARALLEL).map(|axis| axis.normalize());
+        !axes.any(|axis| separated(shadow(&own, &axis), shadow(&theirs, &axis)))
     }
+
+    fn corners(&self) -> [Vector3<f64>; 8] {
+        let end = |bit: usize| if bit == 0 { &self.min } else { &self.max };
+        std::array::from_fn(|k| Vector3::new(end(k & 1).x, end(k & 2).y, end(k & 4).z))
+    }
+}
+
+/// Smallest and largest coordinate of `points` along `axis`.
+fn shadow(points: &[Vector3<f64>], axis: &Vector3<f64>) -> (f64, f64) {
+    points.iter().map(|p| p.dot(axis)).fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v), high.max(v)))
 }
 
 fn separated(a: (f64, f64), b: (f64, f64)) -> bool {
@@ -98,7 +101,11 @@ mod tests {
     }
 
     fn at(x: f64, y: f64, z: f64, yaw_rad: f64) -> Placement {
-        Placement { origin_mm: Vector3::new(x, y, z), yaw_rad, ..Placement::default() }
+        tilted([x, y, z], [0.0, 0.0, yaw_rad])
+    }
+
+    fn tilted(origin: [f64; 3], roll_pitch_yaw: [f64; 3]) -> Placement {
+        Placement { origin_mm: origin.into(), roll_pitch_yaw: roll_pitch_yaw.into(), ..Placement::default() }
     }
 
     #[test]
@@ -119,6 +126,21 @@ mod tests {
         // Corner toward corner: only an axis of the turned box separates them.
         let diagonal = (1.0 + reach) / 2f64.sqrt() / 2f64.sqrt() + 0.1;
         assert!(!part.overlaps(&at(diagonal, diagonal, 0.0, FRAC_PI_4), &clamp));
+    }
+
+    #[test]
+    fn a_tilted_box_reaches_up_with_its_edge() {
+        let (part, clamp) = (cube([0.0; 3], 2.0), cube([0.0; 3], 2.0));
+        let reach = 1.0 + 2f64.sqrt();
+        assert!(part.overlaps(&tilted([0.0, 0.0, reach - 1e-6], [FRAC_PI_4, 0.0, 0.0]), &clamp));
+        assert!(!part.overlaps(&tilted([0.0, 0.0, reach + 1e-6], [FRAC_PI_4, 0.0, 0.0]), &clamp));
+        // Edge across edge: only their cross product separates them.
+        let lying = Extent { min: Vector3::new(-5.0, -1.0, -1.0), max: Vector3::new(5.0, 1.0, 1.0) };
+        let standing = Extent { min: Vector3::new(-1.0, -1.0, -5.0), max: Vector3::new(1.0, 1.0, 5.0) };
+        let across = Vector3::new(1.0, -1.0, 0.0).normalize();
+        let turned = |gap: f64| tilted((across * gap).into(), [FRAC_PI_4, 0.0, FRAC_PI_4]);
+        assert!(lying.overlaps(&turned(8f64.sqrt() - 1e-6), &standing));
+        assert!(!lying.overlaps(&turned(8f64.sqrt() + 1e-6), &standing));
     }
 
     #[test]

@@ -19,6 +19,7 @@ pub mod program;
 mod resolve;
 mod source;
 pub mod spec;
+mod tilt;
 pub mod workspace_map;
 
 use std::path::{Path, PathBuf};
@@ -53,7 +54,7 @@ pub enum StudyKind {
     /// Deflection and required corrections along a path.
     Path(PathStudy),
     /// Where a workpiece should stand.
-    Placement(PlacementStudy),
+    Placement(Box<PlacementStudy>),
 }
 
 impl Study {

@@ -127,6 +127,10 @@ pub struct GridSpec {
     pub z: usize,
     #[serde(default = "one")]
     pub yaw: usize,
+    #[serde(default = "one")]
+    pub pitch: usize,
+    #[serde(default = "one")]
+    pub roll: usize,
 }
 
 fn one() -> usize {
@@ -146,4 +150,10 @@ pub struct CandidateSpec {
     /// Angle from the x axis of O to that of W about z.
     #[serde(default)]
     pub yaw_deg: f64,
+    /// Pitch and roll of W, on a machine that controls these rotations: `R_OW = R_z(yaw) R_y(pitch) R_x(roll)`.
+    #[serde(default)]
+    pub pitch_deg: f64,
+    /// See `pitch_deg`.
+    #[serde(default)]
+    pub roll_deg: f64,
 }

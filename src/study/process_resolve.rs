@@ -11,6 +11,7 @@ use super::{
         SamplingSpec, SlotMillingSpec, SpindleSpec, TableSpec,
     },
     resolve,
+    tilt::Turned,
 };
 use crate::{
     check::Check,
@@ -38,7 +39,7 @@ pub(super) fn process(
     let (cutting, table_text) = force(&spec.force, machine, folder, &check.key("force"))?;
     let check_gcode = check.key("gcode");
     Ok(Process {
-        placement: placement(&spec.placement, &check.key("placement"))?,
+        placement: placement(&spec.placement, machine, &check.key("placement"))?,
         cutting,
         errors: resolve::chain_errors(&spec.chain_error, machine, &check)?,
         sampling: sampling(&spec.sampling, &check.key("sampling"))?,
@@ -50,10 +51,18 @@ pub(super) fn process(
     })
 }
 
-fn placement(spec: &PlacementSpec, check: &Check) -> Result<Placement> {
+fn placement(spec: &PlacementSpec, machine: &Machine, check: &Check) -> Result<Placement> {
+    let angle = |key: &str, degrees: f64| check.key(key).finite_scalar(degrees).map(f64::to_radians);
+    let roll_pitch_yaw = Vector3::new(
+        angle("roll_deg", spec.roll_deg)?,
+        angle("pitch_deg", spec.pitch_deg)?,
+        angle("yaw_deg", spec.yaw_deg)?,
+    );
+    let [roll, pitch, yaw] = [0, 1, 2].map(|i| roll_pitch_yaw[i] != 0.0);
+    Turned { roll, pitch, yaw }.check(machine, |name| check.key(name))?;
     Ok(Placement {
         origin_mm: check.key("origin_mm").finite(spec.origin_mm)?,
-        yaw_rad: check.key("yaw_deg").finite_scalar(spec.yaw_deg)?.to_radians(),
+        roll_pitch_yaw,
         reference: match spec.reference {
             ReferenceSpec::ToolTip => PathReference::ToolTip,
             ReferenceSpec::PlatformPoint => PathReference::PlatformPoint,

@@ -41,6 +41,13 @@ pub struct PlacementSpec {
     /// Origin of W in O.
     #[serde(default)]
     pub origin_mm: [f64; 3],
+    /// Roll, pitch and yaw of W: `R_OW = R_z(yaw) R_y(pitch) R_x(roll)`. The tool tilts with the workpiece, so roll and pitch
+    /// need a machine that controls these rotations.
+    #[serde(default)]
+    pub roll_deg: f64,
+    /// See `roll_deg`.
+    #[serde(default)]
+    pub pitch_deg: f64,
     /// Angle from the x axis of O to that of W about z.
     #[serde(default)]
     pub yaw_deg: f64,

@@ -240,10 +240,10 @@ pub fn demands_under(
     path: &Toolpath,
     loads: &[Load],
 ) -> Vec<Demand> {
-    let orientation = &machine.home.pose.rotation;
-    let lever = orientation * machine.tool_tip;
+    let home = &machine.home.pose.rotation;
+    let lever = placement.platform_orientation(home) * machine.tool_tip;
     let demand = |(point, load): (&PathPoint, &Load)| Demand {
-        pose: placement.platform_pose(point.position_mm, orientation, machine.tool_tip),
+        pose: placement.platform_pose(point.position_mm, home, machine.tool_tip),
         load: placement.wrench(load, lever),
         target,
     };

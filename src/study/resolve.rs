@@ -57,7 +57,7 @@ pub(super) fn study(spec: &StudySpec, text: &str, origin: &str, folder: &Path, o
             let (study, process) =
                 super::placement::resolve(placement, machine, folder, overrides, &check.key("placement"))?;
             let settings = format!("{process}\ngrid {:?}", study.grid.counts());
-            (StudyKind::Placement(study), settings)
+            (StudyKind::Placement(Box::new(study)), settings)
         }
         _ => return check.key("workspace_map").fail("give exactly one of workspace_map, path and placement".into()),
     };

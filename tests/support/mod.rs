@@ -1,6 +1,7 @@
 //! Shared by the integration tests.
 #![allow(dead_code)]
 
+pub mod arm;
 pub mod engine;
 pub mod planar;
 

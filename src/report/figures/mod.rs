@@ -5,11 +5,13 @@
 
 mod axis;
 mod colour_bar;
+mod curves;
 mod error;
 mod field;
 mod lines;
 mod marks;
 mod paint;
+mod panels;
 mod scene;
 mod slices;
 mod style;
@@ -19,6 +21,7 @@ mod volume;
 
 pub use error::FigureError;
 pub use lines::{LineFigure, LineSeries};
+pub use panels::{CurvePanel, PanelCurve, PanelFigure};
 pub use slices::{Mark2, SliceFigure, SlicePanel};
 pub use volume::{Mark3, VolumeFigure};
 
@@ -31,6 +34,8 @@ pub enum Figure {
     Volume(VolumeFigure),
     /// Curves over two axes.
     Lines(LineFigure),
+    /// Such curves in panels side by side.
+    Panels(PanelFigure),
 }
 
 impl Figure {
@@ -55,6 +60,7 @@ impl Figure {
             Self::Slices(figure) => slices::scene(figure),
             Self::Volume(figure) => volume::scene(figure),
             Self::Lines(figure) => lines::scene(figure),
+            Self::Panels(figure) => panels::scene(figure),
         }
     }
 }

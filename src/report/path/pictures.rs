@@ -59,6 +59,8 @@ fn curve(
         stations.filter_map(|(k, station)| Some((along(results, station)?, value(k)?))).collect();
     if results.study.is_circle {
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        // One turn: the curve ends at the angle at which it begins.
+        points.extend(points.first().map(|&(phi, value)| (phi + 360.0, value)));
     }
     LineSeries { label: label.into(), points, dashed }
 }

@@ -2,7 +2,7 @@
 
 use super::{summary::at, tables::is_found};
 use crate::study::placement::{
-    Agreement, Best, COORDINATES, End, Entry, Evaluation, Metric, PlacementResults, Room, UNITS,
+    Agreement, Best, COORDINATES, End, Entry, Evaluation, Metric, PlacementResults, Room, is_angle,
 };
 
 /// Where to put the workpiece, what that brings and how much room there is.
@@ -116,8 +116,7 @@ fn room(results: &PlacementResults) -> String {
     let way = |room: &Room| {
         let i = room.coordinate;
         let sign = if room.direction > 0.0 { "+" } else { "\u{2212}" };
-        let (distance, unit) =
-            if UNITS[i] == "deg" { (room.distance.to_degrees(), "°") } else { (room.distance, " mm") };
+        let (distance, unit) = if is_angle(i) { (room.distance.to_degrees(), "°") } else { (room.distance, " mm") };
         let end = match &room.end {
             End::Worse => "",
             End::Bound => " (its bound)",

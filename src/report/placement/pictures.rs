@@ -5,9 +5,11 @@ use nalgebra::Vector3;
 use crate::{
     report::{
         amplification::amplification,
-        figures::{Figure, LineFigure, LineSeries, Mark2, SliceFigure, SlicePanel},
+        figures::{
+            CurvePanel, Figure, LineFigure, LineSeries, Mark2, PanelCurve, PanelFigure, SliceFigure, SlicePanel,
+        },
     },
-    study::placement::{Metric, Metrics, PlacementResults, Site, Trace},
+    study::placement::{COORDINATES, Metric, Metrics, PlacementResults, Site, Trace},
 };
 
 /// Most panels of a map.
@@ -33,12 +35,12 @@ pub fn figures(results: &PlacementResults) -> Vec<(String, Figure)> {
     if results.front.len() > 1 {
         figures.push(("pareto".into(), Figure::Lines(pareto(results))));
     }
-    if !results.traces.is_empty() {
-        figures.push(("path_errors".into(), Figure::Lines(errors(results))));
-    }
-    // A line through the points of a path would also show where the tool is lifted.
-    for trace in results.traces.iter().filter(|trace| trace.cutting.iter().skip(1).all(|cutting| *cutting)) {
-        figures.push((format!("path_{}", stem(&trace.place)), Figure::Lines(path(results, trace))));
+    for (index, job) in study.features.iter().enumerate() {
+        if traces_of(results, index).next().is_some() {
+            let name = stem(&job.feature.name);
+            figures.push((format!("path_errors_{name}"), Figure::Panels(errors(results, index))));
+            figures.push((format!("paths_{name}"), Figure::Panels(path(results, index))));
+        }
     }
     figures
 }
@@ -62,36 +64,54 @@ fn spread(count: usize) -> Vec<usize> {
     (0..PANELS).map(|k| (k * (count - 1) + (PANELS - 1) / 2) / (PANELS - 1)).collect()
 }
 
-/// The planes drawn, as positions along z and yaw: all heights at the best place's yaw, or all yaws at the only height.
-fn planes(results: &PlacementResults) -> Vec<[usize; 2]> {
+/// The coordinate that differs between the planes drawn: the first one besides x and y that the sweep varies.
+fn across(results: &PlacementResults) -> usize {
+    (2..COORDINATES.len()).find(|&i| results.study.grid.axes[i].len() > 1).unwrap_or(2)
+}
+
+/// The planes drawn, as positions along the axes of the grid; the coordinates that differ between places but not between
+/// planes are those of the best place.
+fn planes(results: &PlacementResults) -> Vec<[usize; 6]> {
     let axes = &results.study.grid.axes;
-    let best = results.ranking.first().map_or(Site([0.0; 4]), |&index| results.cells[index].site);
-    let nearest = |i: usize| axes[i].iter().position(|value| *value == best.0[i]).unwrap_or(0);
-    if axes[2].len() > 1 {
-        spread(axes[2].len()).into_iter().map(|z| [z, nearest(3)]).collect()
-    } else {
-        spread(axes[3].len()).into_iter().map(|yaw| [0, yaw]).collect()
+    let best = results.ranking.first().map(|&index| results.cells[index].site);
+    let at_best = |i: usize| axes[i].iter().position(|value| best.is_some_and(|site| *value == site.0[i])).unwrap_or(0);
+    let base: [usize; 6] = std::array::from_fn(|i| if i < 2 { 0 } else { at_best(i) });
+    let across = across(results);
+    let plane = |k| {
+        let mut plane = base;
+        plane[across] = k;
+        plane
+    };
+    spread(axes[across].len()).into_iter().map(plane).collect()
+}
+
+/// A plane in words: its height, and the angles that the sweep varies.
+fn plane_title(results: &PlacementResults, plane: &[usize; 6]) -> String {
+    let axes = &results.study.grid.axes;
+    let angles = || (3..COORDINATES.len()).filter(|&i| axes[i].len() > 1);
+    let mut parts: Vec<String> =
+        angles().map(|i| format!("{} {:.0}°", COORDINATES[i], axes[i][plane[i]].to_degrees())).collect();
+    if axes[2].len() > 1 || parts.is_empty() {
+        parts.insert(0, format!("z = {:.1} mm", axes[2][plane[2]]));
     }
+    parts.join(", ").replace('-', "\u{2212}")
 }
 
 fn map(results: &PlacementResults, quantity: &str, value: &dyn Fn(&Metrics) -> Option<f64>) -> SliceFigure {
     let study = &results.study;
-    let [xs, ys, zs, yaws] = &study.grid.axes;
-    let panel = |&[z, yaw]: &[usize; 2]| {
-        let node = |x, y| value(results.cells[study.grid.index([x, y, z, yaw])].metrics()?);
-        let height = format!("z = {:.1} mm", zs[z]);
-        let turned = format!("yaw {:.0}°", yaws[yaw].to_degrees());
-        let title = match (zs.len() > 1, yaws.len() > 1) {
-            (true, true) => format!("{height}, {turned}"),
-            (false, true) => turned,
-            (_, false) => height,
+    let [xs, ys, ..] = &study.grid.axes;
+    let panel = |plane: &[usize; 6]| {
+        let node = |x, y| {
+            let [_, _, rest @ ..] = *plane;
+            let [z, yaw, pitch, roll] = rest;
+            value(results.cells[study.grid.index([x, y, z, yaw, pitch, roll])].metrics()?)
         };
         SlicePanel {
-            title: title.replace('-', "\u{2212}"),
+            title: plane_title(results, plane),
             x: xs.clone(),
             y: ys.clone(),
             values: (0..ys.len()).flat_map(|y| (0..xs.len()).map(move |x| (x, y))).map(|(x, y)| node(x, y)).collect(),
-            marks: marks(results, zs, z, yaws, yaw),
+            marks: marks(results, plane),
         }
     };
     SliceFigure {
@@ -112,17 +132,12 @@ fn map(results: &PlacementResults, quantity: &str, value: &dyn Fn(&Metrics) -> O
 const NEAR: f64 = 0.25;
 
 /// Named places and the best one, on the plane nearest to them.
-fn marks(results: &PlacementResults, zs: &[f64], z: usize, yaws: &[f64], yaw: usize) -> Vec<Mark2> {
-    let drawn = planes(results);
-    let nearest = |values: &[f64], value: f64, allowed: &dyn Fn(usize) -> bool| {
-        (0..values.len())
-            .filter(|&k| allowed(k))
-            .min_by(|&a, &b| (values[a] - value).abs().total_cmp(&(values[b] - value).abs()))
-    };
+fn marks(results: &PlacementResults, plane: &[usize; 6]) -> Vec<Mark2> {
+    let across = across(results);
+    let values = &results.study.grid.axes[across];
     let is_here = |site: &Site| {
-        let at_z = nearest(zs, site.0[2], &|k| drawn.iter().any(|plane| plane[0] == k));
-        let at_yaw = nearest(yaws, site.0[3], &|k| drawn.iter().any(|plane| plane[1] == k));
-        at_z == Some(z) && at_yaw == Some(yaw)
+        let gap = |plane: &[usize; 6]| (values[plane[across]] - site.0[across]).abs();
+        planes(results).into_iter().min_by(|a, b| gap(a).total_cmp(&gap(b))) == Some(*plane)
     };
     let is_near = |site: &Site| {
         let bounds = &results.study.bounds;
@@ -180,61 +195,83 @@ fn pareto(results: &PlacementResults) -> LineFigure {
     }
 }
 
-/// How far the tool is from its path, before and after, at the best and at a poor place.
-fn errors(results: &PlacementResults) -> LineFigure {
-    let study = &results.study;
-    let curve = |trace: &Trace, label: &str, dashed: bool, errors: &[Option<Vector3<f64>>]| {
-        let points = errors.iter().enumerate().filter(|(k, _)| trace.cutting[*k]);
-        LineSeries {
-            label: format!("{}, {label}", trace.place),
-            points: points.filter_map(|(k, error)| Some((trace.arc_length_mm[k], (*error)?.norm()))).collect(),
-            dashed,
+/// Traces of a feature, the best place first.
+fn traces_of(results: &PlacementResults, feature: usize) -> impl Iterator<Item = &Trace> {
+    results.traces.iter().filter(move |trace| trace.feature == feature)
+}
+
+/// A curve over the points where the tool cuts; it is broken where it does not, or where there is no value.
+fn cut(trace: &Trace, value: &dyn Fn(usize) -> Option<(f64, f64)>) -> PanelCurve {
+    let mut pieces: Vec<Vec<(f64, f64)>> = Vec::new();
+    let mut last = None;
+    for (k, at) in (0..trace.cutting.len()).filter_map(|k| Some((k, value(k)?))) {
+        // Without cutting on the way here, the point starts a piece if the tool cuts from it on.
+        let starts = !trace.cutting[k] && trace.cutting.get(k + 1) == Some(&true);
+        if starts || (trace.cutting[k] && last != Some(k.wrapping_sub(1))) {
+            pieces.push(Vec::new());
         }
+        if starts || trace.cutting[k] {
+            pieces.last_mut().into_iter().for_each(|piece| piece.push(at));
+            last = Some(k);
+        }
+    }
+    PanelCurve { pieces }
+}
+
+/// How far the tool is from its path, before and after, at the best and at a poor place.
+fn errors(results: &PlacementResults, feature: usize) -> PanelFigure {
+    let study = &results.study;
+    let panel = |trace: &Trace| {
+        let curve =
+            |errors: &[Option<Vector3<f64>>]| cut(trace, &|k| Some((trace.arc_length_mm[k], errors[k]?.norm())));
+        CurvePanel { title: trace.place.clone(), curves: vec![curve(&trace.before), curve(&trace.after)] }
     };
-    let both = |trace: &Trace| {
-        [
-            curve(trace, "without compensation", false, &trace.before),
-            curve(trace, "after compensation", true, &trace.after),
-        ]
-    };
-    LineFigure {
-        title: "How far the tool is from its path".into(),
-        subtitle: format!("{}, {}, where the tool cuts", study.machine.name, study.features[0].feature.name),
+    PanelFigure {
+        title: format!("How far the tool is from its path: {}", study.features[feature].feature.name),
+        subtitle: format!("{}, where the tool cuts, at the best and at a poor place", study.machine.name),
         x_label: "path length [mm]".into(),
         y_label: "distance [mm]".into(),
-        series: results.traces.iter().flat_map(both).collect(),
+        curves: vec![("without compensation".into(), false), ("after compensation".into(), true)],
+        panels: traces_of(results, feature).map(panel).collect(),
         equal_axes: false,
-        log_x: false,
-        log_y: false,
-        closed_note: None,
+        note: String::new(),
     }
 }
 
-/// The wanted path in the xy-plane, and where the tool goes before and after the correction.
-fn path(results: &PlacementResults, trace: &Trace) -> LineFigure {
+/// The wanted path in the xy-plane, and where the tool goes before and after the correction, at the best and at a poor
+/// place.
+fn path(results: &PlacementResults, feature: usize) -> PanelFigure {
     let study = &results.study;
-    let amplification = amplification(&trace.wanted, shared_error(results));
-    let drawn = |label: &str, dashed: bool, error: &dyn Fn(usize) -> Option<Vector3<f64>>| {
-        let points = trace.wanted.iter().enumerate().filter(|(k, _)| trace.cutting[*k]).filter_map(|(k, p)| {
-            let at = p + error(k)? * amplification;
-            Some((at.x, at.y))
-        });
-        LineSeries { label: label.into(), points: points.collect(), dashed }
+    let wanted = traces_of(results, feature).next().map_or(&[][..], |trace| &trace.wanted);
+    let amplification = amplification(wanted, shared_error(results));
+    let panel = |trace: &Trace| {
+        let drawn = |error: &dyn Fn(usize) -> Option<Vector3<f64>>| {
+            cut(trace, &|k| {
+                let at = trace.wanted[k] + error(k)? * amplification;
+                Some((at.x, at.y))
+            })
+        };
+        CurvePanel {
+            title: trace.place.clone(),
+            curves: vec![drawn(&|_| Some(Vector3::zeros())), drawn(&|k| trace.before[k]), drawn(&|k| trace.after[k])],
+        }
     };
-    LineFigure {
-        title: format!("{} cut at {}", study.features[trace.feature].feature.name, trace.place),
-        subtitle: format!("{}, where the tool cuts, seen along −z", study.machine.name),
+    PanelFigure {
+        title: format!("Predicted path: {}", study.features[feature].feature.name),
+        subtitle: format!(
+            "{}, where the tool cuts, seen along −z, at the best and at a poor place",
+            study.machine.name
+        ),
         x_label: "x [mm]".into(),
         y_label: "y [mm]".into(),
-        series: vec![
-            drawn("wanted", false, &|_| Some(Vector3::zeros())),
-            drawn("without compensation", false, &|k| trace.before[k]),
-            drawn("after compensation", true, &|k| trace.after[k]),
+        curves: vec![
+            ("wanted".into(), false),
+            ("without compensation".into(), false),
+            ("after compensation".into(), true),
         ],
+        panels: traces_of(results, feature).map(panel).collect(),
         equal_axes: true,
-        log_x: false,
-        log_y: false,
-        closed_note: Some(format!("deviations from the wanted path drawn {amplification} times as large")),
+        note: format!("deviations from the wanted path drawn {amplification} times as large"),
     }
 }
 

@@ -6,14 +6,17 @@ use serde_json::{Map, Value, json};
 use super::advice::recommendation;
 use crate::study::placement::{
     Agreement, COORDINATES, End, Entry, Metric, Metrics, PlacementResults, PlacementStudy, Site, UNITS, Verdict,
+    is_angle,
 };
 
 /// A place in words.
 pub(super) fn at(site: &Site) -> String {
-    let [x, y, z, yaw] = site.shown();
-    match yaw {
-        0.0 => format!("({x:.1}, {y:.1}, {z:.1}) mm"),
-        _ => format!("({x:.1}, {y:.1}, {z:.1}) mm at yaw {yaw:.1}°"),
+    let [x, y, z, angles @ ..] = site.shown();
+    let turned = COORDINATES[3..].iter().zip(angles).filter(|(_, angle)| *angle != 0.0);
+    let turned: Vec<String> = turned.map(|(name, angle)| format!("{name} {angle:.1}°")).collect();
+    match turned.as_slice() {
+        [] => format!("({x:.1}, {y:.1}, {z:.1}) mm"),
+        turned => format!("({x:.1}, {y:.1}, {z:.1}) mm at {}", turned.join(", ")),
     }
 }
 
@@ -42,12 +45,17 @@ pub fn entries_table(study: &PlacementStudy, entries: &[Entry]) -> String {
     let shown: Vec<Metric> = SHOWN.into_iter().filter(|metric| has_limits || !metric.is_bounded()).collect();
     let mut table = Table::new();
     table.load_style(UTF8_HORIZONTAL_ONLY);
-    let mut header = vec!["place".to_string(), "x, y, z [mm]".into(), "yaw [°]".into()];
+    let is_tilted = entries.iter().any(|entry| entry.site.0[4..] != [0.0; 2]);
+    let angles = if is_tilted { 3..6 } else { 3..4 };
+    let mut header = vec!["place".to_string(), "x, y, z [mm]".into()];
+    header.extend(COORDINATES[angles.clone()].iter().map(|name| format!("{name} [°]")));
     header.extend(shown.iter().map(|metric| metric.short_words().into()));
     table.set_header(header);
     for entry in entries {
-        let [x, y, z, yaw] = entry.site.shown();
-        let mut row = vec![entry.name.clone(), format!("{x:.2}, {y:.2}, {z:.2}"), format!("{yaw:.1}")];
+        let shown_site = entry.site.shown();
+        let [x, y, z, ..] = shown_site;
+        let mut row = vec![entry.name.clone(), format!("{x:.2}, {y:.2}, {z:.2}")];
+        row.extend(shown_site[angles.clone()].iter().map(|angle| format!("{angle:.1}")));
         match &entry.outcome {
             Ok(evaluation) => row.extend(shown.iter().map(|metric| {
                 evaluation.metrics.get(*metric).map_or_else(|| "–".into(), |value| metric.shown(machine, value))
@@ -94,8 +102,8 @@ fn counts(results: &PlacementResults) -> [usize; 3] {
 }
 
 fn site_json(site: &Site) -> Value {
-    let [x, y, z, yaw] = site.shown();
-    json!({ "x_mm": x, "y_mm": y, "z_mm": z, "yaw_deg": yaw })
+    let coordinates = COORDINATES.iter().zip(UNITS).zip(site.shown());
+    coordinates.map(|((name, unit), value)| (format!("{name}_{unit}"), json!(value))).collect::<Map<_, _>>().into()
 }
 
 fn metrics_json(study: &PlacementStudy, metrics: &Metrics) -> Value {
@@ -134,7 +142,7 @@ pub fn summary_json(results: &PlacementResults) -> Value {
     });
     let room = |room: &crate::study::placement::Room| {
         let i = room.coordinate;
-        let distance = if UNITS[i] == "deg" { room.distance.to_degrees() } else { room.distance };
+        let distance = if is_angle(i) { room.distance.to_degrees() } else { room.distance };
         let end = match &room.end {
             End::Worse => "objective 5 % worse".to_string(),
             End::Bound => "bound".into(),

@@ -30,7 +30,7 @@ pub use outcome::{Agreement, Best, Entry, Found, PlacementResults};
 pub use refine::Refinement;
 pub use resolve::place;
 pub(super) use resolve::placement as resolve;
-pub use site::{Bounds, COORDINATES, Site, SiteGrid, UNITS};
+pub use site::{Bounds, COORDINATES, Site, SiteGrid, UNITS, is_angle};
 pub use sweep::{Cell, Verdict};
 pub use trace::Trace;
 
@@ -120,7 +120,7 @@ pub fn run(study: &PlacementStudy, watch: &Watch) -> PlacementResults {
     let evaluator = Evaluator::new(study, &needed);
     let cells = sweep::sweep(&evaluator, study, watch);
     let ranking = sweep::ranking(study, &cells);
-    let starts: Vec<Site> = ranking.iter().take(study.search.starts).map(|&index| cells[index].site).collect();
+    let starts: Vec<Site> = sweep::starts(study, &cells, &ranking).iter().map(|&index| cells[index].site).collect();
     let refinements = refine::refine(&evaluator, study, &study.objective, &starts, watch);
     let ends = outcome::front_ends(&evaluator, study, &cells, watch);
     let best = outcome::best(study, &cells, &ranking, &refinements);
@@ -149,13 +149,13 @@ pub fn compare(study: &PlacementStudy) -> Vec<Entry> {
 impl PlacementStudy {
     /// Named places for one feature, judged by its worst deflection; nothing is sought.
     pub fn of_places(machine: Machine, job: FeatureJob, extent: Extent, candidates: Vec<Candidate>) -> Self {
-        let bounds = Bounds { low: [0.0; 4], high: [0.0; 4] };
+        let bounds = Bounds { low: [0.0; 6], high: [0.0; 6] };
         Self {
             machine,
             features: vec![job],
             extent,
             forbidden: Vec::new(),
-            grid: SiteGrid::new(&bounds, [1; 4]),
+            grid: SiteGrid::new(&bounds, [1; 6]),
             bounds,
             objective: Objective { weights: vec![(Metric::WorstDeflection, 1.0)], pareto: Vec::new() },
             search: Search { starts: 1, max_iterations: 1, tolerance: 1e-4, coarse_to_fine: true },

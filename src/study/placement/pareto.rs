@@ -53,7 +53,7 @@ mod tests {
         let mut metrics = Metrics::default();
         metrics.set(Metric::WorstDeflection, deflection);
         metrics.set(Metric::StabilityMargin, margin);
-        (Site([deflection, margin, 0.0, 0.0]), metrics)
+        (Site([deflection, margin, 0.0, 0.0, 0.0, 0.0]), metrics)
     }
 
     #[test]

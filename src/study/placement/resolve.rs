@@ -7,12 +7,12 @@ use nalgebra::Vector3;
 use super::{
     Candidate, FeatureJob, PlacementStudy, Search,
     metric::{Metric, Objective},
-    site::{Bounds, COORDINATES, Site, SiteGrid, UNITS},
+    site::{Bounds, COORDINATES, Site, SiteGrid, is_angle},
 };
 use crate::{
     check::Check,
     error::{Error, Result},
-    machine::{Coordinate, Machine},
+    machine::Machine,
     process::{Extent, Feature, ForbiddenBox, PathReference},
     study::{
         Overrides, Process,
@@ -21,6 +21,8 @@ use crate::{
             BoundsSpec, CandidateSpec, FeatureSpec, FixedSpec, ForbiddenSpec, ObjectiveSpec, PlacementStudySpec,
             SearchSpec,
         },
+        resolve::command_line,
+        tilt::Turned,
     },
 };
 
@@ -40,8 +42,7 @@ pub(in crate::study) fn placement(
 ) -> Result<(PlacementStudy, String)> {
     let (features, text) = features(&spec.feature, &machine, folder, overrides, check)?;
     let reference = features[0].feature.reference;
-    refuse_tilt(spec, &machine, check)?;
-    let bounds = bounds(&spec.bounds, &spec.fixed, check)?;
+    let bounds = bounds(&spec.bounds, &spec.fixed, &machine, check)?;
     let extent = match &spec.workpiece {
         Some(spec) => extent(spec.min_mm, spec.max_mm, &check.key("workpiece"))?,
         None => around(&features),
@@ -93,7 +94,7 @@ fn feature(
     check: &Check,
 ) -> Result<(FeatureJob, String)> {
     let process = Process::open(&folder.join(&spec.process), machine)?;
-    if process.placement.origin_mm != Vector3::zeros() || process.placement.yaw_rad != 0.0 {
+    if process.placement.origin_mm != Vector3::zeros() || process.placement.roll_pitch_yaw != Vector3::zeros() {
         let problem = format!("{} places the workpiece, which is what this study is to find", spec.process);
         return check.key("process").fail(problem);
     }
@@ -138,54 +139,43 @@ fn forbidden(specs: &[ForbiddenSpec], check: &Check) -> Result<Vec<ForbiddenBox>
     Ok(boxes)
 }
 
-/// Roll and pitch: the tool would have to follow, which needs a machine that turns it.
-fn refuse_tilt(spec: &PlacementStudySpec, machine: &Machine, check: &Check) -> Result<()> {
-    let given = [
-        ("bounds", "roll_deg", 0, spec.bounds.roll_deg.is_some_and(|range| range != [0.0; 2])),
-        ("bounds", "pitch_deg", 1, spec.bounds.pitch_deg.is_some_and(|range| range != [0.0; 2])),
-        ("fixed", "roll_deg", 0, spec.fixed.roll_deg.is_some_and(|angle| angle != 0.0)),
-        ("fixed", "pitch_deg", 1, spec.fixed.pitch_deg.is_some_and(|angle| angle != 0.0)),
-    ];
-    let Some((table, key, axis, _)) = given.into_iter().find(|(.., given)| *given) else { return Ok(()) };
-    let check = check.key(table).key(key);
-    if machine.controls.contains(&Coordinate::Rotation(axis)) {
-        return check.fail("tilted workpieces are not supported: toolpaths have their tool along z of W".into());
-    }
-    let axis = ["x", "y"][axis];
-    check.fail(format!(
-        "machine {} does not control rotation about {axis}, so its tool cannot follow a tilted workpiece; only x, y, z \
-         and yaw can be sought",
-        machine.name
-    ))
-}
+/// Names of the keys of a site's coordinates.
+const KEYS: [&str; 6] = ["x_mm", "y_mm", "z_mm", "yaw_deg", "pitch_deg", "roll_deg"];
 
-fn bounds(bounds: &BoundsSpec, fixed: &FixedSpec, check: &Check) -> Result<Bounds> {
-    let keys = ["x_mm", "y_mm", "z_mm", "yaw_deg"];
-    let ranges = [bounds.x_mm, bounds.y_mm, bounds.z_mm, bounds.yaw_deg];
-    let values = [fixed.x_mm, fixed.y_mm, fixed.z_mm, fixed.yaw_deg.or(bounds.yaw_deg.is_none().then_some(0.0))];
-    let (mut low, mut high) = ([0.0; 4], [0.0; 4]);
-    for i in 0..4 {
-        let unit = if UNITS[i] == "deg" { 1f64.to_radians() } else { 1.0 };
-        (low[i], high[i]) = match (ranges[i], values[i]) {
-            (Some(_), None) => check.key("bounds").key(keys[i]).interval(ranges[i], unit)?.unwrap_or((0.0, 0.0)),
+fn bounds(bounds: &BoundsSpec, fixed: &FixedSpec, machine: &Machine, check: &Check) -> Result<Bounds> {
+    let ranges = [bounds.x_mm, bounds.y_mm, bounds.z_mm, bounds.yaw_deg, bounds.pitch_deg, bounds.roll_deg];
+    let values = [fixed.x_mm, fixed.y_mm, fixed.z_mm, fixed.yaw_deg, fixed.pitch_deg, fixed.roll_deg];
+    let (mut low, mut high) = ([0.0; 6], [0.0; 6]);
+    for i in 0..KEYS.len() {
+        let unit = if is_angle(i) { 1f64.to_radians() } else { 1.0 };
+        let value = values[i].or((is_angle(i) && ranges[i].is_none()).then_some(0.0));
+        let check_range = check.key("bounds").key(KEYS[i]);
+        (low[i], high[i]) = match (ranges[i], value) {
+            (Some(_), None) => check_range.interval(ranges[i], unit)?.unwrap_or((0.0, 0.0)),
             (None, Some(value)) => {
-                let value = check.key("fixed").key(keys[i]).finite_scalar(value)? * unit;
+                let value = check.key("fixed").key(KEYS[i]).finite_scalar(value)? * unit;
                 (value, value)
             }
-            _ => return check.fail(format!("give exactly one of bounds.{} and fixed.{}", keys[i], keys[i])),
+            _ => return check.fail(format!("give exactly one of bounds.{} and fixed.{}", KEYS[i], KEYS[i])),
         };
+        if let (true, Some([first, last])) = (is_angle(i), ranges[i])
+            && last - first > 360.0 * (1.0 + 1e-12)
+        {
+            return check_range.fail(format!("must not exceed a full turn, got {first} to {last}"));
+        }
     }
-    if high[3] - low[3] > std::f64::consts::TAU * (1.0 + 1e-12) {
-        let [low, high] = bounds.yaw_deg.unwrap_or_default();
-        return check.key("bounds").key("yaw_deg").fail(format!("must not exceed a full turn, got {low} to {high}"));
-    }
+    let [.., yaw, pitch, roll] = std::array::from_fn::<_, 6, _>(|i| low[i] != 0.0 || high[i] != 0.0);
+    Turned { roll, pitch, yaw }.check(machine, |name| {
+        let is_sought = KEYS.iter().position(|key| *key == name).is_some_and(|i| ranges[i].is_some());
+        check.key(if is_sought { "bounds" } else { "fixed" }).key(name)
+    })?;
     Ok(Bounds { low, high })
 }
 
 fn grid(spec: &SearchSpec, bounds: &Bounds, overrides: &Overrides, check: &Check) -> Result<SiteGrid> {
-    let mut counts = [spec.grid.x, spec.grid.y, spec.grid.z, spec.grid.yaw];
+    let mut counts = [spec.grid.x, spec.grid.y, spec.grid.z, spec.grid.yaw, spec.grid.pitch, spec.grid.roll];
     let is_free = |i: usize| bounds.high[i] > bounds.low[i];
-    for i in 0..4 {
+    for i in 0..counts.len() {
         let count = counts[i];
         let check = check.key("grid").key(COORDINATES[i]);
         if count == 0 {
@@ -202,7 +192,8 @@ fn grid(spec: &SearchSpec, bounds: &Bounds, overrides: &Overrides, check: &Check
     }
     let total = counts.iter().try_fold(1usize, |product, &n| product.checked_mul(n));
     if total.is_none_or(|total| total == 0 || total > MAX_PLACES) {
-        let problem = format!("must be 1 to {MAX_PLACES} places in all, got {counts:?} along x, y, z, yaw");
+        let problem =
+            format!("must be 1 to {MAX_PLACES} places in all, got {counts:?} along {}", COORDINATES.join(", "));
         return check.key("grid").fail(problem);
     }
     Ok(SiteGrid::new(bounds, counts))
@@ -283,10 +274,20 @@ fn candidates(
             (None, Some(origin)) => check.key("origin_mm").finite(origin)?,
             _ => return check.key("point").fail("give exactly one of point and origin_mm".into()),
         };
-        let yaw = check.key("yaw_deg").finite_scalar(spec.yaw_deg)?.to_radians();
-        candidates.push(Candidate { name, site: Site::new(position, yaw) });
+        let angles = [("yaw_deg", spec.yaw_deg), ("pitch_deg", spec.pitch_deg), ("roll_deg", spec.roll_deg)];
+        let mut site = Site::new(position, 0.0);
+        for (i, (key, degrees)) in angles.into_iter().enumerate() {
+            site.0[3 + i] = check.key(key).finite_scalar(degrees)?.to_radians();
+        }
+        turned(&site).check(machine, |name| check.key(name))?;
+        candidates.push(Candidate { name, site });
     }
     Ok(candidates)
+}
+
+fn turned(site: &Site) -> Turned {
+    let [.., yaw, pitch, roll] = site.0.map(|value| value != 0.0);
+    Turned { roll, pitch, yaw }
 }
 
 /// Where the point that paths refer to is when P stands at `position`, mm.
@@ -305,12 +306,21 @@ pub fn place(text: &str, machine: &Machine, reference: PathReference) -> Result<
     let numbers: std::result::Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse::<f64>()).collect();
     let fault = |problem: String| Err(Error::Argument { argument: "--at".into(), problem });
     let site = match numbers.as_deref() {
-        Ok([x, y, z, yaw @ ..])
-            if yaw.len() <= 1 && numbers.iter().flatten().all(|v| v.abs() <= crate::check::LARGEST) =>
+        Ok([x, y, z, angles @ ..])
+            if angles.len() <= 3 && numbers.iter().flatten().all(|v| v.abs() <= crate::check::LARGEST) =>
         {
-            Site::new(Vector3::new(*x, *y, *z), yaw.first().copied().unwrap_or(0.0).to_radians())
+            let mut site = Site::new(Vector3::new(*x, *y, *z), 0.0);
+            for (coordinate, degrees) in site.0[3..].iter_mut().zip(angles) {
+                *coordinate = degrees.to_radians();
+            }
+            turned(&site).check(machine, |name| command_line("--at").key(name))?;
+            site
         }
-        Ok(_) => return fault(format!("\"{text}\": expected x,y,z in mm, or x,y,z,yaw with yaw in degrees")),
+        Ok(_) => {
+            return fault(format!(
+                "\"{text}\": expected x,y,z in mm, or x,y,z,yaw or x,y,z,yaw,pitch,roll with angles in degrees"
+            ));
+        }
         Err(_) => match machine.point(text) {
             Some(point) => Site::new(at_point(machine, reference, point.position), 0.0),
             None => {

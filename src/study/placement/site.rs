@@ -6,21 +6,23 @@ use serde::Serialize;
 use crate::process::{PathReference, Placement};
 
 /// Names of the coordinates of a [`Site`], in the order of its numbers.
-pub const COORDINATES: [&str; 4] = ["x", "y", "z", "yaw"];
+pub const COORDINATES: [&str; 6] = ["x", "y", "z", "yaw", "pitch", "roll"];
 /// Units in which they are shown.
-pub const UNITS: [&str; 4] = ["mm", "mm", "mm", "deg"];
+pub const UNITS: [&str; 6] = ["mm", "mm", "mm", "deg", "deg", "deg"];
+/// Number of coordinates.
+const N: usize = COORDINATES.len();
 
-/// A place for the workpiece: origin of W in O, mm, and its angle about z, rad.
+/// A place for the workpiece: origin of W in O, mm, and its angles, rad.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Site(
-    /// x, y, z in mm, yaw in rad.
-    pub [f64; 4],
+    /// x, y, z in mm; yaw, pitch and roll in rad, see [`Placement`].
+    pub [f64; N],
 );
 
 impl Site {
     /// From the origin of W (mm) and its angle about z (rad).
     pub fn new(position_mm: Vector3<f64>, yaw_rad: f64) -> Self {
-        Self([position_mm.x, position_mm.y, position_mm.z, yaw_rad])
+        Self([position_mm.x, position_mm.y, position_mm.z, yaw_rad, 0.0, 0.0])
     }
 
     /// Origin of W in O, mm.
@@ -29,31 +31,37 @@ impl Site {
     }
 
     /// The coordinates as shown: mm and degrees.
-    pub fn shown(&self) -> [f64; 4] {
+    pub fn shown(&self) -> [f64; N] {
         // The way through radians must not show.
-        let yaw_deg = (self.0[3].to_degrees() * 1e9).round() / 1e9;
-        [self.0[0], self.0[1], self.0[2], yaw_deg]
+        let degrees = |angle: f64| (angle.to_degrees() * 1e9).round() / 1e9;
+        std::array::from_fn(|i| if is_angle(i) { degrees(self.0[i]) } else { self.0[i] })
     }
 
     /// The placement of a path whose positions are those of `reference`.
     pub fn placement(&self, reference: PathReference) -> Placement {
-        Placement { origin_mm: self.position_mm(), yaw_rad: self.0[3], reference }
+        let [.., yaw, pitch, roll] = self.0;
+        Placement { origin_mm: self.position_mm(), roll_pitch_yaw: Vector3::new(roll, pitch, yaw), reference }
     }
+}
+
+/// Whether a coordinate is an angle.
+pub fn is_angle(coordinate: usize) -> bool {
+    UNITS[coordinate] == "deg"
 }
 
 /// Smallest and largest value of each coordinate; a coordinate whose ends agree is fixed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounds {
     /// Smallest, mm and rad.
-    pub low: [f64; 4],
+    pub low: [f64; N],
     /// Largest, mm and rad.
-    pub high: [f64; 4],
+    pub high: [f64; N],
 }
 
 impl Bounds {
     /// Indices of the coordinates that are not fixed.
     pub fn free(&self) -> Vec<usize> {
-        (0..4).filter(|&i| self.high[i] > self.low[i]).collect()
+        (0..N).filter(|&i| self.high[i] > self.low[i]).collect()
     }
 
     /// Length of a coordinate's range, mm or rad.
@@ -76,18 +84,18 @@ impl Bounds {
 /// The places of a sweep.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SiteGrid {
-    /// Values of x, y, z (mm) and yaw (rad), ascending.
-    pub axes: [Vec<f64>; 4],
+    /// Values of x, y, z (mm), yaw, pitch and roll (rad), ascending.
+    pub axes: [Vec<f64>; N],
 }
 
 impl SiteGrid {
     /// `counts` values of each coordinate within `bounds`.
-    pub fn new(bounds: &Bounds, counts: [usize; 4]) -> Self {
+    pub fn new(bounds: &Bounds, counts: [usize; N]) -> Self {
         Self { axes: std::array::from_fn(|i| bounds.values(i, counts[i])) }
     }
 
     /// Values of each coordinate.
-    pub fn counts(&self) -> [usize; 4] {
+    pub fn counts(&self) -> [usize; N] {
         std::array::from_fn(|i| self.axes[i].len())
     }
 
@@ -101,7 +109,7 @@ impl SiteGrid {
         self.len() == 0
     }
 
-    /// Place `index`; x runs fastest, then y, z, yaw.
+    /// Place `index`; x runs fastest, then y, z, yaw, pitch, roll.
     pub fn site(&self, index: usize) -> Site {
         let mut rest = index;
         Site(std::array::from_fn(|i| {
@@ -113,8 +121,8 @@ impl SiteGrid {
     }
 
     /// Index of the place with these positions on the axes; the inverse of [`SiteGrid::site`].
-    pub fn index(&self, positions: [usize; 4]) -> usize {
-        (0..4).rev().fold(0, |index, i| index * self.axes[i].len() + positions[i])
+    pub fn index(&self, positions: [usize; N]) -> usize {
+        (0..N).rev().fold(0, |index, i| index * self.axes[i].len() + positions[i])
     }
 
     /// Step of a coordinate between neighbouring places; its whole range if there is only one. mm or rad.

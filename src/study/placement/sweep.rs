@@ -2,8 +2,8 @@
 //!
 //! All places go through the levels of the paths together. After each level the most promising ones are evaluated to the
 //! end; a place is given up as soon as the best it can still be ([`Evaluator::outlook`]) is worse than what as many
-//! places as are refined later have been found to be, and worse in one and no better in any metric of the Pareto front
-//! than a place that is known. Whether the workpiece could be cut at a place given up was not asked at all of its points.
+//! places as starts are chosen from ([`starts`]) have been found to be, and worse in one and no better in any metric of
+//! the Pareto front than a place that is known. Whether the workpiece could be cut at a place given up was not asked at all of its points.
 //! What is given up can therefore neither win, nor be refined, nor lie on the front. Which
 //! places those are does not depend on the number of threads.
 
@@ -108,7 +108,7 @@ fn complete(evaluator: &Evaluator<'_>, state: &mut State, watch: &Watch) {
     }
 }
 
-/// Completes the open states that look best, as many as are refined later.
+/// Completes the open states that look best, as many as starts are chosen from.
 fn complete_best(evaluator: &Evaluator<'_>, study: &PlacementStudy, states: &mut [State], watch: &Watch) {
     let mut looks: Vec<(f64, usize)> = states
         .iter()
@@ -120,7 +120,7 @@ fn complete_best(evaluator: &Evaluator<'_>, study: &PlacementStudy, states: &mut
         .collect();
     looks.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut chosen = vec![false; states.len()];
-    looks.iter().take(study.search.starts).for_each(|(_, index)| chosen[*index] = true);
+    looks.iter().take(pool(study)).for_each(|(_, index)| chosen[*index] = true);
     let best = states.par_iter_mut().zip(chosen).filter(|(_, chosen)| *chosen);
     best.for_each(|(state, _)| complete(evaluator, state, watch));
 }
@@ -136,7 +136,7 @@ fn give_up(evaluator: &Evaluator<'_>, study: &PlacementStudy, states: &mut [Stat
         .collect();
     let mut values: Vec<f64> = known.iter().map(|metrics| study.objective.value(metrics)).collect();
     values.sort_by(f64::total_cmp);
-    let Some(&threshold) = values.get(study.search.starts - 1) else { return };
+    let Some(&threshold) = values.get(pool(study) - 1) else { return };
     let pareto = &study.objective.pareto;
     for state in states {
         let State::Open(partial) = state else { continue };
@@ -162,3 +162,35 @@ pub(super) fn ranking(study: &PlacementStudy, cells: &[Cell]) -> Vec<usize> {
     ranked.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
     ranked.into_iter().map(|(_, _, index)| index).collect()
 }
+
+/// Starts are chosen from so many times as many of the best places.
+const CHOICE: usize = 4;
+
+/// Number of best places that starts are chosen from.
+fn pool(study: &PlacementStudy) -> usize {
+    CHOICE * study.search.starts
+}
+
+/// Indices of the cells that refinements start from: the best ones no two of which are neighbours on the grid, or else
+/// the best ones; of those known exactly, best first.
+pub(super) fn starts(study: &PlacementStudy, cells: &[Cell], ranking: &[usize]) -> Vec<usize> {
+    let is_neighbour = |a: &Site, b: &Site| {
+        let close = |i: usize| (a.0[i] - b.0[i]).abs() <= NEXT * study.grid.step(i, &study.bounds);
+        study.bounds.free().into_iter().all(close)
+    };
+    let pool: Vec<usize> =
+        ranking.iter().copied().filter(|&index| cells[index].complete().is_some()).take(pool(study)).collect();
+    let mut chosen: Vec<usize> = Vec::new();
+    for &index in &pool {
+        if !chosen.iter().any(|&other| is_neighbour(&cells[other].site, &cells[index].site)) {
+            chosen.push(index);
+        }
+    }
+    let others: Vec<usize> = pool.into_iter().filter(|index| !chosen.contains(index)).collect();
+    chosen.extend(others);
+    chosen.truncate(study.search.starts);
+    chosen
+}
+
+/// Places at most so many steps apart along every coordinate are neighbours.
+const NEXT: f64 = 1.5;

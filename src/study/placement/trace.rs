@@ -30,12 +30,13 @@ pub struct Trace {
     pub arc_length_mm: Vec<f64>,
 }
 
-/// Of the first feature, at the best entry and at the poorest one that can be cut.
+/// Of every feature, at the best entry and at the poorest one that can be cut.
 pub(super) fn traces(evaluator: &Evaluator<'_>, study: &PlacementStudy, entries: &[Entry]) -> Vec<Trace> {
     let feasible: Vec<&Entry> = entries.iter().filter(|entry| entry.outcome.is_ok()).collect();
     let mut shown: Vec<&Entry> = feasible.first().into_iter().chain(feasible.last()).copied().collect();
     shown.dedup_by(|a, b| a.name == b.name);
-    shown.into_iter().map(|entry| trace(evaluator, study, entry, 0)).collect()
+    let features = 0..study.features.len();
+    features.flat_map(|index| shown.iter().map(move |entry| trace(evaluator, study, entry, index))).collect()
 }
 
 fn trace(evaluator: &Evaluator<'_>, study: &PlacementStudy, entry: &Entry, index: usize) -> Trace {

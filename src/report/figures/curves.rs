@@ -1,0 +1,156 @@
+//! Curves on a page: how they are told apart, and their legend.
+
+use super::scene::{Anchor, Point, Rect, Rgb, Scene, Stroke, Text};
+use super::style::{CURVES, DASHES, WHITE};
+use super::text::{self, LINE_PITCH, Weight};
+
+/// Length of a legend's sample line.
+const SAMPLE: f64 = 92.0;
+const SAMPLE_GAP: f64 = 16.0;
+const CURVE_WIDTH: f64 = 5.0;
+const MARKER: f64 = 9.0;
+/// Up to this many points each gets a marker; longer solid curves get this many over their length.
+const EVERY_POINT: usize = 30;
+const SPARSE: usize = 8;
+/// A legend beside a frame is not made wider by its note than this.
+const NARROW_NOTE: f64 = 400.0;
+
+/// How one curve is told from the others.
+pub(super) struct CurveStyle {
+    stroke: Stroke,
+    /// Corners of the marker around the origin; none for dashed curves and a long first one.
+    marker: Vec<Point>,
+}
+
+impl CurveStyle {
+    /// Of curves given by their number of points and whether they are dashed.
+    pub fn of(curves: impl Iterator<Item = (usize, bool)>) -> Vec<Self> {
+        let mut dashed = 0;
+        let mut out = Vec::new();
+        for (index, (points, is_dashed)) in curves.enumerate() {
+            let mut dash: &[f64] = &[];
+            if is_dashed {
+                dash = DASHES[dashed % DASHES.len()];
+                dashed += 1;
+            }
+            let colour: Rgb = CURVES[index % CURVES.len()];
+            let marked = points == 1 || !is_dashed && (points <= EVERY_POINT || index > 0);
+            out.push(Self {
+                stroke: Stroke { colour, width: CURVE_WIDTH, dash },
+                marker: if marked { marker(index) } else { vec![] },
+            });
+        }
+        out
+    }
+
+    /// Draws the curve through `points`, without markers.
+    pub fn draw_line(&self, scene: &mut Scene, points: &[Point]) {
+        if points.len() > 1 {
+            scene.line(points.to_vec(), self.stroke);
+        }
+    }
+
+    /// Marks the points of the whole curve; `index` shifts sparse markers so that those of different curves do not coincide.
+    pub fn draw_markers(&self, scene: &mut Scene, points: &[Point], index: usize) {
+        if self.marker.is_empty() {
+            return;
+        }
+        let stride = if points.len() <= EVERY_POINT { 1 } else { points.len().div_ceil(SPARSE) };
+        let first = (index * stride / 3) % stride;
+        for point in points.iter().skip(first).step_by(stride) {
+            self.draw_marker(scene, *point);
+        }
+    }
+
+    fn draw_marker(&self, scene: &mut Scene, at: Point) {
+        let corners: Vec<Point> = self.marker.iter().map(|[x, y]| [at[0] + x, at[1] + y]).collect();
+        scene.outline(&corners, Stroke { colour: WHITE, width: 3.0, dash: &[] });
+        scene.convex(corners, self.stroke.colour);
+    }
+
+    fn draw_sample(&self, scene: &mut Scene, left: Point) {
+        scene.line(vec![left, [left[0] + SAMPLE, left[1]]], self.stroke);
+        if !self.marker.is_empty() {
+            self.draw_marker(scene, [left[0] + SAMPLE / 2.0, left[1]]);
+        }
+    }
+}
+
+/// Circle, square, triangle, diamond, triangle on its tip, in turn.
+fn marker(index: usize) -> Vec<Point> {
+    let (corners, turn, radius) =
+        [(24, 0.0, 1.0), (4, 0.125, 1.2), (3, 0.25, 1.35), (4, 0.0, 1.3), (3, 0.75, 1.35)][index % 5];
+    let angle = |k: usize| std::f64::consts::TAU * (turn + k as f64 / corners as f64);
+    let radius = MARKER * radius;
+    (0..corners).map(|k| [radius * angle(k).cos(), -radius * angle(k).sin()]).collect()
+}
+
+/// The names of the curves, and a note.
+pub(super) struct Legend<'a> {
+    /// Names and styles; empty names are left out.
+    pub entries: Vec<(&'a str, &'a CurveStyle)>,
+    pub note: &'a str,
+    pub size: f64,
+}
+
+impl Legend<'_> {
+    /// Width beside a frame, without the gap to it.
+    pub fn width(&self) -> f64 {
+        let names = self.entries.iter().map(|(name, _)| name).filter(|name| !name.is_empty());
+        let entry = |name: &&str| SAMPLE + SAMPLE_GAP + text::width(name, self.size, Weight::Regular);
+        let widest = names.map(entry).fold(0.0, f64::max);
+        widest.max(text::width(self.note, self.size, Weight::Bold).min(NARROW_NOTE))
+    }
+
+    /// Entries side by side while they fit into the width of `room`, then the note; returns the y below.
+    pub fn draw(&self, scene: &mut Scene, room: Rect) -> f64 {
+        let [mut x, mut y, mut row_height] = [room.x, room.y, 0.0];
+        for (name, style) in self.entries.iter().filter(|(name, _)| !name.is_empty()) {
+            let entry = Paragraph::new(name, self.size, Weight::Regular, room.width - SAMPLE - SAMPLE_GAP);
+            let width = SAMPLE + SAMPLE_GAP + entry.width;
+            if x > room.x && x + width > room.right() {
+                x = room.x;
+                y += row_height;
+                row_height = 0.0;
+            }
+            style.draw_sample(scene, [x, y + 0.65 * self.size]);
+            entry.draw(scene, [x + SAMPLE + SAMPLE_GAP, y]);
+            x += width + 1.2 * self.size;
+            row_height = entry.height().max(row_height);
+        }
+        y += row_height + 0.3 * self.size;
+        let note = Paragraph::new(self.note, self.size, Weight::Bold, room.width);
+        note.draw(scene, [room.x, y]);
+        y + note.height()
+    }
+}
+
+/// Wrapped text of the legend.
+struct Paragraph {
+    lines: Vec<String>,
+    size: f64,
+    weight: Weight,
+    limit: f64,
+    width: f64,
+}
+
+impl Paragraph {
+    fn new(content: &str, size: f64, weight: Weight, limit: f64) -> Self {
+        let lines = text::wrap(content, size, weight, limit);
+        let widest = lines.iter().map(|l| text::width(l, size, weight)).fold(0.0, f64::max);
+        Self { lines, size, weight, limit, width: widest.min(limit) }
+    }
+
+    fn height(&self) -> f64 {
+        self.lines.len() as f64 * LINE_PITCH * self.size
+    }
+
+    fn draw(&self, scene: &mut Scene, corner: Point) {
+        for (row, line) in self.lines.iter().enumerate() {
+            let size = text::fitting_size(line, self.size, self.weight, self.limit);
+            let baseline = corner[1] + row as f64 * LINE_PITCH * self.size + self.size;
+            let text = Text::new(line, size, [corner[0], baseline], Anchor::Start);
+            scene.text(Text { weight: self.weight, ..text });
+        }
+    }
+}

@@ -1,0 +1,206 @@
+//! The same curves in several situations, side by side.
+
+use super::axis::{self, Axis, Plot, Spacing};
+use super::curves::{CurveStyle, Legend};
+use super::error::{FigureError, check_drawable};
+use super::scene::{Anchor, Point, Rect, Scene, Stroke, Text};
+use super::style::{self, BORDER, GRID, PAGE_WIDTH, Sizes};
+use super::text::{self, Weight};
+use super::ticks;
+
+/// Most panels in one figure.
+const MOST_PANELS: usize = 6;
+/// Height of a frame with free axes, and the most with equal ones.
+const FRAME_HEIGHT: f64 = 520.0;
+const TALLEST_EQUAL: f64 = 760.0;
+/// Space between the columns.
+const GAP: f64 = 36.0;
+/// Share of the range left blank on each side.
+const MARGIN: f64 = 0.04;
+
+/// One curve, in pieces: the pen is lifted between them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PanelCurve {
+    /// Points of each piece, joined in order.
+    pub pieces: Vec<Vec<(f64, f64)>>,
+}
+
+/// One frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CurvePanel {
+    /// Written above it.
+    pub title: String,
+    /// Its curves, in the order of [`PanelFigure::curves`]; a curve may be empty.
+    pub curves: Vec<PanelCurve>,
+}
+
+/// Up to six frames with the same curves.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PanelFigure {
+    /// The question.
+    pub title: String,
+    /// The setting.
+    pub subtitle: String,
+    /// For example "x \[mm\]".
+    pub x_label: String,
+    /// For example "y \[mm\]".
+    pub y_label: String,
+    /// Names of the curves in the legend, and whether they are dashed; the first one is black.
+    pub curves: Vec<(String, bool)>,
+    /// The frames; up to three share a row, four stand in two rows of two.
+    pub panels: Vec<CurvePanel>,
+    /// One unit is equally long on both axes, and in all frames. Otherwise all frames have the same axes.
+    pub equal_axes: bool,
+    /// A remark a reader must not miss.
+    pub note: String,
+}
+
+impl CurvePanel {
+    fn points(&self) -> impl Iterator<Item = &(f64, f64)> {
+        self.curves.iter().flat_map(|curve| curve.pieces.iter().flatten())
+    }
+}
+
+impl PanelFigure {
+    fn check(&self) -> Result<(), FigureError> {
+        if self.panels.iter().all(|panel| panel.points().next().is_none()) {
+            return Err(FigureError::Empty { what: "figure of panels".into() });
+        }
+        if self.panels.len() > MOST_PANELS {
+            return Err(FigureError::TooManyPanels { found: self.panels.len(), most: MOST_PANELS });
+        }
+        self.panels.iter().try_for_each(|panel| {
+            check_drawable(panel.points().flat_map(|p| [p.0, p.1]), || format!("panel \"{}\"", panel.title))
+        })
+    }
+
+    fn columns(&self) -> usize {
+        match self.panels.len() {
+            n @ 0..=3 => n,
+            4 => 2,
+            _ => 3,
+        }
+    }
+
+    /// Ends of both axes of each panel.
+    fn ranges(&self) -> Vec<[(f64, f64); 2]> {
+        let ends = |points: &mut dyn Iterator<Item = f64>| {
+            let (low, high) = points.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+            let (low, high) = if low <= high { ticks::widened(low, high) } else { (0.0, 1.0) };
+            let margin = MARGIN * (high - low);
+            (low - margin, high + margin)
+        };
+        if !self.equal_axes {
+            let all = || self.panels.iter().flat_map(CurvePanel::points);
+            let shared = [ends(&mut all().map(|p| p.0)), ends(&mut all().map(|p| p.1))];
+            return vec![shared; self.panels.len()];
+        }
+        let own = |panel: &CurvePanel| [ends(&mut panel.points().map(|p| p.0)), ends(&mut panel.points().map(|p| p.1))];
+        let own: Vec<_> = self.panels.iter().map(own).collect();
+        let longest = |i: usize| own.iter().map(|r: &[(f64, f64); 2]| r[i].1 - r[i].0).fold(0.0, f64::max);
+        let lengths = [longest(0), longest(1)];
+        own.iter().map(|range| [0, 1].map(|i| centred(range[i], lengths[i]))).collect()
+    }
+}
+
+/// The range around the middle of `range` with this length.
+fn centred(range: (f64, f64), length: f64) -> (f64, f64) {
+    let middle = f64::midpoint(range.0, range.1);
+    (middle - length / 2.0, middle + length / 2.0)
+}
+
+pub(super) fn scene(figure: &PanelFigure) -> Result<Scene, FigureError> {
+    figure.check()?;
+    let sizes = if figure.panels.len() <= 2 { Sizes::COLUMN } else { Sizes::PAGE };
+    let (mut scene, top) = style::page(&figure.title, &figure.subtitle, sizes);
+    let longest = |index: usize| {
+        let count = |panel: &CurvePanel| panel.curves.get(index).map_or(0, |c| c.pieces.iter().map(Vec::len).sum());
+        figure.panels.iter().map(count).max().unwrap_or(0)
+    };
+    let styles = CurveStyle::of(figure.curves.iter().enumerate().map(|(index, (_, dashed))| (longest(index), *dashed)));
+    let grid = Layout::new(figure, sizes, top);
+    for (index, panel) in figure.panels.iter().enumerate() {
+        let plot = grid.plot(index);
+        let title_at = [plot.rect.x, plot.rect.y - 0.45 * sizes.body];
+        let size = text::fitting_size(&panel.title, sizes.body, Weight::Bold, plot.rect.width);
+        scene.text(Text::new(panel.title.clone(), size, title_at, Anchor::Start).bold());
+        plot.draw_grid(&mut scene, Stroke { colour: GRID, width: 1.5, dash: &[] });
+        let is_lowest = index + grid.columns >= figure.panels.len();
+        plot.draw_below(&mut scene, if is_lowest { &figure.x_label } else { "" }, sizes.body, sizes.tick);
+        let is_first = index.is_multiple_of(grid.columns);
+        plot.draw_beside(&mut scene, if is_first { &figure.y_label } else { "" }, sizes.body, sizes.tick);
+        for (which, (curve, style)) in panel.curves.iter().zip(&styles).enumerate() {
+            let placed = |piece: &Vec<(f64, f64)>| piece.iter().map(|(x, y)| plot.place(*x, *y)).collect();
+            let pieces: Vec<Vec<Point>> = curve.pieces.iter().map(placed).collect();
+            pieces.iter().for_each(|piece| style.draw_line(&mut scene, piece));
+            style.draw_markers(&mut scene, &pieces.concat(), which);
+        }
+        plot.draw_frame(&mut scene);
+    }
+    let legend = Legend {
+        entries: figure.curves.iter().map(|(name, _)| name.as_str()).zip(&styles).collect(),
+        note: &figure.note,
+        size: sizes.body,
+    };
+    let room = Rect { x: grid.left, y: grid.bottom(figure), width: PAGE_WIDTH - BORDER - grid.left, height: 0.0 };
+    scene.height = legend.draw(&mut scene, room) + BORDER;
+    Ok(scene)
+}
+
+/// Where the frames stand.
+struct Layout {
+    sizes: Sizes,
+    columns: usize,
+    /// Upper left corner of the first frame.
+    left: f64,
+    top: f64,
+    width: f64,
+    height: f64,
+    ranges: Vec<[(f64, f64); 2]>,
+    /// Widest room beside a frame for its tick labels.
+    beside: f64,
+}
+
+impl Layout {
+    fn new(figure: &PanelFigure, sizes: Sizes, top: f64) -> Self {
+        let (columns, ranges) = (figure.columns(), figure.ranges());
+        let beside = |[_, (low, high)]: &[(f64, f64); 2]| {
+            Axis::vertical(*low, *high, Spacing::Linear, FRAME_HEIGHT, sizes.tick).depth_beside(sizes.tick)
+        };
+        let beside = ranges.iter().map(beside).fold(0.0, f64::max);
+        let left = BORDER + axis::label_depth(sizes.body) + beside;
+        let gaps = (columns - 1) as f64 * (GAP + beside);
+        let mut width = (PAGE_WIDTH - left - 2.0 * BORDER - gaps) / columns as f64;
+        let mut height = FRAME_HEIGHT;
+        if let (true, Some([x, y])) = (figure.equal_axes, ranges.first()) {
+            let scale = (width / (x.1 - x.0)).min(TALLEST_EQUAL / (y.1 - y.0));
+            (width, height) = (scale * (x.1 - x.0), scale * (y.1 - y.0));
+        }
+        Self { sizes, columns, left, top: top + 1.5 * sizes.body, width, height, ranges, beside }
+    }
+
+    /// Height of a row: its frame, what stands below it, and the title of the next one.
+    fn pitch(&self) -> f64 {
+        self.height + axis::depth_below(self.sizes.tick) + axis::label_depth(self.sizes.body) + 1.2 * self.sizes.body
+    }
+
+    fn plot(&self, index: usize) -> Plot {
+        let (row, column) = (index / self.columns, index % self.columns);
+        let rect = Rect {
+            x: self.left + column as f64 * (self.width + GAP + self.beside),
+            y: self.top + row as f64 * self.pitch(),
+            width: self.width,
+            height: self.height,
+        };
+        let [x, y] = self.ranges[index];
+        Plot {
+            rect,
+            x: Axis::horizontal(x.0, x.1, Spacing::Linear, rect.width, self.sizes.tick),
+            y: Axis::vertical(y.0, y.1, Spacing::Linear, rect.height, self.sizes.tick),
+        }
+    }
+
+    fn bottom(&self, figure: &PanelFigure) -> f64 {
+        self.top + figure.panels.len().div_ceil(self.columns) as f64 * self.pitch() - 0.6 * self.sizes.body
+    }
+}
