@@ -7,11 +7,11 @@ use std::path::Path;
 
 use golden::{agree, check};
 use kinetostat::{
-    report::{placement, workspace_map::csv},
+    report::{placement, validation::summary_csv, workspace_map::csv},
     study::{
         Overrides, Study, StudyKind,
         placement::{PlacementStudy, Watch, compare, run},
-        workspace_map,
+        validation, workspace_map,
     },
 };
 
@@ -66,6 +66,14 @@ fn placement_of_the_pocket_is_the_golden_one() {
     let study = placement_study("04_placement_pocket", &Overrides { grid: Some([2, 2, 1]), points: None });
     check("04_placement_pocket_candidates", &ranked(&study), PLACEMENT_TOLERANCE);
     check("04_placement_pocket_sweep", &swept(&study), PLACEMENT_TOLERANCE);
+}
+
+#[test]
+fn the_numbers_of_the_paper_are_the_golden_ones() {
+    let overrides = Overrides { points: Some(37), ..Overrides::default() };
+    let StudyKind::Validation(study) = open("06_paper", &overrides) else { panic!("a validation study") };
+    let table = summary_csv(&validation::run(&study, &|| {})).unwrap();
+    check("06_paper_summary", &String::from_utf8(table).unwrap(), MAP_TOLERANCE);
 }
 
 #[test]

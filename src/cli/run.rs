@@ -10,13 +10,14 @@ use clap::Args;
 use kinetostat::{
     error::{Error, Result},
     report::{
-        Manifest, OutputFile, figures::Figure, path as path_report, placement as placement_report, prepare,
-        workspace_map as map_report, write_all,
+        Manifest, OutputFile, figures::Figure, file_stem, path as path_report, placement as placement_report, prepare,
+        validation as validation_report, workspace_map as map_report, write_all,
     },
     study::{
         Overrides, Study, StudyKind,
         path_study::{self, PathStudy},
         placement::{self, Event, PlacementStudy, Watch},
+        validation::{self, ValidationStudy},
         workspace_map::{self, WorkspaceMapStudy},
     },
 };
@@ -73,6 +74,7 @@ pub fn run(arguments: &RunArguments) -> Result<Ending> {
         StudyKind::WorkspaceMap(map) => run_map(arguments, &study, map, &out),
         StudyKind::Path(path) => run_path(arguments, &study, path, &out),
         StudyKind::Placement(placement) => run_placement(arguments, &study, placement, &out),
+        StudyKind::Validation(validation) => run_validation(arguments, &study, validation, &out),
     })
 }
 
@@ -92,7 +94,7 @@ fn run_map(arguments: &RunArguments, study: &Study, map_study: &WorkspaceMapStud
             Manifest::count(statuses),
             started,
         ),
-        tables: vec![("map.csv", map_report::csv(&map))],
+        tables: vec![("map.csv".into(), map_report::csv(&map))],
         summary: map_report::summary_json(&map),
         figures: if arguments.no_figures { Vec::new() } else { map_report::figures(&map) },
         closing: map_report::summary_text(&map),
@@ -119,8 +121,8 @@ fn run_path(arguments: &RunArguments, study: &Study, path_study: &PathStudy, out
             started,
         ),
         tables: vec![
-            ("points.csv", path_report::points_csv(&results)),
-            ("methods.csv", path_report::methods_csv(&results)),
+            ("points.csv".into(), path_report::points_csv(&results)),
+            ("methods.csv".into(), path_report::methods_csv(&results)),
         ],
         summary: path_report::summary_json(&results),
         figures: if arguments.no_figures { Vec::new() } else { path_report::figures(&results) },
@@ -150,12 +152,12 @@ fn run_placement(arguments: &RunArguments, study: &Study, sought: &PlacementStud
     });
     let entries = &results.entries;
     let mut tables = vec![
-        ("candidates.csv", placement_report::entries_csv(sought, entries)),
-        ("sweep.csv", placement_report::sweep_csv(&results)),
-        ("refinements.csv", placement_report::refinements_csv(&results)),
+        ("candidates.csv".to_string(), placement_report::entries_csv(sought, entries)),
+        ("sweep.csv".into(), placement_report::sweep_csv(&results)),
+        ("refinements.csv".into(), placement_report::refinements_csv(&results)),
     ];
     if !sought.objective.pareto.is_empty() {
-        tables.push(("pareto.csv", placement_report::front_csv(&results)));
+        tables.push(("pareto.csv".into(), placement_report::front_csv(&results)));
     }
     let closing =
         format!("{}\n{}", placement_report::entries_table(sought, entries), placement_report::summary_text(&results));
@@ -171,6 +173,37 @@ fn run_placement(arguments: &RunArguments, study: &Study, sought: &PlacementStud
     output.write()?;
     // Places where the workpiece cannot be cut are an answer; that there is no other is a failure.
     Ok(if results.best.is_some() { Ending::Complete } else { Ending::SomeUnsolved })
+}
+
+fn run_validation(arguments: &RunArguments, study: &Study, asked: &ValidationStudy, out: &Path) -> Result<Ending> {
+    let started = Instant::now();
+    let bar = progress(validation::work(asked), "points");
+    let results = validation::run(asked, &|| bar.inc(1));
+    bar.finish_and_clear();
+    let answers = results.paths.iter().flat_map(|path| &path.sources).flat_map(|source| &source.compensated);
+    let statuses = answers.map(|answer| answer.compensation.status.label());
+    let points: Vec<usize> = results.paths.iter().map(|path| path.study.stations.len()).collect();
+    let mut tables = vec![
+        ("summary.csv".to_string(), validation_report::summary_csv(&results)),
+        ("variants.csv".to_string(), validation_report::variants_csv(&results)),
+    ];
+    for (name, path) in asked.cases.iter().zip(&results.paths) {
+        tables.push((format!("points_{}.csv", file_stem(name)), path_report::points_csv(path)));
+    }
+    let output = Output {
+        study,
+        out,
+        manifest: manifest(study, json!({ "points": points }), Manifest::count(statuses), started),
+        tables,
+        summary: validation_report::summary_json(&results),
+        figures: if arguments.no_figures { Vec::new() } else { validation_report::figures(&results) },
+        closing: format!(
+            "{}\n{}",
+            validation_report::summary_table(&results),
+            validation_report::summary_text(&results)
+        ),
+    };
+    output.write()
 }
 
 fn manifest(
@@ -197,7 +230,7 @@ struct Output<'a> {
     study: &'a Study,
     out: &'a Path,
     manifest: Manifest,
-    tables: Vec<(&'static str, csv::Result<Vec<u8>>)>,
+    tables: Vec<(String, csv::Result<Vec<u8>>)>,
     summary: serde_json::Value,
     figures: Vec<(String, Figure)>,
     closing: String,
@@ -207,8 +240,9 @@ impl Output<'_> {
     fn write(self) -> Result<Ending> {
         let mut files = Vec::new();
         for (name, bytes) in self.tables {
-            let fault = |e| Error::Write { file: self.out.join(name), source: std::io::Error::other(e) };
-            files.push(OutputFile::new(name, bytes.map_err(fault)?));
+            let fault = |e| Error::Write { file: self.out.join(&name), source: std::io::Error::other(e) };
+            let bytes = bytes.map_err(fault)?;
+            files.push(OutputFile::new(name, bytes));
         }
         files.push(OutputFile::new("summary.json", format!("{:#}\n", self.summary)));
         files.push(OutputFile::new("manifest.json", self.manifest.to_json()));

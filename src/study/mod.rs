@@ -20,6 +20,8 @@ mod resolve;
 mod source;
 pub mod spec;
 mod tilt;
+pub mod validation;
+pub mod validation_spec;
 pub mod workspace_map;
 
 use std::path::{Path, PathBuf};
@@ -29,6 +31,7 @@ use placement::PlacementStudy;
 pub use process::Process;
 pub use resolve::Overrides;
 pub use source::Source;
+use validation::ValidationStudy;
 use workspace_map::WorkspaceMapStudy;
 
 use crate::error::Result;
@@ -55,6 +58,8 @@ pub enum StudyKind {
     Path(PathStudy),
     /// Where a workpiece should stand.
     Placement(Box<PlacementStudy>),
+    /// Quoted numbers beside ours.
+    Validation(ValidationStudy),
 }
 
 impl Study {

@@ -34,8 +34,8 @@ pub(super) fn study(spec: &StudySpec, text: &str, origin: &str, folder: &Path, o
     let check = Check::new(origin);
     check.schema(spec.schema)?;
     let (machine, machine_text) = machine(&spec.machine, folder, &check.key("machine"))?;
-    let (kind, settings) = match (&spec.workspace_map, &spec.path, &spec.placement) {
-        (Some(map), None, None) => {
+    let (kind, settings) = match (&spec.workspace_map, &spec.path, &spec.placement, &spec.validation) {
+        (Some(map), None, None, None) => {
             if overrides.points.is_some() {
                 return command_line("--points").fail("a workspace map has no points along a path; use --grid".into());
             }
@@ -43,7 +43,7 @@ pub(super) fn study(spec: &StudySpec, text: &str, origin: &str, folder: &Path, o
             let settings = format!("grid {:?}", map.grid.counts());
             (StudyKind::WorkspaceMap(map), settings)
         }
-        (None, Some(path), None) => {
+        (None, Some(path), None, None) => {
             if overrides.grid.is_some() {
                 return command_line("--grid").fail("a path study has no grid; use --points".into());
             }
@@ -52,14 +52,27 @@ pub(super) fn study(spec: &StudySpec, text: &str, origin: &str, folder: &Path, o
             let settings = format!("{process}\npoints {}", study.stations.len());
             (StudyKind::Path(study), settings)
         }
-        (None, None, Some(placement)) => {
+        (None, None, Some(placement), None) => {
             refuse_process_keys(spec, "placement", &check)?;
             let (study, process) =
                 super::placement::resolve(placement, machine, folder, overrides, &check.key("placement"))?;
             let settings = format!("{process}\ngrid {:?}", study.grid.counts());
             (StudyKind::Placement(Box::new(study)), settings)
         }
-        _ => return check.key("workspace_map").fail("give exactly one of workspace_map, path and placement".into()),
+        (None, None, None, Some(validation)) => {
+            if overrides.grid.is_some() {
+                return command_line("--grid").fail("a validation study has no grid; use --points".into());
+            }
+            refuse_process_keys(spec, "validation", &check)?;
+            let check = check.key("validation");
+            let (study, settings) = super::validation::resolve(validation, machine, folder, overrides, &check)?;
+            let points: Vec<usize> = study.variants[0].paths.iter().map(|path| path.stations.len()).collect();
+            (StudyKind::Validation(study), format!("{settings}\npoints {points:?}"))
+        }
+        _ => {
+            let problem = "give exactly one of workspace_map, path, placement and validation";
+            return check.key("workspace_map").fail(problem.into());
+        }
     };
     Ok(Study {
         name: folder_name(folder),

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::placement_spec::PlacementStudySpec;
+use super::{placement_spec::PlacementStudySpec, validation_spec::ValidationSpec};
 use crate::process::ForceLaw;
 
 /// The whole file.
@@ -20,12 +20,15 @@ pub struct StudySpec {
     /// Manufacturing and assembly errors of a workspace map; chains not named are nominal.
     #[serde(default)]
     pub chain_error: Vec<ChainErrorSpec>,
-    /// Deflection and corrections on a grid over the workspace. A study has this, `path` or `placement`.
+    /// Deflection and corrections on a grid over the workspace. A study has exactly one of this and the
+    /// following.
     pub workspace_map: Option<WorkspaceMapSpec>,
     /// Deflection and corrections along a path.
     pub path: Option<PathSpec>,
     /// Where a workpiece should stand.
     pub placement: Option<PlacementStudySpec>,
+    /// Quoted numbers beside ours.
+    pub validation: Option<ValidationSpec>,
 }
 
 /// A path and its process.

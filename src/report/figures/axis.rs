@@ -17,6 +17,15 @@ const MOST_TICKS: usize = 7;
 pub(super) enum Spacing {
     Linear,
     Logarithmic,
+    /// Linear, in degrees.
+    Angular,
+}
+
+impl Spacing {
+    /// Of a quantity that is not logarithmic; an angle if its label says so.
+    pub fn of(label: &str) -> Self {
+        if label.ends_with("[°]") { Spacing::Angular } else { Spacing::Linear }
+    }
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -51,6 +60,7 @@ impl Axis {
         let axis = |target| {
             let ticks = match spacing {
                 Spacing::Linear => ticks::linear(low, high, target),
+                Spacing::Angular => ticks::degrees(low, high, target),
                 Spacing::Logarithmic => ticks::logarithmic(low, high, target),
             };
             Self { low, high, spacing, ticks }
@@ -68,7 +78,7 @@ impl Axis {
     /// Where `value` lies: 0 at the low end, 1 at the high end.
     pub fn fraction(&self, value: f64) -> f64 {
         match self.spacing {
-            Spacing::Linear => (value - self.low) / (self.high - self.low),
+            Spacing::Linear | Spacing::Angular => (value - self.low) / (self.high - self.low),
             Spacing::Logarithmic => (value / self.low).log10() / (self.high / self.low).log10(),
         }
     }

@@ -133,8 +133,10 @@ pub(super) fn scene(figure: &LineFigure) -> Result<Scene, FigureError> {
 fn plot(figure: &LineFigure, styles: &[CurveStyle], top: f64) -> Plot {
     let mut x = figure.ends(|p| p.0, figure.log_x);
     let mut y = figure.ends(|p| p.1, figure.log_y);
-    let spacing = |log| if log { Spacing::Logarithmic } else { Spacing::Linear };
-    let y_axis = |ends: (f64, f64), height| Axis::vertical(ends.0, ends.1, spacing(figure.log_y), height, SIZES.tick);
+    let spacing = |log, label: &str| if log { Spacing::Logarithmic } else { Spacing::of(label) };
+    let y_axis = |ends: (f64, f64), height| {
+        Axis::vertical(ends.0, ends.1, spacing(figure.log_y, &figure.y_label), height, SIZES.tick)
+    };
     let nominal = y_axis(y, FRAME_HEIGHT).depth_beside(SIZES.tick);
     let left = BORDER + axis::label_depth(SIZES.body) + nominal;
     let mut rect = Rect { x: left, y: top, width: PAGE_WIDTH - left - 2.0 * BORDER, height: FRAME_HEIGHT };
@@ -148,7 +150,7 @@ fn plot(figure: &LineFigure, styles: &[CurveStyle], top: f64) -> Plot {
     }
     Plot {
         rect,
-        x: Axis::horizontal(x.0, x.1, spacing(figure.log_x), rect.width, SIZES.tick),
+        x: Axis::horizontal(x.0, x.1, spacing(figure.log_x, &figure.x_label), rect.width, SIZES.tick),
         y: y_axis(y, rect.height),
     }
 }

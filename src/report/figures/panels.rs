@@ -157,6 +157,7 @@ struct Layout {
     width: f64,
     height: f64,
     ranges: Vec<[(f64, f64); 2]>,
+    x_spacing: Spacing,
     /// Widest room beside a frame for its tick labels.
     beside: f64,
 }
@@ -176,7 +177,17 @@ impl Layout {
             let scale = (width / (x.1 - x.0)).min(TALLEST_EQUAL / (y.1 - y.0));
             (width, height) = (scale * (x.1 - x.0), scale * (y.1 - y.0));
         }
-        Self { sizes, columns, left, top: top + 1.5 * sizes.body, width, height, ranges, beside }
+        Self {
+            sizes,
+            columns,
+            left,
+            top: top + 1.5 * sizes.body,
+            width,
+            height,
+            ranges,
+            x_spacing: Spacing::of(&figure.x_label),
+            beside,
+        }
     }
 
     /// Height of a row: its frame, what stands below it, and the title of the next one.
@@ -195,7 +206,7 @@ impl Layout {
         let [x, y] = self.ranges[index];
         Plot {
             rect,
-            x: Axis::horizontal(x.0, x.1, Spacing::Linear, rect.width, self.sizes.tick),
+            x: Axis::horizontal(x.0, x.1, self.x_spacing, rect.width, self.sizes.tick),
             y: Axis::vertical(y.0, y.1, Spacing::Linear, rect.height, self.sizes.tick),
         }
     }

@@ -28,7 +28,20 @@ pub(super) fn widened(low: f64, high: f64) -> (f64, f64) {
 
 /// At most about `target` ticks at steps of 1, 2 or 5 times a power of ten within `low..high` (`low < high`).
 pub(super) fn linear(low: f64, high: f64, target: usize) -> Ticks {
-    let step = nice_step((high - low) / target.max(1) as f64);
+    stepped(low, high, nice_step((high - low) / target.max(1) as f64))
+}
+
+/// As [`linear`] for angles in degrees: over more than an eighth of a turn at steps that divide one.
+pub(super) fn degrees(low: f64, high: f64, target: usize) -> Ticks {
+    let raw = (high - low) / target.max(1) as f64;
+    match [10.0, 15.0, 30.0, 45.0, 60.0, 90.0, 180.0, 360.0].into_iter().find(|step| *step >= raw) {
+        Some(step) if high - low > 45.0 => stepped(low, high, step),
+        _ => linear(low, high, target),
+    }
+}
+
+/// Ticks at the multiples of `step`.
+fn stepped(low: f64, high: f64, step: f64) -> Ticks {
     let first = (low / step - 1e-9).ceil() as i64;
     let last = (high / step + 1e-9).floor() as i64;
     let values: Vec<f64> = (first..=last).map(|k| k as f64 * step).collect();

@@ -8,6 +8,7 @@ use crate::{
         figures::{
             CurvePanel, Figure, LineFigure, LineSeries, Mark2, PanelCurve, PanelFigure, SliceFigure, SlicePanel,
         },
+        file_stem,
     },
     study::placement::{COORDINATES, Metric, Metrics, PlacementResults, Site, Trace},
 };
@@ -37,16 +38,12 @@ pub fn figures(results: &PlacementResults) -> Vec<(String, Figure)> {
     }
     for (index, job) in study.features.iter().enumerate() {
         if traces_of(results, index).next().is_some() {
-            let name = stem(&job.feature.name);
+            let name = file_stem(&job.feature.name);
             figures.push((format!("path_errors_{name}"), Figure::Panels(errors(results, index))));
             figures.push((format!("paths_{name}"), Figure::Panels(path(results, index))));
         }
     }
     figures
-}
-
-fn stem(name: &str) -> String {
-    name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect()
 }
 
 fn with_unit(results: &PlacementResults, metric: Metric) -> String {

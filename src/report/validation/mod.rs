@@ -1,0 +1,9 @@
+//! Reports of a validation study.
+
+mod pictures;
+mod summary;
+mod tables;
+
+pub use pictures::figures;
+pub use summary::{summary_json, summary_table, summary_text};
+pub use tables::{summary_csv, variants_csv};

@@ -1,0 +1,87 @@
+//! A validation study on the screen and as JSON.
+
+use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
+use serde_json::{Value, json};
+
+use super::tables::{ratio, reason, relation_word};
+use crate::study::validation::ValidationResults;
+
+fn shown(value: f64) -> String {
+    match value.abs() {
+        0.0 => "0".into(),
+        size if size < 1e-3 => format!("{value:.1e}"),
+        size if size < 10.0 => format!("{value:.3}"),
+        _ => format!("{value:.1}"),
+    }
+}
+
+/// Quoted numbers and ours for the first variant, then for all variants.
+pub fn summary_table(results: &ValidationResults) -> String {
+    let study = &results.study;
+    let (mut first, mut all) = (Table::new(), Table::new());
+    first.load_style(UTF8_HORIZONTAL_ONLY).set_header(["case", "quantity", "quoted", "ours", "ratio", "agrees"]);
+    let names = study.variants.iter().map(|variant| variant.name.as_str());
+    all.load_style(UTF8_HORIZONTAL_ONLY).set_header(["case", "quantity"].into_iter().chain(names));
+    for (quoted, compared) in study.quoted.iter().zip(&results.compared) {
+        let unit = match quoted.quantity.unit(&study.machine) {
+            "1" => String::new(),
+            unit => format!(" {unit}"),
+        };
+        let what = [study.cases[quoted.case].clone(), quoted.quantity.label().replace('_', " ")];
+        let values: Vec<String> =
+            compared.ours.iter().map(|ours| ours.as_ref().map_or_else(|_| "–".into(), |value| shown(*value))).collect();
+        first.add_row(what.iter().cloned().chain([
+            format!("{} {}{unit}", relation_word(quoted.relation), shown(quoted.value)),
+            values[0].clone(),
+            ratio(quoted, &compared.ours[0]).map_or_else(|| "–".into(), |ratio| format!("{ratio:.2}")),
+            if compared.agrees { "yes" } else { "no" }.into(),
+        ]));
+        all.add_row(what.into_iter().chain(values));
+    }
+    format!("{first}\n\n{all}\n")
+}
+
+/// How many numbers agree, and why the others do not.
+pub fn summary_text(results: &ValidationResults) -> String {
+    let study = &results.study;
+    let agreeing = results.compared.iter().filter(|compared| compared.agrees).count();
+    let mut text = format!(
+        "{}: {} of {} quoted numbers agree with ours ({}).\n",
+        study.machine.title,
+        agreeing,
+        results.compared.len(),
+        study.variants[0].name
+    );
+    for (quoted, compared) in study.quoted.iter().zip(&results.compared).filter(|(_, compared)| !compared.agrees) {
+        let ours = compared.ours[0].as_ref().map_or_else(|_| "no value".into(), |value| shown(*value));
+        text += &format!(
+            "{}, {}: {} quoted, {ours} here. {}\n",
+            study.cases[quoted.case],
+            quoted.quantity.label().replace('_', " "),
+            shown(quoted.value),
+            reason(quoted, compared)
+        );
+    }
+    text
+}
+
+/// The same as `summary.csv`.
+pub fn summary_json(results: &ValidationResults) -> Value {
+    let study = &results.study;
+    let row = |(quoted, compared): (&crate::study::validation::Quoted, &crate::study::validation::Compared)| {
+        json!({
+            "source": quoted.source,
+            "case": study.cases[quoted.case],
+            "quantity": quoted.quantity.label(),
+            "unit": quoted.quantity.unit(&study.machine),
+            "meant_as": relation_word(quoted.relation),
+            "quoted": quoted.value,
+            "ours": compared.ours[0].as_ref().ok(),
+            "ratio": ratio(quoted, &compared.ours[0]),
+            "agrees": compared.agrees,
+            "reason": reason(quoted, compared),
+        })
+    };
+    let rows: Vec<Value> = study.quoted.iter().zip(&results.compared).map(row).collect();
+    json!({ "schema": 1, "variants": study.variants.iter().map(|v| &v.name).collect::<Vec<_>>(), "quoted": rows })
+}

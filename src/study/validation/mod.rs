@@ -1,0 +1,176 @@
+//! Numbers that somebody quotes, from a paper or a measurement, beside those of the model.
+
+mod circle_shape;
+mod quantity;
+mod resolve;
+
+use serde::Deserialize;
+
+pub use quantity::{Quantity, wanted};
+pub(super) use resolve::validation as resolve;
+
+use super::path_study::{self, PathResults, PathStudy};
+use crate::machine::Machine;
+
+/// A process under a name, with every case cut by it.
+#[derive(Debug, Clone)]
+pub struct Variant {
+    /// Its name.
+    pub name: String,
+    /// One path per case, in their order.
+    pub paths: Vec<PathStudy>,
+}
+
+/// How a quoted number is meant.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Relation {
+    /// The number itself: "about", "of", "up to".
+    #[default]
+    About,
+    /// At least the number: "can exceed".
+    AtLeast,
+    /// At most the number: "not more than".
+    AtMost,
+}
+
+/// A number that somebody quotes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Quoted {
+    /// Where it stands.
+    pub source: String,
+    /// Index of the case it is about.
+    pub case: usize,
+    /// What it is.
+    pub quantity: Quantity,
+    /// The number, in the unit of the quantity.
+    pub value: f64,
+    /// How it is meant.
+    pub relation: Relation,
+    /// Difference that counts as none: a share of the number, or itself where the number is 0.
+    pub agreement: f64,
+    /// Why the model's number is another.
+    pub reason: String,
+}
+
+/// What a picture shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FigureKind {
+    /// Paths in the xy-plane: wanted, moved by each source and by both, and commanded instead.
+    Paths,
+    /// Paths in the xy-plane: moved by both sources, by their sum, and by chain errors alone.
+    Superposition,
+    /// Δρ, Δt and τ over the tool angle, one frame per case.
+    Curves,
+    /// Δρ and Δt by source, one frame per drive and per coordinate.
+    Sources,
+}
+
+/// A picture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Picture {
+    /// Begin of its file names.
+    pub name: String,
+    /// Its heading.
+    pub title: String,
+    /// What it shows.
+    pub kind: FigureKind,
+    /// Indices of the cases shown.
+    pub cases: Vec<usize>,
+}
+
+/// A checked validation study.
+#[derive(Debug, Clone)]
+pub struct ValidationStudy {
+    /// The machine.
+    pub machine: Machine,
+    /// Names of the cases.
+    pub cases: Vec<String>,
+    /// The first one is that of tables and figures.
+    pub variants: Vec<Variant>,
+    /// Numbers to compare with.
+    pub quoted: Vec<Quoted>,
+    /// Pictures.
+    pub pictures: Vec<Picture>,
+}
+
+/// A quoted number and ours.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Compared {
+    /// The model's number for each variant, or why there is none.
+    pub ours: Vec<Result<f64, String>>,
+    /// Whether the first variant's number is what is quoted.
+    pub agrees: bool,
+}
+
+/// Results of a validation study.
+#[derive(Debug, Clone)]
+pub struct ValidationResults {
+    /// The study.
+    pub study: ValidationStudy,
+    /// Every case of the first variant.
+    pub paths: Vec<PathResults>,
+    /// In the order of the quoted numbers.
+    pub compared: Vec<Compared>,
+}
+
+impl Quoted {
+    fn agrees(&self, ours: f64) -> bool {
+        let allowed = self.agreement * if self.value == 0.0 { 1.0 } else { self.value.abs() };
+        match self.relation {
+            Relation::About => (ours - self.value).abs() <= allowed,
+            Relation::AtLeast => ours >= self.value,
+            Relation::AtMost => ours <= self.value,
+        }
+    }
+}
+
+/// Points of all passes that [`run`] makes.
+pub fn work(study: &ValidationStudy) -> usize {
+    let paths = study.variants.iter().flat_map(|variant| &variant.paths);
+    paths.map(|path| path.stations.len() * path_study::passes(path)).sum()
+}
+
+/// Runs the study on the current rayon pool. `done` is called after each point of each pass.
+pub fn run(study: &ValidationStudy, done: &(dyn Fn() + Sync)) -> ValidationResults {
+    let mut ours: Vec<Vec<Result<f64, String>>> = vec![Vec::new(); study.quoted.len()];
+    let mut shown = Vec::new();
+    for (index, variant) in study.variants.iter().enumerate() {
+        let paths: Vec<PathResults> = variant.paths.iter().map(|path| path_study::run(path, done)).collect();
+        for (quoted, ours) in study.quoted.iter().zip(&mut ours) {
+            ours.push(quoted.quantity.of(&paths[quoted.case]));
+        }
+        if index == 0 {
+            shown = paths;
+        }
+    }
+    let compared = study.quoted.iter().zip(ours).map(|(quoted, ours)| {
+        let agrees = ours.first().and_then(|value| value.as_ref().ok()).is_some_and(|&value| quoted.agrees(value));
+        Compared { ours, agrees }
+    });
+    ValidationResults { compared: compared.collect(), paths: shown, study: study.clone() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_agree_as_they_are_meant() {
+        let quoted = |value, relation| Quoted {
+            source: String::new(),
+            case: 0,
+            quantity: Quantity::Correction,
+            value,
+            relation,
+            agreement: 0.1,
+            reason: String::new(),
+        };
+        let about = quoted(2.0, Relation::About);
+        assert!(about.agrees(2.19) && about.agrees(1.81) && !about.agrees(2.21));
+        assert!(quoted(0.0, Relation::About).agrees(0.09) && !quoted(0.0, Relation::About).agrees(0.11));
+        assert!(quoted(2.0, Relation::AtLeast).agrees(5.0) && !quoted(2.0, Relation::AtLeast).agrees(1.99));
+        assert!(quoted(2.0, Relation::AtMost).agrees(-5.0) && !quoted(2.0, Relation::AtMost).agrees(2.01));
+    }
+}

@@ -1,0 +1,213 @@
+//! Numbers that a path has, as papers and measurement reports quote them.
+
+use nalgebra::{Vector2, Vector3};
+use serde::Deserialize;
+
+use super::circle_shape::{Shape, angle_deg, crossings};
+use crate::{
+    machine::{Machine, Motion},
+    study::{
+        Source,
+        path_study::{PathResults, SourceAlongPath},
+        placement::Metric,
+    },
+};
+
+/// What is quoted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Quantity {
+    /// Size of the cutting force at the first point.
+    ForceAtStart,
+    /// Moment of the load about the x axis through P at the first point.
+    MomentXAtStart,
+    /// Moment of the load about the y axis through P at the first point.
+    MomentYAtStart,
+    /// Largest displacement by the cutting force alone of the point put right.
+    DeflectionByCutting,
+    /// Largest displacement by the chain errors alone.
+    DeflectionByChainErrors,
+    /// Largest displacement by both at once.
+    DeflectionByBoth,
+    /// Largest |Δρ| of any drive, both sources.
+    Correction,
+    /// Largest force of any drive on the compensated path, both sources.
+    DriveForce,
+    /// Largest error left by the compensation.
+    ErrorLeft,
+    /// Largest size of the sum of both single-source displacements, over that of the displacement by both at once.
+    SuperpositionRatio,
+    /// Largest departure of that sum, as a vector, over the largest displacement by both at once.
+    Departure,
+    /// Share of the points at which the displacement by both at once is the smaller one.
+    ShareBelowSuperposition,
+    /// Cosine of the angle between the shifts of the middles of the path moved by both and of the commanded one.
+    CosineOfCentreShifts,
+    /// Angle between the longest axis of the path moved by both and the shortest of the commanded one.
+    AxesAngle,
+    /// How often the path moved by the cutting force crosses the wanted one.
+    Crossings,
+}
+
+impl Quantity {
+    /// Word used in files.
+    pub fn label(self) -> &'static str {
+        match self {
+            Quantity::ForceAtStart => "force_at_start",
+            Quantity::MomentXAtStart => "moment_x_at_start",
+            Quantity::MomentYAtStart => "moment_y_at_start",
+            Quantity::DeflectionByCutting => "deflection_by_cutting",
+            Quantity::DeflectionByChainErrors => "deflection_by_chain_errors",
+            Quantity::DeflectionByBoth => "deflection_by_both",
+            Quantity::Correction => "correction",
+            Quantity::DriveForce => "drive_force",
+            Quantity::ErrorLeft => "error_left",
+            Quantity::SuperpositionRatio => "superposition_ratio",
+            Quantity::Departure => "departure",
+            Quantity::ShareBelowSuperposition => "share_below_superposition",
+            Quantity::CosineOfCentreShifts => "cosine_of_centre_shifts",
+            Quantity::AxesAngle => "axes_angle",
+            Quantity::Crossings => "crossings",
+        }
+    }
+
+    /// Its unit on `machine`; "1" for pure numbers.
+    pub fn unit(self, machine: &Machine) -> &'static str {
+        match self {
+            Quantity::ForceAtStart => "N",
+            Quantity::MomentXAtStart | Quantity::MomentYAtStart => "Nmm",
+            Quantity::DeflectionByCutting
+            | Quantity::DeflectionByChainErrors
+            | Quantity::DeflectionByBoth
+            | Quantity::ErrorLeft => "mm",
+            Quantity::Correction => Metric::WorstCorrection.unit(machine),
+            Quantity::DriveForce => Metric::WorstDriveForce.unit(machine),
+            Quantity::AxesAngle => "deg",
+            Quantity::SuperpositionRatio
+            | Quantity::Departure
+            | Quantity::ShareBelowSuperposition
+            | Quantity::CosineOfCentreShifts
+            | Quantity::Crossings => "1",
+        }
+    }
+
+    /// Its value.
+    ///
+    /// # Errors
+    /// The first point that could not be solved, and why.
+    pub fn of(self, path: &PathResults) -> Result<f64, String> {
+        solved(path)?;
+        let both = &path.sources[Source::Both as usize];
+        Ok(match self {
+            Quantity::ForceAtStart => first_load(path).map_or(0.0, |load| load.force.norm()),
+            Quantity::MomentXAtStart => first_load(path).map_or(0.0, |load| load.moment.x),
+            Quantity::MomentYAtStart => first_load(path).map_or(0.0, |load| load.moment.y),
+            Quantity::DeflectionByCutting => largest(&moved(path, Source::Cutting)),
+            Quantity::DeflectionByChainErrors => largest(&moved(path, Source::Assembly)),
+            Quantity::DeflectionByBoth => largest(&moved(path, Source::Both)),
+            Quantity::Correction => correction(&path.study.machine, both),
+            Quantity::DriveForce => {
+                let forces = both.compensated.iter().flat_map(|answer| &answer.compensation.drive_forces);
+                forces.fold(0.0, |most: f64, force| most.max(force.abs()))
+            }
+            Quantity::ErrorLeft => {
+                let left = both.compensated.iter().map(|answer| answer.compensation.position_error);
+                largest(&left.collect::<Vec<_>>())
+            }
+            Quantity::SuperpositionRatio => largest(&superposed(path)) / largest(&moved(path, Source::Both)),
+            Quantity::Departure => {
+                let together = moved(path, Source::Both);
+                let departure: Vec<_> =
+                    superposed(path).iter().zip(&together).map(|(sum, at_once)| sum - at_once).collect();
+                largest(&departure) / largest(&together)
+            }
+            Quantity::ShareBelowSuperposition => {
+                let together = moved(path, Source::Both);
+                let smaller =
+                    superposed(path).iter().zip(&together).filter(|(sum, both)| both.norm() < sum.norm()).count();
+                smaller as f64 / together.len().max(1) as f64
+            }
+            Quantity::CosineOfCentreShifts => {
+                let (wanted, moved, commanded) = shapes(path)?;
+                let (a, b) = (moved.middle - wanted.middle, commanded.middle - wanted.middle);
+                a.dot(&b) / (a.norm() * b.norm())
+            }
+            Quantity::AxesAngle => {
+                let (_, moved, commanded) = shapes(path)?;
+                angle_deg(&moved.longest, &commanded.shortest)
+            }
+            Quantity::Crossings => {
+                let wanted = wanted(path);
+                let middle = Shape::of(&flat(&wanted)).ok_or("the path has no points")?.middle;
+                let radius = (wanted[0].xy() - middle).norm();
+                let moved: Vec<_> = wanted.iter().zip(moved(path, Source::Cutting)).map(|(p, d)| p + d).collect();
+                crossings(&flat(&moved), &middle, radius) as f64
+            }
+        })
+    }
+}
+
+/// Where the point put right should be at each point of the path, O axes, mm.
+pub fn wanted(path: &PathResults) -> Vec<Vector3<f64>> {
+    let machine = &path.study.machine;
+    path.study.demands.iter().map(|demand| demand.pose.transform(demand.offset(machine))).collect()
+}
+
+/// The first point that one of the sources leaves without an answer.
+fn solved(path: &PathResults) -> Result<(), String> {
+    for along in &path.sources {
+        let answers = along.plain.iter().zip(&along.compensated).enumerate();
+        for (k, (plain, compensated)) in answers {
+            for status in [&plain.compensation.status, &compensated.compensation.status] {
+                if !status.is_success() {
+                    let reason = status.reason(&path.study.machine);
+                    return Err(format!("{}, point {k}: {reason}", along.source.label()));
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+fn first_load(path: &PathResults) -> Option<&crate::spatial::Wrench> {
+    path.study.demands.first().map(|demand| &demand.load)
+}
+
+fn largest(vectors: &[Vector3<f64>]) -> f64 {
+    vectors.iter().fold(0.0, |most, vector| most.max(vector.norm()))
+}
+
+fn moved(path: &PathResults, source: Source) -> Vec<Vector3<f64>> {
+    path.sources[source as usize].plain.iter().map(|answer| answer.compensation.position_error).collect()
+}
+
+fn superposed(path: &PathResults) -> Vec<Vector3<f64>> {
+    let [cutting, assembly] = [Source::Cutting, Source::Assembly].map(|source| moved(path, source));
+    cutting.iter().zip(assembly).map(|(a, b)| a + b).collect()
+}
+
+fn correction(machine: &Machine, along: &SourceAlongPath) -> f64 {
+    let deltas = along.compensated.iter().map(|answer| answer.delta_rho());
+    deltas.fold(0.0, |most: f64, deltas| {
+        deltas.iter().zip(machine.drives()).fold(most, |most, (delta, (_, drive))| {
+            most.max(if drive.motion == Motion::Revolute { delta.to_degrees() } else { *delta }.abs())
+        })
+    })
+}
+
+fn flat(points: &[Vector3<f64>]) -> Vec<Vector2<f64>> {
+    points.iter().map(|p| p.xy()).collect()
+}
+
+/// Shapes of the wanted path, of the path moved by both sources, and of the commanded one.
+fn shapes(path: &PathResults) -> Result<(Shape, Shape, Shape), String> {
+    let wanted = wanted(path);
+    let moved: Vec<_> = wanted.iter().zip(moved(path, Source::Both)).map(|(p, d)| p + d).collect();
+    let answers = &path.sources[Source::Both as usize].compensated;
+    let commanded = |(k, answer): (usize, &crate::study::path::PathAnswer)| {
+        Some(wanted[k] + answer.target?.translation - path.study.demands[k].pose.translation)
+    };
+    let commanded: Option<Vec<_>> = answers.iter().enumerate().map(commanded).collect();
+    let shape = |points: &[Vector3<f64>]| Shape::of(&flat(points)).ok_or("the path has no points");
+    Ok((shape(&wanted)?, shape(&moved)?, shape(&commanded.ok_or("a point has no commanded pose")?)?))
+}

@@ -1,0 +1,119 @@
+//! From a validation study as written to a checked one.
+
+use std::path::Path;
+
+use super::{FigureKind, Picture, Quoted, ValidationStudy, Variant};
+use crate::{
+    check::Check,
+    error::Result,
+    machine::Machine,
+    study::{
+        Overrides, path_resolve,
+        spec::PathSpec,
+        validation_spec::{FigureSpec, QuotedSpec, ValidationSpec},
+    },
+};
+
+/// Difference that counts as none, as a share.
+const AGREEMENT: f64 = 0.1;
+/// Most frames of a picture.
+const MOST_FRAMES: usize = 6;
+
+/// Checks `spec`; also returns the processes as text, for the fingerprint.
+pub(in crate::study) fn validation(
+    spec: &ValidationSpec,
+    machine: Machine,
+    folder: &Path,
+    overrides: &Overrides,
+    check: &Check,
+) -> Result<(ValidationStudy, String)> {
+    for (key, count) in [("variant", spec.variant.len()), ("case", spec.case.len())] {
+        if count == 0 {
+            return check.key(key).fail("expected at least one".into());
+        }
+    }
+    names(spec.case.iter().map(|case| case.name.as_str()), &check.key("case"))?;
+    names(spec.variant.iter().map(|variant| variant.name.as_str()), &check.key("variant"))?;
+    let (mut variants, mut text) = (Vec::new(), String::new());
+    for written in &spec.variant {
+        let mut paths = Vec::new();
+        for (i, case) in spec.case.iter().enumerate() {
+            let path = PathSpec {
+                process: written.process.clone(),
+                circle: Some(case.circle.clone()),
+                line: None,
+                file: None,
+                methods: Some(Vec::new()),
+            };
+            let (path, process) =
+                path_resolve::path(&path, machine.clone(), folder, overrides, &check.key("case").item(i))?;
+            paths.push(path);
+            text += &process;
+        }
+        variants.push(Variant { name: written.name.clone(), paths });
+    }
+    let cases: Vec<String> = spec.case.iter().map(|case| case.name.clone()).collect();
+    let study = ValidationStudy {
+        quoted: quoted(&spec.quoted, &cases, check)?,
+        pictures: pictures(&spec.figure, &cases, check)?,
+        machine,
+        cases,
+        variants,
+    };
+    Ok((study, text))
+}
+
+fn names<'a>(names: impl Iterator<Item = &'a str>, check: &Check) -> Result<()> {
+    let mut before: Vec<&str> = Vec::new();
+    for (i, name) in names.enumerate() {
+        let check = check.item(i).key("name");
+        check.readable(name)?;
+        check.unique(name, before.iter().copied())?;
+        before.push(name);
+    }
+    Ok(())
+}
+
+fn case(name: &str, cases: &[String], check: &Check) -> Result<usize> {
+    match cases.iter().position(|case| case == name) {
+        Some(index) => Ok(index),
+        None => check.fail(format!("no case is called \"{name}\"; there are: {}", cases.join(", "))),
+    }
+}
+
+fn quoted(specs: &[QuotedSpec], cases: &[String], check: &Check) -> Result<Vec<Quoted>> {
+    let quoted = |(i, spec): (usize, &QuotedSpec)| {
+        let check = check.key("quoted").item(i);
+        Ok(Quoted {
+            source: spec.source.trim().to_string(),
+            case: case(&spec.case, cases, &check.key("case"))?,
+            quantity: spec.quantity,
+            value: check.key("value").finite_scalar(spec.value)?,
+            relation: spec.relation,
+            agreement: check.key("agreement").positive(spec.agreement.unwrap_or(AGREEMENT))?,
+            reason: spec.reason.clone().unwrap_or_default(),
+        })
+    };
+    specs.iter().enumerate().map(quoted).collect()
+}
+
+fn pictures(specs: &[FigureSpec], cases: &[String], check: &Check) -> Result<Vec<Picture>> {
+    let check = check.key("figure");
+    names(specs.iter().map(|figure| figure.name.as_str()), &check)?;
+    let mut pictures = Vec::new();
+    for (i, spec) in specs.iter().enumerate() {
+        let check = check.item(i);
+        if !spec.name.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-')) {
+            let problem = format!("begins file names: expected letters, digits, _ and -, got \"{}\"", spec.name);
+            return check.key("name").fail(problem);
+        }
+        let most = if spec.kind == FigureKind::Curves { MOST_FRAMES } else { 1 };
+        let check_cases = check.key("cases");
+        if !(1..=most).contains(&spec.cases.len()) {
+            return check_cases.fail(format!("must name 1 to {most} for this kind, got {}", spec.cases.len()));
+        }
+        let shown = spec.cases.iter().map(|name| case(name, cases, &check_cases)).collect::<Result<_>>()?;
+        pictures.push(Picture { name: spec.name.clone(), title: spec.title.clone(), kind: spec.kind, cases: shown });
+    }
+    Ok(pictures)
+}

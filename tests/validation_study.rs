@@ -1,0 +1,105 @@
+//! Validation studies: quoted numbers beside ours.
+
+use std::path::Path;
+
+use kinetostat::{
+    error::Result,
+    report::validation::{figures, summary_csv, variants_csv},
+    study::{
+        Overrides, Study, StudyKind,
+        validation::{Quantity, ValidationResults, run},
+    },
+};
+
+const PAPER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/studies/06_paper");
+
+fn results_of(toml: &str, folder: &Path, points: usize) -> Result<ValidationResults> {
+    let overrides = Overrides { points: Some(points), ..Overrides::default() };
+    match Study::from_toml(toml, "study.toml", folder, &overrides)?.kind {
+        StudyKind::Validation(study) => Ok(run(&study, &|| {})),
+        other => panic!("not a validation study: {other:?}"),
+    }
+}
+
+fn paper(points: usize) -> ValidationResults {
+    let toml = std::fs::read_to_string(format!("{PAPER}/study.toml")).unwrap();
+    results_of(&toml, Path::new(PAPER), points).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn value(results: &ValidationResults, case: &str, quantity: Quantity, variant: &str) -> f64 {
+    let study = &results.study;
+    let variant = study.variants.iter().position(|v| v.name == variant).unwrap();
+    let quoted = study.quoted.iter().position(|q| study.cases[q.case] == case && q.quantity == quantity).unwrap();
+    *results.compared[quoted].ours[variant].as_ref().unwrap()
+}
+
+#[test]
+fn every_quoted_number_agrees_or_has_a_reason() {
+    let results = paper(37);
+    for (quoted, compared) in results.study.quoted.iter().zip(&results.compared) {
+        assert_eq!(compared.ours.len(), results.study.variants.len());
+        assert!(compared.ours.iter().all(|ours| ours.as_ref().is_ok_and(|value| value.is_finite())), "{quoted:?}");
+        assert!(compared.agrees || !quoted.reason.is_empty(), "{quoted:?} {compared:?}");
+    }
+    let agreeing = results.compared.iter().filter(|compared| compared.agrees).count();
+    assert_eq!((agreeing, results.compared.len()), (11, 19));
+    let names: Vec<String> = figures(&results).into_iter().map(|(name, _)| name).collect();
+    assert_eq!(names.len(), 10, "{names:?}");
+}
+
+#[test]
+fn the_sign_of_the_departure_follows_the_signs_of_the_errors() {
+    let results = paper(37);
+    let ratio = |variant| value(&results, "small circle at Q1", Quantity::SuperpositionRatio, variant);
+    assert!(ratio("as printed") < 0.99 && ratio("errors reversed") > 1.01);
+    let departure = |variant| value(&results, "small circle at Q1", Quantity::Departure, variant);
+    assert!((departure("as printed") / departure("errors reversed") - 1.0).abs() < 0.1);
+}
+
+#[test]
+fn paths_1_and_3_cross_only_where_the_force_lies_along_the_path() {
+    let results = paper(73);
+    let crossings = |variant| value(&results, "small circle at Q1", Quantity::Crossings, variant);
+    assert_eq!((crossings("as printed"), crossings("against the feed")), (0.0, 4.0));
+}
+
+/// The README of the study says so.
+#[test]
+fn drive_forces_hardly_depend_on_the_stiffness() {
+    let folder = tempfile::tempdir().unwrap();
+    let catalogue = kinetostat::machine::catalogue::find("orthoglide").unwrap().toml;
+    let stiffer = catalogue.replace("= 70000.0", "= 700000.0").replace("= 27000.0", "= 270000.0");
+    assert_ne!(stiffer, catalogue);
+    let process = std::fs::read_to_string(format!("{PAPER}/process.toml")).unwrap();
+    std::fs::write(folder.path().join("process.toml"), process).unwrap();
+    let study = |machine: &str| {
+        let toml = format!(
+            "schema = 1\nquestion = \"q\"\nmachine = \"{machine}\"\n[[validation.variant]]\nname = \"v\"\n\
+             process = \"process.toml\"\n[[validation.case]]\nname = \"Q1\"\n\
+             circle = {{ centre_point = \"Q1\", diameter_mm = 50.0, points = 37 }}\n\
+             [[validation.quoted]]\nsource = \"s\"\ncase = \"Q1\"\nquantity = \"drive_force\"\nvalue = 300.0\n\
+             [[validation.quoted]]\nsource = \"s\"\ncase = \"Q1\"\nquantity = \"deflection_by_cutting\"\nvalue = 0.8\n"
+        );
+        let results = results_of(&toml, folder.path(), 37).unwrap_or_else(|e| panic!("{e}"));
+        [Quantity::DriveForce, Quantity::DeflectionByCutting].map(|quantity| value(&results, "Q1", quantity, "v"))
+    };
+    let [force, deflection] = study("orthoglide");
+    std::fs::write(folder.path().join("stiffer.toml"), stiffer).unwrap();
+    let [stiff_force, stiff_deflection] = study("stiffer.toml");
+    assert!(stiff_deflection < 0.11 * deflection, "{stiff_deflection} {deflection}");
+    assert!((stiff_force / force - 1.0).abs() < 0.02, "{stiff_force} {force}");
+}
+
+#[test]
+fn a_case_out_of_reach_is_a_reason_in_the_table() {
+    let toml = std::fs::read_to_string(format!("{PAPER}/study.toml")).unwrap();
+    let far = toml
+        .replace("centre_point = \"Q2\"", "centre_mm = [500.0, 0.0, 0.0]")
+        .replace("case = \"Q0\"\nquantity = \"correction\"", "case = \"Q2\"\nquantity = \"correction\"");
+    let results = results_of(&far, Path::new(PAPER), 13).unwrap();
+    let table = String::from_utf8(summary_csv(&results).unwrap()).unwrap();
+    let row = table.lines().find(|line| line.contains(",Q2,correction,")).unwrap();
+    assert!(row.contains(",0.6,,,no,") && row.contains("cannot close: gap"), "{row}");
+    let variants = String::from_utf8(variants_csv(&results).unwrap()).unwrap();
+    assert!(variants.lines().any(|line| line.starts_with("Q2,") && line.contains(",not_solved,")), "{variants}");
+}
