@@ -19,6 +19,8 @@ pub mod program;
 mod resolve;
 mod source;
 pub mod spec;
+pub mod superposition;
+pub mod superposition_spec;
 pub mod workspace_map;
 
 use std::path::{Path, PathBuf};
@@ -28,6 +30,7 @@ use placement::PlacementStudy;
 pub use process::Process;
 pub use resolve::Overrides;
 pub use source::Source;
+use superposition::SuperpositionStudy;
 use workspace_map::WorkspaceMapStudy;
 
 use crate::error::Result;
@@ -54,6 +57,8 @@ pub enum StudyKind {
     Path(PathStudy),
     /// Where a workpiece should stand.
     Placement(PlacementStudy),
+    /// Whether displacements by single sources may be added.
+    Superposition(SuperpositionStudy),
 }
 
 impl Study {

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::placement_spec::PlacementStudySpec;
+use super::{placement_spec::PlacementStudySpec, superposition_spec::SuperpositionSpec};
 use crate::process::ForceLaw;
 
 /// The whole file.
@@ -15,17 +15,21 @@ pub struct StudySpec {
     pub question: String,
     /// A built-in machine, or a machine file relative to the study's folder.
     pub machine: String,
-    /// The cutting force of a workspace map.
+    /// The cutting force of a workspace map or superposition study.
     pub milling: Option<MillingSpec>,
-    /// Manufacturing and assembly errors of a workspace map; chains not named are nominal.
+    /// Manufacturing and assembly errors of a workspace map or superposition study; chains not named are
+    /// nominal.
     #[serde(default)]
     pub chain_error: Vec<ChainErrorSpec>,
-    /// Deflection and corrections on a grid over the workspace. A study has this, `path` or `placement`.
+    /// Deflection and corrections on a grid over the workspace. A study has this, `path`, `placement` or
+    /// `superposition`.
     pub workspace_map: Option<WorkspaceMapSpec>,
     /// Deflection and corrections along a path.
     pub path: Option<PathSpec>,
     /// Where a workpiece should stand.
     pub placement: Option<PlacementStudySpec>,
+    /// Whether displacements by single sources may be added.
+    pub superposition: Option<SuperpositionSpec>,
 }
 
 /// A path and its process.
@@ -93,7 +97,7 @@ fn default_phi_step() -> f64 {
     10.0
 }
 
-fn default_grid() -> [usize; 3] {
+pub(super) fn default_grid() -> [usize; 3] {
     [11; 3]
 }
 

@@ -5,6 +5,7 @@
 
 mod axis;
 mod colour_bar;
+mod contour;
 mod error;
 mod field;
 mod lines;
