@@ -123,7 +123,11 @@ fn growth(results: &Superposition, location: &LocationResult) -> Option<LineFigu
                     Scaled::Both => "both",
                 };
                 let kind = if sum == Sum::Aggregation { "aggregated, " } else { "" };
-                let label = format!("{kind}{what} scaled, slope {:.2}", fit.slope);
+                let slope = match fit.is_power_law() {
+                    true => format!("slope {:.2}", fit.slope),
+                    false => "not a power law".into(),
+                };
+                let label = format!("{kind}{what} scaled: {slope}");
                 series.push(LineSeries { label, points, dashed: sum == Sum::Aggregation });
             }
         }

@@ -150,7 +150,7 @@ fn location_sentences(location: &LocationResult) -> String {
     }
     let slope = |scaled: Scaled| {
         let fit = location.growth[scaled as usize].fit(Sum::Superposition, Followed::Tool);
-        fit.map_or_else(|| "-".into(), |fit| format!("{:.2}", fit.slope))
+        fit.map_or_else(|| "(none)".into(), |fit| format!("{:.2}", fit.slope))
     };
     text += &format!(
         "; it grows with the power {} of the load, {} of the errors, {} of both",
@@ -186,7 +186,11 @@ fn ablation_sentence(location: &LocationResult) -> String {
         return String::new();
     };
     let whole = worst.departure.tool.norm();
-    let share = |cause: Cause| format!("{:.1} %", 100.0 * parts[cause as usize] / whole);
+    let share = |cause: Cause| {
+        let tenths = (1000.0 * parts[cause as usize] / whole).round();
+        // No negative zero.
+        format!("{:.1} %", if tenths == 0.0 { 0.0 } else { tenths / 10.0 })
+    };
     format!(
         "  Of that, legs turned and bent by their errors (another stiffness matrix) make {}, the shift of the evaluation \
          point {}, internal forces {}, the stiffness under the cutting force {}, interaction {} (tool angle {:.0}°).\n",

@@ -155,8 +155,9 @@ pub fn slopes_csv(results: &Superposition) -> csv::Result<Vec<u8>> {
             let mut row = vec![sum.label().to_string(), followed.label().to_string()];
             row.extend(match location.growth[scaled as usize].fit(sum, followed) {
                 Some(fit) => {
+                    let word = if fit.is_power_law() { "fitted" } else { "not_a_power_law" };
                     let values = [fit.slope, fit.coefficient_mm, fit.points as f64, fit.worst_ratio];
-                    ["fitted".into(), String::new()].into_iter().chain(values.map(|v| v.to_string())).collect()
+                    [word.to_string(), String::new()].into_iter().chain(values.map(|v| v.to_string())).collect()
                 }
                 None => failed(&no_fit(), 4),
             });
