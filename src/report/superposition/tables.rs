@@ -155,9 +155,15 @@ pub fn slopes_csv(results: &Superposition) -> csv::Result<Vec<u8>> {
             let mut row = vec![sum.label().to_string(), followed.label().to_string()];
             row.extend(match location.growth[scaled as usize].fit(sum, followed) {
                 Some(fit) => {
-                    let word = if fit.is_power_law() { "fitted" } else { "not_a_power_law" };
+                    let (word, reason) = match fit.is_power_law() {
+                        true => ("fitted", String::new()),
+                        false => {
+                            let ratio = fit.worst_ratio;
+                            ("not_a_power_law", format!("departures lie up to {ratio:.2} times off the line"))
+                        }
+                    };
                     let values = [fit.slope, fit.coefficient_mm, fit.points as f64, fit.worst_ratio];
-                    [word.to_string(), String::new()].into_iter().chain(values.map(|v| v.to_string())).collect()
+                    [word.to_string(), reason].into_iter().chain(values.map(|v| v.to_string())).collect()
                 }
                 None => failed(&no_fit(), 4),
             });
