@@ -94,8 +94,8 @@ fn departure_is_zero_where_a_source_is_absent() {
     assert!(departures(&without_errors, Sum::Aggregation).iter().all(|departure| *departure < 1e-9));
     // What aggregation leaves out of the chain errors alone stays without load.
     assert!(departures(&without_load, Sum::Aggregation).iter().any(|departure| *departure > 1e-3));
-    let [cutting] = [&without_errors.locations[1].growth[0]];
-    assert_eq!(cutting.fit(Sum::Superposition, Followed::Tool), None);
+    let growth = &without_errors.locations[1].growth[Scaled::Load as usize];
+    assert_eq!(growth.fit(Sum::Superposition, Followed::Tool), None);
 }
 
 /// The Orthoglide is the same from each of its three rails; so must be the maps when load and errors are, too.

@@ -8,7 +8,22 @@ pub use pictures::figures;
 pub use summary::{summary_json, summary_text};
 pub use tables::{ablation_csv, largest_factors_csv, locations_csv, map_csv, safe_load_csv, scaling_csv, slopes_csv};
 
-use crate::study::superposition::{LocationResult, ablation::Ablation, departure::Followed};
+use crate::study::superposition::{
+    LocationResult,
+    ablation::{Ablation, Cause},
+    departure::Followed,
+    growth::ROUNDING_MM,
+};
+
+fn words(cause: Cause) -> &'static str {
+    match cause {
+        Cause::Point => "shift of the evaluation point",
+        Cause::Chains => "chains turned and bent (another stiffness matrix)",
+        Cause::Preload => "internal forces (geometric stiffness)",
+        Cause::Load => "cutting force (geometric stiffness)",
+        Cause::Interaction => "interaction of point and machine",
+    }
+}
 
 /// The tool angle at which the departure of the tool tip is largest, and its parts there.
 fn worst_ablation(location: &LocationResult) -> Option<&Ablation> {
@@ -24,6 +39,6 @@ fn worst_ablation(location: &LocationResult) -> Option<&Ablation> {
 /// the length; `None` where there is no departure.
 fn contributions(ablation: &Ablation, followed: Followed) -> Option<[f64; 5]> {
     let departure = ablation.departure.of(followed);
-    let direction = departure.try_normalize(crate::study::superposition::growth::ROUNDING_MM)?;
+    let direction = departure.try_normalize(ROUNDING_MM)?;
     Some(ablation.parts.map(|part| part.of(followed).dot(&direction)))
 }

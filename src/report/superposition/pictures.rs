@@ -1,6 +1,6 @@
 //! Which pictures a superposition study gives.
 
-use super::contributions;
+use super::{contributions, words};
 use crate::{
     process::MillingForce,
     report::{
@@ -163,15 +163,8 @@ fn ablation(results: &Superposition, location: &LocationResult) -> Option<LineFi
     let all = found.iter().map(|(phi, length, _)| (*phi, *length)).collect();
     let mut series = vec![LineSeries { label: "departure".into(), points: all, dashed: false }];
     for (index, cause) in Cause::ALL.into_iter().enumerate() {
-        let label = match cause {
-            Cause::Point => "shift of the evaluation point",
-            Cause::Chains => "other stiffness matrix: legs turned and bent",
-            Cause::Preload => "internal forces (geometric stiffness)",
-            Cause::Load => "cutting force (geometric stiffness)",
-            Cause::Interaction => "interaction of point and machine",
-        };
         let points = found.iter().map(|(phi, _, parts)| (*phi, parts[index])).collect();
-        series.push(LineSeries { label: label.into(), points, dashed: index > 1 });
+        series.push(LineSeries { label: words(cause).into(), points, dashed: index > 1 });
     }
     Some(LineFigure {
         title: format!("What makes adding wrong at {}", location.location.name),

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::{contributions, worst_ablation};
+use super::{contributions, words, worst_ablation};
 use crate::study::superposition::{
     LocationResult, MapPoint, Scaled, Superposition,
     ablation::Cause,
@@ -76,7 +76,7 @@ pub fn summary_text(results: &Superposition) -> String {
     for location in &results.locations {
         text += &location_sentences(location);
     }
-    text
+    text + &main_causes(results)
 }
 
 fn departure_sentences(results: &Superposition) -> String {
@@ -119,15 +119,20 @@ fn safe_sentences(results: &Superposition) -> String {
     let (Some(share), Some([least, most])) = (results.safe_share(), load_extremes(results)) else {
         return "Nothing can be said about where superposition is safe: no grid point was solved.\n".into();
     };
+    let at_least = |point: &MapPoint| match point.largest_load {
+        LargestFactor::Reached(_) => "",
+        _ => "at least ",
+    };
     let mut text = format!(
-        "For a tolerance of {tolerance} mm at the tool tip superposition is safe in {:.1} % of the box. It is safe \
-         everywhere in it up to {:.2} times the load of the study, which {} allows and no more; {} allows {}{:.2} times.\n",
+        "For a tolerance of {tolerance} mm at the tool tip superposition is safe in {:.1} % of the box at the load of the \
+         study. It is safe everywhere up to {}{:.2} times that load, as limited by {}, and up to {}{:.2} times at {}.\n",
         100.0 * share,
+        at_least(least.1),
         least.0,
         at(least.1),
-        at(most.1),
-        if matches!(most.1.largest_load, LargestFactor::Reached(_)) { "" } else { "at least " },
-        most.0
+        at_least(most.1),
+        most.0,
+        at(most.1)
     );
     let ended = results.points.iter().filter(|p| matches!(p.largest_load, LargestFactor::NoEquilibrium(..))).count();
     if ended > 0 {
@@ -189,18 +194,26 @@ fn ablation_sentence(location: &LocationResult) -> String {
     let share = |cause: Cause| {
         let tenths = (1000.0 * parts[cause as usize] / whole).round();
         // No negative zero.
-        format!("{:.1} %", if tenths == 0.0 { 0.0 } else { tenths / 10.0 })
+        format!("{}: {:.1} %", words(cause), if tenths == 0.0 { 0.0 } else { tenths / 10.0 })
     };
-    format!(
-        "  Of that, legs turned and bent by their errors (another stiffness matrix) make {}, the shift of the evaluation \
-         point {}, internal forces {}, the stiffness under the cutting force {}, interaction {} (tool angle {:.0}°).\n",
-        share(Cause::Chains),
-        share(Cause::Point),
-        share(Cause::Preload),
-        share(Cause::Load),
-        share(Cause::Interaction),
-        worst.phi_deg
-    )
+    format!("  Where it comes from at tool angle {:.0}°: {}.\n", worst.phi_deg, Cause::ALL.map(share).join(", "))
+}
+
+/// Which cause makes the largest part, by location.
+fn main_causes(results: &Superposition) -> String {
+    let main = |location: &LocationResult| {
+        let parts = contributions(worst_ablation(location)?, Followed::Tool)?;
+        Cause::ALL.into_iter().max_by(|a, b| parts[*a as usize].total_cmp(&parts[*b as usize]))
+    };
+    let mut text = String::new();
+    for cause in Cause::ALL {
+        let here = results.locations.iter().filter(|location| main(location) == Some(cause));
+        let names: Vec<&str> = here.map(|location| location.location.name.as_str()).collect();
+        if !names.is_empty() {
+            text += &format!("The largest cause at {} is: {}.\n", names.join(", "), words(cause));
+        }
+    }
+    text
 }
 
 /// Largest departures over the grid, where superposition is safe, and what was found at each location.

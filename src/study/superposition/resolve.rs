@@ -1,6 +1,6 @@
 //! From a superposition study as written to a checked one.
 
-use super::{Location, SuperpositionStudy};
+use super::{Location, SuperpositionStudy, growth::ROUNDING_MM};
 use crate::{
     check::Check,
     error::Result,
@@ -35,6 +35,11 @@ pub(in crate::study) fn superposition(
     let grid = box_grid(spec.min_mm, spec.max_mm, spec.grid, &machine, overrides, &own)?;
     let slices_z = slice_heights(&spec.slices_z_mm, &own)?;
     let tolerance = own.key("tolerance_mm").positive(spec.tolerance_mm)?;
+    if tolerance < ROUNDING_MM {
+        let problem =
+            format!("must be at least {ROUNDING_MM:e}, below which departures are rounding, got {tolerance:e}");
+        return own.key("tolerance_mm").fail(problem);
+    }
     let largest_factor = spec.largest_factor;
     if !(1.0..=1e6).contains(&largest_factor) {
         return own.key("largest_factor").fail(format!("must be between 1 and 1e6, got {largest_factor}"));

@@ -83,19 +83,20 @@ pub(super) fn largest(
     departure: impl Fn(f64) -> Result<f64, Failure>,
 ) -> LargestFactor {
     let excess = |factor: f64| departure(factor).map(|departure| departure - study.tolerance);
-    let is_below = |found: &Result<f64, Failure>| found.as_ref().is_ok_and(|excess| *excess < 0.0);
     let mut factor = 1.0;
     let mut found = at_one.map(|departure| departure - study.tolerance);
-    if is_below(&found) {
-        while factor < study.largest_factor {
-            let (low, next) = (factor, (2.0 * factor).min(study.largest_factor));
-            let above = excess(next);
-            if !is_below(&above) {
-                return within((low, found.unwrap_or(0.0)), (next, above.into()), study.tolerance, &excess);
+    if let Ok(below) = found
+        && below < 0.0
+    {
+        let mut low = (factor, below);
+        while low.0 < study.largest_factor {
+            let next = (2.0 * low.0).min(study.largest_factor);
+            match excess(next) {
+                Ok(below) if below < 0.0 => low = (next, below),
+                above => return within(low, (next, above.into()), study.tolerance, &excess),
             }
-            (factor, found) = (next, above);
         }
-        return LargestFactor::BelowToLimit(factor);
+        return LargestFactor::BelowToLimit(low.0);
     }
     for _ in 0..MOST_HALVINGS {
         let half = excess(0.5 * factor);
