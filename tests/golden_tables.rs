@@ -7,11 +7,11 @@ use std::path::Path;
 
 use golden::{agree, check};
 use kinetostat::{
-    report::{placement, validation::summary_csv, workspace_map::csv},
+    report::{placement, superposition as superposition_report, validation::summary_csv, workspace_map::csv},
     study::{
         Overrides, Study, StudyKind,
         placement::{PlacementStudy, Watch, compare, run},
-        validation, workspace_map,
+        superposition, validation, workspace_map,
     },
 };
 
@@ -19,6 +19,9 @@ use kinetostat::{
 const MAP_TOLERANCE: f64 = 1e-7;
 /// The same, for numbers that corrections within limits enter.
 const PLACEMENT_TOLERANCE: f64 = 1e-6;
+/// The same, for departures, which are a hundredth of the displacements, and for their parts, down to a millionth.
+const DEPARTURE_TOLERANCE: f64 = 1e-5;
+const PART_TOLERANCE: f64 = 1e-3;
 
 fn open(name: &str, overrides: &Overrides) -> StudyKind {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies").join(name);
@@ -74,6 +77,25 @@ fn the_numbers_of_the_paper_are_the_golden_ones() {
     let StudyKind::Validation(study) = open("06_paper", &overrides) else { panic!("a validation study") };
     let table = summary_csv(&validation::run(&study, &|| {})).unwrap();
     check("06_paper_summary", &String::from_utf8(table).unwrap(), MAP_TOLERANCE);
+}
+
+#[test]
+fn superposition_is_the_golden_one() {
+    let overrides = Overrides { grid: Some([2, 2, 2]), ..Overrides::default() };
+    let StudyKind::Superposition(mut study) = open("05_superposition", &overrides) else { panic!("superposition") };
+    // A quarter of the tool angles, as tables are long.
+    study.phis = study.phis.into_iter().step_by(4).collect();
+    let results = superposition::run(&study, &|| {});
+    for (name, tolerance, table) in [
+        ("map", DEPARTURE_TOLERANCE, superposition_report::map_csv(&results)),
+        ("safe_load", DEPARTURE_TOLERANCE, superposition_report::safe_load_csv(&results)),
+        ("largest_factors", DEPARTURE_TOLERANCE, superposition_report::largest_factors_csv(&results)),
+        ("slopes", DEPARTURE_TOLERANCE, superposition_report::slopes_csv(&results)),
+        ("ablation", PART_TOLERANCE, superposition_report::ablation_csv(&results)),
+    ] {
+        let text = String::from_utf8(table.unwrap()).unwrap();
+        check(&format!("05_superposition_{name}"), &text, tolerance);
+    }
 }
 
 #[test]

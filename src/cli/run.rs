@@ -11,12 +11,13 @@ use kinetostat::{
     error::{Error, Result},
     report::{
         Manifest, OutputFile, figures::Figure, file_stem, path as path_report, placement as placement_report, prepare,
-        validation as validation_report, workspace_map as map_report, write_all,
+        superposition as superposition_report, validation as validation_report, workspace_map as map_report, write_all,
     },
     study::{
         Overrides, Study, StudyKind,
         path_study::{self, PathStudy},
         placement::{self, Event, PlacementStudy, Watch},
+        superposition::{self, SuperpositionStudy},
         validation::{self, ValidationStudy},
         workspace_map::{self, WorkspaceMapStudy},
     },
@@ -74,6 +75,7 @@ pub fn run(arguments: &RunArguments) -> Result<Ending> {
         StudyKind::WorkspaceMap(map) => run_map(arguments, &study, map, &out),
         StudyKind::Path(path) => run_path(arguments, &study, path, &out),
         StudyKind::Placement(placement) => run_placement(arguments, &study, placement, &out),
+        StudyKind::Superposition(sought) => run_superposition(arguments, &study, sought, &out),
         StudyKind::Validation(validation) => run_validation(arguments, &study, validation, &out),
     })
 }
@@ -173,6 +175,49 @@ fn run_placement(arguments: &RunArguments, study: &Study, sought: &PlacementStud
     output.write()?;
     // Places where the workpiece cannot be cut are an answer; that there is no other is a failure.
     Ok(if results.best.is_some() { Ending::Complete } else { Ending::SomeUnsolved })
+}
+
+fn run_superposition(
+    arguments: &RunArguments,
+    study: &Study,
+    sought: &SuperpositionStudy,
+    out: &Path,
+) -> Result<Ending> {
+    let started = Instant::now();
+    let bar = progress(sought.grid.len() + sought.locations.len(), "points");
+    let results = superposition::run(sought, &|| bar.inc(1));
+    bar.finish_and_clear();
+    let map = results.points.iter().map(|point| point.departures.as_ref().map_or_else(|f| f.status, |_| "solved"));
+    let of_location = |found: &superposition::LocationResult| {
+        let departures = found.departures.as_ref().map_or_else(|f| f.status, |_| "solved");
+        [departures, found.ablation.as_ref().map_or_else(|f| f.status, |_| "solved")]
+    };
+    let statuses = map.chain(results.locations.iter().flat_map(of_location));
+    let settings = json!({
+        "grid": sought.grid.counts(),
+        "tool_angles": sought.phis.len(),
+        "tolerance_mm": sought.tolerance,
+        "scales": sought.scales,
+        "largest_factor": sought.largest_factor,
+    });
+    let output = Output {
+        study,
+        out,
+        manifest: manifest(study, settings, Manifest::count(statuses), started),
+        tables: vec![
+            ("map.csv".into(), superposition_report::map_csv(&results)),
+            ("safe_load.csv".into(), superposition_report::safe_load_csv(&results)),
+            ("locations.csv".into(), superposition_report::locations_csv(&results)),
+            ("largest_factors.csv".into(), superposition_report::largest_factors_csv(&results)),
+            ("scaling.csv".into(), superposition_report::scaling_csv(&results)),
+            ("slopes.csv".into(), superposition_report::slopes_csv(&results)),
+            ("ablation.csv".into(), superposition_report::ablation_csv(&results)),
+        ],
+        summary: superposition_report::summary_json(&results),
+        figures: if arguments.no_figures { Vec::new() } else { superposition_report::figures(&results) },
+        closing: superposition_report::summary_text(&results),
+    };
+    output.write()
 }
 
 fn run_validation(arguments: &RunArguments, study: &Study, asked: &ValidationStudy, out: &Path) -> Result<Ending> {

@@ -2,11 +2,13 @@
 
 mod amplification;
 pub mod figures;
+mod grid_slices;
 mod machine;
 mod manifest;
 pub mod path;
 pub mod placement;
 mod point;
+pub mod superposition;
 mod table;
 pub mod validation;
 pub mod workspace_map;

@@ -54,3 +54,8 @@ fn unit(machine: &Machine, [slides, hinges, both]: [&'static str; 3]) -> &'stati
 pub fn largest_position(machine: &Machine, values: &[f64]) -> f64 {
     shown_positions(machine, values).iter().fold(0.0, |most, value| most.max(value.abs()))
 }
+
+/// Angles are given in degrees; the way through radians must not show.
+pub fn tidy_degrees(degrees: f64) -> f64 {
+    (degrees * 1e9).round() / 1e9
+}

@@ -19,6 +19,8 @@ pub mod program;
 mod resolve;
 mod source;
 pub mod spec;
+pub mod superposition;
+pub mod superposition_spec;
 mod tilt;
 pub mod validation;
 pub mod validation_spec;
@@ -31,6 +33,7 @@ use placement::PlacementStudy;
 pub use process::Process;
 pub use resolve::Overrides;
 pub use source::Source;
+use superposition::SuperpositionStudy;
 use validation::ValidationStudy;
 use workspace_map::WorkspaceMapStudy;
 
@@ -60,6 +63,8 @@ pub enum StudyKind {
     Placement(Box<PlacementStudy>),
     /// Quoted numbers beside ours.
     Validation(ValidationStudy),
+    /// Whether displacements by single sources may be added.
+    Superposition(SuperpositionStudy),
 }
 
 impl Study {

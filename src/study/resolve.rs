@@ -34,45 +34,48 @@ pub(super) fn study(spec: &StudySpec, text: &str, origin: &str, folder: &Path, o
     let check = Check::new(origin);
     check.schema(spec.schema)?;
     let (machine, machine_text) = machine(&spec.machine, folder, &check.key("machine"))?;
-    let (kind, settings) = match (&spec.workspace_map, &spec.path, &spec.placement, &spec.validation) {
-        (Some(map), None, None, None) => {
-            if overrides.points.is_some() {
-                return command_line("--points").fail("a workspace map has no points along a path; use --grid".into());
-            }
-            let map = workspace_map(spec, map, machine, overrides, &check)?;
-            let settings = format!("grid {:?}", map.grid.counts());
-            (StudyKind::WorkspaceMap(map), settings)
-        }
-        (None, Some(path), None, None) => {
-            if overrides.grid.is_some() {
-                return command_line("--grid").fail("a path study has no grid; use --points".into());
-            }
-            refuse_process_keys(spec, "path", &check)?;
-            let (study, process) = path_resolve::path(path, machine, folder, overrides, &check.key("path"))?;
-            let settings = format!("{process}\npoints {}", study.stations.len());
-            (StudyKind::Path(study), settings)
-        }
-        (None, None, Some(placement), None) => {
-            refuse_process_keys(spec, "placement", &check)?;
-            let (study, process) =
-                super::placement::resolve(placement, machine, folder, overrides, &check.key("placement"))?;
-            let settings = format!("{process}\ngrid {:?}", study.grid.counts());
-            (StudyKind::Placement(Box::new(study)), settings)
-        }
-        (None, None, None, Some(validation)) => {
-            if overrides.grid.is_some() {
-                return command_line("--grid").fail("a validation study has no grid; use --points".into());
-            }
-            refuse_process_keys(spec, "validation", &check)?;
-            let check = check.key("validation");
-            let (study, settings) = super::validation::resolve(validation, machine, folder, overrides, &check)?;
-            let points: Vec<usize> = study.variants[0].paths.iter().map(|path| path.stations.len()).collect();
-            (StudyKind::Validation(study), format!("{settings}\npoints {points:?}"))
-        }
-        _ => {
-            let problem = "give exactly one of workspace_map, path, placement and validation";
-            return check.key("workspace_map").fail(problem.into());
-        }
+    let kinds = [
+        ("workspace_map", spec.workspace_map.is_some()),
+        ("path", spec.path.is_some()),
+        ("placement", spec.placement.is_some()),
+        ("superposition", spec.superposition.is_some()),
+        ("validation", spec.validation.is_some()),
+    ];
+    if kinds.iter().filter(|(_, given)| *given).count() != 1 {
+        let names = kinds.map(|(name, _)| name).join(", ");
+        return check.key("workspace_map").fail(format!("give exactly one of {names}"));
+    }
+    let (kind, settings) = if let Some(map) = &spec.workspace_map {
+        refuse_points(overrides, "a workspace map")?;
+        let map = workspace_map(spec, map, machine, overrides, &check)?;
+        let settings = format!("grid {:?}", map.grid.counts());
+        (StudyKind::WorkspaceMap(map), settings)
+    } else if let Some(path) = &spec.path {
+        refuse_grid(overrides, "a path study")?;
+        refuse_process_keys(spec, "path", &check)?;
+        let (study, process) = path_resolve::path(path, machine, folder, overrides, &check.key("path"))?;
+        let settings = format!("{process}\npoints {}", study.stations.len());
+        (StudyKind::Path(study), settings)
+    } else if let Some(placement) = &spec.placement {
+        refuse_process_keys(spec, "placement", &check)?;
+        let check = check.key("placement");
+        let (study, process) = super::placement::resolve(placement, machine, folder, overrides, &check)?;
+        let settings = format!("{process}\ngrid {:?}", study.grid.counts());
+        (StudyKind::Placement(Box::new(study)), settings)
+    } else if let Some(superposition) = &spec.superposition {
+        refuse_points(overrides, "a superposition study")?;
+        let study = super::superposition::resolve(spec, superposition, machine, overrides, &check)?;
+        let settings = format!("grid {:?}", study.grid.counts());
+        (StudyKind::Superposition(study), settings)
+    } else if let Some(validation) = &spec.validation {
+        refuse_grid(overrides, "a validation study")?;
+        refuse_process_keys(spec, "validation", &check)?;
+        let check = check.key("validation");
+        let (study, processes) = super::validation::resolve(validation, machine, folder, overrides, &check)?;
+        let points: Vec<usize> = study.variants[0].paths.iter().map(|path| path.stations.len()).collect();
+        (StudyKind::Validation(study), format!("{processes}\npoints {points:?}"))
+    } else {
+        return check.fail("has no kind".into());
     };
     Ok(Study {
         name: folder_name(folder),
@@ -80,6 +83,20 @@ pub(super) fn study(spec: &StudySpec, text: &str, origin: &str, folder: &Path, o
         fingerprint: format!("{text}\n{machine_text}\n{settings}"),
         kind,
     })
+}
+
+fn refuse_points(overrides: &Overrides, kind: &str) -> Result<()> {
+    match overrides.points {
+        Some(_) => command_line("--points").fail(format!("{kind} has no points along a path; use --grid")),
+        None => Ok(()),
+    }
+}
+
+fn refuse_grid(overrides: &Overrides, kind: &str) -> Result<()> {
+    match overrides.grid {
+        Some(_) => command_line("--grid").fail(format!("{kind} has no grid; use --points")),
+        None => Ok(()),
+    }
 }
 
 /// An option of the command line that overrides a study.
@@ -134,34 +151,41 @@ fn workspace_map(
     };
     let (force, phis) = milling(milling_spec, &check.key("milling"))?;
     let check_map = check.key("workspace_map");
+    let grid = box_grid(map.min_mm, map.max_mm, map.grid, &machine, overrides, &check_map)?;
+    let slices_z = slice_heights(&map.slices_z_mm, &check_map)?;
+    let errors = chain_errors(&spec.chain_error, &machine, check)?;
+    Ok(WorkspaceMapStudy { grid, force, phis, errors, target: map.compensate.into(), slices_z, machine })
+}
+
+/// The grid of a map over a box, the machine's workspace where no corner is given; `check` is the place of the map.
+pub(super) fn box_grid(
+    min_mm: Option<[f64; 3]>,
+    max_mm: Option<[f64; 3]>,
+    counts: [usize; 3],
+    machine: &Machine,
+    overrides: &Overrides,
+    check: &Check,
+) -> Result<Grid> {
     let corner = |key: &str, given: Option<[f64; 3]>, default: Vector3<f64>| match given {
-        Some(corner) => check_map.key(key).finite(corner),
+        Some(corner) => check.key(key).finite(corner),
         None => Ok(default),
     };
-    let min = corner("min_mm", map.min_mm, machine.workspace.min)?;
-    let max = corner("max_mm", map.max_mm, machine.workspace.max)?;
-    check_map.ordered_box(min, max)?;
-    let grid = match overrides.grid {
-        Some(counts) => grid(min, max, counts, &command_line("--grid"))?,
-        None => grid(min, max, map.grid, &check_map.key("grid"))?,
-    };
-    if map.slices_z_mm.is_empty() || map.slices_z_mm.len() > 6 {
-        let problem = format!("must name 1 to 6 heights, got {}", map.slices_z_mm.len());
-        return check_map.key("slices_z_mm").fail(problem);
+    let min = corner("min_mm", min_mm, machine.workspace.min)?;
+    let max = corner("max_mm", max_mm, machine.workspace.max)?;
+    check.ordered_box(min, max)?;
+    match overrides.grid {
+        Some(counts) => grid(min, max, counts, &command_line("--grid")),
+        None => grid(min, max, counts, &check.key("grid")),
     }
-    for &z in &map.slices_z_mm {
-        check_map.key("slices_z_mm").finite_scalar(z)?;
+}
+
+/// Heights of the slices of a map; `check` is the place of the map.
+pub(super) fn slice_heights(heights: &[f64], check: &Check) -> Result<Vec<f64>> {
+    let check = check.key("slices_z_mm");
+    if heights.is_empty() || heights.len() > 6 {
+        return check.fail(format!("must name 1 to 6 heights, got {}", heights.len()));
     }
-    let errors = chain_errors(&spec.chain_error, &machine, check)?;
-    Ok(WorkspaceMapStudy {
-        grid,
-        force,
-        phis,
-        errors,
-        target: map.compensate.into(),
-        slices_z: map.slices_z_mm.clone(),
-        machine,
-    })
+    heights.iter().map(|&z| check.finite_scalar(z)).collect()
 }
 
 fn grid(min: Vector3<f64>, max: Vector3<f64>, counts: [usize; 3], check: &Check) -> Result<Grid> {
@@ -183,7 +207,7 @@ fn grid(min: Vector3<f64>, max: Vector3<f64>, counts: [usize; 3], check: &Check)
 }
 
 /// The force law and the tool angles of one turn, rad.
-fn milling(spec: &MillingSpec, check: &Check) -> Result<(MillingForce, Vec<f64>)> {
+pub(super) fn milling(spec: &MillingSpec, check: &Check) -> Result<(MillingForce, Vec<f64>)> {
     let force = MillingForce {
         radial: check.key("radial_force_N").finite_scalar(spec.radial_force)?,
         tangential: check.key("tangential_force_N").finite_scalar(spec.tangential_force)?,

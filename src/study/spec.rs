@@ -2,7 +2,9 @@
 
 use serde::Deserialize;
 
-use super::{placement_spec::PlacementStudySpec, validation_spec::ValidationSpec};
+use super::{
+    placement_spec::PlacementStudySpec, superposition_spec::SuperpositionSpec, validation_spec::ValidationSpec,
+};
 use crate::process::ForceLaw;
 
 /// The whole file.
@@ -15,9 +17,10 @@ pub struct StudySpec {
     pub question: String,
     /// A built-in machine, or a machine file relative to the study's folder.
     pub machine: String,
-    /// The cutting force of a workspace map.
+    /// The cutting force of a workspace map or superposition study.
     pub milling: Option<MillingSpec>,
-    /// Manufacturing and assembly errors of a workspace map; chains not named are nominal.
+    /// Manufacturing and assembly errors of a workspace map or superposition study; chains not named are
+    /// nominal.
     #[serde(default)]
     pub chain_error: Vec<ChainErrorSpec>,
     /// Deflection and corrections on a grid over the workspace. A study has exactly one of this and the
@@ -29,6 +32,8 @@ pub struct StudySpec {
     pub placement: Option<PlacementStudySpec>,
     /// Quoted numbers beside ours.
     pub validation: Option<ValidationSpec>,
+    /// Whether displacements by single sources may be added.
+    pub superposition: Option<SuperpositionSpec>,
 }
 
 /// A path and its process.
@@ -96,7 +101,7 @@ fn default_phi_step() -> f64 {
     10.0
 }
 
-fn default_grid() -> [usize; 3] {
+pub(super) fn default_grid() -> [usize; 3] {
     [11; 3]
 }
 

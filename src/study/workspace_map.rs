@@ -53,6 +53,20 @@ impl Grid {
         let [nx, ny, _] = self.counts();
         Vector3::new(self.axes[0][index % nx], self.axes[1][index / nx % ny], self.axes[2][index / (nx * ny)])
     }
+
+    /// Share of the box that is nearer to point `index` than to its neighbours: half a cell along each axis at the ends.
+    pub fn cell_share(&self, index: usize) -> f64 {
+        let [nx, ny, _] = self.counts();
+        let share = |axis: usize, i: usize| {
+            let steps = self.axes[axis].len() - 1;
+            match i {
+                _ if steps == 0 => 1.0,
+                i if i == 0 || i == steps => 0.5 / steps as f64,
+                _ => 1.0 / steps as f64,
+            }
+        };
+        share(0, index % nx) * share(1, index / nx % ny) * share(2, index / (nx * ny))
+    }
 }
 
 /// A checked workspace-map study.

@@ -5,6 +5,7 @@
 
 mod axis;
 mod colour_bar;
+mod contour;
 mod curves;
 mod error;
 mod field;

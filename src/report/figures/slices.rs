@@ -2,11 +2,12 @@
 
 use super::axis::{self, Axis, Plot, Spacing};
 use super::colour_bar::{ColourBar, Scale};
+use super::contour::contour;
 use super::error::{FigureError, check_ascending, check_drawable, check_grid};
 use super::field::{self, Picture};
 use super::marks::{self, PlacedMark};
-use super::scene::{Anchor, Rect, Scene, Text};
-use super::style::{self, BORDER, PAGE_WIDTH, Sizes};
+use super::scene::{Anchor, Rect, Scene, Stroke, Text};
+use super::style::{self, BORDER, INK, PAGE_WIDTH, Sizes, WHITE};
 use super::text::{self, LINE_PITCH, Weight};
 
 /// Most panels in one figure.
@@ -66,6 +67,8 @@ pub struct SliceFigure {
     pub panels: Vec<SlicePanel>,
     /// Ends of the colour scale; `None` takes the smallest and largest value of all panels.
     pub range: Option<(f64, f64)>,
+    /// Value on whose level a line is drawn, interpolated between the nodes.
+    pub contour: Option<f64>,
 }
 
 impl SlicePanel {
@@ -287,6 +290,9 @@ fn draw_panel(
     };
     let rect = grid_rect(plot, &column_edges, &row_edges);
     scene.picture(Picture::new(rect.frame(), &column_edges, &row_edges, colour));
+    if let Some(level) = figure.contour {
+        draw_contour(scene, panel, plot, level);
+    }
     plot.draw_frame(scene);
     draw_title(scene, panel, place, sizes);
     if place.labelled_x {
@@ -301,6 +307,17 @@ fn draw_panel(
         .map(|mark| PlacedMark { at: plot.place(mark.x, mark.y), label: &mark.label, hidden: false })
         .collect();
     marks::draw(scene, &placed, plot.rect, sizes.tick);
+}
+
+/// The level line, dark with a light rim, so that it shows on every colour.
+fn draw_contour(scene: &mut Scene, panel: &SlicePanel, plot: &Plot, level: f64) {
+    let pieces = contour(&panel.x, &panel.y, &panel.values, level);
+    for (colour, width) in [(WHITE, 9.0), (INK, 4.5)] {
+        for piece in &pieces {
+            let line = piece.map(|(x, y)| plot.place(x, y));
+            scene.line(line.to_vec(), Stroke { colour, width, dash: &[] });
+        }
+    }
 }
 
 fn grid_rect(plot: &Plot, column_edges: &[f64], row_edges: &[f64]) -> Rect {

@@ -20,6 +20,7 @@ fn slices(panels: Vec<SlicePanel>) -> SliceFigure {
         quantity: "deflection [mm]".into(),
         panels,
         range: None,
+        contour: None,
     }
 }
 

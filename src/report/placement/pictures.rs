@@ -122,6 +122,7 @@ fn map(results: &PlacementResults, quantity: &str, value: &dyn Fn(&Metrics) -> O
         quantity: quantity.into(),
         panels: planes(results).iter().map(panel).collect(),
         range: None,
+        contour: None,
     }
 }
 

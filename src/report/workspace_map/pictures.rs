@@ -4,12 +4,13 @@ use crate::{
     machine::Machine,
     process::MillingForce,
     report::{
-        figures::{Figure, Mark2, Mark3, SliceFigure, SlicePanel, VolumeFigure},
+        figures::{Figure, Mark3, SliceFigure, VolumeFigure},
+        grid_slices::{panels, typographic},
         table::{largest_position, position_unit},
     },
     study::{
         Source,
-        workspace_map::{SourceEffect, WorkspaceMap},
+        workspace_map::{SourceEffect, WorkspaceMap, WorkspaceMapStudy},
     },
 };
 
@@ -80,11 +81,6 @@ pub fn figures(map: &WorkspaceMap) -> Vec<(String, Figure)> {
     figures
 }
 
-/// With minus signs instead of hyphens, as on the axes.
-fn typographic(text: &str) -> String {
-    text.replace('-', "\u{2212}")
-}
-
 fn setting(map: &WorkspaceMap) -> String {
     let study = &map.study;
     let [nx, ny, nz] = study.grid.counts();
@@ -107,42 +103,17 @@ fn values(map: &WorkspaceMap, quantity: &Quantity) -> Vec<Option<f64>> {
     map.points.iter().map(|point| point.effect(quantity.source).and_then(|e| (quantity.value)(machine, e))).collect()
 }
 
-/// Grid planes nearest to the heights asked for, without repetition.
-fn planes(map: &WorkspaceMap) -> Vec<usize> {
-    let heights = &map.study.grid.axes[2];
-    let mut planes: Vec<usize> = Vec::new();
-    for z in &map.study.slices_z {
-        let distance = |k: &usize| (heights[*k] - z).abs();
-        let nearest = (0..heights.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        if let Some(plane) = nearest.filter(|plane| !planes.contains(plane)) {
-            planes.push(plane);
-        }
-    }
-    planes
-}
-
 fn slices(map: &WorkspaceMap, quantity: &Quantity) -> SliceFigure {
-    let [xs, ys, zs] = &map.study.grid.axes;
-    let all = values(map, quantity);
-    let half_step = if zs.len() > 1 { 0.5 * (zs[1] - zs[0]) } else { f64::INFINITY };
-    let panels = planes(map).into_iter().map(|k| {
-        let in_plane = map.study.machine.points.iter().filter(|p| (p.position.z - zs[k]).abs() <= half_step);
-        SlicePanel {
-            title: typographic(&format!("z = {:.2} mm", zs[k])),
-            x: xs.clone(),
-            y: ys.clone(),
-            values: all[k * xs.len() * ys.len()..][..xs.len() * ys.len()].to_vec(),
-            marks: in_plane.map(|p| Mark2 { label: p.name.clone(), x: p.position.x, y: p.position.y }).collect(),
-        }
-    });
+    let WorkspaceMapStudy { machine, grid, slices_z, .. } = &map.study;
     SliceFigure {
         title: quantity.title.into(),
         subtitle: setting(map),
         x_label: "x [mm]".into(),
         y_label: "y [mm]".into(),
         quantity: quantity_label(map, quantity),
-        panels: panels.collect(),
+        panels: panels(machine, grid, slices_z, &values(map, quantity)),
         range: None,
+        contour: None,
     }
 }
 

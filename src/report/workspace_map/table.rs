@@ -2,7 +2,7 @@
 
 use crate::{
     machine::Machine,
-    report::table::{correction_columns, force_columns, shown_positions},
+    report::table::{correction_columns, force_columns, shown_positions, tidy_degrees},
     study::{
         Source,
         workspace_map::{Failure, SourceEffect, WorkspaceMap},
@@ -76,9 +76,4 @@ fn solved_cells(machine: &Machine, effect: &SourceEffect, row: &mut Vec<String>)
 fn failed_cells(machine: &Machine, failure: &Failure, row: &mut Vec<String>) {
     row.extend([failure.status.to_string(), failure.reason.clone()]);
     row.resize(header(machine).len(), String::new());
-}
-
-/// Angles are given in degrees; the way through radians must not show.
-fn tidy_degrees(degrees: f64) -> f64 {
-    (degrees * 1e9).round() / 1e9
 }

@@ -1,0 +1,219 @@
+//! Whether the displacements by single sources may be added.
+//!
+//! A machine with chain errors `E`, commanded to a location and loaded by the wrench `F`, moves by `u(F, E)`: from where
+//! the nominal machine rests there, unloaded, to the loaded equilibrium of the real one. Superposition solves for each
+//! source alone and adds; it departs from the simultaneous model by
+//!
+//! `d(F, E) = u(F, 0) + u(0, E) − u(F, E)`.
+//!
+//! The departure vanishes where a source is absent, so its lowest term is the mixed one, `−F E ∂²u/∂F∂E`: it grows with
+//! the first power of each source and with the second of both.
+//!
+//! The same is asked of the linear aggregation of chain errors, eqs. (14) and (15), in place of `u(0, E)`. That departure
+//! has a part in `E²` as well: what aggregation leaves out of the chain errors alone.
+//!
+//! - [`MapPoint`]: departure over the workspace, and the largest load that keeps it below a tolerance
+//! - [`LocationResult`]: departure, its [`growth`] with the sources, largest [`safe`] factors, [`ablation`]
+
+pub mod ablation;
+pub mod departure;
+pub mod growth;
+mod resolve;
+mod rig;
+pub mod safe;
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use ablation::Ablation;
+use departure::{Case, Departures};
+use growth::Growth;
+pub(super) use resolve::superposition as resolve;
+use safe::LargestFactor;
+
+use super::workspace_map::{Failure, Grid};
+use crate::{
+    machine::{ChainError, Machine},
+    process::MillingForce,
+};
+
+/// A named location of P.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Location {
+    /// Its name.
+    pub name: String,
+    /// Commanded position of P, mm.
+    pub position: Vector3<f64>,
+}
+
+/// A checked superposition study.
+#[derive(Debug, Clone)]
+pub struct SuperpositionStudy {
+    /// The nominal machine, by which positions are commanded.
+    pub machine: Machine,
+    /// Errors of each chain of the real machine.
+    pub errors: Vec<ChainError>,
+    /// The cutting force.
+    pub force: MillingForce,
+    /// Tool angles φ, rad.
+    pub phis: Vec<f64>,
+    /// Where the map is computed.
+    pub grid: Grid,
+    /// Heights of the slices drawn, mm.
+    pub slices_z: Vec<f64>,
+    /// Locations studied in detail.
+    pub locations: Vec<Location>,
+    /// Departure of the tool tip from which superposition no longer counts as safe, mm.
+    pub tolerance: f64,
+    /// Factors on the sources at which the growth of the departure is measured, ascending.
+    pub scales: Vec<f64>,
+    /// The largest factor tried when the largest safe one is sought.
+    pub largest_factor: f64,
+}
+
+/// Which sources are multiplied by a factor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scaled {
+    /// The cutting force; the chain errors stay.
+    Load,
+    /// The chain errors; the cutting force stays.
+    Errors,
+    /// Both by the same factor.
+    Both,
+}
+
+impl Scaled {
+    /// All, in table order.
+    pub const ALL: [Scaled; 3] = [Scaled::Load, Scaled::Errors, Scaled::Both];
+
+    /// Word used in tables.
+    pub fn label(self) -> &'static str {
+        match self {
+            Scaled::Load => "load",
+            Scaled::Errors => "errors",
+            Scaled::Both => "both",
+        }
+    }
+
+    /// Factors on load and chain errors.
+    pub fn factors(self, factor: f64) -> (f64, f64) {
+        match self {
+            Scaled::Load => (factor, 1.0),
+            Scaled::Errors => (1.0, factor),
+            Scaled::Both => (factor, factor),
+        }
+    }
+}
+
+/// One grid point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MapPoint {
+    /// Commanded position of P, mm.
+    pub position_mm: [f64; 3],
+    /// Departures, worst over φ.
+    pub departures: Result<Departures, Failure>,
+    /// Largest factor on the load that keeps the departure of the tool tip within the tolerance.
+    pub largest_load: LargestFactor,
+}
+
+/// What was found at a location.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LocationResult {
+    /// The location.
+    pub location: Location,
+    /// Departures, worst over φ.
+    pub departures: Result<Departures, Failure>,
+    /// Largest factors that keep the departure of the tool tip within the tolerance, in the order of [`Scaled::ALL`].
+    pub largest: [LargestFactor; 3],
+    /// How the departure grows, in the order of [`Scaled::ALL`].
+    pub growth: [Growth; 3],
+    /// Where the departure comes from, at each φ.
+    pub ablation: Result<Vec<Ablation>, Failure>,
+}
+
+/// Results of a superposition study.
+#[derive(Debug, Clone)]
+pub struct Superposition {
+    /// The study.
+    pub study: SuperpositionStudy,
+    /// Points in grid order.
+    pub points: Vec<MapPoint>,
+    /// Locations in the order of the study.
+    pub locations: Vec<LocationResult>,
+}
+
+impl Superposition {
+    /// Share of the solved part of the box in which superposition keeps within the tolerance, each grid point standing for
+    /// the cell around it; `None` where nothing was solved.
+    pub fn safe_share(&self) -> Option<f64> {
+        let (mut safe, mut solved) = (0.0, 0.0);
+        for (index, point) in self.points.iter().enumerate() {
+            if let Ok(departures) = &point.departures {
+                let volume = self.study.grid.cell_share(index);
+                solved += volume;
+                if departures.superposed_tool_mm() < self.study.tolerance {
+                    safe += volume;
+                }
+            }
+        }
+        (solved > 0.0).then(|| safe / solved)
+    }
+}
+
+/// Computes everything, in parallel on the current rayon pool; the result does not depend on the number of threads.
+///
+/// `done` is called after each grid point and each location.
+pub fn run(study: &SuperpositionStudy, done: &(dyn Fn() + Sync)) -> Superposition {
+    let real = study.machine.with_errors(&study.errors);
+    let points = (0..study.grid.len()).into_par_iter().map(|index| {
+        let point = map_point(study, &real, study.grid.position(index));
+        done();
+        point
+    });
+    let locations = study.locations.par_iter().map(|location| {
+        let result = location_result(study, location);
+        done();
+        result
+    });
+    Superposition { points: points.collect(), locations: locations.collect(), study: study.clone() }
+}
+
+fn map_point(study: &SuperpositionStudy, real: &Machine, position: Vector3<f64>) -> MapPoint {
+    let position_mm = position.into();
+    let case = match Case::new(study, position) {
+        Ok(case) => case,
+        Err(failure) => {
+            let largest_load = LargestFactor::Unsolved(failure.clone());
+            return MapPoint { position_mm, departures: Err(failure), largest_load };
+        }
+    };
+    let departures = case.departures(real, 1.0);
+    let at_one = departures.as_ref().map(|found| found.superposed_tool_mm()).map_err(Clone::clone);
+    let largest_load = safe::largest(study, at_one, |factor| case.superposed_tool_mm(real, factor));
+    MapPoint { position_mm, departures, largest_load }
+}
+
+fn location_result(study: &SuperpositionStudy, location: &Location) -> LocationResult {
+    match Case::new(study, location.position) {
+        Ok(case) => LocationResult {
+            location: location.clone(),
+            departures: case.departures(&case.real(1.0), 1.0),
+            largest: Scaled::ALL.map(|scaled| {
+                let departure = |factor: f64| {
+                    let (load, errors) = scaled.factors(factor);
+                    case.superposed_tool_mm(&case.real(errors), load)
+                };
+                safe::largest(study, departure(1.0), departure)
+            }),
+            growth: Scaled::ALL.map(|scaled| growth::measure(&case, scaled)),
+            ablation: ablation::ablate(&case),
+        },
+        Err(failure) => LocationResult {
+            location: location.clone(),
+            departures: Err(failure.clone()),
+            largest: Scaled::ALL.map(|_| LargestFactor::Unsolved(failure.clone())),
+            growth: Scaled::ALL.map(|_| Growth::unsolved(study, &failure)),
+            ablation: Err(failure),
+        },
+    }
+}

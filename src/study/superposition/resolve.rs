@@ -1,0 +1,100 @@
+//! From a superposition study as written to a checked one.
+
+use super::{Location, SuperpositionStudy, growth::ROUNDING_MM};
+use crate::{
+    check::Check,
+    error::Result,
+    machine::Machine,
+    study::{
+        Overrides,
+        path_resolve::named_point,
+        resolve::{box_grid, chain_errors, milling, slice_heights},
+        spec::StudySpec,
+        superposition_spec::{LocationSpec, ScalesSpec, SuperpositionSpec},
+    },
+};
+
+/// Fewest and most factors of the growth study.
+const STEPS: std::ops::RangeInclusive<usize> = 2..=100;
+
+/// Checks the study of `written`, whose kind is `spec`. `check` is the top of the file.
+pub(in crate::study) fn superposition(
+    written: &StudySpec,
+    spec: &SuperpositionSpec,
+    machine: Machine,
+    overrides: &Overrides,
+    check: &Check,
+) -> Result<SuperpositionStudy> {
+    let Some(cutting) = &written.milling else {
+        return check
+            .key("milling")
+            .fail("a superposition study needs a [milling] table with the cutting force".into());
+    };
+    let (force, phis) = milling(cutting, &check.key("milling"))?;
+    let own = check.key("superposition");
+    let grid = box_grid(spec.min_mm, spec.max_mm, spec.grid, &machine, overrides, &own)?;
+    let slices_z = slice_heights(&spec.slices_z_mm, &own)?;
+    let tolerance = own.key("tolerance_mm").positive(spec.tolerance_mm)?;
+    if tolerance < ROUNDING_MM {
+        let problem =
+            format!("must be at least {ROUNDING_MM:e}, below which departures are rounding, got {tolerance:e}");
+        return own.key("tolerance_mm").fail(problem);
+    }
+    let largest_factor = spec.largest_factor;
+    if !(1.0..=1e6).contains(&largest_factor) {
+        return own.key("largest_factor").fail(format!("must be between 1 and 1e6, got {largest_factor}"));
+    }
+    Ok(SuperpositionStudy {
+        errors: chain_errors(&written.chain_error, &machine, check)?,
+        force,
+        phis,
+        grid,
+        slices_z,
+        locations: locations(spec.location.as_deref(), &machine, &own)?,
+        tolerance,
+        scales: scales(&spec.scales, &own.key("scales"))?,
+        largest_factor,
+        machine,
+    })
+}
+
+fn locations(specs: Option<&[LocationSpec]>, machine: &Machine, check: &Check) -> Result<Vec<Location>> {
+    let Some(specs) = specs else {
+        let named = machine.points.iter();
+        return Ok(named.map(|p| Location { name: p.name.clone(), position: p.position }).collect());
+    };
+    let mut locations: Vec<Location> = Vec::new();
+    for (i, spec) in specs.iter().enumerate() {
+        let check = check.key("location").item(i);
+        let Some(name) = spec.name.clone().or_else(|| spec.point.clone()) else {
+            return check.key("name").fail("a location that is no point needs a name".into());
+        };
+        check.key("name").readable(&name)?;
+        check.key("name").unique(&name, locations.iter().map(|l| l.name.as_str()))?;
+        let position = match (&spec.point, spec.position_mm) {
+            (Some(point), None) => named_point(machine, point, &check.key("point"))?,
+            (None, Some(position)) => check.key("position_mm").finite(position)?,
+            _ => return check.key("point").fail("give exactly one of point and position_mm".into()),
+        };
+        locations.push(Location { name, position });
+    }
+    Ok(locations)
+}
+
+/// Factors at equal ratios.
+fn scales(spec: &ScalesSpec, check: &Check) -> Result<Vec<f64>> {
+    let ScalesSpec { smallest, largest, steps } = *spec;
+    check.key("smallest").positive(smallest)?;
+    check.key("largest").positive(largest)?;
+    if largest < smallest * (1.0 + 1e-6) {
+        return check.key("largest").fail(format!("must be larger than smallest, {smallest}, got {largest}"));
+    }
+    if !STEPS.contains(&steps) {
+        return check.key("steps").fail(format!("must be between {} and {}, got {steps}", STEPS.start(), STEPS.end()));
+    }
+    let factor = |i: usize| match i {
+        i if i + 1 == steps => largest,
+        i => smallest * ((largest / smallest).log2() * i as f64 / (steps - 1) as f64).exp2(),
+    };
+    Ok((0..steps).map(factor).collect())
+}
