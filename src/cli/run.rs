@@ -32,18 +32,20 @@ use super::{Ending, print, progress};
 #[command(after_help = "\
 Examples:
   kinetostat run studies/01_workspace_map
+  kinetostat run studies/*                                     (all of them, one after another)
   kinetostat run studies/01_workspace_map --grid 21            (21 points along each axis)
   kinetostat run studies/01_workspace_map --grid 5,5,3 --out /tmp/quick --threads 1")]
 pub struct RunArguments {
-    /// Study folder (with a study.toml), or a study file
-    study: PathBuf,
+    /// Study folders (with a study.toml), or study files
+    #[arg(required = true)]
+    studies: Vec<PathBuf>,
     /// Grid points along x,y,z, or one number for all, instead of the study's
     #[arg(long, value_parser = grid, allow_hyphen_values = true)]
     grid: Option<[usize; 3]>,
     /// Points along the circle of a path study, instead of the study's
     #[arg(long)]
     points: Option<usize>,
-    /// Folder for the results [default: results/<name of the study's folder>]
+    /// Folder for the results of a single study [default: results/<name of the study's folder>]
     #[arg(long)]
     out: Option<PathBuf>,
     /// Threads [default: all processors]
@@ -64,7 +66,21 @@ fn grid(text: &str) -> std::result::Result<[usize; 3], String> {
 }
 
 pub fn run(arguments: &RunArguments) -> Result<Ending> {
-    let study = Study::open(&arguments.study, &Overrides { grid: arguments.grid, points: arguments.points })?;
+    if let (Some(out), [_, _, ..]) = (&arguments.out, arguments.studies.as_slice()) {
+        let problem = format!("{} can hold the results of one study, got {}", out.display(), arguments.studies.len());
+        return Err(Error::Argument { argument: "--out".into(), problem });
+    }
+    let mut ending = Ending::Complete;
+    for study in &arguments.studies {
+        if run_study(arguments, study)? == Ending::SomeUnsolved {
+            ending = Ending::SomeUnsolved;
+        }
+    }
+    Ok(ending)
+}
+
+fn run_study(arguments: &RunArguments, study: &Path) -> Result<Ending> {
+    let study = Study::open(study, &Overrides { grid: arguments.grid, points: arguments.points })?;
     let threads = arguments.threads.map_or(0, usize::from);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|e| Error::Argument { argument: "--threads".into(), problem: e.to_string() })?;
