@@ -9,12 +9,22 @@ use crate::study::superposition::{
     LocationResult, MapPoint, Scaled, Superposition,
     ablation::Cause,
     departure::{Followed, Sum, Worst},
+    growth::ROUNDING_MM,
     safe::LargestFactor,
 };
 
 fn at(point: &MapPoint) -> String {
     let [x, y, z] = point.position_mm;
     format!("({x:.1}, {y:.1}, {z:.1}) mm")
+}
+
+/// A departure in mm, to four decimals or, if that shows next to nothing, two digits.
+fn millimetres(departure: f64) -> String {
+    match departure {
+        d if d < ROUNDING_MM => "0 mm".into(),
+        d if d < 1e-3 => format!("{d:.1e} mm"),
+        d => format!("{d:.4} mm"),
+    }
 }
 
 /// The closing words of a run: how wrong adding is, where and up to which load it is safe, and why it is wrong.
@@ -42,9 +52,9 @@ fn departure_sentences(results: &Superposition) -> String {
         let by = |value: fn(&Worst) -> Option<f64>| Sum::ALL.map(|sum| largest(results, sum, followed, value));
         let ([Some(worst), aggregated], [Some(share), _]) = (by(size), by(Worst::relative)) else { continue };
         text += &format!(
-            "Superposition is wrong at {name} by up to {:.4} mm, at {} (tool angle {:.0}°), and by up to {:.1} % of the \
+            "Superposition is wrong at {name} by up to {}, at {} (tool angle {:.0}°), and by up to {:.1} % of the \
              largest displacement at the same place, at {}",
-            worst.0,
+            millimetres(worst.0),
             at(worst.1),
             worst.2.phi_deg,
             100.0 * share.0,
@@ -52,8 +62,8 @@ fn departure_sentences(results: &Superposition) -> String {
         );
         text += &match aggregated {
             Some(worst) => format!(
-                "; with linearly aggregated errors, eqs. (14) and (15), by up to {:.4} mm, at {}.\n",
-                worst.0,
+                "; with linearly aggregated errors, eqs. (14) and (15), by up to {}, at {}.\n",
+                millimetres(worst.0),
                 at(worst.1)
             ),
             None => "; errors cannot be aggregated linearly.\n".into(),
@@ -76,21 +86,21 @@ fn safe_sentences(results: &Superposition) -> String {
     let (Some(share), Some([least, most])) = (results.safe_share(), load_extremes(results)) else {
         return "Nothing can be said about where superposition is safe: no grid point was solved.\n".into();
     };
-    let at_least = |point: &MapPoint| match point.largest_load {
-        LargestFactor::Reached(_) => "",
-        _ => "at least ",
-    };
     let mut text = format!(
         "For a tolerance of {tolerance} mm at the tool tip superposition is safe in {:.1} % of the box at the load of the \
-         study. It is safe everywhere up to {}{:.2} times that load, as limited by {}, and up to {}{:.2} times at {}.\n",
-        100.0 * share,
-        at_least(least.1),
-        least.0,
-        at(least.1),
-        at_least(most.1),
-        most.0,
-        at(most.1)
+         study. It is safe everywhere up to ",
+        100.0 * share
     );
+    text += &match &least.1.largest_load {
+        LargestFactor::BelowToLimit(factor) => format!("at least {factor:.2} times that load.\n"),
+        _ => format!(
+            "{:.2} times that load, as limited by {}, and up to {} times at {}.\n",
+            least.0,
+            at(least.1),
+            largest_words(&most.1.largest_load),
+            at(most.1)
+        ),
+    };
     let ended = results.points.iter().filter(|p| matches!(p.largest_load, LargestFactor::NoEquilibrium(..))).count();
     if ended > 0 {
         text += &format!("At {ended} points the equilibrium ends before the departure reaches the tolerance.\n");
@@ -105,7 +115,7 @@ fn location_sentences(location: &LocationResult) -> String {
         Err(failure) => return format!("{name}: {}: {}.\n", failure.status, failure.reason),
     };
     let tool = &departures.superposition[Followed::Tool as usize];
-    let mut text = format!("{name}: wrong by {:.4} mm at worst", tool.departure_mm);
+    let mut text = format!("{name}: wrong by {} at worst", millimetres(tool.departure_mm));
     if tool.simultaneous_mm > 0.0 {
         text +=
             &format!(" ({:.1} % of {:.3} mm)", 100.0 * tool.departure_mm / tool.simultaneous_mm, tool.simultaneous_mm);
