@@ -1,12 +1,15 @@
 //! Reports of a superposition study.
 
+mod extremes;
+mod json;
 mod pictures;
-mod summary;
 mod tables;
+mod text;
 
+pub use json::summary_json;
 pub use pictures::figures;
-pub use summary::{summary_json, summary_text};
 pub use tables::{ablation_csv, largest_factors_csv, locations_csv, map_csv, safe_load_csv, scaling_csv, slopes_csv};
+pub use text::summary_text;
 
 use crate::study::superposition::{
     LocationResult,

@@ -12,7 +12,7 @@ pub enum LargestFactor {
     BelowToLimit(f64),
     /// The departure stays below the tolerance up to this factor, beyond which the machine has no stable equilibrium.
     NoEquilibrium(f64, Failure),
-    /// Not even factor 1, or any smaller one, could be solved.
+    /// The location cannot be solved, not even without what is scaled.
     Unsolved(Failure),
 }
 
@@ -97,6 +97,12 @@ pub(super) fn largest(
             }
         }
         return LargestFactor::BelowToLimit(low.0);
+    }
+    if let Err(failure) = &found
+        && excess(0.0).is_err()
+    {
+        // The source that is scaled is not what cannot be solved.
+        return LargestFactor::Unsolved(failure.clone());
     }
     for _ in 0..MOST_HALVINGS {
         let half = excess(0.5 * factor);
