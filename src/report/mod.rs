@@ -4,6 +4,7 @@ mod amplification;
 pub mod figures;
 mod machine;
 mod manifest;
+pub mod page;
 pub mod path;
 pub mod placement;
 mod point;

@@ -3,6 +3,7 @@
 //! Each kind of figure lays itself out as a scene of lines, shapes, texts and images in floating-point
 //! pixels; `paint` has plotters draw it. The same data give the same bytes.
 
+mod alt;
 mod axis;
 mod colour_bar;
 mod error;
@@ -10,6 +11,7 @@ mod field;
 mod lines;
 mod marks;
 mod paint;
+mod pose;
 mod scene;
 mod slices;
 mod style;
@@ -19,6 +21,7 @@ mod volume;
 
 pub use error::FigureError;
 pub use lines::{LineFigure, LineSeries};
+pub use pose::PoseFigure;
 pub use slices::{Mark2, SliceFigure, SlicePanel};
 pub use volume::{Mark3, VolumeFigure};
 
@@ -31,6 +34,8 @@ pub enum Figure {
     Volume(VolumeFigure),
     /// Curves over two axes.
     Lines(LineFigure),
+    /// A machine as lines.
+    Pose(PoseFigure),
 }
 
 impl Figure {
@@ -55,6 +60,7 @@ impl Figure {
             Self::Slices(figure) => slices::scene(figure),
             Self::Volume(figure) => volume::scene(figure),
             Self::Lines(figure) => lines::scene(figure),
+            Self::Pose(figure) => pose::scene(figure),
         }
     }
 }
