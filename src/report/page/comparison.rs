@@ -8,7 +8,7 @@ use super::{
     dataset::{Dataset, MOST_NUMBERS},
     description::{Better, Column, Explorer, Mark, Quantity, Shape},
     folder::ResultFolder,
-    packed::{Packed, script_json},
+    packed::{Packed, Precision, script_json},
     single::{ExplorerView, FigureView, drawn, facts, group_labels, href, note},
     table::number,
     template::render,
@@ -417,8 +417,9 @@ fn view(
     data: &[Dataset],
     common: &Common,
 ) -> ExplorerView {
+    let precision = Precision::for_numbers(2 * data.iter().map(Dataset::number_count).sum::<usize>());
     let pack = |values: &[Vec<Vec<f64>>]| -> Vec<Vec<Option<Packed>>> {
-        values.iter().map(|groups| groups.iter().map(|v| Packed::new(v)).collect()).collect()
+        values.iter().map(|groups| groups.iter().map(|v| Packed::new(v, precision)).collect()).collect()
     };
     let mut cases: Vec<CaseData<'_>> = Vec::new();
     for ((own, letter), folder) in data.iter().zip(letters).zip(folders) {
@@ -471,5 +472,10 @@ fn view(
         cases,
         marks: &explorer.marks,
     });
-    ExplorerView { title: explorer.title.clone(), shape: explorer.shape, note: note(explorer, &data[0]), json }
+    ExplorerView {
+        title: explorer.title.clone(),
+        shape: explorer.shape,
+        note: note(explorer, &data[0], precision),
+        json,
+    }
 }

@@ -95,7 +95,9 @@ impl Dataset {
         };
         let nodes = match explorer.shape {
             Shape::Grid => Nodes::grid(&columns, table, most / (groups * explorer.quantities.len()).max(1), &mut data)?,
-            Shape::Curve | Shape::Names => Nodes::InOrder(vec![0; groups]),
+            Shape::Curve | Shape::Names => {
+                Nodes::in_order(table, groups, most / explorer.quantities.len().max(1), &mut data)?
+            }
         };
         data.fill(explorer, table, &columns, nodes)?;
         Ok(data)
@@ -154,6 +156,11 @@ impl Dataset {
         let count = if explorer.shape == Shape::Grid { count } else { line.len() };
         self.values.iter_mut().flatten().for_each(|values| values.resize(count, f64::NAN));
         Ok(())
+    }
+
+    /// All numbers, missing ones included.
+    pub fn number_count(&self) -> usize {
+        self.values.iter().flatten().map(Vec::len).sum()
     }
 
     /// Number of nodes.
@@ -224,8 +231,8 @@ fn grid_nodes(axes: &[Vec<f64>], kept: &[Vec<usize>]) -> Vec<usize> {
 enum Nodes {
     /// By coordinates: for each axis the position of a value's bits.
     Grid(Vec<HashMap<u64, usize>>),
-    /// By order, in each group.
-    InOrder(Vec<usize>),
+    /// By order in each group: rows seen so far, of which every so-many-th is a node.
+    InOrder { seen: Vec<usize>, stride: usize },
 }
 
 impl Nodes {
@@ -247,10 +254,20 @@ impl Nodes {
         Ok(Self::Grid(data.axes.iter().map(positions).collect()))
     }
 
+    fn in_order(table: &Table, groups: usize, most: usize, data: &mut Dataset) -> Result<Self> {
+        let mut rows = 0usize;
+        table.each_row(|_| rows += 1)?;
+        let stride = rows.div_ceil(most.max(1)).max(1);
+        if stride > 1 {
+            data.thinned_from = Some(vec![rows / groups.max(1)]);
+        }
+        Ok(Self::InOrder { seen: vec![0; groups], stride })
+    }
+
     fn count(&self) -> usize {
         match self {
             Self::Grid(axes) => axes.iter().map(HashMap::len).product(),
-            Self::InOrder(_) => 0,
+            Self::InOrder { .. } => 0,
         }
     }
 
@@ -264,9 +281,10 @@ impl Nodes {
                 }
                 Some(node)
             }
-            Self::InOrder(next) => {
-                next[group] += 1;
-                Some(next[group] - 1)
+            Self::InOrder { seen, stride } => {
+                let row = seen[group];
+                seen[group] += 1;
+                row.is_multiple_of(*stride).then_some(row / *stride)
             }
         }
     }

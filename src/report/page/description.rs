@@ -84,7 +84,7 @@ pub struct Explorer {
     pub group: Option<Group>,
     /// What can be picked, the first one shown first.
     pub quantities: Vec<Quantity>,
-    /// Named places, in the first three coordinates.
+    /// Named places.
     pub marks: Vec<Mark>,
 }
 
@@ -166,8 +166,8 @@ pub enum Better {
 pub struct Mark {
     /// Its name.
     pub label: String,
-    /// Where.
-    pub position: [f64; 3],
+    /// Where, one number per coordinate of the view.
+    pub position: Vec<f64>,
 }
 
 impl Description {

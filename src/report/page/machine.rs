@@ -55,7 +55,7 @@ impl MachineDescription {
             points: machine
                 .points
                 .iter()
-                .map(|point| Mark { label: point.name.clone(), position: point.position.into() })
+                .map(|point| Mark { label: point.name.clone(), position: point.position.iter().copied().collect() })
                 .collect(),
             limits: limits(machine),
         }

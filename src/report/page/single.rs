@@ -12,7 +12,7 @@ use super::{
     dataset::{Dataset, MOST_NUMBERS},
     description::{Column, Description, Explorer, Fact, Mark, Quantity, Shape},
     folder::ResultFolder,
-    packed::{Packed, data_address, script_json},
+    packed::{Packed, Precision, data_address, script_json},
     table::{Table, TableView, number},
     template::render,
 };
@@ -168,10 +168,11 @@ fn figures(folder: &ResultFolder, out: &Path) -> Result<Vec<FigureView>> {
 pub const MACHINE_AT_HOME: &str = "machine_at_home";
 
 fn explorer_view(explorer: &Explorer, data: &Dataset, description: &Description) -> ExplorerView {
+    let precision = Precision::for_numbers(data.number_count());
     let quantity = |(quantity, groups): (&'_ Quantity, &Vec<Vec<f64>>)| QuantitySeries {
         label: quantity.label.clone(),
         unit: quantity.unit.clone(),
-        series: groups.iter().map(|values| Packed::new(values)).collect(),
+        series: groups.iter().map(|values| Packed::new(values, precision)).collect(),
     };
     let quantities: Vec<QuantitySeries> = explorer
         .quantities
@@ -198,7 +199,7 @@ fn explorer_view(explorer: &Explorer, data: &Dataset, description: &Description)
         marks: &explorer.marks,
         machine: lines.collect(),
     });
-    ExplorerView { title: explorer.title.clone(), shape: explorer.shape, note: note(explorer, data), json }
+    ExplorerView { title: explorer.title.clone(), shape: explorer.shape, note: note(explorer, data, precision), json }
 }
 
 struct QuantitySeries {
@@ -212,7 +213,7 @@ pub(super) fn group_labels(explorer: &Explorer) -> Vec<&str> {
 }
 
 /// What a reader must know of the numbers of a view.
-pub(super) fn note(explorer: &Explorer, data: &Dataset) -> String {
+pub(super) fn note(explorer: &Explorer, data: &Dataset, precision: Precision) -> String {
     let times = |axes: Vec<usize>| axes.iter().map(usize::to_string).collect::<Vec<_>>().join(" × ");
     let counts = |axes: &[Vec<f64>]| times(axes.iter().map(Vec::len).collect());
     let mut note = match &data.thinned_from {
@@ -224,7 +225,7 @@ pub(super) fn note(explorer: &Explorer, data: &Dataset) -> String {
         ),
         None => String::new(),
     };
-    note += &format!("Values are rounded to 1/65534 of their range; {} has all digits.", explorer.table);
+    note += &format!("{}; {} has all digits.", precision.words(), explorer.table);
     note
 }
 

@@ -5,7 +5,7 @@ use crate::{
         Better, Column, Description, Explorer, Fact, MachineDescription, Mark, Quantity, Shape, TableNote, error_facts,
         target_words,
     },
-    study::placement::{COORDINATES, FeatureJob, Metric, PlacementResults, PlacementStudy, UNITS},
+    study::placement::{COORDINATES, Entry, FeatureJob, Found, Metric, PlacementResults, PlacementStudy, UNITS},
 };
 
 /// Setting, views and tables; answer, figures and question are added by the run.
@@ -97,12 +97,6 @@ fn sweep(results: &PlacementResults) -> Explorer {
     let free = [Metric::WorstDeflection, Metric::RmsDeflection, Metric::ShareWithin];
     let metrics = Metric::ALL.into_iter().filter(|metric| searched.contains(metric) || free.contains(metric));
     let quantities = std::iter::once(objective()).chain(metrics.map(|metric| quantity(study, metric)));
-    let mark = |entry: &crate::study::placement::Entry| Mark {
-        label: entry.name.clone(),
-        position: entry.site.position_mm().into(),
-    };
-    let bounds = &study.bounds;
-    let inside = |mark: &Mark| (0..3).all(|i| (bounds.low[i]..=bounds.high[i]).contains(&mark.position[i]));
     Explorer {
         title: "Places of the sweep".into(),
         table: "sweep.csv".into(),
@@ -110,8 +104,19 @@ fn sweep(results: &PlacementResults) -> Explorer {
         coordinates: (0..4).map(column).collect(),
         group: None,
         quantities: quantities.collect(),
-        marks: results.entries.iter().map(mark).filter(inside).collect(),
+        marks: marks(results),
     }
+}
+
+/// The named places and the best one, as far as they lie within the bounds.
+fn marks(results: &PlacementResults) -> Vec<Mark> {
+    let bounds = &results.study.bounds;
+    let is_shown = |(rank, entry): &(usize, &Entry)| {
+        let inside = |i: usize| (bounds.low[i]..=bounds.high[i]).contains(&entry.site.0[i]);
+        (*rank == 0 || entry.found == Found::Named) && (0..4).all(inside)
+    };
+    let shown = results.entries.iter().enumerate().filter(is_shown);
+    shown.map(|(_, entry)| Mark { label: entry.name.clone(), position: entry.site.shown().into() }).collect()
 }
 
 /// Named and found places side by side.

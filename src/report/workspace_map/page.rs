@@ -86,7 +86,7 @@ fn explorer(map: &WorkspaceMap) -> Explorer {
         marks: machine
             .points
             .iter()
-            .map(|point| Mark { label: point.name.clone(), position: point.position.into() })
+            .map(|point| Mark { label: point.name.clone(), position: point.position.iter().copied().collect() })
             .collect(),
     }
 }

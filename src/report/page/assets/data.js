@@ -6,23 +6,25 @@ const Data = (() => {
   function unpack(packed) {
     if (!packed) return null;
     if (packed.values) return packed.values;
-    const text = atob(packed.codes);
-    const values = new Float64Array(text.length / 2);
+    const bytes = Uint8Array.from(atob(packed.codes), (letter) => letter.charCodeAt(0));
+    const view = new DataView(bytes.buffer);
+    const size = packed.bits / 8;
     const step = (packed.high - packed.low) / STEPS;
+    const values = new Float64Array(bytes.length / size);
     for (let i = 0; i < values.length; i++) {
-      const code = text.charCodeAt(2 * i) | (text.charCodeAt(2 * i + 1) << 8);
-      values[i] = code === MISSING ? NaN : packed.low + code * step;
+      const code = size === 2 ? view.getUint16(2 * i, true) : view.getFloat32(4 * i, true);
+      values[i] = size === 4 ? code : code === MISSING ? NaN : packed.low + code * step;
     }
     packed.values = values;
     packed.codes = null;
     return values;
   }
-  // Five significant digits.
+  // Four significant digits.
   function number(value) {
     if (!Number.isFinite(value)) return "\u2013";
     if (value === 0) return "0";
     const size = Math.abs(value);
-    const text = size >= 1e6 || size < 1e-4 ? value.toExponential(3) : String(Number(value.toPrecision(5)));
+    const text = size >= 1e6 || size < 1e-4 ? value.toExponential(3) : String(Number(value.toPrecision(4)));
     return text.replaceAll("-", "\u2212");
   }
   const withUnit = (value, unit) => number(value) + (unit ? (unit === "\u00b0" ? "" : "\u00a0") + unit : "");
@@ -120,7 +122,7 @@ const Chart = {
   bar(title) {
     return {
       title: { text: title, side: "top", font: { size: 13 } },
-      orientation: "h", thickness: 14, len: 1, x: 0.5, y: 0, ypad: 52, yanchor: "top", outlinewidth: 0, nticks: 5,
+      orientation: "h", thickness: 14, len: 1, x: 0.5, yref: "container", y: 0, yanchor: "bottom", ypad: 2, outlinewidth: 0, nticks: 5,
     };
   },
   config: { responsive: true, displaylogo: false, displayModeBar: false, showTips: false },

@@ -98,9 +98,13 @@ function gridView(article, data) {
       type: "heatmap", x, y, z, text, hovertemplate: "%{text}<extra></extra>", zmin: low, zmax: high,
       colorscale: one.is_difference ? DIVERGING : "Viridis", colorbar: Chart.bar(Data.labelled(label(), unit())), xgap: 0, ygap: 0,
     }];
-    const level = one.axes[state.normal];
-    const half = level.length > 1 ? 0.5 * Math.abs(level[1] - level[0]) + 1e-9 : Infinity;
-    const marks = data.marks.filter((mark) => Math.abs(mark.position[state.normal] - level[at[state.normal]]) <= half);
+    // Marks of this slice: off the plane by at most half a step.
+    const isNear = (mark) => at.every((index, axis) => {
+      const level = one.axes[axis];
+      if (axis === columns || axis === rows || level.length < 2) return true;
+      return Math.abs(mark.position[axis] - level[index]) <= 0.5 * Math.abs(level[1] - level[0]) + 1e-9;
+    });
+    const marks = data.marks.filter(isNear);
     traces.push({
       type: "scatter", mode: "markers+text", hoverinfo: "skip", cliponaxis: false,
       x: marks.map((mark) => mark.position[columns]), y: marks.map((mark) => mark.position[rows]),
@@ -111,7 +115,7 @@ function gridView(article, data) {
     const axis = (index, values, more) => Chart.axis(Data.labelled(coordinates[index].label, coordinates[index].unit), Object.assign({ zeroline: false, showgrid: false }, more));
     const alike = coordinates[columns].unit === coordinates[rows].unit;
     const layout = Chart.layout({
-      margin: { l: 62, r: 22, t: 14, b: 110 },
+      margin: { l: 62, r: 22, t: 14, b: 112 },
       xaxis: axis(columns, x, { constrain: "domain" }),
       yaxis: axis(rows, y, alike ? { scaleanchor: "x", constrain: "domain" } : {}),
     });
@@ -271,7 +275,7 @@ function gridView(article, data) {
       state.machine = box.checked;
       drawSpace();
     });
-    Controls.labelled(controls, "Machine at home", box);
+    Controls.labelled(controls, "Machine at home", box).className = "check";
   }
   Theme.onChange(draw);
   draw();

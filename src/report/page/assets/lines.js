@@ -52,7 +52,7 @@ function lineView(article, data) {
     const horizontal = isNamed ? { type: "category", tickangle: "auto" } : {};
     const layout = Chart.layout({
       showlegend: found.length > 1, legend: { orientation: "h", y: 1.02, yanchor: "bottom", x: 0 },
-      margin: { l: 66, r: 20, t: 44, b: 56 },
+      margin: { l: 66, r: 20, t: found.length > 1 ? 44 : 12, b: 56 },
       xaxis: Chart.axis(Data.labelled(coordinate.label, coordinate.unit), horizontal),
       yaxis: Chart.axis(Data.labelled(label(), unit()), isLog ? { type: "log", exponentformat: "power", dtick: undefined, nticks: 8 } : { rangemode: "tozero" }),
     });
@@ -70,10 +70,10 @@ function lineView(article, data) {
     const parts = found.map((curve) => {
       const best = Array.from(curve.values).reduce((best, value, index, all) => (Number.isFinite(value) && !(value <= all[best]) ? index : best), 0);
       const x = places(curve.one)[best];
-      const where = isNamed ? x : coordinate.label + " " + Data.withUnit(x, coordinate.unit);
-      return (curve.name ? curve.name + ": " : "") + Data.withUnit(curve.values[best], unit()) + " at " + where;
+      const where = isNamed ? " for " + x : " at " + Data.withUnit(x, coordinate.unit);
+      return Data.withUnit(curve.values[best], unit()) + where + (curve.name ? " (" + curve.name + ")" : "");
     });
-    readout.textContent = "Largest " + label() + ": " + (parts.length ? parts.join("; ") : "no numbers") + ".";
+    readout.textContent = capital(label()) + ", highest: " + (parts.length ? parts.join("; ") : "no numbers") + ".";
   }
   Controls.select(controls, "Quantity", data.labels.map((text, i) => Data.labelled(text, data.units[i])), (index) => {
     state.quantity = index;
