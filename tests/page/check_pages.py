@@ -2,6 +2,7 @@
 """Opens report pages in a real browser and checks what a reader meets.
 
     check_pages.py PAGE.html... [--screenshots FOLDER]
+    check_pages.py results/*/report.html --screenshots results/screenshots
 
 At 1280 and 400 px width, light and dark: no console error, no request beyond the file itself, no horizontal overflow,
 no text or control over another, contrast of at least 4.5 (3 for large text). Quantity, source and slice are switched with
@@ -9,12 +10,15 @@ the keyboard, a table is sorted, the page is printed, and it is opened once more
 """
 
 import argparse
+import io
+import shutil
 import sys
 from pathlib import Path
 
+from PIL import Image
 from playwright.sync_api import sync_playwright
 
-BROWSER = "/usr/bin/chromium"
+BROWSER = shutil.which("chromium") or "/usr/bin/chromium"
 WIDTHS = [1280, 400]
 SCHEMES = ["light", "dark"]
 
@@ -22,9 +26,8 @@ SCHEMES = ["light", "dark"]
 OVERLAPS = """
 () => {
   const seen = (element) => {
-    const style = getComputedStyle(element);
     const box = element.getBoundingClientRect();
-    return style.visibility !== 'hidden' && style.display !== 'none' && box.width > 0 && box.height > 0;
+    return element.checkVisibility({ visibilityProperty: true }) && box.width > 0 && box.height > 0;
   };
   const close = (a, b) => Math.min(a.right, b.right) - Math.max(a.left, b.left) > 1.5
     && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 1.5;
@@ -42,7 +45,7 @@ OVERLAPS = """
       for (let j = i + 1; j < group.length; j++) {
         const nested = group[i].contains(group[j]) || group[j].contains(group[i]);
         if (!nested && close(boxes[i], boxes[j])) {
-          found.push([group[i], group[j]].map((e) => e.tagName + ' "' + (e.textContent || e.alt || '').trim().slice(0, 40) + '"').join(' over '));
+          found.push([group[i], group[j]].map((e) => e.tagName + ' "' + (e.textContent || e.alt || '').replace(/\\s+/g, ' ').trim().slice(0, 40) + '"').join(' over '));
         }
       }
     }
@@ -73,8 +76,8 @@ CONTRASTS = """
     if (!walker.currentNode.textContent.trim() || ['SCRIPT', 'STYLE', 'NOSCRIPT', 'OPTION'].includes(element.tagName)) continue;
     const style = getComputedStyle(element);
     const inChart = element instanceof SVGElement;
-    if (style.visibility === 'hidden' || element.getClientRects().length === 0) continue;
-    if (inChart && element.style.textShadow) continue;
+    if (!element.checkVisibility({ visibilityProperty: true })) continue;
+    if (inChart && style.textShadow !== 'none') continue;
     const ink = parse(inChart ? style.fill : style.color);
     const [a, b] = [light(ink), light(behind(element))].sort((x, y) => y - x);
     const ratio = (a + 0.05) / (b + 0.05);
@@ -202,7 +205,7 @@ class Page:
         button = numbers.first if numbers.count() else table.locator("thead button").first
         header = button.locator("xpath=..")
         column = header.evaluate("h => h.cellIndex")
-        cells = f"t => [...t.tBodies[0].rows].map(r => Number(r.cells[{column}].dataset.sort ?? NaN)).filter(Number.isFinite)"
+        cells = f"t => [...t.tBodies[0].rows].map(r => parseFloat(r.cells[{column}].dataset.sort)).filter(Number.isFinite)"
         for press, direction in [("click", "ascending"), ("key", "descending")]:
             if press == "click":
                 button.click()
@@ -243,6 +246,13 @@ class Page:
         return self.faults
 
 
+def save_screenshot(page, file):
+    """The whole page in few colours: small enough to be kept in git."""
+    page.add_style_tag(content=".contents { position: static !important; }")
+    image = Image.open(io.BytesIO(page.screenshot(full_page=True))).convert("RGB")
+    image.quantize(128, dither=Image.Dither.NONE).save(file, optimize=True)
+
+
 def check_file(browser, file, screenshots, stem):
     faults = []
     switched = 0
@@ -251,8 +261,7 @@ def check_file(browser, file, screenshots, stem):
             page = Page(browser, file, width, scheme)
             page.check_layout()
             if screenshots and scheme == ("light" if width == WIDTHS[0] else "dark"):
-                page.page.add_style_tag(content=".contents { position: static !important; }")
-                page.page.screenshot(path=screenshots / f"{stem}_{width}_{scheme}.png", full_page=True)
+                save_screenshot(page.page, screenshots / f"{stem}_{width}_{scheme}.png")
             if scheme == "light":
                 switched += page.check_views()
                 page.check_layout()

@@ -1,20 +1,17 @@
 //! The numbers of an explorer, from its table.
 
-use std::collections::{BTreeSet, HashMap};
-
-use csv::StringRecord;
+use std::collections::HashMap;
 
 use super::{
+    columns::Columns,
     description::{Explorer, Shape},
+    nodes::{Axes, Nodes},
     table::Table,
 };
 use crate::error::Result;
 
 /// Most numbers that a page holds; a larger grid is thinned.
 pub(super) const MOST_NUMBERS: usize = 4_000_000;
-
-/// Rows with these statuses are answers; others are marked.
-const GOOD: [&str; 2] = ["solved", "converged"];
 
 /// Numbers over nodes, by quantity and group.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,71 +30,23 @@ pub(super) struct Dataset {
     pub thinned_from: Option<Vec<usize>>,
 }
 
-/// Where the cells of a row are.
-struct Columns {
-    coordinates: Vec<usize>,
-    group: Option<usize>,
-    quantities: Vec<Vec<usize>>,
-    status: Option<usize>,
-    reason: Option<usize>,
-}
-
-impl Columns {
-    fn new(explorer: &Explorer, table: &Table) -> Result<Self> {
-        let column = |name: &String| table.column(name);
-        let find = |name: &str| table.header.iter().position(|column| column == name);
-        Ok(Self {
-            coordinates: explorer.coordinates.iter().map(|c| column(&c.column)).collect::<Result<_>>()?,
-            group: explorer.group.as_ref().map(|group| column(&group.column)).transpose()?,
-            quantities: explorer
-                .quantities
-                .iter()
-                .map(|quantity| quantity.columns.iter().map(column).collect())
-                .collect::<Result<_>>()?,
-            status: find("status"),
-            reason: find("reason"),
-        })
-    }
-
-    fn value(&self, quantity: usize, row: &StringRecord) -> f64 {
-        let cell = |column: &usize| row.get(*column).and_then(|cell| cell.parse::<f64>().ok()).unwrap_or(f64::NAN);
-        match self.quantities[quantity].as_slice() {
-            [one] => cell(one),
-            several => several
-                .iter()
-                .map(|column| cell(column).abs())
-                .fold(0.0, |most, value| if value.is_nan() || most.is_nan() { f64::NAN } else { most.max(value) }),
-        }
-    }
-
-    /// Status and reason of a row that is no plain answer.
-    fn note(&self, row: &StringRecord) -> Option<String> {
-        let status = row.get(self.status?).filter(|status| !GOOD.contains(status))?.replace('_', " ");
-        match self.reason.and_then(|reason| row.get(reason)).filter(|reason| !reason.is_empty()) {
-            Some(reason) => Some(format!("{status}: {reason}")),
-            None => Some(status),
-        }
-    }
-}
-
 impl Dataset {
     /// Reads the numbers of `explorer`, a grid thinned to about `most` numbers.
     pub fn read(explorer: &Explorer, table: &Table, most: usize) -> Result<Self> {
         let columns = Columns::new(explorer, table)?;
         let groups = explorer.group.as_ref().map_or(1, |group| group.values.len());
+        let most = most / explorer.quantities.len().max(1);
+        let Axes { nodes, values: axes, thinned_from } = match explorer.shape {
+            Shape::Grid => Nodes::grid(&columns, table, most / groups.max(1))?,
+            Shape::Curve | Shape::Names => Nodes::in_order(table, groups, most)?,
+        };
         let mut data = Self {
-            axes: Vec::new(),
+            axes,
             names: Vec::new(),
             values: Vec::new(),
             flags: vec![Vec::new(); groups],
             notes: Vec::new(),
-            thinned_from: None,
-        };
-        let nodes = match explorer.shape {
-            Shape::Grid => Nodes::grid(&columns, table, most / (groups * explorer.quantities.len()).max(1), &mut data)?,
-            Shape::Curve | Shape::Names => {
-                Nodes::in_order(table, groups, most / explorer.quantities.len().max(1), &mut data)?
-            }
+            thinned_from,
         };
         data.fill(explorer, table, &columns, nodes)?;
         Ok(data)
@@ -227,103 +176,6 @@ fn grid_nodes(axes: &[Vec<f64>], kept: &[Vec<usize>]) -> Vec<usize> {
     nodes
 }
 
-/// How rows find their nodes.
-enum Nodes {
-    /// By coordinates: for each axis the position of a value's bits.
-    Grid(Vec<HashMap<u64, usize>>),
-    /// By order in each group: rows seen so far, of which every so-many-th is a node.
-    InOrder { seen: Vec<usize>, stride: usize },
-}
-
-impl Nodes {
-    fn grid(columns: &Columns, table: &Table, most: usize, data: &mut Dataset) -> Result<Self> {
-        let mut axes: Vec<BTreeSet<OrderedBits>> = vec![BTreeSet::new(); columns.coordinates.len()];
-        table.each_row(|row| {
-            for (axis, column) in axes.iter_mut().zip(&columns.coordinates) {
-                if let Some(value) = row.get(*column).and_then(|cell| cell.parse::<f64>().ok()) {
-                    axis.insert(OrderedBits(value));
-                }
-            }
-        })?;
-        let all: Vec<Vec<f64>> = axes.into_iter().map(|axis| axis.into_iter().map(|v| v.0).collect()).collect();
-        data.axes = thinned(&all, most);
-        if data.axes != all {
-            data.thinned_from = Some(all.iter().map(Vec::len).collect());
-        }
-        let positions = |axis: &Vec<f64>| axis.iter().enumerate().map(|(i, value)| (value.to_bits(), i)).collect();
-        Ok(Self::Grid(data.axes.iter().map(positions).collect()))
-    }
-
-    fn in_order(table: &Table, groups: usize, most: usize, data: &mut Dataset) -> Result<Self> {
-        let mut rows = 0usize;
-        table.each_row(|_| rows += 1)?;
-        let stride = rows.div_ceil(most.max(1)).max(1);
-        if stride > 1 {
-            data.thinned_from = Some(vec![rows / groups.max(1)]);
-        }
-        Ok(Self::InOrder { seen: vec![0; groups], stride })
-    }
-
-    fn count(&self) -> usize {
-        match self {
-            Self::Grid(axes) => axes.iter().map(HashMap::len).product(),
-            Self::InOrder { .. } => 0,
-        }
-    }
-
-    fn of(&mut self, columns: &Columns, row: &StringRecord, group: usize) -> Option<usize> {
-        match self {
-            Self::Grid(axes) => {
-                let mut node = 0;
-                for (axis, column) in axes.iter().zip(&columns.coordinates).rev() {
-                    let value: f64 = row.get(*column)?.parse().ok()?;
-                    node = node * axis.len() + axis.get(&value.to_bits())?;
-                }
-                Some(node)
-            }
-            Self::InOrder { seen, stride } => {
-                let row = seen[group];
-                seen[group] += 1;
-                row.is_multiple_of(*stride).then_some(row / *stride)
-            }
-        }
-    }
-}
-
-/// Numbers in order of size.
-#[derive(Clone, Copy, PartialEq)]
-struct OrderedBits(f64);
-
-impl Eq for OrderedBits {}
-
-impl PartialOrd for OrderedBits {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for OrderedBits {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.0.total_cmp(&other.0)
-    }
-}
-
-/// The axes with so many values left out that at most `most` nodes remain, both ends kept.
-fn thinned(axes: &[Vec<f64>], most: usize) -> Vec<Vec<f64>> {
-    let mut counts: Vec<usize> = axes.iter().map(Vec::len).collect();
-    while counts.iter().product::<usize>() > most.max(1) {
-        let Some(longest) = counts.iter_mut().max().filter(|count| **count > 2) else { break };
-        *longest -= 1;
-    }
-    let thin = |(axis, count): (&Vec<f64>, usize)| -> Vec<f64> {
-        match count {
-            0 | 1 => axis.clone(),
-            n => (0..n).map(|k| axis[(k * (axis.len() - 1) + (n - 1) / 2) / (n - 1)]).collect(),
-        }
-    };
-    axes.iter().zip(counts).map(thin).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::{
@@ -368,17 +220,5 @@ mod tests {
         assert_eq!((data.flags[1].as_slice(), data.notes.as_slice()), (&[(1, 0)][..], &["lost: far".to_string()][..]));
         assert_eq!(read(Shape::Curve, 1000).axes, [vec![0.0, 1.0]]);
         assert_eq!(read(Shape::Names, 1000).names, ["0", "1"]);
-    }
-
-    #[test]
-    fn a_large_grid_is_thinned_with_its_ends_kept() {
-        let axis: Vec<f64> = (0..101).map(f64::from).collect();
-        let axes = thinned(&[axis.clone(), axis.clone(), vec![5.0]], 500);
-        assert_eq!((axes[0].len(), axes[1].len(), axes[2].len()), (22, 22, 1));
-        for axis in &axes[..2] {
-            assert_eq!((axis[0], axis[axis.len() - 1]), (0.0, 100.0));
-            assert!(axis.windows(2).all(|pair| pair[0] < pair[1]));
-        }
-        assert_eq!(thinned(&[axis.clone()], 101), [axis]);
     }
 }

@@ -3,12 +3,18 @@
 //! [`Description`] is what a run leaves beside its tables; [`ResultFolder`] reads both back; [`page()`] makes a report of one
 //! folder and [`comparison()`] of several.
 
+mod address;
+mod columns;
+mod common;
+mod compared;
 mod comparison;
 mod dataset;
 mod description;
 mod folder;
 mod machine;
+mod nodes;
 mod packed;
+mod record;
 mod single;
 mod table;
 mod template;

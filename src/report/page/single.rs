@@ -1,28 +1,23 @@
 //! The report of one result folder.
 
-use std::{
-    collections::HashMap,
-    path::{Component, Path, PathBuf},
-};
+use std::path::Path;
 
 use serde::Serialize;
-use serde_json::Value;
 
 use super::{
+    address::href,
     dataset::{Dataset, MOST_NUMBERS},
     description::{Column, Description, Explorer, Fact, Mark, Quantity, Shape},
     folder::ResultFolder,
     packed::{Packed, Precision, data_address, script_json},
-    table::{Table, TableView, number},
+    record::{ReasonView, StatusView, count_reasons, facts, statuses},
+    table::TableView,
     template::render,
 };
 use crate::{
     error::{Error, Result},
     machine::Polyline,
-    report::{
-        Manifest,
-        figures::{Figure, FigureError},
-    },
+    report::figures::{Figure, FigureError},
 };
 
 /// Most reasons listed.
@@ -60,20 +55,6 @@ pub(super) struct ExplorerView {
     pub shape: Shape,
     pub note: String,
     pub json: String,
-}
-
-#[derive(Debug, Serialize)]
-struct StatusView {
-    status: String,
-    rows: String,
-}
-
-#[derive(Debug, Serialize)]
-struct ReasonView {
-    table: String,
-    status: String,
-    reason: String,
-    rows: usize,
 }
 
 /// What the script needs of an explorer.
@@ -227,121 +208,4 @@ pub(super) fn note(explorer: &Explorer, data: &Dataset, precision: Precision) ->
     };
     note += &format!("{}; {} has all digits.", precision.words(), explorer.table);
     note
-}
-
-fn statuses(manifest: &Value) -> Vec<StatusView> {
-    let list = manifest.get("statuses").and_then(Value::as_array);
-    let word =
-        |value: Option<&Value>| value.map_or_else(String::new, |v| v.as_str().map_or(v.to_string(), String::from));
-    list.into_iter()
-        .flatten()
-        .map(|entry| StatusView { status: word(entry.get("status")).replace('_', " "), rows: word(entry.get("rows")) })
-        .collect()
-}
-
-/// Statuses with reasons, most frequent first; rows that differ in the numbers of their reason only count as one.
-fn count_reasons(file: &str, table: &Table, reasons: &mut Vec<ReasonView>) -> Result<()> {
-    let (Ok(status), Ok(reason)) = (table.column("status"), table.column("reason")) else { return Ok(()) };
-    let mut known: HashMap<(String, String), usize> = HashMap::new();
-    let mut found: Vec<ReasonView> = Vec::new();
-    table.each_row(|row| {
-        let (Some(status), Some(reason)) = (row.get(status), row.get(reason).filter(|reason| !reason.is_empty()))
-        else {
-            return;
-        };
-        let key = (status.to_string(), without_numbers(reason));
-        let index = *known.entry(key).or_insert_with(|| {
-            found.push(ReasonView {
-                table: file.into(),
-                status: status.replace('_', " "),
-                reason: reason.into(),
-                rows: 0,
-            });
-            found.len() - 1
-        });
-        found[index].rows += 1;
-    })?;
-    found.sort_by(|a, b| b.rows.cmp(&a.rows));
-    reasons.extend(found);
-    Ok(())
-}
-
-fn without_numbers(text: &str) -> String {
-    text.chars().filter(|c| !c.is_ascii_digit()).collect()
-}
-
-/// The manifest as lines, but for what differs between runs of the same study.
-pub(super) fn facts(manifest: &Value) -> Vec<Fact> {
-    let Some(entries) = manifest.as_object() else { return Vec::new() };
-    let mut facts = Vec::new();
-    for (key, value) in entries.iter().filter(|(key, _)| !Manifest::DIFFERS_BETWEEN_RUNS.contains(&key.as_str())) {
-        match value {
-            Value::Object(inner) => {
-                let own = inner.iter().filter(|(key, _)| !Manifest::DIFFERS_BETWEEN_RUNS.contains(&key.as_str()));
-                facts.extend(own.map(|(name, value)| Fact::new(name.replace('_', " "), words(value))));
-            }
-            Value::Array(_) => {}
-            _ => facts.push(Fact::new(key.replace('_', " "), words(value))),
-        }
-    }
-    facts
-}
-
-fn words(value: &Value) -> String {
-    match value {
-        Value::Null => "none".into(),
-        Value::String(text) => text.clone(),
-        Value::Number(n) => n.as_f64().map_or_else(|| n.to_string(), number),
-        Value::Array(items) => items.iter().map(words).collect::<Vec<_>>().join(" × "),
-        other => other.to_string(),
-    }
-}
-
-/// Address of `file` on a page that lies at `page`, both relative to the present folder or absolute.
-pub(super) fn href(page: &Path, file: &Path) -> String {
-    let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
-    let (page, file) = (absolute(page), absolute(file));
-    let from: Vec<Component<'_>> = page.parent().map(|p| p.components().collect()).unwrap_or_default();
-    let to: Vec<Component<'_>> = file.components().collect();
-    let shared = from.iter().zip(&to).take_while(|(a, b)| a == b).count();
-    let up = std::iter::repeat_n(Component::ParentDir, from.len() - shared);
-    let way: PathBuf = up.chain(to[shared..].iter().copied()).collect();
-    let parts = way.components().map(|part| encoded(&part.as_os_str().to_string_lossy()));
-    parts.collect::<Vec<_>>().join("/")
-}
-
-/// A file name in an address.
-fn encoded(name: &str) -> String {
-    let byte = |b: u8| match b {
-        b'A'..=b'Z' | b'a'..=b'z' | b'0'..=b'9' | b'-' | b'_' | b'.' | b'~' => char::from(b).to_string(),
-        other => format!("%{other:02X}"),
-    };
-    name.bytes().map(byte).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn addresses_are_relative_to_the_page() {
-        for (page, file, address) in [
-            ("results/a/report.html", "results/a/map.csv", "map.csv"),
-            ("comparison.html", "results/a b/map.csv", "results/a%20b/map.csv"),
-            ("/tmp/x/page.html", "/tmp/y/map.csv", "../y/map.csv"),
-        ] {
-            assert_eq!(href(Path::new(page), Path::new(file)), address);
-        }
-    }
-
-    #[test]
-    fn reasons_that_differ_in_numbers_are_one() {
-        let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("t.csv");
-        std::fs::write(&file, "status,reason\nsolved,\nlost,gap 1.5 mm\nlost,gap 20 mm\nbent,x\n").unwrap();
-        let mut reasons = Vec::new();
-        count_reasons("t.csv", &Table::open(&file).unwrap(), &mut reasons).unwrap();
-        let found: Vec<_> = reasons.iter().map(|r| (r.reason.as_str(), r.rows)).collect();
-        assert_eq!(found, [("gap 1.5 mm", 2), ("x", 1)]);
-    }
 }

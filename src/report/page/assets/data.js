@@ -121,7 +121,7 @@ const Chart = {
   },
   bar(title) {
     return {
-      title: { text: title, side: "top", font: { size: 13 } },
+      title: { text: title, side: "bottom", font: { size: 13 } },
       orientation: "h", thickness: 14, len: 1, x: 0.5, yref: "container", y: 0, yanchor: "bottom", ypad: 2, outlinewidth: 0, nticks: 5,
     };
   },

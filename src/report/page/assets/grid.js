@@ -91,12 +91,14 @@ function gridView(article, data) {
     const [low, high] = range(one.is_difference);
     const cut = at.map((index, axis) => [axis, index]).filter(([axis]) => axis !== columns && axis !== rows && (one.axes[axis].length > 1 || axis === state.normal));
     const words = cut.map(([axis, index]) => along(axis, one.axes[axis][index])).join(", ");
-    heading.textContent = (cases.length > 1 ? one.name + ", " : "Slice at ") + words;
+    const sense = one.is_difference ? " (orange: " + one.name.charAt(0) + " is larger)" : "";
+    heading.textContent = (cases.length > 1 ? one.name + ", " : "Slice at ") + words + sense;
     const x = one.axes[columns];
     const y = one.axes[rows];
     const traces = [{
       type: "heatmap", x, y, z, text, hovertemplate: "%{text}<extra></extra>", zmin: low, zmax: high,
-      colorscale: one.is_difference ? DIVERGING : "Viridis", colorbar: Chart.bar(Data.labelled(label(), unit())), xgap: 0, ygap: 0,
+      colorscale: one.is_difference ? DIVERGING : "Viridis",
+      colorbar: Chart.bar(Data.labelled(one.is_difference ? "difference of " + label() : label(), unit())), xgap: 0, ygap: 0,
     }];
     // Marks of this slice: off the plane by at most half a step.
     const isNear = (mark) => at.every((index, axis) => {
@@ -110,7 +112,7 @@ function gridView(article, data) {
       x: marks.map((mark) => mark.position[columns]), y: marks.map((mark) => mark.position[rows]),
       text: marks.map((mark) => "<b>" + Chart.text(mark.label) + "</b>"), textposition: marks.map((mark) => textPosition(mark, columns, rows, x, y)),
       textfont: { color: "#000", shadow: "0 0 3px #fff, 0 0 3px #fff, 0 0 3px #fff" },
-      marker: { symbol: "circle-open", size: 11, color: "#000", line: { width: 2.5 } },
+      marker: { size: 9, color: "#fff", line: { width: 2.5, color: "#000" } },
     });
     const axis = (index, values, more) => Chart.axis(Data.labelled(coordinates[index].label, coordinates[index].unit), Object.assign({ zeroline: false, showgrid: false }, more));
     const alike = coordinates[columns].unit === coordinates[rows].unit;
@@ -172,7 +174,7 @@ function gridView(article, data) {
       space = null;
     }
   }
-  const HOME_EYE = { x: 1.45, y: 1.45, z: 1.1 };
+  const HOME_EYE = { x: 1.6, y: 1.6, z: 1.2 };
   let eye = HOME_EYE;
   function setEye(next) {
     eye = next;
@@ -216,7 +218,7 @@ function gridView(article, data) {
       });
       traces.push({ type: "scatter3d", mode: "lines", hoverinfo: "skip", line: { color: Theme.colour("c1"), width: 5 }, ...line });
     }
-    const axis = (index) => Object.assign(Chart.axis(Data.labelled(coordinates[index].label, coordinates[index].unit), { showbackground: false }), { automargin: undefined, ticks: undefined, tickcolor: undefined });
+    const axis = (index) => Object.assign(Chart.axis(Data.labelled(coordinates[index].label, coordinates[index].unit), { showbackground: false, nticks: 5 }), { automargin: undefined, ticks: undefined, tickcolor: undefined });
     const layout = Chart.layout({
       margin: { l: 0, r: 0, t: 0, b: 80 },
       scene: { xaxis: axis(0), yaxis: axis(1), zaxis: axis(2), aspectmode: "data", camera: { eye }, uirevision: "view", dragmode: "orbit" },
