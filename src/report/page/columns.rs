@@ -2,7 +2,10 @@
 
 use csv::StringRecord;
 
-use super::{description::Explorer, table::Table};
+use super::{
+    description::{Explorer, GroupValue},
+    table::Table,
+};
 use crate::error::Result;
 
 /// Rows with these statuses are answers; others are marked.
@@ -11,7 +14,7 @@ const GOOD: [&str; 2] = ["solved", "converged"];
 /// Where the cells of a row are.
 pub(super) struct Columns {
     pub coordinates: Vec<usize>,
-    pub group: Option<usize>,
+    group: Vec<usize>,
     quantities: Vec<Vec<usize>>,
     status: Option<usize>,
     reason: Option<usize>,
@@ -23,7 +26,7 @@ impl Columns {
         let find = |name: &str| table.header.iter().position(|column| column == name);
         Ok(Self {
             coordinates: explorer.coordinates.iter().map(|c| column(&c.column)).collect::<Result<_>>()?,
-            group: explorer.group.as_ref().map(|group| column(&group.column)).transpose()?,
+            group: explorer.group.iter().flat_map(|group| &group.columns).map(column).collect::<Result<_>>()?,
             quantities: explorer
                 .quantities
                 .iter()
@@ -32,6 +35,14 @@ impl Columns {
             status: find("status"),
             reason: find("reason"),
         })
+    }
+
+    /// Index of the row's group among those of `explorer`; 0 where it has none.
+    pub fn group(&self, explorer: &Explorer, row: &StringRecord) -> Option<usize> {
+        let Some(group) = &explorer.group else { return Some(0) };
+        let is_own =
+            |value: &GroupValue| self.group.iter().zip(&value.cells).all(|(c, cell)| row.get(*c) == Some(cell));
+        group.values.iter().position(is_own)
     }
 
     /// The number of a quantity in a row; NaN where there is none.

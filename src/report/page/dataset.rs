@@ -54,22 +54,12 @@ impl Dataset {
 
     fn fill(&mut self, explorer: &Explorer, table: &Table, columns: &Columns, mut nodes: Nodes) -> Result<()> {
         let groups = self.flags.len();
-        let of_group: HashMap<&str, usize> = explorer
-            .group
-            .iter()
-            .flat_map(|group| &group.values)
-            .enumerate()
-            .map(|(i, v)| (v.value.as_str(), i))
-            .collect();
         let count = nodes.count();
         self.values = vec![vec![vec![f64::NAN; count]; groups]; explorer.quantities.len()];
         let mut known_notes: HashMap<String, usize> = HashMap::new();
         let mut line: Vec<f64> = Vec::new();
         table.each_row(|row| {
-            let group = match columns.group {
-                None => Some(0),
-                Some(column) => row.get(column).and_then(|value| of_group.get(value)).copied(),
-            };
+            let group = columns.group(explorer, row);
             let Some((group, node)) = group.and_then(|group| Some((group, nodes.of(columns, row, group)?))) else {
                 return;
             };
@@ -114,7 +104,7 @@ impl Dataset {
 
     /// Number of nodes.
     pub fn node_count(&self) -> usize {
-        if self.names.is_empty() { self.axes.iter().map(Vec::len).product() } else { self.names.len() }
+        if self.axes.is_empty() { self.names.len() } else { self.axes.iter().map(Vec::len).product() }
     }
 
     /// The part at the nodes that `other` has as well.
@@ -126,7 +116,7 @@ impl Dataset {
             .zip(&other.axes)
             .map(|(own, other)| (0..own.len()).filter(|i| contains(other, own[*i])).collect())
             .collect();
-        let nodes: Vec<usize> = if self.names.is_empty() { grid_nodes(&self.axes, &kept) } else { kept_names.clone() };
+        let nodes: Vec<usize> = if self.axes.is_empty() { kept_names.clone() } else { grid_nodes(&self.axes, &kept) };
         let position: HashMap<usize, usize> = nodes.iter().enumerate().map(|(new, old)| (*old, new)).collect();
         let pick = |values: &Vec<f64>| nodes.iter().map(|node| values[*node]).collect();
         let flags = |flags: &Vec<(usize, usize)>| {
@@ -188,13 +178,13 @@ mod tests {
             Shape::Grid => vec![Column::new("x", "x", "mm"), Column::new("y", "y", "mm")],
             Shape::Curve | Shape::Names => vec![Column::new("x", "x", "mm")],
         };
-        let value = |value: &str| GroupValue { value: value.into(), label: value.into() };
+        let value = |value: &str| GroupValue { cells: vec![value.into()], label: value.into() };
         Explorer {
             title: "test".into(),
             table: "t.csv".into(),
             shape,
             coordinates,
-            group: Some(Group { column: "g".into(), label: "g".into(), values: vec![value("b"), value("a")] }),
+            group: Some(Group { columns: vec!["g".into()], label: "g".into(), values: vec![value("b"), value("a")] }),
             quantities: vec![Quantity::new(["v", "w"], "largest", "mm", Better::Smaller)],
             marks: Vec::new(),
         }
@@ -220,5 +210,23 @@ mod tests {
         assert_eq!((data.flags[1].as_slice(), data.notes.as_slice()), (&[(1, 0)][..], &["lost: far".to_string()][..]));
         assert_eq!(read(Shape::Curve, 1000).axes, [vec![0.0, 1.0]]);
         assert_eq!(read(Shape::Names, 1000).names, ["0", "1"]);
+    }
+
+    #[test]
+    fn only_nodes_of_both_are_in_common() {
+        for shape in [Shape::Grid, Shape::Curve, Shape::Names] {
+            let all = read(shape, 1000);
+            let mut other = all.clone();
+            other.axes.first_mut().into_iter().for_each(|axis| axis[0] = 7.0);
+            other.names.first_mut().into_iter().for_each(|name| *name = "other".into());
+            other.axes.first_mut().into_iter().for_each(|axis| axis.sort_by(f64::total_cmp));
+            let part = all.at_nodes_of(&other);
+            assert_eq!(part.node_count(), 1, "{shape:?}");
+            assert_eq!(part.values[0][0], [6.0], "{shape:?}");
+            assert_eq!(part.flags[1], [(0, 0)], "{shape:?}");
+            other.axes.first_mut().into_iter().for_each(|axis| axis.truncate(0));
+            other.names.clear();
+            assert_eq!(all.at_nodes_of(&other).node_count(), 0, "{shape:?}");
+        }
     }
 }

@@ -80,7 +80,7 @@ pub struct Explorer {
     pub shape: Shape,
     /// Columns that say where a row belongs: three or four of a grid (x fastest), one of a curve or of names.
     pub coordinates: Vec<Column>,
-    /// Column that tells curves or layers over the same coordinates apart, such as the source of error.
+    /// What tells curves or layers over the same coordinates apart, such as the source of error.
     pub group: Option<Group>,
     /// What can be picked, the first one shown first.
     pub quantities: Vec<Quantity>,
@@ -116,11 +116,11 @@ pub struct Column {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Group {
-    /// Column header.
-    pub column: String,
+    /// Column headers.
+    pub columns: Vec<String>,
     /// In words.
     pub label: String,
-    /// The groups, the first one shown first.
+    /// The groups, the first one shown first; rows of no group are left out.
     pub values: Vec<GroupValue>,
 }
 
@@ -128,8 +128,8 @@ pub struct Group {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GroupValue {
-    /// As in the table.
-    pub value: String,
+    /// As in the table, one per column.
+    pub cells: Vec<String>,
     /// In words.
     pub label: String,
 }

@@ -126,6 +126,7 @@ mod tests {
             assert_eq!((axis[0], axis[axis.len() - 1]), (0.0, 100.0));
             assert!(axis.windows(2).all(|pair| pair[0] < pair[1]));
         }
-        assert_eq!(thinned(&[axis.clone()], 101), [axis]);
+        let whole = [axis];
+        assert_eq!(thinned(&whole, 101), whole);
     }
 }

@@ -93,9 +93,9 @@ fn explorer(map: &WorkspaceMap) -> Explorer {
 
 /// The sources of error, both at once first.
 pub(in crate::report) fn source_group() -> Group {
-    let value = |source: Source, label: &str| GroupValue { value: source.label().into(), label: label.into() };
+    let value = |source: Source, label: &str| GroupValue { cells: vec![source.label().into()], label: label.into() };
     Group {
-        column: "source".into(),
+        columns: vec!["source".into()],
         label: "source of error".into(),
         values: vec![
             value(Source::Both, "both at once"),

@@ -41,7 +41,7 @@ const Controls = {
     Controls.labelled(parent, label, select);
     return select;
   },
-  slider(parent, label, count, describe, act) {
+  slider(parent, label, describe, act) {
     const slider = document.createElement("input");
     slider.type = "range";
     slider.min = "0";

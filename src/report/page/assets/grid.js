@@ -251,13 +251,14 @@ function gridView(article, data) {
     });
   }
   let settled = 0;
-  const slider = Controls.slider(controls, "Slice", 1, (index) => along(state.normal, first.axes[state.normal][index]), (index) => {
+  const slider = spatial.length === 0 ? null : Controls.slider(controls, "Slice", (index) => along(state.normal, first.axes[state.normal][index]), (index) => {
     state.place[state.normal] = first.axes[state.normal][index];
     // A slider moves faster than charts are drawn.
     cancelAnimationFrame(settled);
     settled = requestAnimationFrame(draw);
   });
   function resetSlider() {
+    if (!slider) return;
     const axis = first.axes[state.normal];
     slider.reset("Slice at", axis.length, nearest(axis, state.place[state.normal]));
   }
