@@ -38,7 +38,7 @@ static TEMPLATES: LazyLock<std::result::Result<Environment<'static>, minijinja::
 /// # Errors
 /// The template asks for something the content does not have: a fault of this program.
 pub(super) fn render(name: &str, content: &impl Serialize) -> Result<String> {
-    let fault = |fault: &minijinja::Error| Error::Figure { name: name.into(), problem: fault.to_string() };
+    let fault = |fault: &minijinja::Error| Error::Page { template: name.into(), problem: fault.to_string() };
     let templates = TEMPLATES.as_ref().map_err(fault)?;
     let page = context! {
         style => Value::from_safe_string(STYLE.into()),
