@@ -66,7 +66,7 @@ pub(super) fn count_reasons(file: &str, table: &Table, reasons: &mut Vec<ReasonV
 }
 
 fn without_numbers(text: &str) -> String {
-    text.chars().filter(|c| !c.is_ascii_digit()).collect()
+    text.chars().filter(|c| !c.is_ascii_digit() && !".-".contains(*c)).collect()
 }
 
 /// The manifest as lines, but for what differs between runs of the same study.

@@ -31,15 +31,24 @@ function lineView(article, data) {
     const notes = new Map(curve.one.flags[curve.group] ?? []);
     const colour = Theme.colour("c" + (curve.style % 6));
     const place = (index) => (isNamed ? Chart.text(x[index]) : coordinate.label + " " + Data.withUnit(x[index], coordinate.unit));
+    const values = Array.from(curve.values, (value) => (Number.isFinite(value) ? value : null));
     return {
       type: "scatter", name: Chart.text(curve.name), mode: isNamed || x.length < 3 ? "markers" : "lines",
-      x: isNamed ? x.map(Chart.text) : x, y: Array.from(curve.values, (value) => (Number.isFinite(value) ? value : null)),
+      x: isNamed ? values : x, y: isNamed ? x.map((name) => allNames.indexOf(name)) : values,
       line: { color: colour, width: 2.5, dash: DASHES[curve.style % 6] }, marker: { color: colour, size: 12, symbol: SYMBOLS[curve.style % 6] },
       text: Array.from(curve.values, (value, index) => {
         const note = notes.get(index);
         return place(index) + "<br>" + (curve.name ? Chart.text(curve.name) + ": " : "") + "<b>" + Data.withUnit(value, unit()) + "</b>" + (note === undefined ? "" : "<br>" + Chart.text(curve.one.notes[note]));
       }),
       hovertemplate: "%{text}<extra></extra>",
+    };
+  }
+  // All names of all results, those of the first first.
+  const allNames = isNamed ? [...new Set(data.cases.flatMap((one) => one.names))] : [];
+  function namedAxis() {
+    const short = (name) => Chart.text(name.length > 22 ? name.slice(0, 21) + "\u2026" : name);
+    return {
+      tickvals: allNames.map((_, index) => index), ticktext: allNames.map(short), range: [allNames.length - 0.4, -0.6], zeroline: false,
     };
   }
   function drawChart({ plot, heading }, list, title, mayBeLog) {
@@ -49,12 +58,17 @@ function lineView(article, data) {
     const high = values.reduce((a, b) => Math.max(a, b), -Infinity);
     const isLog = mayBeLog && low > 0 && high / low > 2000;
     heading.textContent = title + (isLog ? " (logarithmic scale)" : "");
-    const horizontal = isNamed ? { type: "category", tickangle: "auto" } : {};
+    // Names stand beside the chart, one below the other, where there is room for them.
+    const place = isNamed ? namedAxis() : {};
+    const size = isLog ? { type: "log", exponentformat: "power", nticks: 8 } : { rangemode: "tozero" };
+    if (isNamed) plot.style.height = 8 + 2 * Math.max(2, place.tickvals.length) + "rem";
+    const placeAxis = Chart.axis(isNamed ? "" : Data.labelled(coordinate.label, coordinate.unit), place);
+    const sizeAxis = Chart.axis(Data.labelled(label(), unit()), size);
     const layout = Chart.layout({
       showlegend: found.length > 1, legend: { orientation: "h", y: 1.02, yanchor: "bottom", x: 0 },
       margin: { l: 66, r: 20, t: found.length > 1 ? 44 : 12, b: 56 },
-      xaxis: Chart.axis(Data.labelled(coordinate.label, coordinate.unit), horizontal),
-      yaxis: Chart.axis(Data.labelled(label(), unit()), isLog ? { type: "log", exponentformat: "power", dtick: undefined, nticks: 8 } : { rangemode: "tozero" }),
+      xaxis: isNamed ? sizeAxis : placeAxis,
+      yaxis: isNamed ? placeAxis : sizeAxis,
     });
     Plotly.react(plot, found.map(trace), layout, Chart.config);
     plot.setAttribute("aria-label", title);
