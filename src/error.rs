@@ -95,6 +95,14 @@ pub enum Error {
         /// Why.
         problem: String,
     },
+    /// A page cannot be rendered: a fault of its template.
+    #[error("page {template}: {problem}")]
+    Page {
+        /// The template.
+        template: String,
+        /// Why.
+        problem: String,
+    },
 }
 
 /// Shorthand used throughout.

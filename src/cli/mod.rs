@@ -5,6 +5,7 @@ mod compare;
 mod compensate;
 mod machines;
 mod point;
+mod report;
 mod run;
 
 use std::{
@@ -33,6 +34,7 @@ Examples:
   kinetostat point --machine orthoglide --at Q1 --phi 130 --assembly 1,-1,1
   kinetostat compensate part.nc --machine orthoglide --process milling.toml --out part_compensated.nc
   kinetostat compare --machine orthoglide --process milling.toml --path part.nc --at Q0 --at 50,0,20
+  kinetostat report results/01_workspace_map /tmp/stiffer_feet --out comparison.html
   kinetostat check my_machine.toml
 
 Exit codes: 0 all points solved, 1 some points could not be solved (their status says why), 2 bad input.";
@@ -43,6 +45,7 @@ enum Command {
     Point(point::PointArguments),
     Compensate(compensate::CompensateArguments),
     Compare(compare::CompareArguments),
+    Report(report::ReportArguments),
     Machines(machines::MachinesArguments),
     Check(check::CheckArguments),
 }
@@ -72,6 +75,7 @@ pub fn dispatch(arguments: Arguments) -> Result<Ending> {
         Command::Point(arguments) => point::point(&arguments),
         Command::Compensate(arguments) => compensate::compensate(&arguments),
         Command::Compare(arguments) => compare::compare(&arguments),
+        Command::Report(arguments) => report::report(&arguments),
         Command::Machines(arguments) => machines::machines(&arguments),
         Command::Check(arguments) => check::check(&arguments),
     }

@@ -1,4 +1,4 @@
-//! `kinetostat run`: computes a study and writes its tables and figures.
+//! `kinetostat run`: computes a study and writes its tables, figures and page.
 
 use std::{
     path::{Path, PathBuf},
@@ -10,11 +10,16 @@ use clap::Args;
 use kinetostat::{
     error::{Error, Result},
     report::{
-        Manifest, OutputFile, figures::Figure, file_stem, path as path_report, placement as placement_report, prepare,
-        superposition as superposition_report, validation as validation_report, workspace_map as map_report, write_all,
+        Manifest, OutputFile,
+        figures::Figure,
+        file_stem,
+        page::{self, Description, MACHINE_AT_HOME, ResultFolder},
+        path as path_report, placement as placement_report, prepare, superposition as superposition_report,
+        validation as validation_report, workspace_map as map_report, write_all,
     },
     study::{
         Overrides, Study, StudyKind,
+        deflected_pose::{self, DeflectedPose},
         path_study::{self, PathStudy},
         placement::{self, Event, PlacementStudy, Watch},
         superposition::{self, SuperpositionStudy},
@@ -25,9 +30,9 @@ use kinetostat::{
 use rayon::prelude::*;
 use serde_json::json;
 
-use super::{Ending, print, progress};
+use super::{Ending, print, progress, report::PAGE};
 
-/// Compute a study: its tables, figures and a summary of its answer.
+/// Compute a study: its tables, figures, a summary of its answer and a page that shows them.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -51,7 +56,7 @@ pub struct RunArguments {
     /// Threads [default: all processors]
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
-    /// Write tables only
+    /// Write tables and the page only
     #[arg(long)]
     no_figures: bool,
 }
@@ -115,6 +120,8 @@ fn run_map(arguments: &RunArguments, study: &Study, map_study: &WorkspaceMapStud
         tables: vec![("map.csv".into(), map_report::csv(&map))],
         summary: map_report::summary_json(&map),
         figures: if arguments.no_figures { Vec::new() } else { map_report::figures(&map) },
+        page: map_report::page(&map).with_answer(&map_report::summary_text(&map)),
+        bent: if arguments.no_figures { None } else { deflected_pose::of_map(map_study) },
         closing: map_report::summary_text(&map),
     };
     output.write()
@@ -144,6 +151,8 @@ fn run_path(arguments: &RunArguments, study: &Study, path_study: &PathStudy, out
         ],
         summary: path_report::summary_json(&results),
         figures: if arguments.no_figures { Vec::new() } else { path_report::figures(&results) },
+        page: path_report::page(&results).with_answer(&path_report::summary_text(&results)),
+        bent: if arguments.no_figures { None } else { deflected_pose::of_path(&results) },
         closing: format!("{}\n{}", path_report::summary_text(&results), path_report::methods_table(&results)),
     };
     output.write()
@@ -186,6 +195,8 @@ fn run_placement(arguments: &RunArguments, study: &Study, sought: &PlacementStud
         tables,
         summary: placement_report::summary_json(&results),
         figures: if arguments.no_figures { Vec::new() } else { placement_report::figures(&results) },
+        page: placement_report::page(&results).with_answer(&placement_report::summary_text(&results)),
+        bent: None,
         closing,
     };
     output.write()?;
@@ -231,6 +242,8 @@ fn run_superposition(
         ],
         summary: superposition_report::summary_json(&results),
         figures: if arguments.no_figures { Vec::new() } else { superposition_report::figures(&results) },
+        page: superposition_report::page(&results).with_answer(&superposition_report::summary_text(&results)),
+        bent: None,
         closing: superposition_report::summary_text(&results),
     };
     output.write()
@@ -258,6 +271,8 @@ fn run_validation(arguments: &RunArguments, study: &Study, asked: &ValidationStu
         tables,
         summary: validation_report::summary_json(&results),
         figures: if arguments.no_figures { Vec::new() } else { validation_report::figures(&results) },
+        page: validation_report::page(&results).with_answer(&validation_report::summary_text(&results)),
+        bent: None,
         closing: format!(
             "{}\n{}",
             validation_report::summary_table(&results),
@@ -294,21 +309,30 @@ struct Output<'a> {
     tables: Vec<(String, csv::Result<Vec<u8>>)>,
     summary: serde_json::Value,
     figures: Vec<(String, Figure)>,
+    /// Setting, answer, views and tables of the page; figures, name and question are filled in.
+    page: Description,
+    /// The machine bent by the load, if it is drawn.
+    bent: Option<DeflectedPose>,
     closing: String,
 }
 
 impl Output<'_> {
-    fn write(self) -> Result<Ending> {
+    fn write(mut self) -> Result<Ending> {
         let mut files = Vec::new();
-        for (name, bytes) in self.tables {
+        for (name, bytes) in std::mem::take(&mut self.tables) {
             let fault = |e| Error::Write { file: self.out.join(&name), source: std::io::Error::other(e) };
             let bytes = bytes.map_err(fault)?;
             files.push(OutputFile::new(name, bytes));
         }
+        self.draw_machine();
+        files.push(OutputFile::new("report.json", self.description().to_json()));
         files.push(OutputFile::new("summary.json", format!("{:#}\n", self.summary)));
         files.push(OutputFile::new("manifest.json", self.manifest.to_json()));
         files.extend(drawn(self.figures)?);
-        let written = write_all(self.out, &files)?;
+        let mut written = write_all(self.out, &files)?;
+        // The page is made from what has been written, as `kinetostat report` makes it again.
+        let page = page::page(&ResultFolder::open(self.out)?, &self.out.join(PAGE))?;
+        written.extend(write_all(self.out, &[OutputFile::new(PAGE, page)])?);
         let mut closing = format!("{}\n", self.closing);
         closing +=
             &format!("{} in {:.1} s. Written to {}:\n", self.study.name, self.manifest.wall_time_s, self.out.display());
@@ -319,6 +343,23 @@ impl Output<'_> {
         let complete =
             self.manifest.statuses.iter().all(|count| matches!(count.status.as_str(), "solved" | "converged"));
         Ok(if complete { Ending::Complete } else { Ending::SomeUnsolved })
+    }
+
+    /// Adds the machine at home and bent to the figures, if there are any.
+    fn draw_machine(&mut self) {
+        let machine = &self.page.machine;
+        if !self.figures.is_empty() {
+            self.figures.push((MACHINE_AT_HOME.into(), machine.figure()));
+        }
+        if let Some(bent) = &self.bent {
+            self.figures.push(("machine_bent".into(), machine.bent_figure(bent)));
+        }
+    }
+
+    fn description(&self) -> Description {
+        let named =
+            Description { name: self.study.name.clone(), question: self.study.question.clone(), ..self.page.clone() };
+        named.with_figures(&self.figures)
     }
 }
 

@@ -65,6 +65,8 @@ pub struct PassiveJoint {
     pub neutral: f64,
     /// q from which the home configuration is sought, mm or rad.
     pub home: f64,
+    /// Distance between the bars if it is a parallelogram, mm.
+    pub parallelogram_width: Option<f64>,
 }
 
 /// Stiffness of a group of virtual joints: `U = ½ θᵀ K θ`.

@@ -12,6 +12,7 @@ mod kinematics;
 mod mobility;
 mod resolve;
 mod section;
+mod skeleton;
 pub mod spec;
 
 use std::path::Path;
@@ -23,6 +24,7 @@ pub use errors::ChainError;
 pub use kinematics::{Configuration, Unreachable};
 pub use mobility::Mobility;
 pub use section::{Material, Section, beam_stiffness, parallelogram_terms};
+pub use skeleton::{ChainSkeleton, JointMark, Polyline, Skeleton};
 
 use crate::{
     error::{Error, Result},

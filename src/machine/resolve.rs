@@ -272,6 +272,7 @@ impl ChainBuilder<'_> {
                     stiffness: check.key("stiffness_N_per_mm").optional_positive(joint.stiffness)?.unwrap_or(0.0),
                     neutral: check.key("neutral_mm").finite_scalar(joint.neutral_mm)?,
                     home: check.key("home_mm").finite_scalar(joint.home_mm)?,
+                    parallelogram_width: None,
                 };
                 let index = self.passive(passive, &check)?;
                 self.passive_move(Motion::Prismatic, axis(joint.axis), index, 1.0);
@@ -285,6 +286,7 @@ impl ChainBuilder<'_> {
                     stiffness: check.key("stiffness_Nmm_per_rad").optional_positive(joint.stiffness)?.unwrap_or(0.0),
                     neutral: check.key("neutral_deg").finite_scalar(joint.neutral_deg)? * TO_RAD,
                     home: check.key("home_deg").finite_scalar(joint.home_deg)? * TO_RAD,
+                    parallelogram_width: None,
                 };
                 let index = self.passive(passive, &check)?;
                 self.passive_move(Motion::Revolute, axis(joint.axis), index, 1.0);
@@ -366,6 +368,7 @@ impl ChainBuilder<'_> {
             stiffness: 0.0,
             neutral: 0.0,
             home: check.key("home_deg").finite_scalar(spec.home_deg)? * TO_RAD,
+            parallelogram_width: Some(width),
         };
         let passive = self.passive(joint, check)?;
         self.passive_move(Revolute, Z, passive, 1.0);

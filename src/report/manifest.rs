@@ -36,6 +36,9 @@ pub struct Manifest {
 }
 
 impl Manifest {
+    /// Keys, here and in the settings, whose values differ between runs of the same study.
+    pub const DIFFERS_BETWEEN_RUNS: [&str; 3] = ["threads", "wall_time_s", "microseconds_per_point"];
+
     /// SHA-256 of `text`, hexadecimal.
     pub fn hash(text: &str) -> String {
         Sha256::digest(text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()

@@ -5,6 +5,7 @@ pub mod figures;
 mod grid_slices;
 mod machine;
 mod manifest;
+pub mod page;
 pub mod path;
 pub mod placement;
 mod point;

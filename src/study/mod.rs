@@ -5,6 +5,7 @@
 //! A study is a folder with a `study.toml`; its inputs are named relative to that folder.
 
 pub mod bounded_pass;
+pub mod deflected_pose;
 pub mod machine_check;
 pub mod path;
 mod path_resolve;

@@ -3,6 +3,7 @@
 //! Each kind of figure lays itself out as a scene of lines, shapes, texts and images in floating-point
 //! pixels; `paint` has plotters draw it. The same data give the same bytes.
 
+mod alt;
 mod axis;
 mod colour_bar;
 mod contour;
@@ -13,6 +14,7 @@ mod lines;
 mod marks;
 mod paint;
 mod panels;
+mod pose;
 mod scene;
 mod slices;
 mod style;
@@ -23,6 +25,7 @@ mod volume;
 pub use error::FigureError;
 pub use lines::{LineFigure, LineSeries};
 pub use panels::{CurvePanel, PanelCurve, PanelFigure};
+pub use pose::PoseFigure;
 pub use slices::{Mark2, SliceFigure, SlicePanel};
 pub use volume::{Mark3, VolumeFigure};
 
@@ -37,6 +40,8 @@ pub enum Figure {
     Lines(LineFigure),
     /// Such curves in panels side by side.
     Panels(PanelFigure),
+    /// A machine as lines.
+    Pose(PoseFigure),
 }
 
 impl Figure {
@@ -62,6 +67,7 @@ impl Figure {
             Self::Volume(figure) => volume::scene(figure),
             Self::Lines(figure) => lines::scene(figure),
             Self::Panels(figure) => panels::scene(figure),
+            Self::Pose(figure) => pose::scene(figure),
         }
     }
 }

@@ -1,11 +1,13 @@
 //! Reports of a placement study.
 
 mod advice;
+mod page;
 mod pictures;
 mod summary;
 mod tables;
 
 pub use advice::recommendation;
+pub use page::page;
 pub use pictures::figures;
 pub use summary::{entries_table, summary_json, summary_text};
 pub use tables::{cell_status, entries_csv, front_csv, refinements_csv, sweep_csv};

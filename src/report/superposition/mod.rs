@@ -2,11 +2,13 @@
 
 mod extremes;
 mod json;
+mod page;
 mod pictures;
 mod tables;
 mod text;
 
 pub use json::summary_json;
+pub use page::page;
 pub use pictures::figures;
 pub use tables::{ablation_csv, largest_factors_csv, locations_csv, map_csv, safe_load_csv, scaling_csv, slopes_csv};
 pub use text::summary_text;

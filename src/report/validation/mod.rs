@@ -1,9 +1,11 @@
 //! Reports of a validation study.
 
+mod page;
 mod pictures;
 mod summary;
 mod tables;
 
+pub use page::page;
 pub use pictures::figures;
 pub use summary::{summary_json, summary_table, summary_text};
 pub use tables::{summary_csv, variants_csv};

@@ -1,0 +1,255 @@
+//! A machine as lines in space: what a drawing of it needs, and nothing of its stiffness.
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use super::{Chain, Configuration, Machine, Motion, Step};
+use crate::spatial::Pose;
+
+/// Positions in O, mm, joined in order.
+pub type Polyline = Vec<[f64; 3]>;
+
+/// The lines of a machine in one configuration. Configurations of the same machine give the same lines, point by point.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Skeleton {
+    /// One per chain.
+    pub chains: Vec<ChainSkeleton>,
+    /// P, mm.
+    pub platform_mm: [f64; 3],
+    /// Unit vectors of the platform's axes.
+    pub platform_axes: [[f64; 3]; 3],
+    /// T, mm.
+    pub tool_tip_mm: [f64; 3],
+}
+
+/// The lines of one chain, from base to platform.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ChainSkeleton {
+    /// Its name.
+    pub name: String,
+    /// Rigid and elastic lengths; the way of a slide is not among them.
+    pub links: Vec<Polyline>,
+    /// Its joints.
+    pub joints: Vec<JointMark>,
+}
+
+/// A joint of a chain.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct JointMark {
+    /// Its name.
+    pub name: String,
+    /// Whether it is driven.
+    pub is_drive: bool,
+    /// Whether it slides; otherwise it turns.
+    pub slides: bool,
+    /// Where it stands, mm.
+    pub position_mm: [f64; 3],
+    /// Unit vector along or about which it moves.
+    pub axis: [f64; 3],
+    /// Coordinate, mm or degrees.
+    pub value: f64,
+    /// Smallest and largest coordinate, mm or degrees, where the machine has limits.
+    pub limits: Option<[f64; 2]>,
+}
+
+impl Machine {
+    /// The machine's lines for the chain coordinates `chains` (one per chain, drive coordinates with ρ added, mm and rad)
+    /// and the platform at `platform`.
+    pub fn skeleton(&self, chains: &[Vec<f64>], platform: &Pose) -> Skeleton {
+        Skeleton {
+            chains: self.chains.iter().zip(chains).map(|(chain, values)| Walker::walk(chain, values)).collect(),
+            platform_mm: platform.translation.into(),
+            platform_axes: std::array::from_fn(|i| platform.rotation.column(i).into_owned().into()),
+            tool_tip_mm: platform.transform(self.tool_tip).into(),
+        }
+    }
+
+    /// The machine's lines in a rigid configuration.
+    pub fn rigid_skeleton(&self, at: &Configuration) -> Skeleton {
+        let mut drives = at.drives.iter();
+        let values = |(chain, passive): (&Chain, &Vec<f64>)| {
+            let mut values = vec![0.0; chain.virtual_count];
+            for (drive, rho) in chain.drives.iter().zip(drives.by_ref()) {
+                values[drive.coordinate] = *rho;
+            }
+            values.extend_from_slice(passive);
+            values
+        };
+        let chains: Vec<Vec<f64>> = self.chains.iter().zip(&at.passive).map(values).collect();
+        self.skeleton(&chains, &at.pose)
+    }
+}
+
+impl Machine {
+    /// Smallest and largest coordinate of each drive, mm or rad: its travel, or else what home, the named points and the
+    /// corners of the workspace ask for, as far as they can be reached.
+    pub fn drive_ranges(&self) -> Vec<[f64; 2]> {
+        let (low, high) = (self.workspace.min, self.workspace.max);
+        let corner = |k: usize| Vector3::from_fn(|axis, _| if k >> axis & 1 == 1 { high[axis] } else { low[axis] });
+        let places = (0..8).map(corner).chain(self.points.iter().map(|point| point.position));
+        let reached = places.filter_map(|place| self.inverse_kinematics(&self.pose_at(place)).ok());
+        let mut ranges: Vec<[f64; 2]> = self.home.drives.iter().map(|rho| [*rho; 2]).collect();
+        for at in reached {
+            for (range, rho) in ranges.iter_mut().zip(&at.drives) {
+                *range = [range[0].min(*rho), range[1].max(*rho)];
+            }
+        }
+        for (range, (_, drive)) in ranges.iter_mut().zip(self.drives()) {
+            if let Some((low, high)) = drive.travel {
+                *range = [low, high];
+            }
+        }
+        ranges
+    }
+}
+
+/// Follows a chain from base to platform.
+struct Walker<'a> {
+    chain: &'a Chain,
+    values: &'a [f64],
+    pose: Pose,
+    line: Polyline,
+    links: Vec<Polyline>,
+    joints: Vec<JointMark>,
+    /// The near end of the parallelogram that is being followed: both hinges of its short link.
+    near: Option<[[f64; 3]; 2]>,
+}
+
+impl<'a> Walker<'a> {
+    fn walk(chain: &'a Chain, values: &'a [f64]) -> ChainSkeleton {
+        let mut walker = Self {
+            chain,
+            values,
+            pose: chain.base,
+            line: vec![chain.base.translation.into()],
+            links: Vec::new(),
+            joints: Vec::new(),
+            near: None,
+        };
+        for step in &chain.steps {
+            match *step {
+                Step::Fixed(transform) => walker.advance(&transform),
+                Step::Move { motion, axis, coordinate, sign } => {
+                    let direction = walker.pose.rotation.column(axis.index()).into_owned();
+                    let width = walker.parallelogram_width(coordinate);
+                    walker.joint(motion, coordinate, sign, direction);
+                    if width > 0.0 && sign > 0.0 {
+                        walker.near = Some(walker.short_link(width));
+                        walker.cut();
+                    }
+                    match motion {
+                        Motion::Prismatic => walker.slide(coordinate, direction * sign),
+                        Motion::Revolute => walker.pose.rotate_about(axis, sign * values[coordinate]),
+                    }
+                    if width > 0.0 && sign < 0.0 {
+                        walker.close_parallelogram(width);
+                    }
+                }
+            }
+        }
+        walker.advance(&chain.attachment);
+        walker.cut();
+        ChainSkeleton { name: chain.name.clone(), links: walker.links, joints: walker.joints }
+    }
+
+    /// A rigid length.
+    fn advance(&mut self, transform: &Pose) {
+        self.pose = self.pose.compose(transform);
+        if transform.translation != Vector3::zeros() {
+            self.line.push(self.pose.translation.into());
+        }
+    }
+
+    /// Ends the present line and begins another.
+    fn cut(&mut self) {
+        let line = std::mem::replace(&mut self.line, vec![self.pose.translation.into()]);
+        if line.len() > 1 {
+            self.links.push(line);
+        }
+    }
+
+    /// A slide leaves a gap; an elastic deflection takes the end of the line along.
+    fn slide(&mut self, coordinate: usize, direction: Vector3<f64>) {
+        let is_elastic = coordinate < self.chain.virtual_count && !self.is_drive(coordinate);
+        if !is_elastic {
+            self.cut();
+        }
+        self.pose.translation += direction * self.values[coordinate];
+        if let Some(last) = self.line.last_mut() {
+            *last = self.pose.translation.into();
+        }
+        if !is_elastic && let Some(joint) = self.joints.last_mut() {
+            joint.position_mm = self.pose.translation.into();
+        }
+    }
+
+    fn is_drive(&self, coordinate: usize) -> bool {
+        self.chain.drives.iter().any(|drive| drive.coordinate == coordinate)
+    }
+
+    fn joint(&mut self, motion: Motion, coordinate: usize, sign: f64, direction: Vector3<f64>) {
+        let drive = self.chain.drives.iter().find(|drive| drive.coordinate == coordinate);
+        let passive = coordinate.checked_sub(self.chain.virtual_count).and_then(|j| self.chain.passive.get(j));
+        let (name, limits) = match (drive, passive) {
+            (Some(drive), _) => (&drive.name, drive.travel),
+            (None, Some(joint)) if sign > 0.0 => (&joint.name, joint.limits),
+            _ => return,
+        };
+        let shown = |value: f64| if motion == Motion::Revolute { value.to_degrees() } else { value };
+        self.joints.push(JointMark {
+            name: name.clone(),
+            is_drive: drive.is_some(),
+            slides: motion == Motion::Prismatic,
+            position_mm: self.pose.translation.into(),
+            axis: direction.into(),
+            value: shown(self.values[coordinate]),
+            limits: limits.map(|(low, high)| [shown(low), shown(high)]),
+        });
+    }
+
+    /// Distance between the bars of the parallelogram with this coordinate; 0 for other joints.
+    fn parallelogram_width(&self, coordinate: usize) -> f64 {
+        let joint = coordinate.checked_sub(self.chain.virtual_count).and_then(|j| self.chain.passive.get(j));
+        joint.and_then(|joint| joint.parallelogram_width).unwrap_or(0.0)
+    }
+
+    fn short_link(&self, width: f64) -> [[f64; 3]; 2] {
+        let half = self.pose.rotation.column(1) * (width / 2.0);
+        [(self.pose.translation - half).into(), (self.pose.translation + half).into()]
+    }
+
+    fn close_parallelogram(&mut self, width: f64) {
+        let [far_low, far_high] = self.short_link(width);
+        if let Some([low, high]) = self.near.take() {
+            self.links.push(vec![low, high, far_high, far_low, low]);
+        }
+        self.line = vec![self.pose.translation.into()];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_orthoglide_at_home_is_drawn_with_its_bars_and_slides() {
+        let machine = Machine::named_or_file("orthoglide").unwrap();
+        let skeleton = machine.rigid_skeleton(&machine.home);
+        assert_eq!(skeleton.tool_tip_mm, [0.0, 0.0, 100.0]);
+        let x = &skeleton.chains[0];
+        let slide = &x.joints[0];
+        assert!(slide.is_drive && slide.slides && slide.limits.is_none());
+        assert!((slide.position_mm[0] + 341.0).abs() < 1e-9 && (slide.value + 341.0).abs() < 1e-9);
+        assert_eq!(x.joints.len(), 4, "a parallelogram is one joint: {:?}", x.joints);
+        // Short link, bar, short link, bar; then the way to P.
+        let [parallelogram, to_platform] = x.links.as_slice() else { panic!("{:?}", x.links) };
+        let length = |i: usize| (Vector3::from(parallelogram[i + 1]) - Vector3::from(parallelogram[i])).norm();
+        for (i, expected) in [80.0, 310.0, 80.0, 310.0].into_iter().enumerate() {
+            assert!((length(i) - expected).abs() < 1e-9, "side {i}: {}", length(i));
+        }
+        assert!((to_platform[0][0] + 31.0).abs() < 1e-9 && to_platform[1][0].abs() < 1e-9);
+    }
+}

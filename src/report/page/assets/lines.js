@@ -1,0 +1,105 @@
+// Curves over one coordinate, or values by name.
+function lineView(article, data) {
+  const charts = article.querySelector(".charts");
+  charts.classList.add("single");
+  const readout = article.querySelector(".readout");
+  const controls = article.querySelector(".controls");
+  const cases = data.cases.filter((one) => !one.is_difference);
+  const differences = data.cases.filter((one) => one.is_difference);
+  const coordinate = data.coordinates[0];
+  const isNamed = data.shape === "names";
+  const single = cases.length === 1;
+  // All groups of a single result at once, or one group of several results.
+  const state = { quantity: 0, group: single && data.groups.length > 1 ? -1 : 0 };
+  const DASHES = ["solid", "dash", "dot", "dashdot", "longdash", "longdashdot"];
+  const SYMBOLS = ["circle", "square", "diamond", "triangle-up", "x", "cross"];
+  const label = () => data.labels[state.quantity];
+  const unit = () => data.units[state.quantity];
+  const places = (one) => (isNamed ? one.names : one.axes[0]);
+  const groupIndices = () => (state.group < 0 ? data.groups.map((_, index) => index) : [state.group]);
+
+  function curves(list) {
+    const found = [];
+    list.forEach((one, index) => groupIndices().forEach((group) => {
+      const values = Data.unpack(one.series[state.quantity][group]);
+      if (values) found.push({ one, group, values, style: single ? group : index, name: single ? (data.groups[group] ?? "") : one.name });
+    }));
+    return found;
+  }
+  function trace(curve) {
+    const x = places(curve.one);
+    const notes = new Map(curve.one.flags[curve.group] ?? []);
+    const colour = Theme.colour("c" + (curve.style % 6));
+    const place = (index) => (isNamed ? Chart.text(x[index]) : coordinate.label + " " + Data.withUnit(x[index], coordinate.unit));
+    const values = Array.from(curve.values, (value) => (Number.isFinite(value) ? value : null));
+    return {
+      type: "scatter", name: Chart.text(curve.name), mode: isNamed || x.length < 3 ? "markers" : "lines",
+      x: isNamed ? values : x, y: isNamed ? x.map((name) => allNames.indexOf(name)) : values,
+      line: { color: colour, width: 2.5, dash: DASHES[curve.style % 6] }, marker: { color: colour, size: 12, symbol: SYMBOLS[curve.style % 6] },
+      text: Array.from(curve.values, (value, index) => {
+        const note = notes.get(index);
+        return place(index) + "<br>" + (curve.name ? Chart.text(curve.name) + ": " : "") + "<b>" + Data.withUnit(value, unit()) + "</b>" + (note === undefined ? "" : "<br>" + Chart.text(curve.one.notes[note]));
+      }),
+      hovertemplate: "%{text}<extra></extra>",
+    };
+  }
+  // All names of all results, those of the first first.
+  const allNames = isNamed ? [...new Set(data.cases.flatMap((one) => one.names))] : [];
+  function namedAxis() {
+    const short = (name) => Chart.text(name.length > 22 ? name.slice(0, 21) + "\u2026" : name);
+    return {
+      tickvals: allNames.map((_, index) => index), ticktext: allNames.map(short), range: [allNames.length - 0.4, -0.6], zeroline: false,
+    };
+  }
+  function drawChart({ plot, heading }, list, title, mayBeLog) {
+    const found = curves(list);
+    const values = found.flatMap((curve) => Array.from(curve.values).filter(Number.isFinite));
+    const low = values.reduce((a, b) => Math.min(a, b), Infinity);
+    const high = values.reduce((a, b) => Math.max(a, b), -Infinity);
+    const isLog = mayBeLog && low > 0 && high / low > 2000;
+    heading.textContent = title + (isLog ? " (logarithmic scale)" : "");
+    // Names stand beside the chart, one below the other, where there is room for them.
+    const place = isNamed ? namedAxis() : {};
+    const size = isLog ? { type: "log", exponentformat: "power", nticks: 8 } : { rangemode: "tozero" };
+    if (isNamed) plot.style.height = 8 + 2 * Math.max(2, place.tickvals.length) + "rem";
+    const placeAxis = Chart.axis(isNamed ? "" : Data.labelled(coordinate.label, coordinate.unit), place);
+    const sizeAxis = Chart.axis(Data.labelled(label(), unit()), size);
+    const layout = Chart.layout({
+      showlegend: found.length > 1, legend: { orientation: "h", y: 1.02, yanchor: "bottom", x: 0 },
+      margin: { l: 66, r: 20, t: found.length > 1 ? 44 : 12, b: 56 },
+      xaxis: isNamed ? sizeAxis : placeAxis,
+      yaxis: isNamed ? placeAxis : sizeAxis,
+    });
+    Plotly.react(plot, found.map(trace), layout, Chart.config);
+    plot.setAttribute("aria-label", title);
+    return found;
+  }
+  const main = Controls.chart(charts, "");
+  main.plot.classList.add("wide");
+  const difference = differences.length ? Controls.chart(charts, "") : null;
+  if (difference) difference.plot.classList.add("wide");
+  function draw() {
+    const found = drawChart(main, cases, label(), true);
+    if (difference) drawChart(difference, differences, "Difference of " + label(), false);
+    const parts = found.map((curve) => {
+      const best = Array.from(curve.values).reduce((best, value, index, all) => (Number.isFinite(value) && !(value <= all[best]) ? index : best), 0);
+      const x = places(curve.one)[best];
+      const where = isNamed ? " for " + x : " at " + Data.withUnit(x, coordinate.unit);
+      return Data.withUnit(curve.values[best], unit()) + where + (curve.name ? " (" + curve.name + ")" : "");
+    });
+    readout.textContent = capital(label()) + ", highest: " + (parts.length ? parts.join("; ") : "no numbers") + ".";
+  }
+  Controls.select(controls, "Quantity", data.labels.map((text, i) => Data.labelled(text, data.units[i])), (index) => {
+    state.quantity = index;
+    draw();
+  });
+  if (data.groups.length > 1) {
+    const options = single ? ["all", ...data.groups] : data.groups;
+    Controls.select(controls, capital(data.group_label), options, (index) => {
+      state.group = single ? index - 1 : index;
+      draw();
+    });
+  }
+  Theme.onChange(draw);
+  draw();
+}

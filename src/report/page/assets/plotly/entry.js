@@ -1,0 +1,11 @@
+'use strict';
+
+const Plotly = require('plotly.js/lib/core');
+
+Plotly.register([
+    require('plotly.js/lib/heatmap'),
+    require('plotly.js/lib/scatter3d'),
+    require('plotly.js/lib/surface'),
+]);
+
+module.exports = Plotly;

@@ -1,0 +1,68 @@
+//! Where the numbers of an explorer stand in the rows of its table.
+
+use csv::StringRecord;
+
+use super::{
+    description::{Explorer, GroupValue},
+    table::Table,
+};
+use crate::error::Result;
+
+/// Rows with these statuses are answers; others are marked.
+const GOOD: [&str; 2] = ["solved", "converged"];
+
+/// Where the cells of a row are.
+pub(super) struct Columns {
+    pub coordinates: Vec<usize>,
+    group: Vec<usize>,
+    quantities: Vec<Vec<usize>>,
+    status: Option<usize>,
+    reason: Option<usize>,
+}
+
+impl Columns {
+    pub fn new(explorer: &Explorer, table: &Table) -> Result<Self> {
+        let column = |name: &String| table.column(name);
+        let find = |name: &str| table.header.iter().position(|column| column == name);
+        Ok(Self {
+            coordinates: explorer.coordinates.iter().map(|c| column(&c.column)).collect::<Result<_>>()?,
+            group: explorer.group.iter().flat_map(|group| &group.columns).map(column).collect::<Result<_>>()?,
+            quantities: explorer
+                .quantities
+                .iter()
+                .map(|quantity| quantity.columns.iter().map(column).collect())
+                .collect::<Result<_>>()?,
+            status: find("status"),
+            reason: find("reason"),
+        })
+    }
+
+    /// Index of the row's group among those of `explorer`; 0 where it has none.
+    pub fn group(&self, explorer: &Explorer, row: &StringRecord) -> Option<usize> {
+        let Some(group) = &explorer.group else { return Some(0) };
+        let is_own =
+            |value: &GroupValue| self.group.iter().zip(&value.cells).all(|(c, cell)| row.get(*c) == Some(cell));
+        group.values.iter().position(is_own)
+    }
+
+    /// The number of a quantity in a row; NaN where there is none.
+    pub fn value(&self, quantity: usize, row: &StringRecord) -> f64 {
+        let cell = |column: &usize| row.get(*column).and_then(|cell| cell.parse::<f64>().ok()).unwrap_or(f64::NAN);
+        match self.quantities[quantity].as_slice() {
+            [one] => cell(one),
+            several => several
+                .iter()
+                .map(|column| cell(column).abs())
+                .fold(0.0, |most, value| if value.is_nan() || most.is_nan() { f64::NAN } else { most.max(value) }),
+        }
+    }
+
+    /// Status and reason of a row that is no plain answer.
+    pub fn note(&self, row: &StringRecord) -> Option<String> {
+        let status = row.get(self.status?).filter(|status| !GOOD.contains(status))?.replace('_', " ");
+        match self.reason.and_then(|reason| row.get(reason)).filter(|reason| !reason.is_empty()) {
+            Some(reason) => Some(format!("{status}: {reason}")),
+            None => Some(status),
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! A result folder, read back.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use super::{
+    description::{Description, SCHEMA},
+    table::Table,
+};
+use crate::error::{Error, Result};
+
+/// A folder that a run has written.
+#[derive(Debug, Clone)]
+pub struct ResultFolder {
+    /// Where it is.
+    pub path: PathBuf,
+    /// What it holds, in words.
+    pub description: Description,
+    /// Its manifest.
+    pub manifest: Value,
+}
+
+impl ResultFolder {
+    /// Reads `report.json` and `manifest.json` of `path`.
+    ///
+    /// # Errors
+    /// `path` is not a result folder, or one of another version of this program.
+    pub fn open(path: &Path) -> Result<Self> {
+        let not_a_result = |problem: String| Error::Argument { argument: path.display().to_string(), problem };
+        if !path.is_dir() {
+            return Err(not_a_result(
+                "is not a folder; expected a result folder as written by `kinetostat run`".into(),
+            ));
+        }
+        for name in ["report.json", "manifest.json"] {
+            if !path.join(name).is_file() {
+                let problem =
+                    format!("has no {name}; expected a result folder as written by this version of `kinetostat run`");
+                return Err(not_a_result(problem));
+            }
+        }
+        let manifest: Value = json(&path.join("manifest.json"))?;
+        let file = path.join("report.json");
+        let raw: Value = json(&file)?;
+        let schema = raw.get("schema").and_then(Value::as_u64);
+        if schema != Some(u64::from(SCHEMA)) {
+            let found = raw.get("schema").unwrap_or(&Value::Null);
+            let problem = format!("must be {SCHEMA}, got {found}; run the study again with this version");
+            return Err(Error::Value { file: file.display().to_string(), key: "schema".into(), problem });
+        }
+        let description = serde_path_to_error::deserialize(raw).map_err(|fault| Error::Syntax {
+            file: file.display().to_string(),
+            line: None,
+            key: fault.path().to_string(),
+            problem: fault.inner().to_string(),
+        })?;
+        Ok(Self { path: path.to_path_buf(), description, manifest })
+    }
+
+    /// A table of the folder.
+    ///
+    /// # Errors
+    /// It cannot be read, or its name leads out of the folder.
+    pub(super) fn table(&self, name: &str) -> Result<Table> {
+        Table::open(&self.file(name)?)
+    }
+
+    /// A file of the folder, as bytes.
+    ///
+    /// # Errors
+    /// As [`ResultFolder::table`].
+    pub(super) fn bytes(&self, name: &str) -> Result<Vec<u8>> {
+        let file = self.file(name)?;
+        std::fs::read(&file).map_err(|source| Error::Read { file, source })
+    }
+
+    fn file(&self, name: &str) -> Result<PathBuf> {
+        if Path::new(name).file_name().is_none_or(|own| own != name) {
+            return Err(Error::Value {
+                file: self.path.join("report.json").display().to_string(),
+                key: "file".into(),
+                problem: format!("must be the name of a file in the folder, got \"{name}\""),
+            });
+        }
+        Ok(self.path.join(name))
+    }
+}
+
+fn json(file: &Path) -> Result<Value> {
+    let text = std::fs::read_to_string(file).map_err(|source| Error::Read { file: file.to_path_buf(), source })?;
+    serde_json::from_str(&text).map_err(|fault| Error::Syntax {
+        file: file.display().to_string(),
+        line: Some(fault.line()),
+        key: String::new(),
+        problem: fault.to_string(),
+    })
+}

@@ -1,0 +1,182 @@
+//! The machine as a page shows it.
+
+use serde::{Deserialize, Serialize};
+
+use super::description::{Fact, Mark};
+use crate::{
+    machine::{ChainError, Machine, Motion, Skeleton},
+    report::{
+        amplification::amplification,
+        figures::{Figure, PoseFigure},
+    },
+    study::deflected_pose::DeflectedPose,
+};
+
+/// A machine at home, its ways, box and points.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MachineDescription {
+    /// Short name.
+    pub name: String,
+    /// One line: what machine it is.
+    pub title: String,
+    /// Where its numbers come from.
+    pub source: String,
+    /// Its lines at home.
+    pub home: Skeleton,
+    /// Ends of the ways of its slides, mm.
+    pub rails: Vec<[[f64; 3]; 2]>,
+    /// Lower and upper corner of the workspace of P, mm.
+    pub workspace_mm: [[f64; 3]; 2],
+    /// Named positions of P.
+    pub points: Vec<Mark>,
+    /// Limits of drives and joints, a line each.
+    pub limits: Vec<Fact>,
+}
+
+impl MachineDescription {
+    /// Describes `machine`.
+    pub fn new(machine: &Machine) -> Self {
+        let home = machine.rigid_skeleton(&machine.home);
+        let mut ranges = machine.drive_ranges().into_iter();
+        let mut rails = Vec::new();
+        for joint in home.chains.iter().flat_map(|chain| &chain.joints).filter(|joint| joint.is_drive) {
+            let Some(range) = ranges.next().filter(|_| joint.slides) else { continue };
+            let at = |rho: f64| std::array::from_fn(|i| joint.position_mm[i] + (rho - joint.value) * joint.axis[i]);
+            rails.push(range.map(at));
+        }
+        Self {
+            name: machine.name.clone(),
+            title: machine.title.clone(),
+            source: machine.source.clone(),
+            home,
+            rails,
+            workspace_mm: [machine.workspace.min.into(), machine.workspace.max.into()],
+            points: machine
+                .points
+                .iter()
+                .map(|point| Mark { label: point.name.clone(), position: point.position.iter().copied().collect() })
+                .collect(),
+            limits: limits(machine),
+        }
+    }
+
+    /// The machine at home.
+    pub fn figure(&self) -> Figure {
+        Figure::Pose(PoseFigure {
+            title: format!("{} at home", self.title),
+            subtitle: "frame O of the machine base; P is the platform's reference point, T the tool tip".into(),
+            pose: self.home.clone(),
+            displaced: None,
+            rails: self.rails.clone(),
+            workspace: self.workspace_mm,
+            note: None,
+        })
+    }
+
+    /// The machine bent by a load, displacements amplified so that they are seen.
+    pub fn bent_figure(&self, bent: &DeflectedPose) -> Figure {
+        let size = bent.tool_displacement_mm.norm();
+        let points: Vec<_> = points(&bent.commanded).into_iter().map(Into::into).collect();
+        let factor = amplification(&points, size);
+        let [x, y, z]: [f64; 3] = bent.force_n.into();
+        Figure::Pose(PoseFigure {
+            title: format!("How the machine bends {}", bent.place),
+            subtitle: format!(
+                "{}, force on the tool ({x:.0}, {y:.0}, {z:.0}) N, tool displacement {size:.3} mm",
+                self.name
+            )
+            .replace('-', "\u{2212}"),
+            pose: bent.commanded.clone(),
+            displaced: Some(amplified(&bent.commanded, &bent.settled, factor)),
+            rails: self.rails.clone(),
+            workspace: self.workspace_mm,
+            note: Some(format!("displacements drawn {factor} times as large")),
+        })
+    }
+}
+
+fn points(skeleton: &Skeleton) -> Vec<[f64; 3]> {
+    skeleton.chains.iter().flat_map(|chain| chain.links.iter().flatten().copied()).collect()
+}
+
+/// `from` plus `factor` times the way to `to`; both are poses of one machine, whose lines agree point by point.
+fn amplified(from: &Skeleton, to: &Skeleton, factor: f64) -> Skeleton {
+    let between = |a: [f64; 3], b: [f64; 3]| std::array::from_fn(|i| a[i] + factor * (b[i] - a[i]));
+    let mut out = to.clone();
+    for (chain, start) in out.chains.iter_mut().zip(&from.chains) {
+        let ends = chain.links.iter_mut().flatten().zip(start.links.iter().flatten());
+        ends.for_each(|(end, start)| *end = between(*start, *end));
+        for (joint, start) in chain.joints.iter_mut().zip(&start.joints) {
+            joint.position_mm = between(start.position_mm, joint.position_mm);
+        }
+    }
+    out.platform_mm = between(from.platform_mm, to.platform_mm);
+    out.tool_tip_mm = between(from.tool_tip_mm, to.tool_tip_mm);
+    out
+}
+
+/// Travel and force limit of each drive, limits of passive joints.
+fn limits(machine: &Machine) -> Vec<Fact> {
+    let mut facts = Vec::new();
+    let between = |(low, high): (f64, f64), motion| match motion {
+        Motion::Prismatic => format!("{low} to {high} mm"),
+        Motion::Revolute => format!("{:.3}° to {:.3}°", low.to_degrees(), high.to_degrees()),
+    };
+    for ((_, drive), label) in machine.drives().zip(machine.drive_labels()) {
+        let unit = if drive.motion == Motion::Prismatic { "N" } else { "N·mm" };
+        let travel = drive.travel.map(|travel| format!("travel {}", between(travel, drive.motion)));
+        let force = drive.force_limit.map(|limit| format!("at most {limit} {unit}"));
+        let given: Vec<String> = travel.into_iter().chain(force).collect();
+        if !given.is_empty() {
+            facts.push(Fact::new(format!("drive {label}"), given.join(", ")));
+        }
+    }
+    for chain in &machine.chains {
+        for joint in &chain.passive {
+            if let Some(limits) = joint.limits {
+                let label = format!("joint {} of chain {}", joint.name, chain.name);
+                facts.push(Fact::new(label, between(limits, joint.motion)));
+            }
+        }
+    }
+    if facts.is_empty() {
+        facts.push(Fact::new("travel, joint and force limits", "none given"));
+    }
+    facts
+}
+
+/// Errors of the chains, a line for each chain that has any.
+pub(in crate::report) fn error_facts(machine: &Machine, errors: &[ChainError]) -> Vec<Fact> {
+    let mut facts: Vec<Fact> = Vec::new();
+    for (chain, error) in machine.chains.iter().zip(errors) {
+        let parts = error_words(error);
+        if !parts.is_empty() {
+            facts.push(Fact::new(format!("error of chain {}", chain.name), parts.join("; ")));
+        }
+    }
+    if facts.is_empty() {
+        facts.push(Fact::new("chain errors", "none"));
+    }
+    facts
+}
+
+fn error_words(error: &ChainError) -> Vec<String> {
+    let vector = |v: nalgebra::Vector3<f64>, unit: &str| {
+        let [x, y, z]: [f64; 3] = v.map(|c| (c * 1e9).round() / 1e9 + 0.0).into();
+        format!("({x}, {y}, {z}) {unit}").replace('-', "\u{2212}")
+    };
+    let mut parts = Vec::new();
+    for (frame, twist) in [("base", error.base), ("end", error.end)] {
+        if twist.linear.norm() > 0.0 {
+            parts.push(format!("{frame} shifted by {}", vector(twist.linear, "mm")));
+        }
+        if twist.angular.norm() > 0.0 {
+            parts.push(format!("{frame} turned by {} about its axes", vector(twist.angular.map(f64::to_degrees), "°")));
+        }
+    }
+    if error.drive_offsets.iter().any(|offset| *offset != 0.0) {
+        parts.push(format!("drive zeros off by {:?} mm or rad", error.drive_offsets));
+    }
+    parts
+}

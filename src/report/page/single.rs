@@ -1,0 +1,211 @@
+//! The report of one result folder.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::{
+    address::href,
+    dataset::{Dataset, MOST_NUMBERS},
+    description::{Column, Description, Explorer, Fact, Mark, Quantity, Shape},
+    folder::ResultFolder,
+    packed::{Packed, Precision, data_address, script_json},
+    record::{ReasonView, StatusView, count_reasons, facts, statuses},
+    table::TableView,
+    template::render,
+};
+use crate::{
+    error::{Error, Result},
+    machine::Polyline,
+    report::figures::{Figure, FigureError},
+};
+
+/// Most reasons listed.
+const MOST_REASONS: usize = 20;
+
+/// What the template shows.
+#[derive(Debug, Serialize)]
+struct SinglePage<'a> {
+    description: &'a Description,
+    machine: FigureView,
+    explorers: Vec<ExplorerView>,
+    figures: Vec<FigureView>,
+    tables: Vec<TableView>,
+    statuses: Vec<StatusView>,
+    reasons: Vec<ReasonView>,
+    more_reasons: usize,
+    manifest: Vec<Fact>,
+    manifest_href: String,
+}
+
+/// An image with its words.
+#[derive(Debug, Serialize)]
+pub(super) struct FigureView {
+    source: String,
+    caption: String,
+    alternative: String,
+    /// Where the figure lies as a file, if it does.
+    href: Option<String>,
+}
+
+/// An interactive view: its words, and its numbers for the script.
+#[derive(Debug, Serialize)]
+pub(super) struct ExplorerView {
+    pub title: String,
+    pub shape: Shape,
+    pub note: String,
+    pub json: String,
+}
+
+/// What the script needs of an explorer.
+#[derive(Debug, Serialize)]
+struct ExplorerData<'a> {
+    shape: Shape,
+    title: &'a str,
+    coordinates: &'a [Column],
+    axes: &'a [Vec<f64>],
+    names: &'a [String],
+    group_label: &'a str,
+    groups: Vec<&'a str>,
+    quantities: Vec<QuantityData<'a>>,
+    notes: &'a [String],
+    flags: &'a [Vec<(usize, usize)>],
+    marks: &'a [Mark],
+    machine: Vec<&'a Polyline>,
+}
+
+#[derive(Debug, Serialize)]
+struct QuantityData<'a> {
+    label: &'a str,
+    unit: &'a str,
+    series: Vec<Option<Packed>>,
+}
+
+/// The report of `folder` as HTML that lies at `out`.
+///
+/// # Errors
+/// A file of the folder is missing or not of the expected form.
+pub fn page(folder: &ResultFolder, out: &Path) -> Result<String> {
+    let description = &folder.description;
+    let address = |name: &str| href(out, &folder.path.join(name));
+    let mut explorers = Vec::new();
+    let share = MOST_NUMBERS / description.explorers.len().max(1);
+    for explorer in &description.explorers {
+        let data = Dataset::read(explorer, &folder.table(&explorer.table)?, share)?;
+        explorers.push(explorer_view(explorer, &data, description));
+    }
+    let mut tables = Vec::new();
+    let mut reasons = Vec::new();
+    for note in &description.tables {
+        let table = folder.table(&note.file)?;
+        count_reasons(&note.file, &table, &mut reasons)?;
+        tables.push(TableView::new(&table, note, address(&note.file))?);
+    }
+    let more_reasons = reasons.len().saturating_sub(MOST_REASONS);
+    reasons.truncate(MOST_REASONS);
+    let context = SinglePage {
+        description,
+        machine: drawn(&description.machine.figure())?,
+        explorers,
+        figures: figures(folder, out)?,
+        tables,
+        statuses: statuses(&folder.manifest),
+        reasons,
+        more_reasons,
+        manifest: facts(&folder.manifest),
+        manifest_href: address("manifest.json"),
+    };
+    render("single.html", &context)
+}
+
+/// A figure drawn for the page alone.
+pub(super) fn drawn(figure: &Figure) -> Result<FigureView> {
+    let fault = |fault: FigureError| Error::Figure { name: "machine".into(), problem: fault.to_string() };
+    Ok(FigureView {
+        source: data_address("image/svg+xml", figure.svg().map_err(fault)?.as_bytes()),
+        caption: figure.caption(),
+        alternative: figure.alternative(),
+        href: None,
+    })
+}
+
+/// The figures of the folder, but for the machine at home, which every page has.
+fn figures(folder: &ResultFolder, out: &Path) -> Result<Vec<FigureView>> {
+    let shown = folder.description.figures.iter().filter(|note| note.file != MACHINE_AT_HOME);
+    shown
+        .map(|note| {
+            let name = format!("{}.svg", note.file);
+            Ok(FigureView {
+                source: data_address("image/svg+xml", &folder.bytes(&name)?),
+                caption: note.caption.clone(),
+                alternative: note.alternative.clone(),
+                href: Some(href(out, &folder.path.join(&name))),
+            })
+        })
+        .collect()
+}
+
+/// File stem of the figure of the machine at home.
+pub const MACHINE_AT_HOME: &str = "machine_at_home";
+
+fn explorer_view(explorer: &Explorer, data: &Dataset, description: &Description) -> ExplorerView {
+    let precision = Precision::for_numbers(data.number_count());
+    let quantity = |(quantity, groups): (&'_ Quantity, &Vec<Vec<f64>>)| QuantitySeries {
+        label: quantity.label.clone(),
+        unit: quantity.unit.clone(),
+        series: groups.iter().map(|values| Packed::new(values, precision)).collect(),
+    };
+    let quantities: Vec<QuantitySeries> = explorer
+        .quantities
+        .iter()
+        .zip(&data.values)
+        .map(quantity)
+        .filter(|q| q.series.iter().any(Option::is_some))
+        .collect();
+    let lines = description.machine.home.chains.iter().flat_map(|chain| &chain.links);
+    let json = script_json(&ExplorerData {
+        shape: explorer.shape,
+        title: &explorer.title,
+        coordinates: &explorer.coordinates,
+        axes: &data.axes,
+        names: &data.names,
+        group_label: explorer.group.as_ref().map_or("", |group| &group.label),
+        groups: group_labels(explorer),
+        quantities: quantities
+            .iter()
+            .map(|q| QuantityData { label: &q.label, unit: &q.unit, series: q.series.clone() })
+            .collect(),
+        notes: &data.notes,
+        flags: &data.flags,
+        marks: &explorer.marks,
+        machine: lines.collect(),
+    });
+    ExplorerView { title: explorer.title.clone(), shape: explorer.shape, note: note(explorer, data, precision), json }
+}
+
+struct QuantitySeries {
+    label: String,
+    unit: String,
+    series: Vec<Option<Packed>>,
+}
+
+pub(super) fn group_labels(explorer: &Explorer) -> Vec<&str> {
+    explorer.group.iter().flat_map(|group| group.values.iter().map(|value| value.label.as_str())).collect()
+}
+
+/// What a reader must know of the numbers of a view.
+pub(super) fn note(explorer: &Explorer, data: &Dataset, precision: Precision) -> String {
+    let times = |axes: Vec<usize>| axes.iter().map(usize::to_string).collect::<Vec<_>>().join(" × ");
+    let counts = |axes: &[Vec<f64>]| times(axes.iter().map(Vec::len).collect());
+    let mut note = match &data.thinned_from {
+        Some(all) => format!(
+            "{} of {} nodes of {}, evenly chosen so that this page stays small. ",
+            counts(&data.axes),
+            times(all.clone()),
+            explorer.table
+        ),
+        None => String::new(),
+    };
+    note += &format!("{}; {} has all digits.", precision.words(), explorer.table);
+    note
+}

@@ -1,0 +1,71 @@
+//! Templates, styles and scripts of a page.
+
+use std::sync::LazyLock;
+
+use minijinja::{
+    AutoEscape, Environment, context,
+    value::{Serde, Value},
+};
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+
+/// Styles.
+const STYLE: &str = include_str!("assets/page.css");
+/// Own scripts, in the order they run.
+const SCRIPTS: [&str; 6] = [
+    include_str!("assets/theme.js"),
+    include_str!("assets/tables.js"),
+    include_str!("assets/data.js"),
+    include_str!("assets/grid.js"),
+    include_str!("assets/lines.js"),
+    include_str!("assets/start.js"),
+];
+/// The charting library; see `assets/plotly/README.md`.
+const PLOTLY: &str = include_str!("assets/plotly/plotly-kinetostat.min.js");
+
+static TEMPLATES: LazyLock<std::result::Result<Environment<'static>, minijinja::Error>> = LazyLock::new(|| {
+    let mut environment = Environment::new();
+    environment.set_auto_escape_callback(|_| AutoEscape::Html);
+    environment.add_template("base.html", include_str!("assets/base.html"))?;
+    environment.add_template("single.html", include_str!("assets/single.html"))?;
+    environment.add_template("comparison.html", include_str!("assets/comparison.html"))?;
+    Ok(environment)
+});
+
+/// The page of template `name` with `content`. Every text of it is escaped.
+///
+/// # Errors
+/// The template asks for something the content does not have: a fault of this program.
+pub(super) fn render(name: &str, content: &impl Serialize) -> Result<String> {
+    let fault = |fault: &minijinja::Error| Error::Page { template: name.into(), problem: fault.to_string() };
+    let templates = TEMPLATES.as_ref().map_err(fault)?;
+    let page = context! {
+        style => Value::from_safe_string(STYLE.into()),
+        script => Value::from_safe_string(SCRIPTS.concat()),
+        plotly => Value::from_safe_string(PLOTLY.into()),
+        ..Value::from(Serde(content))
+    };
+    templates.get_template(name).and_then(|template| template.render(page)).map_err(|e| fault(&e))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::Manifest;
+
+    #[test]
+    fn the_charting_library_is_the_pinned_one() {
+        let readme = include_str!("assets/plotly/README.md");
+        let hash = Manifest::hash(PLOTLY);
+        assert!(readme.contains(&hash), "assets/plotly/README.md does not name {hash}");
+    }
+
+    #[test]
+    fn scripts_and_styles_cannot_end_their_elements() {
+        for text in SCRIPTS.iter().chain([&PLOTLY]) {
+            assert!(!text.to_ascii_lowercase().contains("</script"));
+        }
+        assert!(!STYLE.to_ascii_lowercase().contains("</style"));
+    }
+}

@@ -1,0 +1,143 @@
+//! What the page of a placement study shows.
+
+use crate::{
+    report::page::{
+        Better, Column, Description, Explorer, Fact, MachineDescription, Mark, Quantity, Shape, TableNote, error_facts,
+        target_words,
+    },
+    study::placement::{COORDINATES, Entry, FeatureJob, Found, Metric, PlacementResults, PlacementStudy, UNITS},
+};
+
+/// Setting, views and tables; answer, figures and question are added by the run.
+pub fn page(results: &PlacementResults) -> Description {
+    let study = &results.study;
+    let mut tables = vec![
+        TableNote::new("candidates.csv", "Named and found places with all numbers, best first."),
+        TableNote::new("sweep.csv", "Places of the sweep; where one was given up, its numbers are bounds."),
+        TableNote::new("refinements.csv", "Refinements: where each started and ended."),
+    ];
+    if !study.objective.pareto.is_empty() {
+        tables.push(TableNote::new("pareto.csv", "Best compromises: places that no other beats in all these numbers."));
+    }
+    Description {
+        setting: setting(study),
+        explorers: vec![sweep(results), places(study)],
+        tables,
+        ..Description::new("placement", MachineDescription::new(&study.machine))
+    }
+}
+
+fn corner(p: nalgebra::Vector3<f64>) -> String {
+    format!("({}, {}, {})", p.x, p.y, p.z).replace('-', "\u{2212}")
+}
+
+fn setting(study: &PlacementStudy) -> Vec<Fact> {
+    let mut facts = vec![
+        Fact::new("machine", study.machine.title.clone()),
+        Fact::new("made small", study.objective.words(&study.machine)),
+    ];
+    for (i, name) in COORDINATES.iter().enumerate() {
+        let shown = |value: f64| if UNITS[i] == "deg" { (value.to_degrees() * 1e9).round() / 1e9 } else { value };
+        let (low, high) = (shown(study.bounds.low[i]), shown(study.bounds.high[i]));
+        let unit = if UNITS[i] == "deg" { "°" } else { " mm" };
+        let value = if low == high { format!("fixed at {low}{unit}") } else { format!("{low} to {high}{unit}") };
+        facts.push(Fact::new(*name, value.replace('-', "\u{2212}")));
+    }
+    for job in &study.features {
+        facts.push(Fact::new(format!("feature {}", job.feature.name), feature(job)));
+        facts.extend(error_facts(&study.machine, &job.errors));
+    }
+    for forbidden in &study.forbidden {
+        let (low, high) = (corner(forbidden.extent.min), corner(forbidden.extent.max));
+        facts.push(Fact::new(format!("forbidden box {}", forbidden.name), format!("{low} to {high} mm")));
+    }
+    facts
+}
+
+fn feature(job: &FeatureJob) -> String {
+    let feature = &job.feature;
+    let forces = feature.loads.iter().map(|load| load.force_N.norm());
+    let most = forces.fold(0.0, f64::max);
+    let limits = &job.limits;
+    let mut words = format!(
+        "{} points, force on the tool up to {most:.1} N, tolerance {} mm, put right: {}",
+        feature.path.len(),
+        feature.tolerance_mm,
+        target_words(job.target)
+    );
+    for (limit, what, unit) in [
+        (limits.correction_mm, "corrections", "mm"),
+        (limits.correction_change_mm, "change of a correction from point to point", "mm"),
+        (limits.force_N, "drive forces", "N"),
+    ] {
+        if let Some(limit) = limit {
+            words += &format!(", {what} at most {limit} {unit}");
+        }
+    }
+    words
+}
+
+fn quantity(study: &PlacementStudy, metric: Metric) -> Quantity {
+    let unit = metric.unit(&study.machine).replace("_per_", "/").replace('_', " ");
+    let better = if metric.larger_is_better() { Better::Larger } else { Better::Smaller };
+    Quantity::new([metric.column(&study.machine)], metric.words(), &unit, better)
+}
+
+fn objective() -> Quantity {
+    Quantity::new(["objective"], "objective", "", Better::Smaller)
+}
+
+fn sweep(results: &PlacementResults) -> Explorer {
+    let study = &results.study;
+    let column = |i: usize| {
+        let unit = if UNITS[i] == "deg" { "°" } else { UNITS[i] };
+        Column::new(format!("{}_{}", COORDINATES[i], UNITS[i]), COORDINATES[i], unit)
+    };
+    let searched = study.objective.metrics();
+    let free = [Metric::WorstDeflection, Metric::RmsDeflection, Metric::ShareWithin];
+    let metrics = Metric::ALL.into_iter().filter(|metric| searched.contains(metric) || free.contains(metric));
+    let quantities = std::iter::once(objective()).chain(metrics.map(|metric| quantity(study, metric)));
+    Explorer {
+        title: "Places of the sweep".into(),
+        table: "sweep.csv".into(),
+        shape: Shape::Grid,
+        coordinates: shown(study).into_iter().map(column).collect(),
+        group: None,
+        quantities: quantities.collect(),
+        marks: marks(results),
+    }
+}
+
+/// The coordinates of the view: x, y, z and the first angle that the sweep varies, or else yaw.
+fn shown(study: &PlacementStudy) -> [usize; 4] {
+    let angle = (3..COORDINATES.len()).find(|&i| study.grid.axes[i].len() > 1);
+    [0, 1, 2, angle.unwrap_or(3)]
+}
+
+/// The named places and the best one, as far as they lie within the bounds.
+fn marks(results: &PlacementResults) -> Vec<Mark> {
+    let bounds = &results.study.bounds;
+    let is_shown = |(rank, entry): &(usize, &Entry)| {
+        let inside = |i: usize| (bounds.low[i]..=bounds.high[i]).contains(&entry.site.0[i]);
+        (*rank == 0 || entry.found == Found::Named) && (0..COORDINATES.len()).all(inside)
+    };
+    let shown = results.entries.iter().enumerate().filter(is_shown);
+    let position = |entry: &Entry| self::shown(&results.study).into_iter().map(|i| entry.site.shown()[i]).collect();
+    shown.map(|(_, entry)| Mark { label: entry.name.clone(), position: position(entry) }).collect()
+}
+
+/// Named and found places side by side.
+fn places(study: &PlacementStudy) -> Explorer {
+    let has_limits = study.features.iter().any(|job| job.limits.is_limited());
+    let metrics = Metric::ALL.into_iter().filter(|metric| *metric != Metric::ForceMargin);
+    let metrics = metrics.filter(|metric| has_limits || !metric.is_bounded());
+    Explorer {
+        title: "Named and found places".into(),
+        table: "candidates.csv".into(),
+        shape: Shape::Names,
+        coordinates: vec![Column::new("name", "place", "")],
+        group: None,
+        quantities: std::iter::once(objective()).chain(metrics.map(|metric| quantity(study, metric))).collect(),
+        marks: Vec::new(),
+    }
+}

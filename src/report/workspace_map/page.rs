@@ -1,0 +1,106 @@
+//! What the page of a workspace map shows.
+
+use crate::{
+    process::ForceLaw,
+    report::{
+        page::{
+            Better, Column, Description, Explorer, Fact, Group, GroupValue, MachineDescription, Mark, Quantity, Shape,
+            TableNote, error_facts, target_words,
+        },
+        table::{correction_columns, force_columns, force_unit, position_unit},
+    },
+    study::{
+        Source,
+        workspace_map::{WorkspaceMap, WorkspaceMapStudy},
+    },
+};
+
+/// Setting, views and tables; answer, figures and question are added by the run.
+pub fn page(map: &WorkspaceMap) -> Description {
+    let study = &map.study;
+    let caption = "One row per grid point and source of error, worst over the tool angle.";
+    Description {
+        setting: setting(study),
+        explorers: vec![explorer(map)],
+        tables: vec![TableNote::ranked("map.csv", caption, "deflection_mm")],
+        ..Description::new("workspace_map", MachineDescription::new(&study.machine))
+    }
+}
+
+fn setting(study: &WorkspaceMapStudy) -> Vec<Fact> {
+    let [nx, ny, nz] = study.grid.counts();
+    let span = |axis: usize| {
+        let values = &study.grid.axes[axis];
+        format!("{} to {} mm", values[0], values[values.len() - 1]).replace('-', "\u{2212}")
+    };
+    let force = &study.force;
+    let law = match force.law {
+        ForceLaw::Printed => "eq. (17) as printed",
+        ForceLaw::Rotated => "eq. (17) as a rotation",
+    };
+    let forces = format!("{} N radial, {} N tangential, {} N axial", force.radial, force.tangential, force.axial);
+    let mut facts = vec![
+        Fact::new("machine", study.machine.title.clone()),
+        Fact::new("cutting force", format!("{}; {law}", forces.replace('-', "\u{2212}"))),
+        Fact::new("tool angles", format!("{} over a turn; the worst counts", study.phis.len())),
+        Fact::new("grid", format!("{nx} × {ny} × {nz} positions of P, x {}, y {}, z {}", span(0), span(1), span(2))),
+        Fact::new("put right by compensation", target_words(study.target)),
+    ];
+    facts.extend(error_facts(&study.machine, &study.errors));
+    facts
+}
+
+fn explorer(map: &WorkspaceMap) -> Explorer {
+    let machine = &map.study.machine;
+    let (position, force) = (position_unit(machine), force_unit(machine));
+    use Better::{Larger, Neither, Smaller};
+    let mut quantities = vec![
+        Quantity::new(["deflection_mm"], "worst tool deflection", "mm", Smaller),
+        Quantity::new(correction_columns(machine), "largest drive correction |Δρ|", position, Smaller),
+        Quantity::new(force_columns(machine), "largest drive force |τ|", force, Smaller),
+        Quantity::new(["stiffness_min_N_per_mm"], "smallest principal stiffness", "N/mm", Larger),
+        Quantity::new(["stiffness_mid_N_per_mm"], "middle principal stiffness", "N/mm", Larger),
+        Quantity::new(["stiffness_max_N_per_mm"], "largest principal stiffness", "N/mm", Larger),
+        Quantity::new(["departure_mm"], "departure of superposition", "mm", Smaller),
+        Quantity::new(["departure_over_deflection"], "departure over deflection", "", Smaller),
+        Quantity::new(["deflection_phi_deg"], "tool angle of the worst deflection", "°", Neither),
+    ];
+    for axis in ["x", "y", "z"] {
+        let column = format!("deflection_{axis}_mm");
+        quantities.push(Quantity::new([column], &format!("deflection along {axis}"), "mm", Neither));
+    }
+    let labels = machine.drive_labels();
+    for (column, label) in correction_columns(machine).zip(&labels) {
+        quantities.push(Quantity::new([column], &format!("correction of drive {label}"), position, Smaller));
+    }
+    for (column, label) in force_columns(machine).zip(&labels) {
+        quantities.push(Quantity::new([column], &format!("force of drive {label}"), force, Smaller));
+    }
+    Explorer {
+        title: "Workspace map".into(),
+        table: "map.csv".into(),
+        shape: Shape::Grid,
+        coordinates: ["x", "y", "z"].map(|axis| Column::new(format!("{axis}_mm"), axis, "mm")).into(),
+        group: Some(source_group()),
+        quantities,
+        marks: machine
+            .points
+            .iter()
+            .map(|point| Mark { label: point.name.clone(), position: point.position.iter().copied().collect() })
+            .collect(),
+    }
+}
+
+/// The sources of error, both at once first.
+pub(in crate::report) fn source_group() -> Group {
+    let value = |source: Source, label: &str| GroupValue { cells: vec![source.label().into()], label: label.into() };
+    Group {
+        columns: vec!["source".into()],
+        label: "source of error".into(),
+        values: vec![
+            value(Source::Both, "both at once"),
+            value(Source::Cutting, "cutting force"),
+            value(Source::Assembly, "chain errors"),
+        ],
+    }
+}

@@ -1,0 +1,117 @@
+//! The machine bent by a load, for a drawing: its lines as commanded and as they settle.
+
+use nalgebra::Vector3;
+
+use super::{Source, path_study::PathResults, workspace_map::WorkspaceMapStudy};
+use crate::{
+    compensation::{Demand, Method, Session, compensate},
+    machine::{ChainError, Machine, Skeleton},
+    statics::State,
+};
+
+/// A machine under load, undeflected and deflected.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DeflectedPose {
+    /// Where and under what, in words.
+    pub place: String,
+    /// The nominal machine at its command.
+    pub commanded: Skeleton,
+    /// The real machine under load.
+    pub settled: Skeleton,
+    /// Displacement of the tool tip, O axes, mm.
+    pub tool_displacement_mm: Vector3<f64>,
+    /// Force on the tool, O axes, N.
+    pub force_n: Vector3<f64>,
+}
+
+/// The named point, or else home, and the tool angle at which cutting force and chain errors of a map move the tool
+/// farthest; `None` if the machine settles at none.
+pub fn of_map(study: &WorkspaceMapStudy) -> Option<DeflectedPose> {
+    let machine = &study.machine;
+    let mut places: Vec<(&str, Vector3<f64>)> = machine.points.iter().map(|p| (p.name.as_str(), p.position)).collect();
+    if places.is_empty() {
+        places.push(("home", machine.home.pose.translation));
+    }
+    let mut worst: Option<DeflectedPose> = None;
+    for (name, position) in places {
+        let pose = machine.pose_at(position);
+        for &phi in &study.phis {
+            let load = study.force.wrench(phi, pose.rotation * machine.tool_tip);
+            let demand = Demand { pose, load, target: study.target };
+            let place = format!("at {name}, tool angle {:.0}°", phi.to_degrees());
+            let Some(bent) = deflected_pose(machine, &study.errors, &demand, place) else { continue };
+            let size = |bent: &DeflectedPose| bent.tool_displacement_mm.norm();
+            if worst.as_ref().is_none_or(|worst| size(&bent) > size(worst)) {
+                worst = Some(bent);
+            }
+        }
+    }
+    worst
+}
+
+/// The point of a path at which cutting force and chain errors move the tool farthest; `None` if the machine settles at
+/// none.
+pub fn of_path(results: &PathResults) -> Option<DeflectedPose> {
+    let study = &results.study;
+    let sizes = (0..study.demands.len()).filter_map(|k| Some((results.displacement(Source::Both, k)?.norm(), k)));
+    let (_, worst) = sizes.reduce(|most, next| if next.0 > most.0 { next } else { most })?;
+    let place = format!("{:.1} mm along the path", study.stations[worst].arc_length_mm);
+    deflected_pose(&study.machine, &study.errors, &study.demands[worst], place)
+}
+
+/// How `machine` with `errors` settles at the nominal command of `demand`; `None` where it does not.
+fn deflected_pose(machine: &Machine, errors: &[ChainError], demand: &Demand, place: String) -> Option<DeflectedPose> {
+    let real = machine.with_errors(errors);
+    let at = machine.inverse_kinematics(&demand.pose).ok()?;
+    let mut session = Session::new(machine, &real, super::path::settings());
+    session.stand(&at, &State::rigid(machine, &at));
+    if !compensate(&mut session, demand, Method::None).status.is_success() {
+        return None;
+    }
+    let state = session.state();
+    let mut drives = at.drives.iter();
+    let chains: Vec<Vec<f64>> = real
+        .chains
+        .iter()
+        .zip(&state.chains)
+        .map(|(chain, settled)| {
+            let mut values = settled.coordinates.clone();
+            for (drive, rho) in chain.drives.iter().zip(drives.by_ref()) {
+                values[drive.coordinate] += rho;
+            }
+            values
+        })
+        .collect();
+    Some(DeflectedPose {
+        place,
+        commanded: machine.rigid_skeleton(&at),
+        settled: real.skeleton(&chains, &state.pose),
+        tool_displacement_mm: machine.tool_displacement(&at.pose, &state.pose),
+        force_n: demand.load.force,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{compensation::Target, process::MillingForce};
+
+    #[test]
+    fn the_lines_of_a_loaded_machine_end_where_its_platform_settles() {
+        let machine = Machine::named_or_file("orthoglide").unwrap();
+        let errors = machine.assembly_errors(&[1.0, -1.0, 1.0]);
+        let load = MillingForce::PAPER.wrench(0.7, machine.tool_tip);
+        let pose = machine.pose_at(machine.points[1].position);
+        let bent =
+            deflected_pose(&machine, &errors, &Demand { pose, load, target: Target::ToolTip }, "at Q1".into()).unwrap();
+        for skeleton in [&bent.commanded, &bent.settled] {
+            for chain in &skeleton.chains {
+                let end = Vector3::from(*chain.links.last().unwrap().last().unwrap());
+                assert!((end - Vector3::from(skeleton.platform_mm)).norm() < 1e-6, "{}: {end}", chain.name);
+            }
+        }
+        let moved = Vector3::from(bent.settled.tool_tip_mm) - Vector3::from(bent.commanded.tool_tip_mm);
+        assert!((moved - bent.tool_displacement_mm).norm() < 1e-9);
+        assert!(moved.norm() > 0.5);
+    }
+}

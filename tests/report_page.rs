@@ -1,0 +1,306 @@
+//! The page that a run leaves: self-contained, made again from its files byte for byte, safe against what a user wrote,
+//! small with many points, and comparable.
+
+use std::{
+    fmt::Write,
+    fs,
+    path::{Path, PathBuf},
+    process::{Command, Output},
+};
+
+use serde_json::Value;
+
+fn kinetostat(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_kinetostat")).args(arguments).current_dir(std::env::temp_dir()).output().unwrap()
+}
+
+/// What a command that must end well prints.
+fn done(arguments: &[&str]) -> String {
+    let output = kinetostat(arguments);
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.code() == Some(0) && errors.is_empty(), "{arguments:?}: {errors}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// What a command that must be refused says.
+fn refused(arguments: &[&str]) -> String {
+    let output = kinetostat(arguments);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+    assert!(output.stdout.is_empty(), "{arguments:?}");
+    String::from_utf8(output.stderr).unwrap()
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+const QUESTION: &str = "Is 1 < 2 & \"safe\"? </script><script>alert(1)</script><img src=x onerror=alert(2)>";
+
+/// A small map with force law `law`, run at `grid`; its result folder.
+fn map(folder: &Path, name: &str, law: &str, grid: &str, figures: bool) -> PathBuf {
+    let study = folder.join("studies").join(name);
+    fs::create_dir_all(&study).unwrap();
+    let toml = format!(
+        r#"schema = 1
+question = '''{QUESTION}'''
+machine = "orthoglide"
+milling = {{ radial_force_N = 215.0, tangential_force_N = -10.0, axial_force_N = -25.0, law = "{law}", phi_step_deg = 90.0 }}
+workspace_map = {{ grid = [3, 3, 3], slices_z_mm = [0.0] }}
+[[chain_error]]
+chain = "x"
+turn_about_drive_axis_deg = 1.0
+"#
+    );
+    fs::write(study.join("study.toml"), toml).unwrap();
+    let out = folder.join(name);
+    let mut arguments = vec!["run", text(&study), "--grid", grid, "--out", text(&out)];
+    if !figures {
+        arguments.push("--no-figures");
+    }
+    done(&arguments);
+    out
+}
+
+fn page(folder: &Path) -> String {
+    fs::read_to_string(folder.join("report.html")).unwrap()
+}
+
+/// The page without its scripts and styles: what a reader sees without them.
+fn body(page: &str) -> String {
+    let mut rest = page;
+    let mut body = String::new();
+    while let Some((before, after)) = rest.split_once("<script") {
+        body += before;
+        rest = after.split_once("</script>").expect("every script ends").1;
+    }
+    // A slash is escaped as well.
+    (body + rest).replace("&#x2f;", "/")
+}
+
+/// The data of the first view.
+fn data(page: &str) -> Value {
+    let after = page.split_once("id=\"data-0\">").expect("the page has a view").1;
+    serde_json::from_str(after.split_once("</script>").unwrap().0).unwrap()
+}
+
+#[test]
+fn a_page_is_one_file_and_is_made_again_byte_for_byte() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = map(folder.path(), "map", "printed", "3", true);
+    let html = page(&out);
+    let body = body(&html);
+    assert!(html.contains("default-src 'none'"), "the page forbids itself the network");
+    for address in ["src=\"http", "href=\"http", "url(http", "@import"] {
+        assert!(!body.contains(address), "{address}");
+    }
+    let images: Vec<&str> = body.split("<img ").skip(1).map(|tag| tag.split_once('>').unwrap().0).collect();
+    assert_eq!(images.len(), 8, "machine at home, six figures, machine bent");
+    for image in images {
+        let alternative = image.split_once("alt=\"").unwrap().1;
+        assert!(!alternative.starts_with('"') && image.contains("src=\"data:image"), "{image:.200}");
+    }
+    for expected in [
+        "The cutting force alone moves the tool",
+        "215 N radial",
+        "error of chain x",
+        "href=\"map.csv\"",
+        "input sha256",
+    ] {
+        assert!(body.contains(expected), "{expected} is missing");
+    }
+    fs::remove_file(out.join("report.html")).unwrap();
+    assert_eq!(done(&["report", text(&out)]), format!("Written to {}\n", out.join("report.html").display()));
+    assert!(page(&out) == html, "the page made again differs");
+
+    let elsewhere = folder.path().join("elsewhere.html");
+    done(&["report", text(&out), "--out", text(&elsewhere)]);
+    assert!(self::body(&fs::read_to_string(&elsewhere).unwrap()).contains("href=\"map/map.csv\""));
+}
+
+#[test]
+fn what_a_user_wrote_is_text() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = map(folder.path(), "map", "printed", "1", false);
+    let html = page(&out);
+    assert!(!html.contains("<script>alert") && !html.contains("<img src=x"), "the question is markup");
+    assert!(html.contains("1 &lt; 2 &amp; &quot;safe&quot;"), "the question is not shown");
+
+    // Names in the description, and reasons in a table, may come from anywhere.
+    let file = out.join("report.json");
+    let described = fs::read_to_string(&file).unwrap().replace("\"Workspace map\"", "\"</script><script>alert(3)\"");
+    fs::write(&file, described).unwrap();
+    let table = out.join("map.csv");
+    let rows = fs::read_to_string(&table).unwrap();
+    fs::write(&table, rows.replacen("solved,", "lost,<b onclick=alert(4)>far</b></script>", 1)).unwrap();
+    done(&["report", text(&out)]);
+    let html = page(&out);
+    assert!(!html.contains("<script>alert") && !html.contains("<b onclick"), "a name or reason is markup");
+    assert_eq!(data(&html)["notes"][0], "lost: <b onclick=alert(4)>far</b></script>");
+}
+
+#[test]
+fn a_page_without_figures_still_shows_the_machine() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = map(folder.path(), "map", "printed", "2", false);
+    assert_eq!(body(&page(&out)).matches("<img ").count(), 1);
+    assert!(!out.join("machine_at_home.svg").exists());
+}
+
+#[test]
+fn every_kind_of_study_leaves_a_page_with_views() {
+    let folder = tempfile::tempdir().unwrap();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies");
+    for (study, size, views) in [
+        ("02_groove_50mm", ["--points", "9"], ["Along the path", "Methods of compensation"]),
+        ("03_placement_circle", ["--grid", "2"], ["Places of the sweep", "Named and found places"]),
+    ] {
+        let out = folder.path().join(study);
+        let study = root.join(study);
+        done(&[&["run", text(&study), "--out", text(&out), "--no-figures"], &size[..]].concat());
+        let html = page(&out);
+        for view in views {
+            assert!(html.contains(view), "{view}");
+        }
+        assert!(!data(&html)["quantities"].as_array().unwrap().is_empty());
+    }
+}
+
+/// Replaces the rows of a map by `n`³ made-up ones.
+fn enlarge(out: &Path, n: usize) {
+    let table = out.join("map.csv");
+    let header = fs::read_to_string(&table).unwrap().lines().next().unwrap().to_string();
+    let columns = header.split(',').count();
+    let mut rows = header + "\n";
+    for node in 0..n.pow(3) {
+        let place = [node % n, node / n % n, node / (n * n)].map(|i| i as f64 * 5.0 - 73.65);
+        for (s, source) in ["cutting", "assembly", "both"].iter().enumerate() {
+            write!(rows, "{},{},{},{source},solved,", place[0], place[1], place[2]).unwrap();
+            for column in 6..columns {
+                write!(rows, ",{}", ((node * (s + 1)) as f64 * 0.001 + column as f64).sin()).unwrap();
+            }
+            rows.push('\n');
+        }
+    }
+    fs::write(table, rows).unwrap();
+}
+
+#[test]
+fn fifty_thousand_points_make_a_page_below_fifteen_megabytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = map(folder.path(), "map", "printed", "2", true);
+    enlarge(&out, 37);
+    done(&["report", text(&out)]);
+    let html = page(&out);
+    assert!(html.len() < 15_000_000, "{} bytes", html.len());
+    assert_eq!(data(&html)["axes"][0].as_array().unwrap().len(), 37, "no point is left out");
+    enlarge(&out, 50);
+    done(&["report", text(&out)]);
+    let html = page(&out);
+    assert!(html.len() < 15_000_000, "{} bytes", html.len());
+    assert!(html.contains("50 × 50 × 50 nodes of map.csv, evenly chosen"), "a larger grid is thinned, and says so");
+}
+
+#[test]
+fn two_maps_are_compared_node_by_node() {
+    let folder = tempfile::tempdir().unwrap();
+    let printed = map(folder.path(), "printed", "printed", "3", false);
+    let rotated = map(folder.path(), "rotated", "rotated", "3", false);
+    let out = folder.path().join("comparison.html");
+    done(&["report", text(&printed), text(&rotated), "--out", text(&out)]);
+    let html = fs::read_to_string(&out).unwrap();
+    let body = body(&html);
+    for expected in [
+        "printed, rotated compared",
+        "differs",
+        "Side by side",
+        "Who is better where",
+        "B / A",
+        "Of 27 nodes, A is better at",
+    ] {
+        assert!(body.contains(expected), "{expected} is missing");
+    }
+    assert!(body.contains("href=\"printed/report.html\""));
+    let data = data(&html);
+    let names: Vec<&str> = data["cases"].as_array().unwrap().iter().map(|c| c["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["A: printed", "B: rotated", "B \u{2212} A"]);
+
+    // The extremes are those of the tables, whose ratio stands beside them.
+    let largest = |folder: &Path| {
+        let summary: Value = serde_json::from_str(&fs::read_to_string(folder.join("summary.json")).unwrap()).unwrap();
+        summary["sources"]["both"]["deflection_mm"]["largest"]["value"].as_f64().unwrap()
+    };
+    let (a, b) = (largest(&printed), largest(&rotated));
+    assert!(body.contains(&format!("data-sort=\"{a}\"")) && body.contains(&format!("data-sort=\"{b}\"")));
+    assert!(body.contains(&format!("B over A {:.4}", b / a)), "{a} {b}");
+    let difference = &data["cases"][2]["series"][0][0];
+    let (low, high) = (difference["low"].as_f64().unwrap(), difference["high"].as_f64().unwrap());
+    assert!(low <= b - a && b - a <= high && low < high, "{low} {} {high}", b - a);
+}
+
+#[test]
+fn a_result_compared_with_itself_is_the_same_everywhere() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = map(folder.path(), "map", "printed", "2", false);
+    let page = folder.path().join("page.html");
+    done(&["report", text(&out), text(&out), "--out", text(&page)]);
+    let body = body(&fs::read_to_string(&page).unwrap());
+    assert!(body.contains("B over A 1.0000") && body.contains("100.0 % are the same"), "{body:.3000}");
+    assert!(!body.contains("class=\"differs\""));
+}
+
+#[test]
+fn maps_over_other_nodes_are_compared_as_far_as_they_can_be() {
+    let folder = tempfile::tempdir().unwrap();
+    let coarse = map(folder.path(), "coarse", "printed", "2", false);
+    let page = folder.path().join("page.html");
+    let compare = |other: &Path| {
+        done(&["report", text(&coarse), text(other), "--out", text(&page)]);
+        body(&fs::read_to_string(&page).unwrap())
+    };
+    let finer = map(folder.path(), "finer", "printed", "3", false);
+    let found = compare(&finer);
+    assert!(found.contains("The results have 8 and 27 nodes, 8 of them in common"), "{found:.3000}");
+    assert!(found.contains("Of 8 nodes, A is better at 0.0 %"));
+    let single = map(folder.path(), "single", "printed", "1", false);
+    let found = compare(&single);
+    assert!(found.contains("The results have 8 and 1 nodes and none in common"), "{found:.3000}");
+    assert!(found.contains("Side by side") && !found.contains("Who is better where"));
+}
+
+#[test]
+fn what_is_no_result_or_of_another_kind_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = map(folder.path(), "map", "printed", "1", false);
+    let nowhere = folder.path().join("nowhere");
+    assert!(refused(&["report", text(&nowhere)]).contains("nowhere: is not a folder; expected a result folder"));
+    assert!(refused(&["report", text(folder.path())]).contains("has no report.json; expected a result folder"));
+    assert!(refused(&["report"]).contains("<RESULTS>..."));
+
+    let path = folder.path().join("path");
+    let study = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/02_groove_50mm");
+    done(&["run", text(&study), "--points", "5", "--out", text(&path), "--no-figures"]);
+    let message = refused(&["report", text(&out), text(&path)]);
+    assert!(message.contains("path: is a result of kind path, but") && message.contains("of one kind"), "{message}");
+    let seven = [text(&out); 7];
+    assert!(refused(&[&["report"], &seven[..]].concat()).contains("at most 6 can be compared, got 7"));
+
+    let file = out.join("report.json");
+    let described = fs::read_to_string(&file).unwrap();
+    let broken = |text_of_file: String| {
+        fs::write(&file, text_of_file).unwrap();
+        refused(&["report", text(&out)])
+    };
+    assert!(
+        broken(described.replacen("\"schema\": 1", "\"schema\": 9", 1))
+            .contains("report.json: schema: must be 1, got 9")
+    );
+    assert!(broken(described.replacen("\"question\"", "\"doubt\"", 1)).contains("unknown field `doubt`"));
+    assert!(broken("{".into()).contains("report.json:1: "));
+    let outside = described.replace("\"map.csv\"", "\"../map.csv\"");
+    assert!(broken(outside).contains("must be the name of a file in the folder, got \"../map.csv\""));
+    fs::write(&file, &described).unwrap();
+    fs::write(out.join("map.csv"), "x_mm,y_mm\n1,2\n").unwrap();
+    assert!(refused(&["report", text(&out)]).contains("map.csv:1: there is no column \"z_mm\""));
+    fs::remove_file(out.join("map.csv")).unwrap();
+    assert!(refused(&["report", text(&out)]).contains("map.csv: cannot be read: "));
+}
