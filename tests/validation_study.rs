@@ -4,7 +4,10 @@ use std::path::Path;
 
 use kinetostat::{
     error::Result,
-    report::validation::{figures, summary_csv, variants_csv},
+    report::{
+        exchange::csv,
+        validation::{figures, quoted_table, variants_table},
+    },
     study::{
         Overrides, Study, StudyKind,
         validation::{Quantity, ValidationResults, run},
@@ -97,9 +100,9 @@ fn a_case_out_of_reach_is_a_reason_in_the_table() {
         .replace("centre_point = \"Q2\"", "centre_mm = [500.0, 0.0, 0.0]")
         .replace("case = \"Q0\"\nquantity = \"correction\"", "case = \"Q2\"\nquantity = \"correction\"");
     let results = results_of(&far, Path::new(PAPER), 13).unwrap();
-    let table = String::from_utf8(summary_csv(&results).unwrap()).unwrap();
+    let table = String::from_utf8(csv(&quoted_table(&results)).unwrap()).unwrap();
     let row = table.lines().find(|line| line.contains(",Q2,correction,")).unwrap();
     assert!(row.contains(",0.6,,,no,") && row.contains("cannot close: gap"), "{row}");
-    let variants = String::from_utf8(variants_csv(&results).unwrap()).unwrap();
+    let variants = String::from_utf8(csv(&variants_table(&results)).unwrap()).unwrap();
     assert!(variants.lines().any(|line| line.starts_with("Q2,") && line.contains(",not_solved,")), "{variants}");
 }

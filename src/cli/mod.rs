@@ -4,6 +4,8 @@ mod check;
 mod compare;
 mod compensate;
 mod machines;
+mod new;
+mod output_choice;
 mod point;
 mod run;
 
@@ -34,6 +36,7 @@ Examples:
   kinetostat compensate part.nc --machine orthoglide --process milling.toml --out part_compensated.nc
   kinetostat compare --machine orthoglide --process milling.toml --path part.nc --at Q0 --at 50,0,20
   kinetostat check my_machine.toml
+  kinetostat new map my_question
 
 Exit codes: 0 all points solved, 1 some points could not be solved (their status says why), 2 bad input.";
 
@@ -45,6 +48,7 @@ enum Command {
     Compare(compare::CompareArguments),
     Machines(machines::MachinesArguments),
     Check(check::CheckArguments),
+    New(new::NewArguments),
 }
 
 /// How a command ended.
@@ -74,6 +78,7 @@ pub fn dispatch(arguments: Arguments) -> Result<Ending> {
         Command::Compare(arguments) => compare::compare(&arguments),
         Command::Machines(arguments) => machines::machines(&arguments),
         Command::Check(arguments) => check::check(&arguments),
+        Command::New(arguments) => new::new(&arguments),
     }
 }
 
