@@ -66,15 +66,20 @@ fn joined(json: &Value) -> String {
 
 #[test]
 fn the_help_of_every_command_shows_examples() {
-    for command in
-        [&["--help"][..], &["run", "--help"], &["point", "--help"], &["machines", "--help"], &["check", "--help"]]
-    {
+    for command in [
+        &["--help"][..],
+        &["run", "--help"],
+        &["point", "--help"],
+        &["machines", "--help"],
+        &["check", "--help"],
+        &["new", "--help"],
+    ] {
         let help = printed(0, command);
         let examples = help.split_once("Examples:").unwrap_or_else(|| panic!("{command:?} has no examples")).1;
         assert!(examples.contains("\n  kinetostat "), "{command:?}: {examples}");
     }
     let commands = printed(0, &["--help"]);
-    for command in ["run", "point", "machines", "check"] {
+    for command in ["run", "point", "machines", "check", "new"] {
         assert!(commands.contains(&format!("\n  {command} ")), "{command} is not listed");
     }
 }
@@ -478,7 +483,7 @@ fn check_figures(folder: &Path) {
 
 fn expected_files() -> BTreeSet<String> {
     let figures = FIGURES.iter().flat_map(|name| [format!("{name}.svg"), format!("{name}.png")]);
-    figures.chain(["map.csv", "summary.json", "manifest.json"].map(String::from)).collect()
+    figures.chain(["map.csv", "csv-metadata.json", "summary.json", "manifest.json"].map(String::from)).collect()
 }
 
 /// Runs `study` at grid 3 with `threads` threads; the folder written and what was printed.
@@ -524,7 +529,10 @@ fn results_replace_older_ones_and_tables_can_be_had_alone() {
     for grid in ["2", "1"] {
         printed(0, &["run", STUDY, "--grid", grid, "--out", path(&out), "--no-figures"]);
     }
-    assert_eq!(file_names(&out), ["manifest.json", "map.csv", "summary.json"].map(String::from).into());
+    assert_eq!(
+        file_names(&out),
+        ["csv-metadata.json", "manifest.json", "map.csv", "summary.json"].map(String::from).into()
+    );
     assert_eq!(table(&out).1.len(), 3);
 }
 
