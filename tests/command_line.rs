@@ -73,13 +73,14 @@ fn the_help_of_every_command_shows_examples() {
         &["point", "--help"],
         &["machines", "--help"],
         &["check", "--help"],
+        &["new", "--help"],
     ] {
         let help = printed(0, command);
         let examples = help.split_once("Examples:").unwrap_or_else(|| panic!("{command:?} has no examples")).1;
         assert!(examples.contains("\n  kinetostat "), "{command:?}: {examples}");
     }
     let commands = printed(0, &["--help"]);
-    for command in ["run", "report", "point", "machines", "check"] {
+    for command in ["run", "report", "point", "machines", "check", "new"] {
         assert!(commands.contains(&format!("\n  {command} ")), "{command} is not listed");
     }
 }
@@ -486,7 +487,7 @@ fn check_figures(folder: &Path) {
 fn expected_files() -> BTreeSet<String> {
     let figures = FIGURES.iter().flat_map(|name| [format!("{name}.svg"), format!("{name}.png")]);
     figures
-        .chain(["map.csv", "summary.json", "manifest.json", "report.json", "report.html"].map(String::from))
+        .chain(["map.csv", "csv-metadata.json", "summary.json", "manifest.json", "report.json", "report.html"].map(String::from))
         .collect()
 }
 
@@ -533,7 +534,7 @@ fn results_replace_older_ones_and_tables_can_be_had_alone() {
     for grid in ["2", "1"] {
         printed(0, &["run", STUDY, "--grid", grid, "--out", path(&out), "--no-figures"]);
     }
-    let expected = ["manifest.json", "map.csv", "report.html", "report.json", "summary.json"];
+    let expected = ["csv-metadata.json", "manifest.json", "map.csv", "report.html", "report.json", "summary.json"];
     assert_eq!(file_names(&out), expected.map(String::from).into());
     assert_eq!(table(&out).1.len(), 3);
 }

@@ -7,7 +7,12 @@ use std::path::Path;
 
 use golden::{agree, check};
 use kinetostat::{
-    report::{placement, superposition as superposition_report, validation::summary_csv, workspace_map::csv},
+    report::{
+        exchange::{Table, csv},
+        placement, superposition as superposition_report,
+        validation::quoted_table,
+        workspace_map::table,
+    },
     study::{
         Overrides, Study, StudyKind,
         placement::{PlacementStudy, Watch, compare, run},
@@ -23,6 +28,10 @@ const PLACEMENT_TOLERANCE: f64 = 1e-6;
 const DEPARTURE_TOLERANCE: f64 = 1e-5;
 const PART_TOLERANCE: f64 = 1e-3;
 
+fn text(table: &Table) -> String {
+    String::from_utf8(csv(table).unwrap()).unwrap()
+}
+
 fn open(name: &str, overrides: &Overrides) -> StudyKind {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies").join(name);
     Study::open(&folder, overrides).unwrap_or_else(|e| panic!("{e}")).kind
@@ -32,8 +41,8 @@ fn open(name: &str, overrides: &Overrides) -> StudyKind {
 fn workspace_map_is_the_golden_one() {
     let overrides = Overrides { grid: Some([2, 2, 2]), ..Overrides::default() };
     let StudyKind::WorkspaceMap(map) = open("01_workspace_map", &overrides) else { panic!("a workspace map") };
-    let table = csv(&workspace_map::run(&map, &|| {})).unwrap();
-    check("01_workspace_map", &String::from_utf8(table).unwrap(), MAP_TOLERANCE);
+    let table = table(&workspace_map::run(&map, &|| {}));
+    check("01_workspace_map", &text(&table), MAP_TOLERANCE);
 }
 
 fn placement_study(name: &str, overrides: &Overrides) -> PlacementStudy {
@@ -46,7 +55,7 @@ fn placement_study(name: &str, overrides: &Overrides) -> PlacementStudy {
 /// The ranked table of the named places. Where a refinement ends on flat ground depends on rounding, so those are not
 /// in it.
 fn ranked(study: &PlacementStudy) -> String {
-    String::from_utf8(placement::entries_csv(study, &compare(study)).unwrap()).unwrap()
+    text(&placement::candidates_table(study, &compare(study)))
 }
 
 /// The sweep of a study, without refinement worth the name.
@@ -54,7 +63,7 @@ fn swept(study: &PlacementStudy) -> String {
     let mut study = study.clone();
     (study.search.starts, study.search.max_iterations) = (1, 1);
     let watch: Watch = std::sync::Arc::new(|_| {});
-    String::from_utf8(placement::sweep_csv(&run(&study, &watch)).unwrap()).unwrap()
+    text(&placement::sweep_table(&run(&study, &watch)))
 }
 
 #[test]
@@ -75,8 +84,8 @@ fn placement_of_the_pocket_is_the_golden_one() {
 fn the_numbers_of_the_paper_are_the_golden_ones() {
     let overrides = Overrides { points: Some(37), ..Overrides::default() };
     let StudyKind::Validation(study) = open("06_paper", &overrides) else { panic!("a validation study") };
-    let table = summary_csv(&validation::run(&study, &|| {})).unwrap();
-    check("06_paper_summary", &String::from_utf8(table).unwrap(), MAP_TOLERANCE);
+    let table = quoted_table(&validation::run(&study, &|| {}));
+    check("06_paper_summary", &text(&table), MAP_TOLERANCE);
 }
 
 #[test]
@@ -87,14 +96,13 @@ fn superposition_is_the_golden_one() {
     study.phis = study.phis.into_iter().step_by(4).collect();
     let results = superposition::run(&study, &|| {});
     for (name, tolerance, table) in [
-        ("map", DEPARTURE_TOLERANCE, superposition_report::map_csv(&results)),
-        ("safe_load", DEPARTURE_TOLERANCE, superposition_report::safe_load_csv(&results)),
-        ("largest_factors", DEPARTURE_TOLERANCE, superposition_report::largest_factors_csv(&results)),
-        ("slopes", DEPARTURE_TOLERANCE, superposition_report::slopes_csv(&results)),
-        ("ablation", PART_TOLERANCE, superposition_report::ablation_csv(&results)),
+        ("map", DEPARTURE_TOLERANCE, superposition_report::map_table(&results)),
+        ("safe_load", DEPARTURE_TOLERANCE, superposition_report::safe_load_table(&results)),
+        ("largest_factors", DEPARTURE_TOLERANCE, superposition_report::largest_factors_table(&results)),
+        ("slopes", DEPARTURE_TOLERANCE, superposition_report::slopes_table(&results)),
+        ("ablation", PART_TOLERANCE, superposition_report::ablation_table(&results)),
     ] {
-        let text = String::from_utf8(table.unwrap()).unwrap();
-        check(&format!("05_superposition_{name}"), &text, tolerance);
+        check(&format!("05_superposition_{name}"), &text(&table), tolerance);
     }
 }
 

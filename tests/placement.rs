@@ -3,7 +3,7 @@
 use std::{path::Path, sync::Arc};
 
 use kinetostat::{
-    report::placement::{entries_csv, sweep_csv},
+    report::placement::{candidates_table, sweep_table},
     study::{
         Overrides, Study, StudyKind,
         placement::{
@@ -140,7 +140,7 @@ fn results_do_not_depend_on_the_number_of_threads() {
     let tables = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let results = pool.install(|| searched(&study));
-        (sweep_csv(&results).unwrap(), entries_csv(&study, &results.entries).unwrap(), results.flatness)
+        (sweep_table(&results), candidates_table(&study, &results.entries), results.flatness)
     };
     assert!(tables(1) == tables(4));
 }

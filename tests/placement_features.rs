@@ -6,7 +6,10 @@ use std::{path::Path, sync::Arc};
 
 use kinetostat::{
     compensation::{Demand, Method, Session, Settings, Target, compensate},
-    report::placement::{entries_csv, figures},
+    report::{
+        exchange::csv,
+        placement::{candidates_table, figures},
+    },
     spatial::{Pose, Wrench},
     study::{
         Overrides, Study, StudyKind,
@@ -121,7 +124,7 @@ fn roll_and_pitch_are_sought_where_the_machine_can_follow() {
     assert_eq!(brute.len(), 21 * 21);
     let least = brute.into_iter().fold(f64::MAX, f64::min);
     assert!(best.value <= least * (1.0 + 1e-4), "{best:?} {least}");
-    let table = String::from_utf8(entries_csv(&study, &results.entries).unwrap()).unwrap();
+    let table = String::from_utf8(csv(&candidates_table(&study, &results.entries)).unwrap()).unwrap();
     assert!(table.starts_with("rank,name,found,x_mm,y_mm,z_mm,yaw_deg,pitch_deg,roll_deg,"), "{table}");
 }
 
@@ -194,7 +197,7 @@ fn several_features_are_judged_together_and_shown_one_by_one() {
     let [shallow, deep] = [0, 1].map(|f| worst(&evaluation.features[f]));
     assert!(deep > 1.5 * shallow, "{shallow} {deep}");
     assert_eq!(worst(&evaluation.metrics), shallow.max(deep));
-    let table = String::from_utf8(entries_csv(&study, &results.entries).unwrap()).unwrap();
+    let table = String::from_utf8(csv(&candidates_table(&study, &results.entries)).unwrap()).unwrap();
     assert!(table.lines().next().unwrap().contains("worst_deflection_shallow_mm,worst_deflection_deep_mm"), "{table}");
     let shown: Vec<(String, usize)> = results.traces.iter().map(|trace| (trace.place.clone(), trace.feature)).collect();
     assert_eq!(shown.iter().map(|(_, feature)| *feature).collect::<Vec<_>>(), [0, 0, 1, 1]);

@@ -7,7 +7,7 @@ use std::path::Path;
 use kinetostat::{
     machine::{ChainError, Machine},
     process::{ForceLaw, MillingForce},
-    report::superposition as report,
+    report::{exchange::csv, figures::Colours, superposition as report},
     spatial::{Pose, Wrench},
     statics::{Workspace, tool_compliance, unloaded_stiffness},
     study::{
@@ -275,20 +275,20 @@ fn places_out_of_reach_are_labelled_everywhere() {
     assert!(lost.ablation.is_err() && lost.departures.is_err());
     assert!(lost.growth.iter().flat_map(|growth| &growth.steps).all(|(_, found)| found.is_err()));
     for table in [
-        report::map_csv(&results),
-        report::locations_csv(&results),
-        report::scaling_csv(&results),
-        report::ablation_csv(&results),
-        report::safe_load_csv(&results),
-        report::largest_factors_csv(&results),
+        report::map_table(&results),
+        report::locations_table(&results),
+        report::scaling_table(&results),
+        report::ablation_table(&results),
+        report::safe_load_table(&results),
+        report::largest_factors_table(&results),
     ] {
-        let text = String::from_utf8(table.unwrap()).unwrap();
+        let text = String::from_utf8(csv(&table).unwrap()).unwrap();
         assert!(text.contains("unreachable") && !text.contains("NaN") && !text.contains("inf,"), "{text}");
     }
     assert!(report::summary_text(&results).contains("Q0: unreachable: "));
     assert_eq!(report::summary_json(&results)["grid_points_solved"], 1);
     for (name, figure) in report::figures(&results) {
-        figure.svg().unwrap_or_else(|e| panic!("{name}: {e}"));
+        figure.svg(Colours::Viridis).unwrap_or_else(|e| panic!("{name}: {e}"));
     }
 }
 
@@ -298,7 +298,7 @@ fn results_do_not_depend_on_the_number_of_threads() {
     let tables = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let results = pool.install(|| solve(&whole));
-        [report::map_csv(&results), report::safe_load_csv(&results), report::ablation_csv(&results)].map(Result::unwrap)
+        [report::map_table(&results), report::safe_load_table(&results), report::ablation_table(&results)]
     };
     assert!(tables(1) == tables(3));
 }

@@ -46,7 +46,8 @@ fn a_superposition_study_leaves_tables_figures_and_an_answer_the_same_for_any_th
     let maps = ["departure_tool", "departure_platform", "ratio_tool", "aggregation_tool", "safe_load"];
     let places = ["1_Q0", "2_Q1", "3_Q2", "4_Q3"];
     let mut expected: BTreeSet<String> = tables.map(|table| format!("{table}.csv")).into();
-    expected.extend(["summary.json", "manifest.json"].map(String::from));
+    expected.extend(["csv-metadata.json", "summary.json", "manifest.json"].map(String::from));
+    expected.extend(places.iter().flat_map(|p| [format!("growth_{p}_data.csv"), format!("ablation_{p}_data.csv")]));
     let stems = maps.iter().map(|map| format!("slices_{map}"));
     let stems = stems.chain(places.iter().flat_map(|p| [format!("growth_{p}"), format!("ablation_{p}")]));
     expected.extend(stems.flat_map(|stem| [format!("{stem}.svg"), format!("{stem}.png")]));

@@ -7,7 +7,10 @@ use kinetostat::{
     error::{Error, Result},
     machine::Machine,
     process::{Extent, Feature},
-    report::placement::{entries_csv, entries_table},
+    report::{
+        exchange,
+        placement::{candidates_table, entries_table},
+    },
     study::{
         placement::{FeatureJob, PlacementStudy, compare as evaluate, place},
         process::Process,
@@ -51,7 +54,7 @@ pub fn compare(arguments: &CompareArguments) -> Result<Ending> {
     let study = study(arguments)?;
     let entries = evaluate(&study);
     if arguments.csv {
-        let bytes = entries_csv(&study, &entries)
+        let bytes = exchange::csv(&candidates_table(&study, &entries))
             .map_err(|e| Error::Write { file: "standard output".into(), source: std::io::Error::other(e) })?;
         print(&String::from_utf8_lossy(&bytes))?;
     } else {

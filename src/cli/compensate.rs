@@ -10,8 +10,8 @@ use kinetostat::{
     machine::Machine,
     process::toolpath::polyline::Polyline,
     report::{
-        OutputFile,
-        path::{bounded_text, program_csv, program_json},
+        OutputFile, exchange,
+        path::{bounded_text, program_json, program_table},
         write_all,
     },
     study::{
@@ -190,7 +190,8 @@ fn file_of(out: &Path, suffix: &str, bytes: Vec<u8>) -> OutputFile {
 }
 
 fn points(out: &Path, job: &ProgramJob, passes: &[Pass], bounded: Option<&BoundedPath>) -> Result<Vec<u8>> {
-    program_csv(job, passes, bounded).map_err(|e| Error::Write { file: out.into(), source: std::io::Error::other(e) })
+    let table = program_table(job, passes, bounded);
+    exchange::csv(&table).map_err(|e| Error::Write { file: out.into(), source: std::io::Error::other(e) })
 }
 
 fn header(job: &ProgramJob) -> String {

@@ -4,6 +4,8 @@ mod check;
 mod compare;
 mod compensate;
 mod machines;
+mod new;
+mod output_choice;
 mod point;
 mod report;
 mod run;
@@ -36,6 +38,7 @@ Examples:
   kinetostat compare --machine orthoglide --process milling.toml --path part.nc --at Q0 --at 50,0,20
   kinetostat report results/01_workspace_map /tmp/stiffer_feet --out comparison.html
   kinetostat check my_machine.toml
+  kinetostat new map my_question
 
 Exit codes: 0 all points solved, 1 some points could not be solved (their status says why), 2 bad input.";
 
@@ -48,6 +51,7 @@ enum Command {
     Report(report::ReportArguments),
     Machines(machines::MachinesArguments),
     Check(check::CheckArguments),
+    New(new::NewArguments),
 }
 
 /// How a command ended.
@@ -78,6 +82,7 @@ pub fn dispatch(arguments: Arguments) -> Result<Ending> {
         Command::Report(arguments) => report::report(&arguments),
         Command::Machines(arguments) => machines::machines(&arguments),
         Command::Check(arguments) => check::check(&arguments),
+        Command::New(arguments) => new::new(&arguments),
     }
 }
 

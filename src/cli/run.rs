@@ -11,7 +11,8 @@ use kinetostat::{
     error::{Error, Result},
     report::{
         Manifest, OutputFile,
-        figures::Figure,
+        exchange::{self, Image, Table},
+        figures::{Colours, Figure},
         file_stem,
         page::{self, Description, MACHINE_AT_HOME, ResultFolder},
         path as path_report, placement as placement_report, prepare, superposition as superposition_report,
@@ -30,7 +31,12 @@ use kinetostat::{
 use rayon::prelude::*;
 use serde_json::json;
 
-use super::{Ending, print, progress, report::PAGE};
+use super::{
+    Ending,
+    output_choice::{ColourMap, Format},
+    print, progress,
+    report::PAGE,
+};
 
 /// Compute a study: its tables, figures, a summary of its answer and a page that shows them.
 #[derive(Debug, Args)]
@@ -39,7 +45,11 @@ Examples:
   kinetostat run studies/01_workspace_map
   kinetostat run studies/*                                     (all of them, one after another)
   kinetostat run studies/01_workspace_map --grid 21            (21 points along each axis)
-  kinetostat run studies/01_workspace_map --grid 5,5,3 --out /tmp/quick --threads 1")]
+  kinetostat run studies/01_workspace_map --grid 5,5,3 --out /tmp/quick --threads 1
+  kinetostat run studies/01_workspace_map --format csv,parquet,vti --colours cividis
+
+Beside its tables a result folder has summary.json and manifest.json. csv-metadata.json describes the columns of CSV files,
+map.vti.json the arrays and status numbers of map.vti.")]
 pub struct RunArguments {
     /// Study folders (with a study.toml), or study files
     #[arg(required = true)]
@@ -59,6 +69,12 @@ pub struct RunArguments {
     /// Write tables and the page only
     #[arg(long)]
     no_figures: bool,
+    /// Formats of tables and maps, separated by commas
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "csv")]
+    format: Vec<Format>,
+    /// Colours of maps in figures
+    #[arg(long, value_enum, default_value = "viridis")]
+    colours: ColourMap,
 }
 
 fn grid(text: &str) -> std::result::Result<[usize; 3], String> {
@@ -117,14 +133,15 @@ fn run_map(arguments: &RunArguments, study: &Study, map_study: &WorkspaceMapStud
             Manifest::count(statuses),
             started,
         ),
-        tables: vec![("map.csv".into(), map_report::csv(&map))],
+        tables: vec![("map".into(), map_report::table(&map))],
+        map: Some(map_report::image(&map)),
         summary: map_report::summary_json(&map),
         figures: if arguments.no_figures { Vec::new() } else { map_report::figures(&map) },
         page: map_report::page(&map).with_answer(&map_report::summary_text(&map)),
         bent: if arguments.no_figures { None } else { deflected_pose::of_map(map_study) },
         closing: map_report::summary_text(&map),
     };
-    output.write()
+    output.write(arguments)
 }
 
 fn run_path(arguments: &RunArguments, study: &Study, path_study: &PathStudy, out: &Path) -> Result<Ending> {
@@ -146,16 +163,17 @@ fn run_path(arguments: &RunArguments, study: &Study, path_study: &PathStudy, out
             started,
         ),
         tables: vec![
-            ("points.csv".into(), path_report::points_csv(&results)),
-            ("methods.csv".into(), path_report::methods_csv(&results)),
+            ("points".into(), path_report::points_table(&results)),
+            ("methods".into(), path_report::methods_table(&results)),
         ],
+        map: None,
         summary: path_report::summary_json(&results),
         figures: if arguments.no_figures { Vec::new() } else { path_report::figures(&results) },
         page: path_report::page(&results).with_answer(&path_report::summary_text(&results)),
         bent: if arguments.no_figures { None } else { deflected_pose::of_path(&results) },
-        closing: format!("{}\n{}", path_report::summary_text(&results), path_report::methods_table(&results)),
+        closing: format!("{}\n{}", path_report::summary_text(&results), path_report::methods_text(&results)),
     };
-    output.write()
+    output.write(arguments)
 }
 
 fn run_placement(arguments: &RunArguments, study: &Study, sought: &PlacementStudy, out: &Path) -> Result<Ending> {
@@ -179,12 +197,12 @@ fn run_placement(arguments: &RunArguments, study: &Study, sought: &PlacementStud
     });
     let entries = &results.entries;
     let mut tables = vec![
-        ("candidates.csv".to_string(), placement_report::entries_csv(sought, entries)),
-        ("sweep.csv".into(), placement_report::sweep_csv(&results)),
-        ("refinements.csv".into(), placement_report::refinements_csv(&results)),
+        ("candidates".to_string(), placement_report::candidates_table(sought, entries)),
+        ("sweep".into(), placement_report::sweep_table(&results)),
+        ("refinements".into(), placement_report::refinements_table(&results)),
     ];
     if !sought.objective.pareto.is_empty() {
-        tables.push(("pareto.csv".into(), placement_report::front_csv(&results)));
+        tables.push(("pareto".into(), placement_report::front_table(&results)));
     }
     let closing =
         format!("{}\n{}", placement_report::entries_table(sought, entries), placement_report::summary_text(&results));
@@ -193,13 +211,14 @@ fn run_placement(arguments: &RunArguments, study: &Study, sought: &PlacementStud
         out,
         manifest: manifest(study, settings, Manifest::count(statuses), started),
         tables,
+        map: None,
         summary: placement_report::summary_json(&results),
         figures: if arguments.no_figures { Vec::new() } else { placement_report::figures(&results) },
         page: placement_report::page(&results).with_answer(&placement_report::summary_text(&results)),
         bent: None,
         closing,
     };
-    output.write()?;
+    output.write(arguments)?;
     // Places where the workpiece cannot be cut are an answer; that there is no other is a failure.
     Ok(if results.best.is_some() { Ending::Complete } else { Ending::SomeUnsolved })
 }
@@ -232,21 +251,22 @@ fn run_superposition(
         out,
         manifest: manifest(study, settings, Manifest::count(statuses), started),
         tables: vec![
-            ("map.csv".into(), superposition_report::map_csv(&results)),
-            ("safe_load.csv".into(), superposition_report::safe_load_csv(&results)),
-            ("locations.csv".into(), superposition_report::locations_csv(&results)),
-            ("largest_factors.csv".into(), superposition_report::largest_factors_csv(&results)),
-            ("scaling.csv".into(), superposition_report::scaling_csv(&results)),
-            ("slopes.csv".into(), superposition_report::slopes_csv(&results)),
-            ("ablation.csv".into(), superposition_report::ablation_csv(&results)),
+            ("map".into(), superposition_report::map_table(&results)),
+            ("safe_load".into(), superposition_report::safe_load_table(&results)),
+            ("locations".into(), superposition_report::locations_table(&results)),
+            ("largest_factors".into(), superposition_report::largest_factors_table(&results)),
+            ("scaling".into(), superposition_report::scaling_table(&results)),
+            ("slopes".into(), superposition_report::slopes_table(&results)),
+            ("ablation".into(), superposition_report::ablation_table(&results)),
         ],
+        map: Some(superposition_report::image(&results)),
         summary: superposition_report::summary_json(&results),
         figures: if arguments.no_figures { Vec::new() } else { superposition_report::figures(&results) },
         page: superposition_report::page(&results).with_answer(&superposition_report::summary_text(&results)),
         bent: None,
         closing: superposition_report::summary_text(&results),
     };
-    output.write()
+    output.write(arguments)
 }
 
 fn run_validation(arguments: &RunArguments, study: &Study, asked: &ValidationStudy, out: &Path) -> Result<Ending> {
@@ -258,17 +278,18 @@ fn run_validation(arguments: &RunArguments, study: &Study, asked: &ValidationStu
     let statuses = answers.map(|answer| answer.compensation.status.label());
     let points: Vec<usize> = results.paths.iter().map(|path| path.study.stations.len()).collect();
     let mut tables = vec![
-        ("summary.csv".to_string(), validation_report::summary_csv(&results)),
-        ("variants.csv".to_string(), validation_report::variants_csv(&results)),
+        ("summary".to_string(), validation_report::quoted_table(&results)),
+        ("variants".to_string(), validation_report::variants_table(&results)),
     ];
     for (name, path) in asked.cases.iter().zip(&results.paths) {
-        tables.push((format!("points_{}.csv", file_stem(name)), path_report::points_csv(path)));
+        tables.push((format!("points_{}", file_stem(name)), path_report::points_table(path)));
     }
     let output = Output {
         study,
         out,
         manifest: manifest(study, json!({ "points": points }), Manifest::count(statuses), started),
         tables,
+        map: None,
         summary: validation_report::summary_json(&results),
         figures: if arguments.no_figures { Vec::new() } else { validation_report::figures(&results) },
         page: validation_report::page(&results).with_answer(&validation_report::summary_text(&results)),
@@ -279,7 +300,7 @@ fn run_validation(arguments: &RunArguments, study: &Study, asked: &ValidationStu
             validation_report::summary_text(&results)
         ),
     };
-    output.write()
+    output.write(arguments)
 }
 
 fn manifest(
@@ -306,7 +327,10 @@ struct Output<'a> {
     study: &'a Study,
     out: &'a Path,
     manifest: Manifest,
-    tables: Vec<(String, csv::Result<Vec<u8>>)>,
+    /// Tables by name, without the ending that a format gives them.
+    tables: Vec<(String, Table)>,
+    /// The maps among them.
+    map: Option<Image>,
     summary: serde_json::Value,
     figures: Vec<(String, Figure)>,
     /// Setting, answer, views and tables of the page; figures, name and question are filled in.
@@ -317,27 +341,30 @@ struct Output<'a> {
 }
 
 impl Output<'_> {
-    fn write(mut self) -> Result<Ending> {
-        let mut files = Vec::new();
-        for (name, bytes) in std::mem::take(&mut self.tables) {
-            let fault = |e| Error::Write { file: self.out.join(&name), source: std::io::Error::other(e) };
-            let bytes = bytes.map_err(fault)?;
-            files.push(OutputFile::new(name, bytes));
-        }
+    fn write(mut self, arguments: &RunArguments) -> Result<Ending> {
+        self.tables
+            .extend(self.figures.iter().filter_map(|(name, figure)| Some((format!("{name}_data"), figure.data()?))));
         self.draw_machine();
+        let formats: Vec<exchange::Format> = arguments.format.iter().map(|format| (*format).into()).collect();
+        let mut files = exchange::files(self.out, &self.tables, self.map.as_ref(), &formats)?;
         files.push(OutputFile::new("report.json", self.description().to_json()));
         files.push(OutputFile::new("summary.json", format!("{:#}\n", self.summary)));
         files.push(OutputFile::new("manifest.json", self.manifest.to_json()));
-        files.extend(drawn(self.figures)?);
+        files.extend(drawn(self.figures, arguments.colours.into())?);
         let mut written = write_all(self.out, &files)?;
-        // The page is made from what has been written, as `kinetostat report` makes it again.
-        let page = page::page(&ResultFolder::open(self.out)?, &self.out.join(PAGE))?;
-        written.extend(write_all(self.out, &[OutputFile::new(PAGE, page)])?);
+        // The page is made from what has been written, as `kinetostat report` makes it again; it shows CSV tables.
+        if formats.contains(&exchange::Format::Csv) {
+            let page = page::page(&ResultFolder::open(self.out)?, &self.out.join(PAGE))?;
+            written.extend(write_all(self.out, &[OutputFile::new(PAGE, page)])?);
+        }
         let mut closing = format!("{}\n", self.closing);
         closing +=
             &format!("{} in {:.1} s. Written to {}:\n", self.study.name, self.manifest.wall_time_s, self.out.display());
         for path in &written {
             closing += &format!("  {}\n", path.file_name().unwrap_or_default().to_string_lossy());
+        }
+        if self.map.is_none() && formats.contains(&exchange::Format::Vti) {
+            closing += "No .vti: this kind of study has no map over the workspace.\n";
         }
         print(&closing)?;
         let complete =
@@ -364,13 +391,13 @@ impl Output<'_> {
 }
 
 /// Each figure as SVG and PNG.
-fn drawn(figures: Vec<(String, Figure)>) -> Result<Vec<OutputFile>> {
+fn drawn(figures: Vec<(String, Figure)>, colours: Colours) -> Result<Vec<OutputFile>> {
     let drawn = figures.par_iter().map(|(name, figure)| {
         let fault =
             |e: kinetostat::report::figures::FigureError| Error::Figure { name: name.clone(), problem: e.to_string() };
         Ok([
-            OutputFile::new(format!("{name}.svg"), figure.svg().map_err(fault)?),
-            OutputFile::new(format!("{name}.png"), figure.png().map_err(fault)?),
+            OutputFile::new(format!("{name}.svg"), figure.svg(colours).map_err(fault)?),
+            OutputFile::new(format!("{name}.png"), figure.png(colours).map_err(fault)?),
         ])
     });
     Ok(drawn.collect::<Result<Vec<_>>>()?.into_iter().flatten().collect())

@@ -1,5 +1,6 @@
-//! Golden tables: a change of any number by more than a tolerance is either a fault or a decision. After a decision:
-//! `UPDATE_GOLDEN=1 cargo test` with the name of the test.
+//! Golden tables and figures: a change of any number by more than a tolerance, or of any byte, is either a fault or a
+//! decision. After a decision: `UPDATE_GOLDEN=1 cargo test` with the name of the test.
+#![allow(dead_code)]
 
 use std::{fs, path::Path};
 
@@ -8,15 +9,25 @@ const ROUNDING: f64 = 1e-6;
 
 /// Fails unless `found` is the golden table `name`, numbers to `tolerance` (relative).
 pub fn check(name: &str, found: &str, tolerance: f64) {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(format!("{name}.csv"));
+    compare(name, found, &golden(&format!("{name}.csv"), found), tolerance);
+}
+
+/// Fails unless `found` is the golden file `name`, byte for byte.
+pub fn same(name: &str, found: &str) {
+    let golden = golden(name, found);
+    let differs = found.lines().zip(golden.lines()).position(|(a, b)| a != b);
+    assert!(found == golden, "{name} differs from the golden one, first in line {:?}", differs.map(|line| line + 1));
+}
+
+/// The golden file `name`, which becomes `found` if goldens are to be updated.
+fn golden(name: &str, found: &str) -> String {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name);
     if std::env::var_os("UPDATE_GOLDEN").is_some() {
         fs::create_dir_all(file.parent().unwrap()).unwrap();
         fs::write(&file, found).unwrap();
     }
-    let golden = fs::read_to_string(&file).unwrap_or_else(|e| {
-        panic!("golden table {} is missing: {e}; UPDATE_GOLDEN=1 and this test make it", file.display())
-    });
-    compare(name, found, &golden, tolerance);
+    fs::read_to_string(&file)
+        .unwrap_or_else(|e| panic!("golden {} is missing: {e}; UPDATE_GOLDEN=1 and this test make it", file.display()))
 }
 
 fn cells(table: &str) -> Vec<Vec<String>> {

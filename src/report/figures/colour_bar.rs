@@ -1,10 +1,11 @@
 //! The colour scale of a field and its legend.
 
 use super::axis::{self, Axis, Spacing};
+use super::colours::Colours;
 use super::error::{FigureError, check_drawable};
 use super::field::Picture;
 use super::scene::{Anchor, Point, Rect, Rgb, Scene, Text};
-use super::style::{field_colour, outline};
+use super::style::outline;
 use super::text::{self, LINE_PITCH, Weight};
 use super::ticks;
 
@@ -28,11 +29,16 @@ pub(super) struct Scale {
     high: f64,
     below: bool,
     above: bool,
+    colours: Colours,
 }
 
 impl Scale {
     /// The scale over `range`, or over all values if there is none; `None` if there is neither a range nor a value.
-    pub fn new(values: impl Iterator<Item = f64>, range: Option<(f64, f64)>) -> Result<Option<Self>, FigureError> {
+    pub fn new(
+        values: impl Iterator<Item = f64>,
+        range: Option<(f64, f64)>,
+        colours: Colours,
+    ) -> Result<Option<Self>, FigureError> {
         let found = values.fold(None, |ends: Option<(f64, f64)>, v| match ends {
             Some((low, high)) => Some((low.min(v), high.max(v))),
             None => Some((v, v)),
@@ -40,7 +46,7 @@ impl Scale {
         let Some((low, high)) = range else {
             return Ok(found.map(|(low, high)| {
                 let (low, high) = ticks::widened(low, high);
-                Self { low, high, below: false, above: false }
+                Self { low, high, below: false, above: false, colours }
             }));
         };
         check_drawable([low, high], || "colour range".into())?;
@@ -49,11 +55,11 @@ impl Scale {
         }
         let (low, high) = ticks::widened(low, high);
         let (least, most) = found.unwrap_or((low, high));
-        Ok(Some(Self { low, high, below: least < low, above: most > high }))
+        Ok(Some(Self { low, high, below: least < low, above: most > high, colours }))
     }
 
     pub fn colour(&self, value: f64) -> Rgb {
-        field_colour((value - self.low) / (self.high - self.low))
+        self.colours.at((value - self.low) / (self.high - self.low))
     }
 }
 
@@ -130,7 +136,7 @@ impl ColourBar<'_> {
             rect.height -= tip;
         }
         let edges: Vec<f64> = (0..=SHADES).map(|k| k as f64).collect();
-        let shade = |row: usize| field_colour((row as f64 + 0.5) / SHADES as f64);
+        let shade = |row: usize| scale.colours.at((row as f64 + 0.5) / SHADES as f64);
         scene.picture(Picture::new(rect.frame(), &[0.0, 1.0], &edges, |_, row| Some(shade(row))));
         draw_outline(scene, scale, rect, tip);
         self.draw_numbers(scene, scale, rect, whole);
@@ -163,14 +169,14 @@ fn draw_outline(scene: &mut Scene, scale: Scale, rect: Rect, tip: f64) {
     if scale.above {
         let top = [middle, rect.y - tip];
         let base = [lower(right_top, SEAM), lower(left_top, SEAM)];
-        scene.convex(vec![left_top, top, right_top, base[0], base[1]], field_colour(1.0));
+        scene.convex(vec![left_top, top, right_top, base[0], base[1]], scale.colours.at(1.0));
         rim.push(top);
     }
     rim.extend([right_top, right_bottom]);
     if scale.below {
         let bottom = [middle, rect.bottom() + tip];
         let base = [lower(left_bottom, -SEAM), lower(right_bottom, -SEAM)];
-        scene.convex(vec![right_bottom, bottom, left_bottom, base[0], base[1]], field_colour(0.0));
+        scene.convex(vec![right_bottom, bottom, left_bottom, base[0], base[1]], scale.colours.at(0.0));
         rim.push(bottom);
     }
     rim.push(left_bottom);

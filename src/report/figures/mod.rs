@@ -6,8 +6,10 @@
 mod alt;
 mod axis;
 mod colour_bar;
+mod colours;
 mod contour;
 mod curves;
+mod data;
 mod error;
 mod field;
 mod lines;
@@ -22,6 +24,7 @@ mod text;
 mod ticks;
 mod volume;
 
+pub use colours::Colours;
 pub use error::FigureError;
 pub use lines::{LineFigure, LineSeries};
 pub use panels::{CurvePanel, PanelCurve, PanelFigure};
@@ -45,26 +48,26 @@ pub enum Figure {
 }
 
 impl Figure {
-    /// The figure as an SVG document, 1600 px wide; text stays text.
+    /// The figure as an SVG document, 1600 px wide, with maps in `colours`; text stays text.
     ///
     /// # Errors
     /// When the data contradict each other or cannot be drawn; see [`FigureError`].
-    pub fn svg(&self) -> Result<String, FigureError> {
-        paint::svg(&self.scene()?)
+    pub fn svg(&self, colours: Colours) -> Result<String, FigureError> {
+        paint::svg(&self.scene(colours)?)
     }
 
     /// The figure as a PNG file, 1600 px wide.
     ///
     /// # Errors
     /// As [`Figure::svg`].
-    pub fn png(&self) -> Result<Vec<u8>, FigureError> {
-        paint::png(&self.scene()?)
+    pub fn png(&self, colours: Colours) -> Result<Vec<u8>, FigureError> {
+        paint::png(&self.scene(colours)?)
     }
 
-    fn scene(&self) -> Result<scene::Scene, FigureError> {
+    fn scene(&self, colours: Colours) -> Result<scene::Scene, FigureError> {
         match self {
-            Self::Slices(figure) => slices::scene(figure),
-            Self::Volume(figure) => volume::scene(figure),
+            Self::Slices(figure) => slices::scene(figure, colours),
+            Self::Volume(figure) => volume::scene(figure, colours),
             Self::Lines(figure) => lines::scene(figure),
             Self::Panels(figure) => panels::scene(figure),
             Self::Pose(figure) => pose::scene(figure),

@@ -2,6 +2,7 @@
 
 use super::axis::{self, Axis, Plot, Spacing};
 use super::colour_bar::{ColourBar, Scale};
+use super::colours::Colours;
 use super::contour::contour;
 use super::error::{FigureError, check_ascending, check_drawable, check_grid};
 use super::field::{self, Picture};
@@ -99,7 +100,7 @@ impl SlicePanel {
     }
 }
 
-pub(super) fn scene(figure: &SliceFigure) -> Result<Scene, FigureError> {
+pub(super) fn scene(figure: &SliceFigure, colours: Colours) -> Result<Scene, FigureError> {
     if figure.panels.is_empty() {
         return Err(FigureError::Empty { what: "slice figure".into() });
     }
@@ -108,7 +109,7 @@ pub(super) fn scene(figure: &SliceFigure) -> Result<Scene, FigureError> {
     }
     figure.panels.iter().try_for_each(SlicePanel::check)?;
     let values = || figure.panels.iter().flat_map(|p| &p.values);
-    let scale = Scale::new(values().copied().flatten(), figure.range)?;
+    let scale = Scale::new(values().copied().flatten(), figure.range, colours)?;
     let sizes = if figure.panels.len() <= 2 { Sizes::COLUMN } else { Sizes::PAGE };
     let bar = ColourBar {
         scale,

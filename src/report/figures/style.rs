@@ -1,8 +1,5 @@
 //! What every figure has in common: page, heading, type sizes, colours.
 
-use plotters::style::RGBColor;
-use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
-
 use super::scene::{Anchor, Rgb, Scene, Stroke, Text};
 use super::text::{self, LINE_PITCH, Weight};
 
@@ -50,13 +47,6 @@ pub(super) fn outline() -> Stroke {
     Stroke { colour: INK, width: 2.0, dash: &[] }
 }
 
-/// The colour of a fraction 0..1 of the range; fractions outside take the end colours. Viridis: perceptually uniform,
-/// and its lightness rises steadily, so a grey print keeps the order.
-pub(super) fn field_colour(fraction: f64) -> Rgb {
-    let RGBColor(r, g, b) = ViridisRGB.get_color(fraction.clamp(0.0, 1.0));
-    [r, g, b]
-}
-
 /// An empty page with title and subtitle, and the y below them.
 pub(super) fn page(title: &str, subtitle: &str, sizes: Sizes) -> (Scene, f64) {
     let mut scene = Scene { title: title.to_owned(), width: PAGE_WIDTH, ..Scene::default() };
@@ -90,21 +80,4 @@ fn lines(content: &str, size: f64, weight: Weight) -> Vec<(String, f64)> {
         text::balanced(content, size, weight, limit)
     };
     broken.into_iter().map(|line| (line.clone(), text::fitting_size(&line, size, weight, limit))).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn colours_run_from_dark_to_light() {
-        assert_eq!(field_colour(0.0), [68, 1, 84]);
-        assert_eq!(field_colour(1.0), [254, 232, 37]);
-        assert_eq!(field_colour(-1.0), field_colour(0.0));
-        let lightness = |k: i32| {
-            let [r, g, b] = field_colour(f64::from(k) / 50.0).map(f64::from);
-            0.299 * r + 0.587 * g + 0.114 * b
-        };
-        assert!((0..50).all(|k| lightness(k) < lightness(k + 1)));
-    }
 }

@@ -59,16 +59,16 @@ fn size(png: &[u8]) -> (u32, u32) {
 
 #[test]
 fn svg_keeps_labels_as_text() {
-    let svg = Figure::Slices(slices(vec![panel(3, |i| Some(i as f64))])).svg().unwrap();
+    let svg = Figure::Slices(slices(vec![panel(3, |i| Some(i as f64))])).svg(Colours::Viridis).unwrap();
     for label in ["Where does", "100 N &lt; F", "x [mm]", "y [mm]", "deflection [mm]", "z = 0 mm", ">\nQ0\n<"] {
         assert!(svg.contains(label), "{label}");
     }
     assert!(!svg.contains("no solution"));
-    let svg = Figure::Volume(volume(3, |i| (i > 0).then_some(i as f64))).svg().unwrap();
+    let svg = Figure::Volume(volume(3, |i| (i > 0).then_some(i as f64))).svg(Colours::Viridis).unwrap();
     for label in ["z [mm]", "no solution", "dashed ring", ">\nQ9\n<"] {
         assert!(svg.contains(label), "{label}");
     }
-    let svg = Figure::Lines(lines(vec![(0.0, 1.0), (1.0, 2.0)])).svg().unwrap();
+    let svg = Figure::Lines(lines(vec![(0.0, 1.0), (1.0, 2.0)])).svg(Colours::Viridis).unwrap();
     for label in ["measured", "errors amplified 20x", "error [mm]"] {
         assert!(svg.contains(label), "{label}");
     }
@@ -82,19 +82,19 @@ fn png_is_1600_wide_and_the_same_each_time() {
         Figure::Lines(lines(vec![(0.0, 1.0), (1.0, 2.0)])),
     ];
     for figure in figures {
-        let png = figure.png().unwrap();
+        let png = figure.png(Colours::Viridis).unwrap();
         let (width, height) = size(&png);
         assert_eq!(width, 1600);
         assert!((400..2000).contains(&height), "{height}");
-        assert_eq!(png, figure.png().unwrap());
-        assert_eq!(figure.svg().unwrap(), figure.svg().unwrap());
+        assert_eq!(png, figure.png(Colours::Viridis).unwrap());
+        assert_eq!(figure.svg(Colours::Viridis).unwrap(), figure.svg(Colours::Viridis).unwrap());
     }
 }
 
 #[test]
 fn six_fine_maps_stay_small() {
     let wave = |i: usize| Some((i as f64 * 0.013).sin());
-    let svg = Figure::Slices(slices(vec![panel(41, wave); 6])).svg().unwrap();
+    let svg = Figure::Slices(slices(vec![panel(41, wave); 6])).svg(Colours::Viridis).unwrap();
     assert!(svg.len() < 300_000, "{}", svg.len());
 }
 
@@ -119,26 +119,30 @@ fn degenerate_fields_are_drawn() {
         slices(vec![far, panel(2, |_| None)]),
     ];
     for figure in cases {
-        Figure::Slices(figure).png().unwrap();
+        Figure::Slices(figure).png(Colours::Viridis).unwrap();
     }
     for nodes in [1, 2] {
-        Figure::Volume(volume(nodes, |_| None)).png().unwrap();
-        Figure::Volume(volume(nodes, |_| Some(-1.0))).png().unwrap();
+        Figure::Volume(volume(nodes, |_| None)).png(Colours::Viridis).unwrap();
+        Figure::Volume(volume(nodes, |_| Some(-1.0))).png(Colours::Viridis).unwrap();
     }
-    Figure::Lines(lines(vec![(5.0, 5.0)])).png().unwrap();
-    Figure::Lines(LineFigure { equal_axes: true, ..lines(vec![(0.0, 0.0), (1e9, 1e-9)]) }).png().unwrap();
-    Figure::Lines(LineFigure { log_x: true, log_y: true, ..lines(vec![(1e-90, 1e90), (1.0, 1.0)]) }).png().unwrap();
+    Figure::Lines(lines(vec![(5.0, 5.0)])).png(Colours::Viridis).unwrap();
+    Figure::Lines(LineFigure { equal_axes: true, ..lines(vec![(0.0, 0.0), (1e9, 1e-9)]) })
+        .png(Colours::Viridis)
+        .unwrap();
+    Figure::Lines(LineFigure { log_x: true, log_y: true, ..lines(vec![(1e-90, 1e90), (1.0, 1.0)]) })
+        .png(Colours::Viridis)
+        .unwrap();
 }
 
 #[test]
 fn values_beyond_the_range_are_drawn_with_the_end_colours() {
     let figure = SliceFigure { range: Some((1.0, 2.0)), ..slices(vec![panel(3, |i| Some(i as f64))]) };
-    Figure::Slices(figure).png().unwrap();
+    Figure::Slices(figure).png(Colours::Viridis).unwrap();
 }
 
 #[test]
 fn wrong_data_are_named() {
-    let message = |figure: Figure| figure.svg().unwrap_err().to_string();
+    let message = |figure: Figure| figure.svg(Colours::Viridis).unwrap_err().to_string();
     assert_eq!(message(Figure::Slices(slices(vec![]))), "slice figure: nothing to draw");
     let seven = slices(vec![panel(2, |_| Some(1.0)); 7]);
     assert_eq!(message(Figure::Slices(seven)), "7 panels: at most 6 fit in one figure");
@@ -161,5 +165,5 @@ fn wrong_data_are_named() {
     let log = LineFigure { log_x: true, ..lines(vec![(0.0, 1.0)]) };
     assert_eq!(message(Figure::Lines(log)), "series \"measured\": 0 has no place on a logarithmic axis");
     let both = LineFigure { log_x: true, equal_axes: true, ..lines(vec![(1.0, 1.0)]) };
-    assert_eq!(Figure::Lines(both).png(), Err(FigureError::EqualAxesWithLog));
+    assert_eq!(Figure::Lines(both).png(Colours::Viridis), Err(FigureError::EqualAxesWithLog));
 }

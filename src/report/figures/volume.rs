@@ -2,6 +2,7 @@
 
 use super::axis::{self, Axis, Spacing};
 use super::colour_bar::{ColourBar, Scale};
+use super::colours::Colours;
 use super::error::{FigureError, check_ascending, check_drawable, check_grid};
 use super::field::{self, Picture};
 use super::marks::{self, PlacedMark};
@@ -85,9 +86,9 @@ impl VolumeFigure {
     }
 }
 
-pub(super) fn scene(figure: &VolumeFigure) -> Result<Scene, FigureError> {
+pub(super) fn scene(figure: &VolumeFigure, colours: Colours) -> Result<Scene, FigureError> {
     figure.check()?;
-    let scale = Scale::new(figure.values.iter().copied().flatten(), figure.range)?;
+    let scale = Scale::new(figure.values.iter().copied().flatten(), figure.range, colours)?;
     let bar = ColourBar {
         scale,
         quantity: &figure.quantity,

@@ -17,7 +17,7 @@ use super::{
 use crate::{
     error::{Error, Result},
     machine::Polyline,
-    report::figures::{Figure, FigureError},
+    report::figures::{Colours, Figure, FigureError},
 };
 
 /// Most reasons listed.
@@ -122,7 +122,7 @@ pub fn page(folder: &ResultFolder, out: &Path) -> Result<String> {
 pub(super) fn drawn(figure: &Figure) -> Result<FigureView> {
     let fault = |fault: FigureError| Error::Figure { name: "machine".into(), problem: fault.to_string() };
     Ok(FigureView {
-        source: data_address("image/svg+xml", figure.svg().map_err(fault)?.as_bytes()),
+        source: data_address("image/svg+xml", figure.svg(Colours::default()).map_err(fault)?.as_bytes()),
         caption: figure.caption(),
         alternative: figure.alternative(),
         href: None,

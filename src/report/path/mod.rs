@@ -8,6 +8,6 @@ mod tables;
 
 pub use page::page;
 pub use pictures::figures;
-pub use program::{bounded_text, program_csv, program_json};
-pub use summary::{methods_table, summary_json, summary_text};
-pub use tables::{methods_csv, points_csv};
+pub use program::{bounded_text, program_json, program_table};
+pub use summary::{methods_text, summary_json, summary_text};
+pub use tables::{methods_table, points_table};

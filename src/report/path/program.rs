@@ -5,22 +5,20 @@ use serde_json::{Value, json};
 use crate::{
     compensation::{BoundedPath, LimitKind, Side},
     machine::{Machine, Motion},
-    report::table::{correction_columns, force_columns, shown_positions},
+    process::toolpath::PathPoint,
+    report::{
+        exchange::{Cell, Row, Table, cells, counts, numbers, texts},
+        table::{correction_columns, force_columns, shown_positions},
+    },
     study::program::{Pass, ProgramJob},
 };
 
 /// One row per point: where the tool should be, what is commanded instead (both in the workpiece frame), the error before
 /// (first pass) and as written (last pass, base axes), drive corrections and forces as written. An empty cell has its
 /// reason in `status` and `reason`. `limits` names the limits that bind, if the path was corrected within limits.
-pub fn program_csv(job: &ProgramJob, passes: &[Pass], bounded: Option<&BoundedPath>) -> csv::Result<Vec<u8>> {
-    let (Some(before), Some(after)) = (passes.first(), passes.last()) else { return Ok(Vec::new()) };
+pub fn program_table(job: &ProgramJob, passes: &[Pass], bounded: Option<&BoundedPath>) -> Table {
     let machine = &job.machine;
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    let mut header: Vec<String> = [
-        "point",
-        "line",
-        "arc_length_mm",
-        "cutting",
+    let quantities = [
         "x_mm",
         "y_mm",
         "z_mm",
@@ -33,35 +31,37 @@ pub fn program_csv(job: &ProgramJob, passes: &[Pass], bounded: Option<&BoundedPa
         "error_after_y_mm",
         "error_after_z_mm",
         "rotation_left_deg",
-        "status",
-        "reason",
-        "limits",
-    ]
-    .map(String::from)
-    .into();
-    header.extend(correction_columns(machine).chain(force_columns(machine)));
-    writer.write_record(&header)?;
-    for (k, point) in job.path.points().iter().enumerate() {
-        let line = job.file.line_of(point.source.segment).map_or_else(String::new, |line| line.to_string());
-        let mut row = vec![k.to_string(), line, point.arc_length_mm.to_string(), u8::from(point.cutting).to_string()];
-        row.extend(point.position_mm.iter().map(f64::to_string));
+    ];
+    let mut columns = counts(["point", "line"]);
+    columns.extend(numbers(["arc_length_mm"]));
+    columns.extend(counts(["cutting"]));
+    columns.extend(numbers(quantities));
+    columns.extend(texts(["status", "reason", "limits"]));
+    columns.extend(numbers(correction_columns(machine).chain(force_columns(machine))));
+    let (Some(before), Some(after)) = (passes.first(), passes.last()) else { return Table::new(columns, []) };
+    let width = columns.len();
+    let row = |k: usize, point: &PathPoint| {
+        let mut row: Row = vec![k.into(), job.file.line_of(point.source.segment).into()];
+        row.extend([point.arc_length_mm.into(), usize::from(point.cutting).into()]);
+        row.extend(cells(point.position_mm.iter().copied()));
         let answer = &after.answers[k];
         let commanded = answer.target.map(|pose| job.process.placement.path_position(&pose, machine.tool_tip));
-        row.extend((0..3).map(|i| commanded.map_or_else(String::new, |p| p[i].to_string())));
+        row.extend((0..3).map(|i| commanded.map(|p| p[i]).into()));
         let earlier = &before.answers[k].compensation;
-        row.push(earlier.outcome.as_ref().map_or_else(String::new, |_| earlier.position_error.norm().to_string()));
+        row.push(earlier.outcome.as_ref().map(|_| earlier.position_error.norm()).into());
         let (now, solved) = (&answer.compensation, answer.compensation.outcome.is_some());
-        let shown = |value: f64| if solved { value.to_string() } else { String::new() };
+        let shown = |value: f64| Cell::from(solved.then_some(value));
         row.push(shown(now.position_error.norm()));
         row.extend(now.position_error.iter().map(|v| shown(*v)));
         row.push(shown(now.leftover_rotation.norm().to_degrees()));
-        row.extend([now.status.label().to_string(), now.status.reason(machine), binding(job, bounded, k)]);
+        row.extend([now.status.label().into(), now.status.reason(machine).into(), binding(job, bounded, k).into()]);
         row.extend(shown_positions(machine, &answer.delta_rho()).iter().map(|v| shown(*v)));
-        row.resize(header.len() - machine.drive_count(), String::new());
+        row.resize(width - machine.drive_count(), Cell::Missing);
         row.extend(now.drive_forces.iter().map(|v| shown(*v)));
-        writer.write_record(&row)?;
-    }
-    writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))
+        row.resize(width, Cell::Missing);
+        row
+    };
+    Table::new(columns, job.path.points().iter().enumerate().map(|(k, point)| row(k, point)))
 }
 
 /// Limits that bind at point `k`, such as `correction x upper`.

@@ -78,7 +78,7 @@ pub fn summary_text(results: &PathResults) -> String {
 }
 
 /// The methods side by side, with the time each takes on this machine.
-pub fn methods_table(results: &PathResults) -> String {
+pub fn methods_text(results: &PathResults) -> String {
     let mut table = Table::new();
     table.load_style(UTF8_HORIZONTAL_ONLY);
     table.set_header(["method", "corrections", "max error", "rms error", "failed", "time per point"]);

@@ -10,4 +10,4 @@ pub use advice::recommendation;
 pub use page::page;
 pub use pictures::figures;
 pub use summary::{entries_table, summary_json, summary_text};
-pub use tables::{cell_status, entries_csv, front_csv, refinements_csv, sweep_csv};
+pub use tables::{candidates_table, cell_status, front_table, refinements_table, sweep_table};

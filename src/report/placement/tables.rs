@@ -1,39 +1,32 @@
-//! A placement study as CSV (RFC 4180), units in the headers.
+//! The tables of a placement study.
 
-use crate::study::placement::{
-    COORDINATES, Cell, Entry, Found, Metric, Metrics, PlacementResults, PlacementStudy, Refinement, Site, UNITS,
-    Verdict,
+use crate::{
+    report::exchange::{self, Column, Row, Table, counts, numbers, texts},
+    study::placement::{
+        COORDINATES, Cell, Entry, Found, Metric, Metrics, PlacementResults, PlacementStudy, Refinement, Site, UNITS,
+        Verdict,
+    },
 };
-
-type Row = Vec<String>;
 
 fn coordinate_columns() -> impl Iterator<Item = String> {
     COORDINATES.iter().zip(UNITS).map(|(name, unit)| format!("{name}_{unit}"))
 }
 
-fn coordinates(site: &Site) -> impl Iterator<Item = String> {
-    site.shown().into_iter().map(|value| value.to_string())
+fn coordinates(site: &Site) -> impl Iterator<Item = exchange::Cell> {
+    exchange::cells(site.shown())
 }
 
-fn number(value: Option<f64>) -> String {
-    value.filter(|value| value.is_finite()).map_or_else(String::new, |value| value.to_string())
+/// A number that can be shown: a place that cannot be used has an objective beyond all numbers.
+fn number(value: Option<f64>) -> exchange::Cell {
+    value.filter(|value| value.is_finite()).into()
 }
 
-fn cells(metrics: &[Metric], values: Option<&Metrics>) -> impl Iterator<Item = String> {
+fn cells(metrics: &[Metric], values: Option<&Metrics>) -> impl Iterator<Item = exchange::Cell> {
     metrics.iter().map(move |metric| number(values.and_then(|values| values.get(*metric))))
 }
 
-fn csv(header: Row, rows: impl Iterator<Item = Row>) -> csv::Result<Vec<u8>> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record(header)?;
-    for row in rows {
-        writer.write_record(row)?;
-    }
-    writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))
-}
-
-fn columns(study: &PlacementStudy, metrics: &[Metric]) -> impl Iterator<Item = String> {
-    metrics.iter().map(|metric| metric.column(&study.machine))
+fn columns(study: &PlacementStudy, metrics: &[Metric]) -> Vec<Column> {
+    numbers(metrics.iter().map(|metric| metric.column(&study.machine)))
 }
 
 /// Metrics that can be had for a study: those of corrections within limits only with limits.
@@ -49,25 +42,26 @@ fn available(study: &PlacementStudy, entries: &[Entry]) -> Vec<Metric> {
 
 /// Named places, the best of the sweep and those found by refinement, ranked; with all metrics, and the worst deflection
 /// of each feature. Places that cannot be cut come last, with `status` and `reason`.
-pub fn entries_csv(study: &PlacementStudy, entries: &[Entry]) -> csv::Result<Vec<u8>> {
+pub fn candidates_table(study: &PlacementStudy, entries: &[Entry]) -> Table {
     let metrics = available(study, entries);
-    let mut header: Row = ["rank", "name", "found"].map(String::from).into();
-    header.extend(coordinate_columns());
-    header.extend(["status", "reason", "objective"].map(String::from));
+    let mut header = counts(["rank"]);
+    header.extend(texts(["name", "found"]));
+    header.extend(numbers(coordinate_columns()));
+    header.extend(texts(["status", "reason"]));
+    header.extend(numbers(["objective"]));
     header.extend(columns(study, &metrics));
     let features = study.features.len();
     if features > 1 {
-        header.extend(study.features.iter().map(|job| format!("worst_deflection_{}_mm", job.feature.name)));
+        header.extend(numbers(study.features.iter().map(|job| format!("worst_deflection_{}_mm", job.feature.name))));
     }
-    header.push("correction_within_limits".into());
+    header.extend(texts(["correction_within_limits"]));
     let row = |(rank, entry): (usize, &Entry)| {
-        let mut row: Row = Vec::new();
-        row.push(if entry.outcome.is_ok() { (rank + 1).to_string() } else { String::new() });
-        row.extend([entry.name.clone(), entry.found.label().into()]);
+        let mut row: Row = vec![entry.outcome.is_ok().then_some(rank + 1).into()];
+        row.extend([entry.name.as_str().into(), entry.found.label().into()]);
         row.extend(coordinates(&entry.site));
         match &entry.outcome {
-            Ok(_) => row.extend(["solved".into(), String::new()]),
-            Err(failure) => row.extend([failure.status.into(), failure.reason.clone()]),
+            Ok(_) => row.extend(["solved".into(), exchange::Cell::Missing]),
+            Err(failure) => row.extend([failure.status.into(), failure.reason.as_str().into()]),
         }
         row.push(number(Some(entry.value)));
         let evaluation = entry.outcome.as_ref().ok();
@@ -76,40 +70,42 @@ pub fn entries_csv(study: &PlacementStudy, entries: &[Entry]) -> csv::Result<Vec
             let worst = |f: usize| evaluation.and_then(|e| e.features[f].get(Metric::WorstDeflection));
             row.extend((0..features).map(|f| number(worst(f))));
         }
-        row.push(evaluation.and_then(|e| e.not_corrected.clone()).unwrap_or_default());
+        row.push(evaluation.and_then(|e| e.not_corrected.clone()).into());
         row
     };
-    csv(header, entries.iter().enumerate().map(row))
+    Table::new(header, entries.iter().enumerate().map(row))
 }
 
 /// One row per place of the sweep, in grid order. `status` is `solved`, `given_up` (not looked at on all points: the
 /// metrics are no better than the numbers shown, which are worse than what was found elsewhere) or why the workpiece cannot be cut there.
-pub fn sweep_csv(results: &PlacementResults) -> csv::Result<Vec<u8>> {
+pub fn sweep_table(results: &PlacementResults) -> Table {
     let study = &results.study;
     let metrics = searched(study);
-    let mut ranks = vec![String::new(); results.cells.len()];
+    let mut ranks = vec![None; results.cells.len()];
     for (rank, &index) in results.ranking.iter().enumerate() {
         if results.cells[index].complete().is_some() {
-            ranks[index] = (rank + 1).to_string();
+            ranks[index] = Some(rank + 1);
         }
     }
-    let mut header: Row = coordinate_columns().collect();
-    header.extend(["status", "reason", "rank", "objective"].map(String::from));
+    let mut header = numbers(coordinate_columns());
+    header.extend(texts(["status", "reason"]));
+    header.extend(counts(["rank"]));
+    header.extend(numbers(["objective"]));
     header.extend(columns(study, &metrics));
-    let row = |(cell, rank): (&Cell, String)| {
+    let row = |(cell, rank): (&Cell, Option<usize>)| {
         let mut row: Row = coordinates(&cell.site).collect();
         row.push(cell_status(cell).into());
         row.push(match &cell.verdict {
-            Verdict::Complete(_) => String::new(),
+            Verdict::Complete(_) => exchange::Cell::Missing,
             Verdict::GivenUp(_) => "cannot be the best place".into(),
-            Verdict::Infeasible(failure) => failure.reason.clone(),
+            Verdict::Infeasible(failure) => failure.reason.as_str().into(),
         });
-        row.push(rank);
+        row.push(rank.into());
         row.push(number(cell.metrics().map(|metrics| study.objective.value(metrics))));
         row.extend(cells(&metrics, cell.metrics()));
         row
     };
-    csv(header, results.cells.iter().zip(ranks).map(row))
+    Table::new(header, results.cells.iter().zip(ranks).map(row))
 }
 
 /// Word for what became of a place of the sweep.
@@ -129,36 +125,38 @@ fn searched(study: &PlacementStudy) -> Vec<Metric> {
 }
 
 /// One row per refinement: start, end, value, and how it compares with the best place.
-pub fn refinements_csv(results: &PlacementResults) -> csv::Result<Vec<u8>> {
-    let mut header: Row = vec!["refinement".into()];
-    header.extend(coordinate_columns().map(|name| format!("start_{name}")));
-    header.extend(coordinate_columns());
-    header.extend(["objective", "iterations", "evaluations", "converged", "agreement"].map(String::from));
+pub fn refinements_table(results: &PlacementResults) -> Table {
+    let mut header = counts(["refinement"]);
+    header.extend(numbers(coordinate_columns().map(|name| format!("start_{name}"))));
+    header.extend(numbers(coordinate_columns()));
+    header.extend(numbers(["objective"]));
+    header.extend(counts(["iterations", "evaluations"]));
+    header.extend(texts(["converged", "agreement"]));
     let row = |(index, found): (usize, &Refinement)| {
         let agreement = results.best.as_ref().map_or("", |best| super::summary::agreement_word(best.agreement[index]));
-        let mut row: Row = vec![(index + 1).to_string()];
+        let mut row: Row = vec![(index + 1).into()];
         row.extend(coordinates(&found.start));
         row.extend(coordinates(&found.site));
         row.push(number(Some(found.value)));
-        row.extend([found.iterations.to_string(), found.visited.len().to_string(), found.is_converged.to_string()]);
+        row.extend([found.iterations.into(), found.visited.len().into(), found.is_converged.to_string().into()]);
         row.push(agreement.into());
         row
     };
-    csv(header, results.refinements.iter().enumerate().map(row))
+    Table::new(header, results.refinements.iter().enumerate().map(row))
 }
 
 /// The Pareto front, by its first metric.
-pub fn front_csv(results: &PlacementResults) -> csv::Result<Vec<u8>> {
+pub fn front_table(results: &PlacementResults) -> Table {
     let study = &results.study;
     let metrics = &study.objective.pareto;
-    let mut header: Row = coordinate_columns().collect();
+    let mut header = numbers(coordinate_columns());
     header.extend(columns(study, metrics));
     let row = |(site, values): &(Site, Metrics)| {
         let mut row: Row = coordinates(site).collect();
         row.extend(cells(metrics, Some(values)));
         row
     };
-    csv(header, results.front.iter().map(row))
+    Table::new(header, results.front.iter().map(row))
 }
 
 /// Whether an entry was found by the search.

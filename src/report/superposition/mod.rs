@@ -10,15 +10,25 @@ mod text;
 pub use json::summary_json;
 pub use page::page;
 pub use pictures::figures;
-pub use tables::{ablation_csv, largest_factors_csv, locations_csv, map_csv, safe_load_csv, scaling_csv, slopes_csv};
+pub use tables::{
+    ablation_table, largest_factors_table, locations_table, map_table, safe_load_table, scaling_table, slopes_table,
+};
 pub use text::summary_text;
 
+use super::exchange::{Image, Layer};
 use crate::study::superposition::{
-    LocationResult,
+    LocationResult, Superposition,
     ablation::{Ablation, Cause},
     departure::Followed,
     growth::ROUNDING_MM,
 };
+
+/// The maps as an image of [`map_table`] and [`safe_load_table`], called `map` and `safe_load`.
+pub fn image(results: &Superposition) -> Image {
+    let departures = Layer { table: "map", keys: &["sum", "followed"], vectors: &["departure"] };
+    let safe = Layer { table: "safe_load", keys: &[], vectors: &[] };
+    Image { grid: results.study.grid.clone(), layers: vec![departures, safe] }
+}
 
 fn words(cause: Cause) -> &'static str {
     match cause {

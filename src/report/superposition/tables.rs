@@ -1,9 +1,11 @@
-//! A superposition study as CSV (RFC 4180), units in the headers. Cells without a number are empty, with the reason in
-//! `status` and `reason`.
+//! The tables of a superposition study. `status` and `reason` say why numbers are missing.
 
 use super::contributions;
 use crate::{
-    report::table::tidy_degrees,
+    report::{
+        exchange::{Cell, Column, Row, Table, cells, counts, numbers, texts},
+        table::tidy_degrees,
+    },
     study::{
         superposition::{
             LocationResult, Scaled, Superposition,
@@ -15,107 +17,90 @@ use crate::{
     },
 };
 
-type Row = Vec<String>;
-
-const POSITION: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
-
 /// Which departure a row shows, and its numbers: the largest over φ, the displacement by both sources at that φ and the
 /// largest over φ, and the largest ratio of the two at the same φ.
-const DEPARTURE: [&str; 13] = [
-    "sum",
-    "followed",
-    "status",
-    "reason",
-    "departure_mm",
-    "departure_x_mm",
-    "departure_y_mm",
-    "departure_z_mm",
-    "departure_phi_deg",
-    "simultaneous_mm",
-    "largest_simultaneous_mm",
-    "largest_ratio",
-    "largest_ratio_phi_deg",
-];
-
-fn csv(header: &[&str], rows: impl Iterator<Item = Row>) -> csv::Result<Vec<u8>> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record(header)?;
-    for row in rows {
-        writer.write_record(row)?;
-    }
-    writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))
+fn departure_columns() -> Vec<Column> {
+    let quantities = [
+        "departure_mm",
+        "departure_x_mm",
+        "departure_y_mm",
+        "departure_z_mm",
+        "departure_phi_deg",
+        "simultaneous_mm",
+        "largest_simultaneous_mm",
+        "largest_ratio",
+        "largest_ratio_phi_deg",
+    ];
+    [texts(["sum", "followed", "status", "reason"]), numbers(quantities)].concat()
 }
 
-fn number(value: Option<f64>) -> String {
-    value.map_or_else(String::new, |value| value.to_string())
-}
-
-fn numbers(values: [f64; 3]) -> Row {
-    values.iter().map(f64::to_string).collect()
+fn position_columns() -> Vec<Column> {
+    numbers(["x_mm", "y_mm", "z_mm"])
 }
 
 fn solved(worst: &Worst) -> Row {
-    let mut row = vec!["solved".into(), String::new(), worst.departure_mm.to_string()];
-    row.extend(numbers(worst.departure_vector_mm));
-    row.push(tidy_degrees(worst.phi_deg).to_string());
-    row.push(worst.simultaneous_mm.to_string());
-    row.push(worst.largest_simultaneous_mm.to_string());
-    row.push(number(worst.ratio));
-    row.push(number(worst.ratio_phi_deg.map(tidy_degrees)));
+    let mut row = vec!["solved".into(), Cell::Missing, worst.departure_mm.into()];
+    row.extend(cells(worst.departure_vector_mm));
+    row.push(tidy_degrees(worst.phi_deg).into());
+    row.push(worst.simultaneous_mm.into());
+    row.push(worst.largest_simultaneous_mm.into());
+    row.push(worst.ratio.into());
+    row.push(worst.ratio_phi_deg.map(tidy_degrees).into());
     row
 }
 
 fn failed(failure: &Failure, cells: usize) -> Row {
-    let mut row = vec![failure.status.to_string(), failure.reason.clone()];
-    row.resize(2 + cells, String::new());
+    let mut row = vec![failure.status.into(), failure.reason.as_str().into()];
+    row.resize(2 + cells, Cell::Missing);
     row
 }
 
-/// Rows of the columns [`DEPARTURE`], each behind `lead`.
+/// Rows of [`departure_columns`], each behind `lead`.
 fn departure_rows<'a>(lead: Row, departures: &'a Result<Departures, Failure>) -> impl Iterator<Item = Row> + use<'a> {
     let kinds = Sum::ALL.into_iter().flat_map(|sum| Followed::ALL.map(|followed| (sum, followed)));
     kinds.map(move |(sum, followed)| {
         let worst = departures.as_ref().and_then(|departures| departures.worst(sum, followed));
         let mut row = lead.clone();
-        row.extend([sum.label().to_string(), followed.label().to_string()]);
-        row.extend(worst.map_or_else(|failure| failed(failure, DEPARTURE.len() - 4), solved));
+        row.extend([sum.label().into(), followed.label().into()]);
+        row.extend(worst.map_or_else(|failure| failed(failure, departure_columns().len() - 4), solved));
         row
     })
 }
 
 /// Departures on the grid, worst over φ: a row per grid point, sum and followed point.
-pub fn map_csv(results: &Superposition) -> csv::Result<Vec<u8>> {
-    let rows = results.points.iter().flat_map(|p| departure_rows(numbers(p.position_mm), &p.departures));
-    csv(&[&POSITION[..], &DEPARTURE].concat(), rows)
+pub fn map_table(results: &Superposition) -> Table {
+    let rows = results.points.iter().flat_map(|p| departure_rows(cells(p.position_mm).collect(), &p.departures));
+    Table::new([position_columns(), departure_columns()].concat(), rows)
 }
 
 /// Departures at the locations, worst over φ: a row per location, sum and followed point.
-pub fn locations_csv(results: &Superposition) -> csv::Result<Vec<u8>> {
+pub fn locations_table(results: &Superposition) -> Table {
     let rows = results.locations.iter().flat_map(|l| {
-        let mut lead = vec![l.location.name.clone()];
-        lead.extend(numbers(l.location.position.into()));
+        let mut lead: Row = vec![l.location.name.as_str().into()];
+        lead.extend(cells(l.location.position.iter().copied()));
         departure_rows(lead, &l.departures)
     });
-    csv(&[&["location"][..], &POSITION, &DEPARTURE].concat(), rows)
+    Table::new([texts(["location"]), position_columns(), departure_columns()].concat(), rows)
 }
 
 fn largest_cells(largest: &LargestFactor) -> Row {
-    vec![largest.status().into(), largest.reason(), number(largest.factor())]
+    vec![largest.status().into(), largest.reason().into(), largest.factor().into()]
 }
 
 /// Whether superposition keeps within the tolerance at each grid point, and up to which factor on the load it does.
-pub fn safe_load_csv(results: &Superposition) -> csv::Result<Vec<u8>> {
+pub fn safe_load_table(results: &Superposition) -> Table {
     let rows = results.points.iter().map(|point| {
-        let mut row = numbers(point.position_mm);
+        let mut row: Row = cells(point.position_mm).collect();
         row.push(match &point.departures {
             Ok(departures) if departures.superposed_tool_mm() < results.study.tolerance => "yes".into(),
             Ok(_) => "no".into(),
-            Err(_) => String::new(),
+            Err(_) => Cell::Missing,
         });
         row.extend(largest_cells(&point.largest_load));
         row
     });
-    csv(&[&POSITION[..], &["within_tolerance", "status", "reason", "largest_load_factor"]].concat(), rows)
+    let found = [texts(["within_tolerance", "status", "reason"]), numbers(["largest_load_factor"])].concat();
+    Table::new([position_columns(), found].concat(), rows)
 }
 
 /// A row per location and way of scaling, with each of `cells`.
@@ -125,7 +110,7 @@ fn by_scaling(
 ) -> impl Iterator<Item = Row> {
     results.locations.iter().flat_map(move |location| {
         let rows = Scaled::ALL.map(|scaled| {
-            let lead = [location.location.name.clone(), scaled.label().to_string()];
+            let lead: [Cell; 2] = [location.location.name.as_str().into(), scaled.label().into()];
             cells(location, scaled).into_iter().map(move |cells| [&lead[..], &cells].concat())
         });
         rows.into_iter().flatten().collect::<Vec<_>>()
@@ -133,26 +118,27 @@ fn by_scaling(
 }
 
 /// Largest factor on load, chain errors and both up to which the tool tip's departure keeps within the tolerance.
-pub fn largest_factors_csv(results: &Superposition) -> csv::Result<Vec<u8>> {
+pub fn largest_factors_table(results: &Superposition) -> Table {
     let rows = by_scaling(results, |location, scaled| vec![largest_cells(&location.largest[scaled as usize])]);
-    csv(&["location", "scaled", "status", "reason", "largest_factor"], rows)
+    let columns = [texts(["location", "scaled", "status", "reason"]), numbers(["largest_factor"])].concat();
+    Table::new(columns, rows)
 }
 
 /// Departures with load, chain errors or both multiplied by each factor of the study.
-pub fn scaling_csv(results: &Superposition) -> csv::Result<Vec<u8>> {
+pub fn scaling_table(results: &Superposition) -> Table {
     let rows = by_scaling(results, |location, scaled| {
         let steps = &location.growth[scaled as usize].steps;
-        steps.iter().flat_map(|(factor, found)| departure_rows(vec![factor.to_string()], found)).collect()
+        steps.iter().flat_map(|(factor, found)| departure_rows(vec![(*factor).into()], found)).collect()
     });
-    csv(&[&["location", "scaled", "factor"][..], &DEPARTURE].concat(), rows)
+    Table::new([texts(["location", "scaled"]), numbers(["factor"]), departure_columns()].concat(), rows)
 }
 
-/// Straight lines through the departures of [`scaling_csv`] in logarithmic scales.
-pub fn slopes_csv(results: &Superposition) -> csv::Result<Vec<u8>> {
+/// Straight lines through the departures of [`scaling_table`] in logarithmic scales.
+pub fn slopes_table(results: &Superposition) -> Table {
     let rows = by_scaling(results, |location, scaled| {
         let kinds = Sum::ALL.into_iter().flat_map(|sum| Followed::ALL.map(|followed| (sum, followed)));
         let row = |(sum, followed): (Sum, Followed)| {
-            let mut row = vec![sum.label().to_string(), followed.label().to_string()];
+            let mut row: Row = vec![sum.label().into(), followed.label().into()];
             row.extend(match location.growth[scaled as usize].fit(sum, followed) {
                 Some(fit) => {
                     let (word, reason) = match fit.is_power_law() {
@@ -162,8 +148,14 @@ pub fn slopes_csv(results: &Superposition) -> csv::Result<Vec<u8>> {
                             ("not_a_power_law", format!("departures lie up to {ratio:.2} times off the line"))
                         }
                     };
-                    let values = [fit.slope, fit.coefficient_mm, fit.points as f64, fit.worst_ratio];
-                    [word.to_string(), reason].into_iter().chain(values.map(|v| v.to_string())).collect()
+                    vec![
+                        word.into(),
+                        reason.into(),
+                        fit.slope.into(),
+                        fit.coefficient_mm.into(),
+                        fit.points.into(),
+                        fit.worst_ratio.into(),
+                    ]
                 }
                 None => failed(&no_fit(), 4),
             });
@@ -171,19 +163,11 @@ pub fn slopes_csv(results: &Superposition) -> csv::Result<Vec<u8>> {
         };
         kinds.map(row).collect()
     });
-    let header = [
-        "location",
-        "scaled",
-        "sum",
-        "followed",
-        "status",
-        "reason",
-        "slope",
-        "fitted_departure_at_factor_1_mm",
-        "departures_fitted",
-        "largest_ratio_to_fit",
-    ];
-    csv(&header, rows)
+    let mut columns = texts(["location", "scaled", "sum", "followed", "status", "reason"]);
+    columns.extend(numbers(["slope", "fitted_departure_at_factor_1_mm"]));
+    columns.extend(counts(["departures_fitted"]));
+    columns.extend(numbers(["largest_ratio_to_fit"]));
+    Table::new(columns, rows)
 }
 
 fn no_fit() -> Failure {
@@ -195,40 +179,33 @@ fn no_fit() -> Failure {
 
 /// The departure and its parts at each location, φ and followed point. `share` is the part's component along the
 /// departure, over the departure.
-pub fn ablation_csv(results: &Superposition) -> csv::Result<Vec<u8>> {
-    let header = [
-        "location",
-        "status",
-        "reason",
-        "phi_deg",
-        "followed",
-        "cause",
-        "part_x_mm",
-        "part_y_mm",
-        "part_z_mm",
-        "part_mm",
-        "share",
-    ];
+pub fn ablation_table(results: &Superposition) -> Table {
+    let mut columns = texts(["location", "status", "reason"]);
+    columns.extend(numbers(["phi_deg"]));
+    columns.extend(texts(["followed", "cause"]));
+    columns.extend(numbers(["part_x_mm", "part_y_mm", "part_z_mm", "part_mm", "share"]));
+    let width = columns.len();
     let rows = results.locations.iter().flat_map(|location| {
-        let name = location.location.name.clone();
+        let name = location.location.name.as_str();
         match &location.ablation {
-            Ok(angles) => angles.iter().flat_map(|angle| ablation_rows(&name, angle)).collect(),
-            Err(failure) => vec![[vec![name], failed(failure, header.len() - 3)].concat()],
+            Ok(angles) => angles.iter().flat_map(|angle| ablation_rows(name, angle)).collect(),
+            Err(failure) => vec![[vec![name.into()], failed(failure, width - 3)].concat()],
         }
     });
-    csv(&header, rows)
+    let rows: Vec<Row> = rows.collect();
+    Table::new(columns, rows)
 }
 
 fn ablation_rows(name: &str, angle: &crate::study::superposition::ablation::Ablation) -> Vec<Row> {
-    let lead = [name.into(), "solved".into(), String::new(), tidy_degrees(angle.phi_deg).to_string()];
+    let lead: [Cell; 4] = [name.into(), "solved".into(), Cell::Missing, tidy_degrees(angle.phi_deg).into()];
     let of_point = |followed: Followed| {
         let whole = angle.departure.of(followed);
         let shares = contributions(angle, followed).map(|lengths| lengths.map(|length| length / whole.norm()));
         let row = |cause: &str, part: nalgebra::Vector3<f64>, share: Option<f64>| {
             let mut row = lead.to_vec();
-            row.extend([followed.label().to_string(), cause.to_string()]);
-            row.extend(numbers(part.into()));
-            row.extend([part.norm().to_string(), number(share)]);
+            row.extend([followed.label().into(), cause.into()]);
+            row.extend(cells(part.iter().copied()));
+            row.extend([part.norm().into(), share.into()]);
             row
         };
         let mut rows = vec![row("all", whole, shares.map(|_| 1.0))];

@@ -8,4 +8,4 @@ mod tables;
 pub use page::page;
 pub use pictures::figures;
 pub use summary::{summary_json, summary_table, summary_text};
-pub use tables::{summary_csv, variants_csv};
+pub use tables::{quoted_table, variants_table};

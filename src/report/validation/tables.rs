@@ -1,6 +1,9 @@
-//! A validation study as CSV (RFC 4180).
+//! The tables of a validation study.
 
-use crate::study::validation::{Compared, Quoted, Relation, ValidationResults};
+use crate::{
+    report::exchange::{Row, Table, numbers, texts},
+    study::validation::{Compared, Quoted, Relation, ValidationResults},
+};
 
 /// Word for how a number is meant.
 pub(super) fn relation_word(relation: Relation) -> &'static str {
@@ -25,68 +28,55 @@ pub(super) fn reason<'a>(quoted: &'a Quoted, compared: &'a Compared) -> &'a str 
     }
 }
 
-fn number(value: Option<f64>) -> String {
-    value.map_or_else(String::new, |value| value.to_string())
-}
-
 /// One row per quoted number: the number, ours, their ratio, and why they differ.
-pub fn summary_csv(results: &ValidationResults) -> csv::Result<Vec<u8>> {
+pub fn quoted_table(results: &ValidationResults) -> Table {
     let study = &results.study;
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record([
-        "source", "case", "quantity", "unit", "meant_as", "quoted", "ours", "ratio", "agrees", "reason",
-    ])?;
-    for (quoted, compared) in study.quoted.iter().zip(&results.compared) {
+    let mut columns = texts(["source", "case", "quantity", "unit", "meant_as"]);
+    columns.extend(numbers(["quoted", "ours", "ratio"]));
+    columns.extend(texts(["agrees", "reason"]));
+    let rows = study.quoted.iter().zip(&results.compared).map(|(quoted, compared)| {
         let ours = &compared.ours[0];
-        writer.write_record([
-            quoted.source.as_str(),
-            &study.cases[quoted.case],
-            quoted.quantity.label(),
-            quoted.quantity.unit(&study.machine),
-            relation_word(quoted.relation),
-            &quoted.value.to_string(),
-            &number(ours.as_ref().ok().copied()),
-            &number(ratio(quoted, ours)),
-            if compared.agrees { "yes" } else { "no" },
-            reason(quoted, compared),
-        ])?;
-    }
-    writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))
+        vec![
+            quoted.source.as_str().into(),
+            study.cases[quoted.case].as_str().into(),
+            quoted.quantity.label().into(),
+            quoted.quantity.unit(&study.machine).into(),
+            relation_word(quoted.relation).into(),
+            quoted.value.into(),
+            ours.as_ref().ok().copied().into(),
+            ratio(quoted, ours).into(),
+            if compared.agrees { "yes" } else { "no" }.into(),
+            reason(quoted, compared).into(),
+        ]
+    });
+    Table::new(columns, rows)
 }
 
 /// One row per quoted number and variant: what the choice of process changes.
-pub fn variants_csv(results: &ValidationResults) -> csv::Result<Vec<u8>> {
+pub fn variants_table(results: &ValidationResults) -> Table {
     let study = &results.study;
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record([
-        "case",
-        "quantity",
-        "unit",
-        "quoted",
-        "variant",
-        "status",
-        "reason",
-        "value",
-        "ratio",
-        "change_to_first",
-    ])?;
+    let mut columns = texts(["case", "quantity", "unit"]);
+    columns.extend(numbers(["quoted"]));
+    columns.extend(texts(["variant", "status", "reason"]));
+    columns.extend(numbers(["value", "ratio", "change_to_first"]));
+    let mut rows: Vec<Row> = Vec::new();
     for (quoted, compared) in study.quoted.iter().zip(&results.compared) {
         let first = compared.ours[0].as_ref().ok();
         for (variant, ours) in study.variants.iter().zip(&compared.ours) {
             let change = ours.as_ref().ok().zip(first).map(|(ours, first)| ours / first - 1.0);
-            writer.write_record([
-                study.cases[quoted.case].as_str(),
-                quoted.quantity.label(),
-                quoted.quantity.unit(&study.machine),
-                &quoted.value.to_string(),
-                &variant.name,
-                if ours.is_ok() { "solved" } else { "not_solved" },
-                ours.as_ref().err().map_or("", String::as_str),
-                &number(ours.as_ref().ok().copied()),
-                &number(ratio(quoted, ours)),
-                &number(change.filter(|change| change.is_finite())),
-            ])?;
+            rows.push(vec![
+                study.cases[quoted.case].as_str().into(),
+                quoted.quantity.label().into(),
+                quoted.quantity.unit(&study.machine).into(),
+                quoted.value.into(),
+                variant.name.as_str().into(),
+                if ours.is_ok() { "solved" } else { "not_solved" }.into(),
+                ours.as_ref().err().map(String::as_str).into(),
+                ours.as_ref().ok().copied().into(),
+                ratio(quoted, ours).into(),
+                change.filter(|change| change.is_finite()).into(),
+            ]);
         }
     }
-    writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))
+    Table::new(columns, rows)
 }

@@ -1,43 +1,40 @@
-//! The map as CSV (RFC 4180), units in the headers.
+//! The map as a table.
 
 use crate::{
     machine::Machine,
-    report::table::{correction_columns, force_columns, shown_positions, tidy_degrees},
+    report::{
+        exchange::{Cell, Column, Row, Table, cells, numbers, texts},
+        table::{correction_columns, force_columns, shown_positions, tidy_degrees},
+    },
     study::{
         Source,
         workspace_map::{Failure, SourceEffect, WorkspaceMap},
     },
 };
 
-/// One row per grid point and source. Numbers in shortest form that reads back to the same value; cells without a number
-/// are empty, with the reason in `status` and `reason`.
-pub fn csv(map: &WorkspaceMap) -> csv::Result<Vec<u8>> {
+/// One row per grid point and source; `status` and `reason` say why numbers are missing.
+pub fn table(map: &WorkspaceMap) -> Table {
     let machine = &map.study.machine;
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record(header(machine))?;
-    for point in &map.points {
-        for source in Source::ALL {
-            let mut row: Vec<String> = point.position_mm.iter().map(f64::to_string).collect();
+    let columns = columns(machine);
+    let width = columns.len();
+    let rows = map.points.iter().flat_map(|point| {
+        Source::ALL.map(|source| {
+            let mut row: Row = cells(point.position_mm).collect();
             row.push(source.label().into());
             match &point.effects[source as usize] {
                 Ok(effect) => solved_cells(machine, effect, &mut row),
-                Err(failure) => failed_cells(machine, failure, &mut row),
+                Err(failure) => failed_cells(failure, width, &mut row),
             }
-            writer.write_record(&row)?;
-        }
-    }
-    writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))
+            row
+        })
+    });
+    let rows: Vec<Row> = rows.collect();
+    Table::new(columns, rows)
 }
 
-/// Column names; drive columns carry the drive's label and unit.
-fn header(machine: &Machine) -> Vec<String> {
-    let fixed = [
-        "x_mm",
-        "y_mm",
-        "z_mm",
-        "source",
-        "status",
-        "reason",
+/// Drive columns carry the drive's label and unit.
+fn columns(machine: &Machine) -> Vec<Column> {
+    let quantities = [
         "deflection_mm",
         "deflection_x_mm",
         "deflection_y_mm",
@@ -52,28 +49,26 @@ fn header(machine: &Machine) -> Vec<String> {
         "departure_z_mm",
         "departure_over_deflection",
     ];
-    let mut names: Vec<String> = fixed.iter().map(ToString::to_string).collect();
-    names.extend(correction_columns(machine));
-    names.extend(force_columns(machine));
-    names
+    let mut columns = numbers(["x_mm", "y_mm", "z_mm"]);
+    columns.extend(texts(["source", "status", "reason"]));
+    columns.extend(numbers(quantities));
+    columns.extend(numbers(correction_columns(machine).chain(force_columns(machine))));
+    columns
 }
 
-fn solved_cells(machine: &Machine, effect: &SourceEffect, row: &mut Vec<String>) {
-    let optional = |value: Option<f64>| value.map_or_else(String::new, |v| v.to_string());
-    row.extend(["solved".to_string(), String::new(), effect.deflection_mm.to_string()]);
-    row.extend(effect.deflection_vector_mm.iter().map(f64::to_string));
-    row.push(optional(effect.phi_deg.map(tidy_degrees)));
-    row.extend(effect.principal_stiffness_n_per_mm.iter().map(f64::to_string));
-    row.push(optional(effect.departure_mm()));
-    for i in 0..3 {
-        row.push(optional(effect.departure_vector_mm.map(|v| v[i])));
-    }
-    row.push(optional(effect.departure_mm().filter(|_| effect.deflection_mm > 0.0).map(|d| d / effect.deflection_mm)));
-    row.extend(shown_positions(machine, &effect.delta_rho).iter().map(f64::to_string));
-    row.extend(effect.drive_force.iter().map(f64::to_string));
+fn solved_cells(machine: &Machine, effect: &SourceEffect, row: &mut Row) {
+    row.extend(["solved".into(), Cell::Missing, effect.deflection_mm.into()]);
+    row.extend(cells(effect.deflection_vector_mm));
+    row.push(effect.phi_deg.map(tidy_degrees).into());
+    row.extend(cells(effect.principal_stiffness_n_per_mm));
+    row.push(effect.departure_mm().into());
+    row.extend((0..3).map(|i| effect.departure_vector_mm.map(|v| v[i]).into()));
+    row.push(effect.departure_mm().filter(|_| effect.deflection_mm > 0.0).map(|d| d / effect.deflection_mm).into());
+    row.extend(cells(shown_positions(machine, &effect.delta_rho)));
+    row.extend(cells(effect.drive_force.iter().copied()));
 }
 
-fn failed_cells(machine: &Machine, failure: &Failure, row: &mut Vec<String>) {
-    row.extend([failure.status.to_string(), failure.reason.clone()]);
-    row.resize(header(machine).len(), String::new());
+fn failed_cells(failure: &Failure, width: usize, row: &mut Row) {
+    row.extend([failure.status.into(), failure.reason.as_str().into()]);
+    row.resize(width, Cell::Missing);
 }

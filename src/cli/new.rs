@@ -1,0 +1,100 @@
+//! `kinetostat new`: writes a study folder to start from.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use kinetostat::{
+    error::{Error, Result},
+    report::{OutputFile, write_all},
+};
+
+use super::{Ending, print};
+
+/// Write a commented study folder that runs at once.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  kinetostat new map studies/11_stiff_corner
+  kinetostat new placement where_to_clamp
+  kinetostat run where_to_clamp")]
+pub struct NewArguments {
+    /// What the study asks
+    kind: Kind,
+    /// Folder to write, which must not exist; its last part names the study
+    name: PathBuf,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Kind {
+    /// How far the tool moves over the workspace, and what to command instead
+    Map,
+    /// Where a workpiece should stand
+    Placement,
+    /// Whether the effects of cutting force and chain errors may be added
+    Superposition,
+    /// How far the tool leaves a path, and which compensation puts it back
+    Path,
+    /// Numbers quoted by a paper or a measurement beside those of the model
+    Validation,
+}
+
+const README: &str = include_str!("templates/README.md");
+
+impl Kind {
+    /// Names and contents of the files of a folder, but the README.
+    fn files(self) -> &'static [(&'static str, &'static str)] {
+        match self {
+            Kind::Map => &[("study.toml", include_str!("templates/map/study.toml"))],
+            Kind::Superposition => &[("study.toml", include_str!("templates/superposition/study.toml"))],
+            Kind::Placement => &[
+                ("study.toml", include_str!("templates/placement/study.toml")),
+                ("process.toml", include_str!("templates/placement/process.toml")),
+            ],
+            Kind::Path => &[
+                ("study.toml", include_str!("templates/path/study.toml")),
+                ("process.toml", include_str!("templates/path/process.toml")),
+            ],
+            Kind::Validation => &[
+                ("study.toml", include_str!("templates/validation/study.toml")),
+                ("process.toml", include_str!("templates/validation/process.toml")),
+            ],
+        }
+    }
+}
+
+pub fn new(arguments: &NewArguments) -> Result<Ending> {
+    let folder = &arguments.name;
+    let name = study_name(folder)?;
+    if let Some(parent) = folder.parent() {
+        let made = std::fs::create_dir_all(parent);
+        made.map_err(|source| Error::Write { file: parent.to_path_buf(), source })?;
+    }
+    // Fails where anything of this name exists.
+    std::fs::create_dir(folder).map_err(|source| Error::Write { file: folder.clone(), source })?;
+    let shown = folder.display().to_string();
+    let readme = README.replace("{name}", name).replace("{folder}", &shown);
+    let mut files = vec![OutputFile::new("README.md", readme)];
+    files.extend(arguments.kind.files().iter().map(|(name, content)| OutputFile::new(*name, *content)));
+    let mut said = format!("Written to {shown}:\n");
+    for path in write_all(folder, &files)? {
+        said += &format!("  {}\n", path.file_name().unwrap_or_default().to_string_lossy());
+    }
+    print(&format!("{said}Next: edit {}, then\n  kinetostat run {shown}\n", folder.join("study.toml").display()))?;
+    Ok(Ending::Complete)
+}
+
+/// The last part of `folder`: it names results, so it is made of letters, digits, `_`, `-` and `.` and begins with none of
+/// the last two.
+fn study_name(folder: &Path) -> Result<&str> {
+    let name = folder.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
+    if name.is_empty() || name.starts_with(['-', '.']) || !name.chars().all(is_plain) {
+        let problem = format!(
+            "\"{}\" does not name a study: expected a last part of letters, digits, \"_\", \"-\" and \".\", beginning with \
+             a letter, digit or \"_\"",
+            folder.display()
+        );
+        return Err(Error::Argument { argument: "NAME".into(), problem });
+    }
+    Ok(name)
+}

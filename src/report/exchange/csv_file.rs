@@ -1,0 +1,93 @@
+//! Tables as CSV and their description.
+//!
+//! CSV (RFC 4180) has no place for a version, and a comment line or an extra header would break readers. Version, units and
+//! types of all tables of a folder therefore stand beside them in `csv-metadata.json`, the file in which the W3C
+//! recommendation "Metadata Vocabulary for Tabular Data" (2015, section 5.2) has programs look for the description of the
+//! CSV files of a folder. Units and versions are terms of schema.org, whose prefix that recommendation predefines.
+
+use serde_json::{Value, json};
+
+use super::table::{Cell, Kind, SCHEMA, Table};
+
+/// Name of the file that describes the CSV files of a folder.
+pub const DESCRIPTION: &str = "csv-metadata.json";
+
+/// The table as CSV: one header line, numbers in the shortest form that reads back to the same value, empty cells where
+/// values are missing.
+///
+/// # Errors
+/// None that is known: memory takes all that is written.
+pub fn csv(table: &Table) -> csv::Result<Vec<u8>> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(table.columns().iter().map(|column| &column.name))?;
+    for row in table.rows() {
+        writer.write_record(row.iter().map(|cell| match cell {
+            Cell::Missing => String::new(),
+            Cell::Number(number) => number.to_string(),
+            Cell::Count(count) => count.to_string(),
+            Cell::Text(text) => text.clone(),
+        }))?;
+    }
+    writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))
+}
+
+/// The description of CSV files with their names.
+pub fn description<'a>(tables: impl IntoIterator<Item = (&'a str, &'a Table)>) -> Value {
+    let tables: Vec<Value> = tables.into_iter().map(|(file, table)| described(file, table)).collect();
+    json!({ "@context": "http://www.w3.org/ns/csvw", "schema:version": SCHEMA.to_string(), "tables": tables })
+}
+
+fn described(file: &str, table: &Table) -> Value {
+    let columns = table.columns().iter().map(|column| {
+        let datatype = match column.kind {
+            Kind::Number => "double",
+            Kind::Count => "nonNegativeInteger",
+            Kind::Text => "string",
+        };
+        let mut described = json!({ "titles": column.name, "datatype": datatype });
+        if let Some(unit) = column.unit() {
+            described["schema:unitText"] = json!(unit);
+        }
+        described
+    });
+    json!({ "url": file, "tableSchema": { "columns": columns.collect::<Vec<_>>() } })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{super::table, *};
+
+    fn sample() -> Table {
+        let columns = [table::counts(["point"]), table::numbers(["x_mm"]), table::texts(["reason, if any"])].concat();
+        let rows = [
+            vec![0.into(), 0.1.into(), "".into()],
+            vec![1.into(), Cell::Missing, "\"no\",\nsaid the leg".into()],
+            vec![2.into(), (-1e-300).into(), "μ".into()],
+        ];
+        Table::new(columns, rows)
+    }
+
+    #[test]
+    fn a_table_is_read_back_as_it_was() {
+        let bytes = csv(&sample()).unwrap();
+        let mut reader = csv::Reader::from_reader(bytes.as_slice());
+        assert_eq!(reader.headers().unwrap(), vec!["point", "x_mm", "reason, if any"]);
+        let rows: Vec<(usize, Option<f64>, Option<String>)> = reader.deserialize().map(|row| row.unwrap()).collect();
+        let expected = vec![
+            (0, Some(0.1), None),
+            (1, None, Some("\"no\",\nsaid the leg".into())),
+            (2, Some(-1e-300), Some("μ".into())),
+        ];
+        assert_eq!(rows, expected);
+    }
+
+    #[test]
+    fn the_description_has_units_and_types() {
+        let described = description([("a.csv", &sample())]);
+        let columns = &described["tables"][0]["tableSchema"]["columns"];
+        assert_eq!(described["schema:version"], "1");
+        assert_eq!(described["tables"][0]["url"], "a.csv");
+        assert_eq!(columns[1], json!({ "titles": "x_mm", "datatype": "double", "schema:unitText": "mm" }));
+        assert_eq!(columns[2], json!({ "titles": "reason, if any", "datatype": "string" }));
+    }
+}

@@ -1,0 +1,67 @@
+//! What other programs read: typed tables as CSV and Parquet, maps as VTK image data.
+//!
+//! A report makes a [`Table`] of typed columns whose names end with their units; every exporter takes the same table, so
+//! all formats hold the same columns and numbers. [`SCHEMA`] is the version of these columns.
+
+mod csv_file;
+mod image;
+mod parquet_file;
+mod table;
+
+use std::path::Path;
+
+pub use csv_file::{DESCRIPTION, csv, description};
+pub use image::{Image, Layer, STATUS};
+pub use parquet_file::parquet;
+pub use table::{Cell, Column, Kind, Row, SCHEMA, Table, cells, counts, numbers, texts};
+
+use super::OutputFile;
+use crate::error::{Error, Result};
+
+/// A format for tables or maps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// Tables as CSV.
+    Csv,
+    /// Tables as Apache Parquet.
+    Parquet,
+    /// Maps on a grid as VTK image data.
+    Vti,
+}
+
+/// Tables and maps in the formats asked for, `folder` being where they will be written. A study without a map has no VTK
+/// image.
+///
+/// # Errors
+/// A format cannot hold the data; names the file.
+pub fn files(
+    folder: &Path,
+    tables: &[(String, Table)],
+    map: Option<&Image>,
+    formats: &[Format],
+) -> Result<Vec<OutputFile>> {
+    let fault = |name: &str, source| Error::Write { file: folder.join(name), source };
+    let mut files = Vec::new();
+    if formats.contains(&Format::Csv) {
+        let named: Vec<(String, &Table)> = tables.iter().map(|(stem, table)| (format!("{stem}.csv"), table)).collect();
+        for (name, table) in &named {
+            let bytes = csv(table).map_err(|e| fault(name, std::io::Error::other(e)))?;
+            files.push(OutputFile::new(name, bytes));
+        }
+        let described = description(named.iter().map(|(name, table)| (name.as_str(), *table)));
+        files.push(OutputFile::new(DESCRIPTION, format!("{described:#}\n")));
+    }
+    if formats.contains(&Format::Parquet) {
+        for (stem, table) in tables {
+            let name = format!("{stem}.parquet");
+            let bytes = parquet(table).map_err(|e| fault(&name, std::io::Error::other(e)))?;
+            files.push(OutputFile::new(name, bytes));
+        }
+    }
+    if let Some(map) = map.filter(|_| formats.contains(&Format::Vti)) {
+        let (bytes, described) = map.vti(tables).map_err(|source| fault("map.vti", source))?;
+        files.push(OutputFile::new("map.vti", bytes));
+        files.push(OutputFile::new("map.vti.json", format!("{described:#}\n")));
+    }
+    Ok(files)
+}

@@ -1,0 +1,139 @@
+//! Tables as Apache Parquet.
+
+use std::sync::Arc;
+
+use parquet::{
+    basic::{LogicalType, Repetition, Type as Physical},
+    column::writer::ColumnWriter,
+    data_type::ByteArray,
+    errors::{ParquetError, Result},
+    file::{
+        metadata::KeyValue,
+        properties::WriterProperties,
+        writer::{SerializedFileWriter, SerializedRowGroupWriter},
+    },
+    schema::types::Type,
+};
+
+use super::table::{Cell, Column, Kind, SCHEMA, Table};
+
+/// Rows of a row group.
+const GROUP: usize = 1 << 20;
+
+/// The table as a Parquet file with the columns of the CSV file: `double`, `int64` or UTF-8, null where a cell is missing.
+///
+/// The file's key-value metadata hold the version of the columns (`kinetostat.schema`) and the unit of every column that
+/// has one (`unit.COLUMN`), since Parquet keeps no units itself.
+///
+/// # Errors
+/// The library refuses the schema or the data.
+pub fn parquet(table: &Table) -> Result<Vec<u8>> {
+    let fields = table.columns().iter().map(|column| field(column).map(Arc::new)).collect::<Result<Vec<_>>>()?;
+    let schema = Type::group_type_builder("table").with_fields(fields).build()?;
+    let mut metadata = vec![KeyValue::new("kinetostat.schema".into(), SCHEMA.to_string())];
+    for column in table.columns() {
+        metadata.extend(column.unit().map(|unit| KeyValue::new(format!("unit.{}", column.name), unit.to_string())));
+    }
+    let properties = WriterProperties::builder()
+        .set_created_by(concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION")).into())
+        .set_key_value_metadata(Some(metadata))
+        .build();
+    let mut writer = SerializedFileWriter::new(Vec::new(), Arc::new(schema), Arc::new(properties))?;
+    for rows in table.rows().chunks(GROUP) {
+        let mut group = writer.next_row_group()?;
+        for index in 0..table.columns().len() {
+            write_column(&mut group, rows.iter().map(|row| &row[index]))?;
+        }
+        group.close()?;
+    }
+    writer.into_inner()
+}
+
+fn field(column: &Column) -> Result<Type> {
+    let (physical, logical) = match column.kind {
+        Kind::Number => (Physical::DOUBLE, None),
+        Kind::Count => (Physical::INT64, None),
+        Kind::Text => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
+    };
+    Type::primitive_type_builder(&column.name, physical)
+        .with_logical_type(logical)
+        .with_repetition(Repetition::OPTIONAL)
+        .build()
+}
+
+/// Writes the next column of `group`.
+fn write_column<'a>(
+    group: &mut SerializedRowGroupWriter<'_, Vec<u8>>,
+    cells: impl Iterator<Item = &'a Cell> + Clone,
+) -> Result<()> {
+    let Some(mut column) = group.next_column()? else {
+        return Err(ParquetError::General("more columns than the schema has".into()));
+    };
+    let present: Vec<i16> = cells.clone().map(|cell| i16::from(*cell != Cell::Missing)).collect();
+    let levels = Some(present.as_slice());
+    match column.untyped() {
+        ColumnWriter::DoubleColumnWriter(writer) => {
+            let values: Vec<f64> =
+                cells.filter_map(|c| if let Cell::Number(v) = c { Some(*v) } else { None }).collect();
+            writer.write_batch(&values, levels, None)?;
+        }
+        ColumnWriter::Int64ColumnWriter(writer) => {
+            let counts = cells.filter_map(|c| if let Cell::Count(v) = c { Some(i64::try_from(*v)) } else { None });
+            let values = counts.collect::<std::result::Result<Vec<_>, _>>();
+            let values = values.map_err(|e| ParquetError::General(e.to_string()))?;
+            writer.write_batch(&values, levels, None)?;
+        }
+        ColumnWriter::ByteArrayColumnWriter(writer) => {
+            let texts =
+                cells.filter_map(|c| if let Cell::Text(v) = c { Some(ByteArray::from(v.as_str())) } else { None });
+            writer.write_batch(&texts.collect::<Vec<_>>(), levels, None)?;
+        }
+        _ => return Err(ParquetError::General("a column is neither number, count nor text".into())),
+    }
+    column.close()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+
+    use parquet::{
+        file::reader::{FileReader, SerializedFileReader},
+        record::Field,
+    };
+
+    use super::{super::table, *};
+
+    fn read_back(cell: &Field) -> Cell {
+        match cell {
+            Field::Null => Cell::Missing,
+            Field::Double(number) => Cell::Number(*number),
+            Field::Long(count) => Cell::Count(usize::try_from(*count).unwrap()),
+            Field::Str(text) => Cell::Text(text.clone()),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn a_table_is_read_back_as_it_was() {
+        let columns = [table::counts(["point"]), table::numbers(["x_mm", "ratio"]), table::texts(["reason"])].concat();
+        let row = |k: usize| {
+            let x = (k % 3 > 0).then(|| 0.1 * k as f64 - 7e-300);
+            vec![k.into(), x.into(), Cell::Missing, if k == 4 { "unstable: μ < 0" } else { "" }.into()]
+        };
+        let table = Table::new(columns, (0..1000).map(row));
+        let bytes = parquet(&table).unwrap();
+        assert_eq!(bytes, parquet(&table).unwrap());
+        let mut file = tempfile::tempfile().unwrap();
+        file.write_all(&bytes).unwrap();
+        let reader = SerializedFileReader::new(file).unwrap();
+        let rows = reader.get_row_iter(None).unwrap();
+        let rows = rows.map(|row| row.unwrap().get_column_iter().map(|(_, cell)| read_back(cell)).collect::<Vec<_>>());
+        assert_eq!(table, Table::new(table.columns().to_vec(), rows));
+        let file = reader.metadata().file_metadata();
+        let names: Vec<&str> = file.schema().get_fields().iter().map(|field| field.name()).collect();
+        assert_eq!(names, ["point", "x_mm", "ratio", "reason"]);
+        let pair = |key: &str, value: &str| KeyValue::new(key.into(), value.to_string());
+        assert_eq!(file.key_value_metadata().unwrap(), &[pair("kinetostat.schema", "1"), pair("unit.x_mm", "mm")]);
+    }
+}

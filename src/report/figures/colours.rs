@@ -1,0 +1,93 @@
+//! Colours of fields.
+
+use std::sync::LazyLock;
+
+use colorgrad::{BlendMode, Color, Gradient, GradientBuilder, LinearGradient};
+use plotters::style::RGBColor;
+use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
+
+use super::scene::Rgb;
+
+/// Colours from the smallest to the largest value of a field. In all of them lightness rises steadily, so a grey print
+/// keeps the order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Colours {
+    /// Perceptually uniform, from dark violet over green to yellow.
+    #[default]
+    Viridis,
+    /// Perceptually uniform, from dark blue over grey to yellow; looks nearly the same to readers with and without colour
+    /// vision.
+    ///
+    /// Source: J. R. Nuñez, C. R. Anderton, R. S. Renslow, PLoS ONE 13(7), 2018.
+    Cividis,
+    /// From dark to light grey in even steps of lightness, apart from the ink of lines and the white of paper.
+    Grey,
+}
+
+static GREY: LazyLock<LinearGradient> = LazyLock::new(|| {
+    let ends = [Color::from_rgba8(38, 38, 38, 255), Color::from_rgba8(240, 240, 240, 255)];
+    let gradient = GradientBuilder::new().colors(&ends).mode(BlendMode::Oklab).build();
+    gradient.unwrap_or_else(|e| unreachable!("two colours make a gradient: {e}"))
+});
+
+impl Colours {
+    /// The colour of a fraction 0..1 of the range; fractions outside take the end colours.
+    pub(super) fn at(self, fraction: f64) -> Rgb {
+        let fraction = fraction.clamp(0.0, 1.0);
+        match self {
+            Colours::Viridis => {
+                let RGBColor(r, g, b) = ViridisRGB.get_color(fraction);
+                [r, g, b]
+            }
+            Colours::Cividis => rgb(&colorgrad::preset::cividis().at(fraction as f32)),
+            Colours::Grey => rgb(&GREY.at(fraction as f32)),
+        }
+    }
+}
+
+fn rgb(colour: &Color) -> Rgb {
+    let [r, g, b, _] = colour.to_rgba8();
+    [r, g, b]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Relative luminance of an sRGB colour.
+    fn luminance(colour: Rgb) -> f64 {
+        let [r, g, b] = colour.map(|v| {
+            let v = f64::from(v) / 255.0;
+            if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+        });
+        0.2126 * r + 0.7152 * g + 0.0722 * b
+    }
+
+    /// CIE lightness, 0..100.
+    fn lightness(colour: Rgb) -> f64 {
+        116.0 * luminance(colour).cbrt() - 16.0
+    }
+
+    #[test]
+    fn lightness_rises_steadily_in_all_colours() {
+        for colours in [Colours::Viridis, Colours::Cividis, Colours::Grey] {
+            let steps: Vec<f64> = (0..=20).map(|k| lightness(colours.at(f64::from(k) / 20.0))).collect();
+            let even = (steps[20] - steps[0]) / 20.0;
+            assert!(even > 3.0, "{colours:?} spans {} of 100", steps[20] - steps[0]);
+            for (k, pair) in steps.windows(2).enumerate() {
+                let step = pair[1] - pair[0];
+                assert!(step > 0.4 * even && step < 1.7 * even, "{colours:?}, step {k}: {step}, {even} on average");
+            }
+            assert_eq!(colours.at(-1.0), colours.at(0.0));
+            assert_eq!(colours.at(2.0), colours.at(1.0));
+        }
+    }
+
+    #[test]
+    fn the_ends_are_those_published() {
+        assert_eq!([Colours::Viridis.at(0.0), Colours::Viridis.at(1.0)], [[68, 1, 84], [254, 232, 37]]);
+        let near = |found: Rgb, published: Rgb| found.iter().zip(published).all(|(a, b)| a.abs_diff(b) <= 6);
+        assert!(near(Colours::Cividis.at(0.0), [0, 32, 77]), "{:?}", Colours::Cividis.at(0.0));
+        assert!(near(Colours::Cividis.at(1.0), [255, 234, 70]), "{:?}", Colours::Cividis.at(1.0));
+    }
+}
