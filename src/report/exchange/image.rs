@@ -103,14 +103,16 @@ impl Image {
     }
 
     fn arrays(&self, tables: &[(String, Table)]) -> io::Result<Vec<Array>> {
-        let positions = (0..self.grid.len()).map(|index| self.grid.position(index).into()).collect();
-        let mut arrays =
-            vec![Array { name: "position_mm".into(), unit: Some("mm".into()), values: Values::Vectors(positions) }];
+        let mut arrays = Vec::new();
         for layer in &self.layers {
             let found = tables.iter().find(|(name, _)| name == layer.table);
             let (_, table) = found.ok_or_else(|| io::Error::other(format!("there is no table {}", layer.table)))?;
             arrays.extend(layer.arrays(table, self.grid.len())?);
         }
+        // Programs show the first array: a quantity of the first table.
+        arrays.sort_by_key(|array| matches!(array.values, Values::Statuses(_)));
+        let positions = (0..self.grid.len()).map(|index| self.grid.position(index).into()).collect();
+        arrays.push(Array { name: "position_mm".into(), unit: Some("mm".into()), values: Values::Vectors(positions) });
         Ok(arrays)
     }
 
@@ -284,7 +286,7 @@ mod tests {
         assert_eq!(array("cutting/departure_mm"), None, "an array without any number");
         let named: Vec<&str> =
             description["arrays"].as_array().unwrap().iter().map(|array| array["name"].as_str().unwrap()).collect();
-        assert_eq!(named[..3], ["position_mm", "cutting/status", "cutting/deflection_mm"]);
+        assert_eq!((named[0], named[named.len() - 1]), ("cutting/deflection_mm", "position_mm"));
         assert_eq!(description["status"]["unreachable"], 1);
     }
 

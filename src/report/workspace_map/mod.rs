@@ -14,7 +14,7 @@ pub use table::table;
 use super::exchange::{Image, Layer};
 use crate::study::workspace_map::WorkspaceMap;
 
-/// The map as an image of [`table`], called `map`.
+/// The map as an image of [`table()`], called `map`.
 pub fn image(map: &WorkspaceMap) -> Image {
     let layer = Layer { table: "map", keys: &["source"], vectors: &["deflection", "departure"] };
     Image { grid: map.study.grid.clone(), layers: vec![layer] }
