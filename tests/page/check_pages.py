@@ -250,7 +250,7 @@ def save_screenshot(page, file):
     """The whole page in few colours: small enough to be kept in git."""
     page.add_style_tag(content=".contents { position: static !important; }")
     image = Image.open(io.BytesIO(page.screenshot(full_page=True))).convert("RGB")
-    image.quantize(128, dither=Image.Dither.NONE).save(file, optimize=True)
+    image.quantize(256, dither=Image.Dither.NONE).save(file, optimize=True)
 
 
 def check_file(browser, file, screenshots, stem):

@@ -31,7 +31,13 @@ fn setting(study: &WorkspaceMapStudy) -> Vec<Fact> {
     let [nx, ny, nz] = study.grid.counts();
     let span = |axis: usize| {
         let values = &study.grid.axes[axis];
-        format!("{} to {} mm", values[0], values[values.len() - 1]).replace('-', "\u{2212}")
+        // The way to the middle of a box leaves rounding that must not show.
+        let shown = |value: f64| (value * 1e9).round() / 1e9;
+        let words = match values.as_slice() {
+            [one] => format!("{} mm", shown(*one)),
+            several => format!("{} to {} mm", shown(several[0]), shown(several[several.len() - 1])),
+        };
+        words.replace('-', "\u{2212}")
     };
     let force = &study.force;
     let law = match force.law {

@@ -115,7 +115,7 @@ function gridView(article, data) {
       marker: { size: 9, color: "#fff", line: { width: 2.5, color: "#000" } },
     });
     const axis = (index, values, more) => Chart.axis(Data.labelled(coordinates[index].label, coordinates[index].unit), Object.assign({ zeroline: false, showgrid: false }, more));
-    const alike = coordinates[columns].unit === coordinates[rows].unit;
+    const alike = coordinates[columns].unit === coordinates[rows].unit && x.length > 1 && y.length > 1;
     const layout = Chart.layout({
       margin: { l: 62, r: 22, t: 14, b: 112 },
       xaxis: axis(columns, x, { constrain: "domain" }),

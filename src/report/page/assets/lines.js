@@ -60,12 +60,12 @@ function lineView(article, data) {
     heading.textContent = title + (isLog ? " (logarithmic scale)" : "");
     // Names stand beside the chart, one below the other, where there is room for them.
     const place = isNamed ? namedAxis() : {};
-    const size = isLog ? { type: "log", exponentformat: "power", nticks: 8 } : { rangemode: "tozero" };
+    const size = isLog ? { type: "log", exponentformat: "power", nticks: isNamed ? 4 : 8 } : { rangemode: "tozero", nticks: isNamed ? 4 : 8 };
     if (isNamed) plot.style.height = 8 + 2 * Math.max(2, place.tickvals.length) + "rem";
     const placeAxis = Chart.axis(isNamed ? "" : Data.labelled(coordinate.label, coordinate.unit), place);
     const sizeAxis = Chart.axis(Data.labelled(label(), unit()), size);
     const layout = Chart.layout({
-      showlegend: found.length > 1, legend: { orientation: "h", y: 1.02, yanchor: "bottom", x: 0 },
+      hovermode: isNamed ? "closest" : "x", showlegend: found.length > 1, legend: { orientation: "h", y: 1.02, yanchor: "bottom", x: 0 },
       margin: { l: 66, r: 20, t: found.length > 1 ? 44 : 12, b: 56 },
       xaxis: isNamed ? sizeAxis : placeAxis,
       yaxis: isNamed ? placeAxis : sizeAxis,
