@@ -1,98 +1,298 @@
-//! One loaded equilibrium of the Orthoglide: cold from the rigid configuration, and warm from the neighbouring tool
-//! angle as a study runs it. Prints the rate per core against the goal.
+//! Loaded equilibria of the Orthoglide: one alone, and many several at a time, warm from the neighbouring tool angle as a
+//! study runs them. Prints rates per core against the goal, the ratio of lanes to the scalar path, how the cost grows with
+//! the number of points, and what a second thread gives.
 
-use std::{hint::black_box, time::Instant};
+use std::{hint::black_box, sync::Barrier, time::Instant};
 
 use criterion::Criterion;
 use kinetostat::{
     machine::{Configuration, Machine},
     process::MillingForce,
     spatial::Wrench,
-    statics::{Settings, State, Status, Workspace, equilibrium},
+    statics::{Batch, Case, Level, Settings, State, Status, Workspace, equilibrium},
 };
+use nalgebra::Vector3;
 
 /// Loaded equilibria per second and core that this bench is held against.
-const GOAL_PER_SECOND: f64 = 30_000.0;
+const GOAL_PER_SECOND: f64 = 200_000.0;
+/// Gain of a second thread that this bench is held against.
+const GOAL_TWO_THREADS: f64 = 1.9;
 
+/// Floating-point operations of a warm equilibrium at Q1; counted by a test in `src/statics/lane_solver.rs`.
+const OPERATIONS: f64 = 50_650.0;
+
+/// Points of the real machine under the loads of one turn.
 struct Setting {
-    name: &'static str,
     real: Machine,
-    at: Configuration,
-    rigid: State,
+    points: Vec<(Configuration, State)>,
     loads: Vec<Wrench>,
 }
 
-fn settings() -> Vec<Setting> {
-    let nominal = Machine::named_or_file("orthoglide").expect("built in");
-    let errors = nominal.assembly_errors(&[1.0, -1.0, 1.0]);
-    let loads: Vec<Wrench> =
-        (0..36).map(|i| MillingForce::PAPER.wrench((10.0 * f64::from(i)).to_radians(), nominal.tool_tip)).collect();
-    ["Q0", "Q1"]
-        .map(|name| {
-            let position = nominal.point(name).expect("named point").position;
+impl Setting {
+    fn new(positions: impl Iterator<Item = Vector3<f64>>, angles: u32) -> Self {
+        let nominal = Machine::named_or_file("orthoglide").expect("built in");
+        let real = nominal.with_errors(&nominal.assembly_errors(&[1.0, -1.0, 1.0]));
+        let points = positions.map(|position| {
             let at = nominal.inverse_kinematics(&nominal.pose_at(position)).expect("reachable");
-            let rigid = State::rigid(&nominal, &at);
-            Setting { name, real: nominal.with_errors(&errors), at, rigid, loads: loads.clone() }
-        })
-        .into()
+            let state = State::rigid(&nominal, &at);
+            (at, state)
+        });
+        let angle = |i: u32| std::f64::consts::TAU * f64::from(i) / f64::from(angles);
+        let loads = (0..angles).map(|i| MillingForce::PAPER.wrench(angle(i), nominal.tool_tip)).collect();
+        Self { points: points.collect(), real, loads }
+    }
+
+    fn equilibria(&self) -> f64 {
+        (self.points.len() * self.loads.len()) as f64
+    }
+
+    /// A turn at each point, each tool angle from the one before; Newton iterations made.
+    fn turn_alone(&self, states: &mut [State], workspace: &mut Workspace) -> usize {
+        let mut iterations = 0;
+        for ((at, _), state) in self.points.iter().zip(states) {
+            for load in &self.loads {
+                let outcome = equilibrium(&self.real, &at.drives, load, state, workspace, &Settings::default());
+                assert_eq!(outcome.status, Status::Solved);
+                iterations += outcome.iterations;
+            }
+        }
+        iterations
+    }
+
+    /// The same, as many points at a time as a batch holds.
+    fn turn_together(&self, states: &mut [State], batch: &mut Batch<'_>) -> usize {
+        let mut iterations = 0;
+        for (points, states) in self.points.chunks(Batch::WIDTH).zip(states.chunks_mut(Batch::WIDTH)) {
+            let mut drives: Vec<Vec<f64>> = points.iter().map(|(at, _)| at.drives.clone()).collect();
+            for load in &self.loads {
+                let cases = drives.iter_mut().zip(&mut *states);
+                let mut cases: Vec<Case<'_>> =
+                    cases.map(|(drives, state)| Case { drives, load: *load, state, task: None }).collect();
+                for outcome in batch.equilibria(&mut cases, &Settings::default()) {
+                    assert_eq!(outcome.status, Status::Solved);
+                    iterations += outcome.iterations;
+                }
+            }
+        }
+        iterations
+    }
+
+    fn states(&self) -> Vec<State> {
+        self.points.iter().map(|(_, state)| state.clone()).collect()
+    }
 }
 
-/// Solves all tool angles of one turn, each from the one before; Newton iterations made.
-fn turn(setting: &Setting, state: &mut State, workspace: &mut Workspace) -> usize {
-    let mut iterations = 0;
-    for load in &setting.loads {
-        let outcome = equilibrium(&setting.real, &setting.at.drives, load, state, workspace, &Settings::default());
-        assert_eq!(outcome.status, Status::Solved);
-        iterations += outcome.iterations;
-    }
-    iterations
+/// Eight points around a named one.
+fn around(name: &str) -> Setting {
+    let machine = Machine::named_or_file("orthoglide").expect("built in");
+    let centre = machine.point(name).expect("named point").position;
+    Setting::new((0..8).map(|i| centre - Vector3::new(1.0, 2.0, 3.0) * f64::from(i)), 36)
+}
+
+/// Points spread over the workspace evenly.
+fn spread(count: u32) -> impl Iterator<Item = Vector3<f64>> {
+    let machine = Machine::named_or_file("orthoglide").expect("built in");
+    let share = |i: u32, step: f64| (0.5 + f64::from(i) * step).fract();
+    (0..count).map(move |i| {
+        let at = Vector3::new(share(i, 0.819_172_5), share(i, 0.671_043_6), share(i, 0.549_700_5));
+        machine.workspace.min + (machine.workspace.max - machine.workspace.min).component_mul(&at)
+    })
+}
+
+fn seconds(work: impl FnOnce()) -> f64 {
+    let started = Instant::now();
+    work();
+    started.elapsed().as_secs_f64()
 }
 
 fn main() {
+    // Cargo passes harness options, and `cargo test --benches` only asks that the bench runs.
+    let is_test = std::env::args().any(|argument| argument == "--test");
     let mut criterion = Criterion::default().configure_from_args();
-    for setting in &settings() {
+    for name in ["Q0", "Q1"] {
+        let setting = around(name);
         let mut workspace = Workspace::new(&setting.real);
-        criterion.bench_function(&format!("equilibrium, cold, {}", setting.name), |bencher| {
-            let mut state = setting.rigid.clone();
+        let (at, rigid) = &setting.points[0];
+        let mut state = rigid.clone();
+        criterion.bench_function(&format!("equilibrium, cold, {name}"), |bencher| {
             bencher.iter(|| {
-                state.clone_from(&setting.rigid);
-                let load = &setting.loads[13];
-                black_box(equilibrium(
-                    &setting.real,
-                    &setting.at.drives,
-                    load,
-                    &mut state,
-                    &mut workspace,
-                    &Settings::default(),
-                ))
+                state.clone_from(rigid);
+                let (real, load) = (&setting.real, &setting.loads[13]);
+                black_box(equilibrium(real, &at.drives, load, &mut state, &mut workspace, &Settings::default()))
             });
         });
-        let mut state = setting.rigid.clone();
-        criterion.bench_function(&format!("36 tool angles, warm, {}", setting.name), |bencher| {
-            bencher.iter(|| black_box(turn(setting, &mut state, &mut workspace)));
-        });
-        rate(setting, &mut state, &mut workspace);
     }
     criterion.final_summary();
+    for name in ["Q0", "Q1"] {
+        compare_levels(name, if is_test { 1 } else { 200 });
+    }
+    share_of_peak(is_test);
+    linear_cost(if is_test { &[16, 32] } else { &[64, 128, 256, 512, 1024, 2048, 4096] }, if is_test { 1 } else { 60 });
+    two_threads(if is_test { 1 } else { 400 });
 }
 
-/// Best of several blocks, which a shared machine disturbs least.
-fn rate(setting: &Setting, state: &mut State, workspace: &mut Workspace) {
-    let mut best = f64::INFINITY;
+/// The scalar path and all levels in turns, so that what else the computer does disturbs all of them; best of all rounds.
+fn compare_levels(name: &str, rounds: usize) {
+    let setting = around(name);
+    let (mut states, mut workspace) = (setting.states(), Workspace::new(&setting.real));
+    let mut batches: Vec<(Level, Batch<'_>, Vec<State>)> = Level::available()
+        .into_iter()
+        .map(|level| (level, Batch::at_level(&setting.real, level), setting.states()))
+        .collect();
+    let mut best = vec![f64::INFINITY; 1 + batches.len()];
     let mut iterations = 0;
-    for _ in 0..20 {
-        let started = Instant::now();
-        for _ in 0..20 {
-            iterations = turn(setting, state, workspace);
+    for _ in 0..rounds {
+        best[0] = best[0].min(seconds(|| iterations = setting.turn_alone(&mut states, &mut workspace)));
+        for ((_, batch, states), best) in batches.iter_mut().zip(&mut best[1..]) {
+            *best = best.min(seconds(|| assert_eq!(setting.turn_together(states, batch), iterations)));
         }
-        best = best.min(started.elapsed().as_secs_f64() / (20.0 * setting.loads.len() as f64));
     }
     println!(
-        "{}: {:.0} loaded equilibria per second on one core ({:.2} Newton iterations each), {:.2} times the goal of {:.0}\n",
-        setting.name,
-        1.0 / best,
-        iterations as f64 / setting.loads.len() as f64,
-        1.0 / (best * GOAL_PER_SECOND),
-        GOAL_PER_SECOND
+        "{name}, 8 points x 36 tool angles, warm, one core, {:.2} Newton iterations each:",
+        iterations as f64 / setting.equilibria()
     );
+    let labels = ["scalar path".to_string()].into_iter();
+    let labels = labels.chain(batches.iter().map(|(level, ..)| format!("batch, {level:?}")));
+    for (label, time) in labels.zip(&best) {
+        let rate = setting.equilibria() / time;
+        println!(
+            "  {label:<12} {rate:>8.0} loaded equilibria per second, {:>5.2} times the scalar path, {:.2} times the goal",
+            best[0] / time,
+            rate / GOAL_PER_SECOND
+        );
+    }
+}
+
+/// Operations per second that equilibria make at each level over those that registers alone could: products and sums in
+/// equal numbers, without waiting for memory or for one another.
+fn share_of_peak(is_test: bool) {
+    let setting = around("Q1");
+    let rounds = if is_test { 1 } else { 200 };
+    for level in Level::available() {
+        let (mut states, mut batch) = (setting.states(), Batch::at_level(&setting.real, level));
+        let (mut solving, mut peak) = (f64::INFINITY, 0.0f64);
+        for _ in 0..rounds {
+            solving = solving.min(seconds(|| {
+                setting.turn_together(&mut states, &mut batch);
+            }));
+            peak = peak.max(registers::operations_per_second(level));
+        }
+        let reached = OPERATIONS * setting.equilibria() / solving;
+        println!(
+            "{level:?}: {:.1} of {:.1} billion operations per second, {:.0} %",
+            1e-9 * reached,
+            1e-9 * peak,
+            100.0 * reached / peak
+        );
+    }
+}
+
+/// Products and sums on registers.
+mod registers {
+    use std::{hint::black_box, time::Instant};
+
+    use kinetostat::statics::Level;
+
+    const ROUNDS: u32 = 20_000;
+
+    macro_rules! chains {
+        ($name:ident, $features:literal, $splat:path, $mul:path, $add:path) => {
+            /// Six independent products and six independent sums per round.
+            #[cfg(target_arch = "x86_64")]
+            #[target_feature(enable = $features)]
+            fn $name() {
+                let (one, zero) = ($splat(black_box(1.0)), $splat(black_box(0.0)));
+                let (mut products, mut sums) = ([one; 6], [zero; 6]);
+                for _ in 0..ROUNDS {
+                    for (product, sum) in products.iter_mut().zip(&mut sums) {
+                        *product = $mul(*product, one);
+                        *sum = $add(*sum, zero);
+                    }
+                }
+                black_box((products, sums));
+            }
+        };
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    use std::arch::x86_64::*;
+    chains!(four, "avx2", _mm256_set1_pd, _mm256_mul_pd, _mm256_add_pd);
+    chains!(eight, "avx512f", _mm512_set1_pd, _mm512_mul_pd, _mm512_add_pd);
+    chains!(two, "sse2", _mm_set1_pd, _mm_mul_pd, _mm_add_pd);
+
+    /// Best of the registers that code for `level` is compiled for.
+    pub fn operations_per_second(level: Level) -> f64 {
+        let started = Instant::now();
+        // SAFETY: a level that is available has its instructions, and every x86-64 has SSE2.
+        #[cfg(target_arch = "x86_64")]
+        let lanes = unsafe {
+            match level {
+                Level::Eight => (eight(), 8.0).1,
+                Level::Four => (four(), 4.0).1,
+                Level::One => (two(), 2.0).1,
+            }
+        };
+        #[cfg(not(target_arch = "x86_64"))]
+        let lanes = {
+            let _ = level;
+            f64::NAN
+        };
+        12.0 * lanes * f64::from(ROUNDS) / started.elapsed().as_secs_f64()
+    }
+}
+
+/// Time over number of points with the straight line that fits it best.
+fn linear_cost(counts: &[u32], rounds: usize) {
+    let settings: Vec<Setting> = counts.iter().map(|&count| Setting::new(spread(count), 4)).collect();
+    let mut measured: Vec<(f64, f64)> = settings.iter().map(|s| (s.equilibria(), f64::INFINITY)).collect();
+    for _ in 0..rounds {
+        for (setting, (_, best)) in settings.iter().zip(&mut measured) {
+            let (mut states, mut batch) = (setting.states(), Batch::new(&setting.real));
+            *best = best.min(seconds(|| {
+                black_box(setting.turn_together(&mut states, &mut batch));
+            }));
+        }
+    }
+    // Weighted by 1/time²: what counts is the relative deviation.
+    let sum = |term: &dyn Fn(f64, f64) -> f64| measured.iter().map(|&(n, t)| term(n, t) / (t * t)).sum::<f64>();
+    let (w, n, t) = (sum(&|_, _| 1.0), sum(&|n, _| n), sum(&|_, t| t));
+    let (nn, nt) = (sum(&|n, _| n * n), sum(&|n, t| n * t));
+    let slope = (w * nt - n * t) / (w * nn - n * n);
+    let offset = (t - slope * n) / w;
+    println!("cost over the number of equilibria (4 tool angles at points all over the workspace, first one cold):");
+    for (count, time) in &measured {
+        let fit = offset + slope * count;
+        println!("  {count:>6} in {:>8.2} ms, {:+.1} % from the line", 1e3 * time, 100.0 * (time / fit - 1.0));
+    }
+    println!("  line: {:.3} µs per equilibrium + {:.3} ms", 1e6 * slope, 1e3 * offset);
+}
+
+/// The same work on one thread, and twice on two, which begin together.
+fn two_threads(rounds: usize) {
+    let setting = Setting::new(spread(32), 36);
+    let work = |states: &mut Vec<State>, batch: &mut Batch<'_>| {
+        black_box(setting.turn_together(states, batch));
+    };
+    let (mut one, mut two) = (f64::INFINITY, f64::INFINITY);
+    let (begin, end) = (Barrier::new(2), Barrier::new(2));
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            let (mut states, mut batch) = (setting.states(), Batch::new(&setting.real));
+            for _ in 0..rounds {
+                begin.wait();
+                work(&mut states, &mut batch);
+                end.wait();
+            }
+        });
+        let (mut states, mut batch) = (setting.states(), Batch::new(&setting.real));
+        for _ in 0..rounds {
+            one = one.min(seconds(|| work(&mut states, &mut batch)));
+            begin.wait();
+            two = two.min(seconds(|| {
+                work(&mut states, &mut batch);
+                end.wait();
+            }));
+        }
+    });
+    println!("two threads do {:.2} times the work of one (goal {GOAL_TWO_THREADS})", 2.0 * one / two);
 }

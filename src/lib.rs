@@ -39,6 +39,7 @@
 pub mod check;
 pub mod compensation;
 pub mod error;
+mod lanes;
 pub mod machine;
 pub mod process;
 pub mod report;

@@ -22,14 +22,36 @@ const NEAR: f64 = 0.05;
 
 /// Drives and equilibrium in one Newton iteration; where that fails, the target corrected between equilibria.
 pub(super) fn compensate(session: &mut Session<'_>, demand: &Demand, progress: &mut Progress) -> Ending {
-    let way = demand.pose.translation - session.state.pose.translation;
-    if way.norm() > NEAR * session.nominal.reach {
+    if !is_near(session, demand) {
         session.go_to(&demand.pose)?;
         session.settle(demand)?;
     }
-    // Where only some of the controlled coordinates are put right, the others stay commanded as they were.
-    let all = demand.coordinates(session.nominal).count() == session.nominal.controls.len();
-    match if all { in_one_iteration(session, demand, progress) } else { None } {
+    let outcome = if is_complete(session, demand) { in_one_iteration(session, demand, progress) } else { None };
+    conclude(session, demand, outcome, progress)
+}
+
+/// Whether the last point is the better start.
+pub(super) fn is_near(session: &Session<'_>, demand: &Demand) -> bool {
+    let way = demand.pose.translation - session.state.pose.translation;
+    way.norm() <= NEAR * session.nominal.reach
+}
+
+/// Whether all controlled coordinates are put right. Where only some are, the others stay commanded as they were.
+pub(super) fn is_complete(session: &Session<'_>, demand: &Demand) -> bool {
+    demand.coordinates(session.nominal).count() == session.nominal.controls.len()
+}
+
+/// Takes the equilibrium that one iteration found if it is stable and meets the demand; else goes between equilibria.
+pub(super) fn conclude(
+    session: &mut Session<'_>,
+    demand: &Demand,
+    outcome: Option<Outcome>,
+    progress: &mut Progress,
+) -> Ending {
+    let is_met = |outcome: &Outcome| {
+        outcome.status == statics::Status::Solved && session.task_error(demand).size() <= session.settings.tolerance_mm
+    };
+    match outcome.filter(is_met) {
         Some(outcome) => {
             // The iteration moves the drives freely, past their travel as well.
             session.check_limits().map_err(Status::Unreachable)?;
@@ -42,7 +64,7 @@ pub(super) fn compensate(session: &mut Session<'_>, demand: &Demand, progress: &
     }
 }
 
-/// `None` if the iteration fails or ends in an unstable equilibrium.
+/// `None` if the iteration fails.
 fn in_one_iteration(session: &mut Session<'_>, demand: &Demand, progress: &mut Progress) -> Option<Outcome> {
     let nominal = session.nominal;
     let history = RefCell::new(&mut progress.history);
@@ -51,7 +73,7 @@ fn in_one_iteration(session: &mut Session<'_>, demand: &Demand, progress: &mut P
         history.borrow_mut().push(error.size());
         error
     };
-    let outcome = equilibrium_at_task(
+    equilibrium_at_task(
         session.real,
         &task,
         &mut session.drives,
@@ -59,12 +81,7 @@ fn in_one_iteration(session: &mut Session<'_>, demand: &Demand, progress: &mut P
         &mut session.state,
         &mut session.workspace,
         &session.settings.equilibrium,
-    )?;
-    let error = session.task_error(demand).size();
-    if outcome.status != statics::Status::Solved || error > session.settings.tolerance_mm {
-        return None;
-    }
-    Some(outcome)
+    )
 }
 
 /// From the nominal command: equilibrium, then the target shifted by the sensitivity, and so on.

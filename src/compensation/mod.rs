@@ -2,8 +2,9 @@
 //!
 //! A [`Session`] holds the nominal machine, by which commands are computed, and the real one, which answers. A
 //! [`Demand`] says what is wanted at a point, a [`Method`] how the command is found; every method returns the same
-//! [`Compensation`]. Where the drives are limited, [`compensate_bounded`] corrects a whole path at once.
+//! [`Compensation`]; [`compensate_batch`] serves several sessions at a time. Where the drives are limited, [`compensate_bounded`] corrects a whole path at once.
 
+mod batch;
 mod bounded;
 mod demand;
 mod direct;
@@ -17,6 +18,7 @@ use nalgebra::Vector6;
 
 use crate::spatial::Pose;
 
+pub use batch::compensate_batch;
 pub use bounded::{
     Binding, BoundedError, BoundedPath, BoundedPoint, BoundedSettings, BoundedStatus, CorrectedPoint, Errors,
     LimitKind, Limits, Objective, Price, Side, Summary, compensate_bounded,

@@ -115,17 +115,25 @@ impl<'a> Session<'a> {
 
     /// Loaded equilibrium at the present drives.
     pub(super) fn settle(&mut self, demand: &Demand) -> Result<Outcome, Status> {
-        let settings = &self.settings.equilibrium;
-        let (real, drives, load) = (self.real, &self.drives, &demand.load);
-        let mut outcome = equilibrium(real, drives, load, &mut self.state, &mut self.workspace, settings);
+        let outcome = self.equilibrium(demand);
+        self.settled(demand, outcome)
+    }
+
+    /// Takes an equilibrium from where the session stood; if it is not stable, one from the rigid configuration.
+    pub(super) fn settled(&mut self, demand: &Demand, mut outcome: Outcome) -> Result<Outcome, Status> {
         if outcome.status != statics::Status::Solved {
             self.state = State::rigid(self.nominal, &self.command);
-            outcome = equilibrium(real, drives, load, &mut self.state, &mut self.workspace, settings);
+            outcome = self.equilibrium(demand);
         }
         match outcome.status {
             statics::Status::Solved => Ok(outcome),
             status => Err(Status::NoEquilibrium(status)),
         }
+    }
+
+    fn equilibrium(&mut self, demand: &Demand) -> Outcome {
+        let settings = &self.settings.equilibrium;
+        equilibrium(self.real, &self.drives, &demand.load, &mut self.state, &mut self.workspace, settings)
     }
 
     /// Task error at the present equilibrium.

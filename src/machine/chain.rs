@@ -1,8 +1,11 @@
 //! A chain: an ordered product of elementary motions from the machine base to the platform.
 
-use nalgebra::{SMatrix, Vector3};
+use nalgebra::SMatrix;
 
-use crate::spatial::{Axis, Pose, Twist};
+use crate::{
+    lanes::{Frame, Real, Screw, Vec3},
+    spatial::{Axis, Pose, Twist},
+};
 
 /// Kind of an elementary one-parameter motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -162,31 +165,39 @@ impl Chain {
     /// chain order.
     pub fn forward(&self, values: &[f64], screws: &mut Vec<MoveScrew>) -> Pose {
         screws.clear();
-        let mut pose = self.base;
+        let end = self.propagate(values, |coordinate, twist: Screw<f64>| {
+            screws.push(MoveScrew { twist: twist.into(), coordinate });
+        });
+        let end = Pose::from(end);
+        for screw in screws.iter_mut() {
+            screw.twist.linear += screw.twist.angular.cross(&end.translation);
+        }
+        end
+    }
+
+    /// Pose of the chain's end; `each` is told the coordinate and the twist of each elementary motion in chain order, at
+    /// the point that coincides with O. Seen at the end the twist gains `ω × p_end`.
+    #[inline(always)]
+    pub(crate) fn propagate<R: Real>(&self, values: &[R], mut each: impl FnMut(usize, Screw<R>)) -> Frame<R> {
+        let mut frame = Frame::splat(&self.base);
         for step in &self.steps {
             match *step {
-                Step::Fixed(transform) => pose = pose.compose(&transform),
+                Step::Fixed(transform) => frame = frame.compose(&transform),
                 Step::Move { motion: Motion::Prismatic, axis, coordinate, sign } => {
-                    let linear = pose.rotation.column(axis.index()) * sign;
-                    screws.push(MoveScrew { twist: Twist { linear, angular: Vector3::zeros() }, coordinate });
-                    pose.translate_along(axis, sign * values[coordinate]);
+                    let linear = frame.axes[axis.index()].scale(R::splat(sign));
+                    each(coordinate, Screw { linear, angular: Vec3::zero() });
+                    frame.translate_along(axis, R::splat(sign) * values[coordinate]);
                 }
                 Step::Move { motion: Motion::Revolute, axis, coordinate, sign } => {
-                    let angular = pose.rotation.column(axis.index()) * sign;
-                    // The lever is completed once the end is known: here −ω × p_joint.
-                    let linear = pose.translation.cross(&angular);
-                    screws.push(MoveScrew { twist: Twist { linear, angular }, coordinate });
+                    let angular = frame.axes[axis.index()].scale(R::splat(sign));
+                    each(coordinate, Screw { linear: frame.origin.cross(angular), angular });
                     // Springs of a rigid configuration stand at zero.
-                    if values[coordinate] != 0.0 {
-                        pose.rotate_about(axis, sign * values[coordinate]);
+                    if !values[coordinate].is_zero() {
+                        frame.rotate_about(axis, R::splat(sign) * values[coordinate]);
                     }
                 }
             }
         }
-        pose = pose.compose(&self.attachment);
-        for screw in screws.iter_mut() {
-            screw.twist.linear += screw.twist.angular.cross(&pose.translation);
-        }
-        pose
+        frame.compose(&self.attachment)
     }
 }

@@ -96,12 +96,6 @@ impl Pose {
             self.rotation[(row, c)] = cos * rc - sin * rb;
         }
     }
-
-    /// Removes the rounding drift of a rotation that has been updated many times (one step of `R ← R(3I − RᵀR)/2`).
-    pub fn renormalize(&mut self) {
-        let r = self.rotation;
-        self.rotation = r * (Matrix3::identity() * 3.0 - r.transpose() * r) * 0.5;
-    }
 }
 
 /// Rotation matrix of a rotation vector in rad (Rodrigues' formula, exact to rounding for any length).

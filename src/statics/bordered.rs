@@ -1,87 +1,151 @@
 //! Elimination of the leading unknowns of a symmetric bordered matrix.
 
-/// A symmetric matrix of which the upper triangle is kept, row by row.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Bordered {
-    size: usize,
-    upper: Vec<f64>,
-    /// Diagonal before the stage under way, by which zero pivots are told.
-    scales: Vec<f64>,
-}
+use crate::lanes::Real;
 
-/// A pivot that is zero to rounding or of the wrong sign.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct BadPivot {
-    /// Row of the pivot.
-    pub row: usize,
+/// A symmetric matrix of which the upper triangle is kept, row by row.
+#[derive(Debug, Clone)]
+pub(super) struct Bordered<R> {
+    size: usize,
+    upper: Vec<R>,
+    /// Diagonal before the stage under way, by which zero pivots are told.
+    scales: Vec<R>,
 }
 
 /// A pivot below this fraction of its diagonal entry before its stage is zero.
 const PIVOT_TOLERANCE: f64 = 1e-11;
 
-impl Bordered {
+impl<R: Real> Bordered<R> {
     pub fn new(size: usize) -> Self {
-        Self { size, upper: vec![0.0; size * size], scales: Vec::with_capacity(size) }
+        Self { size, upper: vec![R::zero(); size * (size + 1) / 2], scales: Vec::with_capacity(size) }
     }
 
     pub fn clear(&mut self) {
-        self.upper.fill(0.0);
+        self.upper.fill(R::zero());
+    }
+
+    /// Place of entry (row, 0); entries left of the diagonal belong to other rows.
+    #[inline(always)]
+    fn start(&self, row: usize) -> usize {
+        row * self.size - row * (row + 1) / 2
     }
 
     /// Entry (row, column), row ≤ column.
-    pub fn get(&self, row: usize, column: usize) -> f64 {
+    #[inline(always)]
+    pub fn get(&self, row: usize, column: usize) -> R {
         debug_assert!(row <= column);
-        self.upper[row * self.size + column]
+        self.upper[self.start(row) + column]
     }
 
     /// Entry (row, column), row ≤ column.
-    pub fn at(&mut self, row: usize, column: usize) -> &mut f64 {
+    #[inline(always)]
+    pub fn at(&mut self, row: usize, column: usize) -> &mut R {
         debug_assert!(row <= column);
-        &mut self.upper[row * self.size + column]
-    }
-
-    /// Row `row`, from column 0; entries left of the diagonal are unused.
-    pub fn row_mut(&mut self, row: usize) -> &mut [f64] {
-        &mut self.upper[row * self.size..(row + 1) * self.size]
+        let start = self.start(row);
+        &mut self.upper[start + column]
     }
 
     /// Eliminates rows `rows`, whose pivots must all have the sign `sign`; columns from `end` on are known to be zero in
-    /// these rows and are not touched.
+    /// these rows and are not touched. Returns the lanes in which they have; the others hold no numbers.
     ///
-    /// Row `k` is left as `d_k · (1, l_k+1, …)`, so that [`Bordered::back_substitute`] can use it; what remains below is
-    /// the Schur complement.
-    pub fn eliminate(&mut self, rows: std::ops::Range<usize>, end: usize, sign: f64) -> Result<(), BadPivot> {
-        let size = self.size;
+    /// Row `k` is left as `d_k · (1, l_k+1, …)` with `−1/d_k` in place of the first `d_k`, so that
+    /// [`Bordered::back_substitute`] can use it; what remains below is the Schur complement.
+    #[inline(always)]
+    pub fn eliminate(&mut self, rows: std::ops::Range<usize>, end: usize, sign: f64) -> u8 {
         self.scales.clear();
-        self.scales.extend(rows.clone().map(|row| self.upper[row * size + row].abs()));
-        for (stage, row) in rows.enumerate() {
-            let (above, below) = self.upper.split_at_mut((row + 1) * size);
-            let pivot_row = &above[row * size..];
-            let pivot = pivot_row[row];
-            if pivot.is_nan() || pivot * sign <= PIVOT_TOLERANCE * self.scales[stage] {
-                return Err(BadPivot { row });
-            }
-            let inverse = 1.0 / pivot;
-            for (offset, target) in below.chunks_exact_mut(size).take(end - row - 1).enumerate() {
-                let column = row + 1 + offset;
-                let factor = pivot_row[column] * inverse;
-                if factor != 0.0 {
-                    for (t, p) in target[column..end].iter_mut().zip(&pivot_row[column..end]) {
-                        *t -= factor * p;
-                    }
-                }
-            }
+        for row in rows.clone() {
+            let diagonal = self.get(row, row).abs();
+            self.scales.push(diagonal);
         }
-        Ok(())
+        let mut good = R::ALL;
+        // Two pivot rows at a time, so that what is below is read and written half as often.
+        for (pair, row) in rows.clone().step_by(2).enumerate() {
+            let size = self.size - row;
+            let first = self.start(row) + row;
+            let (upper, below) = self.upper[first..].split_at_mut(size);
+            let a = pivot(upper, sign, self.scales[2 * pair], &mut good);
+            let a_row = &upper[1..end - row];
+            if row + 1 == rows.end {
+                subtract(below, size - 1, [(a, a_row), (a, &[])]);
+                break;
+            }
+            let (lower, below) = below.split_at_mut(size - 1);
+            subtract_one(lower, (a_row[0] * a, a_row));
+            let b = pivot(lower, sign, self.scales[2 * pair + 1], &mut good);
+            if good == 0 {
+                break;
+            }
+            subtract(below, size - 2, [(a, &a_row[1..]), (b, &lower[1..end - row - 1])]);
+        }
+        good
     }
 
     /// Solves eliminated rows `0..rows` for the leading unknowns, given all later ones: `Σ_j U_kj z_j = 0` in each row.
-    pub fn back_substitute(&self, rows: usize, z: &mut [f64]) {
+    #[inline(always)]
+    pub fn back_substitute(&self, rows: usize, z: &mut [R]) {
         for row in (0..rows).rev() {
-            let coefficients = &self.upper[row * self.size..(row + 1) * self.size];
-            let (known, rest) = (&coefficients[row + 1..], &z[row + 1..]);
-            let sum: f64 = known.iter().zip(rest).map(|(a, b)| a * b).sum();
-            z[row] = -sum / coefficients[row];
+            let start = self.start(row);
+            let (coefficients, known) = (&self.upper[start + row + 1..start + self.size], &z[row + 1..]);
+            // Four sums, which need not wait for one another.
+            let mut sums = [R::zero(); 4];
+            let (fours, others) = coefficients.as_chunks::<4>();
+            let (known_fours, known_others) = known.as_chunks::<4>();
+            for (four, known) in fours.iter().zip(known_fours) {
+                for i in 0..4 {
+                    sums[i] += four[i] * known[i];
+                }
+            }
+            for (i, (&coefficient, &known)) in others.iter().zip(known_others).enumerate() {
+                sums[i] += coefficient * known;
+            }
+            z[row] = ((sums[0] + sums[1]) + (sums[2] + sums[3])) * self.upper[start + row];
         }
+    }
+}
+
+/// Judges the pivot in front of `row`, leaves `−1/pivot` in its place and returns `1/pivot`.
+#[inline(always)]
+fn pivot<R: Real>(row: &mut [R], sign: f64, scale: R, good: &mut u8) -> R {
+    *good &= R::bits((row[0] * R::splat(sign)).greater(R::splat(PIVOT_TOLERANCE) * scale));
+    let inverse = R::splat(1.0) / row[0];
+    row[0] = -inverse;
+    inverse
+}
+
+/// Subtracts two pivot rows, each given by its inverse pivot and its entries behind the pivots, from the rows of the
+/// triangle `below`, the first of which has `length` entries. The second may be empty.
+#[inline(always)]
+fn subtract<R: Real>(below: &mut [R], mut length: usize, [(a, mut a_row), (b, mut b_row)]: [(R, &[R]); 2]) {
+    let mut below = below;
+    while let Some(&a_first) = a_row.first() {
+        let (target, others) = below.split_at_mut(length);
+        let target = &mut target[..a_row.len()];
+        // Entries that are zero in all lanes are so by the structure of the chain.
+        let uses_a = !a_first.is_zero();
+        match b_row.first() {
+            Some(&b_first) if !b_first.is_zero() => {
+                let b_part = (b_first * b, b_row);
+                if uses_a { subtract_both(target, (a_first * a, a_row), b_part) } else { subtract_one(target, b_part) }
+            }
+            _ if uses_a => subtract_one(target, (a_first * a, a_row)),
+            _ => {}
+        }
+        (below, length, a_row) = (others, length - 1, &a_row[1..]);
+        b_row = b_row.get(1..).unwrap_or_default();
+    }
+}
+
+/// Subtracts a multiple of a row from `target`.
+#[inline(always)]
+fn subtract_one<R: Real>(target: &mut [R], (factor, row): (R, &[R])) {
+    for (entry, &value) in target.iter_mut().zip(row) {
+        *entry -= factor * value;
+    }
+}
+
+/// Subtracts multiples of two rows, one after the other, from `target`.
+#[inline(always)]
+fn subtract_both<R: Real>(target: &mut [R], (a, a_row): (R, &[R]), (b, b_row): (R, &[R])) {
+    for ((entry, &a_value), &b_value) in target.iter_mut().zip(a_row).zip(b_row) {
+        *entry = *entry - a * a_value - b * b_value;
     }
 }

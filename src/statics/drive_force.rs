@@ -60,14 +60,14 @@ fn condensed_joint_motions(
     let mut motions = DMatrix::zeros(drives.len(), drives.len());
     let mut first = 0;
     for (system, chain) in workspace.chains.iter_mut().zip(&machine.chains) {
-        system.condense().ok()?;
+        system.condense()?;
         let own_count = chain.drives.len();
         for (column, twist) in twists.column_iter().enumerate() {
             let mut own_motion = vec![0.0; own_count];
             if (first..first + own_count).contains(&column) {
                 own_motion[column - first] = 1.0;
             }
-            system.respond(&Vector6::from(twist), &own_motion);
+            system.substitute(0.0, &Vector6::from(twist).into(), &own_motion);
             for (own, drive) in chain.drives.iter().enumerate() {
                 motions[(first + own, column)] = system.coordinate_step(drive.coordinate);
             }

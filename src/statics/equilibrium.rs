@@ -5,12 +5,15 @@ use nalgebra::{Matrix6, Matrix6xX, Vector6};
 use super::{
     chain_system::ChainSystem,
     full_system,
+    iteration::{Iteration, Verdict},
+    platform::{self, Square, SquareTask},
     state::{State, Workspace},
     task::TaskError,
 };
 use crate::{
+    lanes::{Frame, Screw, rotation_exp},
     machine::{Chain, Machine},
-    spatial::{Pose, Twist, Wrench, larger, rotation_exp, skew},
+    spatial::{Pose, Wrench, larger, skew},
 };
 
 /// When an equilibrium counts as solved.
@@ -184,16 +187,7 @@ impl Outcome {
     }
 }
 
-/// A step with a larger rotation than this is not trusted, rad.
-const MAX_ROTATION: f64 = 0.5;
-/// Rotations after the first step may add up to this fraction of it: more, and the solution may lie on another branch.
-const BRANCH: f64 = 0.5;
-/// A first rotation below this counts as this, rad: so small a one cannot leave its branch.
-const SURE_ROTATION: f64 = 0.02;
 const MIN_LOAD_STEP: f64 = 1.0 / 4096.0;
-/// Residual down to which the iteration may stall on rounding and still count as solved.
-const ROUNDING: f64 = 1e-8;
-
 struct Newton<'a> {
     machine: &'a Machine,
     load: &'a Wrench,
@@ -231,7 +225,6 @@ impl<'a> Newton<'a> {
             Some(start) => start.clone_from(state),
             start => *start = Some(state.clone()),
         }
-        state.pose.renormalize();
         workspace.drives.clear();
         workspace.drives.extend_from_slice(drives);
         workspace.drive_step.clear();
@@ -241,27 +234,18 @@ impl<'a> Newton<'a> {
 
     /// Iterates to convergence from `state`; the residual reached, or `None` if the iteration fails.
     fn solve(&mut self, state: &mut State) -> Option<f64> {
-        let mut previous = f64::INFINITY;
-        let (mut first, mut later) = (0.0, 0.0);
-        for iteration in 0..=self.settings.max_iterations {
+        let mut iteration = Iteration::new();
+        for _ in 0..=self.settings.max_iterations {
             let balance = self.linearise(state);
-            let stalled = balance.residual < ROUNDING && balance.residual > 0.5 * previous && previous < ROUNDING;
-            if balance.residual <= self.settings.tolerance || stalled {
-                return Some(balance.residual);
+            match iteration.judge(balance.residual, self.settings) {
+                Verdict::Solved => return Some(balance.residual),
+                Verdict::Failed => return None,
+                Verdict::Continue => {}
             }
-            if !balance.residual.is_finite() || balance.residual > 1e6 * previous {
-                return None;
-            }
-            previous = balance.residual;
             let twist = self.step(state, &balance)?;
             let turns = self.workspace.chains.iter().map(ChainSystem::largest_rotation);
-            let turn = turns.fold(twist.fixed_rows::<3>(3).amax(), f64::max);
-            if iteration == 0 {
-                first = turn
-            } else {
-                later += turn
-            }
-            if turn > MAX_ROTATION || later > BRANCH * first.max(SURE_ROTATION) {
+            let turn = turns.fold(twist.fixed_rows::<3>(3).amax(), larger);
+            if !iteration.accepts(turn) {
                 return None;
             }
             self.apply(&twist, state);
@@ -278,8 +262,8 @@ impl<'a> Newton<'a> {
         }
         self.held = 0.0;
         let held_imbalance = self.linearise(state).imbalance;
-        for chain in &mut self.workspace.chains {
-            chain.hold_residual(&state.pose);
+        for (held, chain) in self.workspace.held.iter_mut().zip(&self.workspace.chains) {
+            held.remember(chain, &state.pose);
         }
         self.workspace.held_imbalance = held_imbalance;
         let (mut fraction, mut step, mut steps) = (0.0, 0.5f64, 0);
@@ -308,33 +292,31 @@ impl<'a> Newton<'a> {
     /// Fills all chain systems at `state`.
     fn linearise(&mut self, state: &State) -> Balance {
         let reach = self.machine.reach;
+        let norm = |wrench: &Wrench| Screw::from(*wrench).wrench_norm(reach);
         let mut imbalance = self.load.to_vector();
-        let mut largest_wrench = self.load.norm(reach).max(1.0);
+        let mut largest_wrench = norm(self.load).max(1.0);
         let (mut gap, mut force): (f64, f64) = (0.0, 0.0);
-        for ((system, chain), (chain_state, drives)) in self
-            .workspace
-            .chains
-            .iter_mut()
-            .zip(&self.machine.chains)
-            .zip(chain_inputs(self.machine, state, &self.workspace.drives))
+        let Workspace { chains, held, drives, .. } = &mut *self.workspace;
+        let inputs = chain_inputs(self.machine, state, drives);
+        for (((system, held), chain), (chain_state, drives)) in
+            chains.iter_mut().zip(held).zip(&self.machine.chains).zip(inputs)
         {
             if self.held > 0.0 {
-                let target = system.held_target(&state.pose, self.held);
-                system.linearise(chain, drives, chain_state, &target);
-                system.release_residual(self.held);
+                system.linearise(chain, drives, chain_state, &held.target(&state.pose, self.held));
+                held.release(system, self.held);
             } else {
                 system.linearise(chain, drives, chain_state, &state.pose);
             }
             let residual = system.residual(reach);
             gap = larger(gap, residual.gap);
             force = larger(force, residual.force);
-            largest_wrench = largest_wrench.max(chain_state.wrench.norm(reach));
+            largest_wrench = largest_wrench.max(norm(&chain_state.wrench));
             imbalance -= chain_state.wrench.to_vector();
         }
         if self.held > 0.0 {
             imbalance -= self.workspace.held_imbalance * self.held;
         }
-        force = larger(force, Wrench::from_vector(&imbalance).norm(reach));
+        force = larger(force, norm(&Wrench::from_vector(&imbalance)));
         let task = self.task.map(|task| task(&state.pose));
         let task_error = task.as_ref().map_or(0.0, |task| task.size() / reach);
         Balance { imbalance, task, residual: larger(task_error, larger(gap / reach, force / largest_wrench)) }
@@ -342,19 +324,20 @@ impl<'a> Newton<'a> {
 
     /// One Newton step from the present linearisation; the twist of P. Chain steps are left in the chain systems.
     fn step(&mut self, state: &State, balance: &Balance) -> Option<Vector6<f64>> {
-        match self.condensed(state, balance) {
-            Some((tangent, right)) => {
+        match self.condense() {
+            Some(tangent) => {
+                let right = platform::right_hand_side(&self.workspace.chains, &balance.imbalance.into());
                 let twist = match &balance.task {
-                    None => tangent.lu().solve(&right)?,
-                    Some(task) => self.step_to_task(&tangent, &right, task)?,
-                };
+                    None => single(platform::step(tangent, right)),
+                    Some(task) => self.step_to_task(tangent, right, task),
+                }?;
                 let mut drive_step = self.workspace.drive_step.as_slice();
                 for (system, chain) in self.workspace.chains.iter_mut().zip(&self.machine.chains) {
                     let (own, others) = drive_step.split_at(chain.drives.len());
-                    system.back_substitute(&twist, own);
+                    system.substitute(1.0, &twist, own);
                     drive_step = others;
                 }
-                Some(twist)
+                Some(twist.into())
             }
             None if balance.task.is_some() => None,
             None => {
@@ -364,58 +347,38 @@ impl<'a> Newton<'a> {
         }
     }
 
-    /// The step in which the drives move as well, by `drive_step`, so that the task error vanishes to first order:
-    /// `P dt + D dρ = right`, `S dt = −e`. Redundant drives move as little as they can.
-    fn step_to_task(&mut self, tangent: &Matrix6<f64>, right: &Vector6<f64>, task: &TaskError) -> Option<Vector6<f64>> {
-        let factor = tangent.lu();
-        let held = factor.solve(right)?;
-        let by_drives = factor.solve(&self.drive_wrenches())?;
+    /// The step in which the drives move as well. Redundant drives move as little as they can.
+    fn step_to_task(&mut self, tangent: Square<f64>, right: [f64; 6], task: &TaskError) -> Option<[f64; 6]> {
+        let Workspace { chains, drive_step, drive_wrenches: wrenches, .. } = &mut *self.workspace;
+        platform::drive_wrenches(chains, wrenches);
+        if let Some(task) = SquareTask::new(task, drive_step.len()) {
+            return single(platform::step_to_task(tangent, right, wrenches, &task, drive_step));
+        }
+        let factor = matrix(&tangent).lu();
+        let held = factor.solve(&Vector6::from(right))?;
+        let columns: Vec<Vector6<f64>> = wrenches.iter().copied().map(Vector6::from).collect();
+        let by_drives = factor.solve(&Matrix6xX::from_columns(&columns))?;
         let slope = task.slope.rows(0, task.count);
-        let response = slope * &by_drives;
         let wanted = slope * held + task.error.rows(0, task.count);
-        let step = match response.is_square() {
-            true => response.lu().solve(&wanted)?,
-            false => response.pseudo_inverse(f64::EPSILON).ok()? * wanted,
-        };
-        self.workspace.drive_step.copy_from_slice(step.as_slice());
-        Some(held - by_drives * step)
+        let step = (slope * &by_drives).pseudo_inverse(f64::EPSILON).ok()? * wanted;
+        drive_step.copy_from_slice(step.as_slice());
+        Some((held - by_drives * step).into())
     }
 
-    /// Wrench on the platform per unit motion of each drive, the platform held, from the condensed chains.
-    fn drive_wrenches(&self) -> Matrix6xX<f64> {
-        let mut wrenches = Matrix6xX::zeros(self.machine.drive_count());
-        let mut column = 0;
-        for (system, chain) in self.workspace.chains.iter().zip(&self.machine.chains) {
-            for drive in 0..chain.drives.len() {
-                wrenches.set_column(column, &system.drive_wrench(drive));
-                column += 1;
+    /// Condenses the chains; the platform's tangent, or `None` if a chain cannot be condensed.
+    fn condense(&mut self) -> Option<Square<f64>> {
+        for system in &mut self.workspace.chains {
+            if system.eliminate() == 0 {
+                return None;
             }
         }
-        wrenches
-    }
-
-    /// Platform tangent and right-hand side, chains condensed; `None` if a chain cannot be condensed.
-    fn condensed(&mut self, state: &State, balance: &Balance) -> Option<(Matrix6<f64>, Vector6<f64>)> {
-        let mut tangent = Matrix6::zeros();
-        let mut right = balance.imbalance;
-        for (system, chain) in self.workspace.chains.iter_mut().zip(&state.chains) {
-            let condensed = system.condense().ok()?;
-            tangent += condensed.stiffness;
-            right -= condensed.held_wrench;
-            subtract_half_moment(&mut tangent, chain.wrench);
-            let closure_moment = system.closure_moment();
-            for i in 0..3 {
-                right[3 + i] -= closure_moment[i];
-            }
-        }
-        Some((tangent, right))
+        Some(platform::tangent(&self.workspace.chains))
     }
 
     fn apply(&mut self, twist: &Vector6<f64>, state: &mut State) {
         for (drive, step) in self.workspace.drives.iter_mut().zip(&self.workspace.drive_step) {
             *drive += step;
         }
-        let Twist { linear, angular } = Twist::from_vector(twist);
         let mut drive_step = self.workspace.drive_step.as_slice();
         let systems = self.workspace.chains.iter().zip(&self.machine.chains);
         for ((system, chain), chain_state) in systems.zip(&mut state.chains) {
@@ -427,14 +390,14 @@ impl<'a> Newton<'a> {
             }
             drive_step = others;
         }
-        state.pose.translation += linear;
-        state.pose.rotation = rotation_exp(angular) * state.pose.rotation;
+        let step = Screw::from_array((*twist).into());
+        let frame = Frame::splat(&state.pose);
+        state.pose =
+            Frame { axes: frame.turned(&rotation_exp(step.angular)), origin: frame.origin + step.linear }.into();
     }
 
     /// Tangent and stability at the equilibrium just linearised.
     fn finish(mut self, state: &State, residual: f64, load_steps: usize, iterations: usize) -> Outcome {
-        let balance = Balance { imbalance: Vector6::zeros(), task: None, residual };
-        let drive_count = self.machine.drive_count();
         let mut outcome = Outcome {
             status: Status::Solved,
             iterations,
@@ -442,15 +405,25 @@ impl<'a> Newton<'a> {
             load_steps,
             stiffness: None,
             compliance: None,
-            drive_sensitivity: Matrix6xX::zeros(drive_count),
+            drive_sensitivity: Matrix6xX::zeros(self.machine.drive_count()),
         };
-        match self.condensed(state, &balance) {
-            Some((tangent, _)) => {
-                outcome.status = platform_status(&tangent, self.machine.reach);
-                outcome.stiffness = Some(tangent);
-                outcome.compliance = if outcome.status == Status::Singular { None } else { tangent.try_inverse() };
-                if let Some(compliance) = &outcome.compliance {
-                    outcome.drive_sensitivity = -(compliance * self.drive_wrenches());
+        match self.condense() {
+            Some(tangent) => {
+                let stiffness = matrix(&tangent);
+                let reach = self.machine.reach;
+                // Most by far need no eigenvalues.
+                let is_definite = platform::plainly_definite(&tangent, reach) == 1;
+                outcome.status = if is_definite { Status::Solved } else { platform_status(&stiffness, reach) };
+                outcome.stiffness = Some(stiffness);
+                if outcome.status != Status::Singular
+                    && let Some(compliance) = single(platform::inverse(tangent))
+                {
+                    outcome.compliance = Some(matrix(&compliance));
+                    let Workspace { chains, drive_wrenches, .. } = &mut *self.workspace;
+                    platform::drive_wrenches(chains, drive_wrenches);
+                    for (wrench, mut twist) in drive_wrenches.iter().zip(outcome.drive_sensitivity.column_iter_mut()) {
+                        twist.copy_from_slice(&platform::drive_twist(&compliance, wrench));
+                    }
                 }
             }
             None => {
@@ -467,6 +440,15 @@ impl<'a> Newton<'a> {
         }
         outcome
     }
+}
+
+/// What is computed in one lane, if it could be.
+fn single<T>((value, good): (T, u8)) -> Option<T> {
+    (good == 1).then_some(value)
+}
+
+fn matrix(rows: &Square<f64>) -> Matrix6<f64> {
+    Matrix6::from_fn(|i, j| rows[i][j])
 }
 
 /// State and drives of each chain.
@@ -502,14 +484,6 @@ fn platform_status(tangent: &Matrix6<f64>, reach: f64) -> Status {
     // Eigenvalue iterations do not end on NaN.
     if !scaled.iter().all(|entry| entry.is_finite()) {
         return Status::Singular;
-    }
-    // Plainly definite matrices, by far the most, need no eigenvalues: a free motion leaves a pivot that is all rounding,
-    // and may leave a diagonal entry that is.
-    let least = 1e-6 * scaled.diagonal().amax();
-    if let Some(factor) = scaled.cholesky()
-        && (0..6).all(|i| factor.l_dirty()[(i, i)].powi(2) > least)
-    {
-        return Status::Solved;
     }
     let values = scaled.symmetric_eigenvalues();
     match values.min() {

@@ -54,20 +54,20 @@ pub fn wrench_at_pose(
             let residual = system.residual(machine.reach);
             let scale = chain_state.wrench.norm(machine.reach).max(1.0);
             let error = larger(residual.gap / machine.reach, residual.force / scale);
-            let condensed = system.condense().ok()?;
+            let stiffness = system.condense()?;
             if error <= settings.tolerance {
-                break condensed.stiffness;
+                break stiffness;
             }
             if iterations == settings.max_iterations || !error.is_finite() {
                 return None;
             }
             let held = Vector6::zeros();
-            system.back_substitute(&held, &[]);
+            system.substitute(1.0, &held.into(), &[]);
             system.apply(&held, chain_state);
             iterations += 1;
         };
         for (own, column) in drive_columns.enumerate() {
-            force.drive_wrench.set_column(column, &system.drive_wrench(own));
+            force.drive_wrench.set_column(column, &system.drive_wrench(own).into());
         }
         force.iterations = force.iterations.max(iterations);
         force.stiffness += stiffness;

@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector, Matrix6, Matrix6xX, Vector6};
 
 use super::{chain_system::ChainSystem, equilibrium::Status};
-use crate::machine::Chain;
+use crate::{machine::Chain, spatial::skew};
 
 /// A singular value or eigenvalue below this fraction of the largest, after equilibration, is zero.
 const RANK_TOLERANCE: f64 = 1e-12;
@@ -38,7 +38,7 @@ impl FullSystem {
                 matrix[(platform + i, row)] = -1.0;
             }
             let mut block = matrix.fixed_view_mut::<3, 3>(platform + 3, platform + 3);
-            block -= chain.half_moment();
+            block -= skew(chain.moment.0.into()) * 0.5;
         }
         let scale = equilibration(&matrix);
         for i in 0..matrix.nrows() {
@@ -152,7 +152,7 @@ pub(super) fn step(chains: &mut [ChainSystem], imbalance: &Vector6<f64>) -> Opti
         }
         let closure_moment = chain.closure_moment();
         for i in 0..3 {
-            right[(platform + 3 + i, 0)] -= closure_moment[i];
+            right[(platform + 3 + i, 0)] -= closure_moment.0[i];
         }
     }
     for i in 0..6 {

@@ -7,6 +7,7 @@
 //!
 //! - [`equilibrium()`]: `t = f⁻¹(F | t₀)`, eq. (7), the whole machine under a prescribed wrench
 //! - [`equilibrium_at_task`]: the same with the drives found so that a task is met, for compensation
+//! - [`Batch`]: the same for many independent cases, several at a time
 //! - [`wrench_at_pose`]: `F = f(t | t₀)`, eqs. (2), (3), the wrench that holds the platform at a pose
 //! - [`unloaded_stiffness`], [`Outcome::stiffness`]: eqs. (4)–(6)
 //! - [`aggregate_errors`]: eqs. (14), (15), the linear comparator
@@ -14,6 +15,7 @@
 //! - [`Solution`]: everything a solved state tells, in physical terms
 
 mod aggregation;
+mod batch;
 mod bordered;
 mod chain_system;
 mod drive_force;
@@ -21,12 +23,18 @@ mod energy;
 mod equilibrium;
 mod force_deflection;
 mod full_system;
+mod held;
+mod iteration;
+mod lane_solver;
+mod platform;
 mod solution;
 mod state;
 mod stiffness;
 mod task;
 
+pub use crate::lanes::Level;
 pub use aggregation::aggregate_errors;
+pub use batch::{Batch, Case};
 pub use drive_force::{drive_force_sensitivity, drive_forces};
 pub use energy::{elastic_energy, spring_energies};
 pub use equilibrium::{Outcome, Settings, Status, equilibrium, equilibrium_at_task};

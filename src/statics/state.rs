@@ -1,6 +1,6 @@
 //! The unknowns of the machine's equilibrium, and the storage a solve reuses.
 
-use super::chain_system::ChainSystem;
+use super::{chain_system::ChainSystem, held::Held};
 use crate::{
     machine::{Configuration, Machine},
     spatial::{Pose, Wrench},
@@ -44,7 +44,10 @@ pub struct Workspace {
     /// Drives of the present iteration, and their last step.
     pub(super) drives: Vec<f64>,
     pub(super) drive_step: Vec<f64>,
-    /// Platform imbalance that a load step holds back.
+    /// Wrench on the platform per unit motion of each drive.
+    pub(super) drive_wrenches: Vec<[f64; 6]>,
+    /// What a load step holds back of each chain's residual and of the platform's imbalance.
+    pub(super) held: Vec<Held>,
     pub(super) held_imbalance: nalgebra::Vector6<f64>,
     /// State from which a failed solve is started again.
     pub(super) start: Option<State>,
@@ -57,6 +60,8 @@ impl Workspace {
             chains: machine.chains.iter().map(ChainSystem::new).collect(),
             drives: Vec::new(),
             drive_step: Vec::new(),
+            drive_wrenches: Vec::with_capacity(machine.drive_count()),
+            held: vec![Held::default(); machine.chains.len()],
             held_imbalance: nalgebra::Vector6::zeros(),
             start: None,
         }

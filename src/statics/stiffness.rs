@@ -25,7 +25,7 @@ pub fn chain_stiffnesses(
     let systems = workspace.chains.iter_mut().zip(&machine.chains).zip(inputs);
     let stiffness = systems.map(|((system, chain), (chain_state, drives))| {
         system.linearise(chain, drives, chain_state, &state.pose);
-        let mut stiffness = system.condense().ok()?.stiffness;
+        let mut stiffness = system.condense()?;
         subtract_half_moment(&mut stiffness, chain_state.wrench);
         Some(stiffness)
     });

@@ -7,11 +7,11 @@ use serde::Serialize;
 
 use super::Source;
 use crate::{
-    compensation::{Compensation, Demand, Method, Session, Settings, Target, compensate},
+    compensation::{Compensation, Demand, Method, Session, Settings, Target, compensate_batch},
     machine::{ChainError, Configuration, Machine, Unreachable},
     process::MillingForce,
     spatial::Wrench,
-    statics::{self, Outcome, State, tool_compliance},
+    statics::{self, Batch, Outcome, State, tool_compliance},
 };
 
 /// A regular grid over a box of positions of P, both ends included.
@@ -159,22 +159,22 @@ pub struct WorkspaceMap {
 /// `done` is called after each point.
 pub fn run(study: &WorkspaceMapStudy, done: &(dyn Fn() + Sync)) -> WorkspaceMap {
     let real = study.machine.with_errors(&study.errors);
-    let points = (0..study.grid.len())
+    let groups: Vec<Vec<MapPoint>> = (0..study.grid.len().div_ceil(Batch::WIDTH))
         .into_par_iter()
         .map_init(
-            || PointSolver {
+            || GroupSolver {
                 study,
-                nominal: Pair::new(&study.machine, &study.machine),
-                real: Pair::new(&study.machine, &real),
+                nominal: Group::new(&study.machine, &study.machine),
+                real: Group::new(&study.machine, &real),
             },
-            |solver, index| {
-                let point = solver.solve(study.grid.position(index));
-                done();
-                point
+            |solver, group| {
+                let first = group * Batch::WIDTH;
+                let indices = first..study.grid.len().min(first + Batch::WIDTH);
+                solver.solve(&indices.map(|index| study.grid.position(index)).collect::<Vec<_>>(), done)
             },
         )
         .collect();
-    WorkspaceMap { study: study.clone(), points }
+    WorkspaceMap { study: study.clone(), points: groups.into_iter().flatten().collect() }
 }
 
 impl From<Unreachable> for Failure {
@@ -183,17 +183,24 @@ impl From<Unreachable> for Failure {
     }
 }
 
-/// One machine commanded twice: without and with compensation.
-struct Pair<'a> {
-    plain: Session<'a>,
-    corrected: Session<'a>,
+/// One machine at several points, commanded twice: without and with compensation.
+struct Group<'a> {
+    plain: Vec<Session<'a>>,
+    corrected: Vec<Session<'a>>,
+    plain_batch: Batch<'a>,
+    corrected_batch: Batch<'a>,
 }
 
-impl<'a> Pair<'a> {
+impl<'a> Group<'a> {
     fn new(nominal: &'a Machine, real: &'a Machine) -> Self {
         let settings = super::path::settings();
         let plain = Session::new(nominal, real, Settings { equilibrium: statics::Settings::default(), ..settings });
-        Self { plain, corrected: Session::new(nominal, real, settings) }
+        Self {
+            plain: vec![plain; Batch::WIDTH],
+            corrected: vec![Session::new(nominal, real, settings); Batch::WIDTH],
+            plain_batch: Batch::new(real),
+            corrected_batch: Batch::new(real),
+        }
     }
 }
 
@@ -204,92 +211,123 @@ struct Turn {
     effect: SourceEffect,
 }
 
-struct PointSolver<'a> {
+/// Solves neighbouring points of the grid side by side; what comes out for one does not depend on the others.
+struct GroupSolver<'a> {
     study: &'a WorkspaceMapStudy,
     /// The nominal machine, answering as it should.
-    nominal: Pair<'a>,
+    nominal: Group<'a>,
     /// The machine with its errors.
-    real: Pair<'a>,
+    real: Group<'a>,
 }
 
-impl PointSolver<'_> {
-    fn solve(&mut self, position: Vector3<f64>) -> MapPoint {
-        let position_mm = position.into();
+impl GroupSolver<'_> {
+    fn solve(&mut self, positions: &[Vector3<f64>], done: &(dyn Fn() + Sync)) -> Vec<MapPoint> {
         let machine = &self.study.machine;
-        let at = match machine.inverse_kinematics(&machine.pose_at(position)) {
-            Ok(at) => at,
-            Err(unreachable) => {
-                let failure = Failure::from(unreachable);
-                return MapPoint { position_mm, effects: std::array::from_fn(|_| Err(failure.clone())) };
-            }
-        };
-        let rigid = State::rigid(machine, &at);
+        let reach = |position: &Vector3<f64>| machine.inverse_kinematics(&machine.pose_at(*position));
+        let reached: Vec<_> = positions.iter().map(reach).collect();
+        let configurations: Vec<&Configuration> = reached.iter().flatten().collect();
         let phis: Vec<Option<f64>> = self.study.phis.iter().copied().map(Some).collect();
-        for pair in [&mut self.nominal, &mut self.real] {
-            pair.plain.stand(&at, &rigid);
+        for group in [&mut self.nominal, &mut self.real] {
+            for (session, at) in group.plain.iter_mut().zip(&configurations) {
+                session.stand(at, &State::rigid(machine, at));
+            }
         }
-        let cutting = turn(self.study, &mut self.nominal, &at, &phis);
-        let assembly = turn(self.study, &mut self.real, &at, &[None]);
-        let mut both = turn(self.study, &mut self.real, &at, &phis);
-        if let (Ok(cutting), Ok(assembly), Ok(both)) = (&cutting, &assembly, &mut both) {
-            let worst = index_of_largest(&both.displacements);
-            let superposed = cutting.displacements[worst] + assembly.displacements[0];
-            both.effect.departure_vector_mm = Some((superposed - both.displacements[worst]).into());
-        }
-        MapPoint { position_mm, effects: [cutting, assembly, both].map(|turn| turn.map(|turn| turn.effect)) }
+        let cutting = turn(self.study, &mut self.nominal, &configurations, &phis);
+        let assembly = turn(self.study, &mut self.real, &configurations, &[None]);
+        let both = turn(self.study, &mut self.real, &configurations, &phis);
+        let mut effects = cutting.into_iter().zip(assembly).zip(both).map(|((cutting, assembly), both)| {
+            let mut turns = [cutting, assembly, both];
+            if let [Ok(cutting), Ok(assembly), Ok(both)] = &mut turns {
+                let worst = index_of_largest(&both.displacements);
+                let superposed = cutting.displacements[worst] + assembly.displacements[0];
+                both.effect.departure_vector_mm = Some((superposed - both.displacements[worst]).into());
+            }
+            turns.map(|turn| turn.map(|turn| turn.effect))
+        });
+        let point = |(position, reached): (&Vector3<f64>, &Result<Configuration, Unreachable>)| {
+            let effects = match reached {
+                Ok(_) => effects.next(),
+                Err(unreachable) => Some(std::array::from_fn(|_| Err(Failure::from(unreachable.clone())))),
+            };
+            done();
+            effects.map(|effects| MapPoint { position_mm: (*position).into(), effects })
+        };
+        positions.iter().zip(&reached).filter_map(point).collect()
     }
 }
 
-/// Equilibria without and with compensation for each load (a φ, or none), each started from the one before.
+/// Equilibria without and with compensation for each load (a φ, or none), each started from the one before, at each of
+/// `configurations`.
 fn turn(
     study: &WorkspaceMapStudy,
-    pair: &mut Pair<'_>,
-    at: &Configuration,
+    group: &mut Group<'_>,
+    configurations: &[&Configuration],
     phis: &[Option<f64>],
-) -> Result<Turn, Failure> {
+) -> Vec<Result<Turn, Failure>> {
     let machine = &study.machine;
-    let lever = at.pose.rotation * machine.tool_tip;
-    let mut displacements = Vec::with_capacity(phis.len());
-    let mut delta_rho = vec![0.0f64; machine.drive_count()];
-    let mut drive_force = delta_rho.clone();
-    let mut worst: Option<Worst> = None;
+    let mut tallies: Vec<Result<Tally, Failure>> =
+        configurations.iter().map(|_| Ok(Tally::new(machine, phis.len()))).collect();
     for (index, &phi) in phis.iter().enumerate() {
-        let load = phi.map_or(Wrench::zero(), |phi| study.force.wrench(phi, lever));
-        let demand = Demand { pose: at.pose, load, target: study.target };
-        let plain = commanded(machine, &mut pair.plain, &demand, Method::None, phi)?;
+        let demand = |at: &Configuration| {
+            let load = phi.map_or(Wrench::zero(), |phi| study.force.wrench(phi, at.pose.rotation * machine.tool_tip));
+            Demand { pose: at.pose, load, target: study.target }
+        };
+        let plain = command(machine, &mut group.plain, &mut group.plain_batch, Method::None, phi, &mut tallies, |i| {
+            demand(configurations[i])
+        });
         if index == 0 {
-            pair.corrected.stand(at, pair.plain.state());
+            for (i, _) in &plain {
+                group.corrected[*i].stand(configurations[*i], group.plain[*i].state());
+            }
         }
-        let corrected = commanded(machine, &mut pair.corrected, &demand, Method::Direct, phi)?;
-        for (most, force) in drive_force.iter_mut().zip(&plain.drive_forces) {
-            *most = most.max(force.abs());
+        let sessions = (&mut group.corrected, &mut group.corrected_batch);
+        let corrected =
+            command(machine, sessions.0, sessions.1, Method::Direct, phi, &mut tallies, |i| demand(configurations[i]));
+        let mut plain = plain.into_iter();
+        for (i, corrected) in corrected {
+            let Some((_, plain)) = plain.find(|(other, _)| *other == i) else { continue };
+            if let Ok(tally) = &mut tallies[i] {
+                tally.note(machine, configurations[i], phi, plain, group.plain[i].state(), &corrected);
+            }
         }
-        for ((most, rho), nominal) in delta_rho.iter_mut().zip(&corrected.drives).zip(&at.drives) {
-            *most = most.max((rho - nominal).abs());
-        }
-        let state = pair.plain.state();
-        let displacement = machine.tool_displacement(&at.pose, &state.pose);
-        if worst.as_ref().is_none_or(|worst| displacement.norm() > worst.displacement.norm()) {
-            let lever = state.pose.rotation * machine.tool_tip;
-            worst = Some(Worst { displacement, phi, outcome: plain.outcome, lever });
-        }
-        displacements.push(displacement);
     }
-    let Some(worst) = worst else {
-        return Err(Failure { status: "not_converged", reason: "there is no load".into() });
-    };
-    Ok(Turn {
-        effect: SourceEffect {
-            deflection_mm: worst.displacement.norm(),
-            deflection_vector_mm: worst.displacement.into(),
-            phi_deg: worst.phi.map(f64::to_degrees),
-            delta_rho,
-            drive_force,
-            principal_stiffness_n_per_mm: tool_stiffnesses(worst.outcome.as_ref(), worst.lever),
-            departure_vector_mm: None,
-        },
-        displacements,
-    })
+    tallies.into_iter().map(|tally| tally.and_then(Tally::conclude)).collect()
+}
+
+/// Commands the points without failure so far; results with the index of their point. What fails is noted in `tallies`.
+fn command(
+    machine: &Machine,
+    sessions: &mut [Session<'_>],
+    batch: &mut Batch<'_>,
+    method: Method,
+    phi: Option<f64>,
+    tallies: &mut [Result<Tally, Failure>],
+    demand: impl Fn(usize) -> Demand,
+) -> Vec<(usize, Compensation)> {
+    let (indices, demands): (Vec<usize>, Vec<Demand>) =
+        tallies.iter().enumerate().filter(|(_, tally)| tally.is_ok()).map(|(i, _)| (i, demand(i))).unzip();
+    let well = sessions.iter_mut().zip(&*tallies).filter(|(_, tally)| tally.is_ok());
+    let mut sessions: Vec<&mut Session<'_>> = well.map(|(session, _)| session).collect();
+    let answers = compensate_batch(&mut sessions, &demands, method, batch);
+    let mut done = Vec::with_capacity(indices.len());
+    for (index, answer) in indices.into_iter().zip(answers) {
+        if answer.status.is_success() {
+            done.push((index, answer));
+        } else {
+            let at = phi.map_or_else(String::new, |phi| format!(" (phi {:.1} deg)", phi.to_degrees()));
+            let reason = answer.status.reason(machine) + &at;
+            tallies[index] = Err(Failure { status: answer.status.label(), reason });
+        }
+    }
+    done
+}
+
+/// What the loads of one point and source came to so far.
+struct Tally {
+    displacements: Vec<Vector3<f64>>,
+    delta_rho: Vec<f64>,
+    drive_force: Vec<f64>,
+    worst: Option<Worst>,
 }
 
 /// The load with the largest displacement so far.
@@ -301,19 +339,51 @@ struct Worst {
     lever: Vector3<f64>,
 }
 
-fn commanded(
-    machine: &Machine,
-    session: &mut Session<'_>,
-    demand: &Demand,
-    method: Method,
-    phi: Option<f64>,
-) -> Result<Compensation, Failure> {
-    let done = compensate(session, demand, method);
-    if done.status.is_success() {
-        return Ok(done);
+impl Tally {
+    fn new(machine: &Machine, loads: usize) -> Self {
+        let zeros = vec![0.0; machine.drive_count()];
+        Self { displacements: Vec::with_capacity(loads), delta_rho: zeros.clone(), drive_force: zeros, worst: None }
     }
-    let at = phi.map_or_else(String::new, |phi| format!(" (phi {:.1} deg)", phi.to_degrees()));
-    Err(Failure { status: done.status.label(), reason: done.status.reason(machine) + &at })
+
+    /// Takes note of one load at `at`: the answer `plain` without compensation, which ended in `state`, and `corrected`.
+    fn note(
+        &mut self,
+        machine: &Machine,
+        at: &Configuration,
+        phi: Option<f64>,
+        plain: Compensation,
+        state: &State,
+        corrected: &Compensation,
+    ) {
+        for (most, force) in self.drive_force.iter_mut().zip(&plain.drive_forces) {
+            *most = most.max(force.abs());
+        }
+        for ((most, rho), nominal) in self.delta_rho.iter_mut().zip(&corrected.drives).zip(&at.drives) {
+            *most = most.max((rho - nominal).abs());
+        }
+        let displacement = machine.tool_displacement(&at.pose, &state.pose);
+        if self.worst.as_ref().is_none_or(|worst| displacement.norm() > worst.displacement.norm()) {
+            let lever = state.pose.rotation * machine.tool_tip;
+            self.worst = Some(Worst { displacement, phi, outcome: plain.outcome, lever });
+        }
+        self.displacements.push(displacement);
+    }
+
+    fn conclude(self) -> Result<Turn, Failure> {
+        let Some(worst) = self.worst else {
+            return Err(Failure { status: "not_converged", reason: "there is no load".into() });
+        };
+        let effect = SourceEffect {
+            deflection_mm: worst.displacement.norm(),
+            deflection_vector_mm: worst.displacement.into(),
+            phi_deg: worst.phi.map(f64::to_degrees),
+            delta_rho: self.delta_rho,
+            drive_force: self.drive_force,
+            principal_stiffness_n_per_mm: tool_stiffnesses(worst.outcome.as_ref(), worst.lever),
+            departure_vector_mm: None,
+        };
+        Ok(Turn { displacements: self.displacements, effect })
+    }
 }
 
 fn index_of_largest(displacements: &[Vector3<f64>]) -> usize {

@@ -1,0 +1,100 @@
+//! One demand for each of several sessions, solved several at a time.
+
+use std::cell::RefCell;
+
+use nalgebra::Vector6;
+
+use super::{
+    Method, compensate,
+    demand::Demand,
+    direct,
+    outcome::{Compensation, Status},
+    session::{Progress, Session},
+};
+use crate::{
+    machine::Machine,
+    spatial::Pose,
+    statics::{Batch, Case, Outcome, TaskError},
+};
+
+/// [`compensate`] of each demand by its session, with the same results to the last bit.
+///
+/// The sessions share their settings and their machines, and `batch` is one of their real machine. Without compensation
+/// and with the direct method, as many equilibria are solved at a time as the processor can; sessions that come with the
+/// same `batch` in the same places again save work.
+pub fn compensate_batch(
+    sessions: &mut [&mut Session<'_>],
+    demands: &[Demand],
+    method: Method,
+    batch: &mut Batch<'_>,
+) -> Vec<Compensation> {
+    debug_assert_eq!(sessions.len(), demands.len());
+    let histories: Vec<History> = demands.iter().map(|_| History::default()).collect();
+    let outcomes = match method {
+        Method::None | Method::Direct => solve(sessions, demands, method, &histories, batch),
+        _ => vec![None; sessions.len()],
+    };
+    let mut answers = Vec::with_capacity(sessions.len());
+    for (((session, demand), outcome), history) in sessions.iter_mut().zip(demands).zip(outcomes).zip(histories) {
+        let Some(outcome) = outcome else {
+            answers.push(compensate(session, demand, method));
+            continue;
+        };
+        let mut progress = Progress::new();
+        let ending = if method == Method::Direct {
+            progress.history = history.into_inner();
+            direct::conclude(session, demand, Some(outcome), &mut progress)
+        } else {
+            session.settled(demand, outcome).map(|outcome| {
+                progress.history.push(session.task_error(demand).size());
+                (Status::Applied, outcome)
+            })
+        };
+        answers.push(session.conclude(demand, ending, progress.history));
+    }
+    answers
+}
+
+/// Sizes of the task errors of an iteration, mm.
+type History = RefCell<Vec<f64>>;
+
+/// Equilibria at the nominal commands, or at drives that meet the demands in one iteration, which `histories` then follow.
+/// `None` where there is no command, where the iteration fails, or where it does not suit the demand.
+fn solve(
+    sessions: &mut [&mut Session<'_>],
+    demands: &[Demand],
+    method: Method,
+    histories: &[History],
+    batch: &mut Batch<'_>,
+) -> Vec<Option<Outcome>> {
+    let Some(first) = sessions.first() else { return Vec::new() };
+    let (nominal, settings) = (first.nominal, first.settings.equilibrium);
+    let is_direct = method == Method::Direct;
+    let begin = |(session, demand): (&mut &mut Session<'_>, &Demand)| match is_direct {
+        true => direct::is_near(session, demand) && direct::is_complete(session, demand),
+        false => session.go_to(&demand.shifted(session.nominal, &Vector6::zeros())).is_ok(),
+    };
+    let begun: Vec<bool> = sessions.iter_mut().zip(demands).map(begin).collect();
+    let tasks: Vec<_> = demands.iter().zip(histories).map(|(demand, history)| task(nominal, demand, history)).collect();
+    let mut cases: Vec<Case<'_>> = Vec::with_capacity(sessions.len());
+    for (((session, demand), task), _) in
+        sessions.iter_mut().zip(demands).zip(&tasks).zip(&begun).filter(|(_, begun)| **begun)
+    {
+        let task: Option<&dyn Fn(&Pose) -> TaskError> = if is_direct { Some(task) } else { None };
+        cases.push(Case { drives: &mut session.drives, load: demand.load, state: &mut session.state, task });
+    }
+    let mut outcomes = match is_direct {
+        true => batch.equilibria_at_task(&mut cases, &settings).into_iter(),
+        false => batch.equilibria(&mut cases, &settings).into_iter().map(Some).collect::<Vec<_>>().into_iter(),
+    };
+    begun.into_iter().map(|begun| if begun { outcomes.next().flatten() } else { None }).collect()
+}
+
+/// The task of `demand`, followed by `history`.
+fn task<'a>(nominal: &'a Machine, demand: &'a Demand, history: &'a History) -> impl Fn(&Pose) -> TaskError + use<'a> {
+    move |pose| {
+        let error = demand.task_error(nominal, pose);
+        history.borrow_mut().push(error.size());
+        error
+    }
+}

@@ -1,0 +1,141 @@
+//! A number that counts the operations made with it, for the account of what an equilibrium costs.
+
+use std::{
+    cell::Cell,
+    ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign},
+};
+
+use super::Real;
+
+/// Kinds of operations. Comparisons, selections and signs are not counted.
+#[derive(Clone, Copy)]
+enum Kind {
+    /// Additions and subtractions.
+    Sum,
+    Product,
+    Quotient,
+    Root,
+}
+
+thread_local! {
+    static COUNTS: Cell<[u64; 4]> = const { Cell::new([0; 4]) };
+}
+
+fn count(kind: Kind) {
+    let mut counts = COUNTS.get();
+    counts[kind as usize] += 1;
+    COUNTS.set(counts);
+}
+
+/// Sums, products, quotients and roots made on this thread since the last call.
+pub(crate) fn take_counts() -> [u64; 4] {
+    COUNTS.replace([0; 4])
+}
+
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Counted(f64);
+
+impl Add for Counted {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        count(Kind::Sum);
+        Self(self.0 + other.0)
+    }
+}
+
+impl Sub for Counted {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        count(Kind::Sum);
+        Self(self.0 - other.0)
+    }
+}
+
+impl Mul for Counted {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        count(Kind::Product);
+        Self(self.0 * other.0)
+    }
+}
+
+impl Div for Counted {
+    type Output = Self;
+    fn div(self, other: Self) -> Self {
+        count(Kind::Quotient);
+        Self(self.0 / other.0)
+    }
+}
+
+impl Neg for Counted {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self(-self.0)
+    }
+}
+
+impl AddAssign for Counted {
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl SubAssign for Counted {
+    fn sub_assign(&mut self, other: Self) {
+        *self = *self - other;
+    }
+}
+
+impl Real for Counted {
+    const LANES: usize = 1;
+    type Mask = bool;
+
+    fn splat(value: f64) -> Self {
+        Self(value)
+    }
+
+    fn lane(self, _lane: usize) -> f64 {
+        self.0
+    }
+
+    fn set_lane(&mut self, _lane: usize, value: f64) {
+        self.0 = value;
+    }
+
+    fn sqrt(self) -> Self {
+        count(Kind::Root);
+        Self(self.0.sqrt())
+    }
+
+    fn abs(self) -> Self {
+        Self(self.0.abs())
+    }
+
+    fn greater(self, other: Self) -> bool {
+        self.0 > other.0
+    }
+
+    fn is_nan(self) -> bool {
+        self.0.is_nan()
+    }
+
+    fn is_zero(self) -> bool {
+        self.0 == 0.0
+    }
+
+    fn select(mask: bool, yes: Self, no: Self) -> Self {
+        if mask { yes } else { no }
+    }
+
+    fn bits(mask: bool) -> u8 {
+        u8::from(mask)
+    }
+
+    fn mask(bits: u8) -> bool {
+        bits & 1 == 1
+    }
+
+    fn vectorized<T>(work: impl FnOnce() -> T) -> T {
+        work()
+    }
+}

@@ -1,0 +1,79 @@
+//! Small systems of linear equations.
+
+use super::Real;
+
+/// Solves `matrix · x = right` for several columns `right` by elimination with row pivoting; unknowns take the columns'
+/// place. Both have as many rows as `matrix`, of which the leading square counts.
+///
+/// Returns the lanes in which the matrix is regular; the others hold no numbers.
+#[inline(always)]
+pub(crate) fn solve<R: Real, const N: usize>(mut matrix: [[R; N]; N], size: usize, right: &mut [[R; N]]) -> u8 {
+    let mut regular = R::ALL;
+    for k in 0..size {
+        for i in k + 1..size {
+            let (above, below) = matrix.split_at_mut(i);
+            let (pivot_row, row) = (&mut above[k][k..size], &mut below[0][k..size]);
+            let swap = row[0].abs().greater(pivot_row[0].abs());
+            if R::bits(swap) == 0 {
+                continue;
+            }
+            for (a, b) in pivot_row.iter_mut().zip(row) {
+                exchange(swap, a, b);
+            }
+            for column in right.iter_mut() {
+                let (above, below) = column.split_at_mut(i);
+                exchange(swap, &mut above[k], &mut below[0]);
+            }
+        }
+        let (above, below) = matrix.split_at_mut(k + 1);
+        let pivot_row = &mut above[k];
+        regular &= pivot_row[k].abs().lanes_greater(0.0);
+        let inverse = R::splat(1.0) / pivot_row[k];
+        pivot_row[k] = inverse;
+        for (i, row) in below[..size - k - 1].iter_mut().enumerate() {
+            let factor = row[k] * inverse;
+            for (entry, &value) in row[k + 1..size].iter_mut().zip(&pivot_row[k + 1..size]) {
+                *entry -= factor * value;
+            }
+            for column in right.iter_mut() {
+                let value = column[k];
+                column[k + 1 + i] -= factor * value;
+            }
+        }
+    }
+    for column in right {
+        for k in (0..size).rev() {
+            let mut rest = column[k];
+            for (&entry, &known) in matrix[k][k + 1..size].iter().zip(&column[k + 1..size]) {
+                rest -= entry * known;
+            }
+            column[k] = rest * matrix[k][k];
+        }
+    }
+    regular
+}
+
+/// Where `swap` holds, gives each the other's number.
+#[inline(always)]
+fn exchange<R: Real>(swap: R::Mask, a: &mut R, b: &mut R) {
+    (*a, *b) = (R::select(swap, *b, *a), R::select(swap, *a, *b));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::solve;
+
+    #[test]
+    fn rows_are_exchanged_where_pivots_ask_for_it() {
+        let mut right = [[5.0, 3.0, 4.0, f64::NAN], [1.0, 0.0, 0.0, f64::NAN]];
+        let matrix = [[0.0, 2.0, 1.0, 9.0], [1.0, 0.0, 1.0, 9.0], [1.0, 1.0, 1.0, 9.0], [9.0; 4]];
+        assert_eq!(solve(matrix, 3, &mut right), 1);
+        assert_eq!(right[0][..3], [0.0, 1.0, 3.0]);
+        assert_eq!(right[1][..3], [-1.0, 0.0, 1.0]);
+    }
+
+    #[test]
+    fn a_singular_matrix_is_told() {
+        assert_eq!(solve([[1.0, 2.0], [2.0, 4.0]], 2, &mut [[1.0, 1.0]]), 0);
+    }
+}

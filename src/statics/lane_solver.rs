@@ -1,0 +1,421 @@
+//! The Newton iteration of [`super::equilibrium()`] in lanes: one case per lane, plain full steps only.
+//!
+//! A lane follows the scalar iteration bit by bit. One that converges early is left as it is; one that needs anything but
+//! full steps over condensed chains (load steps, a chain that cannot be condensed, a stability that is not plain) fails,
+//! and is left to the scalar iteration.
+
+use std::ops::Range;
+
+use nalgebra::{Matrix6, Matrix6xX};
+
+use super::{
+    batch::Case,
+    chain_system::{ChainResidual, ChainSystem},
+    equilibrium::{Outcome, Settings, Status},
+    iteration::{Iteration, Verdict},
+    platform::{self, Square, SquareTask},
+};
+use crate::{
+    lanes::{Frame, MAX_LANES, Real, Screw, Vec3, rotation_exp},
+    machine::Machine,
+    spatial::Wrench,
+};
+
+/// One case per lane, and the linearised machine at their states.
+///
+/// States and linearisation are kept from solve to solve, so that a case which starts where the last one in its lane
+/// ended does not linearise the machine again.
+#[derive(Debug, Clone)]
+pub(super) struct LaneSolver<R> {
+    drives: Vec<R>,
+    platform: Frame<R>,
+    chains: Vec<LaneChain<R>>,
+    systems: Vec<ChainSystem<R>>,
+    residuals: Vec<ChainResidual<R>>,
+    /// Whether the systems are those at the present states.
+    is_linearised: bool,
+    /// Lanes in which all chains could be condensed.
+    condensed: u8,
+    tangent: Square<R>,
+    drive_step: Vec<R>,
+    /// Of each drive: wrench with the platform held, and at the end the twist under constant load.
+    drive_wrenches: Vec<[R; 6]>,
+}
+
+/// Unknowns of one chain, see [`super::ChainState`].
+#[derive(Debug, Clone)]
+struct LaneChain<R> {
+    coordinates: Vec<R>,
+    wrench: Screw<R>,
+    /// Its drives among all, and their coordinates.
+    drives: Range<usize>,
+    drive_coordinates: Vec<usize>,
+}
+
+/// What tasks make of the poses, one per lane.
+struct Tasks<R> {
+    square: SquareTask<R>,
+    sizes: [f64; MAX_LANES],
+    /// Lanes with as many coordinates as drives.
+    fitting: u8,
+}
+
+/// How the lanes stand.
+struct Progress {
+    iterations: [Iteration; MAX_LANES],
+    residuals: [f64; MAX_LANES],
+    /// Lanes under way, and lanes solved.
+    active: u8,
+    solved: u8,
+}
+
+impl<R: Real> LaneSolver<R> {
+    pub fn new(machine: &Machine) -> Self {
+        let mut drive_count = 0;
+        let chains = machine.chains.iter().map(|chain| {
+            let first = drive_count;
+            drive_count += chain.drives.len();
+            LaneChain {
+                coordinates: vec![R::zero(); chain.coordinate_count()],
+                wrench: Screw::zero(),
+                drives: first..drive_count,
+                drive_coordinates: chain.drives.iter().map(|drive| drive.coordinate).collect(),
+            }
+        });
+        let chains: Vec<_> = chains.collect();
+        let nothing = ChainResidual { gap: R::zero(), force: R::zero() };
+        Self {
+            drives: vec![R::zero(); machine.drive_count()],
+            platform: Frame { axes: [Vec3::zero(); 3], origin: Vec3::zero() },
+            residuals: vec![nothing; chains.len()],
+            systems: machine.chains.iter().map(ChainSystem::new).collect(),
+            chains,
+            is_linearised: false,
+            condensed: 0,
+            tangent: [[R::zero(); 6]; 6],
+            drive_step: vec![R::zero(); machine.drive_count()],
+            drive_wrenches: Vec::with_capacity(machine.drive_count()),
+        }
+    }
+
+    /// Solves up to [`Real::LANES`] cases and appends what came out; `None` for those left to the scalar iteration, which
+    /// are as they were.
+    pub fn solve(
+        &mut self,
+        machine: &Machine,
+        cases: &mut [Case<'_>],
+        settings: &Settings,
+        outcomes: &mut Vec<Option<Outcome>>,
+    ) {
+        debug_assert!(cases.len() <= R::LANES);
+        for (lane, case) in cases.iter().enumerate() {
+            self.load(lane, case);
+        }
+        let mut progress = Progress {
+            iterations: [Iteration::new(); MAX_LANES],
+            residuals: [f64::INFINITY; MAX_LANES],
+            active: u8::MAX >> (MAX_LANES - cases.len()),
+            solved: 0,
+        };
+        for _ in 0..=settings.max_iterations {
+            if !self.is_linearised {
+                self.linearise(machine);
+            }
+            let tasks = self.tasks(cases, progress.active);
+            let imbalance = self.balance(machine, cases, tasks.as_ref(), &mut progress, settings);
+            if progress.active == 0 {
+                break;
+            }
+            self.step(imbalance, tasks.as_ref(), &mut progress);
+        }
+        self.finish(machine, cases, &progress, outcomes);
+    }
+
+    /// Takes up a case.
+    fn load(&mut self, lane: usize, case: &Case<'_>) {
+        let mut is_new = false;
+        let mut put = |number: &mut R, value: f64| {
+            is_new |= number.lane(lane) != value;
+            number.set_lane(lane, value);
+        };
+        for (number, &value) in self.drives.iter_mut().zip(&*case.drives) {
+            put(number, value);
+        }
+        let pose = &case.state.pose;
+        let values = pose.rotation.iter().chain(pose.translation.iter());
+        for (number, &value) in self.platform.numbers_mut().zip(values) {
+            put(number, value);
+        }
+        for (chain, from) in self.chains.iter_mut().zip(&case.state.chains) {
+            for (number, &value) in chain.coordinates.iter_mut().zip(&from.coordinates) {
+                put(number, value);
+            }
+            let Screw { linear, angular } = &mut chain.wrench;
+            for (number, value) in linear.0.iter_mut().chain(&mut angular.0).zip(from.wrench.to_array()) {
+                put(number, value);
+            }
+        }
+        self.is_linearised &= !is_new;
+    }
+
+    /// Linearises and condenses the machine at the present states.
+    fn linearise(&mut self, machine: &Machine) {
+        R::vectorized(
+            #[inline(always)]
+            || {
+                self.condensed = R::ALL;
+                for (((system, chain), own), residual) in
+                    self.systems.iter_mut().zip(&machine.chains).zip(&self.chains).zip(&mut self.residuals)
+                {
+                    system.fill(chain, &self.drives[own.drives.clone()], &own.coordinates, own.wrench, &self.platform);
+                    *residual = system.residual(machine.reach);
+                    self.condensed &= system.eliminate();
+                }
+                self.tangent = platform::tangent(&self.systems);
+            },
+        );
+        self.is_linearised = true;
+    }
+
+    /// What each active lane with a task makes of its pose; `None` without tasks.
+    fn tasks(&self, cases: &[Case<'_>], active: u8) -> Option<Tasks<R>> {
+        let nothing = SquareTask { count: self.drives.len(), error: [R::zero(); 6], slope: [[R::zero(); 6]; 6] };
+        let mut tasks = Tasks { square: nothing, sizes: [0.0; MAX_LANES], fitting: 0 };
+        for lane in lanes(active) {
+            let task = cases[lane].task?(&self.platform.lane(lane));
+            tasks.sizes[lane] = task.size();
+            let Some(square) = SquareTask::new(&task, self.drives.len()) else { continue };
+            tasks.fitting |= 1 << lane;
+            let rows = tasks.square.slope.iter_mut().zip(&square.slope);
+            for (number, &value) in rows.flat_map(|(row, from)| row.iter_mut().zip(from)) {
+                number.set_lane(lane, value);
+            }
+            for (number, &value) in tasks.square.error.iter_mut().zip(&square.error) {
+                number.set_lane(lane, value);
+            }
+        }
+        Some(tasks)
+    }
+
+    /// Judges the active lanes by their residuals; applied wrench less chain wrenches.
+    fn balance(
+        &self,
+        machine: &Machine,
+        cases: &[Case<'_>],
+        tasks: Option<&Tasks<R>>,
+        progress: &mut Progress,
+        settings: &Settings,
+    ) -> [R; 6] {
+        let mut imbalance = [R::zero(); 6];
+        for (lane, case) in cases.iter().enumerate() {
+            for (number, value) in imbalance.iter_mut().zip(case.load.to_array()) {
+                number.set_lane(lane, value);
+            }
+        }
+        let residuals = R::vectorized(
+            #[inline(always)]
+            || {
+                let (reach, one) = (R::splat(machine.reach), R::splat(1.0));
+                let mut largest_wrench = Screw::from_array(imbalance).wrench_norm(machine.reach);
+                largest_wrench = R::select(largest_wrench.greater(one), largest_wrench, one);
+                let (mut gap, mut force) = (R::zero(), R::zero());
+                for (chain, residual) in self.chains.iter().zip(&self.residuals) {
+                    gap = gap.larger(residual.gap);
+                    force = force.larger(residual.force);
+                    let wrench = chain.wrench.wrench_norm(machine.reach);
+                    largest_wrench = R::select(wrench.greater(largest_wrench), wrench, largest_wrench);
+                    for (entry, part) in imbalance.iter_mut().zip(chain.wrench.to_array()) {
+                        *entry -= part;
+                    }
+                }
+                force = force.larger(Screw::from_array(imbalance).wrench_norm(machine.reach));
+                (gap / reach).larger(force / largest_wrench)
+            },
+        );
+        progress.active &= self.condensed & tasks.map_or(u8::MAX, |tasks| tasks.fitting);
+        for lane in lanes(progress.active) {
+            let task_error = tasks.map_or(0.0, |tasks| tasks.sizes[lane] / machine.reach);
+            let residual = task_error.larger(residuals.lane(lane));
+            progress.residuals[lane] = residual;
+            match progress.iterations[lane].judge(residual, settings) {
+                Verdict::Continue => {}
+                Verdict::Failed => progress.active &= !(1 << lane),
+                Verdict::Solved => {
+                    progress.active &= !(1 << lane);
+                    progress.solved |= 1 << lane;
+                }
+            }
+        }
+        imbalance
+    }
+
+    /// Takes a full Newton step in the active lanes.
+    fn step(&mut self, imbalance: [R; 6], tasks: Option<&Tasks<R>>, progress: &mut Progress) {
+        let (twist, turn) = R::vectorized(
+            #[inline(always)]
+            || {
+                let right = platform::right_hand_side(&self.systems, &imbalance);
+                let (twist, regular) = match tasks {
+                    None => platform::step(self.tangent, right),
+                    Some(tasks) => {
+                        platform::drive_wrenches(&self.systems, &mut self.drive_wrenches);
+                        let wrenches = &self.drive_wrenches;
+                        platform::step_to_task(self.tangent, right, wrenches, &tasks.square, &mut self.drive_step)
+                    }
+                };
+                progress.active &= regular;
+                let mut turn = R::zero();
+                for component in &twist[3..] {
+                    turn = turn.larger(component.abs());
+                }
+                for (system, own) in self.systems.iter_mut().zip(&self.chains) {
+                    system.substitute(1.0, &twist, &self.drive_step[own.drives.clone()]);
+                    turn = turn.larger(system.largest_rotation());
+                }
+                (twist, turn)
+            },
+        );
+        for lane in lanes(progress.active) {
+            if !progress.iterations[lane].accepts(turn.lane(lane)) {
+                progress.active &= !(1 << lane);
+            }
+        }
+        self.apply(twist, progress.active);
+    }
+
+    /// Adds the step to the states of `active` lanes.
+    fn apply(&mut self, twist: [R; 6], active: u8) {
+        R::vectorized(
+            #[inline(always)]
+            || {
+                let mask = R::mask(active);
+                for (drive, &step) in self.drives.iter_mut().zip(&self.drive_step) {
+                    *drive = R::select(mask, *drive + step, *drive);
+                }
+                for (system, own) in self.systems.iter().zip(&mut self.chains) {
+                    for (coordinate, value) in own.coordinates.iter_mut().enumerate() {
+                        *value = R::select(mask, *value + system.coordinate_step(coordinate), *value);
+                    }
+                    // The chain's step is that of the joint, ρ + θ_a; ρ has taken its part of it.
+                    for (&coordinate, &step) in own.drive_coordinates.iter().zip(&self.drive_step[own.drives.clone()]) {
+                        let value = own.coordinates[coordinate];
+                        own.coordinates[coordinate] = R::select(mask, value - step, value);
+                    }
+                    let mut wrench = own.wrench.to_array();
+                    for (entry, step) in wrench.iter_mut().zip(system.wrench_step(&twist)) {
+                        *entry = R::select(mask, *entry + step, *entry);
+                    }
+                    own.wrench = Screw::from_array(wrench);
+                }
+                let Frame { axes, origin } = self.platform;
+                let step = Screw::from_array(twist);
+                let turned = self.platform.turned(&rotation_exp(step.angular));
+                for (axis, (turned, old)) in self.platform.axes.iter_mut().zip(turned.into_iter().zip(axes)) {
+                    *axis = Vec3::select(mask, turned, old);
+                }
+                self.platform.origin = Vec3::select(mask, origin + step.linear, origin);
+            },
+        );
+        self.is_linearised = active == 0;
+    }
+
+    /// Hands back the solved lanes whose stability is plain.
+    fn finish(
+        &mut self,
+        machine: &Machine,
+        cases: &mut [Case<'_>],
+        progress: &Progress,
+        outcomes: &mut Vec<Option<Outcome>>,
+    ) {
+        let (compliance, good) = R::vectorized(
+            #[inline(always)]
+            || {
+                let definite = platform::plainly_definite(&self.tangent, machine.reach);
+                let (compliance, regular) = platform::inverse(self.tangent);
+                platform::drive_wrenches(&self.systems, &mut self.drive_wrenches);
+                for wrench in &mut self.drive_wrenches {
+                    *wrench = platform::drive_twist(&compliance, wrench);
+                }
+                (compliance, definite & regular)
+            },
+        );
+        let twists = &self.drive_wrenches;
+        let is_good = |lane: usize| (progress.solved & good) >> lane & 1 == 1;
+        outcomes.extend(cases.iter_mut().enumerate().map(|(lane, case)| {
+            is_good(lane).then(|| {
+                self.store(lane, case);
+                let entry = |rows: &Square<R>, i: usize, j: usize| rows[i][j].lane(lane);
+                Outcome {
+                    status: Status::Solved,
+                    iterations: progress.iterations[lane].steps,
+                    residual: progress.residuals[lane],
+                    load_steps: 1,
+                    stiffness: Some(Matrix6::from_fn(|i, j| entry(&self.tangent, i, j))),
+                    compliance: Some(Matrix6::from_fn(|i, j| entry(&compliance, i, j))),
+                    drive_sensitivity: Matrix6xX::from_fn(twists.len(), |i, j| twists[j][i].lane(lane)),
+                }
+            })
+        }));
+    }
+
+    /// Writes the state and the drives of a lane.
+    fn store(&self, lane: usize, case: &mut Case<'_>) {
+        for (value, number) in case.drives.iter_mut().zip(&self.drives) {
+            *value = number.lane(lane);
+        }
+        case.state.pose = self.platform.lane(lane);
+        for (to, chain) in case.state.chains.iter_mut().zip(&self.chains) {
+            for (value, number) in to.coordinates.iter_mut().zip(&chain.coordinates) {
+                *value = number.lane(lane);
+            }
+            to.wrench = Wrench::new(chain.wrench.to_array().map(|number| number.lane(lane)));
+        }
+    }
+}
+
+/// Indices of the lanes whose bits are set.
+fn lanes(bits: u8) -> impl Iterator<Item = usize> {
+    (0..MAX_LANES).filter(move |lane| bits >> lane & 1 == 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        lanes::{Counted, take_counts},
+        process::MillingForce,
+        statics::State,
+    };
+
+    /// Operations of a warm equilibrium as `benches/README.md` and `benches/equilibrium.rs` have them.
+    const DOCUMENTED: u64 = 50_650;
+
+    #[test]
+    fn an_equilibrium_costs_the_operations_documented() {
+        let nominal = Machine::named_or_file("orthoglide").unwrap();
+        let real = nominal.with_errors(&nominal.assembly_errors(&[1.0, -1.0, 1.0]));
+        let at = nominal.inverse_kinematics(&nominal.pose_at(nominal.point("Q1").unwrap().position)).unwrap();
+        let (mut drives, mut state) = (at.drives.clone(), State::rigid(&nominal, &at));
+        let mut solver: LaneSolver<Counted> = LaneSolver::new(&real);
+        let mut turn = || {
+            let mut iterations = 0;
+            for i in 0..36 {
+                let load = MillingForce::PAPER.wrench((10.0 * f64::from(i)).to_radians(), nominal.tool_tip);
+                let case = Case { drives: &mut drives, load, state: &mut state, task: None };
+                let mut outcomes = Vec::new();
+                solver.solve(&real, &mut [case], &Settings::default(), &mut outcomes);
+                iterations += outcomes[0].as_ref().expect("solved").iterations;
+            }
+            iterations
+        };
+        turn();
+        take_counts();
+        let iterations = turn();
+        let counts = take_counts();
+        let total = counts.iter().sum::<u64>() / 36;
+        assert!(
+            total.abs_diff(DOCUMENTED) < DOCUMENTED / 100,
+            "{total} operations per equilibrium with {iterations} iterations for 36: {counts:?}"
+        );
+    }
+}

@@ -1,0 +1,179 @@
+//! Balance of the platform, chains condensed.
+
+use super::{chain_system::ChainSystem, task::TaskError};
+use crate::lanes::{Real, solve};
+
+/// A matrix by rows.
+pub(super) type Square<R> = [[R; 6]; 6];
+
+/// Tangent stiffness `Σ K_i − ½ [m_i]×` of the platform from condensed chains: the change of the applied wrench per twist.
+#[inline(always)]
+pub(super) fn tangent<R: Real>(chains: &[ChainSystem<R>]) -> Square<R> {
+    let mut tangent = [[R::zero(); 6]; 6];
+    for chain in chains {
+        for (i, row) in tangent.iter_mut().enumerate() {
+            for (j, entry) in row.iter_mut().enumerate() {
+                *entry += chain.stiffness(i, j);
+            }
+        }
+        let [x, y, z] = chain.moment.scale(R::splat(0.5)).0;
+        for (i, j, part) in [(3, 4, z), (4, 5, x), (5, 3, y)] {
+            tangent[i][j] += part;
+            tangent[j][i] -= part;
+        }
+    }
+    tangent
+}
+
+/// What is left for the platform's step to balance: `imbalance` less what the chains give with the platform held.
+#[inline(always)]
+pub(super) fn right_hand_side<R: Real>(chains: &[ChainSystem<R>], imbalance: &[R; 6]) -> [R; 6] {
+    let mut right = *imbalance;
+    for chain in chains {
+        for (entry, held) in right.iter_mut().zip(chain.held_wrench()) {
+            *entry -= held;
+        }
+        for (entry, moment) in right[3..].iter_mut().zip(chain.closure_moment().0) {
+            *entry -= moment;
+        }
+    }
+    right
+}
+
+/// Twist of P that balances the platform: `tangent · dt = right`; the lanes in which there is one.
+#[inline(always)]
+pub(super) fn step<R: Real>(tangent: Square<R>, right: [R; 6]) -> ([R; 6], u8) {
+    let mut twist = [right];
+    let regular = solve(tangent, 6, &mut twist);
+    (twist[0], regular)
+}
+
+/// Wrench on the platform per unit motion of each drive, the platform held, from condensed chains: into `wrenches`.
+#[inline(always)]
+pub(super) fn drive_wrenches<R: Real>(chains: &[ChainSystem<R>], wrenches: &mut Vec<[R; 6]>) {
+    wrenches.clear();
+    for chain in chains {
+        for drive in 0..chain.drive_count() {
+            wrenches.push(chain.drive_wrench(drive));
+        }
+    }
+}
+
+/// Twist of P per unit motion of a drive under constant load.
+#[inline(always)]
+pub(super) fn drive_twist<R: Real>(compliance: &Square<R>, wrench: &[R; 6]) -> [R; 6] {
+    let mut twist = [R::zero(); 6];
+    for (entry, row) in twist.iter_mut().zip(compliance) {
+        *entry = -dot(row, wrench);
+    }
+    twist
+}
+
+#[inline(always)]
+fn dot<R: Real>(a: &[R; 6], b: &[R; 6]) -> R {
+    let mut sum = R::zero();
+    for (&a, &b) in a.iter().zip(b) {
+        sum += a * b;
+    }
+    sum
+}
+
+/// Error of as many task coordinates as there are drives, and its derivative by the twist of P.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SquareTask<R> {
+    pub count: usize,
+    pub error: [R; 6],
+    pub slope: Square<R>,
+}
+
+impl SquareTask<f64> {
+    /// `None` unless `task` has as many coordinates as there are drives.
+    pub fn new(task: &TaskError, drive_count: usize) -> Option<Self> {
+        let slope = std::array::from_fn(|i| std::array::from_fn(|j| task.slope[(i, j)]));
+        (task.count == drive_count).then(|| Self { count: task.count, error: task.error.into(), slope })
+    }
+}
+
+/// The step in which the drives move as well, by `drive_step`, so that the task error vanishes to first order:
+/// `P dt + D dρ = right`, `S dt = −e`. The lanes in which there is one.
+#[inline(always)]
+pub(super) fn step_to_task<R: Real>(
+    tangent: Square<R>,
+    right: [R; 6],
+    drive_wrenches: &[[R; 6]],
+    task: &SquareTask<R>,
+    drive_step: &mut [R],
+) -> ([R; 6], u8) {
+    let count = task.count;
+    // Twist with the drives held, then twist per motion of each drive.
+    let mut twists = [right; 7];
+    twists[1..=count].copy_from_slice(drive_wrenches);
+    let regular = solve(tangent, 6, &mut twists[..=count]);
+    let mut response = [[R::zero(); 6]; 6];
+    let mut wanted = [[R::zero(); 6]];
+    for row in 0..count {
+        for (drive, entry) in response[row][..count].iter_mut().enumerate() {
+            *entry = dot(&task.slope[row], &twists[1 + drive]);
+        }
+        wanted[0][row] = dot(&task.slope[row], &twists[0]) + task.error[row];
+    }
+    let controllable = solve(response, count, &mut wanted);
+    let mut step = twists[0];
+    for (drive, motion) in drive_step.iter_mut().enumerate() {
+        *motion = wanted[0][drive];
+        for (entry, &by_drive) in step.iter_mut().zip(&twists[1 + drive]) {
+            *entry -= by_drive * *motion;
+        }
+    }
+    (step, regular & controllable)
+}
+
+/// Lanes in which the symmetric part of `tangent` is plainly positive definite: no pivot near zero, rotations taken at
+/// `reach` mm. A free motion leaves a pivot that is all rounding, and may leave a diagonal entry that is.
+#[inline(always)]
+pub(super) fn plainly_definite<R: Real>(tangent: &Square<R>, reach: f64) -> u8 {
+    let half = R::splat(0.5);
+    let scales = [1.0, 1.0 / reach, 1.0 / (reach * reach)];
+    let mut upper = *tangent;
+    for (i, row) in upper.iter_mut().enumerate() {
+        for (j, entry) in row.iter_mut().enumerate() {
+            let turns = usize::from(i >= 3) + usize::from(j >= 3);
+            *entry = (tangent[i][j] + tangent[j][i]) * half * R::splat(scales[turns]);
+        }
+    }
+    let mut largest = R::zero();
+    for (i, row) in upper.iter().enumerate() {
+        largest = largest.larger(row[i].abs());
+    }
+    let least = largest * R::splat(1e-6);
+    let mut definite = R::ALL;
+    for k in 0..6 {
+        let pivot_row = upper[k];
+        definite &= R::bits(pivot_row[k].greater(least));
+        let inverse = R::splat(1.0) / pivot_row[k];
+        for (i, row) in upper.iter_mut().enumerate().skip(k + 1) {
+            let factor = pivot_row[i] * inverse;
+            for (entry, &value) in row[i..].iter_mut().zip(&pivot_row[i..]) {
+                *entry -= factor * value;
+            }
+        }
+    }
+    definite
+}
+
+/// Inverse of `matrix`, and the lanes in which it has one.
+#[inline(always)]
+pub(super) fn inverse<R: Real>(matrix: Square<R>) -> (Square<R>, u8) {
+    let mut columns = [[R::zero(); 6]; 6];
+    for (i, column) in columns.iter_mut().enumerate() {
+        column[i] = R::splat(1.0);
+    }
+    let regular = solve(matrix, 6, &mut columns);
+    let mut rows = columns;
+    for (i, row) in rows.iter_mut().enumerate() {
+        for (entry, column) in row.iter_mut().zip(&columns) {
+            *entry = column[i];
+        }
+    }
+    (rows, regular)
+}
