@@ -487,7 +487,10 @@ fn check_figures(folder: &Path) {
 fn expected_files() -> BTreeSet<String> {
     let figures = FIGURES.iter().flat_map(|name| [format!("{name}.svg"), format!("{name}.png")]);
     figures
-        .chain(["map.csv", "csv-metadata.json", "summary.json", "manifest.json", "report.json", "report.html"].map(String::from))
+        .chain(
+            ["map.csv", "csv-metadata.json", "summary.json", "manifest.json", "report.json", "report.html"]
+                .map(String::from),
+        )
         .collect()
 }
 
