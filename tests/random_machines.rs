@@ -17,7 +17,7 @@ use kinetostat::{
         workspace_map::{self, Grid, WorkspaceMapStudy},
     },
 };
-use nalgebra::{DVector, Vector3};
+use nalgebra::{DMatrix, DVector, Vector3};
 use proptest::{
     prelude::*,
     test_runner::{Config, TestRunner},
@@ -140,7 +140,7 @@ fn energy_gradient(machine: &Machine, state: &State, c: usize) -> Vec<f64> {
         let theta = DVector::from_row_slice(&x[spring.start..spring.start + size]);
         let force = match &spring.law {
             SpringLaw::Drive(stiffness) => theta * *stiffness,
-            SpringLaw::Link(stiffness) => stiffness.as_ref() * theta,
+            SpringLaw::Link(stiffness) => DMatrix::from_fn(6, 6, |i, j| stiffness[(i, j)]) * theta,
             SpringLaw::Parallelogram { passive, terms } => {
                 let mut moved = [state.clone(), state.clone()];
                 let h = 1e-5;
@@ -151,7 +151,8 @@ fn energy_gradient(machine: &Machine, state: &State, c: usize) -> Vec<f64> {
                 let joint = &chain.passive[*passive - chain.virtual_count];
                 gradient[*passive] += by_hinge / (2.0 * h) - joint.stiffness * (x[*passive] - joint.neutral);
                 let (sin, cos) = (2.0 * x[*passive]).sin_cos();
-                (terms[0] + terms[1] * cos + terms[2] * sin) * theta
+                let stiffness = terms[0] + terms[1] * cos + terms[2] * sin;
+                DMatrix::from_fn(5, 5, |i, j| stiffness[(i, j)]) * theta
             }
         };
         for i in 0..size {
@@ -244,7 +245,7 @@ fn check_compensation(machine: &Machine, trial: &Trial, at: &Configuration) {
             assert_eq!(done.status.reason(machine).is_empty(), done.status.is_success(), "{:?}", done.status);
             if done.status == compensation::Status::Converged {
                 let left = demand.task_error(machine, &session.state().pose).size();
-                assert!(left <= 1e-10 + 1e-12 * machine.reach && done.outcome.is_some(), "{left} mm left, {done:?}");
+                assert!(left <= 1e-10 + 1e-12 * machine.reach && done.outcome.is_some(), "{}: {left} mm left, {:?}", method.label(), done.history);
                 assert_balanced(&real, &done.drives, &demand.load, session.state());
             }
         }
@@ -337,7 +338,7 @@ fn search(count: u32) -> Tally {
 
 #[test]
 fn random_machines_are_solved_or_say_why_not() {
-    let tally = search(60);
+    let tally = search(30);
     // The search is worth nothing if nearly all machines are refused or singular.
     assert!(2 * tally.accepted > tally.drawn && 4 * tally.solved > tally.reached, "{tally:?}");
 }

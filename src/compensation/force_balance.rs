@@ -38,7 +38,8 @@ pub(super) enum Matrix {
 /// Runs the iteration and then lets the machine settle at the command found.
 pub(super) fn iterate(session: &mut Session<'_>, demand: &Demand, matrix: Matrix, progress: &mut Progress) -> Ending {
     let status = solve(session, demand, matrix, progress)?;
-    let outcome = session.settle(demand)?;
+    // What is balanced may be unstable: a machine that settles elsewhere is not where it is wanted.
+    let outcome = if status == Status::Converged { session.settle_here(demand)? } else { session.settle(demand)? };
     if let Some(last) = progress.history.last_mut() {
         *last = session.task_error(demand).size();
     }

@@ -113,15 +113,19 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
-    /// Loaded equilibrium at the present drives.
+    /// Loaded equilibrium at the present drives, sought from the present state and then from the nominal one.
     pub(super) fn settle(&mut self, demand: &Demand) -> Result<Outcome, Status> {
+        self.settle_here(demand).or_else(|_| {
+            self.state = State::rigid(self.nominal, &self.command);
+            self.settle_here(demand)
+        })
+    }
+
+    /// Loaded equilibrium at the present drives, near the present state.
+    pub(super) fn settle_here(&mut self, demand: &Demand) -> Result<Outcome, Status> {
         let settings = &self.settings.equilibrium;
         let (real, drives, load) = (self.real, &self.drives, &demand.load);
-        let mut outcome = equilibrium(real, drives, load, &mut self.state, &mut self.workspace, settings);
-        if outcome.status != statics::Status::Solved {
-            self.state = State::rigid(self.nominal, &self.command);
-            outcome = equilibrium(real, drives, load, &mut self.state, &mut self.workspace, settings);
-        }
+        let outcome = equilibrium(real, drives, load, &mut self.state, &mut self.workspace, settings);
         match outcome.status {
             statics::Status::Solved => Ok(outcome),
             status => Err(Status::NoEquilibrium(status)),
