@@ -29,15 +29,20 @@ fn folder(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz").join(name)
 }
 
-/// Runs all saved inputs of a target and reports every failure at once.
-fn run(target: &str, one: impl Fn(&[u8])) {
+/// The saved inputs of a target; the test fails if they are missing.
+fn saved(target: &str) -> Vec<PathBuf> {
     let folder = folder("corpus").join(target);
     let entries = fs::read_dir(&folder).unwrap_or_else(|e| panic!("{} is missing: {e}", folder.display()));
     let mut files: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
     files.sort();
     assert!(files.len() >= LEAST_FILES, "{} holds only {} files", folder.display(), files.len());
+    files
+}
+
+/// Runs all saved inputs of a target and reports every failure at once.
+fn run(target: &str, one: impl Fn(&[u8])) {
     let mut failed = Vec::new();
-    for file in files {
+    for file in saved(target) {
         let data = fs::read(&file).unwrap();
         let began = Instant::now();
         let is_good = catch_unwind(AssertUnwindSafe(|| one(&data))).is_ok();
@@ -184,4 +189,144 @@ fn a_device_is_no_input_file() {
         );
         assert!(study_refusal(&process).starts_with(endless));
     }
+}
+
+/// Words that change the meaning of an input more than single bytes do.
+const WORDS: [&str; 40] = [
+    "nan",
+    "inf",
+    "-inf",
+    "1e308",
+    "-1e308",
+    "1e-320",
+    "1e18",
+    "-1e18",
+    "1e-18",
+    "0",
+    "-0.0",
+    "1e6",
+    "-1",
+    "999999",
+    "18446744073709551615",
+    "-9223372036854775808",
+    "0.5e-9",
+    "[",
+    "]",
+    "{",
+    "}",
+    "[[",
+    "]]",
+    "=",
+    ".",
+    ",",
+    "\"",
+    "\n",
+    "\r\n",
+    "%",
+    "(",
+    ")",
+    "/",
+    "G91",
+    "G2",
+    "R-5",
+    "I0 J0",
+    "true",
+    "\u{feff}",
+    "ä",
+];
+
+/// So many failures end a search: most are the same.
+const MOST_FAILURES: usize = 5;
+
+/// Random numbers, xorshift64*.
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, n: usize) -> usize {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        (self.0.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 33) as usize % n.max(1)
+    }
+
+    /// A part of `data` of at most `most` bytes.
+    fn part(&mut self, data: &[u8], most: usize) -> std::ops::Range<usize> {
+        let start = self.below(data.len() + 1);
+        start..(start + self.below(most + 1)).min(data.len())
+    }
+
+    /// A run of letters or of digits in `data`, which is what keys, words and numbers are.
+    fn token(&mut self, data: &[u8]) -> std::ops::Range<usize> {
+        let at = self.below(data.len());
+        let is_token = |b: &u8| b.is_ascii_alphanumeric() || matches!(b, b'.' | b'-' | b'_' | b'+');
+        let start = data[..at].iter().rposition(|b| !is_token(b)).map_or(0, |p| p + 1);
+        let end = data[at..].iter().position(|b| !is_token(b)).map_or(data.len(), |p| at + p);
+        start..end.max(start)
+    }
+
+    /// `data` with a few changes; `other` is another input to take parts from.
+    fn mutated(&mut self, data: &[u8], other: &[u8]) -> Vec<u8> {
+        let mut data = data.to_vec();
+        for _ in 0..=self.below(4) {
+            let word = WORDS[self.below(WORDS.len())].bytes();
+            match self.below(7) {
+                0 if !data.is_empty() => {
+                    let at = self.below(data.len());
+                    data[at] = self.below(256) as u8;
+                }
+                1 => drop(data.splice(self.part(&data, 0), word)),
+                2 => drop(data.drain(self.part(&data, 40))),
+                3 => {
+                    let copied = data[self.part(&data, 200)].to_vec();
+                    drop(data.splice(self.part(&data, 0), copied));
+                }
+                4 => drop(data.splice(self.part(&data, 20), other[self.part(other, 100)].to_vec())),
+                _ => drop(data.splice(self.token(&data), word)),
+            }
+        }
+        data
+    }
+}
+
+/// Searches where there is no nightly compiler: saved inputs, changed at random, for `FUZZ_SECONDS` (10) per target. An
+/// input that fails is saved in the corpus.
+#[test]
+#[ignore = "a search, not a test"]
+fn changed_inputs() {
+    let from_environment = |key: &str| std::env::var(key).ok().and_then(|text| text.parse::<u64>().ok());
+    let seconds = Duration::from_secs(from_environment("FUZZ_SECONDS").unwrap_or(10));
+    let mut random = Random(from_environment("FUZZ_SEED").unwrap_or(1).max(1));
+    let inputs = folder("inputs");
+    let process = |data: &[u8]| targets::process_file(data, &inputs);
+    let study = |data: &[u8]| targets::study_file(data, &inputs);
+    let targets: [(&str, &dyn Fn(&[u8])); 5] = [
+        ("machine_file", &targets::machine_file),
+        ("process_file", &process),
+        ("study_file", &study),
+        ("path_csv", &targets::path_csv),
+        ("gcode", &targets::gcode),
+    ];
+    let mut failed = Vec::new();
+    for (target, one) in targets {
+        let seeds: Vec<Vec<u8>> = saved(target).iter().map(|file| fs::read(file).unwrap()).collect();
+        let (began, mut tried, mut slowest) = (Instant::now(), 0, Duration::ZERO);
+        while began.elapsed() < seconds {
+            let [a, b] = [0; 2].map(|_| random.below(seeds.len()));
+            let data = random.mutated(&seeds[a], &seeds[b]);
+            let start = Instant::now();
+            let is_good = catch_unwind(AssertUnwindSafe(|| one(&data))).is_ok();
+            tried += 1;
+            slowest = slowest.max(start.elapsed());
+            if !is_good || start.elapsed() > LONGEST {
+                let file = folder("corpus").join(target).join(format!("found_{}", failed.len()));
+                fs::write(&file, &data).unwrap();
+                failed.push(file);
+            }
+            if failed.len() >= MOST_FAILURES {
+                break;
+            }
+        }
+        println!("{target}: {tried} inputs, the slowest in {slowest:.1?}");
+    }
+    assert!(failed.is_empty(), "{} inputs fail: {failed:?}", failed.len());
 }
