@@ -235,6 +235,9 @@ const WORDS: [&str; 40] = [
     "ä",
 ];
 
+/// What is done with an input.
+type One<'a> = &'a dyn Fn(&[u8]);
+
 /// So many failures end a search: most are the same.
 const MOST_FAILURES: usize = 5;
 
@@ -299,7 +302,7 @@ fn changed_inputs() {
     let inputs = folder("inputs");
     let process = |data: &[u8]| targets::process_file(data, &inputs);
     let study = |data: &[u8]| targets::study_file(data, &inputs);
-    let targets: [(&str, &dyn Fn(&[u8])); 5] = [
+    let targets: [(&str, One<'_>); 5] = [
         ("machine_file", &targets::machine_file),
         ("process_file", &process),
         ("study_file", &study),

@@ -38,7 +38,7 @@ fn subtitle(results: &ValidationResults, cases: &[usize]) -> String {
     format!("{}, {}; {}", results.study.machine.name, cases.join(", "), results.study.variants[0].name)
 }
 
-fn solved<'a>(path: &'a PathResults, source: Source, k: usize) -> Option<&'a PathAnswer> {
+fn solved(path: &PathResults, source: Source, k: usize) -> Option<&PathAnswer> {
     let answer = &path.sources[source as usize].compensated[k];
     answer.compensation.status.is_success().then_some(answer)
 }
