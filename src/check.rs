@@ -40,6 +40,11 @@ impl Check {
         Self::new(&self.origin)
     }
 
+    /// File and key path in words.
+    pub fn place(&self) -> String {
+        format!("{}: {}", self.origin, self.path)
+    }
+
     /// The error that this place holds a wrong value.
     pub fn fail<T>(&self, problem: String) -> Result<T> {
         Err(Error::Value { file: self.origin.clone(), key: self.path.clone(), problem })

@@ -39,6 +39,7 @@
 pub mod check;
 pub mod compensation;
 pub mod error;
+pub mod input_file;
 mod lanes;
 pub mod machine;
 pub mod process;

@@ -1,23 +1,19 @@
 //! TOML files to raw specs, with errors that name file, line and key.
 
-use std::{fs::File, io::Read, path::Path};
+use std::path::Path;
 
 use serde::de::DeserializeOwned;
 
 use crate::error::{Error, Result};
 
 /// A longer file is no machine or study file, bytes.
-const MAX_LENGTH: u64 = 16 << 20;
+const MAX_LENGTH: u64 = 1 << 20;
 
 /// Reads `file` as text.
 pub fn read(file: &Path) -> Result<String> {
-    let fault = |source| Error::Read { file: file.to_path_buf(), source };
-    let mut bytes = Vec::new();
-    File::open(file).map_err(fault)?.take(MAX_LENGTH + 1).read_to_end(&mut bytes).map_err(fault)?;
-    if bytes.len() as u64 > MAX_LENGTH {
-        return Err(fault(std::io::Error::other(format!("longer than {} MiB", MAX_LENGTH >> 20))));
-    }
-    String::from_utf8(bytes).map_err(|_| fault(std::io::Error::other("not a text file (UTF-8)")))
+    let bytes = crate::input_file::read_at_most(file, MAX_LENGTH)?;
+    let fault = |_| Error::Read { file: file.to_path_buf(), source: std::io::Error::other("not a text file (UTF-8)") };
+    String::from_utf8(bytes).map_err(fault)
 }
 
 /// Parses `text`; `origin` names it in error messages.

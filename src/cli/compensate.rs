@@ -174,7 +174,7 @@ fn compared(arguments: &CompensateArguments, chosen: &Chosen) -> Vec<Method> {
 }
 
 fn measured(file: &Path, job: &ProgramJob) -> Result<Vec<kinetostat::spatial::Pose>> {
-    let bytes = std::fs::read(file).map_err(|source| Error::Read { file: file.to_path_buf(), source })?;
+    let bytes = kinetostat::input_file::read(file)?;
     let went = Polyline::read(bytes, &file.display().to_string())?.toolpath().positions_mm();
     if went.len() != job.path.len() {
         let problem =

@@ -38,11 +38,19 @@ pub(super) enum Matrix {
 /// Runs the iteration and then lets the machine settle at the command found.
 pub(super) fn iterate(session: &mut Session<'_>, demand: &Demand, matrix: Matrix, progress: &mut Progress) -> Ending {
     let status = solve(session, demand, matrix, progress)?;
-    let outcome = session.settle(demand)?;
+    let (outcome, left) = match session.settle_here(demand) {
+        Ok(outcome) => (outcome, None),
+        Err(reason) => (session.settle(demand)?, Some(reason)),
+    };
+    let error = session.task_error(demand).size();
     if let Some(last) = progress.history.last_mut() {
-        *last = session.task_error(demand).size();
+        *last = error;
     }
-    Ok((status, outcome))
+    match left {
+        // What is balanced may be unstable: a machine that leaves it for elsewhere is not where it is wanted.
+        Some(reason) if status == Status::Converged && error > session.settings.tolerance_mm => Err(reason),
+        _ => Ok((status, outcome)),
+    }
 }
 
 fn solve(

@@ -113,18 +113,26 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
-    /// Loaded equilibrium at the present drives.
+    /// Loaded equilibrium at the present drives, sought from the present state and then from the nominal one.
     pub(super) fn settle(&mut self, demand: &Demand) -> Result<Outcome, Status> {
         let outcome = self.equilibrium(demand);
         self.settled(demand, outcome)
     }
 
     /// Takes an equilibrium from where the session stood; if it is not stable, one from the rigid configuration.
-    pub(super) fn settled(&mut self, demand: &Demand, mut outcome: Outcome) -> Result<Outcome, Status> {
-        if outcome.status != statics::Status::Solved {
+    pub(super) fn settled(&mut self, demand: &Demand, outcome: Outcome) -> Result<Outcome, Status> {
+        Self::stable(outcome).or_else(|_| {
             self.state = State::rigid(self.nominal, &self.command);
-            outcome = self.equilibrium(demand);
-        }
+            self.settle_here(demand)
+        })
+    }
+
+    /// Loaded equilibrium at the present drives, near the present state.
+    pub(super) fn settle_here(&mut self, demand: &Demand) -> Result<Outcome, Status> {
+        Self::stable(self.equilibrium(demand))
+    }
+
+    fn stable(outcome: Outcome) -> Result<Outcome, Status> {
         match outcome.status {
             statics::Status::Solved => Ok(outcome),
             status => Err(Status::NoEquilibrium(status)),

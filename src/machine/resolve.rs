@@ -53,6 +53,11 @@ pub(super) fn machine(spec: &MachineSpec, origin: &str) -> Result<Machine> {
     Ok(machine)
 }
 
+/// Most chains of a machine, and most coordinates of their joints and springs together: several times those of any
+/// machine built, and few enough that a solve takes seconds at worst.
+const MAX_CHAINS: usize = 50;
+const MAX_COORDINATES: usize = 500;
+
 const TO_RAD: f64 = std::f64::consts::PI / 180.0;
 
 fn controls(spec: &MachineSpec, check: &Check) -> Result<Vec<Coordinate>> {
@@ -111,6 +116,10 @@ fn mounted_chains(spec: &MachineSpec, check: &Check) -> Result<Vec<Chain>> {
     if spec.mount.is_empty() {
         return check.key("mount").fail("a machine needs at least one mounted chain".into());
     }
+    if spec.mount.len() > MAX_CHAINS {
+        return check.key("mount").fail(format!("expected at most {MAX_CHAINS} chains, got {}", spec.mount.len()));
+    }
+    let mut coordinates = 0;
     let mut chains: Vec<Chain> = Vec::new();
     for (i, mount) in spec.mount.iter().enumerate() {
         let check_mount = check.key(&format!("mount[{i}]"));
@@ -121,13 +130,17 @@ fn mounted_chains(spec: &MachineSpec, check: &Check) -> Result<Vec<Chain>> {
             let problem = format!("no chain is called \"{}\"; there are: {known}", mount.chain);
             return check_mount.key("chain").fail(problem);
         };
-        chains.push(mounted_chain(
-            spec,
-            &spec.chain[index],
-            mount,
-            &check.key(&format!("chain[{index}]")),
-            &check_mount,
-        )?);
+        let check_chain = check.key(&format!("chain[{index}]"));
+        let chain = mounted_chain(spec, &spec.chain[index], mount, &check_chain, &check_mount)?;
+        coordinates += chain.coordinate_count();
+        if coordinates > MAX_COORDINATES {
+            let problem = format!(
+                "expected at most {MAX_COORDINATES} coordinates of joints and springs in all chains, got {coordinates} \
+                 up to this one"
+            );
+            return check_mount.key("chain").fail(problem);
+        }
+        chains.push(chain);
     }
     Ok(chains)
 }

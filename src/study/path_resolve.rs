@@ -14,9 +14,9 @@ use super::{
 use crate::{
     check::Check,
     compensation::Method,
-    error::{Error, Result},
+    error::Result,
     machine::Machine,
-    process::toolpath::{Circle, PathPoint, Plane, Toolpath, Turn},
+    process::toolpath::{Circle, PathPoint, Plane, Sampling, Toolpath, Turn},
 };
 
 /// Checks `spec`; also returns the process and the program as text, for the fingerprint.
@@ -33,7 +33,8 @@ pub(super) fn path(
         Some(_) => return check.key("line").fail("give exactly one of circle, line and file".into()),
         None => toolpath(spec.circle.as_ref(), spec.file.as_deref(), &machine, &process, folder, overrides, check)?,
     };
-    let demands = demands(&machine, &process, &toolpath, spec.file.as_deref().unwrap_or("circle"))?;
+    let origin = spec.file.as_ref().map_or_else(|| check.place(), |file| folder.join(file).display().to_string());
+    let demands = demands(&machine, &process, &toolpath, &origin)?;
     let study = PathStudy {
         errors: process.errors.clone(),
         stations: toolpath.points().iter().map(station).collect(),
@@ -48,8 +49,7 @@ pub(super) fn path(
 /// The text of the program a path is read from; empty for a circle, which stands in the study.
 fn program_text(spec: &PathSpec, folder: &Path) -> Result<String> {
     let Some(file) = spec.file.as_ref().map(|file| folder.join(file)) else { return Ok(String::new()) };
-    let bytes = std::fs::read(&file).map_err(|source| Error::Read { file, source })?;
-    Ok(String::from_utf8_lossy(&bytes).into_owned())
+    Ok(String::from_utf8_lossy(&crate::input_file::read(&file)?).into_owned())
 }
 
 /// A circle, or a program relative to `folder`.
@@ -70,6 +70,19 @@ pub(super) fn toolpath(
         (None, Some(file)) => ProgramFile::read(&folder.join(file), &process.gcode)?.toolpath(process.sampling),
         _ => check.key("circle").fail("give exactly one of circle and file".into()),
     }
+}
+
+/// Refuses paths that have more than [`Sampling::MAX_POINTS`] points together.
+pub(super) fn check_total(points: usize, check: &Check) -> Result<()> {
+    match points {
+        0..=Sampling::MAX_POINTS => Ok(()),
+        _ => check.fail(format!("the paths have {points} points together: expected at most {}", Sampling::MAX_POINTS)),
+    }
+}
+
+/// Points that circles ask for, together.
+pub(super) fn points_of<'a>(circles: impl Iterator<Item = &'a CircleSpec>, overrides: &Overrides) -> usize {
+    circles.map(|circle| overrides.points.unwrap_or(circle.points)).fold(0, usize::saturating_add)
 }
 
 fn line(spec: &LineSpec, process: &Process, check: &Check) -> Result<Toolpath> {

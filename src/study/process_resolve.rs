@@ -134,7 +134,7 @@ fn wrench_table(spec: &TableSpec, folder: &Path, check: &Check) -> Result<(Cutti
     if !file.is_file() {
         return check.key("file").fail(format!("\"{}\" is not a file in the folder of the process file", spec.file));
     }
-    let text = std::fs::read(&file).map_err(|source| Error::Read { file: file.clone(), source })?;
+    let text = crate::input_file::read(&file)?;
     let table = WrenchTable::read(&text, &file.display().to_string()).map_err(|error| Error::Syntax {
         file: error.file,
         line: Some(error.line),

@@ -38,7 +38,7 @@ impl ProgramFile {
     /// # Errors
     /// A file that cannot be read or is not of the expected form.
     pub fn read(file: &Path, options: &GcodeOptions) -> Result<Self> {
-        let bytes = std::fs::read(file).map_err(|source| Error::Read { file: file.to_path_buf(), source })?;
+        let bytes = crate::input_file::read(file)?;
         let name = file.display().to_string();
         let is_csv = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"));
         Ok(match is_csv {

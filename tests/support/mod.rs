@@ -4,6 +4,7 @@
 pub mod arm;
 pub mod engine;
 pub mod planar;
+pub mod random_machine;
 
 use serde_json::Value;
 

@@ -16,7 +16,7 @@ use crate::{
     process::{Extent, Feature, ForbiddenBox, PathReference},
     study::{
         Overrides, Process,
-        path_resolve::{named_point, toolpath},
+        path_resolve::{check_total, named_point, points_of, toolpath},
         placement_spec::{
             BoundsSpec, CandidateSpec, FeatureSpec, FixedSpec, ForbiddenSpec, ObjectiveSpec, PlacementStudySpec,
             SearchSpec,
@@ -71,6 +71,8 @@ fn features(
     if specs.is_empty() {
         return check.key("feature").fail("expected at least one feature".into());
     }
+    check_total(points_of(specs.iter().filter_map(|spec| spec.circle.as_ref()), overrides), &check.key("feature"))?;
+    let mut points = 0;
     let (mut jobs, mut text): (Vec<FeatureJob>, String) = (Vec::new(), String::new());
     for (i, spec) in specs.iter().enumerate() {
         let check = check.key("feature").item(i);
@@ -80,6 +82,8 @@ fn features(
         if jobs.first().is_some_and(|first| first.feature.reference != job.feature.reference) {
             return check.key("process").fail("placement.reference differs from that of the first feature".into());
         }
+        points += job.feature.path.len();
+        check_total(points, &check)?;
         jobs.push(job);
         text += &format!("{process}\n");
     }
@@ -102,8 +106,8 @@ fn feature(
     if path.is_empty() {
         return check.key("file").fail("moves nowhere: a program with at least one motion is expected".into());
     }
-    let origin = spec.file.as_deref().unwrap_or(&spec.name);
-    let fault = |source| Error::Load { file: origin.to_string(), source };
+    let origin = spec.file.as_ref().map_or_else(|| check.place(), |file| folder.join(file).display().to_string());
+    let fault = |source| Error::Load { file: origin.clone(), source };
     let loads = process.cutting.loads(&path).map_err(fault)?;
     let text = format!("{}\n{:?}", process.fingerprint, path.positions_mm());
     let feature = Feature {

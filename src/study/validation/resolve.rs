@@ -34,6 +34,8 @@ pub(in crate::study) fn validation(
     }
     names(spec.case.iter().map(|case| case.name.as_str()), &check.key("case"))?;
     names(spec.variant.iter().map(|variant| variant.name.as_str()), &check.key("variant"))?;
+    let points = path_resolve::points_of(spec.case.iter().map(|case| &case.circle), overrides);
+    path_resolve::check_total(points.saturating_mul(spec.variant.len()), &check.key("case"))?;
     let (mut variants, mut text) = (Vec::new(), String::new());
     for written in &spec.variant {
         let mut paths = Vec::new();

@@ -202,7 +202,7 @@ impl Program {
     /// of the program is no point of the path, for no word of the program leads there.
     ///
     /// # Errors
-    /// When the path would have more than [`Sampling::MAX_POINTS`] points.
+    /// When the path would have more than [`Sampling::MAX_POINTS`] points, or an arc leaves the range of coordinates.
     pub fn toolpath(&self, sampling: Sampling) -> Result<Toolpath, GcodeError> {
         self.sample(|_, motion| motion.pieces(sampling))
     }
@@ -212,18 +212,23 @@ impl Program {
         let mut points: Vec<PathPoint> = Vec::new();
         for (segment, motion) in self.motions.iter().enumerate() {
             let count = pieces(segment, motion);
-            match count.filter(|count| points.len() + count <= Sampling::MAX_POINTS) {
+            let first = points.len();
+            match count.filter(|count| first + count <= Sampling::MAX_POINTS) {
                 Some(count) => motion.sample(segment, count, &mut points),
-                None => return Err(self.too_many_points(segment)),
+                None => return Err(self.refused(segment, Fault::TooManyPoints)),
+            }
+            // The ends of an arc are within the range; what lies between need not be.
+            if points[first..].iter().any(|point| point.position_mm.amax() > Fault::MAX_COORDINATE_MM) {
+                return Err(self.refused(segment, Fault::TooFar));
             }
         }
         Ok(Toolpath::assemble(points))
     }
 
-    fn too_many_points(&self, segment: usize) -> GcodeError {
+    fn refused(&self, segment: usize, fault: Fault) -> GcodeError {
         let line = self.line_of(segment).unwrap_or(1);
         let span = self.motions[segment].span.clone();
-        error::Refusal::new(span, Fault::TooManyPoints).locate(&self.name, line, self.content(line - 1))
+        error::Refusal::new(span, fault).locate(&self.name, line, self.content(line - 1))
     }
 
     /// The bytes of line `index` (from 0), without its ending.

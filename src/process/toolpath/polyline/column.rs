@@ -62,21 +62,21 @@ impl Column {
     pub fn expected(self) -> &'static str {
         match self {
             Column::Position(_) => "a coordinate in mm, up to 1e6",
-            Column::Feed => "a feed in mm/min, at least 0",
-            Column::Spindle => "a spindle speed in rev/min, at least 0",
-            Column::Force(_) => "a force in N",
-            Column::Moment(_) => "a moment in N·mm",
+            Column::Feed => "a feed in mm/min, from 0 to 1e9",
+            Column::Spindle => "a spindle speed in rev/min, from 0 to 1e9",
+            Column::Force(_) => "a force in N, up to 1e12",
+            Column::Moment(_) => "a moment in N·mm, up to 1e12",
             Column::Cutting => "0 or 1",
         }
     }
 
     /// The value written as `text`, if the column can hold it.
     pub fn value(self, text: &str) -> Option<f64> {
-        let value = text.parse::<f64>().ok().filter(|value| value.is_finite())?;
+        let value = text.parse::<f64>().ok()?;
         let fits = match self {
             Column::Position(_) => value.abs() <= super::super::path::MAX_COORDINATE_MM,
-            Column::Feed | Column::Spindle => value >= 0.0,
-            Column::Force(_) | Column::Moment(_) => true,
+            Column::Feed | Column::Spindle => (0.0..=1e9).contains(&value),
+            Column::Force(_) | Column::Moment(_) => value.abs() <= 1e12,
             Column::Cutting => value == 0.0 || value == 1.0,
         };
         fits.then_some(value)

@@ -214,7 +214,7 @@ mod tests {
         assert_eq!(message("x_mm,y_mm,z_mm,cutting\n1,2,3,yes\n"), "path.csv:2: cutting = `yes`; expected 0 or 1");
         assert_eq!(
             message("x_mm,y_mm,z_mm,feed_mm_per_min\n1,2,3,-5\n"),
-            "path.csv:2: feed_mm_per_min = `-5`; expected a feed in mm/min, at least 0"
+            "path.csv:2: feed_mm_per_min = `-5`; expected a feed in mm/min, from 0 to 1e9"
         );
         assert_eq!(
             message("x_mm,y_mm,z_mm\n1,NaN,3\n"),

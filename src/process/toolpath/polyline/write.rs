@@ -41,7 +41,7 @@ impl Polyline {
     fn row(&self, text: &[u8], moved: [Option<String>; 3]) -> Vec<u8> {
         let mut reader = ReaderBuilder::new().has_headers(false).from_reader(text);
         let record = reader.byte_records().flatten().next().unwrap_or_default();
-        let fields = self.columns.iter().zip(&record).map(|(column, field)| match column {
+        let fields = self.columns.iter().zip(record.iter().map(on_one_line)).map(|(column, field)| match column {
             Column::Position(axis) => match &moved[*axis] {
                 Some(number) => in_place_of(field, number),
                 None => field.to_vec(),
@@ -50,6 +50,11 @@ impl Polyline {
         });
         fields.collect::<Vec<_>>().join(&b","[..])
     }
+}
+
+/// The field without the line endings that it may have around it only in quotes, which are not written.
+fn on_one_line(field: &[u8]) -> &[u8] {
+    if field.iter().any(|byte| matches!(byte, b'\r' | b'\n')) { field.trim_ascii() } else { field }
 }
 
 /// `number` with the blanks that stood around `field`.

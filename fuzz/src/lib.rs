@@ -1,0 +1,196 @@
+//! What the fuzz targets do with an input. `tests/fuzz_corpus.rs` does the same with every saved one.
+//!
+//! An input is either accepted, and what follows from it is finite or a status with a reason, or refused by a message
+//! that names the file. Nothing is written, and no more than one point is computed.
+
+use std::{path::Path, sync::LazyLock};
+
+use kinetostat::{
+    compensation::{Compensation, Demand, Method, Session, Settings, compensate},
+    machine::Machine,
+    process::toolpath::{
+        Circle, Plane, Sampling, Toolpath, Turn,
+        gcode::{GcodeOptions, Program},
+        polyline::Polyline,
+    },
+    study::{Overrides, Process, Study, StudyKind, machine_check, program::demands, workspace_map},
+};
+use nalgebra::Vector3;
+
+/// Name under which an input is read.
+const NAME: &str = "fuzz-input";
+
+/// A machine file; an accepted machine is examined.
+pub fn machine_file(data: &[u8]) {
+    let Ok(text) = std::str::from_utf8(data) else { return };
+    match Machine::from_toml(text, NAME) {
+        Ok(machine) => examine(&machine),
+        Err(refusal) => named(&refusal.to_string()),
+    }
+}
+
+/// A process file for the Orthoglide, with what it names in `folder`; an accepted one is applied to a circle.
+pub fn process_file(data: &[u8], folder: &Path) {
+    static MACHINE: LazyLock<Machine> = LazyLock::new(|| Machine::named_or_file("orthoglide").expect("built in"));
+    static CIRCLE: LazyLock<Toolpath> = LazyLock::new(circle);
+    let Ok(text) = std::str::from_utf8(data) else { return };
+    match Process::from_toml(text, NAME, folder, &MACHINE) {
+        Ok(process) => match demands(&MACHINE, &process, &CIRCLE, NAME) {
+            Ok(demands) => demands.iter().for_each(finite_demand),
+            Err(refusal) => named(&refusal.to_string()),
+        },
+        Err(refusal) => named(&refusal.to_string()),
+    }
+}
+
+/// A study file with what it names in `folder`; one point of an accepted map or path is computed.
+pub fn study_file(data: &[u8], folder: &Path) {
+    let Ok(text) = std::str::from_utf8(data) else { return };
+    match Study::from_toml(text, NAME, folder, &Overrides::default()) {
+        Ok(study) => one_point(study.kind),
+        Err(refusal) => named(&refusal.to_string()),
+    }
+}
+
+/// A polyline; an accepted one is written back as it is, byte for byte, and moved.
+pub fn path_csv(data: &[u8]) {
+    let polyline = match Polyline::read(data, NAME) {
+        Ok(polyline) => polyline,
+        Err(refusal) => return named(&refusal.to_string()),
+    };
+    let path = polyline.toolpath();
+    finite_path(path);
+    assert!((0..path.len()).all(|row| polyline.line_of(row).is_some()));
+    let format = polyline.own_format();
+    let same = polyline.rewrite(&path.positions_mm(), format).expect("its own positions");
+    assert!(same == data, "rewritten without correction, it is another file");
+    let moved = moved(path);
+    let Ok(bytes) = polyline.rewrite(&moved, format) else { return beyond_the_end(&moved) };
+    let back = Polyline::read(bytes, NAME).expect("a written file reads back");
+    near(&back.toolpath().positions_mm(), &moved, 10f64.powi(-i32::from(format.mm_decimals())));
+}
+
+/// A program; an accepted one is written back as it is, byte for byte, and moved.
+pub fn gcode(data: &[u8]) {
+    let program = match Program::parse(data, NAME, &GcodeOptions::default()) {
+        Ok(program) => program,
+        Err(refusal) => return named(&refusal.to_string()),
+    };
+    // Coarse: a point takes 168 bytes, and arcs of 1e6 mm are allowed.
+    let sampling = Sampling::new(1.0, 1e6).expect("positive");
+    let path = match program.toolpath(sampling) {
+        Ok(path) => path,
+        Err(refusal) => return named(&refusal.to_string()),
+    };
+    finite_path(&path);
+    let format = program.own_format();
+    let same = program.rewrite(&path, &path.positions_mm(), format).expect("its own positions");
+    assert!(same.bytes() == data, "rewritten without correction, it is another program");
+    let moved = moved(&path);
+    let Ok(rewritten) = program.rewrite(&path, &moved, format) else { return beyond_the_end(&moved) };
+    // A program near the end of the range may be moved out of it by rounding or by its work offset.
+    if let Ok(back) = rewritten.read_back() {
+        let last_place = 10f64.powi(-i32::from(format.mm_decimals()));
+        near(&back.positions_mm(), &moved, last_place.max(25.4 * 10f64.powi(-i32::from(format.inch_decimals()))));
+    } else {
+        assert!(moved.iter().any(|position| position.amax() > 0.9e6), "the moved program does not read back");
+    }
+}
+
+/// A refusal begins with the file it is about, the input or an absolute path.
+fn named(message: &str) {
+    assert!(message.starts_with(NAME) || message.starts_with('/'), "names no file: {message}");
+}
+
+fn examine(machine: &Machine) {
+    let findings = machine_check::check(machine);
+    assert!(findings.round_trip.0.is_finite() && findings.round_trip.1.is_finite(), "{:?}", findings.round_trip);
+    assert!(findings.home_drives.iter().all(|rho| rho.is_finite()));
+    let stiffness = findings.stiffness.iter().flat_map(|matrix| matrix.iter()).all(|entry| entry.is_finite());
+    let tool = findings.tool_stiffness.iter().flatten().all(|entry| !entry.is_nan());
+    let shares = findings.compliance_shares.iter().all(|(_, share)| share.is_finite());
+    assert!(stiffness && tool && shares, "{findings:?}");
+}
+
+fn one_point(kind: StudyKind) {
+    match kind {
+        StudyKind::WorkspaceMap(mut map) => {
+            map.grid.axes.iter_mut().for_each(|axis| axis.truncate(1));
+            map.phis.truncate(1);
+            for effect in &workspace_map::run(&map, &|| ()).points[0].effects {
+                match effect {
+                    Ok(effect) => {
+                        let numbers = effect.delta_rho.iter().chain(&effect.drive_force);
+                        let all = numbers.chain([&effect.deflection_mm]).all(|number| number.is_finite());
+                        assert!(all && effect.principal_stiffness_n_per_mm.iter().all(|k| !k.is_nan()), "{effect:?}");
+                    }
+                    Err(failure) => assert!(!failure.reason.is_empty()),
+                }
+            }
+        }
+        StudyKind::Path(path) => {
+            path.demands.iter().for_each(finite_demand);
+            let real = path.machine.with_errors(&path.errors);
+            let mut session = Session::new(&path.machine, &real, Settings::default());
+            if let Some(demand) = path.demands.first() {
+                finite_answer(&compensate(&mut session, demand, Method::Direct), &path.machine);
+            }
+        }
+        StudyKind::Placement(_) | StudyKind::Validation(_) | StudyKind::Superposition(_) => {}
+    }
+}
+
+fn finite_answer(done: &Compensation, machine: &Machine) {
+    if !done.status.is_success() {
+        return assert!(!done.status.reason(machine).is_empty());
+    }
+    let mut numbers = done.drives.iter().chain(&done.drive_forces).chain(done.position_error.iter());
+    assert!(numbers.all(|number| number.is_finite()) && done.task_error().is_finite(), "{done:?}");
+}
+
+fn finite_demand(demand: &Demand) {
+    let mut numbers = demand.pose.translation.iter().chain(demand.load.force.iter()).chain(demand.load.moment.iter());
+    assert!(numbers.all(|number| number.is_finite()), "{demand:?}");
+}
+
+fn finite_path(path: &Toolpath) {
+    for point in path.points() {
+        let vectors = [point.position_mm, point.tangent];
+        let load = point.load.iter().flat_map(|load| [load.force_N, load.moment_Nmm]);
+        let scalars = [point.feed_mm_per_min, point.spindle_rev_per_min].into_iter().flatten();
+        assert!(vectors.into_iter().chain(load).all(|v| v.iter().all(|c| c.is_finite())), "{point:?}");
+        assert!(scalars.chain([point.arc_length_mm]).all(f64::is_finite), "{point:?}");
+    }
+}
+
+/// The points of `path`, each with another correction of up to 1 mm.
+fn moved(path: &Toolpath) -> Vec<Vector3<f64>> {
+    let shift = |k: usize| Vector3::new((k as f64).sin(), (2.0 * k as f64).cos(), 0.3);
+    path.positions_mm().into_iter().enumerate().map(|(k, position)| position + shift(k)).collect()
+}
+
+/// Positions are refused only where coordinates end.
+fn beyond_the_end(positions: &[Vector3<f64>]) {
+    assert!(positions.iter().any(|position| position.amax() > 1e6), "positions refused for no reason");
+}
+
+fn near(found: &[Vector3<f64>], wanted: &[Vector3<f64>], last_place: f64) {
+    assert_eq!(found.len(), wanted.len());
+    for (found, wanted) in found.iter().zip(wanted) {
+        // 1e6 mm are known to 1e-10.
+        let off = (found - wanted).amax();
+        assert!(off <= 1.5 * last_place + 1e-9, "{found:?} instead of {wanted:?}, last place {last_place}");
+    }
+}
+
+fn circle() -> Toolpath {
+    let circle = Circle {
+        centre_mm: Vector3::zeros(),
+        diameter_mm: 50.0,
+        plane: Plane::Xy,
+        turn: Turn::CounterClockwise,
+        start_angle_rad: 0.0,
+        points: 9,
+    };
+    circle.toolpath().expect("a circle")
+}

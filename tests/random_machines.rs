@@ -1,0 +1,355 @@
+//! Machines beyond the catalogue, drawn at random and often degenerate: no panic, no number that is not finite without a
+//! status and its reason, and where a state is called solved it is in equilibrium by an independent recomputation.
+
+mod support;
+
+use kinetostat::{
+    compensation::{self, Demand, Method, Session, Target, compensate},
+    machine::{ChainError, Configuration, Machine, SpringLaw},
+    process::MillingForce,
+    spatial::{Pose, Twist, Wrench, rotation_log},
+    statics::{
+        Outcome, Settings, Solution, State, Status, Workspace, aggregate_errors, elastic_energy, equilibrium,
+        unloaded_stiffness, wrench_at_pose,
+    },
+    study::{
+        machine_check,
+        workspace_map::{self, Grid, WorkspaceMapStudy},
+    },
+};
+use nalgebra::{DMatrix, DVector, Vector3};
+use proptest::{
+    prelude::*,
+    test_runner::{Config, TestRunner},
+};
+use support::{engine::cases, random_machine::random_machine};
+
+/// Residual of any solved state: what [`Settings`] demand, or rounding.
+const RESIDUAL: f64 = 1e-8;
+/// Largest imbalance by the independent recomputation, over the largest wrench.
+const BALANCE: f64 = 1e-6;
+
+/// A load up to some hundred newtons, chain errors up to a millimetre and a degree.
+#[derive(Debug, Clone)]
+struct Trial {
+    /// The machine file.
+    toml: String,
+    load: [f64; 6],
+    errors: [f64; 14],
+    step: [f64; 3],
+}
+
+fn trial() -> impl Strategy<Value = Trial> {
+    let share = || -1.0..1.0;
+    let parts = (random_machine(), prop::array::uniform6(share()), prop::array::uniform14(share()));
+    (parts, prop::array::uniform3(share())).prop_map(|((machine, load, errors), step)| Trial {
+        toml: machine.toml(),
+        load,
+        errors,
+        step,
+    })
+}
+
+impl Trial {
+    fn load(&self) -> Wrench {
+        let [a, b, c, d, e, f] = self.load;
+        Wrench::new([300.0 * a, 300.0 * b, 300.0 * c, 3e4 * d, 3e4 * e, 3e4 * f])
+    }
+
+    /// Another error for every chain.
+    fn chain_errors(&self, machine: &Machine) -> Vec<ChainError> {
+        let share = |chain: usize, i: usize| self.errors[(5 * chain + i) % 14];
+        let vector = |chain: usize, i: usize| Vector3::new(share(chain, i), share(chain, i + 1), share(chain, i + 2));
+        let error = |chain: usize| ChainError {
+            base: Twist { linear: vector(chain, 0), angular: vector(chain, 3) * 0.017 },
+            end: Twist { linear: vector(chain, 6) * 0.2, angular: vector(chain, 9) * 0.003 },
+            drive_offsets: vec![share(chain, 12) * 0.1],
+        };
+        (0..machine.chains.len()).map(error).collect()
+    }
+}
+
+fn finite<'a>(what: &str, numbers: impl IntoIterator<Item = &'a f64>) {
+    for number in numbers {
+        assert!(number.is_finite(), "{what}: {number}");
+    }
+}
+
+fn finite_pose(what: &str, pose: &Pose) {
+    finite(what, pose.translation.iter().chain(pose.rotation.iter()));
+}
+
+fn finite_state(what: &str, state: &State) {
+    finite_pose(what, &state.pose);
+    for chain in &state.chains {
+        finite(what, chain.coordinates.iter().chain(&chain.wrench.to_array()));
+    }
+}
+
+fn finite_outcome(what: &str, outcome: &Outcome) {
+    finite(what, outcome.stiffness.iter().flat_map(|matrix| matrix.iter()));
+    finite(what, outcome.compliance.iter().flat_map(|matrix| matrix.iter()));
+    finite(what, outcome.drive_sensitivity.iter());
+}
+
+/// Whether `state` balances, by other means than the engine's: closure by the chain's product, platform by the sum of
+/// the wrenches, joints by differences of the elastic energy against the power of the wrench at each motion's screw.
+fn assert_balanced(machine: &Machine, drives: &[f64], load: &Wrench, state: &State) {
+    let reach = machine.reach;
+    let wrenches = state.chains.iter().map(|chain| chain.wrench.norm(reach));
+    let scale = wrenches.fold(load.norm(reach).max(1.0), f64::max);
+    let mut left = load.to_vector();
+    let mut first = 0;
+    for (c, (chain, own)) in machine.chains.iter().zip(&state.chains).enumerate() {
+        left -= own.wrench.to_vector();
+        let mut values = own.coordinates.clone();
+        for (drive, rho) in chain.drives.iter().zip(&drives[first..]) {
+            values[drive.coordinate] += rho;
+        }
+        first += chain.drives.len();
+        let mut screws = Vec::new();
+        let end = chain.forward(&values, &mut screws);
+        let gap = (end.translation - state.pose.translation).norm();
+        let turn = rotation_log(&(end.rotation * state.pose.rotation.transpose())).norm() * reach;
+        assert!(gap.max(turn) <= 10.0 * RESIDUAL * reach, "chain {c} gapes by {gap} mm, {turn} mm of rotation");
+        let mut force = vec![0.0; own.coordinates.len()];
+        let mut lever = vec![0.0f64; own.coordinates.len()];
+        for screw in &screws {
+            let Twist { linear, angular } = screw.twist;
+            force[screw.coordinate] += own.wrench.force.dot(&linear) + own.wrench.moment.dot(&angular);
+            lever[screw.coordinate] = if angular == Vector3::zeros() { 1.0 } else { reach };
+        }
+        for (i, gradient) in energy_gradient(machine, state, c).into_iter().enumerate() {
+            let off = (force[i] - gradient).abs() / lever[i].max(1.0);
+            assert!(off <= BALANCE * scale, "chain {c}, coordinate {i}: {} N or N·mm against {gradient}", force[i]);
+        }
+    }
+    let left = Wrench::from_vector(&left).norm(reach);
+    assert!(left <= BALANCE * scale, "the platform is out of balance by {left} N of {scale} N");
+}
+
+/// Derivative of the elastic energy by each coordinate of chain `c`, from the springs' laws; the parallelograms' by
+/// their hinge from differences of the energy.
+fn energy_gradient(machine: &Machine, state: &State, c: usize) -> Vec<f64> {
+    let (chain, x) = (&machine.chains[c], &state.chains[c].coordinates);
+    let mut gradient = vec![0.0; x.len()];
+    for spring in &chain.springs {
+        let size = spring.law.size();
+        let theta = DVector::from_row_slice(&x[spring.start..spring.start + size]);
+        let force = match &spring.law {
+            SpringLaw::Drive(stiffness) => theta * *stiffness,
+            SpringLaw::Link(stiffness) => DMatrix::from_fn(6, 6, |i, j| stiffness[(i, j)]) * theta,
+            SpringLaw::Parallelogram { passive, terms } => {
+                let mut moved = [state.clone(), state.clone()];
+                let h = 1e-5;
+                moved[0].chains[c].coordinates[*passive] += h;
+                moved[1].chains[c].coordinates[*passive] -= h;
+                let by_hinge = elastic_energy(machine, &moved[0]) - elastic_energy(machine, &moved[1]);
+                // Joint springs are added below.
+                let joint = &chain.passive[*passive - chain.virtual_count];
+                gradient[*passive] += by_hinge / (2.0 * h) - joint.stiffness * (x[*passive] - joint.neutral);
+                let (sin, cos) = (2.0 * x[*passive]).sin_cos();
+                let stiffness = terms[0] + terms[1] * cos + terms[2] * sin;
+                DMatrix::from_fn(5, 5, |i, j| stiffness[(i, j)]) * theta
+            }
+        };
+        for i in 0..size {
+            gradient[spring.start + i] += force[i];
+        }
+    }
+    for (j, joint) in chain.passive.iter().enumerate() {
+        let coordinate = chain.passive_coordinate(j);
+        gradient[coordinate] += joint.stiffness * (x[coordinate] - joint.neutral);
+    }
+    gradient
+}
+
+fn check_findings(machine: &Machine) {
+    let findings = machine_check::check(machine);
+    finite("round trip", [&findings.round_trip.0, &findings.round_trip.1]);
+    finite("home", &findings.home_drives);
+    finite("stiffness at home", findings.stiffness.iter().flat_map(|matrix| matrix.iter()));
+    finite("compliance shares", findings.compliance_shares.iter().map(|(_, share)| share));
+    // Infinite where the tool is rigid in a direction.
+    assert!(findings.tool_stiffness.iter().flatten().all(|k| !k.is_nan()), "{:?}", findings.tool_stiffness);
+    let unreached = findings.reached.iter().filter_map(|(.., reached)| reached.as_ref().err());
+    assert!(unreached.into_iter().all(|reason| !reason.is_empty()));
+}
+
+/// Equilibrium at `at` under the trial's load and errors; whether it is solved.
+fn check_equilibrium(machine: &Machine, trial: &Trial, at: &Configuration) -> bool {
+    let real = machine.with_errors(&trial.chain_errors(machine));
+    let mut workspace = Workspace::new(machine);
+    let mut solved = true;
+    for (answering, load) in [(machine, trial.load()), (&real, Wrench::zero()), (&real, trial.load())] {
+        let start = State::rigid(machine, at);
+        let mut state = start.clone();
+        let settings = Settings::default();
+        let outcome = equilibrium(answering, &at.drives, &load, &mut state, &mut workspace, &settings);
+        finite_state("equilibrium", &state);
+        finite_outcome("equilibrium", &outcome);
+        match &outcome.status {
+            Status::NotConverged { load_fraction } => {
+                assert!((0.0..1.0).contains(load_fraction) && outcome.stiffness.is_none());
+                assert_eq!(state, start, "a failed solve leaves its start");
+            }
+            _ => {
+                assert!(outcome.residual <= RESIDUAL, "{outcome:?}");
+                assert_balanced(answering, &at.drives, &load, &state);
+            }
+        }
+        let is_solved = outcome.status == Status::Solved;
+        assert_eq!(outcome.status.reason(machine).is_empty(), is_solved, "{:?}", outcome.status);
+        let solution = Solution::new(answering, &at.drives, &load, &state, &outcome, &mut workspace);
+        finite("drive forces", &solution.drive_forces());
+        finite("stability", solution.stability.iter());
+        finite(
+            "internal wrench",
+            solution
+                .chains
+                .iter()
+                .flat_map(|c| c.internal_wrench.map(|w| w.to_array()))
+                .flatten()
+                .collect::<Vec<_>>()
+                .iter(),
+        );
+        solved &= is_solved;
+    }
+    finite("unloaded stiffness", unloaded_stiffness(machine, at, &mut workspace).iter().flat_map(|k| k.iter()));
+    if let Some(moved) = aggregate_errors(machine, &real, at, &mut workspace) {
+        finite("aggregated errors", moved.to_vector().iter());
+    }
+    let mut state = State::rigid(machine, at);
+    let pose = Pose { translation: at.pose.translation.add_scalar(0.1), ..at.pose };
+    if let Some(held) = wrench_at_pose(machine, &at.drives, &pose, &mut state, &mut workspace, &Settings::default()) {
+        finite(
+            "wrench at pose",
+            held.wrench.to_array().iter().chain(held.stiffness.iter()).chain(held.drive_wrench.iter()),
+        );
+    }
+    solved
+}
+
+fn check_compensation(machine: &Machine, trial: &Trial, at: &Configuration) {
+    let real = machine.with_errors(&trial.chain_errors(machine));
+    for target in [Target::ToolTip, Target::FullPose] {
+        let demand = Demand { pose: at.pose, load: trial.load(), target };
+        for method in Method::ALL {
+            let settings = compensation::Settings { max_iterations: 30, ..compensation::Settings::default() };
+            let mut session = Session::new(machine, &real, settings);
+            let done = compensate(&mut session, &demand, method);
+            finite(&method.label(), done.drives.iter().chain(&done.drive_forces));
+            finite(&method.label(), done.position_error.iter().chain(done.leftover_rotation.iter()));
+            assert_eq!(done.status.reason(machine).is_empty(), done.status.is_success(), "{:?}", done.status);
+            if done.status == compensation::Status::Converged {
+                let left = demand.task_error(machine, &session.state().pose).size();
+                assert!(
+                    left <= 1e-10 + 1e-12 * machine.reach && done.outcome.is_some(),
+                    "{}: {left} mm left, {:?}",
+                    method.label(),
+                    done.history
+                );
+                assert_balanced(&real, &done.drives, &demand.load, session.state());
+            }
+        }
+    }
+}
+
+fn check_map(machine: &Machine, trial: &Trial) {
+    let (min, max) = (machine.workspace.min, machine.workspace.max);
+    let study = WorkspaceMapStudy {
+        machine: machine.clone(),
+        errors: trial.chain_errors(machine),
+        grid: Grid::new(min, max, [2; 3]),
+        force: MillingForce::PAPER,
+        phis: vec![0.0, 2.0],
+        target: Target::ToolTip,
+        slices_z: vec![0.0],
+    };
+    for point in workspace_map::run(&study, &|| ()).points {
+        for effect in &point.effects {
+            match effect {
+                Ok(effect) => {
+                    finite(
+                        "map",
+                        effect.delta_rho.iter().chain(&effect.drive_force).chain(&effect.deflection_vector_mm),
+                    );
+                    finite("map", effect.departure_vector_mm.iter().flatten());
+                    assert!(effect.principal_stiffness_n_per_mm.iter().all(|k| !k.is_nan()), "{effect:?}");
+                }
+                Err(failure) => assert!(!failure.reason.is_empty() && !failure.status.is_empty()),
+            }
+        }
+    }
+}
+
+/// What became of a drawn machine.
+#[derive(Debug, Default)]
+struct Tally {
+    drawn: usize,
+    accepted: usize,
+    reached: usize,
+    solved: usize,
+}
+
+fn run(trial: &Trial, tally: &mut Tally) {
+    tally.drawn += 1;
+    let machine = match Machine::from_toml(&trial.toml, "random.toml") {
+        Ok(machine) => machine,
+        Err(refusal) => return assert!(refusal.to_string().starts_with("random.toml: "), "{refusal}"),
+    };
+    tally.accepted += 1;
+    check_findings(&machine);
+    let home = machine.home.pose.translation;
+    let near = home + Vector3::from(trial.step) * 20.0;
+    for (index, position) in [home, near].into_iter().enumerate() {
+        let at = match machine.inverse_kinematics(&machine.pose_at(position)) {
+            Ok(at) => at,
+            Err(unreachable) => {
+                assert!(!unreachable.to_string().is_empty());
+                continue;
+            }
+        };
+        finite_pose("inverse kinematics", &at.pose);
+        finite("inverse kinematics", at.drives.iter().chain(at.passive.iter().flatten()));
+        tally.reached += 1;
+        tally.solved += usize::from(check_equilibrium(&machine, trial, &at));
+        if index == 0 {
+            check_compensation(&machine, trial, &at);
+        }
+    }
+    check_map(&machine, trial);
+}
+
+/// Draws `count` machines and says what became of them.
+fn search(count: u32) -> Tally {
+    let tally = std::cell::RefCell::new(Tally::default());
+    let slow = std::env::var_os("RANDOM_MACHINES_TIMES").is_some();
+    let outcome = TestRunner::new(Config { max_shrink_time: 60_000, ..cases(count) }).run(&trial(), |trial| {
+        let began = std::time::Instant::now();
+        run(&trial, &mut tally.borrow_mut());
+        if slow {
+            eprintln!("{:.2?} {:?}", began.elapsed(), tally.borrow());
+        }
+        Ok(())
+    });
+    if let Err(failure) = outcome {
+        panic!("{failure}");
+    }
+    tally.into_inner()
+}
+
+#[test]
+fn random_machines_are_solved_or_say_why_not() {
+    let tally = search(30);
+    // The search is worth nothing if nearly all machines are refused or singular.
+    assert!(2 * tally.accepted > tally.drawn && 4 * tally.solved > tally.reached, "{tally:?}");
+}
+
+/// Minutes; `INVARIANT_CASES` multiplies it and draws other machines.
+#[test]
+#[ignore = "takes minutes"]
+fn many_random_machines_are_solved_or_say_why_not() {
+    let tally = search(1000);
+    assert!(2 * tally.accepted > tally.drawn && 4 * tally.solved > tally.reached, "{tally:?}");
+}
