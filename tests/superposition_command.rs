@@ -46,10 +46,12 @@ fn a_superposition_study_leaves_tables_figures_and_an_answer_the_same_for_any_th
     let maps = ["departure_tool", "departure_platform", "ratio_tool", "aggregation_tool", "safe_load"];
     let places = ["1_Q0", "2_Q1", "3_Q2", "4_Q3"];
     let mut expected: BTreeSet<String> = tables.map(|table| format!("{table}.csv")).into();
-    expected.extend(["csv-metadata.json", "summary.json", "manifest.json"].map(String::from));
+    expected
+        .extend(["csv-metadata.json", "summary.json", "manifest.json", "report.json", "report.html"].map(String::from));
     expected.extend(places.iter().flat_map(|p| [format!("growth_{p}_data.csv"), format!("ablation_{p}_data.csv")]));
     let stems = maps.iter().map(|map| format!("slices_{map}"));
     let stems = stems.chain(places.iter().flat_map(|p| [format!("growth_{p}"), format!("ablation_{p}")]));
+    let stems = stems.chain(["machine_at_home".to_string()]);
     expected.extend(stems.flat_map(|stem| [format!("{stem}.svg"), format!("{stem}.png")]));
     assert_eq!(names(&one), expected);
     for name in expected.iter().filter(|name| *name != "manifest.json") {
@@ -88,7 +90,7 @@ fn a_study_partly_out_of_reach_says_so_and_without_figures_writes_tables_only() 
     let said = run(study.to_str().unwrap(), &out, &["--grid", "3,1,1", "--no-figures"], 1);
     assert!(said.contains("1 of 3 grid points solved"), "{said}");
     assert!(said.contains("beyond the rails: unreachable: "), "{said}");
-    assert!(names(&out).iter().all(|name| name.ends_with(".csv") || name.ends_with(".json")));
+    assert!(names(&out).iter().all(|name| ["csv", "json", "html"].iter().any(|end| name.ends_with(end))));
     for (table, name) in [("map.csv", "departure_mm"), ("scaling.csv", "departure_mm"), ("ablation.csv", "part_mm")] {
         for ((status, reason), cell) in
             column(&out, table, "status").iter().zip(column(&out, table, "reason")).zip(column(&out, table, name))

@@ -69,7 +69,7 @@ pub struct RunArguments {
     /// Write tables and the page only
     #[arg(long)]
     no_figures: bool,
-    /// Formats of tables and maps, separated by commas
+    /// Formats of tables and maps, separated by commas; without csv there is no page
     #[arg(long, value_enum, value_delimiter = ',', default_value = "csv")]
     format: Vec<Format>,
     /// Colours of maps in figures
@@ -346,14 +346,18 @@ impl Output<'_> {
             .extend(self.figures.iter().filter_map(|(name, figure)| Some((format!("{name}_data"), figure.data()?))));
         self.draw_machine();
         let formats: Vec<exchange::Format> = arguments.format.iter().map(|format| (*format).into()).collect();
+        // Pages show CSV tables.
+        let has_page = formats.contains(&exchange::Format::Csv);
         let mut files = exchange::files(self.out, &self.tables, self.map.as_ref(), &formats)?;
-        files.push(OutputFile::new("report.json", self.description().to_json()));
+        if has_page {
+            files.push(OutputFile::new("report.json", self.description().to_json()));
+        }
         files.push(OutputFile::new("summary.json", format!("{:#}\n", self.summary)));
         files.push(OutputFile::new("manifest.json", self.manifest.to_json()));
         files.extend(drawn(self.figures, arguments.colours.into())?);
         let mut written = write_all(self.out, &files)?;
-        // The page is made from what has been written, as `kinetostat report` makes it again; it shows CSV tables.
-        if formats.contains(&exchange::Format::Csv) {
+        // The page is made from what has been written, as `kinetostat report` makes it again.
+        if has_page {
             let page = page::page(&ResultFolder::open(self.out)?, &self.out.join(PAGE))?;
             written.extend(write_all(self.out, &[OutputFile::new(PAGE, page)])?);
         }
