@@ -12,6 +12,7 @@ mod curves;
 mod data;
 mod error;
 mod field;
+mod glyphs;
 mod lines;
 mod marks;
 mod paint;

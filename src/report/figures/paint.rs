@@ -11,7 +11,8 @@ use plotters::style::{Color, FontTransform, RGBColor, TextStyle};
 
 use super::error::FigureError;
 use super::field::Picture;
-use super::scene::{Anchor, Item, Point, Rect, Rgb, Scene, Stroke, Text};
+use super::glyphs;
+use super::scene::{Item, Point, Rect, Rgb, Scene, Stroke, Text};
 use super::style::{HATCH, MISSING, WHITE};
 use super::text;
 
@@ -19,17 +20,13 @@ use super::text;
 const SCALE: f64 = 3.0;
 /// Opacity of the white behind text over colours.
 const BACKING: f64 = 0.75;
-/// plotters' SVG text is smaller than its font size by this factor.
-const SVG_TYPE: f64 = 1.24;
-/// plotters' SVG text anchored at its top has its baseline this far below, over the type size.
-const SVG_BASELINE: f64 = 0.76;
 const HATCHING: Stroke = Stroke { colour: HATCH, width: 2.0, dash: &[] };
 /// Upright pictures of more cells are drawn as bitmaps.
 const MOST_POLYGONS: usize = 450;
 /// How far polygonal cells reach under their neighbours, in pixels, so that no seams show.
 const SEAM: f64 = 4.0;
 
-/// The scene as an SVG document; text stays text.
+/// The scene as an SVG document; texts are outlines with their words as labels.
 pub(super) fn svg(scene: &Scene) -> Result<String, FigureError> {
     let [width, height] = size(scene);
     let mut out = String::new();
@@ -43,6 +40,10 @@ pub(super) fn svg(scene: &Scene) -> Result<String, FigureError> {
     );
     let end = out.find('>').map_or(0, |last| last + 1);
     out.replace_range(..end, &root);
+    let texts: Vec<&Text> =
+        scene.items.iter().filter_map(|item| if let Item::Text(text) = item { Some(text) } else { None }).collect();
+    let end = out.rfind("</svg>").unwrap_or(out.len());
+    out.insert_str(end, &glyphs::svg(&texts, SCALE));
     // plotters writes a media type that only forgiving viewers accept.
     Ok(out.replace("href=\"data:png;", "href=\"data:image/png;"))
 }
@@ -131,29 +132,21 @@ impl<B: DrawingBackend> Painter<B> {
         if text.halo {
             self.rectangle(text.bounds(), &colour(WHITE).mix(BACKING))?;
         }
+        if !self.raster {
+            // Follows after all shapes.
+            return Ok(());
+        }
         let ink = colour(text.colour);
         let turn = if text.upward { FontTransform::Rotate270 } else { FontTransform::None };
-        let style = |size: f64, side: HPos| {
-            let font = text::font(size, text.weight).transform(turn.clone());
-            TextStyle::from(font).color(&ink).pos(Pos::new(side, VPos::Top))
-        };
         let place = |x: f64, y: f64| {
             let (dx, dy) = turn.transform(x.round() as i32, y.round() as i32);
             let (x, y) = unit_place(text.at);
             (x + dx, y + dy)
         };
         let em = SCALE * text.size;
-        if !self.raster {
-            let side = match text.anchor {
-                Anchor::Start => HPos::Left,
-                Anchor::Middle => HPos::Center,
-                Anchor::End => HPos::Right,
-            };
-            let at = place(0.0, -SVG_BASELINE * em);
-            return self.backend.draw_text(&text.content, &style(SVG_TYPE * em, side), at).map_err(failed);
-        }
         let height = text::even_height(em);
-        let style = style(height, HPos::Left);
+        let font = text::font(height, text.weight).transform(turn.clone());
+        let style = TextStyle::from(font).color(&ink).pos(Pos::new(HPos::Left, VPos::Top));
         let start = SCALE * text.start();
         for (letter, x) in text::letters(&text.content, em, text.weight) {
             let at = place(start + x, -height / 2.0);

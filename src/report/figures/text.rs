@@ -31,7 +31,7 @@ pub(super) enum Weight {
 }
 
 impl Weight {
-    fn font(self) -> &'static FontRef<'static> {
+    pub fn font(self) -> &'static FontRef<'static> {
         match self {
             Self::Regular => &REGULAR,
             Self::Bold => &BOLD,
@@ -45,8 +45,15 @@ fn height(font: &FontRef<'_>, size: f64) -> f64 {
     size * f64::from(font.height_unscaled()) / em
 }
 
-/// The letters of one line with the left end of their ink from x = 0 on, and the width of the line.
-fn layout(content: &str, size: f64, weight: Weight) -> (Vec<(char, f64)>, f64) {
+/// A letter of a line: where its pen and its ink begin.
+struct Letter {
+    letter: char,
+    pen: f64,
+    ink: f64,
+}
+
+/// The letters of one line from x = 0 on, and the width of the line.
+fn layout(content: &str, size: f64, weight: Weight) -> (Vec<Letter>, f64) {
     let font = weight.font();
     let font = font.as_scaled(PxScale::from(height(font, size) as f32));
     let mut x = 0.0;
@@ -55,16 +62,26 @@ fn layout(content: &str, size: f64, weight: Weight) -> (Vec<(char, f64)>, f64) {
     for letter in content.chars() {
         let id = font.glyph_id(letter);
         x += last.map_or(0.0, |last| font.kern(last, id));
-        letters.push((letter, f64::from(x + font.h_side_bearing(id).floor())));
+        letters.push(Letter { letter, pen: f64::from(x), ink: f64::from(x + font.h_side_bearing(id).floor()) });
         x += font.h_advance(id);
         last = Some(id);
     }
     (letters, f64::from(x))
 }
 
-/// As [`layout`], without the width.
+/// The letters of one line with the left end of their ink.
 pub(super) fn letters(content: &str, size: f64, weight: Weight) -> Vec<(char, f64)> {
-    layout(content, size, weight).0
+    layout(content, size, weight).0.into_iter().map(|letter| (letter.letter, letter.ink)).collect()
+}
+
+/// The letters of one line with the place of the pen.
+pub(super) fn pens(content: &str, size: f64, weight: Weight) -> Vec<(char, f64)> {
+    layout(content, size, weight).0.into_iter().map(|letter| (letter.letter, letter.pen)).collect()
+}
+
+/// Font units of a type size.
+pub(super) fn units_per_em(weight: Weight) -> f64 {
+    f64::from(weight.font().units_per_em().unwrap_or(2048.0))
 }
 
 /// The font as plotters draws it, scaled to the height of ascenders and descenders.
