@@ -11,6 +11,12 @@ pub const SCHEMA: u32 = 1;
 /// the inverse. Products of a few such numbers stay finite.
 pub const LARGEST: f64 = 1e18;
 
+/// A name as part of a file name: letters and digits, the rest as underscores.
+pub fn file_stem(name: &str) -> String {
+    let kept: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { ' ' }).collect();
+    kept.split_whitespace().collect::<Vec<_>>().join("_")
+}
+
 /// The place of a value: a file and a key path in it.
 #[derive(Debug, Clone)]
 pub struct Check {
@@ -135,6 +141,16 @@ impl Check {
             return self.fail(format!("\"{name}\" is used twice"));
         }
         Ok(())
+    }
+
+    /// A name that gives other files than those before, also where files are not told apart by case.
+    pub fn unique_file<'a>(&self, name: &str, mut others: impl Iterator<Item = &'a str>) -> Result<()> {
+        match others.find(|other| file_stem(other).eq_ignore_ascii_case(&file_stem(name))) {
+            None => Ok(()),
+            Some(other) => self.fail(format!(
+                "\"{name}\" names the same files as \"{other}\": expected other letters or digits, of any case"
+            )),
+        }
     }
 
     /// A symmetric positive definite 6×6 matrix given by rows.

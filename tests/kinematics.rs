@@ -9,13 +9,25 @@ use kinetostat::{
 };
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
-use support::engine::*;
+use support::{arm::ARM, engine::*};
 
 /// The machine file of a catalogue machine with one piece of text replaced.
 fn edited(name: &str, from: &str, to: &str) -> Machine {
     let toml = kinetostat::machine::catalogue::find(name).unwrap().toml;
     assert!(toml.contains(from), "{name} has no {from}");
     machine_from(&toml.replacen(from, to, 1))
+}
+
+#[test]
+fn home_is_found_without_turns_of_the_search() {
+    let axis = "name = \"j1\", axis = \"z\"";
+    assert!(ARM.contains(axis));
+    let machine = machine_from(&ARM.replace(axis, &format!("{axis}, travel_deg = [-170.0, 170.0]")));
+    for ((_, drive), rho) in machine.drives().zip(&machine.home.drives) {
+        assert!((rho - drive.home).abs() <= std::f64::consts::PI, "{} at {rho}", drive.name);
+    }
+    let forward = machine.forward_kinematics(&machine.home.drives).unwrap();
+    assert!((forward.pose.translation - machine.home.pose.translation).norm() < 1e-9);
 }
 
 /// Rotation of the base of Orthoglide chain `i`: columns e_i, e_(i+1), e_i × e_(i+1).

@@ -107,3 +107,26 @@ fn a_case_out_of_reach_is_a_reason_in_the_table() {
     let variants = String::from_utf8(csv(&variants_table(&results)).unwrap()).unwrap();
     assert!(variants.lines().any(|line| line.starts_with("Q2,") && line.contains(",not_solved,")), "{variants}");
 }
+
+#[test]
+fn a_path_that_nothing_moves_has_no_ratios() {
+    let folder = tempfile::tempdir().unwrap();
+    let process = "schema = 1\n[placement]\nreference = \"platform_point\"\norigin_mm = [0.0, 0.0, 0.0]\n\
+                   [force.path_frame]\nradial_force_N = 0.0\ntangential_force_N = 0.0\naxial_force_N = 0.0\n\
+                   law = \"rotated\"\n";
+    std::fs::write(folder.path().join("process.toml"), process).unwrap();
+    let mut toml = "schema = 1\nquestion = \"q\"\nmachine = \"orthoglide\"\n[[validation.variant]]\nname = \"v\"\n\
+                    process = \"process.toml\"\n[[validation.case]]\nname = \"c\"\n\
+                    circle = { centre_point = \"Q1\", diameter_mm = 50.0, points = 13 }\n"
+        .to_string();
+    for quantity in ["superposition_ratio", "departure", "cosine_of_centre_shifts", "axes_angle", "crossings"] {
+        toml +=
+            &format!("[[validation.quoted]]\nsource = \"s\"\ncase = \"c\"\nquantity = \"{quantity}\"\nvalue = 1.0\n");
+    }
+    let results = results_of(&toml, folder.path(), 13).unwrap();
+    for (quoted, compared) in results.study.quoted.iter().zip(&results.compared) {
+        assert!(compared.ours[0].is_err() && !compared.agrees, "{quoted:?} {compared:?}");
+    }
+    let table = String::from_utf8(csv(&variants_table(&results)).unwrap()).unwrap();
+    assert!(table.contains("not_solved,both sources move nothing,") && !table.contains("NaN"), "{table}");
+}

@@ -5,6 +5,8 @@
 //! least-squares Newton (Levenberg–Marquardt) that follows the straight line from a known configuration, usually home,
 //! in steps short enough to stay on its assembly mode.
 
+use std::f64::consts::TAU;
+
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::{Chain, Coordinate, Machine, Motion, MoveScrew};
@@ -474,11 +476,29 @@ impl Machine {
             at = closure.newton(&at, &command).at;
             closure.linearise(&at, &command);
             if closure.residual.amax() < CLOSURE_ROUNDING * self.reach {
+                self.unwind(&mut at);
                 self.check_limits(&at)?;
                 return Ok(at);
             }
         }
         Err(closure.why_not(&at, &command))
+    }
+
+    /// Takes back full turns that the search has made: of drives and of joints without a spring, to which they are nothing.
+    fn unwind(&self, at: &mut Configuration) {
+        let nearest = |value: f64, home: f64| value - ((value - home) / TAU).round() * TAU;
+        for ((_, drive), rho) in self.drives().zip(&mut at.drives) {
+            if drive.motion == Motion::Revolute {
+                *rho = nearest(*rho, drive.home);
+            }
+        }
+        for (chain, values) in self.chains.iter().zip(&mut at.passive) {
+            for (joint, q) in chain.passive.iter().zip(values) {
+                if joint.motion == Motion::Revolute && joint.stiffness == 0.0 {
+                    *q = nearest(*q, joint.home);
+                }
+            }
+        }
     }
 
     /// Whether a drive's travel or a passive joint is limited.

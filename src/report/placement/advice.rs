@@ -76,7 +76,18 @@ fn comparison(results: &PlacementResults) -> String {
         .collect();
     match compared.as_slice() {
         [] => String::new(),
-        places => format!("Worst deflection at the named places: {}.\n", places.join(", ")),
+        places => format!("Worst deflection at the named places: {}.\n{}", places.join(", "), better(results)),
+    }
+}
+
+/// Named places that are better than all that were found: they lie outside the bounds, or the search ended early.
+fn better(results: &PlacementResults) -> String {
+    let Some((found, _)) = best_entry(results) else { return String::new() };
+    let ahead = results.entries.iter().filter(|entry| entry.value < found.value);
+    let names: Vec<&str> = ahead.map(|entry| entry.name.as_str()).collect();
+    match names.as_slice() {
+        [] => String::new(),
+        names => format!("By the objective better than any place found within the bounds: {}.\n", names.join(", ")),
     }
 }
 

@@ -43,9 +43,16 @@ fn setting(study: &PlacementStudy) -> Vec<Fact> {
         let value = if low == high { format!("fixed at {low}{unit}") } else { format!("{low} to {high}{unit}") };
         facts.push(Fact::new(*name, value.replace('-', "\u{2212}")));
     }
-    for job in &study.features {
-        facts.push(Fact::new(format!("feature {}", job.feature.name), feature(job)));
-        facts.extend(error_facts(&study.machine, &job.errors));
+    let is_alike = study.features.windows(2).all(|pair| pair[0].errors == pair[1].errors);
+    for (index, job) in study.features.iter().enumerate() {
+        let name = &job.feature.name;
+        facts.push(Fact::new(format!("feature {name}"), feature(job)));
+        let errors = error_facts(&study.machine, &job.errors);
+        match is_alike {
+            true if index + 1 == study.features.len() => facts.extend(errors),
+            true => {}
+            false => facts.extend(errors.into_iter().map(|e| Fact::new(format!("{}, {name}", e.label), e.value))),
+        }
     }
     for forbidden in &study.forbidden {
         let (low, high) = (corner(forbidden.extent.min), corner(forbidden.extent.max));

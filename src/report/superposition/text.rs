@@ -86,9 +86,11 @@ fn safe_sentences(results: &Superposition) -> String {
     let (Some(share), Some([least, most])) = (results.safe_share(), load_extremes(results)) else {
         return "Nothing can be said about where superposition is safe: no grid point was solved.\n".into();
     };
+    let is_solved = solved_points(results) == results.points.len();
+    let (of, there) = if is_solved { ("the box", "") } else { ("the part of the box that was solved", "there ") };
     let mut text = format!(
-        "For a tolerance of {tolerance} mm at the tool tip superposition is safe in {:.1} % of the box at the load of the \
-         study. It is safe everywhere up to ",
+        "For a tolerance of {tolerance} mm at the tool tip superposition is safe in {:.1} % of {of} at the load of the \
+         study. It is safe everywhere {there}up to ",
         100.0 * share
     );
     text += &match &least.1.largest_load {

@@ -19,12 +19,13 @@ use crate::{
 pub fn figures(results: &ValidationResults) -> Vec<(String, Figure)> {
     let picture = |picture: &Picture| {
         let path = &results.paths[picture.cases[0]];
-        match picture.kind {
-            FigureKind::Paths => vec![(picture.name.clone(), paths(results, picture, path))],
-            FigureKind::Superposition => vec![(picture.name.clone(), superposition(results, picture, path))],
+        let drawn = match picture.kind {
+            FigureKind::Paths => vec![paths(results, picture, path)],
+            FigureKind::Superposition => vec![superposition(results, picture, path)],
             FigureKind::Curves => curves(results, picture),
             FigureKind::Sources => sources(results, picture, path),
-        }
+        };
+        picture.file_stems().into_iter().zip(drawn)
     };
     results.study.pictures.iter().flat_map(picture).collect()
 }
@@ -127,7 +128,7 @@ fn drive_correction(path: &PathResults, source: Source, k: usize, drive: usize) 
     shown_positions(&path.study.machine, &deltas).get(drive).copied()
 }
 
-fn curves(results: &ValidationResults, picture: &Picture) -> Vec<(String, Figure)> {
+fn curves(results: &ValidationResults, picture: &Picture) -> Vec<Figure> {
     let machine = &results.study.machine;
     let labels = machine.drive_labels();
     let drives: Vec<(String, bool)> = labels.iter().map(|label| (format!("drive {label}"), false)).collect();
@@ -151,18 +152,11 @@ fn curves(results: &ValidationResults, picture: &Picture) -> Vec<(String, Figure
         let force = |k, drive: usize| solved(path, Source::Both, k)?.compensation.drive_forces.get(drive).copied();
         (0..labels.len()).map(|drive| over_angle(path, &|k| force(k, drive))).collect()
     });
-    let named = |part: &str| format!("{}_{part}", picture.name);
     let position = format!("Δρ [{}]", position_unit(machine));
     vec![
-        (named("delta_rho"), panels(results, picture, ("drive corrections", position), drives.clone(), corrections)),
-        (
-            named("displacement"),
-            panels(results, picture, ("displacement that is compensated", "Δt [mm]".into()), axes, displacements),
-        ),
-        (
-            named("drive_force"),
-            panels(results, picture, ("drive forces", format!("τ [{}]", force_unit(machine))), drives, forces),
-        ),
+        panels(results, picture, ("drive corrections", position), drives.clone(), corrections),
+        panels(results, picture, ("displacement that is compensated", "Δt [mm]".into()), axes, displacements),
+        panels(results, picture, ("drive forces", format!("τ [{}]", force_unit(machine))), drives, forces),
     ]
 }
 
@@ -174,7 +168,7 @@ fn source_words(source: Source) -> &'static str {
     }
 }
 
-fn sources(results: &ValidationResults, picture: &Picture, path: &PathResults) -> Vec<(String, Figure)> {
+fn sources(results: &ValidationResults, picture: &Picture, path: &PathResults) -> Vec<Figure> {
     let machine = &results.study.machine;
     let names: Vec<(String, bool)> =
         Source::ALL.map(|source| (source_words(source).to_string(), source != Source::Both)).into();
@@ -192,13 +186,7 @@ fn sources(results: &ValidationResults, picture: &Picture, path: &PathResults) -
         .map(|(axis, name)| by_source(format!("Δ{name}"), &|source, k| path.displacement(source, k).map(|d| d[axis])));
     let position = format!("Δρ [{}]", position_unit(machine));
     vec![
-        (
-            format!("{}_delta_rho", picture.name),
-            panels(results, picture, ("drive corrections by source", position), names.clone(), corrections.collect()),
-        ),
-        (
-            format!("{}_displacement", picture.name),
-            panels(results, picture, ("displacement by source", "Δt [mm]".into()), names, displacements.collect()),
-        ),
+        panels(results, picture, ("drive corrections by source", position), names.clone(), corrections.collect()),
+        panels(results, picture, ("displacement by source", "Δt [mm]".into()), names, displacements.collect()),
     ]
 }

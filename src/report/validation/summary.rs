@@ -4,7 +4,7 @@ use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 use serde_json::{Value, json};
 
 use super::tables::{ratio, reason, relation_word};
-use crate::study::validation::ValidationResults;
+use crate::study::validation::{Compared, Quoted, ValidationResults, ValidationStudy};
 
 fn shown(value: f64) -> String {
     match value.abs() {
@@ -12,6 +12,16 @@ fn shown(value: f64) -> String {
         size if size < 1e-3 => format!("{value:.1e}"),
         size if size < 10.0 => format!("{value:.3}"),
         _ => format!("{value:.1}"),
+    }
+}
+
+/// The unit behind a number; nothing for pure numbers.
+fn unit(quoted: &Quoted, study: &ValidationStudy) -> String {
+    match quoted.quantity.unit(&study.machine) {
+        "1" => String::new(),
+        "Nmm" => " N·mm".into(),
+        "deg" => "°".into(),
+        unit => format!(" {unit}"),
     }
 }
 
@@ -23,10 +33,7 @@ pub fn summary_table(results: &ValidationResults) -> String {
     let names = study.variants.iter().map(|variant| variant.name.as_str());
     all.load_style(UTF8_HORIZONTAL_ONLY).set_header(["case", "quantity"].into_iter().chain(names));
     for (quoted, compared) in study.quoted.iter().zip(&results.compared) {
-        let unit = match quoted.quantity.unit(&study.machine) {
-            "1" => String::new(),
-            unit => format!(" {unit}"),
-        };
+        let unit = unit(quoted, study);
         let what = [study.cases[quoted.case].clone(), quoted.quantity.label().replace('_', " ")];
         let values: Vec<String> =
             compared.ours.iter().map(|ours| ours.as_ref().map_or_else(|_| "–".into(), |value| shown(*value))).collect();
@@ -53,14 +60,20 @@ pub fn summary_text(results: &ValidationResults) -> String {
         study.variants[0].name
     );
     for (quoted, compared) in study.quoted.iter().zip(&results.compared).filter(|(_, compared)| !compared.agrees) {
-        let ours = compared.ours[0].as_ref().map_or_else(|_| "no value".into(), |value| shown(*value));
-        text += &format!(
-            "{}, {}: {} quoted, {ours} here. {}\n",
+        let unit = unit(quoted, study);
+        let ours = match &compared.ours[0] {
+            Ok(value) => shown(*value) + &unit,
+            Err(_) => "no value".into(),
+        };
+        let line = format!(
+            "{}, {}: {} {}{unit} quoted, {ours} here. {}",
             study.cases[quoted.case],
             quoted.quantity.label().replace('_', " "),
+            relation_word(quoted.relation),
             shown(quoted.value),
             reason(quoted, compared)
         );
+        text += &format!("{}\n", line.trim_end());
     }
     text
 }
@@ -68,7 +81,7 @@ pub fn summary_text(results: &ValidationResults) -> String {
 /// The same as `summary.csv`.
 pub fn summary_json(results: &ValidationResults) -> Value {
     let study = &results.study;
-    let row = |(quoted, compared): (&crate::study::validation::Quoted, &crate::study::validation::Compared)| {
+    let row = |(quoted, compared): (&Quoted, &Compared)| {
         json!({
             "source": quoted.source,
             "case": study.cases[quoted.case],

@@ -137,6 +137,10 @@ impl Metric {
         match self.unit(machine) {
             "" => format!("{:.1} %", 100.0 * value),
             "mm" => format!("{value:.3} mm"),
+            "deg" => format!("{value:.3}°"),
+            "mm_or_deg" => format!("{value:.3} mm or °"),
+            "Nmm" => format!("{value:.0} N·mm"),
+            "N_or_Nmm" => format!("{value:.0} N or N·mm"),
             "N_per_mm" => format!("{value:.0} N/mm"),
             unit => format!("{value:.0} {}", unit.replace('_', " ")),
         }

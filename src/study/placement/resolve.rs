@@ -78,6 +78,7 @@ fn features(
         let check = check.key("feature").item(i);
         check.key("name").readable(&spec.name)?;
         check.key("name").unique(&spec.name, specs[..i].iter().map(|s| s.name.as_str()))?;
+        check.key("name").unique_file(&spec.name, specs[..i].iter().map(|s| s.name.as_str()))?;
         let (job, process) = feature(spec, machine, folder, overrides, &check)?;
         if jobs.first().is_some_and(|first| first.feature.reference != job.feature.reference) {
             return check.key("process").fail("placement.reference differs from that of the first feature".into());

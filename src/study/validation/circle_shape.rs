@@ -11,7 +11,12 @@ pub(super) struct Shape {
     pub longest: Vector2<f64>,
     /// Direction in which they are spread least.
     pub shortest: Vector2<f64>,
+    /// Whether the spread is the same in all directions, but for rounding: the axes mean nothing.
+    pub is_round: bool,
 }
+
+/// Spreads are the same if they differ by less than this share.
+const ROUND: f64 = 1e-9;
 
 impl Shape {
     /// Of points at equal steps; the last one repeats the first. `None` without points.
@@ -22,7 +27,8 @@ impl Shape {
         let eigen = SymmetricEigen::new(spread);
         let most = usize::from(eigen.eigenvalues[1] > eigen.eigenvalues[0]);
         let axis = |i: usize| eigen.eigenvectors.column(i).into_owned();
-        Some(Self { middle, longest: axis(most), shortest: axis(1 - most) })
+        let [large, small] = [eigen.eigenvalues[most], eigen.eigenvalues[1 - most]];
+        Some(Self { middle, longest: axis(most), shortest: axis(1 - most), is_round: large - small <= ROUND * large })
     }
 }
 
@@ -56,6 +62,7 @@ mod tests {
         assert!((shape.middle - Vector2::new(5.0, -2.0)).norm() < 1e-12);
         assert!(angle_deg(&shape.longest, &Vector2::new(0.4f64.cos(), 0.4f64.sin())) < 1e-9);
         assert!((angle_deg(&shape.longest, &shape.shortest) - 90.0).abs() < 1e-9);
+        assert!(!shape.is_round && Shape::of(&ellipse(2.0, 2.0, 0.4, [5.0, -2.0])).unwrap().is_round);
         assert!(Shape::of(&[]).is_none());
     }
 

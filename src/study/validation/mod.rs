@@ -80,6 +80,18 @@ pub struct Picture {
     pub cases: Vec<usize>,
 }
 
+impl Picture {
+    /// Stems of the files it is drawn to.
+    pub fn file_stems(&self) -> Vec<String> {
+        let parts: &[&str] = match self.kind {
+            FigureKind::Paths | FigureKind::Superposition => return vec![self.name.clone()],
+            FigureKind::Curves => &["delta_rho", "displacement", "drive_force"],
+            FigureKind::Sources => &["delta_rho", "displacement"],
+        };
+        parts.iter().map(|part| format!("{}_{part}", self.name)).collect()
+    }
+}
+
 /// A checked validation study.
 #[derive(Debug, Clone)]
 pub struct ValidationStudy {

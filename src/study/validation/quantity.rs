@@ -10,6 +10,7 @@ use crate::{
         Source,
         path_study::{PathResults, SourceAlongPath},
         placement::Metric,
+        superposition::growth::ROUNDING_MM,
     },
 };
 
@@ -94,7 +95,7 @@ impl Quantity {
     /// Its value.
     ///
     /// # Errors
-    /// The first point that could not be solved, and why.
+    /// The first point that could not be solved, and why; or why there is no such number.
     pub fn of(self, path: &PathResults) -> Result<f64, String> {
         solved(path)?;
         let both = &path.sources[Source::Both as usize];
@@ -114,33 +115,44 @@ impl Quantity {
                 let left = both.compensated.iter().map(|answer| answer.compensation.position_error);
                 largest(&left.collect::<Vec<_>>())
             }
-            Quantity::SuperpositionRatio => largest(&superposed(path)) / largest(&moved(path, Source::Both)),
+            Quantity::SuperpositionRatio => {
+                let together = largest(&moved(path, Source::Both));
+                largest(&superposed(path)) / beyond_rounding(together, "both sources move nothing")?
+            }
             Quantity::Departure => {
                 let together = moved(path, Source::Both);
                 let departure: Vec<_> =
                     superposed(path).iter().zip(&together).map(|(sum, at_once)| sum - at_once).collect();
-                largest(&departure) / largest(&together)
+                largest(&departure) / beyond_rounding(largest(&together), "both sources move nothing")?
             }
             Quantity::ShareBelowSuperposition => {
                 let together = moved(path, Source::Both);
-                let smaller =
-                    superposed(path).iter().zip(&together).filter(|(sum, both)| both.norm() < sum.norm()).count();
-                smaller as f64 / together.len().max(1) as f64
+                let sums = superposed(path);
+                let is_smaller = |(sum, both): &(&Vector3<f64>, &Vector3<f64>)| sum.norm() - both.norm() > ROUNDING_MM;
+                sums.iter().zip(&together).filter(is_smaller).count() as f64 / together.len().max(1) as f64
             }
             Quantity::CosineOfCentreShifts => {
                 let (wanted, moved, commanded) = shapes(path)?;
                 let (a, b) = (moved.middle - wanted.middle, commanded.middle - wanted.middle);
-                a.dot(&b) / (a.norm() * b.norm())
+                let sizes =
+                    [a.norm(), b.norm()].map(|size| beyond_rounding(size, "the middle of a path is not shifted"));
+                let [a_size, b_size] = sizes;
+                a.dot(&b) / (a_size? * b_size?)
             }
             Quantity::AxesAngle => {
                 let (_, moved, commanded) = shapes(path)?;
+                if moved.is_round || commanded.is_round {
+                    return Err("a path is round, no axis is the longest".into());
+                }
                 angle_deg(&moved.longest, &commanded.shortest)
             }
             Quantity::Crossings => {
+                let moved = moved(path, Source::Cutting);
+                beyond_rounding(largest(&moved), "the cutting force moves nothing")?;
                 let wanted = wanted(path);
                 let middle = Shape::of(&flat(&wanted)).ok_or("the path has no points")?.middle;
                 let radius = (wanted[0].xy() - middle).norm();
-                let moved: Vec<_> = wanted.iter().zip(moved(path, Source::Cutting)).map(|(p, d)| p + d).collect();
+                let moved: Vec<_> = wanted.iter().zip(moved).map(|(p, d)| p + d).collect();
                 crossings(&flat(&moved), &middle, radius) as f64
             }
         })
@@ -167,6 +179,11 @@ fn solved(path: &PathResults) -> Result<(), String> {
         }
     }
     Ok(())
+}
+
+/// `size`, mm, if it is more than rounding.
+fn beyond_rounding(size: f64, otherwise: &str) -> Result<f64, String> {
+    if size > ROUNDING_MM { Ok(size) } else { Err(otherwise.into()) }
 }
 
 fn first_load(path: &PathResults) -> Option<&crate::spatial::Wrench> {

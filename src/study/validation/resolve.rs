@@ -16,6 +16,8 @@ use crate::{
 
 /// Difference that counts as none, as a share.
 const AGREEMENT: f64 = 0.1;
+/// Stem of the files of the machine's own figure.
+const MACHINE_AT_HOME: &str = "machine_at_home";
 /// Most frames of a picture.
 const MOST_FRAMES: usize = 6;
 
@@ -33,6 +35,10 @@ pub(in crate::study) fn validation(
         }
     }
     names(spec.case.iter().map(|case| case.name.as_str()), &check.key("case"))?;
+    for (i, case) in spec.case.iter().enumerate() {
+        let before = spec.case[..i].iter().map(|case| case.name.as_str());
+        check.key("case").item(i).key("name").unique_file(&case.name, before)?;
+    }
     names(spec.variant.iter().map(|variant| variant.name.as_str()), &check.key("variant"))?;
     let points = path_resolve::points_of(spec.case.iter().map(|case| &case.circle), overrides);
     path_resolve::check_total(points.saturating_mul(spec.variant.len()), &check.key("case"))?;
@@ -102,7 +108,7 @@ fn quoted(specs: &[QuotedSpec], cases: &[String], check: &Check) -> Result<Vec<Q
 fn pictures(specs: &[FigureSpec], cases: &[String], check: &Check) -> Result<Vec<Picture>> {
     let check = check.key("figure");
     names(specs.iter().map(|figure| figure.name.as_str()), &check)?;
-    let mut pictures = Vec::new();
+    let (mut pictures, mut stems): (Vec<Picture>, Vec<String>) = (Vec::new(), vec![MACHINE_AT_HOME.into()]);
     for (i, spec) in specs.iter().enumerate() {
         let check = check.item(i);
         if !spec.name.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-')) {
@@ -115,7 +121,14 @@ fn pictures(specs: &[FigureSpec], cases: &[String], check: &Check) -> Result<Vec
             return check_cases.fail(format!("must name 1 to {most} for this kind, got {}", spec.cases.len()));
         }
         let shown = spec.cases.iter().map(|name| case(name, cases, &check_cases)).collect::<Result<_>>()?;
-        pictures.push(Picture { name: spec.name.clone(), title: spec.title.clone(), kind: spec.kind, cases: shown });
+        let picture = Picture { name: spec.name.clone(), title: spec.title.clone(), kind: spec.kind, cases: shown };
+        for stem in picture.file_stems() {
+            if stems.iter().any(|other| other.eq_ignore_ascii_case(&stem)) {
+                return check.key("name").fail(format!("there would be two figures called \"{stem}\""));
+            }
+            stems.push(stem);
+        }
+        pictures.push(picture);
     }
     Ok(pictures)
 }
