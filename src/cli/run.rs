@@ -91,8 +91,18 @@ pub fn run(arguments: &RunArguments) -> Result<Ending> {
         let problem = format!("{} can hold the results of one study, got {}", out.display(), arguments.studies.len());
         return Err(Error::Argument { argument: "--out".into(), problem });
     }
+    let overrides = Overrides { grid: arguments.grid, points: arguments.points };
+    let studies: Vec<Study> =
+        arguments.studies.iter().map(|path| Study::open(path, &overrides)).collect::<Result<_>>()?;
+    for (i, study) in studies.iter().enumerate() {
+        if studies[..i].iter().any(|other| other.name == study.name) {
+            let problem = format!("two studies are called \"{}\" and would share a result folder", study.name);
+            return Err(Error::Argument { argument: arguments.studies[i].display().to_string(), problem });
+        }
+        check_formats(arguments, study)?;
+    }
     let mut ending = Ending::Complete;
-    for study in &arguments.studies {
+    for study in &studies {
         if run_study(arguments, study)? == Ending::SomeUnsolved {
             ending = Ending::SomeUnsolved;
         }
@@ -100,8 +110,17 @@ pub fn run(arguments: &RunArguments) -> Result<Ending> {
     Ok(ending)
 }
 
-fn run_study(arguments: &RunArguments, study: &Path) -> Result<Ending> {
-    let study = Study::open(study, &Overrides { grid: arguments.grid, points: arguments.points })?;
+/// Only maps can be images.
+fn check_formats(arguments: &RunArguments, study: &Study) -> Result<()> {
+    let has_map = matches!(study.kind, StudyKind::WorkspaceMap(_) | StudyKind::Superposition(_));
+    if !has_map && arguments.format.iter().all(|format| *format == Format::Vti) {
+        let problem = format!("study {} has no map over the workspace; expected csv or parquet, too", study.name);
+        return Err(Error::Argument { argument: "--format vti".into(), problem });
+    }
+    Ok(())
+}
+
+fn run_study(arguments: &RunArguments, study: &Study) -> Result<Ending> {
     let threads = arguments.threads.map_or(0, usize::from);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|e| Error::Argument { argument: "--threads".into(), problem: e.to_string() })?;
@@ -109,11 +128,11 @@ fn run_study(arguments: &RunArguments, study: &Path) -> Result<Ending> {
     prepare(&out)?;
     print(&format!("{}\n\n", study.question))?;
     pool.install(|| match &study.kind {
-        StudyKind::WorkspaceMap(map) => run_map(arguments, &study, map, &out),
-        StudyKind::Path(path) => run_path(arguments, &study, path, &out),
-        StudyKind::Placement(placement) => run_placement(arguments, &study, placement, &out),
-        StudyKind::Superposition(sought) => run_superposition(arguments, &study, sought, &out),
-        StudyKind::Validation(validation) => run_validation(arguments, &study, validation, &out),
+        StudyKind::WorkspaceMap(map) => run_map(arguments, study, map, &out),
+        StudyKind::Path(path) => run_path(arguments, study, path, &out),
+        StudyKind::Placement(placement) => run_placement(arguments, study, placement, &out),
+        StudyKind::Superposition(sought) => run_superposition(arguments, study, sought, &out),
+        StudyKind::Validation(validation) => run_validation(arguments, study, validation, &out),
     })
 }
 
@@ -275,7 +294,9 @@ fn run_validation(arguments: &RunArguments, study: &Study, asked: &ValidationStu
     let results = validation::run(asked, &|| bar.inc(1));
     bar.finish_and_clear();
     let answers = results.paths.iter().flat_map(|path| &path.sources).flat_map(|source| &source.compensated);
-    let statuses = answers.map(|answer| answer.compensation.status.label());
+    let compared = results.compared.iter().flat_map(|compared| &compared.ours);
+    let compared = compared.map(|ours| if ours.is_ok() { "solved" } else { "not_solved" });
+    let statuses = answers.map(|answer| answer.compensation.status.label()).chain(compared);
     let points: Vec<usize> = results.paths.iter().map(|path| path.study.stations.len()).collect();
     let mut tables = vec![
         ("summary".to_string(), validation_report::quoted_table(&results)),
@@ -317,6 +338,7 @@ fn manifest(
         seed: None,
         settings,
         statuses,
+        files: Vec::new(),
         threads: rayon::current_num_threads(),
         wall_time_s: started.elapsed().as_secs_f64(),
     }
@@ -353,9 +375,16 @@ impl Output<'_> {
             files.push(OutputFile::new("report.json", self.description().to_json()));
         }
         files.push(OutputFile::new("summary.json", format!("{:#}\n", self.summary)));
-        files.push(OutputFile::new("manifest.json", self.manifest.to_json()));
-        files.extend(drawn(self.figures, arguments.colours.into())?);
+        files.extend(drawn(std::mem::take(&mut self.figures), arguments.colours.into())?);
+        let former = Manifest::files_in(self.out);
+        self.manifest.files = files.iter().map(|file| file.name.clone()).collect();
+        self.manifest.files.extend(has_page.then(|| PAGE.to_string()));
+        files.push(OutputFile::new(Manifest::FILE, self.manifest.to_json()));
         let mut written = write_all(self.out, &files)?;
+        // What the run before left here would be taken for results of this one.
+        for name in former.iter().filter(|name| !self.manifest.files.contains(name)) {
+            remove(&self.out.join(name))?;
+        }
         // The page is made from what has been written, as `kinetostat report` makes it again.
         if has_page {
             let page = page::page(&ResultFolder::open(self.out)?, &self.out.join(PAGE))?;

@@ -1,5 +1,7 @@
 //! What a result folder was made from.
 
+use std::{ffi::OsStr, path::Path};
+
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 
@@ -29,6 +31,8 @@ pub struct Manifest {
     pub settings: serde_json::Value,
     /// Rows per status.
     pub statuses: Vec<StatusCount>,
+    /// Files written, but for this one. A later run in the same folder removes those it does not write itself.
+    pub files: Vec<String>,
     /// Threads used.
     pub threads: usize,
     /// Wall time of the computation, s.
@@ -38,6 +42,17 @@ pub struct Manifest {
 impl Manifest {
     /// Keys, here and in the settings, whose values differ between runs of the same study.
     pub const DIFFERS_BETWEEN_RUNS: [&str; 3] = ["threads", "wall_time_s", "microseconds_per_point"];
+    /// Name of its file.
+    pub const FILE: &str = "manifest.json";
+
+    /// The files that the run before left in `folder`, by its manifest; none if there is none.
+    pub fn files_in(folder: &Path) -> Vec<String> {
+        let text = std::fs::read(folder.join(Self::FILE)).unwrap_or_default();
+        let manifest: serde_json::Value = serde_json::from_slice(&text).unwrap_or_default();
+        let files = manifest["files"].as_array().into_iter().flatten().filter_map(serde_json::Value::as_str);
+        // Only names: never a file elsewhere.
+        files.filter(|name| Path::new(name).file_name() == Some(OsStr::new(name))).map(String::from).collect()
+    }
 
     /// SHA-256 of `text`, hexadecimal.
     pub fn hash(text: &str) -> String {

@@ -51,6 +51,19 @@ pub fn write_all(folder: &Path, files: &[OutputFile]) -> Result<Vec<PathBuf>> {
     Ok(written)
 }
 
+/// Removes a file; one that is not there is no fault.
+///
+/// # Errors
+/// It cannot be removed.
+pub fn remove(file: &Path) -> Result<()> {
+    match std::fs::remove_file(file) {
+        Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
+            Err(Error::Write { file: file.to_path_buf(), source })
+        }
+        _ => Ok(()),
+    }
+}
+
 /// A file that disappears unless it is given its name. Temporary files are private by default; results are not.
 fn temporary_file(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();

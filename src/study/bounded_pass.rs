@@ -68,11 +68,22 @@ pub(super) fn correct(
     Ok(compensate_bounded(nominal, real, demands, &limits, objective, &settings, &|_| ())?)
 }
 
+/// Whether limits fit the drives of a machine.
+///
+/// # Errors
+/// They do not, and why.
+pub(super) fn check(machine: &Machine, given: &CorrectionLimits) -> std::result::Result<(), String> {
+    if given.is_limited() && machine.drives().any(|(_, drive)| drive.motion == Motion::Revolute) {
+        return Err(
+            "are in mm and N, but a drive of the machine turns; limit it by travel_deg and torque_limit_Nmm".into()
+        );
+    }
+    Ok(())
+}
+
 fn limits(machine: &Machine, demands: &[Demand], given: &CorrectionLimits) -> Result<Limits> {
     let fault = |problem: &str| Err(Error::Argument { argument: "limits".into(), problem: problem.into() });
-    if given.is_limited() && machine.drives().any(|(_, drive)| drive.motion == Motion::Revolute) {
-        return fault("are in mm and N, but a drive of the machine turns; limit it by travel_deg and torque_limit_Nmm");
-    }
+    check(machine, given).map_err(|problem| Error::Argument { argument: "limits".into(), problem })?;
     if demands.iter().any(|demand| demand.coordinates(machine).count() < machine.controls.len()) {
         return fault("cannot be kept on a machine that controls rotations: a program commands positions only");
     }

@@ -21,6 +21,8 @@ from playwright.sync_api import sync_playwright
 BROWSER = shutil.which("chromium") or "/usr/bin/chromium"
 WIDTHS = [1280, 400]
 SCHEMES = ["light", "dark"]
+# The browser paints no taller picture than 8192 pixels in one piece.
+TILE = 4000
 
 # Texts and controls that must not lie over one another. Tables scroll in boxes of their own.
 OVERLAPS = """
@@ -249,7 +251,11 @@ class Page:
 def save_screenshot(page, file):
     """The whole page in few colours: small enough to be kept in git."""
     page.add_style_tag(content=".contents { position: static !important; }")
-    image = Image.open(io.BytesIO(page.screenshot(full_page=True))).convert("RGB")
+    size = page.evaluate("[document.documentElement.scrollWidth, document.documentElement.scrollHeight]")
+    image = Image.new("RGB", size)
+    for top in range(0, size[1], TILE):
+        clip = {"x": 0, "y": top, "width": size[0], "height": min(TILE, size[1] - top)}
+        image.paste(Image.open(io.BytesIO(page.screenshot(full_page=True, clip=clip))), (0, top))
     image.quantize(256, dither=Image.Dither.NONE).save(file, optimize=True)
 
 

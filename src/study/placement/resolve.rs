@@ -15,7 +15,7 @@ use crate::{
     machine::Machine,
     process::{Extent, Feature, ForbiddenBox, PathReference},
     study::{
-        Overrides, Process,
+        Overrides, Process, bounded_pass,
         path_resolve::{check_total, named_point, points_of, toolpath},
         placement_spec::{
             BoundsSpec, CandidateSpec, FeatureSpec, FixedSpec, ForbiddenSpec, ObjectiveSpec, PlacementStudySpec,
@@ -118,6 +118,8 @@ fn feature(
         reference: process.placement.reference,
         tolerance_mm: check.key("tolerance_mm").positive(spec.tolerance_mm)?,
     };
+    bounded_pass::check(machine, &process.limits)
+        .or_else(|problem| Check::new(&folder.join(&spec.process).display().to_string()).key("limits").fail(problem))?;
     let job = FeatureJob { feature, errors: process.errors, limits: process.limits, target: process.target };
     Ok((job, text))
 }
