@@ -1,0 +1,142 @@
+"""The Orthoglide as rigid bodies, joints and springs in Exudyn.
+
+Every beam is a ConnectorRigidBodySpringDamper between the body that carries it and the body at its end, with the beam's 6x6
+end stiffness: a virtual joint, but each bar has its own. Rails and passive joints are GenericJoints (algebraic
+constraints). The in-plane end joint of a bar is condensed into its spring, the one at its start is a joint. Static solver
+with the whole load in one step; the model stays, only the load changes between tool angles, and each solution is the
+initial value of the next.
+"""
+
+import sys
+
+import numpy as np
+import orthoglide as o
+
+sys.exudynFast = True  # the build without range checks
+import exudyn as exu  # noqa: E402
+from exudyn.itemInterface import (  # noqa: E402
+    GenericJoint,
+    LoadForceVector,
+    LoadTorqueVector,
+    MarkerBodyRigid,
+    ObjectGround,
+    RigidBodySpringDamper,
+)
+from exudyn.rigidBodyUtilities import InertiaCuboid  # noqa: E402
+
+ROUNDS = 5
+# Statics does not use it, but a body must have one.
+INERTIA = InertiaCuboid(1e-6, [10, 10, 10])
+REVOLUTE_Z = [1, 1, 1, 1, 1, 0]
+PRISMATIC_X = [0, 1, 1, 1, 1, 1]
+
+
+class Mechanism:
+    def __init__(self, position, intrinsic):
+        self.container = exu.SystemContainer()
+        self.mbs = self.container.AddSystem()
+        self.intrinsic = intrinsic
+        self.ground = self.mbs.AddObject(ObjectGround()), np.zeros(3)
+        self.platform = self.body(position)
+        for leg in o.legs(position):
+            self.leg(leg)
+        marker = self.mbs.AddMarker(MarkerBodyRigid(bodyNumber=self.platform[0]))
+        self.force = self.mbs.AddLoad(LoadForceVector(markerNumber=marker, loadVector=[0, 0, 0]))
+        self.torque = self.mbs.AddLoad(LoadTorqueVector(markerNumber=marker, loadVector=[0, 0, 0]))
+        self.mbs.Assemble()
+        self.settings = exu.SimulationSettings()
+        self.settings.solution.file.write = False
+        static = self.settings.staticSolver
+        static.numberOfLoadSteps = 1
+        static.adaptiveStep = False
+        static.verboseMode = 0
+        static.newton.relativeTolerance = 1e-8
+        static.newton.absoluteTolerance = 1e-8
+        self.settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
+
+    def body(self, at):
+        dictionary = self.mbs.CreateRigidBody(
+            referencePosition=at.tolist(), inertia=INERTIA, nodeType=exu.NodeType.RotationRxyz, returnDict=True
+        )
+        return dictionary["bodyNumber"], at
+
+    def markers(self, first, second, place, axes):
+        """The same place and axes on two bodies, each given as (number, its position)."""
+        return [
+            self.mbs.AddMarker(MarkerBodyRigid(bodyNumber=body, localHT=exu.HT(rotation=axes, translation=place - at)))
+            for body, at in (first, second)
+        ]
+
+    def joint(self, first, second, place, axes, constrained):
+        markers = self.markers(first, second, place, axes)
+        self.mbs.AddObject(GenericJoint(markerNumbers=markers, constrainedAxes=constrained))
+
+    def spring(self, first, second, place, axes, stiffness):
+        self.mbs.AddObject(
+            RigidBodySpringDamper(
+                markerNumbers=self.markers(first, second, place, axes),
+                stiffness=stiffness,
+                damping=np.zeros((6, 6)),
+                useIntrinsicFormulation=self.intrinsic,
+            )
+        )
+
+    def leg(self, leg):
+        tip, end = leg.foot_tip, leg.platform_joint
+        slider, foot, near_link, far_link = (self.body(at) for at in (tip, tip, tip, end))
+        rail = np.column_stack([leg.e, leg.u, leg.n])
+        about_u = np.column_stack([leg.n, leg.e, leg.u])
+        drive = np.zeros((6, 6))
+        drive[0, 0] = o.DRIVE_STIFFNESS
+        bar_spring = o.released(o.beam_stiffness(o.BAR_LENGTH, o.BAR), [0, 0, 0, 0, 0, 1])
+        self.joint(self.ground, slider, tip, rail, PRISMATIC_X)
+        self.spring(self.ground, slider, tip, rail, drive)
+        self.spring(slider, foot, tip, leg.foot_axes(), o.beam_stiffness(o.FOOT_LENGTH, o.FOOT))
+        self.joint(foot, near_link, tip, about_u, REVOLUTE_Z)
+        for side in (1, -1):
+            arm = side * o.SHORT_LINK / 2 * leg.u
+            bar = self.body(tip + arm)
+            self.joint(near_link, bar, tip + arm, leg.bar_axes(), REVOLUTE_Z)
+            self.spring(bar, far_link, end + arm, leg.bar_axes(), bar_spring)
+        self.joint(far_link, self.platform, end, about_u, REVOLUTE_Z)
+
+    def solve(self, wrench):
+        """Newton iterations made and the tool's displacement, from where the last load left the machine."""
+        self.mbs.SetLoadParameter(self.force, "loadVector", wrench[:3])
+        self.mbs.SetLoadParameter(self.torque, "loadVector", wrench[3:])
+        if not self.mbs.SolveStatic(self.settings, updateInitialValues=True):
+            raise RuntimeError(f"Exudyn did not converge under {wrench}")
+        moved = self.mbs.GetObjectOutputBody(
+            self.platform[0], exu.OutputVariableType.Displacement, localPosition=o.TOOL.tolist()
+        )
+        return self.mbs.sys["staticSolver"].it.newtonStepsCount, np.array(moved).tolist()
+
+
+def measure(position, cases, intrinsic):
+    turn_loads = [wrench.tolist() for share, _, wrench in cases if share == 1]
+    setup, _ = o.best(ROUNDS, lambda: Mechanism(position, intrinsic))
+    mechanism = Mechanism(position, intrinsic)
+    displacements = [mechanism.solve(wrench.tolist())[1] for *_, wrench in cases]
+    turn, solved = o.best(ROUNDS, lambda: [mechanism.solve(wrench) for wrench in turn_loads])
+    return {
+        "setup_us": 1e6 * setup,
+        "solve_us": 1e6 * turn / len(turn_loads),
+        "iterations": sum(iterations for iterations, _ in solved) / len(solved),
+        "tool_displacements_mm": displacements,
+    }
+
+
+def main():
+    models = []
+    for intrinsic in (False, True):
+        points = [
+            {"name": name, **measure(position, cases, intrinsic)}
+            for name, (position, cases) in o.cases(sys.argv[1]).items()
+        ]
+        formulation = "intrinsic (SE(3) logarithm)" if intrinsic else "Tait-Bryan angles"
+        models.append({"model": f"rigid bodies and 6x6 springs, {formulation}", "points": points})
+    o.report(sys.argv[2], f"Exudyn {exu.config.Version() if hasattr(exu, 'config') else exu.GetVersionString()}", models)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,112 @@
+"""The Markdown tables of `run.sh` from the files in its folder: what an equilibrium costs, and how displacements differ."""
+
+import json
+import os
+import platform
+import sys
+from pathlib import Path
+
+import numpy as np
+
+PEERS = ["numpy_vjm", "pynite_frame", "opensees_frame", "exudyn_springs"]
+BASE = "one at a time, from the last tool angle"
+ANGLES_DEG = [0, 45, 90, 135, 180, 225, 270, 315]
+
+
+def row(*cells):
+    print("| " + " | ".join(cells) + " |")
+
+
+def number(value):
+    """Three digits."""
+    return f"{value:.0f}" if value >= 100 else f"{value:.3g}"
+
+
+def processor():
+    for line in Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else []:
+        if line.startswith("model name"):
+            return line.split(":")[1].strip()
+    return platform.processor()
+
+
+def displacements(point, share):
+    kept = [i for i, case in enumerate(point["cases"]) if case["load_share"] == share]
+    return kept, np.array([point["cases"][i]["tool_displacement_mm"] for i in kept])
+
+
+def difference(point, peer, share):
+    """Largest |difference| over |displacement| of the tool over the tool angles."""
+    kept, ours = displacements(point, share)
+    theirs = np.array(peer["tool_displacements_mm"])[kept]
+    return max(np.linalg.norm(theirs - ours, axis=1) / np.linalg.norm(ours, axis=1))
+
+
+def cost_row(program, model, results, base, agreement):
+    per_solve = [number(r["solve_us"]) for r in results]
+    ratios = [number(r["solve_us"] / b) for r, b in zip(results, base)]
+    setup = " / ".join(number(r["setup_us"]) for r in results)
+    iterations = " / ".join("linear" if r["iterations"] is None else f"{r['iterations']:.1f}" for r in results)
+    iterations = "linear" if "linear" in iterations else iterations
+    row(program, model, " / ".join(per_solve), " / ".join(ratios), iterations, setup, *agreement)
+
+
+def main():
+    folder = Path(sys.argv[1])
+    ours = json.loads((folder / "ours.json").read_text())
+    points = ours["points"]
+    peers = []
+    missing = []
+    for name in PEERS:
+        path = folder / f"{name}.json"
+        if path.exists():
+            peers.append(json.loads(path.read_text()))
+        else:
+            missing.append(name)
+    names = " / ".join(point["name"] for point in points)
+    print(f"{processor()}, {os.cpu_count()} cores, one used; Python {platform.python_version()}. Cells: {names}.\n")
+
+    row(
+        "program",
+        "model",
+        "µs per equilibrium",
+        "times ours",
+        "Newton iterations",
+        "µs to build the model",
+        "differs, full load",
+        "differs, 1/1000 load",
+    )
+    row(*["---"] * 8)
+    times = [[{**time, "setup_us": point["setup_us"]} for time in point["times"]] for point in points]
+    base = [next(t["solve_us"] for t in of_point if t["how"] == BASE) for of_point in times]
+    for results in zip(*times):
+        cost_row("kinetostat", results[0]["how"], results, base, ["", ""])
+    for peer in peers:
+        for model in peer["models"]:
+            agreement = [
+                " / ".join(f"{difference(*pair, share):.1e}" for pair in zip(points, model["points"]))
+                for share in (1.0, 1e-3)
+            ]
+            cost_row(peer["program"], model["model"], model["points"], base, agreement)
+    for name in missing:
+        row(name, "did not run", *[""] * 6)
+
+    models = [(peer["program"].split()[0], model) for peer in peers for model in peer["models"]]
+    print("\nTool displacement in mm and, by program, how far another one's tool is from ours, in µm, at full load:\n")
+    row("point, tool angle", "kinetostat", *(f"{program}: {model['model']}" for program, model in models))
+    row(*["---"] * (2 + len(models)))
+    for i, point in enumerate(points):
+        kept, moved = displacements(point, 1.0)
+        for k, displacement in zip(kept, moved):
+            angle = point["cases"][k]["tool_angle_deg"]
+            if min(abs(angle - wanted) for wanted in ANGLES_DEG) > 1e-6:
+                continue
+            theirs = [np.array(model["points"][i]["tool_displacements_mm"][k]) for _, model in models]
+            row(
+                f"{point['name']}, {angle:.0f}°",
+                f"{np.linalg.norm(displacement):.5f}",
+                *(f"{1e3 * np.linalg.norm(other - displacement):.2f}" for other in theirs),
+            )
+
+
+if __name__ == "__main__":
+    main()
