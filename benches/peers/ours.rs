@@ -9,6 +9,7 @@ use kinetostat::{
     spatial::Wrench,
     statics::{Batch, Case, Level, Settings, State, Status, Workspace, equilibrium},
 };
+use nalgebra::Vector3;
 use serde_json::{Value, json};
 
 /// Tool angles of one turn; a multiple of the widest batch.
@@ -20,30 +21,29 @@ fn main() {
     // `cargo test --benches` only asks that the bench runs.
     let rounds = if std::env::args().any(|argument| argument == "--test") { 1 } else { 400 };
     let machine = Machine::named_or_file("orthoglide").expect("built in");
-    let points: Vec<Value> = ["Q0", "Q1"].map(|name| point(&machine, name, rounds)).into();
+    let divided = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/peers/orthoglide_divided_feet.toml");
+    let divided = Machine::named_or_file(divided).unwrap_or_else(|error| panic!("{error}"));
+    let points: Vec<Value> = ["Q0", "Q1"].map(|name| point(&machine, &divided, name, rounds)).into();
     println!("{:#}", json!({ "program": "kinetostat", "points": points }));
 }
 
-fn point(machine: &Machine, name: &str, rounds: usize) -> Value {
+fn point(machine: &Machine, divided: &Machine, name: &str, rounds: usize) -> Value {
     let position = machine.point(name).expect("named point").position;
     let at = machine.inverse_kinematics(&machine.pose_at(position)).expect("reachable");
     let rigid = State::rigid(machine, &at);
     let angle = |i: u32| std::f64::consts::TAU * f64::from(i) / f64::from(ANGLES);
     let loads: Vec<Wrench> = (0..ANGLES).map(|i| MillingForce::PAPER.wrench(angle(i), machine.tool_tip)).collect();
 
-    let mut workspace = Workspace::new(machine);
     let mut cases = Vec::new();
     for share in LOAD_SHARES {
         for (i, load) in (0..).zip(&loads) {
             let load = load.scale(share);
-            let mut state = rigid.clone();
-            solve(machine, &at, &load, &mut state, &mut workspace);
-            let moved = state.pose.transform(machine.tool_tip) - at.pose.transform(machine.tool_tip);
             cases.push(json!({
                 "load_share": share,
                 "tool_angle_deg": angle(i).to_degrees(),
                 "wrench_N_Nmm": load.to_array(),
-                "tool_displacement_mm": moved.as_slice(),
+                "tool_displacement_mm": tool_displacement(machine, position, &load),
+                "with_divided_feet_mm": tool_displacement(divided, position, &load),
             }));
         }
     }
@@ -58,6 +58,13 @@ fn point(machine: &Machine, name: &str, rounds: usize) -> Value {
     times.extend(Level::available().into_iter().map(|level| together(machine, &at, &rigid, &loads, level, rounds)));
     let position = position.as_slice();
     json!({ "name": name, "position_mm": position, "cases": cases, "setup_us": 1e6 * setup, "times": times })
+}
+
+fn tool_displacement(machine: &Machine, position: Vector3<f64>, load: &Wrench) -> [f64; 3] {
+    let at = machine.inverse_kinematics(&machine.pose_at(position)).expect("reachable");
+    let mut state = State::rigid(machine, &at);
+    solve(machine, &at, load, &mut state, &mut Workspace::new(machine));
+    (state.pose.transform(machine.tool_tip) - at.pose.transform(machine.tool_tip)).into()
 }
 
 /// One equilibrium after the other: from the rigid machine, and from the one before.

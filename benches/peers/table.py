@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 PEERS = ["numpy_vjm", "pynite_frame", "opensees_frame", "exudyn_springs"]
+ALONE = "one at a time, from the rigid machine"
 BASE = "one at a time, from the last tool angle"
 ANGLES_DEG = [0, 45, 90, 135, 180, 225, 270, 315]
 
@@ -29,9 +30,9 @@ def processor():
     return platform.processor()
 
 
-def displacements(point, share):
+def displacements(point, share, machine="tool_displacement_mm"):
     kept = [i for i, case in enumerate(point["cases"]) if case["load_share"] == share]
-    return kept, np.array([point["cases"][i]["tool_displacement_mm"] for i in kept])
+    return kept, np.array([point["cases"][i][machine] for i in kept])
 
 
 def difference(point, peer, share):
@@ -44,10 +45,11 @@ def difference(point, peer, share):
 def cost_row(program, model, results, base, agreement):
     per_solve = [number(r["solve_us"]) for r in results]
     ratios = [number(r["solve_us"] / b) for r, b in zip(results, base)]
-    setup = " / ".join(number(r["setup_us"]) for r in results)
+    new_place = " / ".join(number(r["new_place_us"]) for r in results if "new_place_us" in r)
+    inside = " / ".join(f"{100 * r['inside_share']:.0f} %" for r in results if "inside_share" in r)
     iterations = " / ".join("linear" if r["iterations"] is None else f"{r['iterations']:.1f}" for r in results)
     iterations = "linear" if "linear" in iterations else iterations
-    row(program, model, " / ".join(per_solve), " / ".join(ratios), iterations, setup, *agreement)
+    row(program, model, " / ".join(per_solve), " / ".join(ratios), inside, iterations, new_place, *agreement)
 
 
 def main():
@@ -70,13 +72,18 @@ def main():
         "model",
         "µs per equilibrium",
         "times ours",
+        "of it in the solver's call",
         "Newton iterations",
-        "µs to build the model",
+        "µs at a new place",
         "differs, full load",
         "differs, 1/1000 load",
     )
-    row(*["---"] * 8)
-    times = [[{**time, "setup_us": point["setup_us"]} for time in point["times"]] for point in points]
+    row(*["---"] * 9)
+    times = [point["times"] for point in points]
+    for point, of_point in zip(points, times):
+        for time in of_point:
+            if time["how"] == ALONE:
+                time["new_place_us"] = point["setup_us"] + time["solve_us"]
     base = [next(t["solve_us"] for t in of_point if t["how"] == BASE) for of_point in times]
     for results in zip(*times):
         cost_row("kinetostat", results[0]["how"], results, base, ["", ""])
@@ -88,7 +95,7 @@ def main():
             ]
             cost_row(peer["program"], model["model"], model["points"], base, agreement)
     for name in missing:
-        row(name, "did not run", *[""] * 6)
+        row(name, "did not run", *[""] * 7)
 
     models = [(peer["program"].split()[0], model) for peer in peers for model in peer["models"]]
     print("\nTool displacement in mm and, by program, how far another one's tool is from ours, in µm, at full load:\n")
@@ -106,6 +113,12 @@ def main():
                 f"{np.linalg.norm(displacement):.5f}",
                 *(f"{1e3 * np.linalg.norm(other - displacement):.2f}" for other in theirs),
             )
+    for machine, label in (("tool_displacement_mm", ""), ("with_divided_feet_mm", ", from ours with feet of 8 beams")):
+        for i, point in enumerate(points):
+            kept, moved = displacements(point, 1.0, machine)
+            theirs = [np.array(model["points"][i]["tool_displacements_mm"])[kept] for _, model in models]
+            largest = [max(np.linalg.norm(other - moved, axis=1)) for other in theirs]
+            row(f"{point['name']}, largest of {len(kept)}{label}", "", *(f"{1e3 * value:.2f}" for value in largest))
 
 
 if __name__ == "__main__":
