@@ -120,7 +120,7 @@ def measure(position, cases, elements):
 
 def main():
     models = []
-    for elements in (1, 4):
+    for elements in (1, 8):
         points = [
             {"name": name, **measure(position, cases, elements)}
             for name, (position, cases) in o.cases(sys.argv[1]).items()

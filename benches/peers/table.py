@@ -11,6 +11,8 @@ import numpy as np
 PEERS = ["numpy_vjm", "pynite_frame", "opensees_frame", "exudyn_springs"]
 ALONE = "one at a time, from the rigid machine"
 BASE = "one at a time, from the last tool angle"
+# Nearest to beams: others are held against it too.
+FINEST = ("OpenSees", "corotational beams, 8 elements per beam")
 ANGLES_DEG = [0, 45, 90, 135, 180, 225, 270, 315]
 
 
@@ -98,8 +100,8 @@ def main():
         row(name, "did not run", *[""] * 7)
 
     models = [(peer["program"].split()[0], model) for peer in peers for model in peer["models"]]
-    print("\nTool displacement in mm and, by program, how far another one's tool is from ours, in µm, at full load:\n")
-    row("point, tool angle", "kinetostat", *(f"{program}: {model['model']}" for program, model in models))
+    print("\nTool displacement at full load in mm and, by program, how far another one's tool is from ours (last rows: from others), in µm:\n")
+    row("point, tool angle", "kinetostat, mm", *(f"{program}: {model['model']}" for program, model in models))
     row(*["---"] * (2 + len(models)))
     for i, point in enumerate(points):
         kept, moved = displacements(point, 1.0)
@@ -113,12 +115,21 @@ def main():
                 f"{np.linalg.norm(displacement):.5f}",
                 *(f"{1e3 * np.linalg.norm(other - displacement):.2f}" for other in theirs),
             )
-    for machine, label in (("tool_displacement_mm", ""), ("with_divided_feet_mm", ", from ours with feet of 8 beams")):
-        for i, point in enumerate(points):
-            kept, moved = displacements(point, 1.0, machine)
+    references = [
+        ("", [displacements(point, 1.0)[1] for point in points]),
+        (", from ours with feet of 8 beams", [displacements(point, 1.0, "with_divided_feet_mm")[1] for point in points]),
+    ]
+    for program, model in models:
+        if (program, model["model"]) == FINEST:
+            kept = [displacements(point, 1.0)[0] for point in points]
+            finest = [np.array(p["tool_displacements_mm"])[k] for p, k in zip(model["points"], kept)]
+            references.append((f", from {FINEST[0]} with 8 elements", finest))
+    for label, reference in references:
+        for i, (point, moved) in enumerate(zip(points, reference)):
+            kept, ours = displacements(point, 1.0)
             theirs = [np.array(model["points"][i]["tool_displacements_mm"])[kept] for _, model in models]
-            largest = [max(np.linalg.norm(other - moved, axis=1)) for other in theirs]
-            row(f"{point['name']}, largest of {len(kept)}{label}", "", *(f"{1e3 * value:.2f}" for value in largest))
+            largest = [1e3 * max(np.linalg.norm(other - moved, axis=1)) for other in (ours, *theirs)]
+            row(f"{point['name']}, largest of {len(kept)}{label}", *(f"{value:.2f}" for value in largest))
 
 
 if __name__ == "__main__":
