@@ -26,7 +26,7 @@ from exudyn.itemInterface import (  # noqa: E402
 )
 from exudyn.rigidBodyUtilities import InertiaCuboid  # noqa: E402
 
-ROUNDS = 15
+ROUNDS = 25
 # Statics does not use it, but a body must have one.
 INERTIA = InertiaCuboid(1e-6, [10, 10, 10])
 REVOLUTE_Z = [1, 1, 1, 1, 1, 0]
@@ -135,7 +135,7 @@ def measure(position, cases, springs_per_beam):
     mechanism = Mechanism(position, springs_per_beam)
     displacements = [mechanism.solve(wrench.tolist())[1] for *_, wrench in cases]
     mechanism = Mechanism(position, springs_per_beam)
-    turn, solved = o.best(ROUNDS, lambda: [mechanism.solve(wrench) for wrench in turn_loads])
+    turn, solved = o.best_turn(ROUNDS, mechanism.solve, turn_loads)
     return {
         "new_place_us": 1e6 * new_place,
         "solve_us": 1e6 * turn / len(turn_loads),

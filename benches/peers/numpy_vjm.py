@@ -14,7 +14,7 @@ import sys
 import numpy as np
 import orthoglide as o
 
-ROUNDS = 30
+ROUNDS = 200
 
 
 def translation(axis, value):
@@ -97,7 +97,7 @@ def main():
         wrenches = [wrench for share, _, wrench in cases if share == 1]
         k = stiffness(position)
         new_place, _ = o.best(ROUNDS, lambda: tool_displacement(np.linalg.solve(stiffness(position), wrenches[0])))
-        turn, _ = o.best(ROUNDS, lambda: [tool_displacement(np.linalg.solve(k, w)) for w in wrenches])
+        turn, _ = o.best_turn(ROUNDS, lambda wrench: tool_displacement(np.linalg.solve(k, wrench)), wrenches)
         points.append(
             {
                 "name": name,

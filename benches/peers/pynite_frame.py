@@ -11,7 +11,7 @@ import numpy as np
 import orthoglide as o
 from Pynite import FEModel3D
 
-ROUNDS = 3
+ROUNDS = 8
 # Rigid parts: times area and moments of inertia of a bar.
 STIFFER = 1e6
 DIRECTIONS = ["FX", "FY", "FZ", "MX", "MY", "MZ"]
