@@ -28,7 +28,7 @@ if ! "$python" -c "import ctypes; ctypes.CDLL('libblas.so.3'); ctypes.CDLL('libl
 fi
 
 cargo bench --quiet --bench peers >"$work/ours.json"
-export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
+export PYTHONDONTWRITEBYTECODE=1 OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 for peer in numpy_vjm pynite_frame opensees_frame exudyn_springs; do
     rm -f "$work/$peer.json"
     LD_LIBRARY_PATH="$libraries${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}" \
