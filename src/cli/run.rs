@@ -15,7 +15,7 @@ use kinetostat::{
         figures::{Colours, Figure},
         file_stem,
         page::{self, Description, MACHINE_AT_HOME, ResultFolder},
-        path as path_report, placement as placement_report, prepare, superposition as superposition_report,
+        path as path_report, placement as placement_report, prepare, remove, superposition as superposition_report,
         validation as validation_report, workspace_map as map_report, write_all,
     },
     study::{
@@ -113,7 +113,7 @@ pub fn run(arguments: &RunArguments) -> Result<Ending> {
 /// Only maps can be images.
 fn check_formats(arguments: &RunArguments, study: &Study) -> Result<()> {
     let has_map = matches!(study.kind, StudyKind::WorkspaceMap(_) | StudyKind::Superposition(_));
-    if !has_map && arguments.format.iter().all(|format| *format == Format::Vti) {
+    if !has_map && arguments.format.iter().all(|format| matches!(format, Format::Vti)) {
         let problem = format!("study {} has no map over the workspace; expected csv or parquet, too", study.name);
         return Err(Error::Argument { argument: "--format vti".into(), problem });
     }
