@@ -531,6 +531,24 @@ fn the_first_study_writes_complete_results_the_same_for_any_thread_count() {
 }
 
 #[test]
+fn a_run_removes_what_the_one_before_it_left_and_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("results");
+    printed(0, &["run", STUDY, "--grid", "2", "--out", path(&out)]);
+    fs::write(out.join("notes.txt"), "mine").unwrap();
+    printed(0, &["run", STUDY, "--grid", "1", "--out", path(&out), "--no-figures", "--format", "parquet"]);
+    assert_eq!(
+        file_names(&out),
+        ["manifest.json", "map.parquet", "notes.txt", "summary.json"].map(String::from).into()
+    );
+}
+
+#[test]
+fn studies_that_would_share_a_result_folder_are_refused() {
+    refused(&["run", STUDY, STUDY, "--grid", "1"], "two studies are called \"01_workspace_map\"");
+}
+
+#[test]
 fn results_replace_older_ones_and_tables_can_be_had_alone() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("deep/results");
