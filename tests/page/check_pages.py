@@ -252,10 +252,13 @@ def save_screenshot(page, file):
     """The whole page in few colours: small enough to be kept in git."""
     page.add_style_tag(content=".contents { position: static !important; }")
     size = page.evaluate("[document.documentElement.scrollWidth, document.documentElement.scrollHeight]")
-    image = Image.new("RGB", size)
+    tiles = []
     for top in range(0, size[1], TILE):
         clip = {"x": 0, "y": top, "width": size[0], "height": min(TILE, size[1] - top)}
-        image.paste(Image.open(io.BytesIO(page.screenshot(full_page=True, clip=clip))), (0, top))
+        tiles.append(Image.open(io.BytesIO(page.screenshot(full_page=True, clip=clip))))
+    image = Image.new("RGB", (tiles[0].width, sum(tile.height for tile in tiles)))
+    for k, tile in enumerate(tiles):
+        image.paste(tile, (0, sum(tile.height for tile in tiles[:k])))
     image.quantize(256, dither=Image.Dither.NONE).save(file, optimize=True)
 
 
