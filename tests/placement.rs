@@ -1,18 +1,21 @@
 //! Placement studies: the search against brute force, symmetry, reasons, threads.
 
-use std::{path::Path, sync::Arc};
+mod support;
+
+use std::path::Path;
 
 use kinetostat::{
     report::placement::{candidates_table, sweep_table},
-    study::{
-        Overrides, Study, StudyKind,
-        placement::{
-            Bounds, Cell, Evaluator, Metric, PlacementResults, PlacementStudy, Site, SiteGrid, Verdict, Watch, compare,
-            run,
-        },
+    study::placement::{
+        Bounds, Cell, Evaluator, Metric, PlacementResults, PlacementStudy, Site, SiteGrid, Verdict, compare,
     },
 };
 use nalgebra::Vector3;
+use support::placement::searched;
+
+fn study_in(folder: &Path, toml: &str) -> PlacementStudy {
+    support::placement::study_in(folder, toml).unwrap_or_else(|e| panic!("{e}"))
+}
 
 /// A 50 mm groove on the Orthoglide, its centre anywhere in the plane z = 0.
 const GROOVE: &str = r#"
@@ -41,14 +44,6 @@ fn groove_folder() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/studies/03_placement_circle"))
 }
 
-fn study_in(folder: &Path, toml: &str) -> PlacementStudy {
-    let study = Study::from_toml(toml, "study.toml", folder, &Overrides::default()).unwrap_or_else(|e| panic!("{e}"));
-    match study.kind {
-        StudyKind::Placement(placement) => *placement,
-        other => panic!("not a placement study: {other:?}"),
-    }
-}
-
 fn groove(changes: &[(&str, &str)]) -> PlacementStudy {
     let mut toml = GROOVE.to_string();
     for (old, new) in changes {
@@ -56,11 +51,6 @@ fn groove(changes: &[(&str, &str)]) -> PlacementStudy {
         toml = toml.replace(old, new);
     }
     study_in(groove_folder(), &toml)
-}
-
-fn searched(study: &PlacementStudy) -> PlacementResults {
-    let watch: Watch = Arc::new(|_| {});
-    run(study, &watch)
 }
 
 /// The least worst deflection on a grid of 21 × 21 places, and where it is.

@@ -2,7 +2,7 @@
 
 mod support;
 
-use std::{path::Path, sync::Arc};
+use std::path::Path;
 
 use kinetostat::{
     compensation::{Demand, Method, Session, Settings, Target, compensate},
@@ -11,28 +11,16 @@ use kinetostat::{
         placement::{candidates_table, figures},
     },
     spatial::{Pose, Wrench},
-    study::{
-        Overrides, Study, StudyKind,
-        placement::{Evaluator, Metric, PlacementResults, PlacementStudy, Site, Watch, run},
-    },
+    study::placement::{Evaluator, Metric, PlacementStudy, Site},
 };
 use nalgebra::Vector3;
-use support::arm::ARM;
+use support::{
+    arm::ARM,
+    placement::{searched, study_in},
+};
 
 fn write(folder: &Path, name: &str, text: &str) {
     std::fs::write(folder.join(name), text).unwrap();
-}
-
-fn study_in(folder: &Path, toml: &str) -> kinetostat::error::Result<PlacementStudy> {
-    match Study::from_toml(toml, "study.toml", folder, &Overrides::default())?.kind {
-        StudyKind::Placement(placement) => Ok(*placement),
-        other => panic!("not a placement study: {other:?}"),
-    }
-}
-
-fn searched(study: &PlacementStudy) -> PlacementResults {
-    let watch: Watch = Arc::new(|_| {});
-    run(study, &watch)
 }
 
 /// Three points on an arm that can tilt its tool, each under its own force in W.

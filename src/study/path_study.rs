@@ -82,6 +82,24 @@ impl PathResults {
         let plain = &self.sources[source as usize].plain[point].compensation;
         plain.outcome.as_ref().map(|_| plain.position_error)
     }
+
+    /// Where the point put right should be at each point of the path, O axes, mm.
+    pub fn wanted(&self) -> Vec<Vector3<f64>> {
+        let machine = &self.study.machine;
+        self.study.demands.iter().map(|demand| demand.pose.transform(demand.offset(machine))).collect()
+    }
+
+    /// The compensated command of a point, if it succeeds.
+    pub fn compensated(&self, source: Source, point: usize) -> Option<&PathAnswer> {
+        let answer = &self.sources[source as usize].compensated[point];
+        answer.compensation.status.is_success().then_some(answer)
+    }
+
+    /// How far P is commanded from where it should be to put both sources right, O axes, mm.
+    pub fn command_shift(&self, point: usize) -> Option<Vector3<f64>> {
+        let target = self.compensated(Source::Both, point)?.target?;
+        Some(target.translation - self.study.demands[point].pose.translation)
+    }
 }
 
 /// Runs the study on the current rayon pool. `done` is called after each point of each pass.

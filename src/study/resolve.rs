@@ -41,9 +41,12 @@ pub(super) fn study(spec: &StudySpec, text: &str, origin: &str, folder: &Path, o
         ("superposition", spec.superposition.is_some()),
         ("validation", spec.validation.is_some()),
     ];
-    if kinds.iter().filter(|(_, given)| *given).count() != 1 {
+    let not_one = || {
         let names = kinds.map(|(name, _)| name).join(", ");
-        return check.key("workspace_map").fail(format!("give exactly one of {names}"));
+        check.key("workspace_map").fail(format!("give exactly one of {names}"))
+    };
+    if kinds.iter().filter(|(_, given)| *given).count() > 1 {
+        return not_one();
     }
     let (kind, settings) = if let Some(map) = &spec.workspace_map {
         refuse_points(overrides, "a workspace map")?;
@@ -75,7 +78,7 @@ pub(super) fn study(spec: &StudySpec, text: &str, origin: &str, folder: &Path, o
         let points: Vec<usize> = study.variants[0].paths.iter().map(|path| path.stations.len()).collect();
         (StudyKind::Validation(study), format!("{processes}\npoints {points:?}"))
     } else {
-        return check.fail("has no kind".into());
+        return not_one();
     };
     Ok(Study {
         name: folder_name(folder),

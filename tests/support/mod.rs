@@ -3,6 +3,7 @@
 
 pub mod arm;
 pub mod engine;
+pub mod placement;
 pub mod planar;
 pub mod random_machine;
 

@@ -30,7 +30,20 @@ pub use machine::MachineDescription;
 pub(super) use machine::error_facts;
 pub use single::{MACHINE_AT_HOME, page};
 
-use crate::compensation::Target;
+use super::table::{correction_columns, force_columns, force_unit, position_unit};
+use crate::{compensation::Target, machine::Machine};
+
+/// Correction and force of each drive.
+pub(super) fn drive_quantities(machine: &Machine, better: Better) -> Vec<Quantity> {
+    let labels = machine.drive_labels();
+    let corrections = correction_columns(machine).zip(&labels).map(|(column, label)| {
+        Quantity::new([column], &format!("correction of drive {label}"), position_unit(machine), better)
+    });
+    let forces = force_columns(machine).zip(&labels).map(|(column, label)| {
+        Quantity::new([column], &format!("force of drive {label}"), force_unit(machine), better)
+    });
+    corrections.chain(forces).collect()
+}
 
 /// What compensation puts right, in words.
 pub(super) fn target_words(target: Target) -> &'static str {

@@ -1,10 +1,11 @@
 //! What the page of a path study shows.
 
 use crate::{
+    machine::Machine,
     report::{
         page::{
-            Better, Column, Description, Explorer, Fact, MachineDescription, Quantity, Shape, TableNote, error_facts,
-            target_words,
+            Better, Column, Description, Explorer, Fact, MachineDescription, Quantity, Shape, TableNote,
+            drive_quantities, error_facts, target_words,
         },
         table::{correction_columns, force_columns, force_unit, position_unit},
         workspace_map::source_group,
@@ -52,29 +53,33 @@ fn setting(study: &PathStudy) -> Vec<Fact> {
 fn along(study: &PathStudy) -> Explorer {
     let machine = &study.machine;
     let (position, force) = (position_unit(machine), force_unit(machine));
-    let mut quantities = vec![
+    let first = vec![
         Quantity::new(["displacement_mm"], "displacement without compensation", "mm", Better::Smaller),
         Quantity::new(correction_columns(machine), "largest drive correction |Δρ|", position, Better::Smaller),
         Quantity::new(force_columns(machine), "largest drive force |τ|", force, Better::Smaller),
         Quantity::new(["error_left_mm"], "error left by compensation", "mm", Better::Smaller),
     ];
+    points_view(machine, "Along the path".into(), "points.csv".into(), first)
+}
+
+/// A view of a table of path points: the quantities `first`, then each component of displacement, correction and force.
+pub(in crate::report) fn points_view(
+    machine: &Machine,
+    title: String,
+    table: String,
+    first: Vec<Quantity>,
+) -> Explorer {
+    let mut quantities = first;
     for axis in ["x", "y", "z"] {
         let column = format!("displacement_{axis}_mm");
         quantities.push(Quantity::new([column], &format!("displacement along {axis}"), "mm", Better::Neither));
     }
-    let labels = machine.drive_labels();
-    for (column, label) in correction_columns(machine).zip(&labels) {
-        quantities.push(Quantity::new([column], &format!("correction of drive {label}"), position, Better::Neither));
-    }
-    for (column, label) in force_columns(machine).zip(&labels) {
-        quantities.push(Quantity::new([column], &format!("force of drive {label}"), force, Better::Neither));
-    }
-    let coordinate = Column::new("arc_length_mm", "length along the path", "mm");
+    quantities.extend(drive_quantities(machine, Better::Neither));
     Explorer {
-        title: "Along the path".into(),
-        table: "points.csv".into(),
+        title,
+        table,
         shape: Shape::Curve,
-        coordinates: vec![coordinate],
+        coordinates: vec![Column::new("arc_length_mm", "length along the path", "mm")],
         group: Some(source_group()),
         quantities,
         marks: Vec::new(),

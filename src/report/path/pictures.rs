@@ -11,7 +11,6 @@ use crate::{
     },
     study::{
         Source,
-        path::PathAnswer,
         path_study::{PathResults, Station},
     },
 };
@@ -95,13 +94,8 @@ fn displacement(results: &PathResults) -> Figure {
     line_figure(results, "How far the tool leaves its path without compensation", "|Δt| [mm]".into(), series)
 }
 
-fn compensated(results: &PathResults, source: Source, k: usize) -> Option<&PathAnswer> {
-    let answer = &results.sources[source as usize].compensated[k];
-    answer.compensation.status.is_success().then_some(answer)
-}
-
 fn correction(results: &PathResults, source: Source, k: usize, drive: usize) -> Option<f64> {
-    let delta = *compensated(results, source, k)?.delta_rho().get(drive)?;
+    let delta = *results.compensated(source, k)?.delta_rho().get(drive)?;
     let motion = results.study.machine.drives().nth(drive).map(|(_, drive)| drive.motion)?;
     Some(if motion == Motion::Revolute { delta.to_degrees() } else { delta })
 }
@@ -118,7 +112,7 @@ fn corrections(results: &PathResults) -> Figure {
 fn forces(results: &PathResults) -> Figure {
     let labels = results.study.machine.drive_labels();
     let series = labels.iter().enumerate().map(|(drive, label)| {
-        let force = |k| compensated(results, Source::Both, k)?.compensation.drive_forces.get(drive).copied();
+        let force = |k| results.compensated(Source::Both, k)?.compensation.drive_forces.get(drive).copied();
         curve(results, format!("drive {label}"), false, force)
     });
     let y_label = format!("τ [{}]", force_unit(&results.study.machine));
@@ -137,7 +131,7 @@ fn correction_by_source(results: &PathResults, drive: usize, label: &str) -> Fig
 /// The path in the xy-plane: wanted, as the tool goes without compensation, as it is commanded and as it goes then.
 fn paths(results: &PathResults) -> Figure {
     let study = &results.study;
-    let wanted: Vec<Vector3<f64>> = study.demands.iter().map(|d| d.pose.transform(d.offset(&study.machine))).collect();
+    let wanted = results.wanted();
     let displacements = (0..wanted.len()).filter_map(|k| results.displacement(Source::Both, k));
     let amplification = amplification(&wanted, displacements.fold(0.0f64, |most, d| most.max(d.norm())));
     let drawn = |label: &str, dashed: bool, error: &dyn Fn(usize) -> Option<Vector3<f64>>| {
@@ -147,17 +141,13 @@ fn paths(results: &PathResults) -> Figure {
         });
         LineSeries { label: label.into(), points: points.collect(), dashed }
     };
-    let command = |k: usize| {
-        let target = compensated(results, Source::Both, k)?.target?;
-        Some(target.translation - study.demands[k].pose.translation)
-    };
-    let left = |k: usize| Some(compensated(results, Source::Both, k)?.compensation.position_error);
+    let left = |k: usize| Some(results.compensated(Source::Both, k)?.compensation.position_error);
     let series = vec![
         drawn("wanted", false, &|_| Some(Vector3::zeros())),
         drawn("moved by chain errors", true, &|k| results.displacement(Source::Assembly, k)),
         drawn("moved by the cutting force", true, &|k| results.displacement(Source::Cutting, k)),
         drawn("moved by both", false, &|k| results.displacement(Source::Both, k)),
-        drawn("commanded instead", false, &command),
+        drawn("commanded instead", false, &|k| results.command_shift(k)),
         drawn("after compensation", true, &left),
     ];
     Figure::Lines(LineFigure {

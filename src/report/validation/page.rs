@@ -4,11 +4,9 @@ use crate::{
     report::{
         file_stem,
         page::{
-            Better, Column, Description, Explorer, Fact, MachineDescription, Quantity, Shape, TableNote, error_facts,
-            target_words,
+            Better, Description, Explorer, Fact, MachineDescription, Quantity, TableNote, error_facts, target_words,
         },
-        table::{correction_columns, force_columns, force_unit, position_unit},
-        workspace_map::source_group,
+        path::points_view,
     },
     study::validation::ValidationResults,
 };
@@ -55,27 +53,6 @@ fn setting(results: &ValidationResults) -> Vec<Fact> {
 }
 
 fn curves(results: &ValidationResults, case: &str) -> Explorer {
-    let machine = &results.study.machine;
-    let (position, force) = (position_unit(machine), force_unit(machine));
-    let mut quantities = vec![Quantity::new(["displacement_mm"], "displacement |Δt|", "mm", Better::Smaller)];
-    for axis in ["x", "y", "z"] {
-        let column = format!("displacement_{axis}_mm");
-        quantities.push(Quantity::new([column], &format!("displacement along {axis}"), "mm", Better::Neither));
-    }
-    let labels = machine.drive_labels();
-    for (column, label) in correction_columns(machine).zip(&labels) {
-        quantities.push(Quantity::new([column], &format!("correction of drive {label}"), position, Better::Neither));
-    }
-    for (column, label) in force_columns(machine).zip(&labels) {
-        quantities.push(Quantity::new([column], &format!("force of drive {label}"), force, Better::Neither));
-    }
-    Explorer {
-        title: format!("Along the circle: {case}"),
-        table: points_file(case),
-        shape: Shape::Curve,
-        coordinates: vec![Column::new("arc_length_mm", "length along the path", "mm")],
-        group: Some(source_group()),
-        quantities,
-        marks: Vec::new(),
-    }
+    let first = vec![Quantity::new(["displacement_mm"], "displacement |Δt|", "mm", Better::Smaller)];
+    points_view(&results.study.machine, format!("Along the circle: {case}"), points_file(case), first)
 }

@@ -9,9 +9,8 @@ use crate::{
     },
     study::{
         Source,
-        path::PathAnswer,
         path_study::PathResults,
-        validation::{FigureKind, Picture, ValidationResults, wanted},
+        validation::{FigureKind, Picture, ValidationResults},
     },
 };
 
@@ -39,15 +38,10 @@ fn subtitle(results: &ValidationResults, cases: &[usize]) -> String {
     format!("{}, {}; {}", results.study.machine.name, cases.join(", "), results.study.variants[0].name)
 }
 
-fn solved(path: &PathResults, source: Source, k: usize) -> Option<&PathAnswer> {
-    let answer = &path.sources[source as usize].compensated[k];
-    answer.compensation.status.is_success().then_some(answer)
-}
-
 /// The wanted path with `error` added at each point.
 fn moved(path: &PathResults, label: &str, dashed: bool, error: &dyn Fn(usize) -> Option<Vector3<f64>>) -> LineSeries {
     let at = |(k, point): (usize, Vector3<f64>)| error(k).map(|error| (point.x + error.x, point.y + error.y));
-    LineSeries { label: label.into(), points: wanted(path).into_iter().enumerate().filter_map(at).collect(), dashed }
+    LineSeries { label: label.into(), points: path.wanted().into_iter().enumerate().filter_map(at).collect(), dashed }
 }
 
 fn plane(results: &ValidationResults, picture: &Picture, series: Vec<LineSeries>) -> Figure {
@@ -65,14 +59,12 @@ fn plane(results: &ValidationResults, picture: &Picture, series: Vec<LineSeries>
 }
 
 fn paths(results: &ValidationResults, picture: &Picture, path: &PathResults) -> Figure {
-    let commanded =
-        |k: usize| Some(solved(path, Source::Both, k)?.target?.translation - path.study.demands[k].pose.translation);
     let series = vec![
         moved(path, "1 target trajectory", false, &|_| Some(Vector3::zeros())),
         moved(path, "2 shifted by errors in serial chains", true, &|k| path.displacement(Source::Assembly, k)),
         moved(path, "3 shifted by the cutting force", true, &|k| path.displacement(Source::Cutting, k)),
         moved(path, "4 shifted by both", false, &|k| path.displacement(Source::Both, k)),
-        moved(path, "5 adjusted trajectory", false, &commanded),
+        moved(path, "5 adjusted trajectory", false, &|k| path.command_shift(k)),
     ];
     plane(results, picture, series)
 }
@@ -124,7 +116,7 @@ fn panels(
 }
 
 fn drive_correction(path: &PathResults, source: Source, k: usize, drive: usize) -> Option<f64> {
-    let deltas = solved(path, source, k)?.delta_rho();
+    let deltas = path.compensated(source, k)?.delta_rho();
     shown_positions(&path.study.machine, &deltas).get(drive).copied()
 }
 
@@ -149,7 +141,7 @@ fn curves(results: &ValidationResults, picture: &Picture) -> Vec<Figure> {
         (0..3).map(curve).collect()
     });
     let forces = frames(&|path| {
-        let force = |k, drive: usize| solved(path, Source::Both, k)?.compensation.drive_forces.get(drive).copied();
+        let force = |k, drive: usize| path.compensated(Source::Both, k)?.compensation.drive_forces.get(drive).copied();
         (0..labels.len()).map(|drive| over_angle(path, &|k| force(k, drive))).collect()
     });
     let position = format!("Δρ [{}]", position_unit(machine));

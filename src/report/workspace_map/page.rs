@@ -5,7 +5,7 @@ use crate::{
     report::{
         page::{
             Better, Column, Description, Explorer, Fact, Group, GroupValue, MachineDescription, Mark, Quantity, Shape,
-            TableNote, error_facts, target_words,
+            TableNote, drive_quantities, error_facts, target_words,
         },
         table::{correction_columns, force_columns, force_unit, position_unit},
     },
@@ -75,13 +75,7 @@ fn explorer(map: &WorkspaceMap) -> Explorer {
         let column = format!("deflection_{axis}_mm");
         quantities.push(Quantity::new([column], &format!("deflection along {axis}"), "mm", Neither));
     }
-    let labels = machine.drive_labels();
-    for (column, label) in correction_columns(machine).zip(&labels) {
-        quantities.push(Quantity::new([column], &format!("correction of drive {label}"), position, Smaller));
-    }
-    for (column, label) in force_columns(machine).zip(&labels) {
-        quantities.push(Quantity::new([column], &format!("force of drive {label}"), force, Smaller));
-    }
+    quantities.extend(drive_quantities(machine, Smaller));
     Explorer {
         title: "Workspace map".into(),
         table: "map.csv".into(),

@@ -6,7 +6,7 @@ mod resolve;
 
 use serde::Deserialize;
 
-pub use quantity::{Quantity, wanted};
+pub use quantity::Quantity;
 pub(super) use resolve::validation as resolve;
 
 use super::path_study::{self, PathResults, PathStudy};

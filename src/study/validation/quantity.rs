@@ -149,7 +149,7 @@ impl Quantity {
             Quantity::Crossings => {
                 let moved = moved(path, Source::Cutting);
                 beyond_rounding(largest(&moved), "the cutting force moves nothing")?;
-                let wanted = wanted(path);
+                let wanted = path.wanted();
                 let middle = Shape::of(&flat(&wanted)).ok_or("the path has no points")?.middle;
                 let radius = (wanted[0].xy() - middle).norm();
                 let moved: Vec<_> = wanted.iter().zip(moved).map(|(p, d)| p + d).collect();
@@ -157,12 +157,6 @@ impl Quantity {
             }
         })
     }
-}
-
-/// Where the point put right should be at each point of the path, O axes, mm.
-pub fn wanted(path: &PathResults) -> Vec<Vector3<f64>> {
-    let machine = &path.study.machine;
-    path.study.demands.iter().map(|demand| demand.pose.transform(demand.offset(machine))).collect()
 }
 
 /// The first point that one of the sources leaves without an answer.
@@ -218,13 +212,10 @@ fn flat(points: &[Vector3<f64>]) -> Vec<Vector2<f64>> {
 
 /// Shapes of the wanted path, of the path moved by both sources, and of the commanded one.
 fn shapes(path: &PathResults) -> Result<(Shape, Shape, Shape), String> {
-    let wanted = wanted(path);
+    let wanted = path.wanted();
     let moved: Vec<_> = wanted.iter().zip(moved(path, Source::Both)).map(|(p, d)| p + d).collect();
-    let answers = &path.sources[Source::Both as usize].compensated;
-    let commanded = |(k, answer): (usize, &crate::study::path::PathAnswer)| {
-        Some(wanted[k] + answer.target?.translation - path.study.demands[k].pose.translation)
-    };
-    let commanded: Option<Vec<_>> = answers.iter().enumerate().map(commanded).collect();
+    let commanded: Option<Vec<_>> =
+        wanted.iter().enumerate().map(|(k, point)| Some(point + path.command_shift(k)?)).collect();
     let shape = |points: &[Vector3<f64>]| Shape::of(&flat(points)).ok_or("the path has no points");
     Ok((shape(&wanted)?, shape(&moved)?, shape(&commanded.ok_or("a point has no commanded pose")?)?))
 }

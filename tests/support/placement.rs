@@ -1,0 +1,23 @@
+//! Placement studies from text.
+
+use std::{path::Path, sync::Arc};
+
+use kinetostat::{
+    error::Result,
+    study::{
+        Overrides, Study, StudyKind,
+        placement::{PlacementResults, PlacementStudy, Watch, run},
+    },
+};
+
+pub fn study_in(folder: &Path, toml: &str) -> Result<PlacementStudy> {
+    match Study::from_toml(toml, "study.toml", folder, &Overrides::default())?.kind {
+        StudyKind::Placement(placement) => Ok(*placement),
+        other => panic!("not a placement study: {other:?}"),
+    }
+}
+
+pub fn searched(study: &PlacementStudy) -> PlacementResults {
+    let watch: Watch = Arc::new(|_| {});
+    run(study, &watch)
+}
