@@ -8,8 +8,9 @@ use std::{
 };
 
 use kinetostat::study::{
-    Overrides, Study, StudyKind,
-    placement::{Event, PlacementResults, Verdict, Watch, run},
+    Overrides, Study, StudyKind, Work,
+    placement::{PlacementResults, Verdict, run},
+    work::Event,
 };
 
 fn main() {
@@ -31,12 +32,12 @@ fn main() {
             let swept = Arc::new(Mutex::new(0.0));
             let note = Arc::clone(&swept);
             // The last place of the sweep ends it; flatness and tables that follow are the same for both.
-            let watch: Watch = Arc::new(move |event| {
-                if *event == Event::Place {
+            let watch = Box::new(move |event| {
+                if event == Event::Computed(1) {
                     *note.lock().expect("no thread panics") = started.elapsed().as_secs_f64();
                 }
             });
-            let results = run(&study, &watch);
+            let results = run(&study, &Work::new(None, Arc::default(), watch)).expect("nothing stops it");
             let seconds = *swept.lock().expect("no thread panics");
             (results, seconds)
         };

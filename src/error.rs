@@ -31,6 +31,17 @@ pub enum Error {
         /// Why.
         source: std::io::Error,
     },
+    /// Work was stopped from outside.
+    #[error("stopped")]
+    Stopped,
+    /// An unfinished run cannot be gone on with.
+    #[error("{}: {problem}", file.display())]
+    Resume {
+        /// The file it left.
+        file: PathBuf,
+        /// Why not.
+        problem: String,
+    },
     /// A file is not of the expected form: bad syntax, a missing or an unknown key, a value of the wrong type.
     #[error("{file}{}: {}{problem}", line.map(|l| format!(":{l}")).unwrap_or_default(), key_prefix(key))]
     Syntax {

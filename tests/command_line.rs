@@ -354,7 +354,7 @@ fn mistakes_in_a_run_are_found_before_anything_is_computed_or_written() {
     let run = |study, more: &[&'static str]| [&["run", study, "--out", path(&out)], more].concat();
     refused(&run(broken, &[]), "grid_zero.toml: workspace_map.grid: must be at least 1 along each axis");
     refused(&run(STUDY, &["--grid", "0"]), "command line: --grid: must be at least 1 along each axis");
-    refused(&run(STUDY, &["--grid", "1000"]), "at most 2000000 in all, got [1000, 1000, 1000]");
+    refused(&run(STUDY, &["--grid", "1000"]), "at most 100000000 in all, got [1000, 1000, 1000]");
     refused(&run(STUDY, &["--grid", "3,3"]), "expected one count or three, got 2");
     refused(&run(STUDY, &["--grid", "many"]), "\"many\" is not a count");
     refused(&run(STUDY, &["--grid", "-1"]), "\"-1\" is not a count");

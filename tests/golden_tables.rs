@@ -14,8 +14,8 @@ use kinetostat::{
         workspace_map::table,
     },
     study::{
-        Overrides, Study, StudyKind,
-        placement::{PlacementStudy, Watch, compare, run},
+        Overrides, Study, StudyKind, Work,
+        placement::{PlacementStudy, compare, run},
         superposition, validation, workspace_map,
     },
 };
@@ -41,7 +41,7 @@ fn open(name: &str, overrides: &Overrides) -> StudyKind {
 fn workspace_map_is_the_golden_one() {
     let overrides = Overrides { grid: Some([2, 2, 2]), ..Overrides::default() };
     let StudyKind::WorkspaceMap(map) = open("01_workspace_map", &overrides) else { panic!("a workspace map") };
-    let table = table(&workspace_map::run(&map, &|| {}));
+    let table = table(&map.machine, &workspace_map::run(&map, &Work::default()).unwrap().points);
     check("01_workspace_map", &text(&table), MAP_TOLERANCE);
 }
 
@@ -62,8 +62,7 @@ fn ranked(study: &PlacementStudy) -> String {
 fn swept(study: &PlacementStudy) -> String {
     let mut study = study.clone();
     (study.search.starts, study.search.max_iterations) = (1, 1);
-    let watch: Watch = std::sync::Arc::new(|_| {});
-    text(&placement::sweep_table(&run(&study, &watch)))
+    text(&placement::sweep_table(&run(&study, &Work::default()).unwrap()))
 }
 
 #[test]
@@ -84,7 +83,7 @@ fn placement_of_the_pocket_is_the_golden_one() {
 fn the_numbers_of_the_paper_are_the_golden_ones() {
     let overrides = Overrides { points: Some(37), ..Overrides::default() };
     let StudyKind::Validation(study) = open("06_paper", &overrides) else { panic!("a validation study") };
-    let table = quoted_table(&validation::run(&study, &|| {}));
+    let table = quoted_table(&validation::run(&study, &Work::default()).unwrap());
     check("06_paper_summary", &text(&table), MAP_TOLERANCE);
 }
 
@@ -94,7 +93,7 @@ fn superposition_is_the_golden_one() {
     let StudyKind::Superposition(mut study) = open("05_superposition", &overrides) else { panic!("superposition") };
     // A quarter of the tool angles, as tables are long.
     study.phis = study.phis.into_iter().step_by(4).collect();
-    let results = superposition::run(&study, &|| {});
+    let results = superposition::run(&study, &Work::default()).unwrap();
     for (name, tolerance, table) in [
         ("map", DEPARTURE_TOLERANCE, superposition_report::map_table(&results)),
         ("safe_load", DEPARTURE_TOLERANCE, superposition_report::safe_load_table(&results)),

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use kinetostat::study::{
-    Overrides, Source, Study, StudyKind,
+    Overrides, Source, Study, StudyKind, Work,
     path_study::{PathResults, run},
 };
 
@@ -13,7 +13,7 @@ fn studies() -> PathBuf {
 
 fn results(study: Study) -> PathResults {
     let StudyKind::Path(path) = &study.kind else { panic!("a path study") };
-    run(path, &|| ())
+    run(path, &Work::default()).unwrap()
 }
 
 fn largest_displacement(results: &PathResults, source: Source) -> f64 {

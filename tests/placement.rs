@@ -139,7 +139,7 @@ fn results_do_not_depend_on_the_number_of_threads() {
 fn reasons(candidates: &str, rest: &str) -> Vec<(String, Option<(String, String)>)> {
     let toml = format!("{}\n{rest}\n{candidates}", GROOVE);
     let entries = compare(&study_in(groove_folder(), &toml));
-    let failure = |outcome: &Result<_, kinetostat::study::workspace_map::Failure>| {
+    let failure = |outcome: &Result<_, kinetostat::study::Failure>| {
         outcome.as_ref().err().map(|f| (f.status.to_string(), f.reason.clone()))
     };
     entries.iter().map(|entry| (entry.name.clone(), failure(&entry.outcome))).collect()
@@ -198,7 +198,7 @@ fn a_drive_force_beyond_its_limit_is_a_reason() {
     let (force, margin) = (metrics.get(Metric::WorstDriveForce).unwrap(), metrics.get(Metric::ForceMargin).unwrap());
     assert!((margin - (230.0 - force) / 230.0).abs() < 1e-12);
     let failure = entries[1].outcome.as_ref().unwrap_err();
-    assert_eq!((entries[1].name.as_str(), failure.status), ("Q1", "force_limit"));
+    assert_eq!((entries[1].name.as_str(), &*failure.status), ("Q1", "force_limit"));
     assert!(failure.reason.contains("its limit is 230.0 N"), "{}", failure.reason);
 }
 

@@ -11,7 +11,7 @@ use kinetostat::{
         toolpath::{Format, Sampling, Turn},
     },
     study::{
-        Process,
+        Inputs, Process,
         process::{CorrectionLimits, Objective},
     },
 };
@@ -126,7 +126,7 @@ fn slot_milling_keeps_each_coefficient_in_its_place() {
 }
 
 #[test]
-fn a_table_is_read_from_the_folder_and_is_part_of_the_fingerprint() {
+fn a_table_is_read_from_the_folder_and_is_part_of_the_inputs() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("process.toml");
     fs::write(&file, "schema = 1\nforce.table.file = \"wrench.csv\"\n").unwrap();
@@ -135,7 +135,9 @@ fn a_table_is_read_from_the_folder_and_is_part_of_the_fingerprint() {
     let process = Process::open(&file, &orthoglide()).unwrap();
     let CuttingLaw::Table(table) = &process.cutting else { panic!("{:?}", process.cutting) };
     assert_eq!(table.range_mm(), (0.0, 9.0));
-    assert!(process.fingerprint.contains("schema = 1") && process.fingerprint.contains(rows));
+    let text = "schema = 1\nforce.table.file = \"wrench.csv\"\n";
+    let table = Inputs::of("wrench.csv", format!("{COLUMNS}\n{rows}"));
+    assert_eq!(process.inputs, Inputs::of("process.toml", text).and(table));
     assert_eq!(self::process("force.from_path = true").cutting, CuttingLaw::FromPath);
 }
 

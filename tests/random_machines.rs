@@ -13,7 +13,7 @@ use kinetostat::{
         unloaded_stiffness, wrench_at_pose,
     },
     study::{
-        machine_check,
+        Work, machine_check,
         workspace_map::{self, Grid, WorkspaceMapStudy},
     },
 };
@@ -266,7 +266,7 @@ fn check_map(machine: &Machine, trial: &Trial) {
         target: Target::ToolTip,
         slices_z: vec![0.0],
     };
-    for point in workspace_map::run(&study, &|| ()).points {
+    for point in workspace_map::run(&study, &Work::default()).unwrap().points {
         for effect in &point.effects {
             match effect {
                 Ok(effect) => {

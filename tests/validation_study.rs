@@ -9,7 +9,7 @@ use kinetostat::{
         validation::{figures, quoted_table, variants_table},
     },
     study::{
-        Overrides, Study, StudyKind,
+        Overrides, Study, StudyKind, Work,
         validation::{Quantity, ValidationResults, run},
     },
 };
@@ -19,7 +19,7 @@ const PAPER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/studies/06_paper");
 fn results_of(toml: &str, folder: &Path, points: usize) -> Result<ValidationResults> {
     let overrides = Overrides { points: Some(points), ..Overrides::default() };
     match Study::from_toml(toml, "study.toml", folder, &overrides)?.kind {
-        StudyKind::Validation(study) => Ok(run(&study, &|| {})),
+        StudyKind::Validation(study) => Ok(run(&study, &Work::default()).unwrap()),
         other => panic!("not a validation study: {other:?}"),
     }
 }

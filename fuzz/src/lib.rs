@@ -13,7 +13,7 @@ use kinetostat::{
         gcode::{GcodeOptions, Program},
         polyline::Polyline,
     },
-    study::{Overrides, Process, Study, StudyKind, machine_check, program::demands, workspace_map},
+    study::{Overrides, Process, Study, StudyKind, Work, machine_check, program::demands, workspace_map},
 };
 use nalgebra::Vector3;
 
@@ -117,7 +117,7 @@ fn one_point(kind: StudyKind) {
         StudyKind::WorkspaceMap(mut map) => {
             map.grid.axes.iter_mut().for_each(|axis| axis.truncate(1));
             map.phis.truncate(1);
-            for effect in &workspace_map::run(&map, &|| ()).points[0].effects {
+            for effect in &workspace_map::run(&map, &Work::default()).expect("nothing stops it").points[0].effects {
                 match effect {
                     Ok(effect) => {
                         let numbers = effect.delta_rho.iter().chain(&effect.drive_force);

@@ -18,10 +18,11 @@ use kinetostat::{
         path::Commands,
         process::Process,
         program::{Failures, Pass, ProgramJob},
+        work::Event,
     },
 };
 
-use super::{Ending, progress};
+use super::{Ending, reporting::Reporting};
 
 /// Write the program that makes the loaded tool follow its path, and prove it by simulating what was written.
 #[derive(Debug, Args)]
@@ -59,9 +60,13 @@ pub struct CompensateArguments {
     /// Also simulate every other method for comparison
     #[arg(long)]
     all_methods: bool,
+    #[command(flatten)]
+    reporting: Reporting,
 }
 
 pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
+    let reporting = &arguments.reporting;
+    reporting.start_log()?;
     let machine = Machine::named_or_file(&arguments.machine)?;
     let process = Process::open(&arguments.process, &machine)?;
     keep_inputs(arguments)?;
@@ -69,8 +74,9 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let job = ProgramJob::open(machine, process, &arguments.path)?;
     let measured = arguments.measured.as_deref().map(|file| measured(file, &job)).transpose()?;
     let compared = compared(arguments, &chosen);
-    let bar = progress(job.path.len() * (compared.len() + 2), "points");
-    let done = || bar.inc(1);
+    let name = arguments.path.display().to_string();
+    let progress = reporting.progress(&name, job.path.len() * (compared.len() + 2), "points");
+    let done = || progress.tell(Event::Computed(1));
     let mut passes: Vec<Pass> = compared.iter().map(|&method| job.pass_by(method, &done)).collect();
     let mut bounded = None;
     passes.push(match (&measured, chosen) {
@@ -83,38 +89,38 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
         }
     });
     let written = job.write(&passes[passes.len() - 1], &done)?;
-    bar.finish_and_clear();
+    progress.end();
     match written {
         Ok(compensated) => {
             passes.push(compensated.as_written);
-            let files = [
+            let files = vec![
                 file_of(&arguments.out, "", compensated.bytes),
                 file_of(&arguments.out, ".points.csv", points(&arguments.out, &job, &passes, bounded.as_ref())?),
                 file_of(&arguments.out, ".report.json", program_json(&job, &passes, bounded.as_ref()).into_bytes()),
             ];
             let folder = arguments.out.parent().filter(|folder| !folder.as_os_str().is_empty());
-            write_all(folder.unwrap_or(Path::new(".")), &files)?;
-            super::print(&format!("{}{}", header(&job), table(&passes)))?;
+            write_all(folder.unwrap_or(Path::new(".")), files)?;
+            reporting.print(&format!("{}{}", header(&job), table(&passes)))?;
             if let Some(bounded) = &bounded {
-                super::print(&bounded_text(&job.machine, bounded))?;
+                reporting.print(&bounded_text(&job.machine, bounded))?;
             }
             if compensated.left_alone > 0 {
-                super::print(&format!(
+                reporting.print(&format!(
                     "{} rapid positions could not be compensated and are as they were.\n",
                     compensated.left_alone
                 ))?;
             }
-            super::print(&format!("Written to {}\n", arguments.out.display()))?;
+            reporting.print(&format!("Written to {}\n", arguments.out.display()))?;
             let lost = unsolved_as_written(&passes);
             if lost == 0 {
                 return Ok(Ending::Complete);
             }
-            super::print(&format!("The written program fails at {lost} points; the table of points says why.\n"))?;
+            reporting.print(&format!("The written program fails at {lost} points; the table of points says why.\n"))?;
             Ok(Ending::SomeUnsolved)
         }
         Err(failures) => {
-            super::print(&format!("{}{}", header(&job), table(&passes)))?;
-            super::print(&refusal(&job, &failures))?;
+            reporting.print(&format!("{}{}", header(&job), table(&passes)))?;
+            reporting.print(&refusal(&job, &failures))?;
             Ok(Ending::SomeUnsolved)
         }
     }

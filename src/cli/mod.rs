@@ -7,16 +7,17 @@ mod machines;
 mod new;
 mod output_choice;
 mod point;
+mod progress;
 mod report;
+mod reporting;
 mod run;
 
 use std::{
-    io::{ErrorKind, IsTerminal, Write},
+    io::{ErrorKind, Write},
     process::ExitCode,
 };
 
 use clap::{Parser, Subcommand};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use kinetostat::{
     check::LARGEST,
     error::{Error, Result},
@@ -40,7 +41,8 @@ Examples:
   kinetostat check my_machine.toml
   kinetostat new map my_question
 
-Exit codes: 0 all points solved, 1 some points could not be solved (their status says why), 2 bad input.";
+Exit codes: 0 all points solved; 1 some points could not be solved (their status says why); 2 bad input, or a file that cannot
+be read or written; 3 an internal error, which is a fault of this program; 130 stopped (run goes on with --resume).";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -61,13 +63,19 @@ pub enum Ending {
     Complete,
     /// Some points could not be solved; the tables say which and why.
     SomeUnsolved,
+    /// It was stopped and can be gone on with.
+    Stopped,
 }
+
+/// Exit code of a command that was stopped, as shells have it for Ctrl-C.
+const STOPPED: u8 = 130;
 
 impl Ending {
     pub fn exit_code(self) -> ExitCode {
         match self {
             Ending::Complete => ExitCode::SUCCESS,
             Ending::SomeUnsolved => ExitCode::from(1),
+            Ending::Stopped => ExitCode::from(STOPPED),
         }
     }
 }
@@ -119,16 +127,4 @@ fn number(text: &str) -> std::result::Result<f64, String> {
 /// Any number of comma-separated numbers.
 fn any_numbers(text: &str) -> std::result::Result<Vec<f64>, String> {
     text.split(',').map(number).collect()
-}
-
-/// A bar with rate and time left on a terminal, nothing in a pipe.
-fn progress(total: usize, of: &str) -> ProgressBar {
-    let target =
-        if std::io::stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-    let bar = ProgressBar::with_draw_target(Some(total as u64), target);
-    let template = format!("{{bar:40}} {{pos}}/{{len}} {of}, {{per_sec}}, {{eta}} left {{msg}}");
-    match ProgressStyle::with_template(&template) {
-        Ok(style) => bar.with_style(style),
-        Err(_) => bar,
-    }
 }

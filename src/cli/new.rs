@@ -76,7 +76,7 @@ pub fn new(arguments: &NewArguments) -> Result<Ending> {
     let mut files = vec![OutputFile::new("README.md", readme)];
     files.extend(arguments.kind.files().iter().map(|(name, content)| OutputFile::new(*name, *content)));
     let mut said = format!("Written to {shown}:\n");
-    for path in write_all(folder, &files)? {
+    for path in write_all(folder, files)? {
         said += &format!("  {}\n", path.file_name().unwrap_or_default().to_string_lossy());
     }
     print(&format!("{said}Next: edit {}, then\n  kinetostat run {shown}\n", folder.join("study.toml").display()))?;

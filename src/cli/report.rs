@@ -53,7 +53,7 @@ pub fn report(arguments: &ReportArguments) -> Result<Ending> {
         return Err(Error::Argument { argument: format!("--out {}", out.display()), problem });
     };
     let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    write_all(folder, &[OutputFile::new(name.to_string_lossy(), html)])?;
+    write_all(folder, vec![OutputFile::new(name.to_string_lossy(), html)])?;
     print(&format!("Written to {}\n", out.display()))?;
     Ok(Ending::Complete)
 }

@@ -1,6 +1,7 @@
 //! What a compensation method returns.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use crate::{
     machine::{Machine, Unreachable},
@@ -8,7 +9,7 @@ use crate::{
 };
 
 /// How a compensation ended.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Status {
     /// The task error came below the tolerance.
     Converged,
@@ -66,7 +67,7 @@ impl Status {
 }
 
 /// A compensated point.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Compensation {
     /// How it ended.
     pub status: Status,

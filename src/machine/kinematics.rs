@@ -5,9 +5,10 @@
 //! least-squares Newton (Levenberg–Marquardt) that follows the straight line from a known configuration, usually home,
 //! in steps short enough to stay on its assembly mode.
 
-use std::f64::consts::TAU;
+use std::{borrow::Cow, f64::consts::TAU};
 
 use nalgebra::{DMatrix, DVector, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::{Chain, Coordinate, Machine, Motion, MoveScrew};
 use crate::spatial::{Pose, rotation_exp, rotation_log};
@@ -24,7 +25,7 @@ pub struct Configuration {
 }
 
 /// Why a target cannot be reached.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error, Serialize, Deserialize)]
 pub enum Unreachable {
     /// No configuration closes the chains.
     #[error("chain {chain} cannot close: gap {gap_mm:.3} mm")]
@@ -51,7 +52,7 @@ pub enum Unreachable {
         /// Upper end of the travel.
         high: f64,
         /// `mm` or `deg`.
-        unit: &'static str,
+        unit: Cow<'static, str>,
     },
     /// A passive joint would leave its limits.
     #[error("joint {joint} of chain {chain} at {value:.3} {unit}, limits {low:.3} to {high:.3} {unit}")]
@@ -67,7 +68,7 @@ pub enum Unreachable {
         /// Upper limit.
         high: f64,
         /// `mm` or `deg`.
-        unit: &'static str,
+        unit: Cow<'static, str>,
     },
 }
 
@@ -520,7 +521,7 @@ impl Machine {
                     value: rho * scale,
                     low: low * scale,
                     high: high * scale,
-                    unit,
+                    unit: unit.into(),
                 });
             }
         }
@@ -536,7 +537,7 @@ impl Machine {
                         value: q * scale,
                         low: low * scale,
                         high: high * scale,
-                        unit,
+                        unit: unit.into(),
                     });
                 }
             }

@@ -14,6 +14,16 @@ pub struct StatusCount {
     pub rows: usize,
 }
 
+impl StatusCount {
+    /// Counts one more row with `status`.
+    pub fn add(counts: &mut Vec<StatusCount>, status: &str) {
+        match counts.iter_mut().find(|count| count.status == status) {
+            Some(count) => count.rows += 1,
+            None => counts.push(StatusCount { status: status.into(), rows: 1 }),
+        }
+    }
+}
+
 /// Provenance of a result folder. Everything but `wall_time_s` and `threads` follows from the input.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Manifest {
@@ -61,13 +71,8 @@ impl Manifest {
 
     /// Rows per status, in order of first appearance.
     pub fn count<'a>(statuses: impl Iterator<Item = &'a str>) -> Vec<StatusCount> {
-        let mut counts: Vec<StatusCount> = Vec::new();
-        for status in statuses {
-            match counts.iter_mut().find(|count| count.status == status) {
-                Some(count) => count.rows += 1,
-                None => counts.push(StatusCount { status: status.into(), rows: 1 }),
-            }
-        }
+        let mut counts = Vec::new();
+        statuses.for_each(|status| StatusCount::add(&mut counts, status));
         counts
     }
 

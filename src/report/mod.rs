@@ -19,6 +19,6 @@ mod write;
 pub use machine::machine_text;
 pub use manifest::{Manifest, StatusCount};
 pub use point::{point_json, point_text, unreachable_json};
-pub use write::{OutputFile, prepare, remove, write_all};
+pub use write::{OutputFile, clean, prepare, remove, temporary_file, write_all};
 
 pub use crate::check::file_stem;

@@ -5,23 +5,39 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use tempfile::NamedTempFile;
+
 use crate::error::{Error, Result};
 
 /// A file to be written below a result folder.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct OutputFile {
     /// Name relative to the folder.
     pub name: String,
-    /// Content.
-    pub bytes: Vec<u8>,
+    content: Content,
+}
+
+#[derive(Debug)]
+enum Content {
+    Bytes(Vec<u8>),
+    /// A temporary file in the result folder, which disappears unless it is given its name.
+    File(NamedTempFile),
 }
 
 impl OutputFile {
-    /// A file called `name`.
+    /// A file called `name` with these bytes.
     pub fn new(name: impl Into<String>, bytes: impl Into<Vec<u8>>) -> Self {
-        Self { name: name.into(), bytes: bytes.into() }
+        Self { name: name.into(), content: Content::Bytes(bytes.into()) }
+    }
+
+    /// A file that is to be called `name`; it is in the result folder already, see [`temporary_file`].
+    pub fn written(name: impl Into<String>, file: NamedTempFile) -> Self {
+        Self { name: name.into(), content: Content::File(file) }
     }
 }
+
+/// Begin of the names of temporary files.
+const TEMPORARY: &str = ".partial-";
 
 /// Makes `folder` and finds out, before anything is computed, whether files can be written there.
 ///
@@ -33,18 +49,39 @@ pub fn prepare(folder: &Path) -> Result<()> {
     temporary_file(folder).map(drop).map_err(fault)
 }
 
+/// Removes temporary files that a run left in `folder` when it was killed. No other run must be using the folder.
+///
+/// # Errors
+/// The folder cannot be read, or a file cannot be removed.
+pub fn clean(folder: &Path) -> Result<()> {
+    let fault = |source| Error::Read { file: folder.to_path_buf(), source };
+    for entry in std::fs::read_dir(folder).map_err(fault)? {
+        let entry = entry.map_err(fault)?;
+        if entry.file_name().to_string_lossy().starts_with(TEMPORARY) {
+            remove(&entry.path())?;
+        }
+    }
+    Ok(())
+}
+
 /// Writes `files` into `folder`, each first to a temporary file beside its place and then renamed.
 ///
 /// # Errors
 /// The folder or a file cannot be written; no half-written file remains.
-pub fn write_all(folder: &Path, files: &[OutputFile]) -> Result<Vec<PathBuf>> {
+pub fn write_all(folder: &Path, files: Vec<OutputFile>) -> Result<Vec<PathBuf>> {
     let fault = |file: &Path, source| Error::Write { file: file.to_path_buf(), source };
     std::fs::create_dir_all(folder).map_err(|e| fault(folder, e))?;
     let mut written = Vec::new();
     for file in files {
         let path = folder.join(&file.name);
-        let mut temporary = temporary_file(folder).map_err(|e| fault(&path, e))?;
-        temporary.write_all(&file.bytes).map_err(|e| fault(&path, e))?;
+        let temporary = match file.content {
+            Content::File(temporary) => temporary,
+            Content::Bytes(bytes) => {
+                let mut temporary = temporary_file(folder).map_err(|e| fault(&path, e))?;
+                temporary.write_all(&bytes).map_err(|e| fault(&path, e))?;
+                temporary
+            }
+        };
         temporary.persist(&path).map_err(|e| fault(&path, e.error))?;
         written.push(path);
     }
@@ -65,9 +102,12 @@ pub fn remove(file: &Path) -> Result<()> {
 }
 
 /// A file that disappears unless it is given its name. Temporary files are private by default; results are not.
-fn temporary_file(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
+///
+/// # Errors
+/// It cannot be made.
+pub fn temporary_file(folder: &Path) -> std::io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".partial-");
+    builder.prefix(TEMPORARY);
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o644));
     builder.tempfile_in(folder)
@@ -83,7 +123,7 @@ mod tests {
         let file = folder.path().join("taken");
         std::fs::write(&file, b"x").unwrap();
         let below = file.join("below");
-        let written = write_all(&below, &[OutputFile::new("a.csv", "1")]).map(drop);
+        let written = write_all(&below, vec![OutputFile::new("a.csv", "1")]).map(drop);
         for error in [written.unwrap_err(), prepare(&below).unwrap_err()] {
             assert!(error.to_string().contains("taken/below: cannot be written"), "{error}");
         }
@@ -94,8 +134,10 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         prepare(folder.path()).unwrap();
         for content in ["1", "2"] {
-            write_all(folder.path(), &[OutputFile::new("a.csv", content)]).unwrap();
+            write_all(folder.path(), vec![OutputFile::new("a.csv", content)]).unwrap();
         }
+        temporary_file(folder.path()).unwrap().keep().unwrap();
+        clean(folder.path()).unwrap();
         assert_eq!(std::fs::read_to_string(folder.path().join("a.csv")).unwrap(), "2");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     }

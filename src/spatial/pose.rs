@@ -1,6 +1,7 @@
 //! Rigid poses and finite rotations.
 
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 /// A coordinate axis of a local frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,7 +26,7 @@ impl Axis {
 }
 
 /// Pose `X_AB` of a frame B in a frame A: `p_A = rotation · p_B + translation`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
     /// `R_AB`, orthonormal.
     pub rotation: Matrix3<f64>,

@@ -1,6 +1,7 @@
 //! Equilibrium of the whole machine under a prescribed wrench, eqs. (3) and (7), as one condensed Newton iteration.
 
 use nalgebra::{Matrix6, Matrix6xX, Vector6};
+use serde::{Deserialize, Serialize};
 
 use super::{
     chain_system::ChainSystem,
@@ -33,7 +34,7 @@ impl Default for Settings {
 }
 
 /// How a solve ended.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Status {
     /// In stable equilibrium.
     Solved,
@@ -83,7 +84,7 @@ impl Status {
 }
 
 /// What a solve found besides the state.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// How it ended.
     pub status: Status,

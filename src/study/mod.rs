@@ -5,7 +5,10 @@
 //! A study is a folder with a `study.toml`; its inputs are named relative to that folder.
 
 pub mod bounded_pass;
+pub mod checkpoint;
 pub mod deflected_pose;
+mod failure;
+mod inputs;
 pub mod machine_check;
 pub mod path;
 mod path_resolve;
@@ -25,10 +28,13 @@ pub mod superposition_spec;
 mod tilt;
 pub mod validation;
 pub mod validation_spec;
+pub mod work;
 pub mod workspace_map;
 
 use std::path::{Path, PathBuf};
 
+pub use failure::{Failure, SOLVED, status_of};
+pub use inputs::Inputs;
 use path_study::PathStudy;
 use placement::PlacementStudy;
 pub use process::Process;
@@ -36,6 +42,7 @@ pub use resolve::Overrides;
 pub use source::Source;
 use superposition::SuperpositionStudy;
 use validation::ValidationStudy;
+pub use work::Work;
 use workspace_map::WorkspaceMapStudy;
 
 use crate::error::Result;
@@ -47,8 +54,8 @@ pub struct Study {
     pub name: String,
     /// The question it answers.
     pub question: String,
-    /// Everything that decides its results, as text: the input of the manifest's hash.
-    pub fingerprint: String,
+    /// What decides its results.
+    pub inputs: Inputs,
     /// What to compute.
     pub kind: StudyKind,
 }

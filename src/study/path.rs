@@ -4,9 +4,12 @@
 use std::time::Instant;
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
+use super::work::{Event, Work};
 use crate::{
     compensation::{Compensation, Demand, Method, Session, Settings, compensate, simulate, simulate_drives},
+    error::Result,
     machine::Machine,
     spatial::Pose,
 };
@@ -27,7 +30,7 @@ pub struct PathCase<'a> {
 }
 
 /// One point of a path, as commanded by a method or a program.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct PathAnswer {
     /// The command and what it leads to.
     pub compensation: Compensation,
@@ -97,41 +100,50 @@ pub fn settings() -> Settings {
 
 /// Commands every point of the path and lets the machine settle. `done` is called after each point.
 pub fn run(case: &PathCase<'_>, commands: &Commands<'_>, done: &(dyn Fn() + Sync)) -> Vec<PathAnswer> {
-    timed(case, commands, done).0
+    let starts = (0..case.demands.len()).into_par_iter().step_by(BLOCK);
+    starts.map(|start| block(case, commands, start, done)).flatten_iter().collect()
 }
 
-/// As [`run`], with the time in s that threads spent on it, all together; threads without work do not count.
-pub fn timed(case: &PathCase<'_>, commands: &Commands<'_>, done: &(dyn Fn() + Sync)) -> (Vec<PathAnswer>, f64) {
-    let blocks: Vec<(Vec<PathAnswer>, f64)> = case
-        .demands
-        .par_chunks(BLOCK)
-        .enumerate()
-        .map(|(block, demands)| {
+/// As [`run`] with a method, in pieces of `work`, with the time in s that threads spent on it, all together; threads
+/// without work do not count.
+///
+/// # Errors
+/// Of `work`.
+pub fn timed(case: &PathCase<'_>, method: Method, work: &Work) -> Result<(Vec<PathAnswer>, f64)> {
+    let blocks = (0..case.demands.len()).into_par_iter().step_by(BLOCK).map(|start| {
+        let compute = || {
             let started = Instant::now();
-            let mut session = Session::new(case.nominal, case.real, settings());
-            let mut near = case.nominal.home.clone();
-            let answer = |(i, demand): (usize, &Demand)| {
-                let nominal = case
-                    .nominal
-                    .inverse_kinematics_from(&near, &demand.pose)
-                    .or_else(|_| case.nominal.inverse_kinematics(&demand.pose));
-                let compensation = match commands {
-                    Commands::Method(method) => compensate(&mut session, demand, *method),
-                    Commands::Program(poses) => simulate(&mut session, demand, &poses[block * BLOCK + i]),
-                    Commands::Drives(drives) => simulate_drives(&mut session, demand, &drives[block * BLOCK + i]),
-                };
-                let nominal_drives = nominal.as_ref().map(|at| at.drives.clone()).unwrap_or_default();
-                if let Ok(at) = nominal {
-                    near = at;
-                }
-                let target = compensation.outcome.as_ref().and_then(|_| session.target().ok());
-                done();
-                PathAnswer { compensation, nominal_drives, target }
-            };
-            let answers = demands.iter().enumerate().map(answer).collect();
+            let answers = block(case, &Commands::Method(method), start, &|| work.tell(Event::Computed(1)));
             (answers, started.elapsed().as_secs_f64())
-        })
-        .collect();
+        };
+        work.piece(&start, |(answers, _)| answers.len(), compute)
+    });
+    let blocks = blocks.collect::<Result<Vec<(Vec<PathAnswer>, f64)>>>()?;
     let seconds = blocks.iter().map(|(_, seconds)| seconds).sum();
-    (blocks.into_iter().flat_map(|(answers, _)| answers).collect(), seconds)
+    Ok((blocks.into_iter().flat_map(|(answers, _)| answers).collect(), seconds))
+}
+
+/// The points from `start` on that are solved one after another.
+fn block(case: &PathCase<'_>, commands: &Commands<'_>, start: usize, done: &(dyn Fn() + Sync)) -> Vec<PathAnswer> {
+    let mut session = Session::new(case.nominal, case.real, settings());
+    let mut near = case.nominal.home.clone();
+    let answer = |(i, demand): (usize, &Demand)| {
+        let nominal = case
+            .nominal
+            .inverse_kinematics_from(&near, &demand.pose)
+            .or_else(|_| case.nominal.inverse_kinematics(&demand.pose));
+        let compensation = match commands {
+            Commands::Method(method) => compensate(&mut session, demand, *method),
+            Commands::Program(poses) => simulate(&mut session, demand, &poses[i]),
+            Commands::Drives(drives) => simulate_drives(&mut session, demand, &drives[i]),
+        };
+        let nominal_drives = nominal.as_ref().map(|at| at.drives.clone()).unwrap_or_default();
+        if let Ok(at) = nominal {
+            near = at;
+        }
+        let target = compensation.outcome.as_ref().and_then(|_| session.target().ok());
+        done();
+        PathAnswer { compensation, nominal_drives, target }
+    };
+    case.demands.iter().enumerate().skip(start).take(BLOCK).map(answer).collect()
 }

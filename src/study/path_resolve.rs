@@ -5,7 +5,7 @@ use std::path::Path;
 use nalgebra::Vector3;
 
 use super::{
-    Overrides, Process,
+    Inputs, Overrides, Process,
     path_study::{PathStudy, Station},
     program::{ProgramFile, demands},
     resolve,
@@ -19,14 +19,14 @@ use crate::{
     process::toolpath::{Circle, PathPoint, Plane, Sampling, Toolpath, Turn},
 };
 
-/// Checks `spec`; also returns the process and the program as text, for the fingerprint.
+/// Checks `spec`; also returns the process and the program.
 pub(super) fn path(
     spec: &PathSpec,
     machine: Machine,
     folder: &Path,
     overrides: &Overrides,
     check: &Check,
-) -> Result<(PathStudy, String)> {
+) -> Result<(PathStudy, Inputs)> {
     let process = Process::open(&folder.join(&spec.process), &machine)?;
     let toolpath = match &spec.line {
         Some(line) if spec.circle.is_none() && spec.file.is_none() => self::line(line, &process, &check.key("line"))?,
@@ -43,13 +43,13 @@ pub(super) fn path(
         is_circle: spec.circle.is_some(),
         machine,
     };
-    Ok((study, format!("{}\n{}", process.fingerprint, program_text(spec, folder)?)))
+    Ok((study, process.inputs.and(program_input(spec.file.as_deref(), folder)?)))
 }
 
-/// The text of the program a path is read from; empty for a circle, which stands in the study.
-fn program_text(spec: &PathSpec, folder: &Path) -> Result<String> {
-    let Some(file) = spec.file.as_ref().map(|file| folder.join(file)) else { return Ok(String::new()) };
-    Ok(String::from_utf8_lossy(&crate::input_file::read(&file)?).into_owned())
+/// The program a path is read from; nothing for a circle, which stands in the study.
+pub(super) fn program_input(file: Option<&str>, folder: &Path) -> Result<Inputs> {
+    let Some(file) = file else { return Ok(Inputs::default()) };
+    Ok(Inputs::of(file, String::from_utf8_lossy(&crate::input_file::read(&folder.join(file))?)))
 }
 
 /// A circle, or a program relative to `folder`.

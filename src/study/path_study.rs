@@ -4,11 +4,12 @@
 use nalgebra::Vector3;
 
 use super::{
-    Source,
-    path::{Commands, PathAnswer, PathCase, PathSummary, run as run_path, timed},
+    Source, Work,
+    path::{PathAnswer, PathCase, PathSummary, timed},
 };
 use crate::{
     compensation::{Demand, Method},
+    error::Result,
     machine::{ChainError, Machine},
     spatial::Wrench,
 };
@@ -102,34 +103,39 @@ impl PathResults {
     }
 }
 
-/// Runs the study on the current rayon pool. `done` is called after each point of each pass.
-pub fn run(study: &PathStudy, done: &(dyn Fn() + Sync)) -> PathResults {
+/// Runs the study on the current rayon pool.
+///
+/// # Errors
+/// Of `work`.
+pub fn run(study: &PathStudy, work: &Work) -> Result<PathResults> {
     let real = study.machine.with_errors(&study.errors);
     let unloaded: Vec<Demand> = study.demands.iter().map(|d| Demand { load: Wrench::zero(), ..*d }).collect();
-    let sources = Source::ALL.map(|source| {
+    let along = |source: Source| -> Result<SourceAlongPath> {
         let (machine, demands) = match source {
             Source::Cutting => (&study.machine, &study.demands),
             Source::Assembly => (&real, &unloaded),
             Source::Both => (&real, &study.demands),
         };
         let case = PathCase { nominal: &study.machine, real: machine, demands };
-        SourceAlongPath {
+        let part = |command: &str| work.part(source.label()).part(command);
+        Ok(SourceAlongPath {
             source,
-            plain: run_path(&case, &Commands::Method(Method::None), done),
-            compensated: run_path(&case, &Commands::Method(Method::Direct), done),
-        }
-    });
+            plain: timed(&case, Method::None, &part("plain"))?.0,
+            compensated: timed(&case, Method::Direct, &part("compensated"))?.0,
+        })
+    };
+    let sources = [along(Source::ALL[0])?, along(Source::ALL[1])?, along(Source::ALL[2])?];
     let case = PathCase { nominal: &study.machine, real: &real, demands: &study.demands };
-    let methods = study.methods.iter().map(|&method| {
-        let (answers, seconds) = timed(&case, &Commands::Method(method), done);
-        MethodAlongPath {
+    let methods = study.methods.iter().enumerate().map(|(index, &method)| {
+        let (answers, seconds) = timed(&case, method, &work.part(&format!("method {index}")))?;
+        Ok(MethodAlongPath {
             method,
             summary: PathSummary::new(&answers),
             failed: answers.iter().filter(|a| !a.compensation.status.is_success()).count(),
             seconds_per_point: seconds / answers.len().max(1) as f64,
-        }
+        })
     });
-    PathResults { sources, methods: methods.collect(), study: study.clone() }
+    Ok(PathResults { sources, methods: methods.collect::<Result<_>>()?, study: study.clone() })
 }
 
 /// Passes over the path that [`run`] makes: each source twice, and each method.

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use super::{process_resolve, process_spec::ProcessSpec};
+use super::{Inputs, process_resolve, process_spec::ProcessSpec};
 use crate::{
     compensation::Target,
     error::Result,
@@ -34,8 +34,8 @@ pub struct Process {
     pub gcode: GcodeOptions,
     /// How written coordinates are rounded.
     pub decimals: Decimals,
-    /// Everything that decides the process, as text: input of a manifest's hash.
-    pub fingerprint: String,
+    /// What decides it.
+    pub inputs: Inputs,
 }
 
 /// Limits of corrections and drive forces; `None` is no limit.

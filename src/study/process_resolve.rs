@@ -5,6 +5,7 @@ use std::path::Path;
 use nalgebra::Vector3;
 
 use super::{
+    Inputs,
     process::{CorrectionLimits, Decimals, Objective, Process},
     process_spec::{
         ForceSpec, GcodeSpec, LimitsSpec, ObjectiveSpec, PathFrameSpec, PlacementSpec, ProcessSpec, ReferenceSpec,
@@ -36,8 +37,9 @@ pub(super) fn process(
 ) -> Result<Process> {
     let check = Check::new(origin);
     check.schema(spec.schema)?;
-    let (cutting, table_text) = force(&spec.force, machine, folder, &check.key("force"))?;
+    let (cutting, table) = force(&spec.force, machine, folder, &check.key("force"))?;
     let check_gcode = check.key("gcode");
+    let name = Path::new(origin).file_name().unwrap_or_default().to_string_lossy();
     Ok(Process {
         placement: placement(&spec.placement, machine, &check.key("placement"))?,
         cutting,
@@ -47,7 +49,7 @@ pub(super) fn process(
         target: spec.compensate.target.into(),
         gcode: gcode_options(&spec.gcode, &check_gcode)?,
         decimals: decimals(&spec.gcode, &check_gcode)?,
-        fingerprint: format!("{text}\n{table_text}"),
+        inputs: Inputs::of(name, text).and(table),
     })
 }
 
@@ -71,7 +73,7 @@ fn placement(spec: &PlacementSpec, machine: &Machine, check: &Check) -> Result<P
 }
 
 /// The law of the cutting force, and the text of the file it is in besides the process file.
-fn force(spec: &ForceSpec, machine: &Machine, folder: &Path, check: &Check) -> Result<(CuttingLaw, String)> {
+fn force(spec: &ForceSpec, machine: &Machine, folder: &Path, check: &Check) -> Result<(CuttingLaw, Inputs)> {
     let given = [
         ("path_frame", spec.path_frame.is_some()),
         ("table", spec.table.is_some()),
@@ -91,7 +93,7 @@ fn force(spec: &ForceSpec, machine: &Machine, folder: &Path, check: &Check) -> R
         ForceSpec { from_path: true, .. } => CuttingLaw::FromPath,
         _ => CuttingLaw::None,
     };
-    Ok((law, String::new()))
+    Ok((law, Inputs::default()))
 }
 
 fn path_frame(spec: &PathFrameSpec, check: &Check) -> Result<CuttingLaw> {
@@ -129,7 +131,7 @@ fn slot_milling(spec: &SlotMillingSpec, machine: &Machine, check: &Check) -> Res
     }))
 }
 
-fn wrench_table(spec: &TableSpec, folder: &Path, check: &Check) -> Result<(CuttingLaw, String)> {
+fn wrench_table(spec: &TableSpec, folder: &Path, check: &Check) -> Result<(CuttingLaw, Inputs)> {
     let file = folder.join(&spec.file);
     if !file.is_file() {
         return check.key("file").fail(format!("\"{}\" is not a file in the folder of the process file", spec.file));
@@ -141,7 +143,7 @@ fn wrench_table(spec: &TableSpec, folder: &Path, check: &Check) -> Result<(Cutti
         key: String::new(),
         problem: error.fault.to_string(),
     })?;
-    Ok((CuttingLaw::Table(table), String::from_utf8_lossy(&text).into_owned()))
+    Ok((CuttingLaw::Table(table), Inputs::of(&spec.file, String::from_utf8_lossy(&text))))
 }
 
 fn sampling(spec: &SamplingSpec, check: &Check) -> Result<Sampling> {

@@ -5,7 +5,7 @@ use std::path::Path;
 use nalgebra::Vector3;
 
 use super::{
-    Study, StudyKind, folder_name, path_resolve,
+    Inputs, Study, StudyKind, folder_name, path_resolve,
     spec::{ChainErrorSpec, CompensateSpec, MillingSpec, StudySpec, WorkspaceMapSpec},
     workspace_map::{Grid, WorkspaceMapStudy},
 };
@@ -27,8 +27,8 @@ pub struct Overrides {
     pub points: Option<usize>,
 }
 
-/// Most grid points accepted: their results and table take about 3 GB.
-const MAX_GRID_POINTS: usize = 2_000_000;
+/// Most points of a map, which is computed in blocks: its table takes about 80 GB.
+const MAX_MAP_POINTS: usize = 100_000_000;
 
 pub(super) fn study(spec: &StudySpec, text: &str, origin: &str, folder: &Path, overrides: &Overrides) -> Result<Study> {
     let check = Check::new(origin);
@@ -51,24 +51,24 @@ pub(super) fn study(spec: &StudySpec, text: &str, origin: &str, folder: &Path, o
     let (kind, settings) = if let Some(map) = &spec.workspace_map {
         refuse_points(overrides, "a workspace map")?;
         let map = workspace_map(spec, map, machine, overrides, &check)?;
-        let settings = format!("grid {:?}", map.grid.counts());
+        let settings = grid_input(map.grid.counts());
         (StudyKind::WorkspaceMap(map), settings)
     } else if let Some(path) = &spec.path {
         refuse_grid(overrides, "a path study")?;
         refuse_process_keys(spec, "path", &check)?;
         let (study, process) = path_resolve::path(path, machine, folder, overrides, &check.key("path"))?;
-        let settings = format!("{process}\npoints {}", study.stations.len());
+        let settings = process.and(Inputs::of("points of the path", study.stations.len().to_string()));
         (StudyKind::Path(study), settings)
     } else if let Some(placement) = &spec.placement {
         refuse_process_keys(spec, "placement", &check)?;
         let check = check.key("placement");
         let (study, process) = super::placement::resolve(placement, machine, folder, overrides, &check)?;
-        let settings = format!("{process}\ngrid {:?}", study.grid.counts());
+        let settings = process.and(grid_input(study.grid.counts()));
         (StudyKind::Placement(Box::new(study)), settings)
     } else if let Some(superposition) = &spec.superposition {
         refuse_points(overrides, "a superposition study")?;
         let study = super::superposition::resolve(spec, superposition, machine, overrides, &check)?;
-        let settings = format!("grid {:?}", study.grid.counts());
+        let settings = grid_input(study.grid.counts());
         (StudyKind::Superposition(study), settings)
     } else if let Some(validation) = &spec.validation {
         refuse_grid(overrides, "a validation study")?;
@@ -76,16 +76,21 @@ pub(super) fn study(spec: &StudySpec, text: &str, origin: &str, folder: &Path, o
         let check = check.key("validation");
         let (study, processes) = super::validation::resolve(validation, machine, folder, overrides, &check)?;
         let points: Vec<usize> = study.variants[0].paths.iter().map(|path| path.stations.len()).collect();
-        (StudyKind::Validation(study), format!("{processes}\npoints {points:?}"))
+        (StudyKind::Validation(study), processes.and(Inputs::of("points of the paths", format!("{points:?}"))))
     } else {
         return not_one();
     };
     Ok(Study {
         name: folder_name(folder),
         question: spec.question.trim().to_string(),
-        fingerprint: format!("{text}\n{machine_text}\n{settings}"),
+        inputs: Inputs::of("study.toml", text).and(Inputs::of(&spec.machine, machine_text)).and(settings),
         kind,
     })
+}
+
+/// The size of a grid, which the command line can change.
+fn grid_input(counts: impl std::fmt::Debug) -> Inputs {
+    Inputs::of("grid", format!("{counts:?}"))
 }
 
 fn refuse_points(overrides: &Overrides, kind: &str) -> Result<()> {
@@ -154,20 +159,21 @@ fn workspace_map(
     };
     let (force, phis) = milling(milling_spec, &check.key("milling"))?;
     let check_map = check.key("workspace_map");
-    let grid = box_grid(map.min_mm, map.max_mm, map.grid, &machine, overrides, &check_map)?;
+    let grid = box_grid(map.min_mm, map.max_mm, map.grid, &machine, overrides, (MAX_MAP_POINTS, &check_map))?;
     let slices_z = slice_heights(&map.slices_z_mm, &check_map)?;
     let errors = chain_errors(&spec.chain_error, &machine, check)?;
     Ok(WorkspaceMapStudy { grid, force, phis, errors, target: map.compensate.into(), slices_z, machine })
 }
 
-/// The grid of a map over a box, the machine's workspace where no corner is given; `check` is the place of the map.
+/// The grid of a map over a box, the machine's workspace where no corner is given; `most` is the largest number of
+/// points, `check` the place of the map.
 pub(super) fn box_grid(
     min_mm: Option<[f64; 3]>,
     max_mm: Option<[f64; 3]>,
     counts: [usize; 3],
     machine: &Machine,
     overrides: &Overrides,
-    check: &Check,
+    (most, check): (usize, &Check),
 ) -> Result<Grid> {
     let corner = |key: &str, given: Option<[f64; 3]>, default: Vector3<f64>| match given {
         Some(corner) => check.key(key).finite(corner),
@@ -177,8 +183,8 @@ pub(super) fn box_grid(
     let max = corner("max_mm", max_mm, machine.workspace.max)?;
     check.ordered_box(min, max)?;
     match overrides.grid {
-        Some(counts) => grid(min, max, counts, &command_line("--grid")),
-        None => grid(min, max, counts, &check.key("grid")),
+        Some(counts) => grid(min, max, counts, most, &command_line("--grid")),
+        None => grid(min, max, counts, most, &check.key("grid")),
     }
 }
 
@@ -191,11 +197,10 @@ pub(super) fn slice_heights(heights: &[f64], check: &Check) -> Result<Vec<f64>> 
     heights.iter().map(|&z| check.finite_scalar(z)).collect()
 }
 
-fn grid(min: Vector3<f64>, max: Vector3<f64>, counts: [usize; 3], check: &Check) -> Result<Grid> {
+fn grid(min: Vector3<f64>, max: Vector3<f64>, counts: [usize; 3], most: usize, check: &Check) -> Result<Grid> {
     let total = counts.iter().try_fold(1usize, |product, &n| product.checked_mul(n));
-    if counts.contains(&0) || total.is_none_or(|total| total > MAX_GRID_POINTS) {
-        let problem =
-            format!("must be at least 1 along each axis and at most {MAX_GRID_POINTS} in all, got {counts:?}");
+    if counts.contains(&0) || total.is_none_or(|total| total > most) {
+        let problem = format!("must be at least 1 along each axis and at most {most} in all, got {counts:?}");
         return check.fail(problem);
     }
     let grid = Grid::new(min, max, counts);

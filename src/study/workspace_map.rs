@@ -1,13 +1,19 @@
 //! The workspace map: on a grid over the workspace, how far the tool moves under the cutting force, with and without
 //! chain errors, what must be commanded instead, and how far superposition departs from the simultaneous model.
 
+use std::ops::Range;
+
 use nalgebra::Vector3;
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
-use super::Source;
+use super::{
+    Failure, Source,
+    work::{Event, Work},
+};
 use crate::{
     compensation::{Compensation, Demand, Method, Session, Settings, Target, compensate_batch},
+    error,
     machine::{ChainError, Configuration, Machine, Unreachable},
     process::MillingForce,
     spatial::Wrench,
@@ -54,6 +60,12 @@ impl Grid {
         Vector3::new(self.axes[0][index % nx], self.axes[1][index / nx % ny], self.axes[2][index / (nx * ny)])
     }
 
+    /// Index of the point with these positions along the axes; the inverse of [`Grid::position`].
+    pub fn index(&self, [x, y, z]: [usize; 3]) -> usize {
+        let [nx, ny, _] = self.counts();
+        x + nx * (y + ny * z)
+    }
+
     /// Share of the box that is nearer to point `index` than to its neighbours: half a cell along each axis at the ends.
     pub fn cell_share(&self, index: usize) -> f64 {
         let [nx, ny, _] = self.counts();
@@ -89,7 +101,7 @@ pub struct WorkspaceMapStudy {
 }
 
 /// What a source does at a grid point, worst over φ.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SourceEffect {
     /// Largest displacement of the tool tip, mm.
     pub deflection_mm: f64,
@@ -119,18 +131,8 @@ impl SourceEffect {
     }
 }
 
-/// Why a point has no numbers.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Failure {
-    /// Word used in tables: `unreachable`, `unstable`, `buckled`, `singular`, `not_converged`, or how
-    /// compensation failed: `slow`, `diverged`, `uncontrollable`.
-    pub status: &'static str,
-    /// Reason in words.
-    pub reason: String,
-}
-
 /// One grid point.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MapPoint {
     /// Commanded position of P, mm.
     pub position_mm: [f64; 3],
@@ -156,31 +158,60 @@ pub struct WorkspaceMap {
 
 /// Computes all points, in parallel on the current rayon pool; the result does not depend on the number of threads.
 ///
-/// `done` is called after each point.
-pub fn run(study: &WorkspaceMapStudy, done: &(dyn Fn() + Sync)) -> WorkspaceMap {
+/// # Errors
+/// Of `work`.
+pub fn run(study: &WorkspaceMapStudy, work: &Work) -> error::Result<WorkspaceMap> {
+    let mut points = Vec::with_capacity(study.grid.len());
+    run_in_blocks(study, work, |block| {
+        points.extend(block);
+        Ok(())
+    })?;
+    Ok(WorkspaceMap { study: study.clone(), points })
+}
+
+/// Points of a block: what a run that is killed loses at most.
+const BLOCK: usize = 512 * Batch::WIDTH;
+
+/// As [`run`], but gives the points to `take` block by block, in grid order, so that memory does not grow with the grid. The
+/// next block is computed meanwhile.
+///
+/// # Errors
+/// Of `work` and of `take`.
+pub fn run_in_blocks(
+    study: &WorkspaceMapStudy,
+    work: &Work,
+    mut take: impl FnMut(Vec<MapPoint>) -> error::Result<()> + Send,
+) -> error::Result<()> {
     let real = study.machine.with_errors(&study.errors);
-    let groups: Vec<Vec<MapPoint>> = (0..study.grid.len().div_ceil(Batch::WIDTH))
+    let total = study.grid.len();
+    let mut done = Vec::new();
+    for start in (0..total).step_by(BLOCK) {
+        let compute = || block(study, &real, start..total.min(start + BLOCK), work);
+        let (next, taken) = rayon::join(|| work.piece(&start, Vec::len, compute), || take(std::mem::take(&mut done)));
+        taken?;
+        done = next?;
+    }
+    take(done)
+}
+
+/// The points with these indices; `real` is the machine with its errors.
+fn block(study: &WorkspaceMapStudy, real: &Machine, indices: Range<usize>, work: &Work) -> Vec<MapPoint> {
+    let groups: Vec<Vec<MapPoint>> = (0..indices.len().div_ceil(Batch::WIDTH))
         .into_par_iter()
         .map_init(
             || GroupSolver {
                 study,
                 nominal: Group::new(&study.machine, &study.machine),
-                real: Group::new(&study.machine, &real),
+                real: Group::new(&study.machine, real),
             },
             |solver, group| {
-                let first = group * Batch::WIDTH;
-                let indices = first..study.grid.len().min(first + Batch::WIDTH);
-                solver.solve(&indices.map(|index| study.grid.position(index)).collect::<Vec<_>>(), done)
+                let first = indices.start + group * Batch::WIDTH;
+                let indices = first..indices.end.min(first + Batch::WIDTH);
+                solver.solve(&indices.map(|index| study.grid.position(index)).collect::<Vec<_>>(), work)
             },
         )
         .collect();
-    WorkspaceMap { study: study.clone(), points: groups.into_iter().flatten().collect() }
-}
-
-impl From<Unreachable> for Failure {
-    fn from(unreachable: Unreachable) -> Self {
-        Failure { status: "unreachable", reason: unreachable.to_string() }
-    }
+    groups.into_iter().flatten().collect()
 }
 
 /// One machine at several points, commanded twice: without and with compensation.
@@ -221,7 +252,7 @@ struct GroupSolver<'a> {
 }
 
 impl GroupSolver<'_> {
-    fn solve(&mut self, positions: &[Vector3<f64>], done: &(dyn Fn() + Sync)) -> Vec<MapPoint> {
+    fn solve(&mut self, positions: &[Vector3<f64>], work: &Work) -> Vec<MapPoint> {
         let machine = &self.study.machine;
         let reach = |position: &Vector3<f64>| machine.inverse_kinematics(&machine.pose_at(*position));
         let reached: Vec<_> = positions.iter().map(reach).collect();
@@ -249,7 +280,7 @@ impl GroupSolver<'_> {
                 Ok(_) => effects.next(),
                 Err(unreachable) => Some(std::array::from_fn(|_| Err(Failure::from(unreachable.clone())))),
             };
-            done();
+            work.tell(Event::Computed(1));
             effects.map(|effects| MapPoint { position_mm: (*position).into(), effects })
         };
         positions.iter().zip(&reached).filter_map(point).collect()
@@ -316,7 +347,7 @@ fn command(
         } else {
             let at = phi.map_or_else(String::new, |phi| format!(" (phi {:.1} deg)", phi.to_degrees()));
             let reason = answer.status.reason(machine) + &at;
-            tallies[index] = Err(Failure { status: answer.status.label(), reason });
+            tallies[index] = Err(Failure { status: answer.status.label().into(), reason });
         }
     }
     done
@@ -371,7 +402,7 @@ impl Tally {
 
     fn conclude(self) -> Result<Turn, Failure> {
         let Some(worst) = self.worst else {
-            return Err(Failure { status: "not_converged", reason: "there is no load".into() });
+            return Err(Failure { status: "not_converged".into(), reason: "there is no load".into() });
         };
         let effect = SourceEffect {
             deflection_mm: worst.displacement.norm(),

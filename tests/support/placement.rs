@@ -1,12 +1,12 @@
 //! Placement studies from text.
 
-use std::{path::Path, sync::Arc};
+use std::path::Path;
 
 use kinetostat::{
     error::Result,
     study::{
-        Overrides, Study, StudyKind,
-        placement::{PlacementResults, PlacementStudy, Watch, run},
+        Overrides, Study, StudyKind, Work,
+        placement::{PlacementResults, PlacementStudy, run},
     },
 };
 
@@ -18,6 +18,5 @@ pub fn study_in(folder: &Path, toml: &str) -> Result<PlacementStudy> {
 }
 
 pub fn searched(study: &PlacementStudy) -> PlacementResults {
-    let watch: Watch = Arc::new(|_| {});
-    run(study, &watch)
+    run(study, &Work::default()).unwrap()
 }

@@ -5,6 +5,8 @@
 //! recommendation "Metadata Vocabulary for Tabular Data" (2015, section 5.2) has programs look for the description of the
 //! CSV files of a folder. Units and versions are terms of schema.org, whose prefix that recommendation predefines.
 
+use std::io::Write;
+
 use serde_json::{Value, json};
 
 use super::table::{Cell, Kind, SCHEMA, Table};
@@ -12,23 +14,55 @@ use super::table::{Cell, Kind, SCHEMA, Table};
 /// Name of the file that describes the CSV files of a folder.
 pub const DESCRIPTION: &str = "csv-metadata.json";
 
-/// The table as CSV: one header line, numbers in the shortest form that reads back to the same value, empty cells where
-/// values are missing.
+/// A table as CSV, written part by part: one header line, numbers in the shortest form that reads back to the same value,
+/// empty cells where values are missing.
+pub struct CsvFile<W: Write> {
+    writer: csv::Writer<W>,
+    has_header: bool,
+}
+
+impl<W: Write> CsvFile<W> {
+    /// An empty file.
+    pub fn new(out: W) -> Self {
+        Self { writer: csv::Writer::from_writer(out), has_header: false }
+    }
+
+    /// Adds the rows of `table`; all parts have the same columns.
+    ///
+    /// # Errors
+    /// The output cannot be written.
+    pub fn add(&mut self, table: &Table) -> csv::Result<()> {
+        if !std::mem::replace(&mut self.has_header, true) {
+            self.writer.write_record(table.columns().iter().map(|column| &column.name))?;
+        }
+        for row in table.rows() {
+            self.writer.write_record(row.iter().map(|cell| match cell {
+                Cell::Missing => String::new(),
+                Cell::Number(number) => number.to_string(),
+                Cell::Count(count) => count.to_string(),
+                Cell::Text(text) => text.clone(),
+            }))?;
+        }
+        Ok(())
+    }
+
+    /// The output, with everything written to it.
+    ///
+    /// # Errors
+    /// The output cannot be written.
+    pub fn finish(self) -> csv::Result<W> {
+        self.writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))
+    }
+}
+
+/// The whole table as CSV.
 ///
 /// # Errors
 /// None that is known: memory takes all that is written.
 pub fn csv(table: &Table) -> csv::Result<Vec<u8>> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record(table.columns().iter().map(|column| &column.name))?;
-    for row in table.rows() {
-        writer.write_record(row.iter().map(|cell| match cell {
-            Cell::Missing => String::new(),
-            Cell::Number(number) => number.to_string(),
-            Cell::Count(count) => count.to_string(),
-            Cell::Text(text) => text.clone(),
-        }))?;
-    }
-    writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))
+    let mut file = CsvFile::new(Vec::new());
+    file.add(table)?;
+    file.finish()
 }
 
 /// The description of CSV files with their names.

@@ -7,7 +7,7 @@
 //! Origin and spacing of an image are of single precision in the crate that writes it, a millionth of the workspace;
 //! `position_mm` holds the positions themselves.
 
-use std::io;
+use std::{io, path::Path};
 
 use serde_json::{Value, json};
 use vtkio::model::{
@@ -15,7 +15,11 @@ use vtkio::model::{
 };
 
 use super::table::{Cell, Column, Kind, Row, SCHEMA, Table};
-use crate::study::workspace_map::Grid;
+use crate::{
+    error::{self, Error},
+    report::OutputFile,
+    study::workspace_map::Grid,
+};
 
 /// Statuses of points; their place is their number in images. New ones go to the end.
 pub const STATUS: [&str; 14] = [
@@ -71,6 +75,16 @@ enum Values {
 }
 
 impl Image {
+    /// The image and its description as files of `folder`.
+    ///
+    /// # Errors
+    /// The image cannot hold the data.
+    pub fn files(&self, folder: &Path, tables: &[(String, Table)]) -> error::Result<Vec<OutputFile>> {
+        let fault = |source| Error::Write { file: folder.join("map.vti"), source };
+        let (bytes, described) = self.vti(tables).map_err(fault)?;
+        Ok(vec![OutputFile::new("map.vti", bytes), OutputFile::new("map.vti.json", format!("{described:#}\n"))])
+    }
+
     /// The image as a `.vti` file, and its description as JSON: arrays, units, statuses.
     ///
     /// # Errors

@@ -6,13 +6,15 @@
 mod csv_file;
 mod image;
 mod parquet_file;
+mod streamed;
 mod table;
 
 use std::path::Path;
 
-pub use csv_file::{DESCRIPTION, csv, description};
+pub use csv_file::{CsvFile, DESCRIPTION, csv, description};
 pub use image::{Image, Layer, STATUS};
-pub use parquet_file::parquet;
+pub use parquet_file::{ParquetFile, parquet};
+pub use streamed::StreamedTable;
 pub use table::{Cell, Column, Kind, Row, SCHEMA, Table, cells, counts, numbers, texts};
 
 use super::OutputFile;
@@ -30,13 +32,14 @@ pub enum Format {
 }
 
 /// Tables and maps in the formats asked for, `folder` being where they will be written. A study without a map has no VTK
-/// image.
+/// image. `written` are tables whose files exist already and only need to be described.
 ///
 /// # Errors
 /// A format cannot hold the data; names the file.
 pub fn files(
     folder: &Path,
     tables: &[(String, Table)],
+    written: &[(String, Table)],
     map: Option<&Image>,
     formats: &[Format],
 ) -> Result<Vec<OutputFile>> {
@@ -48,7 +51,9 @@ pub fn files(
             let bytes = csv(table).map_err(|e| fault(name, std::io::Error::other(e)))?;
             files.push(OutputFile::new(name, bytes));
         }
-        let described = description(named.iter().map(|(name, table)| (name.as_str(), *table)));
+        let written = written.iter().map(|(stem, table)| (format!("{stem}.csv"), table));
+        let all: Vec<(String, &Table)> = written.chain(named).collect();
+        let described = description(all.iter().map(|(name, table)| (name.as_str(), *table)));
         files.push(OutputFile::new(DESCRIPTION, format!("{described:#}\n")));
     }
     if formats.contains(&Format::Parquet) {
@@ -59,9 +64,7 @@ pub fn files(
         }
     }
     if let Some(map) = map.filter(|_| formats.contains(&Format::Vti)) {
-        let (bytes, described) = map.vti(tables).map_err(|source| fault("map.vti", source))?;
-        files.push(OutputFile::new("map.vti", bytes));
-        files.push(OutputFile::new("map.vti.json", format!("{described:#}\n")));
+        files.extend(map.files(folder, tables)?);
     }
     Ok(files)
 }

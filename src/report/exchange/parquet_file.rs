@@ -1,6 +1,6 @@
 //! Tables as Apache Parquet.
 
-use std::sync::Arc;
+use std::{io::Write, sync::Arc};
 
 use parquet::{
     basic::{LogicalType, Repetition, Type as Physical},
@@ -17,36 +17,64 @@ use parquet::{
 
 use super::table::{Cell, Column, Kind, SCHEMA, Table};
 
-/// Rows of a row group.
-const GROUP: usize = 1 << 20;
-
-/// The table as a Parquet file with the columns of the CSV file: `double`, `int64` or UTF-8, null where a cell is missing.
+/// A table as a Parquet file, written part by part, with the columns of the CSV file: `double`, `int64` or UTF-8, null where
+/// a cell is missing. Each part is a row group.
 ///
 /// The file's key-value metadata hold the version of the columns (`kinetostat.schema`) and the unit of every column that
 /// has one (`unit.COLUMN`), since Parquet keeps no units itself.
+pub struct ParquetFile<W: Write + Send> {
+    writer: SerializedFileWriter<W>,
+}
+
+impl<W: Write + Send> ParquetFile<W> {
+    /// A file for `columns`.
+    ///
+    /// # Errors
+    /// The library refuses the schema, or `out` cannot be written.
+    pub fn new(columns: &[Column], out: W) -> Result<Self> {
+        let fields = columns.iter().map(|column| field(column).map(Arc::new)).collect::<Result<Vec<_>>>()?;
+        let schema = Type::group_type_builder("table").with_fields(fields).build()?;
+        let mut metadata = vec![KeyValue::new("kinetostat.schema".into(), SCHEMA.to_string())];
+        for column in columns {
+            metadata.extend(column.unit().map(|unit| KeyValue::new(format!("unit.{}", column.name), unit.to_string())));
+        }
+        let properties = WriterProperties::builder()
+            .set_created_by(concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION")).into())
+            .set_key_value_metadata(Some(metadata))
+            .build();
+        Ok(Self { writer: SerializedFileWriter::new(out, Arc::new(schema), Arc::new(properties))? })
+    }
+
+    /// Adds the rows of `table`, which has the columns of the file.
+    ///
+    /// # Errors
+    /// The library refuses the data, or the output cannot be written.
+    pub fn add(&mut self, table: &Table) -> Result<()> {
+        let mut group = self.writer.next_row_group()?;
+        for index in 0..table.columns().len() {
+            write_column(&mut group, table.rows().iter().map(|row| &row[index]))?;
+        }
+        group.close()?;
+        Ok(())
+    }
+
+    /// The output, with everything written to it.
+    ///
+    /// # Errors
+    /// The output cannot be written.
+    pub fn finish(self) -> Result<W> {
+        self.writer.into_inner()
+    }
+}
+
+/// The whole table as a Parquet file.
 ///
 /// # Errors
 /// The library refuses the schema or the data.
 pub fn parquet(table: &Table) -> Result<Vec<u8>> {
-    let fields = table.columns().iter().map(|column| field(column).map(Arc::new)).collect::<Result<Vec<_>>>()?;
-    let schema = Type::group_type_builder("table").with_fields(fields).build()?;
-    let mut metadata = vec![KeyValue::new("kinetostat.schema".into(), SCHEMA.to_string())];
-    for column in table.columns() {
-        metadata.extend(column.unit().map(|unit| KeyValue::new(format!("unit.{}", column.name), unit.to_string())));
-    }
-    let properties = WriterProperties::builder()
-        .set_created_by(concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION")).into())
-        .set_key_value_metadata(Some(metadata))
-        .build();
-    let mut writer = SerializedFileWriter::new(Vec::new(), Arc::new(schema), Arc::new(properties))?;
-    for rows in table.rows().chunks(GROUP) {
-        let mut group = writer.next_row_group()?;
-        for index in 0..table.columns().len() {
-            write_column(&mut group, rows.iter().map(|row| &row[index]))?;
-        }
-        group.close()?;
-    }
-    writer.into_inner()
+    let mut file = ParquetFile::new(table.columns(), Vec::new())?;
+    file.add(table)?;
+    file.finish()
 }
 
 fn field(column: &Column) -> Result<Type> {
@@ -62,8 +90,8 @@ fn field(column: &Column) -> Result<Type> {
 }
 
 /// Writes the next column of `group`.
-fn write_column<'a>(
-    group: &mut SerializedRowGroupWriter<'_, Vec<u8>>,
+fn write_column<'a, W: Write + Send>(
+    group: &mut SerializedRowGroupWriter<'_, W>,
     cells: impl Iterator<Item = &'a Cell> + Clone,
 ) -> Result<()> {
     let Some(mut column) = group.next_column()? else {

@@ -97,15 +97,25 @@ impl TableView {
             None => None,
         };
         let mut ranks: Vec<(f64, usize)> = Vec::new();
+        let mut total = 0;
+        let shorten = |ranks: &mut Vec<(f64, usize)>| {
+            if ranked_by.is_some() {
+                ranks.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+            }
+            ranks.truncate(MOST_ROWS);
+        };
         table.each_row(|row| {
             let value = ranked_by.and_then(|column| row.get(column)?.parse().ok()).unwrap_or(f64::NEG_INFINITY);
-            ranks.push((value, ranks.len()));
+            ranks.push((value, total));
+            total += 1;
+            // A map may have more rows than memory.
+            if ranks.len() == 100 * MOST_ROWS {
+                shorten(&mut ranks);
+            }
         })?;
-        let total = ranks.len();
-        if ranked_by.is_some() && total > MOST_ROWS {
-            ranks.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        if total > MOST_ROWS {
+            shorten(&mut ranks);
         }
-        ranks.truncate(MOST_ROWS);
         let mut chosen: Vec<(usize, Vec<Cell>)> = Vec::new();
         let wanted: std::collections::BTreeSet<usize> = ranks.iter().map(|(_, index)| *index).collect();
         let mut index = 0;

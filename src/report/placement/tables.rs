@@ -61,7 +61,7 @@ pub fn candidates_table(study: &PlacementStudy, entries: &[Entry]) -> Table {
         row.extend(coordinates(&entry.site));
         match &entry.outcome {
             Ok(_) => row.extend(["solved".into(), exchange::Cell::Missing]),
-            Err(failure) => row.extend([failure.status.into(), failure.reason.as_str().into()]),
+            Err(failure) => row.extend([(&*failure.status).into(), failure.reason.as_str().into()]),
         }
         row.push(number(Some(entry.value)));
         let evaluation = entry.outcome.as_ref().ok();
@@ -109,11 +109,11 @@ pub fn sweep_table(results: &PlacementResults) -> Table {
 }
 
 /// Word for what became of a place of the sweep.
-pub fn cell_status(cell: &Cell) -> &'static str {
+pub fn cell_status(cell: &Cell) -> &str {
     match &cell.verdict {
         Verdict::Complete(_) => "solved",
         Verdict::GivenUp(_) => "given_up",
-        Verdict::Infeasible(failure) => failure.status,
+        Verdict::Infeasible(failure) => &failure.status,
     }
 }
 

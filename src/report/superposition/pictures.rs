@@ -54,7 +54,7 @@ fn maps(results: &Superposition) -> Vec<(String, SliceFigure)> {
                 x_label: "x [mm]".into(),
                 y_label: "y [mm]".into(),
                 quantity: quantity.into(),
-                panels: panels(&study.machine, &study.grid, &study.slices_z, &values),
+                panels: panels(&study.machine, &study.grid, &study.slices_z, &|node| values[study.grid.index(node)]),
                 range: None,
                 contour,
             };

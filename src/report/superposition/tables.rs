@@ -7,13 +7,13 @@ use crate::{
         table::tidy_degrees,
     },
     study::{
+        Failure,
         superposition::{
             LocationResult, Scaled, Superposition,
             ablation::Cause,
             departure::{Departures, Followed, Sum, Worst},
             safe::LargestFactor,
         },
-        workspace_map::Failure,
     },
 };
 
@@ -50,7 +50,7 @@ fn solved(worst: &Worst) -> Row {
 }
 
 fn failed(failure: &Failure, cells: usize) -> Row {
-    let mut row = vec![failure.status.into(), failure.reason.as_str().into()];
+    let mut row = vec![(&*failure.status).into(), failure.reason.as_str().into()];
     row.resize(2 + cells, Cell::Missing);
     row
 }
@@ -172,7 +172,7 @@ pub fn slopes_table(results: &Superposition) -> Table {
 
 fn no_fit() -> Failure {
     Failure {
-        status: "no_fit",
+        status: "no_fit".into(),
         reason: "fewer than two departures could be solved and are larger than rounding".into(),
     }
 }

@@ -1,4 +1,4 @@
-//! Reports of a workspace map.
+//! Reports of a workspace map, gathered point by point: memory does not grow with the grid.
 
 mod page;
 mod pictures;
@@ -7,15 +7,15 @@ mod table;
 
 pub use page::page;
 pub(in crate::report) use page::source_group;
-pub use pictures::figures;
-pub use summary::{summary_json, summary_text};
+pub use pictures::Pictures;
+pub use summary::Summary;
 pub use table::table;
 
 use super::exchange::{Image, Layer};
-use crate::study::workspace_map::WorkspaceMap;
+use crate::study::workspace_map::WorkspaceMapStudy;
 
 /// The map as an image of [`table()`], called `map`.
-pub fn image(map: &WorkspaceMap) -> Image {
+pub fn image(study: &WorkspaceMapStudy) -> Image {
     let layer = Layer { table: "map", keys: &["source"], vectors: &["deflection", "departure"] };
-    Image { grid: map.study.grid.clone(), layers: vec![layer] }
+    Image { grid: study.grid.clone(), layers: vec![layer] }
 }

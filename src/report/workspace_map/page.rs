@@ -9,19 +9,15 @@ use crate::{
         },
         table::{correction_columns, force_columns, force_unit, position_unit},
     },
-    study::{
-        Source,
-        workspace_map::{WorkspaceMap, WorkspaceMapStudy},
-    },
+    study::{Source, workspace_map::WorkspaceMapStudy},
 };
 
 /// Setting, views and tables; answer, figures and question are added by the run.
-pub fn page(map: &WorkspaceMap) -> Description {
-    let study = &map.study;
+pub fn page(study: &WorkspaceMapStudy) -> Description {
     let caption = "One row per grid point and source of error, worst over the tool angle.";
     Description {
         setting: setting(study),
-        explorers: vec![explorer(map)],
+        explorers: vec![explorer(study)],
         tables: vec![TableNote::ranked("map.csv", caption, "deflection_mm")],
         ..Description::new("workspace_map", MachineDescription::new(&study.machine))
     }
@@ -56,8 +52,8 @@ fn setting(study: &WorkspaceMapStudy) -> Vec<Fact> {
     facts
 }
 
-fn explorer(map: &WorkspaceMap) -> Explorer {
-    let machine = &map.study.machine;
+fn explorer(study: &WorkspaceMapStudy) -> Explorer {
+    let machine = &study.machine;
     let (position, force) = (position_unit(machine), force_unit(machine));
     use Better::{Larger, Neither, Smaller};
     let mut quantities = vec![

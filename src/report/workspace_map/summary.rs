@@ -1,148 +1,199 @@
-//! The map's answer in sentences and as a small JSON object.
+//! The map's answer in sentences and as a small JSON object, from its points one after another.
 
 use serde_json::{Value, json};
 
 use crate::{
-    report::table::{force_unit, largest_position, position_unit},
+    machine::Machine,
+    report::{
+        StatusCount,
+        table::{force_unit, largest_position, position_unit},
+    },
     study::{
-        Source,
-        workspace_map::{MapPoint, SourceEffect, WorkspaceMap},
+        SOLVED, Source, status_of,
+        workspace_map::{MapPoint, SourceEffect, WorkspaceMapStudy},
     },
 };
 
-/// Solved points of one source with a value each.
-fn ranked<'a>(
-    map: &'a WorkspaceMap,
-    source: Source,
-    value: impl Fn(&SourceEffect) -> Option<f64> + 'a,
-) -> impl Iterator<Item = (f64, &'a MapPoint, &'a SourceEffect)> {
-    map.points.iter().filter_map(move |point| {
-        let effect = point.effect(source)?;
-        Some((value(effect)?, point, effect))
-    })
+/// A value and where it occurs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Found {
+    value: f64,
+    position_mm: [f64; 3],
+    phi_deg: Option<f64>,
 }
 
-fn at(point: &MapPoint) -> String {
-    let [x, y, z] = point.position_mm;
-    format!("({x:.1}, {y:.1}, {z:.1}) mm")
+impl Found {
+    fn place(&self) -> String {
+        let [x, y, z] = self.position_mm;
+        format!("({x:.1}, {y:.1}, {z:.1}) mm")
+    }
+
+    fn json(&self) -> Value {
+        json!({ "value": self.value, "position_mm": self.position_mm, "phi_deg": self.phi_deg })
+    }
 }
 
-/// Rows that were solved, and all rows.
-fn solved_rows(map: &WorkspaceMap) -> (usize, usize) {
-    let rows = map.points.iter().flat_map(|point| &point.effects);
-    (rows.clone().filter(|effect| effect.is_ok()).count(), rows.count())
-}
+/// The smallest and the largest value seen, each where it was seen first.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Extremes(Option<[Found; 2]>);
 
-/// The closing words of a run: how far the tool moves, where, and what must be commanded instead.
-pub fn summary_text(map: &WorkspaceMap) -> String {
-    let mut text = String::new();
-    let (solved, rows) = solved_rows(map);
-    let study = &map.study;
-    text += &format!(
-        "{}: {} grid points, {} tool angles, {solved} of {rows} rows solved.\n",
-        study.machine.title,
-        study.grid.len(),
-        study.phis.len()
-    );
-    text += &deflection_sentence(map);
-    text += &correction_sentence(map);
-    text += &departure_sentence(map);
-    text
-}
-
-fn extremes<'a>(
-    values: impl Iterator<Item = (f64, &'a MapPoint, &'a SourceEffect)>,
-) -> Option<[(f64, &'a MapPoint, &'a SourceEffect); 2]> {
-    let mut found: Option<[(f64, &MapPoint, &SourceEffect); 2]> = None;
-    for item in values {
-        found = Some(match found {
-            None => [item, item],
-            Some([least, most]) => {
-                [if item.0 < least.0 { item } else { least }, if item.0 > most.0 { item } else { most }]
-            }
+impl Extremes {
+    fn see(&mut self, found: Found) {
+        self.0 = Some(match self.0 {
+            None => [found; 2],
+            Some([least, most]) => [
+                if found.value < least.value { found } else { least },
+                if found.value > most.value { found } else { most },
+            ],
         });
     }
-    found
-}
 
-fn deflection_sentence(map: &WorkspaceMap) -> String {
-    let mut text = String::new();
-    for source in Source::ALL {
-        let Some([least, most]) = extremes(ranked(map, source, |e| Some(e.deflection_mm))) else { continue };
-        let cause = match source {
-            Source::Cutting => "The cutting force alone moves the tool",
-            Source::Assembly => "Chain errors alone move it",
-            Source::Both => "Both together move it",
-        };
-        let phi = most.2.phi_deg.map_or_else(String::new, |phi| format!(" (tool angle {phi:.0}°)"));
-        text += &format!(
-            "{cause} by {:.3} mm at best, at {}, and by {:.3} mm at worst, at {}{phi}.\n",
-            least.0,
-            at(least.1),
-            most.0,
-            at(most.1)
-        );
+    fn json(&self) -> Option<Value> {
+        let [least, most] = self.0?;
+        Some(json!({ "smallest": least.json(), "largest": most.json() }))
     }
-    text
 }
 
-fn correction_sentence(map: &WorkspaceMap) -> String {
-    let machine = &map.study.machine;
-    let correction = extremes(ranked(map, Source::Both, |e| Some(largest_position(machine, &e.delta_rho))));
-    let force = extremes(ranked(map, Source::Both, |e| Some(e.largest_drive_force())));
-    let (Some([least, most]), Some([_, force])) = (correction, force) else { return String::new() };
-    let unit = position_unit(machine);
-    format!(
-        "To keep the tool on its path under both, drives must be commanded up to {:.3} {unit} away from the inverse \
-         kinematics at best, at {}, and {:.3} {unit} at worst, at {}. Drive forces reach {:.0} {}, at {}.\n",
-        least.0,
-        at(least.1),
-        most.0,
-        at(most.1),
-        force.0,
-        force_unit(machine),
-        at(force.1)
-    )
+/// Extremes of one source.
+#[derive(Debug, Clone, Default)]
+struct OfSource {
+    deflection: Extremes,
+    correction: Extremes,
+    force: Extremes,
+    departure: Extremes,
+    departure_over_deflection: Extremes,
 }
 
-fn departure_sentence(map: &WorkspaceMap) -> String {
-    let ratio = |e: &SourceEffect| e.departure_mm().map(|d| d / e.deflection_mm).filter(|r| r.is_finite());
-    let Some([_, absolute]) = extremes(ranked(map, Source::Both, SourceEffect::departure_mm)) else {
-        return String::new();
-    };
-    let Some([_, relative]) = extremes(ranked(map, Source::Both, ratio)) else { return String::new() };
-    format!(
-        "Adding the two effects instead of solving them together is wrong by up to {:.4} mm, at {}, and by up to {:.1} % \
-         of the deflection, at {}.\n",
-        absolute.0,
-        at(absolute.1),
-        100.0 * relative.0,
-        at(relative.1)
-    )
+/// What a map says, gathered point by point.
+#[derive(Debug, Clone, Default)]
+pub struct Summary {
+    sources: [OfSource; 3],
+    statuses: Vec<StatusCount>,
 }
 
-/// Extremes per source; drive corrections in mm for slides and degrees for hinges, drive forces in N and N·mm.
-pub fn summary_json(map: &WorkspaceMap) -> Value {
-    let (solved, rows) = solved_rows(map);
-    let place = |(value, point, effect): (f64, &MapPoint, &SourceEffect)| json!({ "value": value, "position_mm": point.position_mm, "phi_deg": effect.phi_deg });
-    let machine = &map.study.machine;
-    let mut sources = serde_json::Map::new();
-    for source in Source::ALL {
-        let Some([least, most]) = extremes(ranked(map, source, |e| Some(e.deflection_mm))) else { continue };
-        let mut entry = json!({ "deflection_mm": { "smallest": place(least), "largest": place(most) } });
-        for (key, value) in [
-            (
-                "delta_rho_largest_drive",
-                extremes(ranked(map, source, |e| Some(largest_position(machine, &e.delta_rho)))),
-            ),
-            ("drive_force_largest_drive", extremes(ranked(map, source, |e| Some(e.largest_drive_force())))),
-            ("departure_mm", extremes(ranked(map, source, SourceEffect::departure_mm))),
-        ] {
-            if let Some([least, most]) = value {
-                entry[key] = json!({ "smallest": place(least), "largest": place(most) });
+impl Summary {
+    /// Takes a point of `machine` into account.
+    pub fn add(&mut self, machine: &Machine, point: &MapPoint) {
+        for (effect, sums) in point.effects.iter().zip(&mut self.sources) {
+            StatusCount::add(&mut self.statuses, status_of(effect));
+            if let Ok(effect) = effect {
+                sums.see(machine, point.position_mm, effect);
             }
         }
-        sources.insert(source.label().into(), entry);
     }
-    json!({ "schema": 1, "rows": rows, "rows_solved": solved, "sources": sources })
+
+    /// Rows per status.
+    pub fn statuses(&self) -> &[StatusCount] {
+        &self.statuses
+    }
+
+    /// Rows that were solved, and all rows.
+    fn rows(&self) -> (usize, usize) {
+        let solved = self.statuses.iter().find(|count| count.status == SOLVED);
+        (solved.map_or(0, |count| count.rows), self.statuses.iter().map(|count| count.rows).sum())
+    }
+
+    /// The closing words of a run: how far the tool moves, where, and what must be commanded instead.
+    pub fn text(&self, study: &WorkspaceMapStudy) -> String {
+        let (solved, rows) = self.rows();
+        let mut text = format!(
+            "{}: {} grid points, {} tool angles, {solved} of {rows} rows solved.\n",
+            study.machine.title,
+            study.grid.len(),
+            study.phis.len()
+        );
+        text += &self.deflection_sentences();
+        text += &self.correction_sentence(&study.machine);
+        text += &self.departure_sentence();
+        text
+    }
+
+    fn deflection_sentences(&self) -> String {
+        let mut text = String::new();
+        for source in Source::ALL {
+            let Some([least, most]) = self.sources[source as usize].deflection.0 else { continue };
+            let cause = match source {
+                Source::Cutting => "The cutting force alone moves the tool",
+                Source::Assembly => "Chain errors alone move it",
+                Source::Both => "Both together move it",
+            };
+            let phi = most.phi_deg.map_or_else(String::new, |phi| format!(" (tool angle {phi:.0}°)"));
+            text += &format!(
+                "{cause} by {:.3} mm at best, at {}, and by {:.3} mm at worst, at {}{phi}.\n",
+                least.value,
+                least.place(),
+                most.value,
+                most.place()
+            );
+        }
+        text
+    }
+
+    fn correction_sentence(&self, machine: &Machine) -> String {
+        let both = &self.sources[Source::Both as usize];
+        let (Some([least, most]), Some([_, force])) = (both.correction.0, both.force.0) else { return String::new() };
+        let unit = position_unit(machine);
+        format!(
+            "To keep the tool on its path under both, drives must be commanded up to {:.3} {unit} away from the inverse \
+             kinematics at best, at {}, and {:.3} {unit} at worst, at {}. Drive forces reach {:.0} {}, at {}.\n",
+            least.value,
+            least.place(),
+            most.value,
+            most.place(),
+            force.value,
+            force_unit(machine),
+            force.place()
+        )
+    }
+
+    fn departure_sentence(&self) -> String {
+        let both = &self.sources[Source::Both as usize];
+        let (Some([_, absolute]), Some([_, relative])) = (both.departure.0, both.departure_over_deflection.0) else {
+            return String::new();
+        };
+        format!(
+            "Adding the two effects instead of solving them together is wrong by up to {:.4} mm, at {}, and by up to \
+             {:.1} % of the deflection, at {}.\n",
+            absolute.value,
+            absolute.place(),
+            100.0 * relative.value,
+            relative.place()
+        )
+    }
+
+    /// Extremes per source; drive corrections in mm for slides and degrees for hinges, drive forces in N and N·mm.
+    pub fn json(&self) -> Value {
+        let (solved, rows) = self.rows();
+        let mut sources = serde_json::Map::new();
+        for (source, sums) in Source::ALL.into_iter().zip(&self.sources) {
+            let entries = [
+                ("deflection_mm", &sums.deflection),
+                ("delta_rho_largest_drive", &sums.correction),
+                ("drive_force_largest_drive", &sums.force),
+                ("departure_mm", &sums.departure),
+            ];
+            let entries: serde_json::Map<String, Value> =
+                entries.into_iter().filter_map(|(key, extremes)| Some((key.to_string(), extremes.json()?))).collect();
+            if !entries.is_empty() {
+                sources.insert(source.label().into(), Value::Object(entries));
+            }
+        }
+        json!({ "schema": 1, "rows": rows, "rows_solved": solved, "sources": sources })
+    }
+}
+
+impl OfSource {
+    fn see(&mut self, machine: &Machine, position_mm: [f64; 3], effect: &SourceEffect) {
+        let found = |value| Found { value, position_mm, phi_deg: effect.phi_deg };
+        self.deflection.see(found(effect.deflection_mm));
+        self.correction.see(found(largest_position(machine, &effect.delta_rho)));
+        self.force.see(found(effect.largest_drive_force()));
+        if let Some(departure) = effect.departure_mm() {
+            self.departure.see(found(departure));
+            let share = departure / effect.deflection_mm;
+            if share.is_finite() {
+                self.departure_over_deflection.see(found(share));
+            }
+        }
+    }
 }

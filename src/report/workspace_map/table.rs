@@ -7,17 +7,16 @@ use crate::{
         table::{correction_columns, force_columns, shown_positions, tidy_degrees},
     },
     study::{
-        Source,
-        workspace_map::{Failure, SourceEffect, WorkspaceMap},
+        Failure, Source,
+        workspace_map::{MapPoint, SourceEffect},
     },
 };
 
-/// One row per grid point and source; `status` and `reason` say why numbers are missing.
-pub fn table(map: &WorkspaceMap) -> Table {
-    let machine = &map.study.machine;
+/// One row per point and source; `status` and `reason` say why numbers are missing.
+pub fn table(machine: &Machine, points: &[MapPoint]) -> Table {
     let columns = columns(machine);
     let width = columns.len();
-    let rows = map.points.iter().flat_map(|point| {
+    let rows = points.iter().flat_map(|point| {
         Source::ALL.map(|source| {
             let mut row: Row = cells(point.position_mm).collect();
             row.push(source.label().into());
@@ -69,6 +68,6 @@ fn solved_cells(machine: &Machine, effect: &SourceEffect, row: &mut Row) {
 }
 
 fn failed_cells(failure: &Failure, width: usize, row: &mut Row) {
-    row.extend([failure.status.into(), failure.reason.as_str().into()]);
+    row.extend([(&*failure.status).into(), failure.reason.as_str().into()]);
     row.resize(width, Cell::Missing);
 }

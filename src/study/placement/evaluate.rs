@@ -3,6 +3,8 @@
 //! A sweep evaluates paths in levels, from few points to all; `Evaluator::outlook` says after each level the best the
 //! metrics can still be.
 
+use serde::{Deserialize, Serialize};
+
 use super::{
     PlacementStudy,
     bounded::{Corrected, correct},
@@ -13,8 +15,9 @@ use super::{
 };
 use crate::{
     compensation::Demand,
+    error::Error,
     machine::Machine,
-    study::{placement::FeatureJob, program::demands_under, workspace_map::Failure},
+    study::{Failure, Work, placement::FeatureJob, program::demands_under},
 };
 
 /// Evaluates placements of one study; shared by all threads.
@@ -48,7 +51,7 @@ struct Prepared {
 }
 
 /// What is known of a placement after some levels.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Partial {
     site: Site,
     tallies: Vec<Tally>,
@@ -56,7 +59,7 @@ pub(super) struct Partial {
 }
 
 /// All metrics of a placement.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Evaluation {
     /// Of all features together.
     pub metrics: Metrics,
@@ -134,7 +137,7 @@ impl<'a> Evaluator<'a> {
             None => Ok(()),
             Some(forbidden) => {
                 let reason = format!("the workpiece would stand in the forbidden box \"{}\"", forbidden.name);
-                Err(Failure { status: "forbidden", reason })
+                Err(Failure { status: "forbidden".into(), reason })
             }
         }
     }
@@ -196,7 +199,7 @@ impl<'a> Evaluator<'a> {
             self.correct_within_limits(partial, &mut evaluation);
         }
         match evaluation.not_corrected {
-            Some(reason) if self.asks_bounded => Err(Failure { status: "limits", reason }),
+            Some(reason) if self.asks_bounded => Err(Failure { status: "limits".into(), reason }),
             _ => Ok(evaluation),
         }
     }
@@ -211,6 +214,16 @@ impl<'a> Evaluator<'a> {
         self.check_reach(&partial, |f, k| !self.features[f].is_counted[k])?;
         self.visit(&mut partial, |prepared| &prepared.counted)?;
         self.conclude(&partial)
+    }
+
+    /// As [`Evaluator::evaluate`], as a piece of `work`; stopped work cannot be cut anywhere.
+    pub(super) fn kept(&self, work: &Work, site: &Site) -> Result<Evaluation, Failure> {
+        work.part("evaluate").piece(&site.0, |_| 0, || self.evaluate(site)).unwrap_or_else(stopped)
+    }
+
+    /// As [`Evaluator::examine`], as a piece of `work`; stopped work cannot be cut anywhere.
+    pub(super) fn examine_kept(&self, work: &Work, site: &Site) -> Result<Evaluation, Failure> {
+        work.part("examine").piece(&site.0, |_| 0, || self.examine(site)).unwrap_or_else(stopped)
     }
 
     /// As [`Evaluator::evaluate`], but looks first whether all points are in reach, so that the first one that is not is
@@ -250,6 +263,10 @@ impl<'a> Evaluator<'a> {
     pub fn real(&self, f: usize) -> &Machine {
         &self.features[f].real
     }
+}
+
+fn stopped(error: Error) -> Result<Evaluation, Failure> {
+    Err(Failure { status: "stopped".into(), reason: error.to_string() })
 }
 
 fn located(job: &FeatureJob, point: usize, failure: Failure) -> Failure {

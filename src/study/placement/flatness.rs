@@ -2,7 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::{PlacementStudy, evaluate::Evaluator, site::Site};
+use super::{Best, PlacementStudy, evaluate::Evaluator};
+use crate::study::Work;
 
 /// The objective counts as worse beyond this share of its best value.
 pub const WORSE: f64 = 0.05;
@@ -35,8 +36,9 @@ pub struct Room {
     pub end: End,
 }
 
-/// The way from `best`, whose objective is `value`, along each free coordinate in both directions.
-pub(super) fn flatness(evaluator: &Evaluator<'_>, study: &PlacementStudy, best: &Site, value: f64) -> Vec<Room> {
+/// The way from `best` along each free coordinate in both directions.
+pub(super) fn flatness(evaluator: &Evaluator<'_>, study: &PlacementStudy, work: &Work, best: &Best) -> Vec<Room> {
+    let Best { site: best, value, .. } = best;
     let limit = value + WORSE * value.abs();
     let ways: Vec<(usize, f64)> = study.bounds.free().into_iter().flat_map(|i| [(i, -1.0), (i, 1.0)]).collect();
     let room = |&(coordinate, direction): &(usize, f64)| {
@@ -50,7 +52,7 @@ pub(super) fn flatness(evaluator: &Evaluator<'_>, study: &PlacementStudy, best: 
             site.0[coordinate] += direction * distance;
             site
         };
-        let look = |distance: f64| match evaluator.evaluate(&moved(distance)) {
+        let look = |distance: f64| match evaluator.kept(work, &moved(distance)) {
             Ok(evaluation) if study.objective.value(&evaluation.metrics) <= limit => None,
             Ok(_) => Some(End::Worse),
             Err(failure) => Some(End::Infeasible(failure.reason)),

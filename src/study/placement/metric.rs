@@ -1,5 +1,7 @@
 //! What a placement is judged by.
 
+use serde::{Deserialize, Serialize};
+
 use crate::machine::{Machine, Motion};
 
 /// A number that a placement has. All but the margins and shares are better the smaller they are.
@@ -166,7 +168,7 @@ impl Metric {
 }
 
 /// The metrics of a placement; `None` for those that were not computed or do not exist.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Metrics([Option<f64>; Metric::ALL.len()]);
 
 impl Metrics {

@@ -21,8 +21,6 @@ mod tally;
 mod trace;
 mod walk;
 
-use std::sync::Arc;
-
 pub use evaluate::{Evaluation, Evaluator};
 pub use flatness::{End, Room, WORSE};
 pub use metric::{Metric, Metrics, Objective};
@@ -34,9 +32,10 @@ pub use site::{Bounds, COORDINATES, Site, SiteGrid, UNITS, is_angle};
 pub use sweep::{Cell, Verdict};
 pub use trace::Trace;
 
-use super::process::CorrectionLimits;
+use super::{Work, process::CorrectionLimits};
 use crate::{
     compensation::Target,
+    error::Result,
     machine::{ChainError, Machine},
     process::{Extent, Feature, ForbiddenBox},
 };
@@ -99,36 +98,26 @@ pub struct PlacementStudy {
     pub candidates: Vec<Candidate>,
 }
 
-/// What a run reports while it goes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Event {
-    /// A place of the sweep is done.
-    Place,
-    /// An iteration of a refinement; its best value so far.
-    Iteration {
-        /// The objective.
-        best: f64,
-    },
-}
-
-/// Who is told of [`Event`]s, from any thread.
-pub type Watch = Arc<dyn Fn(&Event) + Send + Sync>;
-
-/// Runs the study on the current rayon pool.
-pub fn run(study: &PlacementStudy, watch: &Watch) -> PlacementResults {
+/// Runs the study on the current rayon pool. The places of the sweep are the items of `work`.
+///
+/// # Errors
+/// Of `work`.
+pub fn run(study: &PlacementStudy, work: &Work) -> Result<PlacementResults> {
     let needed = study.objective.metrics();
     let evaluator = Evaluator::new(study, &needed);
-    let cells = sweep::sweep(&evaluator, study, watch);
+    let cells = sweep::sweep(&evaluator, study, &work.part("sweep"))?;
     let ranking = sweep::ranking(study, &cells);
     let starts: Vec<Site> = sweep::starts(study, &cells, &ranking).iter().map(|&index| cells[index].site).collect();
-    let refinements = refine::refine(&evaluator, study, &study.objective, &starts, watch);
-    let ends = outcome::front_ends(&evaluator, study, &cells, watch);
+    let refinements = refine::refine(&evaluator, study, &study.objective, &starts, work);
+    work.check()?;
+    let ends = outcome::front_ends(&evaluator, study, &cells, work);
     let best = outcome::best(study, &cells, &ranking, &refinements);
-    let flatness = best.as_ref().map(|best| flatness::flatness(&evaluator, study, &best.site, best.value));
+    let flatness = best.as_ref().map(|best| flatness::flatness(&evaluator, study, work, best));
     let everything = Evaluator::new(study, &Metric::ALL);
-    let entries = outcome::entries(&everything, study, &cells, &ranking, &refinements);
+    let entries = outcome::entries(&everything, study, work, (&cells, &ranking, &refinements));
+    work.check()?;
     let traces = trace::traces(&everything, study, &entries);
-    PlacementResults {
+    Ok(PlacementResults {
         front: outcome::front(study, &cells, &refinements, &ends),
         flatness: flatness.unwrap_or_default(),
         best,
@@ -138,12 +127,12 @@ pub fn run(study: &PlacementStudy, watch: &Watch) -> PlacementResults {
         ranking,
         refinements,
         study: study.clone(),
-    }
+    })
 }
 
 /// Evaluates the named places of `study` alone, with all metrics, best first.
 pub fn compare(study: &PlacementStudy) -> Vec<Entry> {
-    outcome::entries(&Evaluator::new(study, &Metric::ALL), study, &[], &[], &[])
+    outcome::entries(&Evaluator::new(study, &Metric::ALL), study, &Work::default(), (&[], &[], &[]))
 }
 
 impl PlacementStudy {

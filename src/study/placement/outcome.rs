@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::{
-    PlacementStudy, Watch,
+    PlacementStudy,
     evaluate::{Evaluation, Evaluator},
     flatness::Room,
     metric::{Metrics, Objective},
@@ -13,7 +13,7 @@ use super::{
     sweep::Cell,
     trace::Trace,
 };
-use crate::study::workspace_map::Failure;
+use crate::study::{Failure, Work};
 
 /// Results of a placement study.
 #[derive(Debug, Clone)]
@@ -136,9 +136,8 @@ pub(super) fn best(
 pub(super) fn entries(
     evaluator: &Evaluator<'_>,
     study: &PlacementStudy,
-    cells: &[Cell],
-    ranking: &[usize],
-    refinements: &[Refinement],
+    work: &Work,
+    (cells, ranking, refinements): (&[Cell], &[usize], &[Refinement]),
 ) -> Vec<Entry> {
     let mut places: Vec<(String, Found, Site)> =
         study.candidates.iter().map(|c| (c.name.clone(), Found::Named, c.site)).collect();
@@ -147,7 +146,7 @@ pub(super) fn entries(
         places.push((format!("optimised {}", index + 1), Found::Refinement(index), refinement.site));
     }
     let entry = |(name, found, site): (String, Found, Site)| {
-        let outcome = evaluator.examine(&site);
+        let outcome = evaluator.examine_kept(work, &site);
         let value = outcome.as_ref().map_or(f64::INFINITY, |evaluation| study.objective.value(&evaluation.metrics));
         Entry { name, found, site, outcome, value }
     };
@@ -175,13 +174,13 @@ pub(super) fn front_ends(
     evaluator: &Evaluator<'_>,
     study: &PlacementStudy,
     cells: &[Cell],
-    watch: &Watch,
+    work: &Work,
 ) -> Vec<Refinement> {
     let end = |metric: &super::Metric| {
         let objective = Objective { weights: vec![(*metric, 1.0)], pareto: Vec::new() };
         let complete = cells.iter().filter_map(|cell| Some((objective.value(cell.complete()?), cell.site)));
         let start = complete.min_by(|a, b| a.0.total_cmp(&b.0))?.1;
-        refine(evaluator, study, &objective, &[start], watch).pop()
+        refine(evaluator, study, &objective, &[start], work).pop()
     };
     study.objective.pareto.par_iter().filter_map(end).collect()
 }

@@ -17,11 +17,12 @@ use argmin::{
 use rayon::prelude::*;
 
 use super::{
-    Event, PlacementStudy, Watch,
+    PlacementStudy,
     evaluate::Evaluator,
     metric::{Metrics, Objective},
     site::{Bounds, Site},
 };
+use crate::study::{Work, work::Event};
 
 /// One refinement.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,16 +60,16 @@ pub(super) fn refine(
     study: &PlacementStudy,
     objective: &Objective,
     starts: &[Site],
-    watch: &Watch,
+    work: &Work,
 ) -> Vec<Refinement> {
-    starts.par_iter().filter_map(|start| Search { evaluator, study, objective, watch }.run(*start)).collect()
+    starts.par_iter().filter_map(|start| Search { evaluator, study, objective, work }.run(*start)).collect()
 }
 
 struct Search<'a> {
     evaluator: &'a Evaluator<'a>,
     study: &'a PlacementStudy,
     objective: &'a Objective,
-    watch: &'a Watch,
+    work: &'a Work,
 }
 
 impl Search<'_> {
@@ -132,7 +133,7 @@ impl Cost<'_> {
     }
 
     fn value(&self, site: &Site) -> f64 {
-        match self.search.evaluator.evaluate(site) {
+        match self.search.evaluator.kept(self.search.work, site) {
             Ok(evaluation) => {
                 if let Ok(mut visited) = self.visited.lock() {
                     visited.push((*site, evaluation.metrics));
@@ -164,9 +165,8 @@ impl Cost<'_> {
         (tolerance, iterations): (f64, usize),
         history: &Arc<Mutex<Vec<f64>>>,
     ) -> Option<(Site, f64)> {
-        let watch = self.search.watch.clone();
         let solver = NelderMead::new(self.simplex(&start.0, size)).with_sd_tolerance(tolerance);
-        let observer = Progress { history: Arc::clone(history), best: start.1, watch };
+        let observer = Progress { history: Arc::clone(history), best: start.1, work: self.search.work.clone() };
         let result = Executor::new(self, solver.ok()?)
             .configure(|state| state.max_iters(iterations as u64))
             .add_observer(observer, ObserverMode::Always)
@@ -183,7 +183,9 @@ impl CostFunction for &Cost<'_> {
     type Output = f64;
 
     fn cost(&self, u: &Self::Param) -> Result<f64, Error> {
-        Ok(self.value(&self.site(u)))
+        let value = self.value(&self.site(u));
+        self.search.work.check()?;
+        Ok(value)
     }
 }
 
@@ -192,7 +194,7 @@ struct Progress {
     history: Arc<Mutex<Vec<f64>>>,
     /// Best value so far, the searches before included.
     best: f64,
-    watch: Watch,
+    work: Work,
 }
 
 impl Observe<IterState<Vec<f64>, (), (), (), (), f64>> for Progress {
@@ -201,7 +203,7 @@ impl Observe<IterState<Vec<f64>, (), (), (), (), f64>> for Progress {
         if let Ok(mut history) = self.history.lock() {
             history.push(self.best);
         }
-        (self.watch)(&Event::Iteration { best: self.best });
+        self.work.tell(Event::Best(self.best));
         Ok(())
     }
 }

@@ -15,8 +15,8 @@ use crate::{
     machine::Machine,
     process::{Extent, Feature, ForbiddenBox, PathReference},
     study::{
-        Overrides, Process, bounded_pass,
-        path_resolve::{check_total, named_point, points_of, toolpath},
+        Inputs, Overrides, Process, bounded_pass,
+        path_resolve::{check_total, named_point, points_of, program_input, toolpath},
         placement_spec::{
             BoundsSpec, CandidateSpec, FeatureSpec, FixedSpec, ForbiddenSpec, ObjectiveSpec, PlacementStudySpec,
             SearchSpec,
@@ -32,15 +32,15 @@ const MAX_PLACES: usize = 100_000;
 const MAX_STARTS: usize = 100;
 const MAX_ITERATIONS: usize = 10_000;
 
-/// Checks `spec`; also returns the processes as text, for the fingerprint.
+/// Checks `spec`; also returns the processes and paths.
 pub(in crate::study) fn placement(
     spec: &PlacementStudySpec,
     machine: Machine,
     folder: &Path,
     overrides: &Overrides,
     check: &Check,
-) -> Result<(PlacementStudy, String)> {
-    let (features, text) = features(&spec.feature, &machine, folder, overrides, check)?;
+) -> Result<(PlacementStudy, Inputs)> {
+    let (features, inputs) = features(&spec.feature, &machine, folder, overrides, check)?;
     let reference = features[0].feature.reference;
     let bounds = bounds(&spec.bounds, &spec.fixed, &machine, check)?;
     let extent = match &spec.workpiece {
@@ -58,7 +58,7 @@ pub(in crate::study) fn placement(
         features,
         machine,
     };
-    Ok((study, text))
+    Ok((study, inputs))
 }
 
 fn features(
@@ -67,13 +67,13 @@ fn features(
     folder: &Path,
     overrides: &Overrides,
     check: &Check,
-) -> Result<(Vec<FeatureJob>, String)> {
+) -> Result<(Vec<FeatureJob>, Inputs)> {
     if specs.is_empty() {
         return check.key("feature").fail("expected at least one feature".into());
     }
     check_total(points_of(specs.iter().filter_map(|spec| spec.circle.as_ref()), overrides), &check.key("feature"))?;
     let mut points = 0;
-    let (mut jobs, mut text): (Vec<FeatureJob>, String) = (Vec::new(), String::new());
+    let (mut jobs, mut inputs): (Vec<FeatureJob>, Inputs) = (Vec::new(), Inputs::default());
     for (i, spec) in specs.iter().enumerate() {
         let check = check.key("feature").item(i);
         check.key("name").readable(&spec.name)?;
@@ -86,9 +86,9 @@ fn features(
         points += job.feature.path.len();
         check_total(points, &check)?;
         jobs.push(job);
-        text += &format!("{process}\n");
+        inputs = inputs.and(process);
     }
-    Ok((jobs, text))
+    Ok((jobs, inputs))
 }
 
 fn feature(
@@ -97,7 +97,7 @@ fn feature(
     folder: &Path,
     overrides: &Overrides,
     check: &Check,
-) -> Result<(FeatureJob, String)> {
+) -> Result<(FeatureJob, Inputs)> {
     let process = Process::open(&folder.join(&spec.process), machine)?;
     if process.placement.origin_mm != Vector3::zeros() || process.placement.roll_pitch_yaw != Vector3::zeros() {
         let problem = format!("{} places the workpiece, which is what this study is to find", spec.process);
@@ -110,7 +110,8 @@ fn feature(
     let origin = spec.file.as_ref().map_or_else(|| check.place(), |file| folder.join(file).display().to_string());
     let fault = |source| Error::Load { file: origin.clone(), source };
     let loads = process.cutting.loads(&path).map_err(fault)?;
-    let text = format!("{}\n{:?}", process.fingerprint, path.positions_mm());
+    let points = Inputs::of(format!("points of {}", spec.name), path.len().to_string());
+    let inputs = process.inputs.clone().and(program_input(spec.file.as_deref(), folder)?).and(points);
     let feature = Feature {
         name: spec.name.clone(),
         path,
@@ -121,7 +122,7 @@ fn feature(
     bounded_pass::check(machine, &process.limits)
         .or_else(|problem| Check::new(&folder.join(&spec.process).display().to_string()).key("limits").fail(problem))?;
     let job = FeatureJob { feature, errors: process.errors, limits: process.limits, target: process.target };
-    Ok((job, text))
+    Ok((job, inputs))
 }
 
 fn around(features: &[FeatureJob]) -> Extent {

@@ -1,7 +1,7 @@
 //! Where a workpiece may stand: the coordinates a search moves, and their bounds.
 
 use nalgebra::Vector3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::process::{PathReference, Placement};
 
@@ -13,7 +13,7 @@ pub const UNITS: [&str; 6] = ["mm", "mm", "mm", "deg", "deg", "deg"];
 const N: usize = COORDINATES.len();
 
 /// A place for the workpiece: origin of W in O, mm, and its angles, rad.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Site(
     /// x, y, z in mm; yaw, pitch and roll in rad, see [`Placement`].
     pub [f64; N],

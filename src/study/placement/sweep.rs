@@ -8,18 +8,22 @@
 //! places those are does not depend on the number of threads.
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::{
-    Event, PlacementStudy, Watch,
+    PlacementStudy,
     evaluate::{Evaluator, Partial},
     metric::Metrics,
     pareto::dominates,
     site::Site,
 };
-use crate::study::workspace_map::Failure;
+use crate::{
+    error,
+    study::{Failure, Work, work::Event},
+};
 
 /// What became of a place.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Verdict {
     /// Evaluated on all points.
     Complete(Metrics),
@@ -56,60 +60,99 @@ impl Cell {
     }
 }
 
+#[derive(Debug, Clone, Serialize, Deserialize)]
 enum State {
     Open(Partial),
     Closed(Verdict),
 }
 
+impl State {
+    fn is_closed(&self) -> bool {
+        matches!(self, State::Closed(_))
+    }
+}
+
+/// States of a piece.
+const PIECE: usize = 16;
+
 /// The cells of the study's grid, in its order.
-pub(super) fn sweep(evaluator: &Evaluator<'_>, study: &PlacementStudy, watch: &Watch) -> Vec<Cell> {
+///
+/// # Errors
+/// Of `work`.
+pub(super) fn sweep(evaluator: &Evaluator<'_>, study: &PlacementStudy, work: &Work) -> error::Result<Vec<Cell>> {
     let sites: Vec<Site> = (0..study.grid.len()).map(|index| study.grid.site(index)).collect();
     let open = |site: &Site| match evaluator.open(site) {
         Ok(partial) => State::Open(partial),
-        Err(failure) => closed(Verdict::Infeasible(failure), watch),
+        Err(failure) => closed(Verdict::Infeasible(failure), work),
     };
     let mut states: Vec<State> = sites.par_iter().map(open).collect();
-    for _ in 0..evaluator.levels() {
-        states.par_iter_mut().for_each(|state| advance(evaluator, state, watch));
+    for level in 0..evaluator.levels() {
+        each(&mut states, &work.part(&format!("level {level}")), |state| advance(evaluator, state, work))?;
         if study.search.coarse_to_fine {
-            complete_best(evaluator, study, &mut states, watch);
-            give_up(evaluator, study, &mut states, watch);
+            complete_best(evaluator, study, &mut states, &work.part(&format!("best of level {level}")))?;
+            give_up(evaluator, study, &mut states, work);
         }
     }
-    states.par_iter_mut().for_each(|state| complete(evaluator, state, watch));
+    each(&mut states, &work.part("rest"), |state| complete(evaluator, state, work))?;
     let verdict = |(site, state)| match state {
         State::Closed(verdict) => Cell { site, verdict },
         // No state is open once all are complete.
         State::Open(partial) => Cell { site, verdict: Verdict::GivenUp(evaluator.outlook(&partial)) },
     };
-    sites.into_iter().zip(states).map(verdict).collect()
+    Ok(sites.into_iter().zip(states).map(verdict).collect())
 }
 
-fn closed(verdict: Verdict, watch: &Watch) -> State {
-    watch(&Event::Place);
+/// Does `step` to each open state, in pieces of `work`.
+fn each(states: &mut [State], work: &Work, step: impl Fn(&mut State) + Sync) -> error::Result<()> {
+    states.par_chunks_mut(PIECE).enumerate().filter(|(_, states)| !states.iter().all(State::is_closed)).try_for_each(
+        |(piece, states)| {
+            let count = |states: &[State]| states.iter().filter(|state| state.is_closed()).count();
+            let before = count(states);
+            let after: Vec<State> = work.piece(
+                &piece,
+                |after: &Vec<State>| count(after) - before,
+                || {
+                    let mut states = states.to_vec();
+                    states.iter_mut().for_each(&step);
+                    states
+                },
+            )?;
+            states.clone_from_slice(&after);
+            Ok(())
+        },
+    )
+}
+
+fn closed(verdict: Verdict, work: &Work) -> State {
+    work.tell(Event::Computed(1));
     State::Closed(verdict)
 }
 
-fn advance(evaluator: &Evaluator<'_>, state: &mut State, watch: &Watch) {
+fn advance(evaluator: &Evaluator<'_>, state: &mut State, work: &Work) {
     if let State::Open(partial) = state
         && let Err(failure) = evaluator.advance(partial)
     {
-        *state = closed(Verdict::Infeasible(failure), watch);
+        *state = closed(Verdict::Infeasible(failure), work);
     }
 }
 
-fn complete(evaluator: &Evaluator<'_>, state: &mut State, watch: &Watch) {
+fn complete(evaluator: &Evaluator<'_>, state: &mut State, work: &Work) {
     if let State::Open(partial) = state {
         let verdict = match evaluator.complete(partial.clone()) {
             Ok(evaluation) => Verdict::Complete(evaluation.metrics),
             Err(failure) => Verdict::Infeasible(failure),
         };
-        *state = closed(verdict, watch);
+        *state = closed(verdict, work);
     }
 }
 
 /// Completes the open states that look best, as many as starts are chosen from.
-fn complete_best(evaluator: &Evaluator<'_>, study: &PlacementStudy, states: &mut [State], watch: &Watch) {
+fn complete_best(
+    evaluator: &Evaluator<'_>,
+    study: &PlacementStudy,
+    states: &mut [State],
+    work: &Work,
+) -> error::Result<()> {
     let mut looks: Vec<(f64, usize)> = states
         .iter()
         .enumerate()
@@ -121,12 +164,20 @@ fn complete_best(evaluator: &Evaluator<'_>, study: &PlacementStudy, states: &mut
     looks.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut chosen = vec![false; states.len()];
     looks.iter().take(pool(study)).for_each(|(_, index)| chosen[*index] = true);
-    let best = states.par_iter_mut().zip(chosen).filter(|(_, chosen)| *chosen);
-    best.for_each(|(state, _)| complete(evaluator, state, watch));
+    let best = states.par_iter_mut().enumerate().filter(|(index, _)| chosen[*index]);
+    best.try_for_each(|(index, state)| {
+        let completed = || {
+            let mut state = state.clone();
+            complete(evaluator, &mut state, work);
+            state
+        };
+        *state = work.piece(&index, |_| 1, completed)?;
+        Ok(())
+    })
 }
 
 /// Closes the open states that cannot be wanted any more.
-fn give_up(evaluator: &Evaluator<'_>, study: &PlacementStudy, states: &mut [State], watch: &Watch) {
+fn give_up(evaluator: &Evaluator<'_>, study: &PlacementStudy, states: &mut [State], work: &Work) {
     let known: Vec<Metrics> = states
         .iter()
         .filter_map(|state| match state {
@@ -143,7 +194,7 @@ fn give_up(evaluator: &Evaluator<'_>, study: &PlacementStudy, states: &mut [Stat
         let outlook = evaluator.outlook(partial);
         let is_off_front = pareto.is_empty() || known.iter().any(|metrics| dominates(metrics, &outlook, pareto));
         if study.objective.value(&outlook) > threshold && is_off_front {
-            *state = closed(Verdict::GivenUp(outlook), watch);
+            *state = closed(Verdict::GivenUp(outlook), work);
         }
     }
 }

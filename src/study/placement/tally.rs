@@ -4,6 +4,8 @@
 //! are taken with each point's share of the whole path, not of the points seen. What is known of a part of the path is
 //! therefore a bound on the whole; see [`super::sweep`].
 
+use serde::{Deserialize, Serialize};
+
 use super::metric::{Metric, Metrics};
 
 /// What one point of a path shows.
@@ -50,7 +52,7 @@ impl Needs {
 }
 
 /// Sums and extremes over the points seen.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub(super) struct Tally {
     worst_deflection: f64,
     /// Σ share · deflection².

@@ -6,7 +6,7 @@ use crate::{
     machine::{Machine, Motion},
     spatial::Wrench,
     statics::smallest_eigenvalue,
-    study::{path::settings, workspace_map::Failure},
+    study::{Failure, path::settings},
 };
 
 /// Sessions for everything a point is asked, standing at home.
@@ -91,7 +91,7 @@ impl<'a> Walk<'a> {
         let unit = if is_slide { "N" } else { "N·mm" };
         let limit = self.force_limits[drive];
         let reason = format!("drive {label} needs {force:.1} {unit}, its limit is {limit:.1} {unit}");
-        Failure { status: "force_limit", reason }
+        Failure { status: "force_limit".into(), reason }
     }
 }
 
@@ -99,5 +99,5 @@ fn solved(machine: &Machine, answer: Compensation) -> Result<Compensation, Failu
     if answer.status.is_success() {
         return Ok(answer);
     }
-    Err(Failure { status: answer.status.label(), reason: answer.status.reason(machine) })
+    Err(Failure { status: answer.status.label().into(), reason: answer.status.reason(machine) })
 }

@@ -25,6 +25,7 @@
 //! "P commanded to" means as far as the drives control it: P and, for machines that control rotations, its orientation.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use super::{
     departure::{Case, Displacement},
@@ -35,7 +36,7 @@ use crate::{
     machine::{Machine, Motion, Step},
     spatial::{Pose, Twist, Wrench},
     statics::State,
-    study::workspace_map::Failure,
+    study::Failure,
 };
 
 /// A cause of the departure.
@@ -70,7 +71,7 @@ impl Cause {
 }
 
 /// The departure at one tool angle and its parts.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Ablation {
     /// φ, degrees.
     pub phi_deg: f64,
@@ -94,7 +95,9 @@ impl AtRest {
         let outcome = rig.settle(&Wrench::zero())?;
         match outcome.compliance {
             Some(compliance) => Ok(Self { state: rig.state, drives: drives.to_vec(), compliance }),
-            None => Err(Failure { status: "singular", reason: "the platform can move without resistance".into() }),
+            None => {
+                Err(Failure { status: "singular".into(), reason: "the platform can move without resistance".into() })
+            }
         }
     }
 
@@ -110,7 +113,7 @@ impl AtRest {
         if !done.status.is_success() {
             let reason =
                 format!("P cannot be commanded to its place for the ablation: {}", done.status.reason(&nominal));
-            return Err(Failure { status: done.status.label(), reason });
+            return Err(Failure { status: done.status.label().into(), reason });
         }
         Self::settle(machine, &done.drives, session.state().clone())
     }

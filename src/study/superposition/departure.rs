@@ -1,18 +1,18 @@
 //! Displacements by single sources and by both, and how far their sum departs.
 
 use nalgebra::Vector3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{SuperpositionStudy, rig::Rig};
 use crate::{
     machine::{ChainError, Configuration, Machine},
     spatial::{Pose, Twist, Wrench},
     statics::{Workspace, aggregate_errors},
-    study::workspace_map::Failure,
+    study::Failure,
 };
 
 /// Displacement of the points of the platform that are followed, O axes, mm.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Displacement {
     /// Of the tool tip T.
     pub tool: Vector3<f64>,
@@ -99,7 +99,7 @@ impl Sum {
 }
 
 /// Departure of one sum at one followed point, worst over φ.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Worst {
     /// Largest departure, mm.
     pub departure_mm: f64,
@@ -126,7 +126,7 @@ impl Worst {
 }
 
 /// Departures at a location, worst over φ.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Departures {
     /// Of superposition, in the order of [`Followed::ALL`].
     pub superposition: [Worst; 2],
@@ -223,7 +223,7 @@ impl<'a> Case<'a> {
             Some(twist) => Ok(Displacement::by_twist(machine, twist, &self.at.pose)),
             None => {
                 let reason = "the chains have no 6×6 stiffnesses with a regular sum, as eq. (15) needs them".into();
-                Err(Failure { status: "singular", reason })
+                Err(Failure { status: "singular".into(), reason })
             }
         }
     }

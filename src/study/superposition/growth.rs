@@ -1,23 +1,25 @@
 //! How the departure grows with the sources: its exponent as a slope in logarithmic scales.
 
+use serde::{Deserialize, Serialize};
+
 use super::{
     Scaled, SuperpositionStudy,
     departure::{Case, Departures, Followed, Sum},
 };
-use crate::study::workspace_map::Failure;
+use crate::study::Failure;
 
 /// Departures below this are rounding and take no part in a fit, mm.
 pub const ROUNDING_MM: f64 = 1e-9;
 
 /// Departures at each factor of the study, worst over φ.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Growth {
     /// Factor and departures, ascending.
     pub steps: Vec<(f64, Result<Departures, Failure>)>,
 }
 
 /// A straight line through departures in logarithmic scales: `departure ≈ coefficient · factor^slope`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Fit {
     /// Exponent of the factor.
     pub slope: f64,

@@ -22,23 +22,28 @@ mod resolve;
 mod rig;
 pub mod safe;
 
-use nalgebra::Vector3;
-use rayon::prelude::*;
-
 use ablation::Ablation;
 use departure::{Case, Departures};
 use growth::Growth;
+use nalgebra::Vector3;
+use rayon::prelude::*;
 pub(super) use resolve::superposition as resolve;
 use safe::LargestFactor;
+use serde::{Deserialize, Serialize};
 
-use super::workspace_map::{Failure, Grid};
+use super::{
+    Failure,
+    work::{Event, Work},
+    workspace_map::Grid,
+};
 use crate::{
+    error,
     machine::{ChainError, Machine},
     process::MillingForce,
 };
 
 /// A named location of P.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Location {
     /// Its name.
     pub name: String,
@@ -106,7 +111,7 @@ impl Scaled {
 }
 
 /// One grid point.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MapPoint {
     /// Commanded position of P, mm.
     pub position_mm: [f64; 3],
@@ -117,7 +122,7 @@ pub struct MapPoint {
 }
 
 /// What was found at a location.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LocationResult {
     /// The location.
     pub location: Location,
@@ -162,20 +167,36 @@ impl Superposition {
 
 /// Computes everything, in parallel on the current rayon pool; the result does not depend on the number of threads.
 ///
-/// `done` is called after each grid point and each location.
-pub fn run(study: &SuperpositionStudy, done: &(dyn Fn() + Sync)) -> Superposition {
+/// # Errors
+/// Of `work`.
+pub fn run(study: &SuperpositionStudy, work: &Work) -> error::Result<Superposition> {
     let real = study.machine.with_errors(&study.errors);
+    let map = work.part("map");
     let points = (0..study.grid.len()).into_par_iter().map(|index| {
-        let point = map_point(study, &real, study.grid.position(index));
-        done();
-        point
+        map.piece(
+            &index,
+            |_| 1,
+            || {
+                let point = map_point(study, &real, study.grid.position(index));
+                map.tell(Event::Computed(1));
+                point
+            },
+        )
     });
-    let locations = study.locations.par_iter().map(|location| {
-        let result = location_result(study, location);
-        done();
-        result
+    let points = points.collect::<error::Result<_>>()?;
+    let named = work.part("locations");
+    let locations = study.locations.par_iter().enumerate().map(|(index, location)| {
+        named.piece(
+            &index,
+            |_| 1,
+            || {
+                let result = location_result(study, location);
+                named.tell(Event::Computed(1));
+                result
+            },
+        )
     });
-    Superposition { points: points.collect(), locations: locations.collect(), study: study.clone() }
+    Ok(Superposition { points, locations: locations.collect::<error::Result<_>>()?, study: study.clone() })
 }
 
 fn map_point(study: &SuperpositionStudy, real: &Machine, position: Vector3<f64>) -> MapPoint {

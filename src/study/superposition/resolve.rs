@@ -14,6 +14,8 @@ use crate::{
     },
 };
 
+/// Most points of the map.
+const MAX_POINTS: usize = 2_000_000;
 /// Fewest and most factors of the growth study.
 const STEPS: std::ops::RangeInclusive<usize> = 2..=100;
 
@@ -32,7 +34,7 @@ pub(in crate::study) fn superposition(
     };
     let (force, phis) = milling(cutting, &check.key("milling"))?;
     let own = check.key("superposition");
-    let grid = box_grid(spec.min_mm, spec.max_mm, spec.grid, &machine, overrides, &own)?;
+    let grid = box_grid(spec.min_mm, spec.max_mm, spec.grid, &machine, overrides, (MAX_POINTS, &own))?;
     let slices_z = slice_heights(&spec.slices_z_mm, &own)?;
     let tolerance = own.key("tolerance_mm").positive(spec.tolerance_mm)?;
     if tolerance < ROUNDING_MM {

@@ -4,7 +4,7 @@ use crate::{
     machine::{Configuration, Machine},
     spatial::{Pose, Wrench},
     statics::{Outcome, Settings, State, Status, Workspace, equilibrium},
-    study::workspace_map::Failure,
+    study::Failure,
 };
 
 /// Converged to rounding: departures are small differences.
@@ -42,7 +42,7 @@ impl<'a> Rig<'a> {
         }
         match outcome.status {
             Status::Solved => Ok(outcome),
-            status => Err(Failure { status: status.label(), reason: status.reason(self.machine) }),
+            status => Err(Failure { status: status.label().into(), reason: status.reason(self.machine) }),
         }
     }
 

@@ -1,10 +1,12 @@
 //! How far the sources may be scaled before superposition departs by more than a tolerance.
 
+use serde::{Deserialize, Serialize};
+
 use super::SuperpositionStudy;
-use crate::study::workspace_map::Failure;
+use crate::study::Failure;
 
 /// The largest factor on a source for which the departure stays within the tolerance.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum LargestFactor {
     /// The departure reaches the tolerance at this factor.
     Reached(f64),
@@ -18,12 +20,12 @@ pub enum LargestFactor {
 
 impl LargestFactor {
     /// Word used in tables.
-    pub fn status(&self) -> &'static str {
+    pub fn status(&self) -> &str {
         match self {
             LargestFactor::Reached(_) => "reached",
             LargestFactor::BelowToLimit(_) => "below_to_limit",
             LargestFactor::NoEquilibrium(..) => "no_equilibrium",
-            LargestFactor::Unsolved(failure) => failure.status,
+            LargestFactor::Unsolved(failure) => &failure.status,
         }
     }
 

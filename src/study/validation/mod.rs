@@ -9,8 +9,11 @@ use serde::Deserialize;
 pub use quantity::Quantity;
 pub(super) use resolve::validation as resolve;
 
-use super::path_study::{self, PathResults, PathStudy};
-use crate::machine::Machine;
+use super::{
+    Work,
+    path_study::{self, PathResults, PathStudy},
+};
+use crate::{error, machine::Machine};
 
 /// A process under a name, with every case cut by it.
 #[derive(Debug, Clone)]
@@ -144,12 +147,19 @@ pub fn work(study: &ValidationStudy) -> usize {
     paths.map(|path| path.stations.len() * path_study::passes(path)).sum()
 }
 
-/// Runs the study on the current rayon pool. `done` is called after each point of each pass.
-pub fn run(study: &ValidationStudy, done: &(dyn Fn() + Sync)) -> ValidationResults {
+/// Runs the study on the current rayon pool.
+///
+/// # Errors
+/// Of `work`.
+pub fn run(study: &ValidationStudy, work: &Work) -> error::Result<ValidationResults> {
     let mut ours: Vec<Vec<Result<f64, String>>> = vec![Vec::new(); study.quoted.len()];
     let mut shown = Vec::new();
     for (index, variant) in study.variants.iter().enumerate() {
-        let paths: Vec<PathResults> = variant.paths.iter().map(|path| path_study::run(path, done)).collect();
+        let paths: Vec<PathResults> = {
+            let part = |case: usize| work.part(&format!("{index}/{case}"));
+            let runs = variant.paths.iter().enumerate().map(|(case, path)| path_study::run(path, &part(case)));
+            runs.collect::<error::Result<_>>()?
+        };
         for (quoted, ours) in study.quoted.iter().zip(&mut ours) {
             ours.push(quoted.quantity.of(&paths[quoted.case]));
         }
@@ -161,7 +171,7 @@ pub fn run(study: &ValidationStudy, done: &(dyn Fn() + Sync)) -> ValidationResul
         let agrees = ours.first().and_then(|value| value.as_ref().ok()).is_some_and(|&value| quoted.agrees(value));
         Compared { ours, agrees }
     });
-    ValidationResults { compared: compared.collect(), paths: shown, study: study.clone() }
+    Ok(ValidationResults { compared: compared.collect(), paths: shown, study: study.clone() })
 }
 
 #[cfg(test)]

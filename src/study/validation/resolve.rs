@@ -8,7 +8,7 @@ use crate::{
     error::Result,
     machine::Machine,
     study::{
-        Overrides, path_resolve,
+        Inputs, Overrides, path_resolve,
         spec::PathSpec,
         validation_spec::{FigureSpec, QuotedSpec, ValidationSpec},
     },
@@ -21,14 +21,14 @@ const MACHINE_AT_HOME: &str = "machine_at_home";
 /// Most frames of a picture.
 const MOST_FRAMES: usize = 6;
 
-/// Checks `spec`; also returns the processes as text, for the fingerprint.
+/// Checks `spec`; also returns the processes.
 pub(in crate::study) fn validation(
     spec: &ValidationSpec,
     machine: Machine,
     folder: &Path,
     overrides: &Overrides,
     check: &Check,
-) -> Result<(ValidationStudy, String)> {
+) -> Result<(ValidationStudy, Inputs)> {
     for (key, count) in [("variant", spec.variant.len()), ("case", spec.case.len())] {
         if count == 0 {
             return check.key(key).fail("expected at least one".into());
@@ -42,7 +42,7 @@ pub(in crate::study) fn validation(
     names(spec.variant.iter().map(|variant| variant.name.as_str()), &check.key("variant"))?;
     let points = path_resolve::points_of(spec.case.iter().map(|case| &case.circle), overrides);
     path_resolve::check_total(points.saturating_mul(spec.variant.len()), &check.key("case"))?;
-    let (mut variants, mut text) = (Vec::new(), String::new());
+    let (mut variants, mut inputs) = (Vec::new(), Inputs::default());
     for written in &spec.variant {
         let mut paths = Vec::new();
         for (i, case) in spec.case.iter().enumerate() {
@@ -56,7 +56,7 @@ pub(in crate::study) fn validation(
             let (path, process) =
                 path_resolve::path(&path, machine.clone(), folder, overrides, &check.key("case").item(i))?;
             paths.push(path);
-            text += &process;
+            inputs = inputs.and(process);
         }
         variants.push(Variant { name: written.name.clone(), paths });
     }
@@ -68,7 +68,7 @@ pub(in crate::study) fn validation(
         cases,
         variants,
     };
-    Ok((study, text))
+    Ok((study, inputs))
 }
 
 fn names<'a>(names: impl Iterator<Item = &'a str>, check: &Check) -> Result<()> {

@@ -1,0 +1,142 @@
+//! How far a long computation is: a bar on a terminal, or lines of JSON for programs that watch.
+
+use std::{
+    io::{IsTerminal, Write},
+    sync::{Mutex, MutexGuard, PoisonError},
+    time::{Duration, Instant},
+};
+
+use clap::ValueEnum;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use kinetostat::study::work::Event;
+use serde_json::{Value, json};
+
+/// `--progress`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Form {
+    /// A bar where standard error is a terminal
+    Auto,
+    /// One JSON object a line on standard error: event, study, done, total, per_second, seconds_left
+    Json,
+    /// Nothing
+    None,
+}
+
+/// Time between two lines of JSON, and between two of the log.
+const JSON_INTERVAL: Duration = Duration::from_millis(500);
+const LOG_INTERVAL: Duration = Duration::from_secs(10);
+
+/// Items done of a computation.
+pub struct Progress {
+    bar: ProgressBar,
+    is_json: bool,
+    study: String,
+    /// What is counted.
+    of: &'static str,
+    total: usize,
+    state: Mutex<State>,
+}
+
+struct State {
+    started: Instant,
+    computed: usize,
+    kept: usize,
+    best: Option<f64>,
+    json_at: Instant,
+    logged_at: Instant,
+}
+
+impl Progress {
+    /// Of `total` items that are called `of`.
+    pub fn start(form: Form, study: &str, total: usize, of: &'static str) -> Self {
+        let is_drawn = form == Form::Auto && std::io::stderr().is_terminal();
+        let target = if is_drawn { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+        let bar = ProgressBar::with_draw_target(Some(total as u64), target);
+        let template = format!("{{bar:40}} {{pos}}/{{len}} {of}, {{per_sec}}, {{eta}} left {{msg}}");
+        let bar = match ProgressStyle::with_template(&template) {
+            Ok(style) => bar.with_style(style),
+            Err(_) => bar,
+        };
+        let now = Instant::now();
+        let state = State { started: now, computed: 0, kept: 0, best: None, json_at: now, logged_at: now };
+        let progress =
+            Self { bar, is_json: form == Form::Json, study: study.into(), of, total, state: Mutex::new(state) };
+        progress.line(json!({ "event": "started", "study": study, "total": total, "of": of }));
+        log::info!("{study}: {total} {of} to compute");
+        progress
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Takes note of an event.
+    pub fn tell(&self, event: Event) {
+        let mut state = self.state();
+        match event {
+            Event::Computed(items) => {
+                state.computed += items;
+                self.bar.inc(items as u64);
+            }
+            Event::Kept(items) => {
+                state.kept += items;
+                self.bar.inc(items as u64);
+                // What is taken over says nothing of the time that is left.
+                self.bar.reset_eta();
+                state.started = Instant::now();
+            }
+            Event::Best(best) => {
+                state.best = Some(best);
+                self.bar.set_message(format!("refining, best {best:.6}"));
+            }
+        }
+        let now = Instant::now();
+        if self.is_json && now - state.json_at >= JSON_INTERVAL {
+            state.json_at = now;
+            self.line(self.report(&state));
+        }
+        if now - state.logged_at >= LOG_INTERVAL {
+            state.logged_at = now;
+            let report = self.report(&state);
+            let shown = |key: &str| report[key].as_f64().map_or("?".into(), |value| format!("{value:.1}"));
+            let (done, total) = (state.computed + state.kept, self.total);
+            let (rate, left) = (shown("per_second"), shown("seconds_left"));
+            log::info!("{}: {done} of {total} {}, {rate} per second, {left} s left", self.study, self.of);
+        }
+    }
+
+    fn report(&self, state: &State) -> Value {
+        let done = state.computed + state.kept;
+        let seconds = state.started.elapsed().as_secs_f64();
+        let rate = (state.computed > 0 && seconds > 0.0).then(|| state.computed as f64 / seconds);
+        let left = rate.map(|rate| self.total.saturating_sub(done) as f64 / rate);
+        let mut report = json!({
+            "event": "progress",
+            "study": self.study,
+            "done": done,
+            "total": self.total,
+            "of": self.of,
+            "per_second": rate,
+            "seconds_left": left,
+        });
+        if let Some(best) = state.best {
+            report["best"] = json!(best);
+        }
+        report
+    }
+
+    /// The computation is over, or was stopped; how many items are done.
+    pub fn end(&self) -> usize {
+        self.bar.finish_and_clear();
+        let state = self.state();
+        self.line(self.report(&state));
+        state.computed + state.kept
+    }
+
+    /// A line for programs that watch. One that does not read any more is no fault of the computation.
+    pub fn line(&self, value: Value) {
+        if self.is_json {
+            let _ = writeln!(std::io::stderr().lock(), "{value}");
+        }
+    }
+}

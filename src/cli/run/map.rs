@@ -1,0 +1,61 @@
+//! Run of a workspace map: block by block, so that memory does not grow with the grid.
+
+use kinetostat::{
+    error::{Error, Result},
+    report::{
+        exchange::{Format, StreamedTable},
+        workspace_map::{self as report, Pictures, Summary},
+    },
+    study::{
+        deflected_pose,
+        workspace_map::{MapPoint, WorkspaceMapStudy, run_in_blocks},
+    },
+};
+use serde_json::json;
+
+use super::{Run, output::Output};
+use crate::cli::Ending;
+
+/// Most points of a VTK image, which is made in one piece.
+const MOST_IMAGE_POINTS: usize = 2_000_000;
+
+pub fn run(run: &Run<'_>, study: &WorkspaceMapStudy) -> Result<Ending> {
+    let machine = &study.machine;
+    let formats: Vec<Format> = run.arguments.format.iter().map(|format| (*format).into()).collect();
+    let columns = report::table(machine, &[]);
+    let mut table = StreamedTable::new(run.out, "map", columns.columns(), &formats)?;
+    let (mut summary, mut pictures) = (Summary::default(), Pictures::new(study));
+    let mut image: Option<Vec<MapPoint>> = formats.contains(&Format::Vti).then(Vec::new);
+    if image.is_some() && study.grid.len() > MOST_IMAGE_POINTS {
+        let problem = format!("an image can have {MOST_IMAGE_POINTS} points, the grid has {}", study.grid.len());
+        return Err(Error::Argument { argument: "--format vti".into(), problem });
+    }
+    run_in_blocks(study, &run.work, |points| {
+        for point in &points {
+            summary.add(machine, point);
+            pictures.add(machine, point);
+        }
+        table.add(&report::table(machine, &points))?;
+        image.iter_mut().for_each(|image| image.extend_from_slice(&points));
+        Ok(())
+    })?;
+    let settings = json!({ "grid": study.grid.counts(), "tool_angles": study.phis.len() });
+    let answer = summary.text(study);
+    let mut files = table.finish()?;
+    if let Some(points) = image {
+        files.extend(report::image(study).files(run.out, &[("map".into(), report::table(machine, &points))])?);
+    }
+    let output = Output {
+        run,
+        manifest: run.manifest(settings, summary.statuses().to_vec()),
+        tables: Vec::new(),
+        streamed: (files, vec![("map".into(), columns)]),
+        map: None,
+        summary: summary.json(),
+        figures: if run.arguments.no_figures { Vec::new() } else { pictures.figures(study) },
+        page: report::page(study).with_answer(&answer),
+        bent: if run.arguments.no_figures { None } else { deflected_pose::of_map(study) },
+        closing: answer,
+    };
+    output.write()
+}

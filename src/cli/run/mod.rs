@@ -1,0 +1,225 @@
+//! `kinetostat run`: computes a study and writes its tables, figures and page.
+
+mod kinds;
+mod map;
+mod output;
+
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+    time::Instant,
+};
+
+use clap::Args;
+use kinetostat::{
+    error::{Error, Result},
+    report::{Manifest, StatusCount, clean, prepare},
+    study::{
+        Overrides, Study, StudyKind, Work,
+        checkpoint::{Checkpoint, Origin},
+    },
+};
+use serde_json::{Value, json};
+
+use super::{
+    Ending,
+    output_choice::{ColourMap, Format},
+    progress::Progress,
+    reporting::{Reporting, stop_flag},
+};
+
+/// Compute a study: its tables, figures, a summary of its answer and a page that shows them.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  kinetostat run studies/01_workspace_map
+  kinetostat run studies/*                                     (all of them, one after another)
+  kinetostat run studies/01_workspace_map --grid 21            (21 points along each axis)
+  kinetostat run studies/01_workspace_map --grid 5,5,3 --out /tmp/quick --threads 1
+  kinetostat run studies/01_workspace_map --format csv,parquet,vti --colours cividis
+  kinetostat run studies/01_workspace_map --grid 101 --resume  (go on where Ctrl-C, or a power cut, stopped it)
+  kinetostat run studies/* --progress json --log night.log 2> progress.jsonl
+
+Beside its tables a result folder has summary.json and manifest.json. csv-metadata.json describes the columns of CSV files,
+map.vti.json the arrays and status numbers of map.vti. What is computed is kept in unfinished_run.state until the results are
+written: with --resume a run that was stopped or killed ends with the same bytes as one that was not.")]
+pub struct RunArguments {
+    /// Study folders (with a study.toml), or study files
+    #[arg(required = true)]
+    studies: Vec<PathBuf>,
+    /// Grid points along x,y,z, or one number for all, instead of the study's
+    #[arg(long, value_parser = grid, allow_hyphen_values = true)]
+    grid: Option<[usize; 3]>,
+    /// Points along the circle of a path study, instead of the study's
+    #[arg(long)]
+    points: Option<usize>,
+    /// Folder for the results of a single study [default: results/<name of the study's folder>]
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Threads [default: all processors]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+    /// Go on with the run that was stopped or killed in the same folder; without one, begin
+    #[arg(long, conflicts_with = "restart")]
+    resume: bool,
+    /// Begin anew although the folder holds an unfinished run that could be gone on with
+    #[arg(long)]
+    restart: bool,
+    /// Write tables and the page only
+    #[arg(long)]
+    no_figures: bool,
+    /// Formats of tables and maps, separated by commas; without csv there is no page
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "csv")]
+    format: Vec<Format>,
+    /// Colours of maps in figures
+    #[arg(long, value_enum, default_value = "viridis")]
+    colours: ColourMap,
+    #[command(flatten)]
+    reporting: Reporting,
+}
+
+/// What a run has computed so far, in its result folder.
+const STATE: &str = "unfinished_run.state";
+
+fn grid(text: &str) -> std::result::Result<[usize; 3], String> {
+    let parse = |part: &str| part.trim().parse::<usize>().map_err(|_| format!("\"{part}\" is not a count"));
+    match text.split(',').map(parse).collect::<std::result::Result<Vec<_>, _>>()?.as_slice() {
+        [n] => Ok([*n; 3]),
+        [x, y, z] => Ok([*x, *y, *z]),
+        other => Err(format!("expected one count or three, got {}", other.len())),
+    }
+}
+
+pub fn run(arguments: &RunArguments) -> Result<Ending> {
+    arguments.reporting.start_log()?;
+    if let (Some(out), [_, _, ..]) = (&arguments.out, arguments.studies.as_slice()) {
+        let problem = format!("{} can hold the results of one study, got {}", out.display(), arguments.studies.len());
+        return Err(Error::Argument { argument: "--out".into(), problem });
+    }
+    let overrides = Overrides { grid: arguments.grid, points: arguments.points };
+    let studies: Vec<Study> =
+        arguments.studies.iter().map(|path| Study::open(path, &overrides)).collect::<Result<_>>()?;
+    for (i, study) in studies.iter().enumerate() {
+        if studies[..i].iter().any(|other| other.name == study.name) {
+            let problem = format!("two studies are called \"{}\" and would share a result folder", study.name);
+            return Err(Error::Argument { argument: arguments.studies[i].display().to_string(), problem });
+        }
+        check_formats(arguments, study)?;
+    }
+    let mut ending = Ending::Complete;
+    for study in &studies {
+        match run_study(arguments, study)? {
+            Ending::Complete => {}
+            Ending::SomeUnsolved => ending = Ending::SomeUnsolved,
+            Ending::Stopped => return Ok(Ending::Stopped),
+        }
+    }
+    Ok(ending)
+}
+
+/// Only maps can be images.
+fn check_formats(arguments: &RunArguments, study: &Study) -> Result<()> {
+    let has_map = matches!(study.kind, StudyKind::WorkspaceMap(_) | StudyKind::Superposition(_));
+    if !has_map && arguments.format.iter().all(|format| matches!(format, Format::Vti)) {
+        let problem = format!("study {} has no map over the workspace; expected csv or parquet, too", study.name);
+        return Err(Error::Argument { argument: "--format vti".into(), problem });
+    }
+    Ok(())
+}
+
+fn run_study(arguments: &RunArguments, study: &Study) -> Result<Ending> {
+    let threads = arguments.threads.map_or(0, usize::from);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.map_err(|e| Error::Argument { argument: "--threads".into(), problem: e.to_string() })?;
+    let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from("results").join(&study.name));
+    prepare(&out)?;
+    let checkpoint = checkpoint(arguments, study, &out)?;
+    clean(&out)?;
+    arguments.reporting.print(&format!("{}\n\n", study.question))?;
+    let (total, of) = items(study);
+    let progress = arguments.reporting.progress(&study.name, total, of);
+    let watcher = Arc::clone(&progress);
+    let work = Work::new(Some(checkpoint), stop_flag()?, Box::new(move |event| watcher.tell(event)));
+    let run = Run { arguments, study, out: &out, work, progress, started: Instant::now() };
+    let ended = pool.install(|| match &study.kind {
+        StudyKind::WorkspaceMap(map) => map::run(&run, map),
+        StudyKind::Path(path) => kinds::path(&run, path),
+        StudyKind::Placement(placement) => kinds::placement(&run, placement),
+        StudyKind::Superposition(superposition) => kinds::superposition(&run, superposition),
+        StudyKind::Validation(validation) => kinds::validation(&run, validation),
+    });
+    match ended {
+        Err(Error::Stopped) => run.stopped(),
+        // Nothing is left to go on with once the results are written.
+        Ok(ending) => Checkpoint::remove(&out.join(STATE)).map(|()| ending),
+        Err(error) => Err(error),
+    }
+}
+
+/// The pieces of this run: those of the one before, if it is to go on.
+fn checkpoint(arguments: &RunArguments, study: &Study, out: &Path) -> Result<Checkpoint> {
+    let state = out.join(STATE);
+    let origin = Origin { version: env!("CARGO_PKG_VERSION").into(), inputs: study.inputs.clone() };
+    if !state.is_file() || arguments.restart {
+        return Checkpoint::create(&state, &origin);
+    }
+    if arguments.resume {
+        let checkpoint = Checkpoint::resume(&state, &origin)?;
+        log::info!("{}: going on with {} pieces", study.name, checkpoint.len());
+        return Ok(checkpoint);
+    }
+    if Checkpoint::is_resumable(&state, &origin) {
+        let problem = "holds what an unfinished run has computed; go on with --resume or begin anew with --restart";
+        return Err(Error::Resume { file: state, problem: problem.into() });
+    }
+    Checkpoint::create(&state, &origin)
+}
+
+/// How many items a study computes, and what they are called.
+fn items(study: &Study) -> (usize, &'static str) {
+    match &study.kind {
+        StudyKind::WorkspaceMap(map) => (map.grid.len(), "points"),
+        StudyKind::Path(path) => (path.stations.len() * kinetostat::study::path_study::passes(path), "points"),
+        StudyKind::Placement(placement) => (placement.grid.len(), "places"),
+        StudyKind::Superposition(study) => (study.grid.len() + study.locations.len(), "points"),
+        StudyKind::Validation(validation) => (kinetostat::study::validation::work(validation), "points"),
+    }
+}
+
+/// A study being run.
+struct Run<'a> {
+    arguments: &'a RunArguments,
+    study: &'a Study,
+    out: &'a Path,
+    work: Work,
+    progress: Arc<Progress>,
+    started: Instant,
+}
+
+impl Run<'_> {
+    fn manifest(&self, settings: Value, statuses: Vec<StatusCount>) -> Manifest {
+        Manifest {
+            program: env!("CARGO_PKG_NAME"),
+            version: env!("CARGO_PKG_VERSION"),
+            study: self.study.name.clone(),
+            input_sha256: self.study.inputs.sha256(),
+            seed: None,
+            settings,
+            statuses,
+            files: Vec::new(),
+            threads: rayon::current_num_threads(),
+            wall_time_s: self.started.elapsed().as_secs_f64(),
+        }
+    }
+
+    fn stopped(&self) -> Result<Ending> {
+        let (done, total) = (self.progress.end(), items(self.study).0);
+        let name = &self.study.name;
+        log::info!("{name}: stopped after {done} of {total}");
+        self.progress.line(json!({ "event": "stopped", "study": name, "done": done, "total": total }));
+        let of = items(self.study).1;
+        let text = format!("{name}: stopped after {done} of {total} {of}. The same command with --resume goes on.\n");
+        self.arguments.reporting.print(&text)?;
+        Ok(Ending::Stopped)
+    }
+}

@@ -1,0 +1,137 @@
+//! What every run leaves: tables, figures, page and manifest, and the words on the screen.
+
+use std::path::PathBuf;
+
+use kinetostat::{
+    error::{Error, Result},
+    report::{
+        Manifest, OutputFile,
+        exchange::{self, Image, Table},
+        figures::{Colours, Figure, FigureError},
+        page::{self, Description, MACHINE_AT_HOME, ResultFolder},
+        remove, write_all,
+    },
+    study::deflected_pose::DeflectedPose,
+};
+use rayon::prelude::*;
+use serde_json::json;
+
+use super::Run;
+use crate::cli::{Ending, report::PAGE};
+
+/// What a study leaves in its result folder and on the screen.
+pub struct Output<'a> {
+    pub run: &'a Run<'a>,
+    pub manifest: Manifest,
+    /// Tables by name, without the ending that a format gives them.
+    pub tables: Vec<(String, Table)>,
+    /// Files of tables that were written while they were computed, and those tables without rows.
+    pub streamed: (Vec<OutputFile>, Vec<(String, Table)>),
+    /// The maps among them.
+    pub map: Option<Image>,
+    pub summary: serde_json::Value,
+    pub figures: Vec<(String, Figure)>,
+    /// Setting, answer, views and tables of the page; figures, name and question are filled in.
+    pub page: Description,
+    /// The machine bent by the load, if it is drawn.
+    pub bent: Option<DeflectedPose>,
+    pub closing: String,
+}
+
+impl Output<'_> {
+    pub fn write(mut self) -> Result<Ending> {
+        let Run { arguments, study, out, ref progress, .. } = *self.run;
+        progress.end();
+        self.tables
+            .extend(self.figures.iter().filter_map(|(name, figure)| Some((format!("{name}_data"), figure.data()?))));
+        self.draw_machine();
+        let formats: Vec<exchange::Format> = arguments.format.iter().map(|format| (*format).into()).collect();
+        // Pages show CSV tables.
+        let has_page = formats.contains(&exchange::Format::Csv);
+        let (mut files, described) = std::mem::take(&mut self.streamed);
+        files.extend(exchange::files(out, &self.tables, &described, self.map.as_ref(), &formats)?);
+        if has_page {
+            files.push(OutputFile::new("report.json", self.description().to_json()));
+        }
+        files.push(OutputFile::new("summary.json", format!("{:#}\n", self.summary)));
+        files.extend(drawn(std::mem::take(&mut self.figures), arguments.colours.into())?);
+        let former = Manifest::files_in(out);
+        self.manifest.files = files.iter().map(|file| file.name.clone()).collect();
+        self.manifest.files.extend(has_page.then(|| PAGE.to_string()));
+        files.push(OutputFile::new(Manifest::FILE, self.manifest.to_json()));
+        let mut written = write_all(out, files)?;
+        // What the run before left here would be taken for results of this one.
+        for name in former.iter().filter(|name| !self.manifest.files.contains(name)) {
+            remove(&out.join(name))?;
+        }
+        // The page is made from what has been written, as `kinetostat report` makes it again.
+        if has_page {
+            let page = page::page(&ResultFolder::open(out)?, &out.join(PAGE))?;
+            written.extend(write_all(out, vec![OutputFile::new(PAGE, page)])?);
+        }
+        let mut closing = format!("{}\n", self.closing);
+        closing += &format!("{} in {:.1} s. Written to {}:\n", study.name, self.manifest.wall_time_s, out.display());
+        for path in &written {
+            closing += &format!("  {}\n", path.file_name().unwrap_or_default().to_string_lossy());
+        }
+        if self.map.is_none() && formats.contains(&exchange::Format::Vti) {
+            closing += "No .vti: this kind of study has no map over the workspace.\n";
+        }
+        arguments.reporting.print(&closing)?;
+        self.tell(&written);
+
+        let complete =
+            self.manifest.statuses.iter().all(|count| matches!(count.status.as_str(), "solved" | "converged"));
+        Ok(if complete { Ending::Complete } else { Ending::SomeUnsolved })
+    }
+
+    /// The end of the run for the log and for programs that watch.
+    fn tell(&self, written: &[PathBuf]) {
+        let Run { study, out, ref progress, .. } = *self.run;
+        let Manifest { statuses, wall_time_s, .. } = &self.manifest;
+        let counts: Vec<String> = statuses.iter().map(|count| format!("{} {}", count.rows, count.status)).collect();
+        log::info!(
+            "{}: {} in {wall_time_s:.1} s, {} files written to {}",
+            study.name,
+            counts.join(", "),
+            written.len(),
+            out.display()
+        );
+        progress.line(json!({
+            "event": "finished",
+            "study": study.name,
+            "statuses": statuses,
+            "wall_time_s": wall_time_s,
+            "folder": out,
+        }));
+    }
+
+    /// Adds the machine at home and bent to the figures, if there are any.
+    fn draw_machine(&mut self) {
+        let machine = &self.page.machine;
+        if !self.figures.is_empty() {
+            self.figures.push((MACHINE_AT_HOME.into(), machine.figure()));
+        }
+        if let Some(bent) = &self.bent {
+            self.figures.push(("machine_bent".into(), machine.bent_figure(bent)));
+        }
+    }
+
+    fn description(&self) -> Description {
+        let study = self.run.study;
+        let named = Description { name: study.name.clone(), question: study.question.clone(), ..self.page.clone() };
+        named.with_figures(&self.figures)
+    }
+}
+
+/// Each figure as SVG and PNG.
+fn drawn(figures: Vec<(String, Figure)>, colours: Colours) -> Result<Vec<OutputFile>> {
+    let drawn = figures.par_iter().map(|(name, figure)| {
+        let fault = |e: FigureError| Error::Figure { name: name.clone(), problem: e.to_string() };
+        Ok([
+            OutputFile::new(format!("{name}.svg"), figure.svg(colours).map_err(fault)?),
+            OutputFile::new(format!("{name}.png"), figure.png(colours).map_err(fault)?),
+        ])
+    });
+    Ok(drawn.collect::<Result<Vec<_>>>()?.into_iter().flatten().collect())
+}

@@ -1,0 +1,94 @@
+//! What a study's results were computed from.
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+/// Everything that decides results, as texts under their names: files as they were read, and what the command line set.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Inputs(Vec<(String, String)>);
+
+/// Longest part of a line that is quoted.
+const QUOTED: usize = 100;
+
+impl Inputs {
+    /// One text.
+    pub fn of(name: impl Into<String>, text: impl Into<String>) -> Self {
+        Self(vec![(name.into(), text.into())])
+    }
+
+    /// These and then `others`.
+    #[must_use]
+    pub fn and(mut self, others: Inputs) -> Self {
+        self.0.extend(others.0);
+        self
+    }
+
+    /// SHA-256 of the texts, hexadecimal. File names do not count.
+    pub fn sha256(&self) -> String {
+        let mut hasher = Sha256::new();
+        for (_, text) in &self.0 {
+            hasher.update((text.len() as u64).to_le_bytes());
+            hasher.update(text);
+        }
+        hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+
+    /// The first difference of these inputs from those `before`, in words; `None` if they are the same.
+    pub fn change_since(&self, before: &Inputs) -> Option<String> {
+        let names = |inputs: &Inputs| inputs.0.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>().join(", ");
+        if names(self) != names(before) {
+            return Some(format!("its inputs were {}, they are {}", names(before), names(self)));
+        }
+        let mut pairs = self.0.iter().zip(&before.0);
+        let ((name, now), (_, before)) = pairs.find(|(now, before)| now != before)?;
+        let mut lines = (now.lines().map(Some).chain([None])).zip(before.lines().map(Some).chain([None]));
+        let Some((number, (now, before))) = lines.by_ref().enumerate().find(|(_, (now, before))| now != before) else {
+            return Some(format!("{name}: the ends of its lines differ"));
+        };
+        let quoted = |line: Option<&str>| match line {
+            Some(line) if line.chars().count() > QUOTED => {
+                format!("`{}…`", line.chars().take(QUOTED).collect::<String>())
+            }
+            Some(line) => format!("`{line}`"),
+            None => "the end".into(),
+        };
+        Some(format!("{name}, line {}: was {}, is {}", number + 1, quoted(before), quoted(now)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_change_is_told_by_input_and_line() {
+        let before = Inputs::of("study.toml", "a\nb").and(Inputs::of("feet.toml", "k = 1\n"));
+        assert_eq!(before.change_since(&before), None);
+        for (now, change) in [
+            (
+                Inputs::of("study.toml", "a\nc").and(Inputs::of("feet.toml", "k = 1\n")),
+                "study.toml, line 2: was `b`, is `c`",
+            ),
+            (
+                Inputs::of("study.toml", "a\nb\nc").and(Inputs::of("feet.toml", "k")),
+                "study.toml, line 3: was the end, is `c`",
+            ),
+            (Inputs::of("study.toml", "a").and(Inputs::of("feet.toml", "")), "study.toml, line 2: was `b`, is the end"),
+            (
+                Inputs::of("study.toml", "a\nb").and(Inputs::of("feet.toml", "k = 1")),
+                "feet.toml: the ends of its lines differ",
+            ),
+            (Inputs::of("study.toml", "a\nb"), "its inputs were study.toml, feet.toml, they are study.toml"),
+        ] {
+            assert_eq!(now.change_since(&before).unwrap(), change);
+        }
+    }
+
+    #[test]
+    fn the_hash_depends_on_texts_and_where_they_end() {
+        let inputs = Inputs::of("a", "12").and(Inputs::of("b", "3"));
+        assert_eq!(inputs.sha256(), Inputs::of("x", "12").and(Inputs::of("y", "3")).sha256());
+        assert_ne!(inputs.sha256(), Inputs::of("a", "1").and(Inputs::of("b", "23")).sha256());
+        assert_eq!(inputs.sha256().len(), 64);
+    }
+}

@@ -1,0 +1,323 @@
+//! Runs that are killed, stopped or run out of disk: what is left, and that going on ends as if nothing had happened.
+
+use std::{
+    collections::BTreeMap,
+    fs,
+    hash::{BuildHasher, RandomState},
+    path::{Path, PathBuf},
+    process::{Child, Command, Output, Stdio},
+    time::{Duration, Instant},
+};
+
+use kinetostat::report::Manifest;
+use serde_json::Value;
+
+const STATE: &str = "unfinished_run.state";
+
+/// A workspace map that is cheap per point, in several blocks.
+const MAP: &str = r#"
+schema = 1
+question = "How far?"
+machine = "orthoglide"
+
+[workspace_map]
+grid = [22, 21, 20]
+slices_z_mm = [0.0]
+
+[milling]
+radial_force_N = 215.0
+tangential_force_N = -10.0
+axial_force_N = -25.0
+phi_step_deg = 120.0
+
+[[chain_error]]
+chain = "y"
+turn_about_drive_axis_deg = -1.0
+"#;
+
+fn command(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_kinetostat"));
+    command.args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// Runs to the end, which must be `code`; what it says on both outputs.
+fn ended(code: i32, arguments: &[&str]) -> (String, String) {
+    let Output { status, stdout, stderr } = command(arguments).output().unwrap();
+    assert_eq!(status.code(), Some(code), "{arguments:?}: {}{}", text(&stdout), text(&stderr));
+    (text(&stdout), text(&stderr))
+}
+
+/// All files of a folder but what differs between runs.
+fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let read = |path: PathBuf| {
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        let mut bytes = fs::read(path).unwrap();
+        if name == "manifest.json" {
+            let mut manifest: Value = serde_json::from_slice(&bytes).unwrap();
+            for key in Manifest::DIFFERS_BETWEEN_RUNS {
+                manifest.as_object_mut().unwrap().remove(key);
+                manifest["settings"].as_object_mut().unwrap().remove(key);
+            }
+            bytes = manifest.to_string().into_bytes();
+        }
+        (name, bytes)
+    };
+    fs::read_dir(folder).unwrap().map(|entry| read(entry.unwrap().path())).collect()
+}
+
+fn assert_same(folder: &Path, expected: &Path, what: &str) {
+    let (found, expected) = (contents(folder), contents(expected));
+    assert!(found.keys().eq(expected.keys()), "{what}: {:?} instead of {:?}", found.keys(), expected.keys());
+    for (name, bytes) in &expected {
+        assert!(found[name] == *bytes, "{what}: {name} is not the same");
+    }
+}
+
+fn study(folder: &Path, toml: &str) -> PathBuf {
+    let study = folder.join("study");
+    fs::create_dir_all(&study).unwrap();
+    fs::write(study.join("study.toml"), toml).unwrap();
+    study
+}
+
+fn path(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+/// A number in [0, 1).
+fn random() -> f64 {
+    (RandomState::new().hash_one(0) >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+/// Waits for the end of `child`, but no longer than `most`; whether it has ended.
+fn wait(child: &mut Child, most: Duration) -> bool {
+    let started = Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        if started.elapsed() > most {
+            return false;
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    true
+}
+
+/// Runs `arguments` to the end, then again in another folder, killed at random moments and resumed.
+fn kill_and_resume(folder: &Path, arguments: &[&str], kills: usize) {
+    let (whole, cut) = (folder.join("whole"), folder.join("cut"));
+    let started = Instant::now();
+    ended(0, &[arguments, &["--out", path(&whole)]].concat());
+    let time = started.elapsed();
+    let resume = [arguments, &["--out", path(&cut), "--resume"]].concat();
+    let mut moments = Vec::new();
+    for _ in 0..kills {
+        let moment = time.mul_f64(random());
+        moments.push(moment);
+        let mut child = command(&resume).spawn().unwrap();
+        if wait(&mut child, moment) {
+            break;
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+    }
+    ended(0, &resume);
+    assert_same(&cut, &whole, &format!("{arguments:?} killed after {moments:?}"));
+}
+
+fn kill_maps(kills: usize) {
+    let folder = tempfile::tempdir().unwrap();
+    let study = study(folder.path(), MAP);
+    kill_and_resume(folder.path(), &["run", path(&study), "--format", "csv,parquet,vti"], kills);
+}
+
+fn kill_other_studies(kills: usize) {
+    for (name, size) in [
+        ("02_groove_50mm", ["--points", "600"]),
+        ("03_placement_circle", ["--grid", "3"]),
+        ("05_superposition", ["--grid", "3"]),
+        ("06_paper", ["--points", "24"]),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let study = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies").join(name);
+        kill_and_resume(folder.path(), &["run", path(&study), size[0], size[1], "--no-figures"], kills);
+    }
+}
+
+#[test]
+fn a_killed_map_goes_on_to_the_same_bytes() {
+    kill_maps(3);
+}
+
+#[test]
+fn other_killed_studies_go_on_to_the_same_bytes() {
+    kill_other_studies(2);
+}
+
+#[test]
+#[ignore = "takes minutes; CI runs it"]
+fn runs_killed_many_times_go_on_to_the_same_bytes() {
+    kill_maps(30);
+    kill_other_studies(15);
+}
+
+/// A map of which a part is computed: interrupted by SIGINT once there are pieces.
+#[cfg(unix)]
+fn interrupted(study: &Path, out: &Path) -> Output {
+    let mut child = command(&["run", path(study), "--out", path(out)]).spawn().unwrap();
+    let state = out.join(STATE);
+    let started = Instant::now();
+    // The first block is of this order; what the study file takes is far less.
+    while fs::metadata(&state).map_or(0, |state| state.len()) < 100_000 {
+        assert!(child.try_wait().unwrap().is_none(), "the run ended without a piece");
+        assert!(started.elapsed() < Duration::from_secs(60), "no piece was kept");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    child.wait_with_output().unwrap()
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_leaves_what_can_be_gone_on_with_and_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = study(folder.path(), MAP);
+    let out = folder.path().join("out");
+    let Output { status, stdout, stderr } = interrupted(&study, &out);
+    assert_eq!(status.code(), Some(130), "{}{}", text(&stdout), text(&stderr));
+    assert!(text(&stdout).contains("study: stopped after ") && text(&stdout).contains("with --resume goes on."));
+    assert_eq!(contents(&out).into_keys().collect::<Vec<_>>(), [STATE]);
+
+    let run = ["run", path(&study), "--out", path(&out)];
+    let (_, refusal) = ended(2, &run);
+    assert!(refusal.contains("go on with --resume or begin anew with --restart"), "{refusal}");
+
+    let whole = folder.path().join("whole");
+    ended(0, &["run", path(&study), "--out", path(&whole)]);
+    let (_, lines) = ended(0, &[&run[..], &["--resume", "--progress", "json", "--quiet"]].concat());
+    let first: Value = serde_json::from_str(lines.lines().nth(1).unwrap()).unwrap();
+    assert_eq!((&first["event"], &first["total"]), (&"progress".into(), &9240.into()));
+    assert_same(&out, &whole, "resumed after Ctrl-C");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_changed_input_is_not_gone_on_with() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = study(folder.path(), MAP);
+    let out = folder.path().join("out");
+    interrupted(&study, &out);
+    let before = fs::read(out.join(STATE)).unwrap();
+    let run = ["run", path(&study), "--out", path(&out)];
+    let (_, refusal) = ended(2, &[&run[..], &["--resume", "--grid", "22,21,19"]].concat());
+    assert!(
+        refusal.contains("belongs to another run: grid, line 1: was `[22, 21, 20]`, is `[22, 21, 19]`"),
+        "{refusal}"
+    );
+
+    fs::write(study.join("study.toml"), MAP.replace("-25.0", "-26.0")).unwrap();
+    let (_, refusal) = ended(2, &[&run[..], &["--resume"]].concat());
+    let line = "study.toml, line 13: was `axial_force_N = -25.0`, is `axial_force_N = -26.0`";
+    assert!(refusal.contains(line), "{refusal}");
+    assert!(fs::read(out.join(STATE)).unwrap() == before, "a refusal leaves what there is");
+
+    // A run that cannot be gone on with is in nobody's way.
+    let whole = folder.path().join("whole");
+    ended(0, &["run", path(&study), "--out", path(&whole), "--grid", "3"]);
+    ended(0, &[&run[..], &["--grid", "3"]].concat());
+    assert_same(&out, &whole, "begun anew");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_folder_has_one_run_at_a_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = study(folder.path(), &MAP.replace("[22, 21, 20]", "[40, 40, 40]"));
+    let out = folder.path().join("out");
+    let mut first = command(&["run", path(&study), "--out", path(&out)]).spawn().unwrap();
+    let started = Instant::now();
+    while !out.join(STATE).is_file() {
+        assert!(first.try_wait().unwrap().is_none(), "the run ended");
+        assert!(started.elapsed() < Duration::from_secs(60), "the run does not begin");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    std::thread::sleep(Duration::from_millis(50));
+    for option in ["--restart", "--resume"] {
+        let (_, refusal) = ended(2, &["run", path(&study), "--out", path(&out), option]);
+        assert!(refusal.contains("is in use by another run"), "{option}: {refusal}");
+    }
+    first.kill().unwrap();
+    first.wait().unwrap();
+}
+
+/// Files may not grow beyond `blocks` of 512 or 1024 bytes, as if the disk were full.
+#[cfg(unix)]
+fn with_small_files(blocks: usize, arguments: &[&str]) -> Output {
+    let limit = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$@\"");
+    let mut shell = Command::new("sh");
+    shell.args(["-c", &limit, "sh", env!("CARGO_BIN_EXE_kinetostat")]).args(arguments).output().unwrap()
+}
+
+#[cfg(unix)]
+#[test]
+fn a_full_disk_is_an_error_and_the_run_goes_on_later() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = study(folder.path(), MAP);
+    let (out, whole) = (folder.path().join("out"), folder.path().join("whole"));
+    ended(0, &["run", path(&study), "--out", path(&whole)]);
+    // Too small for the pieces, then for the table.
+    for blocks in [1000, 8000] {
+        let run = ["run", path(&study), "--out", path(&out), "--resume"];
+        let Output { status, stdout, stderr } = with_small_files(blocks, &run);
+        assert_eq!(status.code(), Some(2), "{blocks}: {}{}", text(&stdout), text(&stderr));
+        assert!(text(&stderr).contains(": cannot be written: "), "{blocks}: {}", text(&stderr));
+        assert_eq!(contents(&out).into_keys().collect::<Vec<_>>(), [STATE], "{blocks}");
+    }
+    ended(0, &["run", path(&study), "--out", path(&out), "--resume"]);
+    assert_same(&out, &whole, "after a full disk");
+}
+
+#[test]
+fn what_a_killed_run_left_is_swept_away() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = study(folder.path(), MAP);
+    let (out, whole) = (folder.path().join("out"), folder.path().join("whole"));
+    fs::create_dir_all(&out).unwrap();
+    fs::write(out.join(".partial-abc"), "half").unwrap();
+    fs::write(out.join(STATE), "no state").unwrap();
+    let run = ["run", path(&study), "--grid", "3", "--out"];
+    let (_, refusal) = ended(2, &[&run[..], &[path(&out), "--resume"]].concat());
+    assert!(refusal.contains("is not a file of an unfinished run"), "{refusal}");
+    ended(0, &[&run[..], &[path(&out)]].concat());
+    ended(0, &[&run[..], &[path(&whole), "--resume"]].concat());
+    assert_same(&out, &whole, "beside what was left");
+}
+
+#[test]
+fn progress_log_and_silence_are_as_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = study(folder.path(), MAP);
+    let (out, log) = (folder.path().join("out"), folder.path().join("run.log"));
+    let run = ["run", path(&study), "--grid", "4", "--out", path(&out), "--log", path(&log)];
+    let (said, lines) = ended(0, &[&run[..], &["--quiet"]].concat());
+    assert_eq!((said.as_str(), lines.as_str()), ("", ""));
+    let (said, lines) = ended(0, &[&run[..], &["--progress", "json"]].concat());
+    assert!(said.contains("64 grid points"), "{said}");
+    let events: Vec<Value> = lines.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let names: Vec<&str> = events.iter().map(|event| event["event"].as_str().unwrap()).collect();
+    assert_eq!(names.first(), Some(&"started"));
+    assert_eq!(names[names.len() - 2..], ["progress", "finished"]);
+    let last = &events[events.len() - 2];
+    assert_eq!((&last["done"], &last["total"], &last["seconds_left"]), (&64.into(), &64.into(), &0.0.into()));
+    let end = &events[events.len() - 1];
+    assert_eq!(end["statuses"], serde_json::json!([{ "status": "solved", "rows": 192 }]));
+    let log = fs::read_to_string(log).unwrap();
+    assert_eq!(log.matches("study: 64 points to compute").count(), 2, "{log}");
+    assert_eq!(log.matches("192 solved in ").count(), 2, "{log}");
+
+    let (_, refusal) = ended(2, &["run", path(&study), "--grid", "4", "--log", path(folder.path())]);
+    assert!(refusal.contains(": cannot be written: "), "{refusal}");
+}
