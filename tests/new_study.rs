@@ -72,7 +72,11 @@ fn what_exists_is_kept_and_names_are_checked() {
     printed(folder.path(), &["new", "map", "mine"]);
     let study = folder.path().join("mine/study.toml");
     fs::write(&study, "changed").unwrap();
-    refused(folder.path(), &["new", "path", "mine"], "mine: cannot be written: File exists");
+    refused(
+        folder.path(),
+        &["new", "path", "mine"],
+        "mine: exists already and was left as it is: expected the name of a new folder",
+    );
     assert_eq!(fs::read_to_string(study).unwrap(), "changed");
     assert!(!folder.path().join("mine/process.toml").exists());
     for name in ["..", "a b", "höhe", "a/.b"] {

@@ -54,6 +54,11 @@ fn places_are_compared_side_by_side() {
         ("Q9", "--at: machine orthoglide has no point \"Q9\"; there are: Q0, Q1, Q2, Q3"),
         ("1,2", "--at: \"1,2\": expected x,y,z in mm, or x,y,z,yaw or x,y,z,yaw,pitch,roll with angles in degrees"),
         (
+            "0,0,0,0,5,0",
+            "--at: pitch of \"0,0,0,0,5,0\": machine orthoglide does not control rotation about y, so its tool cannot \
+             follow a workpiece tilted so: expected 0",
+        ),
+        (
             "1,2,nan",
             "--at: \"1,2,nan\": expected x,y,z in mm, or x,y,z,yaw or x,y,z,yaw,pitch,roll with angles in degrees",
         ),

@@ -1,6 +1,9 @@
 //! `kinetostat new`: writes a study folder to start from.
 
-use std::path::{Path, PathBuf};
+use std::{
+    io::ErrorKind,
+    path::{Path, PathBuf},
+};
 
 use clap::{Args, ValueEnum};
 use kinetostat::{
@@ -70,7 +73,13 @@ pub fn new(arguments: &NewArguments) -> Result<Ending> {
         made.map_err(|source| Error::Write { file: parent.to_path_buf(), source })?;
     }
     // Fails where anything of this name exists.
-    std::fs::create_dir(folder).map_err(|source| Error::Write { file: folder.clone(), source })?;
+    std::fs::create_dir(folder).map_err(|source| match source.kind() {
+        ErrorKind::AlreadyExists => Error::Argument {
+            argument: folder.display().to_string(),
+            problem: "exists already and was left as it is: expected the name of a new folder".into(),
+        },
+        _ => Error::Write { file: folder.clone(), source },
+    })?;
     let shown = folder.display().to_string();
     let readme = README.replace("{name}", name).replace("{folder}", &shown);
     let mut files = vec![OutputFile::new("README.md", readme)];

@@ -6,6 +6,7 @@ use crate::{
     report::{
         figures::{Figure, LineFigure, LineSeries, SliceFigure},
         grid_slices::{panels, typographic},
+        words::counted,
     },
     study::superposition::{
         LocationResult, MapPoint, Scaled, Superposition, SuperpositionStudy,
@@ -36,9 +37,9 @@ fn force(study: &SuperpositionStudy) -> String {
 fn setting(study: &SuperpositionStudy) -> String {
     let [nx, ny, nz] = study.grid.counts();
     format!(
-        "{}, worst of {} tool angles, {}, grid {nx} × {ny} × {nz}",
+        "{}, worst of {}, {}, grid {nx} × {ny} × {nz}",
         study.machine.name,
-        study.phis.len(),
+        counted(study.phis.len(), "tool angle"),
         force(study)
     )
 }
@@ -135,9 +136,9 @@ fn growth(results: &Superposition, location: &LocationResult) -> Option<LineFigu
     (!series.is_empty()).then(|| LineFigure {
         title: format!("How the error of adding grows at {}", location.location.name),
         subtitle: format!(
-            "{}, worst of {} tool angles, {}; factor 1: load and errors of the study",
+            "{}, worst of {}, {}; factor 1: load and errors of the study",
             results.study.machine.name,
-            results.study.phis.len(),
+            counted(results.study.phis.len(), "tool angle"),
             force(&results.study)
         ),
         x_label: "factor on the scaled sources".into(),

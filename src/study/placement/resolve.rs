@@ -21,7 +21,6 @@ use crate::{
             BoundsSpec, CandidateSpec, FeatureSpec, FixedSpec, ForbiddenSpec, ObjectiveSpec, PlacementStudySpec,
             SearchSpec,
         },
-        resolve::command_line,
         tilt::Turned,
     },
 };
@@ -320,7 +319,9 @@ pub fn place(text: &str, machine: &Machine, reference: PathReference) -> Result<
             for (coordinate, degrees) in site.0[3..].iter_mut().zip(angles) {
                 *coordinate = degrees.to_radians();
             }
-            turned(&site).check(machine, |name| command_line("--at").key(name))?;
+            turned(&site).check(machine, |key| {
+                Check::new("--at").key(&format!("{} of \"{text}\"", key.trim_end_matches("_deg")))
+            })?;
             site
         }
         Ok(_) => {
