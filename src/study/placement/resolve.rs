@@ -7,6 +7,7 @@ use nalgebra::Vector3;
 use super::{
     Candidate, FeatureJob, PlacementStudy, Search,
     metric::{Metric, Objective},
+    outcome::is_name_of_found,
     site::{Bounds, COORDINATES, Site, SiteGrid, is_angle},
 };
 use crate::{
@@ -275,6 +276,11 @@ fn candidates(
         let Some(name) = name else { return check.key("name").fail("a place that is no point needs a name".into()) };
         check.key("name").readable(&name)?;
         check.key("name").unique(&name, candidates.iter().map(|c| c.name.as_str()))?;
+        if is_name_of_found(&name) {
+            let problem =
+                format!("\"{name}\" is what results call a place that the search finds: expected another name");
+            return check.key("name").fail(problem);
+        }
         let position = match (&spec.point, spec.origin_mm) {
             (Some(point), None) => at_point(machine, reference, named_point(machine, point, &check.key("point"))?),
             (None, Some(origin)) => check.key("origin_mm").finite(origin)?,
