@@ -170,7 +170,7 @@ fn warnings(machine: &Machine, findings: &Findings, status: &Status) -> Vec<Stri
     let mobility = &findings.mobility;
     if mobility.uncontrolled > 0 {
         warnings.push(format!(
-            "home: motions left with all drives locked: {}; expected none: a singular home, a missing drive or an idle joint",
+            "home: motions left with all drives locked: {} (expected: 0): a singular home, a missing drive or an idle joint",
             mobility.uncontrolled
         ));
     }
