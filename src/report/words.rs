@@ -9,9 +9,11 @@ pub fn counted(count: usize, noun: &str) -> String {
 
 /// Coordinates to a tenth of a millimetre.
 pub fn position(x_mm: f64, y_mm: f64, z_mm: f64) -> String {
-    // No negative zero.
-    let [x, y, z] = [x_mm, y_mm, z_mm].map(|v| (10.0 * v).round() / 10.0 + 0.0);
-    typographic(&format!("({x:.1}, {y:.1}, {z:.1}) mm"))
+    let [x, y, z] = [x_mm, y_mm, z_mm].map(|v| match format!("{v:.1}") {
+        text if text == "-0.0" => "0.0".into(),
+        text => text,
+    });
+    typographic(&format!("({x}, {y}, {z}) mm"))
 }
 
 /// A length in mm to so many decimals, or to two digits where that shows next to nothing; below `rounding_mm` it is none.
@@ -35,7 +37,7 @@ mod tests {
 
     #[test]
     fn positions_have_minus_signs_and_no_negative_zero() {
-        assert_eq!(position(-73.65, 0.04, -0.04), "(\u{2212}73.7, 0.0, 0.0) mm");
+        assert_eq!(position(-73.65, 126.35, -0.04), "(\u{2212}73.7, 126.3, 0.0) mm");
     }
 
     #[test]
