@@ -113,8 +113,13 @@ fn worst<E>(found: &Result<Departures, E>, value: impl Fn(&Departures) -> Option
 /// Departures of the tool tip over the factor on the sources; `None` where there are none.
 fn growth(results: &Superposition, location: &LocationResult) -> Option<LineFigure> {
     let mut series = Vec::new();
-    for sum in Sum::ALL {
-        for scaled in Scaled::ALL {
+    // Load and errors alone often give the same curve, and so do aggregated errors: dashes over the solid line, and dots over
+    // these, leave all of them to be seen.
+    for (sum, order) in [
+        (Sum::Superposition, [Scaled::Load, Scaled::Errors, Scaled::Both]),
+        (Sum::Aggregation, [Scaled::Errors, Scaled::Load, Scaled::Both]),
+    ] {
+        for scaled in order {
             let growth = &location.growth[scaled as usize];
             let points = growth.measured(sum, Followed::Tool);
             if let Some(fit) = growth.fit(sum, Followed::Tool) {
@@ -123,13 +128,14 @@ fn growth(results: &Superposition, location: &LocationResult) -> Option<LineFigu
                     Scaled::Errors => "chain errors",
                     Scaled::Both => "both",
                 };
-                let kind = if sum == Sum::Aggregation { "aggregated, " } else { "" };
+                let kind = if sum == Sum::Aggregation { "linearly aggregated, " } else { "" };
                 let slope = match fit.is_power_law() {
                     true => format!("slope {:.2}", fit.slope),
                     false => "not a power law".into(),
                 };
                 let label = format!("{kind}{what} scaled: {slope}");
-                series.push(LineSeries { label, points, dashed: sum == Sum::Aggregation });
+                let dashed = sum == Sum::Aggregation || scaled == Scaled::Errors;
+                series.push(LineSeries { label, points, dashed });
             }
         }
     }
