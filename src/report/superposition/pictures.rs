@@ -157,6 +157,13 @@ fn growth(results: &Superposition, location: &LocationResult) -> Option<LineFigu
     })
 }
 
+/// Values over φ, in degrees, up to the full turn, where that of 0° comes again.
+fn closed(values: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
+    let mut values: Vec<(f64, f64)> = values.collect();
+    values.extend(values.first().filter(|(phi, _)| *phi == 0.0).map(|(_, value)| (360.0, *value)));
+    values
+}
+
 /// Contributions to the departure of the tool tip over φ; `None` where there is none.
 fn ablation(results: &Superposition, location: &LocationResult) -> Option<LineFigure> {
     let angles = location.ablation.as_ref().ok()?;
@@ -167,10 +174,10 @@ fn ablation(results: &Superposition, location: &LocationResult) -> Option<LineFi
     if found.is_empty() {
         return None;
     }
-    let all = found.iter().map(|(phi, length, _)| (*phi, *length)).collect();
-    let mut series = vec![LineSeries { label: "departure".into(), points: all, dashed: false }];
+    let all = found.iter().map(|(phi, length, _)| (*phi, *length));
+    let mut series = vec![LineSeries { label: "departure".into(), points: closed(all), dashed: false }];
     for (index, cause) in Cause::ALL.into_iter().enumerate() {
-        let points = found.iter().map(|(phi, _, parts)| (*phi, parts[index])).collect();
+        let points = closed(found.iter().map(|(phi, _, parts)| (*phi, parts[index])));
         series.push(LineSeries { label: words(cause).into(), points, dashed: index > 1 });
     }
     Some(LineFigure {
