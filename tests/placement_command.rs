@@ -25,6 +25,7 @@ fn a_placement_study_leaves_tables_figures_and_a_recommendation() {
     assert!(said.contains("Put the workpiece at ("), "{said}");
     assert!(said.contains("refinements end there"), "{said}");
     assert!(said.contains("Worst deflection at the named places: Q0 "), "{said}");
+    assert!(said.contains(": 1 feature, 25 path points; ") && !said.contains("(-"), "{said}");
     let files = ["candidates.csv", "sweep.csv", "refinements.csv", "pareto.csv", "map_worst_deflection.png"];
     for name in files.iter().chain(&["pareto.svg", "path_errors_groove.svg", "paths_groove.png", "manifest.json"]) {
         assert!(out.path().join(name).is_file(), "{name} is missing");

@@ -295,7 +295,7 @@ fn curves_of_other_points_have_extremes_over_all_of_their_own() {
     let found = body(&fs::read_to_string(&page).unwrap());
     assert!(found.contains("The results have 5 and 9 nodes, 5 of them in common: differences"), "{found:.3000}");
     assert!(found.contains("Along the path, over all own nodes: "), "{found:.3000}");
-    assert!(found.contains("Methods of compensation, over 6 nodes: "), "{found:.3000}");
+    assert!(found.contains("Methods of compensation, over 9 nodes: "), "{found:.3000}");
 }
 
 #[test]
