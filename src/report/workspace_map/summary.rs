@@ -3,9 +3,13 @@
 use serde_json::{Value, json};
 
 use crate::{
-    report::table::{force_unit, largest_position, position_unit},
+    report::{
+        table::{force_unit, largest_position, position_unit},
+        words::{counted, millimetres, position},
+    },
     study::{
         Source,
+        superposition::growth::ROUNDING_MM,
         workspace_map::{MapPoint, SourceEffect, WorkspaceMap},
     },
 };
@@ -24,7 +28,7 @@ fn ranked<'a>(
 
 fn at(point: &MapPoint) -> String {
     let [x, y, z] = point.position_mm;
-    format!("({x:.1}, {y:.1}, {z:.1}) mm")
+    position(x, y, z)
 }
 
 /// Rows that were solved, and all rows.
@@ -39,10 +43,10 @@ pub fn summary_text(map: &WorkspaceMap) -> String {
     let (solved, rows) = solved_rows(map);
     let study = &map.study;
     text += &format!(
-        "{}: {} grid points, {} tool angles, {solved} of {rows} rows solved.\n",
+        "{}: {}, {}, {solved} of {rows} rows solved.\n",
         study.machine.title,
-        study.grid.len(),
-        study.phis.len()
+        counted(study.grid.len(), "grid point"),
+        counted(study.phis.len(), "tool angle")
     );
     text += &deflection_sentence(map);
     text += &correction_sentence(map);
@@ -76,10 +80,10 @@ fn deflection_sentence(map: &WorkspaceMap) -> String {
         };
         let phi = most.2.phi_deg.map_or_else(String::new, |phi| format!(" (tool angle {phi:.0}°)"));
         text += &format!(
-            "{cause} by {:.3} mm at best, at {}, and by {:.3} mm at worst, at {}{phi}.\n",
-            least.0,
+            "{cause} by {} at best, at {}, and by {} at worst, at {}{phi}.\n",
+            millimetres(least.0, 3, ROUNDING_MM),
             at(least.1),
-            most.0,
+            millimetres(most.0, 3, ROUNDING_MM),
             at(most.1)
         );
     }
@@ -112,9 +116,9 @@ fn departure_sentence(map: &WorkspaceMap) -> String {
     };
     let Some([_, relative]) = extremes(ranked(map, Source::Both, ratio)) else { return String::new() };
     format!(
-        "Adding the two effects instead of solving them together is wrong by up to {:.4} mm, at {}, and by up to {:.1} % \
+        "Adding the two effects instead of solving them together is wrong by up to {}, at {}, and by up to {:.1} % \
          of the deflection, at {}.\n",
-        absolute.0,
+        millimetres(absolute.0, 4, ROUNDING_MM),
         at(absolute.1),
         100.0 * relative.0,
         at(relative.1)
