@@ -243,7 +243,7 @@ fn a_platform_that_turns_freely_is_singular() {
         assert!(text.contains("singular") && text.contains("the platform can move without resistance"), "{text}");
     }
     let text = printed(0, &["check", path(&file)]);
-    assert!(text.contains("warning: home: with all drives locked, 1 motion(s) are left"), "{text}");
+    assert!(text.contains("warning: home: motions left with all drives locked: 1 (expected: 0)"), "{text}");
 }
 
 #[test]

@@ -72,13 +72,24 @@ fn what_exists_is_kept_and_names_are_checked() {
     printed(folder.path(), &["new", "map", "mine"]);
     let study = folder.path().join("mine/study.toml");
     fs::write(&study, "changed").unwrap();
-    refused(folder.path(), &["new", "path", "mine"], "mine: cannot be written: File exists");
+    refused(
+        folder.path(),
+        &["new", "path", "mine"],
+        "mine: exists already and was left as it is: expected the name of a new folder",
+    );
     assert_eq!(fs::read_to_string(study).unwrap(), "changed");
     assert!(!folder.path().join("mine/process.toml").exists());
-    for name in ["..", "a b", "höhe", "a/.b"] {
+    for name in ["..", "a b", "mine ", "höhe", "a/.b"] {
         refused(folder.path(), &["new", "map", name], "does not name a study: expected a last part of letters");
     }
     refused(folder.path(), &["new", "map", "--", "-x"], "does not name a study");
+    for name in ["con", "con.", "mine.", "a/NUL", "Com7.v2", "lpt0"] {
+        let message = format!("NAME: \"{name}\" cannot be the name of a folder on Windows");
+        refused(folder.path(), &["new", "map", name], &message);
+    }
     refused(folder.path(), &["new", "dream", "mine2"], "map, placement, superposition, path, validation");
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    for name in ["console", "com10", "a.con"] {
+        printed(folder.path(), &["new", "map", name]);
+    }
 }

@@ -125,6 +125,39 @@ fn bounds_hold(study: &PlacementStudy, pruned: &[Cell], full: &[Cell]) {
 }
 
 #[test]
+fn a_path_wholly_out_of_tolerance_has_no_share_within_and_one_wholly_within_has_all() {
+    let feature = |name: &str, diameter: f64, points: usize, tolerance: f64| {
+        format!(
+            "[[placement.feature]]\nname = \"{name}\"\nprocess = \"process.toml\"\ntolerance_mm = {tolerance:?}\n\
+             circle = {{ centre_mm = [0.0, 0.0, 0.0], diameter_mm = {diameter:?}, points = {points} }}\n"
+        )
+    };
+    let (_, rest) = GROOVE.split_once("tolerance_mm = 0.6\n").unwrap();
+    let rest = rest.replace("x = 5, y = 5", "x = 2, y = 2").replace("starts = 2", "starts = 1\nmax_iterations = 3");
+    for points in [35, 50] {
+        for (tolerance, expected) in [(1e-12, 0.0), (1e3, 1.0)] {
+            let features = feature("one", 50.0, points, tolerance) + &feature("two", 31.7, points + 3, tolerance);
+            let head = "schema = 1\nquestion = \"where?\"\nmachine = \"orthoglide\"\n";
+            let study = study_in(groove_folder(), &format!("{head}{features}{rest}"));
+            let results = searched(&study);
+            for cell in &results.cells {
+                let (Verdict::Complete(metrics) | Verdict::GivenUp(metrics)) = &cell.verdict else { continue };
+                // Bounds of places given up count what was not looked at as within.
+                let is_complete = matches!(cell.verdict, Verdict::Complete(_));
+                let share = metrics.get(Metric::ShareWithin).unwrap();
+                assert!(share == expected || !is_complete && share > expected, "{points}: {share}");
+            }
+            for entry in &results.entries {
+                let evaluation = entry.outcome.as_ref().unwrap();
+                for metrics in evaluation.features.iter().chain([&evaluation.metrics]) {
+                    assert_eq!(metrics.get(Metric::ShareWithin).unwrap(), expected, "{points} points, {}", entry.name);
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn results_do_not_depend_on_the_number_of_threads() {
     let study = groove(&[("starts = 2", "starts = 3\nmax_iterations = 12")]);
     let tables = |threads: usize| {

@@ -25,6 +25,7 @@ fn a_placement_study_leaves_tables_figures_and_a_recommendation() {
     assert!(said.contains("Put the workpiece at ("), "{said}");
     assert!(said.contains("refinements end there"), "{said}");
     assert!(said.contains("Worst deflection at the named places: Q0 "), "{said}");
+    assert!(said.contains(": 1 feature, 25 path points; ") && !said.contains("(-"), "{said}");
     let files = ["candidates.csv", "sweep.csv", "refinements.csv", "pareto.csv", "map_worst_deflection.png"];
     for name in files.iter().chain(&["pareto.svg", "path_errors_groove.svg", "paths_groove.png", "manifest.json"]) {
         assert!(out.path().join(name).is_file(), "{name} is missing");
@@ -53,6 +54,11 @@ fn places_are_compared_side_by_side() {
     for (at, message) in [
         ("Q9", "--at: machine orthoglide has no point \"Q9\"; there are: Q0, Q1, Q2, Q3"),
         ("1,2", "--at: \"1,2\": expected x,y,z in mm, or x,y,z,yaw or x,y,z,yaw,pitch,roll with angles in degrees"),
+        (
+            "0,0,0,0,5,0",
+            "--at: pitch of \"0,0,0,0,5,0\": machine orthoglide does not control rotation about y, so its tool cannot \
+             follow a workpiece tilted so: expected 0",
+        ),
         (
             "1,2,nan",
             "--at: \"1,2,nan\": expected x,y,z in mm, or x,y,z,yaw or x,y,z,yaw,pitch,roll with angles in degrees",

@@ -200,6 +200,12 @@ fn fifty_thousand_points_make_a_page_below_fifteen_megabytes() {
     assert!(html.contains("50 × 50 × 50 nodes of map.csv, evenly chosen"), "a larger grid is thinned, and says so");
 }
 
+/// The smallest or largest deflection under both sources that a map's summary gives, mm.
+fn deflection(folder: &Path, which: &str) -> f64 {
+    let summary: Value = serde_json::from_str(&fs::read_to_string(folder.join("summary.json")).unwrap()).unwrap();
+    summary["sources"]["both"]["deflection_mm"][which]["value"].as_f64().unwrap()
+}
+
 #[test]
 fn two_maps_are_compared_node_by_node() {
     let folder = tempfile::tempdir().unwrap();
@@ -225,11 +231,7 @@ fn two_maps_are_compared_node_by_node() {
     assert_eq!(names, ["A: printed", "B: rotated", "B \u{2212} A"]);
 
     // The extremes are those of the tables, whose ratio stands beside them.
-    let largest = |folder: &Path| {
-        let summary: Value = serde_json::from_str(&fs::read_to_string(folder.join("summary.json")).unwrap()).unwrap();
-        summary["sources"]["both"]["deflection_mm"]["largest"]["value"].as_f64().unwrap()
-    };
-    let (a, b) = (largest(&printed), largest(&rotated));
+    let (a, b) = (deflection(&printed, "largest"), deflection(&rotated, "largest"));
     assert!(body.contains(&format!("data-sort=\"{a}\"")) && body.contains(&format!("data-sort=\"{b}\"")));
     assert!(body.contains(&format!("B over A {:.4}", b / a)), "{a} {b}");
     let difference = &data["cases"][2]["series"][0][0];
@@ -259,12 +261,41 @@ fn maps_over_other_nodes_are_compared_as_far_as_they_can_be() {
     };
     let finer = map(folder.path(), "finer", "printed", "3", false);
     let found = compare(&finer);
-    assert!(found.contains("The results have 8 and 27 nodes, 8 of them in common"), "{found:.3000}");
+    assert!(found.contains("The results have 8 and 27 nodes, 8 of them in common: smallest, mean"), "{found:.3000}");
+    // What only the finer grid has does not count.
+    assert!(
+        found.contains("Workspace map, over 8 nodes in common: ") && found.contains("B over A 1.0000"),
+        "{found:.3000}"
+    );
+    let [own, shared] = [&finer, &coarse].map(|folder| deflection(folder, "smallest"));
+    assert!(own < 0.9 * shared, "{own} {shared}");
+    let sort = |value: f64| format!("data-sort=\"{value}\"");
+    assert!(found.contains(&sort(shared)) && !found.contains(&sort(own)));
     assert!(found.contains("Of 8 nodes, A is better at 0.0 %"));
     let single = map(folder.path(), "single", "printed", "1", false);
     let found = compare(&single);
-    assert!(found.contains("The results have 8 and 1 nodes and none in common"), "{found:.3000}");
-    assert!(found.contains("Side by side") && !found.contains("Who is better where"));
+    assert!(
+        found.contains("The results have 8 and 1 nodes and none in common: their numbers are not compared"),
+        "{found:.3000}"
+    );
+    assert!(!found.contains("Side by side") && !found.contains("Who is better where"));
+}
+
+#[test]
+fn curves_of_other_points_have_extremes_over_all_of_their_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/02_groove_50mm");
+    let [coarse, finer] = ["5", "9"].map(|points| {
+        let out = folder.path().join(points);
+        done(&["run", text(&study), "--points", points, "--out", text(&out), "--no-figures"]);
+        out
+    });
+    let page = folder.path().join("page.html");
+    done(&["report", text(&coarse), text(&finer), "--out", text(&page)]);
+    let found = body(&fs::read_to_string(&page).unwrap());
+    assert!(found.contains("The results have 5 and 9 nodes, 5 of them in common: differences"), "{found:.3000}");
+    assert!(found.contains("Along the path, over all own nodes: "), "{found:.3000}");
+    assert!(found.contains("Methods of compensation, over 9 nodes: "), "{found:.3000}");
 }
 
 #[test]

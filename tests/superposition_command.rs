@@ -102,6 +102,21 @@ fn a_study_partly_out_of_reach_says_so_and_without_figures_writes_tables_only() 
 }
 
 #[test]
+fn without_chain_errors_nothing_is_wrong_and_one_is_singular() {
+    let folder = tempfile::tempdir().unwrap();
+    let written = fs::read_to_string(Path::new(STUDY).join("study.toml")).unwrap();
+    let (head, _) = written.split_once("[[chain_error]]").unwrap();
+    let (_, tail) = written.split_once("[superposition]").unwrap();
+    let plain = format!("{head}[superposition]{tail}").replace("phi_step_deg = 10.0", "phi_step_deg = 360.0");
+    fs::write(folder.path().join("study.toml"), plain).unwrap();
+    let out = folder.path().join("out");
+    let said = run(folder.path().to_str().unwrap(), &out, &["--grid", "1", "--no-figures"], 0);
+    assert!(said.contains(": 1 of 1 grid point solved, 1 tool angle."), "{said}");
+    assert!(said.contains("\nQ1: wrong by 0 mm at worst"), "{said}");
+    assert!(!said.contains("none)") && !said.contains("0.000"), "{said}");
+}
+
+#[test]
 fn points_along_a_path_are_refused() {
     let output = kinetostat(&["run", STUDY, "--points", "9"]);
     assert_eq!(output.status.code(), Some(2));

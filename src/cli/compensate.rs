@@ -10,7 +10,7 @@ use kinetostat::{
     machine::Machine,
     process::toolpath::polyline::Polyline,
     report::{
-        OutputFile, exchange,
+        OutputFile, counted, exchange,
         path::{bounded_text, program_json, program_table},
         write_all,
     },
@@ -106,8 +106,8 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
             }
             if compensated.left_alone > 0 {
                 reporting.print(&format!(
-                    "{} rapid positions could not be compensated and are as they were.\n",
-                    compensated.left_alone
+                    "Left as written, as there is no correction: {}.\n",
+                    counted(compensated.left_alone, "rapid position")
                 ))?;
             }
             reporting.print(&format!("Written to {}\n", arguments.out.display()))?;
@@ -115,7 +115,10 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
             if lost == 0 {
                 return Ok(Ending::Complete);
             }
-            reporting.print(&format!("The written program fails at {lost} points; the table of points says why.\n"))?;
+            reporting.print(&format!(
+                "The written program fails at {}; the table of points says why.\n",
+                counted(lost, "point")
+            ))?;
             Ok(Ending::SomeUnsolved)
         }
         Err(failures) => {
@@ -203,9 +206,9 @@ fn points(out: &Path, job: &ProgramJob, passes: &[Pass], bounded: Option<&Bounde
 fn header(job: &ProgramJob) -> String {
     let cutting = job.path.points().iter().filter(|point| point.cutting).count();
     format!(
-        "{}: {} points, {cutting} of them cutting, path length {:.1} mm\nDistance of the point put right from the wanted path, where the tool cuts:\n",
+        "{}: {}, {cutting} of them cutting, path length {:.1} mm\nDistance of the point put right from the wanted path, where the tool cuts:\n",
         job.machine.title,
-        job.path.len(),
+        counted(job.path.len(), "point"),
         job.path.length_mm()
     )
 }
@@ -235,14 +238,19 @@ fn shown(solved: usize, number: String) -> String {
 
 /// A length to a micrometre, or to its order where it is smaller.
 fn millimetres(length: f64) -> String {
-    if length == 0.0 || length >= 1e-3 { format!("{length:.4} mm") } else { format!("{length:.1e} mm") }
+    match length {
+        0.0 => "0 mm".into(),
+        length if length < 1e-3 => format!("{length:.1e} mm"),
+        length => format!("{length:.4} mm"),
+    }
 }
 
 /// Points shown of those that cannot be compensated.
 const SHOWN: usize = 5;
 
 fn refusal(job: &ProgramJob, failures: &Failures) -> String {
-    let mut text = format!("{} cutting points have no command; nothing was written. The first:\n", failures.len());
+    let mut text =
+        format!("No command for {}; nothing was written. The first:\n", counted(failures.len(), "cutting point"));
     for (point, reason) in failures.iter().take(SHOWN) {
         let at = &job.path.points()[*point];
         let line = job.file.line_of(at.source.segment).map_or_else(String::new, |line| format!("line {line}, "));

@@ -1,6 +1,9 @@
 //! `kinetostat new`: writes a study folder to start from.
 
-use std::path::{Path, PathBuf};
+use std::{
+    io::ErrorKind,
+    path::{Path, PathBuf},
+};
 
 use clap::{Args, ValueEnum};
 use kinetostat::{
@@ -70,7 +73,13 @@ pub fn new(arguments: &NewArguments) -> Result<Ending> {
         made.map_err(|source| Error::Write { file: parent.to_path_buf(), source })?;
     }
     // Fails where anything of this name exists.
-    std::fs::create_dir(folder).map_err(|source| Error::Write { file: folder.clone(), source })?;
+    std::fs::create_dir(folder).map_err(|source| match source.kind() {
+        ErrorKind::AlreadyExists => Error::Argument {
+            argument: folder.display().to_string(),
+            problem: "exists already and was left as it is: expected the name of a new folder".into(),
+        },
+        _ => Error::Write { file: folder.clone(), source },
+    })?;
     let shown = folder.display().to_string();
     let readme = README.replace("{name}", name).replace("{folder}", &shown);
     let mut files = vec![OutputFile::new("README.md", readme)];
@@ -83,8 +92,19 @@ pub fn new(arguments: &NewArguments) -> Result<Ending> {
     Ok(Ending::Complete)
 }
 
-/// The last part of `folder`: it names results, so it is made of letters, digits, `_`, `-` and `.` and begins with none of
-/// the last two.
+/// Names that Windows keeps for devices, in any case and with anything behind a dot.
+const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
+/// The same, followed by a digit.
+const NUMBERED_DEVICES: [&str; 2] = ["com", "lpt"];
+
+fn is_device(name: &str) -> bool {
+    let stem = name.split('.').next().unwrap_or_default().to_ascii_lowercase();
+    let is_numbered = |device: &&str| matches!(stem.strip_prefix(*device).map(str::as_bytes), Some([digit]) if digit.is_ascii_digit());
+    DEVICES.contains(&stem.as_str()) || NUMBERED_DEVICES.iter().any(is_numbered)
+}
+
+/// The last part of `folder`: it names results, on any system, so it is made of letters, digits, `_`, `-` and `.`, begins
+/// with none of the last two, does not end with a dot and is no device of Windows.
 fn study_name(folder: &Path) -> Result<&str> {
     let name = folder.file_name().and_then(|name| name.to_str()).unwrap_or_default();
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
@@ -92,6 +112,15 @@ fn study_name(folder: &Path) -> Result<&str> {
         let problem = format!(
             "\"{}\" does not name a study: expected a last part of letters, digits, \"_\", \"-\" and \".\", beginning with \
              a letter, digit or \"_\"",
+            folder.display()
+        );
+        return Err(Error::Argument { argument: "NAME".into(), problem });
+    }
+    if name.ends_with('.') || is_device(name) {
+        let problem = format!(
+            "\"{}\" cannot be the name of a folder on Windows, where others may want to run the study: expected a last part \
+             that does not end with \".\" and that, up to its first \".\", is not con, prn, aux, nul, com0 to com9 or lpt0 to \
+             lpt9",
             folder.display()
         );
         return Err(Error::Argument { argument: "NAME".into(), problem });

@@ -8,5 +8,5 @@ pub mod toolpath;
 mod workpiece;
 
 pub use milling::{ForceLaw, MillingForce};
-pub use placement::{PathReference, Placement};
+pub use placement::{PathReference, Placed, Placement};
 pub use workpiece::{Extent, Feature, ForbiddenBox};

@@ -51,32 +51,24 @@ impl Placement {
         tilt.rotation * home
     }
 
-    /// The pose `X_OP` to command for the path position `position_mm` (W, mm):
-    /// `p_OP = X_OW · p_W − R_OP p_PR`, where R is the path's reference point.
-    ///
-    /// `home` is the platform's orientation at home; `tool_tip` is `p_PT` in platform axes, mm.
+    /// The placement on a machine whose platform has the orientation `home` at home and whose tool tip stands at `tool_tip`,
+    /// `p_PT` in platform axes, mm.
     #[must_use]
-    pub fn platform_pose(&self, position_mm: Vector3<f64>, home: &Matrix3<f64>, tool_tip: Vector3<f64>) -> Pose {
-        let rotation = self.platform_orientation(home);
-        let arm = rotation * self.reference_from_platform(tool_tip);
-        Pose { rotation, translation: self.pose().transform(position_mm) - arm }
+    pub fn on(&self, home: &Matrix3<f64>, tool_tip: Vector3<f64>) -> Placed {
+        let orientation = self.platform_orientation(home);
+        Placed {
+            workpiece: self.pose(),
+            orientation,
+            reference: orientation * self.reference_from_platform(tool_tip),
+            lever: orientation * tool_tip,
+        }
     }
 
     /// Position in W, mm, of the path's reference point when P stands at `platform` (`X_OP`). At the commanded
-    /// orientation it is the inverse of [`Placement::platform_pose`]. `tool_tip` is `p_PT` in platform axes, mm.
+    /// orientation it is the inverse of [`Placed::platform_pose`]. `tool_tip` is `p_PT` in platform axes, mm.
     #[must_use]
     pub fn path_position(&self, platform: &Pose, tool_tip: Vector3<f64>) -> Vector3<f64> {
         self.pose().inverse().transform(platform.transform(self.reference_from_platform(tool_tip)))
-    }
-
-    /// The wrench at P in O axes of a `load` about the tool tip in W axes: `f = R_OW f_W`, `m = R_OW m_W + p_PT × f`.
-    ///
-    /// `lever` is `p_PT` in O axes, mm, at the commanded orientation. Without a moment of the load and with W along O this
-    /// is eq. (16).
-    #[must_use]
-    pub fn wrench(&self, load: &Load, lever: Vector3<f64>) -> Wrench {
-        let rotation = self.pose().rotation;
-        Wrench { force: rotation * load.force_N, moment: rotation * load.moment_Nmm }.shift(-lever)
     }
 
     fn reference_from_platform(&self, tool_tip: Vector3<f64>) -> Vector3<f64> {
@@ -84,6 +76,36 @@ impl Placement {
             PathReference::ToolTip => tool_tip,
             PathReference::PlatformPoint => Vector3::zeros(),
         }
+    }
+}
+
+/// A placement on a machine: what is the same for all points of a path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Placed {
+    /// `X_OW`.
+    workpiece: Pose,
+    /// `R_OP`.
+    orientation: Matrix3<f64>,
+    /// `p_PR` in O axes, mm, of the path's reference point R.
+    reference: Vector3<f64>,
+    /// `p_PT` in O axes, mm.
+    lever: Vector3<f64>,
+}
+
+impl Placed {
+    /// The pose `X_OP` to command for the path position `position_mm` (W, mm): `p_OP = X_OW · p_W − R_OP p_PR`, where R is
+    /// the path's reference point.
+    #[must_use]
+    pub fn platform_pose(&self, position_mm: Vector3<f64>) -> Pose {
+        Pose { rotation: self.orientation, translation: self.workpiece.transform(position_mm) - self.reference }
+    }
+
+    /// The wrench at P in O axes of a `load` about the tool tip in W axes, at the commanded orientation: `f = R_OW f_W`,
+    /// `m = R_OW m_W + p_PT × f`. Without a moment of the load and with W along O this is eq. (16).
+    #[must_use]
+    pub fn wrench(&self, load: &Load) -> Wrench {
+        let rotation = &self.workpiece.rotation;
+        Wrench { force: rotation * load.force_N, moment: rotation * load.moment_Nmm }.shift(-self.lever)
     }
 }
 
@@ -110,9 +132,9 @@ mod tests {
         // x of W is y of O, y of W is −x of O.
         let wanted = Vector3::new(10.0 - 2.0, 20.0 + 1.0, 30.0 + 3.0);
         let orientation = Pose::from_roll_pitch_yaw(Vector3::new(0.2, -0.1, 0.5)).rotation;
-        let pose = placement(PathReference::ToolTip).platform_pose(at, &orientation, TIP);
+        let pose = placement(PathReference::ToolTip).on(&orientation, TIP).platform_pose(at);
         assert!((pose.transform(TIP) - wanted).norm() < 1e-12);
-        let pose = placement(PathReference::PlatformPoint).platform_pose(at, &orientation, TIP);
+        let pose = placement(PathReference::PlatformPoint).on(&orientation, TIP).platform_pose(at);
         assert!((pose.translation - wanted).norm() < 1e-12);
         assert_eq!(pose.rotation, orientation);
     }
@@ -141,7 +163,7 @@ mod tests {
             for roll_pitch_yaw in [Vector3::new(0.0, 0.0, FRAC_PI_2), Vector3::new(0.2, 0.3, -0.4)] {
                 let placement = Placement { roll_pitch_yaw, ..placement(reference) };
                 let at = Vector3::new(-7.0, 0.25, 12.0);
-                let pose = placement.platform_pose(at, &orientation, TIP);
+                let pose = placement.on(&orientation, TIP).platform_pose(at);
                 assert!((placement.path_position(&pose, TIP) - at).norm() < 1e-12);
             }
         }
@@ -151,10 +173,10 @@ mod tests {
     fn the_wrench_is_that_of_eq_16_and_turns_with_the_workpiece() {
         let (force, tip) = (MillingForce::PAPER, Vector3::new(0.0, 0.0, 100.0));
         let load = Load { force_N: force.force(0.7), moment_Nmm: Vector3::zeros() };
-        let unturned = Placement::default().wrench(&load, tip);
+        let unturned = Placement::default().on(&Matrix3::identity(), tip).wrench(&load);
         assert!((unturned.to_vector() - force.wrench(0.7, tip).to_vector()).norm() < 1e-12);
         let load = Load { moment_Nmm: Vector3::new(5.0, 6.0, 7.0), ..load };
-        let turned = placement(PathReference::ToolTip).wrench(&load, tip);
+        let turned = placement(PathReference::ToolTip).on(&Matrix3::identity(), tip).wrench(&load);
         let f = Vector3::new(-load.force_N.y, load.force_N.x, load.force_N.z);
         assert!((turned.force - f).norm() < 1e-12);
         let moment = Vector3::new(-6.0 - 100.0 * f.y, 5.0 + 100.0 * f.x, 7.0);

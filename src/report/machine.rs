@@ -2,6 +2,7 @@
 
 use crate::{
     machine::{Machine, Motion},
+    report::words::counted,
     study::machine_check::Findings,
 };
 
@@ -10,10 +11,10 @@ pub fn machine_text(machine: &Machine, findings: &Findings) -> String {
     let mobility = &findings.mobility;
     let mut text = format!("{} — {}\n", machine.name, machine.title);
     text += &format!(
-        "  chains             {} ({}), {} drives\n",
+        "  chains             {} ({}), {}\n",
         machine.chains.len(),
         machine.chains.iter().map(|chain| chain.name.as_str()).collect::<Vec<_>>().join(", "),
-        machine.drive_count()
+        counted(machine.drive_count(), "drive")
     );
     text += &format!(
         "  mobility           {} ({} of the platform), over-constraint {}, left with drives locked {}\n",

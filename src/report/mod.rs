@@ -13,12 +13,14 @@ mod point;
 pub mod superposition;
 mod table;
 pub mod validation;
+mod words;
 pub mod workspace_map;
 mod write;
 
 pub use machine::machine_text;
 pub use manifest::{Manifest, StatusCount};
 pub use point::{point_json, point_text, unreachable_json};
+pub use words::counted;
 pub use write::{OutputFile, clean, prepare, remove, temporary_file, write_all};
 
 pub use crate::check::file_stem;

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use crate::{
     machine::Motion,
-    report::table::shown_positions,
+    report::{table::shown_positions, words::counted},
     spatial::rotation_log,
     statics::Status,
     study::point::{PointAnswer, PointLoad, PointQuestion},
@@ -118,7 +118,8 @@ pub fn point_text(answer: &PointAnswer) -> String {
         triple(wrench.force, 1),
         triple(wrench.moment, 0)
     );
-    text += &format!("  equilibrium               {}, {} iterations", loaded.status.label(), loaded.iterations);
+    text +=
+        &format!("  equilibrium               {}, {}", loaded.status.label(), counted(loaded.iterations, "iteration"));
     if loaded.residual.is_finite() {
         text += &format!(", residual {:.1e}", loaded.residual);
     }

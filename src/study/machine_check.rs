@@ -170,14 +170,14 @@ fn warnings(machine: &Machine, findings: &Findings, status: &Status) -> Vec<Stri
     let mobility = &findings.mobility;
     if mobility.uncontrolled > 0 {
         warnings.push(format!(
-            "home: with all drives locked, {} motion(s) are left: a singular home, a missing drive or an idle joint",
+            "home: motions left with all drives locked: {} (expected: 0): a singular home, a missing drive or an idle joint",
             mobility.uncontrolled
         ));
     }
     if mobility.platform < machine.controls.len() {
         warnings.push(format!(
-            "home: {} coordinates are to be controlled, but the platform has {} independent motion(s): a singular home or \
-             a wrong platform.controls",
+            "home: coordinates to be controlled: {}, but independent motions of the platform: {}; a singular home or a \
+             wrong platform.controls",
             machine.controls.len(),
             mobility.platform
         ));

@@ -13,7 +13,7 @@ use crate::{
     error::{Error, Result},
     machine::{Coordinate, Machine},
     process::{
-        Placement,
+        Placed, Placement,
         toolpath::{
             Load, PathPoint, Sampling, Toolpath,
             gcode::{GcodeOptions, Program},
@@ -180,9 +180,8 @@ impl ProgramJob {
     /// Poses of P that mirror a measured pass at the wanted path, Figure 2. `measured`: where the tool went, workpiece
     /// frame, mm, one position per point of the path.
     pub fn mirrored(&self, measured: &[Vector3<f64>]) -> Vec<Pose> {
-        let mirror = |(point, went): (&PathPoint, &Vector3<f64>)| {
-            platform_pose(&self.machine, &self.process, point.position_mm * 2.0 - went)
-        };
+        let placed = placed(&self.machine, &self.process.placement);
+        let mirror = |(point, went): (&PathPoint, &Vector3<f64>)| placed.platform_pose(point.position_mm * 2.0 - went);
         self.path.points().iter().zip(measured).map(mirror).collect()
     }
 
@@ -209,16 +208,15 @@ impl ProgramJob {
             return Ok(Err(failures));
         }
         let (bytes, back) = self.file.rewritten(&self.path, &positions, self.process.decimals)?;
-        let poses: Vec<Pose> =
-            back.into_iter().map(|position| platform_pose(&self.machine, &self.process, position)).collect();
+        let placed = placed(&self.machine, &self.process.placement);
+        let poses: Vec<Pose> = back.into_iter().map(|position| placed.platform_pose(position)).collect();
         let as_written = self.pass(format!("{}, as written", pass.name), &Commands::Program(&poses), done);
         Ok(Ok(Compensated { bytes, as_written, left_alone }))
     }
 }
 
-/// Pose of P that the nominal machine is commanded to for a path position.
-fn platform_pose(machine: &Machine, process: &Process, position: Vector3<f64>) -> Pose {
-    process.placement.platform_pose(position, &machine.home.pose.rotation, machine.tool_tip)
+fn placed(machine: &Machine, placement: &Placement) -> Placed {
+    placement.on(&machine.home.pose.rotation, machine.tool_tip)
 }
 
 /// What is wanted at each point of a path: its pose, and the cutting force as a wrench at P. `origin` names the path in
@@ -240,11 +238,10 @@ pub fn demands_under(
     path: &Toolpath,
     loads: &[Load],
 ) -> Vec<Demand> {
-    let home = &machine.home.pose.rotation;
-    let lever = placement.platform_orientation(home) * machine.tool_tip;
+    let placed = placed(machine, placement);
     let demand = |(point, load): (&PathPoint, &Load)| Demand {
-        pose: placement.platform_pose(point.position_mm, home, machine.tool_tip),
-        load: placement.wrench(load, lever),
+        pose: placed.platform_pose(point.position_mm),
+        load: placed.wrench(load),
         target,
     };
     path.points().iter().zip(loads).map(demand).collect()

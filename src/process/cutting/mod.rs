@@ -1,7 +1,7 @@
 //! The cutting force at each point of a toolpath: on the tool, at its tip, in the axes of the workpiece frame W.
 //!
 //! The tool's axis is the z axis of W; which way it points only slot milling needs to know ([`SpindleSide`]). Forces are in N, moments about the tool tip in
-//! N·mm. [`Placement::wrench`](super::Placement::wrench) turns them into the wrench at P.
+//! N·mm. [`Placed::wrench`](super::Placed::wrench) turns them into the wrench at P.
 //!
 //! Along a path whose direction of motion, projected onto the xy-plane, is the unit vector f (the heading), the
 //! directions are

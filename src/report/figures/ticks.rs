@@ -31,10 +31,11 @@ pub(super) fn linear(low: f64, high: f64, target: usize) -> Ticks {
     stepped(low, high, nice_step((high - low) / target.max(1) as f64))
 }
 
-/// As [`linear`] for angles in degrees: over more than an eighth of a turn at steps that divide one.
+/// As [`linear`] for angles in degrees: over more than an eighth of a turn at steps that divide a right angle, or at right
+/// angles and their multiples.
 pub(super) fn degrees(low: f64, high: f64, target: usize) -> Ticks {
     let raw = (high - low) / target.max(1) as f64;
-    match [10.0, 15.0, 30.0, 45.0, 60.0, 90.0, 180.0, 360.0].into_iter().find(|step| *step >= raw) {
+    match [10.0, 15.0, 30.0, 45.0, 90.0, 180.0, 360.0].into_iter().find(|step| *step >= raw) {
         Some(step) if high - low > 45.0 => stepped(low, high, step),
         _ => linear(low, high, target),
     }
@@ -132,6 +133,12 @@ mod tests {
         let ticks = linear(-73.65, 126.35, 5);
         assert_eq!(ticks.labels, ["\u{2212}50", "0", "50", "100"]);
         assert_eq!(linear(0.0, 1.0, 5).labels, ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
+    }
+
+    #[test]
+    fn angles_over_a_turn_are_marked_at_right_angles_or_their_halves() {
+        assert_eq!(degrees(-14.4, 374.4, 7).labels, ["0", "90", "180", "270", "360"]);
+        assert_eq!(degrees(0.0, 360.0, 8).values.len(), 9);
     }
 
     #[test]

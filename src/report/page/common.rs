@@ -2,7 +2,8 @@
 
 use std::collections::HashSet;
 
-use super::dataset::Dataset;
+use super::{dataset::Dataset, description::Shape};
+use crate::report::words::counted;
 
 /// The nodes that all results have.
 pub(super) struct Common {
@@ -28,22 +29,42 @@ impl Common {
         move |node| !bad.contains(&node)
     }
 
+    /// What smallest, mean and largest values are taken of, and its name: the nodes in common, so that they are of the
+    /// same places; of a curve all own ones, since curves of other lengths are other paths and share nodes by chance.
+    pub fn extremes_of<'a>(&'a self, data: &'a [Dataset], shape: Shape) -> (&'a [Dataset], String) {
+        match (self.is_whole(data), shape) {
+            (true, _) => (&self.parts, format!("over {}", counted(self.count(), "node"))),
+            (false, Shape::Curve) => (data, "over all own nodes".into()),
+            (false, _) => (&self.parts, format!("over {} in common", counted(self.count(), "node"))),
+        }
+    }
+
+    /// Whether no result has nodes of its own.
+    fn is_whole(&self, data: &[Dataset]) -> bool {
+        data.iter().all(|own| own.node_count() == self.count())
+    }
+
     /// What a reader must know if results have nodes of their own.
-    pub fn remark(&self, data: &[Dataset]) -> Option<String> {
-        let counts: Vec<usize> = data.iter().map(Dataset::node_count).collect();
-        let common = self.count();
-        if counts.iter().all(|count| *count == common) {
+    pub fn remark(&self, data: &[Dataset], shape: Shape) -> Option<String> {
+        if self.is_whole(data) {
             return None;
         }
-        let all = counts.iter().map(usize::to_string).collect::<Vec<_>>().join(" and ");
-        Some(match common {
-            0 => format!(
-                "The results have {all} nodes and none in common: smallest, mean and largest values are compared, each \
-                 over its own nodes, but not node by node."
-            ),
-            common => format!(
+        let all = data.iter().map(|own| own.node_count().to_string()).collect::<Vec<_>>().join(" and ");
+        let of_curves = "smallest, mean and largest values are each over all own nodes";
+        Some(match (self.count(), shape) {
+            (0, Shape::Curve) => {
+                format!(
+                    "The results have {all} nodes and none in common: {of_curves}; nothing is compared node by node."
+                )
+            }
+            (0, _) => format!("The results have {all} nodes and none in common: their numbers are not compared."),
+            (common, Shape::Curve) => format!(
                 "The results have {all} nodes, {common} of them in common: differences and who is better where are \
-                 taken at these; smallest, mean and largest values are each over all own nodes."
+                 taken at these; {of_curves}."
+            ),
+            (common, _) => format!(
+                "The results have {all} nodes, {common} of them in common: smallest, mean and largest values, differences \
+                 and who is better where are taken at these."
             ),
         })
     }

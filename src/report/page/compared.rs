@@ -14,12 +14,14 @@ use super::{
     table::number,
     wins::{Extremes, Wins},
 };
-use crate::error::Result;
+use crate::{error::Result, report::words::counted};
 
 /// A view that all results have.
 #[derive(Debug, Serialize)]
 pub(super) struct Compared {
     view: ExplorerView,
+    /// What the statistics of the table are taken over.
+    over: String,
     table: Vec<SideBySide>,
     wins: Vec<WinsRow>,
     notes: Vec<String>,
@@ -96,12 +98,15 @@ pub(super) fn compared(
         data.push(Dataset::read(&reordered(own, &shared), &table, MOST_NUMBERS / 2 / folders.len())?);
     }
     let common = Common::new(&data);
-    remarks.extend(common.remark(&data));
-    let table = table(&shared, &data, letters);
+    let remark = common.remark(&data, shared.shape);
+    let (extremes_of, over) = common.extremes_of(&data, shared.shape);
+    let table = table(&shared, extremes_of, letters);
     let wins = wins(&shared, &common, letters);
-    sentences.extend(sentence(&shared, &data, &common, letters));
+    let sentence = sentence(&shared, extremes_of, &over, &common, letters);
+    sentences.extend(sentence.or_else(|| Some(format!("{}: {}", shared.title, remark.as_ref()?))));
+    remarks.extend(remark);
     let view = view(&shared, folders, letters, &data, &common);
-    Ok(Some(Compared { view, table, wins, notes: remarks }))
+    Ok(Some(Compared { view, over, table, wins, notes: remarks }))
 }
 
 /// The quantities and groups of `explorer` that all of `own` have in the same unit.
@@ -142,7 +147,7 @@ fn reordered(own: &Explorer, shared: &Explorer) -> Explorer {
     Explorer { quantities: quantities.cloned().collect(), group: shared.group.clone(), ..own.clone() }
 }
 
-/// Smallest, mean and largest value of one result; flagged nodes, whose numbers are bounds, do not count.
+/// Smallest, mean and largest value of one result at the nodes of `data`; flagged nodes, whose numbers are bounds, do not count.
 fn extremes(data: &Dataset, quantity: usize, group: usize) -> Option<Extremes> {
     let bad: HashSet<usize> = data.flags[group].iter().map(|flag| flag.0).collect();
     Extremes::new(&data.values[quantity][group], |node| !bad.contains(&node))
@@ -213,7 +218,7 @@ fn wins(explorer: &Explorer, common: &Common, letters: &[char]) -> Vec<WinsRow> 
 }
 
 /// The first quantity and group in words.
-fn sentence(explorer: &Explorer, data: &[Dataset], common: &Common, letters: &[char]) -> Option<String> {
+fn sentence(explorer: &Explorer, data: &[Dataset], over: &str, common: &Common, letters: &[char]) -> Option<String> {
     let quantity = explorer.quantities.iter().position(|q| q.better != Better::Neither)?;
     let q = &explorer.quantities[quantity];
     let all: Vec<Extremes> = data.iter().map(|own| extremes(own, quantity, 0)).collect::<Option<_>>()?;
@@ -224,7 +229,8 @@ fn sentence(explorer: &Explorer, data: &[Dataset], common: &Common, letters: &[c
         format!("{} {} in {letter}, at {}", number(value), q.unit, own.place(explorer, node))
     });
     let which = if q.better == Better::Larger { "at least" } else { "at most" };
-    let mut text = format!("{}: {}{of} is {which} {}", explorer.title, q.label, said.collect::<Vec<_>>().join("; "));
+    let mut text =
+        format!("{}, {over}: {}{of} is {which} {}", explorer.title, q.label, said.collect::<Vec<_>>().join("; "));
     for (other, letter) in letters.iter().enumerate().skip(1) {
         let ratio = ratio(worst(&all[other]).0, worst(&all[0]).0);
         text += &format!("; {letter} over {} {ratio}", letters[0]);
@@ -235,8 +241,12 @@ fn sentence(explorer: &Explorer, data: &[Dataset], common: &Common, letters: &[c
         let found = Wins::new(explorer, &q.unit, q.better, &common.parts[0], [a, b], common.counts(0, other));
         if let Some(wins) = found {
             text += &format!(
-                " Of {} nodes, {} is better at {}, {letter} at {}; {} are the same.",
-                wins.nodes, letters[0], wins.first, wins.second, wins.neither
+                " Of {}, {} is better at {}, {letter} at {}; {} are the same.",
+                counted(wins.nodes, "node"),
+                letters[0],
+                wins.first,
+                wins.second,
+                wins.neither
             );
         }
     }

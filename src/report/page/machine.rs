@@ -8,6 +8,7 @@ use crate::{
     report::{
         amplification::amplification,
         figures::{Figure, PoseFigure},
+        grid_slices::typographic,
     },
     study::deflected_pose::DeflectedPose,
 };
@@ -120,8 +121,8 @@ fn amplified(from: &Skeleton, to: &Skeleton, factor: f64) -> Skeleton {
 fn limits(machine: &Machine) -> Vec<Fact> {
     let mut facts = Vec::new();
     let between = |(low, high): (f64, f64), motion| match motion {
-        Motion::Prismatic => format!("{low} to {high} mm"),
-        Motion::Revolute => format!("{:.3}° to {:.3}°", low.to_degrees(), high.to_degrees()),
+        Motion::Prismatic => typographic(&format!("{low} to {high} mm")),
+        Motion::Revolute => typographic(&format!("{:.3}° to {:.3}°", low.to_degrees(), high.to_degrees())),
     };
     for ((_, drive), label) in machine.drives().zip(machine.drive_labels()) {
         let unit = if drive.motion == Motion::Prismatic { "N" } else { "N·mm" };
@@ -164,7 +165,7 @@ pub(in crate::report) fn error_facts(machine: &Machine, errors: &[ChainError]) -
 fn error_words(error: &ChainError) -> Vec<String> {
     let vector = |v: nalgebra::Vector3<f64>, unit: &str| {
         let [x, y, z]: [f64; 3] = v.map(|c| (c * 1e9).round() / 1e9 + 0.0).into();
-        format!("({x}, {y}, {z}) {unit}").replace('-', "\u{2212}")
+        typographic(&format!("({x}, {y}, {z}) {unit}"))
     };
     let mut parts = Vec::new();
     for (frame, twist) in [("base", error.base), ("end", error.end)] {
@@ -176,7 +177,7 @@ fn error_words(error: &ChainError) -> Vec<String> {
         }
     }
     if error.drive_offsets.iter().any(|offset| *offset != 0.0) {
-        parts.push(format!("drive zeros off by {:?} mm or rad", error.drive_offsets));
+        parts.push(typographic(&format!("drive zeros off by {:?} mm or rad", error.drive_offsets)));
     }
     parts
 }

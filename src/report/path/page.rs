@@ -8,6 +8,7 @@ use crate::{
             drive_quantities, error_facts, target_words,
         },
         table::{correction_columns, force_columns, force_unit, position_unit},
+        words::counted,
         workspace_map::source_group,
     },
     study::path_study::{PathResults, PathStudy},
@@ -34,7 +35,7 @@ fn setting(study: &PathStudy) -> Vec<Fact> {
     let kind = if study.is_circle { "circle" } else { "path" };
     let mut facts = vec![
         Fact::new("machine", study.machine.title.clone()),
-        Fact::new("path", format!("{kind} of {length:.1} mm, {} points", study.stations.len())),
+        Fact::new("path", format!("{kind} of {length:.1} mm, {}", counted(study.stations.len(), "point"))),
     ];
     let forces = study.demands.iter().map(|demand| demand.load.force.norm());
     let (low, high) = forces.fold((f64::INFINITY, 0.0f64), |(low, high), force| (low.min(force), high.max(force)));

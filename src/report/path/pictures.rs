@@ -8,6 +8,7 @@ use crate::{
         amplification::amplification,
         figures::{Figure, LineFigure, LineSeries},
         table::{force_unit, position_unit},
+        words::counted,
     },
     study::{
         Source,
@@ -68,7 +69,7 @@ fn line_figure(results: &PathResults, title: &str, y_label: String, series: Vec<
     let study = &results.study;
     Figure::Lines(LineFigure {
         title: title.into(),
-        subtitle: format!("{}, {} points", study.machine.name, study.stations.len()),
+        subtitle: format!("{}, {}", study.machine.name, counted(study.stations.len(), "point")),
         x_label: along_label(results),
         y_label,
         series,

@@ -9,6 +9,7 @@ use crate::{
     report::{
         exchange::{Cell, Row, Table, cells, counts, numbers, texts},
         table::{correction_columns, force_columns, shown_positions},
+        words::counted,
     },
     study::program::{Pass, ProgramJob},
 };
@@ -85,7 +86,8 @@ pub fn bounded_text(machine: &Machine, path: &BoundedPath) -> String {
     if summary.prices.is_empty() {
         return "No limit binds: the unbounded corrections keep all of them.\n".into();
     }
-    let mut text = format!("Limits bind ({}, {} linearisations):\n", summary.status.label(), summary.iterations);
+    let mut text =
+        format!("Limits bind ({}, {}):\n", summary.status.label(), counted(summary.iterations, "linearisation"));
     for price in &summary.prices {
         let unit = match (price.kind, machine.drives().nth(price.drive).map(|(_, drive)| drive.motion)) {
             (LimitKind::Force, Some(Motion::Prismatic)) => "N",
@@ -94,10 +96,10 @@ pub fn bounded_text(machine: &Machine, path: &BoundedPath) -> String {
             _ => "rad",
         };
         text += &format!(
-            "  {} of drive {} at {} points; the error would fall by {:.2e} mm per {unit} of relaxation\n",
+            "  {} of drive {} at {}; the error would fall by {:.2e} mm per {unit} of relaxation\n",
             price.kind.label(),
             labels[price.drive],
-            price.points,
+            counted(price.points, "point"),
             price.price
         );
     }

@@ -5,10 +5,14 @@ use serde_json::{Value, json};
 
 use crate::{
     machine::Machine,
-    report::table::{force_unit, largest_position, position_unit},
+    report::{
+        table::{force_unit, largest_position, position_unit},
+        words::{counted, millimetres},
+    },
     study::{
         Source,
         path_study::{PathResults, SourceAlongPath},
+        superposition::growth::ROUNDING_MM,
     },
 };
 
@@ -48,7 +52,7 @@ pub fn summary_text(results: &PathResults) -> String {
     let study = &results.study;
     let points = study.stations.len();
     let last = study.stations.last().map_or(0.0, |s| s.arc_length_mm);
-    let mut text = format!("{}: a path of {last:.1} mm, {points} points.\n", study.machine.title);
+    let mut text = format!("{}: a path of {last:.1} mm, {}.\n", study.machine.title, counted(points, "point"));
     for source in Source::ALL {
         let Some((size, k)) = largest(points, |k| results.displacement(source, k).map(|d| d.norm())) else { continue };
         let cause = match source {
@@ -56,7 +60,7 @@ pub fn summary_text(results: &PathResults) -> String {
             Source::Assembly => "Chain errors alone move it",
             Source::Both => "Both together move it",
         };
-        text += &format!("{cause} by up to {size:.3} mm, {}.\n", place(results, k));
+        text += &format!("{cause} by up to {}, {}.\n", millimetres(size, 3, ROUNDING_MM), place(results, k));
     }
     let both = &results.sources[Source::Both as usize];
     if let (Some((correction, k)), Some((force, kf))) = (largest_correction(&study.machine, both), largest_force(both))

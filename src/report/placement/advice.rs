@@ -1,8 +1,11 @@
 //! The recommendation in plain sentences.
 
 use super::{summary::at, tables::is_found};
-use crate::study::placement::{
-    Agreement, Best, COORDINATES, End, Entry, Evaluation, Metric, PlacementResults, Room, is_angle,
+use crate::{
+    report::{grid_slices::typographic, words::counted},
+    study::placement::{
+        Agreement, Best, COORDINATES, End, Entry, Evaluation, Metric, PlacementResults, Room, is_angle,
+    },
 };
 
 /// Where to put the workpiece, what that brings and how much room there is.
@@ -69,7 +72,8 @@ fn comparison(results: &PlacementResults) -> String {
         .map(|entry| match &entry.outcome {
             Ok(evaluation) => {
                 let there = worst(evaluation).unwrap_or(at_best);
-                format!("{} {there:.3} mm ({:+.0} %)", entry.name, 100.0 * (there / at_best - 1.0))
+                let more = typographic(&format!("{:+.0}", 100.0 * (there / at_best - 1.0)));
+                format!("{} {there:.3} mm ({more} %)", entry.name)
             }
             Err(failure) => format!("{} cannot be cut at ({})", entry.name, failure.status.replace('_', " ")),
         })
@@ -105,16 +109,17 @@ fn found(results: &PlacementResults, best: &Best) -> String {
             let start = results.ranking.iter().position(|&cell| results.cells[cell].site == refinement.start);
             format!(
                 "Refinement {} of {total} found it, from place {} of the sweep, {:.2} % better than the best of the \
-                 sweep, in {} iterations",
+                 sweep, in {}",
                 index + 1,
                 start.map_or(0, |rank| rank + 1),
                 gain.unwrap_or(0.0),
-                refinement.iterations,
+                counted(refinement.iterations, "iteration"),
             ) + if refinement.is_converged { "" } else { " (not converged)" }
         }
         None => "It is the best place of the sweep; no refinement improved on it".into(),
     };
-    text += &format!("; {same} of {total} refinements end there");
+    let end = if same == 1 { "ends" } else { "end" };
+    text += &format!("; {same} of {} {end} there", counted(total, "refinement"));
     if elsewhere > 0 {
         text +=
             &format!(", {elsewhere} elsewhere with the same value (there are several such places, or one flat one)");

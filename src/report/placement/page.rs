@@ -1,9 +1,12 @@
 //! What the page of a placement study shows.
 
 use crate::{
-    report::page::{
-        Better, Column, Description, Explorer, Fact, MachineDescription, Mark, Quantity, Shape, TableNote, error_facts,
-        target_words,
+    report::{
+        page::{
+            Better, Column, Description, Explorer, Fact, MachineDescription, Mark, Quantity, Shape, TableNote,
+            error_facts, target_words,
+        },
+        words::counted,
     },
     study::placement::{COORDINATES, Entry, FeatureJob, Found, Metric, PlacementResults, PlacementStudy, UNITS},
 };
@@ -67,8 +70,8 @@ fn feature(job: &FeatureJob) -> String {
     let most = forces.fold(0.0, f64::max);
     let limits = &job.limits;
     let mut words = format!(
-        "{} points, force on the tool up to {most:.1} N, tolerance {} mm, put right: {}",
-        feature.path.len(),
+        "{}, force on the tool up to {most:.1} N, tolerance {} mm, put right: {}",
+        counted(feature.path.len(), "point"),
         feature.tolerance_mm,
         target_words(job.target)
     );

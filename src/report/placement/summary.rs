@@ -4,19 +4,25 @@ use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 use serde_json::{Map, Value, json};
 
 use super::advice::recommendation;
-use crate::study::placement::{
-    Agreement, COORDINATES, End, Entry, Metric, Metrics, PlacementResults, PlacementStudy, Site, UNITS, Verdict,
-    is_angle,
+use crate::{
+    report::{
+        grid_slices::typographic,
+        words::{counted, position},
+    },
+    study::placement::{
+        Agreement, COORDINATES, End, Entry, Metric, Metrics, PlacementResults, PlacementStudy, Site, UNITS, Verdict,
+        is_angle,
+    },
 };
 
 /// A place in words.
 pub(super) fn at(site: &Site) -> String {
     let [x, y, z, angles @ ..] = site.shown();
     let turned = COORDINATES[3..].iter().zip(angles).filter(|(_, angle)| *angle != 0.0);
-    let turned: Vec<String> = turned.map(|(name, angle)| format!("{name} {angle:.1}°")).collect();
+    let turned: Vec<String> = turned.map(|(name, angle)| typographic(&format!("{name} {angle:.1}°"))).collect();
     match turned.as_slice() {
-        [] => format!("({x:.1}, {y:.1}, {z:.1}) mm"),
-        turned => format!("({x:.1}, {y:.1}, {z:.1}) mm at {}", turned.join(", ")),
+        [] => position(x, y, z),
+        turned => format!("{} at {}", position(x, y, z), turned.join(", ")),
     }
 }
 
@@ -77,13 +83,14 @@ pub fn summary_text(results: &PlacementResults) -> String {
     let [complete, given_up, infeasible] = counts(results);
     let points: usize = study.features.iter().map(|job| job.feature.path.len()).sum();
     format!(
-        "{}: {} feature(s), {points} path points; sought: the least {}.\n\
-         Sweep of {} places: {complete} evaluated on all points, {given_up} given up as they cannot win, {infeasible} \
+        "{}: {}, {}; sought: the least {}.\n\
+         Sweep of {}: {complete} evaluated on all points, {given_up} given up as they cannot win, {infeasible} \
          where the workpiece cannot be cut.\n{}",
         study.machine.title,
-        study.features.len(),
+        counted(study.features.len(), "feature"),
+        counted(points, "path point"),
         study.objective.words(&study.machine),
-        results.cells.len(),
+        counted(results.cells.len(), "place"),
         recommendation(results)
     )
 }

@@ -6,6 +6,7 @@ use crate::{
     report::{
         figures::{Figure, LineFigure, LineSeries, SliceFigure},
         grid_slices::{panels, typographic},
+        words::counted,
     },
     study::superposition::{
         LocationResult, MapPoint, Scaled, Superposition, SuperpositionStudy,
@@ -36,9 +37,9 @@ fn force(study: &SuperpositionStudy) -> String {
 fn setting(study: &SuperpositionStudy) -> String {
     let [nx, ny, nz] = study.grid.counts();
     format!(
-        "{}, worst of {} tool angles, {}, grid {nx} × {ny} × {nz}",
+        "{}, worst of {}, {}, grid {nx} × {ny} × {nz}",
         study.machine.name,
-        study.phis.len(),
+        counted(study.phis.len(), "tool angle"),
         force(study)
     )
 }
@@ -112,8 +113,13 @@ fn worst<E>(found: &Result<Departures, E>, value: impl Fn(&Departures) -> Option
 /// Departures of the tool tip over the factor on the sources; `None` where there are none.
 fn growth(results: &Superposition, location: &LocationResult) -> Option<LineFigure> {
     let mut series = Vec::new();
-    for sum in Sum::ALL {
-        for scaled in Scaled::ALL {
+    // Load and errors alone often give the same curve, and so do aggregated errors: dashes over the solid line, and dots over
+    // these, leave all of them to be seen.
+    for (sum, order) in [
+        (Sum::Superposition, [Scaled::Load, Scaled::Errors, Scaled::Both]),
+        (Sum::Aggregation, [Scaled::Errors, Scaled::Load, Scaled::Both]),
+    ] {
+        for scaled in order {
             let growth = &location.growth[scaled as usize];
             let points = growth.measured(sum, Followed::Tool);
             if let Some(fit) = growth.fit(sum, Followed::Tool) {
@@ -122,22 +128,23 @@ fn growth(results: &Superposition, location: &LocationResult) -> Option<LineFigu
                     Scaled::Errors => "chain errors",
                     Scaled::Both => "both",
                 };
-                let kind = if sum == Sum::Aggregation { "aggregated, " } else { "" };
+                let kind = if sum == Sum::Aggregation { "linearly aggregated, " } else { "" };
                 let slope = match fit.is_power_law() {
                     true => format!("slope {:.2}", fit.slope),
                     false => "not a power law".into(),
                 };
                 let label = format!("{kind}{what} scaled: {slope}");
-                series.push(LineSeries { label, points, dashed: sum == Sum::Aggregation });
+                let dashed = sum == Sum::Aggregation || scaled == Scaled::Errors;
+                series.push(LineSeries { label, points, dashed });
             }
         }
     }
     (!series.is_empty()).then(|| LineFigure {
         title: format!("How the error of adding grows at {}", location.location.name),
         subtitle: format!(
-            "{}, worst of {} tool angles, {}; factor 1: load and errors of the study",
+            "{}, worst of {}, {}; factor 1: load and errors of the study",
             results.study.machine.name,
-            results.study.phis.len(),
+            counted(results.study.phis.len(), "tool angle"),
             force(&results.study)
         ),
         x_label: "factor on the scaled sources".into(),
@@ -150,6 +157,13 @@ fn growth(results: &Superposition, location: &LocationResult) -> Option<LineFigu
     })
 }
 
+/// Values over φ, in degrees, up to the full turn, where that of 0° comes again.
+fn closed(values: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
+    let mut values: Vec<(f64, f64)> = values.collect();
+    values.extend(values.first().filter(|(phi, _)| *phi == 0.0).map(|(_, value)| (360.0, *value)));
+    values
+}
+
 /// Contributions to the departure of the tool tip over φ; `None` where there is none.
 fn ablation(results: &Superposition, location: &LocationResult) -> Option<LineFigure> {
     let angles = location.ablation.as_ref().ok()?;
@@ -160,10 +174,10 @@ fn ablation(results: &Superposition, location: &LocationResult) -> Option<LineFi
     if found.is_empty() {
         return None;
     }
-    let all = found.iter().map(|(phi, length, _)| (*phi, *length)).collect();
-    let mut series = vec![LineSeries { label: "departure".into(), points: all, dashed: false }];
+    let all = found.iter().map(|(phi, length, _)| (*phi, *length));
+    let mut series = vec![LineSeries { label: "departure".into(), points: closed(all), dashed: false }];
     for (index, cause) in Cause::ALL.into_iter().enumerate() {
-        let points = found.iter().map(|(phi, _, parts)| (*phi, parts[index])).collect();
+        let points = closed(found.iter().map(|(phi, _, parts)| (*phi, parts[index])));
         series.push(LineSeries { label: words(cause).into(), points, dashed: index > 1 });
     }
     Some(LineFigure {

@@ -5,38 +5,39 @@ use super::{
     extremes::{largest, load_extremes, size, solved_points},
     words, worst_ablation,
 };
-use crate::study::superposition::{
-    LocationResult, MapPoint, Scaled, Superposition,
-    ablation::Cause,
-    departure::{Followed, Sum, Worst},
-    growth::ROUNDING_MM,
-    safe::LargestFactor,
+use crate::{
+    report::{
+        grid_slices::typographic,
+        words::{counted, millimetres, position},
+    },
+    study::superposition::{
+        LocationResult, MapPoint, Scaled, Superposition,
+        ablation::Cause,
+        departure::{Followed, Sum, Worst},
+        growth::ROUNDING_MM,
+        safe::LargestFactor,
+    },
 };
 
 fn at(point: &MapPoint) -> String {
     let [x, y, z] = point.position_mm;
-    format!("({x:.1}, {y:.1}, {z:.1}) mm")
+    position(x, y, z)
 }
 
-/// A departure in mm, to four decimals or, if that shows next to nothing, two digits.
-fn millimetres(departure: f64) -> String {
-    match departure {
-        d if d < ROUNDING_MM => "0 mm".into(),
-        d if d < 1e-3 => format!("{d:.1e} mm"),
-        d => format!("{d:.4} mm"),
-    }
+fn shown(departure_mm: f64) -> String {
+    millimetres(departure_mm, 4, ROUNDING_MM)
 }
 
 /// The closing words of a run: how wrong adding is, where and up to which load it is safe, and why it is wrong.
 pub fn summary_text(results: &Superposition) -> String {
     let study = &results.study;
     let mut text = format!(
-        "{}: {} of {} grid points solved, {} tool angles. Departure: displacement by the cutting force alone plus that by \
-         chain errors alone, less that by both at once.\n",
+        "{}: {} of {} solved, {}. Departure: displacement by the cutting force alone plus that by chain errors alone, less \
+         that by both at once.\n",
         study.machine.title,
         solved_points(results),
-        study.grid.len(),
-        study.phis.len()
+        counted(study.grid.len(), "grid point"),
+        counted(study.phis.len(), "tool angle")
     );
     text += &departure_sentences(results);
     text += &safe_sentences(results);
@@ -54,7 +55,7 @@ fn departure_sentences(results: &Superposition) -> String {
         text += &format!(
             "Superposition is wrong at {name} by up to {}, at {} (tool angle {:.0}°), and by up to {:.1} % of the \
              largest displacement at the same place, at {}",
-            millimetres(worst.0),
+            shown(worst.0),
             at(worst.1),
             worst.2.phi_deg,
             100.0 * share.0,
@@ -63,7 +64,7 @@ fn departure_sentences(results: &Superposition) -> String {
         text += &match aggregated {
             Some(worst) => format!(
                 "; with linearly aggregated errors, eqs. (14) and (15), by up to {}, at {}.\n",
-                millimetres(worst.0),
+                shown(worst.0),
                 at(worst.1)
             ),
             None => "; errors cannot be aggregated linearly.\n".into(),
@@ -105,7 +106,10 @@ fn safe_sentences(results: &Superposition) -> String {
     };
     let ended = results.points.iter().filter(|p| matches!(p.largest_load, LargestFactor::NoEquilibrium(..))).count();
     if ended > 0 {
-        text += &format!("At {ended} points the equilibrium ends before the departure reaches the tolerance.\n");
+        text += &format!(
+            "At {} the equilibrium ends before the departure reaches the tolerance.\n",
+            counted(ended, "point")
+        );
     }
     text
 }
@@ -117,21 +121,15 @@ fn location_sentences(location: &LocationResult) -> String {
         Err(failure) => return format!("{name}: {}: {}.\n", failure.status, failure.reason),
     };
     let tool = &departures.superposition[Followed::Tool as usize];
-    let mut text = format!("{name}: wrong by {} at worst", millimetres(tool.departure_mm));
-    if tool.simultaneous_mm > 0.0 {
-        text +=
-            &format!(" ({:.1} % of {:.3} mm)", 100.0 * tool.departure_mm / tool.simultaneous_mm, tool.simultaneous_mm);
+    let mut text = format!("{name}: wrong by {} at worst", shown(tool.departure_mm));
+    if tool.simultaneous_mm > ROUNDING_MM {
+        text += &format!(
+            " ({:.1} % of {})",
+            100.0 * tool.departure_mm / tool.simultaneous_mm,
+            millimetres(tool.simultaneous_mm, 3, ROUNDING_MM)
+        );
     }
-    let slope = |scaled: Scaled| {
-        let fit = location.growth[scaled as usize].fit(Sum::Superposition, Followed::Tool);
-        fit.map_or_else(|| "(none)".into(), |fit| format!("{:.2}", fit.slope))
-    };
-    text += &format!(
-        "; it grows with the power {} of the load, {} of the errors, {} of both",
-        slope(Scaled::Load),
-        slope(Scaled::Errors),
-        slope(Scaled::Both)
-    );
+    text += &growth_words(location);
     let largest = |scaled: Scaled| largest_words(&location.largest[scaled as usize]);
     text += &format!(
         "; it is safe up to {} × load, {} × errors, {} × both.\n",
@@ -140,6 +138,17 @@ fn location_sentences(location: &LocationResult) -> String {
         largest(Scaled::Both)
     );
     text + &ablation_sentence(location)
+}
+
+/// The powers with which the departure grows, of the sources for which there is one.
+fn growth_words(location: &LocationResult) -> String {
+    let words = |(scaled, of): (Scaled, &str)| {
+        let fit = location.growth[scaled as usize].fit(Sum::Superposition, Followed::Tool)?;
+        Some(format!("{:.2} of {of}", fit.slope))
+    };
+    let scaled = [(Scaled::Load, "the load"), (Scaled::Errors, "the errors"), (Scaled::Both, "both")];
+    let powers: Vec<String> = scaled.into_iter().filter_map(words).collect();
+    if powers.is_empty() { String::new() } else { format!("; it grows with the power {}", powers.join(", ")) }
 }
 
 fn largest_words(largest: &LargestFactor) -> String {
@@ -163,7 +172,8 @@ fn ablation_sentence(location: &LocationResult) -> String {
     let share = |cause: Cause| {
         let tenths = (1000.0 * parts[cause as usize] / whole).round();
         // No negative zero.
-        format!("{}: {:.1} %", words(cause), if tenths == 0.0 { 0.0 } else { tenths / 10.0 })
+        let percent = typographic(&format!("{:.1}", if tenths == 0.0 { 0.0 } else { tenths / 10.0 }));
+        format!("{}: {percent} %", words(cause))
     };
     format!("  Where it comes from at tool angle {:.0}°: {}.\n", worst.phi_deg, Cause::ALL.map(share).join(", "))
 }

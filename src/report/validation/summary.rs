@@ -4,15 +4,28 @@ use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 use serde_json::{Value, json};
 
 use super::tables::{ratio, reason, relation_word};
-use crate::study::validation::{Compared, Quoted, ValidationResults, ValidationStudy};
+use crate::{
+    report::grid_slices::typographic,
+    study::validation::{Compared, Quoted, ValidationResults, ValidationStudy},
+};
 
-fn shown(value: f64) -> String {
-    match value.abs() {
+/// A number of ours, rounded.
+fn shown(quoted: &Quoted, value: f64) -> String {
+    typographic(&match value.abs() {
         0.0 => "0".into(),
+        _ if quoted.quantity.is_count() => value.to_string(),
         size if size < 1e-3 => format!("{value:.1e}"),
         size if size < 10.0 => format!("{value:.3}"),
         _ => format!("{value:.1}"),
-    }
+    })
+}
+
+/// The quoted number with all its digits.
+fn as_quoted(quoted: &Quoted) -> String {
+    typographic(&match quoted.value.abs() {
+        size if size > 0.0 && size < 1e-3 => format!("{:e}", quoted.value),
+        _ => quoted.value.to_string(),
+    })
 }
 
 /// The unit behind a number; nothing for pure numbers.
@@ -35,12 +48,15 @@ pub fn summary_table(results: &ValidationResults) -> String {
     for (quoted, compared) in study.quoted.iter().zip(&results.compared) {
         let unit = unit(quoted, study);
         let what = [study.cases[quoted.case].clone(), quoted.quantity.label().replace('_', " ")];
-        let values: Vec<String> =
-            compared.ours.iter().map(|ours| ours.as_ref().map_or_else(|_| "–".into(), |value| shown(*value))).collect();
+        let values: Vec<String> = compared
+            .ours
+            .iter()
+            .map(|ours| ours.as_ref().map_or_else(|_| "–".into(), |value| shown(quoted, *value)))
+            .collect();
         first.add_row(what.iter().cloned().chain([
-            format!("{} {}{unit}", relation_word(quoted.relation), shown(quoted.value)),
+            format!("{} {}{unit}", relation_word(quoted.relation), as_quoted(quoted)),
             values[0].clone(),
-            ratio(quoted, &compared.ours[0]).map_or_else(|| "–".into(), |ratio| format!("{ratio:.2}")),
+            ratio(quoted, &compared.ours[0]).map_or_else(|| "–".into(), |ratio| typographic(&format!("{ratio:.2}"))),
             if compared.agrees { "yes" } else { "no" }.into(),
         ]));
         all.add_row(what.into_iter().chain(values));
@@ -62,7 +78,7 @@ pub fn summary_text(results: &ValidationResults) -> String {
     for (quoted, compared) in study.quoted.iter().zip(&results.compared).filter(|(_, compared)| !compared.agrees) {
         let unit = unit(quoted, study);
         let ours = match &compared.ours[0] {
-            Ok(value) => shown(*value) + &unit,
+            Ok(value) => shown(quoted, *value) + &unit,
             Err(_) => "no value".into(),
         };
         let line = format!(
@@ -70,7 +86,7 @@ pub fn summary_text(results: &ValidationResults) -> String {
             study.cases[quoted.case],
             quoted.quantity.label().replace('_', " "),
             relation_word(quoted.relation),
-            shown(quoted.value),
+            as_quoted(quoted),
             reason(quoted, compared)
         );
         text += &format!("{}\n", line.trim_end());

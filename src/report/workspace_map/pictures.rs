@@ -7,6 +7,7 @@ use crate::{
         figures::{Figure, Mark3, SliceFigure, VolumeFigure},
         grid_slices::{drawn, drawn_nodes, panels, typographic},
         table::{largest_position, position_unit},
+        words::counted,
     },
     study::{
         Source,
@@ -166,10 +167,10 @@ fn setting(study: &WorkspaceMapStudy) -> String {
     let [nx, ny, nz] = study.grid.counts();
     let MillingForce { radial, tangential, axial, .. } = study.force;
     let setting = format!(
-        "{}, worst of {} tool angles, force {radial} / {tangential} / {axial} N (radial / tangential / axial), \
+        "{}, worst of {}, force {radial} / {tangential} / {axial} N (radial / tangential / axial), \
          grid {nx} × {ny} × {nz}",
         study.machine.name,
-        study.phis.len(),
+        counted(study.phis.len(), "tool angle"),
     );
     typographic(&setting)
 }

@@ -7,9 +7,11 @@ use crate::{
     report::{
         StatusCount,
         table::{force_unit, largest_position, position_unit},
+        words::{counted, millimetres, position},
     },
     study::{
         SOLVED, Source, status_of,
+        superposition::growth::ROUNDING_MM,
         workspace_map::{MapPoint, SourceEffect, WorkspaceMapStudy},
     },
 };
@@ -25,7 +27,7 @@ struct Found {
 impl Found {
     fn place(&self) -> String {
         let [x, y, z] = self.position_mm;
-        format!("({x:.1}, {y:.1}, {z:.1}) mm")
+        position(x, y, z)
     }
 
     fn json(&self) -> Value {
@@ -97,10 +99,10 @@ impl Summary {
     pub fn text(&self, study: &WorkspaceMapStudy) -> String {
         let (solved, rows) = self.rows();
         let mut text = format!(
-            "{}: {} grid points, {} tool angles, {solved} of {rows} rows solved.\n",
+            "{}: {}, {}, {solved} of {rows} rows solved.\n",
             study.machine.title,
-            study.grid.len(),
-            study.phis.len()
+            counted(study.grid.len(), "grid point"),
+            counted(study.phis.len(), "tool angle")
         );
         text += &self.deflection_sentences();
         text += &self.correction_sentence(&study.machine);
@@ -119,10 +121,10 @@ impl Summary {
             };
             let phi = most.phi_deg.map_or_else(String::new, |phi| format!(" (tool angle {phi:.0}°)"));
             text += &format!(
-                "{cause} by {:.3} mm at best, at {}, and by {:.3} mm at worst, at {}{phi}.\n",
-                least.value,
+                "{cause} by {} at best, at {}, and by {} at worst, at {}{phi}.\n",
+                millimetres(least.value, 3, ROUNDING_MM),
                 least.place(),
-                most.value,
+                millimetres(most.value, 3, ROUNDING_MM),
                 most.place()
             );
         }
@@ -152,9 +154,9 @@ impl Summary {
             return String::new();
         };
         format!(
-            "Adding the two effects instead of solving them together is wrong by up to {:.4} mm, at {}, and by up to \
+            "Adding the two effects instead of solving them together is wrong by up to {}, at {}, and by up to \
              {:.1} % of the deflection, at {}.\n",
-            absolute.value,
+            millimetres(absolute.value, 4, ROUNDING_MM),
             absolute.place(),
             100.0 * relative.value,
             relative.place()

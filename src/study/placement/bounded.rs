@@ -42,7 +42,7 @@ impl Corrected {
     pub fn enter(&self, metrics: &mut Metrics) {
         metrics.set(Metric::WorstResidual, self.worst);
         metrics.set(Metric::RmsResidual, self.squares.sqrt());
-        metrics.set(Metric::ShareWithinCorrected, self.within.min(1.0));
+        metrics.set(Metric::ShareWithinCorrected, self.within);
     }
 
     /// Removes the metrics.

@@ -29,6 +29,8 @@ pub struct Evaluator<'a> {
     /// Whether the objective asks for the correction within limits, so that there must be one.
     asks_bounded: bool,
     features: Vec<Prepared>,
+    /// Sum of the shares of all features: 1, but for the grain.
+    share: f64,
     levels: usize,
 }
 
@@ -36,7 +38,7 @@ pub struct Evaluator<'a> {
 #[derive(Debug)]
 struct Prepared {
     real: Machine,
-    /// Share of each point in the length of all paths; 0 where the tool does not cut.
+    /// Share of each point in the length of all paths, a multiple of [`GRAIN`]; 0 where the tool does not cut.
     shares: Vec<f64>,
     /// Sum of the shares.
     share: f64,
@@ -71,6 +73,8 @@ pub struct Evaluation {
 
 /// Points of the first level, about.
 const FIRST_LEVEL: usize = 8;
+/// Shares are multiples of this, so that their sums have no rounding, in whatever order and parts they are taken.
+const GRAIN: f64 = f64::EPSILON;
 /// Factor between the points of a level and of all levels before it.
 const REFINEMENT: usize = 4;
 
@@ -88,7 +92,8 @@ impl<'a> Evaluator<'a> {
         needs.correction |= check_forces;
         needs.bounded &= study.features.iter().any(|job| job.limits.is_limited());
         let levels = features.iter().map(|feature| feature.levels.len()).max().unwrap_or(0);
-        Self { study, needs, check_forces, asks_bounded, features, levels }
+        let share = features.iter().map(|feature| feature.share).sum();
+        Self { study, needs, check_forces, asks_bounded, features, share, levels }
     }
 
     /// Number of levels.
@@ -171,7 +176,7 @@ impl<'a> Evaluator<'a> {
     /// for those of the correction within limits).
     pub(super) fn outlook(&self, partial: &Partial) -> Metrics {
         let all = partial.tallies.iter().fold(Tally::default(), |sum, tally| sum.merged(tally));
-        let mut metrics = all.metrics(&self.needs, 1.0);
+        let mut metrics = all.metrics(&self.needs, self.share);
         if self.needs.bounded {
             Corrected::perfect().enter(&mut metrics);
         }
@@ -254,7 +259,7 @@ impl<'a> Evaluator<'a> {
             }
         }
         match evaluation.not_corrected {
-            None => all.enter(&mut evaluation.metrics),
+            None => all.normalised(self.share).enter(&mut evaluation.metrics),
             Some(_) => Corrected::forget(&mut evaluation.metrics),
         }
     }
@@ -295,7 +300,7 @@ fn lengths(job: &FeatureJob) -> Vec<f64> {
 }
 
 fn prepare(study: &PlacementStudy, job: &FeatureJob, lengths: &[f64], total: f64) -> Prepared {
-    let shares: Vec<f64> = lengths.iter().map(|length| length / total).collect();
+    let shares: Vec<f64> = lengths.iter().map(|length| (length / total / GRAIN).round() * GRAIN).collect();
     let is_counted = is_counted(job);
     let counted: Vec<usize> = (0..shares.len()).filter(|&k| is_counted[k]).collect();
     let own_limit = job.limits.force_N.unwrap_or(f64::INFINITY);

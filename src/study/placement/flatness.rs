@@ -26,7 +26,7 @@ pub enum End {
 /// How far the workpiece may be moved along one coordinate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Room {
-    /// Index of the coordinate of the [`Site`].
+    /// Index of the coordinate of the [`Site`](super::Site).
     pub coordinate: usize,
     /// +1 or −1.
     pub direction: f64,

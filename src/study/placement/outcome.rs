@@ -99,6 +99,16 @@ pub struct Entry {
     pub value: f64,
 }
 
+/// Names of found places: the best one of the sweep, and before the number of a refinement.
+const BEST_OF_SWEEP: &str = "best of the sweep";
+const OPTIMISED: &str = "optimised ";
+
+/// Whether a found place is, or could be, called so, capitals and small letters being the same.
+pub(super) fn is_name_of_found(name: &str) -> bool {
+    let name = name.trim().to_lowercase();
+    name == BEST_OF_SWEEP || name.strip_prefix(OPTIMISED).is_some_and(|number| number.trim().parse::<usize>().is_ok())
+}
+
 /// Values are the same if they differ by less than this share.
 const SAME_VALUE: f64 = 1e-3;
 /// Places are the same if every coordinate differs by less than this share of its range.
@@ -141,9 +151,9 @@ pub(super) fn entries(
 ) -> Vec<Entry> {
     let mut places: Vec<(String, Found, Site)> =
         study.candidates.iter().map(|c| (c.name.clone(), Found::Named, c.site)).collect();
-    places.extend(ranking.first().map(|&index| ("best of the sweep".into(), Found::Sweep, cells[index].site)));
+    places.extend(ranking.first().map(|&index| (BEST_OF_SWEEP.into(), Found::Sweep, cells[index].site)));
     for (index, refinement) in distinct(study, refinements) {
-        places.push((format!("optimised {}", index + 1), Found::Refinement(index), refinement.site));
+        places.push((format!("{OPTIMISED}{}", index + 1), Found::Refinement(index), refinement.site));
     }
     let entry = |(name, found, site): (String, Found, Site)| {
         let outcome = evaluator.examine_kept(work, &site);

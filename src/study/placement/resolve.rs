@@ -7,6 +7,7 @@ use nalgebra::Vector3;
 use super::{
     Candidate, FeatureJob, PlacementStudy, Search,
     metric::{Metric, Objective},
+    outcome::is_name_of_found,
     site::{Bounds, COORDINATES, Site, SiteGrid, is_angle},
 };
 use crate::{
@@ -21,7 +22,6 @@ use crate::{
             BoundsSpec, CandidateSpec, FeatureSpec, FixedSpec, ForbiddenSpec, ObjectiveSpec, PlacementStudySpec,
             SearchSpec,
         },
-        resolve::command_line,
         tilt::Turned,
     },
 };
@@ -277,6 +277,11 @@ fn candidates(
         let Some(name) = name else { return check.key("name").fail("a place that is no point needs a name".into()) };
         check.key("name").readable(&name)?;
         check.key("name").unique(&name, candidates.iter().map(|c| c.name.as_str()))?;
+        if is_name_of_found(&name) {
+            let problem =
+                format!("\"{name}\" is what results call a place that the search finds: expected another name");
+            return check.key("name").fail(problem);
+        }
         let position = match (&spec.point, spec.origin_mm) {
             (Some(point), None) => at_point(machine, reference, named_point(machine, point, &check.key("point"))?),
             (None, Some(origin)) => check.key("origin_mm").finite(origin)?,
@@ -321,7 +326,9 @@ pub fn place(text: &str, machine: &Machine, reference: PathReference) -> Result<
             for (coordinate, degrees) in site.0[3..].iter_mut().zip(angles) {
                 *coordinate = degrees.to_radians();
             }
-            turned(&site).check(machine, |name| command_line("--at").key(name))?;
+            turned(&site).check(machine, |key| {
+                Check::new("--at").key(&format!("{} of \"{text}\"", key.trim_end_matches("_deg")))
+            })?;
             site
         }
         Ok(_) => {

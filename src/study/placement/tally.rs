@@ -2,7 +2,8 @@
 //!
 //! Every number can only get worse as points are added: largest values grow, least values fall, and sums over the path
 //! are taken with each point's share of the whole path, not of the points seen. What is known of a part of the path is
-//! therefore a bound on the whole; see [`super::sweep`].
+//! therefore a bound on the whole; see [`super::sweep`]. Shares add up without rounding, so a path all of whose points are
+//! out of tolerance is so by exactly its share.
 
 use serde::{Deserialize, Serialize};
 
@@ -102,13 +103,13 @@ impl Tally {
         }
     }
 
-    /// The metrics of a path whose points make up `share` of the length of all paths: values once all points are seen,
+    /// The metrics of paths whose points make up `share` of the length of all: values once all points are seen,
     /// and before that the best they can still be.
     pub fn metrics(&self, needs: &Needs, share: f64) -> Metrics {
         let mut metrics = Metrics::default();
         metrics.set(Metric::WorstDeflection, self.worst_deflection);
         metrics.set(Metric::RmsDeflection, (self.squares / share).sqrt());
-        metrics.set(Metric::ShareWithin, (1.0 - self.outside / share).clamp(0.0, 1.0));
+        metrics.set(Metric::ShareWithin, 1.0 - self.outside / share);
         if needs.correction {
             metrics.set(Metric::WorstCorrection, self.correction);
             metrics.set(Metric::WorstDriveForce, self.force);

@@ -92,6 +92,11 @@ impl Quantity {
         }
     }
 
+    /// Whether it counts something.
+    pub fn is_count(self) -> bool {
+        self == Quantity::Crossings
+    }
+
     /// Its value.
     ///
     /// # Errors

@@ -118,7 +118,8 @@ fn pictures(specs: &[FigureSpec], cases: &[String], check: &Check) -> Result<Vec
         let most = if spec.kind == FigureKind::Curves { MOST_FRAMES } else { 1 };
         let check_cases = check.key("cases");
         if !(1..=most).contains(&spec.cases.len()) {
-            return check_cases.fail(format!("must name 1 to {most} for this kind, got {}", spec.cases.len()));
+            let expected = if most == 1 { "one case".into() } else { format!("1 to {most} cases") };
+            return check_cases.fail(format!("must name {expected} for this kind, got {}", spec.cases.len()));
         }
         let shown = spec.cases.iter().map(|name| case(name, cases, &check_cases)).collect::<Result<_>>()?;
         let picture = Picture { name: spec.name.clone(), title: spec.title.clone(), kind: spec.kind, cases: shown };

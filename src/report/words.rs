@@ -1,0 +1,48 @@
+//! Counts and numbers as sentences show them.
+
+use super::grid_slices::typographic;
+
+/// "1 point", "2 points".
+pub fn counted(count: usize, noun: &str) -> String {
+    if count == 1 { format!("1 {noun}") } else { format!("{count} {noun}s") }
+}
+
+/// Coordinates to a tenth of a millimetre.
+pub fn position(x_mm: f64, y_mm: f64, z_mm: f64) -> String {
+    let [x, y, z] = [x_mm, y_mm, z_mm].map(|v| match format!("{v:.1}") {
+        text if text == "-0.0" => "0.0".into(),
+        text => text,
+    });
+    typographic(&format!("({x}, {y}, {z}) mm"))
+}
+
+/// A length in mm to so many decimals, or to two digits where that shows next to nothing; below `rounding_mm` it is none.
+pub fn millimetres(length_mm: f64, decimals: i32, rounding_mm: f64) -> String {
+    match length_mm {
+        length if length <= rounding_mm => "0 mm".into(),
+        length if length < 10f64.powi(1 - decimals) => typographic(&format!("{length:.1e} mm")),
+        length => format!("{length:.*} mm", decimals as usize),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_is_singular() {
+        let shown = [0, 1, 2].map(|count| counted(count, "path point"));
+        assert_eq!(shown, ["0 path points", "1 path point", "2 path points"]);
+    }
+
+    #[test]
+    fn positions_have_minus_signs_and_no_negative_zero() {
+        assert_eq!(position(-73.65, 126.35, -0.04), "(\u{2212}73.7, 126.3, 0.0) mm");
+    }
+
+    #[test]
+    fn small_lengths_keep_two_digits_and_rounding_is_nothing() {
+        let shown = [0.0, 3e-10, 2.34e-5, 0.0098, 0.012345, 1.0].map(|length| millimetres(length, 3, 1e-9));
+        assert_eq!(shown, ["0 mm", "0 mm", "2.3e\u{2212}5 mm", "9.8e\u{2212}3 mm", "0.012 mm", "1.000 mm"]);
+    }
+}
