@@ -356,6 +356,8 @@ fn mistakes_in_a_run_are_found_before_anything_is_computed_or_written() {
     refused(&run(STUDY, &["--grid", "0"]), "command line: --grid: must be at least 1 along each axis");
     refused(&run(STUDY, &["--grid", "1000"]), "at most 100000000 in all, got [1000, 1000, 1000]");
     refused(&run(STUDY, &["--grid", "3,3"]), "expected one count or three, got 2");
+    let too_large = "--format vti: an image has at most 2000000 points, the grid of 01_workspace_map 2000100";
+    refused(&run(STUDY, &["--grid", "20001,10,10", "--format", "csv,vti"]), too_large);
     refused(&run(STUDY, &["--grid", "many"]), "\"many\" is not a count");
     refused(&run(STUDY, &["--grid", "-1"]), "\"-1\" is not a count");
     refused(&run(STUDY, &["--threads", "0"]), "0 is not in 1..");

@@ -95,7 +95,8 @@ fn all_formats_hold_the_same_tables() {
 #[test]
 fn only_the_formats_asked_for_are_written() {
     let folder = tempfile::tempdir().unwrap();
-    run("01_workspace_map", folder.path(), &["--grid", "2", "--no-figures", "--format", "parquet,vti"]);
+    let said = run("01_workspace_map", folder.path(), &["--grid", "2", "--no-figures", "--format", "parquet,vti"]);
+    assert!(!said.contains("No .vti"), "{said}");
     let always = ["summary.json", "manifest.json"];
     let expected = ["map.parquet", "map.vti", "map.vti.json"].into_iter().chain(always).map(String::from).collect();
     assert_eq!(names(folder.path()), expected);

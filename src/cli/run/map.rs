@@ -1,7 +1,7 @@
 //! Run of a workspace map: block by block, so that memory does not grow with the grid.
 
 use kinetostat::{
-    error::{Error, Result},
+    error::Result,
     report::{
         exchange::{Format, StreamedTable},
         workspace_map::{self as report, Pictures, Summary},
@@ -16,9 +16,6 @@ use serde_json::json;
 use super::{Run, output::Output};
 use crate::cli::Ending;
 
-/// Most points of a VTK image, which is made in one piece.
-const MOST_IMAGE_POINTS: usize = 2_000_000;
-
 pub fn run(run: &Run<'_>, study: &WorkspaceMapStudy) -> Result<Ending> {
     let machine = &study.machine;
     let formats: Vec<Format> = run.arguments.format.iter().map(|format| (*format).into()).collect();
@@ -26,10 +23,6 @@ pub fn run(run: &Run<'_>, study: &WorkspaceMapStudy) -> Result<Ending> {
     let mut table = StreamedTable::new(run.out, "map", columns.columns(), &formats)?;
     let (mut summary, mut pictures) = (Summary::default(), Pictures::new(study));
     let mut image: Option<Vec<MapPoint>> = formats.contains(&Format::Vti).then(Vec::new);
-    if image.is_some() && study.grid.len() > MOST_IMAGE_POINTS {
-        let problem = format!("an image can have {MOST_IMAGE_POINTS} points, the grid has {}", study.grid.len());
-        return Err(Error::Argument { argument: "--format vti".into(), problem });
-    }
     run_in_blocks(study, &run.work, |points| {
         for point in &points {
             summary.add(machine, point);

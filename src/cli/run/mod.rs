@@ -117,10 +117,22 @@ pub fn run(arguments: &RunArguments) -> Result<Ending> {
     Ok(ending)
 }
 
-/// Only maps can be images.
+/// Most points of a VTK image, which is made in one piece.
+const MOST_IMAGE_POINTS: usize = 2_000_000;
+
+/// Only maps can be images, and not of any size.
 fn check_formats(arguments: &RunArguments, study: &Study) -> Result<()> {
-    let has_map = matches!(study.kind, StudyKind::WorkspaceMap(_) | StudyKind::Superposition(_));
-    if !has_map && arguments.format.iter().all(|format| matches!(format, Format::Vti)) {
+    let map_points = match &study.kind {
+        StudyKind::WorkspaceMap(map) => Some(map.grid.len()),
+        StudyKind::Superposition(study) => Some(study.grid.len()),
+        _ => None,
+    };
+    let wants_image = arguments.format.iter().any(|format| matches!(format, Format::Vti));
+    if let Some(points) = map_points.filter(|&points| wants_image && points > MOST_IMAGE_POINTS) {
+        let problem = format!("an image has at most {MOST_IMAGE_POINTS} points, the grid of {} {points}", study.name);
+        return Err(Error::Argument { argument: "--format vti".into(), problem });
+    }
+    if map_points.is_none() && arguments.format.iter().all(|format| matches!(format, Format::Vti)) {
         let problem = format!("study {} has no map over the workspace; expected csv or parquet, too", study.name);
         return Err(Error::Argument { argument: "--format vti".into(), problem });
     }

@@ -74,12 +74,12 @@ impl Output<'_> {
         for path in &written {
             closing += &format!("  {}\n", path.file_name().unwrap_or_default().to_string_lossy());
         }
-        if self.map.is_none() && formats.contains(&exchange::Format::Vti) {
+        let has_image = self.manifest.files.iter().any(|name| name.ends_with(".vti"));
+        if !has_image && formats.contains(&exchange::Format::Vti) {
             closing += "No .vti: this kind of study has no map over the workspace.\n";
         }
         arguments.reporting.print(&closing)?;
         self.tell(&written);
-
         let complete =
             self.manifest.statuses.iter().all(|count| matches!(count.status.as_str(), "solved" | "converged"));
         Ok(if complete { Ending::Complete } else { Ending::SomeUnsolved })
