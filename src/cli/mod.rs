@@ -12,10 +12,7 @@ mod report;
 mod reporting;
 mod run;
 
-use std::{
-    io::{ErrorKind, Write},
-    process::ExitCode,
-};
+use std::io::{ErrorKind, Write};
 
 use clap::{Parser, Subcommand};
 use kinetostat::{
@@ -71,11 +68,11 @@ pub enum Ending {
 const STOPPED: u8 = 130;
 
 impl Ending {
-    pub fn exit_code(self) -> ExitCode {
+    pub fn exit_code(self) -> u8 {
         match self {
-            Ending::Complete => ExitCode::SUCCESS,
-            Ending::SomeUnsolved => ExitCode::from(1),
-            Ending::Stopped => ExitCode::from(STOPPED),
+            Ending::Complete => 0,
+            Ending::SomeUnsolved => 1,
+            Ending::Stopped => STOPPED,
         }
     }
 }
