@@ -129,7 +129,7 @@ impl Pictures {
         let value = |node| self.value(study, node, quantity);
         SliceFigure {
             title: QUANTITIES[quantity].title.into(),
-            subtitle: setting(study),
+            subtitle: setting(study, &drawn_nodes(&study.grid, &study.slices_z)[..2]),
             x_label: "x [mm]".into(),
             y_label: "y [mm]".into(),
             quantity: quantity_label(study, quantity),
@@ -144,7 +144,7 @@ impl Pictures {
         let coordinates = |i: usize| self.volume[i].iter().map(|&k| study.grid.axes[i][k]).collect();
         VolumeFigure {
             title: QUANTITIES[quantity].title.into(),
-            subtitle: setting(study),
+            subtitle: setting(study, &self.volume),
             axis_labels: ["x [mm]".into(), "y [mm]".into(), "z [mm]".into()],
             quantity: quantity_label(study, quantity),
             axes: [0, 1, 2].map(coordinates),
@@ -163,12 +163,17 @@ fn product([x, y, z]: &[Vec<usize>; 3]) -> impl Iterator<Item = [usize; 3]> {
     z.iter().flat_map(move |&k| y.iter().flat_map(move |&j| x.iter().map(move |&i| [i, j, k])))
 }
 
-fn setting(study: &WorkspaceMapStudy) -> String {
-    let [nx, ny, nz] = study.grid.counts();
+/// The subtitle of a picture that shows the nodes with the indices `drawn` along the first axes.
+fn setting(study: &WorkspaceMapStudy, drawn: &[Vec<usize>]) -> String {
+    let counts = study.grid.counts();
+    let [nx, ny, nz] = counts;
+    let is_thinned = drawn.iter().zip(counts).any(|(drawn, count)| drawn.len() < count);
+    let drawn: Vec<String> = drawn.iter().map(|axis| axis.len().to_string()).collect();
+    let thinned = if is_thinned { format!(", {} nodes drawn", drawn.join(" × ")) } else { String::new() };
     let MillingForce { radial, tangential, axial, .. } = study.force;
     let setting = format!(
         "{}, worst of {}, force {radial} / {tangential} / {axial} N (radial / tangential / axial), \
-         grid {nx} × {ny} × {nz}",
+         grid {nx} × {ny} × {nz}{thinned}",
         study.machine.name,
         counted(study.phis.len(), "tool angle"),
     );
