@@ -38,9 +38,10 @@ pub struct Progress {
 }
 
 struct State {
-    started: Instant,
     computed: usize,
     kept: usize,
+    /// Since when, and from how many computed items on, the rate is measured.
+    rate_from: (Instant, usize),
     best: Option<f64>,
     json_at: Instant,
     logged_at: Instant,
@@ -58,7 +59,7 @@ impl Progress {
             Err(_) => bar,
         };
         let now = Instant::now();
-        let state = State { started: now, computed: 0, kept: 0, best: None, json_at: now, logged_at: now };
+        let state = State { computed: 0, kept: 0, rate_from: (now, 0), best: None, json_at: now, logged_at: now };
         let progress =
             Self { bar, is_json: form == Form::Json, study: study.into(), of, total, state: Mutex::new(state) };
         progress.line(json!({ "event": "started", "study": study, "total": total, "of": of }));
@@ -83,11 +84,11 @@ impl Progress {
                 self.bar.inc(items as u64);
                 // What is taken over says nothing of the time that is left.
                 self.bar.reset_eta();
-                state.started = Instant::now();
+                state.rate_from = (Instant::now(), state.computed);
             }
             Event::Best(best) => {
                 state.best = Some(best);
-                self.bar.set_message(format!("refining, best {best:.6}"));
+                self.bar.set_message(format!("then refining, best {best:.6}"));
             }
         }
         let now = Instant::now();
@@ -107,9 +108,12 @@ impl Progress {
 
     fn report(&self, state: &State) -> Value {
         let done = state.computed + state.kept;
-        let seconds = state.started.elapsed().as_secs_f64();
-        let rate = (state.computed > 0 && seconds > 0.0).then(|| state.computed as f64 / seconds);
-        let left = rate.map(|rate| self.total.saturating_sub(done) as f64 / rate);
+        let (since, before) = state.rate_from;
+        let (seconds, computed) = (since.elapsed().as_secs_f64(), state.computed - before);
+        let rate = (computed > 0 && seconds > 0.0).then(|| computed as f64 / seconds);
+        // How long a search takes is not known before.
+        let is_counted = state.best.is_none();
+        let left = rate.filter(|_| is_counted).map(|rate| self.total.saturating_sub(done) as f64 / rate);
         let mut report = json!({
             "event": "progress",
             "study": self.study,
@@ -125,12 +129,13 @@ impl Progress {
         report
     }
 
-    /// The computation is over, or was stopped; how many items are done.
-    pub fn end(&self) -> usize {
+    /// The computation is over, or was stopped; how many items are done of how many, in words.
+    pub fn end(&self) -> String {
         self.bar.finish_and_clear();
         let state = self.state();
         self.line(self.report(&state));
-        state.computed + state.kept
+        let refining = if state.best.is_some() { " and part of the search from the best" } else { "" };
+        format!("{} of {} {}{refining}", state.computed + state.kept, self.total, self.of)
     }
 
     /// A line for programs that watch. One that does not read any more is no fault of the computation.

@@ -3,20 +3,24 @@
 use std::{
     fs::OpenOptions,
     path::PathBuf,
-    sync::{Arc, OnceLock, atomic::AtomicBool, atomic::Ordering},
+    sync::{Arc, OnceLock, atomic::AtomicBool},
 };
 
 use clap::Args;
 use env_logger::{Builder, Target};
 use kinetostat::error::{Error, Result};
 use log::LevelFilter;
+use signal_hook::{
+    consts::{SIGINT, SIGTERM},
+    flag::{register, register_conditional_shutdown},
+};
 
 use super::progress::{Form, Progress};
 
 /// Options of commands that compute for long.
 #[derive(Debug, Args)]
 pub struct Reporting {
-    /// Print nothing but errors
+    /// Print nothing but errors and what --progress json asks for
     #[arg(long, short)]
     quiet: bool,
     /// How progress is shown on standard error
@@ -34,9 +38,10 @@ impl Reporting {
         let opened = OpenOptions::new().create(true).append(true).open(file);
         let opened = opened.map_err(|source| Error::Write { file: file.clone(), source })?;
         let mut builder = Builder::new();
-        builder.filter_level(LevelFilter::Info).target(Target::Pipe(Box::new(opened)));
+        builder.filter_level(LevelFilter::Info).format_target(false).target(Target::Pipe(Box::new(opened)));
         builder.try_init().map_err(|error| Error::Argument { argument: "--log".into(), problem: error.to_string() })?;
-        log::info!("kinetostat {}: {}", env!("CARGO_PKG_VERSION"), std::env::args().collect::<Vec<_>>().join(" "));
+        let words = std::env::args_os().map(|word| word.to_string_lossy().into_owned());
+        log::info!("kinetostat {}: {}", env!("CARGO_PKG_VERSION"), words.collect::<Vec<_>>().join(" "));
         Ok(())
     }
 
@@ -52,20 +57,20 @@ impl Reporting {
     }
 }
 
-/// A flag that Ctrl-C, or a polite request to end, sets; a second one ends the program at once.
+/// A flag that Ctrl-C, or a polite request to end, sets; a second one ends the program at once. A hang-up is left alone: a
+/// run that is begun with `nohup` goes on.
 pub fn stop_flag() -> Result<Arc<AtomicBool>> {
     static FLAG: OnceLock<Arc<AtomicBool>> = OnceLock::new();
     if let Some(flag) = FLAG.get() {
         return Ok(Arc::clone(flag));
     }
     let flag = Arc::new(AtomicBool::new(false));
-    let seen = Arc::clone(&flag);
-    let handler = move || {
-        if seen.swap(true, Ordering::Relaxed) {
-            std::process::exit(super::STOPPED.into());
-        }
-    };
-    ctrlc::set_handler(handler)
-        .map_err(|error| Error::Argument { argument: "Ctrl-C".into(), problem: error.to_string() })?;
+    for signal in [SIGINT, SIGTERM] {
+        // In this order: a signal ends the program only if one before has set the flag.
+        let ending = register_conditional_shutdown(signal, super::STOPPED.into(), Arc::clone(&flag));
+        ending
+            .and_then(|_| register(signal, Arc::clone(&flag)))
+            .map_err(|error| Error::Argument { argument: "Ctrl-C".into(), problem: error.to_string() })?;
+    }
     Ok(Arc::clone(FLAG.get_or_init(|| flag)))
 }

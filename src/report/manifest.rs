@@ -45,7 +45,7 @@ pub struct Manifest {
     pub files: Vec<String>,
     /// Threads used.
     pub threads: usize,
-    /// Wall time of the computation, s.
+    /// Wall time of the computation, without pictures and page, s; of the last part of a run that was resumed.
     pub wall_time_s: f64,
 }
 

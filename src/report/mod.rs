@@ -21,6 +21,6 @@ pub use machine::machine_text;
 pub use manifest::{Manifest, StatusCount};
 pub use point::{point_json, point_text, unreachable_json};
 pub use words::counted;
-pub use write::{OutputFile, clean, prepare, remove, temporary_file, write_all};
+pub use write::{OutputFile, clean, prepare, publish, remove, staging, temporary_file, write_all};
 
 pub use crate::check::file_stem;

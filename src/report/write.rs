@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use tempfile::NamedTempFile;
+use tempfile::{NamedTempFile, TempDir};
 
 use crate::error::{Error, Result};
 
@@ -45,8 +45,32 @@ const TEMPORARY: &str = ".partial-";
 /// They cannot.
 pub fn prepare(folder: &Path) -> Result<()> {
     let fault = |source| Error::Write { file: folder.to_path_buf(), source };
+    if folder.is_file() {
+        return Err(fault(std::io::Error::other("is a file, expected a folder or the name of a new one")));
+    }
     std::fs::create_dir_all(folder).map_err(fault)?;
     temporary_file(folder).map(drop).map_err(fault)
+}
+
+/// A folder in `folder` in which files are made before they take the places of others.
+///
+/// # Errors
+/// It cannot be made.
+pub fn staging(folder: &Path) -> Result<TempDir> {
+    let made = tempfile::Builder::new().prefix(TEMPORARY).tempdir_in(folder);
+    made.map_err(|source| Error::Write { file: folder.to_path_buf(), source })
+}
+
+/// Moves the file called `name` from one folder to the other, in place of any other.
+///
+/// # Errors
+/// It cannot be moved.
+pub fn publish(from: &Path, to: &Path, name: &str) -> Result<PathBuf> {
+    let path = to.join(name);
+    match std::fs::rename(from.join(name), &path) {
+        Ok(()) => Ok(path),
+        Err(source) => Err(Error::Write { file: path, source }),
+    }
 }
 
 /// Removes temporary files that a run left in `folder` when it was killed. No other run must be using the folder.
@@ -57,7 +81,13 @@ pub fn clean(folder: &Path) -> Result<()> {
     let fault = |source| Error::Read { file: folder.to_path_buf(), source };
     for entry in std::fs::read_dir(folder).map_err(fault)? {
         let entry = entry.map_err(fault)?;
-        if entry.file_name().to_string_lossy().starts_with(TEMPORARY) {
+        if !entry.file_name().to_string_lossy().starts_with(TEMPORARY) {
+            continue;
+        }
+        if entry.file_type().map_err(fault)?.is_dir() {
+            let path = entry.path();
+            std::fs::remove_dir_all(&path).map_err(|source| Error::Write { file: path, source })?;
+        } else {
             remove(&entry.path())?;
         }
     }

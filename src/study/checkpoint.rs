@@ -2,8 +2,8 @@
 //!
 //! The file is only ever appended to: after eight bytes that name the format come records of a length (4 bytes,
 //! little-endian), the CRC-32 of the content (4 bytes) and the content, written with postcard. The first record says what
-//! is computed, each other one holds the key of a piece and the piece. A record that was cut short does not match its
-//! checksum; it is dropped and computed again.
+//! is computed, each other one holds the key of a piece and the piece. A record that was cut short or damaged does not
+//! match its checksum; it is left out and computed again.
 
 use std::{
     collections::HashMap,
@@ -20,10 +20,20 @@ use crate::error::{Error, Result};
 /// What decides the pieces.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Origin {
-    /// Version of the program.
-    pub version: String,
+    /// Version and build of the program: another build may compute or write otherwise.
+    pub program: String,
     /// What is computed from.
     pub inputs: Inputs,
+}
+
+impl Origin {
+    /// What differs from the origin `before`, in words.
+    fn change_since(&self, before: &Origin) -> Option<String> {
+        if before.program != self.program {
+            return Some(format!("it was made by {}, this is {}", before.program, self.program));
+        }
+        self.inputs.change_since(&before.inputs)
+    }
 }
 
 /// A file of pieces, each under a key.
@@ -33,80 +43,83 @@ pub struct Checkpoint {
     path: PathBuf,
     /// Where the piece of each key is: offset and length.
     places: HashMap<Vec<u8>, (u64, u32)>,
+    /// Where the next record goes.
     end: u64,
+    damaged: usize,
 }
 
-const FORMAT: [u8; 8] = *b"kstatrun";
-/// No content is longer; a longer length is a damaged one.
-const LONGEST: u32 = 1 << 28;
+/// What a file of pieces is to a run.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Found {
+    /// There is none, or nothing in it.
+    Nothing,
+    /// Pieces that the run can go on with.
+    Same,
+    /// Pieces of another run; what differs.
+    Other(String),
+}
+
+const FORMAT: [u8; 8] = *b"kstat-1\n";
+/// Bytes before the content of a record.
+const HEAD: usize = 8;
 
 impl Checkpoint {
     /// A new file at `path`, in place of any other.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// It cannot be written, or another run uses it.
     pub fn create(path: &Path, origin: &Origin) -> Result<Self> {
         let fault = |source| Error::Write { file: path.to_path_buf(), source };
         let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(fault)?;
         alone(&file, path)?;
-        file.set_len(0).map_err(fault)?;
-        let mut checkpoint = Self { file, path: path.to_path_buf(), places: HashMap::new(), end: 0 };
-        let head = encoded(origin).map_err(fault)?;
-        checkpoint.append(&[FORMAT.as_slice(), &record(&head)].concat())?;
+        Self { file, path: path.to_path_buf(), places: HashMap::new(), end: 0, damaged: 0 }.begun(origin)
+    }
+
+    /// Empties the file and writes its first record.
+    fn begun(mut self, origin: &Origin) -> Result<Self> {
+        let fault = |source| Error::Write { file: self.path.clone(), source };
+        self.file.set_len(0).map_err(fault)?;
+        let head = record(&encoded(origin).map_err(fault)?).map_err(fault)?;
+        self.append(&[FORMAT.as_slice(), &head].concat())?;
+        Ok(self)
+    }
+
+    /// Opens the file at `path`; one in which nothing was begun is begun.
+    ///
+    /// # Errors
+    /// It cannot be read or written, another run uses it, it is no such file, or it was made from something else; the
+    /// message says what differs.
+    pub fn resume(path: &Path, origin: &Origin) -> Result<Self> {
+        let fault = |source| Error::Read { file: path.to_path_buf(), source };
+        let file = OpenOptions::new().read(true).write(true).open(path).map_err(fault)?;
+        alone(&file, path)?;
+        let contents = contents(&file, path)?;
+        let mut checkpoint = Self { file, path: path.to_path_buf(), places: HashMap::new(), end: 0, damaged: 0 };
+        let Some(contents) = contents else { return checkpoint.begun(origin) };
+        if let Some(change) = origin.change_since(&contents.origin) {
+            let problem = format!("belongs to another run: {change}; --restart begins anew");
+            return Err(Error::Resume { file: checkpoint.path, problem });
+        }
+        checkpoint.file.set_len(contents.end).map_err(fault)?;
+        (checkpoint.places, checkpoint.end, checkpoint.damaged) = (contents.places, contents.end, contents.damaged);
         Ok(checkpoint)
     }
 
-    /// Opens the file at `path` and removes what was cut short at its end.
+    /// What the file at `path` is to a run from `origin`. Changes nothing.
     ///
     /// # Errors
-    /// It cannot be read or written, is no such file, or was made from something else; the message says what differs.
-    pub fn resume(path: &Path, origin: &Origin) -> Result<Self> {
-        let fault = |source| Error::Read { file: path.to_path_buf(), source };
-        let refuse = |problem: String| Err(Error::Resume { file: path.to_path_buf(), problem });
-        let file = OpenOptions::new().read(true).write(true).open(path).map_err(fault)?;
+    /// It cannot be read, another run uses it, or it is no such file.
+    pub fn find(path: &Path, origin: &Origin) -> Result<Found> {
+        if !path.is_file() {
+            return Ok(Found::Nothing);
+        }
+        let file = File::open(path).map_err(|source| Error::Read { file: path.to_path_buf(), source })?;
         alone(&file, path)?;
-        let mut reader = BufReader::new(&file);
-        let mut format = FORMAT.map(|_| 0);
-        if !fill(&mut reader, &mut format).map_err(fault)? || format != FORMAT {
-            return refuse("is not a file of an unfinished run".into());
-        }
-        let Some(head) = next_record(&mut reader).map_err(fault)? else {
-            return refuse("was cut short before anything was computed: start anew".into());
-        };
-        match postcard::from_bytes::<Origin>(&head) {
-            Ok(before) => {
-                if let Some(change) = change(&before, origin) {
-                    return refuse(format!("belongs to another run: {change}"));
-                }
-            }
-            Err(_) => return refuse("was written by another version of the program".into()),
-        }
-        let mut end = (FORMAT.len() + HEAD + head.len()) as u64;
-        let mut places = HashMap::new();
-        while let Some(content) = next_record(&mut reader).map_err(fault)? {
-            let Ok((key, piece)) = postcard::take_from_bytes::<Vec<u8>>(&content) else {
-                return refuse("holds a record that cannot be read".into());
-            };
-            let start = content.len() - piece.len();
-            places.insert(key, (end + (HEAD + start) as u64, piece.len() as u32));
-            end += (HEAD + content.len()) as u64;
-        }
-        drop(reader);
-        file.set_len(end).map_err(|source| Error::Write { file: path.to_path_buf(), source })?;
-        Ok(Self { file, path: path.to_path_buf(), places, end })
-    }
-
-    /// Whether a run from `origin` could go on with the file at `path`.
-    pub fn is_resumable(path: &Path, origin: &Origin) -> bool {
-        path.is_file() && Self::resume(path, origin).is_ok_and(|checkpoint| !checkpoint.is_empty())
-    }
-
-    /// Removes the file: the run is done.
-    ///
-    /// # Errors
-    /// It cannot be removed.
-    pub fn remove(path: &Path) -> Result<()> {
-        std::fs::remove_file(path).map_err(|source| Error::Write { file: path.to_path_buf(), source })
+        Ok(match contents(&file, path)? {
+            Some(contents) if contents.places.is_empty() => Found::Nothing,
+            Some(contents) => origin.change_since(&contents.origin).map_or(Found::Same, Found::Other),
+            None => Found::Nothing,
+        })
     }
 
     /// Number of pieces.
@@ -119,32 +132,34 @@ impl Checkpoint {
         self.places.is_empty()
     }
 
-    /// The piece under `key`, if there is one.
+    /// Number of damaged records among those read.
+    pub fn damaged(&self) -> usize {
+        self.damaged
+    }
+
+    /// The piece under `key` as it was encoded, if there is one.
     ///
     /// # Errors
     /// It cannot be read.
-    pub fn piece<K: Serialize, T: DeserializeOwned>(&mut self, key: &K) -> Result<Option<T>> {
-        let fault = |path: &Path, source| Error::Read { file: path.to_path_buf(), source };
-        let key = encoded(key).map_err(|source| fault(&self.path, source))?;
-        let Some(&(offset, length)) = self.places.get(&key) else { return Ok(None) };
+    pub fn bytes(&mut self, key: &[u8]) -> Result<Option<Vec<u8>>> {
+        let Some(&(offset, length)) = self.places.get(key) else { return Ok(None) };
         let mut bytes = vec![0; length as usize];
         let read = self.file.seek(SeekFrom::Start(offset)).and_then(|_| self.file.read_exact(&mut bytes));
-        read.map_err(|source| fault(&self.path, source))?;
-        let piece = postcard::from_bytes(&bytes).map_err(|error| fault(&self.path, IoError::other(error)))?;
-        Ok(Some(piece))
+        read.map_err(|source| Error::Read { file: self.path.clone(), source })?;
+        Ok(Some(bytes))
     }
 
-    /// Appends a piece.
+    /// Appends a piece that [`encoded`] has made.
     ///
     /// # Errors
     /// It cannot be written; the file is as it was.
-    pub fn keep<K: Serialize, T: Serialize>(&mut self, key: &K, piece: &T) -> Result<()> {
+    pub fn keep(&mut self, key: &[u8], piece: &[u8]) -> Result<()> {
         let fault = |source| Error::Write { file: self.path.clone(), source };
-        let key = encoded(key).map_err(fault)?;
-        let (head, piece) = (encoded(&key).map_err(fault)?, encoded(piece).map_err(fault)?);
+        let head = encoded(key).map_err(fault)?;
         let place = (self.end + (HEAD + head.len()) as u64, piece.len() as u32);
-        self.append(&record(&[head, piece].concat()))?;
-        self.places.insert(key, place);
+        let record = record(&[&head, piece].concat()).map_err(fault)?;
+        self.append(&record)?;
+        self.places.insert(key.to_vec(), place);
         Ok(())
     }
 
@@ -164,6 +179,60 @@ impl Checkpoint {
     }
 }
 
+/// What a file of pieces holds.
+struct Contents {
+    origin: Origin,
+    places: HashMap<Vec<u8>, (u64, u32)>,
+    /// End of the last whole record.
+    end: u64,
+    /// Damaged records before that.
+    damaged: usize,
+}
+
+/// `None` if the file ends before anything was begun.
+fn contents(file: &File, path: &Path) -> Result<Option<Contents>> {
+    let fault = |source| Error::Read { file: path.to_path_buf(), source };
+    let refuse = |what: &str| {
+        Err(Error::Resume { file: path.to_path_buf(), problem: format!("{what}; --restart begins anew in its place") })
+    };
+    let size = file.metadata().map_err(fault)?.len();
+    let mut reader = BufReader::new(file);
+    let mut format = [0; FORMAT.len()];
+    let is_begun = fill(&mut reader, &mut format).map_err(fault)?;
+    let known = if is_begun { format.len() } else { size as usize };
+    if format[..known] != FORMAT[..known] {
+        return refuse("is not a file of an unfinished run of this version");
+    }
+    let mut at = FORMAT.len() as u64;
+    let head = match next_record(&mut reader, size.saturating_sub(at)).map_err(fault)? {
+        Record::Whole(head) => head,
+        Record::Damaged(_) => return refuse("is damaged where it says what was computed"),
+        Record::End => return Ok(None),
+    };
+    at += (HEAD + head.len()) as u64;
+    let Ok(origin) = postcard::from_bytes::<Origin>(&head) else {
+        return refuse("is not a file of an unfinished run of this version");
+    };
+    let mut contents = Contents { origin, places: HashMap::new(), end: at, damaged: 0 };
+    let mut damaged = 0;
+    loop {
+        match next_record(&mut reader, size.saturating_sub(at)).map_err(fault)? {
+            Record::End => return Ok(Some(contents)),
+            Record::Damaged(length) => {
+                damaged += 1;
+                at += HEAD as u64 + length;
+            }
+            Record::Whole(content) => {
+                let place = postcard::take_from_bytes::<Vec<u8>>(&content)
+                    .map(|(key, piece)| (key, (at + (HEAD + content.len() - piece.len()) as u64, piece.len() as u32)));
+                at += (HEAD + content.len()) as u64;
+                contents.places.extend(place.ok());
+                (contents.end, contents.damaged) = (at, damaged);
+            }
+        }
+    }
+}
+
 /// Locks the file against other runs.
 fn alone(file: &File, path: &Path) -> Result<()> {
     match file.try_lock() {
@@ -175,32 +244,49 @@ fn alone(file: &File, path: &Path) -> Result<()> {
     }
 }
 
-/// Bytes before the content of a record.
-const HEAD: usize = 8;
-
-fn encoded<T: Serialize + ?Sized>(value: &T) -> IoResult<Vec<u8>> {
+/// A key or a piece as bytes.
+///
+/// # Errors
+/// It has no form in bytes: none that is known.
+pub fn encoded<T: Serialize + ?Sized>(value: &T) -> IoResult<Vec<u8>> {
     postcard::to_stdvec(value).map_err(IoError::other)
 }
 
-fn record(content: &[u8]) -> Vec<u8> {
-    let length = (content.len() as u32).to_le_bytes();
-    [length.as_slice(), &crc32fast::hash(content).to_le_bytes(), content].concat()
+/// A piece from its bytes; `None` if they are no such piece.
+pub fn decoded<T: DeserializeOwned>(bytes: &[u8]) -> Option<T> {
+    postcard::from_bytes(bytes).ok()
 }
 
-/// The content of the next whole record; `None` at the end or at one that was cut short.
-fn next_record(reader: &mut impl Read) -> IoResult<Option<Vec<u8>>> {
+fn record(content: &[u8]) -> IoResult<Vec<u8>> {
+    let length = u32::try_from(content.len()).map_err(|_| IoError::other("a record of more than 4 GiB"))?;
+    Ok([length.to_le_bytes().as_slice(), &crc32fast::hash(content).to_le_bytes(), content].concat())
+}
+
+enum Record {
+    Whole(Vec<u8>),
+    /// The content, of this length, does not match its checksum.
+    Damaged(u64),
+    /// There is none, or it was cut short.
+    End,
+}
+
+/// The next record, if it is not longer than what is `left` of the file. Nothing that is written is of length 0, but what a
+/// power cut leaves often is.
+fn next_record(reader: &mut impl Read, left: u64) -> IoResult<Record> {
     let mut head = [0; HEAD];
     if !fill(reader, &mut head)? {
-        return Ok(None);
+        return Ok(Record::End);
     }
     let [a, b, c, d, e, f, g, h] = head;
     let (length, sum) = (u32::from_le_bytes([a, b, c, d]), u32::from_le_bytes([e, f, g, h]));
-    if length > LONGEST {
-        return Ok(None);
+    if length == 0 || HEAD as u64 + u64::from(length) > left {
+        return Ok(Record::End);
     }
     let mut content = vec![0; length as usize];
-    let is_whole = fill(reader, &mut content)? && crc32fast::hash(&content) == sum;
-    Ok(is_whole.then_some(content))
+    if !fill(reader, &mut content)? {
+        return Ok(Record::End);
+    }
+    Ok(if crc32fast::hash(&content) == sum { Record::Whole(content) } else { Record::Damaged(u64::from(length)) })
 }
 
 /// Whether there were enough bytes to fill `buffer`.
@@ -212,45 +298,52 @@ fn fill(reader: &mut impl Read, buffer: &mut [u8]) -> IoResult<bool> {
     }
 }
 
-fn change(before: &Origin, now: &Origin) -> Option<String> {
-    if before.version != now.version {
-        return Some(format!("it was made by version {}, this is {}", before.version, now.version));
-    }
-    now.inputs.change_since(&before.inputs)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn origin(text: &str) -> Origin {
-        Origin { version: "1".into(), inputs: Inputs::of("study.toml", text) }
+        Origin { program: "1".into(), inputs: Inputs::of("study.toml", text) }
+    }
+
+    const PIECES: [&str; 3] = ["first", "", "the third"];
+
+    /// A file with [`PIECES`], its bytes and where its records end.
+    fn written(path: &Path) -> (Vec<u8>, Vec<u64>) {
+        let mut checkpoint = Checkpoint::create(path, &origin("a")).unwrap();
+        let mut ends = vec![checkpoint.end];
+        for (key, piece) in PIECES.iter().enumerate() {
+            checkpoint.keep(&[key as u8], piece.as_bytes()).unwrap();
+            ends.push(checkpoint.end);
+        }
+        (std::fs::read(path).unwrap(), ends)
+    }
+
+    fn found(checkpoint: &mut Checkpoint) -> Vec<Option<Vec<u8>>> {
+        (0..PIECES.len()).map(|key| checkpoint.bytes(&[key as u8]).unwrap()).collect()
     }
 
     #[test]
-    fn whole_pieces_survive_a_cut_at_any_byte() {
+    fn whole_pieces_survive_a_cut_at_any_byte_and_zeros_behind_it() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run");
-        let mut checkpoint = Checkpoint::create(&path, &origin("a")).unwrap();
-        let length = |path: &Path| std::fs::metadata(path).unwrap().len();
-        let mut ends = vec![length(&path)];
-        let pieces = [vec![1.0, 2.5], vec![], vec![-0.1; 5]];
-        for (key, piece) in pieces.iter().enumerate() {
-            checkpoint.keep(&("stage", key), piece).unwrap();
-            ends.push(length(&path));
-        }
-        drop(checkpoint);
-        let whole = std::fs::read(&path).unwrap();
-        for cut in ends[0] as usize..=whole.len() {
-            std::fs::write(&path, &whole[..cut]).unwrap();
+        let (whole, ends) = written(&path);
+        for (cut, zeros) in (0..=whole.len()).flat_map(|cut| [(cut, 0), (cut, 100)]) {
+            // Zeros within the first record look like damage to it.
+            if zeros > 0 && cut < ends[0] as usize {
+                continue;
+            }
+            std::fs::write(&path, [&whole[..cut], &vec![0; zeros]].concat()).unwrap();
+            let kept = ends.iter().filter(|end| **end <= cut as u64).count().saturating_sub(1);
+            let same = if kept > 0 { Found::Same } else { Found::Nothing };
+            assert_eq!(Checkpoint::find(&path, &origin("a")).unwrap(), same, "cut at {cut}");
             let mut checkpoint = Checkpoint::resume(&path, &origin("a")).unwrap();
-            let kept = ends.iter().filter(|end| **end <= cut as u64).count() - 1;
-            assert_eq!(checkpoint.len(), kept, "cut at {cut}");
-            for (key, piece) in pieces.iter().enumerate() {
-                let found: Option<Vec<f64>> = checkpoint.piece(&("stage", key)).unwrap();
-                assert_eq!(found.as_ref(), (key < kept).then_some(piece), "cut at {cut}");
+            assert_eq!(checkpoint.len(), kept, "cut at {cut}, {zeros} zeros");
+            for (key, piece) in PIECES.iter().enumerate() {
+                let found = checkpoint.bytes(&[key as u8]).unwrap();
+                assert_eq!(found.is_some(), key < kept, "cut at {cut}");
                 if found.is_none() {
-                    checkpoint.keep(&("stage", key), piece).unwrap();
+                    checkpoint.keep(&[key as u8], piece.as_bytes()).unwrap();
                 }
             }
             assert_eq!(std::fs::read(&path).unwrap(), whole, "cut at {cut}");
@@ -258,21 +351,17 @@ mod tests {
     }
 
     #[test]
-    fn a_damaged_byte_loses_the_records_from_there_on() {
+    fn a_damaged_byte_loses_its_record_alone() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run");
-        let mut checkpoint = Checkpoint::create(&path, &origin("a")).unwrap();
-        for key in 0..3_u8 {
-            checkpoint.keep(&key, &vec![key; 100]).unwrap();
-        }
-        drop(checkpoint);
-        let mut bytes = std::fs::read(&path).unwrap();
-        let middle = bytes.len() - 150;
-        bytes[middle] ^= 1;
-        std::fs::write(&path, bytes).unwrap();
+        let (mut bytes, ends) = written(&path);
+        bytes[ends[1] as usize - 1] ^= 1;
+        std::fs::write(&path, &bytes).unwrap();
+        assert_eq!(Checkpoint::find(&path, &origin("a")).unwrap(), Found::Same);
+        assert_eq!(std::fs::read(&path).unwrap(), bytes, "a question changes nothing");
         let mut checkpoint = Checkpoint::resume(&path, &origin("a")).unwrap();
-        assert_eq!(checkpoint.piece::<_, Vec<u8>>(&0_u8).unwrap(), Some(vec![0; 100]));
-        assert_eq!(checkpoint.len(), 1);
+        assert_eq!(checkpoint.damaged(), 1);
+        assert_eq!(found(&mut checkpoint), [None, Some(vec![]), Some(b"the third".to_vec())]);
     }
 
     #[test]
@@ -281,15 +370,17 @@ mod tests {
         let path = folder.path().join("run");
         let refused = |expected: &str| {
             let error = Checkpoint::resume(&path, &origin("a")).unwrap_err().to_string();
-            assert!(error.contains(expected), "{error}");
+            assert!(error.contains(expected) && error.contains("--restart begins anew"), "{error}");
         };
-        Checkpoint::create(&path, &origin("b")).unwrap();
-        refused("belongs to another run: study.toml, line 1: was `b`, is `a`");
-        Checkpoint::create(&path, &Origin { version: "0".into(), ..origin("a") }).unwrap();
-        refused("it was made by version 0, this is 1");
+        let mut other = Checkpoint::create(&path, &origin("b")).unwrap();
+        other.keep(b"key", b"piece").unwrap();
+        drop(other);
+        let change = "study.toml, line 1: was `b`, is `a`";
+        assert_eq!(Checkpoint::find(&path, &origin("a")).unwrap(), Found::Other(change.into()));
+        refused(&format!("belongs to another run: {change}"));
+        Checkpoint::create(&path, &Origin { program: "0".into(), ..origin("a") }).unwrap();
+        refused("it was made by 0, this is 1");
         std::fs::write(&path, b"nothing of the kind").unwrap();
         refused("is not a file of an unfinished run");
-        std::fs::write(&path, FORMAT).unwrap();
-        refused("was cut short before anything was computed");
     }
 }

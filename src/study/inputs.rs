@@ -33,11 +33,21 @@ impl Inputs {
         hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
     }
 
+    /// The names, each once.
+    fn names(&self) -> String {
+        let mut names: Vec<&str> = Vec::new();
+        for (name, _) in &self.0 {
+            if !names.contains(&name.as_str()) {
+                names.push(name);
+            }
+        }
+        names.join(", ")
+    }
+
     /// The first difference of these inputs from those `before`, in words; `None` if they are the same.
     pub fn change_since(&self, before: &Inputs) -> Option<String> {
-        let names = |inputs: &Inputs| inputs.0.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>().join(", ");
-        if names(self) != names(before) {
-            return Some(format!("its inputs were {}, they are {}", names(before), names(self)));
+        if !self.0.iter().map(|(name, _)| name).eq(before.0.iter().map(|(name, _)| name)) {
+            return Some(format!("its inputs were {}, they are {}", before.names(), self.names()));
         }
         let mut pairs = self.0.iter().zip(&before.0);
         let ((name, now), (_, before)) = pairs.find(|(now, before)| now != before)?;

@@ -31,7 +31,7 @@ pub mod validation_spec;
 pub mod work;
 pub mod workspace_map;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 pub use failure::{Failure, SOLVED, status_of};
 pub use inputs::Inputs;
@@ -97,8 +97,18 @@ impl Study {
     }
 }
 
+/// The last part of the path that names an input.
+fn file_name(origin: &str) -> String {
+    Path::new(origin).file_name().map_or_else(|| origin.into(), |name| name.to_string_lossy().into_owned())
+}
+
 /// Name of the folder a study stands in.
 fn folder_name(folder: &Path) -> String {
-    let absolute: PathBuf = std::path::absolute(folder).unwrap_or_else(|_| folder.to_path_buf());
-    absolute.file_name().map_or_else(|| "study".into(), |name| name.to_string_lossy().into_owned())
+    let whole = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let named = match whole.file_name() {
+        Some(_) => whole.to_path_buf(),
+        // Such as `.` and `..`.
+        None => whole.canonicalize().unwrap_or_default(),
+    };
+    named.file_name().map_or_else(|| "study".into(), |name| name.to_string_lossy().into_owned())
 }

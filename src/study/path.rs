@@ -1,7 +1,7 @@
 //! A toolpath on a machine: what happens without compensation, what each method commands and leaves, what a written
 //! program does.
 
-use std::time::Instant;
+use std::{convert::Infallible, time::Instant};
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -101,7 +101,12 @@ pub fn settings() -> Settings {
 /// Commands every point of the path and lets the machine settle. `done` is called after each point.
 pub fn run(case: &PathCase<'_>, commands: &Commands<'_>, done: &(dyn Fn() + Sync)) -> Vec<PathAnswer> {
     let starts = (0..case.demands.len()).into_par_iter().step_by(BLOCK);
-    starts.map(|start| block(case, commands, start, done)).flatten_iter().collect()
+    let done = || {
+        done();
+        Ok::<(), Infallible>(())
+    };
+    let blocks = starts.map(|start| block(case, commands, start, &done).unwrap_or_else(|never| match never {}));
+    blocks.flatten_iter().collect()
 }
 
 /// As [`run`] with a method, in pieces of `work`, with the time in s that threads spent on it, all together; threads
@@ -113,8 +118,12 @@ pub fn timed(case: &PathCase<'_>, method: Method, work: &Work) -> Result<(Vec<Pa
     let blocks = (0..case.demands.len()).into_par_iter().step_by(BLOCK).map(|start| {
         let compute = || {
             let started = Instant::now();
-            let answers = block(case, &Commands::Method(method), start, &|| work.tell(Event::Computed(1)));
-            (answers, started.elapsed().as_secs_f64())
+            let done = || {
+                work.tell(Event::Computed(1));
+                work.check()
+            };
+            let answers = block(case, &Commands::Method(method), start, &done)?;
+            Ok((answers, started.elapsed().as_secs_f64()))
         };
         work.piece(&start, |(answers, _)| answers.len(), compute)
     });
@@ -123,8 +132,13 @@ pub fn timed(case: &PathCase<'_>, method: Method, work: &Work) -> Result<(Vec<Pa
     Ok((blocks.into_iter().flat_map(|(answers, _)| answers).collect(), seconds))
 }
 
-/// The points from `start` on that are solved one after another.
-fn block(case: &PathCase<'_>, commands: &Commands<'_>, start: usize, done: &(dyn Fn() + Sync)) -> Vec<PathAnswer> {
+/// The points from `start` on that are solved one after another. `done` is called after each and may end the block.
+fn block<E>(
+    case: &PathCase<'_>,
+    commands: &Commands<'_>,
+    start: usize,
+    done: &(dyn Fn() -> std::result::Result<(), E> + Sync),
+) -> std::result::Result<Vec<PathAnswer>, E> {
     let mut session = Session::new(case.nominal, case.real, settings());
     let mut near = case.nominal.home.clone();
     let answer = |(i, demand): (usize, &Demand)| {
@@ -142,8 +156,8 @@ fn block(case: &PathCase<'_>, commands: &Commands<'_>, start: usize, done: &(dyn
             near = at;
         }
         let target = compensation.outcome.as_ref().and_then(|_| session.target().ok());
-        done();
-        PathAnswer { compensation, nominal_drives, target }
+        done()?;
+        Ok(PathAnswer { compensation, nominal_drives, target })
     };
     case.demands.iter().enumerate().skip(start).take(BLOCK).map(answer).collect()
 }

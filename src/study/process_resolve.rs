@@ -5,7 +5,7 @@ use std::path::Path;
 use nalgebra::Vector3;
 
 use super::{
-    Inputs,
+    Inputs, file_name,
     process::{CorrectionLimits, Decimals, Objective, Process},
     process_spec::{
         ForceSpec, GcodeSpec, LimitsSpec, ObjectiveSpec, PathFrameSpec, PlacementSpec, ProcessSpec, ReferenceSpec,
@@ -39,7 +39,7 @@ pub(super) fn process(
     check.schema(spec.schema)?;
     let (cutting, table) = force(&spec.force, machine, folder, &check.key("force"))?;
     let check_gcode = check.key("gcode");
-    let name = Path::new(origin).file_name().unwrap_or_default().to_string_lossy();
+    let name = file_name(origin);
     Ok(Process {
         placement: placement(&spec.placement, machine, &check.key("placement"))?,
         cutting,

@@ -5,7 +5,7 @@ use std::path::Path;
 use nalgebra::Vector3;
 
 use super::{
-    Inputs, Study, StudyKind, folder_name, path_resolve,
+    Inputs, Study, StudyKind, file_name, folder_name, path_resolve,
     spec::{ChainErrorSpec, CompensateSpec, MillingSpec, StudySpec, WorkspaceMapSpec},
     workspace_map::{Grid, WorkspaceMapStudy},
 };
@@ -83,7 +83,7 @@ pub(super) fn study(spec: &StudySpec, text: &str, origin: &str, folder: &Path, o
     Ok(Study {
         name: folder_name(folder),
         question: spec.question.trim().to_string(),
-        inputs: Inputs::of("study.toml", text).and(Inputs::of(&spec.machine, machine_text)).and(settings),
+        inputs: Inputs::of(file_name(origin), text).and(Inputs::of(&spec.machine, machine_text)).and(settings),
         kind,
     })
 }

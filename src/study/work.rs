@@ -12,7 +12,7 @@ use std::{
 
 use serde::{Serialize, de::DeserializeOwned};
 
-use super::checkpoint::Checkpoint;
+use super::checkpoint::{Checkpoint, decoded, encoded};
 use crate::error::{Error, Result};
 
 /// What somebody who watches is told.
@@ -43,11 +43,28 @@ struct Shared {
     watch: Box<dyn Fn(Event) + Send + Sync>,
 }
 
-/// An [`Error::Write`] that every thread can be told of.
+/// An [`Error::Write`] or [`Error::Read`] that every thread can be told of.
 struct Fault {
+    is_writing: bool,
     file: PathBuf,
     kind: io::ErrorKind,
     words: String,
+}
+
+impl Fault {
+    fn of(error: &Error) -> Option<Self> {
+        let (is_writing, file, source) = match error {
+            Error::Write { file, source } => (true, file, source),
+            Error::Read { file, source } => (false, file, source),
+            _ => return None,
+        };
+        Some(Self { is_writing, file: file.clone(), kind: source.kind(), words: source.to_string() })
+    }
+
+    fn error(&self) -> Error {
+        let (file, source) = (self.file.clone(), io::Error::new(self.kind, self.words.clone()));
+        if self.is_writing { Error::Write { file, source } } else { Error::Read { file, source } }
+    }
 }
 
 impl Default for Work {
@@ -70,6 +87,11 @@ impl Work {
         Self { shared: Arc::clone(&self.shared), part: format!("{}{name}/", self.part) }
     }
 
+    /// Number of pieces that are kept.
+    pub fn pieces(&self) -> usize {
+        self.shared.checkpoint.as_ref().map_or(0, |checkpoint| lock(checkpoint).len())
+    }
+
     /// Tells who watches.
     pub fn tell(&self, event: Event) {
         (self.shared.watch)(event);
@@ -78,40 +100,51 @@ impl Work {
     /// Whether it is to go on.
     ///
     /// # Errors
-    /// [`Error::Stopped`]; [`Error::Write`] once a piece could not be kept.
+    /// [`Error::Stopped`]; [`Error::Write`] or [`Error::Read`] once a piece could not be kept or read.
     pub fn check(&self) -> Result<()> {
-        if let Some(Fault { file, kind, words }) = &*lock(&self.shared.fault) {
-            return Err(Error::Write { file: file.clone(), source: io::Error::new(*kind, words.clone()) });
+        if let Some(fault) = &*lock(&self.shared.fault) {
+            return Err(fault.error());
         }
         if self.shared.stop.load(Ordering::Relaxed) { Err(Error::Stopped) } else { Ok(()) }
     }
 
     /// The piece under `key`: what a run before computed, or what `compute` gives, which is then kept. `items` says
-    /// how many items it holds; `compute` tells of them itself.
+    /// how many items it holds; `compute` tells of them itself, and may end early with the error of [`Work::check`].
     ///
     /// # Errors
-    /// The work was stopped, or the piece cannot be kept.
+    /// Of `compute`; the work was stopped, or pieces cannot be kept or read.
     pub fn piece<K: Serialize, T: Serialize + DeserializeOwned>(
         &self,
         key: &K,
         items: impl FnOnce(&T) -> usize,
-        compute: impl FnOnce() -> T,
+        compute: impl FnOnce() -> Result<T>,
     ) -> Result<T> {
         self.check()?;
-        let Some(checkpoint) = &self.shared.checkpoint else { return Ok(compute()) };
-        let key = (&self.part, key);
-        if let Some(piece) = lock(checkpoint).piece(&key)? {
-            self.tell(Event::Kept(items(&piece)));
+        let Some(checkpoint) = &self.shared.checkpoint else { return compute() };
+        let fault = |error: Error| {
+            let mut first = lock(&self.shared.fault);
+            *first = first.take().or_else(|| Fault::of(&error));
+            error
+        };
+        let key = encoded(&(&self.part, key)).map_err(|source| fault(in_memory(source)))?;
+        let bytes = lock(checkpoint).bytes(&key).map_err(fault)?;
+        // One that does not decode is computed again.
+        if let Some(piece) = bytes.and_then(|bytes| decoded(&bytes)) {
+            let items = items(&piece);
+            if items > 0 {
+                self.tell(Event::Kept(items));
+            }
             return Ok(piece);
         }
-        let piece = compute();
-        let kept = lock(checkpoint).keep(&key, &piece);
-        if let Err(Error::Write { file, source }) = &kept {
-            let fault = Fault { file: file.clone(), kind: source.kind(), words: source.to_string() };
-            lock(&self.shared.fault).get_or_insert(fault);
-        }
-        kept.map(|()| piece)
+        let piece = compute()?;
+        let bytes = encoded(&piece).map_err(|source| fault(in_memory(source)))?;
+        lock(checkpoint).keep(&key, &bytes).map_err(fault)?;
+        Ok(piece)
     }
+}
+
+fn in_memory(source: io::Error) -> Error {
+    Error::Write { file: "a piece of the work".into(), source }
 }
 
 /// What a panic elsewhere left is still whole: each piece is written at once.

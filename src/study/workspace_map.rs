@@ -169,8 +169,15 @@ pub fn run(study: &WorkspaceMapStudy, work: &Work) -> error::Result<WorkspaceMap
     Ok(WorkspaceMap { study: study.clone(), points })
 }
 
-/// Points of a block: what a run that is killed loses at most.
-const BLOCK: usize = 512 * Batch::WIDTH;
+/// Most points of a block, and most tool angles of all its points: what a run that is killed loses.
+const MOST_POINTS: usize = 4096;
+const MOST_ANGLES: usize = 1 << 18;
+
+/// Points of a block: a multiple of those solved side by side.
+fn block_size(study: &WorkspaceMapStudy) -> usize {
+    let points = (MOST_ANGLES / study.phis.len().max(1)).min(MOST_POINTS);
+    (points / Batch::WIDTH).max(1) * Batch::WIDTH
+}
 
 /// As [`run`], but gives the points to `take` block by block, in grid order, so that memory does not grow with the grid. The
 /// next block is computed meanwhile.
@@ -184,19 +191,26 @@ pub fn run_in_blocks(
 ) -> error::Result<()> {
     let real = study.machine.with_errors(&study.errors);
     let total = study.grid.len();
-    let mut done = Vec::new();
-    for start in (0..total).step_by(BLOCK) {
-        let compute = || block(study, &real, start..total.min(start + BLOCK), work);
-        let (next, taken) = rayon::join(|| work.piece(&start, Vec::len, compute), || take(std::mem::take(&mut done)));
+    let size = block_size(study);
+    let mut done: Option<Vec<MapPoint>> = None;
+    for start in (0..total).step_by(size) {
+        let compute = || block(study, &real, start..total.min(start + size), work);
+        let (next, taken) =
+            rayon::join(|| work.piece(&start, Vec::len, compute), || done.take().map_or(Ok(()), &mut take));
         taken?;
-        done = next?;
+        done = Some(next?);
     }
-    take(done)
+    done.map_or(Ok(()), take)
 }
 
 /// The points with these indices; `real` is the machine with its errors.
-fn block(study: &WorkspaceMapStudy, real: &Machine, indices: Range<usize>, work: &Work) -> Vec<MapPoint> {
-    let groups: Vec<Vec<MapPoint>> = (0..indices.len().div_ceil(Batch::WIDTH))
+fn block(
+    study: &WorkspaceMapStudy,
+    real: &Machine,
+    indices: Range<usize>,
+    work: &Work,
+) -> error::Result<Vec<MapPoint>> {
+    let groups = (0..indices.len().div_ceil(Batch::WIDTH))
         .into_par_iter()
         .map_init(
             || GroupSolver {
@@ -205,13 +219,14 @@ fn block(study: &WorkspaceMapStudy, real: &Machine, indices: Range<usize>, work:
                 real: Group::new(&study.machine, real),
             },
             |solver, group| {
+                work.check()?;
                 let first = indices.start + group * Batch::WIDTH;
                 let indices = first..indices.end.min(first + Batch::WIDTH);
-                solver.solve(&indices.map(|index| study.grid.position(index)).collect::<Vec<_>>(), work)
+                Ok(solver.solve(&indices.map(|index| study.grid.position(index)).collect::<Vec<_>>(), work))
             },
         )
-        .collect();
-    groups.into_iter().flatten().collect()
+        .collect::<error::Result<Vec<Vec<MapPoint>>>>()?;
+    Ok(groups.into_iter().flatten().collect())
 }
 
 /// One machine at several points, commanded twice: without and with compensation.

@@ -5,6 +5,7 @@ mod map;
 mod output;
 
 use std::{
+    io::Write,
     path::{Path, PathBuf},
     sync::Arc,
     time::Instant,
@@ -13,10 +14,10 @@ use std::{
 use clap::Args;
 use kinetostat::{
     error::{Error, Result},
-    report::{Manifest, StatusCount, clean, prepare},
+    report::{Manifest, StatusCount, clean, counted, prepare, remove},
     study::{
         Overrides, Study, StudyKind, Work,
-        checkpoint::{Checkpoint, Origin},
+        checkpoint::{Checkpoint, Found, Origin},
     },
 };
 use serde_json::{Value, json};
@@ -57,12 +58,13 @@ pub struct RunArguments {
     #[arg(long)]
     out: Option<PathBuf>,
     /// Threads [default: all processors]
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// Go on with the run that was stopped or killed in the same folder; without one, begin
+    /// Go on with the run that was stopped or killed in the same folder; without one, begin. Studies whose results are
+    /// complete are computed again
     #[arg(long, conflicts_with = "restart")]
     resume: bool,
-    /// Begin anew although the folder holds an unfinished run that could be gone on with
+    /// Begin anew although the folder holds an unfinished run, whose pieces are lost
     #[arg(long)]
     restart: bool,
     /// Write tables and the page only
@@ -106,9 +108,15 @@ pub fn run(arguments: &RunArguments) -> Result<Ending> {
         }
         check_formats(arguments, study)?;
     }
+    let program = program()?;
+    for study in &studies {
+        let (out, origin) = (folder(arguments, study), origin(&program, study));
+        prepare(&out)?;
+        refuse_to_lose(arguments, &out, &origin)?;
+    }
     let mut ending = Ending::Complete;
     for study in &studies {
-        match run_study(arguments, study)? {
+        match run_study(arguments, study, &program)? {
             Ending::Complete => {}
             Ending::SomeUnsolved => ending = Ending::SomeUnsolved,
             Ending::Stopped => return Ok(Ending::Stopped),
@@ -139,13 +147,29 @@ fn check_formats(arguments: &RunArguments, study: &Study) -> Result<()> {
     Ok(())
 }
 
-fn run_study(arguments: &RunArguments, study: &Study) -> Result<Ending> {
+/// The folder for the results of `study`.
+fn folder(arguments: &RunArguments, study: &Study) -> PathBuf {
+    arguments.out.clone().unwrap_or_else(|| PathBuf::from("results").join(&study.name))
+}
+
+/// This program, its very build: pieces of another one are not taken over.
+fn program() -> Result<String> {
+    let fault = |file: &Path, source| Error::Read { file: file.to_path_buf(), source };
+    let file = std::env::current_exe().map_err(|source| fault(Path::new("this program"), source))?;
+    let bytes = std::fs::read(&file).map_err(|source| fault(&file, source))?;
+    Ok(format!("version {} (build {:08x})", env!("CARGO_PKG_VERSION"), crc32fast::hash(&bytes)))
+}
+
+fn origin(program: &str, study: &Study) -> Origin {
+    Origin { program: program.into(), inputs: study.inputs.clone() }
+}
+
+fn run_study(arguments: &RunArguments, study: &Study, program: &str) -> Result<Ending> {
     let threads = arguments.threads.map_or(0, usize::from);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|e| Error::Argument { argument: "--threads".into(), problem: e.to_string() })?;
-    let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from("results").join(&study.name));
-    prepare(&out)?;
-    let checkpoint = checkpoint(arguments, study, &out)?;
+    let out = folder(arguments, study);
+    let checkpoint = checkpoint(arguments, study, &out.join(STATE), &origin(program, study))?;
     clean(&out)?;
     arguments.reporting.print(&format!("{}\n\n", study.question))?;
     let (total, of) = items(study);
@@ -163,28 +187,50 @@ fn run_study(arguments: &RunArguments, study: &Study) -> Result<Ending> {
     match ended {
         Err(Error::Stopped) => run.stopped(),
         // Nothing is left to go on with once the results are written.
-        Ok(ending) => Checkpoint::remove(&out.join(STATE)).map(|()| ending),
-        Err(error) => Err(error),
+        Ok(ending) => remove(&out.join(STATE)).map(|()| ending),
+        Err(error) => {
+            if run.work.pieces() == 0 {
+                remove(&out.join(STATE))?;
+            } else {
+                log::info!("{}: what was computed is kept; --resume goes on", study.name);
+                let _ =
+                    writeln!(std::io::stderr(), "What was computed is kept; the same command with --resume goes on.");
+            }
+            run.progress.line(json!({ "event": "failed", "study": study.name, "message": error.to_string() }));
+            Err(error)
+        }
     }
 }
 
+/// What an unfinished run has computed is not replaced unless that is asked for.
+fn refuse_to_lose(arguments: &RunArguments, out: &Path, origin: &Origin) -> Result<()> {
+    if arguments.resume || arguments.restart {
+        return Ok(());
+    }
+    let file = out.join(STATE);
+    let problem = match Checkpoint::find(&file, origin)? {
+        Found::Nothing => return Ok(()),
+        Found::Same => "holds what an unfinished run has computed; --resume goes on, --restart begins anew".into(),
+        Found::Other(change) => {
+            format!("holds what an unfinished run of something else has computed ({change}); --restart begins anew")
+        }
+    };
+    Err(Error::Resume { file, problem })
+}
+
 /// The pieces of this run: those of the one before, if it is to go on.
-fn checkpoint(arguments: &RunArguments, study: &Study, out: &Path) -> Result<Checkpoint> {
-    let state = out.join(STATE);
-    let origin = Origin { version: env!("CARGO_PKG_VERSION").into(), inputs: study.inputs.clone() };
-    if !state.is_file() || arguments.restart {
-        return Checkpoint::create(&state, &origin);
+fn checkpoint(arguments: &RunArguments, study: &Study, state: &Path, origin: &Origin) -> Result<Checkpoint> {
+    if !arguments.resume || !state.is_file() {
+        return Checkpoint::create(state, origin);
     }
-    if arguments.resume {
-        let checkpoint = Checkpoint::resume(&state, &origin)?;
-        log::info!("{}: going on with {} pieces", study.name, checkpoint.len());
-        return Ok(checkpoint);
+    let checkpoint = Checkpoint::resume(state, origin)?;
+    log::info!("{}: going on with {} pieces", study.name, checkpoint.len());
+    if checkpoint.damaged() > 0 {
+        let lost = counted(checkpoint.damaged(), "damaged piece");
+        log::warn!("{}: {lost} of the unfinished run to compute again", study.name);
+        arguments.reporting.print(&format!("{lost} of the unfinished run to compute again.\n"))?;
     }
-    if Checkpoint::is_resumable(&state, &origin) {
-        let problem = "holds what an unfinished run has computed; go on with --resume or begin anew with --restart";
-        return Err(Error::Resume { file: state, problem: problem.into() });
-    }
-    Checkpoint::create(&state, &origin)
+    Ok(checkpoint)
 }
 
 /// How many items a study computes, and what they are called.
@@ -225,12 +271,10 @@ impl Run<'_> {
     }
 
     fn stopped(&self) -> Result<Ending> {
-        let (done, total) = (self.progress.end(), items(self.study).0);
-        let name = &self.study.name;
-        log::info!("{name}: stopped after {done} of {total}");
-        self.progress.line(json!({ "event": "stopped", "study": name, "done": done, "total": total }));
-        let of = items(self.study).1;
-        let text = format!("{name}: stopped after {done} of {total} {of}. The same command with --resume goes on.\n");
+        let (name, done) = (&self.study.name, self.progress.end());
+        log::info!("{name}: stopped after {done}");
+        self.progress.line(json!({ "event": "stopped", "study": name }));
+        let text = format!("{name}: stopped after {done}. The same command with --resume goes on.\n");
         self.arguments.reporting.print(&text)?;
         Ok(Ending::Stopped)
     }

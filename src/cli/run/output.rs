@@ -1,6 +1,6 @@
 //! What every run leaves: tables, figures, page and manifest, and the words on the screen.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use kinetostat::{
     error::{Error, Result},
@@ -9,7 +9,7 @@ use kinetostat::{
         exchange::{self, Image, Table},
         figures::{Colours, Figure, FigureError},
         page::{self, Description, MACHINE_AT_HOME, ResultFolder},
-        remove, write_all,
+        publish, remove, staging, write_all,
     },
     study::deflected_pose::DeflectedPose,
 };
@@ -55,20 +55,18 @@ impl Output<'_> {
         }
         files.push(OutputFile::new("summary.json", format!("{:#}\n", self.summary)));
         files.extend(drawn(std::mem::take(&mut self.figures), arguments.colours.into())?);
-        let former = Manifest::files_in(out);
         self.manifest.files = files.iter().map(|file| file.name.clone()).collect();
         self.manifest.files.extend(has_page.then(|| PAGE.to_string()));
+        // Everything is made before the first file takes the place of another.
+        let made = staging(out)?;
         files.push(OutputFile::new(Manifest::FILE, self.manifest.to_json()));
-        let mut written = write_all(out, files)?;
-        // What the run before left here would be taken for results of this one.
-        for name in former.iter().filter(|name| !self.manifest.files.contains(name)) {
-            remove(&out.join(name))?;
-        }
+        write_all(made.path(), files)?;
         // The page is made from what has been written, as `kinetostat report` makes it again.
         if has_page {
-            let page = page::page(&ResultFolder::open(out)?, &out.join(PAGE))?;
-            written.extend(write_all(out, vec![OutputFile::new(PAGE, page)])?);
+            let page = page::page(&ResultFolder::open(made.path())?, &made.path().join(PAGE))?;
+            write_all(made.path(), vec![OutputFile::new(PAGE, page)])?;
         }
+        let written = self.publish(made.path())?;
         let mut closing = format!("{}\n", self.closing);
         closing += &format!("{} in {:.1} s. Written to {}:\n", study.name, self.manifest.wall_time_s, out.display());
         for path in &written {
@@ -83,6 +81,20 @@ impl Output<'_> {
         let complete =
             self.manifest.statuses.iter().all(|count| matches!(count.status.as_str(), "solved" | "converged"));
         Ok(if complete { Ending::Complete } else { Ending::SomeUnsolved })
+    }
+
+    /// Moves all files from the folder `made` into the result folder, and removes what the run before left there, which
+    /// would be taken for results of this one.
+    fn publish(&self, made: &Path) -> Result<Vec<PathBuf>> {
+        let (out, files) = (self.run.out, &self.manifest.files);
+        let former: Vec<String> = Manifest::files_in(out).into_iter().filter(|name| !files.contains(name)).collect();
+        // If this is cut short, a later run finds here what there is to remove.
+        let both = Manifest { files: [files.as_slice(), &former].concat(), ..self.manifest.clone() };
+        write_all(out, vec![OutputFile::new(Manifest::FILE, both.to_json())])?;
+        let mut written = files.iter().map(|name| publish(made, out, name)).collect::<Result<Vec<_>>>()?;
+        former.iter().try_for_each(|name| remove(&out.join(name)))?;
+        written.push(publish(made, out, Manifest::FILE)?);
+        Ok(written)
     }
 
     /// The end of the run for the log and for programs that watch.

@@ -223,12 +223,12 @@ impl<'a> Evaluator<'a> {
 
     /// As [`Evaluator::evaluate`], as a piece of `work`; stopped work cannot be cut anywhere.
     pub(super) fn kept(&self, work: &Work, site: &Site) -> Result<Evaluation, Failure> {
-        work.part("evaluate").piece(&site.0, |_| 0, || self.evaluate(site)).unwrap_or_else(stopped)
+        work.part("evaluate").piece(&site.0, |_| 0, || Ok(self.evaluate(site))).unwrap_or_else(stopped)
     }
 
     /// As [`Evaluator::examine`], as a piece of `work`; stopped work cannot be cut anywhere.
     pub(super) fn examine_kept(&self, work: &Work, site: &Site) -> Result<Evaluation, Failure> {
-        work.part("examine").piece(&site.0, |_| 0, || self.examine(site)).unwrap_or_else(stopped)
+        work.part("examine").piece(&site.0, |_| 0, || Ok(self.examine(site))).unwrap_or_else(stopped)
     }
 
     /// As [`Evaluator::evaluate`], but looks first whether all points are in reach, so that the first one that is not is

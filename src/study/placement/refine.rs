@@ -166,7 +166,9 @@ impl Cost<'_> {
         history: &Arc<Mutex<Vec<f64>>>,
     ) -> Option<(Site, f64)> {
         let solver = NelderMead::new(self.simplex(&start.0, size)).with_sd_tolerance(tolerance);
-        let observer = Progress { history: Arc::clone(history), best: start.1, work: self.search.work.clone() };
+        let is_told = *self.search.objective == self.search.study.objective;
+        let observer =
+            Progress { history: Arc::clone(history), best: start.1, work: self.search.work.clone(), is_told };
         let result = Executor::new(self, solver.ok()?)
             .configure(|state| state.max_iters(iterations as u64))
             .add_observer(observer, ObserverMode::Always)
@@ -183,9 +185,7 @@ impl CostFunction for &Cost<'_> {
     type Output = f64;
 
     fn cost(&self, u: &Self::Param) -> Result<f64, Error> {
-        let value = self.value(&self.site(u));
-        self.search.work.check()?;
-        Ok(value)
+        Ok(self.value(&self.site(u)))
     }
 }
 
@@ -195,6 +195,8 @@ struct Progress {
     /// Best value so far, the searches before included.
     best: f64,
     work: Work,
+    /// Whether the best value is one of the study's objective.
+    is_told: bool,
 }
 
 impl Observe<IterState<Vec<f64>, (), (), (), (), f64>> for Progress {
@@ -203,7 +205,11 @@ impl Observe<IterState<Vec<f64>, (), (), (), (), f64>> for Progress {
         if let Ok(mut history) = self.history.lock() {
             history.push(self.best);
         }
-        self.work.tell(Event::Best(self.best));
+        // Not the cost, whose errors the solver unwraps; to it stopped work looks infeasible everywhere.
+        self.work.check()?;
+        if self.is_told {
+            self.work.tell(Event::Best(self.best));
+        }
         Ok(())
     }
 }

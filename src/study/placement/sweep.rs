@@ -113,8 +113,11 @@ fn each(states: &mut [State], work: &Work, step: impl Fn(&mut State) + Sync) -> 
                 |after: &Vec<State>| count(after) - before,
                 || {
                     let mut states = states.to_vec();
-                    states.iter_mut().for_each(&step);
-                    states
+                    for state in &mut states {
+                        work.check()?;
+                        step(state);
+                    }
+                    Ok(states)
                 },
             )?;
             states.clone_from_slice(&after);
@@ -169,7 +172,7 @@ fn complete_best(
         let completed = || {
             let mut state = state.clone();
             complete(evaluator, &mut state, work);
-            state
+            Ok(state)
         };
         *state = work.piece(&index, |_| 1, completed)?;
         Ok(())

@@ -179,7 +179,7 @@ pub fn run(study: &SuperpositionStudy, work: &Work) -> error::Result<Superpositi
             || {
                 let point = map_point(study, &real, study.grid.position(index));
                 map.tell(Event::Computed(1));
-                point
+                Ok(point)
             },
         )
     });
@@ -192,7 +192,7 @@ pub fn run(study: &SuperpositionStudy, work: &Work) -> error::Result<Superpositi
             || {
                 let result = location_result(study, location);
                 named.tell(Event::Computed(1));
-                result
+                Ok(result)
             },
         )
     });
