@@ -103,14 +103,14 @@ pub fn block_difference(got: &Matrix6<f64>, expected: &Matrix6<f64>) -> f64 {
     pairs.into_iter().fold(0.0, |most, (i, j)| most.max(block(&(got - expected), i, j) / (size(i) * size(j))))
 }
 
-/// Random inputs, the same in every run; multiplied by the environment variable `INVARIANT_CASES` to search longer.
+/// Random inputs, the same in every run; multiplied by the environment variable `INVARIANT_CASES` to search longer, drawn
+/// from the seed `PROPTEST_RNG_SEED` if there is one.
 pub fn cases(count: u32) -> ProptestConfig {
     let factor = std::env::var("INVARIANT_CASES").ok().and_then(|text| text.parse().ok());
-    let seed = if factor.is_some() { RngSeed::Random } else { RngSeed::Fixed(1) };
-    ProptestConfig {
-        cases: count * factor.unwrap_or(1),
-        failure_persistence: None,
-        rng_seed: seed,
-        ..ProptestConfig::default()
-    }
+    let given = ProptestConfig::default();
+    let rng_seed = match given.rng_seed {
+        RngSeed::Random if factor.is_none() => RngSeed::Fixed(1),
+        seed => seed,
+    };
+    ProptestConfig { cases: count * factor.unwrap_or(1), failure_persistence: None, rng_seed, ..given }
 }
