@@ -2,14 +2,12 @@
 
 use crate::{
     machine::Machine,
-    report::figures::{Mark2, SlicePanel},
+    report::{
+        figures::{Mark2, SlicePanel},
+        words::typographic,
+    },
     study::workspace_map::Grid,
 };
-
-/// With minus signs instead of hyphens, as on the axes.
-pub fn typographic(text: &str) -> String {
-    text.replace('-', "\u{2212}")
-}
 
 /// Grid planes nearest to the heights asked for, without repetition.
 fn planes(grid: &Grid, slices_z: &[f64]) -> Vec<usize> {

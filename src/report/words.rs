@@ -1,6 +1,9 @@
 //! Counts and numbers as sentences show them.
 
-use super::grid_slices::typographic;
+/// With minus signs instead of hyphens, as on the axes.
+pub fn typographic(text: &str) -> String {
+    text.replace('-', "\u{2212}")
+}
 
 /// "1 point", "2 points".
 pub fn counted(count: usize, noun: &str) -> String {

@@ -8,7 +8,7 @@ use crate::{
     report::{
         amplification::amplification,
         figures::{Figure, PoseFigure},
-        grid_slices::typographic,
+        words::typographic,
     },
     study::deflected_pose::DeflectedPose,
 };
@@ -83,11 +83,10 @@ impl MachineDescription {
         let [x, y, z]: [f64; 3] = bent.force_n.into();
         Figure::Pose(PoseFigure {
             title: format!("How the machine bends {}", bent.place),
-            subtitle: format!(
+            subtitle: typographic(&format!(
                 "{}, force on the tool ({x:.0}, {y:.0}, {z:.0}) N, tool displacement {size:.3} mm",
                 self.name
-            )
-            .replace('-', "\u{2212}"),
+            )),
             pose: bent.commanded.clone(),
             displaced: Some(amplified(&bent.commanded, &bent.settled, factor)),
             rails: self.rails.clone(),

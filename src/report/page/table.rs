@@ -6,7 +6,10 @@ use csv::StringRecord;
 use serde::Serialize;
 
 use super::description::TableNote;
-use crate::error::{Error, Result};
+use crate::{
+    error::{Error, Result},
+    report::words::typographic,
+};
 
 /// Most rows of a table on a page.
 const MOST_ROWS: usize = 60;
@@ -163,7 +166,7 @@ pub(super) fn number(value: f64) -> String {
         return "–".into();
     }
     if value == value.trunc() && value.abs() < 1e9 {
-        return format!("{value:.0}").replace("-0", "0").replace('-', "\u{2212}");
+        return typographic(&format!("{value:.0}").replace("-0", "0"));
     }
     let exponent = value.abs().log10().floor();
     let text = if (-4.0..9.0).contains(&exponent) {
@@ -171,7 +174,7 @@ pub(super) fn number(value: f64) -> String {
     } else {
         format!("{value:.3e}")
     };
-    text.replace('-', "\u{2212}")
+    typographic(&text)
 }
 
 #[cfg(test)]

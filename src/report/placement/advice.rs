@@ -2,7 +2,7 @@
 
 use super::{summary::at, tables::is_found};
 use crate::{
-    report::{grid_slices::typographic, words::counted},
+    report::{words::counted, words::typographic},
     study::placement::{
         Agreement, Best, COORDINATES, End, Entry, Evaluation, Metric, PlacementResults, Room, is_angle,
     },

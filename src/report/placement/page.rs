@@ -7,6 +7,7 @@ use crate::{
             error_facts, target_words,
         },
         words::counted,
+        words::typographic,
     },
     study::placement::{COORDINATES, Entry, FeatureJob, Found, Metric, PlacementResults, PlacementStudy, UNITS},
 };
@@ -31,7 +32,7 @@ pub fn page(results: &PlacementResults) -> Description {
 }
 
 fn corner(p: nalgebra::Vector3<f64>) -> String {
-    format!("({}, {}, {})", p.x, p.y, p.z).replace('-', "\u{2212}")
+    typographic(&format!("({}, {}, {})", p.x, p.y, p.z))
 }
 
 fn setting(study: &PlacementStudy) -> Vec<Fact> {
@@ -44,7 +45,7 @@ fn setting(study: &PlacementStudy) -> Vec<Fact> {
         let (low, high) = (shown(study.bounds.low[i]), shown(study.bounds.high[i]));
         let unit = if UNITS[i] == "deg" { "°" } else { " mm" };
         let value = if low == high { format!("fixed at {low}{unit}") } else { format!("{low} to {high}{unit}") };
-        facts.push(Fact::new(*name, value.replace('-', "\u{2212}")));
+        facts.push(Fact::new(*name, typographic(&value)));
     }
     let is_alike = study.features.windows(2).all(|pair| pair[0].errors == pair[1].errors);
     for (index, job) in study.features.iter().enumerate() {

@@ -9,6 +9,7 @@ use crate::{
             CurvePanel, Figure, LineFigure, LineSeries, Mark2, PanelCurve, PanelFigure, SliceFigure, SlicePanel,
         },
         file_stem,
+        words::typographic,
     },
     study::placement::{COORDINATES, Metric, Metrics, PlacementResults, Site, Trace},
 };
@@ -91,7 +92,7 @@ fn plane_title(results: &PlacementResults, plane: &[usize; 6]) -> String {
     if axes[2].len() > 1 || parts.is_empty() {
         parts.insert(0, format!("z = {:.1} mm", axes[2][plane[2]]));
     }
-    parts.join(", ").replace('-', "\u{2212}")
+    typographic(&parts.join(", "))
 }
 
 fn map(results: &PlacementResults, quantity: &str, value: &dyn Fn(&Metrics) -> Option<f64>) -> SliceFigure {

@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 use super::advice::recommendation;
 use crate::{
     report::{
-        grid_slices::typographic,
+        words::typographic,
         words::{counted, position},
     },
     study::placement::{

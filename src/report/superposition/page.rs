@@ -1,9 +1,12 @@
 //! What the page of a superposition study shows.
 
 use crate::{
-    report::page::{
-        Better, Column, Description, Explorer, Fact, Group, GroupValue, MachineDescription, Mark, Quantity, Shape,
-        TableNote, error_facts,
+    report::{
+        page::{
+            Better, Column, Description, Explorer, Fact, Group, GroupValue, MachineDescription, Mark, Quantity, Shape,
+            TableNote, error_facts,
+        },
+        words::typographic,
     },
     study::superposition::{Superposition, SuperpositionStudy},
 };
@@ -35,7 +38,7 @@ fn setting(study: &SuperpositionStudy) -> Vec<Fact> {
     let locations: Vec<&str> = study.locations.iter().map(|location| location.name.as_str()).collect();
     let mut facts = vec![
         Fact::new("machine", study.machine.title.clone()),
-        Fact::new("cutting force", forces.replace('-', "\u{2212}")),
+        Fact::new("cutting force", typographic(&forces)),
         Fact::new("tool angles", format!("{} over a turn; the worst counts", study.phis.len())),
         Fact::new("grid", format!("{nx} × {ny} × {nz} positions of P")),
         Fact::new("locations", locations.join(", ")),

@@ -5,8 +5,8 @@ use crate::{
     process::MillingForce,
     report::{
         figures::{Figure, LineFigure, LineSeries, SliceFigure},
-        grid_slices::{panels, typographic},
-        words::counted,
+        grid_slices::panels,
+        words::{counted, typographic},
     },
     study::superposition::{
         LocationResult, MapPoint, Scaled, Superposition, SuperpositionStudy,

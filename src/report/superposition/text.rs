@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     report::{
-        grid_slices::typographic,
+        words::typographic,
         words::{counted, millimetres, position},
     },
     study::superposition::{

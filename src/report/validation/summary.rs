@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use super::tables::{ratio, reason, relation_word};
 use crate::{
-    report::grid_slices::typographic,
+    report::words::typographic,
     study::validation::{Compared, Quoted, ValidationResults, ValidationStudy},
 };
 

@@ -8,6 +8,7 @@ use crate::{
             TableNote, drive_quantities, error_facts, target_words,
         },
         table::{correction_columns, force_columns, force_unit, position_unit},
+        words::typographic,
     },
     study::{Source, workspace_map::WorkspaceMapStudy},
 };
@@ -33,7 +34,7 @@ fn setting(study: &WorkspaceMapStudy) -> Vec<Fact> {
             [one] => format!("{} mm", shown(*one)),
             several => format!("{} to {} mm", shown(several[0]), shown(several[several.len() - 1])),
         };
-        words.replace('-', "\u{2212}")
+        typographic(&words)
     };
     let force = &study.force;
     let law = match force.law {
@@ -43,7 +44,7 @@ fn setting(study: &WorkspaceMapStudy) -> Vec<Fact> {
     let forces = format!("{} N radial, {} N tangential, {} N axial", force.radial, force.tangential, force.axial);
     let mut facts = vec![
         Fact::new("machine", study.machine.title.clone()),
-        Fact::new("cutting force", format!("{}; {law}", forces.replace('-', "\u{2212}"))),
+        Fact::new("cutting force", format!("{}; {law}", typographic(&forces))),
         Fact::new("tool angles", format!("{} over a turn; the worst counts", study.phis.len())),
         Fact::new("grid", format!("{nx} × {ny} × {nz} positions of P, x {}, y {}, z {}", span(0), span(1), span(2))),
         Fact::new("put right by compensation", target_words(study.target)),

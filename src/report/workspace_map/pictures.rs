@@ -5,9 +5,9 @@ use crate::{
     process::MillingForce,
     report::{
         figures::{Figure, Mark3, SliceFigure, VolumeFigure},
-        grid_slices::{drawn, drawn_nodes, panels, typographic},
+        grid_slices::{drawn, drawn_nodes, panels},
         table::{largest_position, position_unit},
-        words::counted,
+        words::{counted, typographic},
     },
     study::{
         Source,
