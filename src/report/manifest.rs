@@ -3,7 +3,6 @@
 use std::{ffi::OsStr, path::Path};
 
 use serde::Serialize;
-use sha2::{Digest, Sha256};
 
 /// Number of table rows with one status.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -62,11 +61,6 @@ impl Manifest {
         let files = manifest["files"].as_array().into_iter().flatten().filter_map(serde_json::Value::as_str);
         // Only names: never a file elsewhere.
         files.filter(|name| Path::new(name).file_name() == Some(OsStr::new(name))).map(String::from).collect()
-    }
-
-    /// SHA-256 of `text`, hexadecimal.
-    pub fn hash(text: &str) -> String {
-        Sha256::digest(text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
     }
 
     /// Rows per status, in order of first appearance.

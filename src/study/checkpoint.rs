@@ -100,7 +100,8 @@ impl Checkpoint {
             let problem = format!("belongs to another run: {change}; --restart begins anew");
             return Err(Error::Resume { file: checkpoint.path, problem });
         }
-        checkpoint.file.set_len(contents.end).map_err(fault)?;
+        let cut = checkpoint.file.set_len(contents.end);
+        cut.map_err(|source| Error::Write { file: path.to_path_buf(), source })?;
         (checkpoint.places, checkpoint.end, checkpoint.damaged) = (contents.places, contents.end, contents.damaged);
         Ok(checkpoint)
     }

@@ -18,7 +18,7 @@ use crate::cli::Ending;
 
 pub fn run(run: &Run<'_>, study: &WorkspaceMapStudy) -> Result<Ending> {
     let machine = &study.machine;
-    let formats: Vec<Format> = run.arguments.format.iter().map(|format| (*format).into()).collect();
+    let formats = run.formats();
     let columns = report::table(machine, &[]);
     let mut table = StreamedTable::new(run.out, "map", columns.columns(), &formats)?;
     let (mut summary, mut pictures) = (Summary::default(), Pictures::new(study));

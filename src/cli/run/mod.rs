@@ -14,10 +14,11 @@ use std::{
 use clap::Args;
 use kinetostat::{
     error::{Error, Result},
-    report::{Manifest, StatusCount, clean, counted, prepare, remove},
+    report::{Manifest, StatusCount, clean, counted, exchange, prepare, remove},
     study::{
         Overrides, Study, StudyKind, Work,
         checkpoint::{Checkpoint, Found, Origin},
+        path_study, validation,
     },
 };
 use serde_json::{Value, json};
@@ -109,14 +110,16 @@ pub fn run(arguments: &RunArguments) -> Result<Ending> {
         check_formats(arguments, study)?;
     }
     let program = program()?;
-    for study in &studies {
-        let (out, origin) = (folder(arguments, study), origin(&program, study));
+    let origin = |study: &Study| Origin { program: program.clone(), inputs: study.inputs.clone() };
+    let studies: Vec<(Origin, Study)> = studies.into_iter().map(|study| (origin(&study), study)).collect();
+    for (origin, study) in &studies {
+        let out = folder(arguments, study);
         prepare(&out)?;
-        refuse_to_lose(arguments, &out, &origin)?;
+        refuse_to_lose(arguments, &out, origin)?;
     }
     let mut ending = Ending::Complete;
-    for study in &studies {
-        match run_study(arguments, study, &program)? {
+    for (origin, study) in &studies {
+        match run_study(arguments, study, origin)? {
             Ending::Complete => {}
             Ending::SomeUnsolved => ending = Ending::SomeUnsolved,
             Ending::Stopped => return Ok(Ending::Stopped),
@@ -160,16 +163,12 @@ fn program() -> Result<String> {
     Ok(format!("version {} (build {:08x})", env!("CARGO_PKG_VERSION"), crc32fast::hash(&bytes)))
 }
 
-fn origin(program: &str, study: &Study) -> Origin {
-    Origin { program: program.into(), inputs: study.inputs.clone() }
-}
-
-fn run_study(arguments: &RunArguments, study: &Study, program: &str) -> Result<Ending> {
+fn run_study(arguments: &RunArguments, study: &Study, origin: &Origin) -> Result<Ending> {
     let threads = arguments.threads.map_or(0, usize::from);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|e| Error::Argument { argument: "--threads".into(), problem: e.to_string() })?;
     let out = folder(arguments, study);
-    let checkpoint = checkpoint(arguments, study, &out.join(STATE), &origin(program, study))?;
+    let checkpoint = checkpoint(arguments, study, &out.join(STATE), origin)?;
     clean(&out)?;
     arguments.reporting.print(&format!("{}\n\n", study.question))?;
     let (total, of) = items(study);
@@ -189,6 +188,7 @@ fn run_study(arguments: &RunArguments, study: &Study, program: &str) -> Result<E
         // Nothing is left to go on with once the results are written.
         Ok(ending) => remove(&out.join(STATE)).map(|()| ending),
         Err(error) => {
+            run.progress.end();
             if run.work.pieces() == 0 {
                 remove(&out.join(STATE))?;
             } else {
@@ -237,10 +237,10 @@ fn checkpoint(arguments: &RunArguments, study: &Study, state: &Path, origin: &Or
 fn items(study: &Study) -> (usize, &'static str) {
     match &study.kind {
         StudyKind::WorkspaceMap(map) => (map.grid.len(), "points"),
-        StudyKind::Path(path) => (path.stations.len() * kinetostat::study::path_study::passes(path), "points"),
+        StudyKind::Path(path) => (path.stations.len() * path_study::passes(path), "points"),
         StudyKind::Placement(placement) => (placement.grid.len(), "places"),
         StudyKind::Superposition(study) => (study.grid.len() + study.locations.len(), "points"),
-        StudyKind::Validation(validation) => (kinetostat::study::validation::work(validation), "points"),
+        StudyKind::Validation(validation) => (validation::work(validation), "points"),
     }
 }
 
@@ -255,6 +255,10 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
+    fn formats(&self) -> Vec<exchange::Format> {
+        self.arguments.format.iter().map(|format| (*format).into()).collect()
+    }
+
     fn manifest(&self, settings: Value, statuses: Vec<StatusCount>) -> Manifest {
         Manifest {
             program: env!("CARGO_PKG_NAME"),

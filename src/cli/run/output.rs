@@ -45,7 +45,7 @@ impl Output<'_> {
         self.tables
             .extend(self.figures.iter().filter_map(|(name, figure)| Some((format!("{name}_data"), figure.data()?))));
         self.draw_machine();
-        let formats: Vec<exchange::Format> = arguments.format.iter().map(|format| (*format).into()).collect();
+        let formats = self.run.formats();
         // Pages show CSV tables.
         let has_page = formats.contains(&exchange::Format::Csv);
         let (mut files, described) = std::mem::take(&mut self.streamed);
