@@ -156,6 +156,11 @@ impl<'a> Session<'a> {
         Ok((self.task_error(demand), outcome))
     }
 
+    /// The result where `demand` is not even asked of the machine: it cannot be met.
+    pub fn refuse(&self, demand: &Demand, unreachable: Unreachable) -> Compensation {
+        self.conclude(demand, Err(Status::Unreachable(unreachable)), Vec::new())
+    }
+
     /// The result at the present command and equilibrium.
     pub(super) fn conclude(&self, demand: &Demand, ending: Ending, history: Vec<f64>) -> Compensation {
         let offset = demand.offset(self.nominal);

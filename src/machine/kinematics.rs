@@ -10,7 +10,7 @@ use std::{borrow::Cow, f64::consts::TAU};
 use nalgebra::{DMatrix, DVector, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::{Chain, Coordinate, Machine, Motion, MoveScrew};
+use super::{Chain, Coordinate, Machine, Motion, MoveScrew, task_space::shown};
 use crate::spatial::{Pose, rotation_exp, rotation_log};
 
 /// A rigid configuration of the machine.
@@ -38,6 +38,21 @@ pub enum Unreachable {
     /// The chains close there, but the way from home leads through a singularity or to another assembly mode.
     #[error("only on another assembly mode than home, or beyond a singularity")]
     OtherMode,
+    /// A coordinate is asked for that the drives do not control, and the machine is elsewhere in it.
+    #[error(
+        "{axis}: asked {asked} mm, the machine stays at {stands} mm: difference {} mm; it controls {controls}",
+        shown(.asked - .stands)
+    )]
+    Uncontrolled {
+        /// The coordinate: x, y or z of P.
+        axis: Cow<'static, str>,
+        /// What is asked for, mm.
+        asked: f64,
+        /// Where P stands, mm.
+        stands: f64,
+        /// The coordinates that are controlled.
+        controls: String,
+    },
     /// A drive would leave its travel.
     #[error("drive {drive} of chain {chain} at {value:.3} {unit}, travel {low:.3} to {high:.3} {unit}")]
     Travel {

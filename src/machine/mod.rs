@@ -14,6 +14,7 @@ mod resolve;
 mod section;
 mod skeleton;
 pub mod spec;
+mod task_space;
 
 use std::path::Path;
 
@@ -25,6 +26,7 @@ pub use kinematics::{Configuration, Unreachable};
 pub use mobility::Mobility;
 pub use section::{Material, Section, beam_stiffness, parallelogram_terms};
 pub use skeleton::{ChainSkeleton, JointMark, Polyline, Skeleton};
+pub use task_space::{OutsideWorkspace, UncontrolledDifference};
 
 use crate::{
     error::{Error, Result},

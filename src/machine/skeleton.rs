@@ -90,7 +90,7 @@ impl Machine {
         let (low, high) = (self.workspace.min, self.workspace.max);
         let corner = |k: usize| Vector3::from_fn(|axis, _| if k >> axis & 1 == 1 { high[axis] } else { low[axis] });
         let places = (0..8).map(corner).chain(self.points.iter().map(|point| point.position));
-        let reached = places.filter_map(|place| self.inverse_kinematics(&self.pose_at(place)).ok());
+        let reached = places.filter_map(|place| self.command(place).ok());
         let mut ranges: Vec<[f64; 2]> = self.home.drives.iter().map(|rho| [*rho; 2]).collect();
         for at in reached {
             for (range, rho) in ranges.iter_mut().zip(&at.drives) {

@@ -34,7 +34,8 @@ pub fn of_map(study: &WorkspaceMapStudy) -> Option<DeflectedPose> {
     }
     let mut worst: Option<DeflectedPose> = None;
     for (name, position) in places {
-        let pose = machine.pose_at(position);
+        let Ok(at) = machine.command(position) else { continue };
+        let pose = at.pose;
         for &phi in &study.phis {
             let load = study.force.wrench(phi, pose.rotation * machine.tool_tip);
             let demand = Demand { pose, load, target: study.target };

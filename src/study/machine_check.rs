@@ -78,7 +78,7 @@ fn places(machine: &Machine) -> (Vec<Place>, (f64, f64)) {
     }
     let mut worst: (f64, f64) = (0.0, 0.0);
     let visit = |(name, position): (String, Vector3<f64>)| {
-        let reached = match machine.inverse_kinematics(&machine.pose_at(position)) {
+        let reached = match machine.command(position) {
             Err(unreachable) => Err(unreachable.to_string()),
             Ok(at) => match machine.forward_kinematics(&at.drives) {
                 Err(unreachable) => Err(format!("forward kinematics fails: {unreachable}")),

@@ -146,10 +146,12 @@ fn block<E>(
             .nominal
             .inverse_kinematics_from(&near, &demand.pose)
             .or_else(|_| case.nominal.inverse_kinematics(&demand.pose));
-        let compensation = match commands {
-            Commands::Method(method) => compensate(&mut session, demand, *method),
-            Commands::Program(poses) => simulate(&mut session, demand, &poses[i]),
-            Commands::Drives(drives) => simulate_drives(&mut session, demand, &drives[i]),
+        let asked = nominal.as_ref().map_or(Ok(()), |at| case.nominal.check_asked(demand.pose.translation, at));
+        let compensation = match (asked, commands) {
+            (Err(unreachable), _) => session.refuse(demand, unreachable),
+            (Ok(()), Commands::Method(method)) => compensate(&mut session, demand, *method),
+            (Ok(()), Commands::Program(poses)) => simulate(&mut session, demand, &poses[i]),
+            (Ok(()), Commands::Drives(drives)) => simulate_drives(&mut session, demand, &drives[i]),
         };
         let nominal_drives = nominal.as_ref().map(|at| at.drives.clone()).unwrap_or_default();
         if let Ok(at) = nominal {

@@ -67,7 +67,7 @@ pub struct PointAnswer {
 pub fn solve(question: &PointQuestion) -> Result<PointAnswer, Unreachable> {
     let machine = &question.machine;
     let real = machine.with_errors(&question.errors);
-    let nominal = machine.inverse_kinematics(&machine.pose_at(question.position))?;
+    let nominal = machine.command(question.position)?;
     let wrench = match question.load {
         PointLoad::Milling(force, phi) => force.wrench(phi, nominal.pose.rotation * machine.tool_tip),
         PointLoad::Wrench(wrench) => wrench,

@@ -269,8 +269,7 @@ struct GroupSolver<'a> {
 impl GroupSolver<'_> {
     fn solve(&mut self, positions: &[Vector3<f64>], work: &Work) -> Vec<MapPoint> {
         let machine = &self.study.machine;
-        let reach = |position: &Vector3<f64>| machine.inverse_kinematics(&machine.pose_at(*position));
-        let reached: Vec<_> = positions.iter().map(reach).collect();
+        let reached: Vec<_> = positions.iter().map(|position| machine.command(*position)).collect();
         let configurations: Vec<&Configuration> = reached.iter().flatten().collect();
         let phis: Vec<Option<f64>> = self.study.phis.iter().copied().map(Some).collect();
         for group in [&mut self.nominal, &mut self.real] {

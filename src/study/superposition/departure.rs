@@ -179,7 +179,7 @@ impl<'a> Case<'a> {
     /// P of the nominal machine commanded to `position` mm.
     pub fn new(study: &'a SuperpositionStudy, position: Vector3<f64>) -> Result<Self, Failure> {
         let machine = &study.machine;
-        let at = machine.inverse_kinematics(&machine.pose_at(position))?;
+        let at = machine.command(position)?;
         let mut nominal = Rig::rigid(machine, &at);
         nominal.settle(&Wrench::zero())?;
         let rest = nominal.state.pose;

@@ -1,0 +1,119 @@
+//! What of a place the machine can be asked for: the translations its drives control, and its workspace box.
+
+use std::fmt;
+
+use nalgebra::Vector3;
+
+use super::{Configuration, Coordinate, Machine, Unreachable};
+
+/// Names of the axes of O.
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// A difference below this share of the machine's reach is none: machine files are written with so many digits.
+const SAME_PLACE: f64 = 1e-6;
+
+/// A position between the corners of the workspace box but for rounding, as a share of the machine's reach.
+const ROUNDING: f64 = 1e-9;
+
+impl Coordinate {
+    /// Its name in machine files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Coordinate::Translation(axis) => AXES[axis],
+            Coordinate::Rotation(axis) => ["rotation_x", "rotation_y", "rotation_z"][axis],
+        }
+    }
+}
+
+/// A position that is asked for in a coordinate the drives do not control.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UncontrolledDifference {
+    /// Index of the axis of O.
+    pub axis: usize,
+    /// What is asked for, mm.
+    pub asked: f64,
+    /// Where the machine stands, mm.
+    pub stands: f64,
+}
+
+/// A position outside the machine's workspace box.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OutsideWorkspace {
+    /// Index of the axis of O along which it is farthest outside.
+    pub axis: usize,
+    /// The position along it, mm.
+    pub value: f64,
+    /// Ends of the box along it, mm.
+    pub ends: [f64; 2],
+}
+
+/// A length without the rounding of how it was computed.
+pub(super) fn shown(length: f64) -> f64 {
+    (length * 1e6).round() / 1e6
+}
+
+impl fmt::Display for OutsideWorkspace {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (axis, [low, high]) = (AXES[self.axis], self.ends);
+        write!(f, "{axis} = {} mm is outside the machine's workspace box, {low} to {high} mm", shown(self.value))
+    }
+}
+
+impl Machine {
+    /// Whether the drives control the translation of P along this axis of O.
+    pub fn controls_translation(&self, axis: usize) -> bool {
+        self.controls.contains(&Coordinate::Translation(axis))
+    }
+
+    /// `asked` (P in O, mm) with the coordinates that the drives do not control put where they stand at home.
+    pub fn as_controlled(&self, asked: Vector3<f64>) -> Vector3<f64> {
+        let home = self.home.pose.translation;
+        Vector3::from_fn(|axis, _| if self.controls_translation(axis) { asked[axis] } else { home[axis] })
+    }
+
+    /// The uncontrolled coordinate in which `asked` differs most from where P stands (both in O, mm), if it differs.
+    pub fn uncontrolled_difference(&self, asked: Vector3<f64>, stands: Vector3<f64>) -> Option<UncontrolledDifference> {
+        let differences = (0..3).filter(|&axis| !self.controls_translation(axis)).map(|axis| UncontrolledDifference {
+            axis,
+            asked: asked[axis],
+            stands: stands[axis],
+        });
+        let size = |d: &UncontrolledDifference| (d.asked - d.stands).abs();
+        differences.filter(|d| size(d) > SAME_PLACE * self.reach).max_by(|a, b| size(a).total_cmp(&size(b)))
+    }
+
+    /// Refuses `asked` (P in O, mm) where the machine at `at`, which stands there as far as its drives control, is
+    /// elsewhere in a coordinate that they do not control.
+    ///
+    /// # Errors
+    /// [`Unreachable::Uncontrolled`], which names the coordinate and the difference.
+    pub fn check_asked(&self, asked: Vector3<f64>, at: &Configuration) -> Result<(), Unreachable> {
+        let Some(difference) = self.uncontrolled_difference(asked, at.pose.translation) else { return Ok(()) };
+        Err(Unreachable::Uncontrolled {
+            axis: AXES[difference.axis].into(),
+            asked: shown(difference.asked),
+            stands: shown(difference.stands),
+            controls: self.controls.iter().map(|c| c.name()).collect::<Vec<_>>().join(", "),
+        })
+    }
+
+    /// Inverse kinematics of P at `position` mm, the platform oriented as at home as far as the drives control that.
+    ///
+    /// # Errors
+    /// As [`Machine::inverse_kinematics`], and [`Machine::check_asked`]: a coordinate that is not controlled may be asked
+    /// for only where it stands.
+    pub fn command(&self, position: Vector3<f64>) -> Result<Configuration, Unreachable> {
+        let at = self.inverse_kinematics(&self.pose_at(position))?;
+        self.check_asked(position, &at)?;
+        Ok(at)
+    }
+
+    /// How `position` of P (O, mm) is outside the machine's workspace box; `None` inside.
+    pub fn outside_workspace(&self, position: Vector3<f64>) -> Option<OutsideWorkspace> {
+        let (min, max) = (self.workspace.min, self.workspace.max);
+        let excess = |axis: usize| (min[axis] - position[axis]).max(position[axis] - max[axis]);
+        let axis = (0..3).max_by(|&a, &b| excess(a).total_cmp(&excess(b)))?;
+        let is_outside = excess(axis) > ROUNDING * self.reach;
+        is_outside.then(|| OutsideWorkspace { axis, value: position[axis], ends: [min[axis], max[axis]] })
+    }
+}
