@@ -31,8 +31,7 @@ fn main() {
             }
         })
         .collect();
-    let equilibrium = kinetostat::statics::Settings { tolerance: 1e-12, ..Default::default() };
-    let settings = Settings { tolerance_mm: 1e-9, equilibrium, ..Settings::default() };
+    let settings = Settings::with_equilibria_to(1e-12);
     println!("{points} points of a 50 mm circle at Q1, one core");
     for method in Method::ALL {
         let mut session = Session::new(&nominal, &real, settings);

@@ -120,7 +120,7 @@ fn one_point(kind: StudyKind) {
             for effect in &workspace_map::run(&map, &Work::default()).expect("nothing stops it").points[0].effects {
                 match effect {
                     Ok(effect) => {
-                        let numbers = effect.delta_rho.iter().chain(&effect.drive_force);
+                        let numbers = effect.delta_rho.iter().flatten().chain(&effect.drive_force);
                         let all = numbers.chain([&effect.deflection_mm]).all(|number| number.is_finite());
                         assert!(all && effect.principal_stiffness_n_per_mm.iter().all(|k| !k.is_nan()), "{effect:?}");
                     }

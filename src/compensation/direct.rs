@@ -49,7 +49,7 @@ pub(super) fn conclude(
     progress: &mut Progress,
 ) -> Ending {
     let is_met = |outcome: &Outcome| {
-        outcome.status == statics::Status::Solved && session.task_error(demand).size() <= session.settings.tolerance_mm
+        outcome.status == statics::Status::Solved && session.task_error(demand).size() <= session.tolerance_mm()
     };
     match outcome.filter(is_met) {
         Some(outcome) => {
@@ -90,7 +90,7 @@ fn between_equilibria(session: &mut Session<'_>, demand: &Demand, progress: &mut
     let mut shift = Vector6::zeros();
     loop {
         let (task, outcome) = session.answer(demand, &shift)?;
-        if let Some(status) = progress.note(task.size(), &session.settings) {
+        if let Some(status) = session.is_over(progress, task.size()) {
             return Ok((status, outcome));
         }
         let by_target = session.nominal.drive_jacobian(&session.command).ok_or(Status::Singular)?;

@@ -48,7 +48,7 @@ pub(super) fn iterate(session: &mut Session<'_>, demand: &Demand, matrix: Matrix
     }
     match left {
         // What is balanced may be unstable: a machine that leaves it for elsewhere is not where it is wanted.
-        Some(reason) if status == Status::Converged && error > session.settings.tolerance_mm => Err(reason),
+        Some(reason) if status == Status::Converged && error > session.tolerance_mm() => Err(reason),
         _ => Ok((status, outcome)),
     }
 }
@@ -79,7 +79,8 @@ fn solve(
         let unbalanced = demand.load.to_vector() - force.wrench.to_vector();
         session.state.clone_from(&at);
         state = Some(at);
-        if let Some(status) = progress.note(as_displacement(session, demand, &force, &unbalanced)?, &session.settings) {
+        let error = as_displacement(session, demand, &force, &unbalanced)?;
+        if let Some(status) = session.is_over(progress, error) {
             return Ok(status);
         }
         let (linear, alpha) = match (matrix, kept) {

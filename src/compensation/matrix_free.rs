@@ -19,7 +19,7 @@ pub(super) fn iterate(
     let mut shift = start;
     loop {
         let (task, outcome) = session.answer(demand, &shift)?;
-        if let Some(status) = progress.note(task.size(), &session.settings) {
+        if let Some(status) = session.is_over(progress, task.size()) {
             return Ok((status, outcome));
         }
         shift -= task.error * alpha;

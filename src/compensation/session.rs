@@ -18,18 +18,34 @@ pub(super) type Ending = Result<(Status, Outcome), Status>;
 /// When a compensation stops.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// Task error accepted, mm (rotations at the machine's reach).
-    pub tolerance_mm: f64,
+    /// Task error accepted, as a fraction of the machine's reach (rotations at the reach). At least three
+    /// times the tolerance of the equilibria, see [`Settings::with_equilibria_to`].
+    pub tolerance: f64,
     /// Most corrections.
     pub max_iterations: usize,
     /// Settings of each equilibrium.
     pub equilibrium: statics::Settings,
 }
 
+/// A correction of less than the tolerance of an equilibrium does not move it: the iteration would go round in circles.
+const EQUILIBRIA: f64 = 3.0;
+
+impl Settings {
+    /// Equilibria to `tolerance` of the reach, and task errors as small as these allow.
+    pub fn with_equilibria_to(tolerance: f64) -> Self {
+        let equilibrium = statics::Settings { tolerance, ..statics::Settings::default() };
+        Self { tolerance: EQUILIBRIA * tolerance, max_iterations: 200, equilibrium }
+    }
+
+    /// Task error accepted on `machine`, mm.
+    pub fn tolerance_mm(&self, machine: &Machine) -> f64 {
+        self.tolerance * machine.reach
+    }
+}
+
 impl Default for Settings {
     fn default() -> Self {
-        let equilibrium = statics::Settings { tolerance: 1e-13, ..statics::Settings::default() };
-        Self { tolerance_mm: 1e-10, max_iterations: 200, equilibrium }
+        Self::with_equilibria_to(1e-13)
     }
 }
 
@@ -65,6 +81,16 @@ impl<'a> Session<'a> {
             drives: nominal.home.drives.clone(),
             state: State::rigid(nominal, &nominal.home),
         }
+    }
+
+    /// Task error accepted, mm.
+    pub(super) fn tolerance_mm(&self) -> f64 {
+        self.settings.tolerance_mm(self.nominal)
+    }
+
+    /// Whether the iteration followed by `progress` is over after a correction that left `error` mm, and how.
+    pub(super) fn is_over(&self, progress: &mut Progress, error: f64) -> Option<Status> {
+        progress.note(error, self.tolerance_mm(), self.settings.max_iterations)
     }
 
     /// Equilibrium last reached.
@@ -200,17 +226,17 @@ impl Progress {
     }
 
     /// Takes note of the error after a correction; the status if the iteration is over.
-    pub fn note(&mut self, error: f64, settings: &Settings) -> Option<Status> {
+    fn note(&mut self, error: f64, tolerance_mm: f64, max_iterations: usize) -> Option<Status> {
         let grown = self.history.last().is_some_and(|last| error > *last);
         self.growths = if grown { self.growths + 1 } else { 0 };
         self.history.push(error);
-        if error <= settings.tolerance_mm {
+        if error <= tolerance_mm {
             return Some(Status::Converged);
         }
         let first = self.history[0];
         if !error.is_finite() || error > BLOW_UP * first || self.growths >= GROWTHS {
             return Some(Status::Diverged);
         }
-        if self.history.len() > settings.max_iterations { Some(Status::Slow) } else { None }
+        if self.history.len() > max_iterations { Some(Status::Slow) } else { None }
     }
 }

@@ -13,7 +13,29 @@ pub struct StatusCount {
     pub rows: usize,
 }
 
+/// Statuses of rows that are what was asked for.
+const SOLVED: [&str; 2] = ["solved", "converged"];
+
 impl StatusCount {
+    /// Whether these rows are what was asked for.
+    pub fn is_solved(&self) -> bool {
+        SOLVED.contains(&self.status.as_str())
+    }
+
+    /// What an answer that rests on part of the rows begins with, such as "445 of 1029 not solved: 300 slow, 145
+    /// unreachable."; `None` where all are solved.
+    pub fn unsolved(counts: &[StatusCount]) -> Option<String> {
+        let rows = |counts: &[&StatusCount]| counts.iter().map(|count| count.rows).sum::<usize>();
+        let mut unsolved: Vec<&StatusCount> = counts.iter().filter(|count| !count.is_solved()).collect();
+        if unsolved.is_empty() {
+            return None;
+        }
+        unsolved.sort_by_key(|count| std::cmp::Reverse(count.rows));
+        let words = unsolved.iter().map(|count| format!("{} {}", count.rows, count.status.replace('_', " ")));
+        let all = rows(&counts.iter().collect::<Vec<_>>());
+        Some(format!("{} of {all} not solved: {}.", rows(&unsolved), words.collect::<Vec<_>>().join(", ")))
+    }
+
     /// Counts one more row with `status`.
     pub fn add(counts: &mut Vec<StatusCount>, status: &str) {
         match counts.iter_mut().find(|count| count.status == status) {
@@ -74,5 +96,19 @@ impl Manifest {
     pub fn to_json(&self) -> String {
         // A struct of strings and numbers always serialises.
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_solved_is_counted_by_its_status_most_frequent_first() {
+        let statuses = ["solved", "unreachable", "slow", "converged", "slow", "no_equilibrium"];
+        let counts = Manifest::count(statuses.into_iter());
+        let expected = "4 of 6 not solved: 2 slow, 1 unreachable, 1 no equilibrium.";
+        assert_eq!(StatusCount::unsolved(&counts).as_deref(), Some(expected));
+        assert_eq!(StatusCount::unsolved(&counts[..1]), None);
     }
 }

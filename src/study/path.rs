@@ -92,10 +92,9 @@ pub enum Commands<'a> {
     Drives(&'a [Vec<f64>]),
 }
 
-/// Settings with which paths are compensated: 1e-9 mm.
+/// Settings with which paths are compensated: to 3e-12 of the machine's reach, 1e-9 mm on the Orthoglide.
 pub fn settings() -> Settings {
-    let equilibrium = crate::statics::Settings { tolerance: 1e-12, ..Default::default() };
-    Settings { tolerance_mm: 1e-9, equilibrium, ..Settings::default() }
+    Settings::with_equilibria_to(1e-12)
 }
 
 /// Commands every point of the path and lets the machine settle. `done` is called after each point.

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Failure, Source,
+    Failure, Source, status_of,
     work::{Event, Work},
 };
 use crate::{
@@ -109,8 +109,8 @@ pub struct SourceEffect {
     pub deflection_vector_mm: [f64; 3],
     /// φ at which it occurs, degrees; `None` without cutting force.
     pub phi_deg: Option<f64>,
-    /// Largest |Δρ| of each drive over φ: compensated less nominal drive position, mm or rad.
-    pub delta_rho: Vec<f64>,
+    /// Largest |Δρ| of each drive over φ: compensated less nominal drive position, mm or rad; or why there is none.
+    pub delta_rho: Result<Vec<f64>, Failure>,
     /// Largest |τ| of each drive over φ at the nominal command, N or N·mm.
     pub drive_force: Vec<f64>,
     /// Principal stiffnesses of the tool tip at the worst φ, ascending, N/mm.
@@ -141,6 +141,14 @@ pub struct MapPoint {
 }
 
 impl MapPoint {
+    /// Whether the effect of `source` and its correction could be computed; else the status of what could not.
+    pub fn status(&self, source: Source) -> &str {
+        match &self.effects[source as usize] {
+            Ok(effect) => status_of(&effect.delta_rho),
+            Err(failure) => &failure.status,
+        }
+    }
+
     /// The effect of `source`, if it could be computed.
     pub fn effect(&self, source: Source) -> Option<&SourceEffect> {
         self.effects[source as usize].as_ref().ok()
@@ -313,64 +321,71 @@ fn turn(
     let mut tallies: Vec<Result<Tally, Failure>> =
         configurations.iter().map(|_| Ok(Tally::new(machine, phis.len()))).collect();
     for (index, &phi) in phis.iter().enumerate() {
-        let demand = |at: &Configuration| {
-            let load = phi.map_or(Wrench::zero(), |phi| study.force.wrench(phi, at.pose.rotation * machine.tool_tip));
-            Demand { pose: at.pose, load, target: study.target }
+        let demand = |i: usize| {
+            let pose = configurations[i].pose;
+            let load = phi.map_or(Wrench::zero(), |phi| study.force.wrench(phi, pose.rotation * machine.tool_tip));
+            Demand { pose, load, target: study.target }
         };
-        let plain = command(machine, &mut group.plain, &mut group.plain_batch, Method::None, phi, &mut tallies, |i| {
-            demand(configurations[i])
-        });
-        if index == 0 {
-            for (i, _) in &plain {
-                group.corrected[*i].stand(configurations[*i], group.plain[*i].state());
+        let command = |sessions: &mut [Session<'_>], batch: &mut Batch<'_>, method, places: &[usize]| {
+            let answers = command(sessions, batch, method, places, demand);
+            let judged = answers.into_iter().map(|answer| judged(machine, phi, answer));
+            places.iter().copied().zip(judged).collect::<Vec<_>>()
+        };
+        let plain = command(&mut group.plain, &mut group.plain_batch, Method::None, &places(&tallies, |_| true));
+        for (i, answer) in plain {
+            if index == 0 && answer.is_ok() {
+                group.corrected[i].stand(configurations[i], group.plain[i].state());
+            }
+            match (answer, &mut tallies[i]) {
+                (Ok(plain), Ok(tally)) => {
+                    tally.note(machine, configurations[i], phi, plain, group.plain[i].state());
+                }
+                (Err(failure), tally) => *tally = Err(failure),
+                (Ok(_), Err(_)) => {}
             }
         }
-        let sessions = (&mut group.corrected, &mut group.corrected_batch);
-        let corrected =
-            command(machine, sessions.0, sessions.1, Method::Direct, phi, &mut tallies, |i| demand(configurations[i]));
-        let mut plain = plain.into_iter();
-        for (i, corrected) in corrected {
-            let Some((_, plain)) = plain.find(|(other, _)| *other == i) else { continue };
+        let to_correct = places(&tallies, |tally| tally.delta_rho.is_ok());
+        for (i, answer) in command(&mut group.corrected, &mut group.corrected_batch, Method::Direct, &to_correct) {
             if let Ok(tally) = &mut tallies[i] {
-                tally.note(machine, configurations[i], phi, plain, group.plain[i].state(), &corrected);
+                tally.note_correction(configurations[i], answer);
             }
         }
     }
     tallies.into_iter().map(|tally| tally.and_then(Tally::conclude)).collect()
 }
 
-/// Commands the points without failure so far; results with the index of their point. What fails is noted in `tallies`.
+/// Indices of the points without failure so far whose tally `is_wanted`.
+fn places(tallies: &[Result<Tally, Failure>], is_wanted: impl Fn(&Tally) -> bool) -> Vec<usize> {
+    (0..tallies.len()).filter(|&i| tallies[i].as_ref().is_ok_and(&is_wanted)).collect()
+}
+
+/// Commands the points with the indices `places`.
 fn command(
-    machine: &Machine,
     sessions: &mut [Session<'_>],
     batch: &mut Batch<'_>,
     method: Method,
-    phi: Option<f64>,
-    tallies: &mut [Result<Tally, Failure>],
+    places: &[usize],
     demand: impl Fn(usize) -> Demand,
-) -> Vec<(usize, Compensation)> {
-    let (indices, demands): (Vec<usize>, Vec<Demand>) =
-        tallies.iter().enumerate().filter(|(_, tally)| tally.is_ok()).map(|(i, _)| (i, demand(i))).unzip();
-    let well = sessions.iter_mut().zip(&*tallies).filter(|(_, tally)| tally.is_ok());
-    let mut sessions: Vec<&mut Session<'_>> = well.map(|(session, _)| session).collect();
-    let answers = compensate_batch(&mut sessions, &demands, method, batch);
-    let mut done = Vec::with_capacity(indices.len());
-    for (index, answer) in indices.into_iter().zip(answers) {
-        if answer.status.is_success() {
-            done.push((index, answer));
-        } else {
-            let at = phi.map_or_else(String::new, |phi| format!(" (phi {:.1} deg)", phi.to_degrees()));
-            let reason = answer.status.reason(machine) + &at;
-            tallies[index] = Err(Failure { status: answer.status.label().into(), reason });
-        }
+) -> Vec<Compensation> {
+    let demands: Vec<Demand> = places.iter().map(|&i| demand(i)).collect();
+    let chosen = sessions.iter_mut().enumerate().filter(|(i, _)| places.contains(i));
+    let mut sessions: Vec<&mut Session<'_>> = chosen.map(|(_, session)| session).collect();
+    compensate_batch(&mut sessions, &demands, method, batch)
+}
+
+/// The answer, if it is what was asked for; else why it is not.
+fn judged(machine: &Machine, phi: Option<f64>, answer: Compensation) -> Result<Compensation, Failure> {
+    if answer.status.is_success() {
+        return Ok(answer);
     }
-    done
+    let at = phi.map_or_else(String::new, |phi| format!(" (phi {:.1} deg)", phi.to_degrees()));
+    Err(Failure { status: answer.status.label().into(), reason: answer.status.reason(machine) + &at })
 }
 
 /// What the loads of one point and source came to so far.
 struct Tally {
     displacements: Vec<Vector3<f64>>,
-    delta_rho: Vec<f64>,
+    delta_rho: Result<Vec<f64>, Failure>,
     drive_force: Vec<f64>,
     worst: Option<Worst>,
 }
@@ -387,24 +402,13 @@ struct Worst {
 impl Tally {
     fn new(machine: &Machine, loads: usize) -> Self {
         let zeros = vec![0.0; machine.drive_count()];
-        Self { displacements: Vec::with_capacity(loads), delta_rho: zeros.clone(), drive_force: zeros, worst: None }
+        Self { displacements: Vec::with_capacity(loads), delta_rho: Ok(zeros.clone()), drive_force: zeros, worst: None }
     }
 
-    /// Takes note of one load at `at`: the answer `plain` without compensation, which ended in `state`, and `corrected`.
-    fn note(
-        &mut self,
-        machine: &Machine,
-        at: &Configuration,
-        phi: Option<f64>,
-        plain: Compensation,
-        state: &State,
-        corrected: &Compensation,
-    ) {
+    /// Takes note of one load at `at`: the answer `plain` without compensation, which ended in `state`.
+    fn note(&mut self, machine: &Machine, at: &Configuration, phi: Option<f64>, plain: Compensation, state: &State) {
         for (most, force) in self.drive_force.iter_mut().zip(&plain.drive_forces) {
             *most = most.max(force.abs());
-        }
-        for ((most, rho), nominal) in self.delta_rho.iter_mut().zip(&corrected.drives).zip(&at.drives) {
-            *most = most.max((rho - nominal).abs());
         }
         let displacement = machine.tool_displacement(&at.pose, &state.pose);
         if self.worst.as_ref().is_none_or(|worst| displacement.norm() > worst.displacement.norm()) {
@@ -412,6 +416,19 @@ impl Tally {
             self.worst = Some(Worst { displacement, phi, outcome: plain.outcome, lever });
         }
         self.displacements.push(displacement);
+    }
+
+    /// Takes note of the correction of one load at `at`, or of why there is none.
+    fn note_correction(&mut self, at: &Configuration, corrected: Result<Compensation, Failure>) {
+        match (&mut self.delta_rho, corrected) {
+            (Ok(largest), Ok(corrected)) => {
+                for ((most, rho), nominal) in largest.iter_mut().zip(&corrected.drives).zip(&at.drives) {
+                    *most = most.max((rho - nominal).abs());
+                }
+            }
+            (delta_rho, Err(failure)) => *delta_rho = Err(failure),
+            (Err(_), Ok(_)) => {}
+        }
     }
 
     fn conclude(self) -> Result<Turn, Failure> {

@@ -44,7 +44,7 @@ pub fn path(run: &Run<'_>, study: &PathStudy) -> Result<Ending> {
         bent: if run.arguments.no_figures { None } else { deflected_pose::of_path(&results) },
         closing: format!("{}\n{}", path_report::summary_text(&results), path_report::methods_text(&results)),
     };
-    output.write()
+    output.with_unsolved().write()
 }
 
 pub fn placement(run: &Run<'_>, study: &PlacementStudy) -> Result<Ending> {
@@ -117,7 +117,7 @@ pub fn superposition(run: &Run<'_>, study: &SuperpositionStudy) -> Result<Ending
         bent: None,
         closing: superposition_report::summary_text(&results),
     };
-    output.write()
+    output.with_unsolved().write()
 }
 
 fn location_statuses(found: &LocationResult) -> [&str; 2] {
@@ -154,5 +154,5 @@ pub fn validation(run: &Run<'_>, study: &ValidationStudy) -> Result<Ending> {
             validation_report::summary_text(&results)
         ),
     };
-    output.write()
+    output.with_unsolved().write()
 }

@@ -50,5 +50,5 @@ pub fn run(run: &Run<'_>, study: &WorkspaceMapStudy) -> Result<Ending> {
         bent: if run.arguments.no_figures { None } else { deflected_pose::of_map(study) },
         closing: answer,
     };
-    output.write()
+    output.with_unsolved().write()
 }

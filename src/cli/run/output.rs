@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use kinetostat::{
     error::{Error, Result},
     report::{
-        Manifest, OutputFile,
+        Manifest, OutputFile, StatusCount,
         exchange::{self, Image, Table},
         figures::{Colours, Figure, FigureError},
         page::{self, Description, MACHINE_AT_HOME, ResultFolder},
@@ -39,6 +39,20 @@ pub struct Output<'a> {
 }
 
 impl Output<'_> {
+    /// Says first, in the answer, its summary and on the screen, how many rows it does not rest on.
+    pub fn with_unsolved(mut self) -> Self {
+        let statuses = &self.manifest.statuses;
+        let unsolved: serde_json::Map<String, serde_json::Value> =
+            statuses.iter().filter(|c| !c.is_solved()).map(|c| (c.status.clone(), json!(c.rows))).collect();
+        if let Some(sentence) = StatusCount::unsolved(statuses) {
+            self.page.answer.insert(0, sentence.clone());
+            self.closing.insert_str(0, &format!("{sentence}\n"));
+        }
+        self.summary["rows"] = json!(statuses.iter().map(|count| count.rows).sum::<usize>());
+        self.summary["rows_unsolved"] = unsolved.into();
+        self
+    }
+
     pub fn write(mut self) -> Result<Ending> {
         let Run { arguments, study, out, ref progress, .. } = *self.run;
         progress.end();
@@ -78,8 +92,7 @@ impl Output<'_> {
         }
         arguments.reporting.print(&closing)?;
         self.tell(&written);
-        let complete =
-            self.manifest.statuses.iter().all(|count| matches!(count.status.as_str(), "solved" | "converged"));
+        let complete = self.manifest.statuses.iter().all(StatusCount::is_solved);
         Ok(if complete { Ending::Complete } else { Ending::SomeUnsolved })
     }
 

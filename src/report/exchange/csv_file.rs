@@ -82,9 +82,25 @@ fn described(file: &str, table: &Table) -> Value {
         if let Some(unit) = column.unit() {
             described["schema:unitText"] = json!(unit);
         }
+        if let Some(meaning) = meaning(&column.name) {
+            described["dc:description"] = json!(meaning);
+        }
         described
     });
     json!({ "url": file, "tableSchema": { "columns": columns.collect::<Vec<_>>() } })
+}
+
+/// What columns say that have no unit to say it.
+fn meaning(column: &str) -> Option<&'static str> {
+    Some(match column {
+        "status" => "whether the numbers of the row are known; where they are not, why",
+        "reason" => "the status in words, with numbers; empty where the row is solved",
+        "correction_status" => {
+            "whether the drive corrections (delta_rho) of the row are known; the deflection may be without them"
+        }
+        "correction_reason" => "the correction status in words, with numbers; empty where the correction is known",
+        _ => return None,
+    })
 }
 
 #[cfg(test)]

@@ -22,7 +22,7 @@ use crate::{
 };
 
 /// Statuses of points; their place is their number in images. New ones go to the end.
-pub const STATUS: [&str; 14] = [
+pub const STATUS: [&str; 15] = [
     "solved",
     "unreachable",
     "unstable",
@@ -37,6 +37,7 @@ pub const STATUS: [&str; 14] = [
     "reached",
     "below_to_limit",
     "no_equilibrium",
+    "snapped",
 ];
 
 /// The maps of a study.
@@ -181,7 +182,7 @@ impl Layer {
     /// that are missing at all points.
     fn values(&self, column: &Column, index: usize, rows: &[&Row]) -> io::Result<Option<(String, Values)>> {
         let name = column.name.as_str();
-        if name == "status" {
+        if name == "status" || name.ends_with("_status") {
             let numbers = rows.iter().map(|row| status_number(&row[index])).collect::<io::Result<_>>()?;
             return Ok(Some((name.into(), Values::Statuses(numbers))));
         }

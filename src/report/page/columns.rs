@@ -16,9 +16,12 @@ pub(super) struct Columns {
     pub coordinates: Vec<usize>,
     group: Vec<usize>,
     quantities: Vec<Vec<usize>>,
-    status: Option<usize>,
-    reason: Option<usize>,
+    /// Columns of a status and its reason: of the row, and of its correction.
+    notes: Vec<[usize; 2]>,
 }
+
+/// Columns that say whether a row is an answer, in full and in part, and why not.
+pub(super) const NOTES: [[&str; 2]; 2] = [["status", "reason"], ["correction_status", "correction_reason"]];
 
 impl Columns {
     pub fn new(explorer: &Explorer, table: &Table) -> Result<Self> {
@@ -32,8 +35,7 @@ impl Columns {
                 .iter()
                 .map(|quantity| quantity.columns.iter().map(column).collect())
                 .collect::<Result<_>>()?,
-            status: find("status"),
-            reason: find("reason"),
+            notes: NOTES.iter().filter_map(|[status, reason]| Some([find(status)?, find(reason)?])).collect(),
         })
     }
 
@@ -57,12 +59,15 @@ impl Columns {
         }
     }
 
-    /// Status and reason of a row that is no plain answer.
+    /// Status and reason of a row that is no plain answer, or whose correction is none.
     pub fn note(&self, row: &StringRecord) -> Option<String> {
-        let status = row.get(self.status?).filter(|status| !GOOD.contains(status))?.replace('_', " ");
-        match self.reason.and_then(|reason| row.get(reason)).filter(|reason| !reason.is_empty()) {
-            Some(reason) => Some(format!("{status}: {reason}")),
-            None => Some(status),
-        }
+        self.notes.iter().enumerate().find_map(|(index, &[status, reason])| {
+            let status = row.get(status).filter(|status| !GOOD.contains(status))?.replace('_', " ");
+            let what = if index == 0 { "" } else { "no correction, " };
+            match row.get(reason).filter(|reason| !reason.is_empty()) {
+                Some(reason) => Some(format!("{what}{status}: {reason}")),
+                None => Some(format!("{what}{status}")),
+            }
+        })
     }
 }

@@ -6,6 +6,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::{
+    columns::NOTES,
     description::Fact,
     table::{Table, number},
 };
@@ -40,14 +41,16 @@ pub(super) fn statuses(manifest: &Value) -> Vec<StatusView> {
 
 /// Adds the reasons that a table gives with its statuses, most frequent first; rows that differ in the numbers of their reason only count as one.
 pub(super) fn count_reasons(file: &str, table: &Table, reasons: &mut Vec<ReasonView>) -> Result<()> {
-    let (Ok(status), Ok(reason)) = (table.column("status"), table.column("reason")) else { return Ok(()) };
+    let place = |name: &str| table.header.iter().position(|column| column == name);
+    let columns: Vec<[usize; 2]> =
+        NOTES.iter().filter_map(|[status, reason]| Some([place(status)?, place(reason)?])).collect();
     let mut known: HashMap<(String, String), usize> = HashMap::new();
     let mut found: Vec<ReasonView> = Vec::new();
     table.each_row(|row| {
-        let (Some(status), Some(reason)) = (row.get(status), row.get(reason).filter(|reason| !reason.is_empty()))
-        else {
-            return;
+        let reasoned = |&[status, reason]: &[usize; 2]| {
+            Some((row.get(status)?, row.get(reason).filter(|reason| !reason.is_empty())?))
         };
+        let Some((status, reason)) = columns.iter().find_map(reasoned) else { return };
         let key = (status.to_string(), without_numbers(reason));
         let index = *known.entry(key).or_insert_with(|| {
             found.push(ReasonView {
@@ -109,5 +112,11 @@ mod tests {
         count_reasons("t.csv", &Table::open(&file).unwrap(), &mut reasons).unwrap();
         let found: Vec<_> = reasons.iter().map(|r| (r.reason.as_str(), r.rows)).collect();
         assert_eq!(found, [("gap 1.5 mm", 2), ("x", 1)]);
+        let table = "status,reason,correction_status,correction_reason\nlost,gap,lost,gap\nsolved,,slow,late\n";
+        std::fs::write(&file, table).unwrap();
+        reasons.clear();
+        count_reasons("t.csv", &Table::open(&file).unwrap(), &mut reasons).unwrap();
+        let found: Vec<_> = reasons.iter().map(|r| (r.status.as_str(), r.reason.as_str(), r.rows)).collect();
+        assert_eq!(found, [("lost", "gap", 1), ("slow", "late", 1)]);
     }
 }

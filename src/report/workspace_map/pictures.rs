@@ -48,7 +48,7 @@ const QUANTITIES: [Quantity; 5] = [
         label: "largest drive correction |Δρ|",
         unit: position_unit,
         source: Source::Both,
-        value: |machine, e| Some(largest_position(machine, &e.delta_rho)),
+        value: |machine, e| Some(largest_position(machine, e.delta_rho.as_ref().ok()?)),
     },
     Quantity {
         file_stem: "departure_both",

@@ -10,7 +10,7 @@ use crate::{
         words::{counted, millimetres, position},
     },
     study::{
-        SOLVED, Source, status_of,
+        SOLVED, Source,
         superposition::growth::ROUNDING_MM,
         workspace_map::{MapPoint, SourceEffect, WorkspaceMapStudy},
     },
@@ -59,11 +59,21 @@ impl Extremes {
 /// Extremes of one source.
 #[derive(Debug, Clone, Default)]
 struct OfSource {
+    /// Points whose deflection is known, and those among them without a correction.
+    known: usize,
+    uncorrected: usize,
     deflection: Extremes,
     correction: Extremes,
     force: Extremes,
     departure: Extremes,
     departure_over_deflection: Extremes,
+}
+
+/// The best and the worst of fewer of the points are chance.
+const ENOUGH: f64 = 0.05;
+
+fn is_enough(known: usize, points: usize) -> bool {
+    known as f64 >= ENOUGH * points as f64
 }
 
 /// What a map says, gathered point by point.
@@ -76,8 +86,10 @@ pub struct Summary {
 impl Summary {
     /// Takes a point of `machine` into account.
     pub fn add(&mut self, machine: &Machine, point: &MapPoint) {
+        for source in Source::ALL {
+            StatusCount::add(&mut self.statuses, point.status(source));
+        }
         for (effect, sums) in point.effects.iter().zip(&mut self.sources) {
-            StatusCount::add(&mut self.statuses, status_of(effect));
             if let Ok(effect) = effect {
                 sums.see(machine, point.position_mm, effect);
             }
@@ -104,20 +116,36 @@ impl Summary {
             counted(study.grid.len(), "grid point"),
             counted(study.phis.len(), "tool angle")
         );
-        text += &self.deflection_sentences();
-        text += &self.correction_sentence(&study.machine);
-        text += &self.departure_sentence();
+        text += &self.uncorrected_sentence();
+        text += &self.deflection_sentences(study.grid.len());
+        text += &self.correction_sentence(&study.machine, study.grid.len());
+        text += &self.departure_sentence(study.grid.len());
         text
     }
 
-    fn deflection_sentences(&self) -> String {
+    fn uncorrected_sentence(&self) -> String {
+        match self.sources.iter().map(|sums| sums.uncorrected).sum() {
+            0 => String::new(),
+            rows => format!("Of {rows} of them only the correction is missing; their deflection is known.\n"),
+        }
+    }
+
+    fn deflection_sentences(&self, points: usize) -> String {
         let mut text = String::new();
         for source in Source::ALL {
-            let Some([least, most]) = self.sources[source as usize].deflection.0 else { continue };
-            let cause = match source {
-                Source::Cutting => "The cutting force alone moves the tool",
-                Source::Assembly => "Chain errors alone move it",
-                Source::Both => "Both together move it",
+            let sums = &self.sources[source as usize];
+            let (cause, of) = match source {
+                Source::Cutting => ("The cutting force alone moves the tool", "by the cutting force alone"),
+                Source::Assembly => ("Chain errors alone move it", "by chain errors alone"),
+                Source::Both => ("Both together move it", "by both together"),
+            };
+            let Some([least, most]) = sums.deflection.0.filter(|_| is_enough(sums.known, points)) else {
+                text += &format!(
+                    "How far the tool moves {of} is known at {} of {}: too few to speak of best and worst.\n",
+                    sums.known,
+                    counted(points, "grid point")
+                );
+                continue;
             };
             let phi = most.phi_deg.map_or_else(String::new, |phi| format!(" (tool angle {phi:.0}°)"));
             text += &format!(
@@ -131,8 +159,11 @@ impl Summary {
         text
     }
 
-    fn correction_sentence(&self, machine: &Machine) -> String {
+    fn correction_sentence(&self, machine: &Machine, points: usize) -> String {
         let both = &self.sources[Source::Both as usize];
+        if !is_enough(both.known - both.uncorrected, points) {
+            return String::new();
+        }
         let (Some([least, most]), Some([_, force])) = (both.correction.0, both.force.0) else { return String::new() };
         let unit = position_unit(machine);
         format!(
@@ -148,8 +179,11 @@ impl Summary {
         )
     }
 
-    fn departure_sentence(&self) -> String {
+    fn departure_sentence(&self, points: usize) -> String {
         let both = &self.sources[Source::Both as usize];
+        if !is_enough(both.known, points) {
+            return String::new();
+        }
         let (Some([_, absolute]), Some([_, relative])) = (both.departure.0, both.departure_over_deflection.0) else {
             return String::new();
         };
@@ -187,8 +221,12 @@ impl Summary {
 impl OfSource {
     fn see(&mut self, machine: &Machine, position_mm: [f64; 3], effect: &SourceEffect) {
         let found = |value| Found { value, position_mm, phi_deg: effect.phi_deg };
+        self.known += 1;
         self.deflection.see(found(effect.deflection_mm));
-        self.correction.see(found(largest_position(machine, &effect.delta_rho)));
+        match &effect.delta_rho {
+            Ok(delta_rho) => self.correction.see(found(largest_position(machine, delta_rho))),
+            Err(_) => self.uncorrected += 1,
+        }
         self.force.see(found(effect.largest_drive_force()));
         if let Some(departure) = effect.departure_mm() {
             self.departure.see(found(departure));

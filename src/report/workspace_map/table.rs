@@ -7,12 +7,13 @@ use crate::{
         table::{correction_columns, force_columns, shown_positions, tidy_degrees},
     },
     study::{
-        Failure, Source,
+        Failure, SOLVED, Source,
         workspace_map::{MapPoint, SourceEffect},
     },
 };
 
-/// One row per point and source; `status` and `reason` say why numbers are missing.
+/// One row per point and source; `status` and `reason` say why numbers are missing, `correction_status` and
+/// `correction_reason` why those of the drive corrections are.
 pub fn table(machine: &Machine, points: &[MapPoint]) -> Table {
     let columns = columns(machine);
     let width = columns.len();
@@ -49,25 +50,38 @@ fn columns(machine: &Machine) -> Vec<Column> {
         "departure_over_deflection",
     ];
     let mut columns = numbers(["x_mm", "y_mm", "z_mm"]);
-    columns.extend(texts(["source", "status", "reason"]));
+    columns.extend(texts(["source", "status", "reason", "correction_status", "correction_reason"]));
     columns.extend(numbers(quantities));
     columns.extend(numbers(correction_columns(machine).chain(force_columns(machine))));
     columns
 }
 
 fn solved_cells(machine: &Machine, effect: &SourceEffect, row: &mut Row) {
-    row.extend(["solved".into(), Cell::Missing, effect.deflection_mm.into()]);
+    row.extend([SOLVED.into(), Cell::Missing]);
+    row.extend(match &effect.delta_rho {
+        Ok(_) => [SOLVED.into(), Cell::Missing],
+        Err(failure) => words(failure),
+    });
+    row.push(effect.deflection_mm.into());
     row.extend(cells(effect.deflection_vector_mm));
     row.push(effect.phi_deg.map(tidy_degrees).into());
     row.extend(cells(effect.principal_stiffness_n_per_mm));
     row.push(effect.departure_mm().into());
     row.extend((0..3).map(|i| effect.departure_vector_mm.map(|v| v[i]).into()));
     row.push(effect.departure_mm().filter(|_| effect.deflection_mm > 0.0).map(|d| d / effect.deflection_mm).into());
-    row.extend(cells(shown_positions(machine, &effect.delta_rho)));
+    match &effect.delta_rho {
+        Ok(delta_rho) => row.extend(cells(shown_positions(machine, delta_rho))),
+        Err(_) => row.resize(row.len() + machine.drive_count(), Cell::Missing),
+    }
     row.extend(cells(effect.drive_force.iter().copied()));
 }
 
 fn failed_cells(failure: &Failure, width: usize, row: &mut Row) {
-    row.extend([(&*failure.status).into(), failure.reason.as_str().into()]);
+    // What has no equilibrium to start from is not corrected either.
+    row.extend([words(failure), words(failure)].into_iter().flatten());
     row.resize(width, Cell::Missing);
+}
+
+fn words(failure: &Failure) -> [Cell; 2] {
+    [(&*failure.status).into(), failure.reason.as_str().into()]
 }
