@@ -95,11 +95,11 @@ fn superposition_is_the_golden_one() {
     study.phis = study.phis.into_iter().step_by(4).collect();
     let results = superposition::run(&study, &Work::default()).unwrap();
     for (name, tolerance, table) in [
-        ("map", DEPARTURE_TOLERANCE, superposition_report::map_table(&results)),
-        ("safe_load", DEPARTURE_TOLERANCE, superposition_report::safe_load_table(&results)),
-        ("largest_factors", DEPARTURE_TOLERANCE, superposition_report::largest_factors_table(&results)),
-        ("slopes", DEPARTURE_TOLERANCE, superposition_report::slopes_table(&results)),
-        ("ablation", PART_TOLERANCE, superposition_report::ablation_table(&results)),
+        ("map", DEPARTURE_TOLERANCE, superposition_report::map_table(&results.points)),
+        ("safe_load", DEPARTURE_TOLERANCE, superposition_report::safe_load_table(&study, &results.points)),
+        ("largest_factors", DEPARTURE_TOLERANCE, superposition_report::largest_factors_table(&results.locations)),
+        ("slopes", DEPARTURE_TOLERANCE, superposition_report::slopes_table(&results.locations)),
+        ("ablation", PART_TOLERANCE, superposition_report::ablation_table(&results.locations)),
     ] {
         check(&format!("05_superposition_{name}"), &text(&table), tolerance);
     }

@@ -272,7 +272,12 @@ fn check_map(machine: &Machine, trial: &Trial) {
                 Ok(effect) => {
                     finite(
                         "map",
-                        effect.delta_rho.iter().flatten().chain(&effect.drive_force).chain(&effect.deflection_vector_mm),
+                        effect
+                            .delta_rho
+                            .iter()
+                            .flatten()
+                            .chain(&effect.drive_force)
+                            .chain(&effect.deflection_vector_mm),
                     );
                     finite("map", effect.departure_vector_mm.iter().flatten());
                     assert!(effect.principal_stiffness_n_per_mm.iter().all(|k| !k.is_nan()), "{effect:?}");

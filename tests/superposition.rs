@@ -49,6 +49,12 @@ fn solve(study: &SuperpositionStudy) -> Superposition {
     run(study, &Work::default()).unwrap()
 }
 
+fn summary(results: &Superposition) -> report::Summary {
+    let mut summary = report::Summary::default();
+    results.points.iter().for_each(|point| summary.add(&results.study, point));
+    summary
+}
+
 fn tool_departure(location: &LocationResult) -> f64 {
     location.departures.as_ref().unwrap().superposed_tool_mm()
 }
@@ -89,7 +95,7 @@ fn departure_is_zero_where_a_source_is_absent() {
         for largest in results.points.iter().map(|point| &point.largest_load) {
             assert_eq!(largest, &LargestFactor::BelowToLimit(16.0));
         }
-        assert_eq!(results.safe_share(), Some(1.0));
+        assert_eq!(summary(results).safe_share(), Some(1.0));
     }
     assert!(departures(&without_errors, Sum::Aggregation).iter().all(|departure| *departure < 1e-9));
     // What aggregation leaves out of the chain errors alone stays without load.
@@ -275,19 +281,22 @@ fn places_out_of_reach_are_labelled_everywhere() {
     assert!(lost.ablation.is_err() && lost.departures.is_err());
     assert!(lost.growth.iter().flat_map(|growth| &growth.steps).all(|(_, found)| found.is_err()));
     for table in [
-        report::map_table(&results),
-        report::locations_table(&results),
-        report::scaling_table(&results),
-        report::ablation_table(&results),
-        report::safe_load_table(&results),
-        report::largest_factors_table(&results),
+        report::map_table(&results.points),
+        report::locations_table(&results.locations),
+        report::scaling_table(&results.locations),
+        report::ablation_table(&results.locations),
+        report::safe_load_table(&results.study, &results.points),
+        report::largest_factors_table(&results.locations),
     ] {
         let text = String::from_utf8(csv(&table).unwrap()).unwrap();
         assert!(text.contains("unreachable") && !text.contains("NaN") && !text.contains("inf,"), "{text}");
     }
-    assert!(report::summary_text(&results).contains("Q0: unreachable: "));
-    assert_eq!(report::summary_json(&results)["grid_points_solved"], 1);
-    for (name, figure) in report::figures(&results) {
+    let (study, locations, summary) = (&results.study, &results.locations, summary(&results));
+    assert!(report::summary_text(study, &summary, locations).contains("Q0: unreachable: "));
+    assert_eq!(report::summary_json(study, &summary, locations)["grid_points_solved"], 1);
+    let mut pictures = report::Pictures::new(study);
+    results.points.iter().for_each(|point| pictures.add(point));
+    for (name, figure) in pictures.figures(study, locations) {
         figure.svg(Colours::Viridis).unwrap_or_else(|e| panic!("{name}: {e}"));
     }
 }
@@ -298,7 +307,11 @@ fn results_do_not_depend_on_the_number_of_threads() {
     let tables = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let results = pool.install(|| solve(&whole));
-        [report::map_table(&results), report::safe_load_table(&results), report::ablation_table(&results)]
+        [
+            report::map_table(&results.points),
+            report::safe_load_table(&results.study, &results.points),
+            report::ablation_table(&results.locations),
+        ]
     };
     assert!(tables(1) == tables(3));
 }

@@ -5,19 +5,20 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 use kinetostat::{
-    compensation::{BoundedPath, Method},
+    compensation::Method,
     error::{Error, Result},
     machine::Machine,
     process::toolpath::polyline::Polyline,
     report::{
-        OutputFile, counted, exchange,
-        path::{bounded_text, program_json, program_table},
-        write_all,
+        OutputFile, counted,
+        exchange::{Format, StreamedTable},
+        path::{bounded_text, program_columns, program_json, program_table},
+        prepare, write_all,
     },
     study::{
-        path::Commands,
+        path::{Commands, PathAnswer},
         process::Process,
-        program::{Failures, Pass, ProgramJob},
+        program::{Corrected, Pass, ProgramJob},
         work::Event,
     },
 };
@@ -77,56 +78,68 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let name = arguments.path.display().to_string();
     let progress = reporting.progress(&name, job.path.len() * (compared.len() + 2), "points");
     let done = || progress.tell(Event::Computed(1));
-    let mut passes: Vec<Pass> = compared.iter().map(|&method| job.pass_by(method, &done)).collect();
+    let (mut passes, mut before) = (Vec::new(), Vec::new());
+    for (index, &method) in compared.iter().enumerate() {
+        passes.push(job.pass_by(method, &done, |_, answers| {
+            if index == 0 {
+                before.extend(answers.iter().map(|answer| Some(answer.settled_error()?.norm())));
+            }
+            Ok(())
+        })?);
+    }
+    let mut corrected = Corrected::new(&job);
+    let take = |_, answers: &[PathAnswer]| {
+        corrected.add(&job, answers);
+        Ok(())
+    };
     let mut bounded = None;
-    passes.push(match (&measured, chosen) {
-        (Some(poses), _) => job.pass("mirror of the measured pass", &Commands::Program(poses), &done),
-        (None, Chosen::Method(method)) => job.pass_by(method, &done),
+    let pass = match (&measured, chosen) {
+        (Some(poses), _) => job.pass("mirror of the measured pass", &Commands::Program(poses), &done, take)?,
+        (None, Chosen::Method(method)) => job.pass_by(method, &done, take)?,
         (None, Chosen::Bounded) => {
-            let found = job.bounded_pass(&done)?;
+            let found = job.bounded_pass(&done, take)?;
             bounded = Some(found.path);
             found.pass
         }
-    });
-    let written = job.write(&passes[passes.len() - 1], &done)?;
-    progress.end();
-    match written {
-        Ok(compensated) => {
-            passes.push(compensated.as_written);
-            let files = vec![
-                file_of(&arguments.out, "", compensated.bytes),
-                file_of(&arguments.out, ".points.csv", points(&arguments.out, &job, &passes, bounded.as_ref())?),
-                file_of(&arguments.out, ".report.json", program_json(&job, &passes, bounded.as_ref()).into_bytes()),
-            ];
-            let folder = arguments.out.parent().filter(|folder| !folder.as_os_str().is_empty());
-            write_all(folder.unwrap_or(Path::new(".")), files)?;
-            reporting.print(&format!("{}{}", header(&job), table(&passes)))?;
-            if let Some(bounded) = &bounded {
-                reporting.print(&bounded_text(&job.machine, bounded))?;
-            }
-            if compensated.left_alone > 0 {
-                reporting.print(&format!(
-                    "Left as written, as there is no correction: {}.\n",
-                    counted(compensated.left_alone, "rapid position")
-                ))?;
-            }
-            reporting.print(&format!("Written to {}\n", arguments.out.display()))?;
-            let lost = unsolved_as_written(&passes);
-            if lost == 0 {
-                return Ok(Ending::Complete);
-            }
-            reporting.print(&format!(
-                "The written program fails at {}; the table of points says why.\n",
-                counted(lost, "point")
-            ))?;
-            Ok(Ending::SomeUnsolved)
-        }
-        Err(failures) => {
-            reporting.print(&format!("{}{}", header(&job), table(&passes)))?;
-            reporting.print(&refusal(&job, &failures))?;
-            Ok(Ending::SomeUnsolved)
-        }
+    };
+    let as_written = format!("{}, as written", pass.name);
+    passes.push(pass);
+    if !corrected.failures.is_empty() {
+        progress.end();
+        reporting.print(&format!("{}{}", header(&job), table(&passes)))?;
+        reporting.print(&refusal(&job, &corrected.failures))?;
+        return Ok(Ending::SomeUnsolved);
     }
+    let written = job.write(&corrected)?;
+    let folder = arguments.out.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    prepare(folder)?;
+    let mut points = points(&arguments.out, folder, &job)?;
+    passes.push(job.pass(as_written, &Commands::Program(&written.poses), &done, |first, answers| {
+        points.add(&program_table(&job, first, answers, &before, bounded.as_ref()))
+    })?);
+    progress.end();
+    let mut files = vec![file_of(&arguments.out, "", written.bytes)];
+    files.extend(points.finish()?);
+    files.push(file_of(&arguments.out, ".report.json", program_json(&job, &passes, bounded.as_ref()).into_bytes()));
+    write_all(folder, files)?;
+    reporting.print(&format!("{}{}", header(&job), table(&passes)))?;
+    if let Some(bounded) = &bounded {
+        reporting.print(&bounded_text(&job.machine, bounded))?;
+    }
+    if corrected.left_alone > 0 {
+        reporting.print(&format!(
+            "Left as written, as there is no correction: {}.\n",
+            counted(corrected.left_alone, "rapid position")
+        ))?;
+    }
+    reporting.print(&format!("Written to {}\n", arguments.out.display()))?;
+    let lost = unsolved_as_written(&passes);
+    if lost == 0 {
+        return Ok(Ending::Complete);
+    }
+    reporting
+        .print(&format!("The written program fails at {}; the table of points says why.\n", counted(lost, "point")))?;
+    Ok(Ending::SomeUnsolved)
 }
 
 /// Refuses to write over a file that is read.
@@ -198,9 +211,10 @@ fn file_of(out: &Path, suffix: &str, bytes: Vec<u8>) -> OutputFile {
     OutputFile::new(format!("{name}{suffix}"), bytes)
 }
 
-fn points(out: &Path, job: &ProgramJob, passes: &[Pass], bounded: Option<&BoundedPath>) -> Result<Vec<u8>> {
-    let table = program_table(job, passes, bounded);
-    exchange::csv(&table).map_err(|e| Error::Write { file: out.into(), source: std::io::Error::other(e) })
+/// The table of points, empty so far.
+fn points(out: &Path, folder: &Path, job: &ProgramJob) -> Result<StreamedTable> {
+    let stem = format!("{}.points", out.file_name().unwrap_or_default().to_string_lossy());
+    StreamedTable::new(folder, &stem, &program_columns(&job.machine), &[Format::Csv])
 }
 
 fn header(job: &ProgramJob) -> String {
@@ -248,7 +262,7 @@ fn millimetres(length: f64) -> String {
 /// Points shown of those that cannot be compensated.
 const SHOWN: usize = 5;
 
-fn refusal(job: &ProgramJob, failures: &Failures) -> String {
+fn refusal(job: &ProgramJob, failures: &[(usize, String)]) -> String {
     let mut text =
         format!("No command for {}; nothing was written. The first:\n", counted(failures.len(), "cutting point"));
     for (point, reason) in failures.iter().take(SHOWN) {

@@ -40,6 +40,16 @@ pub fn drawn_nodes(grid: &Grid, slices_z: &[f64]) -> [Vec<usize>; 3] {
     [drawn(nx, MOST_NODES), drawn(ny, MOST_NODES), planes(grid, slices_z)]
 }
 
+/// What a subtitle says of a grid of which only the nodes with the indices `drawn` along the first axes are shown: empty if
+/// all are.
+pub fn thinned_words(grid: &Grid, drawn: &[Vec<usize>]) -> String {
+    if drawn.iter().zip(grid.counts()).all(|(drawn, count)| drawn.len() == count) {
+        return String::new();
+    }
+    let drawn: Vec<String> = drawn.iter().map(|axis| axis.len().to_string()).collect();
+    format!(", {} nodes drawn", drawn.join(" × "))
+}
+
 /// The planes nearest to the heights `slices_z` (mm) of the values at the nodes, by their indices along x, y and z, with
 /// the points of the machine that lie nearer to a plane than to its neighbours.
 pub fn panels(

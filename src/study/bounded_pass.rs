@@ -1,7 +1,7 @@
 //! A program corrected within the limits of its process.
 
 use super::{
-    path::Commands,
+    path::{Commands, PathAnswer},
     process::{CorrectionLimits, Objective},
     program::{Pass, ProgramJob},
 };
@@ -29,14 +29,19 @@ impl CorrectionLimits {
 
 impl ProgramJob {
     /// Corrects the whole path within the limits of the process and the machine.
+    /// `done` and `take` are those of [`ProgramJob::pass`].
     ///
     /// # Errors
     /// Limits that do not fit the machine, or that exclude one another: named with point, drive and values.
-    pub fn bounded_pass(&self, done: &(dyn Fn() + Sync)) -> Result<BoundedPass> {
+    pub fn bounded_pass(
+        &self,
+        done: &(dyn Fn() + Sync),
+        take: impl FnMut(usize, &[PathAnswer]) -> Result<()>,
+    ) -> Result<BoundedPass> {
         let path = correct(&self.machine, &self.real, &self.demands, &self.process.limits)?;
         let drives: Vec<Vec<f64>> =
             path.points.iter().zip(&self.demands).map(|(point, _)| self.drives(point)).collect();
-        let pass = self.pass("bounded", &Commands::Drives(&drives), done);
+        let pass = self.pass("bounded", &Commands::Drives(&drives), done, take)?;
         Ok(BoundedPass { pass, path })
     }
 

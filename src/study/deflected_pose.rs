@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{Source, path_study::PathResults, workspace_map::WorkspaceMapStudy};
+use super::{path_study::PathStudy, workspace_map::WorkspaceMapStudy};
 use crate::{
     compensation::{Demand, Method, Session, compensate},
     machine::{ChainError, Machine, Skeleton},
@@ -50,14 +50,10 @@ pub fn of_map(study: &WorkspaceMapStudy) -> Option<DeflectedPose> {
     worst
 }
 
-/// The point of a path at which cutting force and chain errors move the tool farthest; `None` if the machine settles at
-/// none.
-pub fn of_path(results: &PathResults) -> Option<DeflectedPose> {
-    let study = &results.study;
-    let sizes = (0..study.demands.len()).filter_map(|k| Some((results.displacement(Source::Both, k)?.norm(), k)));
-    let (_, worst) = sizes.reduce(|most, next| if next.0 > most.0 { next } else { most })?;
-    let place = format!("{:.1} mm along the path", study.stations[worst].arc_length_mm);
-    deflected_pose(&study.machine, &study.errors, &study.demands[worst], place)
+/// Point `point` of a path; `None` if the machine does not settle there.
+pub fn of_path(study: &PathStudy, point: usize) -> Option<DeflectedPose> {
+    let place = format!("{:.1} mm along the path", study.stations[point].arc_length_mm);
+    deflected_pose(&study.machine, &study.errors, &study.demands[point], place)
 }
 
 /// How `machine` with `errors` settles at the nominal command of `demand`; `None` where it does not.

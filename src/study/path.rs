@@ -1,14 +1,15 @@
 //! A toolpath on a machine: what happens without compensation, what each method commands and leaves, what a written
 //! program does.
 
-use std::{convert::Infallible, time::Instant};
+use std::{convert::Infallible, ops::Range, time::Instant};
 
+use nalgebra::Vector3;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use super::work::{Event, Work};
 use crate::{
-    compensation::{Compensation, Demand, Method, Session, Settings, compensate, simulate, simulate_drives},
+    compensation::{Demand, Method, Session, Settings, Status, compensate, simulate, simulate_drives},
     error::Result,
     machine::Machine,
     spatial::Pose,
@@ -30,20 +31,63 @@ pub struct PathCase<'a> {
 }
 
 /// One point of a path, as commanded by a method or a program.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PathAnswer {
-    /// The command and what it leads to.
-    pub compensation: Compensation,
+    /// How the compensation ended.
+    pub status: Status,
+    /// Whether the machine settles at the command; without, errors and forces mean nothing.
+    pub is_settled: bool,
+    /// Corrections made.
+    pub corrections: usize,
+    /// Drive positions commanded, mm or rad.
+    pub drives: Vec<f64>,
     /// Drives of the nominal inverse kinematics of the wanted pose, mm or rad; empty where it cannot be reached.
     pub nominal_drives: Vec<f64>,
     /// Pose of P that is commanded: the modified target; `None` where there is none.
     pub target: Option<Pose>,
+    /// Position error of the point put right at the end, O axes, mm.
+    pub position_error: Vector3<f64>,
+    /// Rotation of the platform from the wanted orientation at the end, rotation vector in O axes, rad.
+    pub leftover_rotation: Vector3<f64>,
+    /// Forces of the drives at the end, N or N·mm.
+    pub drive_forces: Vec<f64>,
 }
 
 impl PathAnswer {
     /// Δρ: commanded less nominal drive positions, mm or rad.
     pub fn delta_rho(&self) -> Vec<f64> {
-        self.compensation.drives.iter().zip(&self.nominal_drives).map(|(rho, nominal)| rho - nominal).collect()
+        self.drives.iter().zip(&self.nominal_drives).map(|(rho, nominal)| rho - nominal).collect()
+    }
+
+    /// The position error, where the machine settles.
+    pub fn settled_error(&self) -> Option<Vector3<f64>> {
+        self.is_settled.then_some(self.position_error)
+    }
+}
+
+/// What a command leaves at one point: all that is kept where only sums are wanted.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Left {
+    /// Whether the command does what was asked of the method.
+    is_success: bool,
+    /// Whether the machine settles.
+    is_settled: bool,
+    corrections: usize,
+    /// Square of the distance of the point put right from where it is wanted, mm².
+    squared_error: f64,
+    /// rad.
+    leftover_rotation: f64,
+}
+
+impl From<&PathAnswer> for Left {
+    fn from(answer: &PathAnswer) -> Self {
+        Self {
+            is_success: answer.status.is_success(),
+            is_settled: answer.is_settled,
+            corrections: answer.corrections,
+            squared_error: answer.position_error.norm_squared(),
+            leftover_rotation: answer.leftover_rotation.norm(),
+        }
     }
 }
 
@@ -54,6 +98,8 @@ pub struct PathSummary {
     pub solved: usize,
     /// All points.
     pub points: usize,
+    /// Points whose command failed, or is not as good as asked.
+    pub failed: usize,
     /// Largest distance of the point put right from where it is wanted, over the solved points, mm.
     pub max_mm: f64,
     /// Root mean square of that distance, mm.
@@ -64,19 +110,43 @@ pub struct PathSummary {
     pub max_leftover_rotation: f64,
 }
 
-impl PathSummary {
-    /// Sums up `answers`.
-    pub fn new(answers: &[PathAnswer]) -> Self {
-        let solved = || answers.iter().map(|a| &a.compensation).filter(|c| c.outcome.is_some());
-        let count = solved().count();
-        let per_point = |sum: f64| if count > 0 { sum / count as f64 } else { 0.0 };
-        Self {
-            solved: count,
-            points: answers.len(),
-            max_mm: solved().map(|c| c.position_error.norm()).fold(0.0, f64::max),
-            rms_mm: per_point(solved().map(|c| c.position_error.norm_squared()).sum()).sqrt(),
-            mean_corrections: per_point(solved().map(|c| c.iterations() as f64).sum()),
-            max_leftover_rotation: solved().map(|c| c.leftover_rotation.norm()).fold(0.0, f64::max),
+/// Sums from which a [`PathSummary`] is made, point after point in the order of the path.
+#[derive(Debug, Clone, Default)]
+pub struct PathSums {
+    solved: usize,
+    points: usize,
+    failed: usize,
+    squared_errors: f64,
+    largest_squared_error: f64,
+    corrections: usize,
+    max_leftover_rotation: f64,
+}
+
+impl PathSums {
+    /// Adds a point.
+    pub fn add(&mut self, left: &Left) {
+        self.points += 1;
+        self.failed += usize::from(!left.is_success);
+        if left.is_settled {
+            self.solved += 1;
+            self.squared_errors += left.squared_error;
+            self.largest_squared_error = self.largest_squared_error.max(left.squared_error);
+            self.corrections += left.corrections;
+            self.max_leftover_rotation = self.max_leftover_rotation.max(left.leftover_rotation);
+        }
+    }
+
+    /// What they come to.
+    pub fn summary(&self) -> PathSummary {
+        let per_point = |sum: f64| if self.solved > 0 { sum / self.solved as f64 } else { 0.0 };
+        PathSummary {
+            solved: self.solved,
+            points: self.points,
+            failed: self.failed,
+            max_mm: self.largest_squared_error.sqrt(),
+            rms_mm: per_point(self.squared_errors).sqrt(),
+            mean_corrections: per_point(self.corrections as f64),
+            max_leftover_rotation: self.max_leftover_rotation,
         }
     }
 }
@@ -97,23 +167,60 @@ pub fn settings() -> Settings {
     Settings::with_equilibria_to(1e-12)
 }
 
-/// Commands every point of the path and lets the machine settle. `done` is called after each point.
-pub fn run(case: &PathCase<'_>, commands: &Commands<'_>, done: &(dyn Fn() + Sync)) -> Vec<PathAnswer> {
-    let starts = (0..case.demands.len()).into_par_iter().step_by(BLOCK);
+/// Points computed together, whose results are then given away: as many blocks as keep the threads busy.
+pub(super) const PART: usize = 16 * BLOCK;
+
+/// The path of `length` points in parts of [`PART`].
+pub(super) fn parts(length: usize) -> impl Iterator<Item = Range<usize>> {
+    (0..length).step_by(PART).map(move |start| start..length.min(start + PART))
+}
+
+/// Commands every point of the path and lets the machine settle, and gives the answers to `take` in the order of the
+/// path, part by part. `done` is called after each point.
+///
+/// # Errors
+/// Of `take`.
+pub fn run_in_parts<E>(
+    case: &PathCase<'_>,
+    commands: &Commands<'_>,
+    done: &(dyn Fn() + Sync),
+    mut take: impl FnMut(Vec<PathAnswer>) -> std::result::Result<(), E>,
+) -> std::result::Result<(), E> {
     let done = || {
         done();
         Ok::<(), Infallible>(())
     };
-    let blocks = starts.map(|start| block(case, commands, start, &done).unwrap_or_else(|never| match never {}));
-    blocks.flatten_iter().collect()
+    for part in parts(case.demands.len()) {
+        let blocks = part.into_par_iter().step_by(BLOCK);
+        let blocks = blocks.map(|start| block(case, commands, start, &done).unwrap_or_else(|never| match never {}));
+        take(blocks.flatten_iter().collect())?;
+    }
+    Ok(())
 }
 
-/// As [`run`] with a method, in pieces of `work`, with the time in s that threads spent on it, all together; threads
-/// without work do not count.
+/// As [`run_in_parts`], all answers at once.
+pub fn run(case: &PathCase<'_>, commands: &Commands<'_>, done: &(dyn Fn() + Sync)) -> Vec<PathAnswer> {
+    let mut answers = Vec::with_capacity(case.demands.len());
+    let taken = run_in_parts(case, commands, done, |part| {
+        answers.extend(part);
+        Ok::<(), Infallible>(())
+    });
+    taken.unwrap_or_else(|never| match never {});
+    answers
+}
+
+/// Pieces of `work` along the part of the path that begins at `first`: what `keep` takes of the answers of a method, with
+/// the time in s that threads spent on it, all together; threads without work do not count.
 ///
 /// # Errors
 /// Of `work`.
-pub fn timed(case: &PathCase<'_>, method: Method, work: &Work) -> Result<(Vec<PathAnswer>, f64)> {
+pub(super) fn timed<T: Serialize + DeserializeOwned + Send>(
+    case: &PathCase<'_>,
+    first: usize,
+    method: Method,
+    work: &Work,
+    keep: impl Fn(PathAnswer) -> T + Sync,
+) -> Result<(Vec<T>, f64)> {
     let blocks = (0..case.demands.len()).into_par_iter().step_by(BLOCK).map(|start| {
         let compute = || {
             let started = Instant::now();
@@ -122,13 +229,13 @@ pub fn timed(case: &PathCase<'_>, method: Method, work: &Work) -> Result<(Vec<Pa
                 work.check()
             };
             let answers = block(case, &Commands::Method(method), start, &done)?;
-            Ok((answers, started.elapsed().as_secs_f64()))
+            Ok((answers.into_iter().map(&keep).collect(), started.elapsed().as_secs_f64()))
         };
-        work.piece(&start, |(answers, _)| answers.len(), compute)
+        work.piece(&(first + start), |(kept, _): &(Vec<T>, f64)| kept.len(), compute)
     });
-    let blocks = blocks.collect::<Result<Vec<(Vec<PathAnswer>, f64)>>>()?;
+    let blocks = blocks.collect::<Result<Vec<(Vec<T>, f64)>>>()?;
     let seconds = blocks.iter().map(|(_, seconds)| seconds).sum();
-    Ok((blocks.into_iter().flat_map(|(answers, _)| answers).collect(), seconds))
+    Ok((blocks.into_iter().flat_map(|(kept, _)| kept).collect(), seconds))
 }
 
 /// The points from `start` on that are solved one after another. `done` is called after each and may end the block.
@@ -146,7 +253,7 @@ fn block<E>(
             .inverse_kinematics_from(&near, &demand.pose)
             .or_else(|_| case.nominal.inverse_kinematics(&demand.pose));
         let asked = nominal.as_ref().map_or(Ok(()), |at| case.nominal.check_asked(demand.pose.translation, at));
-        let compensation = match (asked, commands) {
+        let found = match (asked, commands) {
             (Err(unreachable), _) => session.refuse(demand, unreachable),
             (Ok(()), Commands::Method(method)) => compensate(&mut session, demand, *method),
             (Ok(()), Commands::Program(poses)) => simulate(&mut session, demand, &poses[i]),
@@ -156,9 +263,18 @@ fn block<E>(
         if let Ok(at) = nominal {
             near = at;
         }
-        let target = compensation.outcome.as_ref().and_then(|_| session.target().ok());
         done()?;
-        Ok(PathAnswer { compensation, nominal_drives, target })
+        Ok(PathAnswer {
+            is_settled: found.outcome.is_some(),
+            corrections: found.iterations(),
+            target: found.outcome.as_ref().and_then(|_| session.target().ok()),
+            status: found.status,
+            drives: found.drives,
+            nominal_drives,
+            position_error: found.position_error,
+            leftover_rotation: found.leftover_rotation,
+            drive_forces: found.drive_forces,
+        })
     };
     case.demands.iter().enumerate().skip(start).take(BLOCK).map(answer).collect()
 }

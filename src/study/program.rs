@@ -5,7 +5,7 @@ use std::path::Path;
 use nalgebra::Vector3;
 
 use super::{
-    path::{Commands, PathAnswer, PathCase, PathSummary, run},
+    path::{Commands, PathAnswer, PathCase, PathSummary, PathSums, run_in_parts},
     process::{Decimals, Process},
 };
 use crate::{
@@ -114,25 +114,52 @@ pub struct ProgramJob {
 pub struct Pass {
     /// What was commanded, in words.
     pub name: String,
-    /// Point by point.
-    pub answers: Vec<PathAnswer>,
     /// Summed up over the points at which the tool cuts.
     pub summary: PathSummary,
 }
 
-/// The compensated program.
+/// Where the tool is sent, gathered point after point.
 #[derive(Debug, Clone)]
-pub struct Compensated {
-    /// The program's text.
-    pub bytes: Vec<u8>,
-    /// The program as written, simulated.
-    pub as_written: Pass,
-    /// Points not cut at (rapid moves) that could not be compensated and were left as they were.
+pub struct Corrected {
+    /// Workpiece frame, mm; as in the path where there is no command.
+    positions: Vec<Vector3<f64>>,
+    /// Points at which the tool cuts but that have no command: index and reason.
+    pub failures: Vec<(usize, String)>,
+    /// Points not cut at (rapid moves) that could not be compensated and are left as they were.
     pub left_alone: usize,
 }
 
-/// Points at which the tool cuts but that have no command: index and reason.
-pub type Failures = Vec<(usize, String)>;
+impl Corrected {
+    /// For `job`, none of its points seen.
+    pub fn new(job: &ProgramJob) -> Self {
+        Self { positions: Vec::with_capacity(job.path.len()), failures: Vec::new(), left_alone: 0 }
+    }
+
+    /// Takes the next answers of the pass that is to be written.
+    pub fn add(&mut self, job: &ProgramJob, answers: &[PathAnswer]) {
+        for answer in answers {
+            let k = self.positions.len();
+            let point = &job.path.points()[k];
+            let target = answer.target.filter(|_| answer.status.is_success());
+            let position = target.map(|pose| job.process.placement.path_position(&pose, job.machine.tool_tip));
+            match position {
+                Some(_) => {}
+                None if point.cutting => self.failures.push((k, answer.status.reason(&job.machine))),
+                None => self.left_alone += 1,
+            }
+            self.positions.push(position.unwrap_or(point.position_mm));
+        }
+    }
+}
+
+/// The compensated program.
+#[derive(Debug, Clone)]
+pub struct Written {
+    /// The program's text.
+    pub bytes: Vec<u8>,
+    /// Poses of P that it commands, read back from the text.
+    pub poses: Vec<Pose>,
+}
 
 impl ProgramJob {
     /// Reads the program and the cutting force along it.
@@ -159,22 +186,45 @@ impl ProgramJob {
         PathCase { nominal: &self.machine, real: &self.real, demands: &self.demands }
     }
 
-    /// One pass over the program.
-    pub fn pass(&self, name: impl Into<String>, commands: &Commands<'_>, done: &(dyn Fn() + Sync)) -> Pass {
-        self.summed_up(name.into(), run(&self.case(), commands, done))
+    /// One pass over the program; `take` gets the index of the first of some points that follow one another, and their
+    /// answers. `done` is called after each point.
+    ///
+    /// # Errors
+    /// Of `take`.
+    pub fn pass(
+        &self,
+        name: impl Into<String>,
+        commands: &Commands<'_>,
+        done: &(dyn Fn() + Sync),
+        mut take: impl FnMut(usize, &[PathAnswer]) -> Result<()>,
+    ) -> Result<Pass> {
+        let points = self.path.points();
+        let cuts_nowhere = !points.iter().any(|point| point.cutting);
+        let (mut sums, mut first) = (PathSums::default(), 0);
+        run_in_parts(&self.case(), commands, done, |answers| {
+            for (answer, point) in answers.iter().zip(&points[first..]) {
+                if point.cutting || cuts_nowhere {
+                    sums.add(&answer.into());
+                }
+            }
+            take(first, &answers)?;
+            first += answers.len();
+            Ok::<(), Error>(())
+        })?;
+        Ok(Pass { name: name.into(), summary: sums.summary() })
     }
 
     /// One pass by a method.
-    pub fn pass_by(&self, method: Method, done: &(dyn Fn() + Sync)) -> Pass {
-        self.pass(method.label(), &Commands::Method(method), done)
-    }
-
-    /// A pass whose points were commanded by something else than a method.
-    pub fn summed_up(&self, name: String, answers: Vec<PathAnswer>) -> Pass {
-        let cutting: Vec<PathAnswer> =
-            answers.iter().zip(self.path.points()).filter(|(_, p)| p.cutting).map(|(a, _)| a.clone()).collect();
-        let summary = PathSummary::new(if cutting.is_empty() { &answers } else { &cutting });
-        Pass { name, answers, summary }
+    ///
+    /// # Errors
+    /// As [`ProgramJob::pass`].
+    pub fn pass_by(
+        &self,
+        method: Method,
+        done: &(dyn Fn() + Sync),
+        take: impl FnMut(usize, &[PathAnswer]) -> Result<()>,
+    ) -> Result<Pass> {
+        self.pass(method.label(), &Commands::Method(method), done, take)
     }
 
     /// Poses of P that mirror a measured pass at the wanted path, Figure 2. `measured`: where the tool went, workpiece
@@ -185,33 +235,14 @@ impl ProgramJob {
         self.path.points().iter().zip(measured).map(mirror).collect()
     }
 
-    /// Writes the program that commands the targets of `pass`, reads it back and simulates it as written.
+    /// Writes the program that sends the tool where `corrected` says, and reads it back.
     ///
     /// # Errors
-    /// Outer: the program cannot be rewritten. Inner: the points at which the tool cuts and that have no command.
-    pub fn write(&self, pass: &Pass, done: &(dyn Fn() + Sync)) -> Result<std::result::Result<Compensated, Failures>> {
-        let mut positions = self.path.positions_mm();
-        let (mut failures, mut left_alone) = (Failures::new(), 0);
-        for (k, answer) in pass.answers.iter().enumerate() {
-            let good = answer.compensation.status.is_success();
-            match answer.target.filter(|_| good) {
-                Some(target) => {
-                    positions[k] = self.process.placement.path_position(&target, self.machine.tool_tip);
-                }
-                None if self.path.points()[k].cutting => {
-                    failures.push((k, answer.compensation.status.reason(&self.machine)));
-                }
-                None => left_alone += 1,
-            }
-        }
-        if !failures.is_empty() {
-            return Ok(Err(failures));
-        }
-        let (bytes, back) = self.file.rewritten(&self.path, &positions, self.process.decimals)?;
+    /// The program cannot be rewritten.
+    pub fn write(&self, corrected: &Corrected) -> Result<Written> {
+        let (bytes, back) = self.file.rewritten(&self.path, &corrected.positions, self.process.decimals)?;
         let placed = placed(&self.machine, &self.process.placement);
-        let poses: Vec<Pose> = back.into_iter().map(|position| placed.platform_pose(position)).collect();
-        let as_written = self.pass(format!("{}, as written", pass.name), &Commands::Program(&poses), done);
-        Ok(Ok(Compensated { bytes, as_written, left_alone }))
+        Ok(Written { bytes, poses: back.into_iter().map(|position| placed.platform_pose(position)).collect() })
     }
 }
 

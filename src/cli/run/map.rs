@@ -43,7 +43,6 @@ pub fn run(run: &Run<'_>, study: &WorkspaceMapStudy) -> Result<Ending> {
         manifest: run.manifest(settings, summary.statuses().to_vec()),
         tables: Vec::new(),
         streamed: (files, vec![("map".into(), columns)]),
-        map: None,
         summary: summary.json(),
         figures: if run.arguments.no_figures { Vec::new() } else { pictures.figures(study) },
         page: report::page(study).with_answer(&answer),

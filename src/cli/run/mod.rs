@@ -3,6 +3,8 @@
 mod kinds;
 mod map;
 mod output;
+mod path;
+mod superposition;
 
 use std::{
     io::Write,
@@ -178,9 +180,9 @@ fn run_study(arguments: &RunArguments, study: &Study, origin: &Origin) -> Result
     let run = Run { arguments, study, out: &out, work, progress, started: Instant::now() };
     let ended = pool.install(|| match &study.kind {
         StudyKind::WorkspaceMap(map) => map::run(&run, map),
-        StudyKind::Path(path) => kinds::path(&run, path),
+        StudyKind::Path(path) => path::run(&run, path),
         StudyKind::Placement(placement) => kinds::placement(&run, placement),
-        StudyKind::Superposition(superposition) => kinds::superposition(&run, superposition),
+        StudyKind::Superposition(superposition) => superposition::run(&run, superposition),
         StudyKind::Validation(validation) => kinds::validation(&run, validation),
     });
     match ended {

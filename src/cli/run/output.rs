@@ -6,7 +6,7 @@ use kinetostat::{
     error::{Error, Result},
     report::{
         Manifest, OutputFile, StatusCount,
-        exchange::{self, Image, Table},
+        exchange::{self, Table},
         figures::{Colours, Figure, FigureError},
         page::{self, Description, MACHINE_AT_HOME, ResultFolder},
         publish, remove, staging, write_all,
@@ -27,8 +27,6 @@ pub struct Output<'a> {
     pub tables: Vec<(String, Table)>,
     /// Files of tables that were written while they were computed, and those tables without rows.
     pub streamed: (Vec<OutputFile>, Vec<(String, Table)>),
-    /// The maps among them.
-    pub map: Option<Image>,
     pub summary: serde_json::Value,
     pub figures: Vec<(String, Figure)>,
     /// Setting, answer, views and tables of the page; figures, name and question are filled in.
@@ -63,7 +61,7 @@ impl Output<'_> {
         // Pages show CSV tables.
         let has_page = formats.contains(&exchange::Format::Csv);
         let (mut files, described) = std::mem::take(&mut self.streamed);
-        files.extend(exchange::files(out, &self.tables, &described, self.map.as_ref(), &formats)?);
+        files.extend(exchange::files(out, &self.tables, &described, &formats)?);
         if has_page {
             files.push(OutputFile::new("report.json", self.description().to_json()));
         }

@@ -31,8 +31,8 @@ pub enum Format {
     Vti,
 }
 
-/// Tables and maps in the formats asked for, `folder` being where they will be written. A study without a map has no VTK
-/// image. `written` are tables whose files exist already and only need to be described.
+/// Tables in the formats asked for, `folder` being where they will be written. `written` are tables whose files exist already
+/// and only need to be described.
 ///
 /// # Errors
 /// A format cannot hold the data; names the file.
@@ -40,7 +40,6 @@ pub fn files(
     folder: &Path,
     tables: &[(String, Table)],
     written: &[(String, Table)],
-    map: Option<&Image>,
     formats: &[Format],
 ) -> Result<Vec<OutputFile>> {
     let fault = |name: &str, source| Error::Write { file: folder.join(name), source };
@@ -62,9 +61,6 @@ pub fn files(
             let bytes = parquet(table).map_err(|e| fault(&name, std::io::Error::other(e)))?;
             files.push(OutputFile::new(name, bytes));
         }
-    }
-    if let Some(map) = map.filter(|_| formats.contains(&Format::Vti)) {
-        files.extend(map.files(folder, tables)?);
     }
     Ok(files)
 }

@@ -37,7 +37,10 @@ impl StreamedTable {
         let mut streamed = Self { csv: None, parquet: None };
         if formats.contains(&Format::Csv) {
             let (path, out) = open("csv")?;
-            streamed.csv = Some((path, CsvFile::new(out)));
+            let mut file = CsvFile::new(out);
+            // A table without rows has a header all the same.
+            file.add(&Table::new(columns.to_vec(), [])).map_err(|error| fault(&path, error))?;
+            streamed.csv = Some((path, file));
         }
         if formats.contains(&Format::Parquet) {
             let (path, out) = open("parquet")?;

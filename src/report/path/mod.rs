@@ -1,14 +1,15 @@
-//! Reports of a path study.
+//! Reports of a path study, gathered part by part: memory does not grow with the path.
 
 mod page;
 mod pictures;
 mod program;
 mod summary;
 mod tables;
+mod thinned;
 
 pub use page::page;
 pub(in crate::report) use page::points_view;
-pub use pictures::figures;
-pub use program::{bounded_text, program_json, program_table};
-pub use summary::{methods_text, summary_json, summary_text};
-pub use tables::{methods_table, points_table};
+pub use pictures::Pictures;
+pub use program::{bounded_text, program_columns, program_json, program_table};
+pub use summary::{Summary, methods_text};
+pub use tables::{methods_table, points_columns, points_table};

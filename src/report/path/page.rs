@@ -11,12 +11,11 @@ use crate::{
         words::counted,
         workspace_map::source_group,
     },
-    study::path_study::{PathResults, PathStudy},
+    study::path_study::PathStudy,
 };
 
 /// Setting, views and tables; answer, figures and question are added by the run.
-pub fn page(results: &PathResults) -> Description {
-    let study = &results.study;
+pub fn page(study: &PathStudy) -> Description {
     let points =
         "One row per point and source of error: displacement without compensation, command and forces with it.";
     Description {

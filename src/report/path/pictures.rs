@@ -2,33 +2,171 @@
 
 use nalgebra::Vector3;
 
+use super::thinned::{Curve, drawn, step};
 use crate::{
-    machine::Motion,
     report::{
         amplification::amplification,
         figures::{Figure, LineFigure, LineSeries},
-        table::{force_unit, position_unit},
+        table::{force_unit, position_unit, shown_positions},
         words::counted,
     },
     study::{
         Source,
-        path_study::{PathResults, Station},
+        path_study::{PathPart, PathStudy},
     },
 };
 
-/// All pictures with their file stems.
-pub fn figures(results: &PathResults) -> Vec<(String, Figure)> {
-    let labels = results.study.machine.drive_labels();
-    let mut figures = vec![
-        ("displacement".to_string(), displacement(results)),
-        ("delta_rho".to_string(), corrections(results)),
-        ("drive_force".to_string(), forces(results)),
-        ("paths".to_string(), paths(results)),
-    ];
-    for (drive, label) in labels.iter().enumerate() {
-        figures.push((format!("delta_rho_sources_{label}"), correction_by_source(results, drive, label)));
+/// The values that pictures show, gathered part by part: a long path is thinned.
+#[derive(Debug, Clone)]
+pub struct Pictures {
+    /// |Δt| of each source, mm.
+    displacement: [Curve; 3],
+    /// Length of the sum of the single sources' Δt, mm.
+    superposed: Curve,
+    /// Δρ of each drive, by source, in the unit of [`position_unit`].
+    correction: [Vec<Curve>; 3],
+    /// τ of each drive under both sources, N or N·mm.
+    force: Vec<Curve>,
+    /// Points at which the path is drawn, ascending.
+    drawn: Vec<usize>,
+    /// What is added to the path there.
+    shifts: Vec<Shifts>,
+    /// Largest displacement by both sources, mm.
+    largest: f64,
+}
+
+/// What is added to a point of the path to draw it, O axes, mm.
+#[derive(Debug, Clone, Copy)]
+struct Shifts {
+    /// Displacements by the sources.
+    displacement: [Option<Vector3<f64>>; 3],
+    commanded: Option<Vector3<f64>>,
+    /// What compensation leaves.
+    left: Option<Vector3<f64>>,
+}
+
+impl Pictures {
+    /// For `study`, none of its points seen.
+    pub fn new(study: &PathStudy) -> Self {
+        let curve = || Curve::new(study.stations.len());
+        let of_drives = || vec![curve(); study.machine.drive_count()];
+        Self {
+            displacement: Source::ALL.map(|_| curve()),
+            superposed: curve(),
+            correction: Source::ALL.map(|_| of_drives()),
+            force: of_drives(),
+            drawn: drawn(&study.wanted()),
+            shifts: Vec::new(),
+            largest: 0.0,
+        }
     }
-    figures
+
+    /// Takes the next part.
+    pub fn add(&mut self, study: &PathStudy, part: &PathPart) {
+        for k in part.points() {
+            let displacement = Source::ALL.map(|source| part.displacement(source, k));
+            self.largest = displacement[Source::Both as usize].map_or(self.largest, |d| self.largest.max(d.norm()));
+            if self.drawn.get(self.shifts.len()) == Some(&k) {
+                let left = part.compensated(Source::Both, k).map(|answer| answer.position_error);
+                self.shifts.push(Shifts { displacement, commanded: part.command_shift(study, k), left });
+            }
+            let Some(x) = along(study, k) else { continue };
+            for (curve, displacement) in self.displacement.iter_mut().zip(displacement) {
+                displacement.iter().for_each(|d| curve.add(k, x, d.norm()));
+            }
+            if let [Some(cutting), Some(assembly), _] = displacement {
+                self.superposed.add(k, x, (cutting + assembly).norm());
+            }
+            for (source, curves) in Source::ALL.into_iter().zip(&mut self.correction) {
+                let Some(answer) = part.compensated(source, k) else { continue };
+                let corrections = shown_positions(&study.machine, &answer.delta_rho());
+                curves.iter_mut().zip(corrections).for_each(|(curve, value)| curve.add(k, x, value));
+                if source == Source::Both {
+                    self.force.iter_mut().zip(&answer.drive_forces).for_each(|(curve, force)| curve.add(k, x, *force));
+                }
+            }
+        }
+    }
+
+    /// All pictures with their file stems.
+    pub fn figures(&self, study: &PathStudy) -> Vec<(String, Figure)> {
+        let labels = study.machine.drive_labels();
+        let mut figures = vec![
+            ("displacement".to_string(), self.displacement(study)),
+            ("delta_rho".to_string(), self.corrections(study, &labels)),
+            ("drive_force".to_string(), self.forces(study, &labels)),
+            ("paths".to_string(), self.paths(study)),
+        ];
+        for (drive, label) in labels.iter().enumerate() {
+            figures.push((format!("delta_rho_sources_{label}"), self.correction_by_source(study, drive, label)));
+        }
+        figures
+    }
+
+    fn displacement(&self, study: &PathStudy) -> Figure {
+        let of_source = |source: Source| {
+            series(study, source_words(source), source != Source::Both, &self.displacement[source as usize])
+        };
+        let mut all: Vec<LineSeries> = Source::ALL.map(of_source).into();
+        all.push(series(study, "sum of the two", true, &self.superposed));
+        line_figure(study, "How far the tool leaves its path without compensation", "|Δt| [mm]".into(), all)
+    }
+
+    fn corrections(&self, study: &PathStudy, labels: &[String]) -> Figure {
+        let all = of_drives(study, labels, &self.correction[Source::Both as usize]);
+        let y_label = format!("Δρ [{}]", position_unit(&study.machine));
+        line_figure(study, "What the drives must be told instead", y_label, all)
+    }
+
+    fn forces(&self, study: &PathStudy, labels: &[String]) -> Figure {
+        let y_label = format!("τ [{}]", force_unit(&study.machine));
+        line_figure(study, "Drive forces along the compensated path", y_label, of_drives(study, labels, &self.force))
+    }
+
+    fn correction_by_source(&self, study: &PathStudy, drive: usize, label: &str) -> Figure {
+        let all = Source::ALL.map(|source| {
+            let curve = &self.correction[source as usize][drive];
+            series(study, source_words(source), source != Source::Both, curve)
+        });
+        let title = format!("Which source asks drive {label} for what");
+        line_figure(study, &title, format!("Δρ {label} [{}]", position_unit(&study.machine)), all.into())
+    }
+
+    /// The path in the xy-plane: wanted, as the tool goes without compensation, as it is commanded and as it goes then.
+    fn paths(&self, study: &PathStudy) -> Figure {
+        let wanted = study.wanted();
+        let amplification = amplification(&wanted, self.largest);
+        let drawn = |label: &str, dashed: bool, shift: &dyn Fn(&Shifts) -> Option<Vector3<f64>>| {
+            let points = self.drawn.iter().zip(&self.shifts).filter_map(|(&k, shifts)| {
+                let at = wanted[k] + shift(shifts)? * amplification;
+                Some((at.x, at.y))
+            });
+            LineSeries { label: label.into(), points: points.collect(), dashed }
+        };
+        let series = vec![
+            drawn("wanted", false, &|_| Some(Vector3::zeros())),
+            drawn("moved by chain errors", true, &|shifts| shifts.displacement[Source::Assembly as usize]),
+            drawn("moved by the cutting force", true, &|shifts| shifts.displacement[Source::Cutting as usize]),
+            drawn("moved by both", false, &|shifts| shifts.displacement[Source::Both as usize]),
+            drawn("commanded instead", false, &|shifts| shifts.commanded),
+            drawn("after compensation", true, &|shifts| shifts.left),
+        ];
+        let thinned = match self.drawn.len() {
+            all if all == wanted.len() => String::new(),
+            some => format!(", {some} of {} drawn", counted(wanted.len(), "point")),
+        };
+        Figure::Lines(LineFigure {
+            title: "Paths before and after compensation".into(),
+            subtitle: format!("{}, seen along −z{thinned}", study.machine.name),
+            x_label: "x [mm]".into(),
+            y_label: "y [mm]".into(),
+            series,
+            equal_axes: true,
+            log_x: false,
+            log_y: false,
+            closed_note: Some(format!("deviations from the wanted path drawn {amplification} times as large")),
+        })
+    }
 }
 
 fn source_words(source: Source) -> &'static str {
@@ -39,25 +177,19 @@ fn source_words(source: Source) -> &'static str {
     }
 }
 
-fn along(results: &PathResults, station: &Station) -> Option<f64> {
-    if results.study.is_circle { station.phi_deg } else { Some(station.arc_length_mm) }
+/// Where point `k` stands on the axis of the curves.
+fn along(study: &PathStudy, k: usize) -> Option<f64> {
+    let station = &study.stations[k];
+    if study.is_circle { station.phi_deg } else { Some(station.arc_length_mm) }
 }
 
-fn along_label(results: &PathResults) -> String {
-    if results.study.is_circle { "tool angle φ [°]".into() } else { "path length [mm]".into() }
+fn along_label(study: &PathStudy) -> String {
+    if study.is_circle { "tool angle φ [°]".into() } else { "path length [mm]".into() }
 }
 
-/// A curve over the path; points without a value are left out.
-fn curve(
-    results: &PathResults,
-    label: impl Into<String>,
-    dashed: bool,
-    value: impl Fn(usize) -> Option<f64>,
-) -> LineSeries {
-    let stations = results.study.stations.iter().enumerate();
-    let mut points: Vec<(f64, f64)> =
-        stations.filter_map(|(k, station)| Some((along(results, station)?, value(k)?))).collect();
-    if results.study.is_circle {
+fn series(study: &PathStudy, label: impl Into<String>, dashed: bool, curve: &Curve) -> LineSeries {
+    let mut points = curve.points();
+    if study.is_circle {
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         // One turn: the curve ends at the angle at which it begins.
         points.extend(points.first().map(|&(phi, value)| (phi + 360.0, value)));
@@ -65,101 +197,24 @@ fn curve(
     LineSeries { label: label.into(), points, dashed }
 }
 
-fn line_figure(results: &PathResults, title: &str, y_label: String, series: Vec<LineSeries>) -> Figure {
-    let study = &results.study;
+fn of_drives(study: &PathStudy, labels: &[String], curves: &[Curve]) -> Vec<LineSeries> {
+    labels.iter().zip(curves).map(|(label, curve)| series(study, format!("drive {label}"), false, curve)).collect()
+}
+
+fn line_figure(study: &PathStudy, title: &str, y_label: String, series: Vec<LineSeries>) -> Figure {
+    let thinned = match step(study.stations.len()) {
+        1 => String::new(),
+        step => format!(", the smallest and the largest value of each {step} drawn"),
+    };
     Figure::Lines(LineFigure {
         title: title.into(),
-        subtitle: format!("{}, {}", study.machine.name, counted(study.stations.len(), "point")),
-        x_label: along_label(results),
+        subtitle: format!("{}, {}{thinned}", study.machine.name, counted(study.stations.len(), "point")),
+        x_label: along_label(study),
         y_label,
         series,
         equal_axes: false,
         log_x: false,
         log_y: false,
         closed_note: None,
-    })
-}
-
-fn displacement(results: &PathResults) -> Figure {
-    let mut series: Vec<LineSeries> = Source::ALL
-        .map(|source| {
-            let size = |k| results.displacement(source, k).map(|d| d.norm());
-            curve(results, source_words(source), source != Source::Both, size)
-        })
-        .into();
-    let superposed = |k| {
-        let sum = results.displacement(Source::Cutting, k)? + results.displacement(Source::Assembly, k)?;
-        Some(sum.norm())
-    };
-    series.push(curve(results, "sum of the two", true, superposed));
-    line_figure(results, "How far the tool leaves its path without compensation", "|Δt| [mm]".into(), series)
-}
-
-fn correction(results: &PathResults, source: Source, k: usize, drive: usize) -> Option<f64> {
-    let delta = *results.compensated(source, k)?.delta_rho().get(drive)?;
-    let motion = results.study.machine.drives().nth(drive).map(|(_, drive)| drive.motion)?;
-    Some(if motion == Motion::Revolute { delta.to_degrees() } else { delta })
-}
-
-fn corrections(results: &PathResults) -> Figure {
-    let labels = results.study.machine.drive_labels();
-    let series = labels.iter().enumerate().map(|(drive, label)| {
-        curve(results, format!("drive {label}"), false, |k| correction(results, Source::Both, k, drive))
-    });
-    let y_label = format!("Δρ [{}]", position_unit(&results.study.machine));
-    line_figure(results, "What the drives must be told instead", y_label, series.collect())
-}
-
-fn forces(results: &PathResults) -> Figure {
-    let labels = results.study.machine.drive_labels();
-    let series = labels.iter().enumerate().map(|(drive, label)| {
-        let force = |k| results.compensated(Source::Both, k)?.compensation.drive_forces.get(drive).copied();
-        curve(results, format!("drive {label}"), false, force)
-    });
-    let y_label = format!("τ [{}]", force_unit(&results.study.machine));
-    line_figure(results, "Drive forces along the compensated path", y_label, series.collect())
-}
-
-fn correction_by_source(results: &PathResults, drive: usize, label: &str) -> Figure {
-    let series = Source::ALL.map(|source| {
-        let delta = |k| correction(results, source, k, drive);
-        curve(results, source_words(source), source != Source::Both, delta)
-    });
-    let title = format!("Which source asks drive {label} for what");
-    line_figure(results, &title, format!("Δρ {label} [{}]", position_unit(&results.study.machine)), series.into())
-}
-
-/// The path in the xy-plane: wanted, as the tool goes without compensation, as it is commanded and as it goes then.
-fn paths(results: &PathResults) -> Figure {
-    let study = &results.study;
-    let wanted = results.wanted();
-    let displacements = (0..wanted.len()).filter_map(|k| results.displacement(Source::Both, k));
-    let amplification = amplification(&wanted, displacements.fold(0.0f64, |most, d| most.max(d.norm())));
-    let drawn = |label: &str, dashed: bool, error: &dyn Fn(usize) -> Option<Vector3<f64>>| {
-        let points = wanted.iter().enumerate().filter_map(|(k, p)| {
-            let at = p + error(k)? * amplification;
-            Some((at.x, at.y))
-        });
-        LineSeries { label: label.into(), points: points.collect(), dashed }
-    };
-    let left = |k: usize| Some(results.compensated(Source::Both, k)?.compensation.position_error);
-    let series = vec![
-        drawn("wanted", false, &|_| Some(Vector3::zeros())),
-        drawn("moved by chain errors", true, &|k| results.displacement(Source::Assembly, k)),
-        drawn("moved by the cutting force", true, &|k| results.displacement(Source::Cutting, k)),
-        drawn("moved by both", false, &|k| results.displacement(Source::Both, k)),
-        drawn("commanded instead", false, &|k| results.command_shift(k)),
-        drawn("after compensation", true, &left),
-    ];
-    Figure::Lines(LineFigure {
-        title: "Paths before and after compensation".into(),
-        subtitle: format!("{}, seen along −z", study.machine.name),
-        x_label: "x [mm]".into(),
-        y_label: "y [mm]".into(),
-        series,
-        equal_axes: true,
-        log_x: false,
-        log_y: false,
-        closed_note: Some(format!("deviations from the wanted path drawn {amplification} times as large")),
     })
 }

@@ -5,20 +5,19 @@ use serde_json::{Value, json};
 use crate::{
     compensation::{BoundedPath, LimitKind, Side},
     machine::{Machine, Motion},
-    process::toolpath::PathPoint,
     report::{
-        exchange::{Cell, Row, Table, cells, counts, numbers, texts},
+        exchange::{Cell, Column, Row, Table, cells, counts, numbers, texts},
         table::{correction_columns, force_columns, shown_positions},
         words::counted,
     },
-    study::program::{Pass, ProgramJob},
+    study::{
+        path::PathAnswer,
+        program::{Pass, ProgramJob},
+    },
 };
 
-/// One row per point: where the tool should be, what is commanded instead (both in the workpiece frame), the error before
-/// (first pass) and as written (last pass, base axes), drive corrections and forces as written. An empty cell has its
-/// reason in `status` and `reason`. `limits` names the limits that bind, if the path was corrected within limits.
-pub fn program_table(job: &ProgramJob, passes: &[Pass], bounded: Option<&BoundedPath>) -> Table {
-    let machine = &job.machine;
+/// The columns of [`program_table`].
+pub fn program_columns(machine: &Machine) -> Vec<Column> {
     let quantities = [
         "x_mm",
         "y_mm",
@@ -39,30 +38,47 @@ pub fn program_table(job: &ProgramJob, passes: &[Pass], bounded: Option<&Bounded
     columns.extend(numbers(quantities));
     columns.extend(texts(["status", "reason", "limits"]));
     columns.extend(numbers(correction_columns(machine).chain(force_columns(machine))));
-    let (Some(before), Some(after)) = (passes.first(), passes.last()) else { return Table::new(columns, []) };
+    columns
+}
+
+/// One row per point from `first` on: where the tool should be, what is commanded instead (both in the workpiece frame),
+/// the error before (mm, by point of the path) and as written (base axes), drive corrections and forces as written. An empty
+/// cell has its reason in `status` and `reason`. `limits` names the limits that bind, if the path was corrected within
+/// limits.
+pub fn program_table(
+    job: &ProgramJob,
+    first: usize,
+    answers: &[PathAnswer],
+    before: &[Option<f64>],
+    bounded: Option<&BoundedPath>,
+) -> Table {
+    let machine = &job.machine;
+    let columns = program_columns(machine);
     let width = columns.len();
-    let row = |k: usize, point: &PathPoint| {
+    let row = |(k, answer): (usize, &PathAnswer)| {
+        let point = &job.path.points()[k];
         let mut row: Row = vec![k.into(), job.file.line_of(point.source.segment).into()];
         row.extend([point.arc_length_mm.into(), usize::from(point.cutting).into()]);
         row.extend(cells(point.position_mm.iter().copied()));
-        let answer = &after.answers[k];
         let commanded = answer.target.map(|pose| job.process.placement.path_position(&pose, machine.tool_tip));
         row.extend((0..3).map(|i| commanded.map(|p| p[i]).into()));
-        let earlier = &before.answers[k].compensation;
-        row.push(earlier.outcome.as_ref().map(|_| earlier.position_error.norm()).into());
-        let (now, solved) = (&answer.compensation, answer.compensation.outcome.is_some());
-        let shown = |value: f64| Cell::from(solved.then_some(value));
-        row.push(shown(now.position_error.norm()));
-        row.extend(now.position_error.iter().map(|v| shown(*v)));
-        row.push(shown(now.leftover_rotation.norm().to_degrees()));
-        row.extend([now.status.label().into(), now.status.reason(machine).into(), binding(job, bounded, k).into()]);
+        row.push(before[k].into());
+        let shown = |value: f64| Cell::from(answer.is_settled.then_some(value));
+        row.push(shown(answer.position_error.norm()));
+        row.extend(answer.position_error.iter().map(|v| shown(*v)));
+        row.push(shown(answer.leftover_rotation.norm().to_degrees()));
+        row.extend([
+            answer.status.label().into(),
+            answer.status.reason(machine).into(),
+            binding(job, bounded, k).into(),
+        ]);
         row.extend(shown_positions(machine, &answer.delta_rho()).iter().map(|v| shown(*v)));
         row.resize(width - machine.drive_count(), Cell::Missing);
-        row.extend(now.drive_forces.iter().map(|v| shown(*v)));
+        row.extend(answer.drive_forces.iter().map(|v| shown(*v)));
         row.resize(width, Cell::Missing);
         row
     };
-    Table::new(columns, job.path.points().iter().enumerate().map(|(k, point)| row(k, point)))
+    Table::new(columns, (first..).zip(answers).map(row))
 }
 
 /// Limits that bind at point `k`, such as `correction x upper`.

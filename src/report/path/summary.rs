@@ -1,99 +1,173 @@
-//! A path study's answer in sentences, as a table of methods and as a small JSON object.
+//! A path study's answer in sentences, as a table of methods and as a small JSON object, from its points part by part.
 
 use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 use serde_json::{Value, json};
 
 use crate::{
-    machine::Machine,
     report::{
+        StatusCount,
         table::{force_unit, largest_position, position_unit},
         words::{counted, millimetres},
     },
     study::{
         Source,
-        path_study::{PathResults, SourceAlongPath},
+        path_study::{MethodAlongPath, PathPart, PathStudy},
         superposition::growth::ROUNDING_MM,
     },
 };
 
-/// Largest value over the path and the point it occurs at.
-fn largest(points: usize, value: impl Fn(usize) -> Option<f64>) -> Option<(f64, usize)> {
-    let values = (0..points).filter_map(|k| Some((value(k)?, k)));
-    values.max_by(|a, b| a.0.total_cmp(&b.0))
+/// The largest value seen and the point it was seen at first.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Largest(Option<(f64, usize)>);
+
+impl Largest {
+    fn see(&mut self, value: f64, point: usize) {
+        if self.0.is_none_or(|(most, _)| value > most) {
+            self.0 = Some((value, point));
+        }
+    }
+
+    fn json(&self, study: &PathStudy) -> Option<Value> {
+        let (value, k) = self.0?;
+        Some(json!({ "value": value, "point": k, "phi_deg": study.stations[k].phi_deg }))
+    }
 }
 
-/// Largest |Δρ| of any drive over the path, mm for slides, degrees for hinges.
-fn largest_correction(machine: &Machine, along: &SourceAlongPath) -> Option<(f64, usize)> {
-    largest(along.compensated.len(), |k| {
-        let answer = &along.compensated[k];
-        answer.compensation.status.is_success().then(|| largest_position(machine, &answer.delta_rho()))
-    })
+/// Extremes of one source.
+#[derive(Debug, Clone, Default)]
+struct OfSource {
+    /// mm.
+    displacement: Largest,
+    /// |Δρ| of any drive, mm for slides, degrees for hinges.
+    correction: Largest,
+    /// |τ| of any drive on the compensated path, N for slides, N·mm for hinges.
+    force: Largest,
+    /// Points that could not be compensated.
+    failed: usize,
+    statuses: Vec<StatusCount>,
 }
 
-/// Largest |τ| of any drive over the compensated path, N for slides, N·mm for hinges.
-fn largest_force(along: &SourceAlongPath) -> Option<(f64, usize)> {
-    largest(along.compensated.len(), |k| {
-        let compensation = &along.compensated[k].compensation;
-        let forces = compensation.drive_forces.iter();
-        compensation.status.is_success().then(|| forces.fold(0.0f64, |most, f| most.max(f.abs())))
-    })
+/// What a path says, gathered part by part.
+#[derive(Debug, Clone, Default)]
+pub struct Summary {
+    sources: [OfSource; 3],
 }
 
-fn place(results: &PathResults, k: usize) -> String {
-    let station = &results.study.stations[k];
-    match station.phi_deg.filter(|_| results.study.is_circle) {
+impl Summary {
+    /// Takes the next part into account.
+    pub fn add(&mut self, study: &PathStudy, part: &PathPart) {
+        for (source, sums) in Source::ALL.into_iter().zip(&mut self.sources) {
+            for k in part.points() {
+                StatusCount::add(&mut sums.statuses, part.answer(source, k).status.label());
+                if let Some(displacement) = part.displacement(source, k) {
+                    sums.displacement.see(displacement.norm(), k);
+                }
+                let Some(answer) = part.compensated(source, k) else {
+                    sums.failed += 1;
+                    continue;
+                };
+                sums.correction.see(largest_position(&study.machine, &answer.delta_rho()), k);
+                sums.force.see(answer.drive_forces.iter().fold(0.0f64, |most, f| most.max(f.abs())), k);
+            }
+        }
+    }
+
+    /// Rows per status.
+    pub fn statuses(&self) -> Vec<StatusCount> {
+        let mut all: Vec<StatusCount> = Vec::new();
+        for count in self.sources.iter().flat_map(|sums| &sums.statuses) {
+            match all.iter_mut().find(|known| known.status == count.status) {
+                Some(known) => known.rows += count.rows,
+                None => all.push(count.clone()),
+            }
+        }
+        all
+    }
+
+    /// The point at which both sources move the tool farthest.
+    pub fn farthest(&self) -> Option<usize> {
+        self.sources[Source::Both as usize].displacement.0.map(|(_, point)| point)
+    }
+
+    /// The closing words of a run.
+    pub fn text(&self, study: &PathStudy) -> String {
+        let points = study.stations.len();
+        let last = study.stations.last().map_or(0.0, |s| s.arc_length_mm);
+        let mut text = format!("{}: a path of {last:.1} mm, {}.\n", study.machine.title, counted(points, "point"));
+        for source in Source::ALL {
+            let Some((size, k)) = self.sources[source as usize].displacement.0 else { continue };
+            let cause = match source {
+                Source::Cutting => "The cutting force alone moves the tool",
+                Source::Assembly => "Chain errors alone move it",
+                Source::Both => "Both together move it",
+            };
+            text += &format!("{cause} by up to {}, {}.\n", millimetres(size, 3, ROUNDING_MM), place(study, k));
+        }
+        let both = &self.sources[Source::Both as usize];
+        if let (Some((correction, k)), Some((force, kf))) = (both.correction.0, both.force.0) {
+            text += &format!(
+                "To keep it on its path, drives must be commanded up to {correction:.3} {} away from the inverse \
+                 kinematics, {}; drive forces then reach {force:.0} {}, {}.\n",
+                position_unit(&study.machine),
+                place(study, k),
+                force_unit(&study.machine),
+                place(study, kf)
+            );
+        }
+        if both.failed > 0 {
+            text += &format!("{} of {points} points could not be compensated; the table says why.\n", both.failed);
+        }
+        text
+    }
+
+    /// Extremes per source and the methods.
+    pub fn json(&self, study: &PathStudy, methods: &[MethodAlongPath]) -> Value {
+        let mut sources = serde_json::Map::new();
+        for (source, sums) in Source::ALL.into_iter().zip(&self.sources) {
+            let entry = json!({
+                "displacement_max_mm": sums.displacement.json(study),
+                "delta_rho_max": sums.correction.json(study),
+                "drive_force_max": sums.force.json(study),
+            });
+            sources.insert(source.label().into(), entry);
+        }
+        let methods: Vec<Value> = methods
+            .iter()
+            .map(|m| {
+                json!({
+                    "method": m.method.label(),
+                    "corrections_mean": m.summary.mean_corrections,
+                    "error_max_mm": m.summary.max_mm,
+                    "error_rms_mm": m.summary.rms_mm,
+                    "failed": m.summary.failed,
+                })
+            })
+            .collect();
+        json!({ "schema": 1, "points": study.stations.len(), "sources": sources, "methods": methods })
+    }
+}
+
+fn place(study: &PathStudy, k: usize) -> String {
+    let station = &study.stations[k];
+    match station.phi_deg.filter(|_| study.is_circle) {
         Some(phi) => format!("at tool angle {phi:.0}°"),
         None => format!("{:.1} mm along the path", station.arc_length_mm),
     }
 }
 
-/// The closing words of a run.
-pub fn summary_text(results: &PathResults) -> String {
-    let study = &results.study;
-    let points = study.stations.len();
-    let last = study.stations.last().map_or(0.0, |s| s.arc_length_mm);
-    let mut text = format!("{}: a path of {last:.1} mm, {}.\n", study.machine.title, counted(points, "point"));
-    for source in Source::ALL {
-        let Some((size, k)) = largest(points, |k| results.displacement(source, k).map(|d| d.norm())) else { continue };
-        let cause = match source {
-            Source::Cutting => "The cutting force alone moves the tool",
-            Source::Assembly => "Chain errors alone move it",
-            Source::Both => "Both together move it",
-        };
-        text += &format!("{cause} by up to {}, {}.\n", millimetres(size, 3, ROUNDING_MM), place(results, k));
-    }
-    let both = &results.sources[Source::Both as usize];
-    if let (Some((correction, k)), Some((force, kf))) = (largest_correction(&study.machine, both), largest_force(both))
-    {
-        text += &format!(
-            "To keep it on its path, drives must be commanded up to {correction:.3} {} away from the inverse \
-             kinematics, {}; drive forces then reach {force:.0} {}, {}.\n",
-            position_unit(&study.machine),
-            place(results, k),
-            force_unit(&study.machine),
-            place(results, kf)
-        );
-    }
-    let unsolved = both.compensated.iter().filter(|a| !a.compensation.status.is_success()).count();
-    if unsolved > 0 {
-        text += &format!("{unsolved} of {points} points could not be compensated; the table says why.\n");
-    }
-    text
-}
-
 /// The methods side by side, with the time each takes on this machine.
-pub fn methods_text(results: &PathResults) -> String {
+pub fn methods_text(methods: &[MethodAlongPath]) -> String {
     let mut table = Table::new();
     table.load_style(UTF8_HORIZONTAL_ONLY);
     table.set_header(["method", "corrections", "max error", "rms error", "failed", "time per point"]);
-    for method in &results.methods {
+    for method in methods {
         let s = &method.summary;
         table.add_row([
             method.method.label(),
             shown(s.solved, format!("{:.2}", s.mean_corrections)),
             shown(s.solved, format!("{:.2e} mm", s.max_mm)),
             shown(s.solved, format!("{:.2e} mm", s.rms_mm)),
-            format!("{} of {}", method.failed, s.points),
+            format!("{} of {}", s.failed, s.points),
             format!("{:.0} µs", 1e6 * method.seconds_per_point),
         ]);
     }
@@ -103,36 +177,4 @@ pub fn methods_text(results: &PathResults) -> String {
 /// A number, if it comes from any point.
 fn shown(solved: usize, number: String) -> String {
     if solved > 0 { number } else { "–".into() }
-}
-
-/// Extremes per source and the methods.
-pub fn summary_json(results: &PathResults) -> Value {
-    let points = results.study.stations.len();
-    let mut sources = serde_json::Map::new();
-    for source in Source::ALL {
-        let along = &results.sources[source as usize];
-        let item = |found: Option<(f64, usize)>| {
-            found.map(|(value, k)| json!({ "value": value, "point": k, "phi_deg": results.study.stations[k].phi_deg }))
-        };
-        let entry = json!({
-            "displacement_max_mm": item(largest(points, |k| results.displacement(source, k).map(|d| d.norm()))),
-            "delta_rho_max": item(largest_correction(&results.study.machine, along)),
-            "drive_force_max": item(largest_force(along)),
-        });
-        sources.insert(source.label().into(), entry);
-    }
-    let methods: Vec<Value> = results
-        .methods
-        .iter()
-        .map(|m| {
-            json!({
-                "method": m.method.label(),
-                "corrections_mean": m.summary.mean_corrections,
-                "error_max_mm": m.summary.max_mm,
-                "error_rms_mm": m.summary.rms_mm,
-                "failed": m.failed,
-            })
-        })
-        .collect();
-    json!({ "schema": 1, "points": points, "sources": sources, "methods": methods })
 }

@@ -11,33 +11,32 @@ use crate::{
     study::{
         Source,
         path::PathAnswer,
-        path_study::{PathResults, Station},
+        path_study::{MethodAlongPath, PathPart, PathStudy, Station},
     },
 };
 
-/// One row per point and source: where the point put right should be, how far it is moved at the nominal command, where to
-/// command P instead, drive forces then, and the rotation left over. `status` and `reason` say why numbers are missing.
-pub fn points_table(results: &PathResults) -> Table {
-    let machine = &results.study.machine;
-    let mut rows = Vec::new();
-    for (k, station) in results.study.stations.iter().enumerate() {
-        let demand = &results.study.demands[k];
-        let wanted = demand.pose.transform(demand.offset(machine));
-        for source in Source::ALL {
-            let along = &results.sources[source as usize];
-            let mut row = place(k, station, wanted, source);
-            let compensated = &along.compensated[k];
-            row.push(compensated.compensation.status.label().into());
-            row.push(compensated.compensation.status.reason(machine).into());
-            displacement(&along.plain[k], &mut row);
-            command(machine, compensated, &mut row);
-            rows.push(row);
-        }
-    }
-    Table::new(columns(machine), rows)
+/// One row per point of `part` and source: where the point put right should be, how far it is moved at the nominal command,
+/// where to command P instead, drive forces then, and the rotation left over. `status` and `reason` say why numbers are
+/// missing.
+pub fn points_table(study: &PathStudy, part: &PathPart) -> Table {
+    let rows = part.points().flat_map(|k| Source::ALL.map(|source| row(study, part, k, source)));
+    Table::new(points_columns(&study.machine), rows)
 }
 
-fn columns(machine: &Machine) -> Vec<Column> {
+fn row(study: &PathStudy, part: &PathPart, k: usize, source: Source) -> Row {
+    let (machine, demand) = (&study.machine, &study.demands[k]);
+    let wanted = demand.pose.transform(demand.offset(machine));
+    let mut row = place(k, &study.stations[k], wanted, source);
+    let compensated = part.answer(source, k);
+    row.push(compensated.status.label().into());
+    row.push(compensated.status.reason(machine).into());
+    displacement(part.displacement(source, k), &mut row);
+    command(machine, compensated, &mut row);
+    row
+}
+
+/// The columns of [`points_table`].
+pub fn points_columns(machine: &Machine) -> Vec<Column> {
     let quantities = [
         "displacement_mm",
         "displacement_x_mm",
@@ -66,10 +65,9 @@ fn place(k: usize, station: &Station, wanted: Vector3<f64>, source: Source) -> R
     row
 }
 
-fn displacement(plain: &PathAnswer, row: &mut Row) {
-    match &plain.compensation.outcome {
-        Some(_) => {
-            let error = plain.compensation.position_error;
+fn displacement(error: Option<Vector3<f64>>, row: &mut Row) {
+    match error {
+        Some(error) => {
             row.push(error.norm().into());
             row.extend(cells(error.iter().copied()));
         }
@@ -79,29 +77,29 @@ fn displacement(plain: &PathAnswer, row: &mut Row) {
 
 fn command(machine: &Machine, answer: &PathAnswer, row: &mut Row) {
     let drive_count = machine.drive_count();
-    let Some(target) = answer.target.filter(|_| answer.compensation.status.is_success()) else {
+    let Some(target) = answer.target.filter(|_| answer.status.is_success()) else {
         row.extend(std::iter::repeat_n(Cell::Missing, 7 + 2 * drive_count));
         return;
     };
     row.extend(cells(target.translation.iter().copied()));
-    row.extend(cells(answer.compensation.leftover_rotation.iter().map(|v| v.to_degrees())));
-    row.push(answer.compensation.position_error.norm().into());
+    row.extend(cells(answer.leftover_rotation.iter().map(|v| v.to_degrees())));
+    row.push(answer.position_error.norm().into());
     row.extend(cells(shown_positions(machine, &answer.delta_rho())));
-    row.extend(cells(answer.compensation.drive_forces.iter().copied()));
+    row.extend(cells(answer.drive_forces.iter().copied()));
 }
 
 /// One row per method: what it leaves and how many corrections it needs. Time is not here, as it differs between runs.
-pub fn methods_table(results: &PathResults) -> Table {
+pub fn methods_table(methods: &[MethodAlongPath]) -> Table {
     let mut columns = texts(["method"]);
     columns.extend(counts(["points", "solved", "failed"]));
     columns.extend(numbers(["corrections_mean", "error_max_mm", "error_rms_mm", "leftover_rotation_max_deg"]));
-    let rows = results.methods.iter().map(|method| {
+    let rows = methods.iter().map(|method| {
         let s = &method.summary;
         vec![
             method.method.label().into(),
             s.points.into(),
             s.solved.into(),
-            method.failed.into(),
+            s.failed.into(),
             s.mean_corrections.into(),
             s.max_mm.into(),
             s.rms_mm.into(),

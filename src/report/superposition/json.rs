@@ -4,52 +4,49 @@ use serde_json::{Value, json};
 
 use super::{
     contributions,
-    extremes::{largest, load_extremes, size, solved_points},
+    summary::{Found, Load, Measure, Summary},
     worst_ablation,
 };
 use crate::study::superposition::{
-    LocationResult, MapPoint, Scaled, Superposition,
+    LocationResult, Scaled, SuperpositionStudy,
     ablation::Cause,
     departure::{Followed, Sum, Worst},
 };
 
 /// Largest departures over the grid, where superposition is safe, and what was found at each location.
-pub fn summary_json(results: &Superposition) -> Value {
+pub fn summary_json(study: &SuperpositionStudy, summary: &Summary, locations: &[LocationResult]) -> Value {
     let mut departures = serde_json::Map::new();
     for sum in Sum::ALL {
         for followed in Followed::ALL {
             let mut entry = serde_json::Map::new();
-            for (key, value) in [
-                ("departure_mm", size as fn(&Worst) -> Option<f64>),
-                ("relative_to_largest_displacement", Worst::relative),
-                ("ratio_at_same_phi", |worst: &Worst| worst.ratio),
+            for (key, measure) in [
+                ("departure_mm", Measure::Size),
+                ("relative_to_largest_displacement", Measure::Relative),
+                ("ratio_at_same_phi", Measure::Ratio),
             ] {
-                if let Some((value, point, worst)) = largest(results, sum, followed, value) {
-                    let phi = if key == "ratio_at_same_phi" { worst.ratio_phi_deg } else { Some(worst.phi_deg) };
-                    entry.insert(
-                        key.into(),
-                        json!({ "largest": value, "position_mm": point.position_mm, "phi_deg": phi }),
-                    );
+                if let Some(Found { value, position_mm, worst }) = summary.largest(sum, followed, measure) {
+                    let phi = if measure == Measure::Ratio { worst.ratio_phi_deg } else { Some(worst.phi_deg) };
+                    entry.insert(key.into(), json!({ "largest": value, "position_mm": position_mm, "phi_deg": phi }));
                 }
             }
             departures.insert(format!("{}_{}", sum.label(), followed.label()), entry.into());
         }
     }
-    let mut safe = json!({ "tolerance_mm": results.study.tolerance });
-    if let Some(share) = results.safe_share() {
+    let mut safe = json!({ "tolerance_mm": study.tolerance });
+    if let Some(share) = summary.safe_share() {
         safe["share_of_box"] = json!(share);
     }
-    if let Some([least, most]) = load_extremes(results) {
-        let place = |(factor, point): (f64, &MapPoint)| json!({ "factor": factor, "status": point.largest_load.status(), "position_mm": point.position_mm });
+    if let Some([least, most]) = summary.loads() {
+        let place = |load: &Load| json!({ "factor": load.factor, "status": load.largest.status(), "position_mm": load.position_mm });
         safe["largest_load"] = json!({ "everywhere": place(least), "at_best": place(most) });
     }
     json!({
         "schema": 1,
-        "grid_points": results.points.len(),
-        "grid_points_solved": solved_points(results),
+        "grid_points": summary.points,
+        "grid_points_solved": summary.solved,
         "departures": departures,
         "safe": safe,
-        "locations": results.locations.iter().map(location_json).collect::<Vec<_>>(),
+        "locations": locations.iter().map(location_json).collect::<Vec<_>>(),
     })
 }
 

@@ -1,15 +1,16 @@
-//! Reports of a superposition study.
+//! Reports of a superposition study; the map is gathered point by point, so that memory does not grow with the grid.
 
-mod extremes;
 mod json;
 mod page;
 mod pictures;
+mod summary;
 mod tables;
 mod text;
 
 pub use json::summary_json;
 pub use page::page;
-pub use pictures::figures;
+pub use pictures::Pictures;
+pub use summary::Summary;
 pub use tables::{
     ablation_table, largest_factors_table, locations_table, map_table, safe_load_table, scaling_table, slopes_table,
 };
@@ -17,17 +18,17 @@ pub use text::summary_text;
 
 use super::exchange::{Image, Layer};
 use crate::study::superposition::{
-    LocationResult, Superposition,
+    LocationResult, SuperpositionStudy,
     ablation::{Ablation, Cause},
     departure::Followed,
     growth::ROUNDING_MM,
 };
 
 /// The maps as an image of [`map_table`] and [`safe_load_table`], called `map` and `safe_load`.
-pub fn image(results: &Superposition) -> Image {
+pub fn image(study: &SuperpositionStudy) -> Image {
     let departures = Layer { table: "map", keys: &["sum", "followed"], vectors: &["departure"] };
     let safe = Layer { table: "safe_load", keys: &[], vectors: &[] };
-    Image { grid: results.study.grid.clone(), layers: vec![departures, safe] }
+    Image { grid: study.grid.clone(), layers: vec![departures, safe] }
 }
 
 fn words(cause: Cause) -> &'static str {

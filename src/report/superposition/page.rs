@@ -8,12 +8,11 @@ use crate::{
         },
         words::typographic,
     },
-    study::superposition::{Superposition, SuperpositionStudy},
+    study::superposition::SuperpositionStudy,
 };
 
 /// Setting, views and tables; answer, figures and question are added by the run.
-pub fn page(results: &Superposition) -> Description {
-    let study = &results.study;
+pub fn page(study: &SuperpositionStudy) -> Description {
     let departures = "departure of the sum from both at once, worst over the tool angle";
     Description {
         setting: setting(study),

@@ -5,28 +5,140 @@ use crate::{
     process::MillingForce,
     report::{
         figures::{Figure, LineFigure, LineSeries, SliceFigure},
-        grid_slices::panels,
+        grid_slices::{drawn_nodes, panels, thinned_words},
         words::{counted, typographic},
     },
     study::superposition::{
-        LocationResult, MapPoint, Scaled, Superposition, SuperpositionStudy,
+        LocationResult, MapPoint, Scaled, SuperpositionStudy,
         ablation::Cause,
-        departure::{Departures, Followed, Sum},
+        departure::{Followed, Sum},
     },
 };
 
-/// All pictures with their file stems: slices of departures and of the largest safe load, and of each location how the
-/// departure grows and where it comes from.
-pub fn figures(results: &Superposition) -> Vec<(String, Figure)> {
-    let mut figures: Vec<(String, Figure)> = maps(results).into_iter().map(|(s, f)| (s, Figure::Slices(f))).collect();
-    for (index, location) in results.locations.iter().enumerate() {
-        let name = &location.location.name;
-        let plain: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
-        let stem = |kind: &str| format!("{kind}_{}_{plain}", index + 1);
-        let drawn = [("growth", growth(results, location)), ("ablation", ablation(results, location))];
-        figures.extend(drawn.into_iter().filter_map(|(kind, figure)| Some((stem(kind), Figure::Lines(figure?)))));
+/// A quantity of the map that is drawn.
+struct Quantity {
+    file_stem: &'static str,
+    title: &'static str,
+    label: &'static str,
+    /// Words behind the setting.
+    remark: fn(&SuperpositionStudy) -> String,
+    /// Where a line is drawn.
+    contour: fn(&SuperpositionStudy) -> Option<f64>,
+    value: fn(&MapPoint) -> Option<f64>,
+}
+
+fn tolerance_words(study: &SuperpositionStudy) -> String {
+    format!("; line: tolerance {} mm", study.tolerance)
+}
+
+const QUANTITIES: [Quantity; 5] = [
+    Quantity {
+        file_stem: "departure_tool",
+        title: "How wrong it is to add the effects of cutting force and chain errors",
+        label: "departure of the tool tip [mm]",
+        remark: tolerance_words,
+        contour: |study| Some(study.tolerance),
+        value: |p| Some(p.departures.as_ref().ok()?.superposition[0].departure_mm),
+    },
+    Quantity {
+        file_stem: "departure_platform",
+        title: "How wrong adding is at the platform point P",
+        label: "departure of P [mm]",
+        remark: |_| String::new(),
+        contour: |_| None,
+        value: |p| Some(p.departures.as_ref().ok()?.superposition[1].departure_mm),
+    },
+    Quantity {
+        file_stem: "ratio_tool",
+        title: "How wrong adding is, compared with the displacement itself",
+        label: "largest departure / largest displacement of the tool tip [%]",
+        remark: |_| String::new(),
+        contour: |_| None,
+        value: |p| Some(100.0 * p.departures.as_ref().ok()?.superposition[0].relative()?),
+    },
+    Quantity {
+        file_stem: "aggregation_tool",
+        title: "How wrong it is to add linearly aggregated chain errors, eqs. (14), (15)",
+        label: "departure of the tool tip [mm]",
+        remark: tolerance_words,
+        contour: |study| Some(study.tolerance),
+        value: |p| Some(p.departures.as_ref().ok()?.aggregation.as_ref().ok()?[0].departure_mm),
+    },
+    Quantity {
+        file_stem: "safe_load",
+        title: "Up to which load the effects may be added",
+        label: "largest load / load of the study",
+        remark: |study| {
+            format!("; line: the load of the study; departure of the tool tip up to {} mm", study.tolerance)
+        },
+        contour: |_| Some(1.0),
+        value: |p| p.largest_load.factor(),
+    },
+];
+
+/// The values that slices show, gathered point by point: a large grid is thinned.
+#[derive(Debug, Clone)]
+pub struct Pictures {
+    /// Grid indices of the nodes shown, ascending.
+    nodes: Vec<usize>,
+    /// At each of them, the values of [`QUANTITIES`].
+    values: Vec<[Option<f64>; QUANTITIES.len()]>,
+    /// Index of the next point.
+    next: usize,
+}
+
+impl Pictures {
+    /// For the map of `study`, none of its points seen.
+    pub fn new(study: &SuperpositionStudy) -> Self {
+        let [xs, ys, mut planes] = drawn_nodes(&study.grid, &study.slices_z);
+        planes.sort_unstable();
+        let rows = planes.iter().flat_map(|&z| ys.iter().map(move |&y| (y, z)));
+        let nodes = rows.flat_map(|(y, z)| xs.iter().map(move |&x| study.grid.index([x, y, z]))).collect();
+        Self { nodes, values: Vec::new(), next: 0 }
     }
-    figures
+
+    /// Takes the next point, in grid order.
+    pub fn add(&mut self, point: &MapPoint) {
+        if self.nodes.get(self.values.len()) == Some(&self.next) {
+            self.values.push(std::array::from_fn(|k| (QUANTITIES[k].value)(point)));
+        }
+        self.next += 1;
+    }
+
+    /// All pictures with their file stems: slices of departures and of the largest safe load, and of each location how the
+    /// departure grows and where it comes from.
+    pub fn figures(&self, study: &SuperpositionStudy, locations: &[LocationResult]) -> Vec<(String, Figure)> {
+        let slices = |(k, quantity): (usize, &Quantity)| {
+            (format!("slices_{}", quantity.file_stem), Figure::Slices(self.slices(study, k)))
+        };
+        let mut figures: Vec<(String, Figure)> = QUANTITIES.iter().enumerate().map(slices).collect();
+        for (index, location) in locations.iter().enumerate() {
+            let name = &location.location.name;
+            let plain: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+            let stem = |kind: &str| format!("{kind}_{}_{plain}", index + 1);
+            let drawn = [("growth", growth(study, location)), ("ablation", ablation(study, location))];
+            figures.extend(drawn.into_iter().filter_map(|(kind, figure)| Some((stem(kind), Figure::Lines(figure?)))));
+        }
+        figures
+    }
+
+    fn slices(&self, study: &SuperpositionStudy, quantity: usize) -> SliceFigure {
+        let Quantity { title, label, remark, contour, .. } = &QUANTITIES[quantity];
+        let value = |node| {
+            let place = self.nodes.binary_search(&study.grid.index(node)).ok()?;
+            self.values.get(place)?[quantity]
+        };
+        SliceFigure {
+            title: (*title).into(),
+            subtitle: format!("{}{}", setting(study), remark(study)),
+            x_label: "x [mm]".into(),
+            y_label: "y [mm]".into(),
+            quantity: (*label).into(),
+            panels: panels(&study.machine, &study.grid, &study.slices_z, &value),
+            range: None,
+            contour: contour(study),
+        }
+    }
 }
 
 fn force(study: &SuperpositionStudy) -> String {
@@ -37,81 +149,16 @@ fn force(study: &SuperpositionStudy) -> String {
 fn setting(study: &SuperpositionStudy) -> String {
     let [nx, ny, nz] = study.grid.counts();
     format!(
-        "{}, worst of {}, {}, grid {nx} × {ny} × {nz}",
+        "{}, worst of {}, {}, grid {nx} × {ny} × {nz}{}",
         study.machine.name,
         counted(study.phis.len(), "tool angle"),
-        force(study)
+        force(study),
+        thinned_words(&study.grid, &drawn_nodes(&study.grid, &study.slices_z)[..2])
     )
 }
 
-fn maps(results: &Superposition) -> Vec<(String, SliceFigure)> {
-    let study = &results.study;
-    let slices =
-        |stem: &str, title: &str, remark: String, quantity: &str, contour, value: &dyn Fn(&MapPoint) -> Option<f64>| {
-            let values: Vec<Option<f64>> = results.points.iter().map(value).collect();
-            let figure = SliceFigure {
-                title: title.into(),
-                subtitle: format!("{}{remark}", setting(study)),
-                x_label: "x [mm]".into(),
-                y_label: "y [mm]".into(),
-                quantity: quantity.into(),
-                panels: panels(&study.machine, &study.grid, &study.slices_z, &|node| values[study.grid.index(node)]),
-                range: None,
-                contour,
-            };
-            (format!("slices_{stem}"), figure)
-        };
-    let tolerance = format!("; line: tolerance {} mm", study.tolerance);
-    vec![
-        slices(
-            "departure_tool",
-            "How wrong it is to add the effects of cutting force and chain errors",
-            tolerance.clone(),
-            "departure of the tool tip [mm]",
-            Some(study.tolerance),
-            &|p| worst(&p.departures, |d| Some(d.superposition[0].departure_mm)),
-        ),
-        slices(
-            "departure_platform",
-            "How wrong adding is at the platform point P",
-            String::new(),
-            "departure of P [mm]",
-            None,
-            &|p| worst(&p.departures, |d| Some(d.superposition[1].departure_mm)),
-        ),
-        slices(
-            "ratio_tool",
-            "How wrong adding is, compared with the displacement itself",
-            String::new(),
-            "largest departure / largest displacement of the tool tip [%]",
-            None,
-            &|p| worst(&p.departures, |d| d.superposition[0].relative().map(|ratio| 100.0 * ratio)),
-        ),
-        slices(
-            "aggregation_tool",
-            "How wrong it is to add linearly aggregated chain errors, eqs. (14), (15)",
-            tolerance,
-            "departure of the tool tip [mm]",
-            Some(study.tolerance),
-            &|p| worst(&p.departures, |d| Some(d.aggregation.as_ref().ok()?[0].departure_mm)),
-        ),
-        slices(
-            "safe_load",
-            "Up to which load the effects may be added",
-            format!("; line: the load of the study; departure of the tool tip up to {} mm", study.tolerance),
-            "largest load / load of the study",
-            Some(1.0),
-            &|p| p.largest_load.factor(),
-        ),
-    ]
-}
-
-fn worst<E>(found: &Result<Departures, E>, value: impl Fn(&Departures) -> Option<f64>) -> Option<f64> {
-    found.as_ref().ok().and_then(value)
-}
-
 /// Departures of the tool tip over the factor on the sources; `None` where there are none.
-fn growth(results: &Superposition, location: &LocationResult) -> Option<LineFigure> {
+fn growth(study: &SuperpositionStudy, location: &LocationResult) -> Option<LineFigure> {
     let mut series = Vec::new();
     // Load and errors alone often give the same curve, and so do aggregated errors: dashes over the solid line, and dots over
     // these, leave all of them to be seen.
@@ -143,9 +190,9 @@ fn growth(results: &Superposition, location: &LocationResult) -> Option<LineFigu
         title: format!("How the error of adding grows at {}", location.location.name),
         subtitle: format!(
             "{}, worst of {}, {}; factor 1: load and errors of the study",
-            results.study.machine.name,
-            counted(results.study.phis.len(), "tool angle"),
-            force(&results.study)
+            study.machine.name,
+            counted(study.phis.len(), "tool angle"),
+            force(study)
         ),
         x_label: "factor on the scaled sources".into(),
         y_label: "departure of the tool tip [mm]".into(),
@@ -165,7 +212,7 @@ fn closed(values: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
 }
 
 /// Contributions to the departure of the tool tip over φ; `None` where there is none.
-fn ablation(results: &Superposition, location: &LocationResult) -> Option<LineFigure> {
+fn ablation(study: &SuperpositionStudy, location: &LocationResult) -> Option<LineFigure> {
     let angles = location.ablation.as_ref().ok()?;
     let found: Vec<(f64, f64, [f64; 5])> = angles
         .iter()
@@ -184,8 +231,8 @@ fn ablation(results: &Superposition, location: &LocationResult) -> Option<LineFi
         title: format!("What makes adding wrong at {}", location.location.name),
         subtitle: format!(
             "{}, {}; parts along the departure of the tool tip, adding up to it",
-            results.study.machine.name,
-            force(&results.study)
+            study.machine.name,
+            force(study)
         ),
         x_label: "tool angle φ [°]".into(),
         y_label: "part of the departure [mm]".into(),

@@ -9,7 +9,7 @@ use crate::{
     study::{
         Failure,
         superposition::{
-            LocationResult, Scaled, Superposition,
+            LocationResult, MapPoint, Scaled, SuperpositionStudy,
             ablation::Cause,
             departure::{Departures, Followed, Sum, Worst},
             safe::LargestFactor,
@@ -67,15 +67,15 @@ fn departure_rows<'a>(lead: Row, departures: &'a Result<Departures, Failure>) ->
     })
 }
 
-/// Departures on the grid, worst over φ: a row per grid point, sum and followed point.
-pub fn map_table(results: &Superposition) -> Table {
-    let rows = results.points.iter().flat_map(|p| departure_rows(cells(p.position_mm).collect(), &p.departures));
+/// Departures at points of the grid, worst over φ: a row per grid point, sum and followed point.
+pub fn map_table(points: &[MapPoint]) -> Table {
+    let rows = points.iter().flat_map(|p| departure_rows(cells(p.position_mm).collect(), &p.departures));
     Table::new([position_columns(), departure_columns()].concat(), rows)
 }
 
 /// Departures at the locations, worst over φ: a row per location, sum and followed point.
-pub fn locations_table(results: &Superposition) -> Table {
-    let rows = results.locations.iter().flat_map(|l| {
+pub fn locations_table(locations: &[LocationResult]) -> Table {
+    let rows = locations.iter().flat_map(|l| {
         let mut lead: Row = vec![l.location.name.as_str().into()];
         lead.extend(cells(l.location.position.iter().copied()));
         departure_rows(lead, &l.departures)
@@ -87,12 +87,12 @@ fn largest_cells(largest: &LargestFactor) -> Row {
     vec![largest.status().into(), largest.reason().into(), largest.factor().into()]
 }
 
-/// Whether superposition keeps within the tolerance at each grid point, and up to which factor on the load it does.
-pub fn safe_load_table(results: &Superposition) -> Table {
-    let rows = results.points.iter().map(|point| {
+/// Whether superposition keeps within the tolerance at each of these grid points, and up to which factor on the load it does.
+pub fn safe_load_table(study: &SuperpositionStudy, points: &[MapPoint]) -> Table {
+    let rows = points.iter().map(|point| {
         let mut row: Row = cells(point.position_mm).collect();
         row.push(match &point.departures {
-            Ok(departures) if departures.superposed_tool_mm() < results.study.tolerance => "yes".into(),
+            Ok(departures) if departures.superposed_tool_mm() < study.tolerance => "yes".into(),
             Ok(_) => "no".into(),
             Err(_) => Cell::Missing,
         });
@@ -105,10 +105,10 @@ pub fn safe_load_table(results: &Superposition) -> Table {
 
 /// A row per location and way of scaling, with each of `cells`.
 fn by_scaling(
-    results: &Superposition,
+    locations: &[LocationResult],
     cells: impl Fn(&LocationResult, Scaled) -> Vec<Row>,
 ) -> impl Iterator<Item = Row> {
-    results.locations.iter().flat_map(move |location| {
+    locations.iter().flat_map(move |location| {
         let rows = Scaled::ALL.map(|scaled| {
             let lead: [Cell; 2] = [location.location.name.as_str().into(), scaled.label().into()];
             cells(location, scaled).into_iter().map(move |cells| [&lead[..], &cells].concat())
@@ -118,15 +118,15 @@ fn by_scaling(
 }
 
 /// Largest factor on load, chain errors and both up to which the tool tip's departure keeps within the tolerance.
-pub fn largest_factors_table(results: &Superposition) -> Table {
-    let rows = by_scaling(results, |location, scaled| vec![largest_cells(&location.largest[scaled as usize])]);
+pub fn largest_factors_table(locations: &[LocationResult]) -> Table {
+    let rows = by_scaling(locations, |location, scaled| vec![largest_cells(&location.largest[scaled as usize])]);
     let columns = [texts(["location", "scaled", "status", "reason"]), numbers(["largest_factor"])].concat();
     Table::new(columns, rows)
 }
 
 /// Departures with load, chain errors or both multiplied by each factor of the study.
-pub fn scaling_table(results: &Superposition) -> Table {
-    let rows = by_scaling(results, |location, scaled| {
+pub fn scaling_table(locations: &[LocationResult]) -> Table {
+    let rows = by_scaling(locations, |location, scaled| {
         let steps = &location.growth[scaled as usize].steps;
         steps.iter().flat_map(|(factor, found)| departure_rows(vec![(*factor).into()], found)).collect()
     });
@@ -134,8 +134,8 @@ pub fn scaling_table(results: &Superposition) -> Table {
 }
 
 /// Straight lines through the departures of [`scaling_table`] in logarithmic scales.
-pub fn slopes_table(results: &Superposition) -> Table {
-    let rows = by_scaling(results, |location, scaled| {
+pub fn slopes_table(locations: &[LocationResult]) -> Table {
+    let rows = by_scaling(locations, |location, scaled| {
         let kinds = Sum::ALL.into_iter().flat_map(|sum| Followed::ALL.map(|followed| (sum, followed)));
         let row = |(sum, followed): (Sum, Followed)| {
             let mut row: Row = vec![sum.label().into(), followed.label().into()];
@@ -179,13 +179,13 @@ fn no_fit() -> Failure {
 
 /// The departure and its parts at each location, φ and followed point. `share` is the part's component along the
 /// departure, over the departure.
-pub fn ablation_table(results: &Superposition) -> Table {
+pub fn ablation_table(locations: &[LocationResult]) -> Table {
     let mut columns = texts(["location", "status", "reason"]);
     columns.extend(numbers(["phi_deg"]));
     columns.extend(texts(["followed", "cause"]));
     columns.extend(numbers(["part_x_mm", "part_y_mm", "part_z_mm", "part_mm", "share"]));
     let width = columns.len();
-    let rows = results.locations.iter().flat_map(|location| {
+    let rows = locations.iter().flat_map(|location| {
         let name = location.location.name.as_str();
         match &location.ablation {
             Ok(angles) => angles.iter().flat_map(|angle| ablation_rows(name, angle)).collect(),

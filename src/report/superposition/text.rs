@@ -2,7 +2,7 @@
 
 use super::{
     contributions,
-    extremes::{largest, load_extremes, size, solved_points},
+    summary::{Measure, Summary},
     words, worst_ablation,
 };
 use crate::{
@@ -11,16 +11,15 @@ use crate::{
         words::{counted, millimetres, position},
     },
     study::superposition::{
-        LocationResult, MapPoint, Scaled, Superposition,
+        LocationResult, Scaled, SuperpositionStudy,
         ablation::Cause,
-        departure::{Followed, Sum, Worst},
+        departure::{Followed, Sum},
         growth::ROUNDING_MM,
         safe::LargestFactor,
     },
 };
 
-fn at(point: &MapPoint) -> String {
-    let [x, y, z] = point.position_mm;
+fn at([x, y, z]: [f64; 3]) -> String {
     position(x, y, z)
 }
 
@@ -29,86 +28,84 @@ fn shown(departure_mm: f64) -> String {
 }
 
 /// The closing words of a run: how wrong adding is, where and up to which load it is safe, and why it is wrong.
-pub fn summary_text(results: &Superposition) -> String {
-    let study = &results.study;
+pub fn summary_text(study: &SuperpositionStudy, summary: &Summary, locations: &[LocationResult]) -> String {
     let mut text = format!(
         "{}: {} of {} solved, {}. Departure: displacement by the cutting force alone plus that by chain errors alone, less \
          that by both at once.\n",
         study.machine.title,
-        solved_points(results),
+        summary.solved,
         counted(study.grid.len(), "grid point"),
         counted(study.phis.len(), "tool angle")
     );
-    text += &departure_sentences(results);
-    text += &safe_sentences(results);
-    for location in &results.locations {
+    text += &departure_sentences(summary);
+    text += &safe_sentences(study, summary);
+    for location in locations {
         text += &location_sentences(location);
     }
-    text + &main_causes(results)
+    text + &main_causes(locations)
 }
 
-fn departure_sentences(results: &Superposition) -> String {
+fn departure_sentences(summary: &Summary) -> String {
     let mut text = String::new();
     for (followed, name) in [(Followed::Tool, "the tool tip"), (Followed::Platform, "the platform point P")] {
-        let by = |value: fn(&Worst) -> Option<f64>| Sum::ALL.map(|sum| largest(results, sum, followed, value));
-        let ([Some(worst), aggregated], [Some(share), _]) = (by(size), by(Worst::relative)) else { continue };
+        let by = |measure| Sum::ALL.map(|sum| summary.largest(sum, followed, measure));
+        let ([Some(most), aggregated], [Some(share), _]) = (by(Measure::Size), by(Measure::Relative)) else { continue };
         text += &format!(
             "Superposition is wrong at {name} by up to {}, at {} (tool angle {:.0}°), and by up to {:.1} % of the \
              largest displacement at the same place, at {}",
-            shown(worst.0),
-            at(worst.1),
-            worst.2.phi_deg,
-            100.0 * share.0,
-            at(share.1)
+            shown(most.value),
+            at(most.position_mm),
+            most.worst.phi_deg,
+            100.0 * share.value,
+            at(share.position_mm)
         );
         text += &match aggregated {
-            Some(worst) => format!(
+            Some(most) => format!(
                 "; with linearly aggregated errors, eqs. (14) and (15), by up to {}, at {}.\n",
-                shown(worst.0),
-                at(worst.1)
+                shown(most.value),
+                at(most.position_mm)
             ),
             None => "; errors cannot be aggregated linearly.\n".into(),
         };
     }
-    if let Some((ratio, point, worst)) = largest(results, Sum::Superposition, Followed::Tool, |worst| worst.ratio) {
+    if let Some(most) = summary.largest(Sum::Superposition, Followed::Tool, Measure::Ratio) {
         text += &format!(
             "Where the two effects nearly cancel at a tool angle, the departure is up to {:.1} % of what remains, at {} \
              (tool angle {:.0}°).\n",
-            100.0 * ratio,
-            at(point),
-            worst.ratio_phi_deg.unwrap_or_default()
+            100.0 * most.value,
+            at(most.position_mm),
+            most.worst.ratio_phi_deg.unwrap_or_default()
         );
     }
     text
 }
 
-fn safe_sentences(results: &Superposition) -> String {
-    let tolerance = results.study.tolerance;
-    let (Some(share), Some([least, most])) = (results.safe_share(), load_extremes(results)) else {
+fn safe_sentences(study: &SuperpositionStudy, summary: &Summary) -> String {
+    let (Some(share), Some([least, most])) = (summary.safe_share(), summary.loads()) else {
         return "Nothing can be said about where superposition is safe: no grid point was solved.\n".into();
     };
-    let is_solved = solved_points(results) == results.points.len();
+    let is_solved = summary.solved == summary.points;
     let (of, there) = if is_solved { ("the box", "") } else { ("the part of the box that was solved", "there ") };
     let mut text = format!(
-        "For a tolerance of {tolerance} mm at the tool tip superposition is safe in {:.1} % of {of} at the load of the \
+        "For a tolerance of {} mm at the tool tip superposition is safe in {:.1} % of {of} at the load of the \
          study. It is safe everywhere {there}up to ",
+        study.tolerance,
         100.0 * share
     );
-    text += &match &least.1.largest_load {
+    text += &match &least.largest {
         LargestFactor::BelowToLimit(factor) => format!("at least {factor:.2} times that load.\n"),
         _ => format!(
             "{:.2} times that load, as limited by {}, and up to {} times at {}.\n",
-            least.0,
-            at(least.1),
-            largest_words(&most.1.largest_load),
-            at(most.1)
+            least.factor,
+            at(least.position_mm),
+            largest_words(&most.largest),
+            at(most.position_mm)
         ),
     };
-    let ended = results.points.iter().filter(|p| matches!(p.largest_load, LargestFactor::NoEquilibrium(..))).count();
-    if ended > 0 {
+    if summary.ended > 0 {
         text += &format!(
             "At {} the equilibrium ends before the departure reaches the tolerance.\n",
-            counted(ended, "point")
+            counted(summary.ended, "point")
         );
     }
     text
@@ -179,14 +176,14 @@ fn ablation_sentence(location: &LocationResult) -> String {
 }
 
 /// Which cause makes the largest part, by location.
-fn main_causes(results: &Superposition) -> String {
+fn main_causes(locations: &[LocationResult]) -> String {
     let main = |location: &LocationResult| {
         let parts = contributions(worst_ablation(location)?, Followed::Tool)?;
         Cause::ALL.into_iter().max_by(|a, b| parts[*a as usize].total_cmp(&parts[*b as usize]))
     };
     let mut text = String::new();
     for cause in Cause::ALL {
-        let here = results.locations.iter().filter(|location| main(location) == Some(cause));
+        let here = locations.iter().filter(|location| main(location) == Some(cause));
         let names: Vec<&str> = here.map(|location| location.location.name.as_str()).collect();
         if !names.is_empty() {
             text += &format!("The largest cause at {} is: {}.\n", names.join(", "), words(cause));

@@ -41,7 +41,11 @@ fn subtitle(results: &ValidationResults, cases: &[usize]) -> String {
 /// The wanted path with `error` added at each point.
 fn moved(path: &PathResults, label: &str, dashed: bool, error: &dyn Fn(usize) -> Option<Vector3<f64>>) -> LineSeries {
     let at = |(k, point): (usize, Vector3<f64>)| error(k).map(|error| (point.x + error.x, point.y + error.y));
-    LineSeries { label: label.into(), points: path.wanted().into_iter().enumerate().filter_map(at).collect(), dashed }
+    LineSeries {
+        label: label.into(),
+        points: path.study.wanted().into_iter().enumerate().filter_map(at).collect(),
+        dashed,
+    }
 }
 
 fn plane(results: &ValidationResults, picture: &Picture, series: Vec<LineSeries>) -> Figure {
@@ -61,21 +65,21 @@ fn plane(results: &ValidationResults, picture: &Picture, series: Vec<LineSeries>
 fn paths(results: &ValidationResults, picture: &Picture, path: &PathResults) -> Figure {
     let series = vec![
         moved(path, "1 target trajectory", false, &|_| Some(Vector3::zeros())),
-        moved(path, "2 shifted by errors in serial chains", true, &|k| path.displacement(Source::Assembly, k)),
-        moved(path, "3 shifted by the cutting force", true, &|k| path.displacement(Source::Cutting, k)),
-        moved(path, "4 shifted by both", false, &|k| path.displacement(Source::Both, k)),
-        moved(path, "5 adjusted trajectory", false, &|k| path.command_shift(k)),
+        moved(path, "2 shifted by errors in serial chains", true, &|k| path.whole.displacement(Source::Assembly, k)),
+        moved(path, "3 shifted by the cutting force", true, &|k| path.whole.displacement(Source::Cutting, k)),
+        moved(path, "4 shifted by both", false, &|k| path.whole.displacement(Source::Both, k)),
+        moved(path, "5 adjusted trajectory", false, &|k| path.whole.command_shift(&path.study, k)),
     ];
     plane(results, picture, series)
 }
 
 fn superposition(results: &ValidationResults, picture: &Picture, path: &PathResults) -> Figure {
-    let sum = |k| Some(path.displacement(Source::Cutting, k)? + path.displacement(Source::Assembly, k)?);
+    let sum = |k| Some(path.whole.displacement(Source::Cutting, k)? + path.whole.displacement(Source::Assembly, k)?);
     let series = vec![
         moved(path, "1 target trajectory", false, &|_| Some(Vector3::zeros())),
-        moved(path, "2 shifted by errors in serial chains", true, &|k| path.displacement(Source::Assembly, k)),
+        moved(path, "2 shifted by errors in serial chains", true, &|k| path.whole.displacement(Source::Assembly, k)),
         moved(path, "3 shifted by both: superposition", true, &sum),
-        moved(path, "4 shifted by both: simultaneously", false, &|k| path.displacement(Source::Both, k)),
+        moved(path, "4 shifted by both: simultaneously", false, &|k| path.whole.displacement(Source::Both, k)),
     ];
     plane(results, picture, series)
 }
@@ -116,7 +120,7 @@ fn panels(
 }
 
 fn drive_correction(path: &PathResults, source: Source, k: usize, drive: usize) -> Option<f64> {
-    let deltas = path.compensated(source, k)?.delta_rho();
+    let deltas = path.whole.compensated(source, k)?.delta_rho();
     shown_positions(&path.study.machine, &deltas).get(drive).copied()
 }
 
@@ -137,11 +141,11 @@ fn curves(results: &ValidationResults, picture: &Picture) -> Vec<Figure> {
         (0..labels.len()).map(curve).collect()
     });
     let displacements = frames(&|path| {
-        let curve = |axis: usize| over_angle(path, &|k| path.displacement(Source::Both, k).map(|d| d[axis]));
+        let curve = |axis: usize| over_angle(path, &|k| path.whole.displacement(Source::Both, k).map(|d| d[axis]));
         (0..3).map(curve).collect()
     });
     let forces = frames(&|path| {
-        let force = |k, drive: usize| path.compensated(Source::Both, k)?.compensation.drive_forces.get(drive).copied();
+        let force = |k, drive: usize| path.whole.compensated(Source::Both, k)?.drive_forces.get(drive).copied();
         (0..labels.len()).map(|drive| over_angle(path, &|k| force(k, drive))).collect()
     });
     let position = format!("Δρ [{}]", position_unit(machine));
@@ -172,10 +176,9 @@ fn sources(results: &ValidationResults, picture: &Picture, path: &PathResults) -
     let corrections = labels.iter().enumerate().take(MOST_FRAMES).map(|(drive, label)| {
         by_source(format!("drive {label}"), &|source, k| drive_correction(path, source, k, drive))
     });
-    let displacements = AXES
-        .iter()
-        .enumerate()
-        .map(|(axis, name)| by_source(format!("Δ{name}"), &|source, k| path.displacement(source, k).map(|d| d[axis])));
+    let displacements = AXES.iter().enumerate().map(|(axis, name)| {
+        by_source(format!("Δ{name}"), &|source, k| path.whole.displacement(source, k).map(|d| d[axis]))
+    });
     let position = format!("Δρ [{}]", position_unit(machine));
     vec![
         panels(results, picture, ("drive corrections by source", position), names.clone(), corrections.collect()),

@@ -5,7 +5,7 @@ use crate::{
     process::MillingForce,
     report::{
         figures::{Figure, Mark3, SliceFigure, VolumeFigure},
-        grid_slices::{drawn, drawn_nodes, panels},
+        grid_slices::{drawn, drawn_nodes, panels, thinned_words},
         table::{largest_position, position_unit},
         words::{counted, typographic},
     },
@@ -165,11 +165,8 @@ fn product([x, y, z]: &[Vec<usize>; 3]) -> impl Iterator<Item = [usize; 3]> {
 
 /// The subtitle of a picture that shows the nodes with the indices `drawn` along the first axes.
 fn setting(study: &WorkspaceMapStudy, drawn: &[Vec<usize>]) -> String {
-    let counts = study.grid.counts();
-    let [nx, ny, nz] = counts;
-    let is_thinned = drawn.iter().zip(counts).any(|(drawn, count)| drawn.len() < count);
-    let drawn: Vec<String> = drawn.iter().map(|axis| axis.len().to_string()).collect();
-    let thinned = if is_thinned { format!(", {} nodes drawn", drawn.join(" × ")) } else { String::new() };
+    let [nx, ny, nz] = study.grid.counts();
+    let thinned = thinned_words(&study.grid, drawn);
     let MillingForce { radial, tangential, axial, .. } = study.force;
     let setting = format!(
         "{}, worst of {}, force {radial} / {tangential} / {axial} N (radial / tangential / axial), \

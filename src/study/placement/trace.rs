@@ -6,7 +6,7 @@ use super::{Entry, Evaluator, PlacementStudy, bounded};
 use crate::{
     compensation::Method,
     study::{
-        path::{Commands, PathCase, run},
+        path::{Commands, PathAnswer, PathCase, run},
         program::demands_under,
     },
 };
@@ -47,10 +47,7 @@ fn trace(evaluator: &Evaluator<'_>, study: &PlacementStudy, entry: &Entry, index
     let case = PathCase { nominal: machine, real: evaluator.real(index), demands: &demands };
     let errors = |method| {
         let answers = run(&case, &Commands::Method(method), &|| {});
-        let error = |answer: &crate::study::path::PathAnswer| {
-            answer.compensation.outcome.as_ref().map(|_| answer.compensation.position_error)
-        };
-        answers.iter().map(error).collect::<Vec<_>>()
+        answers.iter().map(PathAnswer::settled_error).collect::<Vec<_>>()
     };
     let limited =
         job.limits.is_limited().then(|| bounded::errors_left(machine, case.real, &demands, job).ok()).flatten();

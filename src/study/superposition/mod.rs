@@ -22,6 +22,8 @@ mod resolve;
 mod rig;
 pub mod safe;
 
+use std::ops::Range;
+
 use ablation::Ablation;
 use departure::{Case, Departures};
 use growth::Growth;
@@ -136,7 +138,7 @@ pub struct LocationResult {
     pub ablation: Result<Vec<Ablation>, Failure>,
 }
 
-/// Results of a superposition study.
+/// Results of a superposition study, all at once.
 #[derive(Debug, Clone)]
 pub struct Superposition {
     /// The study.
@@ -147,43 +149,73 @@ pub struct Superposition {
     pub locations: Vec<LocationResult>,
 }
 
-impl Superposition {
-    /// Share of the solved part of the box in which superposition keeps within the tolerance, each grid point standing for
-    /// the cell around it; `None` where nothing was solved.
-    pub fn safe_share(&self) -> Option<f64> {
-        let (mut safe, mut solved) = (0.0, 0.0);
-        for (index, point) in self.points.iter().enumerate() {
-            if let Ok(departures) = &point.departures {
-                let volume = self.study.grid.cell_share(index);
-                solved += volume;
-                if departures.superposed_tool_mm() < self.study.tolerance {
-                    safe += volume;
-                }
-            }
-        }
-        (solved > 0.0).then(|| safe / solved)
-    }
-}
+/// Grid points that are one piece of the work, and whose results are given away together.
+const PIECE: usize = 16;
+const PART: usize = 64 * PIECE;
 
 /// Computes everything, in parallel on the current rayon pool; the result does not depend on the number of threads.
 ///
 /// # Errors
 /// Of `work`.
 pub fn run(study: &SuperpositionStudy, work: &Work) -> error::Result<Superposition> {
+    let mut points = Vec::with_capacity(study.grid.len());
+    run_map(study, work, |part| {
+        points.extend(part);
+        Ok(())
+    })?;
+    Ok(Superposition { points, locations: run_locations(study, work)?, study: study.clone() })
+}
+
+/// Computes the map and gives its points to `take` part by part, in grid order, so that memory does not grow with the grid.
+/// The next part is computed meanwhile.
+///
+/// # Errors
+/// Of `work` and of `take`.
+pub fn run_map(
+    study: &SuperpositionStudy,
+    work: &Work,
+    mut take: impl FnMut(Vec<MapPoint>) -> error::Result<()> + Send,
+) -> error::Result<()> {
     let real = study.machine.with_errors(&study.errors);
     let map = work.part("map");
-    let points = (0..study.grid.len()).into_par_iter().map(|index| {
-        map.piece(
-            &index,
-            |_| 1,
-            || {
-                let point = map_point(study, &real, study.grid.position(index));
-                map.tell(Event::Computed(1));
+    let total = study.grid.len();
+    let mut done: Option<Vec<MapPoint>> = None;
+    for start in (0..total).step_by(PART) {
+        let compute = || map_part(study, &real, start..total.min(start + PART), &map);
+        let (next, taken) = rayon::join(compute, || done.take().map_or(Ok(()), &mut take));
+        taken?;
+        done = Some(next?);
+    }
+    done.map_or(Ok(()), take)
+}
+
+/// The grid points with these indices; `real` is the machine with its errors.
+fn map_part(
+    study: &SuperpositionStudy,
+    real: &Machine,
+    indices: Range<usize>,
+    work: &Work,
+) -> error::Result<Vec<MapPoint>> {
+    let pieces = indices.clone().into_par_iter().step_by(PIECE).map(|start| {
+        let compute = || {
+            let solve = |index| {
+                work.check()?;
+                let point = map_point(study, real, study.grid.position(index));
+                work.tell(Event::Computed(1));
                 Ok(point)
-            },
-        )
+            };
+            (start..indices.end.min(start + PIECE)).into_par_iter().map(solve).collect()
+        };
+        work.piece(&start, Vec::len, compute)
     });
-    let points = points.collect::<error::Result<_>>()?;
+    Ok(pieces.collect::<error::Result<Vec<Vec<MapPoint>>>>()?.into_iter().flatten().collect())
+}
+
+/// Computes the locations, in parallel on the current rayon pool.
+///
+/// # Errors
+/// Of `work`.
+pub fn run_locations(study: &SuperpositionStudy, work: &Work) -> error::Result<Vec<LocationResult>> {
     let named = work.part("locations");
     let locations = study.locations.par_iter().enumerate().map(|(index, location)| {
         named.piece(
@@ -196,7 +228,7 @@ pub fn run(study: &SuperpositionStudy, work: &Work) -> error::Result<Superpositi
             },
         )
     });
-    Ok(Superposition { points, locations: locations.collect::<error::Result<_>>()?, study: study.clone() })
+    locations.collect()
 }
 
 fn map_point(study: &SuperpositionStudy, real: &Machine, position: Vector3<f64>) -> MapPoint {

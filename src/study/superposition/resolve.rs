@@ -15,7 +15,7 @@ use crate::{
 };
 
 /// Most points of the map.
-const MAX_POINTS: usize = 2_000_000;
+const MAX_POINTS: usize = 10_000_000;
 /// Fewest and most factors of the growth study.
 const STEPS: std::ops::RangeInclusive<usize> = 2..=100;
 

@@ -103,7 +103,7 @@ impl Quantity {
     /// The first point that could not be solved, and why; or why there is no such number.
     pub fn of(self, path: &PathResults) -> Result<f64, String> {
         solved(path)?;
-        let both = &path.sources[Source::Both as usize];
+        let both = &path.whole.sources[Source::Both as usize];
         Ok(match self {
             Quantity::ForceAtStart => first_load(path).map_or(0.0, |load| load.force.norm()),
             Quantity::MomentXAtStart => first_load(path).map_or(0.0, |load| load.moment.x),
@@ -113,11 +113,11 @@ impl Quantity {
             Quantity::DeflectionByBoth => largest(&moved(path, Source::Both)),
             Quantity::Correction => correction(&path.study.machine, both),
             Quantity::DriveForce => {
-                let forces = both.compensated.iter().flat_map(|answer| &answer.compensation.drive_forces);
+                let forces = both.compensated.iter().flat_map(|answer| &answer.drive_forces);
                 forces.fold(0.0, |most: f64, force| most.max(force.abs()))
             }
             Quantity::ErrorLeft => {
-                let left = both.compensated.iter().map(|answer| answer.compensation.position_error);
+                let left = both.compensated.iter().map(|answer| answer.position_error);
                 largest(&left.collect::<Vec<_>>())
             }
             Quantity::SuperpositionRatio => {
@@ -154,7 +154,7 @@ impl Quantity {
             Quantity::Crossings => {
                 let moved = moved(path, Source::Cutting);
                 beyond_rounding(largest(&moved), "the cutting force moves nothing")?;
-                let wanted = path.wanted();
+                let wanted = path.study.wanted();
                 let middle = Shape::of(&flat(&wanted)).ok_or("the path has no points")?.middle;
                 let radius = (wanted[0].xy() - middle).norm();
                 let moved: Vec<_> = wanted.iter().zip(moved).map(|(p, d)| p + d).collect();
@@ -166,10 +166,10 @@ impl Quantity {
 
 /// The first point that one of the sources leaves without an answer.
 fn solved(path: &PathResults) -> Result<(), String> {
-    for along in &path.sources {
+    for along in &path.whole.sources {
         let answers = along.plain.iter().zip(&along.compensated).enumerate();
         for (k, (plain, compensated)) in answers {
-            for status in [&plain.compensation.status, &compensated.compensation.status] {
+            for status in [&plain.status, &compensated.status] {
                 if !status.is_success() {
                     let reason = status.reason(&path.study.machine);
                     return Err(format!("{}, point {k}: {reason}", along.source.label()));
@@ -194,7 +194,7 @@ fn largest(vectors: &[Vector3<f64>]) -> f64 {
 }
 
 fn moved(path: &PathResults, source: Source) -> Vec<Vector3<f64>> {
-    path.sources[source as usize].plain.iter().map(|answer| answer.compensation.position_error).collect()
+    path.whole.sources[source as usize].plain.iter().map(|answer| answer.position_error).collect()
 }
 
 fn superposed(path: &PathResults) -> Vec<Vector3<f64>> {
@@ -217,10 +217,10 @@ fn flat(points: &[Vector3<f64>]) -> Vec<Vector2<f64>> {
 
 /// Shapes of the wanted path, of the path moved by both sources, and of the commanded one.
 fn shapes(path: &PathResults) -> Result<(Shape, Shape, Shape), String> {
-    let wanted = path.wanted();
+    let wanted = path.study.wanted();
     let moved: Vec<_> = wanted.iter().zip(moved(path, Source::Both)).map(|(p, d)| p + d).collect();
     let commanded: Option<Vec<_>> =
-        wanted.iter().enumerate().map(|(k, point)| Some(point + path.command_shift(k)?)).collect();
+        wanted.iter().enumerate().map(|(k, point)| Some(point + path.whole.command_shift(&path.study, k)?)).collect();
     let shape = |points: &[Vector3<f64>]| Shape::of(&flat(points)).ok_or("the path has no points");
     Ok((shape(&wanted)?, shape(&moved)?, shape(&commanded.ok_or("a point has no commanded pose")?)?))
 }

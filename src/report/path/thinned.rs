@@ -1,0 +1,192 @@
+//! What a picture shows of a long path: not every point, but no peak is lost and no corner is cut.
+
+use std::{cmp::Ordering, collections::BinaryHeap};
+
+use nalgebra::Vector3;
+
+/// Most points of a curve.
+pub const MOST_POINTS: usize = 4000;
+
+/// How many points of a path of `points` are one step of its curves: each gives its smallest and its largest value.
+pub fn step(points: usize) -> usize {
+    if points <= MOST_POINTS { 1 } else { points.div_ceil(MOST_POINTS / 2) }
+}
+
+/// A curve along a path, gathered point by point.
+#[derive(Debug, Clone)]
+pub struct Curve {
+    step: usize,
+    points: Vec<(f64, f64)>,
+    /// Of the step under way: its number, and its smallest and its largest value with the point they belong to.
+    under_way: Option<(usize, [Value; 2])>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Value {
+    point: usize,
+    x: f64,
+    y: f64,
+}
+
+impl Curve {
+    /// Along a path of `points`.
+    pub fn new(points: usize) -> Self {
+        Self { step: step(points), points: Vec::new(), under_way: None }
+    }
+
+    /// Takes the next point that has a value.
+    pub fn add(&mut self, point: usize, x: f64, y: f64) {
+        let value = Value { point, x, y };
+        match &mut self.under_way {
+            Some((step, [least, most])) if *step == point / self.step => {
+                if y < least.y {
+                    *least = value;
+                }
+                if y > most.y {
+                    *most = value;
+                }
+            }
+            _ => {
+                self.end_step();
+                self.under_way = Some((point / self.step, [value; 2]));
+            }
+        }
+    }
+
+    fn end_step(&mut self) {
+        let Some((_, mut ends)) = self.under_way.take() else { return };
+        ends.sort_by_key(|value| value.point);
+        let [first, last] = ends;
+        self.points.push((first.x, first.y));
+        if last.point != first.point {
+            self.points.push((last.x, last.y));
+        }
+    }
+
+    /// The points drawn, in the order of the path.
+    pub fn points(&self) -> Vec<(f64, f64)> {
+        let mut ended = self.clone();
+        ended.end_step();
+        ended.points
+    }
+}
+
+/// Indices of the points at which a path through `positions` is drawn: all, or at most [`MOST_POINTS`], of which one half
+/// is evenly spread, so that what is added to the path is seen everywhere, and the other half its sharpest corners.
+pub fn drawn(positions: &[Vector3<f64>]) -> Vec<usize> {
+    let count = positions.len();
+    if count <= MOST_POINTS {
+        return (0..count).collect();
+    }
+    let half = MOST_POINTS / 2;
+    let mut drawn: Vec<usize> = (0..half).map(|k| k * (count - 1) / (half - 1)).collect();
+    drawn.extend(corners(positions, half));
+    drawn.sort_unstable();
+    drawn.dedup();
+    drawn
+}
+
+/// A stretch of the path between two drawn points, and where it stands farthest off the straight line between them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Stretch {
+    first: usize,
+    last: usize,
+    farthest: usize,
+    distance: f64,
+}
+
+impl Eq for Stretch {}
+
+impl PartialOrd for Stretch {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Stretch {
+    /// By distance; of two alike the earlier one is the larger.
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.distance.total_cmp(&other.distance).then(other.first.cmp(&self.first))
+    }
+}
+
+impl Stretch {
+    fn new(positions: &[Vector3<f64>], first: usize, last: usize) -> Self {
+        let (start, chord) = (positions[first], positions[last] - positions[first]);
+        let length = chord.norm();
+        let direction = if length > 0.0 { chord / length } else { Vector3::zeros() };
+        let mut stretch = Self { first, last, farthest: first, distance: 0.0 };
+        for (point, position) in positions.iter().enumerate().take(last).skip(first + 1) {
+            let from_start = position - start;
+            let nearest = direction * from_start.dot(&direction).clamp(0.0, length);
+            let distance = (from_start - nearest).norm();
+            if distance > stretch.distance {
+                (stretch.farthest, stretch.distance) = (point, distance);
+            }
+        }
+        stretch
+    }
+}
+
+/// At most `most` points, each the one at which the path stands farthest off the lines through those before it
+/// (Ramer, Douglas and Peucker).
+fn corners(positions: &[Vector3<f64>], most: usize) -> Vec<usize> {
+    let mut stretches = BinaryHeap::from([Stretch::new(positions, 0, positions.len() - 1)]);
+    let mut corners = Vec::new();
+    while corners.len() < most {
+        let Some(Stretch { first, last, farthest, distance }) = stretches.pop() else { break };
+        if distance == 0.0 {
+            break;
+        }
+        corners.push(farthest);
+        stretches.push(Stretch::new(positions, first, farthest));
+        stretches.push(Stretch::new(positions, farthest, last));
+    }
+    corners
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_short_curve_keeps_every_point_and_a_long_one_its_peaks() {
+        let mut short = Curve::new(3);
+        (0..3).for_each(|k| short.add(k, k as f64, -(k as f64)));
+        assert_eq!(short.points(), [(0.0, 0.0), (1.0, -1.0), (2.0, -2.0)]);
+
+        let count = 100 * MOST_POINTS;
+        let mut long = Curve::new(count);
+        let value = |k: usize| {
+            if k == 123_457 {
+                7.0
+            } else if k == 123_460 {
+                -7.0
+            } else {
+                (k % 5) as f64
+            }
+        };
+        (0..count).filter(|k| k % 3 > 0).for_each(|k| long.add(k, k as f64, value(k)));
+        let points = long.points();
+        assert!(points.len() <= MOST_POINTS && points.windows(2).all(|pair| pair[0].0 < pair[1].0), "{}", points.len());
+        assert!(points.contains(&(123_457.0, 7.0)) && points.contains(&(123_460.0, -7.0)));
+    }
+
+    #[test]
+    fn a_long_path_keeps_its_corners_and_its_ends() {
+        // Back and forth, 300 times, in lines of 1000 points.
+        let lines = 300;
+        let position = |k: usize| {
+            let (line, along) = (k / 1000, (k % 1000) as f64);
+            Vector3::new(if line.is_multiple_of(2) { along } else { 999.0 - along }, 2.0 * line as f64, 0.0)
+        };
+        let positions: Vec<Vector3<f64>> = (0..1000 * lines).map(position).collect();
+        let drawn = drawn(&positions);
+        assert!(drawn.len() <= MOST_POINTS && drawn.windows(2).all(|pair| pair[0] < pair[1]));
+        for corner in (0..lines).flat_map(|line| [1000 * line, 1000 * line + 999]) {
+            assert!(drawn.binary_search(&corner).is_ok(), "corner {corner}");
+        }
+        assert!(drawn.windows(2).all(|pair| pair[1] - pair[0] <= 151));
+        assert_eq!(super::drawn(&positions[..MOST_POINTS]).len(), MOST_POINTS);
+    }
+}
