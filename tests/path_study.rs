@@ -1,6 +1,10 @@
-//! Path studies: the groove of study 02, reduced, and a straight line.
+//! Path studies: the groove of study 02, reduced and long, and a straight line.
 
-use std::path::{Path, PathBuf};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
 
 use kinetostat::study::{
     Overrides, Source, Study, StudyKind, Work,
@@ -63,4 +67,52 @@ methods = ["mirror_2", "direct"]
     let labels: Vec<String> = results.methods.iter().map(|method| method.method.label()).collect();
     assert_eq!(labels, ["mirror_2", "direct"]);
     assert!(results.methods[1].summary.max_mm < 1e-9);
+}
+
+/// The numbers of a column, by file and header.
+fn numbers(file: &Path, column: usize, keep: impl Fn(&csv::StringRecord) -> bool) -> Vec<f64> {
+    let mut reader = csv::Reader::from_path(file).unwrap();
+    let rows = reader.records().map(|row| row.unwrap()).filter(keep);
+    rows.map(|row| row[column].parse().unwrap()).collect()
+}
+
+/// More points than are computed together and than a curve draws.
+#[test]
+fn a_long_path_is_written_whole_and_drawn_thinned_with_its_peaks() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = folder.path().join("long");
+    fs::create_dir(&study).unwrap();
+    fs::copy(studies().join("process.toml"), study.join("process.toml")).unwrap();
+    let toml = fs::read_to_string(studies().join("study.toml")).unwrap();
+    fs::write(study.join("study.toml"), toml.replace("[path]", "[path]\nmethods = [\"none\"]")).unwrap();
+    let points = 4200;
+    let out = folder.path().join("out");
+    let mut run = Command::new(env!("CARGO_BIN_EXE_kinetostat"));
+    run.arg("run").arg(&study).args(["--points", &points.to_string(), "--quiet", "--out"]).arg(&out);
+    assert!(run.status().unwrap().success());
+
+    let table = out.join("points.csv");
+    let of = |source: &'static str| move |row: &csv::StringRecord| row.iter().any(|cell| cell == source);
+    let indices = numbers(&table, 0, of("both"));
+    assert_eq!(indices, (0..points).map(f64::from).collect::<Vec<_>>());
+    let header = fs::read_to_string(&table).unwrap().lines().next().unwrap().to_string();
+    let column = header.split(',').position(|name| name == "displacement_mm").unwrap();
+    let largest = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
+    let smallest = |values: &[f64]| values.iter().copied().fold(f64::MAX, f64::min);
+    for (source, curve) in [("both", "both at once"), ("cutting", "cutting force")] {
+        let all = numbers(&table, column, of(source));
+        let drawn = numbers(&out.join("displacement_data.csv"), 3, of(curve));
+        // The curve ends at the angle at which it begins.
+        assert_eq!(drawn.len(), 2 * all.len() / 3 + 1, "{source}");
+        assert_eq!((smallest(&drawn), largest(&drawn)), (smallest(&all), largest(&all)), "{source}");
+    }
+    let text = |name: &str| fs::read_to_string(out.join(name)).unwrap();
+    let captions = text("report.json");
+    for said in ["4200 points, the smallest and the largest value of each 3 drawn", " of 4200 points drawn"] {
+        assert!(captions.contains(said), "{said}");
+    }
+    let summary: serde_json::Value = serde_json::from_str(&text("summary.json")).unwrap();
+    let found = summary["sources"]["both"]["displacement_max_mm"]["value"].as_f64().unwrap();
+    assert_eq!(found, largest(&numbers(&table, column, of("both"))));
+    assert_eq!(summary["methods"][0]["failed"], 0);
 }

@@ -161,11 +161,23 @@ fn other_killed_studies_go_on_to_the_same_bytes() {
     kill_other_studies(2);
 }
 
+/// A path in two parts.
+fn kill_a_long_path(kills: usize) {
+    let folder = tempfile::tempdir().unwrap();
+    let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/02_groove_50mm");
+    let toml = fs::read_to_string(from.join("study.toml")).unwrap();
+    let study = study(folder.path(), &toml.replace("[path]", "[path]\nmethods = [\"direct\"]"));
+    fs::copy(from.join("process.toml"), study.join("process.toml")).unwrap();
+    let arguments = ["run", path(&study), "--points", "6000", "--format", "csv,parquet"];
+    kill_and_resume(folder.path(), &arguments, kills);
+}
+
 #[test]
 #[ignore = "takes minutes; CI runs it"]
 fn runs_killed_many_times_go_on_to_the_same_bytes() {
     kill_maps(10);
     kill_other_studies(5);
+    kill_a_long_path(5);
 }
 
 /// A study of which a part is computed: interrupted by SIGINT once `kept` bytes of pieces are.
