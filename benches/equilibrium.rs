@@ -38,7 +38,7 @@ impl Setting {
             (at, state)
         });
         let angle = |i: u32| std::f64::consts::TAU * f64::from(i) / f64::from(angles);
-        let loads = (0..angles).map(|i| MillingForce::PAPER.wrench(angle(i), nominal.tool_tip)).collect();
+        let loads = (0..angles).map(|i| MillingForce::PAPER.wrench(angle(i), &nominal.tool())).collect();
         Self { points: points.collect(), real, loads }
     }
 

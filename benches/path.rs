@@ -26,7 +26,7 @@ fn main() {
             let phi = std::f64::consts::TAU * f64::from(i) / f64::from(points);
             Demand {
                 pose: nominal.pose_at(centre + Vector3::new(phi.cos(), phi.sin(), 0.0) * 25.0),
-                load: MillingForce::PAPER.wrench(phi, nominal.tool_tip),
+                load: MillingForce::PAPER.wrench(phi, &nominal.tool()),
                 target: Target::ToolTip,
             }
         })

@@ -24,7 +24,7 @@
 //!
 //! let machine = Machine::named_or_file("orthoglide")?;
 //! let at = machine.inverse_kinematics(&machine.pose_at(Vector3::new(30.0, -40.0, 75.0)))?;
-//! let load = MillingForce::PAPER.wrench(0.0, machine.tool_tip);
+//! let load = MillingForce::PAPER.wrench(0.0, &machine.tool_at(&at.pose.rotation));
 //! let mut state = State::rigid(&machine, &at);
 //! let mut workspace = Workspace::new(&machine);
 //! let outcome = equilibrium(&machine, &at.drives, &load, &mut state, &mut workspace, &Settings::default());

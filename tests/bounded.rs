@@ -37,7 +37,7 @@ impl Case {
         let demand = |k: usize| {
             let phi = std::f64::consts::TAU * k as f64 / points as f64;
             let position = Vector3::from(centre) + 25.0 * Vector3::new(phi.cos(), phi.sin(), 0.0);
-            let load = force.wrench(phi, nominal.tool_tip);
+            let load = force.wrench(phi, &nominal.tool());
             Demand { pose: nominal.pose_at(position), load, target: Target::ToolTip }
         };
         let demands = (0..points).map(demand).collect();

@@ -118,7 +118,9 @@ fn point_of(state: &Value, load: &[&str]) -> Value {
 }
 
 fn milling(state: &Value) -> Vec<String> {
-    state["phi_deg"].as_f64().map_or_else(Vec::new, |phi| vec!["--phi".into(), phi.to_string()])
+    state["phi_deg"]
+        .as_f64()
+        .map_or_else(Vec::new, |phi| vec!["--phi".into(), phi.to_string(), "--law".into(), "printed".into()])
 }
 
 #[test]
@@ -131,7 +133,7 @@ fn point_prints_the_reference_states_with_their_keys() {
         let found = point_of(state, &load.iter().map(String::as_str).collect::<Vec<_>>());
         let keys = |object: &Value| object.as_object().unwrap().keys().cloned().collect::<BTreeSet<String>>();
         let mut expected_keys = keys(state);
-        expected_keys.extend(["status", "iterations", "residual"].map(String::from));
+        expected_keys.extend(["status", "iterations", "residual", "tool_axis", "force_tool_frame_N"].map(String::from));
         assert_eq!(keys(&found), expected_keys);
         assert_eq!(found["status"], "solved");
         assert!(found["residual"].as_f64().unwrap() <= 1e-10);
@@ -163,7 +165,7 @@ fn the_same_load_as_a_wrench_gives_the_same_point() {
     let loaded = states.as_array().unwrap().iter().filter(|state| !state["phi_deg"].is_null());
     for state in loaded.take(3) {
         let phi = milling(state);
-        let by_angle = point_of(state, &[&phi[0], &phi[1]]);
+        let by_angle = point_of(state, &phi.iter().map(String::as_str).collect::<Vec<_>>());
         let wrench = joined(&by_angle["wrench_N_Nmm"]);
         let mut by_wrench = point_of(state, &["--wrench", &wrench]);
         assert!(by_wrench["phi_deg"].is_null());

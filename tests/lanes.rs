@@ -190,7 +190,7 @@ fn sessions_compensated_together_end_as_each_alone() {
                 for (round, away) in [(0, 0.0), (1, 1.0), (2, 2e4)] {
                     let demand = |(i, position): (usize, &Vector3<f64>)| {
                         let shift = if i % 3 == 0 { away } else { f64::from(round) };
-                        let load = MillingForce::PAPER.wrench(f64::from(round), nominal.tool_tip);
+                        let load = MillingForce::PAPER.wrench(f64::from(round), &nominal.tool());
                         Demand { pose: nominal.pose_at(position.add_scalar(shift)), load, target: Target::ToolTip }
                     };
                     let demands: Vec<Demand> = positions.iter().enumerate().map(demand).collect();

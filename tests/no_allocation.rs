@@ -57,7 +57,7 @@ struct Cost {
 
 /// Solves from `start` under the milling wrench at `phi_deg`.
 fn solve(machine: &Machine, at: &Configuration, start: &State, phi_deg: f64, workspace: &mut Workspace) -> Cost {
-    let load = MillingForce::PAPER.wrench(phi_deg.to_radians(), machine.tool_tip);
+    let load = MillingForce::PAPER.wrench(phi_deg.to_radians(), &machine.tool());
     let mut state = start.clone();
     let before = ALLOCATED.get();
     let outcome = equilibrium(machine, &at.drives, &load, &mut state, workspace, &Settings::default());
@@ -79,7 +79,7 @@ fn more_newton_iterations_do_not_allocate_more() {
     let first = solve(&real, &at, &rigid, 0.0, &mut workspace);
     assert!(first.allocated.0 > 0, "the allocator does not count");
 
-    let load = MillingForce::PAPER.wrench(0.0, nominal.tool_tip);
+    let load = MillingForce::PAPER.wrench(0.0, &nominal.tool());
     let mut loaded = rigid.clone();
     equilibrium(&real, &at.drives, &load, &mut loaded, &mut workspace, &Settings::default());
     let costs: Vec<Cost> = [(&loaded, 0.0), (&loaded, 0.01), (&loaded, 20.0), (&rigid, 180.0)]

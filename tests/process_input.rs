@@ -7,7 +7,7 @@ use kinetostat::{
     machine::Machine,
     process::{
         ForceLaw, MillingForce, PathReference,
-        cutting::{CuttingLaw, EdgeForce, PathFrame, SlotMilling, SpindleSide, WrenchTable},
+        cutting::{CuttingLaw, EdgeForce, PathFrame, SlotMilling, WrenchTable},
         toolpath::{Format, Sampling, Turn},
     },
     study::{
@@ -119,8 +119,6 @@ fn slot_milling_keeps_each_coefficient_in_its_place() {
         teeth: 3,
         feed_per_tooth_mm: None,
         spindle: Turn::CounterClockwise,
-        // The Orthoglide's tool points to +z.
-        spindle_side: SpindleSide::Below,
     };
     assert_eq!(process.cutting, CuttingLaw::SlotMilling(milling));
 }

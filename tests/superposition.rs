@@ -176,7 +176,7 @@ fn moved(study: &SuperpositionStudy, position: Vector3<f64>, phi: f64, load: f64
 fn pose_under(study: &SuperpositionStudy, position: Vector3<f64>, phi: f64, load: f64, errors: f64) -> (Pose, Wrench) {
     let errors: Vec<ChainError> = study.errors.iter().map(|error| error.scale(errors)).collect();
     let at = at_position(&study.machine, position);
-    let wrench = study.force.wrench(phi, study.machine.tool_tip);
+    let wrench = study.force.wrench(phi, &study.machine.tool());
     (settle(&study.machine.with_errors(&errors), &at, &wrench.scale(load)).0.pose, wrench)
 }
 

@@ -32,7 +32,7 @@ fn point(machine: &Machine, divided: &Machine, name: &str, rounds: usize) -> Val
     let at = machine.inverse_kinematics(&machine.pose_at(position)).expect("reachable");
     let rigid = State::rigid(machine, &at);
     let angle = |i: u32| std::f64::consts::TAU * f64::from(i) / f64::from(ANGLES);
-    let loads: Vec<Wrench> = (0..ANGLES).map(|i| MillingForce::PAPER.wrench(angle(i), machine.tool_tip)).collect();
+    let loads: Vec<Wrench> = (0..ANGLES).map(|i| MillingForce::PAPER.wrench(angle(i), &machine.tool())).collect();
 
     let mut cases = Vec::new();
     for share in LOAD_SHARES {

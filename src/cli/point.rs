@@ -18,8 +18,13 @@ use super::{Ending, any_numbers, number, numbers, print};
 /// Solve one location: how far the tool moves there and what to command instead.
 #[derive(Debug, Args)]
 #[command(group(ArgGroup::new("place").args(["position", "at"]).required(true)), after_help = "\
+The milling force lives in the frame of the tool: z from the spindle to the tool tip (tool_axis in the machine file), x the
+x axis of the platform across it, φ from x towards y. FR > 0 pushes the tool along φ, FT > 0 along φ + 90°, FZ < 0 back into
+the spindle. Picture: docs/forces.svg.
+
 Examples:
   kinetostat point --machine orthoglide --position 126.35,126.35,126.35 --phi 130 --assembly 1,-1,1
+  kinetostat point --machine orthoglide --at Q1 --phi 130 --law printed
   kinetostat point --machine orthoglide --at Q0 --wrench 215,-10,-25,1000,21500,0 --json")]
 pub struct PointArguments {
     /// Built-in machine or machine file
@@ -34,11 +39,11 @@ pub struct PointArguments {
     /// Tool angle φ of the milling force in degrees
     #[arg(long, value_parser = number, allow_hyphen_values = true, conflicts_with = "wrench")]
     phi: Option<f64>,
-    /// Milling force: radial,tangential,axial in N
+    /// Milling force on the tool: radial,tangential,axial in N
     #[arg(long, value_parser = numbers::<3>, allow_hyphen_values = true, default_value = "215,-10,-25", value_name = "FR,FT,FZ", requires = "phi", conflicts_with = "wrench")]
     force: [f64; 3],
-    /// How the milling force turns with φ, eq. (17)
-    #[arg(long, value_enum, default_value = "printed", requires = "phi", conflicts_with = "wrench")]
+    /// How the milling force turns with φ, eq. (17): as a rotation, or as the paper prints it
+    #[arg(long, value_enum, default_value = "rotated", requires = "phi", conflicts_with = "wrench")]
     law: ForceLaw,
     /// Load at P in base axes instead of the milling force: fx,fy,fz,mx,my,mz in N and N·mm
     #[arg(long, value_parser = numbers::<6>, allow_hyphen_values = true)]

@@ -18,7 +18,7 @@ mod task_space;
 
 use std::path::Path;
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 pub use chain::{Chain, Drive, Motion, MoveScrew, PassiveJoint, Spring, SpringLaw, Step};
 pub use errors::ChainError;
@@ -40,6 +40,17 @@ pub enum Coordinate {
     Translation(usize),
     /// Rotation about the axis of the commanded platform frame with this index.
     Rotation(usize),
+}
+
+/// Where the direction of the tool comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ToolAxisSource {
+    /// The machine file.
+    Given,
+    /// The direction from P to the tool tip.
+    TowardsTip,
+    /// The platform's z axis: the tool tip is P itself.
+    PlatformZ,
 }
 
 /// A named location of P, mm.
@@ -73,6 +84,11 @@ pub struct Machine {
     pub chains: Vec<Chain>,
     /// Tool tip `p_PT` in platform axes, mm.
     pub tool_tip: Vector3<f64>,
+    /// `R_PT`, axes of the tool frame T in platform axes: z along the tool from the spindle to its tip, x the projection of the
+    /// platform's x axis onto the plane normal to it (of its y axis for a tool along x), y = z × x. Forces of milling live in it.
+    pub tool_axes: Matrix3<f64>,
+    /// Where the direction of the tool comes from.
+    pub tool_axis_source: ToolAxisSource,
     /// Task coordinates the drives control.
     pub controls: Vec<Coordinate>,
     /// Nominal workspace of P.
@@ -145,6 +161,17 @@ impl Machine {
     /// Named location, if the machine has one of this name.
     pub fn point(&self, name: &str) -> Option<&NamedPoint> {
         self.points.iter().find(|point| point.name == name)
+    }
+
+    /// `X_PT`: the tool frame T, with its origin at the tool tip, in platform axes.
+    pub fn tool(&self) -> Pose {
+        Pose { rotation: self.tool_axes, translation: self.tool_tip }
+    }
+
+    /// The tool frame T as seen from P in O axes, where the platform has the orientation `rotation` (`R_OP`): the columns of its
+    /// rotation are the tool's axes in O, its translation is `p_PT` in O axes, mm.
+    pub fn tool_at(&self, rotation: &Matrix3<f64>) -> Pose {
+        Pose { rotation: rotation * self.tool_axes, translation: rotation * self.tool_tip }
     }
 
     /// Displacement of the tool tip when P moves from pose `from` to pose `to`, O axes, mm.

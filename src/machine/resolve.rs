@@ -3,7 +3,8 @@
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::{
-    Chain, Coordinate, Drive, Machine, Motion, NamedPoint, PassiveJoint, Spring, SpringLaw, Step, WorkspaceBox,
+    Chain, Coordinate, Drive, Machine, Motion, NamedPoint, PassiveJoint, Spring, SpringLaw, Step, ToolAxisSource,
+    WorkspaceBox,
     kinematics::{self, Configuration},
     section::{Material, Section, beam_stiffness, parallelogram_terms},
     spec::{
@@ -14,7 +15,7 @@ use super::{
 use crate::{
     check::Check,
     error::Result,
-    spatial::{Axis, Pose},
+    spatial::{Axis, Pose, frame_about},
 };
 
 /// Checks `spec` and assembles the machine at home; `origin` names the file in errors.
@@ -33,6 +34,8 @@ pub(super) fn machine(spec: &MachineSpec, origin: &str) -> Result<Machine> {
     let mut home_pose =
         Pose::from_roll_pitch_yaw(home_check.key("rotation_deg").finite(spec.home.rotation_deg)? * TO_RAD);
     home_pose.translation = home_check.key("position_mm").finite(spec.home.position_mm)?;
+    let tool_tip = check.key("platform.tool_tip_mm").finite(spec.platform.tool_tip_mm)?;
+    let (tool_axis, tool_axis_source) = tool_axis(spec, tool_tip, &check.key("platform.tool_axis"))?;
     let mut machine = Machine {
         name: spec.name.clone(),
         title: spec.title.clone(),
@@ -41,7 +44,9 @@ pub(super) fn machine(spec: &MachineSpec, origin: &str) -> Result<Machine> {
         home_sought: home_pose,
         reach: kinematics::reach(&chains, &home_pose),
         chains,
-        tool_tip: check.key("platform.tool_tip_mm").finite(spec.platform.tool_tip_mm)?,
+        tool_tip,
+        tool_axes: frame_about(tool_axis),
+        tool_axis_source,
         controls,
         workspace: workspace(spec, &check)?,
         points: points(spec, &check)?,
@@ -59,6 +64,18 @@ const MAX_CHAINS: usize = 50;
 const MAX_COORDINATES: usize = 500;
 
 const TO_RAD: f64 = std::f64::consts::PI / 180.0;
+
+/// Direction of the tool from the spindle to its tip, a unit vector in platform axes.
+fn tool_axis(spec: &MachineSpec, tip: Vector3<f64>, check: &Check) -> Result<(Vector3<f64>, ToolAxisSource)> {
+    Ok(match (spec.platform.tool_axis, tip.try_normalize(SHORTEST_TOOL_MM)) {
+        (Some(axis), _) => (check.direction(axis)?, ToolAxisSource::Given),
+        (None, Some(axis)) => (axis, ToolAxisSource::TowardsTip),
+        (None, None) => (Vector3::z(), ToolAxisSource::PlatformZ),
+    })
+}
+
+/// A tool tip nearer to P than this has no direction from it, mm.
+const SHORTEST_TOOL_MM: f64 = 1e-9;
 
 fn controls(spec: &MachineSpec, check: &Check) -> Result<Vec<Coordinate>> {
     let check = check.key("platform.controls");

@@ -42,6 +42,8 @@ pub struct MachineSpec {
 pub struct PlatformSpec {
     /// `p_PT` in platform axes.
     pub tool_tip_mm: [f64; 3],
+    /// Direction from the spindle to the tool tip in platform axes, of any length; from P to the tool tip if not given.
+    pub tool_axis: Option<[f64; 3]>,
     /// Task coordinates the drives control.
     pub controls: Vec<CoordinateSpec>,
 }

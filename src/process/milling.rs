@@ -3,28 +3,46 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use crate::spatial::Wrench;
+use crate::spatial::{Pose, Wrench};
 
-/// How eq. (17) turns radial and tangential force into the workpiece plane.
+/// How eq. (17) turns radial and tangential force into the plane normal to the tool.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum ForceLaw {
     /// As printed: `F_x = F_r cos φ + F_t sin φ`, `F_y = F_r sin φ + F_t cos φ`. Not a rotation: with 215 N and −10 N the
     /// in-plane force varies between 205 N and 225 N.
-    #[default]
     Printed,
-    /// A rotation: `F_x = F_r cos φ − F_t sin φ`, `F_y = F_r sin φ + F_t cos φ`.
+    /// A rotation: `F_x = F_r cos φ − F_t sin φ`, `F_y = F_r sin φ + F_t cos φ`. What is meant where no law is named.
+    #[default]
     Rotated,
 }
 
-/// Cutting force of groove milling in the xy-plane.
+impl ForceLaw {
+    /// Its name in files and on the command line.
+    pub fn label(self) -> &'static str {
+        match self {
+            ForceLaw::Printed => "printed",
+            ForceLaw::Rotated => "rotated",
+        }
+    }
+}
+
+/// Cutting force of groove milling on the tool, in the tool frame T: z along the tool from the spindle to its tip
+/// ([`Machine::tool_axes`](crate::machine::Machine::tool_axes)), φ from x towards y.
+///
+/// ```text
+/// F = F_x x_T + F_y y_T + F_z z_T          F_x, F_y: eq. (17)
+/// F_r > 0   pushes the tool along the direction φ
+/// F_t > 0   pushes it along φ + 90° (rotated law): with growing φ, counter-clockwise seen from the workpiece
+/// F_z < 0   pushes it back into the spindle
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MillingForce {
     /// Radial force F_r, N.
     pub radial: f64,
     /// Tangential force F_t, N.
     pub tangential: f64,
-    /// Force along the tool axis F_z, N.
+    /// Force along the tool axis F_z, N: positive away from the spindle.
     pub axial: f64,
     /// How the forces are turned by φ.
     pub law: ForceLaw,
@@ -34,7 +52,7 @@ impl MillingForce {
     /// The paper's groove: F_r = 215 N, F_t = −10 N, F_z = −25 N, eq. (17) as printed.
     pub const PAPER: Self = Self { radial: 215.0, tangential: -10.0, axial: -25.0, law: ForceLaw::Printed };
 
-    /// Force on the tool tip at angle `phi` rad, O axes, N; eq. (17).
+    /// Force on the tool tip at angle `phi` rad, axes of the tool frame, N; eq. (17).
     pub fn force(&self, phi: f64) -> Vector3<f64> {
         let (sin, cos) = phi.sin_cos();
         let sign = match self.law {
@@ -48,10 +66,11 @@ impl MillingForce {
         )
     }
 
-    /// Wrench at P of the force on a tool tip at `tool_tip` mm from P (O axes), eq. (16): a dead load.
-    pub fn wrench(&self, phi: f64, tool_tip: Vector3<f64>) -> Wrench {
-        let force = self.force(phi);
-        Wrench { force, moment: tool_tip.cross(&force) }
+    /// Wrench at P in O axes of the force on a tool whose frame, seen from P in O axes, is `tool`
+    /// ([`Machine::tool_at`](crate::machine::Machine::tool_at)), eq. (16): a dead load.
+    pub fn wrench(&self, phi: f64, tool: &Pose) -> Wrench {
+        let force = tool.rotation * self.force(phi);
+        Wrench { force, moment: tool.translation.cross(&force) }
     }
 }
 
@@ -61,7 +80,7 @@ mod tests {
 
     #[test]
     fn moment_is_the_one_of_eq_16() {
-        let wrench = MillingForce::PAPER.wrench(0.7, Vector3::new(0.0, 0.0, 100.0));
+        let wrench = MillingForce::PAPER.wrench(0.7, &Pose::from_translation(Vector3::new(0.0, 0.0, 100.0)));
         let f = wrench.force;
         assert!((wrench.moment - Vector3::new(-f.y * 100.0, f.x * 100.0, 0.0)).norm() < 1e-12);
     }

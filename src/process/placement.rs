@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::toolpath::Load;
-use crate::spatial::{Axis, Pose, Wrench};
+use crate::spatial::{Axis, Pose, Wrench, frame_about};
 
 /// The point a path's coordinates are those of.
 ///
@@ -51,16 +51,19 @@ impl Placement {
         tilt.rotation * home
     }
 
-    /// The placement on a machine whose platform has the orientation `home` at home and whose tool tip stands at `tool_tip`,
-    /// `p_PT` in platform axes, mm.
+    /// The placement on a machine whose platform has the orientation `home` at home and whose tool frame stands at `tool`,
+    /// `X_PT` in platform axes.
     #[must_use]
-    pub fn on(&self, home: &Matrix3<f64>, tool_tip: Vector3<f64>) -> Placed {
+    pub fn on(&self, home: &Matrix3<f64>, tool: &Pose) -> Placed {
         let orientation = self.platform_orientation(home);
+        // R_OP = R_OW R_z(−yaw) R_home, so that of R_WP only the yaw is left.
+        let unturned = Pose::from_roll_pitch_yaw(Vector3::new(0.0, 0.0, -self.roll_pitch_yaw.z)).rotation;
         Placed {
             workpiece: self.pose(),
             orientation,
-            reference: orientation * self.reference_from_platform(tool_tip),
-            lever: orientation * tool_tip,
+            reference: orientation * self.reference_from_platform(tool.translation),
+            lever: orientation * tool.translation,
+            tool_axes: frame_about((unturned * (home * tool.rotation.column(2))).normalize()),
         }
     }
 
@@ -90,6 +93,8 @@ pub struct Placed {
     reference: Vector3<f64>,
     /// `p_PT` in O axes, mm.
     lever: Vector3<f64>,
+    /// See [`Placed::tool_axes`].
+    tool_axes: Matrix3<f64>,
 }
 
 impl Placed {
@@ -98,6 +103,13 @@ impl Placed {
     #[must_use]
     pub fn platform_pose(&self, position_mm: Vector3<f64>) -> Pose {
         Pose { rotation: self.orientation, translation: self.workpiece.transform(position_mm) - self.reference }
+    }
+
+    /// The tool in W axes: the column z points along it from the spindle to its tip, x is the projection of the x axis of W
+    /// onto the plane normal to z, y = z × x.
+    #[must_use]
+    pub fn tool_axes(&self) -> &Matrix3<f64> {
+        &self.tool_axes
     }
 
     /// The wrench at P in O axes of a `load` about the tool tip in W axes, at the commanded orientation: `f = R_OW f_W`,
@@ -132,9 +144,10 @@ mod tests {
         // x of W is y of O, y of W is −x of O.
         let wanted = Vector3::new(10.0 - 2.0, 20.0 + 1.0, 30.0 + 3.0);
         let orientation = Pose::from_roll_pitch_yaw(Vector3::new(0.2, -0.1, 0.5)).rotation;
-        let pose = placement(PathReference::ToolTip).on(&orientation, TIP).platform_pose(at);
+        let pose = placement(PathReference::ToolTip).on(&orientation, &Pose::from_translation(TIP)).platform_pose(at);
         assert!((pose.transform(TIP) - wanted).norm() < 1e-12);
-        let pose = placement(PathReference::PlatformPoint).on(&orientation, TIP).platform_pose(at);
+        let pose =
+            placement(PathReference::PlatformPoint).on(&orientation, &Pose::from_translation(TIP)).platform_pose(at);
         assert!((pose.translation - wanted).norm() < 1e-12);
         assert_eq!(pose.rotation, orientation);
     }
@@ -163,7 +176,7 @@ mod tests {
             for roll_pitch_yaw in [Vector3::new(0.0, 0.0, FRAC_PI_2), Vector3::new(0.2, 0.3, -0.4)] {
                 let placement = Placement { roll_pitch_yaw, ..placement(reference) };
                 let at = Vector3::new(-7.0, 0.25, 12.0);
-                let pose = placement.on(&orientation, TIP).platform_pose(at);
+                let pose = placement.on(&orientation, &Pose::from_translation(TIP)).platform_pose(at);
                 assert!((placement.path_position(&pose, TIP) - at).norm() < 1e-12);
             }
         }
@@ -171,12 +184,12 @@ mod tests {
 
     #[test]
     fn the_wrench_is_that_of_eq_16_and_turns_with_the_workpiece() {
-        let (force, tip) = (MillingForce::PAPER, Vector3::new(0.0, 0.0, 100.0));
+        let (force, tool) = (MillingForce::PAPER, Pose::from_translation(Vector3::new(0.0, 0.0, 100.0)));
         let load = Load { force_N: force.force(0.7), moment_Nmm: Vector3::zeros() };
-        let unturned = Placement::default().on(&Matrix3::identity(), tip).wrench(&load);
-        assert!((unturned.to_vector() - force.wrench(0.7, tip).to_vector()).norm() < 1e-12);
+        let unturned = Placement::default().on(&Matrix3::identity(), &tool).wrench(&load);
+        assert!((unturned.to_vector() - force.wrench(0.7, &tool).to_vector()).norm() < 1e-12);
         let load = Load { moment_Nmm: Vector3::new(5.0, 6.0, 7.0), ..load };
-        let turned = placement(PathReference::ToolTip).on(&Matrix3::identity(), tip).wrench(&load);
+        let turned = placement(PathReference::ToolTip).on(&Matrix3::identity(), &tool).wrench(&load);
         let f = Vector3::new(-load.force_N.y, load.force_N.x, load.force_N.z);
         assert!((turned.force - f).norm() < 1e-12);
         let moment = Vector3::new(-6.0 - 100.0 * f.y, 5.0 + 100.0 * f.x, 7.0);

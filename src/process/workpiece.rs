@@ -5,10 +5,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{
-    PathReference, Placement,
-    toolpath::{Load, Toolpath},
-};
+use super::{PathReference, Placement, cutting::PathLoad, toolpath::Toolpath};
 
 /// An axis-aligned box, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,7 +24,7 @@ pub struct Feature {
     /// The path.
     pub path: Toolpath,
     /// The cutting force at each of its points.
-    pub loads: Vec<Load>,
+    pub loads: Vec<PathLoad>,
     /// Whose positions the path gives.
     pub reference: PathReference,
     /// How far the tool may be from its path, mm.

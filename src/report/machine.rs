@@ -1,7 +1,9 @@
 //! Findings about a machine, for reading.
 
+use nalgebra::Vector3;
+
 use crate::{
-    machine::{Machine, Motion},
+    machine::{Machine, Motion, ToolAxisSource},
     report::words::counted,
     study::machine_check::Findings,
 };
@@ -24,6 +26,12 @@ pub fn machine_text(machine: &Machine, findings: &Findings) -> String {
         machine.drives().zip(&findings.home_drives).map(|((_, drive), rho)| shown(drive.motion, *rho)).collect();
     text += &format!("  drives at home     {}\n", drives.join(", "));
     text += &format!("  reach at home      {:.1} mm\n", machine.reach);
+    text += &format!(
+        "  tool axis          {} of the platform, {} of the base at home, from the spindle to the tip{}\n",
+        direction(machine.tool_axes.column(2).into()),
+        direction((machine.home.pose.rotation * machine.tool_axes).column(2).into()),
+        tool_axis_words(machine.tool_axis_source)
+    );
     let failures = findings.reached.iter().filter(|(_, _, reached)| reached.is_err()).count();
     text += &format!(
         "  places reached     {} of {} (home, named points, workspace corners)\n",
@@ -46,6 +54,21 @@ pub fn machine_text(machine: &Machine, findings: &Findings) -> String {
         text += "no warnings\n";
     }
     text
+}
+
+/// How a tool axis was found that the machine file does not give, in brackets.
+pub(super) fn tool_axis_words(source: ToolAxisSource) -> &'static str {
+    match source {
+        ToolAxisSource::Given => "",
+        ToolAxisSource::TowardsTip => " (assumed: from P to the tool tip)",
+        ToolAxisSource::PlatformZ => " (assumed: z of the platform, as the tool tip is P)",
+    }
+}
+
+/// Rounded components of a unit vector, without a minus sign before zero.
+fn direction(v: Vector3<f64>) -> String {
+    let [x, y, z]: [f64; 3] = v.map(|c| (c * 1e3).round() / 1e3 + 0.0).into();
+    format!("({x}, {y}, {z})")
 }
 
 fn shown(motion: Motion, rho: f64) -> String {

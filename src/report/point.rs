@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use crate::{
     machine::Motion,
-    report::{table::shown_positions, words::counted},
+    report::{machine::tool_axis_words, table::shown_positions, words::counted},
     spatial::rotation_log,
     statics::Status,
     study::point::{PointAnswer, PointLoad, PointQuestion},
@@ -28,11 +28,22 @@ fn tool_displacement(answer: &PointAnswer) -> Vector3<f64> {
     answer.question.machine.tool_displacement(&answer.nominal.pose, &answer.loaded.pose)
 }
 
+/// Force on the tool in axes of the tool frame T, N. That of milling is eq. (17) itself, without the rounding of its way
+/// through O.
+fn force_on_tool(answer: &PointAnswer) -> Vector3<f64> {
+    match answer.question.load {
+        PointLoad::Milling(force, phi) => force.force(phi),
+        PointLoad::Wrench(_) => answer.tool.rotation.tr_mul(&answer.wrench.force),
+    }
+}
+
 /// The object of [`point_json`] for a location that the machine cannot reach: every quantity is null.
 pub fn unreachable_json(question: &PointQuestion, assembly_deg: &[f64]) -> Value {
     let null = |keys: &[&str]| keys.iter().map(|key| (key.to_string(), Value::Null)).collect::<serde_json::Map<_, _>>();
     let mut object = Value::Object(null(&[
         "phi_deg",
+        "tool_axis",
+        "force_tool_frame_N",
         "wrench_N_Nmm",
         "rho_nominal_mm",
         "platform_mm",
@@ -55,7 +66,8 @@ pub fn unreachable_json(question: &PointQuestion, assembly_deg: &[f64]) -> Value
     object
 }
 
-/// One object with the keys of `tests/reference/orthoglide.json` and `status`, `iterations`, `residual`.
+/// One object with the keys of `tests/reference/orthoglide.json` and `status`, `iterations`, `residual`; `tool_axis`, the
+/// direction from the spindle to the tool tip in O axes, and `force_tool_frame_N`, the force in axes of the tool frame.
 ///
 /// `assembly_deg` is passed through. Keys whose quantity does not exist in this outcome are null.
 pub fn point_json(answer: &PointAnswer, assembly_deg: &[f64]) -> Value {
@@ -68,6 +80,8 @@ pub fn point_json(answer: &PointAnswer, assembly_deg: &[f64]) -> Value {
         "position_mm": array(answer.question.position),
         "phi_deg": phi_deg,
         "assembly_deg": assembly_deg,
+        "tool_axis": array(answer.tool.rotation.column(2).into()),
+        "force_tool_frame_N": array(force_on_tool(answer)),
         "wrench_N_Nmm": answer.wrench.to_array(),
         "rho_nominal_mm": shown_positions(machine, &answer.nominal.drives),
         "platform_mm": null, "platform_rotvec_rad": null, "tool_displacement_mm": null, "actuator_force_N": null,
@@ -110,8 +124,25 @@ pub fn point_text(answer: &PointAnswer) -> String {
     let wrench = answer.wrench;
     let mut text = format!("{}\n", machine.title);
     text += &format!("  commanded position of P   {} mm\n", triple(answer.question.position, 3));
-    if let PointLoad::Milling(_, phi) = answer.question.load {
+    text += &format!(
+        "  tool axis                 {} in base axes, from the spindle to the tip{}\n",
+        triple(answer.tool.rotation.column(2).into(), 3),
+        tool_axis_words(machine.tool_axis_source)
+    );
+    if let PointLoad::Milling(force, phi) = answer.question.load {
         text += &format!("  tool angle                {:.1} deg\n", phi.to_degrees());
+        text += &format!(
+            "  milling force             radial {} N along φ, tangential {} N along φ + 90°, axial {} N {}\n",
+            force.radial,
+            force.tangential,
+            force.axial,
+            if force.axial < 0.0 { "(into the spindle)" } else { "(out of the spindle)" }
+        );
+        text += &format!(
+            "  eq. (17) {:<16} {} N along x, y, z of the tool\n",
+            force.law.label(),
+            triple(force_on_tool(answer), 1)
+        );
     }
     text += &format!(
         "  load at P                 force {} N, moment {} N·mm\n",

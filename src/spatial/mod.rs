@@ -5,8 +5,10 @@
 //! angular velocity, a [`Wrench`] the force and the moment about the same point, both in the same axes, so that
 //! `power = wrench · twist`.
 
+mod frame;
 mod pose;
 mod screw;
 
+pub use frame::frame_about;
 pub use pose::{Axis, Pose, rotation_exp, rotation_log};
 pub use screw::{Twist, Wrench, larger, skew};

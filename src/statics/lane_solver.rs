@@ -400,7 +400,7 @@ mod tests {
         let mut turn = || {
             let mut iterations = 0;
             for i in 0..36 {
-                let load = MillingForce::PAPER.wrench((10.0 * f64::from(i)).to_radians(), nominal.tool_tip);
+                let load = MillingForce::PAPER.wrench((10.0 * f64::from(i)).to_radians(), &nominal.tool());
                 let case = Case { drives: &mut drives, load, state: &mut state, task: None };
                 let mut outcomes = Vec::new();
                 solver.solve(&real, &mut [case], &Settings::default(), &mut outcomes);

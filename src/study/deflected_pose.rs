@@ -37,7 +37,7 @@ pub fn of_map(study: &WorkspaceMapStudy) -> Option<DeflectedPose> {
         let Ok(at) = machine.command(position) else { continue };
         let pose = at.pose;
         for &phi in &study.phis {
-            let load = study.force.wrench(phi, pose.rotation * machine.tool_tip);
+            let load = study.force.wrench(phi, &machine.tool_at(&pose.rotation));
             let demand = Demand { pose, load, target: study.target };
             let place = format!("at {name}, tool angle {:.0}°", phi.to_degrees());
             let Some(bent) = deflected_pose(machine, &study.errors, &demand, place) else { continue };
@@ -97,7 +97,7 @@ mod tests {
     fn the_lines_of_a_loaded_machine_end_where_its_platform_settles() {
         let machine = Machine::named_or_file("orthoglide").unwrap();
         let errors = machine.assembly_errors(&[1.0, -1.0, 1.0]);
-        let load = MillingForce::PAPER.wrench(0.7, machine.tool_tip);
+        let load = MillingForce::PAPER.wrench(0.7, &machine.tool());
         let pose = machine.pose_at(machine.points[1].position);
         let bent =
             deflected_pose(&machine, &errors, &Demand { pose, load, target: Target::ToolTip }, "at Q1".into()).unwrap();

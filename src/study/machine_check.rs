@@ -3,7 +3,7 @@
 use nalgebra::{Matrix6, Vector3};
 
 use crate::{
-    machine::{Machine, Mobility},
+    machine::{Machine, Mobility, ToolAxisSource},
     spatial::{Wrench, rotation_log},
     statics::{
         Settings, State, Status, Workspace, equilibrium, principal_stiffnesses, spring_energies, tool_compliance,
@@ -40,6 +40,9 @@ const NEGLIGIBLE_SHARE: f64 = 1e-5;
 /// An element with a smaller share does not move the tool tip for its place, whatever its stiffness: a wrist axis through
 /// the tip.
 const UNMOVED_SHARE: f64 = 1e-15;
+
+/// A tool that leans less from an axis of the platform is along it, degrees.
+const SKEW_TOOL_DEG: f64 = 0.1;
 
 /// Largest difference between the home sought and the home found that is not worth a word: rad, and fraction of the reach.
 const HOME_TOLERANCE: f64 = 1e-5;
@@ -143,6 +146,21 @@ fn other_home(machine: &Machine) -> Option<String> {
     ))
 }
 
+/// Says that the direction of the tool was assumed, where it is none of the platform's axes.
+fn skew_tool(machine: &Machine) -> Option<String> {
+    let axis = machine.tool_axes.column(2);
+    let angle = axis.amax().min(1.0).acos().to_degrees();
+    if machine.tool_axis_source != ToolAxisSource::TowardsTip || angle < SKEW_TOOL_DEG {
+        return None;
+    }
+    let mut nearest = [0.0; 3];
+    nearest[axis.iamax()] = axis[axis.iamax()].signum();
+    Some(format!(
+        "tool axis: assumed from P to the tool tip, which is {angle:.1} deg from the nearest axis of the platform; milling \
+         forces follow it: give its direction, such as platform.tool_axis = {nearest:?}"
+    ))
+}
+
 /// Shares of elements, those of the same name in several chains together: a design mounted three times has its wrong
 /// stiffness three times.
 fn shares_by_element(findings: &Findings) -> Vec<(String, f64)> {
@@ -167,6 +185,7 @@ fn warnings(machine: &Machine, findings: &Findings, status: &Status) -> Vec<Stri
         warnings.push(format!("home: a load of 1 N has no stable equilibrium ({})", status.reason(machine)));
     }
     warnings.extend(other_home(machine));
+    warnings.extend(skew_tool(machine));
     let mobility = &findings.mobility;
     if mobility.uncontrolled > 0 {
         warnings.push(format!(

@@ -37,7 +37,7 @@ pub(super) fn path(
     let demands = demands(&machine, &process, &toolpath, &origin)?;
     let study = PathStudy {
         errors: process.errors.clone(),
-        stations: toolpath.points().iter().map(station).collect(),
+        stations: stations(&machine, &process, &toolpath),
         demands,
         methods: methods(spec, &check.key("methods"))?,
         is_circle: spec.circle.is_some(),
@@ -131,14 +131,19 @@ fn methods(spec: &PathSpec, check: &Check) -> Result<Vec<Method>> {
     names.iter().map(method).collect()
 }
 
-/// φ is the heading less a quarter turn: on a counter-clockwise circle, the polar angle of the point.
-fn station(point: &PathPoint) -> Station {
-    let heading = point.tangent.xy().try_normalize(1e-6);
-    Station {
-        arc_length_mm: point.arc_length_mm,
-        phi_deg: heading.map(|h| tidy(h.y.atan2(h.x).to_degrees() - 90.0)),
-        cutting: point.cutting,
-    }
+/// φ is the heading about the tool's axis less a quarter turn: on a circle counter-clockwise about it, the polar angle of
+/// the point.
+fn stations(machine: &Machine, process: &Process, path: &Toolpath) -> Vec<Station> {
+    let placed = process.placement.on(&machine.home.pose.rotation, &machine.tool());
+    let station = |point: &PathPoint| {
+        let heading = placed.tool_axes().tr_mul(&point.tangent).xy().try_normalize(1e-6);
+        Station {
+            arc_length_mm: point.arc_length_mm,
+            phi_deg: heading.map(|h| tidy(h.y.atan2(h.x).to_degrees() - 90.0)),
+            cutting: point.cutting,
+        }
+    };
+    path.points().iter().map(station).collect()
 }
 
 /// An angle in [0, 360), without the rounding of its way through radians.

@@ -6,7 +6,7 @@ use crate::{
     compensation::{self, Demand, Method, Session, Target, compensate},
     machine::{ChainError, Configuration, Machine, Unreachable},
     process::MillingForce,
-    spatial::Wrench,
+    spatial::{Pose, Wrench},
     statics::{Outcome, Settings, Solution, State, Workspace, equilibrium, unloaded_stiffness},
 };
 
@@ -50,6 +50,8 @@ pub struct PointAnswer {
     pub question: PointQuestion,
     /// The wrench at P.
     pub wrench: Wrench,
+    /// The tool frame T at the commanded pose, seen from P in O axes.
+    pub tool: Pose,
     /// Nominal inverse kinematics.
     pub nominal: Configuration,
     /// Unloaded stiffness of the nominal machine; `None` where a chain has no 6×6 stiffness.
@@ -68,8 +70,9 @@ pub fn solve(question: &PointQuestion) -> Result<PointAnswer, Unreachable> {
     let machine = &question.machine;
     let real = machine.with_errors(&question.errors);
     let nominal = machine.command(question.position)?;
+    let tool = machine.tool_at(&nominal.pose.rotation);
     let wrench = match question.load {
-        PointLoad::Milling(force, phi) => force.wrench(phi, nominal.pose.rotation * machine.tool_tip),
+        PointLoad::Milling(force, phi) => force.wrench(phi, &tool),
         PointLoad::Wrench(wrench) => wrench,
     };
     let mut workspace = Workspace::new(&real);
@@ -99,6 +102,7 @@ pub fn solve(question: &PointQuestion) -> Result<PointAnswer, Unreachable> {
         stiffness_unloaded: unloaded_stiffness(machine, &nominal, &mut workspace),
         question: question.clone(),
         wrench,
+        tool,
         nominal,
         loaded,
         compensated,

@@ -20,7 +20,7 @@ use crate::{
     machine::Machine,
     process::{
         MillingForce, PathReference, Placement,
-        cutting::{CuttingLaw, EdgeForce, PathFrame, SlotMilling, SpindleSide, WrenchTable},
+        cutting::{CuttingLaw, EdgeForce, PathFrame, SlotMilling, WrenchTable},
         toolpath::{Format, Sampling, Turn, gcode::GcodeOptions},
     },
 };
@@ -37,7 +37,7 @@ pub(super) fn process(
 ) -> Result<Process> {
     let check = Check::new(origin);
     check.schema(spec.schema)?;
-    let (cutting, table) = force(&spec.force, machine, folder, &check.key("force"))?;
+    let (cutting, table) = force(&spec.force, folder, &check.key("force"))?;
     let check_gcode = check.key("gcode");
     let name = file_name(origin);
     Ok(Process {
@@ -73,7 +73,7 @@ fn placement(spec: &PlacementSpec, machine: &Machine, check: &Check) -> Result<P
 }
 
 /// The law of the cutting force, and the text of the file it is in besides the process file.
-fn force(spec: &ForceSpec, machine: &Machine, folder: &Path, check: &Check) -> Result<(CuttingLaw, Inputs)> {
+fn force(spec: &ForceSpec, folder: &Path, check: &Check) -> Result<(CuttingLaw, Inputs)> {
     let given = [
         ("path_frame", spec.path_frame.is_some()),
         ("table", spec.table.is_some()),
@@ -88,7 +88,7 @@ fn force(spec: &ForceSpec, machine: &Machine, folder: &Path, check: &Check) -> R
     }
     let law = match spec {
         ForceSpec { path_frame: Some(spec), .. } => path_frame(spec, &check.key("path_frame"))?,
-        ForceSpec { slot_milling: Some(spec), .. } => slot_milling(spec, machine, &check.key("slot_milling"))?,
+        ForceSpec { slot_milling: Some(spec), .. } => slot_milling(spec, &check.key("slot_milling"))?,
         ForceSpec { table: Some(spec), .. } => return wrench_table(spec, folder, &check.key("table")),
         ForceSpec { from_path: true, .. } => CuttingLaw::FromPath,
         _ => CuttingLaw::None,
@@ -106,7 +106,7 @@ fn path_frame(spec: &PathFrameSpec, check: &Check) -> Result<CuttingLaw> {
     Ok(CuttingLaw::PathFrame(PathFrame { force }))
 }
 
-fn slot_milling(spec: &SlotMillingSpec, machine: &Machine, check: &Check) -> Result<CuttingLaw> {
+fn slot_milling(spec: &SlotMillingSpec, check: &Check) -> Result<CuttingLaw> {
     let coefficients = |name: &str, cutting: f64, edge: f64| -> Result<EdgeForce> {
         Ok(EdgeForce {
             cutting: check.key(&format!("{name}_cutting_N_per_mm2")).finite_scalar(cutting)?,
@@ -127,7 +127,6 @@ fn slot_milling(spec: &SlotMillingSpec, machine: &Machine, check: &Check) -> Res
             SpindleSpec::Clockwise => Turn::Clockwise,
             SpindleSpec::CounterClockwise => Turn::CounterClockwise,
         },
-        spindle_side: SpindleSide::of(machine.home.pose.rotation * machine.tool_tip),
     }))
 }
 

@@ -14,8 +14,9 @@ use crate::{
     machine::{Coordinate, Machine},
     process::{
         Placed, Placement,
+        cutting::PathLoad,
         toolpath::{
-            Load, PathPoint, Sampling, Toolpath,
+            PathPoint, Sampling, Toolpath,
             gcode::{GcodeOptions, Program},
             polyline::Polyline,
         },
@@ -247,7 +248,7 @@ impl ProgramJob {
 }
 
 fn placed(machine: &Machine, placement: &Placement) -> Placed {
-    placement.on(&machine.home.pose.rotation, machine.tool_tip)
+    placement.on(&machine.home.pose.rotation, &machine.tool())
 }
 
 /// What is wanted at each point of a path: its pose, and the cutting force as a wrench at P. `origin` names the path in
@@ -267,12 +268,12 @@ pub fn demands_under(
     placement: &Placement,
     target: Target,
     path: &Toolpath,
-    loads: &[Load],
+    loads: &[PathLoad],
 ) -> Vec<Demand> {
     let placed = placed(machine, placement);
-    let demand = |(point, load): (&PathPoint, &Load)| Demand {
+    let demand = |(point, load): (&PathPoint, &PathLoad)| Demand {
         pose: placed.platform_pose(point.position_mm),
-        load: placed.wrench(load),
+        load: placed.wrench(&load.on_tool(point.tangent, placed.tool_axes())),
         target,
     };
     path.points().iter().zip(loads).map(demand).collect()

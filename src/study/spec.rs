@@ -76,7 +76,7 @@ pub struct CircleSpec {
     pub points: usize,
 }
 
-/// Groove milling, eqs. (16) and (17).
+/// Groove milling, eqs. (16) and (17), in the frame of the tool: see [`crate::process::MillingForce`].
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MillingSpec {
@@ -89,7 +89,7 @@ pub struct MillingSpec {
     /// F_z.
     #[serde(rename = "axial_force_N")]
     pub axial_force: f64,
-    /// `printed` (default) or `rotated`.
+    /// `rotated` (default) or `printed`.
     #[serde(default)]
     pub law: ForceLaw,
     /// Step between tool angles over one turn; 10° if not given.

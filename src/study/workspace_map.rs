@@ -323,7 +323,7 @@ fn turn(
     for (index, &phi) in phis.iter().enumerate() {
         let demand = |i: usize| {
             let pose = configurations[i].pose;
-            let load = phi.map_or(Wrench::zero(), |phi| study.force.wrench(phi, pose.rotation * machine.tool_tip));
+            let load = phi.map_or(Wrench::zero(), |phi| study.force.wrench(phi, &machine.tool_at(&pose.rotation)));
             Demand { pose, load, target: study.target }
         };
         let command = |sessions: &mut [Session<'_>], batch: &mut Batch<'_>, method, places: &[usize]| {

@@ -1,19 +1,18 @@
-//! The cutting force at each point of a toolpath: on the tool, at its tip, in the axes of the workpiece frame W.
+//! The cutting force at each point of a toolpath: on the tool, at its tip, in the axes of the workpiece frame W. Forces
+//! are in N, moments about the tool tip in N·mm. [`Placed::wrench`](super::Placed::wrench) turns them into the wrench at P.
 //!
-//! The tool's axis is the z axis of W; which way it points only slot milling needs to know ([`SpindleSide`]). Forces are in N, moments about the tool tip in
-//! N·mm. [`Placed::wrench`](super::Placed::wrench) turns them into the wrench at P.
-//!
-//! Along a path whose direction of motion, projected onto the xy-plane, is the unit vector f (the heading), the
-//! directions are
+//! Path frame and slot milling follow the tool. With a the unit vector along the tool from the spindle to its tip, in W
+//! ([`Placed::tool_axes`](super::Placed::tool_axes)), and f the direction of motion projected onto the plane normal to a,
+//! the heading, the directions are
 //!
 //! ```text
-//! f           along the motion: tangential force of a path frame, feed direction of slot milling
-//! n = z × f   left of the motion
-//! −n          right of the motion: radial force of a path frame
+//! f       along the motion: tangential force of a path frame
+//! f × a   to the right of the motion, seen from the workpiece (against a): radial force of a path frame
+//! a       along the tool, out of the spindle: axial force of a path frame; the spindle is towards −a
 //! ```
 //!
-//! A motion without heading, such as a plunge along the tool's axis, has only the axial part of a path frame's or of
-//! slot milling's force. Where the tool is not cutting (G0), laws that compute the force give none.
+//! Seen from the spindle, f × a is to the left. A motion without heading, such as a plunge along the tool's axis, has only
+//! the axial part. Where the tool is not cutting (G0), laws that compute the force give none.
 
 mod error;
 mod path_frame;
@@ -22,10 +21,10 @@ mod table;
 
 pub use error::{LoadError, TableError, TableFault};
 pub use path_frame::PathFrame;
-pub use slot_milling::{EdgeForce, SlotMilling, SpindleSide};
+pub use slot_milling::{EdgeForce, SlotMilling};
 pub use table::WrenchTable;
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::toolpath::{Load, PathPoint, Toolpath};
 
@@ -50,19 +49,19 @@ impl CuttingLaw {
     ///
     /// # Errors
     /// When the point lacks what the law needs: a place in the table, a load of its own, feed or spindle speed.
-    pub fn load(&self, point: &PathPoint) -> Result<Load, LoadError> {
-        match self {
+    pub fn load(&self, point: &PathPoint) -> Result<PathLoad, LoadError> {
+        Ok(match self {
             CuttingLaw::FromPath => match point.load {
-                Some(load) => Ok(load),
-                None if point.cutting => Err(LoadError::NoLoad { segment: point.source.segment }),
-                None => Ok(NO_LOAD),
+                Some(load) => PathLoad::Workpiece(load),
+                None if point.cutting => return Err(LoadError::NoLoad { segment: point.source.segment }),
+                None => PathLoad::NONE,
             },
-            _ if !point.cutting => Ok(NO_LOAD),
-            CuttingLaw::None => Ok(NO_LOAD),
-            CuttingLaw::PathFrame(frame) => Ok(frame.load(point.tangent)),
-            CuttingLaw::Table(table) => table.load(point.arc_length_mm),
-            CuttingLaw::SlotMilling(milling) => milling.load(point),
-        }
+            _ if !point.cutting => PathLoad::NONE,
+            CuttingLaw::None => PathLoad::NONE,
+            CuttingLaw::PathFrame(frame) => PathLoad::PathFrame(*frame),
+            CuttingLaw::Table(table) => PathLoad::Workpiece(table.load(point.arc_length_mm)?),
+            CuttingLaw::SlotMilling(milling) => PathLoad::MeanForce(milling.mean_force(milling.feed_per_tooth(point)?)),
+        })
     }
 
     /// The load at every point of `path`, in order.
@@ -70,7 +69,7 @@ impl CuttingLaw {
     /// # Errors
     /// When a table does not cover the lengths at which the path is cutting, when there is no law but the path brings
     /// loads along, and as [`CuttingLaw::load`].
-    pub fn loads(&self, path: &Toolpath) -> Result<Vec<Load>, LoadError> {
+    pub fn loads(&self, path: &Toolpath) -> Result<Vec<PathLoad>, LoadError> {
         match self {
             CuttingLaw::Table(table) => table.covers(path)?,
             CuttingLaw::None if path.points().iter().any(|point| point.load.is_some()) => {
@@ -82,24 +81,53 @@ impl CuttingLaw {
     }
 }
 
+/// The load at a point of a path, before it is known how the tool stands to the workpiece.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum PathLoad {
+    /// Given in the axes of W.
+    Workpiece(Load),
+    /// Constant in the frame of path and tool.
+    PathFrame(PathFrame),
+    /// Mean force (F_f, F_n, F_s) of slot milling, N: [`SlotMilling::mean_force`].
+    MeanForce(Vector3<f64>),
+}
+
+impl PathLoad {
+    /// No load.
+    pub const NONE: Self = Self::Workpiece(NO_LOAD);
+
+    /// The load in W for a motion along the unit vector `tangent` (W) of a tool whose axes in W are the columns of `tool_axes`,
+    /// [`Placed::tool_axes`](super::Placed::tool_axes).
+    #[must_use]
+    pub fn on_tool(&self, tangent: Vector3<f64>, tool_axes: &Matrix3<f64>) -> Load {
+        let tangent_of_tool = || tool_axes.tr_mul(&tangent);
+        let at_the_tip = |force: Vector3<f64>| Load { force_N: tool_axes * force, ..NO_LOAD };
+        match self {
+            PathLoad::Workpiece(load) => *load,
+            PathLoad::PathFrame(frame) => at_the_tip(frame.force(tangent_of_tool())),
+            PathLoad::MeanForce(mean) => at_the_tip(slot_milling::along(*mean, tangent_of_tool())),
+        }
+    }
+}
+
 /// No load.
 const NO_LOAD: Load = Load { force_N: Vector3::new(0.0, 0.0, 0.0), moment_Nmm: Vector3::new(0.0, 0.0, 0.0) };
 
-/// A force at the tool tip.
-fn at_the_tip(force_n: Vector3<f64>) -> Load {
-    Load { force_N: force_n, ..NO_LOAD }
-}
-
-/// f: the direction of motion in the xy-plane, of unit length, for a motion along `tangent` (a unit vector, W). `None`
-/// for a motion along the tool's axis, steeper than one in a million, and for none.
+/// f in axes of the tool: the direction of motion normal to the tool, of unit length, for a motion along `tangent` (a unit
+/// vector, axes of the tool). `None` for a motion along the tool's axis, steeper than one in a million, and for none.
 fn heading(tangent: Vector3<f64>) -> Option<Vector3<f64>> {
     Vector3::new(tangent.x, tangent.y, 0.0).try_normalize(1e-6)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::{FRAC_PI_2, PI};
+
     use super::*;
-    use crate::process::{ForceLaw, MillingForce, toolpath::polyline::Polyline};
+    use crate::{
+        process::{ForceLaw, MillingForce, toolpath::polyline::Polyline},
+        spatial::{Pose, frame_about},
+    };
 
     fn read(source: &str) -> Toolpath {
         Polyline::read(source, "path.csv").unwrap().toolpath().clone()
@@ -116,30 +144,70 @@ mod tests {
             teeth: 3,
             feed_per_tooth_mm: Some(0.05),
             spindle: crate::process::toolpath::Turn::Clockwise,
-            spindle_side: SpindleSide::Above,
         };
         [CuttingLaw::PathFrame(PathFrame { force }), CuttingLaw::SlotMilling(milling)]
+    }
+
+    /// Loads on a tool along z of W.
+    fn loads(law: &CuttingLaw, path: &Toolpath) -> Vec<Load> {
+        loads_on(law, path, Vector3::z())
+    }
+
+    /// Loads on a tool along `axis` of W.
+    fn loads_on(law: &CuttingLaw, path: &Toolpath, axis: Vector3<f64>) -> Vec<Load> {
+        let loads = law.loads(path).unwrap();
+        path.points().iter().zip(loads).map(|(p, load)| load.on_tool(p.tangent, &frame_about(axis))).collect()
+    }
+
+    #[test]
+    fn all_forces_turn_with_the_tool() {
+        // The same cut on a machine that stands in any other way: forces stand in the same way to tool and motion.
+        let path = read("x_mm,y_mm,z_mm\n0,0,0\n5,2,0\n5,2,-1\n9,3,-3\n");
+        for angles in [Vector3::new(PI, 0.0, 0.0), Vector3::new(FRAC_PI_2, 0.0, 0.4), Vector3::new(0.3, -1.2, 2.0)] {
+            let turn = Pose::from_roll_pitch_yaw(angles).rotation;
+            let turned = path.points().iter().map(|p| PathPoint { tangent: turn * p.tangent, ..*p }).collect();
+            let turned = Toolpath::assemble(turned);
+            for law in laws() {
+                let (here, there) = (loads(&law, &path), loads_on(&law, &turned, turn * Vector3::z()));
+                for (here, there) in here.iter().zip(&there) {
+                    assert!((turn * here.force_N - there.force_N).norm() < 1e-11, "{} {}", here.force_N, there.force_N);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_signs_are_those_of_the_picture() {
+        // Tool down, as on most mills; the feed along x.
+        let force = MillingForce { radial: 7.0, tangential: 3.0, axial: -2.0, law: ForceLaw::Rotated };
+        let path = read("x_mm,y_mm,z_mm\n0,0,0\n5,0,0\n");
+        let down = loads_on(&CuttingLaw::PathFrame(PathFrame { force }), &path, -Vector3::z())[0].force_N;
+        // Along the feed; to the right seen from the workpiece, which is +y; and up, into the spindle.
+        assert!((down - Vector3::new(3.0, 7.0, 2.0)).norm() < 1e-12, "{down}");
+        // Spindle horizontal, tool along y, feed along x: nothing radial lies along the tool.
+        let level = loads_on(&CuttingLaw::PathFrame(PathFrame { force }), &path, Vector3::y())[0].force_N;
+        assert!((level - Vector3::new(3.0, -2.0, 7.0)).norm() < 1e-12, "{level}");
     }
 
     #[test]
     fn no_force_on_rapid_moves_and_only_an_axial_one_on_plunges() {
         let path = read("x_mm,y_mm,z_mm,cutting\n0,0,5,0\n0,0,0,1\n0,0,-1,1\n9,0,-1,0\n");
         for law in laws() {
-            let loads = law.loads(&path).unwrap();
+            let loads = loads(&law, &path);
             assert_eq!(loads[0], NO_LOAD);
             assert_eq!((loads[1].force_N.x, loads[1].force_N.y), (0.0, 0.0));
             assert!(loads[1].force_N.z != 0.0);
             assert!(loads[2].force_N.xy().norm() > 1.0);
             assert_eq!(loads[3], NO_LOAD);
         }
-        assert_eq!(CuttingLaw::None.loads(&path).unwrap(), [NO_LOAD; 4]);
+        assert_eq!(loads(&CuttingLaw::None, &path), [NO_LOAD; 4]);
     }
 
     #[test]
     fn forces_turn_with_the_path_and_lean_on_nothing_else() {
         for law in laws() {
-            let along_x = law.loads(&read("x_mm,y_mm,z_mm\n0,0,0\n5,0,0\n")).unwrap()[0].force_N;
-            let along_y = law.loads(&read("x_mm,y_mm,z_mm\n3,1,0\n3,9,0\n")).unwrap()[0].force_N;
+            let along_x = loads(&law, &read("x_mm,y_mm,z_mm\n0,0,0\n5,0,0\n"))[0].force_N;
+            let along_y = loads(&law, &read("x_mm,y_mm,z_mm\n3,1,0\n3,9,0\n"))[0].force_N;
             assert!((along_y - Vector3::new(-along_x.y, along_x.x, along_x.z)).norm() < 1e-12);
         }
     }
@@ -147,7 +215,7 @@ mod tests {
     #[test]
     fn loads_of_the_path_are_taken_as_they_are_and_missed_where_the_tool_cuts() {
         let path = read("x_mm,y_mm,z_mm,force_x_N,force_y_N,force_z_N,cutting\n0,0,0,1,2,3,1\n1,0,0,4,5,6,0\n");
-        let loads = CuttingLaw::FromPath.loads(&path).unwrap();
+        let loads = loads(&CuttingLaw::FromPath, &path);
         assert_eq!(loads[0].force_N, Vector3::new(1.0, 2.0, 3.0));
         assert_eq!(loads[1].force_N, Vector3::new(4.0, 5.0, 6.0));
         assert_eq!(

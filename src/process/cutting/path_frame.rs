@@ -4,8 +4,8 @@ use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::Vector3;
 
-use super::{at_the_tip, heading};
-use crate::process::{MillingForce, toolpath::Load};
+use super::heading;
+use crate::process::MillingForce;
 
 /// Constant radial, tangential and axial force, eq. (17), with the tool angle φ taken from the path:
 ///
@@ -13,10 +13,11 @@ use crate::process::{MillingForce, toolpath::Load};
 /// φ = heading − 90°
 /// ```
 ///
-/// where the heading is the angle from the x axis of W to the direction of motion in the xy-plane. By the rotated law
-/// F_r > 0 then pushes the tool to the right of its motion, F_t > 0 along its motion and F_z > 0 towards the spindle.
-/// On a circle about the z axis run counter-clockwise φ is the polar angle of the point, and the radial direction is the
-/// outward normal. The printed law is no rotation: its force depends on how the path lies to the axes of W.
+/// where the heading is the angle of the motion in the plane normal to the tool, from the projection of the x axis of W,
+/// about the tool's axis. By the rotated law F_r > 0 then pushes the tool to the right of its motion seen from the workpiece
+/// (to the left seen from the spindle), F_t > 0 along its motion and F_z > 0 out of the spindle: milling mostly pushes it
+/// back, F_z < 0. On a circle run counter-clockwise about the tool's axis φ is the polar angle of the point, and the radial
+/// direction is the outward normal. The printed law is no rotation: its force depends on how the path lies to the axes of W.
 ///
 /// A motion without heading (a plunge) has only the axial force.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,16 +27,16 @@ pub struct PathFrame {
 }
 
 impl PathFrame {
-    /// Load on the tool moving along the unit vector `tangent` (W).
+    /// Force on the tool moving along the unit vector `tangent`, N; both in axes of the tool.
     #[must_use]
-    pub fn load(&self, tangent: Vector3<f64>) -> Load {
-        at_the_tip(match Self::tool_angle(tangent) {
+    pub fn force(&self, tangent: Vector3<f64>) -> Vector3<f64> {
+        match Self::tool_angle(tangent) {
             Some(phi) => self.force.force(phi),
             None => Vector3::new(0.0, 0.0, self.force.axial),
-        })
+        }
     }
 
-    /// φ in rad for a motion along the unit vector `tangent` (W), from −3π/2 to π/2; `None` without heading.
+    /// φ in rad for a motion along the unit vector `tangent` (axes of the tool), from −3π/2 to π/2; `None` without heading.
     #[must_use]
     pub fn tool_angle(tangent: Vector3<f64>) -> Option<f64> {
         heading(tangent).map(|f| f.y.atan2(f.x) - FRAC_PI_2)
@@ -71,9 +72,7 @@ mod tests {
                 let polar = arm.y.atan2(arm.x);
                 let phi = PathFrame::tool_angle(point.tangent).unwrap();
                 assert!((phi - polar).sin().abs() < 1e-12 && (phi - polar).cos() > 0.0);
-                let load = frame.load(point.tangent);
-                assert!((load.force_N - frame.force.force(polar)).norm() < 1e-10);
-                assert_eq!(load.moment_Nmm, Vector3::zeros());
+                assert!((frame.force(point.tangent) - frame.force.force(polar)).norm() < 1e-10);
             }
         }
     }
@@ -85,7 +84,7 @@ mod tests {
             for point in circle(turn).toolpath().unwrap().points() {
                 let right = point.tangent.cross(&Vector3::z());
                 let wanted = right * 7.0 + point.tangent * 3.0 - Vector3::z() * 2.0;
-                assert!((PathFrame { force }.load(point.tangent).force_N - wanted).norm() < 1e-12);
+                assert!((PathFrame { force }.force(point.tangent) - wanted).norm() < 1e-12);
             }
         }
     }
@@ -97,7 +96,7 @@ mod tests {
         let frame = PathFrame { force: MillingForce::PAPER };
         for tangent in [-Vector3::z(), Vector3::z(), Vector3::new(1e-9, 0.0, -1.0), Vector3::zeros()] {
             assert_eq!(PathFrame::tool_angle(tangent), None);
-            assert_eq!(frame.load(tangent).force_N, Vector3::new(0.0, 0.0, -25.0));
+            assert_eq!(frame.force(tangent), Vector3::new(0.0, 0.0, -25.0));
         }
     }
 }

@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use nalgebra::Vector3;
 
-use super::{LoadError, at_the_tip, heading};
-use crate::process::toolpath::{Load, PathPoint, Turn};
+use super::{LoadError, heading};
+use crate::process::toolpath::{PathPoint, Turn};
 
 /// Coefficients of one component of the force on a tooth: per chip area and per length of edge.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -18,15 +18,16 @@ pub struct EdgeForce {
 
 /// Mean force of an end mill cutting a slot as wide as itself.
 ///
-/// A tooth at the angle ψ from the direction n, turning towards the feed direction f, cuts a chip of thickness
+/// With s the direction from the tip to the spindle and `n = s × f` the left of the motion seen from the spindle, a tooth
+/// at the angle ψ from n, turning towards the feed direction f, cuts a chip of thickness
 /// `h = c sin ψ` for ψ from 0 to π and nothing for the rest of the turn. With a the axial depth of cut it receives
 /// `F_t = (K_tc h + K_te) a` against its motion, `F_r = (K_rc h + K_re) a` towards the tool's axis and
-/// `F_a = (K_ac h + K_ae) a` towards the spindle, +z here. Averaged over a turn and summed over N teeth, the force on the tool is
+/// `F_a = (K_ac h + K_ae) a` towards the spindle. Averaged over a turn and summed over N teeth, the force on the tool is
 ///
 /// ```text
 /// F_f = − (N a / 4) K_rc c − (N a / π) K_re
 /// F_n = ± (N a / 4) K_tc c ± (N a / π) K_te
-/// F_z =   (N a / π) K_ac c + (N a / 2) K_ae
+/// F_s =   (N a / π) K_ac c + (N a / 2) K_ae
 /// ```
 ///
 /// with the upper sign for a spindle that turns clockwise seen from the spindle (M3): the tool is pushed to the left of
@@ -55,38 +56,10 @@ pub struct SlotMilling {
     pub feed_per_tooth_mm: Option<f64>,
     /// Which way the spindle turns, seen from the spindle towards the workpiece.
     pub spindle: Turn,
-    /// On which side of the tool tip the spindle is.
-    pub spindle_side: SpindleSide,
-}
-
-/// Direction from the tool tip to the spindle along the z axis of W.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum SpindleSide {
-    /// The tool points to −z, as on most mills.
-    #[default]
-    Above,
-    /// The tool points to +z.
-    Below,
-}
-
-impl SpindleSide {
-    /// The side for a machine whose tool tip is at `tool_tip` from P (home axes, mm): the spindle is where P is. Above
-    /// where the tip is level with P.
-    #[must_use]
-    pub fn of(tool_tip: Vector3<f64>) -> Self {
-        if tool_tip.z > 0.0 { SpindleSide::Below } else { SpindleSide::Above }
-    }
-
-    fn direction(self) -> Vector3<f64> {
-        match self {
-            SpindleSide::Above => Vector3::z(),
-            SpindleSide::Below => -Vector3::z(),
-        }
-    }
 }
 
 impl SlotMilling {
-    /// Mean force (F_f, F_n, F_z) in N, z from the tip to the spindle and n = z × f, at feed per tooth `c` in mm.
+    /// Mean force (F_f, F_n, F_s) in N, s from the tip to the spindle and n = s × f, at feed per tooth `c` in mm.
     #[must_use]
     pub fn mean_force(&self, c: f64) -> Vector3<f64> {
         let edges = f64::from(self.teeth) * self.depth_mm;
@@ -99,22 +72,11 @@ impl SlotMilling {
         Vector3::new(-in_plane(self.radial), side * in_plane(self.tangential), axial)
     }
 
-    /// Load on the tool at `point`.
+    /// c at `point`, mm.
     ///
     /// # Errors
-    /// When the feed per tooth follows from the point's feed and spindle speed and one of them is missing.
-    pub fn load(&self, point: &PathPoint) -> Result<Load, LoadError> {
-        let mean = self.mean_force(self.feed_per_tooth(point)?);
-        let spindle = self.spindle_side.direction();
-        let axial = spindle * mean.z;
-        Ok(at_the_tip(match heading(point.tangent) {
-            Some(f) => f * mean.x + spindle.cross(&f) * mean.y + axial,
-            None => axial,
-        }))
-    }
-
-    /// c at `point`, mm.
-    fn feed_per_tooth(&self, point: &PathPoint) -> Result<f64, LoadError> {
+    /// When it follows from the point's feed and spindle speed and one of them is missing.
+    pub fn feed_per_tooth(&self, point: &PathPoint) -> Result<f64, LoadError> {
         if let Some(c) = self.feed_per_tooth_mm {
             return Ok(c);
         }
@@ -127,10 +89,27 @@ impl SlotMilling {
     }
 }
 
+/// The mean force (F_f, F_n, F_s) on a tool moving along the unit vector `tangent`, N; in axes of the tool, whose z axis
+/// points away from the spindle, as is `tangent`.
+pub(super) fn along(mean: Vector3<f64>, tangent: Vector3<f64>) -> Vector3<f64> {
+    let spindle = -Vector3::z();
+    let axial = spindle * mean.z;
+    match heading(tangent) {
+        Some(f) => f * mean.x + spindle.cross(&f) * mean.y + axial,
+        None => axial,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::process::toolpath::{Sampling, Toolpath};
+    use crate::{
+        process::{
+            cutting::CuttingLaw,
+            toolpath::{Sampling, Toolpath},
+        },
+        spatial::frame_about,
+    };
 
     fn milling(spindle: Turn) -> SlotMilling {
         SlotMilling {
@@ -141,7 +120,6 @@ mod tests {
             teeth: 4,
             feed_per_tooth_mm: None,
             spindle,
-            spindle_side: SpindleSide::Above,
         }
     }
 
@@ -187,8 +165,8 @@ mod tests {
         let path = path().with_feed(600.0).with_spindle(3000.0);
         let mut left = 0.0;
         for (spindle, side) in [(Turn::Clockwise, -1.0), (Turn::CounterClockwise, 1.0)] {
-            // Along +y, left is −x. 600 mm/min, 3000 rev/min and 4 teeth are 0.05 mm per tooth.
-            let force = milling(spindle).load(&path.points()[1]).unwrap().force_N;
+            // Tool along −z; along +y, left is −x. 600 mm/min, 3000 rev/min and 4 teeth are 0.05 mm per tooth.
+            let force = force(&milling(spindle), &path.points()[1], -Vector3::z());
             assert!(force.x * side > 0.0 && force.y < 0.0 && force.z < 0.0);
             assert!((force.y + 6.0 * (169.0 * 0.05 / 4.0 + 31.0 / PI)).abs() < 1e-12);
             left += force.x;
@@ -196,26 +174,33 @@ mod tests {
         assert!(left.abs() < 1e-12);
     }
 
+    /// Force in W on a tool along `axis`, N.
+    fn force(milling: &SlotMilling, point: &PathPoint, axis: Vector3<f64>) -> Vector3<f64> {
+        let load = CuttingLaw::SlotMilling(*milling).load(point).unwrap();
+        load.on_tool(point.tangent, &frame_about(axis)).force_N
+    }
+
     #[test]
-    fn below_the_workpiece_side_and_axial_forces_are_mirrored() {
+    fn from_below_the_workpiece_side_and_axial_forces_are_mirrored() {
         let path = path().with_feed(600.0).with_spindle(3000.0);
-        let above = milling(Turn::Clockwise).load(&path.points()[1]).unwrap().force_N;
-        let below = SlotMilling { spindle_side: SpindleSide::Below, ..milling(Turn::Clockwise) };
-        let below = below.load(&path.points()[1]).unwrap().force_N;
+        let milling = milling(Turn::Clockwise);
+        let above = force(&milling, &path.points()[1], -Vector3::z());
+        let below = force(&milling, &path.points()[1], Vector3::z());
         assert_eq!(below, Vector3::new(-above.x, above.y, -above.z));
-        assert_eq!(SpindleSide::of(Vector3::new(0.0, 0.0, 100.0)), SpindleSide::Below);
     }
 
     #[test]
     fn a_given_feed_per_tooth_holds_everywhere() {
         let milling = SlotMilling { feed_per_tooth_mm: Some(0.05), ..milling(Turn::Clockwise) };
         let with_speeds = path().with_feed(900.0).with_spindle(1000.0);
-        assert_eq!(milling.load(&path().points()[1]), milling.load(&with_speeds.points()[1]));
+        assert_eq!(milling.feed_per_tooth(&path().points()[1]), Ok(0.05));
+        assert_eq!(milling.feed_per_tooth(&with_speeds.points()[1]), Ok(0.05));
     }
 
     #[test]
     fn missing_feed_and_spindle_speed_are_named() {
-        let message = |path: Toolpath| milling(Turn::Clockwise).load(&path.points()[1]).unwrap_err().to_string();
+        let message =
+            |path: Toolpath| milling(Turn::Clockwise).feed_per_tooth(&path.points()[1]).unwrap_err().to_string();
         assert_eq!(
             message(path().with_spindle(3000.0)),
             "no feed in force on move 1: expected one, or feed_per_tooth_mm in the process"

@@ -141,7 +141,10 @@ const MOST: f64 = 1e12;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::process::{cutting::CuttingLaw, toolpath::Sampling};
+    use crate::process::{
+        cutting::{CuttingLaw, PathLoad},
+        toolpath::Sampling,
+    };
 
     const HEADER: &str = "arc_length_mm,force_x_N,force_y_N,force_z_N,moment_x_Nmm,moment_y_Nmm,moment_z_Nmm\n";
 
@@ -199,7 +202,11 @@ mod tests {
         let path = crate::process::toolpath::polyline::Polyline::read(source, "path.csv").unwrap();
         let law = CuttingLaw::Table(table("94,1,0,0,0,0,0\n96,3,0,0,0,0,0\n").unwrap());
         let loads = law.loads(path.toolpath()).unwrap();
-        assert_eq!(loads.iter().map(|load| load.force_N.x).collect::<Vec<_>>(), [0.0, 0.0, 2.0, 0.0]);
+        let force_x = |load: &PathLoad| match load {
+            PathLoad::Workpiece(load) => load.force_N.x,
+            other => panic!("{other:?}"),
+        };
+        assert_eq!(loads.iter().map(force_x).collect::<Vec<_>>(), [0.0, 0.0, 2.0, 0.0]);
     }
 
     #[test]

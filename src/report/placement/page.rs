@@ -1,6 +1,8 @@
 //! What the page of a placement study shows.
 
 use crate::{
+    machine::Machine,
+    process::Placement,
     report::{
         page::{
             Better, Column, Description, Explorer, Fact, MachineDescription, Mark, Quantity, Shape, TableNote,
@@ -50,7 +52,7 @@ fn setting(study: &PlacementStudy) -> Vec<Fact> {
     let is_alike = study.features.windows(2).all(|pair| pair[0].errors == pair[1].errors);
     for (index, job) in study.features.iter().enumerate() {
         let name = &job.feature.name;
-        facts.push(Fact::new(format!("feature {name}"), feature(job)));
+        facts.push(Fact::new(format!("feature {name}"), feature(&study.machine, job)));
         let errors = error_facts(&study.machine, &job.errors);
         match is_alike {
             true if index + 1 == study.features.len() => facts.extend(errors),
@@ -65,9 +67,11 @@ fn setting(study: &PlacementStudy) -> Vec<Fact> {
     facts
 }
 
-fn feature(job: &FeatureJob) -> String {
+fn feature(machine: &Machine, job: &FeatureJob) -> String {
     let feature = &job.feature;
-    let forces = feature.loads.iter().map(|load| load.force_N.norm());
+    let placed = Placement::default().on(&machine.home.pose.rotation, &machine.tool());
+    let loads = feature.path.points().iter().zip(&feature.loads);
+    let forces = loads.map(|(point, load)| load.on_tool(point.tangent, placed.tool_axes()).force_N.norm());
     let most = forces.fold(0.0, f64::max);
     let limits = &job.limits;
     let mut words = format!(

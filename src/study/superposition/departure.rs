@@ -194,8 +194,8 @@ impl<'a> Case<'a> {
 
     /// Dead wrench at P of the cutting force times `factor`, at each φ.
     pub fn loads(&self, factor: f64) -> Vec<Wrench> {
-        let lever = self.at.pose.rotation * self.study.machine.tool_tip;
-        self.study.phis.iter().map(|phi| self.study.force.wrench(*phi, lever).scale(factor)).collect()
+        let tool = self.study.machine.tool_at(&self.at.pose.rotation);
+        self.study.phis.iter().map(|phi| self.study.force.wrench(*phi, &tool).scale(factor)).collect()
     }
 
     /// Displacements by the cutting force times `load` and the errors of `real`.
