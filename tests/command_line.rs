@@ -9,7 +9,7 @@ use std::{
     process::{Command, Output},
 };
 
-use serde_json::Value;
+use serde_json::{Value, json};
 use support::{Within, reference};
 
 const STUDY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/studies/01_workspace_map");
@@ -133,9 +133,11 @@ fn point_prints_the_reference_states_with_their_keys() {
         let found = point_of(state, &load.iter().map(String::as_str).collect::<Vec<_>>());
         let keys = |object: &Value| object.as_object().unwrap().keys().cloned().collect::<BTreeSet<String>>();
         let mut expected_keys = keys(state);
-        expected_keys.extend(["status", "iterations", "residual", "tool_axis", "force_tool_frame_N"].map(String::from));
+        expected_keys.extend(NEW_IN_POINT.map(String::from));
         assert_eq!(keys(&found), expected_keys);
-        assert_eq!(found["status"], "solved");
+        assert_eq!((&found["status"], &found["compensation_status"]), (&json!("solved"), &json!("solved")));
+        assert!(found["reason"].is_null() && found["compensation_reason"].is_null());
+        assert!(found["tip_error_after_compensation_norm_mm"].as_f64().unwrap() < 1e-9);
         assert!(found["residual"].as_f64().unwrap() <= 1e-10);
         assert!(found["iterations"].as_u64().is_some());
         for (key, expected) in state.as_object().unwrap() {
@@ -147,6 +149,22 @@ fn point_prints_the_reference_states_with_their_keys() {
         }
     }
 }
+
+/// Keys of `point --json` that reference states have not.
+const NEW_IN_POINT: [&str; 12] = [
+    "schema",
+    "drives",
+    "status",
+    "reason",
+    "compensation_status",
+    "compensation_reason",
+    "tip_error_after_compensation_mm",
+    "tip_error_after_compensation_norm_mm",
+    "tool_axis",
+    "force_tool_frame_N",
+    "iterations",
+    "residual",
+];
 
 /// The accuracy that `tests/reference/README.md` states.
 fn within(key: &str) -> Within {
@@ -194,6 +212,7 @@ fn an_unreachable_point_is_an_answer_with_a_reason() {
     assert!(stderr(&output).contains("cannot close"), "the reason is beside the object");
     let json: Value = serde_json::from_str(&stdout(&output)).unwrap();
     assert_eq!(json["status"], "unreachable");
+    assert!(json["reason"].as_str().unwrap().contains("cannot close"), "{json}");
     let solved = printed(0, &["point", "--machine", "orthoglide", "--at", "Q0", "--phi", "0", "--json"]);
     let solved: Value = serde_json::from_str(&solved).unwrap();
     let keys = |json: &Value| json.as_object().unwrap().keys().cloned().collect::<BTreeSet<_>>();
@@ -208,7 +227,42 @@ fn a_load_that_nothing_withstands_is_an_answer_with_a_reason() {
     assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
     let json: Value = serde_json::from_str(&printed(1, &[&arguments[..], &["--json"]].concat())).unwrap();
     assert_eq!(json["status"], "not_converged");
+    assert!(json["reason"].as_str().unwrap().contains("no equilibrium beyond"), "{json}");
+    assert_eq!(json["compensation_status"], "not_tried");
     assert!(json["platform_mm"].is_null() && json["delta_rho_mm"].is_null());
+}
+
+fn foreign(name: &str) -> String {
+    format!("{}/tests/machines/{name}.toml", env!("CARGO_MANIFEST_DIR"))
+}
+
+#[test]
+fn drive_values_of_hinges_have_keys_of_their_own_unit() {
+    let machine = foreign("kr270");
+    let wrench = ["--wrench", "200,-150,-50,0,0,0"];
+    let arguments = [&["point", "--machine", &machine, "--position", "1600,0,1000"][..], &wrench].concat();
+    let json: Value = serde_json::from_str(&printed(0, &[&arguments[..], &["--json"]].concat())).unwrap();
+    assert_eq!(json["schema"], 2);
+    let drives = json["drives"].as_array().unwrap();
+    assert_eq!(drives.len(), 6);
+    let expected = json!({
+        "label": "robot_A1", "chain": "robot", "motion": "revolute", "position_unit": "deg", "force_unit": "Nmm",
+    });
+    assert_eq!(drives[0], expected);
+    for key in ["rho_nominal_deg", "rho_compensated_deg", "delta_rho_deg", "actuator_torque_Nmm"] {
+        assert_eq!(numbers(&json[key]).len(), 6, "{key}");
+    }
+    for key in ["rho_nominal_mm", "rho_compensated_mm", "delta_rho_mm", "actuator_force_N"] {
+        assert!(json.get(key).is_none(), "{key} would hold degrees or N·mm");
+    }
+    let [rho, after, change] =
+        ["rho_nominal_deg", "rho_compensated_deg", "delta_rho_deg"].map(|key| numbers(&json[key]));
+    for d in 0..6 {
+        assert!((after[d] - rho[d] - change[d]).abs() < 1e-9);
+    }
+    let text = printed(0, &arguments);
+    assert!(text.contains("torque before") && text.contains("N·mm") && !text.contains("force before"), "{text}");
+    assert!(!text.contains(" deg"), "degrees have one sign\n{text}");
 }
 
 /// Three slides and a beam; `end` is put behind the beam.
@@ -289,7 +343,11 @@ fn hinges_are_summed_up_in_their_own_units() {
     let study = write_study(folder.path(), "gantry.toml", 50.0, 60.0);
     fs::write(study.join("gantry.toml"), gantry(SPINDLE_HINGE)).unwrap();
     let (_, text) = run(path(&study), folder.path(), "1", 0);
-    assert!(text.contains("mm or ° away from") && text.contains("N or N·mm, at"), "{text}");
+    assert!(!text.contains(" or "), "one unit for one number\n{text}");
+    for kind in ["slides must be commanded up to", "hinges must be commanded up to 0.0000° away from"] {
+        assert!(text.contains(kind), "{text}");
+    }
+    assert!(text.contains("Drive forces of slides reach") && text.contains("Drive torques of hinges reach"), "{text}");
 }
 
 #[test]

@@ -73,7 +73,7 @@ pub fn point(arguments: &PointArguments) -> Result<Ending> {
     let answer = match solve(&question) {
         Ok(answer) => answer,
         Err(unreachable) if arguments.json => {
-            print(&format!("{:#}\n", unreachable_json(&question, &assembly_deg)))?;
+            print(&format!("{:#}\n", unreachable_json(&question, &assembly_deg, &unreachable)))?;
             eprintln!("unreachable: {unreachable}");
             return Ok(Ending::SomeUnsolved);
         }

@@ -16,6 +16,32 @@ pub enum Motion {
     Revolute,
 }
 
+impl Motion {
+    /// Word in files.
+    pub fn label(self) -> &'static str {
+        match self {
+            Motion::Prismatic => "prismatic",
+            Motion::Revolute => "revolute",
+        }
+    }
+
+    /// Unit of positions in files, as names of keys and columns end with it.
+    pub fn position_unit(self) -> &'static str {
+        match self {
+            Motion::Prismatic => "mm",
+            Motion::Revolute => "deg",
+        }
+    }
+
+    /// Unit of forces in files, as names of keys and columns end with it.
+    pub fn force_unit(self) -> &'static str {
+        match self {
+            Motion::Prismatic => "N",
+            Motion::Revolute => "Nmm",
+        }
+    }
+}
+
 /// One factor of the product that a chain is.
 #[derive(Debug, Clone, Copy)]
 pub enum Step {

@@ -153,6 +153,17 @@ impl Machine {
         self.drives().map(|(c, drive)| label(&self.chains[c], drive)).collect()
     }
 
+    /// The kinds of drives there are, slides first. Values of slides and hinges have no common unit.
+    pub fn drive_kinds(&self) -> impl Iterator<Item = Motion> {
+        let has = |kind: &Motion| self.drives().any(|(_, drive)| drive.motion == *kind);
+        [Motion::Prismatic, Motion::Revolute].into_iter().filter(has)
+    }
+
+    /// Whether there are slides and hinges.
+    pub fn has_mixed_drives(&self) -> bool {
+        self.drive_kinds().count() > 1
+    }
+
     /// Index of the chain called `name`.
     pub fn chain_index(&self, name: &str) -> Option<usize> {
         self.chains.iter().position(|chain| chain.name == name)

@@ -3,8 +3,11 @@
 use nalgebra::Vector3;
 
 use crate::{
-    machine::{Machine, Motion, ToolAxisSource},
-    report::words::counted,
+    machine::{Drive, Machine, ToolAxisSource},
+    report::{
+        table::{position_words, shown_positions},
+        words::counted,
+    },
     study::machine_check::Findings,
 };
 
@@ -22,8 +25,9 @@ pub fn machine_text(machine: &Machine, findings: &Findings) -> String {
         "  mobility           {} ({} of the platform), over-constraint {}, left with drives locked {}\n",
         mobility.mechanism, mobility.platform, mobility.over_constraint, mobility.uncontrolled
     );
+    let shown = |(rho, (_, drive)): (f64, (usize, &Drive))| position_words(drive.motion, rho);
     let drives: Vec<String> =
-        machine.drives().zip(&findings.home_drives).map(|((_, drive), rho)| shown(drive.motion, *rho)).collect();
+        shown_positions(machine, &findings.home_drives).into_iter().zip(machine.drives()).map(shown).collect();
     text += &format!("  drives at home     {}\n", drives.join(", "));
     text += &format!("  reach at home      {:.1} mm\n", machine.reach);
     text += &format!(
@@ -69,13 +73,6 @@ pub(super) fn tool_axis_words(source: ToolAxisSource) -> &'static str {
 fn direction(v: Vector3<f64>) -> String {
     let [x, y, z]: [f64; 3] = v.map(|c| (c * 1e3).round() / 1e3 + 0.0).into();
     format!("({x}, {y}, {z})")
-}
-
-fn shown(motion: Motion, rho: f64) -> String {
-    match motion {
-        Motion::Prismatic => format!("{rho:.3} mm"),
-        Motion::Revolute => format!("{:.3} deg", rho.to_degrees()),
-    }
 }
 
 fn stiffness_text(findings: &Findings) -> String {

@@ -1,14 +1,22 @@
 //! One location, for reading and for programs.
 
 use nalgebra::{Matrix6, Vector3};
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use crate::{
-    machine::Motion,
-    report::{machine::tool_axis_words, table::shown_positions, words::counted},
+    machine::{Drive, Machine, Motion, Unreachable},
+    report::{
+        machine::tool_axis_words,
+        table::{force_unit, force_word, position_unit, shown_positions, tidy_degrees},
+        words::counted,
+    },
     spatial::rotation_log,
     statics::Status,
-    study::point::{PointAnswer, PointLoad, PointQuestion},
+    study::{
+        Failure,
+        point::{PointAnswer, PointLoad, PointQuestion},
+        status_of,
+    },
 };
 
 fn rows(matrix: &Matrix6<f64>) -> Vec<Vec<f64>> {
@@ -37,85 +45,156 @@ fn force_on_tool(answer: &PointAnswer) -> Vector3<f64> {
     }
 }
 
-/// The object of [`point_json`] for a location that the machine cannot reach: every quantity is null.
-pub fn unreachable_json(question: &PointQuestion, assembly_deg: &[f64]) -> Value {
-    let null = |keys: &[&str]| keys.iter().map(|key| (key.to_string(), Value::Null)).collect::<serde_json::Map<_, _>>();
-    let mut object = Value::Object(null(&[
-        "phi_deg",
+/// Version of the object of [`point_json`]. In 1, keys of hinges had the units of slides.
+const SCHEMA: u32 = 2;
+
+/// What a drive is and in which units its values are; lists of drive values have this order.
+fn drives(machine: &Machine) -> Vec<Value> {
+    let described = |(label, (chain, drive)): (String, (usize, &Drive))| {
+        json!({
+            "label": label,
+            "chain": machine.chains[chain].name,
+            "motion": drive.motion.label(),
+            "position_unit": drive.motion.position_unit(),
+            "force_unit": drive.motion.force_unit(),
+        })
+    };
+    machine.drive_labels().into_iter().zip(machine.drives()).map(described).collect()
+}
+
+/// Drive values under a key for each kind of drive of the machine, with null for drives of the other kind.
+fn by_kind(machine: &Machine, key: impl Fn(Motion) -> String, values: Option<Vec<f64>>) -> Map<String, Value> {
+    let of = |kind: Motion| {
+        let own = |values: &Vec<f64>| -> Value {
+            let drives = values.iter().zip(machine.drives());
+            drives.map(|(value, (_, drive))| (drive.motion == kind).then_some(*value)).collect()
+        };
+        (key(kind), values.as_ref().map_or(Value::Null, own))
+    };
+    machine.drive_kinds().map(of).collect()
+}
+
+/// `KEY_mm` of slides and `KEY_deg` of hinges, from mm and rad.
+fn positions(machine: &Machine, key: &str, values: Option<&[f64]>) -> Map<String, Value> {
+    let shown = values.map(|values| shown_positions(machine, values));
+    by_kind(machine, |kind| format!("{key}_{}", kind.position_unit()), shown)
+}
+
+/// `PREFIXactuator_force_N` of slides and `PREFIXactuator_torque_Nmm` of hinges.
+fn forces(machine: &Machine, prefix: &str, values: Option<Vec<f64>>) -> Map<String, Value> {
+    by_kind(machine, |kind| format!("{prefix}actuator_{}_{}", force_word(kind), kind.force_unit()), values)
+}
+
+/// What is known of a location before anything is solved there; every other quantity of [`point_json`] is null.
+fn blank(question: &PointQuestion, assembly_deg: &[f64]) -> Map<String, Value> {
+    let machine = &question.machine;
+    let phi_deg = match question.load {
+        PointLoad::Milling(_, phi) => Some(tidy_degrees(phi.to_degrees())),
+        PointLoad::Wrench(_) => None,
+    };
+    let mut object = Map::new();
+    object.insert("schema".into(), json!(SCHEMA));
+    object.insert("drives".into(), json!(drives(machine)));
+    object.insert("position_mm".into(), json!(array(question.position)));
+    object.insert("phi_deg".into(), json!(phi_deg));
+    object.insert("assembly_deg".into(), json!(assembly_deg));
+    for key in [
         "tool_axis",
         "force_tool_frame_N",
         "wrench_N_Nmm",
-        "rho_nominal_mm",
         "platform_mm",
         "platform_rotvec_rad",
         "tool_displacement_mm",
-        "actuator_force_N",
         "chain_wrench_N_Nmm",
         "stiffness_unloaded",
         "stiffness_loaded",
-        "rho_compensated_mm",
-        "delta_rho_mm",
         "compensated_rotvec_rad",
-        "compensated_actuator_force_N",
+        "tip_error_after_compensation_mm",
+        "tip_error_after_compensation_norm_mm",
         "residual",
-    ]));
-    object["position_mm"] = json!(array(question.position));
-    object["assembly_deg"] = json!(assembly_deg);
-    object["status"] = json!("unreachable");
-    object["iterations"] = json!(0);
+    ] {
+        object.insert(key.into(), Value::Null);
+    }
+    for key in ["rho_nominal", "rho_compensated", "delta_rho"] {
+        object.append(&mut positions(machine, key, None));
+    }
+    for prefix in ["", "compensated_"] {
+        object.append(&mut forces(machine, prefix, None));
+    }
     object
 }
 
-/// One object with the keys of `tests/reference/orthoglide.json` and `status`, `iterations`, `residual`; `tool_axis`, the
-/// direction from the spindle to the tool tip in O axes, and `force_tool_frame_N`, the force in axes of the tool frame.
+/// The object of [`point_json`] for a location that the machine cannot reach: every quantity is null.
+pub fn unreachable_json(question: &PointQuestion, assembly_deg: &[f64], unreachable: &Unreachable) -> Value {
+    let mut object = blank(question, assembly_deg);
+    let unreachable = Failure::from(unreachable.clone());
+    for key in ["status", "compensation_status"] {
+        object.insert(key.into(), json!(unreachable.status));
+    }
+    for key in ["reason", "compensation_reason"] {
+        object.insert(key.into(), json!(unreachable.reason));
+    }
+    object.insert("iterations".into(), json!(0));
+    object.into()
+}
+
+/// One object with the keys of `tests/reference/orthoglide.json`, where drives are slides, and `schema`, `drives`,
+/// `status`, `reason`, `iterations`, `residual` and what is left after compensation; `tool_axis`, the direction from the
+/// spindle to the tool tip in O axes, and `force_tool_frame_N`, the force in axes of the tool frame.
 ///
-/// `assembly_deg` is passed through. Keys whose quantity does not exist in this outcome are null.
+/// Keys of drive values end with their unit: `_mm` and `_N` of slides, `_deg` and `_Nmm` of hinges (`actuator_torque_Nmm`).
+/// A machine with both has both, each with null where a drive is of the other kind. `assembly_deg` is passed through. Keys
+/// whose quantity does not exist in this outcome are null.
 pub fn point_json(answer: &PointAnswer, assembly_deg: &[f64]) -> Value {
     let (machine, loaded) = (&answer.question.machine, &answer.loaded);
-    let phi_deg = match answer.question.load {
-        PointLoad::Milling(_, phi) => Some((phi.to_degrees() * 1e9).round() / 1e9),
-        PointLoad::Wrench(_) => None,
-    };
-    let mut object = json!({
-        "position_mm": array(answer.question.position),
-        "phi_deg": phi_deg,
-        "assembly_deg": assembly_deg,
-        "tool_axis": array(answer.tool.rotation.column(2).into()),
-        "force_tool_frame_N": array(force_on_tool(answer)),
-        "wrench_N_Nmm": answer.wrench.to_array(),
-        "rho_nominal_mm": shown_positions(machine, &answer.nominal.drives),
-        "platform_mm": null, "platform_rotvec_rad": null, "tool_displacement_mm": null, "actuator_force_N": null,
-        "chain_wrench_N_Nmm": null,
-        "stiffness_unloaded": answer.stiffness_unloaded.as_ref().map(rows),
-        "stiffness_loaded": loaded.stiffness.as_ref().map(rows),
-        "rho_compensated_mm": null, "delta_rho_mm": null, "compensated_rotvec_rad": null,
-        "compensated_actuator_force_N": null,
-        "status": loaded.status.label(),
-        "iterations": loaded.iterations,
-        "residual": loaded.residual,
-    });
+    let mut object = blank(&answer.question, assembly_deg);
+    let is_solved = loaded.status == Status::Solved;
+    for (key, value) in [
+        ("tool_axis", json!(array(answer.tool.rotation.column(2).into()))),
+        ("force_tool_frame_N", json!(array(force_on_tool(answer)))),
+        ("wrench_N_Nmm", json!(answer.wrench.to_array())),
+        ("stiffness_unloaded", json!(answer.stiffness_unloaded.as_ref().map(rows))),
+        ("stiffness_loaded", json!(loaded.stiffness.as_ref().map(rows))),
+        ("status", json!(loaded.status.label())),
+        ("reason", json!((!is_solved).then(|| loaded.status.reason(machine)))),
+        ("compensation_status", json!(status_of(&answer.compensated))),
+        ("compensation_reason", json!(answer.compensated.as_ref().err().map(|failure| &failure.reason))),
+        ("iterations", json!(loaded.iterations)),
+        ("residual", json!(loaded.residual)),
+    ] {
+        object.insert(key.into(), value);
+    }
+    object.append(&mut positions(machine, "rho_nominal", Some(&answer.nominal.drives)));
     if !matches!(loaded.status, Status::NotConverged { .. }) {
         object["platform_mm"] = json!(array(loaded.pose.translation));
         object["platform_rotvec_rad"] = json!(array(rotation_log(&loaded.pose.rotation)));
         object["tool_displacement_mm"] = json!(array(tool_displacement(answer)));
-        object["actuator_force_N"] = json!(loaded.drive_forces());
+        object.append(&mut forces(machine, "", Some(loaded.drive_forces())));
         let wrenches: Vec<[f64; 6]> = loaded.chains.iter().map(|chain| chain.wrench.to_array()).collect();
         object["chain_wrench_N_Nmm"] = json!(wrenches);
     }
     if let (Ok(compensated), Some(change)) = (&answer.compensated, change(answer)) {
-        object["rho_compensated_mm"] = json!(shown_positions(machine, &compensated.drives));
-        object["delta_rho_mm"] = json!(shown_positions(machine, &change));
+        let left = machine.tool_displacement(&answer.nominal.pose, &compensated.solution.pose);
+        object.append(&mut positions(machine, "rho_compensated", Some(&compensated.drives)));
+        object.append(&mut positions(machine, "delta_rho", Some(&change)));
+        object.append(&mut forces(machine, "compensated_", Some(compensated.solution.drive_forces())));
         object["compensated_rotvec_rad"] = json!(array(rotation_log(&compensated.solution.pose.rotation)));
-        object["compensated_actuator_force_N"] = json!(compensated.solution.drive_forces());
+        object["tip_error_after_compensation_mm"] = json!(array(left));
+        object["tip_error_after_compensation_norm_mm"] = json!(left.norm());
     }
-    object
+    object.into()
 }
 
-/// Rounded components, without a minus sign before zero.
-fn triple(v: Vector3<f64>, decimals: usize) -> String {
+/// A rounded number, without a minus sign before zero.
+fn rounded(value: f64, decimals: usize) -> String {
     let unit = 10f64.powi(decimals as i32);
-    let [x, y, z]: [f64; 3] = v.map(|c| (c * unit).round() / unit + 0.0).into();
-    format!("({x:.decimals$}, {y:.decimals$}, {z:.decimals$})")
+    format!("{:.decimals$}", (value * unit).round() / unit + 0.0)
+}
+
+/// Rounded components.
+fn triple(v: Vector3<f64>, decimals: usize) -> String {
+    let [x, y, z]: [String; 3] = v.map(|c| rounded(c, decimals)).into();
+    format!("({x}, {y}, {z})")
 }
 
 /// A summary for reading.
@@ -130,7 +209,7 @@ pub fn point_text(answer: &PointAnswer) -> String {
         tool_axis_words(machine.tool_axis_source)
     );
     if let PointLoad::Milling(force, phi) = answer.question.load {
-        text += &format!("  tool angle                {:.1} deg\n", phi.to_degrees());
+        text += &format!("  tool angle                {:.1}°\n", phi.to_degrees());
         text += &format!(
             "  milling force             radial {} N along φ, tangential {} N along φ + 90°, axial {} N {}\n",
             force.radial,
@@ -175,12 +254,14 @@ pub fn point_text(answer: &PointAnswer) -> String {
     text + &drive_table(answer)
 }
 
-/// Drives: nominal and compensated commands, forces, internal wrench of their chains.
+/// Drives: nominal and compensated commands, what they carry, internal force of their chains.
 fn drive_table(answer: &PointAnswer) -> String {
     let machine = &answer.question.machine;
+    let load = machine.drive_kinds().map(force_word).collect::<Vec<_>>().join(" or ");
     let mut table = comfy_table::Table::new();
     table.load_style(comfy_table::presets::UTF8_HORIZONTAL_ONLY);
-    table.set_header(["drive", "ρ nominal", "ρ compensated", "Δρ", "force before", "force after", "internal force"]);
+    let [before, after] = ["before", "after"].map(|when| format!("{load} {when}"));
+    table.set_header(["drive", "ρ nominal", "ρ compensated", "Δρ", &before, &after, "internal force of its chain"]);
     let nominal = shown_positions(machine, &answer.nominal.drives);
     let after = answer.compensated.as_ref().ok();
     let compensated = after.map(|after| shown_positions(machine, &after.drives));
@@ -188,21 +269,20 @@ fn drive_table(answer: &PointAnswer) -> String {
     let forces = answer.loaded.drive_forces();
     let forces_after = after.map(|after| after.solution.drive_forces());
     for (d, (label, (chain, drive))) in machine.drive_labels().into_iter().zip(machine.drives()).enumerate() {
-        let (unit, force_unit) = match drive.motion {
-            Motion::Prismatic => ("mm", "N"),
-            Motion::Revolute => ("deg", "N·mm"),
-        };
+        let (unit, force_unit) = (position_unit(drive.motion), force_unit(drive.motion));
+        let space = if unit == "°" { "" } else { " " };
         let optional = |value: Option<&Vec<f64>>, decimals: usize, unit: &str| {
-            value.map_or_else(|| "–".into(), |v| format!("{:.decimals$} {unit}", v[d]))
+            value.map_or_else(|| "–".into(), |v| format!("{}{unit}", rounded(v[d], decimals)))
         };
+        let (unit, force_unit) = (format!("{space}{unit}"), format!(" {force_unit}"));
         let internal = answer.loaded.chains[chain].internal_wrench;
         table.add_row([
             label,
-            format!("{:.4} {unit}", nominal[d]),
-            optional(compensated.as_ref(), 4, unit),
-            optional(change.as_ref(), 4, unit),
-            format!("{:.1} {force_unit}", forces[d]),
-            optional(forces_after.as_ref(), 1, force_unit),
+            format!("{}{unit}", rounded(nominal[d], 4)),
+            optional(compensated.as_ref(), 4, &unit),
+            optional(change.as_ref(), 4, &unit),
+            format!("{}{force_unit}", rounded(forces[d], 1)),
+            optional(forces_after.as_ref(), 1, &force_unit),
             internal.map_or_else(|| "–".into(), |w| format!("{:.1} N", w.force.norm())),
         ]);
     }
@@ -210,11 +290,13 @@ fn drive_table(answer: &PointAnswer) -> String {
     for (d, (label, (_, drive))) in machine.drive_labels().into_iter().zip(machine.drives()).enumerate() {
         let largest = forces_after.iter().map(|after| after[d].abs()).fold(forces[d].abs(), f64::max);
         if let Some(limit) = drive.force_limit.filter(|limit| largest > *limit) {
-            text += &format!("drive {label} is beyond its force limit: {largest:.1}, limit {limit:.1}\n");
+            let (word, unit) = (force_word(drive.motion), force_unit(drive.motion));
+            text +=
+                &format!("drive {label} is beyond its {word} limit: {largest:.1} {unit}, limit {limit:.1} {unit}\n");
         }
     }
-    if let Err(reason) = &answer.compensated {
-        text += &format!("not compensated: {reason}\n");
+    if let Err(failure) = &answer.compensated {
+        text += &format!("not compensated: {}\n", failure.reason);
     }
     text
 }

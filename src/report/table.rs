@@ -1,58 +1,110 @@
-//! Columns that tables of drives share.
+//! What tables, figures and pages say of drives: each kind of drive, slides and hinges, in its own unit and with its own
+//! largest value.
 
 use crate::machine::{Drive, Machine, Motion};
 
+/// Unit of drive positions and corrections as shown.
+pub fn position_unit(motion: Motion) -> &'static str {
+    match motion {
+        Motion::Prismatic => "mm",
+        Motion::Revolute => "°",
+    }
+}
+
+/// Unit of drive forces as shown.
+pub fn force_unit(motion: Motion) -> &'static str {
+    match motion {
+        Motion::Prismatic => "N",
+        Motion::Revolute => "N·mm",
+    }
+}
+
+/// What a drive carries, in one word.
+pub fn force_word(motion: Motion) -> &'static str {
+    match motion {
+        Motion::Prismatic => "force",
+        Motion::Revolute => "torque",
+    }
+}
+
+/// `drives` of a machine with one kind of drives; "slides" or "hinges" where it has both.
+pub fn kind_word(machine: &Machine, motion: Motion) -> &'static str {
+    match (machine.has_mixed_drives(), motion) {
+        (false, _) => "drives",
+        (true, Motion::Prismatic) => "slides",
+        (true, Motion::Revolute) => "hinges",
+    }
+}
+
+/// A column of drive positions per drive: `WHAT_LABEL_mm` or `_deg`.
+pub fn position_columns<'m>(machine: &'m Machine, what: &'m str) -> impl Iterator<Item = String> + 'm {
+    labelled(machine).map(move |(label, motion)| format!("{what}_{label}_{}", motion.position_unit()))
+}
+
 /// A column of drive corrections per drive: `delta_rho_LABEL_mm` or `_deg`.
 pub fn correction_columns(machine: &Machine) -> impl Iterator<Item = String> {
-    labelled(machine).map(|(label, motion)| match motion {
-        Motion::Prismatic => format!("delta_rho_{label}_mm"),
-        Motion::Revolute => format!("delta_rho_{label}_deg"),
-    })
+    position_columns(machine, "delta_rho")
 }
 
 /// A column of drive forces per drive: `drive_force_LABEL_N` or `drive_torque_LABEL_Nmm`.
 pub fn force_columns(machine: &Machine) -> impl Iterator<Item = String> {
-    labelled(machine).map(|(label, motion)| match motion {
-        Motion::Prismatic => format!("drive_force_{label}_N"),
-        Motion::Revolute => format!("drive_torque_{label}_Nmm"),
-    })
+    labelled(machine).map(|(label, motion)| format!("drive_{}_{label}_{}", force_word(motion), motion.force_unit()))
+}
+
+/// Those of `columns`, one per drive, that belong to drives of one kind.
+pub fn columns_of<'m>(
+    machine: &'m Machine,
+    motion: Motion,
+    columns: impl Iterator<Item = String> + 'm,
+) -> impl Iterator<Item = String> + 'm {
+    columns.zip(machine.drives()).filter(move |(_, (_, drive))| drive.motion == motion).map(|(column, _)| column)
 }
 
 fn labelled(machine: &Machine) -> impl Iterator<Item = (String, Motion)> {
     machine.drive_labels().into_iter().zip(machine.drives().map(|(_, drive)| drive.motion))
 }
 
+/// Index and label of the drives of one kind.
+pub fn drives_of(machine: &Machine, kind: Motion) -> impl Iterator<Item = (usize, String)> {
+    let labelled = machine.drive_labels().into_iter().enumerate().zip(machine.drives());
+    labelled.filter(move |(_, (_, drive))| drive.motion == kind).map(|(labelled, _)| labelled)
+}
+
 /// Drive positions or corrections in the units of tables, mm or degrees, from mm or rad.
 pub fn shown_positions(machine: &Machine, values: &[f64]) -> Vec<f64> {
-    let shown = |(value, (_, drive)): (&f64, (usize, &Drive))| match drive.motion {
-        Motion::Prismatic => *value,
-        Motion::Revolute => value.to_degrees(),
-    };
+    let shown = |(value, (_, drive)): (&f64, (usize, &Drive))| shown_position(drive.motion, *value);
     values.iter().zip(machine.drives()).map(shown).collect()
 }
 
-/// Unit of drive positions and corrections in tables and figures: mm, °, or both where a machine has slides and hinges.
-pub fn position_unit(machine: &Machine) -> &'static str {
-    unit(machine, ["mm", "°", "mm or °"])
-}
-
-/// Unit of drive forces: N, N·mm, or both where a machine has slides and hinges.
-pub fn force_unit(machine: &Machine) -> &'static str {
-    unit(machine, ["N", "N·mm", "N or N·mm"])
-}
-
-fn unit(machine: &Machine, [slides, hinges, both]: [&'static str; 3]) -> &'static str {
-    let all = |motion| machine.drives().all(|(_, drive)| drive.motion == motion);
-    match (all(Motion::Prismatic), all(Motion::Revolute)) {
-        (true, _) => slides,
-        (_, true) => hinges,
-        _ => both,
+/// A position or correction of a drive in the unit of tables, mm or degrees, from mm or rad.
+pub fn shown_position(motion: Motion, value: f64) -> f64 {
+    match motion {
+        Motion::Prismatic => value,
+        Motion::Revolute => value.to_degrees(),
     }
 }
 
-/// Largest size among drive positions or corrections given in mm or rad, in [`position_unit`].
-pub fn largest_position(machine: &Machine, values: &[f64]) -> f64 {
-    shown_positions(machine, values).iter().fold(0.0, |most, value| most.max(value.abs()))
+/// A position or correction, given in mm or degrees, with its unit: to 0.001 mm or 0.0001°.
+pub fn position_words(motion: Motion, value: f64) -> String {
+    match motion {
+        Motion::Prismatic => format!("{value:.3} mm"),
+        Motion::Revolute => format!("{value:.4}°"),
+    }
+}
+
+/// Largest size among positions or corrections, given in mm or rad, of the drives of one kind, mm or degrees.
+pub fn largest_position(machine: &Machine, motion: Motion, values: &[f64]) -> f64 {
+    shown_position(motion, largest(machine, motion, values))
+}
+
+/// Largest size among forces of the drives of one kind, N or N·mm.
+pub fn largest_force(machine: &Machine, motion: Motion, values: &[f64]) -> f64 {
+    largest(machine, motion, values)
+}
+
+fn largest(machine: &Machine, motion: Motion, values: &[f64]) -> f64 {
+    let own = values.iter().zip(machine.drives()).filter(|(_, (_, drive))| drive.motion == motion);
+    own.fold(0.0, |most, (value, _)| most.max(value.abs()))
 }
 
 /// Angles are given in degrees; the way through radians must not show.

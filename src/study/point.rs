@@ -8,6 +8,7 @@ use crate::{
     process::MillingForce,
     spatial::{Pose, Wrench},
     statics::{Outcome, Settings, Solution, State, Workspace, equilibrium, unloaded_stiffness},
+    study::Failure,
 };
 
 /// The load at a point.
@@ -59,7 +60,7 @@ pub struct PointAnswer {
     /// Equilibrium at the nominal command; the status says whether it is one.
     pub loaded: Solution,
     /// Equilibrium at the compensated command, or why there is none.
-    pub compensated: Result<Commanded, String>,
+    pub compensated: Result<Commanded, Failure>,
 }
 
 /// Solves one location.
@@ -93,10 +94,10 @@ pub fn solve(question: &PointQuestion) -> Result<PointAnswer, Unreachable> {
                 let solution = describe(&done.drives, session.state(), outcome, &mut workspace);
                 Ok(Commanded { drives: done.drives, solution })
             }
-            _ => Err(done.status.reason(machine)),
+            _ => Err(Failure { status: done.status.label().into(), reason: done.status.reason(machine) }),
         }
     } else {
-        Err("there is no equilibrium to start from".into())
+        Err(Failure { status: "not_tried".into(), reason: "there is no equilibrium to start from".into() })
     };
     Ok(PointAnswer {
         stiffness_unloaded: unloaded_stiffness(machine, &nominal, &mut workspace),

@@ -124,11 +124,6 @@ impl SourceEffect {
     pub fn departure_mm(&self) -> Option<f64> {
         self.departure_vector_mm.map(|v| Vector3::from(v).norm())
     }
-
-    /// Largest |τ| of all drives, N or N·mm.
-    pub fn largest_drive_force(&self) -> f64 {
-        self.drive_force.iter().copied().fold(0.0, f64::max)
-    }
 }
 
 /// One grid point.

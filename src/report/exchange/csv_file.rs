@@ -135,7 +135,7 @@ mod tests {
     fn the_description_has_units_and_types() {
         let described = description([("a.csv", &sample())]);
         let columns = &described["tables"][0]["tableSchema"]["columns"];
-        assert_eq!(described["schema:version"], "1");
+        assert_eq!(described["schema:version"], "2");
         assert_eq!(described["tables"][0]["url"], "a.csv");
         assert_eq!(columns[1], json!({ "titles": "x_mm", "datatype": "double", "schema:unitText": "mm" }));
         assert_eq!(columns[2], json!({ "titles": "reason, if any", "datatype": "string" }));

@@ -165,6 +165,6 @@ mod tests {
         let names: Vec<&str> = file.schema().get_fields().iter().map(|field| field.name()).collect();
         assert_eq!(names, ["point", "x_mm", "ratio", "reason"]);
         let pair = |key: &str, value: &str| KeyValue::new(key.into(), value.to_string());
-        assert_eq!(file.key_value_metadata().unwrap(), &[pair("kinetostat.schema", "1"), pair("unit.x_mm", "mm")]);
+        assert_eq!(file.key_value_metadata().unwrap(), &[pair("kinetostat.schema", "2"), pair("unit.x_mm", "mm")]);
     }
 }

@@ -4,10 +4,11 @@ use serde::{Deserialize, Serialize};
 
 use super::description::{Fact, Mark};
 use crate::{
-    machine::{ChainError, Machine, Motion, Skeleton},
+    machine::{Chain, ChainError, Drive, Machine, Motion, Skeleton},
     report::{
         amplification::amplification,
         figures::{Figure, PoseFigure},
+        table::{position_unit, shown_position, tidy_degrees},
         words::typographic,
     },
     study::deflected_pose::DeflectedPose,
@@ -150,7 +151,7 @@ fn limits(machine: &Machine) -> Vec<Fact> {
 pub(in crate::report) fn error_facts(machine: &Machine, errors: &[ChainError]) -> Vec<Fact> {
     let mut facts: Vec<Fact> = Vec::new();
     for (chain, error) in machine.chains.iter().zip(errors) {
-        let parts = error_words(error);
+        let parts = error_words(chain, error);
         if !parts.is_empty() {
             facts.push(Fact::new(format!("error of chain {}", chain.name), parts.join("; ")));
         }
@@ -161,7 +162,7 @@ pub(in crate::report) fn error_facts(machine: &Machine, errors: &[ChainError]) -
     facts
 }
 
-fn error_words(error: &ChainError) -> Vec<String> {
+fn error_words(chain: &Chain, error: &ChainError) -> Vec<String> {
     let vector = |v: nalgebra::Vector3<f64>, unit: &str| {
         let [x, y, z]: [f64; 3] = v.map(|c| (c * 1e9).round() / 1e9 + 0.0).into();
         typographic(&format!("({x}, {y}, {z}) {unit}"))
@@ -176,7 +177,13 @@ fn error_words(error: &ChainError) -> Vec<String> {
         }
     }
     if error.drive_offsets.iter().any(|offset| *offset != 0.0) {
-        parts.push(typographic(&format!("drive zeros off by {:?} mm or rad", error.drive_offsets)));
+        let offset = |(drive, offset): (&Drive, &f64)| {
+            let shown = tidy_degrees(shown_position(drive.motion, *offset)) + 0.0;
+            let space = if drive.motion == Motion::Prismatic { " " } else { "" };
+            typographic(&format!("{shown}{space}{}", position_unit(drive.motion)))
+        };
+        let offsets: Vec<String> = chain.drives.iter().zip(&error.drive_offsets).map(offset).collect();
+        parts.push(format!("drive zeros off by {}", offsets.join(", ")));
     }
     parts
 }

@@ -30,17 +30,39 @@ pub use machine::MachineDescription;
 pub(super) use machine::error_facts;
 pub use single::{MACHINE_AT_HOME, page};
 
-use super::table::{correction_columns, force_columns, force_unit, position_unit};
-use crate::{compensation::Target, machine::Machine};
+use super::table::{columns_of, correction_columns, force_columns, force_unit, force_word, kind_word, position_unit};
+use crate::{
+    compensation::Target,
+    machine::{Drive, Machine},
+};
+
+/// Largest correction and largest force over the drives, of slides and of hinges.
+pub(super) fn largest_of_drives(machine: &Machine) -> Vec<Quantity> {
+    let name = |kind, what: &str| match machine.has_mixed_drives() {
+        false => format!("largest drive {what}"),
+        true => format!("largest {what} of {}", kind_word(machine, kind)),
+    };
+    let corrections = machine.drive_kinds().map(|kind| {
+        let columns = columns_of(machine, kind, correction_columns(machine));
+        Quantity::new(columns, &format!("{} |Δρ|", name(kind, "correction")), position_unit(kind), Better::Smaller)
+    });
+    let forces = machine.drive_kinds().map(|kind| {
+        let columns = columns_of(machine, kind, force_columns(machine));
+        Quantity::new(columns, &format!("{} |τ|", name(kind, force_word(kind))), force_unit(kind), Better::Smaller)
+    });
+    corrections.chain(forces).collect()
+}
 
 /// Correction and force of each drive.
 pub(super) fn drive_quantities(machine: &Machine, better: Better) -> Vec<Quantity> {
     let labels = machine.drive_labels();
-    let corrections = correction_columns(machine).zip(&labels).map(|(column, label)| {
-        Quantity::new([column], &format!("correction of drive {label}"), position_unit(machine), better)
+    let drives: Vec<(&String, &Drive)> = labels.iter().zip(machine.drives().map(|(_, drive)| drive)).collect();
+    let corrections = correction_columns(machine).zip(&drives).map(|(column, (label, drive))| {
+        Quantity::new([column], &format!("correction of drive {label}"), position_unit(drive.motion), better)
     });
-    let forces = force_columns(machine).zip(&labels).map(|(column, label)| {
-        Quantity::new([column], &format!("force of drive {label}"), force_unit(machine), better)
+    let forces = force_columns(machine).zip(&drives).map(|(column, (label, drive))| {
+        let words = format!("{} of drive {label}", force_word(drive.motion));
+        Quantity::new([column], &words, force_unit(drive.motion), better)
     });
     corrections.chain(forces).collect()
 }

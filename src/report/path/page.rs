@@ -5,9 +5,8 @@ use crate::{
     report::{
         page::{
             Better, Column, Description, Explorer, Fact, MachineDescription, Quantity, Shape, TableNote,
-            drive_quantities, error_facts, target_words,
+            drive_quantities, error_facts, largest_of_drives, target_words,
         },
-        table::{correction_columns, force_columns, force_unit, position_unit},
         words::counted,
         workspace_map::source_group,
     },
@@ -52,13 +51,10 @@ fn setting(study: &PathStudy) -> Vec<Fact> {
 
 fn along(study: &PathStudy) -> Explorer {
     let machine = &study.machine;
-    let (position, force) = (position_unit(machine), force_unit(machine));
-    let first = vec![
-        Quantity::new(["displacement_mm"], "displacement without compensation", "mm", Better::Smaller),
-        Quantity::new(correction_columns(machine), "largest drive correction |Δρ|", position, Better::Smaller),
-        Quantity::new(force_columns(machine), "largest drive force |τ|", force, Better::Smaller),
-        Quantity::new(["error_left_mm"], "error left by compensation", "mm", Better::Smaller),
-    ];
+    let mut first =
+        vec![Quantity::new(["displacement_mm"], "displacement without compensation", "mm", Better::Smaller)];
+    first.extend(largest_of_drives(machine));
+    first.push(Quantity::new(["error_left_mm"], "error left by compensation", "mm", Better::Smaller));
     points_view(machine, "Along the path".into(), "points.csv".into(), first)
 }
 

@@ -4,10 +4,11 @@ use nalgebra::Vector3;
 
 use super::thinned::{Curve, drawn, step};
 use crate::{
+    machine::Motion,
     report::{
         amplification::amplification,
         figures::{Figure, LineFigure, LineSeries},
-        table::{force_unit, position_unit, shown_positions},
+        table::{drives_of, force_unit, force_word, kind_word, position_unit, shown_positions},
         words::counted,
     },
     study::{
@@ -23,7 +24,7 @@ pub struct Pictures {
     displacement: [Curve; 3],
     /// Length of the sum of the single sources' Δt, mm.
     superposed: Curve,
-    /// Δρ of each drive, by source, in the unit of [`position_unit`].
+    /// Δρ of each drive, by source, in the unit of its kind.
     correction: [Vec<Curve>; 3],
     /// τ of each drive under both sources, N or N·mm.
     force: Vec<Curve>,
@@ -90,15 +91,24 @@ impl Pictures {
 
     /// All pictures with their file stems.
     pub fn figures(&self, study: &PathStudy) -> Vec<(String, Figure)> {
-        let labels = study.machine.drive_labels();
-        let mut figures = vec![
-            ("displacement".to_string(), self.displacement(study)),
-            ("delta_rho".to_string(), self.corrections(study, &labels)),
-            ("drive_force".to_string(), self.forces(study, &labels)),
-            ("paths".to_string(), self.paths(study)),
-        ];
-        for (drive, label) in labels.iter().enumerate() {
-            figures.push((format!("delta_rho_sources_{label}"), self.correction_by_source(study, drive, label)));
+        let machine = &study.machine;
+        let mut figures = vec![("displacement".to_string(), self.displacement(study))];
+        figures.extend(machine.drive_kinds().map(|kind| {
+            let stem = match machine.has_mixed_drives() {
+                false => "delta_rho".to_string(),
+                true => format!("delta_rho_{}", kind_word(machine, kind)),
+            };
+            (stem, self.corrections(study, kind))
+        }));
+        figures.extend(
+            machine.drive_kinds().map(|kind| (format!("drive_{}", force_word(kind)), self.forces(study, kind))),
+        );
+        figures.push(("paths".to_string(), self.paths(study)));
+        for kind in machine.drive_kinds() {
+            for (drive, label) in drives_of(machine, kind) {
+                let figure = self.correction_by_source(study, kind, drive, &label);
+                figures.push((format!("delta_rho_sources_{label}"), figure));
+            }
         }
         figures
     }
@@ -112,24 +122,24 @@ impl Pictures {
         line_figure(study, "How far the tool leaves its path without compensation", "|Δt| [mm]".into(), all)
     }
 
-    fn corrections(&self, study: &PathStudy, labels: &[String]) -> Figure {
-        let all = of_drives(study, labels, &self.correction[Source::Both as usize]);
-        let y_label = format!("Δρ [{}]", position_unit(&study.machine));
-        line_figure(study, "What the drives must be told instead", y_label, all)
+    fn corrections(&self, study: &PathStudy, kind: Motion) -> Figure {
+        let all = of_drives(study, kind, &self.correction[Source::Both as usize]);
+        let title = format!("What the {} must be told instead", kind_word(&study.machine, kind));
+        line_figure(study, &title, format!("Δρ [{}]", position_unit(kind)), all)
     }
 
-    fn forces(&self, study: &PathStudy, labels: &[String]) -> Figure {
-        let y_label = format!("τ [{}]", force_unit(&study.machine));
-        line_figure(study, "Drive forces along the compensated path", y_label, of_drives(study, labels, &self.force))
+    fn forces(&self, study: &PathStudy, kind: Motion) -> Figure {
+        let title = format!("Drive {}s along the compensated path", force_word(kind));
+        line_figure(study, &title, format!("τ [{}]", force_unit(kind)), of_drives(study, kind, &self.force))
     }
 
-    fn correction_by_source(&self, study: &PathStudy, drive: usize, label: &str) -> Figure {
+    fn correction_by_source(&self, study: &PathStudy, kind: Motion, drive: usize, label: &str) -> Figure {
         let all = Source::ALL.map(|source| {
             let curve = &self.correction[source as usize][drive];
             series(study, source_words(source), source != Source::Both, curve)
         });
         let title = format!("Which source asks drive {label} for what");
-        line_figure(study, &title, format!("Δρ {label} [{}]", position_unit(&study.machine)), all.into())
+        line_figure(study, &title, format!("Δρ {label} [{}]", position_unit(kind)), all.into())
     }
 
     /// The path in the xy-plane: wanted, as the tool goes without compensation, as it is commanded and as it goes then.
@@ -197,8 +207,10 @@ fn series(study: &PathStudy, label: impl Into<String>, dashed: bool, curve: &Cur
     LineSeries { label: label.into(), points, dashed }
 }
 
-fn of_drives(study: &PathStudy, labels: &[String], curves: &[Curve]) -> Vec<LineSeries> {
-    labels.iter().zip(curves).map(|(label, curve)| series(study, format!("drive {label}"), false, curve)).collect()
+/// The curves of the drives of one kind.
+fn of_drives(study: &PathStudy, kind: Motion, curves: &[Curve]) -> Vec<LineSeries> {
+    let drives = drives_of(&study.machine, kind);
+    drives.map(|(drive, label)| series(study, format!("drive {label}"), false, &curves[drive])).collect()
 }
 
 fn line_figure(study: &PathStudy, title: &str, y_label: String, series: Vec<LineSeries>) -> Figure {

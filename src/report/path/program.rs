@@ -2,8 +2,9 @@
 
 use serde_json::{Value, json};
 
+use super::command::{drive_cells, drive_columns, pose_cells, pose_columns};
 use crate::{
-    compensation::{BoundedPath, LimitKind, Side},
+    compensation::{BoundedPath, LimitKind, Price, Side},
     machine::{Machine, Motion},
     report::{
         exchange::{Cell, Column, Row, Table, cells, counts, numbers, texts},
@@ -37,14 +38,16 @@ pub fn program_columns(machine: &Machine) -> Vec<Column> {
     columns.extend(counts(["cutting"]));
     columns.extend(numbers(quantities));
     columns.extend(texts(["status", "reason", "limits"]));
+    columns.extend(numbers(["nominal", "commanded"].into_iter().flat_map(pose_columns)));
+    columns.extend(numbers(drive_columns(machine)));
     columns.extend(numbers(correction_columns(machine).chain(force_columns(machine))));
     columns
 }
 
 /// One row per point from `first` on: where the tool should be, what is commanded instead (both in the workpiece frame),
-/// the error before (mm, by point of the path) and as written (base axes), drive corrections and forces as written. An empty
-/// cell has its reason in `status` and `reason`. `limits` names the limits that bind, if the path was corrected within
-/// limits.
+/// the error before (mm, by point of the path) and as written (base axes), the poses of P in O and the drive positions
+/// without and with compensation, drive corrections and forces as written. An empty cell has its reason in `status` and
+/// `reason`. `limits` names the limits that bind, if the path was corrected within limits.
 pub fn program_table(
     job: &ProgramJob,
     first: usize,
@@ -72,6 +75,9 @@ pub fn program_table(
             answer.status.reason(machine).into(),
             binding(job, bounded, k).into(),
         ]);
+        row.extend(pose_cells(Some(&job.demands[k].pose)));
+        row.extend(pose_cells(answer.target.as_ref()));
+        row.extend(drive_cells(machine, answer, answer.is_settled));
         row.extend(shown_positions(machine, &answer.delta_rho()).iter().map(|v| shown(*v)));
         row.resize(width - machine.drive_count(), Cell::Missing);
         row.extend(answer.drive_forces.iter().map(|v| shown(*v)));
@@ -105,21 +111,26 @@ pub fn bounded_text(machine: &Machine, path: &BoundedPath) -> String {
     let mut text =
         format!("Limits bind ({}, {}):\n", summary.status.label(), counted(summary.iterations, "linearisation"));
     for price in &summary.prices {
-        let unit = match (price.kind, machine.drives().nth(price.drive).map(|(_, drive)| drive.motion)) {
-            (LimitKind::Force, Some(Motion::Prismatic)) => "N",
-            (LimitKind::Force, _) => "N·mm",
-            (_, Some(Motion::Prismatic)) => "mm",
-            _ => "rad",
-        };
+        let (error_mm, unit) = shown_price(machine, price);
         text += &format!(
-            "  {} of drive {} at {}; the error would fall by {:.2e} mm per {unit} of relaxation\n",
+            "  {} of drive {} at {}; the error would fall by {error_mm:.2e} mm per {} of relaxation\n",
             price.kind.label(),
             labels[price.drive],
             counted(price.points, "point"),
-            price.price
+            unit.replace("deg", "°").replace("Nmm", "N·mm"),
         );
     }
     text
+}
+
+/// By how much the error would fall, mm, per unit of the limit: mm, deg, N or Nmm.
+fn shown_price(machine: &Machine, price: &Price) -> (f64, &'static str) {
+    let motion = machine.drives().nth(price.drive).map_or(Motion::Prismatic, |(_, drive)| drive.motion);
+    match (price.kind, motion) {
+        (LimitKind::Force, _) => (price.price, motion.force_unit()),
+        (_, Motion::Prismatic) => (price.price, motion.position_unit()),
+        (_, Motion::Revolute) => (price.price.to_radians(), motion.position_unit()),
+    }
 }
 
 fn bounded_json(job: &ProgramJob, path: &BoundedPath) -> Value {
@@ -129,11 +140,12 @@ fn bounded_json(job: &ProgramJob, path: &BoundedPath) -> Value {
         .prices
         .iter()
         .map(|price| {
+            let (error_mm, unit) = shown_price(&job.machine, price);
             json!({
                 "limit": price.kind.label(),
                 "drive": labels[price.drive],
                 "points": price.points,
-                "error_mm_per_unit": price.price,
+                (format!("error_mm_per_{unit}")): error_mm,
             })
         })
         .collect();
@@ -146,6 +158,9 @@ fn bounded_json(job: &ProgramJob, path: &BoundedPath) -> Value {
         "limits_binding": limits,
     })
 }
+
+/// Version of the report. In 1, what limits cost was per rad for hinges and had no unit in its key.
+const SCHEMA: u32 = 2;
 
 /// What each pass leaves, over the points at which the tool cuts.
 pub fn program_json(job: &ProgramJob, passes: &[Pass], bounded: Option<&BoundedPath>) -> String {
@@ -165,7 +180,7 @@ pub fn program_json(job: &ProgramJob, passes: &[Pass], bounded: Option<&BoundedP
         })
         .collect();
     let report = json!({
-        "schema": 1,
+        "schema": SCHEMA,
         "machine": job.machine.name,
         "points": job.path.len(),
         "length_mm": job.path.length_mm(),

@@ -4,9 +4,10 @@ use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 use serde_json::{Value, json};
 
 use crate::{
+    machine::Motion,
     report::{
         StatusCount,
-        table::{force_unit, largest_position, position_unit},
+        table::{force_unit, force_word, kind_word, largest_force, largest_position, position_words},
         words::{counted, millimetres},
     },
     study::{
@@ -38,10 +39,10 @@ impl Largest {
 struct OfSource {
     /// mm.
     displacement: Largest,
-    /// |Δρ| of any drive, mm for slides, degrees for hinges.
-    correction: Largest,
-    /// |τ| of any drive on the compensated path, N for slides, N·mm for hinges.
-    force: Largest,
+    /// |Δρ| by kind of drive, mm for slides, degrees for hinges.
+    correction: [Largest; 2],
+    /// |τ| by kind of drive on the compensated path, N for slides, N·mm for hinges.
+    force: [Largest; 2],
     /// Points that could not be compensated.
     failed: usize,
     statuses: Vec<StatusCount>,
@@ -66,8 +67,11 @@ impl Summary {
                     sums.failed += 1;
                     continue;
                 };
-                sums.correction.see(largest_position(&study.machine, &answer.delta_rho()), k);
-                sums.force.see(answer.drive_forces.iter().fold(0.0f64, |most, f| most.max(f.abs())), k);
+                let (machine, delta_rho) = (&study.machine, answer.delta_rho());
+                for kind in machine.drive_kinds() {
+                    sums.correction[kind as usize].see(largest_position(machine, kind, &delta_rho), k);
+                    sums.force[kind as usize].see(largest_force(machine, kind, &answer.drive_forces), k);
+                }
             }
         }
     }
@@ -104,13 +108,18 @@ impl Summary {
             text += &format!("{cause} by up to {}, {}.\n", millimetres(size, 3, ROUNDING_MM), place(study, k));
         }
         let both = &self.sources[Source::Both as usize];
-        if let (Some((correction, k)), Some((force, kf))) = (both.correction.0, both.force.0) {
+        for kind in study.machine.drive_kinds() {
+            let found = (both.correction[kind as usize].0, both.force[kind as usize].0);
+            let (Some((correction, k)), Some((force, kf))) = found else { continue };
+            let drives = kind_word(&study.machine, kind);
+            let own = if study.machine.has_mixed_drives() { format!(" of {drives}") } else { String::new() };
             text += &format!(
-                "To keep it on its path, drives must be commanded up to {correction:.3} {} away from the inverse \
-                 kinematics, {}; drive forces then reach {force:.0} {}, {}.\n",
-                position_unit(&study.machine),
+                "To keep it on its path, {drives} must be commanded up to {} away from the inverse kinematics, {}; drive \
+                 {}s{own} then reach {force:.0} {}, {}.\n",
+                position_words(kind, correction),
                 place(study, k),
-                force_unit(&study.machine),
+                force_word(kind),
+                force_unit(kind),
                 place(study, kf)
             );
         }
@@ -124,11 +133,12 @@ impl Summary {
     pub fn json(&self, study: &PathStudy, methods: &[MethodAlongPath]) -> Value {
         let mut sources = serde_json::Map::new();
         for (source, sums) in Source::ALL.into_iter().zip(&self.sources) {
-            let entry = json!({
-                "displacement_max_mm": sums.displacement.json(study),
-                "delta_rho_max": sums.correction.json(study),
-                "drive_force_max": sums.force.json(study),
-            });
+            let mut entry = json!({ "displacement_max_mm": sums.displacement.json(study) });
+            for kind in study.machine.drive_kinds() {
+                let [correction, force] = [&sums.correction, &sums.force].map(|sums| sums[kind as usize].json(study));
+                entry[format!("delta_rho_max_{}", kind.position_unit())] = json!(correction);
+                entry[format!("drive_{}_max_{}", force_word(kind), kind.force_unit())] = json!(force);
+            }
             sources.insert(source.label().into(), entry);
         }
         let methods: Vec<Value> = methods
@@ -143,9 +153,12 @@ impl Summary {
                 })
             })
             .collect();
-        json!({ "schema": 1, "points": study.stations.len(), "sources": sources, "methods": methods })
+        json!({ "schema": SCHEMA, "points": study.stations.len(), "sources": sources, "methods": methods })
     }
 }
+
+/// Version of the summary. In 1, keys of corrections and forces had no unit.
+const SCHEMA: u32 = 2;
 
 fn place(study: &PathStudy, k: usize) -> String {
     let station = &study.stations[k];

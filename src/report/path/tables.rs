@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::command::{drive_cells, drive_columns, pose_cells, pose_columns};
 use crate::{
     machine::Machine,
     report::{
@@ -16,8 +17,8 @@ use crate::{
 };
 
 /// One row per point of `part` and source: where the point put right should be, how far it is moved at the nominal command,
-/// where to command P instead, drive forces then, and the rotation left over. `status` and `reason` say why numbers are
-/// missing.
+/// the poses of P in O and the drive positions that are commanded without and with compensation, corrections and drive
+/// forces then, and the rotation left over. `status` and `reason` say why numbers are missing.
 pub fn points_table(study: &PathStudy, part: &PathPart) -> Table {
     let rows = part.points().flat_map(|k| Source::ALL.map(|source| row(study, part, k, source)));
     Table::new(points_columns(&study.machine), rows)
@@ -31,29 +32,22 @@ fn row(study: &PathStudy, part: &PathPart, k: usize, source: Source) -> Row {
     row.push(compensated.status.label().into());
     row.push(compensated.status.reason(machine).into());
     displacement(part.displacement(source, k), &mut row);
+    row.extend(pose_cells(Some(&demand.pose)));
     command(machine, compensated, &mut row);
     row
 }
 
 /// The columns of [`points_table`].
 pub fn points_columns(machine: &Machine) -> Vec<Column> {
-    let quantities = [
-        "displacement_mm",
-        "displacement_x_mm",
-        "displacement_y_mm",
-        "displacement_z_mm",
-        "commanded_platform_x_mm",
-        "commanded_platform_y_mm",
-        "commanded_platform_z_mm",
-        "leftover_rotation_x_deg",
-        "leftover_rotation_y_deg",
-        "leftover_rotation_z_deg",
-        "error_left_mm",
-    ];
+    let displacement = ["displacement_mm", "displacement_x_mm", "displacement_y_mm", "displacement_z_mm"];
+    let left = ["leftover_rotation_x_deg", "leftover_rotation_y_deg", "leftover_rotation_z_deg", "error_left_mm"];
     let mut columns = counts(["point"]);
     columns.extend(numbers(["arc_length_mm", "phi_deg", "wanted_x_mm", "wanted_y_mm", "wanted_z_mm"]));
     columns.extend(texts(["source", "status", "reason"]));
-    columns.extend(numbers(quantities));
+    columns.extend(numbers(displacement));
+    columns.extend(numbers(["nominal", "commanded"].into_iter().flat_map(pose_columns)));
+    columns.extend(numbers(left));
+    columns.extend(numbers(drive_columns(machine)));
     columns.extend(numbers(correction_columns(machine).chain(force_columns(machine))));
     columns
 }
@@ -78,12 +72,15 @@ fn displacement(error: Option<Vector3<f64>>, row: &mut Row) {
 fn command(machine: &Machine, answer: &PathAnswer, row: &mut Row) {
     let drive_count = machine.drive_count();
     let Some(target) = answer.target.filter(|_| answer.status.is_success()) else {
-        row.extend(std::iter::repeat_n(Cell::Missing, 7 + 2 * drive_count));
+        row.extend(std::iter::repeat_n(Cell::Missing, 10));
+        row.extend(drive_cells(machine, answer, false));
+        row.extend(std::iter::repeat_n(Cell::Missing, 2 * drive_count));
         return;
     };
-    row.extend(cells(target.translation.iter().copied()));
+    row.extend(pose_cells(Some(&target)));
     row.extend(cells(answer.leftover_rotation.iter().map(|v| v.to_degrees())));
     row.push(answer.position_error.norm().into());
+    row.extend(drive_cells(machine, answer, true));
     row.extend(cells(shown_positions(machine, &answer.delta_rho())));
     row.extend(cells(answer.drive_forces.iter().copied()));
 }

@@ -3,9 +3,10 @@
 use nalgebra::Vector3;
 
 use crate::{
+    machine::{Machine, Motion},
     report::{
         figures::{CurvePanel, Figure, LineFigure, LineSeries, PanelCurve, PanelFigure},
-        table::{force_unit, position_unit, shown_positions},
+        table::{drives_of, force_unit, force_word, kind_word, position_unit, shown_positions},
     },
     study::{
         Source,
@@ -24,7 +25,7 @@ pub fn figures(results: &ValidationResults) -> Vec<(String, Figure)> {
             FigureKind::Curves => curves(results, picture),
             FigureKind::Sources => sources(results, picture, path),
         };
-        picture.file_stems().into_iter().zip(drawn)
+        picture.file_stems(&results.study.machine).into_iter().zip(drawn)
     };
     results.study.pictures.iter().flat_map(picture).collect()
 }
@@ -126,8 +127,8 @@ fn drive_correction(path: &PathResults, source: Source, k: usize, drive: usize) 
 
 fn curves(results: &ValidationResults, picture: &Picture) -> Vec<Figure> {
     let machine = &results.study.machine;
-    let labels = machine.drive_labels();
-    let drives: Vec<(String, bool)> = labels.iter().map(|label| (format!("drive {label}"), false)).collect();
+    let drives = |kind| -> Vec<(usize, String)> { drives_of(machine, kind).collect() };
+    let names = |kind| drives(kind).into_iter().map(|(_, label)| (format!("drive {label}"), false)).collect();
     let axes: Vec<(String, bool)> = AXES.map(|axis| (format!("Δ{axis}"), false)).into();
     let frames = |curves: &dyn Fn(&PathResults) -> Vec<PanelCurve>| {
         let frame = |&case: &usize| CurvePanel {
@@ -136,24 +137,37 @@ fn curves(results: &ValidationResults, picture: &Picture) -> Vec<Figure> {
         };
         picture.cases.iter().map(frame).collect()
     };
-    let corrections = frames(&|path| {
-        let curve = |drive| over_angle(path, &|k| drive_correction(path, Source::Both, k, drive));
-        (0..labels.len()).map(curve).collect()
-    });
+    let corrections = |kind| {
+        let frames = frames(&|path| {
+            let curve = |(drive, _)| over_angle(path, &|k| drive_correction(path, Source::Both, k, drive));
+            drives(kind).into_iter().map(curve).collect()
+        });
+        let y_label = format!("Δρ [{}]", position_unit(kind));
+        panels(results, picture, (&correction_words(machine, kind), y_label), names(kind), frames)
+    };
     let displacements = frames(&|path| {
         let curve = |axis: usize| over_angle(path, &|k| path.whole.displacement(Source::Both, k).map(|d| d[axis]));
         (0..3).map(curve).collect()
     });
-    let forces = frames(&|path| {
-        let force = |k, drive: usize| path.whole.compensated(Source::Both, k)?.drive_forces.get(drive).copied();
-        (0..labels.len()).map(|drive| over_angle(path, &|k| force(k, drive))).collect()
-    });
-    let position = format!("Δρ [{}]", position_unit(machine));
-    vec![
-        panels(results, picture, ("drive corrections", position), drives.clone(), corrections),
-        panels(results, picture, ("displacement that is compensated", "Δt [mm]".into()), axes, displacements),
-        panels(results, picture, ("drive forces", format!("τ [{}]", force_unit(machine))), drives, forces),
-    ]
+    let forces = |kind| {
+        let frames = frames(&|path| {
+            let force =
+                |k, drive: usize| path.whole.compensated(Source::Both, k)?.drive_forces.get(drive).copied();
+            drives(kind).into_iter().map(|(drive, _)| over_angle(path, &|k| force(k, drive))).collect()
+        });
+        let what = format!("drive {}s", force_word(kind));
+        panels(results, picture, (&what, format!("τ [{}]", force_unit(kind))), names(kind), frames)
+    };
+    let moved = panels(results, picture, ("displacement that is compensated", "Δt [mm]".into()), axes, displacements);
+    machine.drive_kinds().map(corrections).chain([moved]).chain(machine.drive_kinds().map(forces)).collect()
+}
+
+/// Heading of corrections of the drives of one kind.
+fn correction_words(machine: &Machine, kind: Motion) -> String {
+    match machine.has_mixed_drives() {
+        false => "drive corrections".into(),
+        true => format!("corrections of {}", kind_word(machine, kind)),
+    }
 }
 
 fn source_words(source: Source) -> &'static str {
@@ -172,16 +186,19 @@ fn sources(results: &ValidationResults, picture: &Picture, path: &PathResults) -
         title,
         curves: Source::ALL.map(|source| over_angle(path, &|k| value(source, k))).into(),
     };
-    let labels = machine.drive_labels();
-    let corrections = labels.iter().enumerate().take(MOST_FRAMES).map(|(drive, label)| {
-        by_source(format!("drive {label}"), &|source, k| drive_correction(path, source, k, drive))
-    });
-    let displacements = AXES.iter().enumerate().map(|(axis, name)| {
-        by_source(format!("Δ{name}"), &|source, k| path.whole.displacement(source, k).map(|d| d[axis]))
-    });
-    let position = format!("Δρ [{}]", position_unit(machine));
-    vec![
-        panels(results, picture, ("drive corrections by source", position), names.clone(), corrections.collect()),
-        panels(results, picture, ("displacement by source", "Δt [mm]".into()), names, displacements.collect()),
-    ]
+    let corrections = |kind| {
+        let frames = drives_of(machine, kind).take(MOST_FRAMES).map(|(drive, label)| {
+            by_source(format!("drive {label}"), &|source, k| drive_correction(path, source, k, drive))
+        });
+        let what = format!("{} by source", correction_words(machine, kind));
+        let y_label = format!("Δρ [{}]", position_unit(kind));
+        panels(results, picture, (&what, y_label), names.clone(), frames.collect())
+    };
+    let displacements = AXES
+        .iter()
+        .enumerate()
+        .map(|(axis, name)| by_source(format!("Δ{name}"), &|source, k| path.whole.displacement(source, k).map(|d| d[axis])));
+    let (what, frames) = ("displacement by source", displacements.collect());
+    let moved = panels(results, picture, (what, "Δt [mm]".into()), names.clone(), frames);
+    machine.drive_kinds().map(corrections).chain([moved]).collect()
 }

@@ -5,9 +5,8 @@ use crate::{
     report::{
         page::{
             Better, Column, Description, Explorer, Fact, Group, GroupValue, MachineDescription, Mark, Quantity, Shape,
-            TableNote, drive_quantities, error_facts, target_words,
+            TableNote, drive_quantities, error_facts, largest_of_drives, target_words,
         },
-        table::{correction_columns, force_columns, force_unit, position_unit},
         words::typographic,
     },
     study::{Source, workspace_map::WorkspaceMapStudy},
@@ -55,19 +54,17 @@ fn setting(study: &WorkspaceMapStudy) -> Vec<Fact> {
 
 fn explorer(study: &WorkspaceMapStudy) -> Explorer {
     let machine = &study.machine;
-    let (position, force) = (position_unit(machine), force_unit(machine));
     use Better::{Larger, Neither, Smaller};
-    let mut quantities = vec![
-        Quantity::new(["deflection_mm"], "worst tool deflection", "mm", Smaller),
-        Quantity::new(correction_columns(machine), "largest drive correction |Δρ|", position, Smaller),
-        Quantity::new(force_columns(machine), "largest drive force |τ|", force, Smaller),
+    let mut quantities = vec![Quantity::new(["deflection_mm"], "worst tool deflection", "mm", Smaller)];
+    quantities.extend(largest_of_drives(machine));
+    quantities.extend([
         Quantity::new(["stiffness_min_N_per_mm"], "smallest principal stiffness", "N/mm", Larger),
         Quantity::new(["stiffness_mid_N_per_mm"], "middle principal stiffness", "N/mm", Larger),
         Quantity::new(["stiffness_max_N_per_mm"], "largest principal stiffness", "N/mm", Larger),
         Quantity::new(["departure_mm"], "departure of superposition", "mm", Smaller),
         Quantity::new(["departure_over_deflection"], "departure over deflection", "", Smaller),
         Quantity::new(["deflection_phi_deg"], "tool angle of the worst deflection", "°", Neither),
-    ];
+    ]);
     for axis in ["x", "y", "z"] {
         let column = format!("deflection_{axis}_mm");
         quantities.push(Quantity::new([column], &format!("deflection along {axis}"), "mm", Neither));

@@ -1,12 +1,12 @@
 //! Which pictures a map gives.
 
 use crate::{
-    machine::Machine,
+    machine::{Machine, Motion},
     process::MillingForce,
     report::{
         figures::{Figure, Mark3, SliceFigure, VolumeFigure},
         grid_slices::{drawn, drawn_nodes, panels, thinned_words},
-        table::{largest_position, position_unit},
+        table::{kind_word, largest_position, position_unit},
         words::{counted, typographic},
     },
     study::{
@@ -16,57 +16,90 @@ use crate::{
 };
 
 /// A quantity of the map that is drawn.
+#[derive(Debug, Clone)]
 struct Quantity {
     file_stem: &'static str,
-    title: &'static str,
-    label: &'static str,
-    unit: fn(&Machine) -> &'static str,
+    title: String,
+    label: String,
+    unit: &'static str,
     source: Source,
     value: fn(&Machine, &SourceEffect) -> Option<f64>,
 }
 
-const QUANTITIES: [Quantity; 5] = [
+/// The quantities drawn. Corrections of slides and of hinges are pictures of their own.
+fn quantities(machine: &Machine) -> Vec<Quantity> {
+    let quantity = |file_stem, title: &str, label: &str, unit, source, value| Quantity {
+        file_stem,
+        title: title.into(),
+        label: label.into(),
+        unit,
+        source,
+        value,
+    };
+    let mut all = vec![
+        quantity(
+            "deflection_cutting",
+            "How far the cutting force moves the tool",
+            "worst tool deflection",
+            "mm",
+            Source::Cutting,
+            |_, e| Some(e.deflection_mm),
+        ),
+        quantity(
+            "deflection_both",
+            "How far cutting force and chain errors move the tool",
+            "worst tool deflection",
+            "mm",
+            Source::Both,
+            |_, e| Some(e.deflection_mm),
+        ),
+    ];
+    all.extend(machine.drive_kinds().map(|kind| correction(machine, kind)));
+    all.push(quantity(
+        "departure_both",
+        "How wrong it is to add the two effects",
+        "departure at the worst angle",
+        "mm",
+        Source::Both,
+        |_, e| e.departure_mm(),
+    ));
+    all.push(quantity(
+        "stiffness_min_cutting",
+        "How stiff the tool tip is in its softest direction",
+        "smallest principal stiffness",
+        "N/mm",
+        Source::Cutting,
+        |_, e| Some(e.principal_stiffness_n_per_mm[0]),
+    ));
+    all
+}
+
+/// The largest correction among the drives of one kind.
+fn correction(machine: &Machine, kind: Motion) -> Quantity {
+    let drives = kind_word(machine, kind);
     Quantity {
-        file_stem: "deflection_cutting",
-        title: "How far the cutting force moves the tool",
-        label: "worst tool deflection",
-        unit: |_| "mm",
-        source: Source::Cutting,
-        value: |_, e| Some(e.deflection_mm),
-    },
-    Quantity {
-        file_stem: "deflection_both",
-        title: "How far cutting force and chain errors move the tool",
-        label: "worst tool deflection",
-        unit: |_| "mm",
+        file_stem: match drives {
+            "slides" => "delta_rho_slides_both",
+            "hinges" => "delta_rho_hinges_both",
+            _ => "delta_rho_both",
+        },
+        title: format!("What the {drives} must be told instead"),
+        label: match drives {
+            "drives" => "largest drive correction |Δρ|".into(),
+            _ => format!("largest correction of {drives} |Δρ|"),
+        },
+        unit: position_unit(kind),
         source: Source::Both,
-        value: |_, e| Some(e.deflection_mm),
-    },
-    Quantity {
-        file_stem: "delta_rho_both",
-        title: "What the drives must be told instead",
-        label: "largest drive correction |Δρ|",
-        unit: position_unit,
-        source: Source::Both,
-        value: |machine, e| Some(largest_position(machine, e.delta_rho.as_ref().ok()?)),
-    },
-    Quantity {
-        file_stem: "departure_both",
-        title: "How wrong it is to add the two effects",
-        label: "departure at the worst angle",
-        unit: |_| "mm",
-        source: Source::Both,
-        value: |_, e| e.departure_mm(),
-    },
-    Quantity {
-        file_stem: "stiffness_min_cutting",
-        title: "How stiff the tool tip is in its softest direction",
-        label: "smallest principal stiffness",
-        unit: |_| "N/mm",
-        source: Source::Cutting,
-        value: |_, e| Some(e.principal_stiffness_n_per_mm[0]),
-    },
-];
+        value: match kind {
+            Motion::Prismatic => |machine, e| correction_of(machine, Motion::Prismatic, e),
+            Motion::Revolute => |machine, e| correction_of(machine, Motion::Revolute, e),
+        },
+    }
+}
+
+fn correction_of(machine: &Machine, kind: Motion, effect: &SourceEffect) -> Option<f64> {
+    Some(largest_position(machine, kind, effect.delta_rho.as_ref().ok()?))
+}
 
 /// Most nodes along an axis of the picture in 3-D.
 const MOST_NODES: usize = 41;
@@ -76,8 +109,10 @@ const MOST_NODES: usize = 41;
 pub struct Pictures {
     /// Grid indices of the nodes shown, ascending.
     nodes: Vec<usize>,
-    /// At each of them, the values of [`QUANTITIES`].
-    values: Vec<[Option<f64>; QUANTITIES.len()]>,
+    /// What is drawn.
+    quantities: Vec<Quantity>,
+    /// At each of the nodes, the values of the quantities.
+    values: Vec<Vec<Option<f64>>>,
     /// Indices along each axis of the picture in 3-D.
     volume: [Vec<usize>; 3],
     /// Index of the next point.
@@ -94,14 +129,14 @@ impl Pictures {
         let mut nodes: Vec<usize> = product(&slices).chain(product(&volume)).map(index).collect();
         nodes.sort_unstable();
         nodes.dedup();
-        Self { values: Vec::with_capacity(nodes.len()), nodes, volume, next: 0 }
+        Self { quantities: quantities(&study.machine), values: Vec::with_capacity(nodes.len()), nodes, volume, next: 0 }
     }
 
     /// Takes the next point, in grid order.
     pub fn add(&mut self, machine: &Machine, point: &MapPoint) {
         if self.nodes.get(self.values.len()) == Some(&self.next) {
             let value = |quantity: &Quantity| point.effect(quantity.source).and_then(|e| (quantity.value)(machine, e));
-            self.values.push(std::array::from_fn(|k| value(&QUANTITIES[k])));
+            self.values.push(self.quantities.iter().map(value).collect());
         }
         self.next += 1;
     }
@@ -117,9 +152,9 @@ impl Pictures {
         let slices = |(k, quantity): (usize, &Quantity)| {
             (format!("slices_{}", quantity.file_stem), Figure::Slices(self.slices(study, k)))
         };
-        let mut figures: Vec<(String, Figure)> = QUANTITIES.iter().enumerate().map(slices).collect();
+        let mut figures: Vec<(String, Figure)> = self.quantities.iter().enumerate().map(slices).collect();
         if study.grid.counts().iter().all(|&n| n > 1) {
-            let name = format!("workspace_{}", QUANTITIES[IN_3D].file_stem);
+            let name = format!("workspace_{}", self.quantities[IN_3D].file_stem);
             figures.push((name, Figure::Volume(self.volume(study, IN_3D))));
         }
         figures
@@ -128,11 +163,11 @@ impl Pictures {
     fn slices(&self, study: &WorkspaceMapStudy, quantity: usize) -> SliceFigure {
         let value = |node| self.value(study, node, quantity);
         SliceFigure {
-            title: QUANTITIES[quantity].title.into(),
+            title: self.quantities[quantity].title.clone(),
             subtitle: setting(study, &drawn_nodes(&study.grid, &study.slices_z)[..2]),
             x_label: "x [mm]".into(),
             y_label: "y [mm]".into(),
-            quantity: quantity_label(study, quantity),
+            quantity: self.label(quantity),
             panels: panels(&study.machine, &study.grid, &study.slices_z, &value),
             range: None,
             contour: None,
@@ -143,15 +178,20 @@ impl Pictures {
         let points = &study.machine.points;
         let coordinates = |i: usize| self.volume[i].iter().map(|&k| study.grid.axes[i][k]).collect();
         VolumeFigure {
-            title: QUANTITIES[quantity].title.into(),
+            title: self.quantities[quantity].title.clone(),
             subtitle: setting(study, &self.volume),
             axis_labels: ["x [mm]".into(), "y [mm]".into(), "z [mm]".into()],
-            quantity: quantity_label(study, quantity),
+            quantity: self.label(quantity),
             axes: [0, 1, 2].map(coordinates),
             values: product(&self.volume).map(|node| self.value(study, node, quantity)).collect(),
             marks: points.iter().map(|p| Mark3 { label: p.name.clone(), position: p.position.into() }).collect(),
             range: None,
         }
+    }
+
+    fn label(&self, quantity: usize) -> String {
+        let Quantity { label, unit, .. } = &self.quantities[quantity];
+        format!("{label} [{unit}]")
     }
 }
 
@@ -175,9 +215,4 @@ fn setting(study: &WorkspaceMapStudy, drawn: &[Vec<usize>]) -> String {
         counted(study.phis.len(), "tool angle"),
     );
     typographic(&setting)
-}
-
-fn quantity_label(study: &WorkspaceMapStudy, quantity: usize) -> String {
-    let Quantity { label, unit, .. } = &QUANTITIES[quantity];
-    format!("{label} [{}]", unit(&study.machine))
 }

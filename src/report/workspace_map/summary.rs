@@ -3,10 +3,10 @@
 use serde_json::{Value, json};
 
 use crate::{
-    machine::Machine,
+    machine::{Machine, Motion},
     report::{
         StatusCount,
-        table::{force_unit, largest_position, position_unit},
+        table::{force_unit, force_word, kind_word, largest_force, largest_position, position_words},
         words::{counted, millimetres, position},
     },
     study::{
@@ -63,8 +63,10 @@ struct OfSource {
     known: usize,
     uncorrected: usize,
     deflection: Extremes,
-    correction: Extremes,
-    force: Extremes,
+    /// By kind of drive.
+    correction: [Extremes; 2],
+    /// By kind of drive.
+    force: [Extremes; 2],
     departure: Extremes,
     departure_over_deflection: Extremes,
 }
@@ -118,7 +120,7 @@ impl Summary {
         );
         text += &self.uncorrected_sentence();
         text += &self.deflection_sentences(study.grid.len());
-        text += &self.correction_sentence(&study.machine, study.grid.len());
+        text += &self.correction_sentences(&study.machine, study.grid.len());
         text += &self.departure_sentence(study.grid.len());
         text
     }
@@ -159,24 +161,34 @@ impl Summary {
         text
     }
 
-    fn correction_sentence(&self, machine: &Machine, points: usize) -> String {
+    /// A sentence for each kind of drive.
+    fn correction_sentences(&self, machine: &Machine, points: usize) -> String {
         let both = &self.sources[Source::Both as usize];
         if !is_enough(both.known - both.uncorrected, points) {
             return String::new();
         }
-        let (Some([least, most]), Some([_, force])) = (both.correction.0, both.force.0) else { return String::new() };
-        let unit = position_unit(machine);
-        format!(
-            "To keep the tool on its path under both, drives must be commanded up to {:.3} {unit} away from the inverse \
-             kinematics at best, at {}, and {:.3} {unit} at worst, at {}. Drive forces reach {:.0} {}, at {}.\n",
-            least.value,
-            least.place(),
-            most.value,
-            most.place(),
-            force.value,
-            force_unit(machine),
-            force.place()
-        )
+        let sentence = |kind: Motion| {
+            let (Some([least, most]), Some([_, force])) =
+                (both.correction[kind as usize].0, both.force[kind as usize].0)
+            else {
+                return String::new();
+            };
+            let drives = kind_word(machine, kind);
+            let own = if machine.has_mixed_drives() { format!(" of {drives}") } else { String::new() };
+            format!(
+                "To keep the tool on its path under both, {drives} must be commanded up to {} away from the inverse \
+                 kinematics at best, at {}, and {} at worst, at {}. Drive {}s{own} reach {:.0} {}, at {}.\n",
+                position_words(kind, least.value),
+                least.place(),
+                position_words(kind, most.value),
+                most.place(),
+                force_word(kind),
+                force.value,
+                force_unit(kind),
+                force.place()
+            )
+        };
+        machine.drive_kinds().map(sentence).collect()
     }
 
     fn departure_sentence(&self, points: usize) -> String {
@@ -197,37 +209,49 @@ impl Summary {
         )
     }
 
-    /// Extremes per source; drive corrections in mm for slides and degrees for hinges, drive forces in N and N·mm.
+    /// Extremes per source; drive corrections and forces in keys that end with their unit.
     pub fn json(&self) -> Value {
         let (solved, rows) = self.rows();
         let mut sources = serde_json::Map::new();
         for (source, sums) in Source::ALL.into_iter().zip(&self.sources) {
-            let entries = [
-                ("deflection_mm", &sums.deflection),
-                ("delta_rho_largest_drive", &sums.correction),
-                ("drive_force_largest_drive", &sums.force),
-                ("departure_mm", &sums.departure),
-            ];
+            let mut entries = vec![("deflection_mm".to_string(), &sums.deflection)];
+            for (kind, extremes) in KINDS.into_iter().zip(&sums.correction) {
+                entries.push((format!("delta_rho_largest_drive_{}", kind.position_unit()), extremes));
+            }
+            for (kind, extremes) in KINDS.into_iter().zip(&sums.force) {
+                entries.push((format!("drive_{}_largest_drive_{}", force_word(kind), kind.force_unit()), extremes));
+            }
+            entries.push(("departure_mm".into(), &sums.departure));
             let entries: serde_json::Map<String, Value> =
-                entries.into_iter().filter_map(|(key, extremes)| Some((key.to_string(), extremes.json()?))).collect();
+                entries.into_iter().filter_map(|(key, extremes)| Some((key, extremes.json()?))).collect();
             if !entries.is_empty() {
                 sources.insert(source.label().into(), Value::Object(entries));
             }
         }
-        json!({ "schema": 1, "rows": rows, "rows_solved": solved, "sources": sources })
+        json!({ "schema": SCHEMA, "rows": rows, "rows_solved": solved, "sources": sources })
     }
 }
+
+/// Version of the summary. In 1, keys of corrections and forces had no unit.
+const SCHEMA: u32 = 2;
+
+/// Kinds of drives, as `kind as usize` counts them.
+const KINDS: [Motion; 2] = [Motion::Prismatic, Motion::Revolute];
 
 impl OfSource {
     fn see(&mut self, machine: &Machine, position_mm: [f64; 3], effect: &SourceEffect) {
         let found = |value| Found { value, position_mm, phi_deg: effect.phi_deg };
         self.known += 1;
         self.deflection.see(found(effect.deflection_mm));
-        match &effect.delta_rho {
-            Ok(delta_rho) => self.correction.see(found(largest_position(machine, delta_rho))),
-            Err(_) => self.uncorrected += 1,
+        if effect.delta_rho.is_err() {
+            self.uncorrected += 1;
         }
-        self.force.see(found(effect.largest_drive_force()));
+        for kind in machine.drive_kinds() {
+            if let Ok(delta_rho) = &effect.delta_rho {
+                self.correction[kind as usize].see(found(largest_position(machine, kind, delta_rho)));
+            }
+            self.force[kind as usize].see(found(largest_force(machine, kind, &effect.drive_force)));
+        }
         if let Some(departure) = effect.departure_mm() {
             self.departure.see(found(departure));
             let share = departure / effect.deflection_mm;

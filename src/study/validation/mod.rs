@@ -13,7 +13,10 @@ use super::{
     Work,
     path_study::{self, PathResults, PathStudy},
 };
-use crate::{error, machine::Machine};
+use crate::{
+    error,
+    machine::{Machine, Motion},
+};
 
 /// A process under a name, with every case cut by it.
 #[derive(Debug, Clone)]
@@ -84,12 +87,21 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// Stems of the files it is drawn to.
-    pub fn file_stems(&self) -> Vec<String> {
-        let parts: &[&str] = match self.kind {
+    /// Stems of the files it is drawn to. Slides and hinges of one machine are drawn apart.
+    pub fn file_stems(&self, machine: &Machine) -> Vec<String> {
+        let corrections = machine.drive_kinds().map(|kind| match (machine.has_mixed_drives(), kind) {
+            (false, _) => "delta_rho",
+            (true, Motion::Prismatic) => "delta_rho_slides",
+            (true, Motion::Revolute) => "delta_rho_hinges",
+        });
+        let forces = machine.drive_kinds().map(|kind| match kind {
+            Motion::Prismatic => "drive_force",
+            Motion::Revolute => "drive_torque",
+        });
+        let parts: Vec<&str> = match self.kind {
             FigureKind::Paths | FigureKind::Superposition => return vec![self.name.clone()],
-            FigureKind::Curves => &["delta_rho", "displacement", "drive_force"],
-            FigureKind::Sources => &["delta_rho", "displacement"],
+            FigureKind::Curves => corrections.chain(["displacement"]).chain(forces).collect(),
+            FigureKind::Sources => corrections.chain(["displacement"]).collect(),
         };
         parts.iter().map(|part| format!("{}_{part}", self.name)).collect()
     }

@@ -8,8 +8,8 @@ use crate::{
     machine::{Machine, Motion},
     study::{
         Source,
+        path::PathAnswer,
         path_study::{PathResults, SourceAlongPath},
-        placement::Metric,
         superposition::growth::ROUNDING_MM,
     },
 };
@@ -30,10 +30,18 @@ pub enum Quantity {
     DeflectionByChainErrors,
     /// Largest displacement by both at once.
     DeflectionByBoth,
-    /// Largest |Δρ| of any drive, both sources.
+    /// Largest |Δρ| of any drive, both sources; of machines with one kind of drives.
     Correction,
-    /// Largest force of any drive on the compensated path, both sources.
+    /// Largest |Δρ| of any slide, both sources.
+    CorrectionOfSlides,
+    /// Largest |Δρ| of any hinge, both sources.
+    CorrectionOfHinges,
+    /// Largest force of any drive on the compensated path, both sources; of machines with one kind of drives.
     DriveForce,
+    /// Largest force of any slide on the compensated path, both sources.
+    ForceOfSlides,
+    /// Largest torque of any hinge on the compensated path, both sources.
+    TorqueOfHinges,
     /// Largest error left by the compensation.
     ErrorLeft,
     /// Largest size of the sum of both single-source displacements, over that of the displacement by both at once.
@@ -61,7 +69,11 @@ impl Quantity {
             Quantity::DeflectionByChainErrors => "deflection_by_chain_errors",
             Quantity::DeflectionByBoth => "deflection_by_both",
             Quantity::Correction => "correction",
+            Quantity::CorrectionOfSlides => "correction_of_slides",
+            Quantity::CorrectionOfHinges => "correction_of_hinges",
             Quantity::DriveForce => "drive_force",
+            Quantity::ForceOfSlides => "force_of_slides",
+            Quantity::TorqueOfHinges => "torque_of_hinges",
             Quantity::ErrorLeft => "error_left",
             Quantity::SuperpositionRatio => "superposition_ratio",
             Quantity::Departure => "departure",
@@ -81,14 +93,54 @@ impl Quantity {
             | Quantity::DeflectionByChainErrors
             | Quantity::DeflectionByBoth
             | Quantity::ErrorLeft => "mm",
-            Quantity::Correction => Metric::WorstCorrection.unit(machine),
-            Quantity::DriveForce => Metric::WorstDriveForce.unit(machine),
+            Quantity::Correction | Quantity::CorrectionOfSlides | Quantity::CorrectionOfHinges => {
+                self.drives(machine).map_or("1", Motion::position_unit)
+            }
+            Quantity::DriveForce | Quantity::ForceOfSlides | Quantity::TorqueOfHinges => {
+                self.drives(machine).map_or("1", Motion::force_unit)
+            }
             Quantity::AxesAngle => "deg",
             Quantity::SuperpositionRatio
             | Quantity::Departure
             | Quantity::ShareBelowSuperposition
             | Quantity::CosineOfCentreShifts
             | Quantity::Crossings => "1",
+        }
+    }
+
+    /// The kind of drives it is the largest value of.
+    fn drives(self, machine: &Machine) -> Option<Motion> {
+        match self {
+            Quantity::CorrectionOfSlides | Quantity::ForceOfSlides => Some(Motion::Prismatic),
+            Quantity::CorrectionOfHinges | Quantity::TorqueOfHinges => Some(Motion::Revolute),
+            Quantity::Correction | Quantity::DriveForce => machine.drive_kinds().next(),
+            _ => None,
+        }
+    }
+
+    /// Whether `machine` has it: slides and hinges have no common largest value.
+    ///
+    /// # Errors
+    /// It has not, and what was expected.
+    pub fn fits(self, machine: &Machine) -> Result<(), String> {
+        let own = match self {
+            Quantity::Correction => ["correction_of_slides", "correction_of_hinges"],
+            _ => ["force_of_slides", "torque_of_hinges"],
+        };
+        match self {
+            Quantity::Correction | Quantity::DriveForce if machine.has_mixed_drives() => Err(format!(
+                "machine {} has slides and hinges, whose values have no common unit: expected {} or {}, got {}",
+                machine.name,
+                own[0],
+                own[1],
+                self.label()
+            )),
+            _ => match self.drives(machine) {
+                Some(kind) if !machine.drive_kinds().any(|own| own == kind) => {
+                    Err(format!("machine {} has no drive of this kind, got {}", machine.name, self.label()))
+                }
+                _ => Ok(()),
+            },
         }
     }
 
@@ -111,10 +163,14 @@ impl Quantity {
             Quantity::DeflectionByCutting => largest(&moved(path, Source::Cutting)),
             Quantity::DeflectionByChainErrors => largest(&moved(path, Source::Assembly)),
             Quantity::DeflectionByBoth => largest(&moved(path, Source::Both)),
-            Quantity::Correction => correction(&path.study.machine, both),
-            Quantity::DriveForce => {
-                let forces = both.compensated.iter().flat_map(|answer| &answer.drive_forces);
-                forces.fold(0.0, |most: f64, force| most.max(force.abs()))
+            Quantity::Correction | Quantity::CorrectionOfSlides | Quantity::CorrectionOfHinges => {
+                let kind = self.drives(&path.study.machine).ok_or("the machine has no drives")?;
+                let most = largest_of(&path.study.machine, kind, both, PathAnswer::delta_rho);
+                if kind == Motion::Revolute { most.to_degrees() } else { most }
+            }
+            Quantity::DriveForce | Quantity::ForceOfSlides | Quantity::TorqueOfHinges => {
+                let kind = self.drives(&path.study.machine).ok_or("the machine has no drives")?;
+                largest_of(&path.study.machine, kind, both, |answer| answer.drive_forces.clone())
             }
             Quantity::ErrorLeft => {
                 let left = both.compensated.iter().map(|answer| answer.position_error);
@@ -202,12 +258,16 @@ fn superposed(path: &PathResults) -> Vec<Vector3<f64>> {
     cutting.iter().zip(assembly).map(|(a, b)| a + b).collect()
 }
 
-fn correction(machine: &Machine, along: &SourceAlongPath) -> f64 {
-    let deltas = along.compensated.iter().map(|answer| answer.delta_rho());
-    deltas.fold(0.0, |most: f64, deltas| {
-        deltas.iter().zip(machine.drives()).fold(most, |most, (delta, (_, drive))| {
-            most.max(if drive.motion == Motion::Revolute { delta.to_degrees() } else { *delta }.abs())
-        })
+/// Largest size of a value that each drive has, over the path and the drives of one kind.
+fn largest_of(
+    machine: &Machine,
+    kind: Motion,
+    along: &SourceAlongPath,
+    values: impl Fn(&PathAnswer) -> Vec<f64>,
+) -> f64 {
+    along.compensated.iter().fold(0.0, |most: f64, answer| {
+        let own = machine.drives().zip(values(answer)).filter(|((_, drive), _)| drive.motion == kind);
+        own.fold(most, |most, (_, value)| most.max(value.abs()))
     })
 }
 

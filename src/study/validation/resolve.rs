@@ -62,8 +62,8 @@ pub(in crate::study) fn validation(
     }
     let cases: Vec<String> = spec.case.iter().map(|case| case.name.clone()).collect();
     let study = ValidationStudy {
-        quoted: quoted(&spec.quoted, &cases, check)?,
-        pictures: pictures(&spec.figure, &cases, check)?,
+        quoted: quoted(&spec.quoted, &cases, &machine, check)?,
+        pictures: pictures(&spec.figure, &cases, &machine, check)?,
         machine,
         cases,
         variants,
@@ -89,9 +89,12 @@ fn case(name: &str, cases: &[String], check: &Check) -> Result<usize> {
     }
 }
 
-fn quoted(specs: &[QuotedSpec], cases: &[String], check: &Check) -> Result<Vec<Quoted>> {
+fn quoted(specs: &[QuotedSpec], cases: &[String], machine: &Machine, check: &Check) -> Result<Vec<Quoted>> {
     let quoted = |(i, spec): (usize, &QuotedSpec)| {
         let check = check.key("quoted").item(i);
+        if let Err(problem) = spec.quantity.fits(machine) {
+            return check.key("quantity").fail(problem);
+        }
         Ok(Quoted {
             source: spec.source.trim().to_string(),
             case: case(&spec.case, cases, &check.key("case"))?,
@@ -105,7 +108,7 @@ fn quoted(specs: &[QuotedSpec], cases: &[String], check: &Check) -> Result<Vec<Q
     specs.iter().enumerate().map(quoted).collect()
 }
 
-fn pictures(specs: &[FigureSpec], cases: &[String], check: &Check) -> Result<Vec<Picture>> {
+fn pictures(specs: &[FigureSpec], cases: &[String], machine: &Machine, check: &Check) -> Result<Vec<Picture>> {
     let check = check.key("figure");
     names(specs.iter().map(|figure| figure.name.as_str()), &check)?;
     let (mut pictures, mut stems): (Vec<Picture>, Vec<String>) = (Vec::new(), vec![MACHINE_AT_HOME.into()]);
@@ -123,7 +126,7 @@ fn pictures(specs: &[FigureSpec], cases: &[String], check: &Check) -> Result<Vec
         }
         let shown = spec.cases.iter().map(|name| case(name, cases, &check_cases)).collect::<Result<_>>()?;
         let picture = Picture { name: spec.name.clone(), title: spec.title.clone(), kind: spec.kind, cases: shown };
-        for stem in picture.file_stems() {
+        for stem in picture.file_stems(machine) {
             if stems.iter().any(|other| other.eq_ignore_ascii_case(&stem)) {
                 return check.key("name").fail(format!("there would be two figures called \"{stem}\""));
             }
