@@ -3,7 +3,6 @@
 mod cli;
 
 use std::{
-    io::Write,
     panic::{UnwindSafe, catch_unwind},
     process::ExitCode,
 };
@@ -28,7 +27,7 @@ fn exit_code(command: impl FnOnce() -> Result<Ending> + UnwindSafe) -> u8 {
         Ok(Ok(ending)) => ending.exit_code(),
         Ok(Err(error)) => {
             log::error!("{error}");
-            say(&format!("error: {error}"));
+            cli::say(&format!("error: {error}"));
             // Pictures and pages that cannot be made are faults of the program.
             let is_internal = matches!(error, Error::Figure { .. } | Error::Page { .. });
             if is_internal { INTERNAL } else { BAD_INPUT }
@@ -42,11 +41,6 @@ fn exit_code(command: impl FnOnce() -> Result<Ending> + UnwindSafe) -> u8 {
             INTERNAL
         }
     }
-}
-
-/// On standard error; where nobody can be told, the exit code says it.
-fn say(text: &str) {
-    let _ = writeln!(std::io::stderr(), "{text}");
 }
 
 #[cfg(test)]

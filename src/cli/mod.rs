@@ -18,6 +18,7 @@ use clap::{Parser, Subcommand};
 use kinetostat::{
     check::LARGEST,
     error::{Error, Result},
+    report::{visible, visible_json},
 };
 
 /// How far a loaded machine leaves its path, what to tell the drives instead, and where to put the workpiece.
@@ -91,8 +92,23 @@ pub fn dispatch(arguments: Arguments) -> Result<Ending> {
     }
 }
 
-/// Prints `text`. A reader that has gone away, such as `head`, does not stop the program.
+/// Prints `text` for reading: what a terminal would act upon is written out.
 fn print(text: &str) -> Result<()> {
+    send(&visible(text))
+}
+
+/// Prints a JSON object. Its strings read back as they are.
+fn print_json(value: &serde_json::Value) -> Result<()> {
+    send(&visible_json(&format!("{value:#}\n")))
+}
+
+/// On standard error, for reading; where nobody can be told, the exit code says it.
+pub fn say(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{}", visible(text));
+}
+
+/// On standard output. A reader that has gone away, such as `head`, does not stop the program.
+fn send(text: &str) -> Result<()> {
     let mut stdout = std::io::stdout().lock();
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
         Err(source) if source.kind() != ErrorKind::BrokenPipe => {

@@ -13,7 +13,7 @@ use kinetostat::{
 };
 use nalgebra::Vector3;
 
-use super::{Ending, any_numbers, number, numbers, print};
+use super::{Ending, any_numbers, number, numbers, print, print_json, say};
 
 /// Solve one location: how far the tool moves there and what to command instead.
 #[derive(Debug, Args)]
@@ -73,8 +73,8 @@ pub fn point(arguments: &PointArguments) -> Result<Ending> {
     let answer = match solve(&question) {
         Ok(answer) => answer,
         Err(unreachable) if arguments.json => {
-            print(&format!("{:#}\n", unreachable_json(&question, &assembly_deg, &unreachable)))?;
-            eprintln!("unreachable: {unreachable}");
+            print_json(&unreachable_json(&question, &assembly_deg, &unreachable))?;
+            say(&format!("unreachable: {unreachable}"));
             return Ok(Ending::SomeUnsolved);
         }
         Err(unreachable) => {
@@ -83,7 +83,7 @@ pub fn point(arguments: &PointArguments) -> Result<Ending> {
         }
     };
     if arguments.json {
-        print(&format!("{:#}\n", point_json(&answer, &assembly_deg)))?;
+        print_json(&point_json(&answer, &assembly_deg))?;
     } else {
         print(&point_text(&answer))?;
     }

@@ -8,7 +8,7 @@ use std::{
 
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use kinetostat::study::work::Event;
+use kinetostat::{report::visible_json, study::work::Event};
 use serde_json::{Value, json};
 
 /// `--progress`.
@@ -141,7 +141,7 @@ impl Progress {
     /// A line for programs that watch. One that does not read any more is no fault of the computation.
     pub fn line(&self, value: Value) {
         if self.is_json {
-            let _ = writeln!(std::io::stderr().lock(), "{value}");
+            let _ = writeln!(std::io::stderr().lock(), "{}", visible_json(&value.to_string()));
         }
     }
 }

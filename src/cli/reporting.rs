@@ -2,13 +2,17 @@
 
 use std::{
     fs::OpenOptions,
+    io::Write,
     path::PathBuf,
     sync::{Arc, OnceLock, atomic::AtomicBool},
 };
 
 use clap::Args;
 use env_logger::{Builder, Target};
-use kinetostat::error::{Error, Result};
+use kinetostat::{
+    error::{Error, Result},
+    report::visible,
+};
 use log::LevelFilter;
 use signal_hook::{
     consts::{SIGINT, SIGTERM},
@@ -38,7 +42,10 @@ impl Reporting {
         let opened = OpenOptions::new().create(true).append(true).open(file);
         let opened = opened.map_err(|source| Error::Write { file: file.clone(), source })?;
         let mut builder = Builder::new();
-        builder.filter_level(LevelFilter::Info).format_target(false).target(Target::Pipe(Box::new(opened)));
+        builder.filter_level(LevelFilter::Info).target(Target::Pipe(Box::new(opened))).format(|out, record| {
+            let message = record.args().to_string();
+            writeln!(out, "[{} {:<5}] {}", out.timestamp(), record.level(), visible(&message))
+        });
         builder.try_init().map_err(|error| Error::Argument { argument: "--log".into(), problem: error.to_string() })?;
         let words = std::env::args_os().map(|word| word.to_string_lossy().into_owned());
         log::info!("kinetostat {}: {}", env!("CARGO_PKG_VERSION"), words.collect::<Vec<_>>().join(" "));

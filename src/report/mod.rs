@@ -13,6 +13,7 @@ mod point;
 pub mod superposition;
 mod table;
 pub mod validation;
+mod visible;
 mod words;
 pub mod workspace_map;
 mod write;
@@ -20,6 +21,7 @@ mod write;
 pub use machine::machine_text;
 pub use manifest::{Manifest, StatusCount};
 pub use point::{point_json, point_text, unreachable_json};
+pub use visible::{visible, visible_json};
 pub use words::counted;
 pub use write::{OutputFile, clean, prepare, publish, remove, staging, temporary_file, write_all};
 

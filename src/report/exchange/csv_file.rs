@@ -5,7 +5,7 @@
 //! recommendation "Metadata Vocabulary for Tabular Data" (2015, section 5.2) has programs look for the description of the
 //! CSV files of a folder. Units and versions are terms of schema.org, whose prefix that recommendation predefines.
 
-use std::io::Write;
+use std::{borrow::Cow, io::Write};
 
 use serde_json::{Value, json};
 
@@ -15,7 +15,7 @@ use super::table::{Cell, Kind, SCHEMA, Table};
 pub const DESCRIPTION: &str = "csv-metadata.json";
 
 /// A table as CSV, written part by part: one header line, numbers in the shortest form that reads back to the same value,
-/// empty cells where values are missing.
+/// empty cells where values are missing. Texts that a spreadsheet would take for a formula have a `'` before them.
 pub struct CsvFile<W: Write> {
     writer: csv::Writer<W>,
     has_header: bool,
@@ -33,14 +33,14 @@ impl<W: Write> CsvFile<W> {
     /// The output cannot be written.
     pub fn add(&mut self, table: &Table) -> csv::Result<()> {
         if !std::mem::replace(&mut self.has_header, true) {
-            self.writer.write_record(table.columns().iter().map(|column| &column.name))?;
+            self.writer.write_record(table.columns().iter().map(|column| &*neutral(&column.name)))?;
         }
         for row in table.rows() {
             self.writer.write_record(row.iter().map(|cell| match cell {
                 Cell::Missing => String::new(),
                 Cell::Number(number) => number.to_string(),
                 Cell::Count(count) => count.to_string(),
-                Cell::Text(text) => text.clone(),
+                Cell::Text(text) => neutral(text).into_owned(),
             }))?;
         }
         Ok(())
@@ -53,6 +53,22 @@ impl<W: Write> CsvFile<W> {
     pub fn finish(self) -> csv::Result<W> {
         self.writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))
     }
+}
+
+/// Whether a spreadsheet would take a text for a formula.
+fn is_formula(text: &str) -> bool {
+    text.starts_with(['=', '+', '-', '@', '\t', '\r', '\n'])
+}
+
+/// A text as a cell that no spreadsheet takes for a formula: such a text has a `'` before it, as spreadsheets mark texts.
+/// Numbers are not texts.
+fn neutral(text: &str) -> Cow<'_, str> {
+    if is_formula(text.trim_start_matches('\'')) { format!("'{text}").into() } else { text.into() }
+}
+
+/// The text of a cell that [`CsvFile`] has written.
+pub fn text_of(cell: &str) -> &str {
+    if is_formula(cell.trim_start_matches('\'')) { cell.strip_prefix('\'').unwrap_or(cell) } else { cell }
 }
 
 /// The whole table as CSV.
@@ -129,6 +145,19 @@ mod tests {
             (2, Some(-1e-300), Some("μ".into())),
         ];
         assert_eq!(rows, expected);
+    }
+
+    #[test]
+    fn no_text_is_a_formula_and_numbers_are_not_touched() {
+        let names = ["=cmd|' /C calc'!A0", "+1", "-1", "@SUM(1)", "\t=1", "'=1", "''-", "a=1", "'quoted'", "−1"];
+        let rows = names.map(|name| vec![name.into(), (-1.5).into()]);
+        let bytes = csv(&Table::new([table::texts(["name"]), table::numbers(["x_mm"])].concat(), rows)).unwrap();
+        let mut reader = csv::Reader::from_reader(bytes.as_slice());
+        for (name, row) in names.iter().zip(reader.records()) {
+            let row = row.unwrap();
+            assert!(!is_formula(&row[0]), "{row:?}");
+            assert_eq!((text_of(&row[0]), &row[1]), (*name, "-1.5"));
+        }
     }
 
     #[test]

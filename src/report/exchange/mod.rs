@@ -11,7 +11,7 @@ mod table;
 
 use std::path::Path;
 
-pub use csv_file::{CsvFile, DESCRIPTION, csv, description};
+pub use csv_file::{CsvFile, DESCRIPTION, csv, description, text_of};
 pub use image::{Image, Layer, STATUS};
 pub use parquet_file::{ParquetFile, parquet};
 pub use streamed::StreamedTable;

@@ -5,6 +5,8 @@ use std::sync::LazyLock;
 use ab_glyph::{Font, FontRef, PxScale, ScaleFont};
 use plotters::style::{FontDesc, FontFamily, FontStyle, register_font};
 
+use crate::report::visible::visible;
+
 /// Family names for viewers; the embedded font first, then one of the same proportions.
 pub(super) const FAMILY: &str = "DejaVu Sans, Verdana, sans-serif";
 
@@ -100,9 +102,9 @@ pub(super) fn even_height(size: f64) -> f64 {
     2.0 * (height(&REGULAR, size) / 2.0).round()
 }
 
-/// The content without control characters, which SVG does not allow.
+/// The content without control characters, which SVG does not allow, and with others that act written out.
 pub(super) fn printable(content: &str) -> String {
-    content.replace(char::is_control, " ")
+    visible(&content.replace(char::is_control, " ")).into_owned()
 }
 
 /// Width of one line in pixels.

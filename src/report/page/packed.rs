@@ -3,6 +3,8 @@
 use base64::{Engine, engine::general_purpose::STANDARD};
 use serde::Serialize;
 
+use crate::report::visible::shown_json;
+
 /// Steps of the range; the code above them is a missing value.
 const STEPS: f64 = 65534.0;
 const MISSING: u16 = u16::MAX;
@@ -67,11 +69,11 @@ pub(super) fn data_address(media_type: &str, bytes: &[u8]) -> String {
     format!("data:{media_type};base64,{}", STANDARD.encode(bytes))
 }
 
-/// JSON that may stand in a `script` element: no `<` can end it.
+/// JSON that may stand in a `script` element: no `<` can end it, and its strings are shown as they are written.
 pub(super) fn script_json(value: &impl Serialize) -> String {
     // A struct of strings and finite numbers always serialises.
     let text = serde_json::to_string(value).unwrap_or_default();
-    text.replace('<', "\\u003c").replace('\u{2028}', "\\u2028").replace('\u{2029}', "\\u2029")
+    shown_json(&text.replace('<', "\\u003c")).into_owned()
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::description::TableNote;
 use crate::{
     error::{Error, Result},
-    report::words::typographic,
+    report::{exchange::text_of, words::typographic},
 };
 
 /// Most rows of a table on a page.
@@ -26,7 +26,7 @@ impl Table {
         let mut table = Self { file: file.to_path_buf(), header: Vec::new() };
         let mut reader = table.reader()?;
         let header = reader.headers().map_err(|fault| table.fault(&fault))?;
-        table.header = header.iter().map(String::from).collect();
+        table.header = header.iter().map(|column| text_of(column).to_string()).collect();
         Ok(table)
     }
 
@@ -53,6 +53,10 @@ impl Table {
         let mut reader = self.reader()?;
         let mut row = StringRecord::new();
         while reader.read_record(&mut row).map_err(|fault| self.fault(&fault))? {
+            // Texts as they were before spreadsheets were thought of.
+            if row.iter().any(|cell| cell.starts_with('\'')) {
+                row = row.iter().map(text_of).collect();
+            }
             see(&row);
         }
         Ok(())

@@ -3,12 +3,15 @@
 use std::sync::LazyLock;
 
 use minijinja::{
-    AutoEscape, Environment, context,
+    AutoEscape, Environment, context, escape_formatter,
     value::{Serde, Value},
 };
 use serde::Serialize;
 
-use crate::error::{Error, Result};
+use crate::{
+    error::{Error, Result},
+    report::visible::visible,
+};
 
 /// Styles.
 const STYLE: &str = include_str!("assets/page.css");
@@ -27,6 +30,11 @@ const PLOTLY: &str = include_str!("assets/plotly/plotly-kinetostat.min.js");
 static TEMPLATES: LazyLock<std::result::Result<Environment<'static>, minijinja::Error>> = LazyLock::new(|| {
     let mut environment = Environment::new();
     environment.set_auto_escape_callback(|_| AutoEscape::Html);
+    // What is marked as safe is this program's own, or JSON that has been made visible.
+    environment.set_formatter(|out, state, value| match value.as_str().filter(|_| !value.is_safe()) {
+        Some(text) => escape_formatter(out, state, &Value::from(visible(text).into_owned())),
+        None => escape_formatter(out, state, value),
+    });
     environment.add_template("base.html", include_str!("assets/base.html"))?;
     environment.add_template("single.html", include_str!("assets/single.html"))?;
     environment.add_template("comparison.html", include_str!("assets/comparison.html"))?;
@@ -60,6 +68,13 @@ mod tests {
         let readme = include_str!("assets/plotly/README.md");
         let hash: String = Sha256::digest(PLOTLY).iter().map(|byte| format!("{byte:02x}")).collect();
         assert!(readme.contains(&hash), "assets/plotly/README.md does not name {hash}");
+    }
+
+    #[test]
+    fn texts_are_escaped_and_visible_and_scripts_are_left() {
+        let templates = TEMPLATES.as_ref().unwrap();
+        let shown = templates.render_str("{{ name }} {{ own | safe }}", context! { name => "<\u{202e}>", own => "<b>" });
+        assert_eq!(shown.unwrap(), "&lt;\\u{202e}&gt; <b>");
     }
 
     #[test]
