@@ -127,7 +127,7 @@ fn what_a_user_wrote_is_text() {
 
     // Names in the description, and reasons in a table, may come from anywhere.
     let file = out.join("report.json");
-    let described = fs::read_to_string(&file).unwrap().replace("\"Workspace map\"", "\"</script><script>alert(3)\"");
+    let described = fs::read_to_string(&file).unwrap().replace("\"Workspace map\"", "\"</script><script>alert(3)\u{202e}\"");
     fs::write(&file, described).unwrap();
     let table = out.join("map.csv");
     let rows = fs::read_to_string(&table).unwrap();
@@ -135,6 +135,7 @@ fn what_a_user_wrote_is_text() {
     done(&["report", text(&out)]);
     let html = page(&out);
     assert!(!html.contains("<script>alert") && !html.contains("<b onclick"), "a name or reason is markup");
+    assert!(html.contains(r"alert(3)\u{202e}") && !html.contains('\u{202e}'), "a name turns the text after it around");
     assert_eq!(data(&html)["notes"][0], "lost: <b onclick=alert(4)>far</b></script>");
 }
 
@@ -334,4 +335,25 @@ fn what_is_no_result_or_of_another_kind_is_refused() {
     assert!(refused(&["report", text(&out)]).contains("map.csv:1: there is no column \"z_mm\""));
     fs::remove_file(out.join("map.csv")).unwrap();
     assert!(refused(&["report", text(&out)]).contains("map.csv: cannot be read: "));
+}
+
+#[test]
+fn results_of_two_runs_are_not_one_page() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = map(folder.path(), "map", "printed", "1", false);
+    let manifest = || fs::read_to_string(out.join("manifest.json")).unwrap();
+    assert!(!manifest().contains("publishing"), "of a run that ended");
+    // The new summary cannot take its place, after the tables have.
+    fs::remove_file(out.join("summary.json")).unwrap();
+    fs::create_dir(out.join("summary.json")).unwrap();
+    let study = folder.path().join("studies/map");
+    refused(&["run", text(&study), "--grid", "2", "--out", text(&out), "--no-figures"]);
+    assert!(manifest().contains("\"publishing\": true"), "{}", manifest());
+    for arguments in [vec!["report", text(&out)], vec!["report", text(&out), text(&out)]] {
+        let message = refused(&arguments);
+        assert!(message.contains("some files are of that run, others of the one before"), "{message}");
+    }
+    fs::remove_dir(out.join("summary.json")).unwrap();
+    done(&["run", text(&study), "--grid", "2", "--out", text(&out), "--no-figures", "--restart"]);
+    done(&["report", text(&out)]);
 }

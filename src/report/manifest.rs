@@ -64,6 +64,9 @@ pub struct Manifest {
     pub statuses: Vec<StatusCount>,
     /// Files written, but for this one. A later run in the same folder removes those it does not write itself.
     pub files: Vec<String>,
+    /// Whether files are being put in place: until the last one is, some are of the run before. Left out where they all are.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub publishing: bool,
     /// Threads used.
     pub threads: usize,
     /// Wall time of the computation, without pictures and page, s; of the last part of a run that was resumed.
@@ -83,6 +86,11 @@ impl Manifest {
         let files = manifest["files"].as_array().into_iter().flatten().filter_map(serde_json::Value::as_str);
         // Only names: never a file elsewhere.
         files.filter(|name| Path::new(name).file_name() == Some(OsStr::new(name))).map(String::from).collect()
+    }
+
+    /// Whether a manifest as read says that some files of its folder are of the run before.
+    pub fn is_publishing(manifest: &serde_json::Value) -> bool {
+        manifest["publishing"] == true
     }
 
     /// Rows per status, in order of first appearance.

@@ -271,6 +271,7 @@ impl Run<'_> {
             settings,
             statuses,
             files: Vec::new(),
+            publishing: false,
             threads: rayon::current_num_threads(),
             wall_time_s: self.started.elapsed().as_secs_f64(),
         }

@@ -99,8 +99,9 @@ impl Output<'_> {
     fn publish(&self, made: &Path) -> Result<Vec<PathBuf>> {
         let (out, files) = (self.run.out, &self.manifest.files);
         let former: Vec<String> = Manifest::files_in(out).into_iter().filter(|name| !files.contains(name)).collect();
-        // If this is cut short, a later run finds here what there is to remove.
-        let both = Manifest { files: [files.as_slice(), &former].concat(), ..self.manifest.clone() };
+        // If this is cut short, a later run finds here what there is to remove, and no page is made of two runs.
+        let files_of_both = [files.as_slice(), &former].concat();
+        let both = Manifest { files: files_of_both, publishing: true, ..self.manifest.clone() };
         write_all(out, vec![OutputFile::new(Manifest::FILE, both.to_json())])?;
         let mut written = files.iter().map(|name| publish(made, out, name)).collect::<Result<Vec<_>>>()?;
         former.iter().try_for_each(|name| remove(&out.join(name)))?;

@@ -8,7 +8,10 @@ use super::{
     description::{Description, SCHEMA},
     table::Table,
 };
-use crate::error::{Error, Result};
+use crate::{
+    error::{Error, Result},
+    report::Manifest,
+};
 
 /// A folder that a run has written.
 #[derive(Debug, Clone)]
@@ -25,7 +28,7 @@ impl ResultFolder {
     /// Reads `report.json` and `manifest.json` of `path`.
     ///
     /// # Errors
-    /// `path` is not a result folder, or one of another version of this program.
+    /// `path` is not a result folder, or one of another version of this program, or its files are of two runs.
     pub fn open(path: &Path) -> Result<Self> {
         let not_a_result = |problem: String| Error::Argument { argument: path.display().to_string(), problem };
         if !path.is_dir() {
@@ -41,6 +44,13 @@ impl ResultFolder {
             }
         }
         let manifest: Value = json(&path.join("manifest.json"))?;
+        if Manifest::is_publishing(&manifest) {
+            return Err(not_a_result(
+                "a run was cut short while it put its results here: some files are of that run, others of the one \
+                 before; run the study again"
+                    .into(),
+            ));
+        }
         let file = path.join("report.json");
         let raw: Value = json(&file)?;
         let schema = raw.get("schema").and_then(Value::as_u64);
