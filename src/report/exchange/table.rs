@@ -4,10 +4,8 @@
 pub const SCHEMA: u32 = 2;
 
 /// Endings of column names and the units they stand for; a longer ending goes before those it ends with.
-const UNITS: [(&str, &str); 7] = [
+const UNITS: [(&str, &str); 5] = [
     ("_N_per_mm", "N/mm"),
-    ("_mm_or_deg", "mm or deg"),
-    ("_N_or_Nmm", "N or N·mm"),
     ("_Nmm", "N·mm"),
     ("_mm", "mm"),
     ("_deg", "deg"),
@@ -179,7 +177,6 @@ mod tests {
             ("stiffness_min_N_per_mm", Some("N/mm")),
             ("drive_torque_a1_Nmm", Some("N·mm")),
             ("drive_force_x_N", Some("N")),
-            ("worst_correction_mm_or_deg", Some("mm or deg")),
             ("tool angle φ [°]", Some("°")),
             ("ratio", None),
         ];

@@ -48,9 +48,16 @@ fn headline(results: &PlacementResults, best: &Best) -> String {
         text += &format!("; {within} of the path is within tolerance.");
     }
     if let (Some(correction), Some(force)) = (value(Metric::WorstCorrection), value(Metric::WorstDriveForce)) {
-        text += &format!(
-            " To keep it on the path, drives must be corrected by up to {correction} and carry up to {force}."
-        );
+        let hinges = value(Metric::WorstHingeCorrection).zip(value(Metric::WorstHingeTorque));
+        text += &match hinges {
+            None => format!(
+                " To keep it on the path, drives must be corrected by up to {correction} and carry up to {force}."
+            ),
+            Some((turn, torque)) => format!(
+                " To keep it on the path, slides must be corrected by up to {correction} and carry up to {force}, \
+                 hinges by up to {turn} and {torque}."
+            ),
+        };
     }
     if let (Some(left), Some(within)) = (value(Metric::WorstResidual), value(Metric::ShareWithinCorrected)) {
         text +=

@@ -93,9 +93,8 @@ fn feature(machine: &Machine, job: &FeatureJob) -> String {
 }
 
 fn quantity(study: &PlacementStudy, metric: Metric) -> Quantity {
-    let unit = metric.unit(&study.machine).replace("_per_", "/").replace('_', " ");
     let better = if metric.larger_is_better() { Better::Larger } else { Better::Smaller };
-    Quantity::new([metric.column(&study.machine)], metric.words(), &unit, better)
+    Quantity::new([metric.column(&study.machine)], metric.words(), metric.shown_unit(&study.machine), better)
 }
 
 fn objective() -> Quantity {
@@ -145,6 +144,7 @@ fn marks(results: &PlacementResults) -> Vec<Mark> {
 fn places(study: &PlacementStudy) -> Explorer {
     let has_limits = study.features.iter().any(|job| job.limits.is_limited());
     let metrics = Metric::ALL.into_iter().filter(|metric| *metric != Metric::ForceMargin);
+    let metrics = metrics.filter(|metric| metric.exists_on(&study.machine));
     let metrics = metrics.filter(|metric| has_limits || !metric.is_bounded());
     Explorer {
         title: "Named and found places".into(),

@@ -48,9 +48,9 @@ pub fn figures(results: &PlacementResults) -> Vec<(String, Figure)> {
 }
 
 fn with_unit(results: &PlacementResults, metric: Metric) -> String {
-    match metric.unit(&results.study.machine) {
+    match metric.shown_unit(&results.study.machine) {
         "" => metric.words().into(),
-        unit => format!("{} [{}]", metric.words(), unit.replace("_per_", "/").replace('_', " ")),
+        unit => format!("{} [{unit}]", metric.words()),
     }
 }
 

@@ -35,11 +35,13 @@ pub(super) fn agreement_word(agreement: Agreement) -> &'static str {
 }
 
 /// Metrics shown side by side on the screen.
-const SHOWN: [Metric; 6] = [
+const SHOWN: [Metric; 8] = [
     Metric::WorstDeflection,
     Metric::RmsDeflection,
     Metric::WorstCorrection,
     Metric::WorstDriveForce,
+    Metric::WorstHingeCorrection,
+    Metric::WorstHingeTorque,
     Metric::WorstResidual,
     Metric::ShareWithin,
 ];
@@ -48,7 +50,8 @@ const SHOWN: [Metric; 6] = [
 pub fn entries_table(study: &PlacementStudy, entries: &[Entry]) -> String {
     let machine = &study.machine;
     let has_limits = study.features.iter().any(|job| job.limits.is_limited());
-    let shown: Vec<Metric> = SHOWN.into_iter().filter(|metric| has_limits || !metric.is_bounded()).collect();
+    let is_shown = |metric: &Metric| metric.exists_on(machine) && (has_limits || !metric.is_bounded());
+    let shown: Vec<Metric> = SHOWN.into_iter().filter(is_shown).collect();
     let mut table = Table::new();
     table.load_style(UTF8_HORIZONTAL_ONLY);
     let is_tilted = entries.iter().any(|entry| entry.site.0[4..] != [0.0; 2]);

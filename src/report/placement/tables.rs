@@ -33,6 +33,7 @@ fn columns(study: &PlacementStudy, metrics: &[Metric]) -> Vec<Column> {
 fn available(study: &PlacementStudy, entries: &[Entry]) -> Vec<Metric> {
     let evaluated = || entries.iter().filter_map(|entry| entry.outcome.as_ref().ok());
     let mut metrics = Metric::ALL.to_vec();
+    metrics.retain(|metric| metric.exists_on(&study.machine));
     if !study.features.iter().any(|job| job.limits.is_limited()) {
         metrics.retain(|metric| !metric.is_bounded());
     }

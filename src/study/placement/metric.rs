@@ -11,10 +11,15 @@ pub enum Metric {
     WorstDeflection,
     /// Root mean square of that distance over the length of the path.
     RmsDeflection,
-    /// Largest |Δρ| of any drive that puts the path right exactly.
+    /// Largest |Δρ| of any drive that puts the path right exactly. Where a machine has slides and hinges, whose values have
+    /// no common unit: of any slide.
     WorstCorrection,
-    /// Largest force of any drive when the path is put right exactly.
+    /// Largest force of any drive when the path is put right exactly. Where a machine has slides and hinges: of any slide.
     WorstDriveForce,
+    /// Largest |Δρ| of any hinge that puts the path right exactly, where a machine has slides, too.
+    WorstHingeCorrection,
+    /// Largest torque of any hinge when the path is put right exactly, where a machine has slides, too.
+    WorstHingeTorque,
     /// Smallest share of its force limit that a drive has left then. Larger is better.
     ForceMargin,
     /// Largest distance left by the correction within limits.
@@ -33,11 +38,13 @@ pub enum Metric {
 
 impl Metric {
     /// All metrics, in table order.
-    pub const ALL: [Metric; 11] = [
+    pub const ALL: [Metric; 13] = [
         Metric::WorstDeflection,
         Metric::RmsDeflection,
         Metric::WorstCorrection,
         Metric::WorstDriveForce,
+        Metric::WorstHingeCorrection,
+        Metric::WorstHingeTorque,
         Metric::ForceMargin,
         Metric::WorstResidual,
         Metric::RmsResidual,
@@ -54,6 +61,8 @@ impl Metric {
             Metric::RmsDeflection => "rms_deflection",
             Metric::WorstCorrection => "worst_correction",
             Metric::WorstDriveForce => "worst_drive_force",
+            Metric::WorstHingeCorrection => "worst_hinge_correction",
+            Metric::WorstHingeTorque => "worst_hinge_torque",
             Metric::ForceMargin => "force_margin",
             Metric::WorstResidual => "worst_residual",
             Metric::RmsResidual => "rms_residual",
@@ -76,6 +85,8 @@ impl Metric {
             Metric::RmsDeflection => "rms deflection",
             Metric::WorstCorrection => "largest drive correction",
             Metric::WorstDriveForce => "largest drive force",
+            Metric::WorstHingeCorrection => "largest correction of hinges",
+            Metric::WorstHingeTorque => "largest torque of hinges",
             Metric::ForceMargin => "margin to the force limits",
             Metric::WorstResidual => "worst error left within limits",
             Metric::RmsResidual => "rms error left within limits",
@@ -93,6 +104,8 @@ impl Metric {
             Metric::RmsDeflection => "rms",
             Metric::WorstCorrection => "correction",
             Metric::WorstDriveForce => "drive force",
+            Metric::WorstHingeCorrection => "of hinges",
+            Metric::WorstHingeTorque => "hinge torque",
             Metric::ForceMargin => "force margin",
             Metric::WorstResidual => "worst left",
             Metric::RmsResidual => "rms left",
@@ -105,22 +118,18 @@ impl Metric {
 
     /// Its unit on `machine`; empty for shares.
     pub fn unit(self, machine: &Machine) -> &'static str {
-        let drives = |prismatic, revolute, mixed| {
-            let all = |motion| machine.drives().all(|(_, drive)| drive.motion == motion);
-            match (all(Motion::Prismatic), all(Motion::Revolute)) {
-                (true, _) => prismatic,
-                (_, true) => revolute,
-                _ => mixed,
-            }
-        };
+        // The only kind of drives, or slides beside hinges.
+        let first = machine.drive_kinds().next().unwrap_or(Motion::Prismatic);
         match self {
             Metric::WorstDeflection
             | Metric::RmsDeflection
             | Metric::WorstResidual
             | Metric::RmsResidual
             | Metric::Departure => "mm",
-            Metric::WorstCorrection => drives("mm", "deg", "mm_or_deg"),
-            Metric::WorstDriveForce => drives("N", "Nmm", "N_or_Nmm"),
+            Metric::WorstCorrection => first.position_unit(),
+            Metric::WorstDriveForce => first.force_unit(),
+            Metric::WorstHingeCorrection => Motion::Revolute.position_unit(),
+            Metric::WorstHingeTorque => Motion::Revolute.force_unit(),
             Metric::StabilityMargin => "N_per_mm",
             Metric::ForceMargin | Metric::ShareWithin | Metric::ShareWithinCorrected => "",
         }
@@ -130,7 +139,19 @@ impl Metric {
     pub fn column(self, machine: &Machine) -> String {
         match self.unit(machine) {
             "" => self.label().into(),
+            // What hinges carry is a torque.
+            unit @ "Nmm" => format!("{}_{unit}", self.label().replace("force", "torque")),
             unit => format!("{}_{unit}", self.label()),
+        }
+    }
+
+    /// Its unit as shown on axes and pages; empty for shares.
+    pub fn shown_unit(self, machine: &Machine) -> &'static str {
+        match self.unit(machine) {
+            "deg" => "°",
+            "Nmm" => "N·mm",
+            "N_per_mm" => "N/mm",
+            unit => unit,
         }
     }
 
@@ -139,13 +160,16 @@ impl Metric {
         match self.unit(machine) {
             "" => format!("{:.1} %", 100.0 * value),
             "mm" => format!("{value:.3} mm"),
-            "deg" => format!("{value:.3}°"),
-            "mm_or_deg" => format!("{value:.3} mm or °"),
+            "deg" => format!("{value:.4}°"),
             "Nmm" => format!("{value:.0} N·mm"),
-            "N_or_Nmm" => format!("{value:.0} N or N·mm"),
             "N_per_mm" => format!("{value:.0} N/mm"),
-            unit => format!("{value:.0} {}", unit.replace('_', " ")),
+            unit => format!("{value:.0} {unit}"),
         }
+    }
+
+    /// Whether placements on `machine` have it.
+    pub fn exists_on(self, machine: &Machine) -> bool {
+        !matches!(self, Metric::WorstHingeCorrection | Metric::WorstHingeTorque) || machine.has_mixed_drives()
     }
 
     /// Whether a larger value is better.
@@ -216,9 +240,9 @@ impl Objective {
         match self.weights.as_slice() {
             [(metric, _)] => metric.words().into(),
             terms => {
-                let term = |(metric, weight): &(Metric, f64)| match metric.unit(machine) {
+                let term = |(metric, weight): &(Metric, f64)| match metric.shown_unit(machine) {
                     "" => format!("{weight} × {}", metric.words()),
-                    unit => format!("{weight}/{} × {}", unit.replace('_', " "), metric.words()),
+                    unit => format!("{weight}/{unit} × {}", metric.words()),
                 };
                 terms.iter().map(term).collect::<Vec<_>>().join(" + ")
             }

@@ -253,6 +253,11 @@ fn metric(name: &str, machine: &Machine, features: &[FeatureJob], check: &Check)
         let known = Metric::ALL.map(Metric::label).join(", ");
         return check.fail(format!("no metric is called \"{name}\"; there are: {known}"));
     };
+    if !metric.exists_on(machine) {
+        let problem = "is of machines with slides and hinges: where all drives turn, expected worst_correction or \
+                       worst_drive_force";
+        return check.fail(problem.into());
+    }
     if metric.is_bounded() && !features.iter().any(|job| job.limits.is_limited()) {
         return check.fail("needs [limits] of corrections or forces in a process file".into());
     }

@@ -14,10 +14,12 @@ use super::metric::{Metric, Metrics};
 pub(super) struct Seen {
     /// Distance from the path at the nominal command, mm.
     pub deflection: f64,
-    /// Largest |Δρ|, mm or degrees.
+    /// Largest |Δρ|, mm or degrees; of slides, if there are slides and hinges.
     pub correction: f64,
-    /// Largest |τ|, N or N·mm.
+    /// Largest |τ|, N or N·mm; of slides, if there are slides and hinges.
     pub force: f64,
+    /// Largest |Δρ|, degrees, and |τ|, N·mm, of hinges beside slides.
+    pub hinges: Option<[f64; 2]>,
     /// Smallest share of a force limit left.
     pub margin: Option<f64>,
     /// Departure of superposition, mm.
@@ -44,7 +46,13 @@ impl Needs {
     pub fn of(metrics: &[Metric]) -> Self {
         let any = |wanted: &[Metric]| metrics.iter().any(|metric| wanted.contains(metric));
         Self {
-            correction: any(&[Metric::WorstCorrection, Metric::WorstDriveForce, Metric::ForceMargin]),
+            correction: any(&[
+                Metric::WorstCorrection,
+                Metric::WorstDriveForce,
+                Metric::WorstHingeCorrection,
+                Metric::WorstHingeTorque,
+                Metric::ForceMargin,
+            ]),
             departure: any(&[Metric::Departure]),
             stability: any(&[Metric::StabilityMargin]),
             bounded: metrics.iter().any(|metric| metric.is_bounded()),
@@ -62,6 +70,7 @@ pub(super) struct Tally {
     outside: f64,
     correction: f64,
     force: f64,
+    hinges: Option<[f64; 2]>,
     margin: Option<f64>,
     departure: f64,
     stability: Option<f64>,
@@ -70,6 +79,13 @@ pub(super) struct Tally {
 fn least(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     match (a, b) {
         (Some(a), Some(b)) => Some(a.min(b)),
+        (a, b) => a.or(b),
+    }
+}
+
+fn most(a: Option<[f64; 2]>, b: Option<[f64; 2]>) -> Option<[f64; 2]> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some([a[0].max(b[0]), a[1].max(b[1])]),
         (a, b) => a.or(b),
     }
 }
@@ -84,6 +100,7 @@ impl Tally {
         }
         self.correction = self.correction.max(seen.correction);
         self.force = self.force.max(seen.force);
+        self.hinges = most(self.hinges, seen.hinges);
         self.margin = least(self.margin, seen.margin);
         self.departure = self.departure.max(seen.departure);
         self.stability = least(self.stability, seen.stability);
@@ -97,6 +114,7 @@ impl Tally {
             outside: self.outside + other.outside,
             correction: self.correction.max(other.correction),
             force: self.force.max(other.force),
+            hinges: most(self.hinges, other.hinges),
             margin: least(self.margin, other.margin),
             departure: self.departure.max(other.departure),
             stability: least(self.stability, other.stability),
@@ -113,6 +131,10 @@ impl Tally {
         if needs.correction {
             metrics.set(Metric::WorstCorrection, self.correction);
             metrics.set(Metric::WorstDriveForce, self.force);
+            if let Some([correction, torque]) = self.hinges {
+                metrics.set(Metric::WorstHingeCorrection, correction);
+                metrics.set(Metric::WorstHingeTorque, torque);
+            }
             if let Some(margin) = self.margin {
                 metrics.set(Metric::ForceMargin, margin);
             }

@@ -66,14 +66,18 @@ impl<'a> Walk<'a> {
 
     fn correct(&mut self, demand: &Demand, plain: &Compensation, seen: &mut Seen) -> Result<(), Failure> {
         let exact = solved(self.nominal, compensate(&mut self.both, demand, Method::Direct))?;
+        let is_mixed = self.nominal.has_mixed_drives();
         for (k, (_, drive)) in self.nominal.drives().enumerate() {
             let delta = (exact.drives[k] - plain.drives[k]).abs();
-            seen.correction = seen.correction.max(match drive.motion {
-                Motion::Prismatic => delta,
-                Motion::Revolute => delta.to_degrees(),
-            });
+            let correction = if drive.motion == Motion::Revolute { delta.to_degrees() } else { delta };
             let (force, limit) = (exact.drive_forces[k].abs(), self.force_limits[k]);
-            seen.force = seen.force.max(force);
+            if is_mixed && drive.motion == Motion::Revolute {
+                let [most, torque] = seen.hinges.unwrap_or_default();
+                seen.hinges = Some([most.max(correction), torque.max(force)]);
+            } else {
+                seen.correction = seen.correction.max(correction);
+                seen.force = seen.force.max(force);
+            }
             if self.check_forces && force > limit {
                 return Err(self.overloaded(k, force));
             }
