@@ -242,6 +242,7 @@ impl Objective {
             terms => {
                 let term = |(metric, weight): &(Metric, f64)| match metric.shown_unit(machine) {
                     "" => format!("{weight} × {}", metric.words()),
+                    unit if unit.contains('/') => format!("{weight}/({unit}) × {}", metric.words()),
                     unit => format!("{weight}/{unit} × {}", metric.words()),
                 };
                 terms.iter().map(term).collect::<Vec<_>>().join(" + ")
