@@ -261,7 +261,7 @@ fn drive_table(answer: &PointAnswer) -> String {
     let mut table = comfy_table::Table::new();
     table.load_style(comfy_table::presets::UTF8_HORIZONTAL_ONLY);
     let [before, after] = ["before", "after"].map(|when| format!("{load} {when}"));
-    table.set_header(["drive", "ρ nominal", "ρ compensated", "Δρ", &before, &after, "internal force of its chain"]);
+    table.set_header(["drive", "ρ nominal", "ρ compensated", "Δρ", &before, &after, "internal force"]);
     let nominal = shown_positions(machine, &answer.nominal.drives);
     let after = answer.compensated.as_ref().ok();
     let compensated = after.map(|after| shown_positions(machine, &after.drives));
