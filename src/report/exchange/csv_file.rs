@@ -33,7 +33,7 @@ impl<W: Write> CsvFile<W> {
     /// The output cannot be written.
     pub fn add(&mut self, table: &Table) -> csv::Result<()> {
         if !std::mem::replace(&mut self.has_header, true) {
-            self.writer.write_record(table.columns().iter().map(|column| &*neutral(&column.name)))?;
+            self.writer.write_record(table.columns().iter().map(|column| neutral(&column.name).into_owned()))?;
         }
         for row in table.rows() {
             self.writer.write_record(row.iter().map(|cell| match cell {
