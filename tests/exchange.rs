@@ -75,7 +75,7 @@ fn all_formats_hold_the_same_tables() {
         let described = json(&folder.path().join("csv-metadata.json"));
         assert_eq!(
             (&described["@context"], &described["schema:version"]),
-            (&"http://www.w3.org/ns/csvw".into(), &"1".into())
+            (&"http://www.w3.org/ns/csvw".into(), &"2".into())
         );
         let tables = described["tables"].as_array().unwrap();
         let written: BTreeSet<String> =

@@ -162,7 +162,7 @@ pub fn summary_json(results: &PlacementResults) -> Value {
         json!({ "direction": format!("{sign}{}", COORDINATES[i]), "distance": distance, "unit": UNITS[i], "end": end })
     };
     json!({
-        "schema": 1,
+        "schema": 2,
         "objective": study.objective.words(&study.machine),
         "sweep": { "places": results.cells.len(), "evaluated": complete, "given_up": given_up, "infeasible": infeasible },
         "best": best,
