@@ -347,7 +347,7 @@ fn results_of_two_runs_are_not_one_page() {
     fs::remove_file(out.join("summary.json")).unwrap();
     fs::create_dir(out.join("summary.json")).unwrap();
     let study = folder.path().join("studies/map");
-    refused(&["run", text(&study), "--grid", "2", "--out", text(&out), "--no-figures"]);
+    refused(&["run", text(&study), "--grid", "2", "--out", text(&out), "--no-figures", "--quiet"]);
     assert!(manifest().contains("\"publishing\": true"), "{}", manifest());
     for arguments in [vec!["report", text(&out)], vec!["report", text(&out), text(&out)]] {
         let message = refused(&arguments);
