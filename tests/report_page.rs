@@ -127,7 +127,8 @@ fn what_a_user_wrote_is_text() {
 
     // Names in the description, and reasons in a table, may come from anywhere.
     let file = out.join("report.json");
-    let described = fs::read_to_string(&file).unwrap().replace("\"Workspace map\"", "\"</script><script>alert(3)\u{202e}\"");
+    let described =
+        fs::read_to_string(&file).unwrap().replace("\"Workspace map\"", "\"</script><script>alert(3)\u{202e}\"");
     fs::write(&file, described).unwrap();
     let table = out.join("map.csv");
     let rows = fs::read_to_string(&table).unwrap();

@@ -4,13 +4,7 @@
 pub const SCHEMA: u32 = 2;
 
 /// Endings of column names and the units they stand for; a longer ending goes before those it ends with.
-const UNITS: [(&str, &str); 5] = [
-    ("_N_per_mm", "N/mm"),
-    ("_Nmm", "N·mm"),
-    ("_mm", "mm"),
-    ("_deg", "deg"),
-    ("_N", "N"),
-];
+const UNITS: [(&str, &str); 5] = [("_N_per_mm", "N/mm"), ("_Nmm", "N·mm"), ("_mm", "mm"), ("_deg", "deg"), ("_N", "N")];
 
 /// What a column holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

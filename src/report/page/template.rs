@@ -73,7 +73,8 @@ mod tests {
     #[test]
     fn texts_are_escaped_and_visible_and_scripts_are_left() {
         let templates = TEMPLATES.as_ref().unwrap();
-        let shown = templates.render_str("{{ name }} {{ own | safe }}", context! { name => "<\u{202e}>", own => "<b>" });
+        let shown =
+            templates.render_str("{{ name }} {{ own | safe }}", context! { name => "<\u{202e}>", own => "<b>" });
         assert_eq!(shown.unwrap(), "&lt;\\u{202e}&gt; <b>");
     }
 

@@ -4,7 +4,6 @@ use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 use serde_json::{Value, json};
 
 use crate::{
-    machine::Motion,
     report::{
         StatusCount,
         table::{force_unit, force_word, kind_word, largest_force, largest_position, position_words},

@@ -151,8 +151,7 @@ fn curves(results: &ValidationResults, picture: &Picture) -> Vec<Figure> {
     });
     let forces = |kind| {
         let frames = frames(&|path| {
-            let force =
-                |k, drive: usize| path.whole.compensated(Source::Both, k)?.drive_forces.get(drive).copied();
+            let force = |k, drive: usize| path.whole.compensated(Source::Both, k)?.drive_forces.get(drive).copied();
             drives(kind).into_iter().map(|(drive, _)| over_angle(path, &|k| force(k, drive))).collect()
         });
         let what = format!("drive {}s", force_word(kind));
@@ -194,10 +193,9 @@ fn sources(results: &ValidationResults, picture: &Picture, path: &PathResults) -
         let y_label = format!("Δρ [{}]", position_unit(kind));
         panels(results, picture, (&what, y_label), names.clone(), frames.collect())
     };
-    let displacements = AXES
-        .iter()
-        .enumerate()
-        .map(|(axis, name)| by_source(format!("Δ{name}"), &|source, k| path.whole.displacement(source, k).map(|d| d[axis])));
+    let displacements = AXES.iter().enumerate().map(|(axis, name)| {
+        by_source(format!("Δ{name}"), &|source, k| path.whole.displacement(source, k).map(|d| d[axis]))
+    });
     let (what, frames) = ("displacement by source", displacements.collect());
     let moved = panels(results, picture, (what, "Δt [mm]".into()), names.clone(), frames);
     machine.drive_kinds().map(corrections).chain([moved]).collect()
