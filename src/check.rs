@@ -11,6 +11,9 @@ pub const SCHEMA: u32 = 1;
 /// the inverse. Products of a few such numbers stay finite.
 pub const LARGEST: f64 = 1e18;
 
+/// Longest part of a file name that a file may ask for: no system has less than 255 bytes for the whole name.
+const LONGEST_IN_A_FILE_NAME: usize = 100;
+
 /// A name as part of a file name: letters and digits, the rest as underscores.
 pub fn file_stem(name: &str) -> String {
     let kept: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { ' ' }).collect();
@@ -143,8 +146,21 @@ impl Check {
         Ok(())
     }
 
+    /// A name that is not too long for a part of a file name.
+    pub fn short(&self, name: &str) -> Result<()> {
+        let length = file_stem(name).len();
+        if length <= LONGEST_IN_A_FILE_NAME {
+            return Ok(());
+        }
+        let begin: String = name.chars().take(20).collect();
+        self.fail(format!(
+            "is part of file names: expected at most {LONGEST_IN_A_FILE_NAME} letters and digits, got {length} (\"{begin}…\")"
+        ))
+    }
+
     /// A name that gives other files than those before, also where files are not told apart by case.
     pub fn unique_file<'a>(&self, name: &str, mut others: impl Iterator<Item = &'a str>) -> Result<()> {
+        self.short(name)?;
         match others.find(|other| file_stem(other).eq_ignore_ascii_case(&file_stem(name))) {
             None => Ok(()),
             Some(other) => self.fail(format!(

@@ -1,6 +1,7 @@
 //! The command line: parse → resolve → run → report.
 
 mod cli;
+mod memory;
 
 use std::{
     panic::{UnwindSafe, catch_unwind},
@@ -16,15 +17,26 @@ const BAD_INPUT: u8 = 2;
 /// Exit code for a fault of the program itself.
 const INTERNAL: u8 = 3;
 
+#[global_allocator]
+static MEMORY: memory::EndingInWords = memory::EndingInWords;
+
 fn main() -> ExitCode {
-    let arguments = cli::Arguments::parse();
-    exit_code(|| cli::dispatch(arguments)).into()
+    exit_code(|| {
+        // First of all: a signal that comes before it would end the program without a word.
+        cli::listen()?;
+        cli::dispatch(cli::Arguments::parse())
+    })
+    .into()
 }
 
 /// Runs a command and says on standard error and in the log what went wrong.
 fn exit_code(command: impl FnOnce() -> Result<Ending> + UnwindSafe) -> u8 {
     match catch_unwind(command) {
         Ok(Ok(ending)) => ending.exit_code(),
+        Ok(Err(Error::Stopped)) => {
+            say("stopped");
+            cli::STOPPED
+        }
         Ok(Err(error)) => {
             log::error!("{error}");
             cli::say(&format!("error: {error}"));

@@ -1,5 +1,7 @@
 //! TOML files to raw specs, with errors that name file, line and key.
 
+mod exact;
+
 use std::path::Path;
 
 use serde::de::DeserializeOwned;
@@ -25,7 +27,7 @@ pub fn parse<T: DeserializeOwned>(text: &str, origin: &str) -> Result<T> {
         problem: in_words(error, text),
     };
     let deserializer = toml::Deserializer::parse(text).map_err(|error| fault(&error, String::new()))?;
-    serde_path_to_error::deserialize(deserializer).map_err(|error| {
+    serde_path_to_error::deserialize(exact::Exact(deserializer)).map_err(|error| {
         let key = error.path().to_string();
         fault(error.inner(), key)
     })

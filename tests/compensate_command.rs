@@ -224,7 +224,7 @@ fn an_input_is_not_written_over() {
     let output =
         run(&["compensate", name, "--machine", "orthoglide", "--process", process.to_str().unwrap(), "--out", name]);
     assert_eq!(output.status.code(), Some(2));
-    let message = format!("--out: would write over the input {name}; expected another file");
+    let message = format!("{name}: cannot be written: is an input of this command; expected another place");
     assert!(text(&output.stderr).contains(&message), "{}", text(&output.stderr));
     assert_eq!(std::fs::read_to_string(&program).unwrap(), groove);
 }

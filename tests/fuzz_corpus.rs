@@ -333,3 +333,18 @@ fn changed_inputs() {
     }
     assert!(failed.is_empty(), "{} inputs fail: {failed:?}", failed.len());
 }
+
+/// A pipe without a writer would be waited for without end.
+#[cfg(unix)]
+#[test]
+fn a_pipe_is_no_input_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("pipe.csv");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let study = format!(
+        "schema = 1\nquestion = \"?\"\nmachine = \"orthoglide\"\n[path]\nprocess = \"process.toml\"\nfile = \"{}\"\n",
+        pipe.display()
+    );
+    let expected = format!("{}: cannot be read: is a device or a pipe, expected a file", pipe.display());
+    assert_eq!(study_refusal(&study), expected);
+}

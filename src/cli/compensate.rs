@@ -10,10 +10,8 @@ use kinetostat::{
     machine::Machine,
     process::toolpath::polyline::Polyline,
     report::{
-        OutputFile, counted,
-        exchange::{Format, StreamedTable},
+        ProgramFiles, counted,
         path::{bounded_text, program_columns, program_json, program_table},
-        prepare, write_all,
     },
     study::{
         path::{Commands, PathAnswer},
@@ -29,7 +27,8 @@ use super::{Ending, reporting::Reporting};
 #[derive(Debug, Args)]
 #[command(after_help = "\
 The program keeps its format: in G-code only motion words change; comments, line numbers, other words and the feed stay.
-Beside the program, its points and errors are written to OUT.points.csv and OUT.report.json.
+Beside the program, its points and errors are written to OUT.points.csv and OUT.report.json. Files of these names are only
+replaced if they are as this command left them.
 
 Examples:
   kinetostat compensate part.nc --machine orthoglide --process milling.toml --out part_compensated.nc
@@ -70,10 +69,11 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     reporting.start_log()?;
     let machine = Machine::named_or_file(&arguments.machine)?;
     let process = Process::open(&arguments.process, &machine)?;
-    keep_inputs(arguments)?;
     let chosen = chosen(arguments)?;
     let job = ProgramJob::open(machine, process, &arguments.path)?;
     let measured = arguments.measured.as_deref().map(|file| measured(file, &job)).transpose()?;
+    // When all inputs are read: none of them is written over.
+    let files = ProgramFiles::prepare(&arguments.out)?;
     let compared = compared(arguments, &chosen);
     let name = arguments.path.display().to_string();
     let progress = reporting.progress(&name, job.path.len() * (compared.len() + 2), "points");
@@ -111,17 +111,13 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
         return Ok(Ending::SomeUnsolved);
     }
     let written = job.write(&corrected)?;
-    let folder = arguments.out.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    prepare(folder)?;
-    let mut points = points(&arguments.out, folder, &job)?;
+    let made = files.staging()?;
+    let mut points = files.points(made.path(), &program_columns(&job.machine))?;
     passes.push(job.pass(as_written, &Commands::Program(&written.poses), &done, |first, answers| {
         points.add(&program_table(&job, first, answers, &before, bounded.as_ref()))
     })?);
     progress.end();
-    let mut files = vec![file_of(&arguments.out, "", written.bytes)];
-    files.extend(points.finish()?);
-    files.push(file_of(&arguments.out, ".report.json", program_json(&job, &passes, bounded.as_ref()).into_bytes()));
-    write_all(folder, files)?;
+    files.write(written.bytes, points.finish()?, program_json(&job, &passes, bounded.as_ref()))?;
     reporting.print(&format!("{}{}", header(&job), table(&passes)))?;
     if let Some(bounded) = &bounded {
         reporting.print(&bounded_text(&job.machine, bounded))?;
@@ -140,19 +136,6 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     reporting
         .print(&format!("The written program fails at {}; the table of points says why.\n", counted(lost, "point")))?;
     Ok(Ending::SomeUnsolved)
-}
-
-/// Refuses to write over a file that is read.
-fn keep_inputs(arguments: &CompensateArguments) -> Result<()> {
-    let Ok(out) = arguments.out.canonicalize() else { return Ok(()) };
-    let inputs = [Some(&arguments.path), Some(&arguments.process), arguments.measured.as_ref()];
-    match inputs.into_iter().flatten().find(|input| input.canonicalize().is_ok_and(|input| input == out)) {
-        None => Ok(()),
-        Some(input) => {
-            let problem = format!("would write over the input {}; expected another file", input.display());
-            Err(Error::Argument { argument: "--out".into(), problem })
-        }
-    }
 }
 
 /// Points of the last pass, the program as written, that have no equilibrium or cannot be reached.
@@ -204,17 +187,6 @@ fn measured(file: &Path, job: &ProgramJob) -> Result<Vec<kinetostat::spatial::Po
         return Err(Error::Argument { argument: file.display().to_string(), problem });
     }
     Ok(job.mirrored(&went))
-}
-
-fn file_of(out: &Path, suffix: &str, bytes: Vec<u8>) -> OutputFile {
-    let name = out.file_name().unwrap_or_default().to_string_lossy();
-    OutputFile::new(format!("{name}{suffix}"), bytes)
-}
-
-/// The table of points, empty so far.
-fn points(out: &Path, folder: &Path, job: &ProgramJob) -> Result<StreamedTable> {
-    let stem = format!("{}.points", out.file_name().unwrap_or_default().to_string_lossy());
-    StreamedTable::new(folder, &stem, &program_columns(&job.machine), &[Format::Csv])
 }
 
 fn header(job: &ProgramJob) -> String {

@@ -39,8 +39,9 @@ Examples:
   kinetostat check my_machine.toml
   kinetostat new map my_question
 
-Exit codes: 0 all points solved; 1 some points could not be solved (their status says why); 2 bad input, or a file that cannot
-be read or written; 3 an internal error, which is a fault of this program; 130 stopped (run goes on with --resume).";
+Exit codes: 0 all points solved; 1 some points could not be solved (their status says why); 2 bad input, a file that cannot
+be read or written, or too little memory; 3 an internal error, which is a fault of this program; 130 stopped (run goes on
+with --resume).";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -66,7 +67,7 @@ pub enum Ending {
 }
 
 /// Exit code of a command that was stopped, as shells have it for Ctrl-C.
-const STOPPED: u8 = 130;
+pub const STOPPED: u8 = 130;
 
 impl Ending {
     pub fn exit_code(self) -> u8 {
@@ -78,8 +79,16 @@ impl Ending {
     }
 }
 
+/// Listens to Ctrl-C from here on.
+pub fn listen() -> Result<()> {
+    reporting::stop_flag().map(drop)
+}
+
 /// Runs the command.
 pub fn dispatch(arguments: Arguments) -> Result<Ending> {
+    if !matches!(arguments.command, Command::Run(_)) {
+        reporting::stop_at_once()?;
+    }
     match arguments.command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Point(arguments) => point::point(&arguments),

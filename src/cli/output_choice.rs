@@ -14,6 +14,17 @@ pub enum Format {
     Vti,
 }
 
+impl Format {
+    /// How the names of its files end.
+    pub fn ending(self) -> &'static str {
+        match self {
+            Format::Csv => "csv",
+            Format::Parquet => "parquet",
+            Format::Vti => "vti",
+        }
+    }
+}
+
 impl From<Format> for exchange::Format {
     fn from(format: Format) -> Self {
         match format {

@@ -1,14 +1,18 @@
 //! `kinetostat report`: makes the page of results again, or one that compares several.
 
-use std::path::{Path, PathBuf};
+use std::{
+    fs::File,
+    io::Read,
+    path::{Path, PathBuf},
+};
 
 use clap::Args;
 use kinetostat::{
-    error::{Error, Result},
+    error::Result,
     report::{
-        OutputFile,
-        page::{ResultFolder, comparison, page},
-        write_all,
+        Manifest, OutputFile, may_replace,
+        page::{GENERATOR, ResultFolder, comparison, page},
+        prepare_beside, write_beside,
     },
 };
 
@@ -38,22 +42,30 @@ pub struct ReportArguments {
 
 pub fn report(arguments: &ReportArguments) -> Result<Ending> {
     let folders = arguments.results.iter().map(|path| ResultFolder::open(path)).collect::<Result<Vec<_>>>()?;
-    let (out, html) = match folders.as_slice() {
-        [folder] => {
-            let out = arguments.out.clone().unwrap_or_else(|| folder.path.join(PAGE));
-            (out.clone(), page(folder, &out)?)
-        }
-        several => {
-            let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from("comparison.html"));
-            (out.clone(), comparison(several, &out)?)
-        }
+    let out = match (&arguments.out, folders.as_slice()) {
+        (Some(out), _) => out.clone(),
+        (None, [folder]) => folder.path.join(PAGE),
+        (None, _) => PathBuf::from("comparison.html"),
     };
-    let Some(name) = out.file_name() else {
-        let problem = "must be the name of the page to write".into();
-        return Err(Error::Argument { argument: format!("--out {}", out.display()), problem });
+    let name = prepare_beside(&out)?;
+    may_replace(&out, || is_page(&out))?;
+    let html = match folders.as_slice() {
+        [folder] => page(folder, &out)?,
+        several => comparison(several, &out)?,
     };
-    let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    write_all(folder, vec![OutputFile::new(name.to_string_lossy(), html)])?;
+    write_beside(&out, vec![OutputFile::new(name, html)])?;
     print(&format!("Written to {}\n", out.display()))?;
     Ok(Ending::Complete)
+}
+
+/// Whether `file` is a page that this program wrote: it says so, or the manifest beside it does.
+fn is_page(file: &Path) -> bool {
+    let mut begin = Vec::new();
+    let read = File::open(file).and_then(|file| file.take(1024).read_to_end(&mut begin));
+    let says_so = read.is_ok() && String::from_utf8_lossy(&begin).contains(GENERATOR);
+    let is_listed = || {
+        let folder = file.parent().unwrap_or(Path::new("."));
+        file.file_name().is_some_and(|name| name == PAGE && Manifest::files_in(folder).iter().any(|own| own == PAGE))
+    };
+    says_so || is_listed()
 }

@@ -1,17 +1,20 @@
 //! What a long command tells while it runs and where.
 
 use std::{
-    fs::OpenOptions,
-    io::Write,
-    path::PathBuf,
-    sync::{Arc, OnceLock, atomic::AtomicBool},
+    fs::{File, OpenOptions},
+    io::{Read, Write},
+    path::{Path, PathBuf},
+    sync::{
+        Arc, OnceLock,
+        atomic::{AtomicBool, Ordering},
+    },
 };
 
 use clap::Args;
 use env_logger::{Builder, Target};
 use kinetostat::{
     error::{Error, Result},
-    report::visible,
+    report::{may_replace, visible},
 };
 use log::LevelFilter;
 use signal_hook::{
@@ -39,6 +42,7 @@ impl Reporting {
     /// Opens the log, if there is to be one.
     pub fn start_log(&self) -> Result<()> {
         let Some(file) = &self.log else { return Ok(()) };
+        may_replace(file, || is_log(file))?;
         let opened = OpenOptions::new().create(true).append(true).open(file);
         let opened = opened.map_err(|source| Error::Write { file: file.clone(), source })?;
         let mut builder = Builder::new();
@@ -64,20 +68,45 @@ impl Reporting {
     }
 }
 
+/// Whether `file` is empty or begins as a log of this program does.
+fn is_log(file: &Path) -> bool {
+    let mut begin = Vec::new();
+    let read = File::open(file).and_then(|file| file.take(200).read_to_end(&mut begin));
+    let line = String::from_utf8_lossy(&begin);
+    read.is_ok() && (line.is_empty() || line.starts_with('[') && line.contains("] kinetostat "))
+}
+
+struct Signals {
+    stop: Arc<AtomicBool>,
+    at_once: Arc<AtomicBool>,
+}
+
+/// What Ctrl-C, or a polite request to end, sets, from the first call on.
+fn signals() -> Result<&'static Signals> {
+    static SIGNALS: OnceLock<Signals> = OnceLock::new();
+    if let Some(signals) = SIGNALS.get() {
+        return Ok(signals);
+    }
+    let signals = Signals { stop: Arc::default(), at_once: Arc::default() };
+    for signal in [SIGINT, SIGTERM] {
+        // In this order: a signal ends the program only if it is to, or if one before has set the flag.
+        register_conditional_shutdown(signal, super::STOPPED.into(), Arc::clone(&signals.at_once))
+            .and_then(|_| register_conditional_shutdown(signal, super::STOPPED.into(), Arc::clone(&signals.stop)))
+            .and_then(|_| register(signal, Arc::clone(&signals.stop)))
+            .map_err(|error| Error::Argument { argument: "Ctrl-C".into(), problem: error.to_string() })?;
+    }
+    Ok(SIGNALS.get_or_init(|| signals))
+}
+
 /// A flag that Ctrl-C, or a polite request to end, sets; a second one ends the program at once. A hang-up is left alone: a
 /// run that is begun with `nohup` goes on.
 pub fn stop_flag() -> Result<Arc<AtomicBool>> {
-    static FLAG: OnceLock<Arc<AtomicBool>> = OnceLock::new();
-    if let Some(flag) = FLAG.get() {
-        return Ok(Arc::clone(flag));
-    }
-    let flag = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
-        // In this order: a signal ends the program only if one before has set the flag.
-        let ending = register_conditional_shutdown(signal, super::STOPPED.into(), Arc::clone(&flag));
-        ending
-            .and_then(|_| register(signal, Arc::clone(&flag)))
-            .map_err(|error| Error::Argument { argument: "Ctrl-C".into(), problem: error.to_string() })?;
-    }
-    Ok(Arc::clone(FLAG.get_or_init(|| flag)))
+    Ok(Arc::clone(&signals()?.stop))
+}
+
+/// Lets the first signal end the program, in a command that has nothing to go on with later.
+pub fn stop_at_once() -> Result<()> {
+    let signals = signals()?;
+    signals.at_once.store(true, Ordering::SeqCst);
+    if signals.stop.load(Ordering::SeqCst) { Err(Error::Stopped) } else { Ok(()) }
 }

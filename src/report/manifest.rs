@@ -4,6 +4,12 @@ use std::{ffi::OsStr, path::Path};
 
 use serde::Serialize;
 
+use super::may_replace;
+use crate::{error::Result, input_file};
+
+/// A longer file is no manifest, bytes.
+const LONGEST: u64 = 16 << 20;
+
 /// Number of table rows with one status.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct StatusCount {
@@ -81,11 +87,35 @@ impl Manifest {
 
     /// The files that the run before left in `folder`, by its manifest; none if there is none.
     pub fn files_in(folder: &Path) -> Vec<String> {
-        let text = std::fs::read(folder.join(Self::FILE)).unwrap_or_default();
-        let manifest: serde_json::Value = serde_json::from_slice(&text).unwrap_or_default();
+        Self::found_in(folder).unwrap_or_default()
+    }
+
+    /// As [`Manifest::files_in`]; nothing if there is no manifest that this program wrote.
+    fn found_in(folder: &Path) -> Option<Vec<String>> {
+        let text = input_file::bounded(&folder.join(Self::FILE), LONGEST).ok()?;
+        let manifest: serde_json::Value = serde_json::from_slice(&text).ok()?;
+        if manifest["program"] != env!("CARGO_PKG_NAME") {
+            return None;
+        }
         let files = manifest["files"].as_array().into_iter().flatten().filter_map(serde_json::Value::as_str);
         // Only names: never a file elsewhere.
-        files.filter(|name| Path::new(name).file_name() == Some(OsStr::new(name))).map(String::from).collect()
+        Some(files.filter(|name| Path::new(name).file_name() == Some(OsStr::new(name))).map(String::from).collect())
+    }
+
+    /// Refuses to write files of these `names` into `folder` where they, or the manifest, would replace what no run before
+    /// wrote there, or what this one reads.
+    ///
+    /// # Errors
+    /// Names the file that would be lost.
+    pub fn may_write<'a>(folder: &Path, names: impl Iterator<Item = &'a str>) -> Result<()> {
+        let found = Self::found_in(folder);
+        may_replace(&folder.join(Self::FILE), || found.is_some())?;
+        let former = found.unwrap_or_default();
+        former.iter().try_for_each(|name| may_replace(&folder.join(name), || true))?;
+        for name in names {
+            may_replace(&folder.join(name), || former.iter().any(|own| own == name))?;
+        }
+        Ok(())
     }
 
     /// Whether a manifest as read says that some files of its folder are of the run before.
@@ -118,5 +148,40 @@ mod tests {
         let expected = "4 of 6 not solved: 2 slow, 1 unreachable, 1 no equilibrium.";
         assert_eq!(StatusCount::unsolved(&counts).as_deref(), Some(expected));
         assert_eq!(StatusCount::unsolved(&counts[..1]), None);
+    }
+
+    #[test]
+    fn only_what_a_run_wrote_is_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let refused = |names: &[&str], expected: &str| {
+            let error = Manifest::may_write(folder.path(), names.iter().copied()).unwrap_err().to_string();
+            assert!(error.contains(expected), "{error}");
+        };
+        std::fs::write(at("map.csv"), "mine").unwrap();
+        Manifest::may_write(folder.path(), ["points.csv"].into_iter()).unwrap();
+        refused(&["points.csv", "map.csv"], "map.csv: cannot be written: was not written by kinetostat");
+        std::fs::write(at(Manifest::FILE), r#"{ "program": "another", "files": ["map.csv"] }"#).unwrap();
+        refused(&[], "manifest.json: cannot be written: was not written by kinetostat");
+        std::fs::write(at(Manifest::FILE), r#"{ "program": "kinetostat", "files": ["map.csv", "../other"] }"#).unwrap();
+        Manifest::may_write(folder.path(), ["map.csv"].into_iter()).unwrap();
+        input_file::read(&at("map.csv")).unwrap();
+        refused(&[], "map.csv: cannot be written: is an input of this command");
+        std::fs::create_dir(at("points.csv")).unwrap();
+        std::fs::remove_file(at("map.csv")).unwrap();
+        refused(&["points.csv"], "points.csv: cannot be written: is a folder");
+        refused(&[&"x".repeat(300)], "cannot be written: File name too long");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_and_devices_are_left_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let link = folder.path().join("map.csv");
+        std::os::unix::fs::symlink("/etc/hostname", &link).unwrap();
+        let error = may_replace(&link, || true).unwrap_err().to_string();
+        assert!(error.contains("map.csv: cannot be written: is a link"), "{error}");
+        let error = may_replace(Path::new("/dev/null"), || true).unwrap_err().to_string();
+        assert!(error.contains("/dev/null: cannot be written: is a device"), "{error}");
     }
 }

@@ -1,7 +1,8 @@
 //! Files appear whole or not at all.
 
 use std::{
-    io::Write,
+    ffi::OsStr,
+    io::{Error as IoError, ErrorKind, Read, Write},
     path::{Path, PathBuf},
 };
 
@@ -36,6 +37,19 @@ impl OutputFile {
     }
 }
 
+impl OutputFile {
+    /// Its bytes.
+    ///
+    /// # Errors
+    /// The temporary file cannot be read.
+    pub(super) fn reader(&self) -> std::io::Result<Box<dyn Read + '_>> {
+        Ok(match &self.content {
+            Content::Bytes(bytes) => Box::new(bytes.as_slice()),
+            Content::File(file) => Box::new(file.reopen()?),
+        })
+    }
+}
+
 /// Begin of the names of temporary files.
 const TEMPORARY: &str = ".partial-";
 
@@ -49,7 +63,52 @@ pub fn prepare(folder: &Path) -> Result<()> {
         return Err(fault(std::io::Error::other("is a file, expected a folder or the name of a new one")));
     }
     std::fs::create_dir_all(folder).map_err(fault)?;
-    temporary_file(folder).map(drop).map_err(fault)
+    temporary_file(folder).map(drop).map_err(fault)?;
+    // Files in a folder in it: some systems have an end to the length of a path.
+    room_for_a_name(folder, &"x".repeat(LONGEST_NAME))
+}
+
+/// Length that no name in a result folder, with that of a temporary folder before it, exceeds.
+const LONGEST_NAME: usize = 200;
+
+/// Whether a file in `folder` can have this name.
+fn room_for_a_name(folder: &Path, name: &str) -> Result<()> {
+    match std::fs::symlink_metadata(folder.join(name)) {
+        Err(source) if source.kind() != ErrorKind::NotFound => Err(Error::Write { file: folder.join(name), source }),
+        _ => Ok(()),
+    }
+}
+
+/// Finds out, before anything is computed, whether `file` can be written with [`write_beside`]; its folder need not exist.
+/// Removes what a command left that was killed while it wrote this file. Gives the name of the file.
+///
+/// # Errors
+/// It cannot be written.
+pub fn prepare_beside(file: &Path) -> Result<&str> {
+    let fault = |source| Error::Write { file: file.to_path_buf(), source };
+    let Some(name) = file.file_name().and_then(OsStr::to_str) else {
+        return Err(fault(IoError::other("expected the name of a file, of letters that can be read")));
+    };
+    let folder = file.ancestors().skip(1).find(|folder| folder.as_os_str().is_empty() || folder.exists());
+    let folder = folder.filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if !folder.is_dir() {
+        return Err(Error::Write {
+            file: folder.to_path_buf(),
+            source: IoError::other("is a file, expected a folder"),
+        });
+    }
+    let prefix = beside(name);
+    room_for_a_name(folder, &format!("{prefix}000000"))?;
+    temporary(folder, &prefix).map(drop).map_err(fault)?;
+    if file.parent().is_some_and(|parent| parent == folder || parent.as_os_str().is_empty()) {
+        clean_of(folder, &prefix)?;
+    }
+    Ok(name)
+}
+
+/// Begin of the names of temporary files of a file called `name`: other commands that write into its folder leave them.
+fn beside(name: &str) -> String {
+    format!(".{name}{TEMPORARY}")
 }
 
 /// A folder in `folder` in which files are made before they take the places of others.
@@ -78,10 +137,14 @@ pub fn publish(from: &Path, to: &Path, name: &str) -> Result<PathBuf> {
 /// # Errors
 /// The folder cannot be read, or a file cannot be removed.
 pub fn clean(folder: &Path) -> Result<()> {
+    clean_of(folder, TEMPORARY)
+}
+
+fn clean_of(folder: &Path, prefix: &str) -> Result<()> {
     let fault = |source| Error::Read { file: folder.to_path_buf(), source };
     for entry in std::fs::read_dir(folder).map_err(fault)? {
         let entry = entry.map_err(fault)?;
-        if !entry.file_name().to_string_lossy().starts_with(TEMPORARY) {
+        if !entry.file_name().to_string_lossy().starts_with(prefix) {
             continue;
         }
         if entry.file_type().map_err(fault)?.is_dir() {
@@ -99,6 +162,37 @@ pub fn clean(folder: &Path) -> Result<()> {
 /// # Errors
 /// The folder or a file cannot be written; no half-written file remains.
 pub fn write_all(folder: &Path, files: Vec<OutputFile>) -> Result<Vec<PathBuf>> {
+    write_by(folder, files, TEMPORARY)
+}
+
+/// Writes `files` into the folder of `file`, one after another; see [`write_all`] and [`prepare_beside`].
+///
+/// # Errors
+/// As [`write_all`].
+pub fn write_beside(file: &Path, files: Vec<OutputFile>) -> Result<Vec<PathBuf>> {
+    write_by(folder_of(file), files, &beside_file(file))
+}
+
+/// As [`staging`], beside `file`, whose folder is made if need be.
+///
+/// # Errors
+/// It cannot be made.
+pub fn staging_beside(file: &Path) -> Result<TempDir> {
+    let fault = |source| Error::Write { file: file.to_path_buf(), source };
+    let folder = folder_of(file);
+    std::fs::create_dir_all(folder).map_err(fault)?;
+    tempfile::Builder::new().prefix(&beside_file(file)).tempdir_in(folder).map_err(fault)
+}
+
+fn folder_of(file: &Path) -> &Path {
+    file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+fn beside_file(file: &Path) -> String {
+    beside(&file.file_name().unwrap_or_default().to_string_lossy())
+}
+
+fn write_by(folder: &Path, files: Vec<OutputFile>, prefix: &str) -> Result<Vec<PathBuf>> {
     let fault = |file: &Path, source| Error::Write { file: file.to_path_buf(), source };
     std::fs::create_dir_all(folder).map_err(|e| fault(folder, e))?;
     let mut written = Vec::new();
@@ -107,7 +201,7 @@ pub fn write_all(folder: &Path, files: Vec<OutputFile>) -> Result<Vec<PathBuf>> 
         let temporary = match file.content {
             Content::File(temporary) => temporary,
             Content::Bytes(bytes) => {
-                let mut temporary = temporary_file(folder).map_err(|e| fault(&path, e))?;
+                let mut temporary = temporary(folder, prefix).map_err(|e| fault(&path, e))?;
                 temporary.write_all(&bytes).map_err(|e| fault(&path, e))?;
                 temporary
             }
@@ -136,8 +230,12 @@ pub fn remove(file: &Path) -> Result<()> {
 /// # Errors
 /// It cannot be made.
 pub fn temporary_file(folder: &Path) -> std::io::Result<NamedTempFile> {
+    temporary(folder, TEMPORARY)
+}
+
+fn temporary(folder: &Path, prefix: &str) -> std::io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(TEMPORARY);
+    builder.prefix(prefix);
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o644));
     builder.tempfile_in(folder)

@@ -70,6 +70,7 @@ impl Checkpoint {
     /// It cannot be written, or another run uses it.
     pub fn create(path: &Path, origin: &Origin) -> Result<Self> {
         let fault = |source| Error::Write { file: path.to_path_buf(), source };
+        is_no_link(path)?;
         let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(fault)?;
         alone(&file, path)?;
         Self { file, path: path.to_path_buf(), places: HashMap::new(), end: 0, damaged: 0 }.begun(origin)
@@ -91,6 +92,7 @@ impl Checkpoint {
     /// message says what differs.
     pub fn resume(path: &Path, origin: &Origin) -> Result<Self> {
         let fault = |source| Error::Read { file: path.to_path_buf(), source };
+        is_no_link(path)?;
         let file = OpenOptions::new().read(true).write(true).open(path).map_err(fault)?;
         alone(&file, path)?;
         let contents = contents(&file, path)?;
@@ -111,6 +113,7 @@ impl Checkpoint {
     /// # Errors
     /// It cannot be read, another run uses it, or it is no such file.
     pub fn find(path: &Path, origin: &Origin) -> Result<Found> {
+        is_no_link(path)?;
         if !path.is_file() {
             return Ok(Found::Nothing);
         }
@@ -232,6 +235,15 @@ fn contents(file: &File, path: &Path) -> Result<Option<Contents>> {
             }
         }
     }
+}
+
+/// Refuses anything but a file at `path`: what a link or a device leads to is not ours to write.
+fn is_no_link(path: &Path) -> Result<()> {
+    if std::fs::symlink_metadata(path).is_ok_and(|found| !found.is_file()) {
+        let problem = "is a link, a folder or a device, expected a file; remove it, or choose another --out".into();
+        return Err(Error::Resume { file: path.to_path_buf(), problem });
+    }
+    Ok(())
 }
 
 /// Locks the file against other runs.
@@ -363,6 +375,25 @@ mod tests {
         let mut checkpoint = Checkpoint::resume(&path, &origin("a")).unwrap();
         assert_eq!(checkpoint.damaged(), 1);
         assert_eq!(found(&mut checkpoint), [None, Some(vec![]), Some(b"the third".to_vec())]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn nothing_is_written_through_a_link() {
+        let folder = tempfile::tempdir().unwrap();
+        let (elsewhere, path) = (folder.path().join("elsewhere"), folder.path().join("run"));
+        for content in ["", "mine"] {
+            std::fs::write(&elsewhere, content).unwrap();
+            std::os::unix::fs::symlink(&elsewhere, &path).unwrap();
+            let errors = [
+                Checkpoint::create(&path, &origin("a")).map(drop).unwrap_err(),
+                Checkpoint::resume(&path, &origin("a")).map(drop).unwrap_err(),
+                Checkpoint::find(&path, &origin("a")).map(drop).unwrap_err(),
+            ];
+            assert!(errors.iter().all(|error| error.to_string().contains("run: is a link")), "{errors:?}");
+            assert_eq!(std::fs::read_to_string(&elsewhere).unwrap(), content);
+            std::fs::remove_file(&path).unwrap();
+        }
     }
 
     #[test]

@@ -267,9 +267,9 @@ fn chain_error(spec: &ChainErrorSpec, machine: &Machine, index: usize, check: &C
         angular: radians("end_rotation_deg", spec.end_rotation_deg)?,
     };
     let check_offsets = check.key("drive_offsets_mm_or_deg");
-    if spec.drive_offsets_mm_or_deg.len() > chain.drives.len() {
+    if !spec.drive_offsets_mm_or_deg.is_empty() && spec.drive_offsets_mm_or_deg.len() != chain.drives.len() {
         let problem = format!(
-            "must have at most one entry per drive of the chain, which is {}, got {}",
+            "must have one entry per drive of the chain, which is {}, got {}",
             chain.drives.len(),
             spec.drive_offsets_mm_or_deg.len()
         );

@@ -9,7 +9,7 @@ mod superposition;
 use std::{
     io::Write,
     path::{Path, PathBuf},
-    sync::Arc,
+    sync::{Arc, atomic::Ordering},
     time::Instant,
 };
 
@@ -29,6 +29,7 @@ use super::{
     Ending,
     output_choice::{ColourMap, Format},
     progress::Progress,
+    report::PAGE,
     reporting::{Reporting, stop_flag},
 };
 
@@ -117,7 +118,12 @@ pub fn run(arguments: &RunArguments) -> Result<Ending> {
     for (origin, study) in &studies {
         let out = folder(arguments, study);
         prepare(&out)?;
+        Manifest::may_write(&out, main_files(arguments, study).iter().map(String::as_str))?;
         refuse_to_lose(arguments, &out, origin)?;
+    }
+    if stop_flag()?.load(Ordering::Relaxed) {
+        arguments.reporting.print("Stopped before anything was computed.\n")?;
+        return Ok(Ending::Stopped);
     }
     let mut ending = Ending::Complete;
     for (origin, study) in &studies {
@@ -150,6 +156,23 @@ fn check_formats(arguments: &RunArguments, study: &Study) -> Result<()> {
         return Err(Error::Argument { argument: "--format vti".into(), problem });
     }
     Ok(())
+}
+
+/// The main files of a study: what must not be in their places is told before anything is computed. The others are held
+/// against the folder before the first of all is written.
+fn main_files(arguments: &RunArguments, study: &Study) -> Vec<String> {
+    let tables: &[&str] = match &study.kind {
+        StudyKind::WorkspaceMap(_) => &["map"],
+        StudyKind::Path(_) => &["points", "methods"],
+        StudyKind::Placement(_) => &["candidates", "sweep", "refinements", "pareto"],
+        StudyKind::Superposition(_) => {
+            &["map", "safe_load", "locations", "largest_factors", "scaling", "slopes", "ablation"]
+        }
+        StudyKind::Validation(_) => &["summary", "variants"],
+    };
+    let endings = arguments.format.iter().map(|format| format.ending());
+    let tables = endings.flat_map(|ending| tables.iter().map(move |table| format!("{table}.{ending}")));
+    tables.chain(["summary.json", "report.json", PAGE].map(String::from)).collect()
 }
 
 /// The folder for the results of `study`.
@@ -189,6 +212,11 @@ fn run_study(arguments: &RunArguments, study: &Study, origin: &Origin) -> Result
         Err(Error::Stopped) => run.stopped(),
         // Nothing is left to go on with once the results are written.
         Ok(ending) => remove(&out.join(STATE)).map(|()| ending),
+        Err(_) if !out.is_dir() => {
+            run.progress.end();
+            let source = std::io::Error::other("the folder was removed during the run, and with it what was computed");
+            Err(Error::Write { file: out, source })
+        }
         Err(error) => {
             run.progress.end();
             if run.work.pieces() == 0 {

@@ -69,6 +69,7 @@ impl Output<'_> {
         files.extend(drawn(std::mem::take(&mut self.figures), arguments.colours.into())?);
         self.manifest.files = files.iter().map(|file| file.name.clone()).collect();
         self.manifest.files.extend(has_page.then(|| PAGE.to_string()));
+        Manifest::may_write(out, self.manifest.files.iter().map(String::as_str))?;
         // Everything is made before the first file takes the place of another.
         let made = staging(out)?;
         files.push(OutputFile::new(Manifest::FILE, self.manifest.to_json()));

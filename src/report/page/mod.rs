@@ -53,6 +53,9 @@ pub(super) fn largest_of_drives(machine: &Machine) -> Vec<Quantity> {
     corrections.chain(forces).collect()
 }
 
+/// What a page says near its begin of the program that made it.
+pub const GENERATOR: &str = r#"<meta name="generator" content="kinetostat">"#;
+
 /// Correction and force of each drive.
 pub(super) fn drive_quantities(machine: &Machine, better: Better) -> Vec<Quantity> {
     let labels = machine.drive_labels();

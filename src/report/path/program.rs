@@ -163,7 +163,7 @@ fn bounded_json(job: &ProgramJob, path: &BoundedPath) -> Value {
 const SCHEMA: u32 = 2;
 
 /// What each pass leaves, over the points at which the tool cuts.
-pub fn program_json(job: &ProgramJob, passes: &[Pass], bounded: Option<&BoundedPath>) -> String {
+pub fn program_json(job: &ProgramJob, passes: &[Pass], bounded: Option<&BoundedPath>) -> Value {
     let passes: Vec<Value> = passes
         .iter()
         .map(|pass| {
@@ -179,13 +179,12 @@ pub fn program_json(job: &ProgramJob, passes: &[Pass], bounded: Option<&BoundedP
             })
         })
         .collect();
-    let report = json!({
+    json!({
         "schema": SCHEMA,
         "machine": job.machine.name,
         "points": job.path.len(),
         "length_mm": job.path.length_mm(),
         "passes": passes,
         "bounded": bounded.map(|path| bounded_json(job, path)),
-    });
-    format!("{report:#}\n")
+    })
 }

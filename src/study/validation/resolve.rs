@@ -118,6 +118,7 @@ fn pictures(specs: &[FigureSpec], cases: &[String], machine: &Machine, check: &C
             let problem = format!("begins file names: expected letters, digits, _ and -, got \"{}\"", spec.name);
             return check.key("name").fail(problem);
         }
+        check.key("name").short(&spec.name)?;
         let most = if spec.kind == FigureKind::Curves { MOST_FRAMES } else { 1 };
         let check_cases = check.key("cases");
         if !(1..=most).contains(&spec.cases.len()) {

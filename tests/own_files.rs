@@ -1,0 +1,265 @@
+//! What a command writes replaces only what a command before wrote, and nothing that it reads; links, devices and names that
+//! are too long are told before anything is computed.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::{Command, Output},
+};
+
+use tempfile::TempDir;
+
+fn command(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_kinetostat"));
+    command.args(arguments);
+    command
+}
+
+fn run(arguments: &[&str]) -> Output {
+    command(arguments).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+fn succeeds(arguments: &[&str]) {
+    let output = run(arguments);
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", text(&output.stderr));
+}
+
+/// Exit code 2, nothing computed, and `expected` on standard error.
+fn refused(arguments: &[&str], expected: &str) {
+    let output = run(arguments);
+    let stderr = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {stderr}");
+    assert!(stderr.contains(expected), "{arguments:?}: {stderr}");
+}
+
+fn path(file: &Path) -> &str {
+    file.to_str().unwrap()
+}
+
+fn repository(file: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(file)
+}
+
+/// Names in a folder.
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> =
+        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+const MAP: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/studies/01_workspace_map");
+
+/// A study of a path whose polyline has the name of a table that runs write.
+fn path_study(folder: &Path) -> (PathBuf, PathBuf) {
+    let study = folder.join("study");
+    fs::create_dir(&study).unwrap();
+    let polyline = study.join("points.csv");
+    fs::write(&polyline, "x_mm,y_mm,z_mm\n0,0,0\n1,0,0\n").unwrap();
+    fs::write(study.join("process.toml"), "schema = 1\n[placement]\norigin_mm = [0.0, 0.0, 100.0]\n").unwrap();
+    let text = "schema = 1\nquestion = \"?\"\nmachine = \"orthoglide\"\n[path]\nprocess = \"process.toml\"\nfile = \"points.csv\"\nmethods = [\"direct\"]\n";
+    fs::write(study.join("study.toml"), text).unwrap();
+    (study, polyline)
+}
+
+#[test]
+fn a_run_into_its_own_study_loses_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let (study, polyline) = path_study(folder.path());
+    let before = (names(&study), fs::read(&polyline).unwrap());
+    let arguments = ["run", path(&study), "--no-figures", "--out", path(&study)];
+    refused(&arguments, "points.csv: cannot be written: is an input of this command");
+    assert_eq!((names(&study), fs::read(&polyline).unwrap()), before);
+    // Also where a run before wrote it.
+    let out = folder.path().join("out");
+    let into_out = ["run", path(&study), "--no-figures", "--out", path(&out)];
+    succeeds(&into_out);
+    succeeds(&into_out);
+    let text = fs::read_to_string(study.join("study.toml")).unwrap();
+    fs::write(study.join("study.toml"), text.replace("\"points.csv\"", "\"../out/points.csv\"")).unwrap();
+    fs::write(out.join("points.csv"), "x_mm,y_mm,z_mm\n0,0,0\n1,0,0\n").unwrap();
+    refused(&into_out, "points.csv: cannot be written: is an input of this command");
+}
+
+#[test]
+fn a_run_leaves_files_of_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path();
+    let arguments = ["run", MAP, "--grid", "1", "--no-figures", "--out", path(out)];
+    for name in ["map.csv", "summary.json", "report.html", "manifest.json", "csv-metadata.json"] {
+        fs::write(out.join(name), "mine").unwrap();
+        refused(&arguments, &format!("{name}: cannot be written: was not written by kinetostat"));
+        assert_eq!(fs::read_to_string(out.join(name)).unwrap(), "mine");
+        fs::remove_file(out.join(name)).unwrap();
+        let _ = fs::remove_file(out.join("unfinished_run.state"));
+        assert_eq!(names(out), [""; 0]);
+    }
+    fs::write(out.join("notes.txt"), "mine").unwrap();
+    succeeds(&arguments);
+    succeeds(&arguments);
+    assert_eq!(fs::read_to_string(out.join("notes.txt")).unwrap(), "mine");
+}
+
+#[cfg(unix)]
+#[test]
+fn nothing_is_written_through_links_or_to_devices() {
+    use std::os::unix::fs::symlink;
+    let folder = tempfile::tempdir().unwrap();
+    let (out, elsewhere) = (folder.path().join("out"), folder.path().join("elsewhere"));
+    fs::create_dir(&out).unwrap();
+    let arguments = ["run", MAP, "--grid", "1", "--no-figures", "--out", path(&out)];
+    for name in ["map.csv", "unfinished_run.state", "manifest.json"] {
+        for content in [None, Some("")] {
+            content.iter().for_each(|content| fs::write(&elsewhere, content).unwrap());
+            symlink(&elsewhere, out.join(name)).unwrap();
+            refused(&arguments, &format!("{name}: "));
+            assert_eq!(fs::read_to_string(&elsewhere).ok().as_deref(), content);
+            fs::remove_file(out.join(name)).unwrap();
+            let _ = fs::remove_file(&elsewhere);
+        }
+    }
+    let (groove, process) = (repository("tests/programs/groove.nc"), repository("tests/programs/process.toml"));
+    let compensate = ["compensate", path(&groove), "--machine", "orthoglide", "--process", path(&process), "--out"];
+    // A link instead of the device itself: a failing test must not cost the machine its devices.
+    let pipe = folder.path().join("pipe");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    refused(&[&compensate[..], &[path(&pipe)]].concat(), "pipe: cannot be written: is a device or a pipe");
+    refused(&["report", path(&repository("results/01_workspace_map")), "--out", path(&pipe)], "is a device or a pipe");
+    refused(&[&arguments[..], &["--log", path(&pipe)]].concat(), "is a device or a pipe");
+}
+
+#[test]
+fn a_compensated_program_is_replaced_only_as_it_was_left() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out.nc");
+    let (groove, process) = (repository("tests/programs/groove.nc"), repository("tests/programs/process.toml"));
+    let arguments =
+        ["compensate", path(&groove), "--machine", "orthoglide", "--process", path(&process), "--out", path(&out)];
+    fs::write(&out, "mine").unwrap();
+    refused(&arguments, "out.nc: cannot be written: was not written by kinetostat, or was changed since");
+    assert_eq!(fs::read_to_string(&out).unwrap(), "mine");
+    fs::remove_file(&out).unwrap();
+    // What a killed command left of this file, and what another one is just writing.
+    for name in [".out.nc.partial-abc", ".other.nc.partial-abc", ".partial-abc"] {
+        fs::write(folder.path().join(name), "").unwrap();
+    }
+    succeeds(&arguments);
+    let all = [".other.nc.partial-abc", ".partial-abc", "out.nc", "out.nc.points.csv", "out.nc.report.json"];
+    assert_eq!(names(folder.path()), all);
+    let first: Vec<_> = all.iter().map(|name| fs::read(folder.path().join(name)).unwrap()).collect();
+    succeeds(&arguments);
+    let second: Vec<_> = all.iter().map(|name| fs::read(folder.path().join(name)).unwrap()).collect();
+    assert!(first == second, "same input, same bytes");
+    for name in ["out.nc", "out.nc.points.csv"] {
+        let file = folder.path().join(name);
+        let own = fs::read(&file).unwrap();
+        fs::write(&file, "edited by hand").unwrap();
+        refused(&arguments, &format!("{name}: cannot be written: was not written by kinetostat, or was changed since"));
+        assert_eq!(fs::read_to_string(&file).unwrap(), "edited by hand");
+        fs::write(&file, own).unwrap();
+    }
+    fs::write(folder.path().join("out.nc.report.json"), "{}").unwrap();
+    refused(&arguments, "out.nc.report.json: cannot be written: was not written by kinetostat");
+}
+
+#[test]
+fn no_input_of_a_compensation_is_written_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let copy = |name: &str| {
+        let file = folder.path().join(name);
+        fs::copy(repository("tests/programs").join(name), &file).unwrap();
+        file
+    };
+    let (groove, process) = (copy("groove.nc"), copy("process.toml"));
+    let machine = folder.path().join("machine.toml");
+    fs::copy(repository("src/machine/catalogue/orthoglide.toml"), &machine).unwrap();
+    for input in [&groove, &process, &machine] {
+        let before = fs::read(input).unwrap();
+        let arguments = [
+            "compensate",
+            path(&groove),
+            "--machine",
+            path(&machine),
+            "--process",
+            path(&process),
+            "--out",
+            path(input),
+        ];
+        refused(&arguments, "cannot be written: is an input of this command");
+        assert_eq!(fs::read(input).unwrap(), before);
+    }
+    // A log is no input and not one of somebody else.
+    let arguments = ["compensate", path(&groove), "--machine", path(&machine), "--process", path(&process), "--out"];
+    let out = folder.path().join("out.nc");
+    let with_log = [&arguments[..], &[path(&out), "--log", path(&machine)]].concat();
+    refused(&with_log, "machine.toml: cannot be written: was not written by kinetostat");
+    let log = folder.path().join("log");
+    let with_log = [&arguments[..], &[path(&out), "--log", path(&log)]].concat();
+    succeeds(&with_log);
+    succeeds(&with_log);
+}
+
+#[test]
+fn a_page_replaces_pages_only() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    succeeds(&["run", MAP, "--grid", "2", "--no-figures", "--out", path(&out)]);
+    let table = fs::read(out.join("map.csv")).unwrap();
+    refused(
+        &["report", path(&out), "--out", path(&out.join("map.csv"))],
+        "map.csv: cannot be written: was not written",
+    );
+    assert_eq!(fs::read(out.join("map.csv")).unwrap(), table);
+    let page = folder.path().join("page.html");
+    for _ in 0..2 {
+        succeeds(&["report", path(&out)]);
+        succeeds(&["report", path(&out), "--out", path(&page)]);
+    }
+    fs::write(&page, "<html>mine</html>").unwrap();
+    refused(&["report", path(&out), "--out", path(&page)], "page.html: cannot be written: was not written");
+}
+
+#[test]
+fn names_that_are_too_long_are_told_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let long = "n".repeat(250);
+    let (groove, process) = (repository("tests/programs/groove.nc"), repository("tests/programs/process.toml"));
+    let out = folder.path().join("new").join(&long);
+    let arguments =
+        ["compensate", path(&groove), "--machine", "orthoglide", "--process", path(&process), "--out", path(&out)];
+    refused(&arguments, "File name too long");
+    let mut deep = folder.path().to_path_buf();
+    (0..15).for_each(|_| deep.push(&long));
+    deep.push("n".repeat(4060_usize.saturating_sub(path(&deep).len()).min(250)));
+    refused(&["run", MAP, "--grid", "1", "--no-figures", "--out", path(&deep)], "File name too long");
+    assert_eq!(run(&arguments).stdout, b"", "nothing was computed");
+}
+
+/// What a command says that may use only so many KiB, and its exit code.
+#[cfg(target_os = "linux")]
+fn with_memory(kib: u32, arguments: &[&str]) -> (Option<i32>, String) {
+    let binary = env!("CARGO_BIN_EXE_kinetostat");
+    let limited = format!("ulimit -v {kib}; exec \"$0\" \"$@\"");
+    let output = Command::new("sh").args(["-c", &limited, binary]).args(arguments).output().unwrap();
+    (output.status.code(), text(&output.stderr))
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn too_little_memory_is_told_in_words() {
+    let folder: TempDir = tempfile::tempdir().unwrap();
+    let polyline = folder.path().join("path.csv");
+    let rows: String = (0..1_000_000).map(|k| format!("{}.0,0.0,0.0\n", k % 2)).collect();
+    fs::write(&polyline, format!("x_mm,y_mm,z_mm\n{rows}")).unwrap();
+    let (process, out) = (repository("tests/programs/process.toml"), folder.path().join("out.csv"));
+    let arguments =
+        ["compensate", path(&polyline), "--machine", "orthoglide", "--process", path(&process), "--out", path(&out)];
+    let (code, stderr) = with_memory(100_000, &arguments);
+    assert_eq!(code, Some(2), "{stderr}");
+    assert!(stderr.contains("error: out of memory: "), "{stderr}");
+    assert!(!out.exists());
+}
