@@ -34,7 +34,7 @@ fn exit_code(command: impl FnOnce() -> Result<Ending> + UnwindSafe) -> u8 {
     match catch_unwind(command) {
         Ok(Ok(ending)) => ending.exit_code(),
         Ok(Err(Error::Stopped)) => {
-            say("stopped");
+            cli::say("stopped");
             cli::STOPPED
         }
         Ok(Err(error)) => {

@@ -263,3 +263,44 @@ fn too_little_memory_is_told_in_words() {
     assert!(stderr.contains("error: out of memory: "), "{stderr}");
     assert!(!out.exists());
 }
+
+#[cfg(unix)]
+#[test]
+fn a_signal_before_anything_is_computed_and_a_folder_that_goes_are_told_in_words() {
+    use std::{process::Stdio, time::Duration};
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let study = folder.path().join("study");
+    fs::create_dir(&study).unwrap();
+    // Reading this much takes a while, in which there is no work yet that could be stopped.
+    fs::copy(repository("tests/programs/process.toml"), study.join("process.toml")).unwrap();
+    let rows: String = (0..300_000).map(|k| format!("{}.0,0.0,0.0\n", k % 2)).collect();
+    fs::write(study.join("path.csv"), format!("x_mm,y_mm,z_mm\n{rows}")).unwrap();
+    let text = "schema = 1\nquestion = \"?\"\nmachine = \"orthoglide\"\n[path]\nprocess = \"process.toml\"\nfile = \"path.csv\"\nmethods = [\"direct\"]\n";
+    fs::write(study.join("study.toml"), text).unwrap();
+    let arguments = ["run", path(&study), "--no-figures", "--out", path(&out)];
+    let begin = || command(&arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let child = begin();
+    std::thread::sleep(Duration::from_millis(100));
+    assert!(Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130), "{}", text_of(&output));
+    assert!(text_of(&output).to_lowercase().contains("stopped "), "{}", text_of(&output));
+
+    let _ = fs::remove_dir_all(&out);
+    let map = ["run", MAP, "--grid", "9", "--no-figures", "--out", path(&out)];
+    let child = command(&map).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    while !out.join("unfinished_run.state").exists() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    std::thread::sleep(Duration::from_millis(50));
+    fs::remove_dir_all(&out).unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(2), "{}", text_of(&output));
+    assert!(text_of(&output).contains("the folder was removed during the run"), "{}", text_of(&output));
+}
+
+#[cfg(unix)]
+fn text_of(output: &Output) -> String {
+    text(&output.stdout) + &text(&output.stderr)
+}

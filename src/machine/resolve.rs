@@ -8,8 +8,8 @@ use super::{
     kinematics::{self, Configuration},
     section::{Material, Section, beam_stiffness, parallelogram_terms},
     spec::{
-        AxisSpec, BeamSpec, ChainSpec, CoordinateSpec, ElementSpec, FrameSpec, LinkSpec, MachineSpec, MountSpec,
-        ParallelogramSpec, SectionSpec,
+        AxisSpec, BeamSpec, ChainSpec, CoordinateSpec, ElementSpec, FrameSpec, LinkSpec, MachineSpec, MaterialSpec,
+        MountSpec, ParallelogramSpec, SectionSpec,
     },
 };
 use crate::{
@@ -23,6 +23,8 @@ pub(super) fn machine(spec: &MachineSpec, origin: &str) -> Result<Machine> {
     let check = Check::new(origin);
     check.schema(spec.schema)?;
     check.key("name").identifier(&spec.name)?;
+    // Also those that nothing is made of.
+    spec.material.iter().try_for_each(|(name, spec)| elastic_constants(name, spec, &check).map(drop))?;
     let chains = mounted_chains(spec, &check)?;
     let controls = controls(spec, &check)?;
     let drive_count: usize = chains.iter().map(|chain| chain.drives.len()).sum();
@@ -56,6 +58,14 @@ pub(super) fn machine(spec: &MachineSpec, origin: &str) -> Result<Machine> {
         Err(unreachable) => return home_check.fail(format!("the chains cannot be assembled here: {unreachable}")),
     };
     Ok(machine)
+}
+
+fn elastic_constants(name: &str, spec: &MaterialSpec, check: &Check) -> Result<Material> {
+    let check = check.key(&format!("material.{name}"));
+    Ok(Material {
+        youngs_modulus: check.key("youngs_modulus_N_per_mm2").positive(spec.youngs_modulus)?,
+        shear_modulus: check.key("shear_modulus_N_per_mm2").positive(spec.shear_modulus)?,
+    })
 }
 
 /// Most chains of a machine, and most coordinates of their joints and springs together: several times those of any
@@ -419,11 +429,7 @@ impl ChainBuilder<'_> {
             let known = if known.is_empty() { "none".into() } else { known };
             return check.fail(format!("no material is called \"{name}\"; there are: {known}"));
         };
-        let check = check.root().key(&format!("material.{name}"));
-        Ok(Material {
-            youngs_modulus: check.key("youngs_modulus_N_per_mm2").positive(spec.youngs_modulus)?,
-            shear_modulus: check.key("shear_modulus_N_per_mm2").positive(spec.shear_modulus)?,
-        })
+        elastic_constants(name, spec, &check.root())
     }
 
     /// Numbers the passive coordinates behind the virtual ones.

@@ -12,10 +12,15 @@ use sha2::{Digest, Sha256};
 use tempfile::TempDir;
 
 use super::{
-    OutputFile, may_replace,
-    write::{prepare_beside, write_beside},
+    OutputFile,
+    exchange::{Column, Format, StreamedTable},
+    may_replace,
+    write::{prepare_beside, staging_beside, write_beside},
 };
-use crate::{error::Result, input_file};
+use crate::{
+    error::{Error, Result},
+    input_file,
+};
 
 /// A longer file is no report, bytes.
 const LONGEST: u64 = 16 << 20;

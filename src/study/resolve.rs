@@ -33,6 +33,9 @@ const MAX_MAP_POINTS: usize = 100_000_000;
 pub(super) fn study(spec: &StudySpec, text: &str, origin: &str, folder: &Path, overrides: &Overrides) -> Result<Study> {
     let check = Check::new(origin);
     check.schema(spec.schema)?;
+    if spec.question.trim().is_empty() {
+        return check.key("question").fail("must be a sentence, which is printed with the answer, got none".into());
+    }
     let (machine, machine_text) = machine(&spec.machine, folder, &check.key("machine"))?;
     let kinds = [
         ("workspace_map", spec.workspace_map.is_some()),
