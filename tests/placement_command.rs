@@ -53,6 +53,10 @@ fn places_are_compared_side_by_side() {
     assert!(said.contains("unreachable") && said.contains("cannot close"), "{said}");
     for (at, message) in [
         ("Q9", "--at: machine orthoglide has no point \"Q9\"; there are: Q0, Q1, Q2, Q3"),
+        (
+            "1,2,3,4,5",
+            "--at: \"1,2,3,4,5\": expected x,y,z in mm, or x,y,z,yaw or x,y,z,yaw,pitch,roll with angles in degrees",
+        ),
         ("1,2", "--at: \"1,2\": expected x,y,z in mm, or x,y,z,yaw or x,y,z,yaw,pitch,roll with angles in degrees"),
         (
             "0,0,0,0,5,0",

@@ -325,7 +325,8 @@ pub fn place(text: &str, machine: &Machine, reference: PathReference) -> Result<
     let fault = |problem: String| Err(Error::Argument { argument: "--at".into(), problem });
     let site = match numbers.as_deref() {
         Ok([x, y, z, angles @ ..])
-            if angles.len() <= 3 && numbers.iter().flatten().all(|v| v.abs() <= crate::check::LARGEST) =>
+            if [0, 1, 3].contains(&angles.len())
+                && numbers.iter().flatten().all(|v| v.abs() <= crate::check::LARGEST) =>
         {
             let mut site = Site::new(Vector3::new(*x, *y, *z), 0.0);
             for (coordinate, degrees) in site.0[3..].iter_mut().zip(angles) {
