@@ -92,6 +92,9 @@ const CLOSURE_TOLERANCE: f64 = 1e-14;
 /// Closure error down to which the iteration may stall on rounding and still count as solved.
 const CLOSURE_ROUNDING: f64 = 1e-12;
 const MAX_ITERATIONS: usize = 12;
+/// A drive or joint is at its limit, not beyond it, within this share of the limit: rounding of what the search for the
+/// configuration, and a program's numbers, leave.
+const LIMIT_ROUNDING: f64 = 1e-9;
 /// A chain with a smaller gap is closed as far as a user is concerned, mm.
 const CLOSED_MM: f64 = 1e-3;
 /// A pivot below this fraction of the largest is zero.
@@ -386,6 +389,17 @@ impl Machine {
     /// # Errors
     /// As [`Machine::inverse_kinematics`].
     pub fn inverse_kinematics_from(&self, start: &Configuration, target: &Pose) -> Result<Configuration, Unreachable> {
+        let configuration = self.unlimited_inverse_kinematics_from(start, target)?;
+        self.check_limits(&configuration)?;
+        Ok(configuration)
+    }
+
+    /// As [`Machine::inverse_kinematics_from`], as if travel and joints had no limits.
+    pub(crate) fn unlimited_inverse_kinematics_from(
+        &self,
+        start: &Configuration,
+        target: &Pose,
+    ) -> Result<Configuration, Unreachable> {
         let turn = rotation_log(&(start.pose.rotation.transpose() * target.rotation));
         let shift = target.translation - start.pose.translation;
         let start_pose = start.pose;
@@ -397,9 +411,7 @@ impl Machine {
             let pose = if s == 1.0 { *target } else { along(s) };
             closure.newton(from, &Command::Task(&pose))
         });
-        let configuration = self.closed(reached, &Command::Task(target))?;
-        self.check_limits(&configuration)?;
-        Ok(configuration)
+        self.closed(reached, &Command::Task(target))
     }
 
     /// Derivative of the drives by the controlled task coordinates at `at`: one row per drive (mm, rad), one column per
@@ -527,7 +539,7 @@ impl Machine {
     pub(crate) fn check_limits(&self, at: &Configuration) -> Result<(), Unreachable> {
         for ((c, drive), &rho) in self.drives().zip(&at.drives) {
             if let Some((low, high)) = drive.travel
-                && !(low..=high).contains(&rho)
+                && beyond(rho, low, high) > 0.0
             {
                 let (unit, scale) = user_unit(drive.motion);
                 return Err(Unreachable::Travel {
@@ -543,7 +555,7 @@ impl Machine {
         for (chain, values) in self.chains.iter().zip(&at.passive) {
             for (joint, &q) in chain.passive.iter().zip(values) {
                 if let Some((low, high)) = joint.limits
-                    && !(low..=high).contains(&q)
+                    && beyond(q, low, high) > 0.0
                 {
                     let (unit, scale) = user_unit(joint.motion);
                     return Err(Unreachable::JointLimit {
@@ -560,12 +572,30 @@ impl Machine {
         Ok(())
     }
 
+    /// How far the drive or joint farthest beyond its limits is beyond them, mm or degrees; 0 within.
+    pub(crate) fn limit_excess(&self, at: &Configuration) -> f64 {
+        let drives = self.drives().zip(&at.drives).map(|((_, drive), &rho)| (drive.travel, drive.motion, rho));
+        let joints = self.chains.iter().zip(&at.passive).flat_map(|(chain, values)| {
+            chain.passive.iter().zip(values).map(|(joint, &q)| (joint.limits, joint.motion, q))
+        });
+        let excess = |(limits, motion, value): (Option<(f64, f64)>, Motion, f64)| {
+            limits.map_or(0.0, |(low, high)| beyond(value, low, high) * user_unit(motion).1)
+        };
+        drives.chain(joints).map(excess).fold(0.0, f64::max)
+    }
+
     /// Closure Jacobian at `at`: `6m` rows (mm, rad × reach), columns twist of P, drives, passive joints.
     pub(super) fn closure_jacobian(&self, at: &Configuration) -> DMatrix<f64> {
         let mut closure = Closure::new(self);
         closure.linearise(at, &Command::Drives(&at.drives));
         closure.jacobian.rows(0, 6 * self.chains.len()).into_owned()
     }
+}
+
+/// How far `value` is beyond the limits, in its unit; 0 within them and as far outside as rounding may put it.
+fn beyond(value: f64, low: f64, high: f64) -> f64 {
+    let excess = f64::max(low - value, value - high);
+    if excess > LIMIT_ROUNDING * low.abs().max(high.abs()).max(high - low) { excess } else { 0.0 }
 }
 
 /// Unit in which a joint is shown, and the factor to it.

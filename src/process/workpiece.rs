@@ -57,24 +57,74 @@ impl Extent {
         Self { min: self.min.inf(&other.min), max: self.max.sup(&other.max) }
     }
 
-    /// Whether this box, placed in O by `placement` (its axes are those of W), and the box `other` of O have more than
-    /// their surface in common: no axis of either, and no cross product of two, separates their projections.
+    /// The box that reaches `by` (mm) farther on every side.
     #[must_use]
-    pub fn overlaps(&self, placement: &Placement, other: &Extent) -> bool {
-        let pose = placement.pose();
-        let (own, theirs) = (self.corners().map(|corner| pose.transform(corner)), other.corners());
-        let (a, b) = (pose.rotation, Matrix3::identity());
-        let crossed = (0..9).map(|k| a.column(k / 3).cross(&b.column(k % 3)));
-        let axes = a.column_iter().chain(b.column_iter()).map(|axis| axis.into_owned()).chain(crossed);
-        // Edges that are parallel have no cross product, and need none.
-        let mut axes = axes.filter(|axis| axis.norm() > PARALLEL).map(|axis| axis.normalize());
-        !axes.any(|axis| separated(shadow(&own, &axis), shadow(&theirs, &axis)))
+    pub fn grown(&self, by: f64) -> Self {
+        Self { min: self.min.add_scalar(-by), max: self.max.add_scalar(by) }
     }
 
-    fn corners(&self) -> [Vector3<f64>; 8] {
+    /// How far `point` is outside along the axis where it is farthest outside, mm; negative inside.
+    pub fn excess(&self, point: &Vector3<f64>) -> f64 {
+        (self.min - point).sup(&(point - self.max)).max()
+    }
+
+    /// Whether this box, placed in O by `placement` (its axes are those of W), and the box `other` of O have more than
+    /// their surface in common.
+    #[must_use]
+    pub fn overlaps(&self, placement: &Placement, other: &Extent) -> bool {
+        self.gap(placement, other) < -TOUCH_MM
+    }
+
+    /// How far this box, placed in O by `placement`, may be moved along the unit vector `way` of O before it overlaps the
+    /// box `other` of O, mm; infinite if it never does.
+    pub fn way_to(&self, placement: &Placement, way: &Vector3<f64>, other: &Extent) -> f64 {
+        let pose = placement.pose();
+        let (own, theirs) = (self.corners().map(|corner| pose.transform(corner)), other.corners());
+        // The boxes overlap while the projections on all axes do.
+        let (mut begin, mut end) = (f64::NEG_INFINITY, f64::INFINITY);
+        for axis in axes(&pose.rotation) {
+            let (a, b) = (shadow(&own, &axis), shadow(&theirs, &axis));
+            let (first, last) = (b.0 - a.1, b.1 - a.0);
+            let speed = axis.dot(way);
+            match speed.abs() > PARALLEL {
+                true => {
+                    let (one, other) = (first / speed, last / speed);
+                    begin = begin.max(one.min(other));
+                    end = end.min(one.max(other));
+                }
+                false if first < -TOUCH_MM && last > TOUCH_MM => {}
+                false => return f64::INFINITY,
+            }
+        }
+        if begin + TOUCH_MM < end && end > TOUCH_MM { begin.max(0.0) } else { f64::INFINITY }
+    }
+
+    /// The widest gap that an axis of this box, placed in O by `placement` (its axes are those of W), an axis of the box
+    /// `other` of O, or a cross product of two shows between them, mm: no more than their distance, and above 0 if and
+    /// only if they are apart. Less than 0: how far one must at least be moved out of the other.
+    pub fn gap(&self, placement: &Placement, other: &Extent) -> f64 {
+        let pose = placement.pose();
+        let (own, theirs) = (self.corners().map(|corner| pose.transform(corner)), other.corners());
+        axes(&pose.rotation)
+            .map(|axis| between(shadow(&own, &axis), shadow(&theirs, &axis)))
+            .fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// Its corners.
+    pub fn corners(&self) -> [Vector3<f64>; 8] {
         let end = |bit: usize| if bit == 0 { &self.min } else { &self.max };
         std::array::from_fn(|k| Vector3::new(end(k & 1).x, end(k & 2).y, end(k & 4).z))
     }
+}
+
+/// Axes one of which separates a box with these axes from one with those of O if the boxes are apart: the axes of both and
+/// their cross products.
+fn axes(a: &Matrix3<f64>) -> impl Iterator<Item = Vector3<f64>> + use<> {
+    let (a, b) = (*a, Matrix3::identity());
+    let crossed = (0..9).map(move |k| a.column(k / 3).cross(&b.column(k % 3)));
+    let own = (0..3).flat_map(move |k| [a.column(k).into_owned(), b.column(k).into_owned()]);
+    // Edges that are parallel have no cross product, and need none.
+    own.chain(crossed).filter(|axis| axis.norm() > PARALLEL).map(|axis| axis.normalize())
 }
 
 /// Smallest and largest coordinate of `points` along `axis`.
@@ -82,8 +132,8 @@ fn shadow(points: &[Vector3<f64>], axis: &Vector3<f64>) -> (f64, f64) {
     points.iter().map(|p| p.dot(axis)).fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v), high.max(v)))
 }
 
-fn separated(a: (f64, f64), b: (f64, f64)) -> bool {
-    a.1 <= b.0 + TOUCH_MM || b.1 <= a.0 + TOUCH_MM
+fn between(a: (f64, f64), b: (f64, f64)) -> f64 {
+    f64::max(b.0 - a.1, a.0 - b.1)
 }
 
 #[cfg(test)]
@@ -138,6 +188,28 @@ mod tests {
         let turned = |gap: f64| tilted((across * gap).into(), [FRAC_PI_4, 0.0, FRAC_PI_4]);
         assert!(lying.overlaps(&turned(8f64.sqrt() - 1e-6), &standing));
         assert!(!lying.overlaps(&turned(8f64.sqrt() + 1e-6), &standing));
+    }
+
+    #[test]
+    fn the_gap_between_boxes_is_known() {
+        let (part, clamp) = (cube([0.0; 3], 2.0), cube([0.0; 3], 2.0));
+        assert!((part.gap(&at(5.0, 1.0, 0.0, 0.0), &clamp) - 3.0).abs() < 1e-12);
+        assert!((part.gap(&at(1.5, 0.5, 0.0, 0.0), &clamp) + 0.5).abs() < 1e-12);
+        // Grown by the gap, they touch.
+        assert!(!part.overlaps(&at(5.0, 0.0, 0.0, 0.0), &clamp.grown(3.0)));
+        assert!(part.overlaps(&at(5.0, 0.0, 0.0, 0.0), &clamp.grown(3.001)));
+        // A thin plate in the way is met wherever it is, and one beside the way never.
+        let plate = Extent { min: Vector3::new(7.0, -9.0, -9.0), max: Vector3::new(7.001, 9.0, 9.0) };
+        let way = part.way_to(&at(0.0, 0.0, 0.0, 0.0), &Vector3::x(), &plate);
+        assert!((way - 6.0).abs() < 1e-8, "{way}");
+        assert_eq!(part.way_to(&at(0.0, 0.0, 0.0, 0.0), &-Vector3::x(), &plate), f64::INFINITY);
+        assert_eq!(part.way_to(&at(0.0, 20.0, 0.0, 0.0), &Vector3::x(), &plate), f64::INFINITY);
+        let turned = part.way_to(&at(0.0, 0.0, 0.0, FRAC_PI_4), &Vector3::x(), &plate);
+        assert!((turned - (7.0 - 2f64.sqrt())).abs() < 1e-8, "{turned}");
+        // Along a box that is touched the way is free.
+        assert_eq!(part.way_to(&at(0.0, 0.0, 2.0, 0.0), &Vector3::x(), &clamp), f64::INFINITY);
+        assert_eq!(clamp.excess(&Vector3::new(1.5, 0.0, -3.0)), 2.0);
+        assert_eq!(clamp.excess(&Vector3::new(0.25, 0.0, 0.0)), -0.75);
     }
 
     #[test]
