@@ -31,10 +31,11 @@ fn main() {
             let started = Instant::now();
             let swept = Arc::new(Mutex::new(0.0));
             let note = Arc::clone(&swept);
-            // The last place of the sweep ends it; flatness and tables that follow are the same for both.
+            // The searches that follow the sweep are the same for both.
             let watch = Box::new(move |event| {
-                if event == Event::Computed(1) {
-                    *note.lock().expect("no thread panics") = started.elapsed().as_secs_f64();
+                let mut seconds = note.lock().expect("no thread panics");
+                if matches!(event, Event::Stage(_)) && *seconds == 0.0 {
+                    *seconds = started.elapsed().as_secs_f64();
                 }
             });
             let results = run(&study, &Work::new(None, Arc::default(), watch)).expect("nothing stops it");

@@ -7,7 +7,7 @@ use std::path::Path;
 use kinetostat::{
     report::placement::{candidates_table, sweep_table},
     study::placement::{
-        Bounds, Cell, Evaluator, Metric, PlacementResults, PlacementStudy, Site, SiteGrid, Verdict, compare,
+        Bounds, Cell, Evaluator, Found, Metric, PlacementResults, PlacementStudy, Site, SiteGrid, Verdict, compare,
     },
 };
 use nalgebra::Vector3;
@@ -22,6 +22,8 @@ const GROOVE: &str = r#"
 schema = 1
 question = "where?"
 machine = "orthoglide"
+[placement]
+clearance_mm = 0.0
 [[placement.feature]]
 name = "groove"
 process = "process.toml"
@@ -74,7 +76,7 @@ fn the_search_finds_what_brute_force_finds() {
     assert!(best.value <= fine.0, "{best:?}, brute force {fine:?}");
     assert!(best.value >= 0.995 * fine.0, "{best:?}, brute force {fine:?}");
     assert!((best.site.position_mm() - fine.1.position_mm()).amax() < 1.5, "{best:?}, brute force {fine:?}");
-    assert!(best.refinement.is_some());
+    assert!(matches!(best.found, Found::Refinement(_)));
 }
 
 #[test]
@@ -225,13 +227,13 @@ fn a_drive_force_beyond_its_limit_is_a_reason() {
     let split = process.find("# Assembling").unwrap();
     let limited = format!("{}{limits}\n{}", &process[..split], &process[split..]);
     std::fs::write(folder.path().join("process.toml"), limited).unwrap();
-    let toml = GROOVE.to_string() + &candidate("Q0", [0.0; 3]) + &candidate("Q1", [126.35; 3]);
+    let toml = GROOVE.to_string() + &candidate("Q0", [0.0; 3]) + &candidate("corner", [101.0; 3]);
     let entries = compare(&study_in(folder.path(), &toml));
     let metrics = entries[0].outcome.as_ref().unwrap().metrics;
     let (force, margin) = (metrics.get(Metric::WorstDriveForce).unwrap(), metrics.get(Metric::ForceMargin).unwrap());
     assert!((margin - (230.0 - force) / 230.0).abs() < 1e-12);
     let failure = entries[1].outcome.as_ref().unwrap_err();
-    assert_eq!((entries[1].name.as_str(), &*failure.status), ("Q1", "force_limit"));
+    assert_eq!((entries[1].name.as_str(), &*failure.status), ("corner", "force_limit"));
     assert!(failure.reason.contains("its limit is 230.0 N"), "{}", failure.reason);
 }
 

@@ -41,9 +41,15 @@ fn places_are_compared_side_by_side() {
     let process = format!("{STUDIES}/04_placement_pocket/process.toml");
     let path = format!("{STUDIES}/04_placement_pocket/pocket.nc");
     let common = ["compare", "--machine", "orthoglide", "--process", &process, "--path", &path];
-    let output = kinetostat(&[&common[..], &["--at", "Q3", "--at", "50,0,100,90", "--at", "Q0", "--csv"]].concat());
+    let output = kinetostat(&[&common[..], &["--at", "50,0,100,90", "--at", "Q0", "--csv"]].concat());
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    // At Q3, a corner of the workspace box, the path leaves it: the numbers are told, and so is that.
+    let output = kinetostat(&[&common[..], &["--at", "Q3", "--at", "50,0,100,90", "--at", "Q0", "--csv"]].concat());
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
     let said = text(&output.stdout);
+    let last = said.lines().last().unwrap();
+    assert!(last.starts_with(",Q3,named,") && last.contains(",outside_workspace,"), "{last}");
+    assert!(last.contains("is outside the machine's workspace box"), "{last}");
     let names: Vec<&str> = said.lines().skip(1).filter_map(|line| line.split(',').nth(1)).collect();
     // A name with commas is quoted.
     assert_eq!(names, ["Q0", "\"50", "Q3"]);

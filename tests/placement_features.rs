@@ -53,7 +53,13 @@ const SLOT: [[f64; 6]; 3] =
 
 fn tilted_folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    write(folder.path(), "arm.toml", ARM);
+    // Room for P wherever the tilted tool asks for it.
+    let roomy = ARM.replace("min_mm = [500.0, -200.0, 300.0]", "min_mm = [300.0, -400.0, 200.0]");
+    write(
+        folder.path(),
+        "arm.toml",
+        &roomy.replace("max_mm = [800.0, 200.0, 500.0]", "max_mm = [1000.0, 400.0, 700.0]"),
+    );
     write(folder.path(), "process.toml", "schema = 1\n[force]\nfrom_path = true\n");
     let rows = SLOT.map(|row| row.map(|value| value.to_string()).join(","));
     let header = "x_mm,y_mm,z_mm,force_x_N,force_y_N,force_z_N";

@@ -60,7 +60,7 @@ pub fn compare(arguments: &CompareArguments) -> Result<Ending> {
     } else {
         print(&entries_table(&study, &entries))?;
     }
-    let complete = entries.iter().all(|entry| entry.outcome.is_ok());
+    let complete = entries.iter().all(|entry| entry.feasible().is_some());
     Ok(if complete { Ending::Complete } else { Ending::SomeUnsolved })
 }
 

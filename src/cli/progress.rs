@@ -8,7 +8,10 @@ use std::{
 
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use kinetostat::{report::visible_json, study::work::Event};
+use kinetostat::{
+    report::visible_json,
+    study::work::{Event, Stage},
+};
 use serde_json::{Value, json};
 
 /// `--progress`.
@@ -26,7 +29,7 @@ pub enum Form {
 const JSON_INTERVAL: Duration = Duration::from_millis(500);
 const LOG_INTERVAL: Duration = Duration::from_secs(10);
 
-/// Items done of a computation.
+/// Items done of a computation, or of the stage it is in.
 pub struct Progress {
     bar: ProgressBar,
     is_json: bool,
@@ -43,6 +46,8 @@ struct State {
     /// Since when, and from how many computed items on, the rate is measured.
     rate_from: (Instant, usize),
     best: Option<f64>,
+    /// The stage after the first, and how many of its items are done.
+    stage: Option<(Stage, usize)>,
     json_at: Instant,
     logged_at: Instant,
 }
@@ -53,13 +58,13 @@ impl Progress {
         let is_drawn = form == Form::Auto && std::io::stderr().is_terminal();
         let target = if is_drawn { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(Some(total as u64), target);
-        let template = format!("{{bar:40}} {{pos}}/{{len}} {of}, {{per_sec}}, {{eta}} left {{msg}}");
-        let bar = match ProgressStyle::with_template(&template) {
-            Ok(style) => bar.with_style(style),
-            Err(_) => bar,
+        let bar = match style(of) {
+            Some(style) => bar.with_style(style),
+            None => bar,
         };
         let now = Instant::now();
-        let state = State { computed: 0, kept: 0, rate_from: (now, 0), best: None, json_at: now, logged_at: now };
+        let state =
+            State { computed: 0, kept: 0, rate_from: (now, 0), best: None, stage: None, json_at: now, logged_at: now };
         let progress =
             Self { bar, is_json: form == Form::Json, study: study.into(), of, total, state: Mutex::new(state) };
         progress.line(json!({ "event": "started", "study": study, "total": total, "of": of }));
@@ -76,8 +81,20 @@ impl Progress {
         let mut state = self.state();
         match event {
             Event::Computed(items) => {
-                state.computed += items;
+                match &mut state.stage {
+                    Some((_, done)) => *done += items,
+                    None => state.computed += items,
+                }
                 self.bar.inc(items as u64);
+            }
+            Event::Stage(stage) => {
+                state.stage = Some((stage, 0));
+                if let Some(style) = style(stage.of) {
+                    self.bar.set_style(style);
+                }
+                self.bar.set_length(stage.items as u64);
+                self.bar.set_position(0);
+                self.bar.reset_eta();
             }
             Event::Kept(items) => {
                 state.kept += items;
@@ -88,7 +105,7 @@ impl Progress {
             }
             Event::Best(best) => {
                 state.best = Some(best);
-                self.bar.set_message(format!("then refining, best {best:.6}"));
+                self.bar.set_message(format!("refining, best {best:.6}"));
             }
         }
         let now = Instant::now();
@@ -100,27 +117,35 @@ impl Progress {
             state.logged_at = now;
             let report = self.report(&state);
             let shown = |key: &str| report[key].as_f64().map_or("?".into(), |value| format!("{value:.1}"));
-            let (done, total) = (state.computed + state.kept, self.total);
+            let (done, total, of) = self.counted(&state);
             let (rate, left) = (shown("per_second"), shown("seconds_left"));
-            log::info!("{}: {done} of {total} {}, {rate} per second, {left} s left", self.study, self.of);
+            log::info!("{}: {done} of {total} {of}, {rate} per second, {left} s left", self.study);
+        }
+    }
+
+    /// Items done, of how many, and what they are called, in the present stage.
+    fn counted(&self, state: &State) -> (usize, usize, &'static str) {
+        match state.stage {
+            Some((stage, done)) => (done, stage.items, stage.of),
+            None => (state.computed + state.kept, self.total, self.of),
         }
     }
 
     fn report(&self, state: &State) -> Value {
-        let done = state.computed + state.kept;
+        let (done, total, of) = self.counted(state);
         let (since, before) = state.rate_from;
         let (seconds, computed) = (since.elapsed().as_secs_f64(), state.computed - before);
         let rate = (computed > 0 && seconds > 0.0).then(|| computed as f64 / seconds);
         // How long a search takes is not known before.
-        let is_counted = state.best.is_none();
-        let left = rate.filter(|_| is_counted).map(|rate| self.total.saturating_sub(done) as f64 / rate);
+        let is_counted = state.best.is_none() && state.stage.is_none();
+        let left = rate.filter(|_| is_counted).map(|rate| total.saturating_sub(done) as f64 / rate);
         let mut report = json!({
             "event": "progress",
             "study": self.study,
             "done": done,
-            "total": self.total,
-            "of": self.of,
-            "per_second": rate,
+            "total": total,
+            "of": of,
+            "per_second": rate.filter(|_| is_counted),
             "seconds_left": left,
         });
         if let Some(best) = state.best {
@@ -134,8 +159,11 @@ impl Progress {
         self.bar.finish_and_clear();
         let state = self.state();
         self.line(self.report(&state));
-        let refining = if state.best.is_some() { " and part of the search from the best" } else { "" };
-        format!("{} of {} {}{refining}", state.computed + state.kept, self.total, self.of)
+        let first = format!("{} of {} {}", state.computed + state.kept, self.total, self.of);
+        match state.stage {
+            Some((stage, done)) => format!("{first}, then {done} of {} {}", stage.items, stage.of),
+            None => first,
+        }
     }
 
     /// A line for programs that watch. One that does not read any more is no fault of the computation.
@@ -144,4 +172,8 @@ impl Progress {
             let _ = writeln!(std::io::stderr().lock(), "{}", visible_json(&value.to_string()));
         }
     }
+}
+
+fn style(of: &str) -> Option<ProgressStyle> {
+    ProgressStyle::with_template(&format!("{{bar:40}} {{pos}}/{{len}} {of}, {{per_sec}}, {{eta}} left {{msg}}")).ok()
 }

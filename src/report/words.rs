@@ -5,6 +5,19 @@ pub fn typographic(text: &str) -> String {
     text.replace('-', "\u{2212}")
 }
 
+/// The same where names may stand between the numbers: hyphens within words stay.
+pub fn signed(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    let mut characters = text.chars().peekable();
+    let mut before = ' ';
+    while let Some(c) = characters.next() {
+        let is_sign = c == '-' && !before.is_alphanumeric() && characters.peek().is_some_and(char::is_ascii_digit);
+        shown.push(if is_sign { '\u{2212}' } else { c });
+        before = c;
+    }
+    shown
+}
+
 /// "1 point", "2 points".
 pub fn counted(count: usize, noun: &str) -> String {
     if count == 1 { format!("1 {noun}") } else { format!("{count} {noun}s") }
@@ -36,6 +49,12 @@ mod tests {
     fn one_is_singular() {
         let shown = [0, 1, 2].map(|count| counted(count, "path point"));
         assert_eq!(shown, ["0 path points", "1 path point", "2 path points"]);
+    }
+
+    #[test]
+    fn signs_are_minus_signs_and_names_keep_their_hyphens() {
+        let shown = signed("box clamp-2 at (-1.5, 3) mm, -4 to -2, a-b");
+        assert_eq!(shown, "box clamp-2 at (\u{2212}1.5, 3) mm, \u{2212}4 to \u{2212}2, a-b");
     }
 
     #[test]

@@ -18,6 +18,8 @@ pub struct PlacementStudySpec {
     /// Boxes in O that the workpiece must stay out of.
     #[serde(default)]
     pub forbidden: Vec<ForbiddenSpec>,
+    /// How far the workpiece must stay from them on every side; 5 mm.
+    pub clearance_mm: Option<f64>,
     /// Smallest and largest value of each coordinate that is sought.
     #[serde(default)]
     pub bounds: BoundsSpec,

@@ -24,6 +24,17 @@ pub enum Event {
     Kept(usize),
     /// The best value that a search has found so far.
     Best(f64),
+    /// Another part of the work begins, whose items are counted anew.
+    Stage(Stage),
+}
+
+/// A part of the work whose items are counted by themselves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Stage {
+    /// What its items are called.
+    pub of: &'static str,
+    /// Their number.
+    pub items: usize,
 }
 
 /// A computation in progress. Clones are the same one; any thread may use it.

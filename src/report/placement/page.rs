@@ -11,19 +11,27 @@ use crate::{
         words::counted,
         words::typographic,
     },
-    study::placement::{COORDINATES, Entry, FeatureJob, Found, Metric, PlacementResults, PlacementStudy, UNITS},
+    study::placement::{
+        CLEARANCE_MM, COORDINATES, Entry, FeatureJob, Found, Metric, PlacementResults, PlacementStudy, UNITS,
+    },
 };
 
 /// Setting, views and tables; answer, figures and question are added by the run.
 pub fn page(results: &PlacementResults) -> Description {
     let study = &results.study;
     let mut tables = vec![
-        TableNote::new("candidates.csv", "Named and found places with all numbers, best first."),
+        TableNote::new(
+            "candidates.csv",
+            "Named and found places with all numbers, best first; those that cannot be cut at last, with the reason.",
+        ),
         TableNote::new("sweep.csv", "Places of the sweep; where one was given up, its numbers are bounds."),
         TableNote::new("refinements.csv", "Refinements: where each started and ended."),
     ];
     if !study.objective.pareto.is_empty() {
-        tables.push(TableNote::new("pareto.csv", "Best compromises: places that no other beats in all these numbers."));
+        tables.push(TableNote::new(
+            "pareto.csv",
+            "Best compromises: places that no other beats in all these numbers, each polished.",
+        ));
     }
     Description {
         setting: setting(study),
@@ -59,6 +67,15 @@ fn setting(study: &PlacementStudy) -> Vec<Fact> {
             true => {}
             false => facts.extend(errors.into_iter().map(|e| Fact::new(format!("{}, {name}", e.label), e.value))),
         }
+    }
+    facts.push(Fact::new("P on all paths within", {
+        let (low, high) = (corner(study.machine.workspace.min), corner(study.machine.workspace.max));
+        format!("{low} to {high} mm, the machine's workspace box")
+    }));
+    if !study.forbidden.is_empty() {
+        let clearance =
+            format!("{} mm on every side (clearance_mm; {CLEARANCE_MM} mm if not given)", study.clearance_mm);
+        facts.push(Fact::new("clearance around forbidden boxes", clearance));
     }
     for forbidden in &study.forbidden {
         let (low, high) = (corner(forbidden.extent.min), corner(forbidden.extent.max));
@@ -131,9 +148,9 @@ fn shown(study: &PlacementStudy) -> [usize; 4] {
 /// The named places and the best one, as far as they lie within the bounds.
 fn marks(results: &PlacementResults) -> Vec<Mark> {
     let bounds = &results.study.bounds;
-    let is_shown = |(rank, entry): &(usize, &Entry)| {
-        let inside = |i: usize| (bounds.low[i]..=bounds.high[i]).contains(&entry.site.0[i]);
-        (*rank == 0 || entry.found == Found::Named) && (0..COORDINATES.len()).all(inside)
+    let best = results.best.as_ref().map(|best| best.entry);
+    let is_shown = |(index, entry): &(usize, &Entry)| {
+        (Some(*index) == best || entry.found == Found::Named) && bounds.inside(&entry.site).is_some()
     };
     let shown = results.entries.iter().enumerate().filter(is_shown);
     let position = |entry: &Entry| self::shown(&results.study).into_iter().map(|i| entry.site.shown()[i]).collect();

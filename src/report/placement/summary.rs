@@ -5,13 +5,10 @@ use serde_json::{Map, Value, json};
 
 use super::advice::recommendation;
 use crate::{
-    report::{
-        words::typographic,
-        words::{counted, position},
-    },
+    report::words::{counted, position, signed, typographic},
     study::placement::{
-        Agreement, COORDINATES, End, Entry, Metric, Metrics, PlacementResults, PlacementStudy, Site, UNITS, Verdict,
-        is_angle,
+        Agreement, COORDINATES, End, Entry, Found, Metric, Metrics, PlacementResults, PlacementStudy, Site, UNITS,
+        Verdict, is_angle,
     },
 };
 
@@ -71,12 +68,13 @@ pub fn entries_table(study: &PlacementStudy, entries: &[Entry]) -> String {
             })),
             Err(failure) => row.push(failure.status.replace('_', " ")),
         }
+        if entry.outcome.is_ok() && entry.feasible().is_none() {
+            row[0] += " (outside)";
+        }
         table.add_row(row);
     }
-    let reasons = entries.iter().filter_map(|entry| {
-        let reason = &entry.outcome.as_ref().err()?.reason;
-        Some(format!("{}: {reason}.\n", entry.name))
-    });
+    let reasons =
+        entries.iter().filter_map(|entry| Some(format!("{}: {}.\n", entry.name, signed(&entry.refusal()?.reason))));
     format!("{table}\n{}", reasons.collect::<String>())
 }
 
@@ -88,14 +86,38 @@ pub fn summary_text(results: &PlacementResults) -> String {
     format!(
         "{}: {}, {}; sought: the least {}.\n\
          Sweep of {}: {complete} evaluated on all points, {given_up} given up as they cannot win, {infeasible} \
-         where the workpiece cannot be cut.\n{}",
+         where the workpiece cannot be cut.\n{}{}",
         study.machine.title,
         counted(study.features.len(), "feature"),
         counted(points, "path point"),
         study.objective.words(&study.machine),
         counted(results.cells.len(), "place"),
+        coarseness(results),
         recommendation(results)
     )
+}
+
+/// What the sweep is too coarse for.
+fn coarseness(results: &PlacementResults) -> String {
+    let gaps = &results.gaps;
+    let mut text = String::new();
+    if !gaps.sites.is_empty() {
+        text += &format!("Between its places the workpiece fits at {} more that were looked for.\n", gaps.sites.len());
+    }
+    if !gaps.coarse.is_empty() {
+        let study = &results.study;
+        let step = |&i: &usize| {
+            let (step, unit) = (study.grid.step(i, &study.bounds), if is_angle(i) { "°" } else { " mm" });
+            format!("{} ({:.1}{unit})", COORDINATES[i], if is_angle(i) { step.to_degrees() } else { step })
+        };
+        let steps: Vec<String> = gaps.coarse.iter().map(step).collect();
+        text += &format!(
+            "The sweep is coarser than the room that it found: its steps along {} are wider than some of it. More such \
+             room may lie between; a finer [placement.search] grid would show it.\n",
+            steps.join(", ")
+        );
+    }
+    text
 }
 
 /// Places evaluated on all points, given up, and infeasible.
@@ -126,14 +148,14 @@ fn metrics_json(study: &PlacementStudy, metrics: &Metrics) -> Value {
 
 fn entry_json(study: &PlacementStudy, entry: &Entry) -> Value {
     let mut object = json!({ "name": entry.name, "found": entry.found.label(), "place": site_json(&entry.site) });
-    match &entry.outcome {
-        Ok(evaluation) => {
-            object["objective"] = json!(entry.value);
-            object["metrics"] = metrics_json(study, &evaluation.metrics);
-            let feature = |(job, metrics): (&crate::study::placement::FeatureJob, &Metrics)| json!({ "name": job.feature.name, "metrics": metrics_json(study, metrics) });
-            object["features"] = study.features.iter().zip(&evaluation.features).map(feature).collect();
-        }
-        Err(failure) => object["infeasible"] = json!({ "status": failure.status, "reason": failure.reason }),
+    if let Ok(evaluation) = &entry.outcome {
+        object["objective"] = json!(entry.value);
+        object["metrics"] = metrics_json(study, &evaluation.metrics);
+        let feature = |(job, metrics): (&crate::study::placement::FeatureJob, &Metrics)| json!({ "name": job.feature.name, "metrics": metrics_json(study, metrics) });
+        object["features"] = study.features.iter().zip(&evaluation.features).map(feature).collect();
+    }
+    if let Some(failure) = entry.refusal() {
+        object["infeasible"] = json!({ "status": failure.status, "reason": failure.reason });
     }
     object
 }
@@ -146,7 +168,8 @@ pub fn summary_json(results: &PlacementResults) -> Value {
         json!({
             "place": site_json(&best.site),
             "objective": best.value,
-            "found_by_refinement": best.refinement.map(|index| index + 1),
+            "name": results.entries[best.entry].name,
+            "found_by_refinement": if let Found::Refinement(index) = best.found { Some(index + 1) } else { None },
             "agreement": best.agreement.iter().map(|a| agreement_word(*a)).collect::<Vec<_>>(),
         })
     });
@@ -156,6 +179,7 @@ pub fn summary_json(results: &PlacementResults) -> Value {
         let end = match &room.end {
             End::Worse => "objective 5 % worse".to_string(),
             End::Bound => "bound".into(),
+            End::Nowhere => "half a turn".into(),
             End::Infeasible(reason) => reason.clone(),
         };
         let sign = if room.direction > 0.0 { "+" } else { "-" };
@@ -164,7 +188,14 @@ pub fn summary_json(results: &PlacementResults) -> Value {
     json!({
         "schema": 2,
         "objective": study.objective.words(&study.machine),
-        "sweep": { "places": results.cells.len(), "evaluated": complete, "given_up": given_up, "infeasible": infeasible },
+        "sweep": {
+            "places": results.cells.len(),
+            "evaluated": complete,
+            "given_up": given_up,
+            "infeasible": infeasible,
+            "places_between": results.gaps.sites.len(),
+            "too_coarse_along": results.gaps.coarse.iter().map(|&i| COORDINATES[i]).collect::<Vec<_>>(),
+        },
         "best": best,
         "flatness": results.flatness.iter().map(room).collect::<Vec<_>>(),
         "entries": results.entries.iter().map(|entry| entry_json(study, entry)).collect::<Vec<_>>(),

@@ -3,8 +3,8 @@
 use crate::{
     report::exchange::{self, Column, Row, Table, counts, numbers, texts},
     study::placement::{
-        COORDINATES, Cell, Entry, Found, Metric, Metrics, PlacementResults, PlacementStudy, Refinement, Site, UNITS,
-        Verdict,
+        COORDINATES, Cell, Entry, Found, Metric, Metrics, PlacementResults, PlacementStudy, Refinement, Site, Start,
+        UNITS, Verdict,
     },
 };
 
@@ -42,7 +42,8 @@ fn available(study: &PlacementStudy, entries: &[Entry]) -> Vec<Metric> {
 }
 
 /// Named places, the best of the sweep and those found by refinement, ranked; with all metrics, and the worst deflection
-/// of each feature. Places that cannot be cut come last, with `status` and `reason`.
+/// of each feature. Places that cannot be cut at come last, with `status` and `reason`; where the path leaves the workspace
+/// box (`outside_workspace`) the numbers say what would happen there.
 pub fn candidates_table(study: &PlacementStudy, entries: &[Entry]) -> Table {
     let metrics = available(study, entries);
     let mut header = counts(["rank"]);
@@ -57,12 +58,12 @@ pub fn candidates_table(study: &PlacementStudy, entries: &[Entry]) -> Table {
     }
     header.extend(texts(["correction_within_limits"]));
     let row = |(rank, entry): (usize, &Entry)| {
-        let mut row: Row = vec![entry.outcome.is_ok().then_some(rank + 1).into()];
+        let mut row: Row = vec![entry.feasible().map(|_| rank + 1).into()];
         row.extend([entry.name.as_str().into(), entry.found.label().into()]);
         row.extend(coordinates(&entry.site));
-        match &entry.outcome {
-            Ok(_) => row.extend(["solved".into(), exchange::Cell::Missing]),
-            Err(failure) => row.extend([(&*failure.status).into(), failure.reason.as_str().into()]),
+        match entry.refusal() {
+            None => row.extend(["solved".into(), exchange::Cell::Missing]),
+            Some(failure) => row.extend([(&*failure.status).into(), failure.reason.as_str().into()]),
         }
         row.push(number(Some(entry.value)));
         let evaluation = entry.outcome.as_ref().ok();
@@ -128,18 +129,20 @@ fn searched(study: &PlacementStudy) -> Vec<Metric> {
 /// One row per refinement: start, end, value, and how it compares with the best place.
 pub fn refinements_table(results: &PlacementResults) -> Table {
     let mut header = counts(["refinement"]);
+    header.extend(texts(["started_from"]));
     header.extend(numbers(coordinate_columns().map(|name| format!("start_{name}"))));
     header.extend(numbers(coordinate_columns()));
     header.extend(numbers(["objective"]));
-    header.extend(counts(["iterations", "evaluations"]));
+    header.extend(counts(["iterations", "searches_ended_by_count", "evaluations"]));
     header.extend(texts(["converged", "agreement"]));
     let row = |(index, found): (usize, &Refinement)| {
         let agreement = results.best.as_ref().map_or("", |best| super::summary::agreement_word(best.agreement[index]));
-        let mut row: Row = vec![(index + 1).into()];
+        let mut row: Row = vec![(index + 1).into(), started_from(&results.study, found.from).into()];
         row.extend(coordinates(&found.start));
         row.extend(coordinates(&found.site));
         row.push(number(Some(found.value)));
-        row.extend([found.iterations.into(), found.visited.len().into(), found.is_converged.to_string().into()]);
+        row.extend([found.iterations.into(), found.continued.into(), found.visited.len().into()]);
+        row.push(found.is_converged.to_string().into());
         row.push(agreement.into());
         row
     };
@@ -158,6 +161,14 @@ pub fn front_table(results: &PlacementResults) -> Table {
         row
     };
     Table::new(header, results.front.iter().map(row))
+}
+
+fn started_from(study: &PlacementStudy, start: Start) -> &str {
+    match start {
+        Start::Sweep => "sweep",
+        Start::Between => "between places of the sweep",
+        Start::Named(index) => study.candidates.get(index).map_or("", |candidate| &candidate.name),
+    }
 }
 
 /// Whether an entry was found by the search.

@@ -11,7 +11,7 @@ use super::{
     metric::{Metric, Metrics},
     site::Site,
     tally::{Needs, Tally},
-    walk::Walk,
+    walk::{Exact, Refusal, Walk, excess},
 };
 use crate::{
     compensation::Demand,
@@ -23,11 +23,14 @@ use crate::{
 /// Evaluates placements of one study; shared by all threads.
 #[derive(Debug)]
 pub struct Evaluator<'a> {
-    study: &'a PlacementStudy,
+    pub(super) study: &'a PlacementStudy,
     needs: Needs,
     check_forces: bool,
     /// Whether the objective asks for the correction within limits, so that there must be one.
     asks_bounded: bool,
+    /// Whether the exact correction is computed, and whether a place without one is refused. It does not depend on which
+    /// metrics are asked for whether the workpiece can be cut at a place.
+    exact: Exact,
     features: Vec<Prepared>,
     /// Sum of the shares of all features: 1, but for the grain.
     share: f64,
@@ -69,6 +72,9 @@ pub struct Evaluation {
     pub features: Vec<Metrics>,
     /// Why there is no correction within limits, if one was sought and not found.
     pub not_corrected: Option<String>,
+    /// Where the path leaves the machine's workspace box, if it does: the numbers are those of a machine that is led
+    /// there all the same.
+    pub outside_workspace: Option<Failure>,
 }
 
 /// Points of the first level, about.
@@ -77,6 +83,8 @@ const FIRST_LEVEL: usize = 8;
 const GRAIN: f64 = f64::EPSILON;
 /// Factor between the points of a level and of all levels before it.
 const REFINEMENT: usize = 4;
+/// Larger than any violation of a place that the rigid machine can take.
+const NOT_RIGID: f64 = 1e6;
 
 impl<'a> Evaluator<'a> {
     /// For `metrics` of placements of `study`.
@@ -89,11 +97,16 @@ impl<'a> Evaluator<'a> {
         let asks_bounded = study.objective.metrics().iter().any(|metric| metric.is_bounded());
         let check_forces = limited && !asks_bounded;
         let mut needs = Needs::of(metrics);
-        needs.correction |= check_forces;
+        let exact_is_needed = !asks_bounded || Needs::of(&study.objective.metrics()).correction;
+        let exact = match (exact_is_needed, needs.correction) {
+            (true, _) => Exact::Needed,
+            (false, true) => Exact::IfPossible,
+            (false, false) => Exact::NotAsked,
+        };
         needs.bounded &= study.features.iter().any(|job| job.limits.is_limited());
         let levels = features.iter().map(|feature| feature.levels.len()).max().unwrap_or(0);
         let share = features.iter().map(|feature| feature.share).sum();
-        Self { study, needs, check_forces, asks_bounded, features, share, levels }
+        Self { study, needs, check_forces, asks_bounded, exact, features, share, levels }
     }
 
     /// Number of levels.
@@ -106,12 +119,24 @@ impl<'a> Evaluator<'a> {
     /// # Errors
     /// The workpiece must not stand there.
     pub(super) fn open(&self, site: &Site) -> Result<Partial, Failure> {
+        self.check_workspace(site)?;
+        self.open_anywhere(site)
+    }
+
+    /// The same, whether or not the path stays within the machine's workspace box.
+    fn open_anywhere(&self, site: &Site) -> Result<Partial, Failure> {
         self.check_boxes(site)?;
-        Ok(Partial { site: *site, tallies: vec![Tally::default(); self.features.len()], level: 0 })
+        let partial = Partial { site: *site, tallies: vec![Tally::default(); self.features.len()], level: 0 };
+        // Only inverse kinematics says where a coordinate stands that the drives do not control.
+        let is_led = (0..3).all(|axis| self.study.machine.controls_translation(axis));
+        if !is_led {
+            self.check_reach(&partial, |_, _| true)?;
+        }
+        Ok(partial)
     }
 
     /// What is wanted at each point of a feature. Made anew whenever it is needed: a sweep has too many places to keep it.
-    fn demands(&self, site: &Site, job: &FeatureJob) -> Vec<Demand> {
+    pub(super) fn demands(&self, site: &Site, job: &FeatureJob) -> Vec<Demand> {
         let feature = &job.feature;
         let placement = site.placement(feature.reference);
         demands_under(&self.study.machine, &placement, job.target, &feature.path, &feature.loads)
@@ -129,22 +154,64 @@ impl<'a> Evaluator<'a> {
                 let reached = machine.inverse_kinematics_from(&near, &demand.pose);
                 near = reached
                     .or_else(|_| machine.inverse_kinematics(&demand.pose))
+                    .and_then(|at| machine.check_asked(demand.pose.translation, &at).map(|()| at))
                     .map_err(|unreachable| located(job, k, Failure::from(unreachable)))?;
             }
         }
         Ok(())
     }
 
-    fn check_boxes(&self, site: &Site) -> Result<(), Failure> {
-        let reference = self.study.features.first().map(|job| job.feature.reference).unwrap_or_default();
-        let placement = site.placement(reference);
-        match self.study.forbidden.iter().find(|b| self.study.extent.overlaps(&placement, &b.extent)) {
-            None => Ok(()),
-            Some(forbidden) => {
-                let reason = format!("the workpiece would stand in the forbidden box \"{}\"", forbidden.name);
-                Err(Failure { status: "forbidden".into(), reason })
+    /// How far the workpiece at `site` is from what can be cut, for a search that makes it small: 0 where it can be cut;
+    /// where boxes, workspace and the limits of the rigid machine are kept it is less than where they are not, by which
+    /// they are exceeded, mm or degrees.
+    pub(super) fn violation(&self, work: &Work, site: &Site) -> f64 {
+        let rigid = self.box_violation(site).max(self.limit_violation(site));
+        if rigid > 0.0 {
+            return NOT_RIGID + rigid;
+        }
+        match self.kept(work, site) {
+            Ok(_) => 0.0,
+            Err(_) => self.loaded_violation(site).clamp(f64::MIN_POSITIVE, NOT_RIGID),
+        }
+    }
+
+    /// By how much the rigid machine does not reach the path within its limits, mm or degrees.
+    fn limit_violation(&self, site: &Site) -> f64 {
+        let machine = &self.study.machine;
+        let mut most: f64 = 0.0;
+        for job in &self.study.features {
+            let mut near = machine.home.clone();
+            for demand in self.demands(site, job) {
+                let reached = machine.unlimited_inverse_kinematics_from(&near, &demand.pose);
+                match reached.or_else(|_| machine.unlimited_inverse_kinematics_from(&machine.home, &demand.pose)) {
+                    Ok(at) => {
+                        most = most.max(machine.limit_excess(&at));
+                        near = at;
+                    }
+                    Err(unreachable) => most = most.max(excess(&unreachable)),
+                }
             }
         }
+        most
+    }
+
+    /// By how much the corrected machine exceeds its limits on the path.
+    fn loaded_violation(&self, site: &Site) -> f64 {
+        let mut most: f64 = 0.0;
+        for (f, job) in self.study.features.iter().enumerate() {
+            let mut walk = self.walk(f);
+            let demands = self.demands(site, job);
+            for &k in &self.features[f].counted {
+                most = walk.visit(&demands[k]).map_or_else(|refusal| most.max(refusal.excess), |_| most);
+            }
+        }
+        most
+    }
+
+    fn walk(&self, f: usize) -> Walk<'_> {
+        let prepared = &self.features[f];
+        let limits = &prepared.force_limits;
+        Walk::new(&self.study.machine, &prepared.real, self.needs, limits, self.check_forces, self.exact)
     }
 
     /// Adds the points of the next level.
@@ -152,20 +219,23 @@ impl<'a> Evaluator<'a> {
     /// # Errors
     /// Which point is out of reach, the first of the path, or else what cannot be solved at which point.
     pub(super) fn advance(&self, partial: &mut Partial) -> Result<(), Failure> {
+        let visited = self.add_level(partial);
+        visited.or_else(|failure| self.check_reach(partial, |_, _| true).and(Err(failure)))
+    }
+
+    fn add_level(&self, partial: &mut Partial) -> Result<(), Failure> {
         let level = partial.level;
         partial.level += 1;
-        let visited = self.visit(partial, |prepared| prepared.levels.get(level).map_or(&[], Vec::as_slice));
-        visited.or_else(|failure| self.check_reach(partial, |_, _| true).and(Err(failure)))
+        self.visit(partial, |prepared| prepared.levels.get(level).map_or(&[], Vec::as_slice))
     }
 
     /// Adds the points that `points` names, each solved from the one before.
     fn visit(&self, partial: &mut Partial, points: impl Fn(&Prepared) -> &[usize]) -> Result<(), Failure> {
         for (f, (prepared, job)) in self.features.iter().zip(&self.study.features).enumerate() {
-            let (nominal, limits) = (&self.study.machine, &prepared.force_limits);
-            let mut walk = Walk::new(nominal, &prepared.real, self.needs, limits, self.check_forces);
+            let mut walk = self.walk(f);
             let demands = self.demands(&partial.site, job);
             for &k in points(prepared) {
-                let seen = walk.visit(&demands[k]).map_err(|failure| located(job, k, failure))?;
+                let seen = walk.visit(&demands[k]).map_err(|Refusal { failure, .. }| located(job, k, failure))?;
                 partial.tallies[f].add(&seen, prepared.shares[k], job.feature.tolerance_mm);
             }
         }
@@ -199,7 +269,7 @@ impl<'a> Evaluator<'a> {
         let metrics = self.outlook(partial);
         let own = |(tally, prepared): (&Tally, &Prepared)| tally.metrics(&self.needs, prepared.share);
         let features = partial.tallies.iter().zip(&self.features).map(own).collect();
-        let mut evaluation = Evaluation { metrics, features, not_corrected: None };
+        let mut evaluation = Evaluation { metrics, features, not_corrected: None, outside_workspace: None };
         if self.needs.bounded {
             self.correct_within_limits(partial, &mut evaluation);
         }
@@ -226,21 +296,46 @@ impl<'a> Evaluator<'a> {
         work.part("evaluate").piece(&site.0, |_| 0, || Ok(self.evaluate(site))).unwrap_or_else(stopped)
     }
 
+    /// As [`Evaluator::evaluate`], as a piece of `work`; `None` where the workpiece cannot be cut, and as soon as `value`
+    /// of the best that the metrics can still be is not less than `below`.
+    pub(super) fn kept_below(
+        &self,
+        work: &Work,
+        site: &Site,
+        value: &dyn Fn(&Metrics) -> f64,
+        below: f64,
+    ) -> Option<Evaluation> {
+        let compute = || Ok(self.evaluate_below(site, value, below));
+        work.part("below").piece(&(site.0, below), |_| 0, compute).ok().flatten()
+    }
+
+    fn evaluate_below(&self, site: &Site, value: &dyn Fn(&Metrics) -> f64, below: f64) -> Option<Evaluation> {
+        let mut partial = self.open(site).ok()?;
+        while partial.level < self.levels {
+            self.add_level(&mut partial).ok()?;
+            if value(&self.outlook(&partial)) >= below {
+                return None;
+            }
+        }
+        self.check_reach(&partial, |f, k| !self.features[f].is_counted[k]).ok()?;
+        self.conclude(&partial).ok()
+    }
+
     /// As [`Evaluator::examine`], as a piece of `work`; stopped work cannot be cut anywhere.
     pub(super) fn examine_kept(&self, work: &Work, site: &Site) -> Result<Evaluation, Failure> {
         work.part("examine").piece(&site.0, |_| 0, || Ok(self.examine(site))).unwrap_or_else(stopped)
     }
 
     /// As [`Evaluator::evaluate`], but looks first whether all points are in reach, so that the first one that is not is
-    /// named.
+    /// named, and goes on where the path leaves the workspace box, to say what would happen.
     ///
     /// # Errors
     /// Why the workpiece cannot be cut there.
     pub fn examine(&self, site: &Site) -> Result<Evaluation, Failure> {
-        let mut partial = self.open(site)?;
+        let mut partial = self.open_anywhere(site)?;
         self.check_reach(&partial, |_, _| true)?;
         self.visit(&mut partial, |prepared| &prepared.counted)?;
-        self.conclude(&partial)
+        Ok(Evaluation { outside_workspace: self.check_workspace(site).err(), ..self.conclude(&partial)? })
     }
 
     fn correct_within_limits(&self, partial: &Partial, evaluation: &mut Evaluation) {
@@ -274,7 +369,7 @@ fn stopped(error: Error) -> Result<Evaluation, Failure> {
     Err(Failure { status: "stopped".into(), reason: error.to_string() })
 }
 
-fn located(job: &FeatureJob, point: usize, failure: Failure) -> Failure {
+pub(super) fn located(job: &FeatureJob, point: usize, failure: Failure) -> Failure {
     let [x, y, z]: [f64; 3] = job.feature.path.points()[point].position_mm.into();
     let place = format!("feature {}, point {point} at ({x:.2}, {y:.2}, {z:.2}) mm of W", job.feature.name);
     Failure { reason: format!("{place}: {}", failure.reason), ..failure }

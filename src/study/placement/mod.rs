@@ -1,18 +1,26 @@
 //! Where on the machine a workpiece should stand.
 //!
-//! A grid sweep ranks all places ([`Cell`]), Nelder–Mead refines the best ones ([`Refinement`]), and named places are shown
-//! beside what was found ([`Entry`]). Everything is evaluated on the actual paths with the loaded model and both sources
-//! of error ([`Evaluator`]). The results do not depend on the number of threads.
+//! A grid sweep ranks all places ([`Cell`]); where the workpiece fits between them is looked for ([`Gaps`]); Nelder–Mead
+//! refines the best ones and the named ones within the bounds ([`Refinement`]). Named and found places are then examined
+//! side by side ([`Entry`]), and the best of them that can be cut at and lies within the bounds is recommended ([`Best`]).
+//! Everything is evaluated on the actual paths with the loaded model and both sources of error ([`Evaluator`]). The results
+//! do not depend on the number of threads.
 //!
-//! Drive forces are those of the exact correction; a place where one exceeds its limit is refused, unless the objective
-//! asks for the correction within limits, which keeps them itself.
+//! The workpiece can be cut at a place if it keeps the forbidden boxes with their clearance, P stays within the machine's
+//! workspace box, the rigid machine reaches all points, the loaded one stands at those where the tool cuts, and there the
+//! exact correction exists, with drives within their travel and forces within their limits; whatever the objective is. One
+//! that asks for the correction within limits asks for that instead, which keeps travel and forces itself.
 
 mod bounded;
+mod boxes;
 mod evaluate;
 mod flatness;
+mod front;
+mod gaps;
 mod metric;
 mod outcome;
 mod pareto;
+mod polish;
 mod refine;
 mod resolve;
 mod site;
@@ -23,21 +31,26 @@ mod walk;
 
 pub use evaluate::{Evaluation, Evaluator};
 pub use flatness::{End, Room, WORSE};
+pub use gaps::Gaps;
 pub use metric::{Metric, Metrics, Objective};
 pub use outcome::{Agreement, Best, Entry, Found, PlacementResults};
-pub use refine::Refinement;
-pub use resolve::place;
+pub use refine::{Refinement, Start};
 pub(super) use resolve::placement as resolve;
+pub use resolve::{CLEARANCE_MM, place};
 pub use site::{Bounds, COORDINATES, Site, SiteGrid, UNITS, is_angle};
 pub use sweep::{Cell, Verdict};
 pub use trace::Trace;
 
-use super::{Work, process::CorrectionLimits};
+use super::{
+    Work,
+    process::CorrectionLimits,
+    work::{Event, Stage},
+};
 use crate::{
     compensation::Target,
     error::Result,
     machine::{ChainError, Machine},
-    process::{Extent, Feature, ForbiddenBox},
+    process::{Extent, Feature, ForbiddenBox, Placement},
 };
 
 /// A feature and how it is cut.
@@ -67,7 +80,7 @@ pub struct Candidate {
 pub struct Search {
     /// Refinements.
     pub starts: usize,
-    /// Most iterations of each.
+    /// Most iterations of a search by Nelder–Mead, which then goes on from where it ended.
     pub max_iterations: usize,
     /// Share of the objective below which a difference is none.
     pub tolerance: f64,
@@ -86,6 +99,8 @@ pub struct PlacementStudy {
     pub extent: Extent,
     /// Boxes it must stay out of, in O.
     pub forbidden: Vec<ForbiddenBox>,
+    /// How far it must stay from them on every side, mm.
+    pub clearance_mm: f64,
     /// Where it may stand.
     pub bounds: Bounds,
     /// Places of the sweep.
@@ -107,18 +122,24 @@ pub fn run(study: &PlacementStudy, work: &Work) -> Result<PlacementResults> {
     let evaluator = Evaluator::new(study, &needed);
     let cells = sweep::sweep(&evaluator, study, &work.part("sweep"))?;
     let ranking = sweep::ranking(study, &cells);
-    let starts: Vec<Site> = sweep::starts(study, &cells, &ranking).iter().map(|&index| cells[index].site).collect();
+    let gaps = gaps::gaps(&evaluator, study, &cells, work);
+    work.check()?;
+    let starts = starts(study, &cells, &ranking, &gaps);
+    work.tell(Event::Stage(Stage { of: "searches", items: starts.len() + front::searches(study) }));
     let refinements = refine::refine(&evaluator, study, &study.objective, &starts, work);
     work.check()?;
-    let ends = outcome::front_ends(&evaluator, study, &cells, work);
-    let best = outcome::best(study, &cells, &ranking, &refinements);
-    let flatness = best.as_ref().map(|best| flatness::flatness(&evaluator, study, work, best));
+    let front = front::front(&evaluator, study, &cells, &refinements, work);
+    work.check()?;
     let everything = Evaluator::new(study, &Metric::ALL);
     let entries = outcome::entries(&everything, study, work, (&cells, &ranking, &refinements));
+    let best = outcome::best(study, &entries, &refinements);
+    work.tell(Event::Stage(Stage { of: "ways from the best place", items: 2 * study.bounds.free().len() }));
+    let flatness = best.as_ref().map(|best| flatness::flatness(&evaluator, study, work, best));
     work.check()?;
-    let traces = trace::traces(&everything, study, &entries);
+    let traces = trace::traces(&everything, study, &entries, best.as_ref());
     Ok(PlacementResults {
-        front: outcome::front(study, &cells, &refinements, &ends),
+        front,
+        gaps,
         flatness: flatness.unwrap_or_default(),
         best,
         entries,
@@ -130,12 +151,36 @@ pub fn run(study: &PlacementStudy, work: &Work) -> Result<PlacementResults> {
     })
 }
 
+/// Where refinements start: best places of the sweep and those found between, as many as there are starts of each, and
+/// every named place within the bounds.
+fn starts(study: &PlacementStudy, cells: &[Cell], ranking: &[usize], gaps: &Gaps) -> Vec<(Start, Site)> {
+    let swept = sweep::starts(study, cells, ranking).into_iter().map(|index| (Start::Sweep, cells[index].site));
+    let between = gaps.sites.iter().take(study.search.starts).map(|site| (Start::Between, *site));
+    let named = study.candidates.iter().enumerate();
+    let named = named.filter_map(|(k, candidate)| Some((Start::Named(k), study.bounds.inside(&candidate.site)?)));
+    swept.chain(between).chain(named).collect()
+}
+
 /// Evaluates the named places of `study` alone, with all metrics, best first.
 pub fn compare(study: &PlacementStudy) -> Vec<Entry> {
     outcome::entries(&Evaluator::new(study, &Metric::ALL), study, &Work::default(), (&[], &[], &[]))
 }
 
+/// Places are the same if every coordinate differs by less than this share of its range.
+const SAME_PLACE: f64 = 0.02;
+
 impl PlacementStudy {
+    /// Whether two places differ by little.
+    fn is_same_place(&self, a: &Site, b: &Site) -> bool {
+        let is_same = |i: usize| self.bounds.distance(i, a.0[i], b.0[i]) <= SAME_PLACE * self.bounds.range(i);
+        self.bounds.free().into_iter().all(is_same)
+    }
+
+    /// The placement of the workpiece at `site`; its box is placed as its paths are.
+    fn placement(&self, site: &Site) -> Placement {
+        site.placement(self.features.first().map(|job| job.feature.reference).unwrap_or_default())
+    }
+
     /// Named places for one feature, judged by its worst deflection; nothing is sought.
     pub fn of_places(machine: Machine, job: FeatureJob, extent: Extent, candidates: Vec<Candidate>) -> Self {
         let bounds = Bounds { low: [0.0; 6], high: [0.0; 6] };
@@ -144,6 +189,7 @@ impl PlacementStudy {
             features: vec![job],
             extent,
             forbidden: Vec::new(),
+            clearance_mm: 0.0,
             grid: SiteGrid::new(&bounds, [1; 6]),
             bounds,
             objective: Objective { weights: vec![(Metric::WorstDeflection, 1.0)], pareto: Vec::new() },

@@ -6,9 +6,9 @@ use super::{
     PlacementStudy,
     evaluate::{Evaluation, Evaluator},
     flatness::Room,
-    metric::{Metrics, Objective},
-    pareto,
-    refine::{Refinement, refine},
+    gaps::Gaps,
+    metric::Metrics,
+    refine::Refinement,
     site::Site,
     sweep::Cell,
     trace::Trace,
@@ -24,13 +24,15 @@ pub struct PlacementResults {
     pub cells: Vec<Cell>,
     /// Indices of the cells that can be cut, best first.
     pub ranking: Vec<usize>,
-    /// One per start, in the order of the ranking.
+    /// Where the workpiece fits between the places of the sweep.
+    pub gaps: Gaps,
+    /// One per start that can be cut at: those of the sweep in the order of the ranking, those between, named places.
     pub refinements: Vec<Refinement>,
-    /// The best place; `None` if the workpiece can be cut nowhere.
+    /// The best place known within the bounds; `None` if the workpiece can be cut at none.
     pub best: Option<Best>,
     /// How far the workpiece may be moved from there.
     pub flatness: Vec<Room>,
-    /// Named and found places with all metrics, best first, those that cannot be cut last.
+    /// Named and found places with all metrics, best first, those that cannot be cut at last.
     pub entries: Vec<Entry>,
     /// The best compromises between the metrics asked for, by the first of them.
     pub front: Vec<(Site, Metrics)>,
@@ -38,15 +40,17 @@ pub struct PlacementResults {
     pub traces: Vec<Trace>,
 }
 
-/// The best place and how it was found.
+/// The best place and how it was found. It is one of the entries.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Best {
+    /// Index of its entry.
+    pub entry: usize,
     /// Where.
     pub site: Site,
     /// Objective there.
     pub value: f64,
-    /// Index of the refinement that found it; `None`: it is a place of the sweep that no refinement improved.
-    pub refinement: Option<usize>,
+    /// What found it.
+    pub found: Found,
     /// What each refinement has to say to it.
     pub agreement: Vec<Agreement>,
 }
@@ -93,9 +97,9 @@ pub struct Entry {
     pub found: Found,
     /// Where.
     pub site: Site,
-    /// What happens there, or why it cannot be cut there.
+    /// What happens there, whether or not the path leaves the workspace box, or why nothing does.
     pub outcome: Result<Evaluation, Failure>,
-    /// The objective; infinite where it cannot be cut.
+    /// The objective; infinite where there is none.
     pub value: f64,
 }
 
@@ -111,35 +115,44 @@ pub(super) fn is_name_of_found(name: &str) -> bool {
 
 /// Values are the same if they differ by less than this share.
 const SAME_VALUE: f64 = 1e-3;
-/// Places are the same if every coordinate differs by less than this share of its range.
-const SAME_PLACE: f64 = 0.02;
+/// Values below this, per unit of all weights, are zero: what solving the machine leaves open.
+const ZERO: f64 = 1e-8;
 
-fn is_same_place(study: &PlacementStudy, a: &Site, b: &Site) -> bool {
-    study.bounds.free().into_iter().all(|i| (a.0[i] - b.0[i]).abs() <= SAME_PLACE * study.bounds.range(i))
+impl PlacementStudy {
+    /// Whether a difference of the objective, or a value of it, is nothing but rounding.
+    pub fn is_zero(&self, value: f64) -> bool {
+        value.abs() <= ZERO * self.objective.weights.iter().map(|(_, weight)| weight).sum::<f64>()
+    }
 }
 
-pub(super) fn best(
-    study: &PlacementStudy,
-    cells: &[Cell],
-    ranking: &[usize],
-    refinements: &[Refinement],
-) -> Option<Best> {
-    let cell = &cells[*ranking.first()?];
-    let (mut site, mut value, mut refinement) = (cell.site, study.objective.value(cell.complete()?), None);
-    for (index, found) in refinements.iter().enumerate() {
-        if found.value < value {
-            (site, value, refinement) = (found.site, found.value, Some(index));
-        }
+impl Entry {
+    /// What happens there, if the workpiece can be cut there.
+    pub fn feasible(&self) -> Option<&Evaluation> {
+        self.outcome.as_ref().ok().filter(|evaluation| evaluation.outside_workspace.is_none())
     }
+
+    /// Why it cannot.
+    pub fn refusal(&self) -> Option<&Failure> {
+        self.outcome.as_ref().map_or_else(Some, |evaluation| evaluation.outside_workspace.as_ref())
+    }
+}
+
+/// The best of `entries` that can be cut at and lies within the bounds.
+pub(super) fn best(study: &PlacementStudy, entries: &[Entry], refinements: &[Refinement]) -> Option<Best> {
+    let is_wanted = |entry: &Entry| entry.feasible().is_some() && study.bounds.inside(&entry.site).is_some();
+    let index = entries.iter().position(is_wanted)?;
+    let Entry { site, value, found, .. } = entries[index];
+    let site = study.bounds.inside(&site)?;
     let agreement = |found: &Refinement| {
-        let is_close = found.value - value <= SAME_VALUE * value.abs();
-        match (is_close, is_same_place(study, &found.site, &site)) {
+        let more = found.value - value;
+        let is_close = more <= SAME_VALUE * value.abs() || study.is_zero(more);
+        match (is_close, study.is_same_place(&found.site, &site)) {
             (true, true) => Agreement::Same,
             (true, false) => Agreement::Elsewhere,
             _ => Agreement::Worse,
         }
     };
-    Some(Best { site, value, refinement, agreement: refinements.iter().map(agreement).collect() })
+    Some(Best { entry: index, site, value, found, agreement: refinements.iter().map(agreement).collect() })
 }
 
 /// Named places, the best of the sweep and the ends of the refinements, each once; best first.
@@ -153,7 +166,11 @@ pub(super) fn entries(
         study.candidates.iter().map(|c| (c.name.clone(), Found::Named, c.site)).collect();
     places.extend(ranking.first().map(|&index| (BEST_OF_SWEEP.into(), Found::Sweep, cells[index].site)));
     for (index, refinement) in distinct(study, refinements) {
-        places.push((format!("{OPTIMISED}{}", index + 1), Found::Refinement(index), refinement.site));
+        // One that gained nothing on a named place is that place.
+        let is_named = |candidate: &super::Candidate| study.bounds.inside(&candidate.site) == Some(refinement.site);
+        if !study.candidates.iter().any(is_named) {
+            places.push((format!("{OPTIMISED}{}", index + 1), Found::Refinement(index), refinement.site));
+        }
     }
     let entry = |(name, found, site): (String, Found, Site)| {
         let outcome = evaluator.examine_kept(work, &site);
@@ -162,7 +179,10 @@ pub(super) fn entries(
     };
     let mut entries: Vec<Entry> = places.into_par_iter().map(entry).collect();
     // A stable sort: of equal ones, the named one first.
-    entries.sort_by(|a, b| a.value.total_cmp(&b.value));
+    entries.sort_by(|a, b| {
+        let cannot = |entry: &Entry| entry.feasible().is_none();
+        cannot(a).cmp(&cannot(b)).then(a.value.total_cmp(&b.value))
+    });
     entries
 }
 
@@ -172,40 +192,9 @@ fn distinct<'a>(study: &PlacementStudy, refinements: &'a [Refinement]) -> Vec<(u
     sorted.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
     let mut distinct: Vec<(usize, &Refinement)> = Vec::new();
     for (index, refinement) in sorted {
-        if !distinct.iter().any(|(_, other)| is_same_place(study, &other.site, &refinement.site)) {
+        if !distinct.iter().any(|(_, other)| study.is_same_place(&other.site, &refinement.site)) {
             distinct.push((index, refinement));
         }
     }
     distinct
-}
-
-/// Refinements of each metric of the Pareto front alone: its ends.
-pub(super) fn front_ends(
-    evaluator: &Evaluator<'_>,
-    study: &PlacementStudy,
-    cells: &[Cell],
-    work: &Work,
-) -> Vec<Refinement> {
-    let end = |metric: &super::Metric| {
-        let objective = Objective { weights: vec![(*metric, 1.0)], pareto: Vec::new() };
-        let complete = cells.iter().filter_map(|cell| Some((objective.value(cell.complete()?), cell.site)));
-        let start = complete.min_by(|a, b| a.0.total_cmp(&b.0))?.1;
-        refine(evaluator, study, &objective, &[start], work).pop()
-    };
-    study.objective.pareto.par_iter().filter_map(end).collect()
-}
-
-/// The places of sweep and refinements that no other dominates.
-pub(super) fn front(
-    study: &PlacementStudy,
-    cells: &[Cell],
-    refinements: &[Refinement],
-    ends: &[Refinement],
-) -> Vec<(Site, Metrics)> {
-    let mut places: Vec<(Site, Metrics)> =
-        cells.iter().filter_map(|cell| Some((cell.site, *cell.complete()?))).collect();
-    for refinement in refinements.iter().chain(ends) {
-        places.extend(&refinement.visited);
-    }
-    pareto::front(&places, &study.objective.pareto)
 }

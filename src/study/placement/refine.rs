@@ -1,17 +1,25 @@
-//! Nelder–Mead from the best places of a sweep: the only user of argmin.
+//! Nelder–Mead from the best places of a sweep and from named ones: the only user of argmin.
 //!
 //! Nelder–Mead knows no bounds. Each free coordinate is therefore `x = middle + half range · sin u` with u free: every u
 //! is within the bounds, an optimum at a bound is an ordinary one (u = π/2), and no evaluation is spent outside. On a
-//! test function with its optimum at a bound this took a third fewer evaluations than an infinite wall. An infeasible
-//! place costs infinitely much, which Nelder–Mead steps back from.
+//! test function with its optimum at a bound this took a third fewer evaluations than an infinite wall. An angle that may
+//! make a full turn is its own u and goes round. An infeasible place costs infinitely much, which Nelder–Mead steps back
+//! from.
 //!
 //! The spread of a simplex can become small before its place is right; each search is therefore started anew, smaller,
-//! around what it found, until that gains less than the tolerance.
+//! around what it found, until that gains less than the tolerance. One that has used up its iterations goes on from where
+//! it ended. The ends that may be the best place are then polished ([`super::polish`]).
 
-use std::sync::{Arc, Mutex};
+use std::{
+    f64::consts::TAU,
+    sync::{Arc, Mutex},
+};
 
 use argmin::{
-    core::{CostFunction, Error, Executor, IterState, KV, State, observers::Observe, observers::ObserverMode},
+    core::{
+        CostFunction, Error, Executor, IterState, KV, State, TerminationReason, TerminationStatus, observers::Observe,
+        observers::ObserverMode,
+    },
     solver::neldermead::NelderMead,
 };
 use rayon::prelude::*;
@@ -20,13 +28,27 @@ use super::{
     PlacementStudy,
     evaluate::Evaluator,
     metric::{Metrics, Objective},
+    polish::{Steps, polish},
     site::{Bounds, Site},
 };
 use crate::study::{Work, work::Event};
 
+/// What kind of place a refinement starts from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Start {
+    /// One of the best places of the sweep.
+    Sweep,
+    /// The named place of this index.
+    Named(usize),
+    /// A place between those of the sweep, found because the workpiece fits in few of them.
+    Between,
+}
+
 /// One refinement.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Refinement {
+    /// What it started from.
+    pub from: Start,
     /// Where it started.
     pub start: Site,
     /// Where it ended.
@@ -37,7 +59,9 @@ pub struct Refinement {
     pub metrics: Metrics,
     /// Iterations of Nelder–Mead.
     pub iterations: usize,
-    /// Whether the tolerance was met before the iterations were used up.
+    /// Searches by Nelder–Mead that used up their iterations and went on from there.
+    pub continued: usize,
+    /// Whether the tolerance was met in the end.
     pub is_converged: bool,
     /// Best value after each iteration.
     pub history: Vec<f64>,
@@ -51,18 +75,55 @@ const FIRST_SIZE: f64 = 0.5;
 const SHRINK: f64 = 0.2;
 /// Objectives below this are as good as zero.
 const SMALLEST: f64 = 1e-12;
-/// Most searches from one start.
-const ROUNDS: usize = 4;
+/// Most searches from one start that met the tolerance, and most that used up their iterations. What a third one of the
+/// former gains, polishing gains for less.
+const ROUNDS: usize = 2;
+const CONTINUATIONS: usize = 5;
+/// Ends within this share of the best value are polished: among them is the best place.
+const CONTENDS: f64 = 0.02;
+/// Most ends that are polished.
+const POLISHED: usize = 2;
+/// Steps of polishing.
+const POLISH: Steps = Steps { first: 0.1, last: 5e-4 };
 
-/// Refines each of `starts`, in their order.
+/// Refines each of `starts`, in their order, and polishes the best ends.
 pub(super) fn refine(
     evaluator: &Evaluator<'_>,
     study: &PlacementStudy,
     objective: &Objective,
-    starts: &[Site],
+    starts: &[(Start, Site)],
     work: &Work,
 ) -> Vec<Refinement> {
-    starts.par_iter().filter_map(|start| Search { evaluator, study, objective, work }.run(*start)).collect()
+    let search = Search { evaluator, study, objective, work };
+    let run = |(from, start): &(Start, Site)| {
+        let refinement = search.run(*from, *start);
+        search.tell(Event::Computed(1));
+        refinement
+    };
+    let mut refinements: Vec<Refinement> = starts.par_iter().filter_map(run).collect();
+    // The ends of a front are polished with the rest of it.
+    let is_sought = *objective == study.objective;
+    let contenders = if is_sought { contenders(study, &refinements) } else { Vec::new() };
+    refinements.par_iter_mut().enumerate().filter(|(index, _)| contenders.contains(index)).for_each(|(_, found)| {
+        search.polish(found);
+    });
+    refinements
+}
+
+/// Ends that may be, or be next to, the best place: no two of them the same.
+fn contenders(study: &PlacementStudy, refinements: &[Refinement]) -> Vec<usize> {
+    let mut sorted: Vec<usize> = (0..refinements.len()).collect();
+    sorted.sort_by(|&a, &b| refinements[a].value.total_cmp(&refinements[b].value).then(a.cmp(&b)));
+    let Some(best) = sorted.first().map(|&index| refinements[index].value) else { return sorted };
+    let mut contenders: Vec<usize> = Vec::new();
+    for index in sorted {
+        let is_near = refinements[index].value - best <= CONTENDS * best.abs();
+        let is_same = |&other: &usize| study.is_same_place(&refinements[other].site, &refinements[index].site);
+        if is_near && contenders.len() < POLISHED && !contenders.iter().any(is_same) {
+            contenders.push(index);
+        }
+    }
+    contenders
 }
 
 struct Search<'a> {
@@ -74,7 +135,7 @@ struct Search<'a> {
 
 impl Search<'_> {
     /// `None` if the start cannot be cut at.
-    fn run(&self, start: Site) -> Option<Refinement> {
+    fn run(&self, from: Start, start: Site) -> Option<Refinement> {
         let free = self.study.bounds.free();
         let settings = &self.study.search;
         let visited = Mutex::new(Vec::new());
@@ -82,23 +143,54 @@ impl Search<'_> {
         let cost = Cost { search: self, free: &free, fixed: start, visited: &visited };
         let mut found = (start, cost.value(&start));
         let tolerance = settings.tolerance * found.1.abs().max(SMALLEST);
-        let mut size = FIRST_SIZE;
+        let (mut size, mut rounds, mut continued) = (FIRST_SIZE, 0, 0);
         let mut is_converged = free.is_empty();
-        for _ in 0..ROUNDS {
-            let left = settings.max_iterations.saturating_sub(entries(&history));
-            if is_converged || left == 0 || !found.1.is_finite() {
-                break;
-            }
+        while !is_converged && found.1.is_finite() && rounds < ROUNDS && continued < CONTINUATIONS {
             let before = found.1;
-            found = cost.descend(found, size, (tolerance, left), &history)?;
+            let is_ended_by_count;
+            (found, is_ended_by_count) = cost.descend(found, size, (tolerance, settings.max_iterations), &history)?;
+            if is_ended_by_count {
+                continued += 1;
+                continue;
+            }
+            rounds += 1;
             size *= SHRINK;
-            is_converged = before - found.1 <= tolerance && entries(&history) < settings.max_iterations;
+            is_converged = before - found.1 <= tolerance;
         }
+        // So many searches that met the tolerance are enough, whatever the last one gained.
+        is_converged |= rounds == ROUNDS;
         let history = history.lock().map(|history| history.clone()).unwrap_or_default();
         let visited = visited.into_inner().unwrap_or_default();
         let metrics = visited.iter().find(|(site, _): &&(Site, Metrics)| *site == found.0)?.1;
         let iterations = history.len();
-        Some(Refinement { start, site: found.0, value: found.1, metrics, iterations, is_converged, history, visited })
+        let (site, value) = found;
+        Some(Refinement { from, start, site, value, metrics, iterations, continued, is_converged, history, visited })
+    }
+
+    fn polish(&self, refinement: &mut Refinement) {
+        let start = (refinement.site, refinement.value);
+        let mut best = None;
+        let (site, value) = polish(self.study, start, POLISH, f64::NEG_INFINITY, |site, below| {
+            let evaluation =
+                self.evaluator.kept_below(self.work, site, &|metrics| self.objective.value(metrics), below);
+            let Some(metrics) = evaluation.map(|evaluation| evaluation.metrics) else { return f64::INFINITY };
+            let value = self.objective.value(&metrics);
+            if value < below {
+                best = Some(metrics);
+                refinement.visited.push((*site, metrics));
+                self.tell(Event::Best(value));
+            }
+            value
+        });
+        (refinement.site, refinement.value) = (site, value);
+        refinement.metrics = best.unwrap_or(refinement.metrics);
+    }
+
+    /// Tells of a search for the study's own objective.
+    fn tell(&self, event: Event) {
+        if *self.objective == self.study.objective || matches!(event, Event::Computed(_)) {
+            self.work.tell(event);
+        }
     }
 }
 
@@ -119,13 +211,19 @@ impl Cost<'_> {
         let mut site = self.fixed;
         for (&i, u) in self.free.iter().zip(u) {
             let (low, high) = (self.bounds().low[i], self.bounds().high[i]);
-            site.0[i] = (0.5 * (low + high) + 0.5 * (high - low) * u.sin()).clamp(low, high);
+            site.0[i] = match self.bounds().is_full_turn(i) {
+                true => low + (u - low).rem_euclid(TAU),
+                false => (0.5 * (low + high) + 0.5 * (high - low) * u.sin()).clamp(low, high),
+            };
         }
         site
     }
 
     fn variables(&self, site: &Site) -> Vec<f64> {
         let variable = |&i: &usize| {
+            if self.bounds().is_full_turn(i) {
+                return site.0[i];
+            }
             let (low, range) = (self.bounds().low[i], self.bounds().range(i));
             (2.0 * (site.0[i] - low) / range - 1.0).clamp(-1.0, 1.0).asin()
         };
@@ -149,22 +247,25 @@ impl Cost<'_> {
         let mut simplex = vec![self.variables(start)];
         for &i in self.free {
             let step = size * self.search.study.grid.step(i, self.bounds());
-            let mut site = *start;
-            let is_inside = site.0[i] + step <= self.bounds().high[i];
-            site.0[i] = (site.0[i] + if is_inside { step } else { -step }).max(self.bounds().low[i]);
-            simplex.push(self.variables(&site));
+            let is_inside = self.bounds().is_full_turn(i) || start.0[i] + step <= self.bounds().high[i];
+            let mut variables = self.variables(&self.bounds().moved(start, i, if is_inside { step } else { -step }));
+            if let Some(turned) = self.free.iter().position(|&other| other == i && self.bounds().is_full_turn(i)) {
+                // Not the way round: a simplex has no seam.
+                variables[turned] = start.0[i] + step;
+            }
+            simplex.push(variables);
         }
         simplex
     }
 
-    /// One search by Nelder–Mead; the better of its start and its end.
+    /// One search by Nelder–Mead; the better of its start and its end, and whether it used up its iterations.
     fn descend(
         &self,
         start: (Site, f64),
         size: f64,
         (tolerance, iterations): (f64, usize),
         history: &Arc<Mutex<Vec<f64>>>,
-    ) -> Option<(Site, f64)> {
+    ) -> Option<((Site, f64), bool)> {
         let solver = NelderMead::new(self.simplex(&start.0, size)).with_sd_tolerance(tolerance);
         let is_told = *self.search.objective == self.search.study.objective;
         let observer =
@@ -176,7 +277,9 @@ impl Cost<'_> {
             .ok()?;
         let state = result.state();
         let end = state.get_best_param().map(|u| (self.site(u), state.get_best_cost()));
-        Some(end.filter(|end| end.1 < start.1).unwrap_or(start))
+        let is_ended_by_count =
+            matches!(state.get_termination_status(), TerminationStatus::Terminated(TerminationReason::MaxItersReached));
+        Some((end.filter(|end| end.1 < start.1).unwrap_or(start), is_ended_by_count))
     }
 }
 
@@ -212,8 +315,4 @@ impl Observe<IterState<Vec<f64>, (), (), (), (), f64>> for Progress {
         }
         Ok(())
     }
-}
-
-fn entries(history: &Mutex<Vec<f64>>) -> usize {
-    history.lock().map_or(0, |history| history.len())
 }

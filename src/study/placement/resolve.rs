@@ -30,6 +30,10 @@ use crate::{
 const MAX_PLACES: usize = 100_000;
 /// Most refinements, and iterations of each.
 const MAX_STARTS: usize = 100;
+/// How far the workpiece stays from forbidden boxes if a study does not say.
+pub const CLEARANCE_MM: f64 = 5.0;
+/// What a path may be outside the workpiece's box by rounding, mm.
+const OUTSIDE_MM: f64 = 1e-6;
 const MAX_ITERATIONS: usize = 10_000;
 
 /// Checks `spec`; also returns the processes and paths.
@@ -44,11 +48,21 @@ pub(in crate::study) fn placement(
     let reference = features[0].feature.reference;
     let bounds = bounds(&spec.bounds, &spec.fixed, &machine, check)?;
     let extent = match &spec.workpiece {
-        Some(spec) => extent(spec.min_mm, spec.max_mm, &check.key("workpiece"))?,
+        Some(spec) => {
+            let check = check.key("workpiece");
+            let extent = extent(spec.min_mm, spec.max_mm, &check)?;
+            holds_paths(&extent, &features, &machine, &check)?;
+            extent
+        }
         None => around(&features),
     };
+    let clearance_mm = spec.clearance_mm.unwrap_or(CLEARANCE_MM);
+    if !(0.0..=crate::check::LARGEST).contains(&clearance_mm) {
+        return check.key("clearance_mm").fail(format!("must be at least 0, got {clearance_mm}"));
+    }
     let study = PlacementStudy {
         forbidden: forbidden(&spec.forbidden, check)?,
+        clearance_mm,
         grid: grid(&spec.search, &bounds, overrides, &check.key("search"))?,
         search: search(&spec.search, &check.key("search"))?,
         objective: objective(&spec.objective, &machine, &features, &check.key("objective"))?,
@@ -134,6 +148,39 @@ fn extent(min: [f64; 3], max: [f64; 3], check: &Check) -> Result<Extent> {
     let extent = Extent { min: check.key("min_mm").finite(min)?, max: check.key("max_mm").finite(max)? };
     check.ordered_box(extent.min, extent.max)?;
     Ok(extent)
+}
+
+/// The box of the workpiece holds every point that the tool cuts on the way to, but for the side from which the tool comes.
+fn holds_paths(extent: &Extent, features: &[FeatureJob], machine: &Machine, check: &Check) -> Result<()> {
+    let tool = machine.home.pose.rotation * machine.tool_tip;
+    // Without a length of the tool, either side along z may be the one it comes from.
+    let comes_from = |axis: usize, side: f64| match tool.norm() > 0.0 {
+        true => side * tool[axis] < -0.5 * tool.norm(),
+        false => axis == 2,
+    };
+    for job in features {
+        let points = job.feature.path.points();
+        let never_cuts = points.iter().all(|point| !point.cutting);
+        for (k, point) in points.iter().enumerate().filter(|(_, point)| point.cutting || never_cuts) {
+            let is_out = |axis: usize| {
+                let p = point.position_mm[axis];
+                let (below, above) = (p < extent.min[axis] - OUTSIDE_MM, p > extent.max[axis] + OUTSIDE_MM);
+                below && !comes_from(axis, -1.0) || above && !comes_from(axis, 1.0)
+            };
+            if (0..3).any(is_out) {
+                let corner = |p: Vector3<f64>| format!("({}, {}, {})", p.x, p.y, p.z);
+                let [x, y, z]: [f64; 3] = point.position_mm.into();
+                return check.fail(format!(
+                    "the box {} to {} mm does not hold point {k} of feature \"{}\" at ({x:.3}, {y:.3}, {z:.3}) mm, to \
+                     which the tool cuts",
+                    corner(extent.min),
+                    corner(extent.max),
+                    job.feature.name
+                ));
+            }
+        }
+    }
+    Ok(())
 }
 
 fn forbidden(specs: &[ForbiddenSpec], check: &Check) -> Result<Vec<ForbiddenBox>> {

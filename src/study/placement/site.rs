@@ -1,5 +1,7 @@
 //! Where a workpiece may stand: the coordinates a search moves, and their bounds.
 
+use std::f64::consts::TAU;
+
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
@@ -49,7 +51,11 @@ pub fn is_angle(coordinate: usize) -> bool {
     UNITS[coordinate] == "deg"
 }
 
-/// Smallest and largest value of each coordinate; a coordinate whose ends agree is fixed.
+/// What of a coordinate's range, or of 1 mm or rad, is rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// Smallest and largest value of each coordinate; a coordinate whose ends agree is fixed. The ends of an angle that may
+/// make a full turn are one place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounds {
     /// Smallest, mm and rad.
@@ -69,11 +75,53 @@ impl Bounds {
         self.high[coordinate] - self.low[coordinate]
     }
 
-    /// Values of a coordinate at `count` equal steps, both ends included; a single one lies in the middle.
+    /// Whether a coordinate is an angle that may take any value.
+    pub fn is_full_turn(&self, coordinate: usize) -> bool {
+        is_angle(coordinate) && self.range(coordinate) >= TAU * (1.0 - ROUNDING)
+    }
+
+    /// How far two values of a coordinate are apart, mm or rad; round the shorter way where it may make a full turn.
+    pub fn distance(&self, coordinate: usize, a: f64, b: f64) -> f64 {
+        let distance = (a - b).abs();
+        if self.is_full_turn(coordinate) { (distance - (distance / TAU).round() * TAU).abs() } else { distance }
+    }
+
+    /// `site` within the bounds, its angles taken by full turns to where they allow it; `None` if it lies outside.
+    pub fn inside(&self, site: &Site) -> Option<Site> {
+        let mut inside = *site;
+        for (i, value) in inside.0.iter_mut().enumerate() {
+            let (low, high) = (self.low[i], self.high[i]);
+            let slack = ROUNDING * self.range(i).max(1.0);
+            if is_angle(i) {
+                *value -= ((*value - low + slack) / TAU).floor() * TAU;
+            }
+            if !(low - slack..=high + slack).contains(value) {
+                return None;
+            }
+            *value = value.clamp(low, high);
+        }
+        Some(inside)
+    }
+
+    /// `site` moved along one coordinate, as far as the bounds allow; round and round where it may make a full turn.
+    pub(super) fn moved(&self, site: &Site, coordinate: usize, by: f64) -> Site {
+        let (low, high) = (self.low[coordinate], self.high[coordinate]);
+        let mut moved = *site;
+        let value = moved.0[coordinate] + by;
+        moved.0[coordinate] = match self.is_full_turn(coordinate) {
+            true => low + (value - low).rem_euclid(TAU),
+            false => value.clamp(low, high),
+        };
+        moved
+    }
+
+    /// Values of a coordinate at `count` equal steps, both ends included, but for those of a full turn, which are one; a
+    /// single one lies in the middle.
     pub fn values(&self, coordinate: usize, count: usize) -> Vec<f64> {
         let (low, high) = (self.low[coordinate], self.high[coordinate]);
         match count {
             1 => vec![0.5 * (low + high)],
+            n if self.is_full_turn(coordinate) => (0..n).map(|k| low + (high - low) * k as f64 / n as f64).collect(),
             n => {
                 (0..n).map(|k| if k + 1 == n { high } else { low + (high - low) * k as f64 / (n - 1) as f64 }).collect()
             }
@@ -131,5 +179,49 @@ impl SiteGrid {
             [first, second, ..] => second - first,
             _ => bounds.range(coordinate),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+
+    fn turned(yaw: f64) -> Site {
+        Site::new(Vector3::zeros(), yaw)
+    }
+
+    fn yaw_from(low: f64, high: f64) -> Bounds {
+        let (mut bounds_low, mut bounds_high) = ([0.0; N], [0.0; N]);
+        (bounds_low[3], bounds_high[3]) = (low, high);
+        Bounds { low: bounds_low, high: bounds_high }
+    }
+
+    #[test]
+    fn the_ends_of_a_full_turn_are_one_place() {
+        let bounds = yaw_from(-PI, PI);
+        let degrees: Vec<f64> = bounds.values(3, 4).iter().map(|v| v.to_degrees().round()).collect();
+        assert_eq!(degrees, [-180.0, -90.0, 0.0, 90.0]);
+        assert!(bounds.distance(3, -PI, PI) < 1e-12);
+        assert!((bounds.distance(3, -3.0, 3.0) - (TAU - 6.0)).abs() < 1e-12);
+        let past = bounds.moved(&turned(3.0), 3, 0.5).0[3];
+        assert!((past - (3.5 - TAU)).abs() < 1e-12, "{past}");
+        // Half a turn ends at its bounds.
+        let half = yaw_from(0.0, PI);
+        assert_eq!(half.moved(&turned(3.0), 3, 0.5).0[3], PI);
+        assert_eq!(half.values(3, 3).len(), 3);
+        assert_eq!(half.distance(3, 0.0, PI), PI);
+    }
+
+    #[test]
+    fn an_angle_is_within_bounds_whatever_its_turns() {
+        let bounds = yaw_from(0.5 * PI, PI);
+        for yaw in [0.75 * PI, -1.25 * PI, 2.75 * PI] {
+            assert!((bounds.inside(&turned(yaw)).unwrap().0[3] - 0.75 * PI).abs() < 1e-12);
+        }
+        assert!(bounds.inside(&turned(0.0)).is_none());
+        assert!(bounds.inside(&Site::new(Vector3::new(1.0, 0.0, 0.0), 2.0)).is_none());
+        assert!(yaw_from(0.0, 0.0).inside(&turned(0.0)).is_some());
     }
 }

@@ -228,15 +228,11 @@ fn pool(study: &PlacementStudy) -> usize {
 /// Indices of the cells that refinements start from: the best ones no two of which are neighbours on the grid, or else
 /// the best ones; of those known exactly, best first.
 pub(super) fn starts(study: &PlacementStudy, cells: &[Cell], ranking: &[usize]) -> Vec<usize> {
-    let is_neighbour = |a: &Site, b: &Site| {
-        let close = |i: usize| (a.0[i] - b.0[i]).abs() <= NEXT * study.grid.step(i, &study.bounds);
-        study.bounds.free().into_iter().all(close)
-    };
     let pool: Vec<usize> =
         ranking.iter().copied().filter(|&index| cells[index].complete().is_some()).take(pool(study)).collect();
     let mut chosen: Vec<usize> = Vec::new();
     for &index in &pool {
-        if !chosen.iter().any(|&other| is_neighbour(&cells[other].site, &cells[index].site)) {
+        if !chosen.iter().any(|&other| is_neighbour(study, &cells[other].site, &cells[index].site)) {
             chosen.push(index);
         }
     }
@@ -244,6 +240,13 @@ pub(super) fn starts(study: &PlacementStudy, cells: &[Cell], ranking: &[usize]) 
     chosen.extend(others);
     chosen.truncate(study.search.starts);
     chosen
+}
+
+/// Whether two places are neighbours on the study's grid.
+pub(super) fn is_neighbour(study: &PlacementStudy, a: &Site, b: &Site) -> bool {
+    let bounds = &study.bounds;
+    let close = |i: usize| bounds.distance(i, a.0[i], b.0[i]) <= NEXT * study.grid.step(i, bounds);
+    bounds.free().into_iter().all(close)
 }
 
 /// Places at most so many steps apart along every coordinate are neighbours.

@@ -26,6 +26,8 @@ pub(super) struct Seen {
     pub departure: f64,
     /// Smallest eigenvalue of the loaded stiffness, N/mm.
     pub stability: Option<f64>,
+    /// Whether an exact correction was sought and not found.
+    pub is_uncorrected: bool,
 }
 
 /// Which numbers are computed.
@@ -74,6 +76,8 @@ pub(super) struct Tally {
     margin: Option<f64>,
     departure: f64,
     stability: Option<f64>,
+    /// Whether a point has no exact correction, so that the numbers of it say nothing.
+    is_uncorrected: bool,
 }
 
 fn least(a: Option<f64>, b: Option<f64>) -> Option<f64> {
@@ -104,6 +108,7 @@ impl Tally {
         self.margin = least(self.margin, seen.margin);
         self.departure = self.departure.max(seen.departure);
         self.stability = least(self.stability, seen.stability);
+        self.is_uncorrected |= seen.is_uncorrected;
     }
 
     /// Both together.
@@ -118,6 +123,7 @@ impl Tally {
             margin: least(self.margin, other.margin),
             departure: self.departure.max(other.departure),
             stability: least(self.stability, other.stability),
+            is_uncorrected: self.is_uncorrected || other.is_uncorrected,
         }
     }
 
@@ -128,7 +134,7 @@ impl Tally {
         metrics.set(Metric::WorstDeflection, self.worst_deflection);
         metrics.set(Metric::RmsDeflection, (self.squares / share).sqrt());
         metrics.set(Metric::ShareWithin, 1.0 - self.outside / share);
-        if needs.correction {
+        if needs.correction && !self.is_uncorrected {
             metrics.set(Metric::WorstCorrection, self.correction);
             metrics.set(Metric::WorstDriveForce, self.force);
             if let Some([correction, torque]) = self.hinges {

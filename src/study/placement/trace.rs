@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{Entry, Evaluator, PlacementStudy, bounded};
+use super::{Best, Entry, Evaluator, PlacementStudy, bounded};
 use crate::{
     compensation::Method,
     study::{
@@ -30,10 +30,16 @@ pub struct Trace {
     pub arc_length_mm: Vec<f64>,
 }
 
-/// Of every feature, at the best entry and at the poorest one that can be cut.
-pub(super) fn traces(evaluator: &Evaluator<'_>, study: &PlacementStudy, entries: &[Entry]) -> Vec<Trace> {
-    let feasible: Vec<&Entry> = entries.iter().filter(|entry| entry.outcome.is_ok()).collect();
-    let mut shown: Vec<&Entry> = feasible.first().into_iter().chain(feasible.last()).copied().collect();
+/// Of every feature, at the entry of the best place and at the poorest entry of which anything can be said.
+pub(super) fn traces(
+    evaluator: &Evaluator<'_>,
+    study: &PlacementStudy,
+    entries: &[Entry],
+    best: Option<&Best>,
+) -> Vec<Trace> {
+    let examined = entries.iter().filter(|entry| entry.outcome.is_ok());
+    let poorest = examined.max_by(|a, b| a.value.total_cmp(&b.value));
+    let mut shown: Vec<&Entry> = best.map(|best| &entries[best.entry]).into_iter().chain(poorest).collect();
     shown.dedup_by(|a, b| a.name == b.name);
     let features = 0..study.features.len();
     features.flat_map(|index| shown.iter().map(move |entry| trace(evaluator, study, entry, index))).collect()

@@ -2,12 +2,45 @@
 
 use super::tally::{Needs, Seen};
 use crate::{
-    compensation::{Compensation, Demand, Method, Session, compensate},
-    machine::{Machine, Motion},
+    compensation::{Compensation, Demand, Method, Session, Status, compensate},
+    machine::{Machine, Motion, Unreachable},
     spatial::Wrench,
     statics::smallest_eigenvalue,
     study::{Failure, path::settings},
 };
+
+/// What becomes of the exact correction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Exact {
+    /// It is not looked at.
+    NotAsked,
+    /// It is computed; where there is none, its numbers are missing.
+    IfPossible,
+    /// Where there is none, the workpiece cannot be cut.
+    Needed,
+}
+
+/// Why a point cannot be cut.
+#[derive(Debug, Clone)]
+pub(super) struct Refusal {
+    pub failure: Failure,
+    /// By how much, as far as it can be told: mm or degrees beyond a limit, or the share of a force limit.
+    pub excess: f64,
+}
+
+/// An excess that tells nothing but that it is large.
+const FAR: f64 = 1e3;
+
+/// By how much a place is unreachable, mm or degrees.
+pub(super) fn excess(unreachable: &Unreachable) -> f64 {
+    match unreachable {
+        Unreachable::Travel { value, low, high, .. } | Unreachable::JointLimit { value, low, high, .. } => {
+            f64::max(low - value, value - high)
+        }
+        Unreachable::Closure { gap_mm, .. } => FAR + gap_mm,
+        _ => 2.0 * FAR,
+    }
+}
 
 /// Sessions for everything a point is asked, standing at home.
 ///
@@ -20,6 +53,7 @@ pub(super) struct Walk<'a> {
     force_limits: &'a [f64],
     /// Whether an exact correction beyond a limit is refused.
     check_forces: bool,
+    exact: Exact,
     both: Session<'a>,
     /// The cutting force on the nominal machine, and the unloaded real machine.
     apart: Option<[Session<'a>; 2]>,
@@ -32,6 +66,7 @@ impl<'a> Walk<'a> {
         needs: Needs,
         force_limits: &'a [f64],
         check_forces: bool,
+        exact: Exact,
     ) -> Self {
         let session = |real| Session::new(nominal, real, settings());
         Self {
@@ -39,13 +74,14 @@ impl<'a> Walk<'a> {
             needs,
             force_limits,
             check_forces,
+            exact,
             both: session(real),
             apart: needs.departure.then(|| [session(nominal), session(real)]),
         }
     }
 
     /// What happens at one point.
-    pub fn visit(&mut self, demand: &Demand) -> Result<Seen, Failure> {
+    pub fn visit(&mut self, demand: &Demand) -> Result<Seen, Refusal> {
         let plain = solved(self.nominal, compensate(&mut self.both, demand, Method::None))?;
         let mut seen = Seen { deflection: plain.position_error.norm(), ..Seen::default() };
         if self.needs.stability {
@@ -58,14 +94,18 @@ impl<'a> Walk<'a> {
             let assembled = solved(self.nominal, compensate(assembly, &unloaded, Method::None))?;
             seen.departure = (cut.position_error + assembled.position_error - plain.position_error).norm();
         }
-        if self.needs.correction {
+        if self.exact != Exact::NotAsked {
             self.correct(demand, &plain, &mut seen)?;
         }
         Ok(seen)
     }
 
-    fn correct(&mut self, demand: &Demand, plain: &Compensation, seen: &mut Seen) -> Result<(), Failure> {
-        let exact = solved(self.nominal, compensate(&mut self.both, demand, Method::Direct))?;
+    fn correct(&mut self, demand: &Demand, plain: &Compensation, seen: &mut Seen) -> Result<(), Refusal> {
+        let exact = compensate(&mut self.both, demand, Method::Direct);
+        if !exact.status.is_success() {
+            seen.is_uncorrected = true;
+            return if self.exact == Exact::Needed { Err(uncorrected(self.nominal, &exact.status)) } else { Ok(()) };
+        }
         let is_mixed = self.nominal.has_mixed_drives();
         for (k, (_, drive)) in self.nominal.drives().enumerate() {
             let delta = (exact.drives[k] - plain.drives[k]).abs();
@@ -89,19 +129,36 @@ impl<'a> Walk<'a> {
         Ok(())
     }
 
-    fn overloaded(&self, drive: usize, force: f64) -> Failure {
+    fn overloaded(&self, drive: usize, force: f64) -> Refusal {
         let label = &self.nominal.drive_labels()[drive];
         let is_slide = self.nominal.drives().nth(drive).is_some_and(|(_, drive)| drive.motion == Motion::Prismatic);
         let unit = if is_slide { "N" } else { "N·mm" };
         let limit = self.force_limits[drive];
         let reason = format!("drive {label} needs {force:.1} {unit}, its limit is {limit:.1} {unit}");
-        Failure { status: "force_limit".into(), reason }
+        Refusal { failure: Failure { status: "force_limit".into(), reason }, excess: (force - limit) / limit }
     }
 }
 
-fn solved(machine: &Machine, answer: Compensation) -> Result<Compensation, Failure> {
+fn solved(machine: &Machine, answer: Compensation) -> Result<Compensation, Refusal> {
     if answer.status.is_success() {
         return Ok(answer);
     }
-    Err(Failure { status: answer.status.label().into(), reason: answer.status.reason(machine) })
+    Err(refusal(&answer.status, answer.status.reason(machine)))
+}
+
+fn refusal(status: &Status, reason: String) -> Refusal {
+    let excess = if let Status::Unreachable(unreachable) = status { excess(unreachable) } else { FAR };
+    Refusal { failure: Failure { status: status.label().into(), reason }, excess }
+}
+
+/// The point is in reach and the loaded machine stands there, but not with its error put right.
+fn uncorrected(machine: &Machine, status: &Status) -> Refusal {
+    let reason = match status {
+        Status::Unreachable(Unreachable::Travel { chain, drive, value, low, high, unit }) => format!(
+            "the corrected drive {drive} of chain {chain} would stand at {value:.3} {unit}, beyond its travel of \
+             {low:.3} to {high:.3} {unit}"
+        ),
+        status => format!("there is no correction: {}", status.reason(machine)),
+    };
+    refusal(status, reason)
 }

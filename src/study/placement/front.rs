@@ -1,0 +1,159 @@
+//! The Pareto front: the best compromises known, each led on to one that cannot be bettered nearby.
+//!
+//! What sweep and refinements happen to have seen lies near the front, not on it. Compromises spread along what they show
+//! are therefore polished: the largest loss, each metric in its range over the front, is made small, so that all metrics
+//! get better together. What is not polished is not shown.
+
+use rayon::prelude::*;
+
+use super::{
+    PlacementStudy,
+    evaluate::Evaluator,
+    metric::{Metric, Metrics, Objective},
+    pareto,
+    polish::{Steps, polish},
+    refine::{Refinement, Start, refine},
+    site::Site,
+    sweep::Cell,
+};
+use crate::study::{Work, work::Event};
+
+/// Most compromises that are polished.
+const POINTS: usize = 12;
+/// Steps of polishing.
+const POLISH: Steps = Steps { first: 0.1, last: 4e-3 };
+/// What all losses together count beside the largest: a loss that is not the largest is still one.
+const SUM: f64 = 1e-2;
+
+/// Number of searches that a front takes.
+pub(super) fn searches(study: &PlacementStudy) -> usize {
+    let metrics = study.objective.pareto.len();
+    if metrics == 0 { 0 } else { metrics + POINTS }
+}
+
+/// The best compromises between the metrics of the objective's front.
+pub(super) fn front(
+    evaluator: &Evaluator<'_>,
+    study: &PlacementStudy,
+    cells: &[Cell],
+    refinements: &[Refinement],
+    work: &Work,
+) -> Vec<(Site, Metrics)> {
+    let metrics = &study.objective.pareto;
+    let mut known: Vec<(Site, Metrics)> =
+        cells.iter().filter_map(|cell| Some((cell.site, *cell.complete()?))).collect();
+    known.extend(refinements.iter().flat_map(|refinement| &refinement.visited));
+    let ends: Vec<Refinement> = metrics
+        .par_iter()
+        .enumerate()
+        .filter_map(|(k, metric)| end(evaluator, study, *metric, &known, &work.part(&format!("end {k}"))))
+        .collect();
+    known.extend(ends.iter().flat_map(|end| &end.visited));
+    let rough = pareto::front(&known, metrics);
+    let chosen = spread(&rough, metrics);
+    for _ in chosen.len()..POINTS.min(searches(study)) {
+        work.tell(Event::Computed(1));
+    }
+    let ranges = ranges(&rough, metrics);
+    let polished: Vec<(Site, Metrics)> = chosen
+        .par_iter()
+        .map(|&index| {
+            let work = work.part(&format!("compromise {index}"));
+            let better = better(evaluator, study, &rough[index], &ranges, &work);
+            work.tell(Event::Computed(1));
+            better
+        })
+        .collect();
+    pareto::front(&polished, metrics)
+}
+
+/// The best known place for one metric, refined for it alone.
+fn end(
+    evaluator: &Evaluator<'_>,
+    study: &PlacementStudy,
+    metric: Metric,
+    known: &[(Site, Metrics)],
+    work: &Work,
+) -> Option<Refinement> {
+    let objective = Objective { weights: vec![(metric, 1.0)], pareto: Vec::new() };
+    let values = known.iter().map(|(site, metrics)| (objective.value(metrics), *site));
+    let start = values.min_by(|a, b| a.0.total_cmp(&b.0))?.1;
+    refine(evaluator, study, &objective, &[(Start::Sweep, start)], work).pop()
+}
+
+fn costs(metrics: &[Metric], values: &Metrics) -> Vec<f64> {
+    metrics.iter().map(|metric| values.get(*metric).map_or(f64::INFINITY, |value| metric.cost(value))).collect()
+}
+
+/// Range of each metric over `front`; 1 where it has none.
+fn ranges(front: &[(Site, Metrics)], metrics: &[Metric]) -> Vec<f64> {
+    let all: Vec<Vec<f64>> = front.iter().map(|(_, values)| costs(metrics, values)).collect();
+    let range = |k: usize| {
+        let (low, high) = all.iter().fold((f64::MAX, f64::MIN), |(low, high), c| (low.min(c[k]), high.max(c[k])));
+        if high > low { high - low } else { 1.0 }
+    };
+    (0..metrics.len()).map(range).collect()
+}
+
+/// At most [`POINTS`] places of `front`, in its order: those best in one metric, then always the one farthest from those
+/// chosen.
+fn spread(front: &[(Site, Metrics)], metrics: &[Metric]) -> Vec<usize> {
+    if front.len() <= POINTS {
+        return (0..front.len()).collect();
+    }
+    let ranges = ranges(front, metrics);
+    let scaled = |place: &(Site, Metrics)| -> Vec<f64> {
+        costs(metrics, &place.1).iter().zip(&ranges).map(|(cost, range)| cost / range).collect()
+    };
+    let all: Vec<Vec<f64>> = front.iter().map(scaled).collect();
+    let distance = |a: usize, b: usize| all[a].iter().zip(&all[b]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let least = |k: usize| (0..all.len()).min_by(|&a, &b| all[a][k].total_cmp(&all[b][k]));
+    let mut chosen: Vec<usize> = (0..metrics.len()).filter_map(least).collect();
+    chosen.sort_unstable();
+    chosen.dedup();
+    let mut nearest: Vec<f64> =
+        (0..all.len()).map(|i| chosen.iter().map(|&c| distance(i, c)).fold(f64::MAX, f64::min)).collect();
+    while chosen.len() < POINTS {
+        let Some(next) = (0..all.len()).max_by(|&a, &b| nearest[a].total_cmp(&nearest[b]).then(b.cmp(&a))) else {
+            break;
+        };
+        if nearest[next] <= 0.0 {
+            break;
+        }
+        chosen.push(next);
+        nearest.iter_mut().enumerate().for_each(|(i, near)| *near = near.min(distance(i, next)));
+    }
+    chosen.sort_unstable();
+    chosen
+}
+
+/// A place that is better than `start` in all metrics, as far as there is one nearby.
+fn better(
+    evaluator: &Evaluator<'_>,
+    study: &PlacementStudy,
+    start: &(Site, Metrics),
+    ranges: &[f64],
+    work: &Work,
+) -> (Site, Metrics) {
+    let metrics = &study.objective.pareto;
+    let from = costs(metrics, &start.1);
+    let loss = |values: &Metrics| {
+        let losses = costs(metrics, values)
+            .into_iter()
+            .zip(&from)
+            .zip(ranges)
+            .map(|((cost, from), range)| (cost - from) / range);
+        let losses: Vec<f64> = losses.collect();
+        losses.iter().copied().fold(f64::NEG_INFINITY, f64::max) + SUM * losses.iter().sum::<f64>()
+    };
+    let mut found = *start;
+    polish(study, (start.0, 0.0), POLISH, f64::NEG_INFINITY, |site, below| {
+        let Some(evaluation) = evaluator.kept_below(work, site, &loss, below) else { return f64::INFINITY };
+        let value = loss(&evaluation.metrics);
+        if value < below {
+            found = (*site, evaluation.metrics);
+        }
+        value
+    });
+    found
+}

@@ -1,0 +1,185 @@
+//! Places where the workpiece fits between those of the sweep.
+//!
+//! Where forbidden boxes and the workspace box begin and end is known. Along each coordinate x, y and z the places at
+//! which a face of the workpiece meets one of theirs divide the bounds into intervals; an interval without a place of the
+//! sweep is looked at in its middle. For a workpiece that is not turned, or by right angles, no room can hide between,
+//! however narrow.
+//!
+//! Limits of the machine have no such places. Where few places of the sweep can be cut at, searches start from those that
+//! come nearest, and make small by how much limits are exceeded.
+
+use rayon::prelude::*;
+
+use super::{
+    PlacementStudy,
+    evaluate::Evaluator,
+    polish::{Steps, polish},
+    site::Site,
+    sweep::{Cell, Verdict},
+};
+use crate::{process::Extent, study::Work};
+
+/// What was found between the places of the sweep.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Gaps {
+    /// Places where the workpiece can be cut, best first.
+    pub sites: Vec<Site>,
+    /// Coordinates along which the sweep's steps are wider than room that it found: places that can be cut at stand alone
+    /// between ones that cannot, or were found between them.
+    pub coarse: Vec<usize>,
+}
+
+/// Most places in intervals that are tried.
+const TRIED: usize = 48;
+/// Most searches for a place within limits.
+const SEARCHES: usize = 12;
+/// Fewer than one in so many places that can be cut at are few.
+const FEW: usize = 4;
+/// Steps of such a search.
+const STEPS: Steps = Steps { first: 1.0, last: 1e-7 };
+/// An interval narrower than this is none, mm.
+const NARROWEST: f64 = 1e-6;
+/// Most middles of intervals that are held against the boxes.
+const MIDDLES: usize = 50_000;
+/// Most places that are ranked by how near they come.
+const RANKED: usize = 1000;
+
+pub(super) fn gaps(evaluator: &Evaluator<'_>, study: &PlacementStudy, cells: &[Cell], work: &Work) -> Gaps {
+    let mut found = in_intervals(evaluator, study, cells);
+    let feasible = cells.iter().filter(|cell| cell.metrics().is_some()).count();
+    if feasible * FEW < cells.len() {
+        found.extend(within_limits(evaluator, study, cells, work));
+    }
+    let mut distinct: Vec<Site> = Vec::new();
+    for site in found {
+        if !distinct.iter().any(|other| study.is_same_place(other, &site)) {
+            distinct.push(site);
+        }
+    }
+    let value = |site: Site| Some((study.objective.value(&evaluator.kept(work, &site).ok()?.metrics), site));
+    let mut ranked: Vec<(f64, Site)> = distinct.into_par_iter().filter_map(value).collect();
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let sites: Vec<Site> = ranked.into_iter().map(|(_, site)| site).collect();
+    let coarse = study.bounds.free().into_iter().filter(|&i| is_coarse(study, cells, &sites, i)).collect();
+    Gaps { sites, coarse }
+}
+
+/// Whether along coordinate `i` a place that can be cut at has neighbours on both sides that cannot, or one was found
+/// between two neighbours that cannot.
+fn is_coarse(study: &PlacementStudy, cells: &[Cell], found: &[Site], i: usize) -> bool {
+    let grid = &study.grid;
+    let axis = &grid.axes[i];
+    if axis.len() < 2 {
+        return false;
+    }
+    let stride: usize = grid.axes[..i].iter().map(Vec::len).product();
+    let position = |index: usize| index / stride % axis.len();
+    let cannot = |index: usize| matches!(cells[index].verdict, Verdict::Infeasible(_));
+    let alone = |index: usize| {
+        let (before, after) = (position(index) > 0, position(index) + 1 < axis.len());
+        !cannot(index) && before && after && cannot(index - stride) && cannot(index + stride)
+    };
+    let nearest = |site: &Site| {
+        let position = |k: usize| {
+            let distance = |value: f64| study.bounds.distance(k, value, site.0[k]);
+            let axis = grid.axes[k].iter().enumerate();
+            axis.min_by(|a, b| distance(*a.1).total_cmp(&distance(*b.1))).map_or(0, |(position, _)| position)
+        };
+        std::array::from_fn(position)
+    };
+    let between = |site: &Site| {
+        let mut positions: [usize; 6] = nearest(site);
+        let Some(next) = axis.iter().position(|value| *value > site.0[i]).filter(|next| *next > 0) else {
+            return false;
+        };
+        [next - 1, next].into_iter().all(|position| {
+            positions[i] = position;
+            cannot(grid.index(positions))
+        })
+    };
+    (0..cells.len()).any(alone) || found.iter().any(between)
+}
+
+/// Middles of intervals, of each orientation of the sweep, that hold no place of the sweep and where boxes are kept.
+fn in_intervals(evaluator: &Evaluator<'_>, study: &PlacementStudy, cells: &[Cell]) -> Vec<Site> {
+    // Without a place that cannot be cut at there is nothing to miss.
+    if cells.iter().all(|cell| cell.metrics().is_some()) {
+        return Vec::new();
+    }
+    let [_, _, _, yaws, pitches, rolls] = &study.grid.axes;
+    let mut sites = Vec::new();
+    for (&yaw, (&pitch, &roll)) in
+        yaws.iter().flat_map(|yaw| pitches.iter().flat_map(move |p| rolls.iter().map(move |r| (yaw, (p, r)))))
+    {
+        let turned = Site([0.0, 0.0, 0.0, yaw, pitch, roll]);
+        let middles: [Vec<(f64, bool)>; 3] = std::array::from_fn(|axis| middles(evaluator, study, &turned, axis));
+        for &(z, z_is_new) in &middles[2] {
+            for &(y, y_is_new) in &middles[1] {
+                for &(x, x_is_new) in &middles[0] {
+                    if x_is_new || y_is_new || z_is_new {
+                        sites.push(Site([x, y, z, yaw, pitch, roll]));
+                    }
+                }
+            }
+        }
+    }
+    let sites = thinned(sites, MIDDLES);
+    let fitting: Vec<Site> = sites.into_par_iter().filter(|site| evaluator.fits(site)).collect();
+    thinned(fitting, TRIED)
+}
+
+/// At most `most` of `sites`, evenly spread.
+fn thinned(sites: Vec<Site>, most: usize) -> Vec<Site> {
+    let stride = sites.len().div_ceil(most).max(1);
+    sites.into_iter().step_by(stride).collect()
+}
+
+/// Middles of the intervals along `axis` (x, y or z) for a workpiece turned like `turned` with its origin at 0, and
+/// whether no place of the sweep lies in the interval; a fixed coordinate is itself.
+fn middles(evaluator: &Evaluator<'_>, study: &PlacementStudy, turned: &Site, axis: usize) -> Vec<(f64, bool)> {
+    let (low, high) = (study.bounds.low[axis], study.bounds.high[axis]);
+    if high <= low {
+        return vec![(low, false)];
+    }
+    let pose = study.placement(turned).pose();
+    let own = |extent: &Extent| {
+        let along = extent.corners().map(|corner| pose.transform(corner)[axis]);
+        along.into_iter().fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v), high.max(v)))
+    };
+    let (own_low, own_high) = own(&study.extent);
+    let mut ends = vec![low, high];
+    for forbidden in &study.forbidden {
+        let grown = forbidden.extent.grown(study.clearance_mm);
+        ends.extend([grown.min[axis] - own_high, grown.max[axis] - own_low]);
+    }
+    let workspace = &study.machine.workspace;
+    for job in &study.features {
+        let along = evaluator.demands(turned, job).into_iter().map(|demand| demand.pose.translation[axis]);
+        let (path_low, path_high) = along.fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v), high.max(v)));
+        ends.extend([workspace.min[axis] - path_low, workspace.max[axis] - path_high]);
+    }
+    ends.retain(|end| (low..=high).contains(end));
+    ends.sort_by(f64::total_cmp);
+    let intervals = ends.windows(2).filter(|pair| pair[1] - pair[0] > NARROWEST);
+    let is_new = |pair: &[f64]| !study.grid.axes[axis].iter().any(|value| (pair[0]..=pair[1]).contains(value));
+    intervals.map(|pair| (0.5 * (pair[0] + pair[1]), is_new(pair))).collect()
+}
+
+/// Ends of searches, from places that cannot be cut at, for one that can.
+fn within_limits(evaluator: &Evaluator<'_>, study: &PlacementStudy, cells: &[Cell], work: &Work) -> Vec<Site> {
+    let cannot: Vec<Site> = cells.iter().filter(|cell| cell.metrics().is_none()).map(|cell| cell.site).collect();
+    let mut ranked: Vec<(f64, Site)> =
+        thinned(cannot, RANKED).par_iter().map(|site| (evaluator.violation(work, site), *site)).collect();
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut starts: Vec<(f64, Site)> = Vec::new();
+    for (violation, site) in ranked {
+        if starts.len() < SEARCHES && !starts.iter().any(|(_, other)| super::sweep::is_neighbour(study, other, &site)) {
+            starts.push((violation, site));
+        }
+    }
+    let search = |&(violation, site): &(f64, Site)| {
+        let (end, left) = polish(study, (site, violation), STEPS, 0.0, |site, _| evaluator.violation(work, site));
+        (left == 0.0).then_some(end)
+    };
+    starts.par_iter().filter_map(search).collect()
+}
