@@ -358,7 +358,7 @@ fn a_home_that_the_chains_do_not_hold_is_a_warning() {
     fs::write(&file, turned).unwrap();
     let text = printed(0, &["check", path(&file)]);
     let warning =
-        "the chains hold the platform at (100.000, 0.000, 0.000) mm, which is 0.000 mm and 90.000 deg from the home";
+        "the chains hold the platform at (100.000, 0.000, 0.000) mm, which is 0.000 mm and 90.000° from the home";
     assert!(text.contains(warning), "{text}");
     fs::write(&file, gantry("")).unwrap();
     assert!(!printed(0, &["check", path(&file)]).contains("the chains hold the platform at"));

@@ -99,7 +99,7 @@ fn point_and_check_say_which_way_the_tool_points() {
     let check = program(&["check", file]);
     assert!(check.contains("tool axis          (0.271, 0, 0.963) of the platform"), "{check}");
     assert!(check.contains("(assumed: from P to the tool tip)"), "{check}");
-    assert!(check.contains("15.7 deg from the nearest axis") && check.contains("platform.tool_axis = [0.0, 0.0, 1.0]"));
+    assert!(check.contains("15.7° from the nearest axis") && check.contains("platform.tool_axis = [0.0, 0.0, 1.0]"));
     let point = ["point", "--machine", "orthoglide", "--at", "Q0", "--phi", "90", "--force", "215,-10,-25"];
     let text = program(&point);
     assert!(text.contains("tool axis                 (0.000, 0.000, 1.000) in base axes"), "{text}");

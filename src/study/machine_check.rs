@@ -140,7 +140,7 @@ fn other_home(machine: &Machine) -> Option<String> {
     }
     let [x, y, z]: [f64; 3] = found.translation.into();
     Some(format!(
-        "home: the chains hold the platform at ({x:.3}, {y:.3}, {z:.3}) mm, which is {shift:.3} mm and {:.3} deg from the \
+        "home: the chains hold the platform at ({x:.3}, {y:.3}, {z:.3}) mm, which is {shift:.3} mm and {:.3}° from the \
          home in the machine file",
         turn.to_degrees()
     ))
@@ -156,7 +156,7 @@ fn skew_tool(machine: &Machine) -> Option<String> {
     let mut nearest = [0.0; 3];
     nearest[axis.iamax()] = axis[axis.iamax()].signum();
     Some(format!(
-        "tool axis: assumed from P to the tool tip, which is {angle:.1} deg from the nearest axis of the platform; milling \
+        "tool axis: assumed from P to the tool tip, which is {angle:.1}° from the nearest axis of the platform; milling \
          forces follow it: give its direction, such as platform.tool_axis = {nearest:?}"
     ))
 }

@@ -373,7 +373,7 @@ fn judged(machine: &Machine, phi: Option<f64>, answer: Compensation) -> Result<C
     if answer.status.is_success() {
         return Ok(answer);
     }
-    let at = phi.map_or_else(String::new, |phi| format!(" (phi {:.1} deg)", phi.to_degrees()));
+    let at = phi.map_or_else(String::new, |phi| format!(" (tool angle {:.1}°)", phi.to_degrees()));
     Err(Failure { status: answer.status.label().into(), reason: answer.status.reason(machine) + &at })
 }
 

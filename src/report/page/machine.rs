@@ -165,12 +165,12 @@ pub(in crate::report) fn error_facts(machine: &Machine, errors: &[ChainError]) -
 fn error_words(chain: &Chain, error: &ChainError) -> Vec<String> {
     let vector = |v: nalgebra::Vector3<f64>, unit: &str| {
         let [x, y, z]: [f64; 3] = v.map(|c| (c * 1e9).round() / 1e9 + 0.0).into();
-        typographic(&format!("({x}, {y}, {z}) {unit}"))
+        typographic(&format!("({x}, {y}, {z}){unit}"))
     };
     let mut parts = Vec::new();
     for (frame, twist) in [("base", error.base), ("end", error.end)] {
         if twist.linear.norm() > 0.0 {
-            parts.push(format!("{frame} shifted by {}", vector(twist.linear, "mm")));
+            parts.push(format!("{frame} shifted by {}", vector(twist.linear, " mm")));
         }
         if twist.angular.norm() > 0.0 {
             parts.push(format!("{frame} turned by {} about its axes", vector(twist.angular.map(f64::to_degrees), "°")));

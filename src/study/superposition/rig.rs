@@ -55,7 +55,7 @@ impl<'a> Rig<'a> {
         let pose = |(load, phi): (&Wrench, &f64)| match self.settle(load) {
             Ok(_) => Ok(self.state.pose),
             Err(Failure { status, reason }) => {
-                Err(Failure { status, reason: format!("{reason} (phi {:.1} deg)", phi.to_degrees()) })
+                Err(Failure { status, reason: format!("{reason} (tool angle {:.1}°)", phi.to_degrees()) })
             }
         };
         loads.iter().zip(phis).map(pose).collect()
