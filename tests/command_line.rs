@@ -631,8 +631,9 @@ fn write_study(folder: &Path, machine: &str, min: f64, max: f64) -> PathBuf {
 question = "Where can the machine go?"
 machine = "{machine}"
 milling = {{ radial_force_N = 215.0, tangential_force_N = -10.0, axial_force_N = -25.0, phi_step_deg = 90.0 }}
-workspace_map = {{ grid = [2, 2, 2], min_mm = [{min}, {min}, {min}], max_mm = [{max}, {max}, {max}], slices_z_mm = [0.0] }}
-"#
+workspace_map = {{ grid = [2, 2, 2], min_mm = [{min}, {min}, {min}], max_mm = [{max}, {max}, {max}], slices_z_mm = [{}] }}
+"#,
+        0.5 * (min + max)
     );
     fs::write(study.join("study.toml"), text).unwrap();
     study

@@ -41,3 +41,100 @@ fn a_place_outside_the_workspace_box_is_said_with_its_coordinate() {
     assert_eq!(outside.axis, 1);
     assert_eq!(outside.to_string(), "y = -90 mm is outside the machine's workspace box, -73.65 to 126.35 mm");
 }
+
+/// What `check` says of the machine.
+fn warnings(machine: &Machine) -> String {
+    kinetostat::study::machine_check::check(machine).warnings.join("\n")
+}
+
+fn orthoglide_with(controls: &str) -> Machine {
+    let toml = kinetostat::machine::catalogue::find("orthoglide").unwrap().toml;
+    let changed = toml.replace(r#"controls = ["x", "y", "z"]"#, controls);
+    assert_ne!(changed, toml);
+    machine_from(&changed)
+}
+
+#[test]
+fn controls_that_the_drives_cannot_have_are_named_with_those_they_can() {
+    let rotations = warnings(&orthoglide_with(r#"controls = ["rotation_x", "rotation_y", "rotation_z"]"#));
+    let expected =
+        "platform.controls: of rotation_x, rotation_y, rotation_z the drives can control only 0 independently";
+    assert!(rotations.contains(expected) && rotations.contains("they control x, y, z"), "{rotations}");
+    let two = warnings(&orthoglide_with(r#"controls = ["x", "y"]"#));
+    assert!(two.contains("platform.controls: z could be controlled, too"), "{two}");
+    for machine in [catalogue_machine("orthoglide"), machine_from(FIVEBAR), machine_from(RRR3)] {
+        let said = warnings(&machine);
+        assert!(!said.contains("platform.controls"), "{said}");
+    }
+    assert_eq!(machine_from(RRR3).controllable(&machine_from(RRR3).home).len(), 3);
+}
+
+#[test]
+fn a_translation_left_free_is_refused_where_it_is_asked_for_elsewhere_than_it_goes() {
+    let machine = orthoglide_with(r#"controls = ["x", "y"]"#);
+    assert_eq!(machine.redundancy, 1);
+    let refused = machine.command(Vector3::new(30.0, 20.0, 50.0)).unwrap_err().to_string();
+    assert!(
+        refused.starts_with("z: asked 50 mm, the machine stays at ") && refused.ends_with("it controls x, y"),
+        "{refused}"
+    );
+}
+
+#[test]
+fn drives_without_travel_are_named() {
+    let said = warnings(&catalogue_machine("orthoglide"));
+    assert!(said.contains("drives x, y, z: no travel is given"), "{said}");
+    let kr270 = machine_from(include_str!("machines/kr270.toml"));
+    assert!(!warnings(&kr270).contains("travel"), "{}", warnings(&kr270));
+}
+
+#[test]
+fn the_reach_is_that_of_the_assembled_machine() {
+    // The same machine, whose home is sought from far away and from where it is found.
+    let rough = machine_from(FIVEBAR);
+    let [left, right] = [rough.home.drives[0], rough.home.drives[1]].map(f64::to_degrees);
+    let [knee, other, tip] =
+        [rough.home.passive[0][0], rough.home.passive[1][0], rough.home.passive[1][1]].map(f64::to_degrees);
+    let exact = FIVEBAR
+        .replace("home_deg = 130.0", &format!("home_deg = {left:?}"))
+        .replace("home_deg = 50.0", &format!("home_deg = {right:?}"))
+        .replace("home_deg = -80.0", &format!("home_deg = {knee:?}"))
+        .replace("home_deg = 80.0", &format!("home_deg = {other:?}"))
+        .replace("home_deg = -100.0", &format!("home_deg = {tip:?}"));
+    let exact = machine_from(&exact);
+    assert!((exact.reach - rough.reach).abs() < 1e-9, "{} {}", exact.reach, rough.reach);
+    // From P to the farthest hinge: a motor, 100 mm aside.
+    assert!((rough.reach - 100f64.hypot(450.0)).abs() < 1e-6, "{}", rough.reach);
+}
+
+/// What a command prints, and its exit code.
+fn kinetostat(arguments: &[&str]) -> (Option<i32>, String) {
+    let run = std::process::Command::new(env!("CARGO_BIN_EXE_kinetostat")).args(arguments).output().unwrap();
+    let text = [run.stdout, run.stderr].concat();
+    (run.status.code(), String::from_utf8(text).unwrap())
+}
+
+#[test]
+fn the_first_screen_says_what_may_not_be_meant() {
+    let fivebar = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/machines/fivebar.toml");
+    let (code, text) = kinetostat(&["point", "--machine", fivebar, "--position", "20,440,50"]);
+    assert!(code == Some(1) && text.contains("z: asked 50 mm, the machine stays at 0 mm"), "{text}");
+    let (code, text) = kinetostat(&["point", "-m", "orthoglide", "--position", "0,0,-90", "--assembly", "12,0,0"]);
+    assert!(code == Some(0) && text.contains("outside the workspace     z = -90 mm is outside"), "{text}");
+    assert!(text.contains("large error               Chain x is turned by 12.0\u{b0}"), "{text}");
+    let (code, text) = kinetostat(&["point", "-m", "orthoglide", "--at", "Q0", "--assembly", "45,0,0"]);
+    assert!(code == Some(2) && text.contains("--assembly: must be at most 30 deg either way"), "{text}");
+    let (_, text) = kinetostat(&["point", "-m", "orthoglide", "--at", "Q0", "--assembly", "1,-1,1"]);
+    assert!(!text.contains("outside the workspace") && !text.contains("large error"), "{text}");
+}
+
+#[test]
+fn check_says_that_a_machine_is_redundant_and_how_its_freedom_is_used() {
+    let rail = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/machines/kr270_rail.toml");
+    let (code, text) = kinetostat(&["check", rail]);
+    assert_eq!(code, Some(0), "{text}");
+    let expected = "redundant          by 1: 7 drives for 6 controlled coordinates; the drives stand as near to home";
+    assert!(text.contains(expected), "{text}");
+    let (_, text) = kinetostat(&["check", "orthoglide"]);
+    assert!(!text.contains("redundant"), "{text}");
+}

@@ -83,7 +83,7 @@ fn a_study_partly_out_of_reach_says_so_and_without_figures_writes_tables_only() 
     fs::create_dir_all(&study).unwrap();
     let written = fs::read_to_string(Path::new(STUDY).join("study.toml")).unwrap();
     let far = written.replace("{ point = \"Q3\" }", "{ name = \"beyond the rails\", position_mm = [900.0, 0.0, 0.0] }");
-    let far = far.replace("slices_z_mm", "min_mm = [-400.0, 0.0, 0.0]\nmax_mm = [400.0, 0.0, 0.0]\nslices_z_mm");
+    let far = far.replace("slices_z_mm", "min_mm = [-400.0, 0.0, -150.0]\nmax_mm = [400.0, 0.0, 150.0]\nslices_z_mm");
     assert_ne!(far, written);
     fs::write(study.join("study.toml"), far).unwrap();
     let out = folder.path().join("out");

@@ -10,7 +10,7 @@ use kinetostat::{
     machine::Machine,
     process::toolpath::polyline::Polyline,
     report::{
-        ProgramFiles, counted,
+        ProgramFiles, cautions, counted,
         path::{bounded_text, program_columns, program_json, program_table},
     },
     study::{
@@ -191,8 +191,12 @@ fn measured(file: &Path, job: &ProgramJob) -> Result<Vec<kinetostat::spatial::Po
 
 fn header(job: &ProgramJob) -> String {
     let cutting = job.path.points().iter().filter(|point| point.cutting).count();
+    let machine = &job.machine;
+    let outside =
+        cautions::outside_workspace(machine, "point", job.demands.iter().map(|demand| demand.pose.translation));
+    let cautions = cautions::large_errors(machine, &job.process.errors) + &outside;
     format!(
-        "{}: {}, {cutting} of them cutting, path length {:.1} mm\nDistance of the point put right from the wanted path, where the tool cuts:\n",
+        "{}: {}, {cutting} of them cutting, path length {:.1} mm\n{cautions}Distance of the point put right from the wanted path, where the tool cuts:\n",
         job.machine.title,
         counted(job.path.len(), "point"),
         job.path.length_mm()

@@ -4,7 +4,7 @@ use clap::{ArgGroup, Args};
 use kinetostat::{
     compensation::Target,
     error::{Error, Result},
-    machine::Machine,
+    machine::{ChainError, Machine},
     process::{ForceLaw, MillingForce},
     report::{point_json, point_text, unreachable_json},
     spatial::Wrench,
@@ -108,7 +108,12 @@ fn assembly(arguments: &PointArguments, machine: &Machine) -> Result<Vec<f64>> {
     let count = machine.chains.len();
     match &arguments.assembly {
         None => Ok(vec![0.0; count]),
-        Some(angles) if angles.len() == count => Ok(angles.clone()),
+        Some(angles) if angles.len() == count => {
+            match angles.iter().find_map(|angle| ChainError::too_large(angle.to_radians())) {
+                None => Ok(angles.clone()),
+                Some(problem) => Err(Error::Argument { argument: "--assembly".into(), problem }),
+            }
+        }
         Some(angles) => Err(Error::Argument {
             argument: "--assembly".into(),
             problem: format!("expected {count} angles, one per chain of {}, got {}", machine.name, angles.len()),

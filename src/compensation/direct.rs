@@ -36,9 +36,11 @@ pub(super) fn is_near(session: &Session<'_>, demand: &Demand) -> bool {
     way.norm() <= NEAR * session.nominal.reach
 }
 
-/// Whether all controlled coordinates are put right. Where only some are, the others stay commanded as they were.
+/// Whether all controlled coordinates are put right, and these determine the drives. Where only some are, the others stay
+/// commanded as they were; where there are more drives, they are commanded as the inverse kinematics would.
 pub(super) fn is_complete(session: &Session<'_>, demand: &Demand) -> bool {
-    demand.coordinates(session.nominal).count() == session.nominal.controls.len()
+    let nominal = session.nominal;
+    nominal.redundancy == 0 && demand.coordinates(nominal).count() == nominal.controls.len()
 }
 
 /// Takes the equilibrium that one iteration found if it is stable and meets the demand; else goes between equilibria.

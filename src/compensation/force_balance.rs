@@ -61,7 +61,7 @@ fn solve(
 ) -> Result<Status, Status> {
     let nominal = session.nominal;
     let mut shift = Vector6::zeros();
-    let mut pose = demand.pose;
+    let mut pose = start(session, demand)?;
     let mut state: Option<State> = None;
     let mut kept: Option<Linearised> = None;
     loop {
@@ -100,6 +100,15 @@ fn solve(
         }
         pose = moved_freely(demand, session, &pose, &(linear.free * coordinates));
     }
+}
+
+/// The pose from which the balance is sought: the wanted one, turned as the nominal machine stands where that is free.
+fn start(session: &mut Session<'_>, demand: &Demand) -> Result<Pose, Status> {
+    if session.nominal.redundancy == 0 {
+        return Ok(demand.pose);
+    }
+    session.go_to(&demand.pose)?;
+    Ok(moved_freely(demand, session, &session.command.pose, &Vector6::zeros()))
 }
 
 /// The point's displacement by the wrench that is out of balance, mm: what the iteration still has to put right.

@@ -5,6 +5,9 @@ use nalgebra::Matrix3;
 use super::{Chain, Machine, Motion, Step};
 use crate::spatial::{Pose, Twist};
 
+/// A chain that is turned farther is a mistake of another kind.
+const LARGEST_ROTATION_DEG: f64 = 30.0;
+
 /// Geometric errors of one chain. Zero by default.
 ///
 /// The chain's product becomes `base · E_base · … · T(drive, offset) T(drive, ρ + θ_a) … · E_end · attachment`, where an
@@ -20,6 +23,15 @@ pub struct ChainError {
 }
 
 impl ChainError {
+    /// Why a chain is not turned by `angle` rad by mistakes in manufacturing or assembly; `None` where it may be.
+    pub fn too_large(angle: f64) -> Option<String> {
+        let degrees = angle.to_degrees();
+        let problem = format!(
+            "must be at most {LARGEST_ROTATION_DEG:.0} deg either way, which no error of assembly exceeds, got {degrees:.3} deg"
+        );
+        (degrees.abs() > LARGEST_ROTATION_DEG).then_some(problem)
+    }
+
     /// An assembly error: the chain is turned by `angle` rad about the axis of its first drive, through the origin of its
     /// base frame. Without a drive the chain stays nominal.
     pub fn turn_about_drive_axis(chain: &Chain, angle: f64) -> Self {

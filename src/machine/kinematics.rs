@@ -3,7 +3,8 @@
 //! Unknowns are the drives, the passive joints and the platform pose; equations are the six closure errors of each chain
 //! and what is commanded (task coordinates in the inverse problem, drives in the forward one). They are solved by a damped
 //! least-squares Newton (Levenberg–Marquardt) that follows the straight line from a known configuration, usually home,
-//! in steps short enough to stay on its assembly mode.
+//! in steps short enough to stay on its assembly mode. Where the drives control more than the task asks for, the module
+//! `redundancy` says what they do; where the straight line does not lead to the target, `ways_around` tries others.
 
 use std::{borrow::Cow, f64::consts::TAU};
 
@@ -38,6 +39,14 @@ pub enum Unreachable {
     /// The chains close there, but the way from home leads through a singularity or to another assembly mode.
     #[error("only on another assembly mode than home, or beyond a singularity")]
     OtherMode,
+    /// Neither the straight line from home nor another way leads there.
+    #[error("{straight}; ways around tried: {tried}")]
+    NoWay {
+        /// What the straight line ends with.
+        straight: Box<Unreachable>,
+        /// What else was tried.
+        tried: Cow<'static, str>,
+    },
     /// A coordinate is asked for that the drives do not control, and the machine is elsewhere in it.
     #[error(
         "{axis}: asked {asked} mm, the machine stays at {stands} mm: difference {} mm; it controls {controls}",
@@ -90,7 +99,7 @@ pub enum Unreachable {
 /// Largest closure error accepted, as a fraction of the machine's reach.
 const CLOSURE_TOLERANCE: f64 = 1e-14;
 /// Closure error down to which the iteration may stall on rounding and still count as solved.
-const CLOSURE_ROUNDING: f64 = 1e-12;
+pub(super) const CLOSURE_ROUNDING: f64 = 1e-12;
 const MAX_ITERATIONS: usize = 12;
 /// A drive or joint is at its limit, not beyond it, within this share of the limit: rounding of what the search for the
 /// configuration, and a program's numbers, leave.
@@ -124,9 +133,8 @@ fn rigid_values(chain: &Chain, drives: &[f64], passive: &[f64], values: &mut Vec
     values.extend_from_slice(passive);
 }
 
-/// Largest distance from P to a chain's base or to a joint axis when the chains stand in their start values, mm.
-pub(super) fn reach(chains: &[Chain], home: &Pose) -> f64 {
-    let start = Configuration::start(chains, *home);
+/// Largest distance from P to a chain's base or to a joint axis when the chains stand as in `start`, mm.
+pub(super) fn reach(chains: &[Chain], start: &Configuration) -> f64 {
     let (mut values, mut screws) = (Vec::new(), Vec::new());
     let mut first_drive = 0;
     let mut reach: f64 = 1.0;
@@ -143,7 +151,7 @@ pub(super) fn reach(chains: &[Chain], home: &Pose) -> f64 {
 }
 
 /// What is commanded.
-enum Command<'a> {
+pub(super) enum Command<'a> {
     /// The controlled task coordinates of this pose.
     Task(&'a Pose),
     /// The drives.
@@ -151,24 +159,27 @@ enum Command<'a> {
 }
 
 /// Where a search stopped.
-struct Reached {
-    at: Configuration,
+pub(super) struct Reached {
+    pub at: Configuration,
     /// Whether `at` solves the equations on the branch of the start.
-    solved: bool,
+    pub solved: bool,
 }
 
 /// The closure equations of a machine, linearised at a configuration.
-struct Closure<'a> {
-    machine: &'a Machine,
+pub(super) struct Closure<'a> {
+    pub machine: &'a Machine,
     values: Vec<f64>,
     screws: Vec<MoveScrew>,
-    jacobian: DMatrix<f64>,
-    residual: DVector<f64>,
+    pub jacobian: DMatrix<f64>,
+    pub residual: DVector<f64>,
+    /// Drives of a redundant machine that stay where they are: index and value, mm or rad.
+    pub held: Vec<(usize, f64)>,
 }
 
 impl<'a> Closure<'a> {
-    fn new(machine: &'a Machine) -> Self {
+    pub fn new(machine: &'a Machine) -> Self {
         Self {
+            held: Vec::new(),
             machine,
             values: Vec::new(),
             screws: Vec::new(),
@@ -184,7 +195,7 @@ impl<'a> Closure<'a> {
     /// Residual and Jacobian; all rotations, errors and unknowns alike, are multiplied by the reach and so are in mm.
     ///
     /// Unknowns: twist of P (6), drives, passive joints chain by chain.
-    fn linearise(&mut self, at: &Configuration, command: &Command<'_>) {
+    pub fn linearise(&mut self, at: &Configuration, command: &Command<'_>) {
         let machine = self.machine;
         let (m, reach) = (machine.chains.len(), machine.reach);
         let drive_count = machine.drive_count();
@@ -261,7 +272,7 @@ impl<'a> Closure<'a> {
 
     /// Damped Newton from `start`; the configuration where it stops, and whether it is a solution close enough to the
     /// first-order prediction to lie on the same branch.
-    fn newton(&mut self, start: &Configuration, command: &Command<'_>) -> Reached {
+    pub fn newton(&mut self, start: &Configuration, command: &Command<'_>) -> Reached {
         let reach = self.machine.reach;
         let mut at = start.clone();
         let (mut damping, mut best) = (1e-12, f64::INFINITY);
@@ -280,14 +291,11 @@ impl<'a> Closure<'a> {
             }
             damping = if error < best { (damping * 0.1f64).max(1e-14) } else { (damping * 100.0).max(1e-6) };
             best = best.min(error);
-            let transposed = self.jacobian.transpose();
-            let mut normal = &transposed * &self.jacobian;
-            let level = damping * normal.diagonal().amax();
-            for i in 0..normal.nrows() {
-                normal[(i, i)] += level;
-            }
-            let Some(factor) = normal.cholesky() else { return Reached { at, solved: false } };
-            let step = factor.solve(&(transposed * -&self.residual));
+            let step = match command {
+                Command::Task(_) if self.machine.redundancy > 0 => self.least_motion(&at),
+                _ => self.damped_step(damping),
+            };
+            let Some(step) = step else { return Reached { at, solved: false } };
             if !step.iter().all(|v| v.is_finite()) {
                 return Reached { at, solved: false };
             }
@@ -302,7 +310,18 @@ impl<'a> Closure<'a> {
         Reached { at, solved: false }
     }
 
-    fn advance(&self, at: &mut Configuration, step: &DVector<f64>) {
+    /// Least-squares step of the present linearisation, damped by this share of its largest diagonal entry.
+    fn damped_step(&self, damping: f64) -> Option<DVector<f64>> {
+        let transposed = self.jacobian.transpose();
+        let mut normal = &transposed * &self.jacobian;
+        let level = damping * normal.diagonal().amax();
+        for i in 0..normal.nrows() {
+            normal[(i, i)] += level;
+        }
+        Some(normal.cholesky()?.solve(&(transposed * -&self.residual)))
+    }
+
+    pub fn advance(&self, at: &mut Configuration, step: &DVector<f64>) {
         let translation: Vector3<f64> = step.fixed_rows::<3>(0).into();
         let rotation: Vector3<f64> = step.fixed_rows::<3>(3).into();
         at.pose.translation += translation;
@@ -321,7 +340,7 @@ impl<'a> Closure<'a> {
     }
 
     /// What a joint's coordinate is multiplied by to make it a length.
-    fn unit(&self, motion: Motion) -> f64 {
+    pub fn unit(&self, motion: Motion) -> f64 {
         match motion {
             Motion::Prismatic => 1.0,
             Motion::Revolute => self.machine.reach,
@@ -378,20 +397,26 @@ impl Machine {
     /// Inverse kinematics: the configuration that puts the controlled task coordinates of P on those of `target`, on the
     /// assembly mode of home.
     ///
+    /// It is the one that the straight line from home leads to. Where that does not lead there, or beyond a limit, other
+    /// ways are tried: a serial machine takes any posture that its travel allows, the nearest to home of those found, since
+    /// nothing is in the way from one to another; a parallel one goes around, without passing a singularity. Hinges are
+    /// taken a full turn back or on where that brings them within their travel. Where the drives control more than the
+    /// task asks for, they stand as near to home as they can, see [`Machine::redundancy`].
+    ///
     /// # Errors
-    /// [`Unreachable`] if no such configuration is found on the line from home, or if a limit is violated there.
+    /// [`Unreachable`] if no such configuration is found, or only beyond a limit.
     pub fn inverse_kinematics(&self, target: &Pose) -> Result<Configuration, Unreachable> {
-        self.inverse_kinematics_from(&self.home, target)
+        self.inverse_kinematics_from(&self.home, target).or_else(|straight| self.way_around(target, straight))
     }
 
-    /// Inverse kinematics continued from a known configuration `start` instead of home.
+    /// Inverse kinematics continued on the straight line from a known configuration `start` instead of home; no other way
+    /// is tried.
     ///
     /// # Errors
     /// As [`Machine::inverse_kinematics`].
     pub fn inverse_kinematics_from(&self, start: &Configuration, target: &Pose) -> Result<Configuration, Unreachable> {
         let configuration = self.unlimited_inverse_kinematics_from(start, target)?;
-        self.check_limits(&configuration)?;
-        Ok(configuration)
+        self.within_limits(configuration, target)
     }
 
     /// As [`Machine::inverse_kinematics_from`], as if travel and joints had no limits.
@@ -414,8 +439,35 @@ impl Machine {
         self.closed(reached, &Command::Task(target))
     }
 
+    /// `at`, which meets `target`, moved by what is free: full turns, and the freedom of redundant drives.
+    ///
+    /// # Errors
+    /// A limit that is violated all the same.
+    pub(super) fn within_limits(&self, at: Configuration, target: &Pose) -> Result<Configuration, Unreachable> {
+        let mut at = if self.redundancy > 0 { self.nearest_to_home(at, target) } else { at };
+        if self.check_limits(&at).is_err() {
+            self.turn_within_travel(&mut at);
+        }
+        self.check_limits(&at)?;
+        Ok(at)
+    }
+
+    /// Takes hinge drives beyond their travel a full turn back or on where that brings them within.
+    fn turn_within_travel(&self, at: &mut Configuration) {
+        for ((_, drive), rho) in self.drives().zip(&mut at.drives) {
+            let Some((low, high)) = drive.travel.filter(|_| drive.motion == Motion::Revolute) else { continue };
+            let (up, down) = (*rho + ((low - *rho) / TAU).ceil() * TAU, *rho - ((*rho - high) / TAU).ceil() * TAU);
+            match *rho {
+                value if value < low && up <= high => *rho = up,
+                value if value > high && down >= low => *rho = down,
+                _ => {}
+            }
+        }
+    }
+
     /// Derivative of the drives by the controlled task coordinates at `at`: one row per drive (mm, rad), one column per
-    /// coordinate (mm, rad about the axes of the platform). `None` at the end of a chain's reach.
+    /// coordinate (mm, rad about the axes of the platform). Redundant drives move as little as they can, slides in mm and
+    /// hinges in mm at the machine's reach. `None` at the end of a chain's reach.
     pub fn drive_jacobian(&self, at: &Configuration) -> Option<DMatrix<f64>> {
         let mut closure = Closure::new(self);
         closure.linearise(at, &Command::Task(&at.pose));
@@ -427,10 +479,14 @@ impl Machine {
                 Coordinate::Rotation(_) => self.reach,
             };
         }
-        let transposed = closure.jacobian.transpose();
-        let factor = (&transposed * &closure.jacobian).cholesky()?;
-        let unknowns = factor.solve(&(transposed * right));
-        let mut by_task = unknowns.rows(6, self.drive_count()).into_owned();
+        let mut by_task = if self.redundancy > 0 {
+            closure.least_motions(&right)?
+        } else {
+            let transposed = closure.jacobian.transpose();
+            let factor = (&transposed * &closure.jacobian).cholesky()?;
+            let unknowns = factor.solve(&(transposed * right));
+            unknowns.rows(6, self.drive_count()).into_owned()
+        };
         for (mut row, (_, drive)) in by_task.row_iter_mut().zip(self.drives()) {
             row /= closure.unit(drive.motion);
         }
@@ -459,7 +515,7 @@ impl Machine {
     }
 
     /// Follows a one-parameter family of commands from s = 0 (solved by `start`) to s = 1 with adaptive steps.
-    fn follow<'a>(
+    pub(super) fn follow<'a>(
         &'a self,
         start: &Configuration,
         mut solve: impl FnMut(f64, &mut Closure<'a>, &Configuration) -> Reached,

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::{Configuration, Machine};
+use super::{Configuration, Coordinate, Machine};
 
 /// Counts of the rigid machine at a configuration, from the ranks of its closure equations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,6 +35,56 @@ impl Machine {
         Mobility { mechanism: unknowns - rank, platform, over_constraint: equations - rank, uncontrolled }
     }
 }
+
+impl Machine {
+    /// Coordinates of the platform that the drives can control independently of each other at `at`: translations first.
+    pub fn controllable(&self, at: &Configuration) -> Vec<Coordinate> {
+        let all = (0..3).map(Coordinate::Translation).chain((0..3).map(Coordinate::Rotation));
+        let motions = self.platform_motions(at);
+        let mut chosen: Vec<Coordinate> = Vec::new();
+        for coordinate in all {
+            chosen.push(coordinate);
+            if self.rank_of(&chosen, &motions, at) < chosen.len() {
+                chosen.pop();
+            }
+        }
+        chosen
+    }
+
+    /// How many of the controlled coordinates the drives can control independently of each other at `at`.
+    pub fn controlled_count(&self, at: &Configuration) -> usize {
+        self.rank_of(&self.controls, &self.platform_motions(at), at)
+    }
+
+    /// A basis of the platform's twists that the chains allow: mm, and rad times the reach.
+    fn platform_motions(&self, at: &Configuration) -> DMatrix<f64> {
+        let jacobian = self.closure_jacobian(at);
+        let (rows, columns) = jacobian.shape();
+        // With as many rows as columns the decomposition has the whole null space.
+        let square = jacobian.insert_rows(rows, columns.saturating_sub(rows), 0.0);
+        let svd = square.svd(false, true);
+        let least = RANK_TOLERANCE * svd.singular_values.amax();
+        let free: Vec<usize> = (0..columns).filter(|&i| svd.singular_values[i] <= least).collect();
+        let motions = svd.v_t.map(|v_t| v_t.select_rows(&free).columns(0, 6).transpose());
+        motions.unwrap_or_else(|| DMatrix::zeros(6, 0))
+    }
+
+    fn rank_of(&self, coordinates: &[Coordinate], motions: &DMatrix<f64>, at: &Configuration) -> usize {
+        let row = |coordinate: &Coordinate| match *coordinate {
+            Coordinate::Translation(axis) => motions.row(axis).into_owned(),
+            Coordinate::Rotation(axis) => at.pose.rotation.column(axis).transpose() * motions.rows(3, 3),
+        };
+        let rows: Vec<_> = coordinates.iter().map(row).collect();
+        if rows.is_empty() || motions.ncols() == 0 {
+            return 0;
+        }
+        let values = DMatrix::from_rows(&rows).singular_values();
+        values.iter().filter(|&&value| value > MOVES).count()
+    }
+}
+
+/// A coordinate that moves by less than this share of a motion of the whole mechanism is held.
+const MOVES: f64 = 1e-7;
 
 fn rank(matrix: &DMatrix<f64>) -> usize {
     let values = matrix.singular_values();

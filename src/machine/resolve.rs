@@ -44,7 +44,8 @@ pub(super) fn machine(spec: &MachineSpec, origin: &str) -> Result<Machine> {
         source: spec.source.clone(),
         home: Configuration::start(&chains, home_pose),
         home_sought: home_pose,
-        reach: kinematics::reach(&chains, &home_pose),
+        reach: kinematics::reach(&chains, &Configuration::start(&chains, home_pose)),
+        redundancy: 0,
         chains,
         tool_tip,
         tool_axes: frame_about(tool_axis),
@@ -57,6 +58,9 @@ pub(super) fn machine(spec: &MachineSpec, origin: &str) -> Result<Machine> {
         Ok(home) => home,
         Err(unreachable) => return home_check.fail(format!("the chains cannot be assembled here: {unreachable}")),
     };
+    // What was sought is only where the search began.
+    machine.reach = kinematics::reach(&machine.chains, &machine.home);
+    machine.redundancy = machine.redundancy_at_home();
     Ok(machine)
 }
 

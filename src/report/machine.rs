@@ -25,6 +25,17 @@ pub fn machine_text(machine: &Machine, findings: &Findings) -> String {
         "  mobility           {} ({} of the platform), over-constraint {}, left with drives locked {}\n",
         mobility.mechanism, mobility.platform, mobility.over_constraint, mobility.uncontrolled
     );
+    if machine.redundancy > 0 {
+        text += &format!(
+            "  redundant          by {}: {} for {}; the drives stand as near to home as the task allows \
+             (least squares, hinges at {:.0} mm){}\n",
+            machine.redundancy,
+            counted(machine.drive_count(), "drive"),
+            counted(machine.controls.len(), "controlled coordinate"),
+            machine.reach,
+            if mobility.platform > machine.controls.len() { ", and the platform's other motions follow" } else { "" }
+        );
+    }
     let shown = |(rho, (_, drive)): (f64, (usize, &Drive))| position_words(drive.motion, rho);
     let drives: Vec<String> =
         shown_positions(machine, &findings.home_drives).into_iter().zip(machine.drives()).map(shown).collect();

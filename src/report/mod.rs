@@ -1,6 +1,7 @@
 //! The answers: tables, figures, summaries and the manifest. Results in, bytes out; computes no physics.
 
 mod amplification;
+pub mod cautions;
 pub mod exchange;
 pub mod figures;
 mod grid_slices;

@@ -6,6 +6,7 @@ use serde_json::{Map, Value, json};
 use crate::{
     machine::{Drive, Machine, Motion, Unreachable},
     report::{
+        cautions,
         machine::tool_axis_words,
         table::{force_unit, force_word, position_unit, shown_positions, tidy_degrees},
         words::counted,
@@ -203,6 +204,12 @@ pub fn point_text(answer: &PointAnswer) -> String {
     let wrench = answer.wrench;
     let mut text = format!("{}\n", machine.title);
     text += &format!("  commanded position of P   {} mm\n", triple(answer.question.position, 3));
+    if let Some(outside) = machine.outside_workspace(answer.question.position) {
+        text += &format!("  outside the workspace     {outside}\n");
+    }
+    for sentence in cautions::large_errors(machine, &answer.question.errors).lines() {
+        text += &format!("  large error               {sentence}\n");
+    }
     text += &format!(
         "  tool axis                 {} in base axes, from the spindle to the tip{}\n",
         triple(answer.tool.rotation.column(2).into(), 3),

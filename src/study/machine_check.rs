@@ -3,7 +3,7 @@
 use nalgebra::{Matrix6, Vector3};
 
 use crate::{
-    machine::{Machine, Mobility, ToolAxisSource},
+    machine::{Coordinate, Machine, Mobility, ToolAxisSource},
     spatial::{Wrench, rotation_log},
     statics::{
         Settings, State, Status, Workspace, equilibrium, principal_stiffnesses, spring_energies, tool_compliance,
@@ -161,6 +161,46 @@ fn skew_tool(machine: &Machine) -> Option<String> {
     ))
 }
 
+/// Names the drives without travel.
+fn without_travel(machine: &Machine) -> Option<String> {
+    let labels = machine.drive_labels();
+    let without: Vec<&str> =
+        labels.iter().zip(machine.drives()).filter(|(_, (_, d))| d.travel.is_none()).map(|(l, _)| l.as_str()).collect();
+    let noun = if without.len() == 1 { "drive" } else { "drives" };
+    let text = || format!("{noun} {}: no travel is given, so no place is too far for them", without.join(", "));
+    (!without.is_empty()).then(text)
+}
+
+/// Says which of the controlled coordinates the drives cannot control at home, and which translations they could control
+/// and are not asked to.
+fn wrong_controls(machine: &Machine) -> Vec<String> {
+    let named = |coordinates: &[Coordinate]| match coordinates {
+        [] => "nothing".to_string(),
+        some => some.iter().map(|c| c.name()).collect::<Vec<_>>().join(", "),
+    };
+    let (count, controls) = (machine.controlled_count(&machine.home), &machine.controls);
+    let possible = machine.controllable(&machine.home);
+    if count < controls.len() {
+        return vec![format!(
+            "platform.controls: of {} the drives can control only {count} independently at home; by the mobility there they \
+             control {}: wrong platform.controls or a singular home",
+            named(controls),
+            named(&possible)
+        )];
+    }
+    let is_left = |c: &&Coordinate| matches!(c, Coordinate::Translation(_)) && !controls.contains(c);
+    let left: Vec<Coordinate> = possible.iter().filter(is_left).copied().collect();
+    if machine.redundancy == 0 || left.is_empty() {
+        return Vec::new();
+    }
+    vec![format!(
+        "platform.controls: {} could be controlled, too: it follows from {} as the drives move least, and places where it \
+         does not are refused",
+        named(&left),
+        named(controls)
+    )]
+}
+
 /// Shares of elements, those of the same name in several chains together: a design mounted three times has its wrong
 /// stiffness three times.
 fn shares_by_element(findings: &Findings) -> Vec<(String, f64)> {
@@ -193,14 +233,8 @@ fn warnings(machine: &Machine, findings: &Findings, status: &Status) -> Vec<Stri
             mobility.uncontrolled
         ));
     }
-    if mobility.platform < machine.controls.len() {
-        warnings.push(format!(
-            "home: coordinates to be controlled: {}, but independent motions of the platform: {}; a singular home or a \
-             wrong platform.controls",
-            machine.controls.len(),
-            mobility.platform
-        ));
-    }
+    warnings.extend(wrong_controls(machine));
+    warnings.extend(without_travel(machine));
     for (name, share) in shares_by_element(findings) {
         if share > DOMINANT_SHARE {
             warnings.push(format!(

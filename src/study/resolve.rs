@@ -162,42 +162,62 @@ fn workspace_map(
     };
     let (force, phis) = milling(milling_spec, &check.key("milling"))?;
     let check_map = check.key("workspace_map");
-    let grid = box_grid(map.min_mm, map.max_mm, map.grid, &machine, overrides, (MAX_MAP_POINTS, &check_map))?;
-    let slices_z = slice_heights(&map.slices_z_mm, &check_map)?;
+    let corners = map_box(map.min_mm, map.max_mm, &machine, &check_map)?;
+    let grid = box_grid(corners, map.grid, overrides, (MAX_MAP_POINTS, &check_map))?;
+    let slices_z = slice_heights(&map.slices_z_mm, corners, &check_map)?;
     let errors = chain_errors(&spec.chain_error, &machine, check)?;
     Ok(WorkspaceMapStudy { grid, force, phis, errors, target: map.compensate.into(), slices_z, machine })
 }
 
-/// The grid of a map over a box, the machine's workspace where no corner is given; `most` is the largest number of
-/// points, `check` the place of the map.
-pub(super) fn box_grid(
+/// The box of a map: the machine's workspace unless both corners are given. `check` is the place of the map.
+pub(super) fn map_box(
     min_mm: Option<[f64; 3]>,
     max_mm: Option<[f64; 3]>,
-    counts: [usize; 3],
     machine: &Machine,
+    check: &Check,
+) -> Result<[Vector3<f64>; 2]> {
+    let missing = |key: &str, other: &str| {
+        check.key(key).fail(format!(
+            "is missing: expected both corners of the box, or neither for the machine's workspace box, got only {other}"
+        ))
+    };
+    let corners = match (min_mm, max_mm) {
+        (None, None) => [machine.workspace.min, machine.workspace.max],
+        (Some(min), Some(max)) => [check.key("min_mm").finite(min)?, check.key("max_mm").finite(max)?],
+        (Some(_), None) => return missing("max_mm", "min_mm"),
+        (None, Some(_)) => return missing("min_mm", "max_mm"),
+    };
+    check.ordered_box(corners[0], corners[1])?;
+    Ok(corners)
+}
+
+/// The grid of a map over a box; `most` is the largest number of points, `check` the place of the map.
+pub(super) fn box_grid(
+    [min, max]: [Vector3<f64>; 2],
+    counts: [usize; 3],
     overrides: &Overrides,
     (most, check): (usize, &Check),
 ) -> Result<Grid> {
-    let corner = |key: &str, given: Option<[f64; 3]>, default: Vector3<f64>| match given {
-        Some(corner) => check.key(key).finite(corner),
-        None => Ok(default),
-    };
-    let min = corner("min_mm", min_mm, machine.workspace.min)?;
-    let max = corner("max_mm", max_mm, machine.workspace.max)?;
-    check.ordered_box(min, max)?;
     match overrides.grid {
         Some(counts) => grid(min, max, counts, most, &command_line("--grid")),
         None => grid(min, max, counts, most, &check.key("grid")),
     }
 }
 
-/// Heights of the slices of a map; `check` is the place of the map.
-pub(super) fn slice_heights(heights: &[f64], check: &Check) -> Result<Vec<f64>> {
+/// Heights of the slices of a map over a box; `check` is the place of the map.
+pub(super) fn slice_heights(heights: &[f64], [min, max]: [Vector3<f64>; 2], check: &Check) -> Result<Vec<f64>> {
     let check = check.key("slices_z_mm");
     if heights.is_empty() || heights.len() > 6 {
         return check.fail(format!("must name 1 to 6 heights, got {}", heights.len()));
     }
-    heights.iter().map(|&z| check.finite_scalar(z)).collect()
+    let height = |&z: &f64| {
+        let z = check.finite_scalar(z)?;
+        if (min.z..=max.z).contains(&z) {
+            return Ok(z);
+        }
+        check.fail(format!("must be within the map's box, z {} to {} mm, got {z}", min.z, max.z))
+    };
+    heights.iter().map(height).collect()
 }
 
 fn grid(min: Vector3<f64>, max: Vector3<f64>, counts: [usize; 3], most: usize, check: &Check) -> Result<Grid> {
@@ -258,6 +278,15 @@ fn chain_error(spec: &ChainErrorSpec, machine: &Machine, index: usize, check: &C
     };
     let turn = check.key("turn_about_drive_axis_deg").finite_scalar(spec.turn_about_drive_axis_deg)?.to_radians();
     let base_rotation = radians("base_rotation_deg", spec.base_rotation_deg)?;
+    for (key, angle) in [
+        ("turn_about_drive_axis_deg", turn),
+        ("base_rotation_deg", base_rotation.norm()),
+        ("end_rotation_deg", Vector3::from(spec.end_rotation_deg).norm().to_radians()),
+    ] {
+        if let Some(problem) = ChainError::too_large(angle) {
+            return check.key(key).fail(problem);
+        }
+    }
     let chain = &machine.chains[index];
     let mut error = ChainError::turn_about_drive_axis(chain, turn);
     if turn != 0.0 && base_rotation != Vector3::zeros() {

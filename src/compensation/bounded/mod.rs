@@ -108,9 +108,12 @@ pub fn compensate_bounded(
     Ok(conclude(nominal, points, bounds, found, objective, reasons))
 }
 
-/// The machine with drives of unlimited travel.
+/// The machine with drives of unlimited travel. Redundant drives keep theirs: it decides where they stand.
 fn without_travel(machine: &Machine) -> Machine {
     let mut free = machine.clone();
+    if machine.redundancy > 0 {
+        return free;
+    }
     for drive in free.chains.iter_mut().flat_map(|chain| &mut chain.drives) {
         drive.travel = None;
     }

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use crate::{
     report::{
-        StatusCount,
+        StatusCount, cautions,
         table::{force_unit, force_word, kind_word, largest_force, largest_position, position_words},
         words::{counted, millimetres},
     },
@@ -97,6 +97,12 @@ impl Summary {
         let points = study.stations.len();
         let last = study.stations.last().map_or(0.0, |s| s.arc_length_mm);
         let mut text = format!("{}: a path of {last:.1} mm, {}.\n", study.machine.title, counted(points, "point"));
+        text += &cautions::large_errors(&study.machine, &study.errors);
+        text += &cautions::outside_workspace(
+            &study.machine,
+            "path point",
+            study.demands.iter().map(|demand| demand.pose.translation),
+        );
         for source in Source::ALL {
             let Some((size, k)) = self.sources[source as usize].displacement.0 else { continue };
             let cause = match source {

@@ -7,6 +7,7 @@ use super::{
 };
 use crate::{
     report::{
+        cautions,
         words::typographic,
         words::{counted, millimetres, position},
     },
@@ -36,6 +37,12 @@ pub fn summary_text(study: &SuperpositionStudy, summary: &Summary, locations: &[
         summary.solved,
         counted(study.grid.len(), "grid point"),
         counted(study.phis.len(), "tool angle")
+    );
+    text += &cautions::large_errors(&study.machine, &study.errors);
+    text += &cautions::outside_workspace(
+        &study.machine,
+        "grid point",
+        (0..study.grid.len()).map(|index| study.grid.position(index)),
     );
     text += &departure_sentences(summary);
     text += &safe_sentences(study, summary);

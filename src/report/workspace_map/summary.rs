@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use crate::{
     machine::{Machine, Motion},
     report::{
-        StatusCount,
+        StatusCount, cautions,
         table::{force_unit, force_word, kind_word, largest_force, largest_position, position_words},
         words::{counted, millimetres, position},
     },
@@ -119,6 +119,12 @@ impl Summary {
             counted(study.phis.len(), "tool angle")
         );
         text += &self.uncorrected_sentence();
+        text += &cautions::large_errors(&study.machine, &study.errors);
+        text += &cautions::outside_workspace(
+            &study.machine,
+            "grid point",
+            (0..study.grid.len()).map(|index| study.grid.position(index)),
+        );
         text += &self.deflection_sentences(study.grid.len());
         text += &self.correction_sentences(&study.machine, study.grid.len());
         text += &self.departure_sentence(study.grid.len());

@@ -8,7 +8,7 @@ use crate::{
     study::{
         Overrides,
         path_resolve::named_point,
-        resolve::{box_grid, chain_errors, milling, slice_heights},
+        resolve::{box_grid, chain_errors, map_box, milling, slice_heights},
         spec::StudySpec,
         superposition_spec::{LocationSpec, ScalesSpec, SuperpositionSpec},
     },
@@ -34,8 +34,9 @@ pub(in crate::study) fn superposition(
     };
     let (force, phis) = milling(cutting, &check.key("milling"))?;
     let own = check.key("superposition");
-    let grid = box_grid(spec.min_mm, spec.max_mm, spec.grid, &machine, overrides, (MAX_POINTS, &own))?;
-    let slices_z = slice_heights(&spec.slices_z_mm, &own)?;
+    let corners = map_box(spec.min_mm, spec.max_mm, &machine, &own)?;
+    let grid = box_grid(corners, spec.grid, overrides, (MAX_POINTS, &own))?;
+    let slices_z = slice_heights(&spec.slices_z_mm, corners, &own)?;
     let tolerance = own.key("tolerance_mm").positive(spec.tolerance_mm)?;
     if tolerance < ROUNDING_MM {
         let problem =

@@ -1,0 +1,226 @@
+//! Drives that control more than the task asks for: they stand as near to home as the task allows.
+//!
+//! With the unknowns of the closure equations split into drives d and the rest r (twist of P, passive joints), a step of
+//! Newton's method solves `A r + B d = −e`. The rest is eliminated by the projector `P` onto what A does not reach; of the
+//! drive motions left, `P B d = −P e`, the shortest is taken, hinges in mm at the machine's reach. Motions in the null space
+//! of `P B` are free: along them the drives go towards home.
+
+use nalgebra::{DMatrix, DVector, Dyn, SVD};
+
+use super::{
+    Configuration, Machine,
+    kinematics::{CLOSURE_ROUNDING, Closure, Command},
+};
+use crate::spatial::Pose;
+
+/// A singular value below this fraction of the largest is zero.
+const RANK_TOLERANCE: f64 = 1e-9;
+/// Singular values are found in so many iterations or not at all.
+const MAX_SVD_ITERATIONS: usize = 500;
+/// Steps towards home, and halvings of each.
+const MAX_STEPS: usize = 60;
+const HALVINGS: usize = 6;
+/// What is left to go towards home where the drives count as nearest to it, as a fraction of the machine's reach.
+const NEAREST: f64 = 1e-12;
+
+/// A drive is moved to the end of its travel in steps of this share of the machine's reach.
+const LONGEST_HOLD: f64 = 0.1;
+
+type Decomposed = SVD<f64, Dyn, Dyn>;
+
+/// `None` where the entries are not finite.
+fn decompose(matrix: DMatrix<f64>) -> Option<Decomposed> {
+    let is_finite = matrix.iter().all(|entry| entry.is_finite());
+    if is_finite { matrix.try_svd(true, true, f64::EPSILON, MAX_SVD_ITERATIONS) } else { None }
+}
+
+/// Columns of U and rows of Vᵀ that belong to singular values that are not zero, and these values.
+fn regular_part(svd: &Decomposed) -> Option<(DMatrix<f64>, DVector<f64>, DMatrix<f64>)> {
+    let least = RANK_TOLERANCE * svd.singular_values.amax();
+    let kept: Vec<usize> = (0..svd.singular_values.len()).filter(|&i| svd.singular_values[i] > least).collect();
+    let (u, v_t) = (svd.u.as_ref()?, svd.v_t.as_ref()?);
+    let values = DVector::from_iterator(kept.len(), kept.iter().map(|&i| svd.singular_values[i]));
+    Some((u.select_columns(&kept), values, v_t.select_rows(&kept)))
+}
+
+/// `V Σ⁻¹ Uᵀ right`.
+fn solve(part: &(DMatrix<f64>, DVector<f64>, DMatrix<f64>), right: &DMatrix<f64>) -> DMatrix<f64> {
+    let (u, values, v_t) = part;
+    let mut coordinates = u.transpose() * right;
+    for (mut row, value) in coordinates.row_iter_mut().zip(values) {
+        row /= *value;
+    }
+    v_t.transpose() * coordinates
+}
+
+impl Closure<'_> {
+    /// The shortest drive motions that change the equations by `right`, one column each, and the rest of the unknowns.
+    /// `free`: a motion of the drives whose part in the null space is added.
+    fn split(&self, right: &DMatrix<f64>, free: Option<&DVector<f64>>) -> Option<(DMatrix<f64>, DMatrix<f64>, f64)> {
+        let drive_count = self.machine.drive_count();
+        let rest = self.jacobian.clone().remove_columns(6, drive_count);
+        let mut by_drives = self.jacobian.columns(6, drive_count).into_owned();
+        for &(drive, _) in &self.held {
+            by_drives.column_mut(drive).fill(0.0);
+        }
+        let rest = regular_part(&decompose(rest)?)?;
+        let project = |m: &DMatrix<f64>| m - &rest.0 * (rest.0.transpose() * m);
+        let drives = regular_part(&decompose(project(&by_drives))?)?;
+        let mut motion = solve(&drives, &project(right));
+        let mut free_length = 0.0;
+        if let Some(free) = free {
+            let mut free = free.clone();
+            for &(drive, _) in &self.held {
+                free[drive] = 0.0;
+            }
+            let free = &free - drives.2.transpose() * (&drives.2 * &free);
+            free_length = free.norm();
+            motion += &free;
+        }
+        let others = solve(&rest, &(right - by_drives * &motion));
+        Some((motion, others, free_length))
+    }
+
+    /// As many unknowns as the equations have, from drives and the rest.
+    fn joined(&self, drives: &DMatrix<f64>, rest: &DMatrix<f64>) -> DVector<f64> {
+        let drive_count = drives.nrows();
+        DVector::from_fn(drive_count + rest.nrows(), |i, _| match i.checked_sub(6) {
+            None => rest[(i, 0)],
+            Some(d) if d < drive_count => drives[(d, 0)],
+            Some(_) => rest[(i - drive_count, 0)],
+        })
+    }
+
+    /// The step of the present linearisation with the shortest motion of the drives.
+    pub(super) fn least_motion(&self, at: &Configuration) -> Option<DVector<f64>> {
+        self.step_with(at, None).map(|(step, _)| step)
+    }
+
+    /// As [`Self::least_motion`], with `free` in the null space; also the length of that part.
+    fn step_with(&self, at: &Configuration, free: Option<&DVector<f64>>) -> Option<(DVector<f64>, f64)> {
+        let mut right = DMatrix::from_column_slice(self.residual.len(), 1, (-&self.residual).as_slice());
+        let to_hold: Vec<(usize, f64)> = self.held.iter().map(|&(d, value)| (d, self.way(at, d, value))).collect();
+        for &(drive, way) in &to_hold {
+            right -= self.jacobian.column(6 + drive) * way;
+        }
+        let (mut drives, rest, free_length) = self.split(&right, free)?;
+        for &(drive, way) in &to_hold {
+            drives[(drive, 0)] = way;
+        }
+        Some((self.joined(&drives, &rest), free_length))
+    }
+
+    /// Shortest motions of the drives, mm, that change the equations by the columns of `right`.
+    pub(super) fn least_motions(&self, right: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+        self.split(right, None).map(|(drives, ..)| drives)
+    }
+
+    /// Way of a drive from where it stands to `value`, mm.
+    fn way(&self, at: &Configuration, drive: usize, value: f64) -> f64 {
+        let unit = self.machine.drives().nth(drive).map_or(1.0, |(_, d)| self.unit(d.motion));
+        (value - at.drives[drive]) * unit
+    }
+
+    /// Ways of all drives to home, mm.
+    fn way_home(&self, at: &Configuration) -> DVector<f64> {
+        let home = &self.machine.home.drives;
+        DVector::from_fn(home.len(), |d, _| self.way(at, d, home[d]))
+    }
+
+    /// Goes along the free motions towards home, the task met, until nothing is gained. From `at`, which meets the task.
+    fn towards_home(&mut self, mut at: Configuration, target: &Pose) -> Configuration {
+        let command = Command::Task(target);
+        let reach = self.machine.reach;
+        let mut last = f64::INFINITY;
+        for _ in 0..MAX_STEPS {
+            self.linearise(&at, &command);
+            let way_home = self.way_home(&at);
+            let Some((_, left)) = self.step_with(&at, Some(&way_home)) else { return at };
+            if left <= NEAREST * reach {
+                return at;
+            }
+            let (before, mut share) = (way_home.norm_squared(), 1.0);
+            let next = (0..HALVINGS).find_map(|_| {
+                self.linearise(&at, &command);
+                let (step, _) = self.step_with(&at, Some(&(&way_home * share)))?;
+                let mut moved = at.clone();
+                self.advance(&mut moved, &step);
+                let met = self.met(moved, &command);
+                share *= 0.5;
+                // Near the end the sums of squares differ by rounding only, and what is left to go decides.
+                met.filter(|met| left < 1e-6 * reach || self.way_home(met).norm_squared() < before)
+            });
+            match next {
+                Some(next) if left < last || left > 1e-6 * reach => at = next,
+                _ => return at,
+            }
+            last = left;
+        }
+        at
+    }
+
+    /// From now on the drive `held` stays at its value: the configuration to which it has moved there from `at`, the task met.
+    fn hold(&mut self, at: &Configuration, held: (usize, f64), target: &Pose) -> Option<Configuration> {
+        let (drive, value) = held;
+        let (from, command) = (at.drives[drive], Command::Task(target));
+        let steps = (self.way(at, drive, value).abs() / (LONGEST_HOLD * self.machine.reach)).ceil().clamp(1.0, 100.0);
+        let mut at = at.clone();
+        self.held.push(held);
+        for step in 1..=steps as usize {
+            let share = step as f64 / steps;
+            if let Some(last) = self.held.last_mut() {
+                last.1 = if share < 1.0 { from + (value - from) * share } else { value };
+            }
+            self.linearise(&at, &command);
+            let motion = self.least_motion(&at)?;
+            self.advance(&mut at, &motion);
+            at = self.met(at, &command)?;
+        }
+        Some(at)
+    }
+
+    /// The task met from `at`, whatever the way there.
+    pub(super) fn met(&mut self, mut at: Configuration, command: &Command<'_>) -> Option<Configuration> {
+        for _ in 0..3 {
+            at = self.newton(&at, command).at;
+            self.linearise(&at, command);
+            if self.residual.amax() < CLOSURE_ROUNDING * self.machine.reach {
+                return Some(at);
+            }
+        }
+        None
+    }
+}
+
+impl Machine {
+    /// The configuration that meets `target` with the drives nearest to home and, as far as their freedom allows, within
+    /// their travel; `at` meets it, and lies where the search begins.
+    pub(super) fn nearest_to_home(&self, at: Configuration, target: &Pose) -> Configuration {
+        let mut closure = Closure::new(self);
+        let mut at = closure.towards_home(at, target);
+        for _ in 0..self.redundancy {
+            let beyond = self.drives().zip(&at.drives).enumerate().find_map(|(d, ((_, drive), rho))| {
+                let (low, high) = drive.travel?;
+                (!(low..=high).contains(rho)).then(|| (d, rho.clamp(low, high)))
+            });
+            let Some(held) = beyond else { break };
+            let Some(met) = closure.hold(&at, held, target) else { break };
+            at = closure.towards_home(met, target);
+            for &(drive, value) in &closure.held {
+                at.drives[drive] = value;
+            }
+        }
+        at
+    }
+
+    /// Independent motions of the drives at home beyond the number of controlled coordinates.
+    pub(super) fn redundancy_at_home(&self) -> usize {
+        let mobility = self.mobility(&self.home);
+        mobility.mechanism.saturating_sub(mobility.uncontrolled).saturating_sub(self.controls.len())
+    }
+
+    /// Length of the drives' way from home to `at`: slides in mm, hinges in mm at the machine's reach.
+    pub(super) fn way_from_home(&self, at: &Configuration) -> f64 {
+        Closure::new(self).way_home(at).norm()
+    }
+}

@@ -1,0 +1,186 @@
+//! Ways to a target to which the straight line from home does not lead.
+//!
+//! The drives of a serial machine can be moved one by one from any posture to any other, so every posture that meets the
+//! target within travel will do: it is sought from home with the first hinge turned towards the target, then with each
+//! other hinge turned. A machine with closed loops must not pass a singularity: it is led around, through points beside
+//! the straight line.
+
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::Vector3;
+
+use super::{
+    Configuration, Machine, Motion, MoveScrew, Step, Unreachable,
+    kinematics::{Closure, Command},
+};
+use crate::spatial::Pose;
+
+/// Angles by which hinges are turned from home.
+const TURNS: [f64; 5] = [PI / 3.0, -PI / 3.0, TAU / 3.0, -TAU / 3.0, PI];
+const SERIAL_FIRST: &str = "the first hinge turned towards it and away from it";
+const SERIAL_ALL: &str = "the first hinge turned towards it and away from it, each other hinge turned by 60, 120 and 180 deg from there and from home";
+/// Distance of points beside the straight line, as shares of its length.
+const DETOURS: [f64; 2] = [0.5, 1.0];
+const DETOURS_TRIED: &str = "detours through points beside the straight line, by half its length and by all of it";
+/// A line shorter than this share of the machine's reach has no sides.
+const SHORTEST_LINE: f64 = 1e-3;
+
+impl Machine {
+    /// Another way to `target`, to which the straight line from home does not lead because of `straight`.
+    pub(super) fn way_around(&self, target: &Pose, straight: Unreachable) -> Result<Configuration, Unreachable> {
+        let is_finite = target.translation.iter().chain(target.rotation.iter()).all(|entry| entry.is_finite());
+        let (found, tried) = match (self.chains.len(), &straight) {
+            _ if !is_finite => return Err(straight),
+            // Slides alone have one posture.
+            (1, _) if !self.drives().any(|(_, drive)| drive.motion == Motion::Revolute) => return Err(straight),
+            (1, _) if self.chains[0].passive.is_empty() => match self.is_beyond_span(target) {
+                true => return Err(straight),
+                false => self.other_posture(target),
+            },
+            // A way around is of use where the chains close, but not on this side of a singularity.
+            (_, Unreachable::OtherMode) => (self.detour(target), DETOURS_TRIED),
+            _ => return Err(straight),
+        };
+        found.ok_or_else(|| Unreachable::NoWay { straight: Box::new(straight), tried: tried.into() })
+    }
+
+    /// Whether the target is farther from the first hinge of a serial machine, if nothing slides, than the arm is long.
+    fn is_beyond_span(&self, target: &Pose) -> bool {
+        let chain = &self.chains[0];
+        let is_drive = |c: usize| chain.drives.iter().any(|drive| drive.coordinate == c);
+        let (mut start, mut span, mut has_moved) = (chain.base, chain.attachment.translation.norm(), false);
+        for step in &chain.steps {
+            match *step {
+                Step::Fixed(transform) if has_moved => span += transform.translation.norm(),
+                Step::Fixed(transform) => start = start.compose(&transform),
+                Step::Move { motion: Motion::Prismatic, coordinate, .. } if is_drive(coordinate) => return false,
+                Step::Move { coordinate, .. } => has_moved |= is_drive(coordinate),
+            }
+        }
+        let all_controlled = (0..3).all(|axis| self.controls_translation(axis));
+        all_controlled && (target.translation - start.translation).norm() > span * (1.0 + 1e-9)
+    }
+
+    /// The posture of a serial machine that meets `target` within travel and is nearest to home of those found, and what
+    /// was tried.
+    fn other_posture(&self, target: &Pose) -> (Option<Configuration>, &'static str) {
+        let home = &self.home.drives;
+        let hinges: Vec<usize> = self
+            .drives()
+            .enumerate()
+            .filter(|(_, (_, drive))| drive.motion == Motion::Revolute)
+            .map(|(index, _)| index)
+            .collect();
+        let turned = |drives: &[f64], hinge: usize, angle: f64| {
+            let mut drives = drives.to_vec();
+            drives[hinge] += angle;
+            drives
+        };
+        let mut starts = vec![home.clone()];
+        if let Some(&first) = hinges.first() {
+            let towards = self.azimuth(first, target);
+            starts.push(turned(home, first, towards));
+            starts.push(turned(home, first, towards + PI));
+        }
+        if let Some(found) = self.nearest_posture(&starts, target) {
+            return (Some(found), SERIAL_FIRST);
+        }
+        let others = hinges.iter().skip(1).flat_map(|&hinge| TURNS.map(|angle| (hinge, angle)));
+        let starts: Vec<Vec<f64>> = others
+            .flat_map(|(hinge, angle)| starts.iter().take(2).map(move |drives| turned(drives, hinge, angle)))
+            .collect();
+        (self.nearest_posture(&starts, target), SERIAL_ALL)
+    }
+
+    /// Angle about the axis of drive `hinge` of a serial machine from P at home to the target.
+    fn azimuth(&self, hinge: usize, target: &Pose) -> f64 {
+        let chain = &self.chains[0];
+        let mut values = vec![0.0; chain.virtual_count];
+        for (drive, rho) in chain.drives.iter().zip(&self.home.drives) {
+            values[drive.coordinate] = *rho;
+        }
+        let mut screws: Vec<MoveScrew> = Vec::new();
+        chain.forward(&values, &mut screws);
+        let Some(screw) = screws.iter().find(|screw| screw.coordinate == chain.drives[hinge].coordinate) else {
+            return 0.0;
+        };
+        let axis = screw.twist.angular;
+        let from_axis = screw.twist.linear.cross(&axis);
+        let way = target.translation - (self.home.pose.translation - from_axis);
+        let to_target = way - axis * axis.dot(&way);
+        let least = 1e-9 * self.reach;
+        if from_axis.norm() < least || to_target.norm() < least {
+            return 0.0;
+        }
+        axis.dot(&from_axis.cross(&to_target)).atan2(from_axis.dot(&to_target))
+    }
+
+    /// The nearest to home of the postures found from `starts` that meet `target` within the limits.
+    fn nearest_posture(&self, starts: &[Vec<f64>], target: &Pose) -> Option<Configuration> {
+        let mut closure = Closure::new(self);
+        let found = starts.iter().filter_map(|drives| {
+            let start = self.posture(drives);
+            let mut met = closure.met(start, &Command::Task(target))?;
+            for ((_, drive), (rho, home)) in self.drives().zip(met.drives.iter_mut().zip(&self.home.drives)) {
+                if drive.motion == Motion::Revolute {
+                    *rho -= ((*rho - home) / TAU).round() * TAU;
+                }
+            }
+            self.within_limits(met, target).ok()
+        });
+        let measured: Vec<(f64, Configuration)> = found.map(|at| (self.way_from_home(&at), at)).collect();
+        let nearest = measured.into_iter().reduce(|best, next| {
+            // Postures found twice differ by rounding: the first one stays.
+            if next.0 < best.0 * (1.0 - 1e-9) { next } else { best }
+        });
+        nearest.map(|(_, at)| at)
+    }
+
+    /// A serial machine with its drives at `drives`.
+    fn posture(&self, drives: &[f64]) -> Configuration {
+        let chain = &self.chains[0];
+        let mut values = vec![0.0; chain.virtual_count];
+        for (drive, rho) in chain.drives.iter().zip(drives) {
+            values[drive.coordinate] = *rho;
+        }
+        let pose = chain.forward(&values, &mut Vec::new());
+        Configuration { pose, drives: drives.to_vec(), passive: vec![Vec::new()] }
+    }
+
+    /// A way around a singularity: from home to a point beside the straight line, and on to the target.
+    fn detour(&self, target: &Pose) -> Option<Configuration> {
+        let home = self.home.pose;
+        let line = self.as_controlled(target.translation) - home.translation;
+        if line.norm() < SHORTEST_LINE * self.reach {
+            return None;
+        }
+        let sides: Vec<Vector3<f64>> = sides(&line, |axis| self.controls_translation(axis));
+        let middle = home.translation + line * 0.5;
+        DETOURS.iter().flat_map(|share| sides.iter().map(move |side| side * *share)).find_map(|offset| {
+            let via = self.pose_at(middle + offset * line.norm());
+            let beside = self.inverse_kinematics_from(&self.home, &via).ok()?;
+            self.inverse_kinematics_from(&beside, target).ok()
+        })
+    }
+}
+
+/// Unit vectors to both sides of `line`, in up to two directions across it, along the axes that are `controlled`.
+fn sides(line: &Vector3<f64>, controlled: impl Fn(usize) -> bool) -> Vec<Vector3<f64>> {
+    let direction = line.normalize();
+    let mut across: Vec<Vector3<f64>> = Vec::new();
+    let mut axes: Vec<usize> = (0..3).filter(|&axis| controlled(axis)).collect();
+    // The axis farthest from the line first.
+    axes.sort_by(|&a, &b| direction[a].abs().total_cmp(&direction[b].abs()));
+    for axis in axes {
+        let mut side = Vector3::zeros();
+        side[axis] = 1.0;
+        side -= direction * direction[axis];
+        for other in &across {
+            side -= other * other.dot(&side);
+        }
+        if side.norm() > 1e-6 {
+            across.push(side.normalize());
+        }
+    }
+    across.into_iter().flat_map(|side| [side, -side]).collect()
+}

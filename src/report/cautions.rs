@@ -1,0 +1,43 @@
+//! What the first screen says besides the answer, because it may not be meant: places outside the machine's workspace box,
+//! and large errors.
+
+use nalgebra::Vector3;
+
+use crate::machine::{ChainError, Machine};
+
+/// Rotations of a chain above this are said, rad.
+const LARGE_ROTATION: f64 = 5.0 * std::f64::consts::PI / 180.0;
+
+/// A sentence if `positions` of P (O, mm), each of which is a `noun`, are not all inside the machine's workspace box.
+pub fn outside_workspace(machine: &Machine, noun: &str, positions: impl Iterator<Item = Vector3<f64>>) -> String {
+    let (mut count, mut outside, mut first) = (0, 0, None);
+    for position in positions {
+        count += 1;
+        if let Some(found) = machine.outside_workspace(position) {
+            outside += 1;
+            first.get_or_insert(found);
+        }
+    }
+    match first {
+        Some(first) => {
+            format!("Outside the machine's workspace box: {outside} of {count} {noun}s; the first one: {first}.\n")
+        }
+        None => String::new(),
+    }
+}
+
+/// A sentence for each chain of `machine` that `errors` turn far.
+pub fn large_errors(machine: &Machine, errors: &[ChainError]) -> String {
+    let mut text = String::new();
+    for (chain, error) in machine.chains.iter().zip(errors) {
+        let turn = error.base.angular.norm().max(error.end.angular.norm());
+        if turn > LARGE_ROTATION {
+            text += &format!(
+                "Chain {} is turned by {:.1}\u{b0} by its errors: more than what assembly leaves; is it meant?\n",
+                chain.name,
+                turn.to_degrees()
+            );
+        }
+    }
+    text
+}

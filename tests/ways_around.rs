@@ -1,0 +1,111 @@
+//! Inverse kinematics where the straight line from home does not lead to the target: other ways, what they may not do, and
+//! what is said when none leads there.
+
+mod support;
+
+use kinetostat::machine::{Machine, Unreachable};
+use nalgebra::Vector3;
+use support::engine::*;
+
+const KR270: &str = include_str!("machines/kr270.toml");
+const FIVEBAR: &str = include_str!("machines/fivebar.toml");
+
+/// The target is met, within travel.
+fn assert_met(machine: &Machine, position: Vector3<f64>) -> Vec<f64> {
+    let target = machine.pose_at(position);
+    let at = machine.inverse_kinematics(&target).unwrap_or_else(|e| panic!("{position:?}: {e}"));
+    let back = machine.forward_kinematics_from(&at, &at.drives).unwrap();
+    assert!(motion_between(&target, &back.pose).amax() < 1e-8, "{position:?}: {:?}", back.pose);
+    for ((_, drive), rho) in machine.drives().zip(&at.drives) {
+        let (low, high) = drive.travel.unwrap();
+        assert!((low..=high).contains(rho), "{} at {}", drive.name, rho.to_degrees());
+    }
+    at.drives
+}
+
+#[test]
+fn an_arm_reaches_behind_itself_by_turning_its_first_drive() {
+    let machine = machine_from(KR270);
+    let drives = assert_met(&machine, Vector3::new(-1600.0, 0.0, 1000.0));
+    assert!((drives[0].to_degrees().abs() - 180.0).abs() < 1e-6, "A1 at {} deg", drives[0].to_degrees());
+    // The arm itself stands as at home.
+    for (d, (rho, home)) in drives.iter().zip(&machine.home.drives).enumerate().filter(|(d, _)| (1..5).contains(d)) {
+        assert!((rho - home).abs() < 1e-6, "drive {d} at {rho}, home {home}");
+    }
+}
+
+#[test]
+fn an_arm_reaches_all_around_itself() {
+    let machine = machine_from(KR270);
+    for degrees in (0..360).step_by(20) {
+        let (sin, cos) = f64::from(degrees).to_radians().sin_cos();
+        assert_met(&machine, Vector3::new(1600.0 * cos, 1600.0 * sin, 1000.0));
+    }
+}
+
+#[test]
+fn the_way_home_is_found_first_where_the_straight_line_leads_to_the_target() {
+    let machine = machine_from(KR270);
+    let target = machine.pose_at(Vector3::new(1705.5, -342.81, 885.67));
+    let straight = machine.inverse_kinematics_from(&machine.home, &target).unwrap();
+    assert_eq!(machine.inverse_kinematics(&target).unwrap(), straight);
+}
+
+#[test]
+fn a_hinge_beyond_its_travel_is_taken_a_full_turn_back() {
+    let wide = machine_from(KR270);
+    // A6 turns with A1 where the tool keeps its direction: here it would stand at about 118 deg.
+    let position = Vector3::new(-750.0, 1400.0, 1000.0);
+    let free = assert_met(&wide, position);
+    let a6 = free[5].to_degrees();
+    let (low, high) = (a6 - 400.0, a6 - 10.0);
+    let narrow = KR270.replace(
+        r#"name = "A6", axis = "x", stiffness_Nmm_per_rad = 4.7e8, home_deg = 0.0, travel_deg = [-350.0, 350.0]"#,
+        &format!(
+            r#"name = "A6", axis = "x", stiffness_Nmm_per_rad = 4.7e8, home_deg = 0.0, travel_deg = [{low}, {high}]"#
+        ),
+    );
+    assert_ne!(narrow, KR270);
+    let turned = assert_met(&machine_from(&narrow), position);
+    assert!((turned[5].to_degrees() + 360.0 - a6).abs() < 1e-6, "A6 at {}, free at {a6}", turned[5].to_degrees());
+}
+
+#[test]
+fn what_was_tried_is_named_where_no_way_leads_to_the_target() {
+    let machine = machine_from(KR270);
+    // Within the span of the arm, but not with the tool down: the wrist would have to be inside the base.
+    let refused = machine.inverse_kinematics(&machine.pose_at(Vector3::new(0.0, 0.0, 200.0))).unwrap_err();
+    assert!(matches!(refused, Unreachable::NoWay { .. }), "{refused:?}");
+    let said = refused.to_string();
+    assert!(said.contains("ways around tried: the first hinge turned towards it"), "{said}");
+    let again = machine.inverse_kinematics(&machine.pose_at(Vector3::new(0.0, 0.0, 200.0))).unwrap_err();
+    assert_eq!(again, refused);
+    // Beyond the span nothing need be tried.
+    let far = machine.inverse_kinematics(&machine.pose_at(Vector3::new(9000.0, 0.0, 0.0))).unwrap_err();
+    assert!(matches!(far, Unreachable::Closure { .. }), "{far:?}");
+}
+
+/// Signs of the turns from crank to coupler of both chains of the five-bar, and from coupler to coupler. They change only at
+/// singularities.
+fn assembly_mode(position: Vector3<f64>, drives: &[f64]) -> [bool; 3] {
+    let crank = |base: f64, rho: f64| Vector3::new(300.0 * rho.cos(), 300.0 * rho.sin(), 0.0) + Vector3::x() * base;
+    let (left, right) = (crank(-100.0, drives[0]), crank(100.0, drives[1]));
+    let (to_left, to_right) = (position - left, position - right);
+    let turn = |a: Vector3<f64>, b: Vector3<f64>| a.cross(&b).z > 0.0;
+    [turn(left + Vector3::x() * 100.0, to_left), turn(right - Vector3::x() * 100.0, to_right), turn(to_left, to_right)]
+}
+
+#[test]
+fn a_parallel_machine_is_led_around_what_is_in_the_way_but_never_to_another_assembly_mode() {
+    let machine = machine_from(FIVEBAR);
+    let home = assembly_mode(machine.home.pose.translation, &machine.home.drives);
+    // The straight line down leads between the drives, where the chains do not close.
+    let below = Vector3::new(0.0, -450.0, 0.0);
+    assert!(machine.inverse_kinematics_from(&machine.home, &machine.pose_at(below)).is_err());
+    let at = machine.command(below).unwrap();
+    assert_eq!(assembly_mode(below, &at.drives), home);
+    // Here the cranks that home has would have to cross the couplers.
+    let refused = machine.command(Vector3::new(0.0, -60.0, 0.0)).unwrap_err().to_string();
+    assert!(refused.contains("only on another assembly mode"), "{refused}");
+    assert!(refused.contains("ways around tried: detours"), "{refused}");
+}
