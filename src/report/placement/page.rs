@@ -111,7 +111,12 @@ fn feature(machine: &Machine, job: &FeatureJob) -> String {
 
 fn quantity(study: &PlacementStudy, metric: Metric) -> Quantity {
     let better = if metric.larger_is_better() { Better::Larger } else { Better::Smaller };
-    Quantity::new([metric.column(&study.machine)], metric.words(), metric.shown_unit(&study.machine), better)
+    Quantity::new(
+        [metric.column(&study.machine)],
+        metric.words(&study.machine),
+        metric.shown_unit(&study.machine),
+        better,
+    )
 }
 
 fn objective() -> Quantity {

@@ -49,8 +49,8 @@ pub fn figures(results: &PlacementResults) -> Vec<(String, Figure)> {
 
 fn with_unit(results: &PlacementResults, metric: Metric) -> String {
     match metric.shown_unit(&results.study.machine) {
-        "" => metric.words().into(),
-        unit => format!("{} [{unit}]", metric.words()),
+        "" => metric.words(&results.study.machine).into(),
+        unit => format!("{} [{unit}]", metric.words(&results.study.machine)),
     }
 }
 
@@ -171,7 +171,7 @@ fn pareto(results: &PlacementResults) -> LineFigure {
                 |v: &Metrics| (((value(v, 2) - low) / (high - low).max(f64::MIN_POSITIVE)) * 3.0).min(2.0) as usize;
             for k in 0..3 {
                 let edge = |k: usize| low + (high - low) * k as f64 / 3.0;
-                let label = format!("{}: {:.3} to {:.3}", third.words(), edge(k), edge(k + 1));
+                let label = format!("{}: {:.3} to {:.3}", third.words(&results.study.machine), edge(k), edge(k + 1));
                 series.push((label, all.iter().filter(|v| part(v) == k).map(|v| point(v)).collect()));
             }
         }

@@ -55,7 +55,7 @@ pub fn entries_table(study: &PlacementStudy, entries: &[Entry]) -> String {
     let angles = if is_tilted { 3..6 } else { 3..4 };
     let mut header = vec!["place".to_string(), "x, y, z [mm]".into()];
     header.extend(COORDINATES[angles.clone()].iter().map(|name| format!("{name} [°]")));
-    header.extend(shown.iter().map(|metric| metric.short_words().into()));
+    header.extend(shown.iter().map(|metric| metric.short_words(machine).into()));
     table.set_header(header);
     for entry in entries {
         let shown_site = entry.site.shown();

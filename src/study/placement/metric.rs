@@ -78,9 +78,10 @@ impl Metric {
         Self::ALL.into_iter().find(|metric| metric.label() == name)
     }
 
-    /// What it is, in words.
-    pub fn words(self) -> &'static str {
+    /// What it is, in words. What drives carry is a torque where all of them are hinges.
+    pub fn words(self, machine: &Machine) -> &'static str {
         match self {
+            Metric::WorstDriveForce if self.unit(machine) == Motion::Revolute.force_unit() => "largest drive torque",
             Metric::WorstDeflection => "worst deflection",
             Metric::RmsDeflection => "rms deflection",
             Metric::WorstCorrection => "largest drive correction",
@@ -98,8 +99,9 @@ impl Metric {
     }
 
     /// The same for the head of a narrow column.
-    pub fn short_words(self) -> &'static str {
+    pub fn short_words(self, machine: &Machine) -> &'static str {
         match self {
+            Metric::WorstDriveForce if self.unit(machine) == Motion::Revolute.force_unit() => "drive torque",
             Metric::WorstDeflection => "worst",
             Metric::RmsDeflection => "rms",
             Metric::WorstCorrection => "correction",
@@ -238,12 +240,12 @@ impl Objective {
     /// What the objective is, in words.
     pub fn words(&self, machine: &Machine) -> String {
         match self.weights.as_slice() {
-            [(metric, _)] => metric.words().into(),
+            [(metric, _)] => metric.words(machine).into(),
             terms => {
                 let term = |(metric, weight): &(Metric, f64)| match metric.shown_unit(machine) {
-                    "" => format!("{weight} × {}", metric.words()),
-                    unit if unit.contains('/') => format!("{weight}/({unit}) × {}", metric.words()),
-                    unit => format!("{weight}/{unit} × {}", metric.words()),
+                    "" => format!("{weight} × {}", metric.words(machine)),
+                    unit if unit.contains('/') => format!("{weight}/({unit}) × {}", metric.words(machine)),
+                    unit => format!("{weight}/{unit} × {}", metric.words(machine)),
                 };
                 terms.iter().map(term).collect::<Vec<_>>().join(" + ")
             }
