@@ -72,7 +72,8 @@ impl Curve {
 }
 
 /// Indices of the points at which a path through `positions` is drawn: all, or at most [`MOST_POINTS`], of which one half
-/// is evenly spread, so that what is added to the path is seen everywhere, and the other half its sharpest corners.
+/// is evenly spread, so that what is added to the path is seen everywhere, and the other half its sharpest corners with the
+/// points beside them, as the cutting force changes there.
 pub fn drawn(positions: &[Vector3<f64>]) -> Vec<usize> {
     let count = positions.len();
     if count <= MOST_POINTS {
@@ -80,7 +81,7 @@ pub fn drawn(positions: &[Vector3<f64>]) -> Vec<usize> {
     }
     let half = MOST_POINTS / 2;
     let mut drawn: Vec<usize> = (0..half).map(|k| k * (count - 1) / (half - 1)).collect();
-    drawn.extend(corners(positions, half));
+    drawn.extend(corners(positions, half / 3).into_iter().flat_map(|corner| corner - 1..=corner + 1));
     drawn.sort_unstable();
     drawn.dedup();
     drawn
