@@ -1,6 +1,6 @@
 //! Loaded equilibria of the Orthoglide: one alone, and many several at a time, warm from the neighbouring tool angle as a
 //! study runs them. Prints rates per core against the goal, the ratio of lanes to the scalar path, how the cost grows with
-//! the number of points, and what a second thread gives.
+//! the number of points, what a second thread gives, and what machines of rigid links cost beside the Orthoglide.
 
 use std::{hint::black_box, sync::Barrier, time::Instant};
 
@@ -32,9 +32,13 @@ impl Setting {
     fn new(positions: impl Iterator<Item = Vector3<f64>>, angles: u32) -> Self {
         let nominal = Machine::named_or_file("orthoglide").expect("built in");
         let real = nominal.with_errors(&nominal.assembly_errors(&[1.0, -1.0, 1.0]));
+        Self::of(&nominal, real, positions, angles)
+    }
+
+    fn of(nominal: &Machine, real: Machine, positions: impl Iterator<Item = Vector3<f64>>, angles: u32) -> Self {
         let points = positions.map(|position| {
             let at = nominal.inverse_kinematics(&nominal.pose_at(position)).expect("reachable");
-            let state = State::rigid(&nominal, &at);
+            let state = State::rigid(nominal, &at);
             (at, state)
         });
         let angle = |i: u32| std::f64::consts::TAU * f64::from(i) / f64::from(angles);
@@ -127,6 +131,7 @@ fn main() {
         compare_levels(name, if is_test { 1 } else { 200 });
     }
     share_of_peak(is_test);
+    rigid_links(if is_test { 1 } else { 100 });
     linear_cost(if is_test { &[16, 32] } else { &[64, 128, 256, 512, 1024, 2048, 4096] }, if is_test { 1 } else { 60 });
     two_threads(if is_test { 1 } else { 400 });
 }
@@ -160,6 +165,43 @@ fn compare_levels(name: &str, rounds: usize) {
             best[0] / time,
             rate / GOAL_PER_SECOND
         );
+    }
+}
+
+/// Machines whose chains are elastic in their drives only, at eight points in the middle of their workspaces, beside the
+/// Orthoglide; all in turns, best of all rounds.
+fn rigid_links(rounds: usize) {
+    let foreign = |name: &str| {
+        let file = format!("{}/tests/machines/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let machine = Machine::from_file(file.as_ref()).expect("a machine file");
+        let centre = (machine.workspace.min + machine.workspace.max) * 0.5;
+        let positions = (0..8).map(|i| centre + Vector3::new(1.0, 2.0, 3.0) * f64::from(i));
+        (name.to_string(), Setting::of(&machine, machine.clone(), positions, 36))
+    };
+    let mut settings = vec![("orthoglide, Q1".to_string(), around("Q1"))];
+    settings.extend(["hexapod", "tricept", "linear_delta", "kr270"].map(foreign));
+    let mut workers: Vec<_> =
+        settings.iter().map(|(_, s)| (s.states(), Workspace::new(&s.real), s.states(), Batch::new(&s.real))).collect();
+    let mut best = vec![[f64::INFINITY; 2]; settings.len()];
+    for _ in 0..rounds {
+        for (((_, setting), (alone, workspace, together, batch)), best) in
+            settings.iter().zip(&mut workers).zip(&mut best)
+        {
+            best[0] = best[0].min(seconds(|| {
+                setting.turn_alone(alone, workspace);
+            }));
+            best[1] = best[1].min(seconds(|| {
+                setting.turn_together(together, batch);
+            }));
+        }
+    }
+    println!(
+        "rigid links, 8 points x 36 tool angles, warm, one core; loaded equilibria per second (and time over the Orthoglide's):"
+    );
+    for ((name, setting), times) in settings.iter().zip(&best) {
+        let rate =
+            |way: usize| format!("{:>8.0} ({:.2})", setting.equilibria() / times[way], times[way] / best[0][way]);
+        println!("  {name:<14} scalar path {}, batch {}", rate(0), rate(1));
     }
 }
 

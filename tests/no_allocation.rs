@@ -94,3 +94,24 @@ fn more_newton_iterations_do_not_allocate_more() {
         assert_eq!(cost.allocated, costs[0].allocated, "{costs:?}");
     }
 }
+
+/// The same where rigid links leave the platform more unknowns than its twist.
+#[test]
+fn more_newton_iterations_do_not_allocate_more_with_rigid_links() {
+    for name in ["hexapod", "tricept", "linear_delta"] {
+        let machine = Machine::from_file(format!("{}/tests/machines/{name}.toml", env!("CARGO_MANIFEST_DIR")).as_ref());
+        let machine = machine.unwrap_or_else(|e| panic!("{e}"));
+        let at = &machine.home;
+        let rigid = State::rigid(&machine, at);
+        let mut workspace = Workspace::new(&machine);
+        let load = MillingForce::PAPER.wrench(0.0, &machine.tool());
+        let mut loaded = rigid.clone();
+        equilibrium(&machine, &at.drives, &load, &mut loaded, &mut workspace, &Settings::default());
+        let costs = [(&loaded, 0.0), (&loaded, 20.0), (&rigid, 180.0)]
+            .map(|(start, phi_deg)| solve(&machine, at, start, phi_deg, &mut workspace));
+        assert!(costs[2].iterations - costs[0].iterations >= 2, "{name}: {costs:?}");
+        for cost in &costs {
+            assert_eq!(cost.allocated, costs[0].allocated, "{name}: {costs:?}");
+        }
+    }
+}

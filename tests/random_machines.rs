@@ -5,7 +5,7 @@ mod support;
 
 use kinetostat::{
     compensation::{self, Demand, Method, Session, Target, compensate},
-    machine::{ChainError, Configuration, Machine, SpringLaw},
+    machine::{Chain, ChainError, Configuration, Machine, Motion, SpringLaw},
     process::MillingForce,
     spatial::{Pose, Twist, Wrench, rotation_log},
     statics::{
@@ -230,6 +230,76 @@ fn check_equilibrium(machine: &Machine, trial: &Trial, at: &Configuration) -> bo
     solved
 }
 
+/// Rigid links condensed against the same equations uncondensed. Whether these were compared. What rigid chains carry against
+/// each other in an over-constrained machine, and with it the loaded compliance, is not determined. Compliance and drive
+/// sensitivities are held against differences of equilibria: the pseudo-inverse of a machine drawn at random may have
+/// singular values where it cuts them off.
+fn check_condensation(machine: &Machine, trial: &Trial, at: &Configuration) -> bool {
+    let has_link = |chain: &Chain| chain.springs.iter().any(|spring| matches!(spring.law, SpringLaw::Link(_)));
+    let unknowns: usize = machine.chains.iter().map(|chain| chain.coordinate_count() + 6).sum();
+    let mobility = machine.mobility(at);
+    let is_degenerate = mobility.over_constraint > 0 || mobility.uncontrolled > 0;
+    if machine.chains.iter().all(has_link) || unknowns > 90 || is_degenerate {
+        return false;
+    }
+    let settings = Settings { tolerance: 1e-13, max_iterations: 20 };
+    let load = trial.load().scale(0.1);
+    let [condensed, uncondensed] = [Workspace::new(machine), Workspace::uncondensed(machine)].map(|mut workspace| {
+        let mut state = State::rigid(machine, at);
+        let outcome = equilibrium(machine, &at.drives, &load, &mut state, &mut workspace, &settings);
+        (state, outcome)
+    });
+    let ((state, got), (expected_state, expected)) = (condensed, uncondensed);
+    assert_eq!(got.status, expected.status);
+    if got.status != Status::Solved || got.load_steps > 1 {
+        return false;
+    }
+    let lever = |i: usize| if i < 3 { 1.0 } else { machine.reach };
+    let twist = |from: &Pose, to: &Pose| {
+        let angular = rotation_log(&(to.rotation * from.rotation.transpose())) * machine.reach;
+        let linear = to.translation - from.translation;
+        DVector::from_iterator(6, linear.iter().chain(&angular).copied())
+    };
+    let (moved, expected_moved) = (twist(&at.pose, &state.pose), twist(&at.pose, &expected_state.pose));
+    let difference = (&moved - &expected_moved).amax();
+    assert!(difference <= 1e-7 * moved.amax() + 1e-9 * machine.reach, "{moved} {expected_moved}");
+    let mut workspace = Workspace::new(machine);
+    let mut difference = |load_step: Wrench, drive_step: (usize, f64)| {
+        let ends = [1.0, -1.0].map(|sign| {
+            let mut loaded = load.to_vector();
+            loaded += load_step.to_vector() * sign;
+            let mut drives = at.drives.clone();
+            drives[drive_step.0] += drive_step.1 * sign;
+            let mut end = state.clone();
+            let outcome =
+                equilibrium(machine, &drives, &Wrench::from_vector(&loaded), &mut end, &mut workspace, &settings);
+            outcome.is_equilibrium().then_some(end.pose)
+        });
+        let [Some(after), Some(before)] = ends else { return None };
+        Some(twist(&before, &after) * 0.5)
+    };
+    for j in 0..6 + machine.drive_count() {
+        let step = 0.1;
+        let (moved, column) = if j < 6 {
+            let mut parts = [0.0; 6];
+            parts[j] = step * lever(j);
+            (difference(Wrench::new(parts), (0, 0.0)), got.compliance.unwrap().column(j) * step * lever(j))
+        } else {
+            let step = step / if machine.drives().nth(j - 6).unwrap().1.motion == Motion::Revolute { 1e4 } else { 1e3 };
+            (difference(Wrench::zero(), (j - 6, step)), got.drive_sensitivity.column(j - 6) * step)
+        };
+        let Some(moved) = moved else { continue };
+        let expected = DVector::from_fn(6, |i, _| column[i] * lever(i));
+        // Differences of large motions are no derivatives.
+        if expected.amax() > 1e-4 * machine.reach {
+            continue;
+        }
+        let off = (&moved - &expected).amax();
+        assert!(off <= 1e-3 * expected.amax() + 1e-9, "column {j}: moved by {moved}, expected {expected}");
+    }
+    true
+}
+
 fn check_compensation(machine: &Machine, trial: &Trial, at: &Configuration) {
     let real = machine.with_errors(&trial.chain_errors(machine));
     for target in [Target::ToolTip, Target::FullPose] {
@@ -295,6 +365,8 @@ struct Tally {
     accepted: usize,
     reached: usize,
     solved: usize,
+    /// Of those solved, how many were compared with the uncondensed equations.
+    compared: usize,
 }
 
 fn run(trial: &Trial, tally: &mut Tally) {
@@ -319,6 +391,7 @@ fn run(trial: &Trial, tally: &mut Tally) {
         finite("inverse kinematics", at.drives.iter().chain(at.passive.iter().flatten()));
         tally.reached += 1;
         tally.solved += usize::from(check_equilibrium(&machine, trial, &at));
+        tally.compared += usize::from(check_condensation(&machine, trial, &at));
         if index == 0 {
             check_compensation(&machine, trial, &at);
         }

@@ -7,15 +7,19 @@ use super::{
     outcome::Status,
     session::{Ending, Progress, Session},
 };
-use crate::statics::{aggregate_errors, unloaded_stiffness};
+use crate::statics::{aggregate_errors, unloaded_compliance, unloaded_stiffness};
 
-/// Shift of the target that undoes the linear deflection: `−K_C⁻¹ F`, unloaded stiffness at t₀; with `aggregated` also
+/// Shift of the target that undoes the linear deflection: `−K_C⁻¹ F`, unloaded at t₀; with `aggregated` also
 /// the platform shift by chain errors, eqs. (14), (15).
 pub(super) fn shift(session: &mut Session<'_>, demand: &Demand, aggregated: bool) -> Result<Vector6<f64>, Status> {
     session.go_to(&demand.pose)?;
     let (nominal, at) = (session.nominal, &session.command);
-    let stiffness = unloaded_stiffness(nominal, at, &mut session.workspace).ok_or(Status::Singular)?;
-    let mut twist = stiffness.lu().solve(&demand.load.to_vector()).ok_or(Status::Singular)?;
+    let load = demand.load.to_vector();
+    let mut twist = match unloaded_stiffness(nominal, at, &mut session.workspace) {
+        Some(stiffness) => stiffness.lu().solve(&load).ok_or(Status::Singular)?,
+        // Rigid in some direction.
+        None => unloaded_compliance(nominal, at, &mut session.workspace).ok_or(Status::Singular)? * load,
+    };
     if aggregated {
         let shift = aggregate_errors(nominal, session.real, at, &mut session.workspace).ok_or(Status::Singular)?;
         twist += shift.to_vector();

@@ -190,10 +190,9 @@ fn mounted_chain(
         builder.element(element, i + 1, &check_chain.key(&format!("elements[{i}]")))?;
     }
     let chain = builder.finish();
-    if chain.virtual_count == 0 {
-        return check_chain
-            .key("elements")
-            .fail("the chain has no elastic element (drive, beam, link, parallelogram)".into());
+    if chain.coordinate_count() == 0 {
+        let problem = "the chain has neither a joint nor an elastic element (drive, beam, link, parallelogram)";
+        return check_chain.key("elements").fail(problem.into());
     }
     Ok(chain)
 }

@@ -1,6 +1,6 @@
 //! Findings about a machine, for reading.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix6, Vector3, Vector6};
 
 use crate::{
     machine::{Drive, Machine, ToolAxisSource},
@@ -89,21 +89,49 @@ fn direction(v: Vector3<f64>) -> String {
 fn stiffness_text(findings: &Findings) -> String {
     let mut text = String::new();
     match findings.tool_stiffness {
-        Some([least, middle, most]) => {
-            text += &format!("  tool stiffness     {least:.1}, {middle:.1}, {most:.1} N/mm (principal, at home)\n");
+        Some(principal) => {
+            let shown = principal.map(|k| if k.is_infinite() { "rigid".into() } else { format!("{k:.1}") });
+            text += &format!("  tool stiffness     {} N/mm (principal, at home)\n", shown.join(", "));
         }
         None => text += "  tool stiffness     none: the platform is free or unstable at home\n",
     }
-    match &findings.stiffness {
-        Some(k) => {
+    match (&findings.stiffness, &findings.compliance) {
+        (Some(stiffness), _) => {
             text += "  K_C at home        N/mm, N; N, N·mm/rad\n";
-            for row in k.row_iter() {
-                let cells: Vec<String> =
-                    row.iter().map(|v| format!("{:>12.4e}", if v.abs() < 1e-6 { 0.0 } else { *v })).collect();
-                text += &format!("    {}\n", cells.join(" "));
-            }
+            text += &matrix_text(stiffness, 1e-6);
         }
-        None => text += "  K_C at home        none: a chain is rigid in some direction\n",
+        (None, Some(compliance)) => {
+            let (wrenches, chains) = &findings.rigid;
+            let cause = match chains.as_slice() {
+                [] => String::new(),
+                [chain] => format!(" by chain {chain}"),
+                chains => format!(" by chains {}", chains.join(", ")),
+            };
+            text += &format!("  K_C at home        none: rigid in {} of 6 directions{cause}\n", wrenches.len());
+            for wrench in wrenches {
+                text += &format!("    no motion by     {} at P\n", wrench_text(wrench));
+            }
+            text += "  compliance at home mm/N, mm/(N·mm); rad/N, rad/(N·mm) at P\n";
+            text += &matrix_text(compliance, 1e-12 * compliance.amax());
+        }
+        (None, None) => text += "  K_C at home        none: the platform is free or unstable at home\n",
     }
     text
+}
+
+/// Rows of a matrix; entries below `least` are zero.
+fn matrix_text(matrix: &Matrix6<f64>, least: f64) -> String {
+    let rows = matrix.row_iter().map(|row| {
+        let cells: Vec<String> =
+            row.iter().map(|v| format!("{:>12.4e}", if v.abs() < least { 0.0 } else { *v })).collect();
+        format!("    {}\n", cells.join(" "))
+    });
+    rows.collect()
+}
+
+/// A wrench by its components.
+fn wrench_text(wrench: &Vector6<f64>) -> String {
+    let names = ["N along x", "N along y", "N along z", "N·mm about x", "N·mm about y", "N·mm about z"];
+    let parts = wrench.iter().zip(names).filter(|(value, _)| **value != 0.0);
+    parts.map(|(value, name)| format!("{} {name}", (value * 1e3).round() / 1e3)).collect::<Vec<_>>().join(" with ")
 }

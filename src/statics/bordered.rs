@@ -7,8 +7,8 @@ use crate::lanes::Real;
 pub(super) struct Bordered<R> {
     size: usize,
     upper: Vec<R>,
-    /// Diagonal before the stage under way, by which zero pivots are told.
-    scales: Vec<R>,
+    /// What the pivots of the stage under way must exceed, by their diagonal before it.
+    least: Vec<R>,
 }
 
 /// A pivot below this fraction of its diagonal entry before its stage is zero.
@@ -16,11 +16,16 @@ const PIVOT_TOLERANCE: f64 = 1e-11;
 
 impl<R: Real> Bordered<R> {
     pub fn new(size: usize) -> Self {
-        Self { size, upper: vec![R::zero(); size * (size + 1) / 2], scales: Vec::with_capacity(size) }
+        Self { size, upper: vec![R::zero(); size * (size + 1) / 2], least: Vec::with_capacity(size) }
     }
 
     pub fn clear(&mut self) {
         self.upper.fill(R::zero());
+    }
+
+    /// Number of rows.
+    pub fn size(&self) -> usize {
+        self.size
     }
 
     /// Place of entry (row, 0); entries left of the diagonal belong to other rows.
@@ -44,17 +49,18 @@ impl<R: Real> Bordered<R> {
         &mut self.upper[start + column]
     }
 
-    /// Eliminates rows `rows`, whose pivots must all have the sign `sign`; columns from `end` on are known to be zero in
-    /// these rows and are not touched. Returns the lanes in which they have; the others hold no numbers.
+    /// Eliminates rows `rows`, whose pivots must all have the sign `sign` and be larger than `least`; columns from `end` on
+    /// are known to be zero in these rows and are not touched. Returns the lanes in which they are; the others hold no
+    /// numbers.
     ///
     /// Row `k` is left as `d_k · (1, l_k+1, …)` with `−1/d_k` in place of the first `d_k`, so that
     /// [`Bordered::back_substitute`] can use it; what remains below is the Schur complement.
     #[inline(always)]
-    pub fn eliminate(&mut self, rows: std::ops::Range<usize>, end: usize, sign: f64) -> u8 {
-        self.scales.clear();
+    pub fn eliminate(&mut self, rows: std::ops::Range<usize>, end: usize, sign: f64, least: f64) -> u8 {
+        self.least.clear();
         for row in rows.clone() {
             let diagonal = self.get(row, row).abs();
-            self.scales.push(diagonal);
+            self.least.push(R::splat(PIVOT_TOLERANCE) * diagonal + R::splat(least));
         }
         let mut good = R::ALL;
         // Two pivot rows at a time, so that what is below is read and written half as often.
@@ -62,7 +68,7 @@ impl<R: Real> Bordered<R> {
             let size = self.size - row;
             let first = self.start(row) + row;
             let (upper, below) = self.upper[first..].split_at_mut(size);
-            let a = pivot(upper, sign, self.scales[2 * pair], &mut good);
+            let a = pivot(upper, sign, self.least[2 * pair], &mut good);
             let a_row = &upper[1..end - row];
             if row + 1 == rows.end {
                 subtract(below, size - 1, [(a, a_row), (a, &[])]);
@@ -70,12 +76,28 @@ impl<R: Real> Bordered<R> {
             }
             let (lower, below) = below.split_at_mut(size - 1);
             subtract_one(lower, (a_row[0] * a, a_row));
-            let b = pivot(lower, sign, self.scales[2 * pair + 1], &mut good);
+            let b = pivot(lower, sign, self.least[2 * pair + 1], &mut good);
             if good == 0 {
                 break;
             }
             subtract(below, size - 2, [(a, &a_row[1..]), (b, &lower[1..end - row - 1])]);
         }
+        good
+    }
+
+    /// Eliminates one row, whose pivot must be positive; where it is not larger than `idle`, the unknown has neither force nor
+    /// stiffness, and stays. Returns the lanes in which it is one or the other.
+    #[inline(always)]
+    pub fn eliminate_or_leave(&mut self, row: usize, idle: R) -> u8 {
+        let size = self.size - row;
+        let first = self.start(row) + row;
+        let (upper, below) = self.upper[first..].split_at_mut(size);
+        let is_stiff = upper[0].greater(idle);
+        let is_negative = (-upper[0]).greater(idle);
+        let inverse = R::select(is_stiff, R::splat(1.0) / upper[0], R::zero());
+        let good = R::ALL & !R::bits(is_negative) & !R::bits(upper[0].is_nan());
+        upper[0] = -inverse;
+        subtract(below, size - 1, [(inverse, &upper[1..]), (inverse, &[])]);
         good
     }
 
@@ -104,8 +126,8 @@ impl<R: Real> Bordered<R> {
 
 /// Judges the pivot in front of `row`, leaves `−1/pivot` in its place and returns `1/pivot`.
 #[inline(always)]
-fn pivot<R: Real>(row: &mut [R], sign: f64, scale: R, good: &mut u8) -> R {
-    *good &= R::bits((row[0] * R::splat(sign)).greater(R::splat(PIVOT_TOLERANCE) * scale));
+fn pivot<R: Real>(row: &mut [R], sign: f64, least: R, good: &mut u8) -> R {
+    *good &= R::bits((row[0] * R::splat(sign)).greater(least));
     let inverse = R::splat(1.0) / row[0];
     row[0] = -inverse;
     inverse

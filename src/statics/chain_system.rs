@@ -2,10 +2,14 @@
 
 use nalgebra::{Matrix6, Vector6};
 
-use super::{bordered::Bordered, state::ChainState};
+use super::{
+    bordered::Bordered,
+    state::ChainState,
+    transmission::{Scale, Transmission},
+};
 use crate::{
     lanes::{Frame, Real, Screw, Vec3, rotation_log, sin_cos},
-    machine::{Chain, Motion, SpringLaw, Step},
+    machine::{Chain, Machine, Motion, SpringLaw, Step},
     spatial::{Pose, Wrench},
 };
 
@@ -25,12 +29,16 @@ use crate::{
 /// `½ J_ωᵀ [m]× J_ω`, which the closure `J dx = dt − c` turns into a term of the platform, so that
 /// `dF = dF̂ − (0, ½ m × (dω − c_ω))`. Eliminating the unknowns leaves, against the dt columns, the condensed stiffness
 /// K_i of eqs. (4), (5), the wrench at held platform, and the wrench per unit of drive motion.
+///
+/// Chains without an elastic link are eliminated in the order of [`Transmission`] instead, which may leave slacks to the
+/// platform.
 #[derive(Debug, Clone)]
 pub(super) struct ChainSystem<R = f64> {
     virtual_count: usize,
     passive_count: usize,
     drive_count: usize,
     matrix: Bordered<R>,
+    transmission: Option<Transmission<R>>,
     /// Whether a chain coordinate is a rotation.
     is_rotation: Vec<bool>,
     values: Vec<R>,
@@ -53,7 +61,13 @@ pub(super) struct ChainResidual<R> {
 }
 
 impl<R: Real> ChainSystem<R> {
-    pub fn new(chain: &Chain) -> Self {
+    /// One per chain of `machine`.
+    pub fn all(machine: &Machine) -> Vec<Self> {
+        let scale = Scale::of(machine);
+        machine.chains.iter().map(|chain| Self::new(chain, scale)).collect()
+    }
+
+    fn new(chain: &Chain, scale: Scale) -> Self {
         let (virtual_count, passive_count, drive_count) =
             (chain.virtual_count, chain.passive.len(), chain.drives.len());
         let size = virtual_count + 6 + passive_count + 1 + drive_count + 6;
@@ -68,6 +82,7 @@ impl<R: Real> ChainSystem<R> {
             passive_count,
             drive_count,
             matrix: Bordered::new(size),
+            transmission: Transmission::new(chain, scale),
             is_rotation,
             values: vec![R::zero(); chain.coordinate_count()],
             screws: Vec::with_capacity(chain.move_count()),
@@ -288,41 +303,85 @@ impl<R: Real> ChainSystem<R> {
         ChainResidual { gap, force }
     }
 
-    /// Eliminates the chain's unknowns; the lanes in which that works. In the others a pivot has the wrong sign: the chain,
-    /// held at its end, is not stable, or its end cannot move in six directions.
+    /// Eliminates the chain's unknowns but for its slacks; the lanes in which that works. In the others a pivot has the wrong
+    /// sign: the chain, held at its end, is not stable, has an idle joint or stands in a singular configuration.
     #[inline(always)]
     pub fn eliminate(&mut self) -> u8 {
         let (theta, rhs, twist) = (self.virtual_count, self.rhs_column(), self.twist_column());
-        let good = self.matrix.eliminate(0..theta, twist, 1.0);
-        let good = good & self.matrix.eliminate(theta..theta + 6, twist + 6, -1.0);
-        good & self.matrix.eliminate(theta + 6..rhs, twist + 6, 1.0)
+        if let Some(transmission) = &mut self.transmission {
+            return transmission.eliminate(&self.matrix, theta, rhs);
+        }
+        let good = self.matrix.eliminate(0..theta, twist, 1.0, 0.0);
+        let good = good & self.matrix.eliminate(theta..theta + 6, twist + 6, -1.0, 0.0);
+        good & self.matrix.eliminate(theta + 6..rhs, twist + 6, 1.0, 0.0)
     }
 
-    /// After [`ChainSystem::eliminate`]: symmetric part K_i of the chain's stiffness.
+    /// What is left after [`ChainSystem::eliminate`], and its right-hand column, behind which are drives and dt.
+    #[inline(always)]
+    fn condensed(&self) -> (&Bordered<R>, usize) {
+        match &self.transmission {
+            Some(transmission) => (transmission.reduced(), transmission.rhs_column()),
+            None => (&self.matrix, self.rhs_column()),
+        }
+    }
+
+    /// Number of slacks that [`ChainSystem::eliminate`] leaves to the platform.
+    #[inline(always)]
+    pub fn slack_count(&self) -> usize {
+        self.transmission.as_ref().map_or(0, Transmission::wrench_count)
+    }
+
+    /// Stiffness of the slack springs; `None` without slacks.
+    pub fn slack_stiffness(&self) -> Option<f64> {
+        self.transmission.as_ref().map(Transmission::slack_stiffness)
+    }
+
+    /// After [`ChainSystem::eliminate`]: wrench F̂ per unit of slack `slack`, the platform held.
+    #[inline(always)]
+    pub fn slack_wrench(&self, slack: usize) -> [R; 6] {
+        self.transmission.as_ref().map_or([R::zero(); 6], |transmission| transmission.slack_wrench(slack))
+    }
+
+    /// After [`ChainSystem::eliminate`]: what is left of slack `slack` per unit of slack `other`, the platform held, N/mm.
+    #[inline(always)]
+    pub fn slack_response(&self, slack: usize, other: usize) -> R {
+        self.transmission.as_ref().map_or(R::zero(), |transmission| transmission.slack_response(slack, other))
+    }
+
+    /// After [`ChainSystem::eliminate`]: force in slack `slack` by the present residual, or per unit motion of `drive`.
+    #[inline(always)]
+    pub fn slack_force(&self, slack: usize, drive: Option<usize>) -> R {
+        self.transmission.as_ref().map_or(R::zero(), |transmission| transmission.slack_force(slack, drive))
+    }
+
+    /// After [`ChainSystem::eliminate`]: symmetric part K_i of the chain's stiffness, with its slack springs.
     #[inline(always)]
     pub fn stiffness(&self, i: usize, j: usize) -> R {
-        let twist = self.twist_column();
-        self.matrix.get(twist + i.min(j), twist + i.max(j))
+        let (matrix, rhs) = self.condensed();
+        let twist = rhs + 1 + self.drive_count;
+        matrix.get(twist + i.min(j), twist + i.max(j))
     }
 
     /// After [`ChainSystem::eliminate`]: change of the chain wrench F̂ when the platform is held.
     #[inline(always)]
     pub fn held_wrench(&self) -> [R; 6] {
-        let (row, twist) = (self.rhs_column(), self.twist_column());
-        let mut wrench = [R::zero(); 6];
-        for (i, entry) in wrench.iter_mut().enumerate() {
-            *entry = self.matrix.get(row, twist + i);
-        }
-        wrench
+        self.wrench_by(0)
     }
 
     /// After [`ChainSystem::eliminate`]: wrench F̂ per unit motion of drive `drive` with the platform held.
     #[inline(always)]
     pub fn drive_wrench(&self, drive: usize) -> [R; 6] {
-        let (row, twist) = (self.drive_column(drive), self.twist_column());
+        self.wrench_by(1 + drive)
+    }
+
+    /// Wrench by the known column `column` behind the unknowns.
+    #[inline(always)]
+    fn wrench_by(&self, column: usize) -> [R; 6] {
+        let (matrix, rhs) = self.condensed();
+        let (row, twist) = (rhs + column, rhs + 1 + self.drive_count);
         let mut wrench = [R::zero(); 6];
         for (i, entry) in wrench.iter_mut().enumerate() {
-            *entry = self.matrix.get(row, twist + i);
+            *entry = matrix.get(row, twist + i);
         }
         wrench
     }
@@ -333,11 +392,16 @@ impl<R: Real> ChainSystem<R> {
         self.moment.cross(self.closure.angular).scale(R::splat(0.5))
     }
 
-    /// After [`ChainSystem::eliminate`]: the chain's unknowns for the platform step `dt` and the step `drives` of its drives,
-    /// with the present residual times `residual`.
+    /// After [`ChainSystem::eliminate`]: the chain's unknowns for the platform step `dt`, the step `drives` of its drives and
+    /// its `slacks`, with the present residual times `residual`. Without slacks, after [`ChainSystem::condense`], they follow
+    /// from the chain alone.
     #[inline(always)]
-    pub fn substitute(&mut self, residual: f64, dt: &[R; 6], drives: &[R]) {
+    pub fn substitute(&mut self, residual: f64, dt: &[R; 6], drives: &[R], slacks: Option<&[R]>) {
         let (rhs, twist) = (self.rhs_column(), self.twist_column());
+        if let Some(transmission) = &mut self.transmission {
+            let unknowns = &mut self.solution;
+            return transmission.substitute(residual, dt, drives, slacks, self.virtual_count, unknowns);
+        }
         self.solution[rhs..].fill(R::zero());
         self.solution[rhs] = R::splat(residual);
         self.solution[rhs + 1..][..drives.len()].copy_from_slice(drives);
@@ -385,9 +449,11 @@ impl ChainSystem<f64> {
         self.fill(chain, drives, &state.coordinates, state.wrench.into(), &Frame::splat(platform));
     }
 
-    /// Eliminates the chain's unknowns; the symmetric part K_i of its stiffness. `None` as [`ChainSystem::eliminate`].
+    /// Eliminates all unknowns of the chain; the symmetric part K_i of its stiffness. `None` as [`ChainSystem::eliminate`],
+    /// and for a chain that is rigid in some direction.
     pub fn condense(&mut self) -> Option<Matrix6<f64>> {
-        (self.eliminate() == 1).then(|| Matrix6::from_fn(|i, j| self.stiffness(i, j)))
+        let good = self.eliminate() == 1 && self.transmission.as_mut().is_none_or(|own| own.settle() == 1);
+        good.then(|| Matrix6::from_fn(|i, j| self.stiffness(i, j)))
     }
 
     /// Takes over unknowns found by another solver, in this system's order.

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, Matrix6xX, Vector6};
 
 use super::{
     equilibrium::chain_inputs,
-    full_system,
+    full_system, platform,
     state::{State, Workspace},
 };
 use crate::machine::Machine;
@@ -57,22 +57,34 @@ fn condensed_joint_motions(
     workspace: &mut Workspace,
 ) -> Option<DMatrix<f64>> {
     linearise(machine, drives, state, workspace);
+    let Workspace { chains, rigid, drive_wrenches, condenses, .. } = workspace;
+    if !*condenses || chains.iter_mut().any(|system| system.eliminate() == 0) {
+        return None;
+    }
+    let tangent = platform::tangent(chains);
+    if rigid.factorise(chains, &tangent, machine.reach) == 0 {
+        return None;
+    }
+    if !rigid.is_empty() {
+        platform::drive_wrenches(chains, drive_wrenches);
+        rigid.drive_twists(chains, &tangent, drive_wrenches);
+    }
     let mut motions = DMatrix::zeros(drives.len(), drives.len());
-    let mut first = 0;
-    for (system, chain) in workspace.chains.iter_mut().zip(&machine.chains) {
-        system.condense()?;
+    let mut own_motion = Vec::new();
+    let (mut first, mut first_slack) = (0, 0);
+    for (system, chain) in chains.iter_mut().zip(&machine.chains) {
         let own_count = chain.drives.len();
         for (column, twist) in twists.column_iter().enumerate() {
-            let mut own_motion = vec![0.0; own_count];
-            if (first..first + own_count).contains(&column) {
-                own_motion[column - first] = 1.0;
-            }
-            system.substitute(0.0, &Vector6::from(twist).into(), &own_motion);
+            own_motion.clear();
+            own_motion.extend((first..first + own_count).map(|drive| if drive == column { 1.0 } else { 0.0 }));
+            let slacks = &rigid.drive_slacks(column)[first_slack..][..system.slack_count()];
+            system.substitute(0.0, &Vector6::from(twist).into(), &own_motion, Some(slacks));
             for (own, drive) in chain.drives.iter().enumerate() {
                 motions[(first + own, column)] = system.coordinate_step(drive.coordinate);
             }
         }
         first += own_count;
+        first_slack += system.slack_count();
     }
     Some(motions)
 }

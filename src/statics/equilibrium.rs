@@ -9,6 +9,7 @@ use super::{
     iteration::{Iteration, Verdict},
     platform::{self, Square, SquareTask},
     state::{State, Workspace},
+    stiffness::{largest_compliance, smallest_eigenvalue},
     task::TaskError,
 };
 use crate::{
@@ -182,6 +183,19 @@ impl Outcome {
         }
     }
 
+    /// Smallest eigenvalue in N/mm of the loaded stiffness, rotations at `reach` mm; of a machine that is rigid in some
+    /// directions, that of the others. Negative where it is unstable; `None` where the platform is free or not solved.
+    pub fn softest(&self, reach: f64) -> Option<f64> {
+        match (&self.stiffness, &self.compliance) {
+            (Some(stiffness), _) => Some(smallest_eigenvalue(stiffness, reach)),
+            (None, Some(compliance)) if self.status == Status::Solved => {
+                let largest = largest_compliance(compliance, reach);
+                (largest > 0.0).then(|| 1.0 / largest)
+            }
+            _ => None,
+        }
+    }
+
     /// Whether the state is an equilibrium, stable or not.
     pub fn is_equilibrium(&self) -> bool {
         !matches!(self.status, Status::NotConverged { .. })
@@ -329,14 +343,19 @@ impl<'a> Newton<'a> {
             Some(tangent) => {
                 let right = platform::right_hand_side(&self.workspace.chains, &balance.imbalance.into());
                 let twist = match &balance.task {
-                    None => single(platform::step(tangent, right)),
+                    None => {
+                        let Workspace { chains, rigid, .. } = &mut *self.workspace;
+                        single(platform::step(chains, rigid, tangent, right))
+                    }
                     Some(task) => self.step_to_task(tangent, right, task),
                 }?;
-                let mut drive_step = self.workspace.drive_step.as_slice();
-                for (system, chain) in self.workspace.chains.iter_mut().zip(&self.machine.chains) {
+                let Workspace { chains, rigid, drive_step, .. } = &mut *self.workspace;
+                let (mut drive_step, mut slacks) = (drive_step.as_slice(), rigid.slacks());
+                for (system, chain) in chains.iter_mut().zip(&self.machine.chains) {
                     let (own, others) = drive_step.split_at(chain.drives.len());
-                    system.substitute(1.0, &twist, own);
-                    drive_step = others;
+                    let (own_slacks, other_slacks) = slacks.split_at(system.slack_count());
+                    system.substitute(1.0, &twist, own, Some(own_slacks));
+                    (drive_step, slacks) = (others, other_slacks);
                 }
                 Some(twist.into())
             }
@@ -350,30 +369,38 @@ impl<'a> Newton<'a> {
 
     /// The step in which the drives move as well. Redundant drives move as little as they can.
     fn step_to_task(&mut self, tangent: Square<f64>, right: [f64; 6], task: &TaskError) -> Option<[f64; 6]> {
-        let Workspace { chains, drive_step, drive_wrenches: wrenches, .. } = &mut *self.workspace;
+        let Workspace { chains, rigid, drive_step, drive_wrenches: wrenches, .. } = &mut *self.workspace;
         platform::drive_wrenches(chains, wrenches);
         if let Some(task) = SquareTask::new(task, drive_step.len()) {
-            return single(platform::step_to_task(tangent, right, wrenches, &task, drive_step));
+            return single(platform::step_to_task(chains, rigid, tangent, right, wrenches, &task, drive_step));
         }
-        let factor = matrix(&tangent).lu();
-        let held = factor.solve(&Vector6::from(right))?;
-        let columns: Vec<Vector6<f64>> = wrenches.iter().copied().map(Vector6::from).collect();
-        let by_drives = factor.solve(&Matrix6xX::from_columns(&columns))?;
+        let factor = platform::matrix(&tangent).lu();
+        let columns: Vec<Vector6<f64>> = [right]
+            .iter()
+            .chain(wrenches.iter())
+            .map(|column| factor.solve(&Vector6::from(*column)))
+            .collect::<Option<_>>()?;
+        let mut twists: Vec<[f64; 6]> = columns.into_iter().map(Into::into).collect();
+        rigid.correct_task_twists(chains, &mut twists);
+        let mut columns = twists.into_iter().map(Vector6::from);
+        let held = columns.next()?;
+        let by_drives = Matrix6xX::from_columns(&columns.collect::<Vec<_>>());
         let slope = task.slope.rows(0, task.count);
         let wanted = slope * held + task.error.rows(0, task.count);
         let step = (slope * &by_drives).pseudo_inverse(f64::EPSILON).ok()? * wanted;
         drive_step.copy_from_slice(step.as_slice());
+        rigid.combine_task_slacks(drive_step);
         Some((held - by_drives * step).into())
     }
 
     /// Condenses the chains; the platform's tangent, or `None` if a chain cannot be condensed.
     fn condense(&mut self) -> Option<Square<f64>> {
-        for system in &mut self.workspace.chains {
-            if system.eliminate() == 0 {
-                return None;
-            }
+        let Workspace { chains, rigid, condenses, .. } = &mut *self.workspace;
+        if !*condenses || chains.iter_mut().any(|system| system.eliminate() == 0) {
+            return None;
         }
-        Some(platform::tangent(&self.workspace.chains))
+        let tangent = platform::tangent(chains);
+        (rigid.factorise(chains, &tangent, self.machine.reach) == 1).then_some(tangent)
     }
 
     fn apply(&mut self, twist: &Vector6<f64>, state: &mut State) {
@@ -408,22 +435,27 @@ impl<'a> Newton<'a> {
             compliance: None,
             drive_sensitivity: Matrix6xX::zeros(self.machine.drive_count()),
         };
+        let reach = self.machine.reach;
         match self.condense() {
             Some(tangent) => {
-                let stiffness = matrix(&tangent);
-                let reach = self.machine.reach;
                 // Most by far need no eigenvalues.
                 let is_definite = platform::plainly_definite(&tangent, reach) == 1;
+                let stiffness = platform::matrix(&tangent);
                 outcome.status = if is_definite { Status::Solved } else { platform_status(&stiffness, reach) };
                 outcome.stiffness = Some(stiffness);
+                let Workspace { chains, rigid, drive_wrenches: twists, .. } = &mut *self.workspace;
                 if outcome.status != Status::Singular
-                    && let Some(compliance) = single(platform::inverse(tangent))
+                    && let Some(compliance) = single(platform::compliance(rigid, tangent))
                 {
-                    outcome.compliance = Some(matrix(&compliance));
-                    let Workspace { chains, drive_wrenches, .. } = &mut *self.workspace;
-                    platform::drive_wrenches(chains, drive_wrenches);
-                    for (wrench, mut twist) in drive_wrenches.iter().zip(outcome.drive_sensitivity.column_iter_mut()) {
-                        twist.copy_from_slice(&platform::drive_twist(&compliance, wrench));
+                    outcome.compliance = Some(platform::matrix(&compliance));
+                    if !rigid.is_empty() {
+                        outcome.stiffness = platform::stiffness(&compliance, reach, rigid.slack_compliance())
+                            .as_ref()
+                            .map(platform::matrix);
+                    }
+                    platform::drive_twists(chains, rigid, &tangent, &compliance, twists);
+                    for (twist, mut column) in twists.iter().zip(outcome.drive_sensitivity.column_iter_mut()) {
+                        column.copy_from_slice(twist);
                     }
                 }
             }
@@ -446,10 +478,6 @@ impl<'a> Newton<'a> {
 /// What is computed in one lane, if it could be.
 fn single<T>((value, good): (T, u8)) -> Option<T> {
     (good == 1).then_some(value)
-}
-
-fn matrix(rows: &Square<f64>) -> Matrix6<f64> {
-    Matrix6::from_fn(|i, j| rows[i][j])
 }
 
 /// State and drives of each chain.

@@ -62,7 +62,7 @@ pub fn wrench_at_pose(
                 return None;
             }
             let held = Vector6::zeros();
-            system.substitute(1.0, &held.into(), &[]);
+            system.substitute(1.0, &held.into(), &[], None);
             system.apply(&held, chain_state);
             iterations += 1;
         };

@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use nalgebra::{Matrix6, Matrix6xX};
+use nalgebra::Matrix6xX;
 
 use super::{
     batch::Case,
@@ -14,6 +14,7 @@ use super::{
     equilibrium::{Outcome, Settings, Status},
     iteration::{Iteration, Verdict},
     platform::{self, Square, SquareTask},
+    rigid_directions::RigidDirections,
 };
 use crate::{
     lanes::{Frame, MAX_LANES, Real, Screw, Vec3, rotation_exp},
@@ -31,6 +32,7 @@ pub(super) struct LaneSolver<R> {
     platform: Frame<R>,
     chains: Vec<LaneChain<R>>,
     systems: Vec<ChainSystem<R>>,
+    rigid: RigidDirections<R>,
     residuals: Vec<ChainResidual<R>>,
     /// Whether the systems are those at the present states.
     is_linearised: bool,
@@ -84,11 +86,13 @@ impl<R: Real> LaneSolver<R> {
         });
         let chains: Vec<_> = chains.collect();
         let nothing = ChainResidual { gap: R::zero(), force: R::zero() };
+        let systems = ChainSystem::all(machine);
         Self {
             drives: vec![R::zero(); machine.drive_count()],
             platform: Frame { axes: [Vec3::zero(); 3], origin: Vec3::zero() },
             residuals: vec![nothing; chains.len()],
-            systems: machine.chains.iter().map(ChainSystem::new).collect(),
+            rigid: RigidDirections::new(&systems),
+            systems,
             chains,
             is_linearised: false,
             condensed: 0,
@@ -172,6 +176,7 @@ impl<R: Real> LaneSolver<R> {
                     self.condensed &= system.eliminate();
                 }
                 self.tangent = platform::tangent(&self.systems);
+                self.condensed &= self.rigid.factorise(&self.systems, &self.tangent, machine.reach);
             },
         );
         self.is_linearised = true;
@@ -256,11 +261,18 @@ impl<R: Real> LaneSolver<R> {
             || {
                 let right = platform::right_hand_side(&self.systems, &imbalance);
                 let (twist, regular) = match tasks {
-                    None => platform::step(self.tangent, right),
+                    None => platform::step(&self.systems, &mut self.rigid, self.tangent, right),
                     Some(tasks) => {
                         platform::drive_wrenches(&self.systems, &mut self.drive_wrenches);
-                        let wrenches = &self.drive_wrenches;
-                        platform::step_to_task(self.tangent, right, wrenches, &tasks.square, &mut self.drive_step)
+                        platform::step_to_task(
+                            &self.systems,
+                            &mut self.rigid,
+                            self.tangent,
+                            right,
+                            &self.drive_wrenches,
+                            &tasks.square,
+                            &mut self.drive_step,
+                        )
                     }
                 };
                 progress.active &= regular;
@@ -268,8 +280,11 @@ impl<R: Real> LaneSolver<R> {
                 for component in &twist[3..] {
                     turn = turn.larger(component.abs());
                 }
+                let mut slacks = self.rigid.slacks();
                 for (system, own) in self.systems.iter_mut().zip(&self.chains) {
-                    system.substitute(1.0, &twist, &self.drive_step[own.drives.clone()]);
+                    let (own_slacks, others) = slacks.split_at(system.slack_count());
+                    slacks = others;
+                    system.substitute(1.0, &twist, &self.drive_step[own.drives.clone()], Some(own_slacks));
                     turn = turn.larger(system.largest_rotation());
                 }
                 (twist, turn)
@@ -331,11 +346,9 @@ impl<R: Real> LaneSolver<R> {
             #[inline(always)]
             || {
                 let definite = platform::plainly_definite(&self.tangent, machine.reach);
-                let (compliance, regular) = platform::inverse(self.tangent);
-                platform::drive_wrenches(&self.systems, &mut self.drive_wrenches);
-                for wrench in &mut self.drive_wrenches {
-                    *wrench = platform::drive_twist(&compliance, wrench);
-                }
+                let (compliance, regular) = platform::compliance(&mut self.rigid, self.tangent);
+                let twists = &mut self.drive_wrenches;
+                platform::drive_twists(&self.systems, &mut self.rigid, &self.tangent, &compliance, twists);
                 (compliance, definite & regular)
             },
         );
@@ -344,14 +357,20 @@ impl<R: Real> LaneSolver<R> {
         outcomes.extend(cases.iter_mut().enumerate().map(|(lane, case)| {
             is_good(lane).then(|| {
                 self.store(lane, case);
-                let entry = |rows: &Square<R>, i: usize, j: usize| rows[i][j].lane(lane);
+                let of_lane = |rows: &Square<R>| rows.map(|row| row.map(|entry| entry.lane(lane)));
+                let compliance = of_lane(&compliance);
+                let stiffness = if self.rigid.is_empty() {
+                    Some(of_lane(&self.tangent))
+                } else {
+                    platform::stiffness(&compliance, machine.reach, self.rigid.slack_compliance())
+                };
                 Outcome {
                     status: Status::Solved,
                     iterations: progress.iterations[lane].steps,
                     residual: progress.residuals[lane],
                     load_steps: 1,
-                    stiffness: Some(Matrix6::from_fn(|i, j| entry(&self.tangent, i, j))),
-                    compliance: Some(Matrix6::from_fn(|i, j| entry(&compliance, i, j))),
+                    stiffness: stiffness.as_ref().map(platform::matrix),
+                    compliance: Some(platform::matrix(&compliance)),
                     drive_sensitivity: Matrix6xX::from_fn(twists.len(), |i, j| twists[j][i].lane(lane)),
                 }
             })

@@ -27,10 +27,12 @@ mod held;
 mod iteration;
 mod lane_solver;
 mod platform;
+mod rigid_directions;
 mod solution;
 mod state;
 mod stiffness;
 mod task;
+mod transmission;
 
 pub use crate::lanes::Level;
 pub use aggregation::aggregate_errors;
@@ -42,6 +44,7 @@ pub use force_deflection::{PlatformForce, wrench_at_pose};
 pub use solution::{ChainSolution, Solution};
 pub use state::{ChainState, State, Workspace};
 pub use stiffness::{
-    chain_stiffnesses, principal_stiffnesses, smallest_eigenvalue, tool_compliance, unloaded_stiffness,
+    chain_stiffnesses, largest_compliance, principal_stiffnesses, rigid_wrenches, smallest_eigenvalue, tool_compliance,
+    unloaded_compliance, unloaded_stiffness,
 };
 pub use task::TaskError;

@@ -1,10 +1,17 @@
 //! Balance of the platform, chains condensed.
 
-use super::{chain_system::ChainSystem, task::TaskError};
+use nalgebra::Matrix6;
+
+use super::{chain_system::ChainSystem, rigid_directions::RigidDirections, task::TaskError};
 use crate::lanes::{Real, solve};
 
 /// A matrix by rows.
 pub(super) type Square<R> = [[R; 6]; 6];
+
+/// `rows` as a matrix.
+pub(super) fn matrix(rows: &Square<f64>) -> Matrix6<f64> {
+    Matrix6::from_fn(|i, j| rows[i][j])
+}
 
 /// Tangent stiffness `Σ K_i − ½ [m_i]×` of the platform from condensed chains: the change of the applied wrench per twist.
 #[inline(always)]
@@ -42,9 +49,15 @@ pub(super) fn right_hand_side<R: Real>(chains: &[ChainSystem<R>], imbalance: &[R
 
 /// Twist of P that balances the platform: `tangent · dt = right`; the lanes in which there is one.
 #[inline(always)]
-pub(super) fn step<R: Real>(tangent: Square<R>, right: [R; 6]) -> ([R; 6], u8) {
+pub(super) fn step<R: Real>(
+    chains: &[ChainSystem<R>],
+    rigid: &mut RigidDirections<R>,
+    tangent: Square<R>,
+    right: [R; 6],
+) -> ([R; 6], u8) {
     let mut twist = [right];
     let regular = solve(tangent, 6, &mut twist);
+    rigid.correct_step(chains, &mut twist[0]);
     (twist[0], regular)
 }
 
@@ -59,14 +72,25 @@ pub(super) fn drive_wrenches<R: Real>(chains: &[ChainSystem<R>], wrenches: &mut 
     }
 }
 
-/// Twist of P per unit motion of a drive under constant load.
+/// Twists of P per unit motion of each drive under constant load, from condensed chains: into `twists`.
 #[inline(always)]
-pub(super) fn drive_twist<R: Real>(compliance: &Square<R>, wrench: &[R; 6]) -> [R; 6] {
-    let mut twist = [R::zero(); 6];
-    for (entry, row) in twist.iter_mut().zip(compliance) {
-        *entry = -dot(row, wrench);
+pub(super) fn drive_twists<R: Real>(
+    chains: &[ChainSystem<R>],
+    rigid: &mut RigidDirections<R>,
+    tangent: &Square<R>,
+    compliance: &Square<R>,
+    twists: &mut Vec<[R; 6]>,
+) {
+    drive_wrenches(chains, twists);
+    if !rigid.is_empty() {
+        return rigid.drive_twists(chains, tangent, twists);
     }
-    twist
+    for column in twists {
+        let wrench = *column;
+        for (entry, row) in column.iter_mut().zip(compliance) {
+            *entry = -dot(row, &wrench);
+        }
+    }
 }
 
 #[inline(always)]
@@ -98,6 +122,8 @@ impl SquareTask<f64> {
 /// `P dt + D dρ = right`, `S dt = −e`. The lanes in which there is one.
 #[inline(always)]
 pub(super) fn step_to_task<R: Real>(
+    chains: &[ChainSystem<R>],
+    rigid: &mut RigidDirections<R>,
     tangent: Square<R>,
     right: [R; 6],
     drive_wrenches: &[[R; 6]],
@@ -109,6 +135,7 @@ pub(super) fn step_to_task<R: Real>(
     let mut twists = [right; 7];
     twists[1..=count].copy_from_slice(drive_wrenches);
     let regular = solve(tangent, 6, &mut twists[..=count]);
+    rigid.correct_task_twists(chains, &mut twists[..=count]);
     let mut response = [[R::zero(); 6]; 6];
     let mut wanted = [[R::zero(); 6]];
     for row in 0..count {
@@ -125,6 +152,7 @@ pub(super) fn step_to_task<R: Real>(
             *entry -= by_drive * *motion;
         }
     }
+    rigid.combine_task_slacks(drive_step);
     (step, regular & controllable)
 }
 
@@ -161,9 +189,50 @@ pub(super) fn plainly_definite<R: Real>(tangent: &Square<R>, reach: f64) -> u8 {
     definite
 }
 
+/// Compliance of the platform, and the lanes in which it has one.
+#[inline(always)]
+pub(super) fn compliance<R: Real>(rigid: &mut RigidDirections<R>, tangent: Square<R>) -> (Square<R>, u8) {
+    let (mut compliance, regular) = inverse(tangent);
+    rigid.correct_compliance(&mut compliance);
+    (compliance, regular)
+}
+
+/// Stiffness from a compliance whose symmetric part is not negative; `None` where it is rigid in some direction. `reach` in
+/// mm makes rotations comparable, and `soft` in mm/N is a compliance that springs of the machine have.
+pub(super) fn stiffness(compliance: &Square<f64>, reach: f64, soft: f64) -> Option<Square<f64>> {
+    let lever = |i: usize| if i < 3 { 1.0 } else { reach };
+    let mut left: Square<f64> = std::array::from_fn(|i| {
+        std::array::from_fn(|j| 0.5 * (compliance[i][j] + compliance[j][i]) * lever(i) * lever(j))
+    });
+    // Largest pivots first, so that none is left where only rounding is.
+    let mut largest = soft;
+    let mut done = [false; 6];
+    for _ in 0..6 {
+        let open = (0..6).filter(|&i| !done[i]);
+        let k = open.max_by(|&a, &b| left[a][a].total_cmp(&left[b][b]))?;
+        let pivot_row = left[k];
+        largest = largest.max(pivot_row[k]);
+        if pivot_row[k].is_nan() || pivot_row[k] <= RIGID * largest {
+            return None;
+        }
+        done[k] = true;
+        for (row, is_done) in left.iter_mut().zip(done) {
+            let factor = row[k] / pivot_row[k];
+            for (entry, value) in row.iter_mut().zip(pivot_row).filter(|_| !is_done) {
+                *entry -= factor * value;
+            }
+        }
+    }
+    let (stiffness, regular) = inverse(*compliance);
+    (regular == 1).then_some(stiffness)
+}
+
+/// A pivot of a compliance below this fraction of the largest is that of a rigid direction.
+const RIGID: f64 = 1e-12;
+
 /// Inverse of `matrix`, and the lanes in which it has one.
 #[inline(always)]
-pub(super) fn inverse<R: Real>(matrix: Square<R>) -> (Square<R>, u8) {
+fn inverse<R: Real>(matrix: Square<R>) -> (Square<R>, u8) {
     let mut columns = [[R::zero(); 6]; 6];
     for (i, column) in columns.iter_mut().enumerate() {
         column[i] = R::splat(1.0);

@@ -5,7 +5,7 @@ use nalgebra::{Matrix6, Vector6};
 use super::{
     equilibrium::{Outcome, Status},
     state::{State, Workspace},
-    stiffness::{chain_stiffnesses, smallest_eigenvalue},
+    stiffness::chain_stiffnesses,
 };
 use crate::{
     machine::Machine,
@@ -46,7 +46,7 @@ pub struct Solution {
     /// Its inverse.
     pub compliance: Option<Matrix6<f64>>,
     /// Smallest eigenvalue in N/mm of the condensed tangent, rotations weighted by the machine's reach; negative where
-    /// the machine is unstable. `None` where the machine is rigid in some direction.
+    /// the machine is unstable. See [`Outcome::softest`].
     pub stability: Option<f64>,
 }
 
@@ -80,7 +80,7 @@ impl Solution {
             chains: chains.collect(),
             stiffness: outcome.stiffness,
             compliance: outcome.compliance,
-            stability: outcome.stiffness.map(|stiffness| smallest_eigenvalue(&stiffness, machine.reach)),
+            stability: outcome.softest(machine.reach),
         }
     }
 

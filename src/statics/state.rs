@@ -1,6 +1,6 @@
 //! The unknowns of the machine's equilibrium, and the storage a solve reuses.
 
-use super::{chain_system::ChainSystem, held::Held};
+use super::{chain_system::ChainSystem, held::Held, rigid_directions::RigidDirections};
 use crate::{
     machine::{Configuration, Machine},
     spatial::{Pose, Wrench},
@@ -41,6 +41,9 @@ impl State {
 #[derive(Debug, Clone)]
 pub struct Workspace {
     pub(super) chains: Vec<ChainSystem>,
+    pub(super) rigid: RigidDirections,
+    /// Whether chains are condensed where they can be.
+    pub(super) condenses: bool,
     /// Drives of the present iteration, and their last step.
     pub(super) drives: Vec<f64>,
     pub(super) drive_step: Vec<f64>,
@@ -56,8 +59,11 @@ pub struct Workspace {
 impl Workspace {
     /// Storage for solves of `machine`.
     pub fn new(machine: &Machine) -> Self {
+        let chains = ChainSystem::all(machine);
         Self {
-            chains: machine.chains.iter().map(ChainSystem::new).collect(),
+            rigid: RigidDirections::new(&chains),
+            condenses: true,
+            chains,
             drives: Vec::new(),
             drive_step: Vec::new(),
             drive_wrenches: Vec::with_capacity(machine.drive_count()),
@@ -65,5 +71,11 @@ impl Workspace {
             held_imbalance: nalgebra::Vector6::zeros(),
             start: None,
         }
+    }
+
+    /// The same for solves that condense no chain: the equations as they stand, pivots by singular values. Some hundred times
+    /// slower; to compare with.
+    pub fn uncondensed(machine: &Machine) -> Self {
+        Self { condenses: false, ..Self::new(machine) }
     }
 }

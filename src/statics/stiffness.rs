@@ -1,14 +1,14 @@
 //! Cartesian stiffness of chains and machine, eqs. (4)–(6), and what is read off it.
 
-use nalgebra::{Matrix3, Matrix3x6, Matrix6};
+use nalgebra::{Matrix3, Matrix3x6, Matrix6, Vector6};
 
 use super::{
-    equilibrium::{chain_inputs, subtract_half_moment},
+    equilibrium::{Outcome, Settings, chain_inputs, equilibrium, subtract_half_moment},
     state::{State, Workspace},
 };
 use crate::{
     machine::{Configuration, Machine},
-    spatial::skew,
+    spatial::{Wrench, skew},
 };
 
 /// Stiffness `K_C^(i)` of each chain at `state`, eqs. (4), (5): change of the wrench a chain receives per twist of its
@@ -32,11 +32,62 @@ pub fn chain_stiffnesses(
     stiffness.collect()
 }
 
-/// Unloaded Cartesian stiffness K_C of the machine at a rigid configuration, eq. (6); `None` where a chain's is.
+/// Unloaded Cartesian stiffness K_C of the machine at a rigid configuration, eq. (6); `None` where the machine is rigid in
+/// some direction. Where a chain has no stiffness for another reason, it is that of the unloaded equilibrium.
 pub fn unloaded_stiffness(machine: &Machine, at: &Configuration, workspace: &mut Workspace) -> Option<Matrix6<f64>> {
     let state = State::rigid(machine, at);
-    chain_stiffnesses(machine, &at.drives, &state, workspace).into_iter().sum()
+    let by_chains: Option<Matrix6<f64>> = chain_stiffnesses(machine, &at.drives, &state, workspace).into_iter().sum();
+    by_chains.or_else(|| unloaded(machine, at, workspace).stiffness)
 }
+
+/// Unloaded compliance of the machine at a rigid configuration: twist of P per wrench at P in O axes (mm, rad; N, N·mm).
+/// `None` where the platform is free.
+pub fn unloaded_compliance(machine: &Machine, at: &Configuration, workspace: &mut Workspace) -> Option<Matrix6<f64>> {
+    unloaded(machine, at, workspace).compliance
+}
+
+fn unloaded(machine: &Machine, at: &Configuration, workspace: &mut Workspace) -> Outcome {
+    let mut state = State::rigid(machine, at);
+    equilibrium(machine, &at.drives, &Wrench::zero(), &mut state, workspace, &Settings::default())
+}
+
+/// Wrenches at P (N, N·mm) that a machine of this compliance withstands rigidly: a basis of them, each with a 1 where all
+/// others have a 0. `reach` in mm makes rotations comparable.
+pub fn rigid_wrenches(compliance: &Matrix6<f64>, reach: f64) -> Vec<Vector6<f64>> {
+    let lever = |i: usize| if i < 3 { 1.0 } else { reach };
+    let scaled = Matrix6::from_fn(|i, j| 0.5 * (compliance[(i, j)] + compliance[(j, i)]) * lever(i) * lever(j));
+    if !scaled.iter().all(|entry| entry.is_finite()) {
+        return Vec::new();
+    }
+    let eigen = scaled.symmetric_eigen();
+    let largest = eigen.eigenvalues.amax();
+    let mut basis: Vec<Vector6<f64>> = (0..6)
+        .filter(|&i| eigen.eigenvalues[i].abs() <= RIGID * largest)
+        .map(|i| eigen.eigenvectors.column(i).into())
+        .collect();
+    // Gauss–Jordan: each vector gets a component of its own.
+    let mut owned = Vec::new();
+    for k in 0..basis.len() {
+        let size = |i: &usize| if owned.contains(i) { -1.0 } else { basis[k][*i].abs() };
+        let own = (0..6).fold(0, |most, i| if size(&i) > size(&most) { i } else { most });
+        owned.push(own);
+        let pivot = basis[k] / basis[k][own];
+        basis[k] = pivot;
+        for (_, vector) in basis.iter_mut().enumerate().filter(|(other, _)| *other != k) {
+            *vector -= pivot * vector[own];
+        }
+    }
+    for (vector, own) in basis.iter_mut().zip(owned) {
+        // What is left of rounding.
+        vector.apply(|entry| *entry = if entry.abs() < 1e-9 { 0.0 } else { *entry });
+        vector.fixed_rows_mut::<3>(3).scale_mut(reach);
+        *vector /= vector[own];
+    }
+    basis
+}
+
+/// An eigenvalue of a compliance below this fraction of the largest is that of a rigid direction.
+const RIGID: f64 = 1e-12;
 
 /// Compliance of a point fixed to the platform at `offset` mm from P (O axes): its displacement per force acting on it,
 /// mm/N, from the compliance of P.
@@ -47,10 +98,13 @@ pub fn tool_compliance(compliance: &Matrix6<f64>, offset: nalgebra::Vector3<f64>
     to_point * compliance * to_point.transpose()
 }
 
-/// Principal stiffnesses of a point, ascending, N/mm: the inverse eigenvalues of its compliance (mm/N).
+/// Principal stiffnesses of a point, ascending, N/mm: the inverse eigenvalues of its compliance (mm/N); infinite where it is
+/// rigid.
 pub fn principal_stiffnesses(compliance: &Matrix3<f64>) -> [f64; 3] {
     let symmetric = (compliance + compliance.transpose()) * 0.5;
-    let mut stiffnesses: [f64; 3] = symmetric.symmetric_eigenvalues().map(|c| 1.0 / c).into();
+    let compliances = symmetric.symmetric_eigenvalues();
+    let least = RIGID * compliances.amax();
+    let mut stiffnesses: [f64; 3] = compliances.map(|c| if c.abs() <= least { f64::INFINITY } else { 1.0 / c }).into();
     stiffnesses.sort_by(f64::total_cmp);
     stiffnesses
 }
@@ -58,21 +112,48 @@ pub fn principal_stiffnesses(compliance: &Matrix3<f64>) -> [f64; 3] {
 /// Smallest eigenvalue in N/mm of the symmetric part of a 6×6 stiffness whose rotations are multiplied by `reach` mm.
 /// Positive: stable. NaN where the stiffness is not finite.
 pub fn smallest_eigenvalue(stiffness: &Matrix6<f64>, reach: f64) -> f64 {
-    let mut scaled = (stiffness + stiffness.transpose()) * 0.5;
+    scaled_eigenvalues(stiffness, |entry| entry / reach).map_or(f64::NAN, |values| values.min())
+}
+
+/// Largest eigenvalue in mm/N of the symmetric part of a 6×6 compliance whose rotations are multiplied by `reach` mm: the
+/// inverse of the smallest stiffness of a stable machine.
+pub fn largest_compliance(compliance: &Matrix6<f64>, reach: f64) -> f64 {
+    scaled_eigenvalues(compliance, |entry| entry * reach).map_or(f64::NAN, |values| values.max())
+}
+
+/// Eigenvalues of the symmetric part, rows and columns of rotations scaled; `None` where it is not finite.
+fn scaled_eigenvalues(matrix: &Matrix6<f64>, scale: impl Fn(f64) -> f64) -> Option<Vector6<f64>> {
+    let mut scaled = (matrix + matrix.transpose()) * 0.5;
     for i in 3..6 {
-        scaled.row_mut(i).unscale_mut(reach);
-        scaled.column_mut(i).unscale_mut(reach);
+        scaled.row_mut(i).apply(|entry| *entry = scale(*entry));
+        scaled.column_mut(i).apply(|entry| *entry = scale(*entry));
     }
     // The eigenvalue iteration does not end on entries that are not finite.
-    if !scaled.iter().all(|entry| entry.is_finite()) {
-        return f64::NAN;
-    }
-    scaled.symmetric_eigenvalues().min()
+    scaled.iter().all(|entry| entry.is_finite()).then(|| scaled.symmetric_eigenvalues())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn wrenches_that_move_nothing_are_told_one_by_one() {
+        // Held at a point 50 mm from P: it cannot move along x there, and not turn about z.
+        let motions = [
+            [0.0, 1.0, 0.0, 0.0, 0.0, 0.0],
+            [0.0, 0.0, 2.0, 0.0, 0.0, 0.0],
+            [0.0, 0.0, 0.0, 1e-4, 0.0, 0.0],
+            [-50e-4, 0.0, 0.0, 0.0, 1e-4, 0.0],
+        ];
+        let compliance: Matrix6<f64> = motions.map(|m| Vector6::from(m) * Vector6::from(m).transpose()).iter().sum();
+        let mut wrenches = rigid_wrenches(&compliance, 100.0);
+        wrenches.sort_by(|a, b| a[5].total_cmp(&b[5]));
+        let expected = [[1.0, 0.0, 0.0, 0.0, 50.0, 0.0], [0.0, 0.0, 0.0, 0.0, 0.0, 1.0]].map(Vector6::from);
+        assert_eq!(wrenches.len(), 2, "{wrenches:?}");
+        for (wrench, expected) in wrenches.iter().zip(expected) {
+            assert!((wrench - expected).amax() < 1e-9, "{wrench} {expected}");
+        }
+    }
 
     #[test]
     fn a_stiffness_that_is_not_finite_has_no_eigenvalue_instead_of_no_end() {

@@ -1,13 +1,13 @@
 //! What a designer wants to know of a machine before trusting it.
 
-use nalgebra::{Matrix6, Vector3};
+use nalgebra::{Matrix6, Vector3, Vector6};
 
 use crate::{
-    machine::{Coordinate, Machine, Mobility, ToolAxisSource},
+    machine::{Coordinate, Drive, Machine, Mobility, SpringLaw, ToolAxisSource},
     spatial::{Wrench, rotation_log},
     statics::{
-        Settings, State, Status, Workspace, equilibrium, principal_stiffnesses, spring_energies, tool_compliance,
-        unloaded_stiffness,
+        Settings, State, Status, Workspace, chain_stiffnesses, equilibrium, principal_stiffnesses, rigid_wrenches,
+        spring_energies, tool_compliance, unloaded_compliance, unloaded_stiffness,
     },
 };
 
@@ -24,6 +24,10 @@ pub struct Findings {
     pub round_trip: (f64, f64),
     /// Unloaded stiffness at home; `None` where the machine is rigid in some direction or singular.
     pub stiffness: Option<Matrix6<f64>>,
+    /// Unloaded compliance at home; `None` where the platform is free.
+    pub compliance: Option<Matrix6<f64>>,
+    /// Wrenches at P (N, N·mm) that move nothing, and the names of the chains that are rigid in some direction.
+    pub rigid: (Vec<Vector6<f64>>, Vec<String>),
     /// Principal stiffnesses of the tool tip at home, N/mm, ascending.
     pub tool_stiffness: Option<[f64; 3]>,
     /// Share of each elastic element in the compliance of the tool tip at home, all directions together; sums to 1.
@@ -44,6 +48,9 @@ const UNMOVED_SHARE: f64 = 1e-15;
 /// A tool that leans less from an axis of the platform is along it, degrees.
 const SKEW_TOOL_DEG: f64 = 0.1;
 
+/// A drive this many times softer than all others of its kind may have its stiffness in another unit.
+const FAR_SOFTER: f64 = 100.0;
+
 /// Largest difference between the home sought and the home found that is not worth a word: rad, and fraction of the reach.
 const HOME_TOLERANCE: f64 = 1e-5;
 
@@ -53,6 +60,13 @@ pub fn check(machine: &Machine) -> Findings {
     let (reached, round_trip) = places(machine);
     let mut workspace = Workspace::new(machine);
     let stiffness = unloaded_stiffness(machine, &machine.home, &mut workspace);
+    let unloaded = unloaded_compliance(machine, &machine.home, &mut workspace);
+    let rigid = unloaded.filter(|_| stiffness.is_none()).map(|compliance| {
+        let home = State::rigid(machine, &machine.home);
+        let chains = chain_stiffnesses(machine, &machine.home.drives, &home, &mut workspace);
+        let rigid = machine.chains.iter().zip(chains).filter(|(_, stiffness)| stiffness.is_none());
+        (rigid_wrenches(&compliance, machine.reach), rigid.map(|(chain, _)| chain.name.clone()).collect())
+    });
     let (tool_stiffness, compliance_shares, status) = compliance(machine, &mut workspace);
     let mut findings = Findings {
         mobility,
@@ -60,6 +74,8 @@ pub fn check(machine: &Machine) -> Findings {
         reached,
         round_trip,
         stiffness,
+        compliance: unloaded,
+        rigid: rigid.unwrap_or_default(),
         tool_stiffness,
         compliance_shares,
         warnings: Vec::new(),
@@ -203,7 +219,7 @@ fn wrong_controls(machine: &Machine) -> Vec<String> {
 
 /// Shares of elements, those of the same name in several chains together: a design mounted three times has its wrong
 /// stiffness three times.
-fn shares_by_element(findings: &Findings) -> Vec<(String, f64)> {
+fn shares_by_element(findings: &Findings) -> Vec<(String, String, f64)> {
     let mut elements: Vec<(&str, Vec<&str>, f64)> = Vec::new();
     for (name, share) in &findings.compliance_shares {
         // Chain names hold no spaces.
@@ -216,7 +232,31 @@ fn shares_by_element(findings: &Findings) -> Vec<(String, f64)> {
             None => elements.push((element, vec![chain], *share)),
         }
     }
-    elements.into_iter().map(|(element, chains, share)| (format!("{} {element}", chains.join(", ")), share)).collect()
+    let named = |(element, chains, share): (&str, Vec<&str>, f64)| {
+        (format!("{} {element}", chains.join(", ")), element.to_string(), share)
+    };
+    elements.into_iter().map(named).collect()
+}
+
+/// Whether most of the compliance in `element` is worth a question. It is not where nothing else moves the tool; and among
+/// drives alone, which differ by nature, only in one that is far softer than the others of its kind.
+fn may_be_too_soft(machine: &Machine, findings: &Findings, element: &str) -> bool {
+    let others = shares_by_element(findings).into_iter().filter(|(_, other, _)| other != element);
+    if others.map(|(.., share)| share).fold(0.0, f64::max) < UNMOVED_SHARE {
+        return false;
+    }
+    let is_drive = |law: &SpringLaw| matches!(law, SpringLaw::Drive(_));
+    let has_links = machine.chains.iter().flat_map(|chain| &chain.springs).any(|spring| !is_drive(&spring.law));
+    let has_sprung_joints = machine.chains.iter().flat_map(|chain| &chain.passive).any(|joint| joint.stiffness > 0.0);
+    if has_links || has_sprung_joints {
+        return true;
+    }
+    let drives = |is_it: bool| machine.drives().map(|(_, drive)| drive).filter(move |d| (d.name == element) == is_it);
+    let softest = |own: &Drive| {
+        let alike = drives(false).filter(|other| other.motion == own.motion);
+        alike.map(|other| other.stiffness).reduce(f64::min)
+    };
+    drives(true).any(|own| softest(own).is_some_and(|other| own.stiffness < other / FAR_SOFTER))
 }
 
 fn warnings(machine: &Machine, findings: &Findings, status: &Status) -> Vec<String> {
@@ -235,8 +275,8 @@ fn warnings(machine: &Machine, findings: &Findings, status: &Status) -> Vec<Stri
     }
     warnings.extend(wrong_controls(machine));
     warnings.extend(without_travel(machine));
-    for (name, share) in shares_by_element(findings) {
-        if share > DOMINANT_SHARE {
+    for (name, element, share) in shares_by_element(findings) {
+        if share > DOMINANT_SHARE && may_be_too_soft(machine, findings, &element) {
             warnings.push(format!(
                 "{name}: makes {:.3} % of the tool's compliance; is its stiffness 1000 times too small (unit)?",
                 share * 100.0

@@ -80,6 +80,9 @@ fn elements() -> impl Strategy<Value = Vec<Element>> {
         // A serial arm, elastic in its drives and perhaps in a link.
         1 => elements_of(vec![Drive, Fixed, Drive, Fixed, Drive, Link, Drive, Drive, Fixed, Drive]),
         1 => elements_of(vec![Drive, Fixed, Drive, Fixed, Drive]),
+        // Rigid links: a leg like a telescope between joints, and a guide without a drive.
+        3 => elements_of(vec![Joint, Joint, Fixed, Drive, Fixed, Joint, Joint, Joint]),
+        1 => elements_of(vec![Fixed, Joint, Joint, Fixed, Joint]),
         3 => prop::collection::vec(element(any), 1..9),
     ]
 }

@@ -5,7 +5,6 @@ use crate::{
     compensation::{Compensation, Demand, Method, Session, Status, compensate},
     machine::{Machine, Motion, Unreachable},
     spatial::Wrench,
-    statics::smallest_eigenvalue,
     study::{Failure, path::settings},
 };
 
@@ -85,8 +84,7 @@ impl<'a> Walk<'a> {
         let plain = solved(self.nominal, compensate(&mut self.both, demand, Method::None))?;
         let mut seen = Seen { deflection: plain.position_error.norm(), ..Seen::default() };
         if self.needs.stability {
-            let stiffness = plain.outcome.as_ref().and_then(|outcome| outcome.stiffness);
-            seen.stability = stiffness.map(|stiffness| smallest_eigenvalue(&stiffness, self.nominal.reach));
+            seen.stability = plain.outcome.as_ref().and_then(|outcome| outcome.softest(self.nominal.reach));
         }
         if let Some([cutting, assembly]) = &mut self.apart {
             let cut = solved(self.nominal, compensate(cutting, demand, Method::None))?;

@@ -1,0 +1,274 @@
+//! Balance of the platform where chains transmit wrenches rigidly.
+//!
+//! Chains of rigid links come with a slack spring in each wrench f that they transmit ([`super::transmission`]). The
+//! platform's unknowns are its twist and the motions y that take these springs' deflections back:
+//!
+//! ```text
+//! K dt +  W y = F             K: tangent with slack springs, W: wrench per slack
+//! E y  −  Wᵀ dt = y₀          E: what is left of each slack with the platform held
+//! ```
+//!
+//! `S = E + Wᵀ K⁻¹ W` is positive semidefinite where the machine is stable. Where chains block the same motion twice
+//! (over-constraint), a row of it depends on those before: what one of them carries is not determined, and does not change.
+
+use super::{
+    chain_system::ChainSystem,
+    platform::{self, Square},
+};
+use crate::lanes::{Real, solve};
+
+/// A pivot of S above this fraction of `1/s` is regular, one below [`DEPENDENT`] of it is zero.
+const REGULAR: f64 = 1e-7;
+const DEPENDENT: f64 = 1e-10;
+
+/// The slacks of all chains, and the platform's response to them.
+#[derive(Debug, Clone)]
+pub(super) struct RigidDirections<R = f64> {
+    /// Inverse compliance 1/s of the slack springs.
+    unit: f64,
+    /// Columns of W, and of K⁻¹ W.
+    wrenches: Vec<[R; 6]>,
+    responses: Vec<[R; 6]>,
+    /// S by rows, factorised in place; inverse pivots.
+    factor: Vec<R>,
+    inverse: Vec<R>,
+    /// Slacks of the last step.
+    slacks: Vec<R>,
+    /// Slacks of each column of the last step to a task.
+    columns: Vec<R>,
+}
+
+impl<R: Real> RigidDirections<R> {
+    pub fn new(chains: &[ChainSystem<R>]) -> Self {
+        let count = chains.iter().map(ChainSystem::slack_count).sum();
+        let drives: usize = chains.iter().map(ChainSystem::drive_count).sum();
+        Self {
+            unit: chains.iter().find_map(ChainSystem::slack_stiffness).unwrap_or(1.0),
+            wrenches: vec![[R::zero(); 6]; count],
+            responses: vec![[R::zero(); 6]; count],
+            factor: vec![R::zero(); count * count],
+            inverse: vec![R::zero(); count],
+            slacks: vec![R::zero(); count],
+            columns: vec![R::zero(); count * (1 + drives)],
+        }
+    }
+
+    /// Number of slacks.
+    #[inline(always)]
+    pub fn count(&self) -> usize {
+        self.wrenches.len()
+    }
+
+    /// Compliance s of the slack springs, mm/N.
+    pub fn slack_compliance(&self) -> f64 {
+        1.0 / self.unit
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.wrenches.is_empty()
+    }
+
+    /// From condensed chains and their tangent; the lanes in which the platform is plainly stable and the system regular but
+    /// for over-constraint. With slack springs the platform is less stable than it is. `reach` in mm makes rotations
+    /// comparable.
+    #[inline(always)]
+    pub fn factorise(&mut self, chains: &[ChainSystem<R>], tangent: &Square<R>, reach: f64) -> u8 {
+        let count = self.count();
+        if count == 0 {
+            return R::ALL;
+        }
+        let mut first = 0;
+        for chain in chains {
+            for slack in 0..chain.slack_count() {
+                self.wrenches[first + slack] = chain.slack_wrench(slack);
+            }
+            first += chain.slack_count();
+        }
+        self.responses.copy_from_slice(&self.wrenches);
+        let mut good = platform::plainly_definite(tangent, reach) & solve(*tangent, 6, &mut self.responses);
+        for (row, wrench) in self.factor.chunks_exact_mut(count).zip(&self.wrenches) {
+            for (entry, response) in row.iter_mut().zip(&self.responses) {
+                *entry = dot(wrench, response);
+            }
+        }
+        first = 0;
+        for chain in chains {
+            for i in 0..chain.slack_count() {
+                for j in 0..chain.slack_count() {
+                    self.factor[(first + i) * count + first + j] += chain.slack_response(i, j);
+                }
+            }
+            first += chain.slack_count();
+        }
+        let (regular, dependent) = (R::splat(REGULAR * self.unit), R::splat(DEPENDENT * self.unit));
+        for k in 0..count {
+            let (above, below) = self.factor.split_at_mut((k + 1) * count);
+            let pivot_row = &above[k * count..];
+            let size = pivot_row[k].abs();
+            let is_regular = size.greater(regular);
+            good &= R::bits(is_regular) | R::bits(dependent.greater(size));
+            self.inverse[k] = R::select(is_regular, R::splat(1.0) / pivot_row[k], R::zero());
+            for row in below.chunks_exact_mut(count) {
+                let factor = row[k] * self.inverse[k];
+                row[k] = factor;
+                for (entry, &value) in row[k + 1..].iter_mut().zip(&pivot_row[k + 1..]) {
+                    *entry -= factor * value;
+                }
+            }
+        }
+        good
+    }
+
+    /// From `twist` = K⁻¹ F and `slacks` = y₀ to the twist and the slacks.
+    #[inline(always)]
+    fn respond(&self, twist: &mut [R; 6], slacks: &mut [R]) {
+        let count = self.count();
+        for (slack, wrench) in slacks.iter_mut().zip(&self.wrenches) {
+            *slack += dot(wrench, twist);
+        }
+        for k in 0..count {
+            let (known, rest) = slacks.split_at_mut(k + 1);
+            for (i, slack) in rest.iter_mut().enumerate() {
+                *slack -= self.factor[(k + 1 + i) * count + k] * known[k];
+            }
+        }
+        for k in (0..count).rev() {
+            let mut rest = slacks[k];
+            let row = &self.factor[k * count..][..count];
+            for (&entry, &known) in row[k + 1..].iter().zip(&slacks[k + 1..]) {
+                rest -= entry * known;
+            }
+            slacks[k] = rest * self.inverse[k];
+        }
+        for (response, &slack) in self.responses.iter().zip(&*slacks) {
+            for (entry, &part) in twist.iter_mut().zip(response) {
+                *entry -= part * slack;
+            }
+        }
+    }
+
+    /// Turns the twist of a step found with slack springs into that without, and keeps the slacks.
+    #[inline(always)]
+    pub fn correct_step(&mut self, chains: &[ChainSystem<R>], twist: &mut [R; 6]) {
+        if self.is_empty() {
+            return;
+        }
+        let mut slacks = std::mem::take(&mut self.slacks);
+        fill_slacks(chains, &mut slacks);
+        self.respond(twist, &mut slacks);
+        self.slacks = slacks;
+    }
+
+    /// The same for the twists of a step to a task: drives held, then per motion of each drive.
+    #[inline(always)]
+    pub fn correct_task_twists(&mut self, chains: &[ChainSystem<R>], twists: &mut [[R; 6]]) {
+        let count = self.count();
+        if count == 0 {
+            return;
+        }
+        let mut columns = std::mem::take(&mut self.columns);
+        let (held, by_drives) = columns.split_at_mut(count);
+        let (held_twist, drive_twists) = twists.split_at_mut(1);
+        fill_slacks(chains, held);
+        self.respond(&mut held_twist[0], held);
+        self.correct_drive_columns(chains, drive_twists, by_drives);
+        self.columns = columns;
+    }
+
+    /// Keeps the slacks of the step in which the drives move by `drive_step`.
+    #[inline(always)]
+    pub fn combine_task_slacks(&mut self, drive_step: &[R]) {
+        let count = self.count();
+        for (k, slack) in self.slacks.iter_mut().enumerate() {
+            *slack = self.columns[k];
+            for (drive, &step) in drive_step.iter().enumerate() {
+                *slack -= self.columns[(1 + drive) * count + k] * step;
+            }
+        }
+    }
+
+    /// Corrects `twists` = K⁻¹ times the wrench per motion of each drive; `slacks`: storage for theirs.
+    #[inline(always)]
+    fn correct_drive_columns(&self, chains: &[ChainSystem<R>], twists: &mut [[R; 6]], slacks: &mut [R]) {
+        let count = self.count();
+        let (mut first, mut column) = (0, 0);
+        for chain in chains {
+            for drive in 0..chain.drive_count() {
+                let slacks = &mut slacks[column * count..][..count];
+                slacks.fill(R::zero());
+                for slack in 0..chain.slack_count() {
+                    slacks[first + slack] = -chain.slack_force(slack, Some(drive));
+                }
+                self.respond(&mut twists[column], slacks);
+                column += 1;
+            }
+            first += chain.slack_count();
+        }
+    }
+
+    /// Compliance from that with slack springs, by rows.
+    #[inline(always)]
+    pub fn correct_compliance(&mut self, compliance: &mut Square<R>) {
+        if self.is_empty() {
+            return;
+        }
+        let mut slacks = std::mem::take(&mut self.slacks);
+        for j in 0..6 {
+            let mut twist = [R::zero(); 6];
+            for (entry, row) in twist.iter_mut().zip(&*compliance) {
+                *entry = row[j];
+            }
+            slacks.fill(R::zero());
+            self.respond(&mut twist, &mut slacks);
+            for (row, entry) in compliance.iter_mut().zip(twist) {
+                row[j] = entry;
+            }
+        }
+        self.slacks = slacks;
+    }
+
+    /// Twists of P per unit motion of each drive under constant load, in place of the wrenches per motion with the platform
+    /// held. The slacks of each are kept for [`RigidDirections::drive_slacks`].
+    #[inline(always)]
+    pub fn drive_twists(&mut self, chains: &[ChainSystem<R>], tangent: &Square<R>, columns: &mut [[R; 6]]) {
+        solve(*tangent, 6, columns);
+        let mut slacks = std::mem::take(&mut self.columns);
+        self.correct_drive_columns(chains, columns, &mut slacks);
+        self.columns = slacks;
+        for entry in columns.iter_mut().flatten().chain(&mut self.columns) {
+            *entry = -*entry;
+        }
+    }
+
+    /// Slacks of the last step.
+    #[inline(always)]
+    pub fn slacks(&self) -> &[R] {
+        &self.slacks
+    }
+
+    /// Slacks per unit motion of drive `drive`.
+    pub fn drive_slacks(&self, drive: usize) -> &[R] {
+        &self.columns[drive * self.count()..][..self.count()]
+    }
+}
+
+/// y₀ by the right-hand sides.
+#[inline(always)]
+fn fill_slacks<R: Real>(chains: &[ChainSystem<R>], slacks: &mut [R]) {
+    let mut first = 0;
+    for chain in chains {
+        for slack in 0..chain.slack_count() {
+            slacks[first + slack] = chain.slack_force(slack, None);
+        }
+        first += chain.slack_count();
+    }
+}
+
+#[inline(always)]
+fn dot<R: Real>(a: &[R; 6], b: &[R; 6]) -> R {
+    let mut sum = R::zero();
+    for (&a, &b) in a.iter().zip(b) {
+        sum += a * b;
+    }
+    sum
+}

@@ -1,0 +1,427 @@
+//! A chain of rigid links, seen through the wrenches that it transmits.
+//!
+//! Where springs alone do not let a chain's end move in six directions, the chain has no compliance to invert. Its `p`
+//! free joints leave `6 − p` wrenches that it transmits. An orthogonal transformation `Qᵀ` of the closure equations makes
+//! `J_q` triangular: the first `p` of them give dq, the others, which are those wrenches' f, hold no dq any more:
+//!
+//! ```text
+//!          dθ      f     y      1     dρ    dt
+//! ∂/∂θ     Ã_θθ    J̃ᵀ    ·      r̃     −k    Ã_θt
+//! closure          −s    1      c̃     ·     −Q̃ᵀ
+//! ∂/∂y                   −1/s   ·     ·     ·
+//! ```
+//!
+//! Directions in which the chain is rigid have no pivot in `D = J̃ Ã_θθ⁻¹ J̃ᵀ`, so each wrench gets a slack spring of
+//! compliance s in series, and a motion y that takes its deflection back: `y = s f`. Exact elimination of y, in the chain
+//! where it is elastic ([`Transmission::settle`]) or else on the platform ([`super::rigid_directions`]), leaves no trace of
+//! s; up to there all pivots are regular.
+
+use super::bordered::Bordered;
+use crate::{
+    lanes::Real,
+    machine::{Chain, Machine, Motion, MoveScrew, SpringLaw},
+};
+
+/// A joint whose screw has less than this fraction of itself outside the span of the joints before it is not free of them.
+const INDEPENDENT: f64 = 1e-6;
+/// A joint whose stiffness is less than this fraction of the terms that make it up is idle.
+const IDLE: f64 = 1e-9;
+/// A slack whose chain takes back less than this fraction of it is rigid.
+const RIGID: f64 = 1e-9;
+
+/// What makes the quantities of a machine's chains comparable.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Scale {
+    /// Length by which rotations are multiplied, mm.
+    pub reach: f64,
+    /// Compliance s of the slack springs, mm/N: a tenth of that of the softest drive.
+    pub slack: f64,
+}
+
+impl Scale {
+    pub fn of(machine: &Machine) -> Self {
+        let reach = machine.reach;
+        let compliances = machine.drives().map(|(_, drive)| match drive.motion {
+            Motion::Prismatic => 1.0 / drive.stiffness,
+            Motion::Revolute => reach * reach / drive.stiffness,
+        });
+        let softest = compliances.fold(0.0, f64::max);
+        Self { reach, slack: if softest > 0.0 { 0.1 * softest } else { 1e-6 } }
+    }
+}
+
+/// A chain reduced to its springs and the wrenches it transmits. Unknowns, in this order: coordinates that stay, f, y; then
+/// the known columns: right-hand side (1), motion of the drives, dt (6).
+#[derive(Debug, Clone)]
+pub(super) struct Transmission<R> {
+    scale: Scale,
+    /// Rows in the chain's system of the coordinates that stay: virtual ones, and joints that depend on others.
+    staying: Vec<usize>,
+    virtual_count: usize,
+    /// Of the joints among those: sum of the sizes of the terms that make up their stiffness.
+    joint_terms: Vec<R>,
+    /// Rows of the joints that closure equations give.
+    given: Vec<usize>,
+    drive_count: usize,
+    /// Closure equations in the basis Q: by `given`, `staying`, right-hand side, dt.
+    columns: Vec<[R; 6]>,
+    /// Inverse diagonal of the triangle that `given` make.
+    inverse: [R; 6],
+    /// By `staying`, right-hand side, dt: what `given` move, and the forces in them.
+    motions: Vec<[R; 6]>,
+    forces: Vec<[R; 6]>,
+    reduced: Bordered<R>,
+    solution: Vec<R>,
+}
+
+impl<R: Real> Transmission<R> {
+    /// `None` for chains with an elastic link, whose ends move in six directions by it.
+    pub fn new(chain: &Chain, scale: Scale) -> Option<Self> {
+        if chain.springs.iter().any(|spring| matches!(spring.law, SpringLaw::Link(_))) {
+            return None;
+        }
+        let row = |coordinate: usize| if coordinate < chain.virtual_count { coordinate } else { coordinate + 6 };
+        let independent = independent_joints(chain, scale.reach);
+        let is_given = |coordinate: &usize| independent.contains(coordinate);
+        let staying: Vec<usize> = (0..chain.coordinate_count()).filter(|c| !is_given(c)).map(row).collect();
+        let given: Vec<usize> = independent.iter().copied().map(row).collect();
+        let (drive_count, known) = (chain.drives.len(), staying.len() + 7);
+        let size = staying.len() + 2 * (6 - given.len()) + 1 + drive_count + 6;
+        Some(Self {
+            scale,
+            virtual_count: chain.virtual_count,
+            joint_terms: vec![R::zero(); staying.len() - chain.virtual_count],
+            drive_count,
+            columns: vec![[R::zero(); 6]; given.len() + known],
+            inverse: [R::zero(); 6],
+            motions: vec![[R::zero(); 6]; known],
+            forces: vec![[R::zero(); 6]; known],
+            reduced: Bordered::new(size),
+            solution: vec![R::zero(); size],
+            staying,
+            given,
+        })
+    }
+
+    /// Number of wrenches the chain transmits.
+    #[inline(always)]
+    pub fn wrench_count(&self) -> usize {
+        6 - self.given.len()
+    }
+
+    /// Stiffness of the slack springs, N/mm.
+    pub fn slack_stiffness(&self) -> f64 {
+        1.0 / self.scale.slack
+    }
+
+    /// Row of the first slack.
+    #[inline(always)]
+    fn slack_row(&self) -> usize {
+        self.staying.len() + self.wrench_count()
+    }
+
+    /// Right-hand column of the reduced system.
+    #[inline(always)]
+    pub fn rhs_column(&self) -> usize {
+        self.slack_row() + self.wrench_count()
+    }
+
+    /// What is left of the system.
+    #[inline(always)]
+    pub fn reduced(&self) -> &Bordered<R> {
+        &self.reduced
+    }
+
+    /// Eliminates all unknowns but the slacks from the chain's system `matrix`, whose wrench rows begin at `wrench_row` and
+    /// whose right-hand side is column `rhs`; the lanes in which that works.
+    #[inline(always)]
+    pub fn eliminate(&mut self, matrix: &Bordered<R>, wrench_row: usize, rhs: usize) -> u8 {
+        self.take_closure(matrix, wrench_row, rhs);
+        let good = self.make_triangular();
+        self.project(matrix, rhs);
+        let (size, staying) = (self.reduced.size(), self.staying.len());
+        let mut good = good & self.reduced.eliminate(0..self.virtual_count, size, 1.0, 0.0);
+        for (joint, &terms) in self.joint_terms.iter().enumerate() {
+            good &= self.reduced.eliminate_or_leave(self.virtual_count + joint, R::splat(IDLE) * terms);
+        }
+        good & self.reduced.eliminate(staying..self.slack_row(), size, -1.0, 0.0)
+    }
+
+    /// Eliminates the slacks as well; the lanes in which the chain is elastic in all wrenches that it transmits.
+    #[inline(always)]
+    pub fn settle(&mut self) -> u8 {
+        let (size, least) = (self.reduced.size(), RIGID / self.scale.slack);
+        self.reduced.eliminate(self.slack_row()..self.rhs_column(), size, -1.0, least)
+    }
+
+    #[inline(always)]
+    fn take_closure(&mut self, matrix: &Bordered<R>, wrench_row: usize, rhs: usize) {
+        let (one, reach) = (R::splat(1.0), R::splat(self.scale.reach));
+        let levers = [one, one, one, reach, reach, reach];
+        let sources = self.given.iter().chain(&self.staying).copied().chain([rhs]);
+        let mut columns = self.columns.iter_mut();
+        for (source, column) in sources.zip(&mut columns) {
+            for (i, entry) in column.iter_mut().enumerate() {
+                let row = wrench_row + i;
+                *entry = matrix.get(row.min(source), row.max(source)) * levers[i];
+            }
+        }
+        for (k, column) in columns.enumerate() {
+            *column = [R::zero(); 6];
+            column[k] = -levers[k];
+        }
+    }
+
+    /// Turns the closure equations by Householder reflections; the lanes in which the given joints are independent.
+    #[inline(always)]
+    fn make_triangular(&mut self) -> u8 {
+        let mut good = R::ALL;
+        for j in 0..self.given.len() {
+            let (first, others) = self.columns.split_at_mut(j + 1);
+            let column = &mut first[j];
+            let mut above = R::zero();
+            for &entry in &column[..j] {
+                above += entry * entry;
+            }
+            let mut square = R::zero();
+            for &entry in &column[j..] {
+                square += entry * entry;
+            }
+            let bound = R::splat(INDEPENDENT * INDEPENDENT) * (above + square);
+            good &= R::bits(square.greater(bound));
+            let norm = square.sqrt();
+            let head = column[j];
+            let diagonal = R::select(head.greater(R::zero()), -norm, norm);
+            column[j] = head - diagonal;
+            let weight = R::splat(1.0) / (norm * (norm + head.abs()));
+            for other in others {
+                let mut along = R::zero();
+                for (&mirror, &entry) in column[j..].iter().zip(&other[j..]) {
+                    along += mirror * entry;
+                }
+                along = along * weight;
+                for (&mirror, entry) in column[j..].iter().zip(&mut other[j..]) {
+                    *entry -= along * mirror;
+                }
+            }
+            column[j] = diagonal;
+            self.inverse[j] = R::splat(1.0) / diagonal;
+        }
+        good
+    }
+
+    /// Fills the reduced system: `Ã_ab = A_ab + A_aq W_b + W_aᵀ (A_qb + A_qq W_b)` with dq = W (dθ, 1, dt).
+    #[inline(always)]
+    fn project(&mut self, matrix: &Bordered<R>, rhs: usize) {
+        let (given, staying) = (self.given.len(), self.staying.len());
+        let (slack_row, rhs_column) = (self.slack_row(), self.rhs_column());
+        let twist_column = rhs_column + 1 + self.drive_count;
+        let known = staying + 7;
+        // Column in the chain's system; dt has no entries in the rows of joints and springs.
+        let source = |a: usize| if a < staying { self.staying[a] } else { rhs };
+        let target = |a: usize| match a {
+            a if a < staying => a,
+            a if a == staying => rhs_column,
+            a => twist_column + a - staying - 1,
+        };
+        for a in 0..known {
+            let column = &self.columns[given + a];
+            let mut motion = [R::zero(); 6];
+            for i in (0..given).rev() {
+                let mut rest = column[i];
+                for (later, &moved) in self.columns[i + 1..given].iter().zip(&motion[i + 1..]) {
+                    rest += later[i] * moved;
+                }
+                motion[i] = -(rest * self.inverse[i]);
+            }
+            let force = &mut self.forces[a];
+            for (i, &row) in self.given.iter().enumerate() {
+                let mut sum = R::zero();
+                if a <= staying {
+                    let column = source(a);
+                    sum = matrix.get(row.min(column), row.max(column));
+                }
+                for (k, &other) in self.given.iter().enumerate() {
+                    sum += matrix.get(row.min(other), row.max(other)) * motion[k];
+                }
+                force[i] = sum;
+            }
+            self.motions[a] = motion;
+        }
+        self.reduced.clear();
+        for (joint, terms) in self.joint_terms.iter_mut().enumerate() {
+            let a = self.virtual_count + joint;
+            let own = self.staying[a];
+            *terms = matrix.get(own, own).abs();
+            for (i, &row) in self.given.iter().enumerate() {
+                let (motion, coupling) = (self.motions[a][i], matrix.get(row.min(own), row.max(own)));
+                *terms += (motion * self.forces[a][i]).abs() + (motion * coupling).abs();
+            }
+        }
+        for a in 0..known {
+            for b in a..known {
+                let mut sum = R::zero();
+                if a < staying && b <= staying {
+                    let (row, column) = (source(a), source(b));
+                    sum = matrix.get(row.min(column), row.max(column));
+                }
+                for i in 0..given {
+                    sum += self.motions[a][i] * self.forces[b][i];
+                }
+                if a <= staying {
+                    let column = source(a);
+                    for (i, &row) in self.given.iter().enumerate() {
+                        sum += matrix.get(row.min(column), row.max(column)) * self.motions[b][i];
+                    }
+                }
+                *self.reduced.at(target(a), target(b)) = sum;
+            }
+            for (k, &entry) in self.columns[given + a][given..].iter().enumerate() {
+                let (row, column) = (staying + k, target(a));
+                *self.reduced.at(row.min(column), row.max(column)) = entry;
+            }
+        }
+        for drive in 0..self.drive_count {
+            for (a, &row) in self.staying.iter().enumerate() {
+                *self.reduced.at(a, rhs_column + 1 + drive) = matrix.get(row, rhs + 1 + drive);
+            }
+        }
+        let slack = self.scale.slack;
+        for k in 0..slack_row - staying {
+            *self.reduced.at(staying + k, staying + k) = R::splat(-slack);
+            *self.reduced.at(staying + k, slack_row + k) = R::splat(1.0);
+            *self.reduced.at(slack_row + k, slack_row + k) = R::splat(-1.0 / slack);
+        }
+    }
+
+    /// The chain's unknowns for the platform step `dt`, the step `drives` of its drives and the present residual times
+    /// `residual`, into `unknowns` in the order of the chain's system. The slacks are `slacks`, or, after
+    /// [`Transmission::settle`], those of the chain alone.
+    #[inline(always)]
+    pub fn substitute(
+        &mut self,
+        residual: f64,
+        dt: &[R; 6],
+        drives: &[R],
+        slacks: Option<&[R]>,
+        wrench_row: usize,
+        unknowns: &mut [R],
+    ) {
+        let (given, staying) = (self.given.len(), self.staying.len());
+        let (slack_row, rhs) = (self.slack_row(), self.rhs_column());
+        let twist = rhs + 1 + self.drive_count;
+        self.solution[rhs..].fill(R::zero());
+        self.solution[rhs] = R::splat(residual);
+        self.solution[rhs + 1..][..drives.len()].copy_from_slice(drives);
+        self.solution[twist..].copy_from_slice(dt);
+        match slacks {
+            Some(slacks) => {
+                self.solution[slack_row..rhs].copy_from_slice(slacks);
+                self.reduced.back_substitute(slack_row, &mut self.solution);
+            }
+            None => self.reduced.back_substitute(rhs, &mut self.solution),
+        }
+        let (mut motion, mut force) = ([R::zero(); 6], [R::zero(); 6]);
+        for a in 0..staying + 7 {
+            let value = match a {
+                a if a < staying => self.solution[a],
+                a if a == staying => self.solution[rhs],
+                a => self.solution[twist + a - staying - 1],
+            };
+            for i in 0..given {
+                motion[i] += self.motions[a][i] * value;
+                force[i] += self.forces[a][i] * value;
+            }
+        }
+        let mut wrench = [R::zero(); 6];
+        for i in 0..given {
+            let mut rest = force[i];
+            for (k, &earlier) in wrench[..i].iter().enumerate() {
+                rest += self.columns[i][k] * earlier;
+            }
+            wrench[i] = -(rest * self.inverse[i]);
+        }
+        wrench[given..].copy_from_slice(&self.solution[staying..slack_row]);
+        for (&row, &value) in self.staying.iter().zip(&self.solution) {
+            unknowns[row] = value;
+        }
+        for (&row, &value) in self.given.iter().zip(&motion) {
+            unknowns[row] = value;
+        }
+        for (k, column) in self.columns[given + staying + 1..].iter().enumerate() {
+            let mut sum = R::zero();
+            for (&entry, &part) in column.iter().zip(&wrench) {
+                sum -= entry * part;
+            }
+            unknowns[wrench_row + k] = sum;
+        }
+    }
+
+    /// Row of slack `slack`.
+    #[inline(always)]
+    fn slack(&self, slack: usize) -> usize {
+        self.slack_row() + slack
+    }
+
+    /// After [`Transmission::eliminate`]: wrench F̂ per unit of slack `slack`, the platform held.
+    #[inline(always)]
+    pub fn slack_wrench(&self, slack: usize) -> [R; 6] {
+        let twist = self.rhs_column() + 1 + self.drive_count;
+        let mut wrench = [R::zero(); 6];
+        for (i, entry) in wrench.iter_mut().enumerate() {
+            *entry = self.reduced.get(self.slack(slack), twist + i);
+        }
+        wrench
+    }
+
+    /// Deflection over slack compliance that the slacks leave untaken, per unit of slack `other`.
+    #[inline(always)]
+    pub fn slack_response(&self, slack: usize, other: usize) -> R {
+        let (a, b) = (self.slack(slack), self.slack(other));
+        -self.reduced.get(a.min(b), a.max(b))
+    }
+
+    /// The same by the right-hand side (`None`) or per unit motion of a drive, with the platform held.
+    #[inline(always)]
+    pub fn slack_force(&self, slack: usize, drive: Option<usize>) -> R {
+        let column = self.rhs_column() + drive.map_or(0, |drive| 1 + drive);
+        self.reduced.get(self.slack(slack), column)
+    }
+}
+
+/// Coordinates of passive joints whose screws are independent of those before them, in a configuration of no symmetry.
+fn independent_joints(chain: &Chain, reach: f64) -> Vec<usize> {
+    let mut values = vec![0.0; chain.coordinate_count()];
+    let offset = |coordinate: usize| 0.4 * (1.0 + 2.3 * coordinate as f64).sin();
+    for drive in &chain.drives {
+        let length = if drive.motion == Motion::Prismatic { reach } else { 1.0 };
+        values[drive.coordinate] = drive.home + offset(drive.coordinate) * length;
+    }
+    for (j, joint) in chain.passive.iter().enumerate() {
+        let coordinate = chain.passive_coordinate(j);
+        let length = if joint.motion == Motion::Prismatic { reach } else { 1.0 };
+        values[coordinate] = joint.home + offset(coordinate) * length;
+    }
+    let mut screws: Vec<MoveScrew> = Vec::new();
+    chain.forward(&values, &mut screws);
+    let mut basis: Vec<nalgebra::Vector6<f64>> = Vec::new();
+    let mut independent = Vec::new();
+    for j in 0..chain.passive.len() {
+        let coordinate = chain.passive_coordinate(j);
+        let moves = screws.iter().filter(|screw| screw.coordinate == coordinate);
+        let mut screw: nalgebra::Vector6<f64> = moves.map(|screw| screw.twist.to_vector()).sum();
+        screw.fixed_rows_mut::<3>(3).scale_mut(reach);
+        let size = screw.norm();
+        // Twice, against rounding.
+        for _ in 0..2 {
+            for direction in &basis {
+                screw -= direction * direction.dot(&screw);
+            }
+        }
+        if screw.norm() > INDEPENDENT * size {
+            basis.push(screw.normalize());
+            independent.push(coordinate);
+        }
+    }
+    independent
+}
