@@ -484,21 +484,27 @@ fn table(folder: &Path) -> (Vec<String>, Vec<Vec<String>>) {
     (header, rows)
 }
 
-/// A row is solved and full of finite numbers, or has a status with a reason and no numbers.
+/// Columns without numbers.
+const WORDS: [&str; 5] = ["source", "status", "reason", "correction_status", "correction_reason"];
+
+/// A row is solved and full of finite numbers, or has a status with a reason and no numbers; its correction likewise.
 fn check_row(header: &[String], row: &[String]) {
     let column = |name: &str| header.iter().position(|h| h == name).unwrap_or_else(|| panic!("no column {name}"));
     let (source, status, reason) = (&row[column("source")], &row[column("status")], &row[column("reason")]);
     assert!(["cutting", "assembly", "both"].contains(&source.as_str()), "{row:?}");
     assert_eq!(status == "solved", reason.is_empty(), "{row:?}");
     assert!(!status.is_empty(), "{row:?}");
+    let (correction_status, reason) = (&row[column("correction_status")], &row[column("correction_reason")]);
+    assert_eq!(correction_status == "solved", reason.is_empty(), "{row:?}");
     for (name, cell) in header.iter().zip(row) {
-        let is_word = ["source", "status", "reason"].contains(&name.as_str());
+        let is_word = WORDS.contains(&name.as_str());
         let is_position = ["x_mm", "y_mm", "z_mm"].contains(&name.as_str());
         let is_departure = name.starts_with("departure") && source != "both";
         let is_angle = name == "deflection_phi_deg" && source == "assembly";
         if is_word {
             continue;
         }
+        let status = if name.starts_with("delta_rho") { correction_status } else { status };
         let is_empty = !is_position && (status != "solved" || is_departure || is_angle);
         assert_eq!(cell.is_empty(), is_empty, "{name} of {row:?}");
         if !cell.is_empty() {
@@ -510,7 +516,7 @@ fn check_row(header: &[String], row: &[String]) {
 /// Every column of numbers says its unit, but for the ratio.
 fn check_units(header: &[String]) {
     let units = ["_mm", "_deg", "_N", "_Nmm", "_N_per_mm"];
-    for name in header.iter().filter(|name| !["source", "status", "reason"].contains(&name.as_str())) {
+    for name in header.iter().filter(|name| !WORDS.contains(&name.as_str())) {
         assert!(
             units.iter().any(|unit| name.ends_with(unit)) || name == "departure_over_deflection",
             "{name}: no unit"
@@ -660,6 +666,15 @@ fn a_box_beyond_the_machine_gives_unreachable_rows_with_reasons() {
     assert!(unreachable.len() > 40 && unreachable.len() < 81, "{}", unreachable.len());
     assert!(unreachable.iter().all(|(_, reason)| reason.contains("cannot close: gap ")), "{unreachable:?}");
     assert!(text.contains(&format!("{} of 81 rows solved", 81 - unreachable.len())), "{text}");
+    // First in the answer on the screen, on the page, and in the summary.
+    let first = format!("{n} of 81 not solved: {n} unreachable.", n = unreachable.len());
+    assert!(text.find(&first).unwrap() < text.find("rows solved").unwrap(), "{text}");
+    let read = |name: &str| -> Value {
+        serde_json::from_str(&fs::read_to_string(folder.path().join("results_2").join(name)).unwrap()).unwrap()
+    };
+    assert_eq!(read("report.json")["answer"][0], first.as_str());
+    let summary = read("summary.json");
+    assert_eq!((&summary["rows"], &summary["rows_unsolved"]["unreachable"]), (&81.into(), &unreachable.len().into()));
 }
 
 #[test]

@@ -118,6 +118,10 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     })?);
     progress.end();
     files.write(written.bytes, points.finish()?, program_json(&job, &passes, bounded.as_ref()))?;
+    let unsolved = unsolved_as_written(&passes);
+    if let Some(sentence) = &unsolved {
+        reporting.print(sentence)?;
+    }
     reporting.print(&format!("{}{}", header(&job), table(&passes)))?;
     if let Some(bounded) = &bounded {
         reporting.print(&bounded_text(&job.machine, bounded))?;
@@ -129,18 +133,18 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
         ))?;
     }
     reporting.print(&format!("Written to {}\n", arguments.out.display()))?;
-    let lost = unsolved_as_written(&passes);
-    if lost == 0 {
-        return Ok(Ending::Complete);
-    }
-    reporting
-        .print(&format!("The written program fails at {}; the table of points says why.\n", counted(lost, "point")))?;
-    Ok(Ending::SomeUnsolved)
+    Ok(if unsolved.is_some() { Ending::SomeUnsolved } else { Ending::Complete })
 }
 
-/// Points of the last pass, the program as written, that have no equilibrium or cannot be reached.
-fn unsolved_as_written(passes: &[Pass]) -> usize {
-    passes.last().map_or(0, |pass| pass.summary.points - pass.summary.solved)
+/// What the answer begins with if points of the last pass, the program as written, have no equilibrium or cannot be reached.
+fn unsolved_as_written(passes: &[Pass]) -> Option<String> {
+    let summary = &passes.last()?.summary;
+    let lost = summary.points - summary.solved;
+    let sentence = format!(
+        "{lost} of {} not solved: the written program fails there; the table of points says why.\n",
+        summary.points
+    );
+    (lost > 0).then_some(sentence)
 }
 
 /// How commands are to be found.

@@ -147,8 +147,12 @@ impl<'a> Session<'a> {
 
     /// Takes an equilibrium from where the session stood; if it is not stable, one from the rigid configuration.
     pub(super) fn settled(&mut self, demand: &Demand, outcome: Outcome) -> Result<Outcome, Status> {
-        Self::stable(outcome).or_else(|_| {
-            self.state = State::rigid(self.nominal, &self.command);
+        Self::stable(outcome).or_else(|status| {
+            let rigid = State::rigid(self.nominal, &self.command);
+            if self.state == rigid {
+                return Err(status);
+            }
+            self.state = rigid;
             self.settle_here(demand)
         })
     }

@@ -91,7 +91,7 @@ fn stiffness_text(findings: &Findings) -> String {
     match findings.tool_stiffness {
         Some(principal) => {
             let shown = principal.map(|k| if k.is_infinite() { "rigid".into() } else { format!("{k:.1}") });
-            text += &format!("  tool stiffness     {} N/mm (principal, at home)\n", shown.join(", "));
+            text += &format!("  tool stiffness     {} N/mm (principal, of the tool tip, at home)\n", shown.join(", "));
         }
         None => text += "  tool stiffness     none: the platform is free or unstable at home\n",
     }

@@ -20,7 +20,7 @@ pub struct StatusCount {
 }
 
 /// Statuses of rows that are what was asked for.
-const SOLVED: [&str; 2] = ["solved", "converged"];
+const SOLVED: [&str; 3] = ["solved", "converged", "applied"];
 
 impl StatusCount {
     /// Whether these rows are what was asked for.

@@ -255,8 +255,10 @@ pub fn point_text(answer: &PointAnswer) -> String {
         triple(loaded.pose.translation - answer.nominal.pose.translation, 4),
         triple(turn * 1e3, 3)
     );
-    if let Some(stability) = loaded.stability {
-        text += &format!("  softest direction         {stability:.1} N/mm (rotations at {:.0} mm)\n", machine.reach);
+    if let Some([least, middle, most]) = loaded.tool_stiffnesses(machine) {
+        text += &format!(
+            "  tool stiffness            {least:.1}, {middle:.1}, {most:.1} N/mm (principal, of the tool tip)\n"
+        );
     }
     text + &drive_table(answer)
 }

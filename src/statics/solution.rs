@@ -5,7 +5,7 @@ use nalgebra::{Matrix6, Vector6};
 use super::{
     equilibrium::{Outcome, Status},
     state::{State, Workspace},
-    stiffness::chain_stiffnesses,
+    stiffness::{chain_stiffnesses, principal_stiffnesses, tool_compliance},
 };
 use crate::{
     machine::Machine,
@@ -46,7 +46,8 @@ pub struct Solution {
     /// Its inverse.
     pub compliance: Option<Matrix6<f64>>,
     /// Smallest eigenvalue in N/mm of the condensed tangent, rotations weighted by the machine's reach; negative where
-    /// the machine is unstable. See [`Outcome::softest`].
+    /// the machine is unstable. See [`Outcome::softest`]; not a stiffness of the tool tip, which is
+    /// [`Solution::tool_stiffnesses`].
     pub stability: Option<f64>,
 }
 
@@ -82,6 +83,13 @@ impl Solution {
             compliance: outcome.compliance,
             stability: outcome.softest(machine.reach),
         }
+    }
+
+    /// Principal stiffnesses of the tool tip, ascending, N/mm: the inverse eigenvalues of its compliance. `None` where the
+    /// platform is free or not solved.
+    pub fn tool_stiffnesses(&self, machine: &Machine) -> Option<[f64; 3]> {
+        let lever = self.pose.rotation * machine.tool_tip;
+        self.compliance.map(|compliance| principal_stiffnesses(&tool_compliance(&compliance, lever)))
     }
 
     /// Forces of all drives in machine order, N or N·mm.
