@@ -51,9 +51,13 @@ fn machine(folder: &Path, name: &str) -> PathBuf {
 fn run(name: &str, study: &str) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     machine(folder.path(), name);
-    let error = "[[chain_error]]\nchain = \"robot\"\nturn_about_drive_axis_deg = 0.5\ndrive_offsets_mm_or_deg = [0.1, 0.0, 0.0, 0.25]\n";
+    // One offset per drive.
+    let offsets = if name == "gantry" { "[0.1, 0.0, 0.0, 0.25]" } else { "[0.1, 0.0, 0.0, 0.25, 0.0, 0.0]" };
+    let error = format!(
+        "[[chain_error]]\nchain = \"robot\"\nturn_about_drive_axis_deg = 0.5\ndrive_offsets_mm_or_deg = {offsets}\n"
+    );
     fs::write(folder.path().join("process.toml"), format!("{PROCESS}{error}")).unwrap();
-    let own = if study.contains("[path]") { "" } else { error };
+    let own = if study.contains("[path]") { "" } else { &error };
     let text = format!("schema = 1\nquestion = \"?\"\nmachine = \"machine.toml\"\n{own}{study}");
     fs::write(folder.path().join("study.toml"), text).unwrap();
     let out = folder.path().join("out");
