@@ -176,8 +176,8 @@ fn enlarge(out: &Path, n: usize) {
     for node in 0..n.pow(3) {
         let place = [node % n, node / n % n, node / (n * n)].map(|i| i as f64 * 5.0 - 73.65);
         for (s, source) in ["cutting", "assembly", "both"].iter().enumerate() {
-            write!(rows, "{},{},{},{source},solved,", place[0], place[1], place[2]).unwrap();
-            for column in 6..columns {
+            write!(rows, "{},{},{},{source},solved,,solved,", place[0], place[1], place[2]).unwrap();
+            for column in 8..columns {
                 write!(rows, ",{}", ((node * (s + 1)) as f64 * 0.001 + column as f64).sin()).unwrap();
             }
             rows.push('\n');
