@@ -278,10 +278,12 @@ fn a_signal_before_anything_is_computed_and_a_folder_that_goes_are_told_in_words
     fs::write(study.join("path.csv"), format!("x_mm,y_mm,z_mm\n{rows}")).unwrap();
     let text = "schema = 1\nquestion = \"?\"\nmachine = \"orthoglide\"\n[path]\nprocess = \"process.toml\"\nfile = \"path.csv\"\nmethods = [\"direct\"]\n";
     fs::write(study.join("study.toml"), text).unwrap();
-    let arguments = ["run", path(&study), "--no-figures", "--out", path(&out)];
-    let begin = || command(&arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    let child = begin();
-    std::thread::sleep(Duration::from_millis(100));
+    let log = folder.path().join("log");
+    let arguments = ["run", path(&study), "--no-figures", "--out", path(&out), "--log", path(&log)];
+    let child = command(&arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    while !log.exists() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
     assert!(Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap().success());
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130), "{}", text_of(&output));
