@@ -303,6 +303,19 @@ fn a_platform_that_turns_freely_is_singular() {
 }
 
 #[test]
+fn what_a_terminal_would_act_upon_is_written_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("gantry.toml");
+    fs::write(&file, gantry("").replace("Three slides", "Three\u{202e} slides")).unwrap();
+    let text = printed(0, &["check", path(&file)]);
+    assert!(text.contains(r"Three\u{202e} slides") && !text.contains('\u{202e}'), "{text}");
+    let missing = folder.path().join("no\u{1b}[31m\u{202e}thing.toml");
+    let output = kinetostat(&["check", path(&missing)]);
+    let said = stderr(&output);
+    assert!(said.contains(r"no\u{1b}[31m\u{202e}thing.toml") && !said.contains(['\u{1b}', '\u{202e}']), "{said}");
+}
+
+#[test]
 fn a_command_beyond_the_travel_is_not_given() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("gantry.toml");
