@@ -6,11 +6,13 @@ mod support;
 use kinetostat::{
     compensation::{Demand, Target},
     machine::{Configuration, Machine},
+    report::machine_text,
     spatial::{Pose, Wrench},
     statics::{
         Batch, Case, Level, Outcome, Settings, State, Status, Workspace, drive_force_sensitivity, equilibrium,
         unloaded_stiffness,
     },
+    study::machine_check,
 };
 use nalgebra::{DMatrix, Matrix6, Matrix6xX, Vector3, Vector6};
 use serde_json::Value;
@@ -182,6 +184,31 @@ fn the_hexapod_and_the_arm_have_a_stiffness_and_the_tricept_does_not() {
             assert_close(name, scaled(&a, factor).as_slice(), scaled(&b, factor).as_slice(), 1e-10);
         }
     }
+}
+
+#[test]
+fn check_says_what_is_rigid_and_blames_no_drive_for_being_the_only_spring() {
+    let expected = [
+        ("hexapod", ["K_C at home        N/mm", "leg6 screw"]),
+        ("tricept", ["none: rigid in 3 of 6 directions by chain centre\n", "no motion by     1 N·mm about z at P\n"]),
+        (
+            "linear_delta",
+            ["none: rigid in 3 of 6 directions by chains leg1, leg2, leg3\n", "no motion by     1 N·mm about x at P\n"],
+        ),
+        ("kr270", ["K_C at home        N/mm", "robot A6"]),
+    ];
+    for (name, lines) in expected {
+        let machine = machine(name);
+        let findings = machine_check::check(&machine);
+        let text = machine_text(&machine, &findings);
+        assert!(lines.iter().all(|line| text.contains(line)), "{text}");
+        assert!(!text.contains("1000 times"), "{text}");
+    }
+    // N·m instead of N·mm in one drive of the arm is still asked about.
+    let arm = std::fs::read_to_string(format!("{}/tests/machines/kr270.toml", env!("CARGO_MANIFEST_DIR"))).unwrap();
+    let arm = Machine::from_toml(&arm.replace("stiffness_Nmm_per_rad = 3.8e9", "stiffness_Nmm_per_rad = 3.8e6"), "arm");
+    let warnings = machine_check::check(&arm.unwrap_or_else(|e| panic!("{e}"))).warnings;
+    assert!(warnings.iter().any(|w| w.contains("A1: makes 99.") && w.contains("1000 times too small")), "{warnings:?}");
 }
 
 /// Legs between two ball joints turn idly about their lines; that changes nothing.
