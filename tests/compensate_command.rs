@@ -150,7 +150,7 @@ fn a_measured_pass_is_mirrored() {
     let short = write(&inputs, "short.csv", "x_mm,y_mm,z_mm\n0.0,0.0,0.0\n");
     let (output, _) = compensate(&path, &process, &["--measured", short.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(2));
-    assert!(text(&output.stderr).contains("has 1 positions, but the path has 6 points"), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("has 1 positions, but the path has 6 rows"), "{}", text(&output.stderr));
 }
 
 #[test]
@@ -227,4 +227,158 @@ fn an_input_is_not_written_over() {
     let message = format!("{name}: cannot be written: is an input of this command; expected another place");
     assert!(text(&output.stderr).contains(&message), "{}", text(&output.stderr));
     assert_eq!(std::fs::read_to_string(&program).unwrap(), groove);
+}
+
+/// Compensates `program` for `machine` under `process`, both as text; the output and the folder with `out.nc`.
+fn compensate_on(machine: &str, program: (&str, &str), process: &str, more: &[&str]) -> (Output, tempfile::TempDir) {
+    let out = tempfile::tempdir().unwrap();
+    let (program, process) = (write(&out, program.0, program.1), write(&out, "process.toml", process));
+    let target = out.path().join("out.nc");
+    let mut arguments = vec!["compensate", program.to_str().unwrap(), "--machine", machine, "--process"];
+    arguments.extend([process.to_str().unwrap(), "--out", target.to_str().unwrap()]);
+    arguments.extend(more);
+    (run(&arguments), out)
+}
+
+const FORCE: &str = "[force.path_frame]\nradial_force_N = 215.0\ntangential_force_N = -10.0\naxial_force_N = -25.0\n\
+                     law = \"rotated\"\n";
+
+#[test]
+fn words_of_axes_that_a_planar_machine_does_not_control_stay() {
+    let machines = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/machines");
+    for (machine, [x, y]) in [("rrr3.toml", [10, 5]), ("fivebar.toml", [10, 455])] {
+        let program =
+            format!("G21 G90 G17\nG0 X{x} Y{y} Z80\nG1 Z-1.5 F200\nG1 X-20 F400\nG1 X-30 Y{y} Z-2.25\nG0 Z80.0\nM30\n");
+        let process = format!("schema = 1\n[placement]\norigin_mm = [0.0, 0.0, 0.0]\n{FORCE}");
+        let machine = machines.join(machine);
+        let (output, out) = compensate_on(machine.to_str().unwrap(), ("part.nc", &program), &process, &[]);
+        assert!(output.status.success(), "{}{}", text(&output.stdout), text(&output.stderr));
+        let said = text(&output.stdout);
+        assert!(said.contains("Not controlled by this machine, words left as they are: z of the base."), "{said}");
+        let written = std::fs::read_to_string(out.path().join("out.nc")).unwrap();
+        let heights = |text: &str| -> Vec<f64> {
+            let words = text.split_whitespace().filter_map(|word| word.strip_prefix('Z'));
+            words.map(|number| number.parse().unwrap()).collect()
+        };
+        // A plunge that is split passes heights between; those of the program are reached, in their order. The retract is one
+        // block, whose word stays as it is.
+        let mut reached = heights(&written).into_iter();
+        assert!(heights(&program).iter().all(|wanted| reached.any(|z| z == *wanted)), "{written}");
+        assert!(written.lines().any(|line| line.starts_with("G0 ") && line.ends_with("Z80.0")), "{written}");
+        assert_eq!(report(&out)["axes_left_as_written"], serde_json::json!(["z"]));
+        let passes = report(&out)["passes"].clone();
+        let passes = passes.as_array().unwrap();
+        // What is left is the bending out of the plane, which no drive can put right.
+        let (exact, written) = (error_max(&passes[passes.len() - 2]), error_max(&passes[passes.len() - 1]));
+        assert!((written - exact).abs() < 2e-3 && exact < 0.5 * error_max(&passes[0]), "{passes:?}");
+    }
+}
+
+#[test]
+fn a_polyline_is_split_proven_and_written_like_the_same_program() {
+    let process = format!("schema = 1\n[placement]\norigin_mm = [0.0, 0.0, 200.0]\n{FORCE}");
+    let table = "x_mm,y_mm,z_mm,feed_mm_per_min\n-20,-10,0,300\n60,50,0,300\n110,110,0,250\n";
+    let program = "G21 G90\nG0 X-20 Y-10 Z0\nG1 X60 Y50 F300\nG1 X110 Y110 F250\n";
+    let (by_table, out_table) = compensate_on("orthoglide", ("path.csv", table), &process, &[]);
+    let (by_program, out_program) = compensate_on("orthoglide", ("path.nc", program), &process, &[]);
+    assert!(by_table.status.success() && by_program.status.success(), "{}", text(&by_table.stderr));
+    let (table_report, program_report) = (report(&out_table), report(&out_program));
+    assert_eq!(table_report["points"], program_report["points"]);
+    for report in [&table_report, &program_report] {
+        let passes = report["passes"].as_array().unwrap();
+        assert!(error_max(&passes[passes.len() - 1]) < 2.5e-3, "{report:#}");
+        assert!(error_max(&passes[0]) > 0.1);
+    }
+    // Rows of the file keep their other cells; rows between them have those of the row they lead to.
+    let written = std::fs::read_to_string(out_table.path().join("out.nc")).unwrap();
+    let rows: Vec<&str> = written.lines().collect();
+    assert!(rows.len() > 4 && rows[0] == "x_mm,y_mm,z_mm,feed_mm_per_min", "{written}");
+    assert!(rows[1].ends_with(",300") && rows[rows.len() - 1].ends_with(",250"), "{written}");
+    assert!(rows[1..].iter().all(|row| row.ends_with(",300") || row.ends_with(",250")), "{written}");
+}
+
+#[test]
+fn a_closed_polyline_costs_the_same_from_every_corner() {
+    let corners = ["0,0,0", "30,0,0", "30,20,0", "0,20,0"];
+    let process = format!("schema = 1\n[placement]\norigin_mm = [50.0, 40.0, 150.0]\n{FORCE}");
+    let errors: Vec<[f64; 2]> = (0..4)
+        .map(|first| {
+            let rows: Vec<&str> = (0..=4).map(|k| corners[(first + k) % 4]).collect();
+            let table = format!("x_mm,y_mm,z_mm\n{}\n", rows.join("\n"));
+            let (output, out) = compensate_on("orthoglide", ("loop.csv", &table), &process, &[]);
+            assert!(output.status.success(), "{}", text(&output.stderr));
+            let pass = &report(&out)["passes"][0];
+            ["error_max_mm", "error_rms_mm"].map(|key| pass[key].as_f64().unwrap())
+        })
+        .collect();
+    for other in &errors[1..] {
+        for (a, b) in other.iter().zip(&errors[0]) {
+            assert!((a - b).abs() < 1e-8 * b, "{errors:?}");
+        }
+    }
+}
+
+#[test]
+fn what_cuts_and_where_the_workpiece_stands_are_said() {
+    let program = "G21 G90\nG0 X0 Y0 Z20\nG1 Z0 F900\nG1 X20 F300\nG1 Z20 F900\nM30\n";
+    let cutting = |more: &str| {
+        let process = format!("schema = 1\n{more}\n{FORCE}");
+        let (output, out) = compensate_on("orthoglide", ("part.nc", program), &process, &[]);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        (text(&output.stdout), report(&out))
+    };
+    let (said, all) = cutting("");
+    assert!(said.contains("Workpiece: origin at (0, 0, 0) mm of the base, assumed: the process gives no"), "{said}");
+    assert!(said.contains("Counts as cutting: every move but rapid ones, also through air."), "{said}");
+    let (said, low) = cutting("[placement]\norigin_mm = [0.0, 0.0, 100.0]\n[cutting]\nbelow_z_mm = 0.5");
+    assert!(said.contains("Workpiece: origin at (0, 0, 100) mm of the base; path of the tool tip."), "{said}");
+    assert!(said.contains("with z of the workpiece up to 0.5 mm."), "{said}");
+    let points = |report: &Value| report["passes"][0]["points"].as_u64().unwrap();
+    assert_eq!((points(&all), points(&low)), (60, 21));
+    let process = format!("schema = 1\n[cutting]\nbelow_z_mm = -5.0\n{FORCE}");
+    let (output, _) = compensate_on("orthoglide", ("part.nc", program), &process, &[]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("is cut: what cuts is every move"), "{}", text(&output.stderr));
+}
+
+#[test]
+fn one_process_file_serves_compensate_and_compare() {
+    let folder = tempfile::tempdir().unwrap();
+    let process = format!("schema = 1\n[placement]\norigin_mm = [20.0, 0.0, 150.0]\nyaw_deg = 30.0\n{FORCE}");
+    let process = write(&folder, "process.toml", &process);
+    let bare = write(&folder, "bare.toml", &format!("schema = 1\n{FORCE}"));
+    let path = write(&folder, "path.csv", "x_mm,y_mm,z_mm\n0,0,0\n20,0,0\n");
+    let compare = |process: &Path, more: &[&str]| {
+        let names = [process, &path].map(|path| path.to_str().unwrap());
+        let arguments = ["compare", "--machine", "orthoglide", "--process", names[0], "--path", names[1]];
+        run(&[&arguments[..], more].concat())
+    };
+    let both = compare(&process, &["--at", "20,0,150,30"]);
+    assert!(both.status.success(), "{}", text(&both.stderr));
+    let said = text(&both.stdout);
+    assert!(said.contains("as in the process file") && said.contains("Counts as cutting"), "{said}");
+    let alone = compare(&process, &["--csv"]);
+    assert!(alone.status.success(), "{}", text(&alone.stderr));
+    assert_eq!(text(&alone.stdout).lines().count(), 2);
+    let nowhere = compare(&bare, &[]);
+    assert_eq!(nowhere.status.code(), Some(2));
+    assert!(text(&nowhere.stderr).contains("gives no placement.origin_mm"), "{}", text(&nowhere.stderr));
+}
+
+#[test]
+fn a_limit_exceeded_by_rounding_is_said_with_its_size() {
+    let process = std::fs::read_to_string(folder().join("process.toml")).unwrap();
+    let process = format!("{process}\n[limits]\nmax_correction_mm = 1.5\n[gcode]\ndecimals_mm = 2\n");
+    let groove = std::fs::read_to_string(folder().join("groove.nc")).unwrap();
+    let (output, out) = compensate_on("orthoglide", ("groove.nc", &groove), &process, &["--method", "bounded"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let said = text(&output.stdout);
+    assert!(
+        said.contains("the correction of drive x is 1.50") && said.contains("beyond its limit of 1.5 mm"),
+        "{said}"
+    );
+    let exceeded = report(&out)["limits_exceeded_as_written"].clone();
+    let excess = exceeded[0]["excess"].as_f64().unwrap();
+    assert!(excess > 0.0 && excess < 0.02, "{exceeded}");
+    assert_eq!((exceeded[0]["limit"].as_str(), exceeded[0]["drive"].as_str()), (Some("correction"), Some("x")));
 }

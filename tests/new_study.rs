@@ -93,3 +93,41 @@ fn what_exists_is_kept_and_names_are_checked() {
         printed(folder.path(), &["new", "map", name]);
     }
 }
+
+#[test]
+fn commented_tables_of_the_templates_can_be_used_as_they_are() {
+    let machine = kinetostat::machine::Machine::named_or_file("orthoglide").unwrap();
+    for kind in ["path", "placement", "validation"] {
+        let folder = tempfile::tempdir().unwrap();
+        printed(folder.path(), &["new", kind, "mine"]);
+        let text = fs::read_to_string(folder.path().join("mine/process.toml")).unwrap();
+        let uncommented: String = text
+            .lines()
+            .map(|line| match line.strip_prefix("# ") {
+                Some(rest) if rest.starts_with('[') || rest.contains(" = ") && !rest.contains("with ") => rest,
+                _ => line,
+            })
+            .map(|line| format!("{line}\n"))
+            .collect();
+        for table in ["[cutting]", "[compensate]", "[limits]", "[gcode]"] {
+            assert!(uncommented.lines().any(|line| line == table), "{kind}: {table}");
+        }
+        let process =
+            kinetostat::study::process::Process::from_toml(&uncommented, "process.toml", folder.path(), &machine);
+        let process = process.unwrap_or_else(|error| panic!("{kind}: {error}\n{uncommented}"));
+        assert_eq!(process.limits.force_N, Some(400.0));
+        assert_eq!(process.cutting_rule.below_z_mm, Some(0.5));
+    }
+}
+
+#[test]
+fn a_placement_study_compares_the_place_of_its_process_file() {
+    let folder = tempfile::tempdir().unwrap();
+    printed(folder.path(), &["new", "placement", "mine"]);
+    let process = folder.path().join("mine/process.toml");
+    let text = fs::read_to_string(&process).unwrap();
+    fs::write(&process, text.replace("# origin_mm = [0.0, 0.0, 60.0]", "origin_mm = [10.0, 0.0, 60.0]")).unwrap();
+    printed(folder.path(), &["run", "mine", "--grid", "2", "--no-figures"]);
+    let table = fs::read_to_string(folder.path().join("results/mine/candidates.csv")).unwrap();
+    assert!(table.contains("as in the process file"), "{table}");
+}

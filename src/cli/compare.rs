@@ -12,7 +12,7 @@ use kinetostat::{
         placement::{candidates_table, entries_table},
     },
     study::{
-        placement::{FeatureJob, PlacementStudy, compare as evaluate, place},
+        placement::{Candidate, FeatureJob, PlacementStudy, compare as evaluate, place},
         process::Process,
         program::ProgramFile,
     },
@@ -24,7 +24,8 @@ use super::{Ending, print};
 #[derive(Debug, Args)]
 #[command(after_help = "\
 A place is a named point of the machine, at which P stands when the path is at its origin, or the origin of the
-workpiece: x,y,z in mm, or x,y,z,yaw or x,y,z,yaw,pitch,roll with angles in degrees.
+workpiece: x,y,z in mm, or x,y,z,yaw or x,y,z,yaw,pitch,roll with angles in degrees. Where the process file gives
+placement.origin_mm, that place is compared as well.
 
 Examples:
   kinetostat compare --machine orthoglide --process milling.toml --path part.nc --at Q0 --at 50,0,20
@@ -33,14 +34,14 @@ pub struct CompareArguments {
     /// Built-in machine or machine file
     #[arg(long, short)]
     machine: String,
-    /// Process file: cutting force, chain errors, limits; its placement's reference is used, its place is not
+    /// Process file: cutting force, chain errors, limits; its place is one of those compared. [gcode] decimals are not used
     #[arg(long, short)]
     process: PathBuf,
     /// Path: a polyline (.csv) or G-code (any other name)
     #[arg(long)]
     path: PathBuf,
-    /// A place; give several
-    #[arg(long, required = true, allow_hyphen_values = true, value_name = "NAME|X,Y,Z[,YAW[,PITCH,ROLL]]")]
+    /// A place; give several, or none to see that of the process file alone
+    #[arg(long, allow_hyphen_values = true, value_name = "NAME|X,Y,Z[,YAW[,PITCH,ROLL]]")]
     at: Vec<String>,
     /// How far the tool may be from its path, mm, for the share within tolerance
     #[arg(long, default_value_t = 0.1, value_parser = super::number)]
@@ -59,6 +60,7 @@ pub fn compare(arguments: &CompareArguments) -> Result<Ending> {
         print(&String::from_utf8_lossy(&bytes))?;
     } else {
         print(&entries_table(&study, &entries))?;
+        print(&format!("Counts as cutting: {}.\n", study.features[0].cuts.words()))?;
     }
     let complete = entries.iter().all(|entry| entry.feasible().is_some());
     Ok(if complete { Ending::Complete } else { Ending::SomeUnsolved })
@@ -72,12 +74,18 @@ fn study(arguments: &CompareArguments) -> Result<PlacementStudy> {
         return fault("--tolerance".into(), format!("must be greater than 0, got {}", arguments.tolerance));
     }
     let path = ProgramFile::read(&arguments.path, &process.gcode)?.toolpath(process.sampling)?;
+    let path = process.with_cuts(path, &arguments.path.display().to_string())?;
     let Some(extent) = Extent::of(path.positions_mm().into_iter()) else {
         let problem = "moves nowhere: a program with at least one motion is expected".into();
         return fault(arguments.path.display().to_string(), problem);
     };
     let reference = process.placement.reference;
-    let candidates = arguments.at.iter().map(|text| place(text, &machine, reference)).collect::<Result<_>>()?;
+    let given = arguments.at.iter().map(|text| place(text, &machine, reference));
+    let candidates: Vec<Candidate> =
+        Candidate::of_process(&process).map(Ok).into_iter().chain(given).collect::<Result<_>>()?;
+    if candidates.is_empty() {
+        return fault("--at".into(), "expected a place, as the process file gives no placement.origin_mm".into());
+    }
     let feature = Feature {
         name: arguments.path.display().to_string(),
         loads: process
@@ -88,6 +96,7 @@ fn study(arguments: &CompareArguments) -> Result<PlacementStudy> {
         reference,
         tolerance_mm: arguments.tolerance,
     };
-    let job = FeatureJob { feature, errors: process.errors, limits: process.limits, target: process.target };
+    let cuts = process.cutting_rule;
+    let job = FeatureJob { feature, errors: process.errors, limits: process.limits, target: process.target, cuts };
     Ok(PlacementStudy::of_places(machine, job, extent, candidates))
 }

@@ -11,9 +11,10 @@ use kinetostat::{
     process::toolpath::polyline::Polyline,
     report::{
         ProgramFiles, cautions, counted,
-        path::{bounded_text, program_columns, program_json, program_table},
+        path::{bounded_text, exceeded_text, facts_text, program_columns, program_json, program_table},
     },
     study::{
+        bounded_pass::Exceedances,
         path::{Commands, PathAnswer},
         process::Process,
         program::{Corrected, Pass, ProgramJob},
@@ -54,7 +55,8 @@ pub struct CompensateArguments {
     /// Step length of matrix_free, fixed_matrix and procedure, above 0 and at most 1 [default: 1]
     #[arg(long, conflicts_with = "measured")]
     alpha: Option<f64>,
-    /// Mirror this measured pass instead of using a method: CSV with one position per point of the path
+    /// Mirror this measured pass instead of using a method: CSV with one position per point of the path, or per row of a
+    /// polyline
     #[arg(long, conflicts_with = "method")]
     measured: Option<PathBuf>,
     /// Also simulate every other method for comparison
@@ -113,11 +115,14 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let written = job.write(&corrected)?;
     let made = files.staging()?;
     let mut points = files.points(made.path(), &program_columns(&job.machine))?;
+    let mut exceedances = bounded.as_ref().map(|bounded| Exceedances::new(&job, bounded));
     passes.push(job.pass(as_written, &Commands::Program(&written.poses), &done, |first, answers| {
+        exceedances.iter_mut().for_each(|exceedances| exceedances.add(first, answers));
         points.add(&program_table(&job, first, answers, &before, bounded.as_ref()))
     })?);
     progress.end();
-    files.write(written.bytes, points.finish()?, program_json(&job, &passes, bounded.as_ref()))?;
+    let exceeded = exceedances.map_or_else(Vec::new, Exceedances::worst);
+    files.write(written.bytes, points.finish()?, program_json(&job, &passes, bounded.as_ref(), &exceeded))?;
     let unsolved = unsolved_as_written(&passes);
     if let Some(sentence) = &unsolved {
         reporting.print(sentence)?;
@@ -125,11 +130,12 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     reporting.print(&format!("{}{}", header(&job), table(&passes)))?;
     if let Some(bounded) = &bounded {
         reporting.print(&bounded_text(&job.machine, bounded))?;
+        reporting.print(&exceeded_text(&job, &exceeded))?;
     }
     if corrected.left_alone > 0 {
         reporting.print(&format!(
-            "Left as written, as there is no correction: {}.\n",
-            counted(corrected.left_alone, "rapid position")
+            "Left as written, as there is no correction: {} where nothing is cut.\n",
+            counted(corrected.left_alone, "position")
         ))?;
     }
     reporting.print(&format!("Written to {}\n", arguments.out.display()))?;
@@ -185,26 +191,34 @@ fn compared(arguments: &CompensateArguments, chosen: &Chosen) -> Vec<Method> {
 fn measured(file: &Path, job: &ProgramJob) -> Result<Vec<kinetostat::spatial::Pose>> {
     let bytes = kinetostat::input_file::read(file)?;
     let went = Polyline::read(bytes, &file.display().to_string())?.toolpath().positions_mm();
-    if went.len() != job.path.len() {
-        let problem =
-            format!("has {} positions, but the path has {} points: expected one for each", went.len(), job.path.len());
-        return Err(Error::Argument { argument: file.display().to_string(), problem });
-    }
+    let went =
+        job.measured(went).map_err(|problem| Error::Argument { argument: file.display().to_string(), problem })?;
     Ok(job.mirrored(&went))
 }
 
 fn header(job: &ProgramJob) -> String {
     let cutting = job.path.points().iter().filter(|point| point.cutting).count();
     let machine = &job.machine;
+    let facts = facts_text(&job.process.facts());
     let outside =
         cautions::outside_workspace(machine, "point", job.demands.iter().map(|demand| demand.pose.translation));
     let cautions = cautions::large_errors(machine, &job.process.errors) + &outside;
     format!(
-        "{}: {}, {cutting} of them cutting, path length {:.1} mm\n{cautions}Distance of the point put right from the wanted path, where the tool cuts:\n",
+        "{}: {}, {cutting} of them cutting, path length {:.1} mm\n{facts}{}{cautions}Distance of the point put right from the wanted path, where the tool cuts:\n",
         job.machine.title,
         counted(job.path.len(), "point"),
-        job.path.length_mm()
+        job.path.length_mm(),
+        left_as_written(job)
     )
+}
+
+/// Says which axes of the program the machine does not control.
+fn left_as_written(job: &ProgramJob) -> String {
+    let names: Vec<&str> = job.uncontrolled_axes().map(|axis| ["x", "y", "z"][axis]).collect();
+    match names.as_slice() {
+        [] => String::new(),
+        names => format!("Not controlled by this machine, words left as they are: {} of the base.\n", names.join(", ")),
+    }
 }
 
 fn table(passes: &[Pass]) -> String {

@@ -2,11 +2,13 @@
 
 mod csv_rows;
 pub mod cutting;
+mod cutting_rule;
 mod milling;
 mod placement;
 pub mod toolpath;
 mod workpiece;
 
+pub use cutting_rule::CuttingRule;
 pub use milling::{ForceLaw, MillingForce};
 pub use placement::{PathReference, Placed, Placement};
 pub use workpiece::{Extent, Feature, ForbiddenBox};

@@ -6,7 +6,7 @@ use crate::{
     machine::{Drive, Machine, ToolAxisSource},
     report::{
         table::{position_words, shown_positions},
-        words::counted,
+        words::{counted, typographic},
     },
     study::machine_check::Findings,
 };
@@ -78,6 +78,16 @@ pub(super) fn tool_axis_words(source: ToolAxisSource) -> &'static str {
         ToolAxisSource::TowardsTip => " (assumed: from P to the tool tip)",
         ToolAxisSource::PlatformZ => " (assumed: z of the platform, as the tool tip is P)",
     }
+}
+
+/// The tool axis at home and the signs of forces about it, for pages.
+pub(super) fn tool_axis_fact(machine: &Machine) -> String {
+    format!(
+        "{} of the base at home, from the spindle to the tip{}; radial pushes the tool along φ, tangential along φ + 90°, \
+         negative axial into the spindle",
+        typographic(&direction((machine.home.pose.rotation * machine.tool_axes).column(2).into())),
+        tool_axis_words(machine.tool_axis_source)
+    )
 }
 
 /// Rounded components of a unit vector, without a minus sign before zero.

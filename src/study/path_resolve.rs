@@ -34,6 +34,7 @@ pub(super) fn path(
         None => toolpath(spec.circle.as_ref(), spec.file.as_deref(), &machine, &process, folder, overrides, check)?,
     };
     let origin = spec.file.as_ref().map_or_else(|| check.place(), |file| folder.join(file).display().to_string());
+    let toolpath = process.with_cuts(toolpath, &origin)?;
     let demands = demands(&machine, &process, &toolpath, &origin)?;
     let study = PathStudy {
         errors: process.errors.clone(),
@@ -41,6 +42,7 @@ pub(super) fn path(
         demands,
         methods: methods(spec, &check.key("methods"))?,
         is_circle: spec.circle.is_some(),
+        facts: process.facts().into(),
         machine,
     };
     Ok((study, process.inputs.and(program_input(spec.file.as_deref(), folder)?)))

@@ -43,6 +43,8 @@ pub struct PathStudy {
     pub methods: Vec<Method>,
     /// Whether the path is a circle, so that φ runs along it once.
     pub is_circle: bool,
+    /// Where the workpiece stands and what is cut: [`Process::facts`](super::Process::facts).
+    pub facts: Vec<(&'static str, String)>,
 }
 
 impl PathStudy {

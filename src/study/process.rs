@@ -6,12 +6,12 @@ use std::path::Path;
 use super::{Inputs, process_resolve, process_spec::ProcessSpec};
 use crate::{
     compensation::Target,
-    error::Result,
+    error::{Error, Result},
     machine::{ChainError, Machine},
     process::{
-        Placement,
+        CuttingRule, PathReference, Placement,
         cutting::CuttingLaw,
-        toolpath::{Format, FormatError, Sampling, gcode::GcodeOptions},
+        toolpath::{Format, FormatError, Sampling, Toolpath, gcode::GcodeOptions},
     },
 };
 
@@ -20,8 +20,12 @@ use crate::{
 pub struct Process {
     /// Where the workpiece stands, and whose positions the path gives.
     pub placement: Placement,
+    /// Whether the file gives the origin of the workpiece; if not, it is that of the base frame.
+    pub is_placed: bool,
     /// The cutting force along the path.
     pub cutting: CuttingLaw,
+    /// Which moves cut.
+    pub cutting_rule: CuttingRule,
     /// Errors of each chain of the machine, in its order.
     pub errors: Vec<ChainError>,
     /// How finely arcs and long lines of a program are split.
@@ -82,6 +86,41 @@ impl Decimals {
 }
 
 impl Process {
+    /// `path` with what cuts marked as the file says; `origin` names the path in errors.
+    ///
+    /// # Errors
+    /// Nothing of a path with moves that may cut does.
+    pub fn with_cuts(&self, path: Toolpath, origin: &str) -> Result<Toolpath> {
+        let cuts = |path: &Toolpath| path.points().iter().any(|point| point.cutting);
+        let (may_cut, path) = (cuts(&path), self.cutting_rule.apply(path));
+        if may_cut && !cuts(&path) {
+            let problem = format!("nothing of {origin} is cut: what cuts is {}", self.cutting_rule.words());
+            return Err(Error::Argument { argument: "cutting".into(), problem });
+        }
+        Ok(path)
+    }
+
+    /// Where the workpiece stands and what is cut, as labels and words.
+    pub fn facts(&self) -> [(&'static str, String); 2] {
+        [("workpiece", self.place_words()), ("counts as cutting", self.cutting_rule.words())]
+    }
+
+    fn place_words(&self) -> String {
+        let Placement { origin_mm, roll_pitch_yaw, reference } = &self.placement;
+        let mut words = format!("origin at ({}, {}, {}) mm of the base", origin_mm.x, origin_mm.y, origin_mm.z);
+        if !self.is_placed {
+            words += ", assumed: the process gives no placement.origin_mm";
+        }
+        for (name, angle) in ["roll", "pitch", "yaw"].iter().zip(roll_pitch_yaw.iter()).filter(|(_, a)| **a != 0.0) {
+            words += &format!(", {name} {}°", (angle.to_degrees() * 1e9).round() / 1e9);
+        }
+        words
+            + match reference {
+                PathReference::ToolTip => "; path of the tool tip",
+                PathReference::PlatformPoint => "; path of the platform point P",
+            }
+    }
+
     /// Reads and checks the process file `file` for `machine`.
     ///
     /// # Errors

@@ -8,8 +8,8 @@ use super::{
     Inputs, file_name,
     process::{CorrectionLimits, Decimals, Objective, Process},
     process_spec::{
-        ForceSpec, GcodeSpec, LimitsSpec, ObjectiveSpec, PathFrameSpec, PlacementSpec, ProcessSpec, ReferenceSpec,
-        SamplingSpec, SlotMillingSpec, SpindleSpec, TableSpec,
+        CuttingRuleSpec, ForceSpec, GcodeSpec, LimitsSpec, ObjectiveSpec, PathFrameSpec, PlacementSpec, ProcessSpec,
+        ReferenceSpec, SamplingSpec, SlotMillingSpec, SpindleSpec, TableSpec,
     },
     resolve,
     tilt::Turned,
@@ -19,7 +19,7 @@ use crate::{
     error::{Error, Result},
     machine::Machine,
     process::{
-        MillingForce, PathReference, Placement,
+        CuttingRule, MillingForce, PathReference, Placement,
         cutting::{CuttingLaw, EdgeForce, PathFrame, SlotMilling, WrenchTable},
         toolpath::{Format, Sampling, Turn, gcode::GcodeOptions},
     },
@@ -42,7 +42,9 @@ pub(super) fn process(
     let name = file_name(origin);
     Ok(Process {
         placement: placement(&spec.placement, machine, &check.key("placement"))?,
+        is_placed: spec.placement.origin_mm.is_some(),
         cutting,
+        cutting_rule: cutting_rule(&spec.cutting, &check.key("cutting"))?,
         errors: resolve::chain_errors(&spec.chain_error, machine, &check)?,
         sampling: sampling(&spec.sampling, &check.key("sampling"))?,
         limits: limits(&spec.limits, &check.key("limits"))?,
@@ -63,7 +65,7 @@ fn placement(spec: &PlacementSpec, machine: &Machine, check: &Check) -> Result<P
     let [roll, pitch, yaw] = [0, 1, 2].map(|i| roll_pitch_yaw[i] != 0.0);
     Turned { roll, pitch, yaw }.check(machine, |name| check.key(name))?;
     Ok(Placement {
-        origin_mm: check.key("origin_mm").finite(spec.origin_mm)?,
+        origin_mm: check.key("origin_mm").finite(spec.origin_mm.unwrap_or_default())?,
         roll_pitch_yaw,
         reference: match spec.reference {
             ReferenceSpec::ToolTip => PathReference::ToolTip,
@@ -143,6 +145,21 @@ fn wrench_table(spec: &TableSpec, folder: &Path, check: &Check) -> Result<(Cutti
         problem: error.fault.to_string(),
     })?;
     Ok((CuttingLaw::Table(table), Inputs::of(&spec.file, String::from_utf8_lossy(&text))))
+}
+
+fn cutting_rule(spec: &CuttingRuleSpec, check: &Check) -> Result<CuttingRule> {
+    let height = |key: &str, z: Option<f64>| z.map(|z| check.key(key).finite_scalar(z)).transpose();
+    let rule = CuttingRule {
+        below_z_mm: height("below_z_mm", spec.below_z_mm)?,
+        above_z_mm: height("above_z_mm", spec.above_z_mm)?,
+        max_feed_mm_per_min: check.key("max_feed_mm_per_min").optional_positive(spec.max_feed_mm_per_min)?,
+    };
+    match (rule.above_z_mm, rule.below_z_mm) {
+        (Some(above), Some(below)) if above > below => {
+            check.fail(format!("nothing is both above z = {above} mm and below z = {below} mm"))
+        }
+        _ => Ok(rule),
+    }
 }
 
 fn sampling(spec: &SamplingSpec, check: &Check) -> Result<Sampling> {

@@ -17,6 +17,9 @@ pub struct ProcessSpec {
     /// The cutting force; none if not given.
     #[serde(default)]
     pub force: ForceSpec,
+    /// Which moves cut; every move but rapid ones if not given.
+    #[serde(default)]
+    pub cutting: CuttingRuleSpec,
     /// Manufacturing and assembly errors; chains not named are nominal.
     #[serde(default)]
     pub chain_error: Vec<ChainErrorSpec>,
@@ -38,9 +41,8 @@ pub struct ProcessSpec {
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlacementSpec {
-    /// Origin of W in O.
-    #[serde(default)]
-    pub origin_mm: [f64; 3],
+    /// Origin of W in O; that of O if not given, which results then say.
+    pub origin_mm: Option<[f64; 3]>,
     /// Roll, pitch and yaw of W: `R_OW = R_z(yaw) R_y(pitch) R_x(roll)`. The tool tilts with the workpiece, so roll and pitch
     /// need a machine that controls these rotations.
     #[serde(default)]
@@ -150,6 +152,18 @@ pub enum SpindleSpec {
     Clockwise,
     /// M4.
     CounterClockwise,
+}
+
+/// Which moves cut, besides that rapid ones do not; see [`crate::process::CuttingRule`].
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CuttingRuleSpec {
+    /// Highest z in W at which the tool cuts.
+    pub below_z_mm: Option<f64>,
+    /// Lowest z in W at which the tool cuts.
+    pub above_z_mm: Option<f64>,
+    /// Fastest feed at which the tool cuts.
+    pub max_feed_mm_per_min: Option<f64>,
 }
 
 /// How finely arcs and long lines are split.

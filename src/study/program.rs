@@ -48,13 +48,13 @@ impl ProgramFile {
         })
     }
 
-    /// Its points in the workpiece frame; lines and arcs of G-code are split as `sampling` says.
+    /// Its points in the workpiece frame; lines and arcs are split as `sampling` says.
     ///
     /// # Errors
     /// Too many points, or a program that cannot be followed.
     pub fn toolpath(&self, sampling: Sampling) -> Result<Toolpath> {
         match self {
-            ProgramFile::Polyline(polyline) => Ok(polyline.toolpath().clone()),
+            ProgramFile::Polyline(polyline) => Ok(polyline.sampled(sampling)?),
             ProgramFile::Gcode(program) => Ok(program.toolpath(sampling)?),
         }
     }
@@ -80,9 +80,9 @@ impl ProgramFile {
     ) -> Result<(Vec<u8>, Vec<Vector3<f64>>)> {
         match self {
             ProgramFile::Polyline(polyline) => {
-                let bytes = polyline.rewrite(positions, decimals.format(polyline.own_format())?)?;
-                let back = Polyline::read(bytes.clone(), "written file")?.toolpath().positions_mm();
-                Ok((bytes, back))
+                let rewritten = polyline.rewrite_sampled(path, positions, decimals.format(polyline.own_format())?)?;
+                let back = rewritten.read_back()?.positions_mm();
+                Ok((rewritten.into_bytes(), back))
             }
             ProgramFile::Gcode(program) => {
                 let rewritten = program.rewrite(path, positions, decimals.format(program.own_format())?)?;
@@ -142,7 +142,7 @@ impl Corrected {
             let k = self.positions.len();
             let point = &job.path.points()[k];
             let target = answer.target.filter(|_| answer.status.is_success());
-            let position = target.map(|pose| job.process.placement.path_position(&pose, job.machine.tool_tip));
+            let position = target.map(|pose| job.commanded(point, pose));
             match position {
                 Some(_) => {}
                 None if point.cutting => self.failures.push((k, answer.status.reason(&job.machine))),
@@ -178,9 +178,34 @@ impl ProgramJob {
             let problem = "moves nowhere: a program with at least one motion is expected".into();
             return Err(Error::Argument { argument: file.display().to_string(), problem });
         }
-        let demands = demands(&machine, &process, &path, &file.display().to_string())?;
+        let name = file.display().to_string();
+        let path = process.with_cuts(path, &name)?;
+        let mut demands = demands(&machine, &process, &path, &name)?;
+        for demand in &mut demands {
+            demand.pose.translation = machine.as_controlled(demand.pose.translation);
+        }
         let real = machine.with_errors(&process.errors);
         Ok(Self { real, machine, process, file: program, path, demands })
+    }
+
+    /// Axes of O along which the drives do not move P; another axis of the machine tool may.
+    pub fn uncontrolled_axes(&self) -> impl Iterator<Item = usize> {
+        (0..3).filter(|&axis| !self.machine.controls_translation(axis))
+    }
+
+    /// The path position that commands `target`. Along axes that are not controlled it is that of the program.
+    pub fn commanded(&self, point: &PathPoint, mut target: Pose) -> Vector3<f64> {
+        let own = placed(&self.machine, &self.process.placement).platform_pose(point.position_mm);
+        for axis in self.uncontrolled_axes() {
+            target.translation[axis] = own.translation[axis];
+        }
+        self.process.placement.path_position(&target, self.machine.tool_tip)
+    }
+
+    /// The pose of P that a position of the program commands, as far as the drives control it.
+    fn pose_of(&self, placed: &Placed, position_mm: Vector3<f64>) -> Pose {
+        let pose = placed.platform_pose(position_mm);
+        Pose { translation: self.machine.as_controlled(pose.translation), ..pose }
     }
 
     fn case(&self) -> PathCase<'_> {
@@ -201,10 +226,11 @@ impl ProgramJob {
     ) -> Result<Pass> {
         let points = self.path.points();
         let cuts_nowhere = !points.iter().any(|point| point.cutting);
+        let begins_twice = self.begins_twice();
         let (mut sums, mut first) = (PathSums::default(), 0);
         run_in_parts(&self.case(), commands, done, |answers| {
-            for (answer, point) in answers.iter().zip(&points[first..]) {
-                if point.cutting || cuts_nowhere {
+            for (k, (answer, point)) in answers.iter().zip(&points[first..]).enumerate() {
+                if (point.cutting || cuts_nowhere) && (first + k > 0 || !begins_twice) {
                     sums.add(&answer.into());
                 }
             }
@@ -228,11 +254,43 @@ impl ProgramJob {
         self.pass(method.label(), &Commands::Method(method), done, take)
     }
 
+    /// Whether the path ends with its first point once more, on its way in the same direction: a closed loop, whose numbers
+    /// must not depend on the corner it begins at.
+    fn begins_twice(&self) -> bool {
+        let is_same = |a: &PathPoint, b: &PathPoint| {
+            (a.position_mm, a.tangent, a.cutting) == (b.position_mm, b.tangent, b.cutting) && a.load == b.load
+        };
+        matches!(self.path.points(), [first, .., last] if is_same(first, last))
+    }
+
+    /// Where the tool went at each point of the path from where it went in a pass, `measured` (workpiece frame, mm): one
+    /// position per point of the path, or per row of a polyline file, between which the deviation is interpolated.
+    ///
+    /// # Errors
+    /// Neither as many positions as points nor as rows; in words.
+    pub fn measured(&self, measured: Vec<Vector3<f64>>) -> std::result::Result<Vec<Vector3<f64>>, String> {
+        let points = self.path.len();
+        let nominal = match &self.file {
+            _ if measured.len() == points => return Ok(measured),
+            ProgramFile::Polyline(polyline) => polyline.toolpath().positions_mm(),
+            ProgramFile::Gcode(_) => return Err(counts(measured.len(), points, points)),
+        };
+        if measured.len() != nominal.len() {
+            return Err(counts(measured.len(), points, nominal.len()));
+        }
+        let deviation = |row: usize| measured[row] - nominal[row];
+        let went = |point: &PathPoint| {
+            let row = point.source.segment;
+            point.position_mm + deviation(row.saturating_sub(1)).lerp(&deviation(row), point.source.parameter)
+        };
+        Ok(self.path.points().iter().map(went).collect())
+    }
+
     /// Poses of P that mirror a measured pass at the wanted path, Figure 2. `measured`: where the tool went, workpiece
     /// frame, mm, one position per point of the path.
     pub fn mirrored(&self, measured: &[Vector3<f64>]) -> Vec<Pose> {
         let placed = placed(&self.machine, &self.process.placement);
-        let mirror = |(point, went): (&PathPoint, &Vector3<f64>)| placed.platform_pose(point.position_mm * 2.0 - went);
+        let mirror = |(point, went): (&PathPoint, &Vector3<f64>)| self.pose_of(&placed, point.position_mm * 2.0 - went);
         self.path.points().iter().zip(measured).map(mirror).collect()
     }
 
@@ -243,7 +301,18 @@ impl ProgramJob {
     pub fn write(&self, corrected: &Corrected) -> Result<Written> {
         let (bytes, back) = self.file.rewritten(&self.path, &corrected.positions, self.process.decimals)?;
         let placed = placed(&self.machine, &self.process.placement);
-        Ok(Written { bytes, poses: back.into_iter().map(|position| placed.platform_pose(position)).collect() })
+        let poses = back.into_iter().map(|position| self.pose_of(&placed, position)).collect();
+        Ok(Written { bytes, poses })
+    }
+}
+
+fn counts(found: usize, points: usize, rows: usize) -> String {
+    match points == rows {
+        true => format!("has {found} positions, but the path has {points} points: expected one for each"),
+        false => format!(
+            "has {found} positions, but the path has {rows} rows, split into {points} points: expected one for each row, or \
+             for each point"
+        ),
     }
 }
 

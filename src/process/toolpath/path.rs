@@ -101,6 +101,15 @@ impl Toolpath {
         self
     }
 
+    /// The same path, cutting only where `cuts` is true as well.
+    #[must_use]
+    pub fn cutting_where(mut self, cuts: impl Fn(&PathPoint) -> bool) -> Toolpath {
+        for point in &mut self.points {
+            point.cutting &= cuts(point);
+        }
+        self
+    }
+
     /// The same path with this spindle speed, rev/min, at every point.
     #[must_use]
     pub fn with_spindle(mut self, spindle_rev_per_min: f64) -> Toolpath {

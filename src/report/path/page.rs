@@ -35,6 +35,7 @@ fn setting(study: &PathStudy) -> Vec<Fact> {
         Fact::new("machine", study.machine.title.clone()),
         Fact::new("path", format!("{kind} of {length:.1} mm, {}", counted(study.stations.len(), "point"))),
     ];
+    facts.extend(study.facts.iter().map(|(label, words)| Fact::new(*label, words.clone())));
     let forces = study.demands.iter().map(|demand| demand.load.force.norm());
     let (low, high) = forces.fold((f64::INFINITY, 0.0f64), |(low, high), force| (low.min(force), high.max(force)));
     if high > 0.0 {

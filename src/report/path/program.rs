@@ -12,6 +12,7 @@ use crate::{
         words::counted,
     },
     study::{
+        bounded_pass::Exceeded,
         path::PathAnswer,
         program::{Pass, ProgramJob},
     },
@@ -63,7 +64,7 @@ pub fn program_table(
         let mut row: Row = vec![k.into(), job.file.line_of(point.source.segment).into()];
         row.extend([point.arc_length_mm.into(), usize::from(point.cutting).into()]);
         row.extend(cells(point.position_mm.iter().copied()));
-        let commanded = answer.target.map(|pose| job.process.placement.path_position(&pose, machine.tool_tip));
+        let commanded = answer.target.map(|pose| job.commanded(point, pose));
         row.extend((0..3).map(|i| commanded.map(|p| p[i]).into()));
         row.push(before[k].into());
         let shown = |value: f64| Cell::from(answer.is_settled.then_some(value));
@@ -123,6 +124,47 @@ pub fn bounded_text(machine: &Machine, path: &BoundedPath) -> String {
     text
 }
 
+/// By how much the program as written exceeds limits that its corrections kept, in sentences; nothing if it does not.
+pub fn exceeded_text(job: &ProgramJob, exceeded: &[Exceeded]) -> String {
+    let labels = job.machine.drive_labels();
+    let mut text = String::new();
+    for found in exceeded {
+        let unit = limit_unit(&job.machine, found.kind, found.drive);
+        text += &format!(
+            "As written, rounded to the decimals of the program, the {} of drive {} is {:.6} {unit} at point {}: {:.1e} {unit} \
+             beyond its limit of {} {unit}. More decimals (decimals_mm in [gcode]) or a limit smaller by this much keep it.\n",
+            found.kind.label(),
+            labels[found.drive],
+            found.value,
+            found.point,
+            found.value - found.limit,
+            found.limit
+        );
+    }
+    text
+}
+
+fn exceeded_json(job: &ProgramJob, exceeded: &[Exceeded]) -> Vec<Value> {
+    let labels = job.machine.drive_labels();
+    let entry = |found: &Exceeded| {
+        json!({
+            "limit": found.kind.label(),
+            "drive": labels[found.drive],
+            "point": found.point,
+            "value": found.value,
+            "limit_value": found.limit,
+            "excess": found.value - found.limit,
+            "unit": limit_unit(&job.machine, found.kind, found.drive),
+        })
+    };
+    exceeded.iter().map(entry).collect()
+}
+
+fn limit_unit(machine: &Machine, kind: LimitKind, drive: usize) -> &'static str {
+    let motion = machine.drives().nth(drive).map_or(Motion::Prismatic, |(_, drive)| drive.motion);
+    if kind == LimitKind::Force { motion.force_unit() } else { motion.position_unit() }
+}
+
 /// By how much the error would fall, mm, per unit of the limit: mm, deg, N or Nmm.
 fn shown_price(machine: &Machine, price: &Price) -> (f64, &'static str) {
     let motion = machine.drives().nth(price.drive).map_or(Motion::Prismatic, |(_, drive)| drive.motion);
@@ -163,7 +205,7 @@ fn bounded_json(job: &ProgramJob, path: &BoundedPath) -> Value {
 const SCHEMA: u32 = 2;
 
 /// What each pass leaves, over the points at which the tool cuts.
-pub fn program_json(job: &ProgramJob, passes: &[Pass], bounded: Option<&BoundedPath>) -> Value {
+pub fn program_json(job: &ProgramJob, passes: &[Pass], bounded: Option<&BoundedPath>, exceeded: &[Exceeded]) -> Value {
     let passes: Vec<Value> = passes
         .iter()
         .map(|pass| {
@@ -179,6 +221,7 @@ pub fn program_json(job: &ProgramJob, passes: &[Pass], bounded: Option<&BoundedP
             })
         })
         .collect();
+    let [(_, place), (_, cutting)] = job.process.facts();
     json!({
         "schema": SCHEMA,
         "machine": job.machine.name,
@@ -186,5 +229,9 @@ pub fn program_json(job: &ProgramJob, passes: &[Pass], bounded: Option<&BoundedP
         "length_mm": job.path.length_mm(),
         "passes": passes,
         "bounded": bounded.map(|path| bounded_json(job, path)),
+        "limits_exceeded_as_written": exceeded_json(job, exceeded),
+        "workpiece": place,
+        "counts_as_cutting": cutting,
+        "axes_left_as_written": job.uncontrolled_axes().map(|axis| ["x", "y", "z"][axis]).collect::<Vec<_>>(),
     })
 }

@@ -97,6 +97,7 @@ impl Summary {
         let points = study.stations.len();
         let last = study.stations.last().map_or(0.0, |s| s.arc_length_mm);
         let mut text = format!("{}: a path of {last:.1} mm, {}.\n", study.machine.title, counted(points, "point"));
+        text += &facts_text(&study.facts);
         text += &cautions::large_errors(&study.machine, &study.errors);
         text += &cautions::outside_workspace(
             &study.machine,
@@ -171,6 +172,15 @@ fn place(study: &PathStudy, k: usize) -> String {
         Some(phi) => format!("at tool angle {phi:.0}°"),
         None => format!("{:.1} mm along the path", station.arc_length_mm),
     }
+}
+
+/// Where the workpiece stands and what is cut, in sentences.
+pub fn facts_text(facts: &[(&str, String)]) -> String {
+    let sentence = |(label, words): &(&str, String)| {
+        let (first, rest) = label.split_at(1);
+        format!("{}{rest}: {words}.\n", first.to_uppercase())
+    };
+    facts.iter().map(sentence).collect()
 }
 
 /// The methods side by side, with the time each takes on this machine.

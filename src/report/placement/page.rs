@@ -92,10 +92,11 @@ fn feature(machine: &Machine, job: &FeatureJob) -> String {
     let most = forces.fold(0.0, f64::max);
     let limits = &job.limits;
     let mut words = format!(
-        "{}, force on the tool up to {most:.1} N, tolerance {} mm, put right: {}",
+        "{}, force on the tool up to {most:.1} N, tolerance {} mm, put right: {}, cutting: {}",
         counted(feature.path.len(), "point"),
         feature.tolerance_mm,
-        target_words(job.target)
+        target_words(job.target),
+        job.cuts.words()
     );
     for (limit, what, unit) in [
         (limits.correction_mm, "corrections", "mm"),

@@ -2,6 +2,7 @@
 
 use crate::{
     report::{
+        machine::tool_axis_fact,
         page::{
             Better, Column, Description, Explorer, Fact, Group, GroupValue, MachineDescription, Mark, Quantity, Shape,
             TableNote, error_facts,
@@ -38,6 +39,7 @@ fn setting(study: &SuperpositionStudy) -> Vec<Fact> {
     let mut facts = vec![
         Fact::new("machine", study.machine.title.clone()),
         Fact::new("cutting force", typographic(&forces)),
+        Fact::new("tool axis", tool_axis_fact(&study.machine)),
         Fact::new("tool angles", format!("{} over a turn; the worst counts", study.phis.len())),
         Fact::new("grid", format!("{nx} × {ny} × {nz} positions of P")),
         Fact::new("locations", locations.join(", ")),

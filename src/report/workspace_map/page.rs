@@ -3,6 +3,7 @@
 use crate::{
     process::ForceLaw,
     report::{
+        machine::tool_axis_fact,
         page::{
             Better, Column, Description, Explorer, Fact, Group, GroupValue, MachineDescription, Mark, Quantity, Shape,
             TableNote, drive_quantities, error_facts, largest_of_drives, target_words,
@@ -44,6 +45,7 @@ fn setting(study: &WorkspaceMapStudy) -> Vec<Fact> {
     let mut facts = vec![
         Fact::new("machine", study.machine.title.clone()),
         Fact::new("cutting force", format!("{}; {law}", typographic(&forces))),
+        Fact::new("tool axis", tool_axis_fact(&study.machine)),
         Fact::new("tool angles", format!("{} over a turn; the worst counts", study.phis.len())),
         Fact::new("grid", format!("{nx} × {ny} × {nz} positions of P, x {}, y {}, z {}", span(0), span(1), span(2))),
         Fact::new("put right by compensation", target_words(study.target)),

@@ -50,7 +50,7 @@ use crate::{
     compensation::Target,
     error::Result,
     machine::{ChainError, Machine},
-    process::{Extent, Feature, ForbiddenBox, Placement},
+    process::{CuttingRule, Extent, Feature, ForbiddenBox, Placement},
 };
 
 /// A feature and how it is cut.
@@ -64,6 +64,8 @@ pub struct FeatureJob {
     pub limits: CorrectionLimits,
     /// What compensation puts right.
     pub target: Target,
+    /// Which moves of its path cut.
+    pub cuts: CuttingRule,
 }
 
 /// A named place.

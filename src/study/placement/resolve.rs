@@ -44,7 +44,7 @@ pub(in crate::study) fn placement(
     overrides: &Overrides,
     check: &Check,
 ) -> Result<(PlacementStudy, Inputs)> {
-    let (features, inputs) = features(&spec.feature, &machine, folder, overrides, check)?;
+    let (features, today, inputs) = features(&spec.feature, &machine, folder, overrides, check)?;
     let reference = features[0].feature.reference;
     let bounds = bounds(&spec.bounds, &spec.fixed, &machine, check)?;
     let extent = match &spec.workpiece {
@@ -66,7 +66,7 @@ pub(in crate::study) fn placement(
         grid: grid(&spec.search, &bounds, overrides, &check.key("search"))?,
         search: search(&spec.search, &check.key("search"))?,
         objective: objective(&spec.objective, &machine, &features, &check.key("objective"))?,
-        candidates: candidates(&spec.candidate, &machine, reference, check)?,
+        candidates: candidates(&spec.candidate, today, &machine, reference, check)?,
         bounds,
         extent,
         features,
@@ -81,19 +81,27 @@ fn features(
     folder: &Path,
     overrides: &Overrides,
     check: &Check,
-) -> Result<(Vec<FeatureJob>, Inputs)> {
+) -> Result<(Vec<FeatureJob>, Option<Candidate>, Inputs)> {
     if specs.is_empty() {
         return check.key("feature").fail("expected at least one feature".into());
     }
     check_total(points_of(specs.iter().filter_map(|spec| spec.circle.as_ref()), overrides), &check.key("feature"))?;
     let mut points = 0;
+    let mut today: Option<Candidate> = None;
     let (mut jobs, mut inputs): (Vec<FeatureJob>, Inputs) = (Vec::new(), Inputs::default());
     for (i, spec) in specs.iter().enumerate() {
         let check = check.key("feature").item(i);
         check.key("name").readable(&spec.name)?;
         check.key("name").unique(&spec.name, specs[..i].iter().map(|s| s.name.as_str()))?;
         check.key("name").unique_file(&spec.name, specs[..i].iter().map(|s| s.name.as_str()))?;
-        let (job, process) = feature(spec, machine, folder, overrides, &check)?;
+        let (job, place, process) = feature(spec, machine, folder, overrides, &check)?;
+        if let (Some(place), Some(before)) = (&place, &today)
+            && place.site != before.site
+        {
+            let problem = format!("{} places the workpiece elsewhere than the feature before", spec.process);
+            return check.key("process").fail(problem);
+        }
+        today = today.or(place);
         if jobs.first().is_some_and(|first| first.feature.reference != job.feature.reference) {
             return check.key("process").fail("placement.reference differs from that of the first feature".into());
         }
@@ -102,7 +110,7 @@ fn features(
         jobs.push(job);
         inputs = inputs.and(process);
     }
-    Ok((jobs, inputs))
+    Ok((jobs, today, inputs))
 }
 
 fn feature(
@@ -111,17 +119,14 @@ fn feature(
     folder: &Path,
     overrides: &Overrides,
     check: &Check,
-) -> Result<(FeatureJob, Inputs)> {
+) -> Result<(FeatureJob, Option<Candidate>, Inputs)> {
     let process = Process::open(&folder.join(&spec.process), machine)?;
-    if process.placement.origin_mm != Vector3::zeros() || process.placement.roll_pitch_yaw != Vector3::zeros() {
-        let problem = format!("{} places the workpiece, which is what this study is to find", spec.process);
-        return check.key("process").fail(problem);
-    }
     let path = toolpath(spec.circle.as_ref(), spec.file.as_deref(), machine, &process, folder, overrides, check)?;
     if path.is_empty() {
         return check.key("file").fail("moves nowhere: a program with at least one motion is expected".into());
     }
     let origin = spec.file.as_ref().map_or_else(|| check.place(), |file| folder.join(file).display().to_string());
+    let path = process.with_cuts(path, &origin)?;
     let fault = |source| Error::Load { file: origin.clone(), source };
     let loads = process.cutting.loads(&path).map_err(fault)?;
     let points = Inputs::of(format!("points of {}", spec.name), path.len().to_string());
@@ -135,8 +140,10 @@ fn feature(
     };
     bounded_pass::check(machine, &process.limits)
         .or_else(|problem| Check::new(&folder.join(&spec.process).display().to_string()).key("limits").fail(problem))?;
-    let job = FeatureJob { feature, errors: process.errors, limits: process.limits, target: process.target };
-    Ok((job, inputs))
+    let today = Candidate::of_process(&process);
+    let cuts = process.cutting_rule;
+    let job = FeatureJob { feature, errors: process.errors, limits: process.limits, target: process.target, cuts };
+    Ok((job, today, inputs))
 }
 
 fn around(features: &[FeatureJob]) -> Extent {
@@ -318,11 +325,12 @@ fn metric(name: &str, machine: &Machine, features: &[FeatureJob], check: &Check)
 
 fn candidates(
     specs: &[CandidateSpec],
+    today: Option<Candidate>,
     machine: &Machine,
     reference: PathReference,
     check: &Check,
 ) -> Result<Vec<Candidate>> {
-    let mut candidates: Vec<Candidate> = Vec::new();
+    let mut candidates: Vec<Candidate> = today.into_iter().collect();
     for (i, spec) in specs.iter().enumerate() {
         let check = check.key("candidate").item(i);
         let name = spec.name.clone().or_else(|| spec.point.clone());
@@ -360,6 +368,16 @@ pub(in crate::study) fn at_point(machine: &Machine, reference: PathReference, po
     match reference {
         PathReference::PlatformPoint => position,
         PathReference::ToolTip => position + machine.home.pose.rotation * machine.tool_tip,
+    }
+}
+
+impl Candidate {
+    /// The place that a process file gives; `None` where it gives no origin.
+    pub fn of_process(process: &Process) -> Option<Self> {
+        let placement = &process.placement;
+        let mut site = Site::new(placement.origin_mm, placement.roll_pitch_yaw.z);
+        [site.0[4], site.0[5]] = [placement.roll_pitch_yaw.y, placement.roll_pitch_yaw.x];
+        process.is_placed.then(|| Self { name: "as in the process file".into(), site })
     }
 }
 

@@ -9,16 +9,19 @@
 //! | `moment_x_Nmm`, `moment_y_Nmm`, `moment_z_Nmm` | optional, together | moment on the tool about its tip |
 //! | `cutting` | optional | 1 if the tool cuts on the way to the point, 0 if not; 1 without the column |
 //!
-//! Columns may stand in any order. Any other column is refused. Rows are points as they are: they are not split, so
-//! that forces given with them stay theirs. The tangent at an inner point halves the turn the path makes there.
+//! Columns may stand in any order. Any other column is refused. The path is straight between rows and split like the lines
+//! of a program ([`Polyline::sampled`]); forces and moments given with rows are interpolated. The tangent at a row halves the
+//! turn the path makes there; a path that ends where it begins turns there as well, so that it is the same whichever corner
+//! comes first.
 
 mod column;
 mod error;
 mod read;
+mod sample;
 mod write;
 
 pub use error::{PolylineError, PolylineFault};
-pub use write::write;
+pub use write::{RewrittenPolyline, write};
 
 use std::ops::Range;
 
@@ -29,6 +32,7 @@ use super::{Format, Toolpath};
 /// A polyline file that has been read.
 #[derive(Clone, Debug)]
 pub struct Polyline {
+    name: String,
     source: Vec<u8>,
     columns: Vec<Column>,
     /// The bytes of each row, without its line ending.
@@ -38,7 +42,7 @@ pub struct Polyline {
 }
 
 impl Polyline {
-    /// The path through the points of the file; [`PointSource::segment`](super::PointSource) is the row, from 0.
+    /// The points of the file as a path; [`PointSource::segment`](super::PointSource) is the row, from 0.
     #[must_use]
     pub fn toolpath(&self) -> &Toolpath {
         &self.path

@@ -27,7 +27,7 @@ impl Polyline {
         })?;
         let Parsed { columns, rows, points, decimals } = parsed;
         let path = Toolpath::assemble(points);
-        Ok(Polyline { source, columns, rows, path, own_format: Format::seen(decimals, 0) })
+        Ok(Polyline { name: name.to_owned(), source, columns, rows, path, own_format: Format::seen(decimals, 0) })
     }
 }
 
@@ -133,14 +133,18 @@ fn point(columns: &[Column], values: &[f64], segment: usize) -> PathPoint {
 }
 
 /// Sets arc lengths and tangents. The tangent is the mean of the directions of arrival and departure, or the
-/// direction of arrival where the path turns back on itself.
+/// direction of arrival where the path turns back on itself. A path that ends where it begins turns there too.
 fn measure(points: &mut [PathPoint]) {
-    let mut arrival = Vector3::zeros();
+    let steps = points.windows(2).map(|pair| direction(pair[1].position_mm - pair[0].position_mm));
+    let moving: Vec<Vector3<f64>> = steps.filter(|step| *step != Vector3::zeros()).collect();
+    let is_closed = points.first().map(|p| p.position_mm) == points.last().map(|p| p.position_mm);
+    let around = |end: Option<&Vector3<f64>>| end.copied().filter(|_| is_closed).unwrap_or_else(Vector3::zeros);
+    let (mut arrival, last_departure) = (around(moving.last()), around(moving.first()));
     let mut length = 0.0;
     for k in 0..points.len() {
         let here = points[k].position_mm;
         let step = points.get(k + 1).map_or_else(Vector3::zeros, |next| next.position_mm - here);
-        let departure = direction(step);
+        let departure = if k + 1 < points.len() { direction(step) } else { last_departure };
         let mean = if (arrival + departure).norm() > 1e-6 { arrival + departure } else { arrival };
         points[k].tangent = direction(mean);
         points[k].arc_length_mm = length;

@@ -1,0 +1,78 @@
+//! Which moves of a path cut, where the path itself does not say: G1 through air is none that does.
+
+use super::toolpath::{PathPoint, Toolpath};
+
+/// What besides not being a rapid move makes a move one that cuts; without conditions every such move does.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct CuttingRule {
+    /// Highest z in W at which the tool cuts, mm: of a workpiece below the tool.
+    pub below_z_mm: Option<f64>,
+    /// Lowest z in W at which the tool cuts, mm: of a workpiece above the tool.
+    pub above_z_mm: Option<f64>,
+    /// Fastest feed at which the tool cuts, mm/min. A move without a feed is no faster.
+    pub max_feed_mm_per_min: Option<f64>,
+}
+
+impl CuttingRule {
+    /// Whether there is any condition.
+    #[must_use]
+    pub fn is_given(&self) -> bool {
+        *self != Self::default()
+    }
+
+    /// `path`, with those of its cutting points that the conditions exclude not cutting.
+    #[must_use]
+    pub fn apply(&self, path: Toolpath) -> Toolpath {
+        if self.is_given() { path.cutting_where(|point| self.cuts(point)) } else { path }
+    }
+
+    fn cuts(&self, point: &PathPoint) -> bool {
+        let z = point.position_mm.z;
+        self.below_z_mm.is_none_or(|most| z <= most)
+            && self.above_z_mm.is_none_or(|least| z >= least)
+            && self.max_feed_mm_per_min.is_none_or(|most| point.feed_mm_per_min.is_none_or(|feed| feed <= most))
+    }
+
+    /// What counts as cutting, in words.
+    #[must_use]
+    pub fn words(&self) -> String {
+        let conditions = [
+            self.below_z_mm.map(|z| format!("z of the workpiece up to {z} mm")),
+            self.above_z_mm.map(|z| format!("z of the workpiece from {z} mm")),
+            self.max_feed_mm_per_min.map(|feed| format!("a feed up to {feed} mm/min")),
+        ];
+        let conditions: Vec<String> = conditions.into_iter().flatten().collect();
+        match conditions.is_empty() {
+            true => "every move but rapid ones, also through air".into(),
+            false => format!("every move but rapid ones, with {}", conditions.join(" and ")),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::process::toolpath::{Sampling, gcode::Program};
+
+    #[test]
+    fn height_and_feed_say_what_cuts() {
+        let source = "G0 X0 Y0 Z5\nG1 Z-1 F100\nG1 X4 F300\nG1 Z5\nG1 X8 F2000\n";
+        let program = Program::parse(source, "p.nc", &Default::default()).unwrap();
+        let path = program.toolpath(Sampling::new(0.01, 2.0).unwrap()).unwrap();
+        let cutting = |rule: CuttingRule| {
+            let path = rule.apply(path.clone());
+            path.points().iter().filter(|p| p.cutting).map(|p| p.position_mm.into()).collect::<Vec<[f64; 3]>>()
+        };
+        assert_eq!(cutting(CuttingRule::default()).len(), path.len() - 1);
+        let below = CuttingRule { below_z_mm: Some(0.0), ..CuttingRule::default() };
+        assert_eq!(cutting(below), [[0.0, 0.0, -1.0], [2.0, 0.0, -1.0], [4.0, 0.0, -1.0]]);
+        let slow = CuttingRule { max_feed_mm_per_min: Some(100.0), ..CuttingRule::default() };
+        assert!(cutting(slow).iter().all(|p| p[0] == 0.0));
+        let above = CuttingRule { above_z_mm: Some(4.0), ..CuttingRule::default() };
+        assert!(cutting(above).iter().all(|p| p[2] >= 4.0) && !cutting(above).is_empty());
+        assert_eq!(
+            CuttingRule { max_feed_mm_per_min: Some(400.0), ..below }.words(),
+            "every move but rapid ones, with z of the workpiece up to 0 mm and a feed up to 400 mm/min"
+        );
+    }
+}
