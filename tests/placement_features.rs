@@ -106,7 +106,9 @@ fn roll_and_pitch_are_sought_where_the_machine_can_follow() {
     let results = searched(&study);
     let best = results.best.as_ref().unwrap();
     let cells = results.cells.iter().filter_map(|cell| Some(study.objective.value(cell.complete()?)));
-    assert!(best.value <= cells.fold(f64::MAX, f64::min));
+    let least = cells.fold(f64::MAX, f64::min);
+    // The sweep visits the points of a path in another order: solved to the same tolerance, not to the same bit.
+    assert!(best.value <= least * (1.0 + 1e-9), "{} {least}", best.value);
     let brute: Vec<f64> = (0..21 * 21)
         .filter_map(|k| {
             let angle = |index: usize, most: f64| (most * (index as f64 / 10.0 - 1.0)).to_radians();
