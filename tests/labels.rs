@@ -92,9 +92,10 @@ proptest! {
             let (state, outcome) = settle(&machine, &nominal.home, &load);
             prop_assert!(is_finite(&state), "{name}: {:?} with {state:?}", outcome.status);
             match outcome.status {
-                Status::NotConverged { load_fraction } => {
+                Status::NotConverged { load_fraction } | Status::Snapped { load_fraction } => {
                     prop_assert!((0.0..1.0).contains(&load_fraction), "{name}: fraction {load_fraction}");
                 }
+                Status::SingularPlace => {}
                 ref status => prop_assert!(balances(&machine, &state, &load), "{name}: {status:?} but Σ wrenches is not the load"),
             }
             if outcome.status == Status::Solved {

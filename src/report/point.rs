@@ -166,7 +166,7 @@ pub fn point_json(answer: &PointAnswer, assembly_deg: &[f64]) -> Value {
         object.insert(key.into(), value);
     }
     object.append(&mut positions(machine, "rho_nominal", Some(&answer.nominal.drives)));
-    if !matches!(loaded.status, Status::NotConverged { .. }) {
+    if loaded.status.is_equilibrium() {
         object["platform_mm"] = json!(array(loaded.pose.translation));
         object["platform_rotvec_rad"] = json!(array(rotation_log(&loaded.pose.rotation)));
         object["tool_displacement_mm"] = json!(array(tool_displacement(answer)));
@@ -244,7 +244,7 @@ pub fn point_text(answer: &PointAnswer) -> String {
     if loaded.status != Status::Solved {
         text += &format!("  reason                    {}\n", loaded.status.reason(machine));
     }
-    if matches!(loaded.status, Status::NotConverged { .. }) {
+    if !loaded.status.is_equilibrium() {
         return text;
     }
     let displacement = tool_displacement(answer);

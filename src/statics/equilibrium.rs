@@ -1,6 +1,6 @@
 //! Equilibrium of the whole machine under a prescribed wrench, eqs. (3) and (7), as one condensed Newton iteration.
 
-use nalgebra::{Matrix6, Matrix6xX, Vector6};
+use nalgebra::{DMatrix, DVector, Matrix6, Matrix6xX, Vector6};
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -14,7 +14,7 @@ use super::{
 };
 use crate::{
     lanes::{Frame, Screw, rotation_exp},
-    machine::{Chain, Machine},
+    machine::{Chain, Machine, Motion},
     spatial::{Pose, Wrench, larger, skew},
 };
 
@@ -54,6 +54,14 @@ pub enum Status {
         /// Last fraction that was in equilibrium.
         load_fraction: f64,
     },
+    /// No equilibrium that the start leads to: on the way, the stiffness of the platform falls to zero. What equilibria
+    /// there may be beyond are reached by snapping through.
+    Snapped {
+        /// Fraction of the load and of the chain errors at which stability is lost.
+        load_fraction: f64,
+    },
+    /// No equilibrium: where the solve starts, the platform or a chain can move without resistance.
+    SingularPlace,
 }
 
 impl Status {
@@ -65,7 +73,14 @@ impl Status {
             Status::Buckled { .. } => "buckled",
             Status::Singular => "singular",
             Status::NotConverged { .. } => "not_converged",
+            Status::Snapped { .. } => "snapped",
+            Status::SingularPlace => "singular",
         }
+    }
+
+    /// Whether it is one of an equilibrium, stable or not.
+    pub fn is_equilibrium(&self) -> bool {
+        !matches!(self, Status::NotConverged { .. } | Status::Snapped { .. } | Status::SingularPlace)
     }
 
     /// Reason in words; empty when solved.
@@ -79,6 +94,13 @@ impl Status {
             Status::Singular => "the platform can move without resistance".into(),
             Status::NotConverged { load_fraction } => {
                 format!("no equilibrium beyond {:.1} % of the load and the chain errors", 100.0 * load_fraction)
+            }
+            Status::Snapped { load_fraction } => format!(
+                "the machine snaps through: it loses its stability at {:.1} % of the load and the chain errors",
+                100.0 * load_fraction
+            ),
+            Status::SingularPlace => {
+                "the place is singular: the platform or a chain can move there without resistance".into()
             }
         }
     }
@@ -108,8 +130,8 @@ pub struct Outcome {
 /// `t = f⁻¹(F | t₀)`, eq. (7).
 ///
 /// `state` is where the search starts (for instance [`State::rigid`] or a neighbouring solution) and, if the outcome is
-/// any equilibrium, where it ends; otherwise it is left as it was. The full load is tried at once; if that fails, load and
-/// chain errors are brought on in steps.
+/// any equilibrium, where it ends; otherwise it is left as it was. The full load is tried at once; if that fails, or might
+/// have left the branch of the start, load and chain errors are brought on in steps.
 ///
 /// `drives` has one entry per drive of the machine; `state` and `workspace` belong to `machine`.
 pub fn equilibrium(
@@ -122,21 +144,23 @@ pub fn equilibrium(
 ) -> Outcome {
     let mut newton = Newton::new(machine, drives, load, None, state, workspace, settings);
     let solved = newton.solve(state);
-    let (residual, load_steps) = match solved {
-        Some(residual) => (residual, 1),
+    let (mut outcome, lost) = match solved {
+        Some(residual) => (newton.finish(state, residual, 1), None),
         None => match newton.load_stepping(state) {
-            Ok(reached) => reached,
-            Err((load_fraction, residual)) => {
-                let iterations = newton.iterations;
-                if let Some(start) = &workspace.start {
-                    state.clone_from(start);
-                }
-                return Outcome::failed(load_fraction, iterations, residual, machine.drive_count());
-            }
+            Ok(Reached { residual, steps, lost }) => (newton.finish(state, residual, steps), lost),
+            Err((status, residual)) => (newton.failed(status, residual), None),
         },
     };
-    let iterations = newton.iterations;
-    newton.finish(state, residual, load_steps, iterations)
+    if let (Some(load_fraction), Status::Solved) = (lost, &outcome.status) {
+        outcome = newton.failed(Status::Snapped { load_fraction }, outcome.residual);
+    }
+    if outcome.status == Status::Solved && !newton.is_plainly_stable && newton.started_nearly_free() {
+        outcome = newton.failed(Status::SingularPlace, outcome.residual);
+    }
+    if let (false, Some(start)) = (outcome.is_equilibrium(), &workspace.start) {
+        state.clone_from(start);
+    }
+    outcome
 }
 
 /// Equilibrium of `machine` in which the drives stand where the task error vanishes: the drives and the state are found
@@ -158,8 +182,7 @@ pub fn equilibrium_at_task(
     match newton.solve(state) {
         Some(residual) => {
             drives.copy_from_slice(&newton.workspace.drives);
-            let iterations = newton.iterations;
-            Some(newton.finish(state, residual, 1, iterations))
+            Some(newton.finish(state, residual, 1))
         }
         None => {
             if let Some(start) = &workspace.start {
@@ -171,18 +194,6 @@ pub fn equilibrium_at_task(
 }
 
 impl Outcome {
-    fn failed(load_fraction: f64, iterations: usize, residual: f64, drive_count: usize) -> Self {
-        Self {
-            status: Status::NotConverged { load_fraction },
-            iterations,
-            residual,
-            load_steps: 0,
-            stiffness: None,
-            compliance: None,
-            drive_sensitivity: Matrix6xX::zeros(drive_count),
-        }
-    }
-
     /// Smallest eigenvalue in N/mm of the loaded stiffness, rotations at `reach` mm; of a machine that is rigid in some
     /// directions, that of the others. Negative where it is unstable; `None` where the platform is free or not solved.
     pub fn softest(&self, reach: f64) -> Option<f64> {
@@ -198,11 +209,18 @@ impl Outcome {
 
     /// Whether the state is an equilibrium, stable or not.
     pub fn is_equilibrium(&self) -> bool {
-        !matches!(self.status, Status::NotConverged { .. })
+        self.status.is_equilibrium()
     }
 }
 
 const MIN_LOAD_STEP: f64 = 1.0 / 4096.0;
+
+/// Where the softest direction of the platform has lost more of its stiffness than this leaves, the load steps end because
+/// the machine snaps through.
+const SOFTENED: f64 = 0.3;
+/// Where the softest direction is softer than this fraction of the stiffest, no load can be brought on.
+const NEARLY_FREE: f64 = 1e-9;
+
 struct Newton<'a> {
     machine: &'a Machine,
     load: &'a Wrench,
@@ -213,6 +231,16 @@ struct Newton<'a> {
     /// Share of the starting residual that the present load step leaves in place; 0 for the full load.
     held: f64,
     iterations: usize,
+    /// Whether the equilibrium found is far from singular, or is not condensed.
+    is_plainly_stable: bool,
+}
+
+/// How load steps reached the full load.
+struct Reached {
+    residual: f64,
+    steps: usize,
+    /// The fraction at which the machine was first found not to be stable on the way.
+    lost: Option<f64>,
 }
 
 /// Platform balance of the present linearisation.
@@ -244,7 +272,7 @@ impl<'a> Newton<'a> {
         workspace.drives.extend_from_slice(drives);
         workspace.drive_step.clear();
         workspace.drive_step.resize(drives.len(), 0.0);
-        Self { machine, load, task, workspace, settings, held: 0.0, iterations: 0 }
+        Self { machine, load, task, workspace, settings, held: 0.0, iterations: 0, is_plainly_stable: true }
     }
 
     /// Iterates to convergence from `state`; the residual reached, or `None` if the iteration fails.
@@ -270,8 +298,8 @@ impl<'a> Newton<'a> {
     }
 
     /// Brings on the load and the chain errors in adaptive steps from the starting state, by holding back a shrinking
-    /// share of the starting residual. Ok: residual and number of steps; Err: last fraction in equilibrium, residual.
-    fn load_stepping(&mut self, state: &mut State) -> Result<(f64, usize), (f64, f64)> {
+    /// share of the starting residual. Err: how it ends, and the last residual.
+    fn load_stepping(&mut self, state: &mut State) -> Result<Reached, (Status, f64)> {
         if let Some(start) = &self.workspace.start {
             state.clone_from(start);
         }
@@ -281,6 +309,11 @@ impl<'a> Newton<'a> {
             held.remember(chain, &state.pose);
         }
         self.workspace.held_imbalance = held_imbalance;
+        let unloaded = self.softest(state);
+        if unloaded.is_nearly_free() {
+            return Err((Status::SingularPlace, f64::INFINITY));
+        }
+        let mut lost = None;
         let (mut fraction, mut step, mut steps) = (0.0, 0.5f64, 0);
         let mut last = state.clone();
         let mut residual = f64::INFINITY;
@@ -293,15 +326,80 @@ impl<'a> Newton<'a> {
                     steps += 1;
                     step *= 2.0;
                     last.clone_from(state);
+                    if lost.is_none() && !self.softest(state).is_stable {
+                        lost = Some(fraction);
+                    }
                 }
                 None if step > MIN_LOAD_STEP => {
                     state.clone_from(&last);
                     step *= 0.5;
                 }
-                None => return Err((fraction, residual)),
+                None => return Err((self.why_stuck(&last, fraction, &unloaded), residual)),
             }
         }
-        Ok((residual, steps))
+        // The last step is judged as any equilibrium is.
+        Ok(Reached { residual, steps, lost: lost.filter(|&fraction| fraction < 1.0) })
+    }
+
+    /// Why no load step leads on from the equilibrium `last`.
+    fn why_stuck(&mut self, last: &State, fraction: f64, unloaded: &Softest) -> Status {
+        if fraction == 0.0 {
+            return if unloaded.has_idle_motion {
+                Status::SingularPlace
+            } else {
+                Status::NotConverged { load_fraction: 0.0 }
+            };
+        }
+        self.held = 1.0 - fraction;
+        let softest = self.softest(last);
+        match !softest.is_stable || softest.value < SOFTENED * unloaded.value {
+            true => Status::Snapped { load_fraction: fraction },
+            false => Status::NotConverged { load_fraction: fraction },
+        }
+    }
+
+    /// Whether the platform could move without resistance where the solve started: a load that stiffens it does not lead
+    /// away from there.
+    fn started_nearly_free(&mut self) -> bool {
+        self.held = 0.0;
+        let start = self.workspace.start.clone();
+        start.is_some_and(|start| self.softest(&start).is_nearly_free())
+    }
+
+    /// The platform's softest direction at an equilibrium, part of the load held back.
+    fn softest(&mut self, state: &State) -> Softest {
+        self.linearise(state);
+        let reach = self.machine.reach;
+        match self.condense() {
+            Some(tangent) => {
+                let rigid = &mut self.workspace.rigid;
+                let matrix = platform::matrix(&tangent);
+                let is_stable = platform_status(&matrix, reach) == Status::Solved;
+                if rigid.is_empty() {
+                    let ends = eigenvalues(&matrix, reach).map(|values| (values.min(), values.amax()));
+                    let (value, largest) = ends.unwrap_or((f64::NAN, f64::NAN));
+                    return Softest { value, largest, is_stable, has_idle_motion: false };
+                }
+                let compliance = single(platform::compliance(rigid, tangent)).map(|rows| platform::matrix(&rows));
+                Softest::of(compliance.as_ref(), reach, is_stable, false)
+            }
+            None => {
+                self.linearise(state);
+                full_system::softest(&self.machine.chains, &mut self.workspace.chains, reach)
+            }
+        }
+    }
+
+    fn failed(&self, status: Status, residual: f64) -> Outcome {
+        Outcome {
+            status,
+            iterations: self.iterations,
+            residual,
+            load_steps: 0,
+            stiffness: None,
+            compliance: None,
+            drive_sensitivity: Matrix6xX::zeros(self.machine.drive_count()),
+        }
     }
 
     /// Fills all chain systems at `state`.
@@ -367,7 +465,8 @@ impl<'a> Newton<'a> {
         }
     }
 
-    /// The step in which the drives move as well. Redundant drives move as little as they can.
+    /// The step in which the drives move as well. Redundant drives move as little as they can, hinges taken at the machine's
+    /// reach.
     fn step_to_task(&mut self, tangent: Square<f64>, right: [f64; 6], task: &TaskError) -> Option<[f64; 6]> {
         let Workspace { chains, rigid, drive_step, drive_wrenches: wrenches, .. } = &mut *self.workspace;
         platform::drive_wrenches(chains, wrenches);
@@ -385,9 +484,14 @@ impl<'a> Newton<'a> {
         let mut columns = twists.into_iter().map(Vector6::from);
         let held = columns.next()?;
         let by_drives = Matrix6xX::from_columns(&columns.collect::<Vec<_>>());
-        let slope = task.slope.rows(0, task.count);
-        let wanted = slope * held + task.error.rows(0, task.count);
-        let step = (slope * &by_drives).pseudo_inverse(f64::EPSILON).ok()? * wanted;
+        // Errors in mm, and drives in mm at the machine's reach: so they are small in one unit.
+        let lever = Matrix6::from_diagonal(&task.lever);
+        let slope = (lever * task.slope).rows(0, task.count).into_owned();
+        let wanted = &slope * held + (lever * task.error).rows(0, task.count);
+        let per_mm = |motion| if motion == Motion::Revolute { 1.0 / self.machine.reach } else { 1.0 };
+        let per_mm = DVector::from_iterator(drive_step.len(), self.machine.drives().map(|(_, d)| per_mm(d.motion)));
+        let response = slope * &by_drives * DMatrix::from_diagonal(&per_mm);
+        let step = per_mm.component_mul(&(response.pseudo_inverse(f64::EPSILON).ok()? * wanted));
         drive_step.copy_from_slice(step.as_slice());
         rigid.combine_task_slacks(drive_step);
         Some((held - by_drives * step).into())
@@ -425,10 +529,10 @@ impl<'a> Newton<'a> {
     }
 
     /// Tangent and stability at the equilibrium just linearised.
-    fn finish(mut self, state: &State, residual: f64, load_steps: usize, iterations: usize) -> Outcome {
+    fn finish(&mut self, state: &State, residual: f64, load_steps: usize) -> Outcome {
         let mut outcome = Outcome {
             status: Status::Solved,
-            iterations,
+            iterations: self.iterations,
             residual,
             load_steps,
             stiffness: None,
@@ -440,6 +544,7 @@ impl<'a> Newton<'a> {
             Some(tangent) => {
                 // Most by far need no eigenvalues.
                 let is_definite = platform::plainly_definite(&tangent, reach) == 1;
+                self.is_plainly_stable = is_definite;
                 let stiffness = platform::matrix(&tangent);
                 outcome.status = if is_definite { Status::Solved } else { platform_status(&stiffness, reach) };
                 outcome.stiffness = Some(stiffness);
@@ -500,21 +605,50 @@ pub(super) fn subtract_half_moment(tangent: &mut Matrix6<f64>, wrench: Wrench) {
     block -= skew(wrench.moment) * 0.5;
 }
 
-/// A smallest eigenvalue below this fraction of the largest is zero.
-const FREE: f64 = 1e-12;
+/// A smallest eigenvalue below this fraction of the largest is zero: at a singular place, inverse kinematics leaves as much.
+const FREE: f64 = 1e-11;
 
-/// Stability of the platform from its tangent stiffness; `reach` in mm makes rotations comparable.
-fn platform_status(tangent: &Matrix6<f64>, reach: f64) -> Status {
-    let mut scaled = (tangent + tangent.transpose()) * 0.5;
+/// The softest direction of the platform, rotations taken at the machine's reach.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Softest {
+    /// Its stiffness, and that of the stiffest direction, N/mm; NaN where there is none.
+    pub value: f64,
+    pub largest: f64,
+    pub is_stable: bool,
+    /// Whether a chain can move without resistance while the platform stands.
+    pub has_idle_motion: bool,
+}
+
+impl Softest {
+    /// Of a platform with `compliance`; a free one has none.
+    pub fn of(compliance: Option<&Matrix6<f64>>, reach: f64, is_stable: bool, has_idle_motion: bool) -> Self {
+        let compliances = compliance.and_then(|compliance| eigenvalues(compliance, 1.0 / reach));
+        let stiffness = |compliance: f64| if compliance > 0.0 { 1.0 / compliance } else { f64::MAX };
+        let (value, largest) = compliances.map_or((0.0, 1.0), |c| (stiffness(c.max()), stiffness(c.min())));
+        Self { value, largest, is_stable, has_idle_motion }
+    }
+
+    /// Whether it resists next to nothing.
+    fn is_nearly_free(&self) -> bool {
+        self.value.abs() <= NEARLY_FREE * self.largest
+    }
+}
+
+/// Eigenvalues of the symmetric part of a stiffness in N/mm, rotations taken at `reach` mm (of a compliance: 1/`reach`);
+/// `None` where an entry is not finite.
+fn eigenvalues(stiffness: &Matrix6<f64>, reach: f64) -> Option<Vector6<f64>> {
+    let mut scaled = (stiffness + stiffness.transpose()) * 0.5;
     for i in 3..6 {
         scaled.row_mut(i).unscale_mut(reach);
         scaled.column_mut(i).unscale_mut(reach);
     }
     // Eigenvalue iterations do not end on NaN.
-    if !scaled.iter().all(|entry| entry.is_finite()) {
-        return Status::Singular;
-    }
-    let values = scaled.symmetric_eigenvalues();
+    scaled.iter().all(|entry| entry.is_finite()).then(|| scaled.symmetric_eigenvalues())
+}
+
+/// Stability of the platform from its tangent stiffness; `reach` in mm makes rotations comparable.
+fn platform_status(tangent: &Matrix6<f64>, reach: f64) -> Status {
+    let Some(values) = eigenvalues(tangent, reach) else { return Status::Singular };
     match values.min() {
         smallest if smallest.abs() <= FREE * values.amax() => Status::Singular,
         smallest if smallest < 0.0 => Status::Unstable,

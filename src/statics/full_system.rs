@@ -3,7 +3,10 @@
 
 use nalgebra::{DMatrix, DVector, Matrix6, Matrix6xX, Vector6};
 
-use super::{chain_system::ChainSystem, equilibrium::Status};
+use super::{
+    chain_system::ChainSystem,
+    equilibrium::{Softest, Status},
+};
 use crate::{machine::Chain, spatial::skew};
 
 /// A singular value or eigenvalue below this fraction of the largest, after equilibration, is zero.
@@ -96,6 +99,20 @@ impl FullSystem {
             value.abs() <= zero && eigen.eigenvectors.view((self.platform(), i), (6, 1)).amax() > 1e-6
         });
         if free { Status::Singular } else { Status::Solved }
+    }
+
+    /// Whether something moves without resistance, if only within a chain.
+    fn has_idle_motion(&self, chains: &[ChainSystem]) -> bool {
+        if !self.is_finite() {
+            return false;
+        }
+        let eigen = ((&self.matrix + self.matrix.transpose()) * 0.5).symmetric_eigen();
+        let zero = RANK_TOLERANCE * eigen.eigenvalues.amax();
+        let closures: Vec<usize> = (0..chains.len()).flat_map(|chain| self.closure_rows(chains, chain)).collect();
+        eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()).any(|(value, vector)| {
+            let moves = vector.iter().enumerate().any(|(row, part)| !closures.contains(&row) && part.abs() > 1e-6);
+            value.abs() <= zero && moves
+        })
     }
 
     /// Rows of the closure equations of `chain`.
@@ -217,6 +234,13 @@ pub(super) fn tangent(machine_chains: &[Chain], chains: &mut [ChainSystem]) -> F
         None => status = Status::Singular,
     }
     FullTangent { status, compliance, drive_sensitivity, joint_motion }
+}
+
+/// The softest direction of the platform of chain systems linearised at an equilibrium.
+pub(super) fn softest(machine_chains: &[Chain], chains: &mut [ChainSystem], reach: f64) -> Softest {
+    let has_idle_motion = FullSystem::new(chains).has_idle_motion(chains);
+    let full = tangent(machine_chains, chains);
+    Softest::of(full.compliance.as_ref(), reach, full.status == Status::Solved, has_idle_motion)
 }
 
 /// Stiffness from a compliance, unless the machine is rigid in some direction; `reach` in mm makes rotations comparable.

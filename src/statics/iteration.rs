@@ -4,10 +4,11 @@ use super::equilibrium::Settings;
 
 /// A step with a larger rotation than this is not trusted, rad.
 const MAX_ROTATION: f64 = 0.5;
-/// Rotations after the first step may add up to this fraction of it: more, and the solution may lie on another branch.
-const BRANCH: f64 = 0.5;
-/// A first rotation below this counts as this, rad: so small a one cannot leave its branch.
-const SURE_ROTATION: f64 = 0.02;
+/// Each step may turn by this fraction of the one before. Newton's iteration contracts so where one equilibrium leads to
+/// the other without a singular one between them (Kantorovich); slower, the solution may lie on another branch.
+const CONTRACTION: f64 = 0.25;
+/// A rotation below this counts as this, rad: so small a one cannot leave its branch.
+const SURE_ROTATION: f64 = 1e-5;
 /// Residual down to which the iteration may stall on rounding and still count as solved.
 const ROUNDING: f64 = 1e-8;
 
@@ -15,9 +16,8 @@ const ROUNDING: f64 = 1e-8;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Iteration {
     previous: f64,
-    /// Largest rotation of the first step, and the sum of those of later ones, rad.
-    first: f64,
-    later: f64,
+    /// Largest rotation of the last step, rad.
+    turn: f64,
     /// Steps taken.
     pub steps: usize,
 }
@@ -32,7 +32,7 @@ pub(super) enum Verdict {
 
 impl Iteration {
     pub fn new() -> Self {
-        Self { previous: f64::INFINITY, first: 0.0, later: 0.0, steps: 0 }
+        Self { previous: f64::INFINITY, turn: f64::INFINITY, steps: 0 }
     }
 
     /// Takes note of the residual before the next step.
@@ -50,12 +50,9 @@ impl Iteration {
 
     /// Takes note of a step whose largest rotation is `turn` rad; whether it may be taken.
     pub fn accepts(&mut self, turn: f64) -> bool {
-        if self.steps == 0 {
-            self.first = turn
-        } else {
-            self.later += turn
-        }
+        let contracts = turn <= CONTRACTION * self.turn.max(SURE_ROTATION);
+        self.turn = turn;
         self.steps += 1;
-        turn <= MAX_ROTATION && self.later <= BRANCH * self.first.max(SURE_ROTATION)
+        turn <= MAX_ROTATION && contracts
     }
 }
