@@ -215,8 +215,8 @@ impl Outcome {
 
 const MIN_LOAD_STEP: f64 = 1.0 / 4096.0;
 
-/// Where the softest direction of the platform has lost more of its stiffness than this leaves, the load steps end because
-/// the machine snaps through.
+/// Where a direction of the platform has lost more of its stiffness than this leaves, the load steps end because the machine
+/// snaps through.
 const SOFTENED: f64 = 0.3;
 /// Where the softest direction is softer than this fraction of the stiffest, no load can be brought on.
 const NEARLY_FREE: f64 = 1e-9;
@@ -343,16 +343,13 @@ impl<'a> Newton<'a> {
 
     /// Why no load step leads on from the equilibrium `last`.
     fn why_stuck(&mut self, last: &State, fraction: f64, unloaded: &Softest) -> Status {
-        if fraction == 0.0 {
-            return if unloaded.has_idle_motion {
-                Status::SingularPlace
-            } else {
-                Status::NotConverged { load_fraction: 0.0 }
-            };
-        }
         self.held = 1.0 - fraction;
         let softest = self.softest(last);
-        match !softest.is_stable || softest.value < SOFTENED * unloaded.value {
+        // A joint that is idle wherever the machine stands is not what ends the way.
+        if unloaded.has_idle_motion && (fraction == 0.0 || !softest.has_idle_motion) {
+            return Status::SingularPlace;
+        }
+        match fraction > 0.0 && (!softest.is_stable || softest.has_softened(unloaded)) {
             true => Status::Snapped { load_fraction: fraction },
             false => Status::NotConverged { load_fraction: fraction },
         }
@@ -376,16 +373,19 @@ impl<'a> Newton<'a> {
                 let matrix = platform::matrix(&tangent);
                 let is_stable = platform_status(&matrix, reach) == Status::Solved;
                 if rigid.is_empty() {
-                    let ends = eigenvalues(&matrix, reach).map(|values| (values.min(), values.amax()));
-                    let (value, largest) = ends.unwrap_or((f64::NAN, f64::NAN));
-                    return Softest { value, largest, is_stable, has_idle_motion: false };
+                    return Softest::of_stiffness(&matrix, reach, is_stable);
                 }
                 let compliance = single(platform::compliance(rigid, tangent)).map(|rows| platform::matrix(&rows));
-                Softest::of(compliance.as_ref(), reach, is_stable, false)
+                Softest::of_compliance(compliance.as_ref(), reach, is_stable, rigid.slack_compliance())
             }
             None => {
                 self.linearise(state);
-                full_system::softest(&self.machine.chains, &mut self.workspace.chains, reach)
+                let Workspace { chains, rigid, .. } = &mut *self.workspace;
+                let has_idle_motion = full_system::has_idle_motion(chains);
+                let full = full_system::tangent(&self.machine.chains, chains);
+                let (compliance, is_stable) = (full.compliance.as_ref(), full.status == Status::Solved);
+                let softest = Softest::of_compliance(compliance, reach, is_stable, rigid.slack_compliance());
+                Softest { has_idle_motion, ..softest }
             }
         }
     }
@@ -608,47 +608,77 @@ pub(super) fn subtract_half_moment(tangent: &mut Matrix6<f64>, wrench: Wrench) {
 /// A smallest eigenvalue below this fraction of the largest is zero: at a singular place, inverse kinematics leaves as much.
 const FREE: f64 = 1e-11;
 
+/// A compliance below this fraction of the largest is that of a rigid direction.
+const RIGID: f64 = 1e-12;
+
 /// The softest direction of the platform, rotations taken at the machine's reach.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Softest {
-    /// Its stiffness, and that of the stiffest direction, N/mm; NaN where there is none.
-    pub value: f64,
-    pub largest: f64,
-    pub is_stable: bool,
+struct Softest {
+    /// Its stiffness, and that of the stiffest direction that is not rigid, N/mm; NaN where there is none.
+    value: f64,
+    largest: f64,
+    /// All of it, symmetric, N/mm; `None` where the platform is free or rigid in some direction.
+    stiffness: Option<Matrix6<f64>>,
+    is_stable: bool,
     /// Whether a chain can move without resistance while the platform stands.
-    pub has_idle_motion: bool,
+    has_idle_motion: bool,
 }
 
 impl Softest {
-    /// Of a platform with `compliance`; a free one has none.
-    pub fn of(compliance: Option<&Matrix6<f64>>, reach: f64, is_stable: bool, has_idle_motion: bool) -> Self {
-        let compliances = compliance.and_then(|compliance| eigenvalues(compliance, 1.0 / reach));
-        let stiffness = |compliance: f64| if compliance > 0.0 { 1.0 / compliance } else { f64::MAX };
-        let (value, largest) = compliances.map_or((0.0, 1.0), |c| (stiffness(c.max()), stiffness(c.min())));
-        Self { value, largest, is_stable, has_idle_motion }
+    fn of_stiffness(stiffness: &Matrix6<f64>, reach: f64, is_stable: bool) -> Self {
+        let stiffness = at_reach(stiffness, reach);
+        let values = stiffness.map(|stiffness| stiffness.symmetric_eigenvalues());
+        let (value, largest) = values.map_or((f64::NAN, f64::NAN), |values| (values.min(), values.amax()));
+        Self { value, largest, stiffness, is_stable, has_idle_motion: false }
+    }
+
+    /// Of a platform with `compliance`; a free one has none. `slack` is a compliance such as drives have, mm/N.
+    fn of_compliance(compliance: Option<&Matrix6<f64>>, reach: f64, is_stable: bool, slack: f64) -> Self {
+        let (mut value, mut largest, mut stiffness) = (0.0, 1.0, None);
+        if let Some(compliance) = compliance.and_then(|compliance| at_reach(compliance, 1.0 / reach)) {
+            let values = compliance.symmetric_eigenvalues();
+            let (least, most) = (values.min(), values.max());
+            let is_rigid = least <= RIGID * most;
+            value = if most > 0.0 { 1.0 / most } else { f64::MAX };
+            largest = 1.0 / if is_rigid { slack } else { least };
+            stiffness = if is_rigid { None } else { compliance.try_inverse() };
+        }
+        Self { value, largest, stiffness, is_stable, has_idle_motion: false }
     }
 
     /// Whether it resists next to nothing.
     fn is_nearly_free(&self) -> bool {
         self.value.abs() <= NEARLY_FREE * self.largest
     }
+
+    /// Whether a direction has lost nearly all the stiffness it had: of all directions, the one that has lost most.
+    fn has_softened(&self, before: &Self) -> bool {
+        let factor = before.stiffness.and_then(|stiffness| stiffness.cholesky());
+        let (Some(factor), Some(stiffness)) = (factor, self.stiffness) else {
+            return self.value < SOFTENED * before.value;
+        };
+        let left = factor.l().solve_lower_triangular(&stiffness);
+        let shares = left.and_then(|left| factor.l().solve_lower_triangular(&left.transpose()));
+        shares.is_some_and(|shares| shares.symmetric_eigenvalues().min() < SOFTENED)
+    }
 }
 
-/// Eigenvalues of the symmetric part of a stiffness in N/mm, rotations taken at `reach` mm (of a compliance: 1/`reach`);
-/// `None` where an entry is not finite.
-fn eigenvalues(stiffness: &Matrix6<f64>, reach: f64) -> Option<Vector6<f64>> {
+/// The symmetric part of a stiffness in N/mm, rotations taken at `reach` mm (of a compliance: 1/`reach`); `None` where an
+/// entry is not finite, with which eigenvalue iterations do not end.
+fn at_reach(stiffness: &Matrix6<f64>, reach: f64) -> Option<Matrix6<f64>> {
     let mut scaled = (stiffness + stiffness.transpose()) * 0.5;
     for i in 3..6 {
         scaled.row_mut(i).unscale_mut(reach);
         scaled.column_mut(i).unscale_mut(reach);
     }
-    // Eigenvalue iterations do not end on NaN.
-    scaled.iter().all(|entry| entry.is_finite()).then(|| scaled.symmetric_eigenvalues())
+    scaled.iter().all(|entry| entry.is_finite()).then_some(scaled)
 }
 
 /// Stability of the platform from its tangent stiffness; `reach` in mm makes rotations comparable.
 fn platform_status(tangent: &Matrix6<f64>, reach: f64) -> Status {
-    let Some(values) = eigenvalues(tangent, reach) else { return Status::Singular };
+    let Some(values) = at_reach(tangent, reach).map(|scaled| scaled.symmetric_eigenvalues()) else {
+        return Status::Singular;
+    };
     match values.min() {
         smallest if smallest.abs() <= FREE * values.amax() => Status::Singular,
         smallest if smallest < 0.0 => Status::Unstable,

@@ -3,10 +3,7 @@
 
 use nalgebra::{DMatrix, DVector, Matrix6, Matrix6xX, Vector6};
 
-use super::{
-    chain_system::ChainSystem,
-    equilibrium::{Softest, Status},
-};
+use super::{chain_system::ChainSystem, equilibrium::Status};
 use crate::{machine::Chain, spatial::skew};
 
 /// A singular value or eigenvalue below this fraction of the largest, after equilibration, is zero.
@@ -236,11 +233,9 @@ pub(super) fn tangent(machine_chains: &[Chain], chains: &mut [ChainSystem]) -> F
     FullTangent { status, compliance, drive_sensitivity, joint_motion }
 }
 
-/// The softest direction of the platform of chain systems linearised at an equilibrium.
-pub(super) fn softest(machine_chains: &[Chain], chains: &mut [ChainSystem], reach: f64) -> Softest {
-    let has_idle_motion = FullSystem::new(chains).has_idle_motion(chains);
-    let full = tangent(machine_chains, chains);
-    Softest::of(full.compliance.as_ref(), reach, full.status == Status::Solved, has_idle_motion)
+/// Whether something moves without resistance at an equilibrium, if only within a chain.
+pub(super) fn has_idle_motion(chains: &[ChainSystem]) -> bool {
+    FullSystem::new(chains).has_idle_motion(chains)
 }
 
 /// Stiffness from a compliance, unless the machine is rigid in some direction; `reach` in mm makes rotations comparable.
