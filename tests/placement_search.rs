@@ -215,7 +215,7 @@ fn a_workpiece_box_holds_its_paths() {
     write("process.toml", "schema = 1\n[force]\nfrom_path = true\n");
     write("line.csv", "x_mm,y_mm,z_mm,force_x_N,force_y_N,force_z_N\n-10,0,0,1,0,0\n15,0,0,1,0,0\n");
     let error = study_in(folder.path(), &format!("{STUDY}{rest}")).unwrap_err().to_string();
-    let expected = "placement.workpiece: the box (-14, -5, -5) to (14, 5, 5) mm does not hold point 1 of feature \"line\" at \
+    let expected = "placement.workpiece: the box (-14, -5, -5) to (14, 5, 5) mm does not hold point 25 of feature \"line\" at \
                     (15.000, 0.000, 0.000) mm, to which the tool cuts";
     assert!(error.contains(expected), "{error}");
     // The tool comes from above: there the path may begin outside.
