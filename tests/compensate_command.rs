@@ -243,6 +243,68 @@ fn compensate_on(machine: &str, program: (&str, &str), process: &str, more: &[&s
 const FORCE: &str = "[force.path_frame]\nradial_force_N = 215.0\ntangential_force_N = -10.0\naxial_force_N = -25.0\n\
                      law = \"rotated\"\n";
 
+const NOT_CONTROLLED: &str = "Not controlled by this machine: z of the base, taken where the machine stands; words of a \
+                              program for it stay.";
+
+fn machine_file(name: &str) -> String {
+    format!("{}/tests/machines/{name}", env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The table that `compare` prints of `table` as a path at the places `at`, after success.
+fn compared(machine: &str, table: &str, process: &str, at: &[&str]) -> (String, Vec<Vec<String>>) {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, process) = (write(&folder, "path.csv", table), write(&folder, "process.toml", process));
+    let names = [&process, &path].map(|path| path.to_str().unwrap());
+    let mut arguments = vec!["compare", "--machine", machine, "--process", names[0], "--path", names[1]];
+    at.iter().for_each(|place| arguments.extend(["--at", place]));
+    let (screen, table) = (run(&arguments), run(&[&arguments[..], &["--csv"]].concat()));
+    assert!(screen.status.success() && table.status.success(), "{}{}", text(&screen.stdout), text(&screen.stderr));
+    let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(table.stdout.as_slice());
+    let rows = reader.records().map(|row| row.unwrap().iter().map(String::from).collect()).collect();
+    (text(&screen.stdout), rows)
+}
+
+#[test]
+fn places_of_a_path_at_another_height_cost_what_the_machine_does_at_its_own() {
+    let process = format!("schema = 1\n{FORCE}");
+    let (said, rows) = compared(
+        &machine_file("rrr3.toml"),
+        "x_mm,y_mm,z_mm\n10,5,80\n10,5,-1.5\n-20,5,-1.5\n",
+        &process,
+        &["0,0,0", "0,0,25"],
+    );
+    assert!(said.contains(NOT_CONTROLLED), "{said}");
+    let z = rows[0].iter().position(|name| name == "z_mm").unwrap();
+    let metrics = |row: &[String]| row[z + 1..].to_vec();
+    assert_eq!(metrics(&rows[1]), metrics(&rows[2]));
+    assert_ne!(rows[1][z], rows[2][z]);
+}
+
+#[test]
+fn a_closed_polyline_costs_the_same_at_a_place_from_every_corner() {
+    let corners = ["0,0,0", "30,0,0", "30,20,0", "0,20,0"];
+    let process = format!("schema = 1\n[placement]\norigin_mm = [50.0, 40.0, 150.0]\n{FORCE}");
+    let tables: Vec<Vec<Vec<String>>> = (0..4)
+        .map(|first| {
+            let rows: Vec<&str> = (0..=4).map(|k| corners[(first + k) % 4]).collect();
+            compared("orthoglide", &format!("x_mm,y_mm,z_mm\n{}\n", rows.join("\n")), &process, &[]).1
+        })
+        .collect();
+    let mut numbers = 0;
+    for other in &tables[1..] {
+        for (a, b) in other[1].iter().zip(&tables[0][1]) {
+            match (a.parse::<f64>(), b.parse::<f64>()) {
+                (Ok(a), Ok(b)) => {
+                    assert!((a - b).abs() <= 1e-8 * b.abs().max(1.0), "{tables:#?}");
+                    numbers += 1;
+                }
+                _ => assert_eq!(a, b),
+            }
+        }
+    }
+    assert!(numbers > 3 * 8, "{tables:#?}");
+}
+
 #[test]
 fn words_of_axes_that_a_planar_machine_does_not_control_stay() {
     let machines = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/machines");
@@ -254,16 +316,18 @@ fn words_of_axes_that_a_planar_machine_does_not_control_stay() {
         let (output, out) = compensate_on(machine.to_str().unwrap(), ("part.nc", &program), &process, &[]);
         assert!(output.status.success(), "{}{}", text(&output.stdout), text(&output.stderr));
         let said = text(&output.stdout);
-        assert!(said.contains("Not controlled by this machine, words left as they are: z of the base."), "{said}");
+        assert!(said.contains(NOT_CONTROLLED), "{said}");
         let written = std::fs::read_to_string(out.path().join("out.nc")).unwrap();
-        let heights = |text: &str| -> Vec<f64> {
-            let words = text.split_whitespace().filter_map(|word| word.strip_prefix('Z'));
-            words.map(|number| number.parse().unwrap()).collect()
+        // A plunge that is split passes heights between; the words of the program are there byte for byte, in their order.
+        let heights = |text: &str| -> Vec<String> {
+            text.split_whitespace().filter(|word| word.starts_with('Z')).map(String::from).collect()
         };
-        // A plunge that is split passes heights between; those of the program are reached, in their order. The retract is one
-        // block, whose word stays as it is.
         let mut reached = heights(&written).into_iter();
-        assert!(heights(&program).iter().all(|wanted| reached.any(|z| z == *wanted)), "{written}");
+        assert!(heights(&program).iter().all(|wanted| reached.any(|word| word == *wanted)), "{written}");
+        // On the way between them they only fall, and where the height stays no word is needed.
+        let cut: Vec<&str> = written.lines().skip_while(|line| !line.contains("Z-1.5")).skip(1).collect();
+        let flat = cut.iter().take_while(|line| !line.contains('Z')).count();
+        assert!(flat > 1 && cut[flat].contains("Z-"), "{written}");
         assert!(written.lines().any(|line| line.starts_with("G0 ") && line.ends_with("Z80.0")), "{written}");
         assert_eq!(report(&out)["axes_left_as_written"], serde_json::json!(["z"]));
         let passes = report(&out)["passes"].clone();

@@ -6,9 +6,12 @@ use std::{
     process::Command,
 };
 
-use kinetostat::study::{
-    Overrides, Source, Study, StudyKind, Work,
-    path_study::{PathResults, run},
+use kinetostat::{
+    report::path::Summary,
+    study::{
+        Overrides, Source, Study, StudyKind, Work,
+        path_study::{PathResults, run},
+    },
 };
 
 fn studies() -> PathBuf {
@@ -67,6 +70,55 @@ methods = ["mirror_2", "direct"]
     let labels: Vec<String> = results.methods.iter().map(|method| method.method.label()).collect();
     assert_eq!(labels, ["mirror_2", "direct"]);
     assert!(results.methods[1].summary.max_mm < 1e-9);
+}
+
+/// A path study of the polyline `rows` on `machine`, cut as in study 02.
+fn along(machine: &str, rows: &[&str]) -> PathResults {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("path.csv"), format!("x_mm,y_mm,z_mm\n{}\n", rows.join("\n"))).unwrap();
+    let force = "radial_force_N = 215.0\ntangential_force_N = -10.0\naxial_force_N = -25.0\nlaw = \"rotated\"";
+    let process = format!("schema = 1\n[force.path_frame]\n{force}\n");
+    fs::write(folder.path().join("process.toml"), process).unwrap();
+    let toml = format!(
+        "schema = 1\nquestion = \"q\"\nmachine = \"{machine}\"\n[path]\nprocess = \"process.toml\"\n\
+         file = \"path.csv\"\nmethods = [\"none\", \"mirror\"]\n"
+    );
+    results(Study::from_toml(&toml, "study.toml", folder.path(), &Overrides::default()).unwrap())
+}
+
+#[test]
+fn heights_that_a_planar_machine_does_not_control_are_taken_where_it_stands_and_that_is_said() {
+    let planar = format!("{}/tests/machines/rrr3.toml", env!("CARGO_MANIFEST_DIR"));
+    let (deep, level) = (along(&planar, &["10,5,-1.5", "-20,5,-1.5"]), along(&planar, &["10,5,60", "-20,5,60"]));
+    for (deep, level) in deep.methods.iter().zip(&level.methods) {
+        assert_eq!((deep.summary.failed, deep.summary.solved), (0, 31));
+        assert_eq!(deep.summary, level.summary);
+    }
+    let mut summary = Summary::default();
+    summary.add(&deep.study, &deep.whole);
+    let said = summary.text(&deep.study);
+    let expected = "Not controlled by this machine: z of the base, taken where the machine stands; words of a program for it \
+                    stay.\n";
+    assert!(said.contains(expected), "{said}");
+    assert!(deep.study.facts.iter().any(|(label, _)| *label == "not controlled by this machine"));
+}
+
+#[test]
+fn a_closed_polyline_leaves_the_same_errors_from_every_corner() {
+    let corners = ["60,40,10", "90,40,0", "90,60,0", "60,60,0"];
+    let from = |first: usize| {
+        let rows: Vec<&str> = (0..=4).map(|k| corners[(first + k) % 4]).collect();
+        along("orthoglide", &rows)
+    };
+    let first = from(0);
+    for other in (1..4).map(from) {
+        for (a, b) in other.methods.iter().zip(&first.methods) {
+            let (a, b) = (&a.summary, &b.summary);
+            assert_eq!((a.points, a.solved), (b.points, b.solved));
+            assert!((a.rms_mm - b.rms_mm).abs() < 1e-8 * b.rms_mm, "{a:?} {b:?}");
+            assert!((a.max_mm - b.max_mm).abs() < 1e-8 * b.max_mm, "{a:?} {b:?}");
+        }
+    }
 }
 
 /// The numbers of a column, by file and header.

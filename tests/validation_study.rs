@@ -6,7 +6,7 @@ use kinetostat::{
     error::Result,
     report::{
         exchange::csv,
-        validation::{figures, quoted_table, variants_table},
+        validation::{figures, page, quoted_table, summary_text, variants_table},
     },
     study::{
         Overrides, Study, StudyKind, Work,
@@ -65,6 +65,29 @@ fn paths_1_and_3_cross_only_where_the_force_lies_along_the_path() {
     let results = paper(73);
     let crossings = |variant| value(&results, "small circle at Q1", Quantity::Crossings, variant);
     assert_eq!((crossings("as printed"), crossings("against the feed")), (0.0, 4.0));
+}
+
+#[test]
+fn an_assumed_origin_and_what_differs_between_processes_are_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let placed = "schema = 1\n[placement]\norigin_mm = [0.0, 0.0, 20.0]\n";
+    for (name, text) in [("bare.toml", "schema = 1\n"), ("placed.toml", placed)] {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
+    let toml = "schema = 1\nquestion = \"q\"\nmachine = \"orthoglide\"\n\
+                [[validation.variant]]\nname = \"today\"\nprocess = \"bare.toml\"\n\
+                [[validation.variant]]\nname = \"raised\"\nprocess = \"placed.toml\"\n\
+                [[validation.case]]\nname = \"c\"\n\
+                circle = { centre_mm = [50.0, 50.0, 120.0], diameter_mm = 20.0, points = 5 }\n";
+    let results = results_of(toml, folder.path(), 5).unwrap();
+    let said = summary_text(&results);
+    let assumed =
+        "Workpiece: origin at (0, 0, 0) mm of the base, assumed: the process gives no placement.origin_mm; path";
+    assert!(said.contains(assumed), "{said}");
+    assert!(said.contains("Workpiece, raised: origin at (0, 0, 20) mm of the base; path"), "{said}");
+    assert_eq!(said.matches("ounts as cutting").count(), 1, "{said}");
+    let page = serde_json::to_string(&page(&results)).unwrap();
+    assert!(page.contains("assumed: the process gives no placement.origin_mm"), "{page}");
 }
 
 /// The README of the study says so.

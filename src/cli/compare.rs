@@ -9,7 +9,7 @@ use kinetostat::{
     process::{Extent, Feature},
     report::{
         exchange,
-        placement::{candidates_table, entries_table},
+        placement::{candidates_table, entries_table, uncontrolled_text},
     },
     study::{
         placement::{Candidate, FeatureJob, PlacementStudy, compare as evaluate, place},
@@ -61,6 +61,7 @@ pub fn compare(arguments: &CompareArguments) -> Result<Ending> {
     } else {
         print(&entries_table(&study, &entries))?;
         print(&format!("Counts as cutting: {}.\n", study.features[0].cuts.words()))?;
+        print(&uncontrolled_text(&study))?;
     }
     let complete = entries.iter().all(|entry| entry.feasible().is_some());
     Ok(if complete { Ending::Complete } else { Ending::SomeUnsolved })

@@ -199,26 +199,16 @@ fn measured(file: &Path, job: &ProgramJob) -> Result<Vec<kinetostat::spatial::Po
 fn header(job: &ProgramJob) -> String {
     let cutting = job.path.points().iter().filter(|point| point.cutting).count();
     let machine = &job.machine;
-    let facts = facts_text(&job.process.facts());
+    let facts = facts_text(&job.process.facts(machine));
     let outside =
         cautions::outside_workspace(machine, "point", job.demands.iter().map(|demand| demand.pose.translation));
     let cautions = cautions::large_errors(machine, &job.process.errors) + &outside;
     format!(
-        "{}: {}, {cutting} of them cutting, path length {:.1} mm\n{facts}{}{cautions}Distance of the point put right from the wanted path, where the tool cuts:\n",
+        "{}: {}, {cutting} of them cutting, path length {:.1} mm\n{facts}{cautions}Distance of the point put right from the wanted path, where the tool cuts:\n",
         job.machine.title,
         counted(job.path.len(), "point"),
-        job.path.length_mm(),
-        left_as_written(job)
+        job.path.length_mm()
     )
-}
-
-/// Says which axes of the program the machine does not control.
-fn left_as_written(job: &ProgramJob) -> String {
-    let names: Vec<&str> = job.uncontrolled_axes().map(|axis| ["x", "y", "z"][axis]).collect();
-    match names.as_slice() {
-        [] => String::new(),
-        names => format!("Not controlled by this machine, words left as they are: {} of the base.\n", names.join(", ")),
-    }
 }
 
 fn table(passes: &[Pass]) -> String {

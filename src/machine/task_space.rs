@@ -65,6 +65,20 @@ impl Machine {
         self.controls.contains(&Coordinate::Translation(axis))
     }
 
+    /// Axes of O along which the drives do not move P; another axis of the machine tool may.
+    pub fn uncontrolled_axes(&self) -> impl Iterator<Item = usize> {
+        (0..3).filter(|&axis| !self.controls_translation(axis))
+    }
+
+    /// What becomes of coordinates of a path that the drives do not control; `None` if they control all translations.
+    pub fn uncontrolled_words(&self) -> Option<String> {
+        let names: Vec<&str> = self.uncontrolled_axes().map(|axis| AXES[axis]).collect();
+        let words = || {
+            format!("{} of the base, taken where the machine stands; words of a program for it stay", names.join(", "))
+        };
+        (!names.is_empty()).then(words)
+    }
+
     /// `asked` (P in O, mm) with the coordinates that the drives do not control put where they stand at home.
     pub fn as_controlled(&self, asked: Vector3<f64>) -> Vector3<f64> {
         let home = self.home.pose.translation;
@@ -73,7 +87,7 @@ impl Machine {
 
     /// The uncontrolled coordinate in which `asked` differs most from where P stands (both in O, mm), if it differs.
     pub fn uncontrolled_difference(&self, asked: Vector3<f64>, stands: Vector3<f64>) -> Option<UncontrolledDifference> {
-        let differences = (0..3).filter(|&axis| !self.controls_translation(axis)).map(|axis| UncontrolledDifference {
+        let differences = self.uncontrolled_axes().map(|axis| UncontrolledDifference {
             axis,
             asked: asked[axis],
             stands: stands[axis],

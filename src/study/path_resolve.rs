@@ -42,7 +42,8 @@ pub(super) fn path(
         demands,
         methods: methods(spec, &check.key("methods"))?,
         is_circle: spec.circle.is_some(),
-        facts: process.facts().into(),
+        begins_twice: spec.file.is_some() && toolpath.begins_twice(),
+        facts: process.facts(&machine),
         machine,
     };
     Ok((study, process.inputs.and(program_input(spec.file.as_deref(), folder)?)))

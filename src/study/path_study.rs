@@ -43,6 +43,9 @@ pub struct PathStudy {
     pub methods: Vec<Method>,
     /// Whether the path is a circle, so that φ runs along it once.
     pub is_circle: bool,
+    /// Whether the path is that of a file and its last point is the first once more, so that it is counted only once in what
+    /// methods leave. Circles count their closing point.
+    pub begins_twice: bool,
     /// Where the workpiece stands and what is cut: [`Process::facts`](super::Process::facts).
     pub facts: Vec<(&'static str, String)>,
 }
@@ -163,8 +166,9 @@ pub fn run_in_parts(
         let (next, taken) = rayon::join(|| part(study, &real, points, work), || done.take().map_or(Ok(()), &mut take));
         taken?;
         let (next, left) = next?;
+        let counted_before = usize::from(study.begins_twice && next.first == 0);
         for ((sums, seconds), (left, time)) in methods.iter_mut().zip(left) {
-            left.iter().for_each(|left| sums.add(left));
+            left.iter().skip(counted_before).for_each(|left| sums.add(left));
             *seconds += time;
         }
         done = Some(next);

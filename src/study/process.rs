@@ -42,6 +42,9 @@ pub struct Process {
     pub inputs: Inputs,
 }
 
+/// Label of what a machine does not control.
+pub const NOT_CONTROLLED: &str = "not controlled by this machine";
+
 /// Limits of corrections and drive forces; `None` is no limit.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[allow(non_snake_case, reason = "the unit is N, not n")]
@@ -100,12 +103,15 @@ impl Process {
         Ok(path)
     }
 
-    /// Where the workpiece stands and what is cut, as labels and words.
-    pub fn facts(&self) -> [(&'static str, String); 2] {
-        [("workpiece", self.place_words()), ("counts as cutting", self.cutting_rule.words())]
+    /// Where the workpiece stands, what is cut, and what of its paths `machine` does not control, as labels and words.
+    pub fn facts(&self, machine: &Machine) -> Vec<(&'static str, String)> {
+        let mut facts = vec![("workpiece", self.place_words()), ("counts as cutting", self.cutting_rule.words())];
+        facts.extend(machine.uncontrolled_words().map(|words| (NOT_CONTROLLED, words)));
+        facts
     }
 
-    fn place_words(&self) -> String {
+    /// Where the workpiece stands.
+    pub fn place_words(&self) -> String {
         let Placement { origin_mm, roll_pitch_yaw, reference } = &self.placement;
         let mut words = format!("origin at ({}, {}, {}) mm of the base", origin_mm.x, origin_mm.y, origin_mm.z);
         if !self.is_placed {

@@ -180,23 +180,15 @@ impl ProgramJob {
         }
         let name = file.display().to_string();
         let path = process.with_cuts(path, &name)?;
-        let mut demands = demands(&machine, &process, &path, &name)?;
-        for demand in &mut demands {
-            demand.pose.translation = machine.as_controlled(demand.pose.translation);
-        }
+        let demands = demands(&machine, &process, &path, &name)?;
         let real = machine.with_errors(&process.errors);
         Ok(Self { real, machine, process, file: program, path, demands })
-    }
-
-    /// Axes of O along which the drives do not move P; another axis of the machine tool may.
-    pub fn uncontrolled_axes(&self) -> impl Iterator<Item = usize> {
-        (0..3).filter(|&axis| !self.machine.controls_translation(axis))
     }
 
     /// The path position that commands `target`. Along axes that are not controlled it is that of the program.
     pub fn commanded(&self, point: &PathPoint, mut target: Pose) -> Vector3<f64> {
         let own = placed(&self.machine, &self.process.placement).platform_pose(point.position_mm);
-        for axis in self.uncontrolled_axes() {
+        for axis in self.machine.uncontrolled_axes() {
             target.translation[axis] = own.translation[axis];
         }
         self.process.placement.path_position(&target, self.machine.tool_tip)
@@ -204,8 +196,7 @@ impl ProgramJob {
 
     /// The pose of P that a position of the program commands, as far as the drives control it.
     fn pose_of(&self, placed: &Placed, position_mm: Vector3<f64>) -> Pose {
-        let pose = placed.platform_pose(position_mm);
-        Pose { translation: self.machine.as_controlled(pose.translation), ..pose }
+        as_controlled(&self.machine, placed.platform_pose(position_mm))
     }
 
     fn case(&self) -> PathCase<'_> {
@@ -226,7 +217,7 @@ impl ProgramJob {
     ) -> Result<Pass> {
         let points = self.path.points();
         let cuts_nowhere = !points.iter().any(|point| point.cutting);
-        let begins_twice = self.begins_twice();
+        let begins_twice = self.path.begins_twice();
         let (mut sums, mut first) = (PathSums::default(), 0);
         run_in_parts(&self.case(), commands, done, |answers| {
             for (k, (answer, point)) in answers.iter().zip(&points[first..]).enumerate() {
@@ -252,15 +243,6 @@ impl ProgramJob {
         take: impl FnMut(usize, &[PathAnswer]) -> Result<()>,
     ) -> Result<Pass> {
         self.pass(method.label(), &Commands::Method(method), done, take)
-    }
-
-    /// Whether the path ends with its first point once more, on its way in the same direction: a closed loop, whose numbers
-    /// must not depend on the corner it begins at.
-    fn begins_twice(&self) -> bool {
-        let is_same = |a: &PathPoint, b: &PathPoint| {
-            (a.position_mm, a.tangent, a.cutting) == (b.position_mm, b.tangent, b.cutting) && a.load == b.load
-        };
-        matches!(self.path.points(), [first, .., last] if is_same(first, last))
     }
 
     /// Where the tool went at each point of the path from where it went in a pass, `measured` (workpiece frame, mm): one
@@ -316,6 +298,11 @@ fn counts(found: usize, points: usize, rows: usize) -> String {
     }
 }
 
+/// `pose` of P as far as the drives control its translations.
+fn as_controlled(machine: &Machine, pose: Pose) -> Pose {
+    Pose { translation: machine.as_controlled(pose.translation), ..pose }
+}
+
 fn placed(machine: &Machine, placement: &Placement) -> Placed {
     placement.on(&machine.home.pose.rotation, &machine.tool())
 }
@@ -331,7 +318,8 @@ pub fn demands(machine: &Machine, process: &Process, path: &Toolpath, origin: &s
     Ok(demands_under(machine, &process.placement, process.target, path, &loads))
 }
 
-/// What is wanted at each point of a path that is placed by `placement`, under `loads`.
+/// What is wanted at each point of a path that is placed by `placement`, under `loads`; along axes that the drives do not
+/// control, what there is.
 pub fn demands_under(
     machine: &Machine,
     placement: &Placement,
@@ -340,10 +328,9 @@ pub fn demands_under(
     loads: &[PathLoad],
 ) -> Vec<Demand> {
     let placed = placed(machine, placement);
-    let demand = |(point, load): (&PathPoint, &PathLoad)| Demand {
-        pose: placed.platform_pose(point.position_mm),
-        load: placed.wrench(&load.on_tool(point.tangent, placed.tool_axes())),
-        target,
+    let demand = |(point, load): (&PathPoint, &PathLoad)| {
+        let load = placed.wrench(&load.on_tool(point.tangent, placed.tool_axes()));
+        Demand { pose: as_controlled(machine, placed.platform_pose(point.position_mm)), load, target }
     };
     path.points().iter().zip(loads).map(demand).collect()
 }

@@ -86,6 +86,16 @@ impl Toolpath {
         self.points.is_empty()
     }
 
+    /// Whether the path ends with its first point once more, on its way in the same direction: a closed loop, whose means
+    /// must not depend on the corner it begins at.
+    #[must_use]
+    pub fn begins_twice(&self) -> bool {
+        let is_same = |a: &PathPoint, b: &PathPoint| {
+            (a.position_mm, a.tangent, a.cutting) == (b.position_mm, b.tangent, b.cutting) && a.load == b.load
+        };
+        matches!(self.points.as_slice(), [first, .., last] if is_same(first, last))
+    }
+
     /// Length of the whole path, mm.
     #[must_use]
     pub fn length_mm(&self) -> f64 {

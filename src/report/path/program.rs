@@ -221,7 +221,6 @@ pub fn program_json(job: &ProgramJob, passes: &[Pass], bounded: Option<&BoundedP
             })
         })
         .collect();
-    let [(_, place), (_, cutting)] = job.process.facts();
     json!({
         "schema": SCHEMA,
         "machine": job.machine.name,
@@ -230,8 +229,8 @@ pub fn program_json(job: &ProgramJob, passes: &[Pass], bounded: Option<&BoundedP
         "passes": passes,
         "bounded": bounded.map(|path| bounded_json(job, path)),
         "limits_exceeded_as_written": exceeded_json(job, exceeded),
-        "workpiece": place,
-        "counts_as_cutting": cutting,
-        "axes_left_as_written": job.uncontrolled_axes().map(|axis| ["x", "y", "z"][axis]).collect::<Vec<_>>(),
+        "workpiece": job.process.place_words(),
+        "counts_as_cutting": job.process.cutting_rule.words(),
+        "axes_left_as_written": job.machine.uncontrolled_axes().map(|axis| ["x", "y", "z"][axis]).collect::<Vec<_>>(),
     })
 }

@@ -175,9 +175,9 @@ fn place(study: &PathStudy, k: usize) -> String {
 }
 
 /// Where the workpiece stands and what is cut, in sentences.
-pub fn facts_text(facts: &[(&str, String)]) -> String {
-    let sentence = |(label, words): &(&str, String)| {
-        let (first, rest) = label.split_at(1);
+pub fn facts_text(facts: &[(impl AsRef<str>, String)]) -> String {
+    let sentence = |(label, words): &(_, String)| {
+        let (first, rest) = AsRef::<str>::as_ref(label).split_at(1);
         format!("{}{rest}: {words}.\n", first.to_uppercase())
     };
     facts.iter().map(sentence).collect()

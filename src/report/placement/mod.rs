@@ -9,5 +9,5 @@ mod tables;
 pub use advice::recommendation;
 pub use page::page;
 pub use pictures::figures;
-pub use summary::{entries_table, summary_json, summary_text};
+pub use summary::{entries_table, summary_json, summary_text, uncontrolled_text};
 pub use tables::{candidates_table, cell_status, front_table, refinements_table, sweep_table};

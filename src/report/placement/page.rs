@@ -14,6 +14,7 @@ use crate::{
     study::placement::{
         CLEARANCE_MM, COORDINATES, Entry, FeatureJob, Found, Metric, PlacementResults, PlacementStudy, UNITS,
     },
+    study::process::NOT_CONTROLLED,
 };
 
 /// Setting, views and tables; answer, figures and question are added by the run.
@@ -68,6 +69,7 @@ fn setting(study: &PlacementStudy) -> Vec<Fact> {
             false => facts.extend(errors.into_iter().map(|e| Fact::new(format!("{}, {name}", e.label), e.value))),
         }
     }
+    facts.extend(study.machine.uncontrolled_words().map(|words| Fact::new(NOT_CONTROLLED, words)));
     facts.push(Fact::new("P on all paths within", {
         let (low, high) = (corner(study.machine.workspace.min), corner(study.machine.workspace.max));
         format!("{low} to {high} mm, the machine's workspace box")

@@ -5,11 +5,15 @@ use serde_json::{Map, Value, json};
 
 use super::advice::recommendation;
 use crate::{
-    report::words::{counted, position, signed, typographic},
+    report::{
+        path::facts_text,
+        words::{counted, position, signed, typographic},
+    },
     study::placement::{
         Agreement, COORDINATES, End, Entry, Found, Metric, Metrics, PlacementResults, PlacementStudy, Site, UNITS,
         Verdict, is_angle,
     },
+    study::process::NOT_CONTROLLED,
 };
 
 /// A place in words.
@@ -86,15 +90,22 @@ pub fn summary_text(results: &PlacementResults) -> String {
     format!(
         "{}: {}, {}; sought: the least {}.\n\
          Sweep of {}: {complete} evaluated on all points, {given_up} given up as they cannot win, {infeasible} \
-         where the workpiece cannot be cut.\n{}{}",
+         where the workpiece cannot be cut.\n{}{}{}",
         study.machine.title,
         counted(study.features.len(), "feature"),
         counted(points, "path point"),
         study.objective.words(&study.machine),
         counted(results.cells.len(), "place"),
+        uncontrolled_text(study),
         coarseness(results),
         recommendation(results)
     )
+}
+
+/// What of the paths the machine does not control, in a sentence if there is something.
+pub fn uncontrolled_text(study: &PlacementStudy) -> String {
+    let words = study.machine.uncontrolled_words().map(|words| (NOT_CONTROLLED, words));
+    facts_text(words.as_slice())
 }
 
 /// What the sweep is too coarse for.

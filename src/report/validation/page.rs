@@ -43,6 +43,7 @@ fn setting(results: &ValidationResults) -> Vec<Fact> {
         Fact::new("other processes", names[1..].join(", ")),
         Fact::new("cases", study.cases.join(", ")),
     ];
+    facts.extend(study.facts().into_iter().map(|(label, words)| Fact::new(label, words)));
     if let Some(path) = study.variants[0].paths.first() {
         if let Some(demand) = path.demands.first() {
             facts.push(Fact::new("put right by compensation", target_words(demand.target)));

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use super::tables::{ratio, reason, relation_word};
 use crate::{
-    report::words::typographic,
+    report::{path::facts_text, words::typographic},
     study::validation::{Compared, Quoted, ValidationResults, ValidationStudy},
 };
 
@@ -75,6 +75,7 @@ pub fn summary_text(results: &ValidationResults) -> String {
         results.compared.len(),
         study.variants[0].name
     );
+    text += &facts_text(&study.facts());
     for (quoted, compared) in study.quoted.iter().zip(&results.compared).filter(|(_, compared)| !compared.agrees) {
         let unit = unit(quoted, study);
         let ours = match &compared.ours[0] {

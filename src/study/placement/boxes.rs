@@ -82,7 +82,8 @@ impl Evaluator<'_> {
         let boxes = boxes.map(|b| study.extent.way_to(&placement, way, &b));
         let workspace = &study.machine.workspace;
         let left = |p: &Vector3<f64>| {
-            let along = (0..3).filter(|&i| way[i] != 0.0).map(|i| {
+            let moves = |i: &usize| way[*i] != 0.0 && study.machine.controls_translation(*i);
+            let along = (0..3).filter(moves).map(|i| {
                 let end = if way[i] > 0.0 { workspace.max[i] } else { workspace.min[i] };
                 (end - p[i]) / way[i]
             });

@@ -122,6 +122,22 @@ pub struct ValidationStudy {
     pub pictures: Vec<Picture>,
 }
 
+impl ValidationStudy {
+    /// Where the workpiece stands and what is cut under the first process, as labels and words, and what differs under the
+    /// others.
+    pub fn facts(&self) -> Vec<(String, String)> {
+        let facts = |variant: &Variant| variant.paths.first().map_or_else(Vec::new, |path| path.facts.clone());
+        let first = self.variants.first().map(facts).unwrap_or_default();
+        let mut all: Vec<(String, String)> =
+            first.iter().map(|(label, words)| ((*label).to_string(), words.clone())).collect();
+        for variant in self.variants.iter().skip(1) {
+            let differing = facts(variant).into_iter().filter(|fact| !first.contains(fact));
+            all.extend(differing.map(|(label, words)| (format!("{label}, {}", variant.name), words)));
+        }
+        all
+    }
+}
+
 /// A quoted number and ours.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Compared {

@@ -56,7 +56,8 @@ impl Place {
         [0, 1, 2].map(|axis| Reached { number: None, at: self.as_it_is(motion, tracked, axis) })
     }
 
-    fn as_it_is(self, motion: &Motion, tracked: Known, axis: usize) -> Option<f64> {
+    /// Where the word for `axis` leads as it is, or the tool stays without one.
+    pub fn as_it_is(self, motion: &Motion, tracked: Known, axis: usize) -> Option<f64> {
         let word = motion.words.iter().find(|word| word.letter == ['X', 'Y', 'Z'][axis]);
         match (word, self.distance) {
             (None, _) => tracked[axis],

@@ -68,7 +68,8 @@ impl Program {
     /// change that must, by more than half a unit of the last decimal: without correction the bytes are the same.
     ///
     /// Of a block that is split, the first line keeps the line number, comments, feed and all other words; M words
-    /// that act at the end of a block (M0, M1, M2, M5, M9, M30, M60) go to its last line. Later lines that rely on a
+    /// that act at the end of a block (M0, M1, M2, M5, M9, M30, M60) go to its last line. An axis word keeps its text on the
+    /// first line or the last where it leads there as it is. Later lines that rely on a
     /// motion in force get the word back. Incremental coordinates lead from where the rounded words before them
     /// have led, so that rounding does not add up.
     ///

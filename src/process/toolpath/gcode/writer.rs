@@ -170,7 +170,7 @@ impl<'p> Writer<'p> {
         let mut first_line = Some(edit);
         for (k, goal) in corrected.iter().enumerate() {
             let last = k + 1 == corrected.len();
-            let numbers = self.step(motion, place, goal, first_line.is_some());
+            let numbers = self.step(motion, content, place, goal, [first_line.is_some(), last]);
             if let Some(mut edit) = first_line.take() {
                 numbers.iter().for_each(|(axis, number)| put_axis(&mut edit, *axis, number));
                 self.out.extend(edit.render());
@@ -187,16 +187,35 @@ impl<'p> Writer<'p> {
         }
     }
 
-    /// The numbers that lead to `goal`, by axis; on the block's first line, also those its own words ask for.
-    fn step(&mut self, motion: &Motion, place: Place, goal: &Vector3<f64>, first: bool) -> Vec<(usize, String)> {
+    /// The numbers that lead to `goal`, by axis; on the block's first line, also those its own words ask for. Where a word of
+    /// the block leads there as it is, on the first line or the last, it keeps its text.
+    fn step(
+        &mut self,
+        motion: &Motion,
+        content: &[u8],
+        place: Place,
+        goal: &Vector3<f64>,
+        [first, last]: [bool; 2],
+    ) -> Vec<(usize, String)> {
         let mut numbers = Vec::new();
         for axis in 0..3 {
-            let asked = first && motion.words.iter().any(|word| word.letter == ['X', 'Y', 'Z'][axis]);
+            let word = motion.words.iter().find(|word| word.letter == ['X', 'Y', 'Z'][axis]);
             let here = self.tracked[axis];
-            if asked || here.is_none_or(|at| !place.same(at, goal[axis])) {
-                let reached = place.write(axis, here, goal[axis]);
-                self.tracked[axis] = reached.at;
-                numbers.extend(reached.number.map(|number| (axis, number)));
+            let own = word.filter(|_| first || last).and_then(|word| {
+                let at = place.as_it_is(motion, self.tracked, axis).filter(|at| place.same(*at, goal[axis]))?;
+                Some((String::from_utf8_lossy(&content[word.span.clone()][1..]).into_owned(), at))
+            });
+            match own {
+                Some((number, at)) if first || here != Some(at) => {
+                    self.tracked[axis] = Some(at);
+                    numbers.push((axis, number));
+                }
+                _ if (first && word.is_some()) || here.is_none_or(|at| !place.same(at, goal[axis])) => {
+                    let reached = place.write(axis, here, goal[axis]);
+                    self.tracked[axis] = reached.at;
+                    numbers.extend(reached.number.map(|number| (axis, number)));
+                }
+                _ => {}
             }
         }
         if numbers.is_empty() {
