@@ -49,12 +49,17 @@ weights = { worst_deflection = 1.0 }
 
 /// A line of `length` along x about the origin of W, under a force along x, on the gantry.
 fn line(length: f64, force_x: f64, rest: &str) -> PlacementStudy {
+    line_under(GANTRY, length, [force_x, 0.0], rest)
+}
+
+/// The same under a force along x and y, on a machine like the gantry.
+fn line_under(gantry: &str, length: f64, [force_x, force_y]: [f64; 2], rest: &str) -> PlacementStudy {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
-    write("gantry.toml", GANTRY);
+    write("gantry.toml", gantry);
     write("process.toml", "schema = 1\n[placement]\nreference = \"platform_point\"\n[force]\nfrom_path = true\n");
     let half = 0.5 * length;
-    let row = |x: f64| format!("{x:?},0,0,{force_x:?},0,0\n");
+    let row = |x: f64| format!("{x:?},0,0,{force_x:?},{force_y:?},0\n");
     let header = "x_mm,y_mm,z_mm,force_x_N,force_y_N,force_z_N\n";
     write("line.csv", &format!("{header}{}{}{}", row(-half), row(0.0), row(half)));
     study_in(folder.path(), &format!("{STUDY}{rest}")).unwrap_or_else(|e| panic!("{e}"))
@@ -169,6 +174,39 @@ fn flatness_does_not_go_through_thin_boxes() {
     }
     let back = results.flatness.iter().find(|room| room.direction < 0.0).unwrap();
     assert!(x - back.distance >= if x > 120.0 { 135.02 - 1e-6 } else { 55.0 - 1e-6 }, "{back:?} from {x}");
+}
+
+#[test]
+fn flatness_does_not_go_through_the_end_of_a_travel() {
+    // The slide along x is asked for most while the line lies along it, where the best place is 45° away.
+    let bounds = "[placement.bounds]\nyaw_deg = [-45.0, 57.0]\n[placement.fixed]\nx_mm = 100.0\ny_mm = 0.0\nz_mm = 0.0\n\
+                  [placement.search]\ngrid = { yaw = 16 }\n";
+    // With a thick beam the deflection hardly depends on the angle.
+    let gantry = GANTRY.replace("diameter_mm = 40.0", "diameter_mm = 400.0");
+    // 0.05 mm of the way of an end, and how much the line is longer than the travel for that.
+    let half = 0.025 / 60.0;
+    for force in [1.0, 1000.0] {
+        let study = |length: f64| line_under(&gantry, length, [force, force], bounds);
+        let fits = |study: &PlacementStudy, yaw: f64| {
+            let evaluator = Evaluator::new(study, &[Metric::WorstDeflection]);
+            evaluator.evaluate(&Site([100.0, 0.0, 0.0, yaw, 0.0, 0.0])).is_ok()
+        };
+        let (mut fitting, mut longer) = (119.9, 120.1);
+        while longer - fitting > 1e-8 {
+            let middle = 0.5 * (fitting + longer);
+            if fits(&study(middle), 0.0) { fitting = middle } else { longer = middle }
+        }
+        let study = study(fitting + 120.0 * 0.5 * half * half);
+        // It cannot be cut in a narrow window only.
+        assert!(!fits(&study, 0.0) && [-2.0, 2.0].into_iter().all(|at| fits(&study, at * half)));
+        let results = searched(&study);
+        let best = results.best.as_ref().unwrap().site.0[3];
+        let room = results.flatness.iter().find(|room| room.direction == -best.signum()).unwrap();
+        assert!(best.abs() > 0.5 && best.abs() - room.distance > 0.0, "{room:?} from {best}");
+        assert!(best.abs() - room.distance < 3.0 * half, "{room:?} from {best}");
+        let End::Infeasible(reason) = &room.end else { panic!("{room:?}") };
+        assert!(reason.contains("travel"), "{reason}");
+    }
 }
 
 #[test]

@@ -98,6 +98,11 @@ impl<'a> Session<'a> {
         &self.state
     }
 
+    /// The nominal configuration of the present command, where its limits have been looked at.
+    pub(crate) fn command(&self) -> &Configuration {
+        &self.command
+    }
+
     /// Puts the session at a nominal configuration and a state of the real machine.
     pub fn stand(&mut self, command: &Configuration, state: &State) {
         self.command.clone_from(command);

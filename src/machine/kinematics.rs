@@ -640,6 +640,22 @@ impl Machine {
         drives.chain(joints).map(excess).fold(0.0, f64::max)
     }
 
+    /// Adds to `shares` where each limited drive and joint stands in its range: −1 at the lower end and 1 at the upper one,
+    /// as [`Machine::check_limits`] takes them.
+    pub(crate) fn limit_shares(&self, at: &Configuration, shares: &mut Vec<f64>) {
+        let drives = self.drives().zip(&at.drives).map(|((_, drive), &rho)| (drive.travel, rho));
+        let joints = self
+            .chains
+            .iter()
+            .zip(&at.passive)
+            .flat_map(|(chain, values)| chain.passive.iter().zip(values).map(|(joint, &q)| (joint.limits, q)));
+        let limited = drives.chain(joints).filter_map(|(limits, value)| limits.map(|limits| (limits, value)));
+        shares.extend(limited.map(|((low, high), value)| {
+            let half = 0.5 * (high - low) + rounding(low, high);
+            (value - 0.5 * (low + high)) / half
+        }));
+    }
+
     /// Closure Jacobian at `at`: `6m` rows (mm, rad × reach), columns twist of P, drives, passive joints.
     pub(super) fn closure_jacobian(&self, at: &Configuration) -> DMatrix<f64> {
         let mut closure = Closure::new(self);
@@ -651,7 +667,12 @@ impl Machine {
 /// How far `value` is beyond the limits, in its unit; 0 within them and as far outside as rounding may put it.
 fn beyond(value: f64, low: f64, high: f64) -> f64 {
     let excess = f64::max(low - value, value - high);
-    if excess > LIMIT_ROUNDING * low.abs().max(high.abs()).max(high - low) { excess } else { 0.0 }
+    if excess > rounding(low, high) { excess } else { 0.0 }
+}
+
+/// How far beyond its limits rounding may put a value.
+fn rounding(low: f64, high: f64) -> f64 {
+    LIMIT_ROUNDING * low.abs().max(high.abs()).max(high - low)
 }
 
 /// Unit in which a joint is shown, and the factor to it.

@@ -16,7 +16,7 @@ use super::{
 use crate::{
     compensation::Demand,
     error::Error,
-    machine::Machine,
+    machine::{Configuration, Machine},
     study::{Failure, Work, placement::FeatureJob, program::demands_under},
 };
 
@@ -147,6 +147,16 @@ impl<'a> Evaluator<'a> {
     /// # Errors
     /// The first point it does not reach, and why.
     fn check_reach(&self, partial: &Partial, asked: impl Fn(usize, usize) -> bool) -> Result<(), Failure> {
+        self.reach(partial, asked, |_| ())
+    }
+
+    /// The same; `note` is told where the machine stands at each of the points.
+    fn reach(
+        &self,
+        partial: &Partial,
+        asked: impl Fn(usize, usize) -> bool,
+        mut note: impl FnMut(&Configuration),
+    ) -> Result<(), Failure> {
         let machine = &self.study.machine;
         for (f, job) in self.study.features.iter().enumerate() {
             let mut near = machine.home.clone();
@@ -156,6 +166,7 @@ impl<'a> Evaluator<'a> {
                     .or_else(|_| machine.inverse_kinematics(&demand.pose))
                     .and_then(|at| machine.check_asked(demand.pose.translation, &at).map(|()| at))
                     .map_err(|unreachable| located(job, k, Failure::from(unreachable)))?;
+                note(&near);
             }
         }
         Ok(())
@@ -226,18 +237,26 @@ impl<'a> Evaluator<'a> {
     fn add_level(&self, partial: &mut Partial) -> Result<(), Failure> {
         let level = partial.level;
         partial.level += 1;
-        self.visit(partial, |prepared| prepared.levels.get(level).map_or(&[], Vec::as_slice))
+        self.visit(partial, |prepared| prepared.levels.get(level).map_or(&[], Vec::as_slice), &mut None)
     }
 
-    /// Adds the points that `points` names, each solved from the one before.
-    fn visit(&self, partial: &mut Partial, points: impl Fn(&Prepared) -> &[usize]) -> Result<(), Failure> {
+    /// Adds the points that `points` names, each solved from the one before, and where they stand within limits to
+    /// `shares`.
+    fn visit(
+        &self,
+        partial: &mut Partial,
+        points: impl Fn(&Prepared) -> &[usize],
+        shares: &mut Option<Vec<f64>>,
+    ) -> Result<(), Failure> {
         for (f, (prepared, job)) in self.features.iter().zip(&self.study.features).enumerate() {
             let mut walk = self.walk(f);
+            walk.shares = shares.take();
             let demands = self.demands(&partial.site, job);
             for &k in points(prepared) {
                 let seen = walk.visit(&demands[k]).map_err(|Refusal { failure, .. }| located(job, k, failure))?;
                 partial.tallies[f].add(&seen, prepared.shares[k], job.feature.tolerance_mm);
             }
+            *shares = walk.shares.take();
         }
         Ok(())
     }
@@ -284,10 +303,29 @@ impl<'a> Evaluator<'a> {
     /// # Errors
     /// Why the workpiece cannot be cut there.
     pub fn evaluate(&self, site: &Site) -> Result<Evaluation, Failure> {
+        self.evaluate_noting(site, &mut None)
+    }
+
+    /// The same, and where each limited drive, joint and force stands at each point: −1 at the lower limit, 1 at the upper.
+    pub(super) fn evaluate_within(&self, site: &Site) -> Result<(Evaluation, Vec<f64>), Failure> {
+        let mut shares = Some(Vec::new());
+        let evaluation = self.evaluate_noting(site, &mut shares)?;
+        Ok((evaluation, shares.unwrap_or_default()))
+    }
+
+    fn evaluate_noting(&self, site: &Site, shares: &mut Option<Vec<f64>>) -> Result<Evaluation, Failure> {
         let mut partial = self.open(site)?;
         // Where the tool cuts, the loaded machine shows what it reaches.
-        self.check_reach(&partial, |f, k| !self.features[f].is_counted[k])?;
-        self.visit(&mut partial, |prepared| &prepared.counted)?;
+        self.reach(
+            &partial,
+            |f, k| !self.features[f].is_counted[k],
+            |at| {
+                if let Some(shares) = shares {
+                    self.study.machine.limit_shares(at, shares);
+                }
+            },
+        )?;
+        self.visit(&mut partial, |prepared| &prepared.counted, shares)?;
         self.conclude(&partial)
     }
 
@@ -334,7 +372,7 @@ impl<'a> Evaluator<'a> {
     pub fn examine(&self, site: &Site) -> Result<Evaluation, Failure> {
         let mut partial = self.open_anywhere(site)?;
         self.check_reach(&partial, |_, _| true)?;
-        self.visit(&mut partial, |prepared| &prepared.counted)?;
+        self.visit(&mut partial, |prepared| &prepared.counted, &mut None)?;
         Ok(Evaluation { outside_workspace: self.check_workspace(site).err(), ..self.conclude(&partial)? })
     }
 

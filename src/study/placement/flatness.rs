@@ -1,29 +1,33 @@
 //! How far a workpiece may be moved from its best place before that matters.
 //!
-//! Objective and limits are looked at in steps. Where forbidden boxes and the workspace box end a way is known without:
+//! Objective and limits are looked at in steps, and limits of drives, joints and forces between them too, see [`way`].
+//! Where forbidden boxes and the workspace box end a way is known without:
 //! places that keep them are apart by a known gap, and moving by less cannot close it, so a thin box is not stepped over.
 
 use std::f64::consts::PI;
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::{
     Best, PlacementStudy,
     evaluate::Evaluator,
     site::{Site, is_angle},
+    way::{Look, way},
 };
-use crate::study::{Work, work::Event};
+use crate::{
+    error::Result,
+    study::{Failure, Work, work::Event},
+};
 
 /// The objective counts as worse beyond this share of its best value.
 pub const WORSE: f64 = 0.05;
 /// Steps over a coordinate's range at which the objective is looked at.
 const STEPS: f64 = 32.0;
-/// Halvings of the last step.
-const HALVINGS: usize = 12;
 
 /// What ends the way in one direction.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum End {
     /// The objective is worse by [`WORSE`].
     Worse,
@@ -36,7 +40,7 @@ pub enum End {
 }
 
 /// How far the workpiece may be moved along one coordinate.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Room {
     /// Index of the coordinate of the [`Site`](super::Site).
     pub coordinate: usize,
@@ -49,7 +53,12 @@ pub struct Room {
 }
 
 /// The way from `best` along each free coordinate in both directions.
-pub(super) fn flatness(evaluator: &Evaluator<'_>, study: &PlacementStudy, work: &Work, best: &Best) -> Vec<Room> {
+pub(super) fn flatness(
+    evaluator: &Evaluator<'_>,
+    study: &PlacementStudy,
+    work: &Work,
+    best: &Best,
+) -> Result<Vec<Room>> {
     let Best { site: best, value, .. } = best;
     let limit = value + WORSE * value.abs();
     let ways: Vec<(usize, f64)> = study.bounds.free().into_iter().flat_map(|i| [(i, -1.0), (i, 1.0)]).collect();
@@ -69,10 +78,12 @@ pub(super) fn flatness(evaluator: &Evaluator<'_>, study: &PlacementStudy, work: 
                 evaluator.free_translation(best, &way).min(reach)
             }
         };
-        let look = |distance: f64| match evaluator.kept(work, &moved(distance)) {
-            Ok(evaluation) if study.objective.value(&evaluation.metrics) <= limit => None,
-            Ok(_) => Some(End::Worse),
-            Err(failure) => Some(End::Infeasible(failure.reason)),
+        let look = |distance: f64| {
+            let refused = |failure: Failure| End::Infeasible(failure.reason);
+            work.check().map_err(|error| End::Infeasible(error.to_string()))?;
+            let (evaluation, shares) = evaluator.evaluate_within(&moved(distance)).map_err(refused)?;
+            let is_good = study.objective.value(&evaluation.metrics) <= limit;
+            if is_good { Ok(Look { at: distance, shares }) } else { Err(End::Worse) }
         };
         let (distance, mut end) = way(free, step, look);
         if end == End::Bound && free < reach {
@@ -81,10 +92,12 @@ pub(super) fn flatness(evaluator: &Evaluator<'_>, study: &PlacementStudy, work: 
         } else if end == End::Bound && is_full_turn {
             end = End::Nowhere;
         }
+        work.check()?;
         work.tell(Event::Computed(1));
-        Room { coordinate, direction, distance, end }
+        Ok(Room { coordinate, direction, distance, end })
     };
-    ways.par_iter().map(room).collect()
+    let kept = |way: &(usize, f64)| work.part("room").piece(&(best.0, way), |_| 1, || room(way));
+    ways.par_iter().map(kept).collect()
 }
 
 /// A gap this small is closed, mm; so far past the end of a free way it is not kept, mm or rad.
@@ -114,39 +127,4 @@ fn halved(mut good: f64, mut bad: f64, holds: impl Fn(f64) -> bool) -> f64 {
         if holds(middle) { good = middle } else { bad = middle }
     }
     good
-}
-
-/// The first distance at which `look` finds an end, at most `reach`.
-fn way(reach: f64, step: f64, look: impl Fn(f64) -> Option<End>) -> (f64, End) {
-    let mut good = 0.0;
-    while good < reach {
-        let next = (good + step).min(reach);
-        let Some(mut end) = look(next) else {
-            good = next;
-            continue;
-        };
-        let mut bad = next;
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (good + bad);
-            match look(middle) {
-                None => good = middle,
-                Some(nearer) => (bad, end) = (middle, nearer),
-            }
-        }
-        return (good, end);
-    }
-    (reach, End::Bound)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_way_ends_where_it_gets_worse_or_at_the_bound() {
-        let (distance, end) = way(10.0, 1.0, |d| (d > 3.3).then_some(End::Worse));
-        assert!((distance - 3.3).abs() < 5e-3 && end == End::Worse);
-        assert_eq!(way(2.5, 1.0, |_| None), (2.5, End::Bound));
-        assert_eq!(way(0.0, 1.0, |_| Some(End::Worse)), (0.0, End::Bound));
-    }
 }

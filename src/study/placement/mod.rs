@@ -28,6 +28,7 @@ mod sweep;
 mod tally;
 mod trace;
 mod walk;
+mod way;
 
 pub use evaluate::{Evaluation, Evaluator};
 pub use flatness::{End, Room, WORSE};
@@ -136,8 +137,7 @@ pub fn run(study: &PlacementStudy, work: &Work) -> Result<PlacementResults> {
     let entries = outcome::entries(&everything, study, work, (&cells, &ranking, &refinements));
     let best = outcome::best(study, &entries, &refinements);
     work.tell(Event::Stage(Stage { of: "ways from the best place", items: 2 * study.bounds.free().len() }));
-    let flatness = best.as_ref().map(|best| flatness::flatness(&evaluator, study, work, best));
-    work.check()?;
+    let flatness = best.as_ref().map(|best| flatness::flatness(&evaluator, study, work, best)).transpose()?;
     let traces = trace::traces(&everything, study, &entries, best.as_ref());
     Ok(PlacementResults {
         front,

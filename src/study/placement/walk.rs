@@ -53,6 +53,8 @@ pub(super) struct Walk<'a> {
     /// Whether an exact correction beyond a limit is refused.
     check_forces: bool,
     exact: Exact,
+    /// Where drives, joints and forces stand within their limits, −1 to 1, point by point; `None` if nobody asks.
+    pub shares: Option<Vec<f64>>,
     both: Session<'a>,
     /// The cutting force on the nominal machine, and the unloaded real machine.
     apart: Option<[Session<'a>; 2]>,
@@ -74,6 +76,7 @@ impl<'a> Walk<'a> {
             force_limits,
             check_forces,
             exact,
+            shares: None,
             both: session(real),
             apart: needs.departure.then(|| [session(nominal), session(real)]),
         }
@@ -82,6 +85,7 @@ impl<'a> Walk<'a> {
     /// What happens at one point.
     pub fn visit(&mut self, demand: &Demand) -> Result<Seen, Refusal> {
         let plain = solved(self.nominal, compensate(&mut self.both, demand, Method::None))?;
+        self.note_limits();
         let mut seen = Seen { deflection: plain.position_error.norm(), ..Seen::default() };
         if self.needs.stability {
             seen.stability = plain.outcome.as_ref().and_then(|outcome| outcome.softest(self.nominal.reach));
@@ -104,6 +108,9 @@ impl<'a> Walk<'a> {
             seen.is_uncorrected = true;
             return if self.exact == Exact::Needed { Err(uncorrected(self.nominal, &exact.status)) } else { Ok(()) };
         }
+        if self.exact == Exact::Needed {
+            self.note_limits();
+        }
         let is_mixed = self.nominal.has_mixed_drives();
         for (k, (_, drive)) in self.nominal.drives().enumerate() {
             let delta = (exact.drives[k] - plain.drives[k]).abs();
@@ -119,12 +126,21 @@ impl<'a> Walk<'a> {
             if self.check_forces && force > limit {
                 return Err(self.overloaded(k, force));
             }
+            if let Some(shares) = self.shares.as_mut().filter(|_| self.check_forces && limit.is_finite()) {
+                shares.push(exact.drive_forces[k] / limit);
+            }
             if limit.is_finite() {
                 let margin = (limit - force) / limit;
                 seen.margin = Some(seen.margin.map_or(margin, |least| least.min(margin)));
             }
         }
         Ok(())
+    }
+
+    fn note_limits(&mut self) {
+        if let Some(shares) = &mut self.shares {
+            self.nominal.limit_shares(self.both.command(), shares);
+        }
     }
 
     fn overloaded(&self, drive: usize, force: f64) -> Refusal {
