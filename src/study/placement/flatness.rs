@@ -42,7 +42,7 @@ pub enum End {
 /// How far the workpiece may be moved along one coordinate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Room {
-    /// Index of the coordinate of the [`Site`](super::Site).
+    /// Index of the coordinate of the [`Site`].
     pub coordinate: usize,
     /// +1 or −1.
     pub direction: f64,
