@@ -94,7 +94,7 @@ pub(super) fn drive_twists<R: Real>(
 }
 
 #[inline(always)]
-fn dot<R: Real>(a: &[R; 6], b: &[R; 6]) -> R {
+pub(super) fn dot<R: Real>(a: &[R; 6], b: &[R; 6]) -> R {
     let mut sum = R::zero();
     for (&a, &b) in a.iter().zip(b) {
         sum += a * b;

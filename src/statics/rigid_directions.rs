@@ -13,7 +13,7 @@
 
 use super::{
     chain_system::ChainSystem,
-    platform::{self, Square},
+    platform::{self, Square, dot},
 };
 use crate::lanes::{Real, solve};
 
@@ -262,13 +262,4 @@ fn fill_slacks<R: Real>(chains: &[ChainSystem<R>], slacks: &mut [R]) {
         }
         first += chain.slack_count();
     }
-}
-
-#[inline(always)]
-fn dot<R: Real>(a: &[R; 6], b: &[R; 6]) -> R {
-    let mut sum = R::zero();
-    for (&a, &b) in a.iter().zip(b) {
-        sum += a * b;
-    }
-    sum
 }
