@@ -10,8 +10,8 @@ use kinetostat::{
     machine::Machine,
     process::toolpath::polyline::Polyline,
     report::{
-        ProgramFiles, cautions, counted,
-        path::{bounded_text, exceeded_text, facts_text, program_columns, program_json, program_table},
+        ProgramFiles, cautions, counted, if_any,
+        path::{bounded_text, exceeded_text, facts_text, failures_text, program_columns, program_json, program_table},
     },
     study::{
         bounded_pass::Exceedances,
@@ -127,6 +127,10 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     if let Some(sentence) = &unsolved {
         reporting.print(sentence)?;
     }
+    let worse = worse_as_written(&passes, written.rounded_mm);
+    if let Some(sentence) = &worse {
+        reporting.print(sentence)?;
+    }
     reporting.print(&format!("{}{}", header(&job), table(&passes)))?;
     if let Some(bounded) = &bounded {
         reporting.print(&bounded_text(&job.machine, bounded))?;
@@ -139,8 +143,31 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
         ))?;
     }
     reporting.print(&format!("Written to {}\n", arguments.out.display()))?;
-    Ok(if unsolved.is_some() { Ending::SomeUnsolved } else { Ending::Complete })
+    Ok(if unsolved.is_some() || worse.is_some() { Ending::SomeUnsolved } else { Ending::Complete })
 }
+
+/// A program may leave this many times its rounding more than the commands that it was written from.
+const ROUNDINGS: f64 = 10.0;
+
+/// What the answer begins with if the program as written leaves more than its commands do and rounding, by `rounded_mm` at
+/// most, explains.
+fn worse_as_written(passes: &[Pass], rounded_mm: f64) -> Option<String> {
+    let [.., commanded, written] = passes else { return None };
+    let (commanded, written) = (commanded.summary.max_mm?, written.summary.max_mm?);
+    let explained = commanded + ROUNDINGS * rounded_mm + EXACT_MM;
+    let sentence = || {
+        format!(
+            "Do not run the written program: it leaves {}, its commands leave {} and writing them moved none by more than {}.\n",
+            millimetres(written),
+            millimetres(commanded),
+            millimetres(rounded_mm)
+        )
+    };
+    (written > explained).then(sentence)
+}
+
+/// What is left where nothing is rounded, mm.
+const EXACT_MM: f64 = 1e-6;
 
 /// What the answer begins with if points of the last pass, the program as written, have no equilibrium or cannot be reached.
 fn unsolved_as_written(passes: &[Pass]) -> Option<String> {
@@ -219,19 +246,15 @@ fn table(passes: &[Pass]) -> String {
         let s = &pass.summary;
         table.add_row([
             pass.name.clone(),
-            shown(s.solved, millimetres(s.max_mm)),
-            shown(s.solved, millimetres(s.rms_mm)),
-            shown(s.solved, format!("{:.1}", s.mean_corrections)),
-            shown(s.solved, format!("{:.3}°", s.max_leftover_rotation.to_degrees())),
+            if_any(s.max_mm, millimetres),
+            if_any(s.rms_mm, millimetres),
+            if_any(s.mean_corrections, |mean| format!("{mean:.1}")),
+            if_any(s.max_leftover_rotation, |angle| format!("{:.3}°", angle.to_degrees())),
             format!("{} of {}", s.solved, s.points),
         ]);
     }
-    format!("{table}\n")
-}
-
-/// A number, if it comes from any point.
-fn shown(solved: usize, number: String) -> String {
-    if solved > 0 { number } else { "–".into() }
+    let failures = passes.iter().map(|pass| (pass.name.clone(), &pass.summary));
+    format!("{table}\n{}", failures_text(failures))
 }
 
 /// A length to a micrometre, or to its order where it is smaller.

@@ -62,6 +62,15 @@ pub enum Unreachable {
         /// The coordinates that are controlled.
         controls: String,
     },
+    /// The platform turns with its position, and the point that is to be led is not where it should be.
+    #[error(
+        "the platform turns with its position: no place of it was found that puts the point of the path where it is asked for \
+         (the nearest leaves {beside_mm:.3} mm)"
+    )]
+    Turned {
+        /// How far the point is from where it is asked for, mm.
+        beside_mm: f64,
+    },
     /// A drive would leave its travel.
     #[error("drive {drive} of chain {chain} at {value:.3} {unit}, travel {low:.3} to {high:.3} {unit}")]
     Travel {

@@ -56,6 +56,14 @@ impl Machine {
         self.rank_of(&self.controls, &self.platform_motions(at), at)
     }
 
+    /// The largest share of a turn that the drives do not control in a motion of the whole mechanism at `at`.
+    pub(super) fn uncontrolled_turn(&self, at: &Configuration) -> f64 {
+        let motions = self.platform_motions(at);
+        let uncontrolled = (0..3).filter(|&axis| !self.controls.contains(&Coordinate::Rotation(axis)));
+        let turn = |axis: usize| (at.pose.rotation.column(axis).transpose() * motions.rows(3, 3)).amax();
+        if motions.ncols() == 0 { 0.0 } else { uncontrolled.map(turn).fold(0.0, f64::max) }
+    }
+
     /// A basis of the platform's twists that the chains allow: mm, and rad times the reach.
     fn platform_motions(&self, at: &Configuration) -> DMatrix<f64> {
         let jacobian = self.closure_jacobian(at);
@@ -84,7 +92,7 @@ impl Machine {
 }
 
 /// A coordinate that moves by less than this share of a motion of the whole mechanism is held.
-const MOVES: f64 = 1e-7;
+pub(super) const MOVES: f64 = 1e-7;
 
 fn rank(matrix: &DMatrix<f64>) -> usize {
     let values = matrix.singular_values();

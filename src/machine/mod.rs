@@ -9,6 +9,7 @@ pub mod catalogue;
 mod chain;
 mod errors;
 mod kinematics;
+mod led_point;
 mod mobility;
 mod redundancy;
 mod resolve;
@@ -111,6 +112,9 @@ pub struct Machine {
     /// has the same commands from wherever it is begun. A drive that would leave its travel stays at its end, and the others
     /// make up for it. Motions of the platform that are not controlled follow.
     pub redundancy: usize,
+    /// Whether rotations of the platform that the drives do not control change as it moves. A path then asks for the pose in
+    /// which the machine stands with the path's point on it, see [`Machine::lead`].
+    pub turns_with_position: bool,
 }
 
 impl Machine {

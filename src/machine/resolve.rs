@@ -46,6 +46,7 @@ pub(super) fn machine(spec: &MachineSpec, origin: &str) -> Result<Machine> {
         home_sought: home_pose,
         reach: kinematics::reach(&chains, &Configuration::start(&chains, home_pose)),
         redundancy: 0,
+        turns_with_position: false,
         chains,
         tool_tip,
         tool_axes: frame_about(tool_axis),
@@ -61,6 +62,7 @@ pub(super) fn machine(spec: &MachineSpec, origin: &str) -> Result<Machine> {
     // What was sought is only where the search began.
     machine.reach = kinematics::reach(&machine.chains, &machine.home);
     machine.redundancy = machine.redundancy_at_home();
+    machine.turns_with_position = machine.turns_beside_home();
     Ok(machine)
 }
 

@@ -10,7 +10,7 @@ use super::{Configuration, Coordinate, Machine, Unreachable};
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// A difference below this share of the machine's reach is none: machine files are written with so many digits.
-const SAME_PLACE: f64 = 1e-6;
+pub(super) const SAME_PLACE: f64 = 1e-6;
 
 /// A position between the corners of the workspace box but for rounding, as a share of the machine's reach.
 const ROUNDING: f64 = 1e-9;

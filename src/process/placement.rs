@@ -58,20 +58,14 @@ impl Placement {
         let orientation = self.platform_orientation(home);
         // R_OP = R_OW R_z(−yaw) R_home, so that of R_WP only the yaw is left.
         let unturned = Pose::from_roll_pitch_yaw(Vector3::new(0.0, 0.0, -self.roll_pitch_yaw.z)).rotation;
+        let reference = self.reference_from_platform(tool.translation);
         Placed {
             workpiece: self.pose(),
             orientation,
-            reference: orientation * self.reference_from_platform(tool.translation),
-            lever: orientation * tool.translation,
+            reference,
+            tool: *tool,
             tool_axes: frame_about((unturned * (home * tool.rotation.column(2))).normalize()),
         }
-    }
-
-    /// Position in W, mm, of the path's reference point when P stands at `platform` (`X_OP`). At the commanded
-    /// orientation it is the inverse of [`Placed::platform_pose`]. `tool_tip` is `p_PT` in platform axes, mm.
-    #[must_use]
-    pub fn path_position(&self, platform: &Pose, tool_tip: Vector3<f64>) -> Vector3<f64> {
-        self.pose().inverse().transform(platform.transform(self.reference_from_platform(tool_tip)))
     }
 
     fn reference_from_platform(&self, tool_tip: Vector3<f64>) -> Vector3<f64> {
@@ -89,10 +83,10 @@ pub struct Placed {
     workpiece: Pose,
     /// `R_OP`.
     orientation: Matrix3<f64>,
-    /// `p_PR` in O axes, mm, of the path's reference point R.
+    /// `p_PR` in platform axes, mm, of the path's reference point R.
     reference: Vector3<f64>,
-    /// `p_PT` in O axes, mm.
-    lever: Vector3<f64>,
+    /// `X_PT`, the tool frame in platform axes.
+    tool: Pose,
     /// See [`Placed::tool_axes`].
     tool_axes: Matrix3<f64>,
 }
@@ -102,7 +96,24 @@ impl Placed {
     /// the path's reference point.
     #[must_use]
     pub fn platform_pose(&self, position_mm: Vector3<f64>) -> Pose {
-        Pose { rotation: self.orientation, translation: self.workpiece.transform(position_mm) - self.reference }
+        let arm = self.orientation * self.reference;
+        Pose { rotation: self.orientation, translation: self.workpiece.transform(position_mm) - arm }
+    }
+
+    /// The same placement where the platform has the orientation `rotation` (`R_OP`), because its drives do not control it.
+    #[must_use]
+    pub fn turned(&self, rotation: &Matrix3<f64>) -> Self {
+        if *rotation == self.orientation {
+            return *self;
+        }
+        let axis = self.workpiece.rotation.tr_mul(&(rotation * self.tool.rotation.column(2)));
+        Self { orientation: *rotation, tool_axes: frame_about(axis.normalize()), ..*self }
+    }
+
+    /// `p_PR` in platform axes, mm, of the point whose positions the path gives.
+    #[must_use]
+    pub fn reference(&self) -> Vector3<f64> {
+        self.reference
     }
 
     /// The tool in W axes: the column z points along it from the spindle to its tip, x is the projection of the x axis of W
@@ -117,7 +128,8 @@ impl Placed {
     #[must_use]
     pub fn wrench(&self, load: &Load) -> Wrench {
         let rotation = &self.workpiece.rotation;
-        Wrench { force: rotation * load.force_N, moment: rotation * load.moment_Nmm }.shift(-self.lever)
+        Wrench { force: rotation * load.force_N, moment: rotation * load.moment_Nmm }
+            .shift(-(self.orientation * self.tool.translation))
     }
 }
 
@@ -170,14 +182,19 @@ mod tests {
     }
 
     #[test]
-    fn path_position_undoes_platform_pose() {
+    fn where_the_platform_is_turned_its_point_stands_on_the_path_too() {
         let orientation = Pose::from_roll_pitch_yaw(Vector3::new(0.2, -0.1, 0.5)).rotation;
         for reference in [PathReference::ToolTip, PathReference::PlatformPoint] {
             for roll_pitch_yaw in [Vector3::new(0.0, 0.0, FRAC_PI_2), Vector3::new(0.2, 0.3, -0.4)] {
                 let placement = Placement { roll_pitch_yaw, ..placement(reference) };
                 let at = Vector3::new(-7.0, 0.25, 12.0);
-                let pose = placement.on(&orientation, &Pose::from_translation(TIP)).platform_pose(at);
-                assert!((placement.path_position(&pose, TIP) - at).norm() < 1e-12);
+                let turned = Pose::from_roll_pitch_yaw(Vector3::new(-0.3, 0.1, 0.7)).rotation * orientation;
+                let placed = placement.on(&orientation, &Pose::from_translation(TIP)).turned(&turned);
+                let pose = placed.platform_pose(at);
+                assert_eq!(pose.rotation, turned);
+                let stands = pose.transform(placed.reference());
+                assert!((placement.pose().inverse().transform(stands) - at).norm() < 1e-12);
+                assert!((placement.pose().rotation * placed.tool_axes().column(2) - turned.column(2)).norm() < 1e-12);
             }
         }
     }

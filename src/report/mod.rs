@@ -27,7 +27,7 @@ pub use point::{point_json, point_text, unreachable_json};
 pub use program_files::ProgramFiles;
 pub use replace::may_replace;
 pub use visible::{visible, visible_json};
-pub use words::counted;
+pub use words::{counted, if_any};
 pub use write::{
     OutputFile, clean, prepare, prepare_beside, publish, remove, staging, temporary_file, write_all, write_beside,
 };

@@ -18,7 +18,7 @@ pub fn signed(text: &str) -> String {
     shown
 }
 
-/// "1 point", "2 points".
+/// "1 point" or "2 points".
 pub fn counted(count: usize, noun: &str) -> String {
     if count == 1 { format!("1 {noun}") } else { format!("{count} {noun}s") }
 }
@@ -39,6 +39,11 @@ pub fn millimetres(length_mm: f64, decimals: i32, rounding_mm: f64) -> String {
         length if length < 10f64.powi(1 - decimals) => typographic(&format!("{length:.1e} mm")),
         length => format!("{length:.*} mm", decimals as usize),
     }
+}
+
+/// A number in words, or a dash where there is none.
+pub fn if_any<T>(number: Option<T>, words: impl FnOnce(T) -> String) -> String {
+    number.map_or_else(|| "–".into(), words)
 }
 
 #[cfg(test)]

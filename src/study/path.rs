@@ -66,10 +66,10 @@ impl PathAnswer {
 }
 
 /// What a command leaves at one point: all that is kept where only sums are wanted.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Left {
-    /// Whether the command does what was asked of the method.
-    is_success: bool,
+    /// Why the command does not do what was asked of the method, if it does not.
+    failure: Option<Box<str>>,
     /// Whether the machine settles.
     is_settled: bool,
     corrections: usize,
@@ -79,10 +79,11 @@ pub struct Left {
     leftover_rotation: f64,
 }
 
-impl From<&PathAnswer> for Left {
-    fn from(answer: &PathAnswer) -> Self {
+impl Left {
+    /// What `answer` of `machine` leaves.
+    pub fn of(answer: &PathAnswer, machine: &Machine) -> Self {
         Self {
-            is_success: answer.status.is_success(),
+            failure: (!answer.status.is_success()).then(|| answer.status.reason(machine).into()),
             is_settled: answer.is_settled,
             corrections: answer.corrections,
             squared_error: answer.position_error.norm_squared(),
@@ -91,7 +92,7 @@ impl From<&PathAnswer> for Left {
     }
 }
 
-/// Errors along a path.
+/// Errors along a path. What is taken over solved points is `None` where there are none.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PathSummary {
     /// Points with a command and an equilibrium.
@@ -100,14 +101,16 @@ pub struct PathSummary {
     pub points: usize,
     /// Points whose command failed, or is not as good as asked.
     pub failed: usize,
+    /// Why the first of them failed.
+    pub first_failure: Option<Box<str>>,
     /// Largest distance of the point put right from where it is wanted, over the solved points, mm.
-    pub max_mm: f64,
+    pub max_mm: Option<f64>,
     /// Root mean square of that distance, mm.
-    pub rms_mm: f64,
+    pub rms_mm: Option<f64>,
     /// Corrections per point, mean.
-    pub mean_corrections: f64,
+    pub mean_corrections: Option<f64>,
     /// Largest rotation left over, rad.
-    pub max_leftover_rotation: f64,
+    pub max_leftover_rotation: Option<f64>,
 }
 
 /// Sums from which a [`PathSummary`] is made, point after point in the order of the path.
@@ -116,6 +119,7 @@ pub struct PathSums {
     solved: usize,
     points: usize,
     failed: usize,
+    first_failure: Option<Box<str>>,
     squared_errors: f64,
     largest_squared_error: f64,
     corrections: usize,
@@ -126,7 +130,10 @@ impl PathSums {
     /// Adds a point.
     pub fn add(&mut self, left: &Left) {
         self.points += 1;
-        self.failed += usize::from(!left.is_success);
+        self.failed += usize::from(left.failure.is_some());
+        if self.first_failure.is_none() {
+            self.first_failure.clone_from(&left.failure);
+        }
         if left.is_settled {
             self.solved += 1;
             self.squared_errors += left.squared_error;
@@ -138,15 +145,17 @@ impl PathSums {
 
     /// What they come to.
     pub fn summary(&self) -> PathSummary {
-        let per_point = |sum: f64| if self.solved > 0 { sum / self.solved as f64 } else { 0.0 };
+        let known = |value: f64| (self.solved > 0).then_some(value);
+        let mean = |sum: f64| sum / self.solved as f64;
         PathSummary {
             solved: self.solved,
             points: self.points,
             failed: self.failed,
-            max_mm: self.largest_squared_error.sqrt(),
-            rms_mm: per_point(self.squared_errors).sqrt(),
-            mean_corrections: per_point(self.corrections as f64),
-            max_leftover_rotation: self.max_leftover_rotation,
+            first_failure: self.first_failure.clone(),
+            max_mm: known(self.largest_squared_error.sqrt()),
+            rms_mm: known(mean(self.squared_errors).sqrt()),
+            mean_corrections: known(mean(self.corrections as f64)),
+            max_leftover_rotation: known(self.max_leftover_rotation),
         }
     }
 }
@@ -252,11 +261,18 @@ fn block<E>(
             .nominal
             .inverse_kinematics_from(&near, &demand.pose)
             .or_else(|_| case.nominal.inverse_kinematics(&demand.pose));
-        let asked = nominal.as_ref().map_or(Ok(()), |at| case.nominal.check_asked(demand.pose.translation, at));
+        let asked = nominal.as_ref().map_or(Ok(()), |at| case.nominal.check_led(&demand.pose, at));
         let found = match (asked, commands) {
             (Err(unreachable), _) => session.refuse(demand, unreachable),
             (Ok(()), Commands::Method(method)) => compensate(&mut session, demand, *method),
-            (Ok(()), Commands::Program(poses)) => simulate(&mut session, demand, &poses[i]),
+            (Ok(()), Commands::Program(poses)) => {
+                let simulated = simulate(&mut session, demand, &poses[i]);
+                // The controller leads the same point of the platform.
+                match case.nominal.check_led(&poses[i], session.command()) {
+                    Err(unreachable) if simulated.outcome.is_some() => session.refuse(demand, unreachable),
+                    _ => simulated,
+                }
+            }
             (Ok(()), Commands::Drives(drives)) => simulate_drives(&mut session, demand, &drives[i]),
         };
         let nominal_drives = nominal.as_ref().map(|at| at.drives.clone()).unwrap_or_default();

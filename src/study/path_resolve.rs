@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     check::Check,
-    compensation::Method,
+    compensation::{Demand, Method},
     error::Result,
     machine::Machine,
     process::toolpath::{Circle, PathPoint, Plane, Sampling, Toolpath, Turn},
@@ -38,7 +38,7 @@ pub(super) fn path(
     let demands = demands(&machine, &process, &toolpath, &origin)?;
     let study = PathStudy {
         errors: process.errors.clone(),
-        stations: stations(&machine, &process, &toolpath),
+        stations: stations(&machine, &process, &toolpath, &demands),
         demands,
         methods: methods(spec, &check.key("methods"))?,
         is_circle: spec.circle.is_some(),
@@ -136,17 +136,17 @@ fn methods(spec: &PathSpec, check: &Check) -> Result<Vec<Method>> {
 
 /// φ is the heading about the tool's axis less a quarter turn: on a circle counter-clockwise about it, the polar angle of
 /// the point.
-fn stations(machine: &Machine, process: &Process, path: &Toolpath) -> Vec<Station> {
+fn stations(machine: &Machine, process: &Process, path: &Toolpath, demands: &[Demand]) -> Vec<Station> {
     let placed = process.placement.on(&machine.home.pose.rotation, &machine.tool());
-    let station = |point: &PathPoint| {
-        let heading = placed.tool_axes().tr_mul(&point.tangent).xy().try_normalize(1e-6);
+    let station = |(point, demand): (&PathPoint, &Demand)| {
+        let heading = placed.turned(&demand.pose.rotation).tool_axes().tr_mul(&point.tangent).xy().try_normalize(1e-6);
         Station {
             arc_length_mm: point.arc_length_mm,
             phi_deg: heading.map(|h| tidy(h.y.atan2(h.x).to_degrees() - 90.0)),
             cutting: point.cutting,
         }
     };
-    path.points().iter().map(station).collect()
+    path.points().iter().zip(demands).map(station).collect()
 }
 
 /// An angle in [0, 360), without the rounding of its way through radians.

@@ -205,7 +205,7 @@ fn part(study: &PathStudy, real: &Machine, points: Range<usize>, work: &Work) ->
     };
     let case = PathCase { nominal: &study.machine, real, demands };
     let left = |(index, &method): (usize, &Method)| {
-        timed(&case, first, method, &work.part(&format!("method {index}")), |answer| Left::from(&answer))
+        timed(&case, first, method, &work.part(&format!("method {index}")), |answer| Left::of(&answer, &study.machine))
     };
     let ((cutting, assembly), (both, left)) = rayon::join(
         || rayon::join(|| along(Source::Cutting), || along(Source::Assembly)),

@@ -5,13 +5,13 @@ use std::path::Path;
 use nalgebra::Vector3;
 
 use super::{
-    path::{Commands, PathAnswer, PathCase, PathSummary, PathSums, run_in_parts},
+    path::{Commands, Left, PathAnswer, PathCase, PathSummary, PathSums, run_in_parts},
     process::{Decimals, Process},
 };
 use crate::{
     compensation::{Demand, Method, Target},
     error::{Error, Result},
-    machine::{Coordinate, Machine},
+    machine::{Configuration, Coordinate, Machine},
     process::{
         Placed, Placement,
         cutting::PathLoad,
@@ -160,6 +160,8 @@ pub struct Written {
     pub bytes: Vec<u8>,
     /// Poses of P that it commands, read back from the text.
     pub poses: Vec<Pose>,
+    /// The farthest that writing has moved a position, mm.
+    pub rounded_mm: f64,
 }
 
 impl ProgramJob {
@@ -186,17 +188,22 @@ impl ProgramJob {
     }
 
     /// The path position that commands `target`. Along axes that are not controlled it is that of the program.
-    pub fn commanded(&self, point: &PathPoint, mut target: Pose) -> Vector3<f64> {
-        let own = placed(&self.machine, &self.process.placement).platform_pose(point.position_mm);
+    pub fn commanded(&self, point: &PathPoint, target: Pose) -> Vector3<f64> {
+        let placement = &self.process.placement;
+        let placed = placed(&self.machine, placement);
+        let workpiece = placement.pose();
+        let (mut position, own) = (target.transform(placed.reference()), workpiece.transform(point.position_mm));
         for axis in self.machine.uncontrolled_axes() {
-            target.translation[axis] = own.translation[axis];
+            position[axis] = own[axis];
         }
-        self.process.placement.path_position(&target, self.machine.tool_tip)
+        workpiece.inverse().transform(position)
     }
 
-    /// The pose of P that a position of the program commands, as far as the drives control it.
-    fn pose_of(&self, placed: &Placed, position_mm: Vector3<f64>) -> Pose {
-        as_controlled(&self.machine, placed.platform_pose(position_mm))
+    /// The poses of P that positions of the program command one after another, as far as the drives control them.
+    fn poses(&self, positions: impl Iterator<Item = Vector3<f64>>) -> Vec<Pose> {
+        let placed = placed(&self.machine, &self.process.placement);
+        let mut led = Led::new(&self.machine);
+        positions.map(|position| led.pose(&placed, position)).collect()
     }
 
     fn case(&self) -> PathCase<'_> {
@@ -222,7 +229,7 @@ impl ProgramJob {
         run_in_parts(&self.case(), commands, done, |answers| {
             for (k, (answer, point)) in answers.iter().zip(&points[first..]).enumerate() {
                 if (point.cutting || cuts_nowhere) && (first + k > 0 || !begins_twice) {
-                    sums.add(&answer.into());
+                    sums.add(&Left::of(answer, &self.machine));
                 }
             }
             take(first, &answers)?;
@@ -271,9 +278,7 @@ impl ProgramJob {
     /// Poses of P that mirror a measured pass at the wanted path, Figure 2. `measured`: where the tool went, workpiece
     /// frame, mm, one position per point of the path.
     pub fn mirrored(&self, measured: &[Vector3<f64>]) -> Vec<Pose> {
-        let placed = placed(&self.machine, &self.process.placement);
-        let mirror = |(point, went): (&PathPoint, &Vector3<f64>)| self.pose_of(&placed, point.position_mm * 2.0 - went);
-        self.path.points().iter().zip(measured).map(mirror).collect()
+        self.poses(self.path.points().iter().zip(measured).map(|(point, went)| point.position_mm * 2.0 - went))
     }
 
     /// Writes the program that sends the tool where `corrected` says, and reads it back.
@@ -282,9 +287,9 @@ impl ProgramJob {
     /// The program cannot be rewritten.
     pub fn write(&self, corrected: &Corrected) -> Result<Written> {
         let (bytes, back) = self.file.rewritten(&self.path, &corrected.positions, self.process.decimals)?;
-        let placed = placed(&self.machine, &self.process.placement);
-        let poses = back.into_iter().map(|position| self.pose_of(&placed, position)).collect();
-        Ok(Written { bytes, poses })
+        let moved = corrected.positions.iter().zip(&back).map(|(wanted, written)| (written - wanted).norm());
+        let rounded_mm = moved.fold(0.0, f64::max);
+        Ok(Written { bytes, poses: self.poses(back.into_iter()), rounded_mm })
     }
 }
 
@@ -298,9 +303,35 @@ fn counts(found: usize, points: usize, rows: usize) -> String {
     }
 }
 
-/// `pose` of P as far as the drives control its translations.
-fn as_controlled(machine: &Machine, pose: Pose) -> Pose {
-    Pose { translation: machine.as_controlled(pose.translation), ..pose }
+/// The machine being led along positions of a path, each from the one before.
+struct Led<'a> {
+    machine: &'a Machine,
+    near: Configuration,
+}
+
+impl<'a> Led<'a> {
+    fn new(machine: &'a Machine) -> Self {
+        Self { machine, near: machine.home.clone() }
+    }
+
+    /// The pose `X_OP` to ask for so that the path's point stands at `position_mm` (W, mm) as far as the drives control its
+    /// translations. Where the platform turns with its position this is the pose in which the machine stands there; what
+    /// it cannot reach keeps the orientation of home, and is refused when it is asked for.
+    fn pose(&mut self, placed: &Placed, position_mm: Vector3<f64>) -> Pose {
+        let asked = placed.platform_pose(position_mm);
+        let controlled = Pose { translation: self.machine.as_controlled(asked.translation), ..asked };
+        if !self.machine.turns_with_position {
+            return controlled;
+        }
+        match self.machine.lead(placed.reference(), &asked, &self.near) {
+            Ok(at) => {
+                self.near = at;
+                let Pose { rotation, translation } = self.near.pose;
+                Pose { rotation, translation: self.machine.as_controlled(translation) }
+            }
+            Err(_) => controlled,
+        }
+    }
 }
 
 fn placed(machine: &Machine, placement: &Placement) -> Placed {
@@ -328,9 +359,11 @@ pub fn demands_under(
     loads: &[PathLoad],
 ) -> Vec<Demand> {
     let placed = placed(machine, placement);
+    let mut led = Led::new(machine);
     let demand = |(point, load): (&PathPoint, &PathLoad)| {
-        let load = placed.wrench(&load.on_tool(point.tangent, placed.tool_axes()));
-        Demand { pose: as_controlled(machine, placed.platform_pose(point.position_mm)), load, target }
+        let pose = led.pose(&placed, point.position_mm);
+        let there = placed.turned(&pose.rotation);
+        Demand { pose, load: there.wrench(&load.on_tool(point.tangent, there.tool_axes())), target }
     };
     path.points().iter().zip(loads).map(demand).collect()
 }

@@ -214,10 +214,12 @@ pub fn program_json(job: &ProgramJob, passes: &[Pass], bounded: Option<&BoundedP
                 "commands": pass.name,
                 "points": s.points,
                 "points_solved": s.solved,
+                "points_failed": s.failed,
+                "first_failure": s.first_failure,
                 "error_max_mm": s.max_mm,
                 "error_rms_mm": s.rms_mm,
                 "corrections_mean": s.mean_corrections,
-                "rotation_left_max_deg": s.max_leftover_rotation.to_degrees(),
+                "rotation_left_max_deg": s.max_leftover_rotation.map(f64::to_degrees),
             })
         })
         .collect();

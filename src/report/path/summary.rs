@@ -7,10 +7,11 @@ use crate::{
     report::{
         StatusCount, cautions,
         table::{force_unit, force_word, kind_word, largest_force, largest_position, position_words},
-        words::{counted, millimetres},
+        words::{counted, if_any, millimetres},
     },
     study::{
         Source,
+        path::PathSummary,
         path_study::{MethodAlongPath, PathPart, PathStudy},
         superposition::growth::ROUNDING_MM,
     },
@@ -156,6 +157,7 @@ impl Summary {
                     "error_max_mm": m.summary.max_mm,
                     "error_rms_mm": m.summary.rms_mm,
                     "failed": m.summary.failed,
+                    "first_failure": m.summary.first_failure,
                 })
             })
             .collect();
@@ -192,17 +194,22 @@ pub fn methods_text(methods: &[MethodAlongPath]) -> String {
         let s = &method.summary;
         table.add_row([
             method.method.label(),
-            shown(s.solved, format!("{:.2}", s.mean_corrections)),
-            shown(s.solved, format!("{:.2e} mm", s.max_mm)),
-            shown(s.solved, format!("{:.2e} mm", s.rms_mm)),
+            if_any(s.mean_corrections, |mean| format!("{mean:.2}")),
+            if_any(s.max_mm, |max| format!("{max:.2e} mm")),
+            if_any(s.rms_mm, |rms| format!("{rms:.2e} mm")),
             format!("{} of {}", s.failed, s.points),
             format!("{:.0} µs", 1e6 * method.seconds_per_point),
         ]);
     }
-    format!("{table}\n")
+    format!("{table}\n{}", failures_text(methods.iter().map(|method| (method.method.label(), &method.summary))))
 }
 
-/// A number, if it comes from any point.
-fn shown(solved: usize, number: String) -> String {
-    if solved > 0 { number } else { "–".into() }
+/// Where commands failed: at how many points, and why at the first; nothing for those that did not.
+pub fn failures_text<'a>(passes: impl Iterator<Item = (String, &'a PathSummary)>) -> String {
+    let sentence = |(name, summary): (String, &PathSummary)| {
+        let reason = summary.first_failure.as_ref()?;
+        let points = counted(summary.points, "point");
+        Some(format!("{name} fails at {} of {points}; the first: {reason}.\n", summary.failed))
+    };
+    passes.filter_map(sentence).collect()
 }

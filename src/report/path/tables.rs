@@ -85,10 +85,11 @@ fn command(machine: &Machine, answer: &PathAnswer, row: &mut Row) {
     row.extend(cells(answer.drive_forces.iter().copied()));
 }
 
-/// One row per method: what it leaves and how many corrections it needs. Time is not here, as it differs between runs.
+/// One row per method: what it leaves and how many corrections it needs; nothing where it solves no point. Time is not here, as it differs between runs.
 pub fn methods_table(methods: &[MethodAlongPath]) -> Table {
     let mut columns = texts(["method"]);
     columns.extend(counts(["points", "solved", "failed"]));
+    columns.extend(texts(["first_failure"]));
     columns.extend(numbers(["corrections_mean", "error_max_mm", "error_rms_mm", "leftover_rotation_max_deg"]));
     let rows = methods.iter().map(|method| {
         let s = &method.summary;
@@ -97,10 +98,11 @@ pub fn methods_table(methods: &[MethodAlongPath]) -> Table {
             s.points.into(),
             s.solved.into(),
             s.failed.into(),
+            s.first_failure.as_deref().unwrap_or_default().into(),
             s.mean_corrections.into(),
             s.max_mm.into(),
             s.rms_mm.into(),
-            s.max_leftover_rotation.to_degrees().into(),
+            s.max_leftover_rotation.map(f64::to_degrees).into(),
         ]
     });
     Table::new(columns, rows)

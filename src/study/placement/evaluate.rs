@@ -128,7 +128,8 @@ impl<'a> Evaluator<'a> {
         self.check_boxes(site)?;
         let partial = Partial { site: *site, tallies: vec![Tally::default(); self.features.len()], level: 0 };
         // Only inverse kinematics says where a coordinate stands that the drives do not control.
-        let is_led = (0..3).all(|axis| self.study.machine.controls_translation(axis));
+        let machine = &self.study.machine;
+        let is_led = machine.uncontrolled_axes().next().is_none() && !machine.turns_with_position;
         if !is_led {
             self.check_reach(&partial, |_, _| true)?;
         }
@@ -164,7 +165,7 @@ impl<'a> Evaluator<'a> {
                 let reached = machine.inverse_kinematics_from(&near, &demand.pose);
                 near = reached
                     .or_else(|_| machine.inverse_kinematics(&demand.pose))
-                    .and_then(|at| machine.check_asked(demand.pose.translation, &at).map(|()| at))
+                    .and_then(|at| machine.check_led(&demand.pose, &at).map(|()| at))
                     .map_err(|unreachable| located(job, k, Failure::from(unreachable)))?;
                 note(&near);
             }
