@@ -18,7 +18,7 @@ pub fn signed(text: &str) -> String {
     shown
 }
 
-/// "1 point" or "2 points".
+/// "1 point", "2 points".
 pub fn counted(count: usize, noun: &str) -> String {
     if count == 1 { format!("1 {noun}") } else { format!("{count} {noun}s") }
 }
