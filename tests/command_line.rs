@@ -206,7 +206,10 @@ fn point_reads_well_and_knows_named_points() {
 fn an_unreachable_point_is_an_answer_with_a_reason() {
     let arguments = ["point", "--machine", "orthoglide", "--position", "400,0,0", "--phi", "0"];
     let text = printed(1, &arguments);
-    assert!(text.starts_with("unreachable: chain ") && text.contains("cannot close: gap "), "{text}");
+    assert!(
+        text.starts_with("unreachable: chain ") && text.contains("cannot close: the straight way there ends "),
+        "{text}"
+    );
     let output = kinetostat(&[&arguments[..], &["--json"]].concat());
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).contains("cannot close"), "the reason is beside the object");
@@ -677,7 +680,10 @@ fn a_box_beyond_the_machine_gives_unreachable_rows_with_reasons() {
     let (statuses, text) = partly_solved(folder.path(), &study);
     let unreachable = statuses.iter().filter(|(status, _)| status == "unreachable").collect::<Vec<_>>();
     assert!(unreachable.len() > 40 && unreachable.len() < 81, "{}", unreachable.len());
-    assert!(unreachable.iter().all(|(_, reason)| reason.contains("cannot close: gap ")), "{unreachable:?}");
+    assert!(
+        unreachable.iter().all(|(_, reason)| reason.contains("cannot close: the straight way there ends ")),
+        "{unreachable:?}"
+    );
     assert!(text.contains(&format!("{} of 81 rows solved", 81 - unreachable.len())), "{text}");
     // First in the answer on the screen, on the page, and in the summary.
     let first = format!("{n} of 81 not solved: {n} unreachable.", n = unreachable.len());

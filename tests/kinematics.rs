@@ -128,14 +128,16 @@ proptest! {
     }
 
     #[test]
-    fn far_targets_are_refused_with_a_finite_gap(direction in prop::array::uniform3(-1.0..1.0f64), far in 2.0..1e4f64) {
+    fn far_targets_are_refused_with_the_way_that_is_left(direction in prop::array::uniform3(-1.0..1.0f64), far in 2.0..1e4f64) {
         for (name, ..) in CATALOGUE {
             let machine = catalogue_machine(name);
             let direction = Vector3::from(direction);
             prop_assume!(direction.norm() > 0.1);
             let target = machine.pose_at(direction.normalize() * machine.reach * far);
             match machine.inverse_kinematics(&target) {
-                Err(Unreachable::Closure { gap_mm, .. }) => prop_assert!(gap_mm.is_finite() && gap_mm > 0.0, "gap {gap_mm}"),
+                Err(Unreachable::TooFar { short_mm, .. }) => {
+                    prop_assert!(short_mm.is_finite() && short_mm > 0.5 * far * machine.reach, "{short_mm}");
+                }
                 other => prop_assert!(false, "{name}, {far} reaches away: {other:?}"),
             }
         }
@@ -143,13 +145,29 @@ proptest! {
 }
 
 #[test]
-fn a_target_beyond_the_legs_names_a_chain_and_its_gap() {
+fn a_target_beyond_the_legs_names_a_chain_and_how_far_before_it_the_way_ends() {
     let machine = catalogue_machine("orthoglide");
-    let refused = machine.inverse_kinematics(&machine.pose_at(Vector3::new(400.0, 0.0, 0.0))).unwrap_err();
-    // The y and z legs (310 mm) must bridge 400 mm across.
-    let Unreachable::Closure { chain, gap_mm } = &refused else { panic!("{refused}") };
-    assert!(chain == "y" || chain == "z", "{refused}");
-    assert!((1.0..=90.0 * 1.5).contains(gap_mm), "{refused}");
+    for far in [330.0, 400.0, 700.0, 5000.0] {
+        let refused = machine.inverse_kinematics(&machine.pose_at(Vector3::new(far, 0.0, 0.0))).unwrap_err();
+        // The y and z legs (310 mm) must bridge the way across.
+        let Unreachable::TooFar { chain, short_mm } = &refused else { panic!("{refused}") };
+        assert!(chain == "y" || chain == "z", "{refused}");
+        assert!((0.0..0.5).contains(&(short_mm - (far - 310.0))), "{refused}");
+    }
+}
+
+#[test]
+fn the_way_left_to_places_beyond_an_arm_grows_with_them_and_what_was_tried_is_said() {
+    let arm = machine_from(include_str!("machines/kr270.toml"));
+    let reasons = [2700.0, 3200.0, 4000.0, 5000.0, 9000.0].map(|x| {
+        let refused = arm.inverse_kinematics(&arm.pose_at(Vector3::new(x, 0.0, 1000.0))).unwrap_err();
+        let Unreachable::NoWay { straight, tried } = &refused else { panic!("{refused}") };
+        assert!(!tried.is_empty(), "{refused}");
+        let Unreachable::TooFar { short_mm, .. } = **straight else { panic!("{refused}") };
+        x - short_mm
+    });
+    // All on one line from home, which ends where it ends.
+    assert!(reasons.iter().all(|end| (end - reasons[0]).abs() < 0.5), "{reasons:?}");
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use kinetostat::{
+    compensation::{self, Demand, Method, Session, Target, compensate},
     machine::Machine,
     spatial::Wrench,
     statics::{Batch, Case, Outcome, Settings, State, Status, Workspace, equilibrium},
@@ -61,11 +62,33 @@ fn a_singular_place_is_called_so_with_and_without_load() {
 }
 
 #[test]
+fn chain_errors_do_not_lead_away_from_a_singular_place() {
+    let nominal = fivebar();
+    for degrees in [[0.1, 0.0], [0.0, 0.1], [-0.05, 0.2]] {
+        let real = nominal.with_errors(&nominal.assembly_errors(&degrees));
+        for force in [0.0, 10.0] {
+            let status = |y: f64| {
+                let mut session = Session::new(&nominal, &real, compensation::Settings::default());
+                let pose = nominal.pose_at(Vector3::new(0.0, y, 0.0));
+                let load = Wrench::new([force, -force, 0.5 * force, 0.0, 0.0, 0.0]);
+                let demand = Demand { pose, load, target: Target::ToolTip };
+                compensate(&mut session, &demand, Method::None).status.label().to_string()
+            };
+            assert_eq!(
+                (status(0.0).as_str(), status(20.0).as_str()),
+                ("singular", "applied"),
+                "{degrees:?}, {force} N"
+            );
+        }
+    }
+}
+
+#[test]
 fn legs_folded_onto_themselves_are_a_singular_place() {
     let machine = Machine::named_or_file("tripteron").unwrap();
-    for z in [100.0, 500.0] {
-        let (_, outcome) = settled(&machine, [0.0, 0.0, z], Wrench::new([10.0, 0.0, 0.0, 0.0, 0.0, 0.0]));
-        assert_eq!(outcome.status, Status::SingularPlace, "z = {z}");
+    for (z, force) in [(100.0, 10.0), (500.0, 10.0), (100.0, 0.0)] {
+        let (_, outcome) = settled(&machine, [0.0, 0.0, z], Wrench::new([force, 0.0, 0.0, 0.0, 0.0, 0.0]));
+        assert_eq!(outcome.status, Status::SingularPlace, "z = {z}, {force} N");
         assert!(outcome.status.reason(&machine).starts_with("the place is singular"));
     }
 }

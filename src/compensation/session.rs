@@ -61,6 +61,8 @@ pub struct Session<'a> {
     /// When to stop.
     pub settings: Settings,
     pub(super) workspace: Workspace,
+    /// For the nominal machine, where that is asked.
+    nominal_workspace: Option<Workspace>,
     /// A nominal configuration near the present command; its own unless a method has moved `drives`.
     pub(super) command: Configuration,
     /// Drives at the present command.
@@ -77,6 +79,7 @@ impl<'a> Session<'a> {
             real,
             settings,
             workspace: Workspace::new(real),
+            nominal_workspace: None,
             command: nominal.home.clone(),
             drives: nominal.home.drives.clone(),
             state: State::rigid(nominal, &nominal.home),
@@ -152,14 +155,29 @@ impl<'a> Session<'a> {
 
     /// Takes an equilibrium from where the session stood; if it is not stable, one from the rigid configuration.
     pub(super) fn settled(&mut self, demand: &Demand, outcome: Outcome) -> Result<Outcome, Status> {
-        Self::stable(outcome).or_else(|status| {
+        let outcome = Self::stable(outcome).or_else(|status| {
             let rigid = State::rigid(self.nominal, &self.command);
             if self.state == rigid {
                 return Err(status);
             }
             self.state = rigid;
             self.settle_here(demand)
-        })
+        });
+        match self.is_held_by_errors(&outcome) {
+            true => Err(Status::NoEquilibrium(statics::Status::SingularPlace)),
+            false => outcome,
+        }
+    }
+
+    /// Whether the nominal machine is singular at the present command, where errors alone hold the real one: on which side of
+    /// the singularity it stands is chance.
+    fn is_held_by_errors(&mut self, outcome: &Result<Outcome, Status>) -> bool {
+        let is_plain = outcome.as_ref().is_ok_and(|outcome| !outcome.is_soft(self.nominal.reach));
+        if is_plain || std::ptr::eq(self.nominal, self.real) || self.command.drives != self.drives {
+            return false;
+        }
+        let workspace = self.nominal_workspace.get_or_insert_with(|| Workspace::new(self.nominal));
+        statics::is_singular_place(self.nominal, &self.command, workspace)
     }
 
     /// Loaded equilibrium at the present drives, near the present state.
@@ -186,7 +204,9 @@ impl<'a> Session<'a> {
 
     /// Commands the target shifted by `shift`, lets the machine settle, and says how far it is from what is wanted.
     pub(super) fn answer(&mut self, demand: &Demand, shift: &Vector6<f64>) -> Result<(TaskError, Outcome), Status> {
-        self.go_to(&demand.shifted(self.nominal, shift))?;
+        let is_far = shift.norm() > self.nominal.reach;
+        self.go_to(&demand.shifted(self.nominal, shift))
+            .map_err(|status| if is_far { Status::Diverged } else { status })?;
         let outcome = self.settle(demand)?;
         Ok((self.task_error(demand), outcome))
     }

@@ -36,6 +36,15 @@ pub enum Unreachable {
         /// Its gap where the search stopped, rotations weighted by the machine's reach.
         gap_mm: f64,
     },
+    /// The chains do not close at the target: the straight way there ends before it.
+    #[error("chain {chain} cannot close: the straight way there ends {short_mm:.3} mm before")]
+    TooFar {
+        /// The chain that closes worst.
+        chain: String,
+        /// From where the straight way ends to the target in the controlled coordinates, rotations weighted by the machine's
+        /// reach.
+        short_mm: f64,
+    },
     /// The chains close there, but the way from home leads through a singularity or to another assembly mode.
     #[error("only on another assembly mode than home, or beyond a singularity")]
     OtherMode,
@@ -120,6 +129,9 @@ const RANK_TOLERANCE: f64 = 1e-9;
 /// Largest change of a rotation within one continuation step, rad.
 const MAX_STEP_ROTATION: f64 = 0.5;
 const MIN_CONTINUATION_STEP: f64 = 1.0 / 1024.0;
+/// Where a straight way ends is found to this share of the machine's reach, but to no less than this share of the way.
+const WAY_END: f64 = 1e-4;
+const MIN_WAY_STEP: f64 = 1.0 / 65536.0;
 
 impl Configuration {
     /// Joint values from which a machine's home is sought.
@@ -441,11 +453,28 @@ impl Machine {
             rotation: start_pose.rotation * rotation_exp(turn * s),
             translation: start_pose.translation + shift * s,
         };
-        let reached = self.follow(start, |s, closure, from| {
+        let length = shift.norm().hypot(turn.norm() * self.reach);
+        let least_step = (WAY_END * self.reach / length).clamp(MIN_WAY_STEP, MIN_CONTINUATION_STEP);
+        let reached = self.follow(start, least_step, |s, closure, from| {
             let pose = if s == 1.0 { *target } else { along(s) };
             closure.newton(from, &Command::Task(&pose))
         });
-        self.closed(reached, &Command::Task(target))
+        let end = reached.at.pose;
+        self.closed(reached, &Command::Task(target)).map_err(|unreachable| match unreachable {
+            Unreachable::Closure { chain, .. } => Unreachable::TooFar { chain, short_mm: self.way_left(&end, target) },
+            other => other,
+        })
+    }
+
+    /// From `at` to `target` in the controlled coordinates, mm, rotations weighted by the reach.
+    fn way_left(&self, at: &Pose, target: &Pose) -> f64 {
+        let turn = rotation_log(&(at.rotation.transpose() * target.rotation)) * self.reach;
+        let shift = target.translation - at.translation;
+        let left = self.controls.iter().map(|coordinate| match *coordinate {
+            Coordinate::Translation(axis) => shift[axis],
+            Coordinate::Rotation(axis) => turn[axis],
+        });
+        left.map(|left| left * left).sum::<f64>().sqrt()
     }
 
     /// `at`, which meets `target`, moved by what is free: full turns, and the freedom of redundant drives.
@@ -516,17 +545,19 @@ impl Machine {
     /// # Errors
     /// As [`Machine::forward_kinematics`].
     pub fn forward_kinematics_from(&self, start: &Configuration, drives: &[f64]) -> Result<Configuration, Unreachable> {
-        let reached = self.follow(start, |s, closure, from| {
+        let reached = self.follow(start, MIN_CONTINUATION_STEP, |s, closure, from| {
             let rho: Vec<f64> = start.drives.iter().zip(drives).map(|(a, b)| a + (b - a) * s).collect();
             closure.newton(from, &Command::Drives(&rho))
         });
         self.closed(reached, &Command::Drives(drives))
     }
 
-    /// Follows a one-parameter family of commands from s = 0 (solved by `start`) to s = 1 with adaptive steps.
-    pub(super) fn follow<'a>(
+    /// Follows a one-parameter family of commands from s = 0 (solved by `start`) to s = 1 with adaptive steps, down to
+    /// `least_step`.
+    fn follow<'a>(
         &'a self,
         start: &Configuration,
+        least_step: f64,
         mut solve: impl FnMut(f64, &mut Closure<'a>, &Configuration) -> Reached,
     ) -> Reached {
         let mut closure = Closure::new(self);
@@ -538,7 +569,7 @@ impl Machine {
                 at = reached.at;
                 s = next;
                 step *= 2.0;
-            } else if step > MIN_CONTINUATION_STEP {
+            } else if step > least_step {
                 step *= 0.5;
             } else {
                 return Reached { at, solved: false };

@@ -19,6 +19,7 @@ use crate::spatial::Pose;
 const TURNS: [f64; 5] = [PI / 3.0, -PI / 3.0, TAU / 3.0, -TAU / 3.0, PI];
 const SERIAL_FIRST: &str = "the first hinge turned towards it and away from it";
 const SERIAL_ALL: &str = "the first hinge turned towards it and away from it, each other hinge turned by 60, 120 and 180 deg from there and from home";
+const BEYOND_SPAN: &str = "none, as it is farther from the first hinge than the arm is long";
 /// Distance of points beside the straight line, as shares of its length.
 const DETOURS: [f64; 2] = [0.5, 1.0];
 const DETOURS_TRIED: &str = "detours through points beside the straight line, by half its length and by all of it";
@@ -34,7 +35,7 @@ impl Machine {
             // Slides alone have one posture.
             (1, _) if !self.drives().any(|(_, drive)| drive.motion == Motion::Revolute) => return Err(straight),
             (1, _) if self.chains[0].passive.is_empty() => match self.is_beyond_span(target) {
-                true => return Err(straight),
+                true => (None, BEYOND_SPAN),
                 false => self.other_posture(target),
             },
             // A way around is of use where the chains close, but not on this side of a singularity.

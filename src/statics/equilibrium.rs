@@ -1,6 +1,6 @@
 //! Equilibrium of the whole machine under a prescribed wrench, eqs. (3) and (7), as one condensed Newton iteration.
 
-use nalgebra::{DMatrix, DVector, Matrix6, Matrix6xX, Vector6};
+use nalgebra::{Matrix6, Matrix6xX, Vector6};
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -14,7 +14,7 @@ use super::{
 };
 use crate::{
     lanes::{Frame, Screw, rotation_exp},
-    machine::{Chain, Machine, Motion},
+    machine::{Chain, Configuration, Machine},
     spatial::{Pose, Wrench, larger, skew},
 };
 
@@ -154,7 +154,7 @@ pub fn equilibrium(
     if let (Some(load_fraction), Status::Solved) = (lost, &outcome.status) {
         outcome = newton.failed(Status::Snapped { load_fraction }, outcome.residual);
     }
-    if outcome.status == Status::Solved && !newton.is_plainly_stable && newton.started_nearly_free() {
+    if outcome.status == Status::Solved && newton.is_at_singular_place() {
         outcome = newton.failed(Status::SingularPlace, outcome.residual);
     }
     if let (false, Some(start)) = (outcome.is_equilibrium(), &workspace.start) {
@@ -166,7 +166,7 @@ pub fn equilibrium(
 /// Equilibrium of `machine` in which the drives stand where the task error vanishes: the drives and the state are found
 /// by one Newton iteration, at the cost of an equilibrium.
 ///
-/// `task`, asked once per iteration, gives the task error at a pose of P, in as many coordinates as the machine controls. `drives` and `state` are
+/// `task`, asked once per iteration, gives the task error at a pose of P, in as many coordinates as there are drives. `drives` and `state` are
 /// where the search starts, and where it ends; the residual of the outcome includes the task error over the machine's
 /// reach. `None` if the iteration fails; `drives` and `state` are then as they were.
 pub fn equilibrium_at_task(
@@ -193,7 +193,22 @@ pub fn equilibrium_at_task(
     }
 }
 
+/// Whether the unloaded platform, or a chain, could move without resistance at `at`, and not so at home.
+pub(crate) fn is_singular_place(machine: &Machine, at: &Configuration, workspace: &mut Workspace) -> bool {
+    let (mut state, load, settings) = (State::rigid(machine, at), Wrench::zero(), Settings::default());
+    let mut newton = Newton::new(machine, &at.drives, &load, None, &mut state, workspace, &settings);
+    let softest = newton.softest(&state);
+    softest.is_nearly_free() || softest.has_idle_motion && !newton.is_idle_at_home()
+}
+
 impl Outcome {
+    /// Whether a direction of the platform is so soft that the nominal machine could be singular there.
+    pub(crate) fn is_soft(&self, reach: f64) -> bool {
+        let tangent =
+            self.stiffness.map(|stiffness| std::array::from_fn(|i| std::array::from_fn(|j| stiffness[(i, j)])));
+        tangent.is_none_or(|tangent: Square<f64>| platform::definite_beyond(&tangent, reach, SOFT) == 0)
+    }
+
     /// Smallest eigenvalue in N/mm of the loaded stiffness, rotations at `reach` mm; of a machine that is rigid in some
     /// directions, that of the others. Negative where it is unstable; `None` where the platform is free or not solved.
     pub fn softest(&self, reach: f64) -> Option<f64> {
@@ -221,6 +236,9 @@ const SOFTENED: f64 = 0.3;
 /// Where the softest direction is softer than this fraction of the stiffest, no load can be brought on.
 const NEARLY_FREE: f64 = 1e-9;
 
+/// A platform with a softer direction than this share of the stiffest may stand where it is held by its errors alone.
+const SOFT: f64 = 1e-4;
+
 struct Newton<'a> {
     machine: &'a Machine,
     load: &'a Wrench,
@@ -231,8 +249,10 @@ struct Newton<'a> {
     /// Share of the starting residual that the present load step leaves in place; 0 for the full load.
     held: f64,
     iterations: usize,
-    /// Whether the equilibrium found is far from singular, or is not condensed.
+    /// Whether the start and the equilibrium found are far from singular, or are not condensed.
     is_plainly_stable: bool,
+    /// Whether something moves without resistance in the equilibrium found, if only within a chain.
+    has_idle_motion: bool,
 }
 
 /// How load steps reached the full load.
@@ -272,7 +292,17 @@ impl<'a> Newton<'a> {
         workspace.drives.extend_from_slice(drives);
         workspace.drive_step.clear();
         workspace.drive_step.resize(drives.len(), 0.0);
-        Self { machine, load, task, workspace, settings, held: 0.0, iterations: 0, is_plainly_stable: true }
+        Self {
+            machine,
+            load,
+            task,
+            workspace,
+            settings,
+            held: 0.0,
+            iterations: 0,
+            is_plainly_stable: true,
+            has_idle_motion: false,
+        }
     }
 
     /// Iterates to convergence from `state`; the residual reached, or `None` if the iteration fails.
@@ -355,12 +385,24 @@ impl<'a> Newton<'a> {
         }
     }
 
-    /// Whether the platform could move without resistance where the solve started: a load that stiffens it does not lead
-    /// away from there.
-    fn started_nearly_free(&mut self) -> bool {
+    /// Whether the machine is singular where the solve started, and at home not so. Loads and errors that stiffen it do not
+    /// lead away from there.
+    fn is_at_singular_place(&mut self) -> bool {
         self.held = 0.0;
-        let start = self.workspace.start.clone();
+        if self.has_idle_motion {
+            return !self.is_idle_at_home();
+        }
+        let start = self.workspace.start.clone().filter(|_| !self.is_plainly_stable);
         start.is_some_and(|start| self.softest(&start).is_nearly_free())
+    }
+
+    fn is_idle_at_home(&mut self) -> bool {
+        if self.workspace.is_idle_at_home.is_none() {
+            let home = State::rigid(self.machine, &self.machine.home);
+            self.workspace.drives.clone_from(&self.machine.home.drives);
+            self.workspace.is_idle_at_home = Some(self.softest(&home).has_idle_motion);
+        }
+        self.workspace.is_idle_at_home == Some(true)
     }
 
     /// The platform's softest direction at an equilibrium, part of the load held back.
@@ -381,11 +423,10 @@ impl<'a> Newton<'a> {
             None => {
                 self.linearise(state);
                 let Workspace { chains, rigid, .. } = &mut *self.workspace;
-                let has_idle_motion = full_system::has_idle_motion(chains);
                 let full = full_system::tangent(&self.machine.chains, chains);
                 let (compliance, is_stable) = (full.compliance.as_ref(), full.status == Status::Solved);
                 let softest = Softest::of_compliance(compliance, reach, is_stable, rigid.slack_compliance());
-                Softest { has_idle_motion, ..softest }
+                Softest { has_idle_motion: full.has_idle_motion, ..softest }
             }
         }
     }
@@ -439,6 +480,9 @@ impl<'a> Newton<'a> {
     fn step(&mut self, state: &State, balance: &Balance) -> Option<Vector6<f64>> {
         match self.condense() {
             Some(tangent) => {
+                if self.iterations == 0 {
+                    self.is_plainly_stable = platform::plainly_definite(&tangent, self.machine.reach) == 1;
+                }
                 let right = platform::right_hand_side(&self.workspace.chains, &balance.imbalance.into());
                 let twist = match &balance.task {
                     None => {
@@ -465,36 +509,12 @@ impl<'a> Newton<'a> {
         }
     }
 
-    /// The step in which the drives move as well. Redundant drives move as little as they can, hinges taken at the machine's
-    /// reach.
+    /// The step in which the drives move as well; `None` where they are not as many as the coordinates put right.
     fn step_to_task(&mut self, tangent: Square<f64>, right: [f64; 6], task: &TaskError) -> Option<[f64; 6]> {
         let Workspace { chains, rigid, drive_step, drive_wrenches: wrenches, .. } = &mut *self.workspace;
+        let task = SquareTask::new(task, drive_step.len())?;
         platform::drive_wrenches(chains, wrenches);
-        if let Some(task) = SquareTask::new(task, drive_step.len()) {
-            return single(platform::step_to_task(chains, rigid, tangent, right, wrenches, &task, drive_step));
-        }
-        let factor = platform::matrix(&tangent).lu();
-        let columns: Vec<Vector6<f64>> = [right]
-            .iter()
-            .chain(wrenches.iter())
-            .map(|column| factor.solve(&Vector6::from(*column)))
-            .collect::<Option<_>>()?;
-        let mut twists: Vec<[f64; 6]> = columns.into_iter().map(Into::into).collect();
-        rigid.correct_task_twists(chains, &mut twists);
-        let mut columns = twists.into_iter().map(Vector6::from);
-        let held = columns.next()?;
-        let by_drives = Matrix6xX::from_columns(&columns.collect::<Vec<_>>());
-        // Errors in mm, and drives in mm at the machine's reach: so they are small in one unit.
-        let lever = Matrix6::from_diagonal(&task.lever);
-        let slope = (lever * task.slope).rows(0, task.count).into_owned();
-        let wanted = &slope * held + (lever * task.error).rows(0, task.count);
-        let per_mm = |motion| if motion == Motion::Revolute { 1.0 / self.machine.reach } else { 1.0 };
-        let per_mm = DVector::from_iterator(drive_step.len(), self.machine.drives().map(|(_, d)| per_mm(d.motion)));
-        let response = slope * &by_drives * DMatrix::from_diagonal(&per_mm);
-        let step = per_mm.component_mul(&(response.pseudo_inverse(f64::EPSILON).ok()? * wanted));
-        drive_step.copy_from_slice(step.as_slice());
-        rigid.combine_task_slacks(drive_step);
-        Some((held - by_drives * step).into())
+        single(platform::step_to_task(chains, rigid, tangent, right, wrenches, &task, drive_step))
     }
 
     /// Condenses the chains; the platform's tangent, or `None` if a chain cannot be condensed.
@@ -544,7 +564,7 @@ impl<'a> Newton<'a> {
             Some(tangent) => {
                 // Most by far need no eigenvalues.
                 let is_definite = platform::plainly_definite(&tangent, reach) == 1;
-                self.is_plainly_stable = is_definite;
+                self.is_plainly_stable &= is_definite;
                 let stiffness = platform::matrix(&tangent);
                 outcome.status = if is_definite { Status::Solved } else { platform_status(&stiffness, reach) };
                 outcome.stiffness = Some(stiffness);
@@ -568,6 +588,7 @@ impl<'a> Newton<'a> {
                 self.linearise(state);
                 let full = full_system::tangent(&self.machine.chains, &mut self.workspace.chains);
                 outcome.status = full.status;
+                self.has_idle_motion = full.has_idle_motion;
                 outcome.stiffness = full
                     .compliance
                     .as_ref()

@@ -8,6 +8,8 @@ use crate::{machine::Chain, spatial::skew};
 
 /// A singular value or eigenvalue below this fraction of the largest, after equilibration, is zero.
 const RANK_TOLERANCE: f64 = 1e-12;
+/// An unknown with a smaller part in a motion of unit length does not move.
+const LEAST_PART: f64 = 1e-6;
 
 /// Unknowns of all chains, then dt; scaled symmetrically so that rows have comparable size.
 struct FullSystem {
@@ -79,37 +81,32 @@ impl FullSystem {
     }
 
     /// Stability from the inertia of the symmetric part: stable if the negative eigenvalues are those of the closure
-    /// equations alone. A chain that has more of them when held at its end buckles.
-    fn status(&self, chains: &[ChainSystem]) -> Status {
+    /// equations alone. A chain that has more of them when held at its end buckles. Also whether something moves without
+    /// resistance, if only within a chain.
+    fn status(&self, chains: &[ChainSystem]) -> (Status, bool) {
         if !self.is_finite() {
-            return Status::Singular;
+            return (Status::Singular, false);
         }
         let symmetric = (&self.matrix + self.matrix.transpose()) * 0.5;
         let closures = (0..chains.len()).flat_map(|chain| self.closure_rows(chains, chain)).collect::<Vec<_>>();
         let eigen = symmetric.clone().symmetric_eigen();
         let zero = RANK_TOLERANCE * eigen.eigenvalues.amax();
-        if negative_count(&eigen.eigenvalues, zero) > rank_of_rows(&symmetric, &closures) {
+        let moves_freely = |rows: &dyn Fn(usize) -> bool| {
+            eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()).any(|(value, vector)| {
+                let mut moving = vector.iter().enumerate().filter(|(_, part)| part.abs() > LEAST_PART);
+                value.abs() <= zero && moving.any(|(row, _)| rows(row))
+            })
+        };
+        let is_idle = moves_freely(&|row| !closures.contains(&row));
+        let status = if negative_count(&eigen.eigenvalues, zero) > rank_of_rows(&symmetric, &closures) {
             let buckled = (0..chains.len()).find(|&chain| self.buckles(chains, chain));
-            return buckled.map_or(Status::Unstable, |chain| Status::Buckled { chain });
-        }
-        let free = eigen.eigenvalues.iter().enumerate().any(|(i, value)| {
-            value.abs() <= zero && eigen.eigenvectors.view((self.platform(), i), (6, 1)).amax() > 1e-6
-        });
-        if free { Status::Singular } else { Status::Solved }
-    }
-
-    /// Whether something moves without resistance, if only within a chain.
-    fn has_idle_motion(&self, chains: &[ChainSystem]) -> bool {
-        if !self.is_finite() {
-            return false;
-        }
-        let eigen = ((&self.matrix + self.matrix.transpose()) * 0.5).symmetric_eigen();
-        let zero = RANK_TOLERANCE * eigen.eigenvalues.amax();
-        let closures: Vec<usize> = (0..chains.len()).flat_map(|chain| self.closure_rows(chains, chain)).collect();
-        eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()).any(|(value, vector)| {
-            let moves = vector.iter().enumerate().any(|(row, part)| !closures.contains(&row) && part.abs() > 1e-6);
-            value.abs() <= zero && moves
-        })
+            buckled.map_or(Status::Unstable, |chain| Status::Buckled { chain })
+        } else if moves_freely(&|row| row >= self.platform()) {
+            Status::Singular
+        } else {
+            Status::Solved
+        };
+        (status, is_idle)
     }
 
     /// Rows of the closure equations of `chain`.
@@ -187,6 +184,8 @@ pub(super) fn step(chains: &mut [ChainSystem], imbalance: &Vector6<f64>) -> Opti
 /// Tangent of the whole machine at an equilibrium.
 pub(super) struct FullTangent {
     pub status: Status,
+    /// Whether something moves without resistance, if only within a chain.
+    pub has_idle_motion: bool,
     pub compliance: Option<Matrix6<f64>>,
     pub drive_sensitivity: Matrix6xX<f64>,
     /// `∂(ρ + θ_a)/∂ρ`: motion of each actuated joint (rows) per unit motion of each drive; `None` where there is no
@@ -210,7 +209,7 @@ pub(super) fn tangent(machine_chains: &[Chain], chains: &mut [ChainSystem]) -> F
             column += 1;
         }
     }
-    let mut status = system.status(chains);
+    let (mut status, has_idle_motion) = system.status(chains);
     let mut compliance = None;
     let mut drive_sensitivity = Matrix6xX::zeros(drive_count);
     let mut joint_motion = None;
@@ -230,12 +229,7 @@ pub(super) fn tangent(machine_chains: &[Chain], chains: &mut [ChainSystem]) -> F
         }
         None => status = Status::Singular,
     }
-    FullTangent { status, compliance, drive_sensitivity, joint_motion }
-}
-
-/// Whether something moves without resistance at an equilibrium, if only within a chain.
-pub(super) fn has_idle_motion(chains: &[ChainSystem]) -> bool {
-    FullSystem::new(chains).has_idle_motion(chains)
+    FullTangent { status, has_idle_motion, compliance, drive_sensitivity, joint_motion }
 }
 
 /// Stiffness from a compliance, unless the machine is rigid in some direction; `reach` in mm makes rotations comparable.

@@ -121,12 +121,15 @@ impl<R: Real> LaneSolver<R> {
             active: u8::MAX >> (MAX_LANES - cases.len()),
             solved: 0,
         };
-        for _ in 0..=settings.max_iterations {
+        for iteration in 0..=settings.max_iterations {
             if !self.is_linearised {
                 self.linearise(machine);
             }
             let tasks = self.tasks(cases, progress.active);
             let imbalance = self.balance(machine, cases, tasks.as_ref(), &mut progress, settings);
+            if iteration == 0 {
+                progress.active &= self.plainly_stable(machine);
+            }
             if progress.active == 0 {
                 break;
             }
@@ -180,6 +183,14 @@ impl<R: Real> LaneSolver<R> {
             },
         );
         self.is_linearised = true;
+    }
+
+    /// Lanes in which the platform is plainly stable as it stands. From a start that is not, the scalar path says where it leads.
+    fn plainly_stable(&self, machine: &Machine) -> u8 {
+        R::vectorized(
+            #[inline(always)]
+            || platform::plainly_definite(&self.tangent, machine.reach),
+        )
     }
 
     /// What each active lane with a task makes of its pose; `None` without tasks.

@@ -160,6 +160,12 @@ pub(super) fn step_to_task<R: Real>(
 /// `reach` mm. A free motion leaves a pivot that is all rounding, and may leave a diagonal entry that is.
 #[inline(always)]
 pub(super) fn plainly_definite<R: Real>(tangent: &Square<R>, reach: f64) -> u8 {
+    definite_beyond(tangent, reach, 1e-6)
+}
+
+/// Lanes in which no pivot of the symmetric part of `tangent` is less than this share of its largest diagonal entry.
+#[inline(always)]
+pub(super) fn definite_beyond<R: Real>(tangent: &Square<R>, reach: f64, share: f64) -> u8 {
     let half = R::splat(0.5);
     let scales = [1.0, 1.0 / reach, 1.0 / (reach * reach)];
     let mut upper = *tangent;
@@ -173,7 +179,7 @@ pub(super) fn plainly_definite<R: Real>(tangent: &Square<R>, reach: f64) -> u8 {
     for (i, row) in upper.iter().enumerate() {
         largest = largest.larger(row[i].abs());
     }
-    let least = largest * R::splat(1e-6);
+    let least = largest * R::splat(share);
     let mut definite = R::ALL;
     for k in 0..6 {
         let pivot_row = upper[k];

@@ -37,7 +37,7 @@ impl State {
     }
 }
 
-/// Storage that a solve reuses. Holds no information between solves.
+/// Storage that a solve reuses. Holds no information between solves but of the machine itself.
 #[derive(Debug, Clone)]
 pub struct Workspace {
     pub(super) chains: Vec<ChainSystem>,
@@ -54,6 +54,8 @@ pub struct Workspace {
     pub(super) held_imbalance: nalgebra::Vector6<f64>,
     /// State from which a failed solve is started again.
     pub(super) start: Option<State>,
+    /// Whether something moves without resistance at home, once that was asked.
+    pub(super) is_idle_at_home: Option<bool>,
 }
 
 impl Workspace {
@@ -70,6 +72,7 @@ impl Workspace {
             held: vec![Held::default(); machine.chains.len()],
             held_imbalance: nalgebra::Vector6::zeros(),
             start: None,
+            is_idle_at_home: None,
         }
     }
 

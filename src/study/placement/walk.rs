@@ -36,7 +36,8 @@ pub(super) fn excess(unreachable: &Unreachable) -> f64 {
         Unreachable::Travel { value, low, high, .. } | Unreachable::JointLimit { value, low, high, .. } => {
             f64::max(low - value, value - high)
         }
-        Unreachable::Closure { gap_mm, .. } => FAR + gap_mm,
+        Unreachable::TooFar { short_mm, .. } => FAR + short_mm,
+        Unreachable::NoWay { straight, .. } => excess(straight),
         _ => 2.0 * FAR,
     }
 }
