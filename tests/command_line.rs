@@ -697,6 +697,23 @@ fn a_box_beyond_the_machine_gives_unreachable_rows_with_reasons() {
 }
 
 #[test]
+fn a_hopeless_map_says_so_while_it_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = write_study(folder.path(), "orthoglide", 1000.0, 1200.0);
+    let out = folder.path().join("out");
+    let arguments = ["run", path(&study), "--grid", "4", "--no-figures", "--restart", "--out", path(&out)];
+    let said = stderr(&kinetostat(&arguments));
+    let (_, counts) = said.split_once(": ").unwrap();
+    assert!(counts.contains(" of the first ") && counts.ends_with("points not solved; it goes on\n"), "{said}");
+    let said = stderr(&kinetostat(&[&arguments[..], &["--progress", "json"]].concat()));
+    let events: Vec<Value> = said.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(events.iter().filter(|event| event["event"] == "warning").count(), 1, "{said}");
+    let last = events.iter().rfind(|event| event["event"] == "progress").unwrap();
+    assert_eq!((&last["done"], &last["not_solved"]), (&64.into(), &64.into()), "{said}");
+    assert!(stderr(&kinetostat(&[&arguments[..], &["--quiet"]].concat())).is_empty());
+}
+
+#[test]
 fn a_box_where_nothing_is_reached_is_still_reported() {
     let folder = tempfile::tempdir().unwrap();
     let study = write_study(folder.path(), "orthoglide", 600.0, 900.0);

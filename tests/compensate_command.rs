@@ -445,4 +445,50 @@ fn a_limit_exceeded_by_rounding_is_said_with_its_size() {
     let excess = exceeded[0]["excess"].as_f64().unwrap();
     assert!(excess > 0.0 && excess < 0.02, "{exceeded}");
     assert_eq!((exceeded[0]["limit"].as_str(), exceeded[0]["drive"].as_str()), (Some("correction"), Some("x")));
+    let (output, out) = compensate_on("orthoglide", ("groove.nc", &groove), &process, &[]);
+    assert!(
+        text(&output.stdout).contains("The limits of the process were not looked at: --method bounded keeps them.")
+    );
+    assert!(report(&out)["limits_exceeded_as_written"].is_null());
+}
+
+#[test]
+fn a_law_that_is_not_named_turns_with_the_path() {
+    let groove = std::fs::read_to_string(folder().join("groove.nc")).unwrap();
+    let errors = |force: &str| {
+        let process = format!("schema = 1\n[placement]\norigin_mm = [0.0, 0.0, 100.0]\n{force}");
+        let (output, out) = compensate_on("orthoglide", ("groove.nc", &groove), &process, &[]);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        report(&out)["passes"][0].clone()
+    };
+    assert_eq!(errors(FORCE), errors(&FORCE.replace("law = \"rotated\"\n", "")));
+    assert_ne!(errors(FORCE), errors(&FORCE.replace("rotated", "printed")));
+}
+
+#[test]
+fn a_largest_feed_is_not_asked_of_a_path_without_feeds() {
+    let process = format!("schema = 1\n[cutting]\nmax_feed_mm_per_min = 500.0\n{FORCE}");
+    let (output, _) = compensate_on("orthoglide", ("path.csv", "x_mm,y_mm,z_mm\n0,0,0\n20,0,0\n"), &process, &[]);
+    assert_eq!(output.status.code(), Some(2));
+    let said = text(&output.stderr);
+    assert!(said.contains("cutting.max_feed_mm_per_min") && said.contains("path.csv has no feeds"), "{said}");
+}
+
+#[test]
+fn a_method_that_solves_nothing_has_no_numbers_and_a_reason() {
+    // Methods that hold the platform ask for its stiffness, which a machine with rigid legs does not have.
+    let process = format!("schema = 1\n[placement]\norigin_mm = [0.0, 0.0, -1150.0]\n{FORCE}");
+    let program = "G21 G90\nG0 X-5 Y0 Z0\nG1 X5 F300\nM30\n";
+    let machine = machine_file("tricept.toml");
+    let (output, out) = compensate_on(&machine, ("part.nc", program), &process, &["--all-methods"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let passes = report(&out)["passes"].clone();
+    let newton = passes.as_array().unwrap().iter().find(|pass| pass["commands"] == "newton").unwrap();
+    assert_eq!((&newton["points_solved"], &newton["error_max_mm"]), (&0.into(), &Value::Null), "{newton}");
+    let reason = newton["first_failure"].as_str().unwrap();
+    let said = text(&output.stdout);
+    assert!(
+        !reason.is_empty() && said.contains(&format!("newton fails at 10 of 10 points; the first: {reason}.")),
+        "{said}"
+    );
 }

@@ -54,6 +54,12 @@ fn a_given_axis_holds_and_has_any_length() {
     assert_eq!(machine.tool_axis_source, ToolAxisSource::Given);
     assert!((machine.tool_axes.column(2) - Vector3::new(0.0, 0.6, 0.8)).norm() < 1e-15);
     assert!((machine.tool_axes.transpose() * machine.tool_axes - nalgebra::Matrix3::identity()).norm() < 1e-14);
+    let warnings = |axis: &str| {
+        let machine = arm("[0.0, 180.0, 0.0]", axis);
+        kinetostat::study::machine_check::check(&machine).warnings.join("\n")
+    };
+    assert!(warnings("tool_axis = [0.0, 0.0, -1.0]").contains("is its sign wrong?"));
+    assert!(!warnings("tool_axis = [0.0, 0.0, 1.0]").contains("is its sign wrong?"));
     let text = KR270.replace("controls =", "tool_axis = [0.0, 0.0, 0.0]\ncontrols =");
     let refused = Machine::from_toml(&text, "arm.toml").unwrap_err().to_string();
     assert!(refused.contains("platform.tool_axis") && refused.contains("must not be zero"), "{refused}");

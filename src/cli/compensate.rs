@@ -80,6 +80,27 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let name = arguments.path.display().to_string();
     let progress = reporting.progress(&name, job.path.len() * (compared.len() + 2), "points");
     let done = || progress.tell(Event::Computed(1));
+    // First what is asked for: where there is no command, the others are of no use.
+    let mut corrected = Corrected::new(&job);
+    let take = |_, answers: &[PathAnswer]| {
+        corrected.add(&job, answers);
+        if corrected.failures.is_empty() { Ok(()) } else { Err(Error::Stopped) }
+    };
+    let mut bounded = None;
+    let own = match (&measured, chosen) {
+        (Some(poses), _) => job.pass("mirror of the measured pass", &Commands::Program(poses), &done, take),
+        (None, Chosen::Method(method)) => job.pass_by(method, &done, take),
+        (None, Chosen::Bounded) => job.bounded_pass(&done, take).map(|found| {
+            bounded = Some(found.path);
+            found.pass
+        }),
+    };
+    if !corrected.failures.is_empty() {
+        progress.end();
+        reporting.print(&refusal(&job, &corrected))?;
+        return Ok(Ending::SomeUnsolved);
+    }
+    let own = own?;
     let (mut passes, mut before) = (Vec::new(), Vec::new());
     for (index, &method) in compared.iter().enumerate() {
         passes.push(job.pass_by(method, &done, |_, answers| {
@@ -89,29 +110,8 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
             Ok(())
         })?);
     }
-    let mut corrected = Corrected::new(&job);
-    let take = |_, answers: &[PathAnswer]| {
-        corrected.add(&job, answers);
-        Ok(())
-    };
-    let mut bounded = None;
-    let pass = match (&measured, chosen) {
-        (Some(poses), _) => job.pass("mirror of the measured pass", &Commands::Program(poses), &done, take)?,
-        (None, Chosen::Method(method)) => job.pass_by(method, &done, take)?,
-        (None, Chosen::Bounded) => {
-            let found = job.bounded_pass(&done, take)?;
-            bounded = Some(found.path);
-            found.pass
-        }
-    };
-    let as_written = format!("{}, as written", pass.name);
-    passes.push(pass);
-    if !corrected.failures.is_empty() {
-        progress.end();
-        reporting.print(&format!("{}{}", header(&job), table(&passes)))?;
-        reporting.print(&refusal(&job, &corrected.failures))?;
-        return Ok(Ending::SomeUnsolved);
-    }
+    let as_written = format!("{}, as written", own.name);
+    passes.push(own);
     let written = job.write(&corrected)?;
     let made = files.staging()?;
     let mut points = files.points(made.path(), &program_columns(&job.machine))?;
@@ -121,8 +121,8 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
         points.add(&program_table(&job, first, answers, &before, bounded.as_ref()))
     })?);
     progress.end();
-    let exceeded = exceedances.map_or_else(Vec::new, Exceedances::worst);
-    files.write(written.bytes, points.finish()?, program_json(&job, &passes, bounded.as_ref(), &exceeded))?;
+    let exceeded = exceedances.map(Exceedances::worst);
+    files.write(written.bytes, points.finish()?, program_json(&job, &passes, bounded.as_ref(), exceeded.as_deref()))?;
     let unsolved = unsolved_as_written(&passes);
     if let Some(sentence) = &unsolved {
         reporting.print(sentence)?;
@@ -131,10 +131,12 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     if let Some(sentence) = &worse {
         reporting.print(sentence)?;
     }
-    reporting.print(&format!("{}{}", header(&job), table(&passes)))?;
-    if let Some(bounded) = &bounded {
+    reporting.print(&format!("{}{TABLE}\n{}", header(&job), table(&passes)))?;
+    if let (Some(bounded), Some(exceeded)) = (&bounded, &exceeded) {
         reporting.print(&bounded_text(&job.machine, bounded))?;
-        reporting.print(&exceeded_text(&job, &exceeded))?;
+        reporting.print(&exceeded_text(&job, exceeded))?;
+    } else if job.process.limits.is_limited() {
+        reporting.print("The limits of the process were not looked at: --method bounded keeps them.\n")?;
     }
     if corrected.left_alone > 0 {
         reporting.print(&format!(
@@ -231,12 +233,14 @@ fn header(job: &ProgramJob) -> String {
         cautions::outside_workspace(machine, "point", job.demands.iter().map(|demand| demand.pose.translation));
     let cautions = cautions::large_errors(machine, &job.process.errors) + &outside;
     format!(
-        "{}: {}, {cutting} of them cutting, path length {:.1} mm\n{facts}{cautions}Distance of the point put right from the wanted path, where the tool cuts:\n",
+        "{}: {}, {cutting} of them cutting, path length {:.1} mm\n{facts}{cautions}",
         job.machine.title,
         counted(job.path.len(), "point"),
         job.path.length_mm()
     )
 }
+
+const TABLE: &str = "Distance of the point put right from the wanted path, where the tool cuts:";
 
 fn table(passes: &[Pass]) -> String {
     let mut table = Table::new();
@@ -269,14 +273,17 @@ fn millimetres(length: f64) -> String {
 /// Points shown of those that cannot be compensated.
 const SHOWN: usize = 5;
 
-fn refusal(job: &ProgramJob, failures: &[(usize, String)]) -> String {
+fn refusal(job: &ProgramJob, corrected: &Corrected) -> String {
+    let (failures, seen) = (&corrected.failures, corrected.seen());
+    let all =
+        if seen < job.path.len() { format!(" among the first {}", counted(seen, "point")) } else { String::new() };
     let mut text =
-        format!("No command for {}; nothing was written. The first:\n", counted(failures.len(), "cutting point"));
+        format!("No command for {}{all}; nothing was written. The first:\n", counted(failures.len(), "cutting point"));
     for (point, reason) in failures.iter().take(SHOWN) {
         let at = &job.path.points()[*point];
         let line = job.file.line_of(at.source.segment).map_or_else(String::new, |line| format!("line {line}, "));
         let [x, y, z]: [f64; 3] = at.position_mm.into();
         text += &format!("  {line}point {point} at ({x:.3}, {y:.3}, {z:.3}) mm: {reason}\n");
     }
-    text
+    header(job) + &text
 }

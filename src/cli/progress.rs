@@ -9,7 +9,7 @@ use std::{
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use kinetostat::{
-    report::visible_json,
+    report::{visible, visible_json},
     study::work::{Event, Stage},
 };
 use serde_json::{Value, json};
@@ -19,11 +19,15 @@ use serde_json::{Value, json};
 pub enum Form {
     /// A bar where standard error is a terminal
     Auto,
-    /// One JSON object a line on standard error: event, study, done, total, per_second, seconds_left
+    /// One JSON object a line on standard error: event, study, done, not_solved, total, per_second, seconds_left
     Json,
     /// Nothing
     None,
 }
+
+/// Where so many items are computed and this share of them or more has no answer, that is said while there is time to stop.
+const ENOUGH_TO_TELL: usize = 32;
+const HOPELESS: f64 = 0.9;
 
 /// Time between two lines of JSON, and between two of the log.
 const JSON_INTERVAL: Duration = Duration::from_millis(500);
@@ -32,7 +36,7 @@ const LOG_INTERVAL: Duration = Duration::from_secs(10);
 /// Items done of a computation, or of the stage it is in.
 pub struct Progress {
     bar: ProgressBar,
-    is_json: bool,
+    form: Form,
     study: String,
     /// What is counted.
     of: &'static str,
@@ -43,6 +47,9 @@ pub struct Progress {
 struct State {
     computed: usize,
     kept: usize,
+    unsolved: usize,
+    /// Whether it was said that next to nothing is solved.
+    is_warned: bool,
     /// Since when, and from how many computed items on, the rate is measured.
     rate_from: (Instant, usize),
     best: Option<f64>,
@@ -63,10 +70,18 @@ impl Progress {
             None => bar,
         };
         let now = Instant::now();
-        let state =
-            State { computed: 0, kept: 0, rate_from: (now, 0), best: None, stage: None, json_at: now, logged_at: now };
-        let progress =
-            Self { bar, is_json: form == Form::Json, study: study.into(), of, total, state: Mutex::new(state) };
+        let state = State {
+            computed: 0,
+            kept: 0,
+            unsolved: 0,
+            is_warned: false,
+            rate_from: (now, 0),
+            best: None,
+            stage: None,
+            json_at: now,
+            logged_at: now,
+        };
+        let progress = Self { bar, form, study: study.into(), of, total, state: Mutex::new(state) };
         progress.line(json!({ "event": "started", "study": study, "total": total, "of": of }));
         log::info!("{study}: {total} {of} to compute");
         progress
@@ -86,6 +101,11 @@ impl Progress {
                     None => state.computed += items,
                 }
                 self.bar.inc(items as u64);
+            }
+            Event::Unsolved(items) => {
+                state.unsolved += items;
+                self.warn_if_hopeless(&mut state);
+                self.bar.set_message(format!("{} not solved", state.unsolved));
             }
             Event::Stage(stage) => {
                 state.stage = Some((stage, 0));
@@ -109,7 +129,7 @@ impl Progress {
             }
         }
         let now = Instant::now();
-        if self.is_json && now - state.json_at >= JSON_INTERVAL {
+        if self.form == Form::Json && now - state.json_at >= JSON_INTERVAL {
             state.json_at = now;
             self.line(self.report(&state));
         }
@@ -120,6 +140,23 @@ impl Progress {
             let (done, total, of) = self.counted(&state);
             let (rate, left) = (shown("per_second"), shown("seconds_left"));
             log::info!("{}: {done} of {total} {of}, {rate} per second, {left} s left", self.study);
+        }
+    }
+
+    /// Says once, on standard error, that next to nothing is solved.
+    fn warn_if_hopeless(&self, state: &mut State) {
+        let (unsolved, computed) = (state.unsolved, state.computed);
+        let is_hopeless = computed >= ENOUGH_TO_TELL && unsolved as f64 >= HOPELESS * computed as f64;
+        if state.is_warned || !is_hopeless {
+            return;
+        }
+        state.is_warned = true;
+        let text = format!("{}: {unsolved} of the first {computed} {} not solved; it goes on", self.study, self.of);
+        log::warn!("{text}");
+        match self.form {
+            Form::Auto => self.bar.suspend(|| eprintln!("{}", visible(&text))),
+            Form::Json => self.line(json!({ "event": "warning", "study": self.study, "message": text })),
+            Form::None => {}
         }
     }
 
@@ -143,6 +180,7 @@ impl Progress {
             "event": "progress",
             "study": self.study,
             "done": done,
+            "not_solved": state.unsolved,
             "total": total,
             "of": of,
             "per_second": rate.filter(|_| is_counted),
@@ -168,7 +206,7 @@ impl Progress {
 
     /// A line for programs that watch. One that does not read any more is no fault of the computation.
     pub fn line(&self, value: Value) {
-        if self.is_json {
+        if self.form == Form::Json {
             let _ = writeln!(std::io::stderr().lock(), "{}", visible_json(&value.to_string()));
         }
     }

@@ -131,7 +131,7 @@ const MAX_STEP_ROTATION: f64 = 0.5;
 const MIN_CONTINUATION_STEP: f64 = 1.0 / 1024.0;
 /// Where a straight way ends is found to this share of the machine's reach, but to no less than this share of the way.
 const WAY_END: f64 = 1e-4;
-const MIN_WAY_STEP: f64 = 1.0 / 65536.0;
+const MIN_WAY_STEP: f64 = 1.0 / 16384.0;
 
 impl Configuration {
     /// Joint values from which a machine's home is sought.

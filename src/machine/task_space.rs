@@ -72,11 +72,14 @@ impl Machine {
 
     /// What becomes of coordinates of a path that the drives do not control; `None` if they control all translations.
     pub fn uncontrolled_words(&self) -> Option<String> {
+        let names = self.uncontrolled_names()?;
+        Some(format!("{names} of the base, taken where the machine stands; words of a program for it stay"))
+    }
+
+    /// Names of [`Machine::uncontrolled_axes`], if there are any.
+    pub fn uncontrolled_names(&self) -> Option<String> {
         let names: Vec<&str> = self.uncontrolled_axes().map(|axis| AXES[axis]).collect();
-        let words = || {
-            format!("{} of the base, taken where the machine stands; words of a program for it stay", names.join(", "))
-        };
-        (!names.is_empty()).then(words)
+        (!names.is_empty()).then(|| names.join(", "))
     }
 
     /// `asked` (P in O, mm) with the coordinates that the drives do not control put where they stand at home.

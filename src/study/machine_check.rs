@@ -48,6 +48,11 @@ const UNMOVED_SHARE: f64 = 1e-15;
 /// A tool that leans less from an axis of the platform is along it, degrees.
 const SKEW_TOOL_DEG: f64 = 0.1;
 
+/// A tool tip nearer to P has no direction from it, mm.
+const SHORTEST_TOOL_MM: f64 = 1e-6;
+/// A tool that leans farther from the direction of its tip points back, degrees.
+const RIGHT_ANGLE_DEG: f64 = 90.0 + SKEW_TOOL_DEG;
+
 /// A drive this many times softer than all others of its kind may have its stiffness in another unit.
 const FAR_SOFTER: f64 = 100.0;
 
@@ -177,6 +182,18 @@ fn skew_tool(machine: &Machine) -> Option<String> {
     ))
 }
 
+/// Asks about a tool whose direction is given against that from P to its tip.
+fn tool_towards_the_spindle(machine: &Machine) -> Option<String> {
+    let towards_tip = machine.tool_tip.try_normalize(SHORTEST_TOOL_MM)?;
+    let angle = machine.tool_axes.column(2).dot(&towards_tip).clamp(-1.0, 1.0).acos().to_degrees();
+    (machine.tool_axis_source == ToolAxisSource::Given && angle > RIGHT_ANGLE_DEG).then(|| {
+        format!(
+            "tool axis: platform.tool_axis is {angle:.0}° from the direction from P to the tool tip: it is the one from the \
+             spindle to the tip, and axial forces follow it; is its sign wrong?"
+        )
+    })
+}
+
 /// Names the drives without travel.
 fn without_travel(machine: &Machine) -> Option<String> {
     let labels = machine.drive_labels();
@@ -266,6 +283,7 @@ fn warnings(machine: &Machine, findings: &Findings, status: &Status) -> Vec<Stri
     }
     warnings.extend(other_home(machine));
     warnings.extend(skew_tool(machine));
+    warnings.extend(tool_towards_the_spindle(machine));
     let mobility = &findings.mobility;
     if mobility.uncontrolled > 0 {
         warnings.push(format!(

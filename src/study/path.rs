@@ -238,6 +238,10 @@ pub(super) fn timed<T: Serialize + DeserializeOwned + Send>(
                 work.check()
             };
             let answers = block(case, &Commands::Method(method), start, &done)?;
+            let unsolved = answers.iter().filter(|answer| !answer.is_settled).count();
+            if unsolved > 0 {
+                work.tell(Event::Unsolved(unsolved));
+            }
             Ok((answers.into_iter().map(&keep).collect(), started.elapsed().as_secs_f64()))
         };
         work.piece(&(first + start), |(kept, _): &(Vec<T>, f64)| kept.len(), compute)

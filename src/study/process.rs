@@ -95,6 +95,12 @@ impl Process {
     /// Nothing of a path with moves that may cut does.
     pub fn with_cuts(&self, path: Toolpath, origin: &str) -> Result<Toolpath> {
         let cuts = |path: &Toolpath| path.points().iter().any(|point| point.cutting);
+        let feeds = path.points().iter().any(|point| point.cutting && point.feed_mm_per_min.is_some());
+        if self.cutting_rule.max_feed_mm_per_min.is_some() && cuts(&path) && !feeds {
+            let problem =
+                format!("{origin} has no feeds to hold against it: leave it out, or use below_z_mm or above_z_mm");
+            return Err(Error::Argument { argument: "cutting.max_feed_mm_per_min".into(), problem });
+        }
         let (may_cut, path) = (cuts(&path), self.cutting_rule.apply(path));
         if may_cut && !cuts(&path) {
             let problem = format!("nothing of {origin} is cut: what cuts is {}", self.cutting_rule.words());

@@ -97,8 +97,8 @@ pub struct PathFrameSpec {
     /// F_z.
     #[serde(rename = "axial_force_N")]
     pub axial_force: f64,
-    /// `printed` or `rotated`. Without default: the printed law is no rotation, so a force that turns with the path
-    /// needs the other one.
+    /// `rotated` (default) or `printed`, which is no rotation: its force does not turn with the path.
+    #[serde(default)]
     pub law: ForceLaw,
 }
 

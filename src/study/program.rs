@@ -136,6 +136,11 @@ impl Corrected {
         Self { positions: Vec::with_capacity(job.path.len()), failures: Vec::new(), left_alone: 0 }
     }
 
+    /// Points seen.
+    pub fn seen(&self) -> usize {
+        self.positions.len()
+    }
+
     /// Takes the next answers of the pass that is to be written.
     pub fn add(&mut self, job: &ProgramJob, answers: &[PathAnswer]) {
         for answer in answers {

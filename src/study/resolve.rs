@@ -273,15 +273,23 @@ pub(super) fn chain_errors(specs: &[ChainErrorSpec], machine: &Machine, check: &
 }
 
 fn chain_error(spec: &ChainErrorSpec, machine: &Machine, index: usize, check: &Check) -> Result<ChainError> {
-    let radians = |key: &str, degrees: [f64; 3]| -> Result<Vector3<f64>> {
-        Ok(check.key(key).finite(degrees)?.map(f64::to_radians))
-    };
-    let turn = check.key("turn_about_drive_axis_deg").finite_scalar(spec.turn_about_drive_axis_deg)?.to_radians();
+    if spec.names_nothing() {
+        return check.fail(
+            "names no error: expected turn_about_drive_axis_deg, base_translation_mm, base_rotation_deg, end_translation_mm, \
+             end_rotation_deg or drive_offsets_mm_or_deg"
+                .into(),
+        );
+    }
+    let vector = |key: &str, given: Option<[f64; 3]>| check.key(key).finite(given.unwrap_or_default());
+    let radians = |key: &str, given| -> Result<Vector3<f64>> { Ok(vector(key, given)?.map(f64::to_radians)) };
+    let turn = spec.turn_about_drive_axis_deg.unwrap_or(0.0);
+    let turn = check.key("turn_about_drive_axis_deg").finite_scalar(turn)?.to_radians();
     let base_rotation = radians("base_rotation_deg", spec.base_rotation_deg)?;
+    let end_rotation = radians("end_rotation_deg", spec.end_rotation_deg)?;
     for (key, angle) in [
         ("turn_about_drive_axis_deg", turn),
         ("base_rotation_deg", base_rotation.norm()),
-        ("end_rotation_deg", Vector3::from(spec.end_rotation_deg).norm().to_radians()),
+        ("end_rotation_deg", end_rotation.norm()),
     ] {
         if let Some(problem) = ChainError::too_large(angle) {
             return check.key(key).fail(problem);
@@ -292,22 +300,17 @@ fn chain_error(spec: &ChainErrorSpec, machine: &Machine, index: usize, check: &C
     if turn != 0.0 && base_rotation != Vector3::zeros() {
         return check.fail("give turn_about_drive_axis_deg or base_rotation_deg, not both".into());
     }
-    error.base.linear = check.key("base_translation_mm").finite(spec.base_translation_mm)?;
+    error.base.linear = vector("base_translation_mm", spec.base_translation_mm)?;
     error.base.angular += base_rotation;
-    error.end = Twist {
-        linear: check.key("end_translation_mm").finite(spec.end_translation_mm)?,
-        angular: radians("end_rotation_deg", spec.end_rotation_deg)?,
-    };
+    error.end = Twist { linear: vector("end_translation_mm", spec.end_translation_mm)?, angular: end_rotation };
     let check_offsets = check.key("drive_offsets_mm_or_deg");
-    if !spec.drive_offsets_mm_or_deg.is_empty() && spec.drive_offsets_mm_or_deg.len() != chain.drives.len() {
-        let problem = format!(
-            "must have one entry per drive of the chain, which is {}, got {}",
-            chain.drives.len(),
-            spec.drive_offsets_mm_or_deg.len()
-        );
+    let offsets = spec.drive_offsets_mm_or_deg.as_deref().unwrap_or_default();
+    if !offsets.is_empty() && offsets.len() != chain.drives.len() {
+        let (expected, found) = (chain.drives.len(), offsets.len());
+        let problem = format!("must have one entry per drive of the chain, which is {expected}, got {found}");
         return check_offsets.fail(problem);
     }
-    for (drive, &offset) in chain.drives.iter().zip(&spec.drive_offsets_mm_or_deg) {
+    for (drive, &offset) in chain.drives.iter().zip(offsets) {
         let offset = check_offsets.finite_scalar(offset)?;
         error.drive_offsets.push(if drive.motion == Motion::Revolute { offset.to_radians() } else { offset });
     }

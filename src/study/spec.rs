@@ -112,23 +112,28 @@ pub struct ChainErrorSpec {
     /// Name of the chain.
     pub chain: String,
     /// Turn of the whole chain about the axis of its first drive.
-    #[serde(default)]
-    pub turn_about_drive_axis_deg: f64,
+    pub turn_about_drive_axis_deg: Option<f64>,
     /// Displacement of the chain's first frame, in its axes.
-    #[serde(default)]
-    pub base_translation_mm: [f64; 3],
+    pub base_translation_mm: Option<[f64; 3]>,
     /// Rotation vector of the chain's first frame, in its axes.
-    #[serde(default)]
-    pub base_rotation_deg: [f64; 3],
+    pub base_rotation_deg: Option<[f64; 3]>,
     /// Displacement of the chain's last frame, in its axes.
-    #[serde(default)]
-    pub end_translation_mm: [f64; 3],
+    pub end_translation_mm: Option<[f64; 3]>,
     /// Rotation vector of the chain's last frame, in its axes.
-    #[serde(default)]
-    pub end_rotation_deg: [f64; 3],
+    pub end_rotation_deg: Option<[f64; 3]>,
     /// Zero-point errors of the chain's drives, in the order of the drives: mm for slides, degrees for hinges.
-    #[serde(default)]
-    pub drive_offsets_mm_or_deg: Vec<f64>,
+    pub drive_offsets_mm_or_deg: Option<Vec<f64>>,
+}
+
+impl ChainErrorSpec {
+    /// Whether no error is given, not even one of zero.
+    pub fn names_nothing(&self) -> bool {
+        let vectors =
+            [self.base_translation_mm, self.base_rotation_deg, self.end_translation_mm, self.end_rotation_deg];
+        self.turn_about_drive_axis_deg.is_none()
+            && self.drive_offsets_mm_or_deg.is_none()
+            && vectors.iter().all(Option::is_none)
+    }
 }
 
 /// A grid over the workspace box.

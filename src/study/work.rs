@@ -20,6 +20,8 @@ use crate::error::{Error, Result};
 pub enum Event {
     /// So many items of the work are computed.
     Computed(usize),
+    /// So many of them have no answer.
+    Unsolved(usize),
     /// So many items were computed by a run before and are taken over.
     Kept(usize),
     /// The best value that a search has found so far.

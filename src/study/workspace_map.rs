@@ -111,6 +111,9 @@ pub struct SourceEffect {
     pub phi_deg: Option<f64>,
     /// Largest |Δρ| of each drive over φ: compensated less nominal drive position, mm or rad; or why there is none.
     pub delta_rho: Result<Vec<f64>, Failure>,
+    /// Largest distance of the point put right from where it is wanted, with the drives corrected, mm: what they cannot put
+    /// right.
+    pub left_mm: f64,
     /// Largest |τ| of each drive over φ at the nominal command, N or N·mm.
     pub drive_force: Vec<f64>,
     /// Principal stiffnesses of the tool tip at the worst φ, ascending, N/mm.
@@ -298,6 +301,9 @@ impl GroupSolver<'_> {
                 Err(unreachable) => Some(std::array::from_fn(|_| Err(Failure::from(unreachable.clone())))),
             };
             work.tell(Event::Computed(1));
+            if effects.as_ref().is_some_and(|effects| effects.iter().any(Result::is_err)) {
+                work.tell(Event::Unsolved(1));
+            }
             effects.map(|effects| MapPoint { position_mm: (*position).into(), effects })
         };
         positions.iter().zip(&reached).filter_map(point).collect()
@@ -381,6 +387,8 @@ fn judged(machine: &Machine, phi: Option<f64>, answer: Compensation) -> Result<C
 struct Tally {
     displacements: Vec<Vector3<f64>>,
     delta_rho: Result<Vec<f64>, Failure>,
+    /// mm.
+    left: f64,
     drive_force: Vec<f64>,
     worst: Option<Worst>,
 }
@@ -397,7 +405,13 @@ struct Worst {
 impl Tally {
     fn new(machine: &Machine, loads: usize) -> Self {
         let zeros = vec![0.0; machine.drive_count()];
-        Self { displacements: Vec::with_capacity(loads), delta_rho: Ok(zeros.clone()), drive_force: zeros, worst: None }
+        Self {
+            displacements: Vec::with_capacity(loads),
+            delta_rho: Ok(zeros.clone()),
+            left: 0.0,
+            drive_force: zeros,
+            worst: None,
+        }
     }
 
     /// Takes note of one load at `at`: the answer `plain` without compensation, which ended in `state`.
@@ -420,6 +434,7 @@ impl Tally {
                 for ((most, rho), nominal) in largest.iter_mut().zip(&corrected.drives).zip(&at.drives) {
                     *most = most.max((rho - nominal).abs());
                 }
+                self.left = self.left.max(corrected.position_error.norm());
             }
             (delta_rho, Err(failure)) => *delta_rho = Err(failure),
             (Err(_), Ok(_)) => {}
@@ -435,6 +450,7 @@ impl Tally {
             deflection_vector_mm: worst.displacement.into(),
             phi_deg: worst.phi.map(f64::to_degrees),
             delta_rho: self.delta_rho,
+            left_mm: self.left,
             drive_force: self.drive_force,
             principal_stiffness_n_per_mm: tool_stiffnesses(worst.outcome.as_ref(), worst.lever),
             departure_vector_mm: None,

@@ -204,8 +204,14 @@ fn bounded_json(job: &ProgramJob, path: &BoundedPath) -> Value {
 /// Version of the report. In 1, what limits cost was per rad for hinges and had no unit in its key.
 const SCHEMA: u32 = 2;
 
-/// What each pass leaves, over the points at which the tool cuts.
-pub fn program_json(job: &ProgramJob, passes: &[Pass], bounded: Option<&BoundedPath>, exceeded: &[Exceeded]) -> Value {
+/// What each pass leaves, over the points at which the tool cuts. `exceeded`: limits as the program was written; `None` where
+/// nobody looked.
+pub fn program_json(
+    job: &ProgramJob,
+    passes: &[Pass],
+    bounded: Option<&BoundedPath>,
+    exceeded: Option<&[Exceeded]>,
+) -> Value {
     let passes: Vec<Value> = passes
         .iter()
         .map(|pass| {
@@ -230,7 +236,7 @@ pub fn program_json(job: &ProgramJob, passes: &[Pass], bounded: Option<&BoundedP
         "length_mm": job.path.length_mm(),
         "passes": passes,
         "bounded": bounded.map(|path| bounded_json(job, path)),
-        "limits_exceeded_as_written": exceeded_json(job, exceeded),
+        "limits_exceeded_as_written": exceeded.map(|exceeded| exceeded_json(job, exceeded)),
         "workpiece": job.process.place_words(),
         "counts_as_cutting": job.process.cutting_rule.words(),
         "axes_left_as_written": job.machine.uncontrolled_axes().map(|axis| ["x", "y", "z"][axis]).collect::<Vec<_>>(),

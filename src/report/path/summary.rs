@@ -41,6 +41,8 @@ struct OfSource {
     displacement: Largest,
     /// |Δρ| by kind of drive, mm for slides, degrees for hinges.
     correction: [Largest; 2],
+    /// What the compensated command leaves, mm.
+    left: Largest,
     /// |τ| by kind of drive on the compensated path, N for slides, N·mm for hinges.
     force: [Largest; 2],
     /// Points that could not be compensated.
@@ -68,6 +70,7 @@ impl Summary {
                     continue;
                 };
                 let (machine, delta_rho) = (&study.machine, answer.delta_rho());
+                sums.left.see(answer.position_error.norm(), k);
                 for kind in machine.drive_kinds() {
                     sums.correction[kind as usize].see(largest_position(machine, kind, &delta_rho), k);
                     sums.force[kind as usize].see(largest_force(machine, kind, &answer.drive_forces), k);
@@ -129,6 +132,10 @@ impl Summary {
                 force_unit(kind),
                 place(study, kf)
             );
+        }
+        if let (Some(axes), Some((left, k))) = (study.machine.uncontrolled_names(), both.left.0) {
+            let left = millimetres(left, 3, ROUNDING_MM);
+            text += &format!("No drive can put right {left} of it, {}: they do not control {axes}.\n", place(study, k));
         }
         if both.failed > 0 {
             text += &format!("{} of {points} points could not be compensated; the table says why.\n", both.failed);

@@ -65,6 +65,8 @@ struct OfSource {
     deflection: Extremes,
     /// By kind of drive.
     correction: [Extremes; 2],
+    /// What corrected drives leave, mm.
+    left: Extremes,
     /// By kind of drive.
     force: [Extremes; 2],
     departure: Extremes,
@@ -156,13 +158,17 @@ impl Summary {
                 continue;
             };
             let phi = most.phi_deg.map_or_else(String::new, |phi| format!(" (tool angle {phi:.0}°)"));
-            text += &format!(
-                "{cause} by {} at best, at {}, and by {} at worst, at {}{phi}.\n",
-                millimetres(least.value, 3, ROUNDING_MM),
-                least.place(),
-                millimetres(most.value, 3, ROUNDING_MM),
-                most.place()
-            );
+            let [low, high] = [least, most].map(|found| millimetres(found.value, 3, ROUNDING_MM));
+            text += &match low == high {
+                true => format!("{cause} by {high} everywhere.\n"),
+                false => {
+                    format!(
+                        "{cause} by {low} at best, at {}, and by {high} at worst, at {}{phi}.\n",
+                        least.place(),
+                        most.place()
+                    )
+                }
+            };
         }
         text
     }
@@ -194,7 +200,15 @@ impl Summary {
                 force.place()
             )
         };
-        machine.drive_kinds().map(sentence).collect()
+        machine.drive_kinds().map(sentence).collect::<String>() + &self.left_sentence(machine)
+    }
+
+    /// What no drive can put right.
+    fn left_sentence(&self, machine: &Machine) -> String {
+        let Some(axes) = machine.uncontrolled_names() else { return String::new() };
+        let Some([_, most]) = self.sources[Source::Both as usize].left.0 else { return String::new() };
+        let left = millimetres(most.value, 3, ROUNDING_MM);
+        format!("No drive can put right {left} of it at worst, at {}: they do not control {axes}.\n", most.place())
     }
 
     fn departure_sentence(&self, points: usize) -> String {
@@ -257,6 +271,9 @@ impl OfSource {
                 self.correction[kind as usize].see(found(largest_position(machine, kind, delta_rho)));
             }
             self.force[kind as usize].see(found(largest_force(machine, kind, &effect.drive_force)));
+        }
+        if effect.delta_rho.is_ok() {
+            self.left.see(found(effect.left_mm));
         }
         if let Some(departure) = effect.departure_mm() {
             self.departure.see(found(departure));

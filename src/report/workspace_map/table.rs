@@ -53,6 +53,9 @@ fn columns(machine: &Machine) -> Vec<Column> {
     columns.extend(texts(["source", "status", "reason", "correction_status", "correction_reason"]));
     columns.extend(numbers(quantities));
     columns.extend(numbers(correction_columns(machine).chain(force_columns(machine))));
+    if leaves_something(machine) {
+        columns.extend(numbers(["error_left_mm"]));
+    }
     columns
 }
 
@@ -74,6 +77,14 @@ fn solved_cells(machine: &Machine, effect: &SourceEffect, row: &mut Row) {
         Err(_) => row.resize(row.len() + machine.drive_count(), Cell::Missing),
     }
     row.extend(cells(effect.drive_force.iter().copied()));
+    if leaves_something(machine) {
+        row.push(effect.delta_rho.as_ref().ok().map(|_| effect.left_mm).into());
+    }
+}
+
+/// Whether the drives cannot put all of the error right.
+fn leaves_something(machine: &Machine) -> bool {
+    machine.uncontrolled_axes().next().is_some()
 }
 
 fn failed_cells(failure: &Failure, width: usize, row: &mut Row) {

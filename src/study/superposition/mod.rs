@@ -202,6 +202,9 @@ fn map_part(
                 work.check()?;
                 let point = map_point(study, real, study.grid.position(index));
                 work.tell(Event::Computed(1));
+                if point.departures.is_err() {
+                    work.tell(Event::Unsolved(1));
+                }
                 Ok(point)
             };
             (start..indices.end.min(start + PIECE)).into_par_iter().map(solve).collect()
