@@ -9,7 +9,6 @@ use std::{
     time::{Duration, Instant},
 };
 
-use kinetostat::report::Manifest;
 use serde_json::Value;
 
 const STATE: &str = "unfinished_run.state";
@@ -52,21 +51,9 @@ fn ended(code: i32, arguments: &[&str]) -> (String, String) {
     (text(&stdout), text(&stderr))
 }
 
-/// All files of a folder but what differs between runs.
+/// All files of a folder.
 fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-    let read = |path: PathBuf| {
-        let name = path.file_name().unwrap().to_string_lossy().into_owned();
-        let mut bytes = fs::read(path).unwrap();
-        if name == "manifest.json" {
-            let mut manifest: Value = serde_json::from_slice(&bytes).unwrap();
-            for key in Manifest::DIFFERS_BETWEEN_RUNS {
-                manifest.as_object_mut().unwrap().remove(key);
-                manifest["settings"].as_object_mut().unwrap().remove(key);
-            }
-            bytes = manifest.to_string().into_bytes();
-        }
-        (name, bytes)
-    };
+    let read = |path: PathBuf| (path.file_name().unwrap().to_string_lossy().into_owned(), fs::read(path).unwrap());
     fs::read_dir(folder).unwrap().map(|entry| read(entry.unwrap().path())).collect()
 }
 

@@ -51,7 +51,7 @@ impl StatusCount {
     }
 }
 
-/// Provenance of a result folder. Everything but `wall_time_s` and `threads` follows from the input.
+/// Provenance of a result folder. Everything follows from the input: a folder is the same whenever and wherever it is made.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Manifest {
     /// Program name.
@@ -73,15 +73,9 @@ pub struct Manifest {
     /// Whether files are being put in place: until the last one is, some are of the run before. Left out where they all are.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub publishing: bool,
-    /// Threads used.
-    pub threads: usize,
-    /// Wall time of the computation, without pictures and page, s; of the last part of a run that was resumed.
-    pub wall_time_s: f64,
 }
 
 impl Manifest {
-    /// Keys, here and in the settings, whose values differ between runs of the same study.
-    pub const DIFFERS_BETWEEN_RUNS: [&str; 3] = ["threads", "wall_time_s", "microseconds_per_point"];
     /// Name of its file.
     pub const FILE: &str = "manifest.json";
 

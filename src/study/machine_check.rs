@@ -159,7 +159,8 @@ fn other_home(machine: &Machine) -> Option<String> {
     if shift <= HOME_TOLERANCE * machine.reach && turn <= HOME_TOLERANCE {
         return None;
     }
-    let [x, y, z]: [f64; 3] = found.translation.into();
+    // Rounded first: what is nothing has no sign.
+    let [x, y, z]: [f64; 3] = found.translation.map(|v| (v * 1e3).round() * 1e-3 + 0.0).into();
     Some(format!(
         "home: the chains hold the platform at ({x:.3}, {y:.3}, {z:.3}) mm, which is {shift:.3} mm and {:.3}° from the \
          home in the machine file",

@@ -88,11 +88,13 @@ def check_image(folder, tables):
                 same(positions[index][axis], float(row[column]), f"position {index}")
                 if abs(image.GetPoint(index)[axis] - float(row[column])) > SINGLE * max(map(abs, image.GetBounds())):
                     fail(f"point {index} lies at {image.GetPoint(index)}")
-        statuses = vtk_to_numpy(points.GetArray(f"{label}/status"))
-        for index, row in enumerate(rows):
-            if statuses[index] != described["status"][row["status"]]:
-                fail(f"{label}/status: point {index}")
-        seen.add(f"{label}/status")
+        for column in [column for column in ["status", "correction_status"] if column in rows[0]]:
+            name = f"{label}/{column}"
+            statuses = vtk_to_numpy(points.GetArray(name))
+            for index, row in enumerate(rows):
+                if statuses[index] != described["status"][row[column]]:
+                    fail(f"{name}: point {index}")
+            seen.add(name)
         for name in [name for name in names if name.startswith(f"{label}/") and name not in seen]:
             seen.add(name)
             quantity, values = name.removeprefix(f"{label}/"), vtk_to_numpy(points.GetArray(name))

@@ -300,8 +300,6 @@ impl Run<'_> {
             statuses,
             files: Vec::new(),
             publishing: false,
-            threads: rayon::current_num_threads(),
-            wall_time_s: self.started.elapsed().as_secs_f64(),
         }
     }
 

@@ -53,6 +53,7 @@ impl Output<'_> {
 
     pub fn write(mut self) -> Result<Ending> {
         let Run { arguments, study, out, ref progress, .. } = *self.run;
+        let seconds = self.run.started.elapsed().as_secs_f64();
         progress.end();
         self.tables
             .extend(self.figures.iter().filter_map(|(name, figure)| Some((format!("{name}_data"), figure.data()?))));
@@ -81,7 +82,7 @@ impl Output<'_> {
         }
         let written = self.publish(made.path())?;
         let mut closing = format!("{}\n", self.closing);
-        closing += &format!("{} in {:.1} s. Written to {}:\n", study.name, self.manifest.wall_time_s, out.display());
+        closing += &format!("{} in {seconds:.1} s. Written to {}:\n", study.name, out.display());
         for path in &written {
             closing += &format!("  {}\n", path.file_name().unwrap_or_default().to_string_lossy());
         }
@@ -90,7 +91,7 @@ impl Output<'_> {
             closing += "No .vti: this kind of study has no map over the workspace.\n";
         }
         arguments.reporting.print(&closing)?;
-        self.tell(&written);
+        self.tell(&written, seconds);
         let complete = self.manifest.statuses.iter().all(StatusCount::is_solved);
         Ok(if complete { Ending::Complete } else { Ending::SomeUnsolved })
     }
@@ -111,12 +112,12 @@ impl Output<'_> {
     }
 
     /// The end of the run for the log and for programs that watch.
-    fn tell(&self, written: &[PathBuf]) {
+    fn tell(&self, written: &[PathBuf], seconds: f64) {
         let Run { study, out, ref progress, .. } = *self.run;
-        let Manifest { statuses, wall_time_s, .. } = &self.manifest;
+        let statuses = &self.manifest.statuses;
         let counts: Vec<String> = statuses.iter().map(|count| format!("{} {}", count.rows, count.status)).collect();
         log::info!(
-            "{}: {} in {wall_time_s:.1} s, {} files written to {}",
+            "{}: {} in {seconds:.1} s, {} files written to {}",
             study.name,
             counts.join(", "),
             written.len(),
@@ -126,7 +127,8 @@ impl Output<'_> {
             "event": "finished",
             "study": study.name,
             "statuses": statuses,
-            "wall_time_s": wall_time_s,
+            "wall_time_s": seconds,
+            "threads": rayon::current_num_threads(),
             "folder": out,
         }));
     }

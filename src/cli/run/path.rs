@@ -11,7 +11,7 @@ use kinetostat::{
         path_study::{PathStudy, run_in_parts},
     },
 };
-use serde_json::{Map, Value, json};
+use serde_json::json;
 
 use super::{Run, output::Output};
 use crate::cli::Ending;
@@ -26,9 +26,7 @@ pub fn run(run: &Run<'_>, study: &PathStudy) -> Result<Ending> {
         pictures.iter_mut().for_each(|pictures| pictures.add(study, &part));
         table.add(&report::points_table(study, &part))
     })?;
-    let times: Map<String, Value> =
-        methods.iter().map(|m| (m.method.label(), json!(m.seconds_per_point * 1e6))).collect();
-    let settings = json!({ "points": study.stations.len(), "microseconds_per_point": times });
+    let settings = json!({ "points": study.stations.len() });
     let answer = summary.text(study);
     let bent = summary.farthest().filter(|_| pictures.is_some());
     let output = Output {

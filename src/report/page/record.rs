@@ -10,7 +10,7 @@ use super::{
     description::Fact,
     table::{Table, number},
 };
-use crate::{error::Result, report::Manifest};
+use crate::error::Result;
 
 /// A status and its rows.
 #[derive(Debug, Serialize)]
@@ -72,15 +72,14 @@ fn without_numbers(text: &str) -> String {
     text.chars().filter(|c| !c.is_ascii_digit() && !".-".contains(*c)).collect()
 }
 
-/// The manifest as lines, but for what differs between runs of the same study.
+/// The manifest as lines.
 pub(super) fn facts(manifest: &Value) -> Vec<Fact> {
     let Some(entries) = manifest.as_object() else { return Vec::new() };
     let mut facts = Vec::new();
-    for (key, value) in entries.iter().filter(|(key, _)| !Manifest::DIFFERS_BETWEEN_RUNS.contains(&key.as_str())) {
+    for (key, value) in entries {
         match value {
             Value::Object(inner) => {
-                let own = inner.iter().filter(|(key, _)| !Manifest::DIFFERS_BETWEEN_RUNS.contains(&key.as_str()));
-                facts.extend(own.map(|(name, value)| Fact::new(name.replace('_', " "), words(value))));
+                facts.extend(inner.iter().map(|(name, value)| Fact::new(name.replace('_', " "), words(value))));
             }
             Value::Array(_) => {}
             _ => facts.push(Fact::new(key.replace('_', " "), words(value))),

@@ -35,7 +35,6 @@ struct SinglePage<'a> {
     reasons: Vec<ReasonView>,
     more_reasons: usize,
     manifest: Vec<Fact>,
-    manifest_href: String,
 }
 
 /// An image with its words.
@@ -113,7 +112,6 @@ pub fn page(folder: &ResultFolder, out: &Path) -> Result<String> {
         reasons,
         more_reasons,
         manifest: facts(&folder.manifest),
-        manifest_href: address("manifest.json"),
     };
     render("single.html", &context)
 }
