@@ -3,7 +3,10 @@
 use std::path::Path;
 
 use criterion::Criterion;
-use kinetostat::study::{Overrides, Study, StudyKind, Work, workspace_map};
+use kinetostat::{
+    study::{Overrides, Study, StudyKind, map},
+    work::Work,
+};
 
 fn main() {
     let mut criterion = Criterion::default().configure_from_args().sample_size(10);
@@ -14,7 +17,7 @@ fn main() {
     for threads in [1, std::thread::available_parallelism().map_or(1, usize::from)] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a thread pool");
         criterion.bench_function(&format!("map 5x5x5, {threads} threads"), |bencher| {
-            bencher.iter(|| pool.install(|| workspace_map::run(map, &Work::default()).expect("nothing stops it")));
+            bencher.iter(|| pool.install(|| map::run(map, &Work::default()).expect("nothing stops it")));
         });
     }
     criterion.final_summary();

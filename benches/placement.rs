@@ -7,10 +7,12 @@ use std::{
     time::Instant,
 };
 
-use kinetostat::study::{
-    Overrides, Study, StudyKind, Work,
-    placement::{PlacementResults, Verdict, run},
-    work::Event,
+use kinetostat::{
+    study::{
+        Overrides, Study, StudyKind,
+        placement::{PlacementResults, Verdict, run},
+    },
+    work::{Event, Work},
 };
 
 fn main() {

@@ -36,10 +36,8 @@
 
 #![warn(missing_docs)]
 
-pub mod check;
 pub mod compensation;
-pub mod error;
-pub mod input_file;
+pub mod input;
 mod lanes;
 pub mod machine;
 pub mod process;
@@ -47,4 +45,5 @@ pub mod report;
 pub mod spatial;
 pub mod statics;
 pub mod study;
-mod toml_file;
+pub mod toolpath;
+pub mod work;

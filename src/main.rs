@@ -10,7 +10,7 @@ use std::{
 
 use clap::Parser;
 use cli::Ending;
-use kinetostat::error::{Error, Result};
+use kinetostat::input::error::{Error, Result};
 
 /// Exit code for bad input, and files that cannot be read or written.
 const BAD_INPUT: u8 = 2;

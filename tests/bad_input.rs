@@ -9,9 +9,10 @@ use std::{
 };
 
 use kinetostat::{
-    error::Error,
+    input::error::Error,
     machine::Machine,
-    study::{Overrides, Process, Study},
+    process::Process,
+    study::{Overrides, Study},
 };
 
 /// Fewer files than this in a folder means that files were lost.

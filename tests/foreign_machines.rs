@@ -6,13 +6,12 @@ mod support;
 use kinetostat::{
     compensation::{Demand, Target},
     machine::{Configuration, Machine},
-    report::machine_text,
     spatial::{Pose, Wrench},
     statics::{
         Batch, Case, Level, Outcome, Settings, State, Status, Workspace, drive_force_sensitivity, equilibrium,
         unloaded_stiffness,
     },
-    study::machine_check,
+    study::machine_check::{self, report::machine_text},
 };
 use nalgebra::{DMatrix, Matrix6, Matrix6xX, Vector3, Vector6};
 use serde_json::Value;

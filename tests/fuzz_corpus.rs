@@ -13,11 +13,11 @@ use std::{
 
 use kinetostat::{
     machine::{Machine, catalogue},
-    process::toolpath::{
+    study::{Overrides, Study},
+    toolpath::{
         gcode::{GcodeOptions, Program},
         polyline::Polyline,
     },
-    study::{Overrides, Study},
 };
 
 /// Fewer inputs than this for a target means that files were lost.

@@ -1,7 +1,9 @@
 //! What is refused, and in which words.
 
-use kinetostat::process::toolpath::gcode::{BlockDelete, GcodeOptions, Program};
-use kinetostat::process::toolpath::{Format, Sampling};
+use kinetostat::toolpath::{
+    Format, Sampling,
+    gcode::{BlockDelete, GcodeOptions, Program},
+};
 use nalgebra::Vector3;
 
 fn refusal(source: impl Into<Vec<u8>>) -> String {
@@ -216,7 +218,7 @@ fn moves_from_nowhere_known_are_refused() {
 #[test]
 fn a_given_start_and_unit_are_used() {
     let options = GcodeOptions {
-        unit: kinetostat::process::toolpath::gcode::LengthUnit::Inch,
+        unit: kinetostat::toolpath::gcode::LengthUnit::Inch,
         start_mm: Some(Vector3::new(0.0, 0.0, 25.4)),
         ..GcodeOptions::default()
     };

@@ -1,8 +1,10 @@
 //! No input panics, and what is read can be written back.
 
-use kinetostat::process::toolpath::gcode::{GcodeOptions, Program};
-use kinetostat::process::toolpath::polyline::{self, Polyline};
-use kinetostat::process::toolpath::{Format, Sampling, Toolpath};
+use kinetostat::toolpath::{
+    Format, Sampling, Toolpath,
+    gcode::{GcodeOptions, Program},
+    polyline::{self, Polyline},
+};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 

@@ -1,7 +1,9 @@
 //! Programs of many styles, read, moved and written back.
 
-use kinetostat::process::toolpath::gcode::{GcodeOptions, Program, Rewritten};
-use kinetostat::process::toolpath::{Format, Sampling, Toolpath};
+use kinetostat::toolpath::{
+    Format, Sampling, Toolpath,
+    gcode::{GcodeOptions, Program, Rewritten},
+};
 use nalgebra::Vector3;
 
 /// Every program in `tests/gcode`, with its name.

@@ -7,17 +7,15 @@ use std::path::Path;
 
 use golden::{agree, check};
 use kinetostat::{
-    report::{
-        exchange::{Table, csv},
-        placement, superposition as superposition_report,
-        validation::quoted_table,
-        workspace_map::table,
-    },
+    report::exchange::{Table, csv},
     study::{
-        Overrides, Study, StudyKind, Work,
-        placement::{PlacementStudy, compare, run},
-        superposition, validation, workspace_map,
+        Overrides, Study, StudyKind,
+        map::{self, report::table},
+        placement::{PlacementStudy, compare, report, run},
+        superposition::{self, report as superposition_report},
+        validation::{self, report::quoted_table},
     },
+    work::Work,
 };
 
 /// What the convergence tolerance of the equilibria leaves open when rounding differs between machines.
@@ -41,7 +39,7 @@ fn open(name: &str, overrides: &Overrides) -> StudyKind {
 fn workspace_map_is_the_golden_one() {
     let overrides = Overrides { grid: Some([2, 2, 2]), ..Overrides::default() };
     let StudyKind::WorkspaceMap(map) = open("01_workspace_map", &overrides) else { panic!("a workspace map") };
-    let table = table(&map.machine, &workspace_map::run(&map, &Work::default()).unwrap().points);
+    let table = table(&map.machine, &map::run(&map, &Work::default()).unwrap().points);
     check("01_workspace_map", &text(&table), MAP_TOLERANCE);
 }
 
@@ -55,14 +53,14 @@ fn placement_study(name: &str, overrides: &Overrides) -> PlacementStudy {
 /// The ranked table of the named places. Where a refinement ends on flat ground depends on rounding, so those are not
 /// in it.
 fn ranked(study: &PlacementStudy) -> String {
-    text(&placement::candidates_table(study, &compare(study)))
+    text(&report::candidates_table(study, &compare(study)))
 }
 
 /// The sweep of a study, without refinement worth the name.
 fn swept(study: &PlacementStudy) -> String {
     let mut study = study.clone();
     (study.search.starts, study.search.max_iterations) = (1, 1);
-    text(&placement::sweep_table(&run(&study, &Work::default()).unwrap()))
+    text(&report::sweep_table(&run(&study, &Work::default()).unwrap()))
 }
 
 #[test]

@@ -113,7 +113,7 @@ fn commented_tables_of_the_templates_can_be_used_as_they_are() {
             assert!(uncommented.lines().any(|line| line == table), "{kind}: {table}");
         }
         let process =
-            kinetostat::study::process::Process::from_toml(&uncommented, "process.toml", folder.path(), &machine);
+            kinetostat::process::file::Process::from_toml(&uncommented, "process.toml", folder.path(), &machine);
         let process = process.unwrap_or_else(|error| panic!("{kind}: {error}\n{uncommented}"));
         assert_eq!(process.limits.force_N, Some(400.0));
         assert_eq!(process.cutting_rule.below_z_mm, Some(0.5));

@@ -7,11 +7,11 @@ use std::{
 };
 
 use kinetostat::{
-    report::path::Summary,
     study::{
-        Overrides, Source, Study, StudyKind, Work,
-        path_study::{PathResults, run},
+        Overrides, Source, Study, StudyKind,
+        path::{PathResults, report::Summary, run},
     },
+    work::Work,
 };
 
 fn studies() -> PathBuf {

@@ -4,11 +4,9 @@ mod support;
 
 use std::path::Path;
 
-use kinetostat::{
-    report::placement::{candidates_table, sweep_table},
-    study::placement::{
-        Bounds, Cell, Evaluator, Found, Metric, PlacementResults, PlacementStudy, Site, SiteGrid, Verdict, compare,
-    },
+use kinetostat::study::placement::{
+    Bounds, Cell, Evaluator, Found, Metric, PlacementResults, PlacementStudy, Site, SiteGrid, Verdict, compare,
+    report::{candidates_table, sweep_table},
 };
 use nalgebra::Vector3;
 use support::placement::searched;
@@ -189,7 +187,7 @@ fn a_place_just_out_of_reach_is_refused_for_the_chain_that_ends_there() {
     let study = groove(&[]);
     let machine = &study.machine;
     let reaches = |z: f64| {
-        let place = |point: &kinetostat::process::toolpath::PathPoint| point.position_mm + Vector3::new(0.0, 0.0, z);
+        let place = |point: &kinetostat::toolpath::PathPoint| point.position_mm + Vector3::new(0.0, 0.0, z);
         let path = study.features[0].feature.path.points();
         path.iter().map(place).all(|at| machine.inverse_kinematics(&machine.pose_at(at)).is_ok())
     };

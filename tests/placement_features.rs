@@ -6,12 +6,12 @@ use std::path::Path;
 
 use kinetostat::{
     compensation::{Demand, Method, Session, Settings, Target, compensate},
-    report::{
-        exchange::csv,
-        placement::{candidates_table, figures},
-    },
+    report::exchange::csv,
     spatial::{Pose, Wrench},
-    study::placement::{Evaluator, Metric, PlacementStudy, Site},
+    study::placement::{
+        Evaluator, Metric, PlacementStudy, Site,
+        report::{candidates_table, figures},
+    },
 };
 use nalgebra::Vector3;
 use support::{

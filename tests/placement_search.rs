@@ -5,11 +5,9 @@ mod support;
 
 use std::path::Path;
 
-use kinetostat::{
-    report::placement::{recommendation, summary_text},
-    study::placement::{
-        Bounds, End, Entry, Evaluator, Metric, Metrics, PlacementResults, PlacementStudy, Site, SiteGrid, compare,
-    },
+use kinetostat::study::placement::{
+    Bounds, End, Entry, Evaluator, Metric, Metrics, PlacementResults, PlacementStudy, Site, SiteGrid, compare,
+    report::{recommendation, summary_text},
 };
 use rayon::prelude::*;
 use support::placement::{searched, study_in};

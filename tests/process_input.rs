@@ -6,14 +6,12 @@ use kinetostat::{
     compensation::Target,
     machine::Machine,
     process::{
-        ForceLaw, MillingForce, PathReference,
+        ForceLaw, MillingForce, PathReference, Process,
         cutting::{CuttingLaw, EdgeForce, PathFrame, SlotMilling, WrenchTable},
-        toolpath::{Format, Sampling, Turn},
+        file::{CorrectionLimits, Objective},
     },
-    study::{
-        Inputs, Process,
-        process::{CorrectionLimits, Objective},
-    },
+    toolpath::{Format, Sampling, Turn},
+    work::Inputs,
 };
 use nalgebra::Vector3;
 use proptest::prelude::*;

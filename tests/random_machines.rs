@@ -7,15 +7,16 @@ use kinetostat::{
     compensation::{self, Demand, Method, Session, Target, compensate},
     machine::{Chain, ChainError, Configuration, Machine, Motion, SpringLaw},
     process::MillingForce,
-    spatial::{Pose, Twist, Wrench, rotation_log},
+    spatial::{Grid, Pose, Twist, Wrench, rotation_log},
     statics::{
         Outcome, Settings, Solution, State, Status, Workspace, aggregate_errors, elastic_energy, equilibrium,
         unloaded_stiffness, wrench_at_pose,
     },
     study::{
-        Work, machine_check,
-        workspace_map::{self, Grid, WorkspaceMapStudy},
+        machine_check,
+        map::{self, WorkspaceMapStudy},
     },
+    work::Work,
 };
 use nalgebra::{DMatrix, DVector, Vector3};
 use proptest::{
@@ -337,7 +338,7 @@ fn check_map(machine: &Machine, trial: &Trial) {
         target: Target::ToolTip,
         slices_z: vec![0.0],
     };
-    for point in workspace_map::run(&study, &Work::default()).unwrap().points {
+    for point in map::run(&study, &Work::default()).unwrap().points {
         for effect in &point.effects {
             match effect {
                 Ok(effect) => {

@@ -4,14 +4,17 @@ use std::path::Path;
 
 use kinetostat::{
     machine::Machine,
-    report::{
-        exchange::Cell,
-        workspace_map::{Summary, table},
-    },
+    report::exchange::Cell,
+    spatial::Grid,
     study::{
-        Overrides, Source, Study, StudyKind, Work,
-        workspace_map::{Grid, MapPoint, WorkspaceMap, WorkspaceMapStudy, run},
+        Overrides, Source, Study, StudyKind,
+        map::{
+            MapPoint, WorkspaceMap, WorkspaceMapStudy,
+            report::{Summary, table},
+            run,
+        },
     },
+    work::Work,
 };
 use nalgebra::Vector3;
 

@@ -7,20 +7,20 @@ use std::path::Path;
 use kinetostat::{
     machine::{ChainError, Machine},
     process::{ForceLaw, MillingForce},
-    report::{exchange::csv, figures::Colours, superposition as report},
-    spatial::{Pose, Wrench},
+    report::{exchange::csv, figures::Colours},
+    spatial::{Grid, Pose, Wrench},
     statics::{Workspace, tool_compliance, unloaded_stiffness},
     study::{
-        Overrides, Study, StudyKind, Work,
+        Overrides, Study, StudyKind,
         superposition::{
             LocationResult, Scaled, Superposition, SuperpositionStudy,
             ablation::Cause,
             departure::{Followed, Sum},
-            run,
+            report, run,
             safe::LargestFactor,
         },
-        workspace_map::Grid,
     },
+    work::Work,
 };
 use nalgebra::{Matrix3, Vector3};
 use support::engine::*;

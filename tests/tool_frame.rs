@@ -4,8 +4,8 @@ use std::{path::Path, process::Command};
 
 use kinetostat::{
     machine::{Machine, ToolAxisSource},
-    process::{ForceLaw, MillingForce},
-    study::{process::Process, program::demands},
+    process::{ForceLaw, MillingForce, file::Process},
+    study::program::demands,
 };
 use nalgebra::Vector3;
 use serde_json::Value;
@@ -86,7 +86,7 @@ fn forces_of_a_process_follow_the_real_tool() {
         axial_force_N = -25.0
         law = "rotated"
     "#;
-    let path = kinetostat::process::toolpath::polyline::Polyline::read("x_mm,y_mm,z_mm\n0,0,0\n0,5,0\n", "path.csv");
+    let path = kinetostat::toolpath::polyline::Polyline::read("x_mm,y_mm,z_mm\n0,0,0\n0,5,0\n", "path.csv");
     let path = path.unwrap().toolpath().clone();
     for (rotation, wanted) in [
         ("[0.0, 180.0, 0.0]", Vector3::new(-200.0, 30.0, 25.0)),

@@ -3,15 +3,17 @@
 use std::path::Path;
 
 use kinetostat::{
-    error::Result,
-    report::{
-        exchange::csv,
-        validation::{figures, page, quoted_table, summary_text, variants_table},
-    },
+    input::error::Result,
+    report::exchange::csv,
     study::{
-        Overrides, Study, StudyKind, Work,
-        validation::{Quantity, ValidationResults, run},
+        Overrides, Study, StudyKind,
+        validation::{
+            Quantity, ValidationResults,
+            report::{figures, page, quoted_table, summary_text, variants_table},
+            run,
+        },
     },
+    work::Work,
 };
 
 const PAPER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/studies/06_paper");

@@ -8,12 +8,14 @@ use std::{path::Path, sync::LazyLock};
 use kinetostat::{
     compensation::{Compensation, Demand, Method, Session, Settings, compensate},
     machine::Machine,
-    process::toolpath::{
+    process::Process,
+    study::{Overrides, Study, StudyKind, machine_check, map, program::demands},
+    toolpath::{
         Circle, Plane, Sampling, Toolpath, Turn,
         gcode::{GcodeOptions, Program},
         polyline::Polyline,
     },
-    study::{Overrides, Process, Study, StudyKind, Work, machine_check, program::demands, workspace_map},
+    work::Work,
 };
 use nalgebra::Vector3;
 
@@ -117,7 +119,7 @@ fn one_point(kind: StudyKind) {
         StudyKind::WorkspaceMap(mut map) => {
             map.grid.axes.iter_mut().for_each(|axis| axis.truncate(1));
             map.phis.truncate(1);
-            for effect in &workspace_map::run(&map, &Work::default()).expect("nothing stops it").points[0].effects {
+            for effect in &map::run(&map, &Work::default()).expect("nothing stops it").points[0].effects {
                 match effect {
                     Ok(effect) => {
                         let numbers = effect.delta_rho.iter().flatten().chain(&effect.drive_force);

@@ -1,7 +1,11 @@
 //! `kinetostat check`: validates a machine file and prints what a designer wants to see.
 
 use clap::Args;
-use kinetostat::{error::Result, machine::Machine, report::machine_text, study::machine_check};
+use kinetostat::{
+    input::error::Result,
+    machine::Machine,
+    study::machine_check::{self, report::machine_text},
+};
 
 use super::{Ending, print};
 

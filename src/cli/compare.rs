@@ -4,16 +4,15 @@ use std::path::PathBuf;
 
 use clap::Args;
 use kinetostat::{
-    error::{Error, Result},
+    input::error::{Error, Result},
     machine::Machine,
-    process::{Extent, Feature},
-    report::{
-        exchange,
-        placement::{candidates_table, entries_table, uncontrolled_text},
-    },
+    process::{Extent, Feature, file::Process},
+    report::exchange,
     study::{
-        placement::{Candidate, FeatureJob, PlacementStudy, compare as evaluate, place},
-        process::Process,
+        placement::{
+            Candidate, FeatureJob, PlacementStudy, compare as evaluate, place,
+            report::{candidates_table, entries_table, uncontrolled_text},
+        },
         program::ProgramFile,
     },
 };
@@ -89,10 +88,10 @@ fn study(arguments: &CompareArguments) -> Result<PlacementStudy> {
     }
     let feature = Feature {
         name: arguments.path.display().to_string(),
-        loads: process
-            .cutting
-            .loads(&path)
-            .map_err(|source| Error::Load { file: arguments.path.display().to_string(), source })?,
+        loads: process.cutting.loads(&path).map_err(|source| Error::Argument {
+            argument: arguments.path.display().to_string(),
+            problem: source.to_string(),
+        })?,
         path,
         reference,
         tolerance_mm: arguments.tolerance,

@@ -6,20 +6,22 @@ use clap::Args;
 use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 use kinetostat::{
     compensation::Method,
-    error::{Error, Result},
+    input::error::{Error, Result},
     machine::Machine,
-    process::toolpath::polyline::Polyline,
-    report::{
-        ProgramFiles, cautions, counted, if_any,
-        path::{bounded_text, exceeded_text, facts_text, failures_text, program_columns, program_json, program_table},
-    },
+    process::file::Process,
+    report::{cautions, counted, if_any},
     study::{
+        along_path::{Commands, PathAnswer},
         bounded_pass::Exceedances,
-        path::{Commands, PathAnswer},
-        process::Process,
-        program::{Corrected, Pass, ProgramJob},
-        work::Event,
+        path::report::{facts_text, failures_text},
+        program::{
+            Corrected, Pass, ProgramJob,
+            files::ProgramFiles,
+            report::{bounded_text, exceeded_text, program_columns, program_json, program_table},
+        },
     },
+    toolpath::polyline::Polyline,
+    work::Event,
 };
 
 use super::{Ending, reporting::Reporting};
@@ -218,7 +220,7 @@ fn compared(arguments: &CompensateArguments, chosen: &Chosen) -> Vec<Method> {
 }
 
 fn measured(file: &Path, job: &ProgramJob) -> Result<Vec<kinetostat::spatial::Pose>> {
-    let bytes = kinetostat::input_file::read(file)?;
+    let bytes = kinetostat::input::file::read(file)?;
     let went = Polyline::read(bytes, &file.display().to_string())?.toolpath().positions_mm();
     let went =
         job.measured(went).map_err(|problem| Error::Argument { argument: file.display().to_string(), problem })?;

@@ -3,7 +3,7 @@
 use clap::Args;
 use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 use kinetostat::{
-    error::{Error, Result},
+    input::error::{Error, Result},
     machine::{Machine, catalogue},
 };
 

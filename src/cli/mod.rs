@@ -16,8 +16,10 @@ use std::io::{ErrorKind, Write};
 
 use clap::{Parser, Subcommand};
 use kinetostat::{
-    check::LARGEST,
-    error::{Error, Result},
+    input::{
+        check::LARGEST,
+        error::{Error, Result},
+    },
     report::{visible, visible_json},
 };
 

@@ -7,7 +7,7 @@ use std::{
 
 use clap::{Args, ValueEnum};
 use kinetostat::{
-    error::{Error, Result},
+    input::error::{Error, Result},
     report::{OutputFile, write_all},
 };
 
@@ -47,19 +47,19 @@ impl Kind {
     /// Names and contents of the files of a folder, but the README.
     fn files(self) -> &'static [(&'static str, &'static str)] {
         match self {
-            Kind::Map => &[("study.toml", include_str!("templates/map/study.toml"))],
-            Kind::Superposition => &[("study.toml", include_str!("templates/superposition/study.toml"))],
+            Kind::Map => &[("study.toml", include_str!("../study/map/template/study.toml"))],
+            Kind::Superposition => &[("study.toml", include_str!("../study/superposition/template/study.toml"))],
             Kind::Placement => &[
-                ("study.toml", include_str!("templates/placement/study.toml")),
-                ("process.toml", include_str!("templates/placement/process.toml")),
+                ("study.toml", include_str!("../study/placement/template/study.toml")),
+                ("process.toml", include_str!("../study/placement/template/process.toml")),
             ],
             Kind::Path => &[
-                ("study.toml", include_str!("templates/path/study.toml")),
-                ("process.toml", include_str!("templates/path/process.toml")),
+                ("study.toml", include_str!("../study/path/template/study.toml")),
+                ("process.toml", include_str!("../study/path/template/process.toml")),
             ],
             Kind::Validation => &[
-                ("study.toml", include_str!("templates/validation/study.toml")),
-                ("process.toml", include_str!("templates/validation/process.toml")),
+                ("study.toml", include_str!("../study/validation/template/study.toml")),
+                ("process.toml", include_str!("../study/validation/template/process.toml")),
             ],
         }
     }

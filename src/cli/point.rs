@@ -3,13 +3,16 @@
 use clap::{ArgGroup, Args};
 use kinetostat::{
     compensation::Target,
-    error::{Error, Result},
+    input::error::{Error, Result},
     machine::{ChainError, Machine},
     process::{ForceLaw, MillingForce},
-    report::{point_json, point_text, unreachable_json},
     spatial::Wrench,
     statics::Status,
-    study::point::{PointLoad, PointQuestion, solve},
+    study::point::{
+        PointLoad, PointQuestion,
+        report::{point_json, point_text, unreachable_json},
+        solve,
+    },
 };
 use nalgebra::Vector3;
 

@@ -10,7 +10,7 @@ use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use kinetostat::{
     report::{visible, visible_json},
-    study::work::{Event, Stage},
+    work::{Event, Stage},
 };
 use serde_json::{Value, json};
 

@@ -8,7 +8,7 @@ use std::{
 
 use clap::Args;
 use kinetostat::{
-    error::Result,
+    input::error::Result,
     report::{
         Manifest, OutputFile, may_replace,
         page::{GENERATOR, ResultFolder, comparison, page},

@@ -13,7 +13,7 @@ use std::{
 use clap::Args;
 use env_logger::{Builder, Target};
 use kinetostat::{
-    error::{Error, Result},
+    input::error::{Error, Result},
     report::{may_replace, visible},
 };
 use log::LevelFilter;

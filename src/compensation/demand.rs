@@ -20,6 +20,17 @@ pub enum Target {
     FullPose,
 }
 
+impl Target {
+    /// What is put right, in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Target::ToolTip => "position of the tool tip T",
+            Target::PlatformPoint => "position of the platform point P",
+            Target::FullPose => "position of the tool tip T and orientation of the platform",
+        }
+    }
+}
+
 /// What is wanted at one point of a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Demand {

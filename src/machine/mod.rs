@@ -32,7 +32,7 @@ pub use skeleton::{ChainSkeleton, JointMark, Polyline, Skeleton};
 pub use task_space::{OutsideWorkspace, UncontrolledDifference};
 
 use crate::{
-    error::{Error, Result},
+    input::error::{Error, Result},
     spatial::Pose,
 };
 
@@ -120,13 +120,13 @@ pub struct Machine {
 impl Machine {
     /// Reads and checks a machine file.
     pub fn from_file(file: &Path) -> Result<Self> {
-        let text = crate::toml_file::read(file)?;
+        let text = crate::input::toml_file::read(file)?;
         Self::from_toml(&text, &file.display().to_string())
     }
 
     /// Checks a machine given as TOML text; `origin` names it in error messages.
     pub fn from_toml(text: &str, origin: &str) -> Result<Self> {
-        let spec: spec::MachineSpec = crate::toml_file::parse(text, origin)?;
+        let spec: spec::MachineSpec = crate::input::toml_file::parse(text, origin)?;
         resolve::machine(&spec, origin)
     }
 

@@ -13,8 +13,7 @@ use super::{
     },
 };
 use crate::{
-    check::Check,
-    error::Result,
+    input::{check::Check, error::Result},
     spatial::{Axis, Pose, frame_about},
 };
 

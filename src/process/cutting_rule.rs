@@ -1,6 +1,6 @@
 //! Which moves of a path cut, where the path itself does not say: G1 through air is none that does.
 
-use super::toolpath::{PathPoint, Toolpath};
+use crate::toolpath::{PathPoint, Toolpath};
 
 /// What besides not being a rapid move makes a move one that cuts; without conditions every such move does.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -52,7 +52,7 @@ impl CuttingRule {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::process::toolpath::{Sampling, gcode::Program};
+    use crate::toolpath::{Sampling, gcode::Program};
 
     #[test]
     fn height_and_feed_say_what_cuts() {

@@ -1,14 +1,15 @@
 //! What is cut: toolpaths, the cutting force at each of their points, and where the workpiece stands.
 
-mod csv_rows;
 pub mod cutting;
 mod cutting_rule;
+pub mod file;
 mod milling;
 mod placement;
-pub mod toolpath;
+pub(crate) mod tilt;
 mod workpiece;
 
 pub use cutting_rule::CuttingRule;
+pub use file::Process;
 pub use milling::{ForceLaw, MillingForce};
 pub use placement::{PathReference, Placed, Placement};
 pub use workpiece::{Extent, Feature, ForbiddenBox};

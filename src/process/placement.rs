@@ -2,8 +2,10 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::toolpath::Load;
-use crate::spatial::{Axis, Pose, Wrench, frame_about};
+use crate::{
+    spatial::{Axis, Pose, Wrench, frame_about},
+    toolpath::Load,
+};
 
 /// The point a path's coordinates are those of.
 ///

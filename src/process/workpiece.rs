@@ -5,7 +5,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{PathReference, Placement, cutting::PathLoad, toolpath::Toolpath};
+use super::{PathReference, Placement, cutting::PathLoad};
+use crate::toolpath::Toolpath;
 
 /// An axis-aligned box, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -6,7 +6,7 @@ use crate::{
         figures::{Mark2, SlicePanel},
         words::typographic,
     },
-    study::workspace_map::Grid,
+    spatial::Grid,
 };
 
 /// Grid planes nearest to the heights asked for, without repetition.

@@ -5,7 +5,7 @@ use std::{ffi::OsStr, path::Path};
 use serde::Serialize;
 
 use super::may_replace;
-use crate::{error::Result, input_file};
+use crate::input::{error::Result, file};
 
 /// A longer file is no manifest, bytes.
 const LONGEST: u64 = 16 << 20;
@@ -86,7 +86,7 @@ impl Manifest {
 
     /// As [`Manifest::files_in`]; nothing if there is no manifest that this program wrote.
     fn found_in(folder: &Path) -> Option<Vec<String>> {
-        let text = input_file::bounded(&folder.join(Self::FILE), LONGEST).ok()?;
+        let text = file::bounded(&folder.join(Self::FILE), LONGEST).ok()?;
         let manifest: serde_json::Value = serde_json::from_slice(&text).ok()?;
         if manifest["program"] != env!("CARGO_PKG_NAME") {
             return None;
@@ -159,7 +159,7 @@ mod tests {
         refused(&[], "manifest.json: cannot be written: was not written by kinetostat");
         std::fs::write(at(Manifest::FILE), r#"{ "program": "kinetostat", "files": ["map.csv", "../other"] }"#).unwrap();
         Manifest::may_write(folder.path(), ["map.csv"].into_iter()).unwrap();
-        input_file::read(&at("map.csv")).unwrap();
+        file::read(&at("map.csv")).unwrap();
         refused(&[], "map.csv: cannot be written: is an input of this command");
         std::fs::create_dir(at("points.csv")).unwrap();
         std::fs::remove_file(at("map.csv")).unwrap();

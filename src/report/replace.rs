@@ -5,9 +5,9 @@ use std::{
     path::Path,
 };
 
-use crate::{
+use crate::input::{
     error::{Error, Result},
-    input_file::is_input,
+    file::is_input,
 };
 
 /// Refuses `path` as the place of a new file where something else stands. `is_ours` says whether a file there was written

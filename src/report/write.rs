@@ -8,7 +8,7 @@ use std::{
 
 use tempfile::{NamedTempFile, TempDir};
 
-use crate::error::{Error, Result};
+use crate::input::error::{Error, Result};
 
 /// A file to be written below a result folder.
 #[derive(Debug)]
@@ -42,7 +42,7 @@ impl OutputFile {
     ///
     /// # Errors
     /// The temporary file cannot be read.
-    pub(super) fn reader(&self) -> std::io::Result<Box<dyn Read + '_>> {
+    pub(crate) fn reader(&self) -> std::io::Result<Box<dyn Read + '_>> {
         Ok(match &self.content {
             Content::Bytes(bytes) => Box::new(bytes.as_slice()),
             Content::File(file) => Box::new(file.reopen()?),

@@ -6,9 +6,11 @@
 //! `power = wrench · twist`.
 
 mod frame;
+mod grid;
 mod pose;
 mod screw;
 
 pub use frame::frame_about;
+pub use grid::Grid;
 pub use pose::{Axis, Pose, rotation_exp, rotation_log};
 pub use screw::{Twist, Wrench, larger, skew};

@@ -2,9 +2,9 @@
 
 use nalgebra::{Matrix6, Vector6};
 
-use crate::spatial::{Pose, Twist, rotation_log};
 use crate::{
     machine::{Configuration, Machine, MoveScrew},
+    spatial::{Pose, Twist, rotation_log},
     statics::{State, Workspace, chain_stiffnesses},
 };
 

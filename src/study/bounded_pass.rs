@@ -1,14 +1,12 @@
 //! A program corrected within the limits of its process.
 
-use super::{
-    path::{Commands, PathAnswer},
-    process::{CorrectionLimits, Objective},
-    program::{Pass, ProgramJob},
-};
+use super::program::{Pass, ProgramJob};
 use crate::{
     compensation::{self, BoundedPath, BoundedPoint, BoundedSettings, Demand, LimitKind, Limits, compensate_bounded},
-    error::{Error, Result},
+    input::error::{Error, Result},
     machine::{Machine, Motion},
+    process::file::{CorrectionLimits, Objective},
+    study::along_path::{Commands, PathAnswer},
 };
 
 /// A pass within limits, and what the limits do.
@@ -143,7 +141,7 @@ pub(super) fn correct(
         Objective::Rms => compensation::Objective::Rms,
         Objective::Worst => compensation::Objective::Worst,
     };
-    let settings = BoundedSettings { point: super::path::settings(), ..BoundedSettings::default() };
+    let settings = BoundedSettings { point: crate::study::along_path::settings(), ..BoundedSettings::default() };
     Ok(compensate_bounded(nominal, real, demands, &limits, objective, &settings, &|_| ())?)
 }
 

@@ -2,27 +2,13 @@
 
 use nalgebra::Vector3;
 
-use super::{path_study::PathStudy, workspace_map::WorkspaceMapStudy};
 use crate::{
     compensation::{Demand, Method, Session, compensate},
-    machine::{ChainError, Machine, Skeleton},
+    machine::{ChainError, Machine},
+    report::page::DeflectedPose,
     statics::State,
+    study::{map::WorkspaceMapStudy, path::PathStudy},
 };
-
-/// A machine under load, undeflected and deflected.
-#[derive(Debug, Clone, PartialEq)]
-pub struct DeflectedPose {
-    /// Where and under what, in words.
-    pub place: String,
-    /// The nominal machine at its command.
-    pub commanded: Skeleton,
-    /// The real machine under load.
-    pub settled: Skeleton,
-    /// Displacement of the tool tip, O axes, mm.
-    pub tool_displacement_mm: Vector3<f64>,
-    /// Force on the tool, O axes, N.
-    pub force_n: Vector3<f64>,
-}
 
 /// The named point, or else home, and the tool angle at which cutting force and chain errors of a map move the tool
 /// farthest; `None` if the machine settles at none.
@@ -60,7 +46,7 @@ pub fn of_path(study: &PathStudy, point: usize) -> Option<DeflectedPose> {
 fn deflected_pose(machine: &Machine, errors: &[ChainError], demand: &Demand, place: String) -> Option<DeflectedPose> {
     let real = machine.with_errors(errors);
     let at = machine.inverse_kinematics(&demand.pose).ok()?;
-    let mut session = Session::new(machine, &real, super::path::settings());
+    let mut session = Session::new(machine, &real, crate::study::along_path::settings());
     session.stand(&at, &State::rigid(machine, &at));
     if !compensate(&mut session, demand, Method::None).status.is_success() {
         return None;

@@ -5,17 +5,16 @@ use std::path::Path;
 use nalgebra::Vector3;
 
 use super::{
-    Inputs, Study, StudyKind, file_name, folder_name, path_resolve,
-    spec::{ChainErrorSpec, CompensateSpec, MillingSpec, StudySpec, WorkspaceMapSpec},
-    workspace_map::{Grid, WorkspaceMapStudy},
+    Study, StudyKind, folder_name,
+    spec::{MillingSpec, StudySpec, WorkspaceMapSpec},
 };
 use crate::{
-    check::Check,
-    compensation::Target,
-    error::Result,
-    machine::{ChainError, Machine, Motion, catalogue},
-    process::MillingForce,
-    spatial::Twist,
+    input::{check::Check, error::Result},
+    machine::{Machine, catalogue},
+    process::{MillingForce, file::chain_errors::chain_errors},
+    spatial::Grid,
+    study::map::WorkspaceMapStudy,
+    work::Inputs,
 };
 
 /// What the command line changes in a study.
@@ -59,7 +58,7 @@ pub(super) fn study(spec: &StudySpec, text: &str, origin: &str, folder: &Path, o
     } else if let Some(path) = &spec.path {
         refuse_grid(overrides, "a path study")?;
         refuse_process_keys(spec, "path", &check)?;
-        let (study, process) = path_resolve::path(path, machine, folder, overrides, &check.key("path"))?;
+        let (study, process) = super::path::resolve::path(path, machine, folder, overrides, &check.key("path"))?;
         let settings = process.and(Inputs::of("points of the path", study.stations.len().to_string()));
         (StudyKind::Path(study), settings)
     } else if let Some(placement) = &spec.placement {
@@ -86,7 +85,9 @@ pub(super) fn study(spec: &StudySpec, text: &str, origin: &str, folder: &Path, o
     Ok(Study {
         name: folder_name(folder),
         question: spec.question.trim().to_string(),
-        inputs: Inputs::of(file_name(origin), text).and(Inputs::of(&spec.machine, machine_text)).and(settings),
+        inputs: Inputs::of(crate::input::file::name(origin), text)
+            .and(Inputs::of(&spec.machine, machine_text))
+            .and(settings),
         kind,
     })
 }
@@ -125,16 +126,6 @@ fn refuse_process_keys(spec: &StudySpec, kind: &str, check: &Check) -> Result<()
     check.key(key).fail(format!("belongs in the process file of a {kind} study"))
 }
 
-impl From<CompensateSpec> for Target {
-    fn from(spec: CompensateSpec) -> Target {
-        match spec {
-            CompensateSpec::ToolTip => Target::ToolTip,
-            CompensateSpec::PlatformPoint => Target::PlatformPoint,
-            CompensateSpec::FullPose => Target::FullPose,
-        }
-    }
-}
-
 /// The machine and its file's text.
 fn machine(name: &str, folder: &Path, check: &Check) -> Result<(Machine, String)> {
     if let Some(entry) = catalogue::find(name) {
@@ -146,7 +137,7 @@ fn machine(name: &str, folder: &Path, check: &Check) -> Result<(Machine, String)
         return check
             .fail(format!("\"{name}\" is neither a built-in machine ({names}) nor a file in the study's folder"));
     }
-    let text = crate::toml_file::read(&file)?;
+    let text = crate::input::toml_file::read(&file)?;
     Ok((Machine::from_toml(&text, &file.display().to_string())?, text))
 }
 
@@ -255,64 +246,4 @@ pub(super) fn milling(spec: &MillingSpec, check: &Check) -> Result<(MillingForce
         return check.fail(format!("must divide 360, got {step}"));
     }
     Ok((force, (0..count as usize).map(|i| (i as f64 * step).to_radians()).collect()))
-}
-
-/// Errors of each chain of the machine, in its order.
-pub(super) fn chain_errors(specs: &[ChainErrorSpec], machine: &Machine, check: &Check) -> Result<Vec<ChainError>> {
-    let mut errors = vec![ChainError::default(); machine.chains.len()];
-    for (i, spec) in specs.iter().enumerate() {
-        let check = check.key(&format!("chain_error[{i}]"));
-        check.key("chain").unique(&spec.chain, specs[..i].iter().map(|s| s.chain.as_str()))?;
-        let Some(index) = machine.chain_index(&spec.chain) else {
-            let known = machine.chains.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
-            return check.key("chain").fail(format!("no chain is called \"{}\"; there are: {known}", spec.chain));
-        };
-        errors[index] = chain_error(spec, machine, index, &check)?;
-    }
-    Ok(errors)
-}
-
-fn chain_error(spec: &ChainErrorSpec, machine: &Machine, index: usize, check: &Check) -> Result<ChainError> {
-    if spec.names_nothing() {
-        return check.fail(
-            "names no error: expected turn_about_drive_axis_deg, base_translation_mm, base_rotation_deg, end_translation_mm, \
-             end_rotation_deg or drive_offsets_mm_or_deg"
-                .into(),
-        );
-    }
-    let vector = |key: &str, given: Option<[f64; 3]>| check.key(key).finite(given.unwrap_or_default());
-    let radians = |key: &str, given| -> Result<Vector3<f64>> { Ok(vector(key, given)?.map(f64::to_radians)) };
-    let turn = spec.turn_about_drive_axis_deg.unwrap_or(0.0);
-    let turn = check.key("turn_about_drive_axis_deg").finite_scalar(turn)?.to_radians();
-    let base_rotation = radians("base_rotation_deg", spec.base_rotation_deg)?;
-    let end_rotation = radians("end_rotation_deg", spec.end_rotation_deg)?;
-    for (key, angle) in [
-        ("turn_about_drive_axis_deg", turn),
-        ("base_rotation_deg", base_rotation.norm()),
-        ("end_rotation_deg", end_rotation.norm()),
-    ] {
-        if let Some(problem) = ChainError::too_large(angle) {
-            return check.key(key).fail(problem);
-        }
-    }
-    let chain = &machine.chains[index];
-    let mut error = ChainError::turn_about_drive_axis(chain, turn);
-    if turn != 0.0 && base_rotation != Vector3::zeros() {
-        return check.fail("give turn_about_drive_axis_deg or base_rotation_deg, not both".into());
-    }
-    error.base.linear = vector("base_translation_mm", spec.base_translation_mm)?;
-    error.base.angular += base_rotation;
-    error.end = Twist { linear: vector("end_translation_mm", spec.end_translation_mm)?, angular: end_rotation };
-    let check_offsets = check.key("drive_offsets_mm_or_deg");
-    let offsets = spec.drive_offsets_mm_or_deg.as_deref().unwrap_or_default();
-    if !offsets.is_empty() && offsets.len() != chain.drives.len() {
-        let (expected, found) = (chain.drives.len(), offsets.len());
-        let problem = format!("must have one entry per drive of the chain, which is {expected}, got {found}");
-        return check_offsets.fail(problem);
-    }
-    for (drive, &offset) in chain.drives.iter().zip(offsets) {
-        let offset = check_offsets.finite_scalar(offset)?;
-        error.drive_offsets.push(if drive.motion == Motion::Revolute { offset.to_radians() } else { offset });
-    }
-    Ok(error)
 }

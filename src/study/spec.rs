@@ -2,10 +2,15 @@
 
 use serde::Deserialize;
 
-use super::{
-    placement_spec::PlacementStudySpec, superposition_spec::SuperpositionSpec, validation_spec::ValidationSpec,
+use crate::{
+    process::{
+        ForceLaw,
+        file::{chain_errors::ChainErrorSpec, spec::CompensateSpec},
+    },
+    study::{
+        placement::spec::PlacementStudySpec, superposition::spec::SuperpositionSpec, validation::spec::ValidationSpec,
+    },
 };
-use crate::process::ForceLaw;
 
 /// The whole file.
 #[derive(Debug, Clone, Deserialize)]
@@ -105,37 +110,6 @@ pub(super) fn default_grid() -> [usize; 3] {
     [11; 3]
 }
 
-/// Geometric errors of one chain.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ChainErrorSpec {
-    /// Name of the chain.
-    pub chain: String,
-    /// Turn of the whole chain about the axis of its first drive.
-    pub turn_about_drive_axis_deg: Option<f64>,
-    /// Displacement of the chain's first frame, in its axes.
-    pub base_translation_mm: Option<[f64; 3]>,
-    /// Rotation vector of the chain's first frame, in its axes.
-    pub base_rotation_deg: Option<[f64; 3]>,
-    /// Displacement of the chain's last frame, in its axes.
-    pub end_translation_mm: Option<[f64; 3]>,
-    /// Rotation vector of the chain's last frame, in its axes.
-    pub end_rotation_deg: Option<[f64; 3]>,
-    /// Zero-point errors of the chain's drives, in the order of the drives: mm for slides, degrees for hinges.
-    pub drive_offsets_mm_or_deg: Option<Vec<f64>>,
-}
-
-impl ChainErrorSpec {
-    /// Whether no error is given, not even one of zero.
-    pub fn names_nothing(&self) -> bool {
-        let vectors =
-            [self.base_translation_mm, self.base_rotation_deg, self.end_translation_mm, self.end_rotation_deg];
-        self.turn_about_drive_axis_deg.is_none()
-            && self.drive_offsets_mm_or_deg.is_none()
-            && vectors.iter().all(Option::is_none)
-    }
-}
-
 /// A grid over the workspace box.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -152,17 +126,4 @@ pub struct WorkspaceMapSpec {
     pub compensate: CompensateSpec,
     /// Heights of the slices drawn; the grid plane nearest to each is shown.
     pub slices_z_mm: Vec<f64>,
-}
-
-/// What compensation puts right.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum CompensateSpec {
-    /// The tool tip.
-    #[default]
-    ToolTip,
-    /// The platform point P.
-    PlatformPoint,
-    /// The tool tip and the platform's orientation, as far as the drives control rotations.
-    FullPose,
 }

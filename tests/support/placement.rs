@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use kinetostat::{
-    error::Result,
+    input::error::Result,
     study::{
-        Overrides, Study, StudyKind, Work,
+        Overrides, Study, StudyKind,
         placement::{PlacementResults, PlacementStudy, run},
     },
+    work::Work,
 };
 
 pub fn study_in(folder: &Path, toml: &str) -> Result<PlacementStudy> {

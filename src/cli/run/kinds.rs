@@ -1,13 +1,12 @@
 //! Runs of the kinds of study that hold their results in memory, and what they leave.
 
 use kinetostat::{
-    error::Result,
-    report::{
-        Manifest, file_stem, path as path_report, placement as placement_report, validation as validation_report,
-    },
+    input::error::Result,
+    report::{Manifest, file_stem},
     study::{
-        placement::{self, PlacementStudy},
-        validation::{self, ValidationStudy},
+        path::report as path_report,
+        placement::{self, PlacementStudy, report as placement_report},
+        validation::{self, ValidationStudy, report as validation_report},
     },
 };
 use serde_json::json;

@@ -1,14 +1,15 @@
 //! Run of a workspace map: block by block, so that memory does not grow with the grid.
 
 use kinetostat::{
-    error::Result,
-    report::{
-        exchange::{Format, StreamedTable},
-        workspace_map::{self as report, Pictures, Summary},
-    },
+    input::error::Result,
+    report::exchange::{Format, StreamedTable},
     study::{
         deflected_pose,
-        workspace_map::{MapPoint, WorkspaceMapStudy, run_in_blocks},
+        map::{
+            MapPoint, WorkspaceMapStudy,
+            report::{self as report, Pictures, Summary},
+            run_in_blocks,
+        },
     },
 };
 use serde_json::json;

@@ -15,12 +15,12 @@ use std::{
 
 use clap::Args;
 use kinetostat::{
-    error::{Error, Result},
+    input::error::{Error, Result},
     report::{Manifest, StatusCount, clean, counted, exchange, prepare, remove},
-    study::{
-        Overrides, Study, StudyKind, Work,
+    study::{Overrides, Study, StudyKind, validation},
+    work::{
+        Work,
         checkpoint::{Checkpoint, Found, Origin},
-        path_study, validation,
     },
 };
 use serde_json::{Value, json};
@@ -267,7 +267,7 @@ fn checkpoint(arguments: &RunArguments, study: &Study, state: &Path, origin: &Or
 fn items(study: &Study) -> (usize, &'static str) {
     match &study.kind {
         StudyKind::WorkspaceMap(map) => (map.grid.len(), "points"),
-        StudyKind::Path(path) => (path.stations.len() * path_study::passes(path), "points"),
+        StudyKind::Path(path) => (path.stations.len() * kinetostat::study::path::passes(path), "points"),
         StudyKind::Placement(placement) => (placement.grid.len(), "places"),
         StudyKind::Superposition(study) => (study.grid.len() + study.locations.len(), "points"),
         StudyKind::Validation(validation) => (validation::work(validation), "points"),

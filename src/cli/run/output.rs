@@ -3,15 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use kinetostat::{
-    error::{Error, Result},
+    input::error::{Error, Result},
     report::{
         Manifest, OutputFile, StatusCount,
         exchange::{self, Table},
         figures::{Colours, Figure, FigureError},
-        page::{self, Description, MACHINE_AT_HOME, ResultFolder},
+        page::{self, DeflectedPose, Description, MACHINE_AT_HOME, ResultFolder},
         publish, remove, staging, write_all,
     },
-    study::deflected_pose::DeflectedPose,
 };
 use rayon::prelude::*;
 use serde_json::json;

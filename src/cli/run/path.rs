@@ -1,14 +1,15 @@
 //! Run of a path study: part by part, so that memory does not grow with the path.
 
 use kinetostat::{
-    error::Result,
-    report::{
-        exchange::{StreamedTable, Table},
-        path::{self as report, Pictures, Summary},
-    },
+    input::error::Result,
+    report::exchange::{StreamedTable, Table},
     study::{
         deflected_pose,
-        path_study::{PathStudy, run_in_parts},
+        path::{
+            PathStudy,
+            report::{self as report, Pictures, Summary},
+            run_in_parts,
+        },
     },
 };
 use serde_json::json;

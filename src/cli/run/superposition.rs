@@ -1,15 +1,18 @@
 //! Run of a superposition study: the map part by part, so that memory does not grow with the grid.
 
 use kinetostat::{
-    error::Result,
+    input::error::Result,
     report::{
         StatusCount,
         exchange::{Format, StreamedTable},
-        superposition::{self as report, Pictures, Summary},
     },
     study::{
         status_of,
-        superposition::{LocationResult, MapPoint, SuperpositionStudy, run_locations, run_map},
+        superposition::{
+            LocationResult, MapPoint, SuperpositionStudy,
+            report::{self as report, Pictures, Summary},
+            run_locations, run_map,
+        },
     },
 };
 use serde_json::json;

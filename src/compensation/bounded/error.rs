@@ -104,6 +104,12 @@ pub enum BoundedError {
     },
 }
 
+impl From<BoundedError> for crate::input::error::Error {
+    fn from(fault: BoundedError) -> Self {
+        Self::Argument { argument: "limits".into(), problem: fault.to_string() }
+    }
+}
+
 fn conflict_note(conflicts: &[LimitKind]) -> String {
     match conflicts {
         [] => "; no other limit alone is the reason".into(),

@@ -26,7 +26,7 @@ pub use table::WrenchTable;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::toolpath::{Load, PathPoint, Toolpath};
+use crate::toolpath::{Load, PathPoint, Toolpath};
 
 /// What the cutting force at a point of a path follows from.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -125,8 +125,9 @@ mod tests {
 
     use super::*;
     use crate::{
-        process::{ForceLaw, MillingForce, toolpath::polyline::Polyline},
+        process::{ForceLaw, MillingForce},
         spatial::{Pose, frame_about},
+        toolpath::polyline::Polyline,
     };
 
     fn read(source: &str) -> Toolpath {
@@ -143,7 +144,7 @@ mod tests {
             depth_mm: 2.0,
             teeth: 3,
             feed_per_tooth_mm: Some(0.05),
-            spindle: crate::process::toolpath::Turn::Clockwise,
+            spindle: crate::toolpath::Turn::Clockwise,
         };
         [CuttingLaw::PathFrame(PathFrame { force }), CuttingLaw::SlotMilling(milling)]
     }

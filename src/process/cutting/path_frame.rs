@@ -46,8 +46,8 @@ impl PathFrame {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::process::{
-        ForceLaw,
+    use crate::{
+        process::ForceLaw,
         toolpath::{Circle, Plane, Turn},
     };
 

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::Vector3;
 
 use super::{LoadError, heading};
-use crate::process::toolpath::{PathPoint, Turn};
+use crate::toolpath::{PathPoint, Turn};
 
 /// Coefficients of one component of the force on a tooth: per chip area and per length of edge.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -104,11 +104,9 @@ pub(super) fn along(mean: Vector3<f64>, tangent: Vector3<f64>) -> Vector3<f64> {
 mod tests {
     use super::*;
     use crate::{
-        process::{
-            cutting::CuttingLaw,
-            toolpath::{Sampling, Toolpath},
-        },
+        process::cutting::CuttingLaw,
         spatial::frame_about,
+        toolpath::{Sampling, Toolpath},
     };
 
     fn milling(spindle: Turn) -> SlotMilling {

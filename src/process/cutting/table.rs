@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 
 use super::{LoadError, TableError, TableFault};
-use crate::process::{
-    csv_rows::{self, Row, line_number},
+use crate::{
+    input::csv_rows::{self, Row, line_number},
     toolpath::{Load, Toolpath},
 };
 
@@ -19,7 +19,7 @@ const ROUNDING_MM: f64 = 1e-3;
 ///
 /// A CSV file with the columns `arc_length_mm`, `force_x_N`, `force_y_N`, `force_z_N`, `moment_x_Nmm`, `moment_y_Nmm`,
 /// `moment_z_Nmm` in any order: axes of W, moment about the tool tip. The arc length is that of the path from its first
-/// point, [`PathPoint::arc_length_mm`](crate::process::toolpath::PathPoint::arc_length_mm): moves without cutting count,
+/// point, [`PathPoint::arc_length_mm`](crate::toolpath::PathPoint::arc_length_mm): moves without cutting count,
 /// but only lengths at which the tool cuts need rows. It must increase from row to row.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WrenchTable {
@@ -141,8 +141,8 @@ const MOST: f64 = 1e12;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::process::{
-        cutting::{CuttingLaw, PathLoad},
+    use crate::{
+        process::cutting::{CuttingLaw, PathLoad},
         toolpath::Sampling,
     };
 
@@ -199,7 +199,7 @@ mod tests {
     #[test]
     fn only_lengths_at_which_the_tool_cuts_need_rows() {
         let source = "x_mm,y_mm,z_mm,cutting\n0,0,0,0\n90,0,0,0\n95,0,0,1\n99,0,0,0\n";
-        let path = crate::process::toolpath::polyline::Polyline::read(source, "path.csv").unwrap();
+        let path = crate::toolpath::polyline::Polyline::read(source, "path.csv").unwrap();
         let law = CuttingLaw::Table(table("94,1,0,0,0,0,0\n96,3,0,0,0,0,0\n").unwrap());
         let loads = law.loads(path.toolpath()).unwrap();
         let force_x = |load: &PathLoad| match load {

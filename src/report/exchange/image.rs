@@ -16,9 +16,9 @@ use vtkio::model::{
 
 use super::table::{Cell, Column, Kind, Row, SCHEMA, Table};
 use crate::{
-    error::{self, Error},
+    input::error::{self, Error},
     report::OutputFile,
-    study::workspace_map::Grid,
+    spatial::Grid,
 };
 
 /// Statuses of points; their place is their number in images. New ones go to the end.

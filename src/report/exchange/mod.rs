@@ -18,7 +18,7 @@ pub use streamed::StreamedTable;
 pub use table::{Cell, Column, Kind, Row, SCHEMA, Table, cells, counts, numbers, texts};
 
 use super::OutputFile;
-use crate::error::{Error, Result};
+use crate::input::error::{Error, Result};
 
 /// A format for tables or maps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

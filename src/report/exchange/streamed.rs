@@ -10,7 +10,7 @@ use tempfile::NamedTempFile;
 
 use super::{Column, CsvFile, Format, ParquetFile, Table};
 use crate::{
-    error::{Error, Result},
+    input::error::{Error, Result},
     report::{OutputFile, temporary_file},
 };
 

@@ -6,7 +6,7 @@ use super::{
     description::{Explorer, GroupValue},
     table::Table,
 };
-use crate::error::Result;
+use crate::input::error::Result;
 
 /// Rows with these statuses are answers; others are marked.
 const GOOD: [&str; 2] = ["solved", "converged"];

@@ -14,7 +14,7 @@ use super::{
     table::number,
     wins::{Extremes, Wins},
 };
-use crate::{error::Result, report::words::counted};
+use crate::{input::error::Result, report::words::counted};
 
 /// A view that all results have.
 #[derive(Debug, Serialize)]

@@ -12,7 +12,7 @@ use super::{
     single::{FigureView, drawn},
     template::render,
 };
-use crate::error::{Error, Result};
+use crate::input::error::{Error, Result};
 
 /// Most results in one comparison: each needs a colour of its own.
 const MOST_RESULTS: usize = 6;

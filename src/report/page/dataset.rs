@@ -8,7 +8,7 @@ use super::{
     nodes::{Axes, Nodes},
     table::Table,
 };
-use crate::error::Result;
+use crate::input::error::Result;
 
 /// Most numbers that a page holds; a larger grid is thinned.
 pub(super) const MOST_NUMBERS: usize = 4_000_000;

@@ -9,7 +9,7 @@ use super::{
     table::Table,
 };
 use crate::{
-    error::{Error, Result},
+    input::error::{Error, Result},
     report::Manifest,
 };
 

@@ -1,5 +1,6 @@
 //! The machine as a page shows it.
 
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::description::{Fact, Mark};
@@ -11,7 +12,6 @@ use crate::{
         table::{position_unit, shown_position, tidy_degrees},
         words::typographic,
     },
-    study::deflected_pose::DeflectedPose,
 };
 
 /// A machine at home, its ways, box and points.
@@ -34,6 +34,21 @@ pub struct MachineDescription {
     pub points: Vec<Mark>,
     /// Limits of drives and joints, a line each.
     pub limits: Vec<Fact>,
+}
+
+/// A machine under load, undeflected and deflected.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DeflectedPose {
+    /// Where and under what, in words.
+    pub place: String,
+    /// The nominal machine at its command.
+    pub commanded: Skeleton,
+    /// The real machine under load.
+    pub settled: Skeleton,
+    /// Displacement of the tool tip, O axes, mm.
+    pub tool_displacement_mm: Vector3<f64>,
+    /// Force on the tool, O axes, N.
+    pub force_n: Vector3<f64>,
 }
 
 impl MachineDescription {
@@ -148,7 +163,7 @@ fn limits(machine: &Machine) -> Vec<Fact> {
 }
 
 /// Errors of the chains, a line for each chain that has any.
-pub(in crate::report) fn error_facts(machine: &Machine, errors: &[ChainError]) -> Vec<Fact> {
+pub(crate) fn error_facts(machine: &Machine, errors: &[ChainError]) -> Vec<Fact> {
     let mut facts: Vec<Fact> = Vec::new();
     for (chain, error) in machine.chains.iter().zip(errors) {
         let parts = error_words(chain, error);

@@ -26,18 +26,16 @@ pub use description::{
     TableNote,
 };
 pub use folder::ResultFolder;
+pub use machine::DeflectedPose;
 pub use machine::MachineDescription;
-pub(super) use machine::error_facts;
+pub(crate) use machine::error_facts;
 pub use single::{MACHINE_AT_HOME, page};
 
 use super::table::{columns_of, correction_columns, force_columns, force_unit, force_word, kind_word, position_unit};
-use crate::{
-    compensation::Target,
-    machine::{Drive, Machine},
-};
+use crate::machine::{Drive, Machine};
 
 /// Largest correction and largest force over the drives, of slides and of hinges.
-pub(super) fn largest_of_drives(machine: &Machine) -> Vec<Quantity> {
+pub(crate) fn largest_of_drives(machine: &Machine) -> Vec<Quantity> {
     let name = |kind, what: &str| match machine.has_mixed_drives() {
         false => format!("largest drive {what}"),
         true => format!("largest {what} of {}", kind_word(machine, kind)),
@@ -57,7 +55,7 @@ pub(super) fn largest_of_drives(machine: &Machine) -> Vec<Quantity> {
 pub const GENERATOR: &str = r#"<meta name="generator" content="kinetostat">"#;
 
 /// Correction and force of each drive.
-pub(super) fn drive_quantities(machine: &Machine, better: Better) -> Vec<Quantity> {
+pub(crate) fn drive_quantities(machine: &Machine, better: Better) -> Vec<Quantity> {
     let labels = machine.drive_labels();
     let drives: Vec<(&String, &Drive)> = labels.iter().zip(machine.drives().map(|(_, drive)| drive)).collect();
     let corrections = correction_columns(machine).zip(&drives).map(|(column, (label, drive))| {
@@ -68,13 +66,4 @@ pub(super) fn drive_quantities(machine: &Machine, better: Better) -> Vec<Quantit
         Quantity::new([column], &words, force_unit(drive.motion), better)
     });
     corrections.chain(forces).collect()
-}
-
-/// What compensation puts right, in words.
-pub(super) fn target_words(target: Target) -> &'static str {
-    match target {
-        Target::ToolTip => "position of the tool tip T",
-        Target::PlatformPoint => "position of the platform point P",
-        Target::FullPose => "position of the tool tip T and orientation of the platform",
-    }
 }

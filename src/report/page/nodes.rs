@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use csv::StringRecord;
 
 use super::{columns::Columns, table::Table};
-use crate::error::Result;
+use crate::input::error::Result;
 
 /// How rows find their nodes.
 pub(super) enum Nodes {

@@ -10,7 +10,7 @@ use super::{
     description::Fact,
     table::{Table, number},
 };
-use crate::error::Result;
+use crate::input::error::Result;
 
 /// A status and its rows.
 #[derive(Debug, Serialize)]

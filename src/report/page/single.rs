@@ -15,7 +15,7 @@ use super::{
     template::render,
 };
 use crate::{
-    error::{Error, Result},
+    input::error::{Error, Result},
     machine::Polyline,
     report::figures::{Colours, Figure, FigureError},
 };

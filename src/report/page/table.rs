@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::description::TableNote;
 use crate::{
-    error::{Error, Result},
+    input::error::{Error, Result},
     report::{exchange::text_of, words::typographic},
 };
 

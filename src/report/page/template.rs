@@ -9,7 +9,7 @@ use minijinja::{
 use serde::Serialize;
 
 use crate::{
-    error::{Error, Result},
+    input::error::{Error, Result},
     report::visible::visible,
 };
 

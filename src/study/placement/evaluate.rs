@@ -15,9 +15,10 @@ use super::{
 };
 use crate::{
     compensation::Demand,
-    error::Error,
+    input::error::Error,
     machine::{Configuration, Machine},
-    study::{Failure, Work, placement::FeatureJob, program::demands_under},
+    study::{Failure, placement::FeatureJob, program::demands_under},
+    work::Work,
 };
 
 /// Evaluates placements of one study; shared by all threads.

@@ -17,8 +17,9 @@ use super::{
     way::{Look, way},
 };
 use crate::{
-    error::Result,
-    study::{Failure, Work, work::Event},
+    input::error::Result,
+    study::Failure,
+    work::{Event, Work},
 };
 
 /// The objective counts as worse beyond this share of its best value.

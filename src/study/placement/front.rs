@@ -16,7 +16,7 @@ use super::{
     site::Site,
     sweep::Cell,
 };
-use crate::study::{Work, work::Event};
+use crate::work::{Event, Work};
 
 /// Most compromises that are polished.
 const POINTS: usize = 12;

@@ -17,7 +17,7 @@ use super::{
     site::Site,
     sweep::{Cell, Verdict},
 };
-use crate::{process::Extent, study::Work};
+use crate::{process::Extent, work::Work};
 
 /// What was found between the places of the sweep.
 #[derive(Debug, Clone, Default, PartialEq)]

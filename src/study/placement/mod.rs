@@ -22,8 +22,10 @@ mod outcome;
 mod pareto;
 mod polish;
 mod refine;
+pub mod report;
 mod resolve;
 mod site;
+pub mod spec;
 mod sweep;
 mod tally;
 mod trace;
@@ -42,16 +44,12 @@ pub use site::{Bounds, COORDINATES, Site, SiteGrid, UNITS, is_angle};
 pub use sweep::{Cell, Verdict};
 pub use trace::Trace;
 
-use super::{
-    Work,
-    process::CorrectionLimits,
-    work::{Event, Stage},
-};
 use crate::{
     compensation::Target,
-    error::Result,
+    input::error::Result,
     machine::{ChainError, Machine},
-    process::{CuttingRule, Extent, Feature, ForbiddenBox, Placement},
+    process::{CuttingRule, Extent, Feature, ForbiddenBox, Placement, file::CorrectionLimits},
+    work::{Event, Stage, Work},
 };
 
 /// A feature and how it is cut.

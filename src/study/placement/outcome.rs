@@ -13,7 +13,7 @@ use super::{
     sweep::Cell,
     trace::Trace,
 };
-use crate::study::{Failure, Work};
+use crate::{study::Failure, work::Work};
 
 /// Results of a placement study.
 #[derive(Debug, Clone)]

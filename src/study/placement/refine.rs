@@ -31,7 +31,7 @@ use super::{
     polish::{Steps, polish},
     site::{Bounds, Site},
 };
-use crate::study::{Work, work::Event};
+use crate::work::{Event, Work};
 
 /// What kind of place a refinement starts from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

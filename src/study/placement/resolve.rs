@@ -11,19 +11,21 @@ use super::{
     site::{Bounds, COORDINATES, Site, SiteGrid, is_angle},
 };
 use crate::{
-    check::Check,
-    error::{Error, Result},
+    input::{
+        check::Check,
+        error::{Error, Result},
+    },
     machine::Machine,
-    process::{Extent, Feature, ForbiddenBox, PathReference},
+    process::{Extent, Feature, ForbiddenBox, PathReference, Process, cutting::LoadError, tilt::Turned},
     study::{
-        Inputs, Overrides, Process, bounded_pass,
-        path_resolve::{check_total, named_point, points_of, program_input, toolpath},
-        placement_spec::{
+        Overrides, bounded_pass,
+        path::resolve::{check_total, named_point, points_of, program_input, toolpath},
+        placement::spec::{
             BoundsSpec, CandidateSpec, FeatureSpec, FixedSpec, ForbiddenSpec, ObjectiveSpec, PlacementStudySpec,
             SearchSpec,
         },
-        tilt::Turned,
     },
+    work::Inputs,
 };
 
 /// Most places of a sweep.
@@ -37,7 +39,7 @@ const OUTSIDE_MM: f64 = 1e-6;
 const MAX_ITERATIONS: usize = 10_000;
 
 /// Checks `spec`; also returns the processes and paths.
-pub(in crate::study) fn placement(
+pub(crate) fn placement(
     spec: &PlacementStudySpec,
     machine: Machine,
     folder: &Path,
@@ -57,7 +59,7 @@ pub(in crate::study) fn placement(
         None => around(&features),
     };
     let clearance_mm = spec.clearance_mm.unwrap_or(CLEARANCE_MM);
-    if !(0.0..=crate::check::LARGEST).contains(&clearance_mm) {
+    if !(0.0..=crate::input::check::LARGEST).contains(&clearance_mm) {
         return check.key("clearance_mm").fail(format!("must be at least 0, got {clearance_mm}"));
     }
     let study = PlacementStudy {
@@ -127,7 +129,7 @@ fn feature(
     }
     let origin = spec.file.as_ref().map_or_else(|| check.place(), |file| folder.join(file).display().to_string());
     let path = process.with_cuts(path, &origin)?;
-    let fault = |source| Error::Load { file: origin.clone(), source };
+    let fault = |source: LoadError| Error::Argument { argument: origin.clone(), problem: source.to_string() };
     let loads = process.cutting.loads(&path).map_err(fault)?;
     let points = Inputs::of(format!("points of {}", spec.name), path.len().to_string());
     let inputs = process.inputs.clone().and(program_input(spec.file.as_deref(), folder)?).and(points);
@@ -364,7 +366,7 @@ fn turned(site: &Site) -> Turned {
 }
 
 /// Where the point that paths refer to is when P stands at `position`, mm.
-pub(in crate::study) fn at_point(machine: &Machine, reference: PathReference, position: Vector3<f64>) -> Vector3<f64> {
+pub(crate) fn at_point(machine: &Machine, reference: PathReference, position: Vector3<f64>) -> Vector3<f64> {
     match reference {
         PathReference::PlatformPoint => position,
         PathReference::ToolTip => position + machine.home.pose.rotation * machine.tool_tip,
@@ -391,7 +393,7 @@ pub fn place(text: &str, machine: &Machine, reference: PathReference) -> Result<
     let site = match numbers.as_deref() {
         Ok([x, y, z, angles @ ..])
             if [0, 1, 3].contains(&angles.len())
-                && numbers.iter().flatten().all(|v| v.abs() <= crate::check::LARGEST) =>
+                && numbers.iter().flatten().all(|v| v.abs() <= crate::input::check::LARGEST) =>
         {
             let mut site = Site::new(Vector3::new(*x, *y, *z), 0.0);
             for (coordinate, degrees) in site.0[3..].iter_mut().zip(angles) {

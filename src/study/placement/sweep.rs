@@ -18,8 +18,9 @@ use super::{
     site::Site,
 };
 use crate::{
-    error,
-    study::{Failure, Work, work::Event},
+    input::error,
+    study::Failure,
+    work::{Event, Work},
 };
 
 /// What became of a place.

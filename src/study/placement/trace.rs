@@ -6,7 +6,7 @@ use super::{Best, Entry, Evaluator, PlacementStudy, bounded};
 use crate::{
     compensation::Method,
     study::{
-        path::{Commands, PathAnswer, PathCase, run},
+        along_path::{Commands, PathAnswer, PathCase, run},
         program::demands_under,
     },
 };

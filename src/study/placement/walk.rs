@@ -5,7 +5,7 @@ use crate::{
     compensation::{Compensation, Demand, Method, Session, Status, compensate},
     machine::{Machine, Motion, Unreachable},
     spatial::Wrench,
-    study::{Failure, path::settings},
+    study::{Failure, along_path::settings},
 };
 
 /// What becomes of the exact correction.
@@ -44,7 +44,7 @@ pub(super) fn excess(unreachable: &Unreachable) -> f64 {
 
 /// Sessions for everything a point is asked, standing at home.
 ///
-/// [`super::super::path::run`] answers more (the modified target, which needs forward kinematics) and in blocks of its
+/// [`crate::study::along_path::run`] answers more (the modified target, which needs forward kinematics) and in blocks of its
 /// own; a search asks many short pieces of paths for a few numbers.
 pub(super) struct Walk<'a> {
     nominal: &'a Machine,

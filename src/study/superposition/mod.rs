@@ -18,9 +18,11 @@
 pub mod ablation;
 pub mod departure;
 pub mod growth;
+pub mod report;
 mod resolve;
 mod rig;
 pub mod safe;
+pub mod spec;
 
 use std::ops::Range;
 
@@ -33,15 +35,13 @@ pub(super) use resolve::superposition as resolve;
 use safe::LargestFactor;
 use serde::{Deserialize, Serialize};
 
-use super::{
-    Failure,
-    work::{Event, Work},
-    workspace_map::Grid,
-};
+use super::Failure;
 use crate::{
-    error,
+    input::error,
     machine::{ChainError, Machine},
     process::MillingForce,
+    spatial::Grid,
+    work::{Event, Work},
 };
 
 /// A named location of P.

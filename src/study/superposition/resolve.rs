@@ -2,15 +2,15 @@
 
 use super::{Location, SuperpositionStudy, growth::ROUNDING_MM};
 use crate::{
-    check::Check,
-    error::Result,
+    input::{check::Check, error::Result},
     machine::Machine,
+    process::file::chain_errors::chain_errors,
     study::{
         Overrides,
-        path_resolve::named_point,
-        resolve::{box_grid, chain_errors, map_box, milling, slice_heights},
+        path::resolve::named_point,
+        resolve::{box_grid, map_box, milling, slice_heights},
         spec::StudySpec,
-        superposition_spec::{LocationSpec, ScalesSpec, SuperpositionSpec},
+        superposition::spec::{LocationSpec, ScalesSpec, SuperpositionSpec},
     },
 };
 
@@ -20,7 +20,7 @@ const MAX_POINTS: usize = 10_000_000;
 const STEPS: std::ops::RangeInclusive<usize> = 2..=100;
 
 /// Checks the study of `written`, whose kind is `spec`. `check` is the top of the file.
-pub(in crate::study) fn superposition(
+pub(crate) fn superposition(
     written: &StudySpec,
     spec: &SuperpositionSpec,
     machine: Machine,

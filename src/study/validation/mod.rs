@@ -2,20 +2,20 @@
 
 mod circle_shape;
 mod quantity;
+pub mod report;
 mod resolve;
+pub mod spec;
 
 use serde::Deserialize;
 
 pub use quantity::Quantity;
 pub(super) use resolve::validation as resolve;
 
-use super::{
-    Work,
-    path_study::{self, PathResults, PathStudy},
-};
 use crate::{
-    error,
+    input::error,
     machine::{Machine, Motion},
+    study::path::{self, PathResults, PathStudy},
+    work::Work,
 };
 
 /// A process under a name, with every case cut by it.
@@ -172,7 +172,7 @@ impl Quoted {
 /// Points of all passes that [`run`] makes.
 pub fn work(study: &ValidationStudy) -> usize {
     let paths = study.variants.iter().flat_map(|variant| &variant.paths);
-    paths.map(|path| path.stations.len() * path_study::passes(path)).sum()
+    paths.map(|path| path.stations.len() * path::passes(path)).sum()
 }
 
 /// Runs the study on the current rayon pool.
@@ -185,7 +185,7 @@ pub fn run(study: &ValidationStudy, work: &Work) -> error::Result<ValidationResu
     for (index, variant) in study.variants.iter().enumerate() {
         let paths: Vec<PathResults> = {
             let part = |case: usize| work.part(&format!("{index}/{case}"));
-            let runs = variant.paths.iter().enumerate().map(|(case, path)| path_study::run(path, &part(case)));
+            let runs = variant.paths.iter().enumerate().map(|(case, path)| path::run(path, &part(case)));
             runs.collect::<error::Result<_>>()?
         };
         for (quoted, ours) in study.quoted.iter().zip(&mut ours) {

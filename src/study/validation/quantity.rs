@@ -8,8 +8,8 @@ use crate::{
     machine::{Machine, Motion},
     study::{
         Source,
-        path::PathAnswer,
-        path_study::{PathResults, SourceAlongPath},
+        along_path::PathAnswer,
+        path::{PathResults, SourceAlongPath},
         superposition::growth::ROUNDING_MM,
     },
 };

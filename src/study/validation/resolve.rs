@@ -4,14 +4,15 @@ use std::path::Path;
 
 use super::{FigureKind, Picture, Quoted, ValidationStudy, Variant};
 use crate::{
-    check::Check,
-    error::Result,
+    input::{check::Check, error::Result},
     machine::Machine,
     study::{
-        Inputs, Overrides, path_resolve,
+        Overrides,
+        path::resolve as paths,
         spec::PathSpec,
-        validation_spec::{FigureSpec, QuotedSpec, ValidationSpec},
+        validation::spec::{FigureSpec, QuotedSpec, ValidationSpec},
     },
+    work::Inputs,
 };
 
 /// Difference that counts as none, as a share.
@@ -22,7 +23,7 @@ const MACHINE_AT_HOME: &str = "machine_at_home";
 const MOST_FRAMES: usize = 6;
 
 /// Checks `spec`; also returns the processes.
-pub(in crate::study) fn validation(
+pub(crate) fn validation(
     spec: &ValidationSpec,
     machine: Machine,
     folder: &Path,
@@ -40,8 +41,8 @@ pub(in crate::study) fn validation(
         check.key("case").item(i).key("name").unique_file(&case.name, before)?;
     }
     names(spec.variant.iter().map(|variant| variant.name.as_str()), &check.key("variant"))?;
-    let points = path_resolve::points_of(spec.case.iter().map(|case| &case.circle), overrides);
-    path_resolve::check_total(points.saturating_mul(spec.variant.len()), &check.key("case"))?;
+    let points = paths::points_of(spec.case.iter().map(|case| &case.circle), overrides);
+    paths::check_total(points.saturating_mul(spec.variant.len()), &check.key("case"))?;
     let (mut variants, mut inputs) = (Vec::new(), Inputs::default());
     for written in &spec.variant {
         let mut paths = Vec::new();
@@ -53,8 +54,7 @@ pub(in crate::study) fn validation(
                 file: None,
                 methods: Some(Vec::new()),
             };
-            let (path, process) =
-                path_resolve::path(&path, machine.clone(), folder, overrides, &check.key("case").item(i))?;
+            let (path, process) = paths::path(&path, machine.clone(), folder, overrides, &check.key("case").item(i))?;
             paths.push(path);
             inputs = inputs.and(process);
         }

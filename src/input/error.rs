@@ -1,0 +1,100 @@
+//! The one error type: what was being done, with which file, key and value.
+//!
+//! A point that cannot be solved is not an error but a status of the result.
+
+use std::path::PathBuf;
+
+/// Wrong input or a broken file.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A file cannot be read.
+    #[error("{}: cannot be read: {source}", file.display())]
+    Read {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A file cannot be written.
+    #[error("{}: cannot be written: {source}", file.display())]
+    Write {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// Work was stopped from outside.
+    #[error("stopped")]
+    Stopped,
+    /// An unfinished run cannot be gone on with.
+    #[error("{}: {problem}", file.display())]
+    Resume {
+        /// The file it left.
+        file: PathBuf,
+        /// Why not.
+        problem: String,
+    },
+    /// A file is not of the expected form: bad syntax, a missing or an unknown key, a value of the wrong type.
+    #[error("{file}{}: {}{problem}", line.map(|l| format!(":{l}")).unwrap_or_default(), key_prefix(key))]
+    Syntax {
+        /// The file or built-in name.
+        file: String,
+        /// Line, from 1, where it is known.
+        line: Option<usize>,
+        /// Key path, empty where none applies.
+        key: String,
+        /// What is wrong and what was expected.
+        problem: String,
+    },
+    /// A value is of the right type but makes no sense.
+    #[error("{file}: {key}: {problem}")]
+    Value {
+        /// The file, built-in name or command-line option.
+        file: String,
+        /// Key path.
+        key: String,
+        /// What is wrong, with the value, and what was expected.
+        problem: String,
+    },
+    /// A command-line argument makes no sense.
+    #[error("{argument}: {problem}")]
+    Argument {
+        /// The option or argument.
+        argument: String,
+        /// What is wrong, with the value, and what was expected.
+        problem: String,
+    },
+    /// A program or path cannot be read, followed or written; the message names the file and the line.
+    #[error(transparent)]
+    Program(Box<dyn std::error::Error + Send + Sync>),
+    /// A figure cannot be drawn.
+    #[error("figure {name}: {problem}")]
+    Figure {
+        /// File stem of the figure.
+        name: String,
+        /// Why.
+        problem: String,
+    },
+    /// A page cannot be rendered: a fault of its template.
+    #[error("page {template}: {problem}")]
+    Page {
+        /// The template.
+        template: String,
+        /// Why.
+        problem: String,
+    },
+}
+
+impl Error {
+    /// A program or path at fault.
+    pub fn program(source: impl std::error::Error + Send + Sync + 'static) -> Self {
+        Error::Program(Box::new(source))
+    }
+}
+
+/// Shorthand used throughout.
+pub type Result<T> = std::result::Result<T, Error>;
+
+fn key_prefix(key: &str) -> String {
+    if key.is_empty() || key == "." { String::new() } else { format!("{key}: ") }
+}

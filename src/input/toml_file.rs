@@ -1,0 +1,58 @@
+//! TOML files to raw specs, with errors that name file, line and key.
+
+mod exact;
+
+use std::path::Path;
+
+use serde::de::DeserializeOwned;
+
+use crate::input::error::{Error, Result};
+
+/// A longer file is no machine or study file, bytes.
+const MAX_LENGTH: u64 = 1 << 20;
+
+/// Reads `file` as text.
+pub fn read(file: &Path) -> Result<String> {
+    let bytes = crate::input::file::read_at_most(file, MAX_LENGTH)?;
+    let fault = |_| Error::Read { file: file.to_path_buf(), source: std::io::Error::other("not a text file (UTF-8)") };
+    String::from_utf8(bytes).map_err(fault)
+}
+
+/// Parses `text`; `origin` names it in error messages.
+pub fn parse<T: DeserializeOwned>(text: &str, origin: &str) -> Result<T> {
+    let fault = |error: &toml::de::Error, key: String| Error::Syntax {
+        file: origin.to_string(),
+        line: error.span().map(|span| 1 + text[..span.start.min(text.len())].matches('\n').count()),
+        key,
+        problem: in_words(error, text),
+    };
+    let deserializer = toml::Deserializer::parse(text).map_err(|error| fault(&error, String::new()))?;
+    serde_path_to_error::deserialize(exact::Exact(deserializer)).map_err(|error| {
+        let key = error.path().to_string();
+        fault(error.inner(), key)
+    })
+}
+
+/// The parser's message, its programming terms replaced by those of a TOML file.
+fn in_words(error: &toml::de::Error, text: &str) -> String {
+    let message = error.message().trim_end().replace('\n', "; ");
+    if message == "duplicate key" {
+        let key = error.span().and_then(|span| text.get(span)).unwrap_or_default();
+        return format!("key `{key}` is given twice");
+    }
+    if message.starts_with("wanted exactly 1 element") {
+        return "expected a table with exactly one key".into();
+    }
+    let (found, expected) = message.split_once(", expected ").unwrap_or((&message, ""));
+    let found = found
+        .replace("unknown variant", "unknown value")
+        .replace("unknown field", "unknown key")
+        .replace("missing field", "missing key");
+    match expected {
+        "" => found,
+        "f64" => format!("{found}, expected a number"),
+        "u32" | "usize" => format!("{found}, expected a whole number, 0 or more"),
+        table if table.starts_with("struct ") => format!("{found}, expected a table"),
+        other => format!("{found}, expected {other}"),
+    }
+}

@@ -1,0 +1,155 @@
+//! A process file, checked: where the workpiece stands, what force the cut makes, what the real machine differs by and
+//! what compensation may do.
+
+pub mod chain_errors;
+mod resolve;
+pub mod spec;
+
+use std::path::Path;
+
+use crate::{
+    compensation::Target,
+    input::error::{Error, Result},
+    machine::{ChainError, Machine},
+    process::{CuttingRule, PathReference, Placement, cutting::CuttingLaw, file::spec::ProcessSpec},
+    toolpath::{Format, FormatError, Sampling, Toolpath, gcode::GcodeOptions},
+    work::Inputs,
+};
+
+/// A checked process for one machine.
+#[derive(Debug, Clone)]
+pub struct Process {
+    /// Where the workpiece stands, and whose positions the path gives.
+    pub placement: Placement,
+    /// Whether the file gives the origin of the workpiece; if not, it is that of the base frame.
+    pub is_placed: bool,
+    /// The cutting force along the path.
+    pub cutting: CuttingLaw,
+    /// Which moves cut.
+    pub cutting_rule: CuttingRule,
+    /// Errors of each chain of the machine, in its order.
+    pub errors: Vec<ChainError>,
+    /// How finely arcs and long lines of a program are split.
+    pub sampling: Sampling,
+    /// What bounds the corrections.
+    pub limits: CorrectionLimits,
+    /// What compensation puts right.
+    pub target: Target,
+    /// What a G-code program does not say itself.
+    pub gcode: GcodeOptions,
+    /// How written coordinates are rounded.
+    pub decimals: Decimals,
+    /// What decides it.
+    pub inputs: Inputs,
+}
+
+/// Label of what a machine does not control.
+pub const NOT_CONTROLLED: &str = "not controlled by this machine";
+
+/// Limits of corrections and drive forces; `None` is no limit.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[allow(non_snake_case, reason = "the unit is N, not n")]
+pub struct CorrectionLimits {
+    /// Most |Δρ| of a drive, mm.
+    pub correction_mm: Option<f64>,
+    /// Most change of Δρ of a drive between neighbouring points, mm.
+    pub correction_change_mm: Option<f64>,
+    /// Most force of a drive, N.
+    pub force_N: Option<f64>,
+    /// What is made small where limits bind.
+    pub objective: Objective,
+}
+
+/// What is made small where limits do not allow to put everything right.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Objective {
+    /// The root mean square of the errors along the path.
+    #[default]
+    Rms,
+    /// The largest error of the path.
+    Worst,
+}
+
+/// Decimals of written coordinates; `None` leaves those of the program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Decimals {
+    /// Of coordinates in mm.
+    pub mm: Option<u8>,
+    /// Of coordinates in inches.
+    pub inch: Option<u8>,
+}
+
+impl Decimals {
+    /// The format to write a program or polyline with whose own format is `own`.
+    ///
+    /// # Errors
+    /// When there are no such decimals; never for those of a checked [`Process`].
+    pub fn format(self, own: Format) -> std::result::Result<Format, FormatError> {
+        Format::new(self.mm.unwrap_or(own.mm_decimals()), self.inch.unwrap_or(own.inch_decimals()))
+    }
+}
+
+impl Process {
+    /// `path` with what cuts marked as the file says; `origin` names the path in errors.
+    ///
+    /// # Errors
+    /// Nothing of a path with moves that may cut does.
+    pub fn with_cuts(&self, path: Toolpath, origin: &str) -> Result<Toolpath> {
+        let cuts = |path: &Toolpath| path.points().iter().any(|point| point.cutting);
+        let feeds = path.points().iter().any(|point| point.cutting && point.feed_mm_per_min.is_some());
+        if self.cutting_rule.max_feed_mm_per_min.is_some() && cuts(&path) && !feeds {
+            let problem =
+                format!("{origin} has no feeds to hold against it: leave it out, or use below_z_mm or above_z_mm");
+            return Err(Error::Argument { argument: "cutting.max_feed_mm_per_min".into(), problem });
+        }
+        let (may_cut, path) = (cuts(&path), self.cutting_rule.apply(path));
+        if may_cut && !cuts(&path) {
+            let problem = format!("nothing of {origin} is cut: what cuts is {}", self.cutting_rule.words());
+            return Err(Error::Argument { argument: "cutting".into(), problem });
+        }
+        Ok(path)
+    }
+
+    /// Where the workpiece stands, what is cut, and what of its paths `machine` does not control, as labels and words.
+    pub fn facts(&self, machine: &Machine) -> Vec<(&'static str, String)> {
+        let mut facts = vec![("workpiece", self.place_words()), ("counts as cutting", self.cutting_rule.words())];
+        facts.extend(machine.uncontrolled_words().map(|words| (NOT_CONTROLLED, words)));
+        facts
+    }
+
+    /// Where the workpiece stands.
+    pub fn place_words(&self) -> String {
+        let Placement { origin_mm, roll_pitch_yaw, reference } = &self.placement;
+        let mut words = format!("origin at ({}, {}, {}) mm of the base", origin_mm.x, origin_mm.y, origin_mm.z);
+        if !self.is_placed {
+            words += ", assumed: the process gives no placement.origin_mm";
+        }
+        for (name, angle) in ["roll", "pitch", "yaw"].iter().zip(roll_pitch_yaw.iter()).filter(|(_, a)| **a != 0.0) {
+            words += &format!(", {name} {}°", (angle.to_degrees() * 1e9).round() / 1e9);
+        }
+        words
+            + match reference {
+                PathReference::ToolTip => "; path of the tool tip",
+                PathReference::PlatformPoint => "; path of the platform point P",
+            }
+    }
+
+    /// Reads and checks the process file `file` for `machine`.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is not of the expected form, or holds values that make no sense.
+    pub fn open(file: &Path, machine: &Machine) -> Result<Process> {
+        let text = crate::input::toml_file::read(file)?;
+        let folder = file.parent().map(Path::to_path_buf).unwrap_or_default();
+        Self::from_toml(&text, &file.display().to_string(), &folder, machine)
+    }
+
+    /// Checks a process given as TOML text. `origin` names it in errors; a wrench table is sought relative to `folder`.
+    ///
+    /// # Errors
+    /// As [`Process::open`].
+    pub fn from_toml(text: &str, origin: &str, folder: &Path, machine: &Machine) -> Result<Process> {
+        let spec: ProcessSpec = crate::input::toml_file::parse(text, origin)?;
+        resolve::process(&spec, text, origin, folder, machine)
+    }
+}

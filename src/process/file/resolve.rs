@@ -1,0 +1,218 @@
+//! From a process file as written to a checked process.
+
+use std::path::Path;
+
+use nalgebra::Vector3;
+
+use crate::{
+    compensation::Target,
+    input::{
+        check::Check,
+        error::{Error, Result},
+    },
+    machine::Machine,
+    process::{
+        CuttingRule, MillingForce, PathReference, Placement,
+        cutting::{CuttingLaw, EdgeForce, PathFrame, SlotMilling, WrenchTable},
+        file::{
+            CorrectionLimits, Decimals, Objective, Process,
+            chain_errors::chain_errors,
+            spec::{
+                CompensateSpec, CuttingRuleSpec, ForceSpec, GcodeSpec, LimitsSpec, ObjectiveSpec, PathFrameSpec,
+                PlacementSpec, ProcessSpec, ReferenceSpec, SamplingSpec, SlotMillingSpec, SpindleSpec, TableSpec,
+            },
+        },
+        tilt::Turned,
+    },
+    toolpath::{Format, Sampling, Turn, gcode::GcodeOptions},
+    work::Inputs,
+};
+
+/// Most teeth accepted.
+const MAX_TEETH: u32 = 100;
+
+pub(super) fn process(
+    spec: &ProcessSpec,
+    text: &str,
+    origin: &str,
+    folder: &Path,
+    machine: &Machine,
+) -> Result<Process> {
+    let check = Check::new(origin);
+    check.schema(spec.schema)?;
+    let (cutting, table) = force(&spec.force, folder, &check.key("force"))?;
+    let check_gcode = check.key("gcode");
+    let name = crate::input::file::name(origin);
+    Ok(Process {
+        placement: placement(&spec.placement, machine, &check.key("placement"))?,
+        is_placed: spec.placement.origin_mm.is_some(),
+        cutting,
+        cutting_rule: cutting_rule(&spec.cutting, &check.key("cutting"))?,
+        errors: chain_errors(&spec.chain_error, machine, &check)?,
+        sampling: sampling(&spec.sampling, &check.key("sampling"))?,
+        limits: limits(&spec.limits, &check.key("limits"))?,
+        target: spec.compensate.target.into(),
+        gcode: gcode_options(&spec.gcode, &check_gcode)?,
+        decimals: decimals(&spec.gcode, &check_gcode)?,
+        inputs: Inputs::of(name, text).and(table),
+    })
+}
+
+fn placement(spec: &PlacementSpec, machine: &Machine, check: &Check) -> Result<Placement> {
+    let angle = |key: &str, degrees: f64| check.key(key).finite_scalar(degrees).map(f64::to_radians);
+    let roll_pitch_yaw = Vector3::new(
+        angle("roll_deg", spec.roll_deg)?,
+        angle("pitch_deg", spec.pitch_deg)?,
+        angle("yaw_deg", spec.yaw_deg)?,
+    );
+    let [roll, pitch, yaw] = [0, 1, 2].map(|i| roll_pitch_yaw[i] != 0.0);
+    Turned { roll, pitch, yaw }.check(machine, |name| check.key(name))?;
+    Ok(Placement {
+        origin_mm: check.key("origin_mm").finite(spec.origin_mm.unwrap_or_default())?,
+        roll_pitch_yaw,
+        reference: match spec.reference {
+            ReferenceSpec::ToolTip => PathReference::ToolTip,
+            ReferenceSpec::PlatformPoint => PathReference::PlatformPoint,
+        },
+    })
+}
+
+/// The law of the cutting force, and the text of the file it is in besides the process file.
+fn force(spec: &ForceSpec, folder: &Path, check: &Check) -> Result<(CuttingLaw, Inputs)> {
+    let given = [
+        ("path_frame", spec.path_frame.is_some()),
+        ("table", spec.table.is_some()),
+        ("slot_milling", spec.slot_milling.is_some()),
+        ("from_path", spec.from_path),
+    ];
+    let given: Vec<_> = given.iter().filter(|(_, given)| *given).map(|(key, _)| *key).collect();
+    if given.len() > 1 {
+        let problem =
+            format!("give one of path_frame, table, slot_milling and from_path, or none; got {}", given.join(", "));
+        return check.fail(problem);
+    }
+    let law = match spec {
+        ForceSpec { path_frame: Some(spec), .. } => path_frame(spec, &check.key("path_frame"))?,
+        ForceSpec { slot_milling: Some(spec), .. } => slot_milling(spec, &check.key("slot_milling"))?,
+        ForceSpec { table: Some(spec), .. } => return wrench_table(spec, folder, &check.key("table")),
+        ForceSpec { from_path: true, .. } => CuttingLaw::FromPath,
+        _ => CuttingLaw::None,
+    };
+    Ok((law, Inputs::default()))
+}
+
+fn path_frame(spec: &PathFrameSpec, check: &Check) -> Result<CuttingLaw> {
+    let force = MillingForce {
+        radial: check.key("radial_force_N").finite_scalar(spec.radial_force)?,
+        tangential: check.key("tangential_force_N").finite_scalar(spec.tangential_force)?,
+        axial: check.key("axial_force_N").finite_scalar(spec.axial_force)?,
+        law: spec.law,
+    };
+    Ok(CuttingLaw::PathFrame(PathFrame { force }))
+}
+
+fn slot_milling(spec: &SlotMillingSpec, check: &Check) -> Result<CuttingLaw> {
+    let coefficients = |name: &str, cutting: f64, edge: f64| -> Result<EdgeForce> {
+        Ok(EdgeForce {
+            cutting: check.key(&format!("{name}_cutting_N_per_mm2")).finite_scalar(cutting)?,
+            edge: check.key(&format!("{name}_edge_N_per_mm")).finite_scalar(edge)?,
+        })
+    };
+    if !(1..=MAX_TEETH).contains(&spec.teeth) {
+        return check.key("teeth").fail(format!("must be from 1 to {MAX_TEETH}, got {}", spec.teeth));
+    }
+    Ok(CuttingLaw::SlotMilling(SlotMilling {
+        tangential: coefficients("tangential", spec.tangential_cutting, spec.tangential_edge)?,
+        radial: coefficients("radial", spec.radial_cutting, spec.radial_edge)?,
+        axial: coefficients("axial", spec.axial_cutting, spec.axial_edge)?,
+        depth_mm: check.key("axial_depth_mm").positive(spec.axial_depth_mm)?,
+        teeth: spec.teeth,
+        feed_per_tooth_mm: check.key("feed_per_tooth_mm").optional_positive(spec.feed_per_tooth_mm)?,
+        spindle: match spec.spindle {
+            SpindleSpec::Clockwise => Turn::Clockwise,
+            SpindleSpec::CounterClockwise => Turn::CounterClockwise,
+        },
+    }))
+}
+
+fn wrench_table(spec: &TableSpec, folder: &Path, check: &Check) -> Result<(CuttingLaw, Inputs)> {
+    let file = folder.join(&spec.file);
+    if !file.is_file() {
+        return check.key("file").fail(format!("\"{}\" is not a file in the folder of the process file", spec.file));
+    }
+    let text = crate::input::file::read(&file)?;
+    let table = WrenchTable::read(&text, &file.display().to_string()).map_err(|error| Error::Syntax {
+        file: error.file,
+        line: Some(error.line),
+        key: String::new(),
+        problem: error.fault.to_string(),
+    })?;
+    Ok((CuttingLaw::Table(table), Inputs::of(&spec.file, String::from_utf8_lossy(&text))))
+}
+
+fn cutting_rule(spec: &CuttingRuleSpec, check: &Check) -> Result<CuttingRule> {
+    let height = |key: &str, z: Option<f64>| z.map(|z| check.key(key).finite_scalar(z)).transpose();
+    let rule = CuttingRule {
+        below_z_mm: height("below_z_mm", spec.below_z_mm)?,
+        above_z_mm: height("above_z_mm", spec.above_z_mm)?,
+        max_feed_mm_per_min: check.key("max_feed_mm_per_min").optional_positive(spec.max_feed_mm_per_min)?,
+    };
+    match (rule.above_z_mm, rule.below_z_mm) {
+        (Some(above), Some(below)) if above > below => {
+            check.fail(format!("nothing is both above z = {above} mm and below z = {below} mm"))
+        }
+        _ => Ok(rule),
+    }
+}
+
+fn sampling(spec: &SamplingSpec, check: &Check) -> Result<Sampling> {
+    let default = Sampling::default();
+    let tolerance = spec.chordal_tolerance_mm.unwrap_or(default.chordal_tolerance_mm());
+    let tolerance = check.key("chordal_tolerance_mm").positive(tolerance)?;
+    let segment = check.key("max_segment_mm").positive(spec.max_segment_mm.unwrap_or(default.max_segment_mm()))?;
+    Sampling::new(tolerance, segment).or_else(|error| check.fail(error.to_string()))
+}
+
+fn limits(spec: &LimitsSpec, check: &Check) -> Result<CorrectionLimits> {
+    let change = check.key("max_correction_change_mm");
+    Ok(CorrectionLimits {
+        correction_mm: check.key("max_correction_mm").optional_positive(spec.max_correction_mm)?,
+        correction_change_mm: change.optional_positive(spec.max_correction_change_mm)?,
+        force_N: check.key("force_limit_N").optional_positive(spec.force_limit)?,
+        objective: match spec.objective {
+            ObjectiveSpec::Rms => Objective::Rms,
+            ObjectiveSpec::Worst => Objective::Worst,
+        },
+    })
+}
+
+fn gcode_options(spec: &GcodeSpec, check: &Check) -> Result<GcodeOptions> {
+    let mut options = GcodeOptions::default();
+    let given = [spec.g54_mm, spec.g55_mm, spec.g56_mm, spec.g57_mm, spec.g58_mm, spec.g59_mm];
+    for (index, (offset, given)) in options.work_offsets_mm.iter_mut().zip(given).enumerate() {
+        if let Some(given) = given {
+            let zero: Vector3<f64> = check.key(&format!("g{}_mm", 54 + index)).finite(given)?;
+            *offset = Some(zero);
+        }
+    }
+    Ok(options)
+}
+
+fn decimals(spec: &GcodeSpec, check: &Check) -> Result<Decimals> {
+    for (key, decimals) in [("decimals_mm", spec.decimals_mm), ("decimals_inch", spec.decimals_inch)] {
+        if let Some(decimals) = decimals.filter(|decimals| !(1..=Format::MAX_DECIMALS).contains(decimals)) {
+            return check.key(key).fail(format!("must be from 1 to {}, got {decimals}", Format::MAX_DECIMALS));
+        }
+    }
+    Ok(Decimals { mm: spec.decimals_mm, inch: spec.decimals_inch })
+}
+
+impl From<CompensateSpec> for Target {
+    fn from(spec: CompensateSpec) -> Target {
+        match spec {
+            CompensateSpec::ToolTip => Target::ToolTip,
+            CompensateSpec::PlatformPoint => Target::PlatformPoint,
+            CompensateSpec::FullPose => Target::FullPose,
+        }
+    }
+}

@@ -1,0 +1,248 @@
+//! A process file as written: raw, units in the keys, unknown keys refused. Checked by [`crate::process::Process`].
+
+use serde::Deserialize;
+
+use super::chain_errors::ChainErrorSpec;
+use crate::process::ForceLaw;
+
+/// The whole file.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ProcessSpec {
+    /// Version of the file format; 1.
+    pub schema: u32,
+    /// Where the workpiece stands; at the machine's base frame if not given.
+    #[serde(default)]
+    pub placement: PlacementSpec,
+    /// The cutting force; none if not given.
+    #[serde(default)]
+    pub force: ForceSpec,
+    /// Which moves cut; every move but rapid ones if not given.
+    #[serde(default)]
+    pub cutting: CuttingRuleSpec,
+    /// Manufacturing and assembly errors; chains not named are nominal.
+    #[serde(default)]
+    pub chain_error: Vec<ChainErrorSpec>,
+    /// How finely arcs and long lines are split.
+    #[serde(default)]
+    pub sampling: SamplingSpec,
+    /// Limits of corrections and drive forces; none if not given.
+    #[serde(default)]
+    pub limits: LimitsSpec,
+    /// What compensation puts right.
+    #[serde(default)]
+    pub compensate: CompensateTable,
+    /// What a G-code program does not say itself.
+    #[serde(default)]
+    pub gcode: GcodeSpec,
+}
+
+/// Pose of the workpiece frame W in the base frame O.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlacementSpec {
+    /// Origin of W in O; that of O if not given, which results then say.
+    pub origin_mm: Option<[f64; 3]>,
+    /// Roll, pitch and yaw of W: `R_OW = R_z(yaw) R_y(pitch) R_x(roll)`. The tool tilts with the workpiece, so roll and pitch
+    /// need a machine that controls these rotations.
+    #[serde(default)]
+    pub roll_deg: f64,
+    /// See `roll_deg`.
+    #[serde(default)]
+    pub pitch_deg: f64,
+    /// Angle from the x axis of O to that of W about z.
+    #[serde(default)]
+    pub yaw_deg: f64,
+    /// Whose positions the path gives.
+    #[serde(default)]
+    pub reference: ReferenceSpec,
+}
+
+/// Whose positions a path gives.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ReferenceSpec {
+    /// The tool tip.
+    #[default]
+    ToolTip,
+    /// The platform point P.
+    PlatformPoint,
+}
+
+/// The cutting force: at most one of its keys.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ForceSpec {
+    /// Constant in the frame of the path.
+    pub path_frame: Option<PathFrameSpec>,
+    /// Tabulated over the length of the path.
+    pub table: Option<TableSpec>,
+    /// From cutting coefficients.
+    pub slot_milling: Option<SlotMillingSpec>,
+    /// From the force columns of the path itself.
+    #[serde(default)]
+    pub from_path: bool,
+}
+
+/// Constant radial, tangential and axial force, eq. (17), with φ from the direction of motion.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PathFrameSpec {
+    /// F_r.
+    #[serde(rename = "radial_force_N")]
+    pub radial_force: f64,
+    /// F_t.
+    #[serde(rename = "tangential_force_N")]
+    pub tangential_force: f64,
+    /// F_z.
+    #[serde(rename = "axial_force_N")]
+    pub axial_force: f64,
+    /// `rotated` (default) or `printed`, which is no rotation: its force does not turn with the path.
+    #[serde(default)]
+    pub law: ForceLaw,
+}
+
+/// A wrench table in a file.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TableSpec {
+    /// CSV file, relative to the folder of the process file.
+    pub file: String,
+}
+
+/// Slot milling; see [`crate::process::cutting::SlotMilling`].
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SlotMillingSpec {
+    /// K_tc.
+    #[serde(rename = "tangential_cutting_N_per_mm2")]
+    pub tangential_cutting: f64,
+    /// K_rc.
+    #[serde(rename = "radial_cutting_N_per_mm2")]
+    pub radial_cutting: f64,
+    /// K_ac.
+    #[serde(rename = "axial_cutting_N_per_mm2")]
+    pub axial_cutting: f64,
+    /// K_te.
+    #[serde(rename = "tangential_edge_N_per_mm", default)]
+    pub tangential_edge: f64,
+    /// K_re.
+    #[serde(rename = "radial_edge_N_per_mm", default)]
+    pub radial_edge: f64,
+    /// K_ae.
+    #[serde(rename = "axial_edge_N_per_mm", default)]
+    pub axial_edge: f64,
+    /// a.
+    pub axial_depth_mm: f64,
+    /// N.
+    pub teeth: u32,
+    /// c; from feed and spindle speed of the path if not given.
+    pub feed_per_tooth_mm: Option<f64>,
+    /// Which way the spindle turns, seen from the spindle.
+    #[serde(default)]
+    pub spindle: SpindleSpec,
+}
+
+/// Which way the spindle turns, seen from the spindle towards the workpiece.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SpindleSpec {
+    /// M3.
+    #[default]
+    Clockwise,
+    /// M4.
+    CounterClockwise,
+}
+
+/// Which moves cut, besides that rapid ones do not; see [`crate::process::CuttingRule`].
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CuttingRuleSpec {
+    /// Highest z in W at which the tool cuts.
+    pub below_z_mm: Option<f64>,
+    /// Lowest z in W at which the tool cuts.
+    pub above_z_mm: Option<f64>,
+    /// Fastest feed at which the tool cuts.
+    pub max_feed_mm_per_min: Option<f64>,
+}
+
+/// How finely arcs and long lines are split.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SamplingSpec {
+    /// The most an arc may stand off its chord; 0.001.
+    pub chordal_tolerance_mm: Option<f64>,
+    /// The longest piece; 1.
+    pub max_segment_mm: Option<f64>,
+}
+
+/// Limits of corrections and drive forces.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LimitsSpec {
+    /// Most |Δρ| of a drive.
+    pub max_correction_mm: Option<f64>,
+    /// Most change of Δρ between neighbouring points.
+    pub max_correction_change_mm: Option<f64>,
+    /// Most force of a drive.
+    #[serde(rename = "force_limit_N")]
+    pub force_limit: Option<f64>,
+    /// What is made small where the limits do not allow to put everything right.
+    #[serde(default)]
+    pub objective: ObjectiveSpec,
+}
+
+/// What is made small where limits bind.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ObjectiveSpec {
+    /// The root mean square of the errors.
+    #[default]
+    Rms,
+    /// The largest error.
+    Worst,
+}
+
+/// What compensation puts right.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CompensateTable {
+    /// The point brought onto the path.
+    #[serde(default)]
+    pub target: CompensateSpec,
+}
+
+/// What a G-code program does not say itself.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GcodeSpec {
+    /// Zero of G54 in W; W itself if not given.
+    pub g54_mm: Option<[f64; 3]>,
+    /// Zero of G55 in W; not known if not given, like those that follow.
+    pub g55_mm: Option<[f64; 3]>,
+    /// Zero of G56 in W.
+    pub g56_mm: Option<[f64; 3]>,
+    /// Zero of G57 in W.
+    pub g57_mm: Option<[f64; 3]>,
+    /// Zero of G58 in W.
+    pub g58_mm: Option<[f64; 3]>,
+    /// Zero of G59 in W.
+    pub g59_mm: Option<[f64; 3]>,
+    /// Decimals of coordinates written in mm; those of the program if not given.
+    pub decimals_mm: Option<u8>,
+    /// Decimals of coordinates written in inches; those of the program if not given.
+    pub decimals_inch: Option<u8>,
+}
+
+/// What compensation puts right.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CompensateSpec {
+    /// The tool tip.
+    #[default]
+    ToolTip,
+    /// The platform point P.
+    PlatformPoint,
+    /// The tool tip and the platform's orientation, as far as the drives control rotations.
+    FullPose,
+}

@@ -1,0 +1,35 @@
+//! Whether a machine's tool can follow a tilted workpiece.
+
+use crate::{
+    input::{check::Check, error::Result},
+    machine::{Coordinate, Machine},
+};
+
+/// Which angles of a workpiece are, or may become, other than zero.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Turned {
+    pub roll: bool,
+    pub pitch: bool,
+    pub yaw: bool,
+}
+
+impl Turned {
+    /// Refuses a tilt that needs a rotation `machine` does not control; `key` gives the key of an angle's name.
+    ///
+    /// Roll turns about x, pitch about y; a workpiece that is yawed as well turns about both for either.
+    pub fn check(self, machine: &Machine, key: impl Fn(&str) -> Check) -> Result<()> {
+        let controls = |axis: usize| machine.controls.contains(&Coordinate::Rotation(axis));
+        for (name, own, is_turned) in [("roll_deg", 0, self.roll), ("pitch_deg", 1, self.pitch)] {
+            let missing = [own, 1 - own].into_iter().find(|&axis| (axis == own || self.yaw) && !controls(axis));
+            if let (true, Some(axis)) = (is_turned, missing) {
+                return key(name).fail(format!(
+                    "machine {} does not control rotation about {}, so its tool cannot follow a workpiece tilted so: \
+                     expected 0",
+                    machine.name,
+                    ["x", "y"][axis]
+                ));
+            }
+        }
+        Ok(())
+    }
+}

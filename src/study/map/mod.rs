@@ -1,0 +1,415 @@
+//! The workspace map: on a grid over the workspace, how far the tool moves under the cutting force, with and without
+//! chain errors, what must be commanded instead, and how far superposition departs from the simultaneous model.
+
+pub mod report;
+
+use std::ops::Range;
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    compensation::{Compensation, Demand, Method, Session, Settings, Target, compensate_batch},
+    input::error,
+    machine::{ChainError, Configuration, Machine, Unreachable},
+    process::MillingForce,
+    spatial::{Grid, Wrench},
+    statics::{self, Batch, Outcome, State, tool_compliance},
+    study::{Failure, Source, status_of},
+    work::{Event, Work},
+};
+
+/// A checked workspace-map study.
+#[derive(Debug, Clone)]
+pub struct WorkspaceMapStudy {
+    /// The nominal machine, by which positions are commanded.
+    pub machine: Machine,
+    /// Errors of each chain of the real machine.
+    pub errors: Vec<ChainError>,
+    /// Where.
+    pub grid: Grid,
+    /// The cutting force.
+    pub force: MillingForce,
+    /// Tool angles φ, rad.
+    pub phis: Vec<f64>,
+    /// What compensation puts right.
+    pub target: Target,
+    /// Heights of the slices drawn, mm.
+    pub slices_z: Vec<f64>,
+}
+
+/// What a source does at a grid point, worst over φ.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SourceEffect {
+    /// Largest displacement of the tool tip, mm.
+    pub deflection_mm: f64,
+    /// The displacement itself, O axes, mm.
+    pub deflection_vector_mm: [f64; 3],
+    /// φ at which it occurs, degrees; `None` without cutting force.
+    pub phi_deg: Option<f64>,
+    /// Largest |Δρ| of each drive over φ: compensated less nominal drive position, mm or rad; or why there is none.
+    pub delta_rho: Result<Vec<f64>, Failure>,
+    /// Largest distance of the point put right from where it is wanted, with the drives corrected, mm: what they cannot put
+    /// right.
+    pub left_mm: f64,
+    /// Largest |τ| of each drive over φ at the nominal command, N or N·mm.
+    pub drive_force: Vec<f64>,
+    /// Principal stiffnesses of the tool tip at the worst φ, ascending, N/mm.
+    pub principal_stiffness_n_per_mm: [f64; 3],
+    /// Superposition less simultaneous tool displacement at the worst φ, O axes, mm; only for both sources.
+    pub departure_vector_mm: Option<[f64; 3]>,
+}
+
+impl SourceEffect {
+    /// Norm of the departure of superposition, mm.
+    pub fn departure_mm(&self) -> Option<f64> {
+        self.departure_vector_mm.map(|v| Vector3::from(v).norm())
+    }
+}
+
+/// One grid point.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MapPoint {
+    /// Commanded position of P, mm.
+    pub position_mm: [f64; 3],
+    /// Effects in the order of [`Source::ALL`].
+    pub effects: [Result<SourceEffect, Failure>; 3],
+}
+
+impl MapPoint {
+    /// Whether the effect of `source` and its correction could be computed; else the status of what could not.
+    pub fn status(&self, source: Source) -> &str {
+        match &self.effects[source as usize] {
+            Ok(effect) => status_of(&effect.delta_rho),
+            Err(failure) => &failure.status,
+        }
+    }
+
+    /// The effect of `source`, if it could be computed.
+    pub fn effect(&self, source: Source) -> Option<&SourceEffect> {
+        self.effects[source as usize].as_ref().ok()
+    }
+}
+
+/// Results of a workspace-map study.
+#[derive(Debug, Clone)]
+pub struct WorkspaceMap {
+    /// The study.
+    pub study: WorkspaceMapStudy,
+    /// Points in grid order.
+    pub points: Vec<MapPoint>,
+}
+
+/// Computes all points, in parallel on the current rayon pool; the result does not depend on the number of threads.
+///
+/// # Errors
+/// Of `work`.
+pub fn run(study: &WorkspaceMapStudy, work: &Work) -> error::Result<WorkspaceMap> {
+    let mut points = Vec::with_capacity(study.grid.len());
+    run_in_blocks(study, work, |block| {
+        points.extend(block);
+        Ok(())
+    })?;
+    Ok(WorkspaceMap { study: study.clone(), points })
+}
+
+/// Most points of a block, and most tool angles of all its points: what a run that is killed loses.
+const MOST_POINTS: usize = 4096;
+const MOST_ANGLES: usize = 1 << 18;
+
+/// Points of a block: a multiple of those solved side by side.
+fn block_size(study: &WorkspaceMapStudy) -> usize {
+    let points = (MOST_ANGLES / study.phis.len().max(1)).min(MOST_POINTS);
+    (points / Batch::WIDTH).max(1) * Batch::WIDTH
+}
+
+/// As [`run`], but gives the points to `take` block by block, in grid order, so that memory does not grow with the grid. The
+/// next block is computed meanwhile.
+///
+/// # Errors
+/// Of `work` and of `take`.
+pub fn run_in_blocks(
+    study: &WorkspaceMapStudy,
+    work: &Work,
+    mut take: impl FnMut(Vec<MapPoint>) -> error::Result<()> + Send,
+) -> error::Result<()> {
+    let real = study.machine.with_errors(&study.errors);
+    let total = study.grid.len();
+    let size = block_size(study);
+    let mut done: Option<Vec<MapPoint>> = None;
+    for start in (0..total).step_by(size) {
+        let compute = || block(study, &real, start..total.min(start + size), work);
+        let (next, taken) =
+            rayon::join(|| work.piece(&start, Vec::len, compute), || done.take().map_or(Ok(()), &mut take));
+        taken?;
+        done = Some(next?);
+    }
+    done.map_or(Ok(()), take)
+}
+
+/// The points with these indices; `real` is the machine with its errors.
+fn block(
+    study: &WorkspaceMapStudy,
+    real: &Machine,
+    indices: Range<usize>,
+    work: &Work,
+) -> error::Result<Vec<MapPoint>> {
+    let groups = (0..indices.len().div_ceil(Batch::WIDTH))
+        .into_par_iter()
+        .map_init(
+            || GroupSolver {
+                study,
+                nominal: Group::new(&study.machine, &study.machine),
+                real: Group::new(&study.machine, real),
+            },
+            |solver, group| {
+                work.check()?;
+                let first = indices.start + group * Batch::WIDTH;
+                let indices = first..indices.end.min(first + Batch::WIDTH);
+                Ok(solver.solve(&indices.map(|index| study.grid.position(index)).collect::<Vec<_>>(), work))
+            },
+        )
+        .collect::<error::Result<Vec<Vec<MapPoint>>>>()?;
+    Ok(groups.into_iter().flatten().collect())
+}
+
+/// One machine at several points, commanded twice: without and with compensation.
+struct Group<'a> {
+    plain: Vec<Session<'a>>,
+    corrected: Vec<Session<'a>>,
+    plain_batch: Batch<'a>,
+    corrected_batch: Batch<'a>,
+}
+
+impl<'a> Group<'a> {
+    fn new(nominal: &'a Machine, real: &'a Machine) -> Self {
+        let settings = crate::study::along_path::settings();
+        let plain = Session::new(nominal, real, Settings { equilibrium: statics::Settings::default(), ..settings });
+        Self {
+            plain: vec![plain; Batch::WIDTH],
+            corrected: vec![Session::new(nominal, real, settings); Batch::WIDTH],
+            plain_batch: Batch::new(real),
+            corrected_batch: Batch::new(real),
+        }
+    }
+}
+
+/// Tool displacements over φ and their effect, of one source.
+struct Turn {
+    /// Tool displacement at each φ, mm.
+    displacements: Vec<Vector3<f64>>,
+    effect: SourceEffect,
+}
+
+/// Solves neighbouring points of the grid side by side; what comes out for one does not depend on the others.
+struct GroupSolver<'a> {
+    study: &'a WorkspaceMapStudy,
+    /// The nominal machine, answering as it should.
+    nominal: Group<'a>,
+    /// The machine with its errors.
+    real: Group<'a>,
+}
+
+impl GroupSolver<'_> {
+    fn solve(&mut self, positions: &[Vector3<f64>], work: &Work) -> Vec<MapPoint> {
+        let machine = &self.study.machine;
+        let reached: Vec<_> = positions.iter().map(|position| machine.command(*position)).collect();
+        let configurations: Vec<&Configuration> = reached.iter().flatten().collect();
+        let phis: Vec<Option<f64>> = self.study.phis.iter().copied().map(Some).collect();
+        for group in [&mut self.nominal, &mut self.real] {
+            for (session, at) in group.plain.iter_mut().zip(&configurations) {
+                session.stand(at, &State::rigid(machine, at));
+            }
+        }
+        let cutting = turn(self.study, &mut self.nominal, &configurations, &phis);
+        let assembly = turn(self.study, &mut self.real, &configurations, &[None]);
+        let both = turn(self.study, &mut self.real, &configurations, &phis);
+        let mut effects = cutting.into_iter().zip(assembly).zip(both).map(|((cutting, assembly), both)| {
+            let mut turns = [cutting, assembly, both];
+            if let [Ok(cutting), Ok(assembly), Ok(both)] = &mut turns {
+                let worst = index_of_largest(&both.displacements);
+                let superposed = cutting.displacements[worst] + assembly.displacements[0];
+                both.effect.departure_vector_mm = Some((superposed - both.displacements[worst]).into());
+            }
+            turns.map(|turn| turn.map(|turn| turn.effect))
+        });
+        let point = |(position, reached): (&Vector3<f64>, &Result<Configuration, Unreachable>)| {
+            let effects = match reached {
+                Ok(_) => effects.next(),
+                Err(unreachable) => Some(std::array::from_fn(|_| Err(Failure::from(unreachable.clone())))),
+            };
+            work.tell(Event::Computed(1));
+            if effects.as_ref().is_some_and(|effects| effects.iter().any(Result::is_err)) {
+                work.tell(Event::Unsolved(1));
+            }
+            effects.map(|effects| MapPoint { position_mm: (*position).into(), effects })
+        };
+        positions.iter().zip(&reached).filter_map(point).collect()
+    }
+}
+
+/// Equilibria without and with compensation for each load (a φ, or none), each started from the one before, at each of
+/// `configurations`.
+fn turn(
+    study: &WorkspaceMapStudy,
+    group: &mut Group<'_>,
+    configurations: &[&Configuration],
+    phis: &[Option<f64>],
+) -> Vec<Result<Turn, Failure>> {
+    let machine = &study.machine;
+    let mut tallies: Vec<Result<Tally, Failure>> =
+        configurations.iter().map(|_| Ok(Tally::new(machine, phis.len()))).collect();
+    for (index, &phi) in phis.iter().enumerate() {
+        let demand = |i: usize| {
+            let pose = configurations[i].pose;
+            let load = phi.map_or(Wrench::zero(), |phi| study.force.wrench(phi, &machine.tool_at(&pose.rotation)));
+            Demand { pose, load, target: study.target }
+        };
+        let command = |sessions: &mut [Session<'_>], batch: &mut Batch<'_>, method, places: &[usize]| {
+            let answers = command(sessions, batch, method, places, demand);
+            let judged = answers.into_iter().map(|answer| judged(machine, phi, answer));
+            places.iter().copied().zip(judged).collect::<Vec<_>>()
+        };
+        let plain = command(&mut group.plain, &mut group.plain_batch, Method::None, &places(&tallies, |_| true));
+        for (i, answer) in plain {
+            if index == 0 && answer.is_ok() {
+                group.corrected[i].stand(configurations[i], group.plain[i].state());
+            }
+            match (answer, &mut tallies[i]) {
+                (Ok(plain), Ok(tally)) => {
+                    tally.note(machine, configurations[i], phi, plain, group.plain[i].state());
+                }
+                (Err(failure), tally) => *tally = Err(failure),
+                (Ok(_), Err(_)) => {}
+            }
+        }
+        let to_correct = places(&tallies, |tally| tally.delta_rho.is_ok());
+        for (i, answer) in command(&mut group.corrected, &mut group.corrected_batch, Method::Direct, &to_correct) {
+            if let Ok(tally) = &mut tallies[i] {
+                tally.note_correction(configurations[i], answer);
+            }
+        }
+    }
+    tallies.into_iter().map(|tally| tally.and_then(Tally::conclude)).collect()
+}
+
+/// Indices of the points without failure so far whose tally `is_wanted`.
+fn places(tallies: &[Result<Tally, Failure>], is_wanted: impl Fn(&Tally) -> bool) -> Vec<usize> {
+    (0..tallies.len()).filter(|&i| tallies[i].as_ref().is_ok_and(&is_wanted)).collect()
+}
+
+/// Commands the points with the indices `places`.
+fn command(
+    sessions: &mut [Session<'_>],
+    batch: &mut Batch<'_>,
+    method: Method,
+    places: &[usize],
+    demand: impl Fn(usize) -> Demand,
+) -> Vec<Compensation> {
+    let demands: Vec<Demand> = places.iter().map(|&i| demand(i)).collect();
+    let chosen = sessions.iter_mut().enumerate().filter(|(i, _)| places.contains(i));
+    let mut sessions: Vec<&mut Session<'_>> = chosen.map(|(_, session)| session).collect();
+    compensate_batch(&mut sessions, &demands, method, batch)
+}
+
+/// The answer, if it is what was asked for; else why it is not.
+fn judged(machine: &Machine, phi: Option<f64>, answer: Compensation) -> Result<Compensation, Failure> {
+    if answer.status.is_success() {
+        return Ok(answer);
+    }
+    let at = phi.map_or_else(String::new, |phi| format!(" (tool angle {:.1}°)", phi.to_degrees()));
+    Err(Failure { status: answer.status.label().into(), reason: answer.status.reason(machine) + &at })
+}
+
+/// What the loads of one point and source came to so far.
+struct Tally {
+    displacements: Vec<Vector3<f64>>,
+    delta_rho: Result<Vec<f64>, Failure>,
+    /// mm.
+    left: f64,
+    drive_force: Vec<f64>,
+    worst: Option<Worst>,
+}
+
+/// The load with the largest displacement so far.
+struct Worst {
+    displacement: Vector3<f64>,
+    phi: Option<f64>,
+    outcome: Option<Outcome>,
+    /// From P to the displaced tool tip, O axes, mm.
+    lever: Vector3<f64>,
+}
+
+impl Tally {
+    fn new(machine: &Machine, loads: usize) -> Self {
+        let zeros = vec![0.0; machine.drive_count()];
+        Self {
+            displacements: Vec::with_capacity(loads),
+            delta_rho: Ok(zeros.clone()),
+            left: 0.0,
+            drive_force: zeros,
+            worst: None,
+        }
+    }
+
+    /// Takes note of one load at `at`: the answer `plain` without compensation, which ended in `state`.
+    fn note(&mut self, machine: &Machine, at: &Configuration, phi: Option<f64>, plain: Compensation, state: &State) {
+        for (most, force) in self.drive_force.iter_mut().zip(&plain.drive_forces) {
+            *most = most.max(force.abs());
+        }
+        let displacement = machine.tool_displacement(&at.pose, &state.pose);
+        if self.worst.as_ref().is_none_or(|worst| displacement.norm() > worst.displacement.norm()) {
+            let lever = state.pose.rotation * machine.tool_tip;
+            self.worst = Some(Worst { displacement, phi, outcome: plain.outcome, lever });
+        }
+        self.displacements.push(displacement);
+    }
+
+    /// Takes note of the correction of one load at `at`, or of why there is none.
+    fn note_correction(&mut self, at: &Configuration, corrected: Result<Compensation, Failure>) {
+        match (&mut self.delta_rho, corrected) {
+            (Ok(largest), Ok(corrected)) => {
+                for ((most, rho), nominal) in largest.iter_mut().zip(&corrected.drives).zip(&at.drives) {
+                    *most = most.max((rho - nominal).abs());
+                }
+                self.left = self.left.max(corrected.position_error.norm());
+            }
+            (delta_rho, Err(failure)) => *delta_rho = Err(failure),
+            (Err(_), Ok(_)) => {}
+        }
+    }
+
+    fn conclude(self) -> Result<Turn, Failure> {
+        let Some(worst) = self.worst else {
+            return Err(Failure { status: "not_converged".into(), reason: "there is no load".into() });
+        };
+        let effect = SourceEffect {
+            deflection_mm: worst.displacement.norm(),
+            deflection_vector_mm: worst.displacement.into(),
+            phi_deg: worst.phi.map(f64::to_degrees),
+            delta_rho: self.delta_rho,
+            left_mm: self.left,
+            drive_force: self.drive_force,
+            principal_stiffness_n_per_mm: tool_stiffnesses(worst.outcome.as_ref(), worst.lever),
+            departure_vector_mm: None,
+        };
+        Ok(Turn { displacements: self.displacements, effect })
+    }
+}
+
+fn index_of_largest(displacements: &[Vector3<f64>]) -> usize {
+    let mut largest = 0;
+    for (index, displacement) in displacements.iter().enumerate() {
+        if displacement.norm() > displacements[largest].norm() {
+            largest = index;
+        }
+    }
+    largest
+}
+
+/// Inverse eigenvalues of the tool tip's compliance, ascending, N/mm; 0 where the tip is free.
+fn tool_stiffnesses(outcome: Option<&Outcome>, lever: Vector3<f64>) -> [f64; 3] {
+    let Some(compliance) = outcome.and_then(|outcome| outcome.compliance) else { return [0.0; 3] };
+    statics::principal_stiffnesses(&tool_compliance(&compliance, lever))
+}

@@ -1,0 +1,23 @@
+//! Reports of a workspace map, gathered point by point: memory does not grow with the grid.
+
+mod page;
+mod pictures;
+mod summary;
+mod table;
+
+pub use page::page;
+pub(crate) use page::source_group;
+pub use pictures::Pictures;
+pub use summary::Summary;
+pub use table::table;
+
+use crate::{
+    report::exchange::{Image, Layer},
+    study::map::WorkspaceMapStudy,
+};
+
+/// The map as an image of [`table()`], called `map`.
+pub fn image(study: &WorkspaceMapStudy) -> Image {
+    let layer = Layer { table: "map", keys: &["source"], vectors: &["deflection", "departure"] };
+    Image { grid: study.grid.clone(), layers: vec![layer] }
+}

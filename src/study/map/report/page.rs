@@ -1,0 +1,101 @@
+//! What the page of a workspace map shows.
+
+use crate::{
+    process::ForceLaw,
+    report::{
+        page::{
+            Better, Column, Description, Explorer, Fact, Group, GroupValue, MachineDescription, Mark, Quantity, Shape,
+            TableNote, drive_quantities, error_facts, largest_of_drives,
+        },
+        words::typographic,
+    },
+    study::{Source, machine_check::report::tool_axis_fact, map::WorkspaceMapStudy},
+};
+
+/// Setting, views and tables; answer, figures and question are added by the run.
+pub fn page(study: &WorkspaceMapStudy) -> Description {
+    let caption = "One row per grid point and source of error, worst over the tool angle.";
+    Description {
+        setting: setting(study),
+        explorers: vec![explorer(study)],
+        tables: vec![TableNote::ranked("map.csv", caption, "deflection_mm")],
+        ..Description::new("workspace_map", MachineDescription::new(&study.machine))
+    }
+}
+
+fn setting(study: &WorkspaceMapStudy) -> Vec<Fact> {
+    let [nx, ny, nz] = study.grid.counts();
+    let span = |axis: usize| {
+        let values = &study.grid.axes[axis];
+        // The way to the middle of a box leaves rounding that must not show.
+        let shown = |value: f64| (value * 1e9).round() / 1e9;
+        let words = match values.as_slice() {
+            [one] => format!("{} mm", shown(*one)),
+            several => format!("{} to {} mm", shown(several[0]), shown(several[several.len() - 1])),
+        };
+        typographic(&words)
+    };
+    let force = &study.force;
+    let law = match force.law {
+        ForceLaw::Printed => "eq. (17) as printed",
+        ForceLaw::Rotated => "eq. (17) as a rotation",
+    };
+    let forces = format!("{} N radial, {} N tangential, {} N axial", force.radial, force.tangential, force.axial);
+    let mut facts = vec![
+        Fact::new("machine", study.machine.title.clone()),
+        Fact::new("cutting force", format!("{}; {law}", typographic(&forces))),
+        Fact::new("tool axis", tool_axis_fact(&study.machine)),
+        Fact::new("tool angles", format!("{} over a turn; the worst counts", study.phis.len())),
+        Fact::new("grid", format!("{nx} × {ny} × {nz} positions of P, x {}, y {}, z {}", span(0), span(1), span(2))),
+        Fact::new("put right by compensation", study.target.words()),
+    ];
+    facts.extend(error_facts(&study.machine, &study.errors));
+    facts
+}
+
+fn explorer(study: &WorkspaceMapStudy) -> Explorer {
+    let machine = &study.machine;
+    use Better::{Larger, Neither, Smaller};
+    let mut quantities = vec![Quantity::new(["deflection_mm"], "worst tool deflection", "mm", Smaller)];
+    quantities.extend(largest_of_drives(machine));
+    quantities.extend([
+        Quantity::new(["stiffness_min_N_per_mm"], "smallest principal stiffness", "N/mm", Larger),
+        Quantity::new(["stiffness_mid_N_per_mm"], "middle principal stiffness", "N/mm", Larger),
+        Quantity::new(["stiffness_max_N_per_mm"], "largest principal stiffness", "N/mm", Larger),
+        Quantity::new(["departure_mm"], "departure of superposition", "mm", Smaller),
+        Quantity::new(["departure_over_deflection"], "departure over deflection", "", Smaller),
+        Quantity::new(["deflection_phi_deg"], "tool angle of the worst deflection", "°", Neither),
+    ]);
+    for axis in ["x", "y", "z"] {
+        let column = format!("deflection_{axis}_mm");
+        quantities.push(Quantity::new([column], &format!("deflection along {axis}"), "mm", Neither));
+    }
+    quantities.extend(drive_quantities(machine, Smaller));
+    Explorer {
+        title: "Workspace map".into(),
+        table: "map.csv".into(),
+        shape: Shape::Grid,
+        coordinates: ["x", "y", "z"].map(|axis| Column::new(format!("{axis}_mm"), axis, "mm")).into(),
+        group: Some(source_group()),
+        quantities,
+        marks: machine
+            .points
+            .iter()
+            .map(|point| Mark { label: point.name.clone(), position: point.position.iter().copied().collect() })
+            .collect(),
+    }
+}
+
+/// The sources of error, both at once first.
+pub(crate) fn source_group() -> Group {
+    let value = |source: Source, label: &str| GroupValue { cells: vec![source.label().into()], label: label.into() };
+    Group {
+        columns: vec!["source".into()],
+        label: "source of error".into(),
+        values: vec![
+            value(Source::Both, "both at once"),
+            value(Source::Cutting, "cutting force"),
+            value(Source::Assembly, "chain errors"),
+        ],
+    }
+}

@@ -1,0 +1,218 @@
+//! Which pictures a map gives.
+
+use crate::{
+    machine::{Machine, Motion},
+    process::MillingForce,
+    report::{
+        figures::{Figure, Mark3, SliceFigure, VolumeFigure},
+        grid_slices::{drawn, drawn_nodes, panels, thinned_words},
+        table::{kind_word, largest_position, position_unit},
+        words::{counted, typographic},
+    },
+    study::{
+        Source,
+        map::{MapPoint, SourceEffect, WorkspaceMapStudy},
+    },
+};
+
+/// A quantity of the map that is drawn.
+#[derive(Debug, Clone)]
+struct Quantity {
+    file_stem: &'static str,
+    title: String,
+    label: String,
+    unit: &'static str,
+    source: Source,
+    value: fn(&Machine, &SourceEffect) -> Option<f64>,
+}
+
+/// The quantities drawn. Corrections of slides and of hinges are pictures of their own.
+fn quantities(machine: &Machine) -> Vec<Quantity> {
+    let quantity = |file_stem, title: &str, label: &str, unit, source, value| Quantity {
+        file_stem,
+        title: title.into(),
+        label: label.into(),
+        unit,
+        source,
+        value,
+    };
+    let mut all = vec![
+        quantity(
+            "deflection_cutting",
+            "How far the cutting force moves the tool",
+            "worst tool deflection",
+            "mm",
+            Source::Cutting,
+            |_, e| Some(e.deflection_mm),
+        ),
+        quantity(
+            "deflection_both",
+            "How far cutting force and chain errors move the tool",
+            "worst tool deflection",
+            "mm",
+            Source::Both,
+            |_, e| Some(e.deflection_mm),
+        ),
+    ];
+    all.extend(machine.drive_kinds().map(|kind| correction(machine, kind)));
+    all.push(quantity(
+        "departure_both",
+        "How wrong it is to add the two effects",
+        "departure at the worst angle",
+        "mm",
+        Source::Both,
+        |_, e| e.departure_mm(),
+    ));
+    all.push(quantity(
+        "stiffness_min_cutting",
+        "How stiff the tool tip is in its softest direction",
+        "smallest principal stiffness",
+        "N/mm",
+        Source::Cutting,
+        |_, e| Some(e.principal_stiffness_n_per_mm[0]),
+    ));
+    all
+}
+
+/// The largest correction among the drives of one kind.
+fn correction(machine: &Machine, kind: Motion) -> Quantity {
+    let drives = kind_word(machine, kind);
+    Quantity {
+        file_stem: match drives {
+            "slides" => "delta_rho_slides_both",
+            "hinges" => "delta_rho_hinges_both",
+            _ => "delta_rho_both",
+        },
+        title: format!("What the {drives} must be told instead"),
+        label: match drives {
+            "drives" => "largest drive correction |Δρ|".into(),
+            _ => format!("largest correction of {drives} |Δρ|"),
+        },
+        unit: position_unit(kind),
+        source: Source::Both,
+        value: match kind {
+            Motion::Prismatic => |machine, e| correction_of(machine, Motion::Prismatic, e),
+            Motion::Revolute => |machine, e| correction_of(machine, Motion::Revolute, e),
+        },
+    }
+}
+
+fn correction_of(machine: &Machine, kind: Motion, effect: &SourceEffect) -> Option<f64> {
+    Some(largest_position(machine, kind, effect.delta_rho.as_ref().ok()?))
+}
+
+/// Most nodes along an axis of the picture in 3-D.
+const MOST_NODES: usize = 41;
+
+/// The values that pictures show, gathered point by point: a large grid is thinned.
+#[derive(Debug, Clone)]
+pub struct Pictures {
+    /// Grid indices of the nodes shown, ascending.
+    nodes: Vec<usize>,
+    /// What is drawn.
+    quantities: Vec<Quantity>,
+    /// At each of the nodes, the values of the quantities.
+    values: Vec<Vec<Option<f64>>>,
+    /// Indices along each axis of the picture in 3-D.
+    volume: [Vec<usize>; 3],
+    /// Index of the next point.
+    next: usize,
+}
+
+impl Pictures {
+    /// For a map of `study`, none of its points seen.
+    pub fn new(study: &WorkspaceMapStudy) -> Self {
+        let grid = &study.grid;
+        let volume = grid.counts().map(|count| drawn(count, MOST_NODES));
+        let slices = drawn_nodes(grid, &study.slices_z);
+        let index = |[x, y, z]: [usize; 3]| grid.index([x, y, z]);
+        let mut nodes: Vec<usize> = product(&slices).chain(product(&volume)).map(index).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        Self { quantities: quantities(&study.machine), values: Vec::with_capacity(nodes.len()), nodes, volume, next: 0 }
+    }
+
+    /// Takes the next point, in grid order.
+    pub fn add(&mut self, machine: &Machine, point: &MapPoint) {
+        if self.nodes.get(self.values.len()) == Some(&self.next) {
+            let value = |quantity: &Quantity| point.effect(quantity.source).and_then(|e| (quantity.value)(machine, e));
+            self.values.push(self.quantities.iter().map(value).collect());
+        }
+        self.next += 1;
+    }
+
+    fn value(&self, study: &WorkspaceMapStudy, node: [usize; 3], quantity: usize) -> Option<f64> {
+        let place = self.nodes.binary_search(&study.grid.index(node)).ok()?;
+        self.values.get(place)?[quantity]
+    }
+
+    /// All pictures with their file stems: slices of every quantity, and the workspace in 3-D with the deflection under
+    /// both sources.
+    pub fn figures(&self, study: &WorkspaceMapStudy) -> Vec<(String, Figure)> {
+        let slices = |(k, quantity): (usize, &Quantity)| {
+            (format!("slices_{}", quantity.file_stem), Figure::Slices(self.slices(study, k)))
+        };
+        let mut figures: Vec<(String, Figure)> = self.quantities.iter().enumerate().map(slices).collect();
+        if study.grid.counts().iter().all(|&n| n > 1) {
+            let name = format!("workspace_{}", self.quantities[IN_3D].file_stem);
+            figures.push((name, Figure::Volume(self.volume(study, IN_3D))));
+        }
+        figures
+    }
+
+    fn slices(&self, study: &WorkspaceMapStudy, quantity: usize) -> SliceFigure {
+        let value = |node| self.value(study, node, quantity);
+        SliceFigure {
+            title: self.quantities[quantity].title.clone(),
+            subtitle: setting(study, &drawn_nodes(&study.grid, &study.slices_z)[..2]),
+            x_label: "x [mm]".into(),
+            y_label: "y [mm]".into(),
+            quantity: self.label(quantity),
+            panels: panels(&study.machine, &study.grid, &study.slices_z, &value),
+            range: None,
+            contour: None,
+        }
+    }
+
+    fn volume(&self, study: &WorkspaceMapStudy, quantity: usize) -> VolumeFigure {
+        let points = &study.machine.points;
+        let coordinates = |i: usize| self.volume[i].iter().map(|&k| study.grid.axes[i][k]).collect();
+        VolumeFigure {
+            title: self.quantities[quantity].title.clone(),
+            subtitle: setting(study, &self.volume),
+            axis_labels: ["x [mm]".into(), "y [mm]".into(), "z [mm]".into()],
+            quantity: self.label(quantity),
+            axes: [0, 1, 2].map(coordinates),
+            values: product(&self.volume).map(|node| self.value(study, node, quantity)).collect(),
+            marks: points.iter().map(|p| Mark3 { label: p.name.clone(), position: p.position.into() }).collect(),
+            range: None,
+        }
+    }
+
+    fn label(&self, quantity: usize) -> String {
+        let Quantity { label, unit, .. } = &self.quantities[quantity];
+        format!("{label} [{unit}]")
+    }
+}
+
+/// The quantity drawn in 3-D: the deflection under both sources.
+const IN_3D: usize = 1;
+
+/// All combinations of the indices, x fastest.
+fn product([x, y, z]: &[Vec<usize>; 3]) -> impl Iterator<Item = [usize; 3]> {
+    z.iter().flat_map(move |&k| y.iter().flat_map(move |&j| x.iter().map(move |&i| [i, j, k])))
+}
+
+/// The subtitle of a picture that shows the nodes with the indices `drawn` along the first axes.
+fn setting(study: &WorkspaceMapStudy, drawn: &[Vec<usize>]) -> String {
+    let [nx, ny, nz] = study.grid.counts();
+    let thinned = thinned_words(&study.grid, drawn);
+    let MillingForce { radial, tangential, axial, .. } = study.force;
+    let setting = format!(
+        "{}, worst of {}, force {radial} / {tangential} / {axial} N (radial / tangential / axial), \
+         grid {nx} × {ny} × {nz}{thinned}",
+        study.machine.name,
+        counted(study.phis.len(), "tool angle"),
+    );
+    typographic(&setting)
+}

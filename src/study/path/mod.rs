@@ -1,0 +1,229 @@
+//! A path study: what each source of error does along a path, what must be commanded instead, and what each method costs
+//! and leaves.
+
+pub mod report;
+pub(crate) mod resolve;
+
+use std::ops::Range;
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use crate::{
+    compensation::{Demand, Method},
+    input::error::Result,
+    machine::{ChainError, Machine},
+    spatial::Wrench,
+    study::{
+        Source,
+        along_path::{self, Left, PathAnswer, PathCase, PathSummary, PathSums, timed},
+    },
+    work::Work,
+};
+
+/// A point of the path as tables and figures show it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Station {
+    /// Length of the path up to here, mm.
+    pub arc_length_mm: f64,
+    /// Tool angle φ: heading less a quarter turn, degrees in [0, 360); `None` where the path does not move in the plane.
+    pub phi_deg: Option<f64>,
+    /// Whether the tool cuts on the way here.
+    pub cutting: bool,
+}
+
+/// A checked path study.
+#[derive(Debug, Clone)]
+pub struct PathStudy {
+    /// The nominal machine.
+    pub machine: Machine,
+    /// Errors of each chain of the real machine.
+    pub errors: Vec<ChainError>,
+    /// The path's points.
+    pub stations: Vec<Station>,
+    /// What is wanted at each, under load.
+    pub demands: Vec<Demand>,
+    /// Methods compared.
+    pub methods: Vec<Method>,
+    /// Whether the path is a circle, so that φ runs along it once.
+    pub is_circle: bool,
+    /// Whether the path is that of a file and its last point is the first once more, so that it is counted only once in what
+    /// methods leave. Circles count their closing point.
+    pub begins_twice: bool,
+    /// Where the workpiece stands and what is cut: [`Process::facts`](crate::process::Process::facts).
+    pub facts: Vec<(&'static str, String)>,
+}
+
+impl PathStudy {
+    /// Where the point put right should be at each point of the path, O axes, mm.
+    pub fn wanted(&self) -> Vec<Vector3<f64>> {
+        self.demands.iter().map(|demand| demand.pose.transform(demand.offset(&self.machine))).collect()
+    }
+}
+
+/// One source of error along a part of the path.
+#[derive(Debug, Clone)]
+pub struct SourceAlongPath {
+    /// Which.
+    pub source: Source,
+    /// At the nominal command.
+    pub plain: Vec<PathAnswer>,
+    /// At the compensated command.
+    pub compensated: Vec<PathAnswer>,
+}
+
+/// Points of a path that follow one another, and what the sources do there. Points have the indices of the whole path.
+#[derive(Debug, Clone)]
+pub struct PathPart {
+    /// The first of them.
+    pub first: usize,
+    /// In the order of [`Source::ALL`].
+    pub sources: [SourceAlongPath; 3],
+}
+
+impl PathPart {
+    /// Indices of the points.
+    pub fn points(&self) -> Range<usize> {
+        self.first..self.first + self.sources[0].plain.len()
+    }
+
+    /// The nominal command of a point.
+    pub fn plain(&self, source: Source, point: usize) -> &PathAnswer {
+        &self.sources[source as usize].plain[point - self.first]
+    }
+
+    /// The compensated command of a point, whether it succeeds or not.
+    pub fn answer(&self, source: Source, point: usize) -> &PathAnswer {
+        &self.sources[source as usize].compensated[point - self.first]
+    }
+
+    /// Displacement of the point put right at the nominal command, O axes, mm; `None` where there is no equilibrium.
+    pub fn displacement(&self, source: Source, point: usize) -> Option<Vector3<f64>> {
+        self.plain(source, point).settled_error()
+    }
+
+    /// The compensated command of a point, if it succeeds.
+    pub fn compensated(&self, source: Source, point: usize) -> Option<&PathAnswer> {
+        Some(self.answer(source, point)).filter(|answer| answer.status.is_success())
+    }
+
+    /// How far P is commanded from where it should be to put both sources right, O axes, mm.
+    pub fn command_shift(&self, study: &PathStudy, point: usize) -> Option<Vector3<f64>> {
+        let target = self.compensated(Source::Both, point)?.target?;
+        Some(target.translation - study.demands[point].pose.translation)
+    }
+}
+
+/// A method along the path, both sources.
+#[derive(Debug, Clone)]
+pub struct MethodAlongPath {
+    /// Which.
+    pub method: Method,
+    /// What it leaves.
+    pub summary: PathSummary,
+    /// Time a thread needs per point, s; differs between runs.
+    pub seconds_per_point: f64,
+}
+
+/// Results of a path study, all at once.
+#[derive(Debug, Clone)]
+pub struct PathResults {
+    /// The study.
+    pub study: PathStudy,
+    /// All points.
+    pub whole: PathPart,
+    /// In the order of the study.
+    pub methods: Vec<MethodAlongPath>,
+}
+
+/// Runs the study on the current rayon pool.
+///
+/// # Errors
+/// Of `work`.
+pub fn run(study: &PathStudy, work: &Work) -> Result<PathResults> {
+    let nothing = |source| SourceAlongPath { source, plain: Vec::new(), compensated: Vec::new() };
+    let mut whole = PathPart { first: 0, sources: Source::ALL.map(nothing) };
+    let methods = run_in_parts(study, work, |part| {
+        for (all, next) in whole.sources.iter_mut().zip(part.sources) {
+            all.plain.extend(next.plain);
+            all.compensated.extend(next.compensated);
+        }
+        Ok(())
+    })?;
+    Ok(PathResults { whole, methods, study: study.clone() })
+}
+
+/// As [`run`], but gives the points to `take` part by part, in the order of the path, so that memory does not grow with it.
+/// The next part is computed meanwhile. What the methods leave, in the order of the study.
+///
+/// # Errors
+/// Of `work` and of `take`.
+pub fn run_in_parts(
+    study: &PathStudy,
+    work: &Work,
+    mut take: impl FnMut(PathPart) -> Result<()> + Send,
+) -> Result<Vec<MethodAlongPath>> {
+    let real = study.machine.with_errors(&study.errors);
+    let mut methods = vec![(PathSums::default(), 0.0); study.methods.len()];
+    let mut done: Option<PathPart> = None;
+    for points in along_path::parts(study.demands.len()) {
+        let (next, taken) = rayon::join(|| part(study, &real, points, work), || done.take().map_or(Ok(()), &mut take));
+        taken?;
+        let (next, left) = next?;
+        let counted_before = usize::from(study.begins_twice && next.first == 0);
+        for ((sums, seconds), (left, time)) in methods.iter_mut().zip(left) {
+            left.iter().skip(counted_before).for_each(|left| sums.add(left));
+            *seconds += time;
+        }
+        done = Some(next);
+    }
+    done.map_or(Ok(()), take)?;
+    let along = |(&method, (sums, seconds)): (&Method, (PathSums, f64))| MethodAlongPath {
+        method,
+        summary: sums.summary(),
+        seconds_per_point: seconds / study.demands.len().max(1) as f64,
+    };
+    Ok(study.methods.iter().zip(methods).map(along).collect())
+}
+
+/// What the methods leave at points, and the time in s that threads spent on it.
+type LeftByMethods = Vec<(Vec<Left>, f64)>;
+
+/// The points with these indices; `real` is the machine with its errors.
+fn part(study: &PathStudy, real: &Machine, points: Range<usize>, work: &Work) -> Result<(PathPart, LeftByMethods)> {
+    let first = points.start;
+    let demands = &study.demands[points];
+    let unloaded: Vec<Demand> = demands.iter().map(|d| Demand { load: Wrench::zero(), ..*d }).collect();
+    let along = |source: Source| -> Result<SourceAlongPath> {
+        let (machine, demands) = match source {
+            Source::Cutting => (&study.machine, demands),
+            Source::Assembly => (real, unloaded.as_slice()),
+            Source::Both => (real, demands),
+        };
+        let case = PathCase { nominal: &study.machine, real: machine, demands };
+        let pass = |method, command: &str| -> Result<Vec<PathAnswer>> {
+            Ok(timed(&case, first, method, &work.part(source.label()).part(command), |answer| answer)?.0)
+        };
+        let (plain, compensated) = rayon::join(|| pass(Method::None, "plain"), || pass(Method::Direct, "compensated"));
+        Ok(SourceAlongPath { source, plain: plain?, compensated: compensated? })
+    };
+    let case = PathCase { nominal: &study.machine, real, demands };
+    let left = |(index, &method): (usize, &Method)| {
+        timed(&case, first, method, &work.part(&format!("method {index}")), |answer| Left::of(&answer, &study.machine))
+    };
+    let ((cutting, assembly), (both, left)) = rayon::join(
+        || rayon::join(|| along(Source::Cutting), || along(Source::Assembly)),
+        || {
+            rayon::join(
+                || along(Source::Both),
+                || study.methods.par_iter().enumerate().map(left).collect::<Result<LeftByMethods>>(),
+            )
+        },
+    );
+    Ok((PathPart { first, sources: [cutting?, assembly?, both?] }, left?))
+}
+
+/// Passes over the path that [`run`] makes: each source twice, and each method.
+pub fn passes(study: &PathStudy) -> usize {
+    2 * Source::ALL.len() + study.methods.len()
+}

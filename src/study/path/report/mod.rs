@@ -1,0 +1,14 @@
+//! Reports of a path study, gathered part by part: memory does not grow with the path.
+
+pub(crate) mod command;
+mod page;
+mod pictures;
+mod summary;
+mod tables;
+mod thinned;
+
+pub use page::page;
+pub(crate) use page::points_view;
+pub use pictures::Pictures;
+pub use summary::{Summary, facts_text, failures_text, methods_text};
+pub use tables::{methods_table, points_columns, points_table};

@@ -1,0 +1,95 @@
+//! What the page of a path study shows.
+
+use crate::{
+    machine::Machine,
+    report::{
+        page::{
+            Better, Column, Description, Explorer, Fact, MachineDescription, Quantity, Shape, TableNote,
+            drive_quantities, error_facts, largest_of_drives,
+        },
+        words::counted,
+    },
+    study::{map::report::source_group, path::PathStudy},
+};
+
+/// Setting, views and tables; answer, figures and question are added by the run.
+pub fn page(study: &PathStudy) -> Description {
+    let points =
+        "One row per point and source of error: displacement without compensation, command and forces with it.";
+    Description {
+        setting: setting(study),
+        explorers: vec![along(study), methods()],
+        tables: vec![
+            TableNote::new("methods.csv", "One row per method: corrections it needs and errors it leaves."),
+            TableNote::ranked("points.csv", points, "displacement_mm"),
+        ],
+        ..Description::new("path", MachineDescription::new(&study.machine))
+    }
+}
+
+fn setting(study: &PathStudy) -> Vec<Fact> {
+    let length = study.stations.last().map_or(0.0, |station| station.arc_length_mm);
+    let kind = if study.is_circle { "circle" } else { "path" };
+    let mut facts = vec![
+        Fact::new("machine", study.machine.title.clone()),
+        Fact::new("path", format!("{kind} of {length:.1} mm, {}", counted(study.stations.len(), "point"))),
+    ];
+    facts.extend(study.facts.iter().map(|(label, words)| Fact::new(*label, words.clone())));
+    let forces = study.demands.iter().map(|demand| demand.load.force.norm());
+    let (low, high) = forces.fold((f64::INFINITY, 0.0f64), |(low, high), force| (low.min(force), high.max(force)));
+    if high > 0.0 {
+        facts.push(Fact::new("force on the tool", format!("{low:.1} N to {high:.1} N along the path")));
+    } else {
+        facts.push(Fact::new("force on the tool", "none"));
+    }
+    if let Some(demand) = study.demands.first() {
+        facts.push(Fact::new("put right by compensation", demand.target.words()));
+    }
+    facts.extend(error_facts(&study.machine, &study.errors));
+    facts
+}
+
+fn along(study: &PathStudy) -> Explorer {
+    let machine = &study.machine;
+    let mut first =
+        vec![Quantity::new(["displacement_mm"], "displacement without compensation", "mm", Better::Smaller)];
+    first.extend(largest_of_drives(machine));
+    first.push(Quantity::new(["error_left_mm"], "error left by compensation", "mm", Better::Smaller));
+    points_view(machine, "Along the path".into(), "points.csv".into(), first)
+}
+
+/// A view of a table of path points: the quantities `first`, then each component of displacement, correction and force.
+pub(crate) fn points_view(machine: &Machine, title: String, table: String, first: Vec<Quantity>) -> Explorer {
+    let mut quantities = first;
+    for axis in ["x", "y", "z"] {
+        let column = format!("displacement_{axis}_mm");
+        quantities.push(Quantity::new([column], &format!("displacement along {axis}"), "mm", Better::Neither));
+    }
+    quantities.extend(drive_quantities(machine, Better::Neither));
+    Explorer {
+        title,
+        table,
+        shape: Shape::Curve,
+        coordinates: vec![Column::new("arc_length_mm", "length along the path", "mm")],
+        group: Some(source_group()),
+        quantities,
+        marks: Vec::new(),
+    }
+}
+
+fn methods() -> Explorer {
+    Explorer {
+        title: "Methods of compensation".into(),
+        table: "methods.csv".into(),
+        shape: Shape::Names,
+        coordinates: vec![Column::new("method", "method", "")],
+        group: None,
+        quantities: vec![
+            Quantity::new(["error_max_mm"], "largest error left", "mm", Better::Smaller),
+            Quantity::new(["error_rms_mm"], "rms error left", "mm", Better::Smaller),
+            Quantity::new(["corrections_mean"], "corrections per point", "", Better::Smaller),
+            Quantity::new(["leftover_rotation_max_deg"], "rotation left", "°", Better::Neither),
+        ],
+        marks: Vec::new(),
+    }
+}

@@ -1,0 +1,234 @@
+//! Which pictures a path study gives.
+
+use nalgebra::Vector3;
+
+use crate::{
+    machine::Motion,
+    report::{
+        amplification::amplification,
+        figures::{Figure, LineFigure, LineSeries},
+        table::{drives_of, force_unit, force_word, kind_word, position_unit, shown_positions},
+        words::counted,
+    },
+    study::{
+        Source,
+        path::{
+            PathPart, PathStudy,
+            report::thinned::{Curve, drawn, step},
+        },
+    },
+};
+
+/// The values that pictures show, gathered part by part: a long path is thinned.
+#[derive(Debug, Clone)]
+pub struct Pictures {
+    /// |Δt| of each source, mm.
+    displacement: [Curve; 3],
+    /// Length of the sum of the single sources' Δt, mm.
+    superposed: Curve,
+    /// Δρ of each drive, by source, in the unit of its kind.
+    correction: [Vec<Curve>; 3],
+    /// τ of each drive under both sources, N or N·mm.
+    force: Vec<Curve>,
+    /// Points at which the path is drawn, ascending.
+    drawn: Vec<usize>,
+    /// What is added to the path there.
+    shifts: Vec<Shifts>,
+    /// Largest displacement by both sources, mm.
+    largest: f64,
+}
+
+/// What is added to a point of the path to draw it, O axes, mm.
+#[derive(Debug, Clone, Copy)]
+struct Shifts {
+    /// Displacements by the sources.
+    displacement: [Option<Vector3<f64>>; 3],
+    commanded: Option<Vector3<f64>>,
+    /// What compensation leaves.
+    left: Option<Vector3<f64>>,
+}
+
+impl Pictures {
+    /// For `study`, none of its points seen.
+    pub fn new(study: &PathStudy) -> Self {
+        let curve = || Curve::new(study.stations.len());
+        let of_drives = || vec![curve(); study.machine.drive_count()];
+        Self {
+            displacement: Source::ALL.map(|_| curve()),
+            superposed: curve(),
+            correction: Source::ALL.map(|_| of_drives()),
+            force: of_drives(),
+            drawn: drawn(&study.wanted()),
+            shifts: Vec::new(),
+            largest: 0.0,
+        }
+    }
+
+    /// Takes the next part.
+    pub fn add(&mut self, study: &PathStudy, part: &PathPart) {
+        for k in part.points() {
+            let displacement = Source::ALL.map(|source| part.displacement(source, k));
+            self.largest = displacement[Source::Both as usize].map_or(self.largest, |d| self.largest.max(d.norm()));
+            if self.drawn.get(self.shifts.len()) == Some(&k) {
+                let left = part.compensated(Source::Both, k).map(|answer| answer.position_error);
+                self.shifts.push(Shifts { displacement, commanded: part.command_shift(study, k), left });
+            }
+            let Some(x) = along(study, k) else { continue };
+            for (curve, displacement) in self.displacement.iter_mut().zip(displacement) {
+                displacement.iter().for_each(|d| curve.add(k, x, d.norm()));
+            }
+            if let [Some(cutting), Some(assembly), _] = displacement {
+                self.superposed.add(k, x, (cutting + assembly).norm());
+            }
+            for (source, curves) in Source::ALL.into_iter().zip(&mut self.correction) {
+                let Some(answer) = part.compensated(source, k) else { continue };
+                let corrections = shown_positions(&study.machine, &answer.delta_rho());
+                curves.iter_mut().zip(corrections).for_each(|(curve, value)| curve.add(k, x, value));
+                if source == Source::Both {
+                    self.force.iter_mut().zip(&answer.drive_forces).for_each(|(curve, force)| curve.add(k, x, *force));
+                }
+            }
+        }
+    }
+
+    /// All pictures with their file stems.
+    pub fn figures(&self, study: &PathStudy) -> Vec<(String, Figure)> {
+        let machine = &study.machine;
+        let mut figures = vec![("displacement".to_string(), self.displacement(study))];
+        figures.extend(machine.drive_kinds().map(|kind| {
+            let stem = match machine.has_mixed_drives() {
+                false => "delta_rho".to_string(),
+                true => format!("delta_rho_{}", kind_word(machine, kind)),
+            };
+            (stem, self.corrections(study, kind))
+        }));
+        figures.extend(
+            machine.drive_kinds().map(|kind| (format!("drive_{}", force_word(kind)), self.forces(study, kind))),
+        );
+        figures.push(("paths".to_string(), self.paths(study)));
+        for kind in machine.drive_kinds() {
+            for (drive, label) in drives_of(machine, kind) {
+                let figure = self.correction_by_source(study, kind, drive, &label);
+                figures.push((format!("delta_rho_sources_{label}"), figure));
+            }
+        }
+        figures
+    }
+
+    fn displacement(&self, study: &PathStudy) -> Figure {
+        let of_source = |source: Source| {
+            series(study, source_words(source), source != Source::Both, &self.displacement[source as usize])
+        };
+        let mut all: Vec<LineSeries> = Source::ALL.map(of_source).into();
+        all.push(series(study, "sum of the two", true, &self.superposed));
+        line_figure(study, "How far the tool leaves its path without compensation", "|Δt| [mm]".into(), all)
+    }
+
+    fn corrections(&self, study: &PathStudy, kind: Motion) -> Figure {
+        let all = of_drives(study, kind, &self.correction[Source::Both as usize]);
+        let title = format!("What the {} must be told instead", kind_word(&study.machine, kind));
+        line_figure(study, &title, format!("Δρ [{}]", position_unit(kind)), all)
+    }
+
+    fn forces(&self, study: &PathStudy, kind: Motion) -> Figure {
+        let title = format!("Drive {}s along the compensated path", force_word(kind));
+        line_figure(study, &title, format!("τ [{}]", force_unit(kind)), of_drives(study, kind, &self.force))
+    }
+
+    fn correction_by_source(&self, study: &PathStudy, kind: Motion, drive: usize, label: &str) -> Figure {
+        let all = Source::ALL.map(|source| {
+            let curve = &self.correction[source as usize][drive];
+            series(study, source_words(source), source != Source::Both, curve)
+        });
+        let title = format!("Which source asks drive {label} for what");
+        line_figure(study, &title, format!("Δρ {label} [{}]", position_unit(kind)), all.into())
+    }
+
+    /// The path in the xy-plane: wanted, as the tool goes without compensation, as it is commanded and as it goes then.
+    fn paths(&self, study: &PathStudy) -> Figure {
+        let wanted = study.wanted();
+        let amplification = amplification(&wanted, self.largest);
+        let drawn = |label: &str, dashed: bool, shift: &dyn Fn(&Shifts) -> Option<Vector3<f64>>| {
+            let points = self.drawn.iter().zip(&self.shifts).filter_map(|(&k, shifts)| {
+                let at = wanted[k] + shift(shifts)? * amplification;
+                Some((at.x, at.y))
+            });
+            LineSeries { label: label.into(), points: points.collect(), dashed }
+        };
+        let series = vec![
+            drawn("wanted", false, &|_| Some(Vector3::zeros())),
+            drawn("moved by chain errors", true, &|shifts| shifts.displacement[Source::Assembly as usize]),
+            drawn("moved by the cutting force", true, &|shifts| shifts.displacement[Source::Cutting as usize]),
+            drawn("moved by both", false, &|shifts| shifts.displacement[Source::Both as usize]),
+            drawn("commanded instead", false, &|shifts| shifts.commanded),
+            drawn("after compensation", true, &|shifts| shifts.left),
+        ];
+        let thinned = match self.drawn.len() {
+            all if all == wanted.len() => String::new(),
+            some => format!(", {some} of {} drawn", counted(wanted.len(), "point")),
+        };
+        Figure::Lines(LineFigure {
+            title: "Paths before and after compensation".into(),
+            subtitle: format!("{}, seen along −z{thinned}", study.machine.name),
+            x_label: "x [mm]".into(),
+            y_label: "y [mm]".into(),
+            series,
+            equal_axes: true,
+            log_x: false,
+            log_y: false,
+            closed_note: Some(format!("deviations from the wanted path drawn {amplification} times as large")),
+        })
+    }
+}
+
+fn source_words(source: Source) -> &'static str {
+    match source {
+        Source::Cutting => "cutting force",
+        Source::Assembly => "chain errors",
+        Source::Both => "both at once",
+    }
+}
+
+/// Where point `k` stands on the axis of the curves.
+fn along(study: &PathStudy, k: usize) -> Option<f64> {
+    let station = &study.stations[k];
+    if study.is_circle { station.phi_deg } else { Some(station.arc_length_mm) }
+}
+
+fn along_label(study: &PathStudy) -> String {
+    if study.is_circle { "tool angle φ [°]".into() } else { "path length [mm]".into() }
+}
+
+fn series(study: &PathStudy, label: impl Into<String>, dashed: bool, curve: &Curve) -> LineSeries {
+    let mut points = curve.points();
+    if study.is_circle {
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        // One turn: the curve ends at the angle at which it begins.
+        points.extend(points.first().map(|&(phi, value)| (phi + 360.0, value)));
+    }
+    LineSeries { label: label.into(), points, dashed }
+}
+
+/// The curves of the drives of one kind.
+fn of_drives(study: &PathStudy, kind: Motion, curves: &[Curve]) -> Vec<LineSeries> {
+    let drives = drives_of(&study.machine, kind);
+    drives.map(|(drive, label)| series(study, format!("drive {label}"), false, &curves[drive])).collect()
+}
+
+fn line_figure(study: &PathStudy, title: &str, y_label: String, series: Vec<LineSeries>) -> Figure {
+    let thinned = match step(study.stations.len()) {
+        1 => String::new(),
+        step => format!(", the smallest and the largest value of each {step} drawn"),
+    };
+    Figure::Lines(LineFigure {
+        title: title.into(),
+        subtitle: format!("{}, {}{thinned}", study.machine.name, counted(study.stations.len(), "point")),
+        x_label: along_label(study),
+        y_label,
+        series,
+        equal_axes: false,
+        log_x: false,
+        log_y: false,
+        closed_note: None,
+    })
+}

@@ -1,0 +1,156 @@
+//! From a path study as written to a checked one.
+
+use std::path::Path;
+
+use nalgebra::Vector3;
+
+use crate::{
+    compensation::{Demand, Method},
+    input::{check::Check, error::Result},
+    machine::Machine,
+    process::Process,
+    study::{
+        Overrides,
+        path::{PathStudy, Station},
+        program::{ProgramFile, demands},
+        resolve,
+        spec::{CircleSpec, LineSpec, PathSpec},
+    },
+    toolpath::{Circle, PathPoint, Plane, Sampling, Toolpath, Turn},
+    work::Inputs,
+};
+
+/// Checks `spec`; also returns the process and the program.
+pub(crate) fn path(
+    spec: &PathSpec,
+    machine: Machine,
+    folder: &Path,
+    overrides: &Overrides,
+    check: &Check,
+) -> Result<(PathStudy, Inputs)> {
+    let process = Process::open(&folder.join(&spec.process), &machine)?;
+    let toolpath = match &spec.line {
+        Some(line) if spec.circle.is_none() && spec.file.is_none() => self::line(line, &process, &check.key("line"))?,
+        Some(_) => return check.key("line").fail("give exactly one of circle, line and file".into()),
+        None => toolpath(spec.circle.as_ref(), spec.file.as_deref(), &machine, &process, folder, overrides, check)?,
+    };
+    let origin = spec.file.as_ref().map_or_else(|| check.place(), |file| folder.join(file).display().to_string());
+    let toolpath = process.with_cuts(toolpath, &origin)?;
+    let demands = demands(&machine, &process, &toolpath, &origin)?;
+    let study = PathStudy {
+        errors: process.errors.clone(),
+        stations: stations(&machine, &process, &toolpath, &demands),
+        demands,
+        methods: methods(spec, &check.key("methods"))?,
+        is_circle: spec.circle.is_some(),
+        begins_twice: spec.file.is_some() && toolpath.begins_twice(),
+        facts: process.facts(&machine),
+        machine,
+    };
+    Ok((study, process.inputs.and(program_input(spec.file.as_deref(), folder)?)))
+}
+
+/// The program a path is read from; nothing for a circle, which stands in the study.
+pub(crate) fn program_input(file: Option<&str>, folder: &Path) -> Result<Inputs> {
+    let Some(file) = file else { return Ok(Inputs::default()) };
+    Ok(Inputs::of(file, String::from_utf8_lossy(&crate::input::file::read(&folder.join(file))?)))
+}
+
+/// A circle, or a program relative to `folder`.
+pub(crate) fn toolpath(
+    circle: Option<&CircleSpec>,
+    file: Option<&str>,
+    machine: &Machine,
+    process: &Process,
+    folder: &Path,
+    overrides: &Overrides,
+    check: &Check,
+) -> Result<Toolpath> {
+    match (circle, file) {
+        (Some(circle), None) => self::circle(circle, machine, overrides, &check.key("circle")),
+        (None, Some(_)) if overrides.points.is_some() => {
+            resolve::command_line("--points").fail("the points of a path from a file are those of the file".into())
+        }
+        (None, Some(file)) => ProgramFile::read(&folder.join(file), &process.gcode)?.toolpath(process.sampling),
+        _ => check.key("circle").fail("give exactly one of circle and file".into()),
+    }
+}
+
+/// Refuses paths that have more than [`Sampling::MAX_POINTS`] points together.
+pub(crate) fn check_total(points: usize, check: &Check) -> Result<()> {
+    match points {
+        0..=Sampling::MAX_POINTS => Ok(()),
+        _ => check.fail(format!("the paths have {points} points together: expected at most {}", Sampling::MAX_POINTS)),
+    }
+}
+
+/// Points that circles ask for, together.
+pub(crate) fn points_of<'a>(circles: impl Iterator<Item = &'a CircleSpec>, overrides: &Overrides) -> usize {
+    circles.map(|circle| overrides.points.unwrap_or(circle.points)).fold(0, usize::saturating_add)
+}
+
+fn line(spec: &LineSpec, process: &Process, check: &Check) -> Result<Toolpath> {
+    let start = check.key("start_mm").finite(spec.start_mm)?;
+    let end = check.key("end_mm").finite(spec.end_mm)?;
+    Toolpath::line(start, end, process.sampling).or_else(|fault| check.fail(fault.to_string()))
+}
+
+fn circle(spec: &CircleSpec, machine: &Machine, overrides: &Overrides, check: &Check) -> Result<Toolpath> {
+    let centre_mm = match (spec.centre_mm, &spec.centre_point) {
+        (Some(centre), None) => check.key("centre_mm").finite(centre)?,
+        (None, Some(name)) => named_point(machine, name, &check.key("centre_point"))?,
+        _ => return check.key("centre_mm").fail("give exactly one of centre_mm and centre_point".into()),
+    };
+    let circle = Circle {
+        centre_mm,
+        diameter_mm: check.key("diameter_mm").positive(spec.diameter_mm)?,
+        plane: Plane::Xy,
+        turn: Turn::CounterClockwise,
+        start_angle_rad: 0.0,
+        points: overrides.points.unwrap_or(spec.points),
+    };
+    circle.toolpath().or_else(|fault| check.fail(fault.to_string()))
+}
+
+/// Position of the machine's point called `name`, mm.
+pub(crate) fn named_point(machine: &Machine, name: &str, check: &Check) -> Result<Vector3<f64>> {
+    match machine.point(name) {
+        Some(point) => Ok(point.position),
+        None => {
+            let known = machine.points.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
+            check.fail(format!("the machine has no point \"{name}\"; there are: {known}"))
+        }
+    }
+}
+
+fn methods(spec: &PathSpec, check: &Check) -> Result<Vec<Method>> {
+    let Some(names) = &spec.methods else { return Ok(Method::ALL.into()) };
+    let method = |name: &String| match Method::named(name, 1.0) {
+        Some(method) => Ok(method),
+        None => {
+            let known = Method::ALL.map(Method::label).join(", ");
+            check.fail(format!("no method is called \"{name}\"; there are: {known}"))
+        }
+    };
+    names.iter().map(method).collect()
+}
+
+/// φ is the heading about the tool's axis less a quarter turn: on a circle counter-clockwise about it, the polar angle of
+/// the point.
+fn stations(machine: &Machine, process: &Process, path: &Toolpath, demands: &[Demand]) -> Vec<Station> {
+    let placed = process.placement.on(&machine.home.pose.rotation, &machine.tool());
+    let station = |(point, demand): (&PathPoint, &Demand)| {
+        let heading = placed.turned(&demand.pose.rotation).tool_axes().tr_mul(&point.tangent).xy().try_normalize(1e-6);
+        Station {
+            arc_length_mm: point.arc_length_mm,
+            phi_deg: heading.map(|h| tidy(h.y.atan2(h.x).to_degrees() - 90.0)),
+            cutting: point.cutting,
+        }
+    };
+    path.points().iter().zip(demands).map(station).collect()
+}
+
+/// An angle in [0, 360), without the rounding of its way through radians.
+fn tidy(degrees: f64) -> f64 {
+    ((degrees.rem_euclid(360.0) * 1e9).round() / 1e9).rem_euclid(360.0)
+}

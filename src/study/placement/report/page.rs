@@ -1,0 +1,181 @@
+//! What the page of a placement study shows.
+
+use crate::{
+    machine::Machine,
+    process::{Placement, file::NOT_CONTROLLED},
+    report::{
+        page::{
+            Better, Column, Description, Explorer, Fact, MachineDescription, Mark, Quantity, Shape, TableNote,
+            error_facts,
+        },
+        words::{counted, typographic},
+    },
+    study::placement::{
+        CLEARANCE_MM, COORDINATES, Entry, FeatureJob, Found, Metric, PlacementResults, PlacementStudy, UNITS,
+    },
+};
+
+/// Setting, views and tables; answer, figures and question are added by the run.
+pub fn page(results: &PlacementResults) -> Description {
+    let study = &results.study;
+    let mut tables = vec![
+        TableNote::new(
+            "candidates.csv",
+            "Named and found places with all numbers, best first; those that cannot be cut at last, with the reason.",
+        ),
+        TableNote::new("sweep.csv", "Places of the sweep; where one was given up, its numbers are bounds."),
+        TableNote::new("refinements.csv", "Refinements: where each started and ended."),
+    ];
+    if !study.objective.pareto.is_empty() {
+        tables.push(TableNote::new(
+            "pareto.csv",
+            "Best compromises: places that no other beats in all these numbers, each polished.",
+        ));
+    }
+    Description {
+        setting: setting(study),
+        explorers: vec![sweep(results), places(study)],
+        tables,
+        ..Description::new("placement", MachineDescription::new(&study.machine))
+    }
+}
+
+fn corner(p: nalgebra::Vector3<f64>) -> String {
+    typographic(&format!("({}, {}, {})", p.x, p.y, p.z))
+}
+
+fn setting(study: &PlacementStudy) -> Vec<Fact> {
+    let mut facts = vec![
+        Fact::new("machine", study.machine.title.clone()),
+        Fact::new("made small", study.objective.words(&study.machine)),
+    ];
+    for (i, name) in COORDINATES.iter().enumerate() {
+        let shown = |value: f64| if UNITS[i] == "deg" { (value.to_degrees() * 1e9).round() / 1e9 } else { value };
+        let (low, high) = (shown(study.bounds.low[i]), shown(study.bounds.high[i]));
+        let unit = if UNITS[i] == "deg" { "°" } else { " mm" };
+        let value = if low == high { format!("fixed at {low}{unit}") } else { format!("{low} to {high}{unit}") };
+        facts.push(Fact::new(*name, typographic(&value)));
+    }
+    let is_alike = study.features.windows(2).all(|pair| pair[0].errors == pair[1].errors);
+    for (index, job) in study.features.iter().enumerate() {
+        let name = &job.feature.name;
+        facts.push(Fact::new(format!("feature {name}"), feature(&study.machine, job)));
+        let errors = error_facts(&study.machine, &job.errors);
+        match is_alike {
+            true if index + 1 == study.features.len() => facts.extend(errors),
+            true => {}
+            false => facts.extend(errors.into_iter().map(|e| Fact::new(format!("{}, {name}", e.label), e.value))),
+        }
+    }
+    facts.extend(study.machine.uncontrolled_words().map(|words| Fact::new(NOT_CONTROLLED, words)));
+    facts.push(Fact::new("P on all paths within", {
+        let (low, high) = (corner(study.machine.workspace.min), corner(study.machine.workspace.max));
+        format!("{low} to {high} mm, the machine's workspace box")
+    }));
+    if !study.forbidden.is_empty() {
+        let clearance =
+            format!("{} mm on every side (clearance_mm; {CLEARANCE_MM} mm if not given)", study.clearance_mm);
+        facts.push(Fact::new("clearance around forbidden boxes", clearance));
+    }
+    for forbidden in &study.forbidden {
+        let (low, high) = (corner(forbidden.extent.min), corner(forbidden.extent.max));
+        facts.push(Fact::new(format!("forbidden box {}", forbidden.name), format!("{low} to {high} mm")));
+    }
+    facts
+}
+
+fn feature(machine: &Machine, job: &FeatureJob) -> String {
+    let feature = &job.feature;
+    let placed = Placement::default().on(&machine.home.pose.rotation, &machine.tool());
+    let loads = feature.path.points().iter().zip(&feature.loads);
+    let forces = loads.map(|(point, load)| load.on_tool(point.tangent, placed.tool_axes()).force_N.norm());
+    let most = forces.fold(0.0, f64::max);
+    let limits = &job.limits;
+    let mut words = format!(
+        "{}, force on the tool up to {most:.1} N, tolerance {} mm, put right: {}, cutting: {}",
+        counted(feature.path.len(), "point"),
+        feature.tolerance_mm,
+        job.target.words(),
+        job.cuts.words()
+    );
+    for (limit, what, unit) in [
+        (limits.correction_mm, "corrections", "mm"),
+        (limits.correction_change_mm, "change of a correction from point to point", "mm"),
+        (limits.force_N, "drive forces", "N"),
+    ] {
+        if let Some(limit) = limit {
+            words += &format!(", {what} at most {limit} {unit}");
+        }
+    }
+    words
+}
+
+fn quantity(study: &PlacementStudy, metric: Metric) -> Quantity {
+    let better = if metric.larger_is_better() { Better::Larger } else { Better::Smaller };
+    Quantity::new(
+        [metric.column(&study.machine)],
+        metric.words(&study.machine),
+        metric.shown_unit(&study.machine),
+        better,
+    )
+}
+
+fn objective() -> Quantity {
+    Quantity::new(["objective"], "objective", "", Better::Smaller)
+}
+
+fn sweep(results: &PlacementResults) -> Explorer {
+    let study = &results.study;
+    let column = |i: usize| {
+        let unit = if UNITS[i] == "deg" { "°" } else { UNITS[i] };
+        Column::new(format!("{}_{}", COORDINATES[i], UNITS[i]), COORDINATES[i], unit)
+    };
+    let searched = study.objective.metrics();
+    let free = [Metric::WorstDeflection, Metric::RmsDeflection, Metric::ShareWithin];
+    let metrics = Metric::ALL.into_iter().filter(|metric| searched.contains(metric) || free.contains(metric));
+    let quantities = std::iter::once(objective()).chain(metrics.map(|metric| quantity(study, metric)));
+    Explorer {
+        title: "Places of the sweep".into(),
+        table: "sweep.csv".into(),
+        shape: Shape::Grid,
+        coordinates: shown(study).into_iter().map(column).collect(),
+        group: None,
+        quantities: quantities.collect(),
+        marks: marks(results),
+    }
+}
+
+/// The coordinates of the view: x, y, z and the first angle that the sweep varies, or else yaw.
+fn shown(study: &PlacementStudy) -> [usize; 4] {
+    let angle = (3..COORDINATES.len()).find(|&i| study.grid.axes[i].len() > 1);
+    [0, 1, 2, angle.unwrap_or(3)]
+}
+
+/// The named places and the best one, as far as they lie within the bounds.
+fn marks(results: &PlacementResults) -> Vec<Mark> {
+    let bounds = &results.study.bounds;
+    let best = results.best.as_ref().map(|best| best.entry);
+    let is_shown = |(index, entry): &(usize, &Entry)| {
+        (Some(*index) == best || entry.found == Found::Named) && bounds.inside(&entry.site).is_some()
+    };
+    let shown = results.entries.iter().enumerate().filter(is_shown);
+    let position = |entry: &Entry| self::shown(&results.study).into_iter().map(|i| entry.site.shown()[i]).collect();
+    shown.map(|(_, entry)| Mark { label: entry.name.clone(), position: position(entry) }).collect()
+}
+
+/// Named and found places side by side.
+fn places(study: &PlacementStudy) -> Explorer {
+    let has_limits = study.features.iter().any(|job| job.limits.is_limited());
+    let metrics = Metric::ALL.into_iter().filter(|metric| *metric != Metric::ForceMargin);
+    let metrics = metrics.filter(|metric| metric.exists_on(&study.machine));
+    let metrics = metrics.filter(|metric| has_limits || !metric.is_bounded());
+    Explorer {
+        title: "Named and found places".into(),
+        table: "candidates.csv".into(),
+        shape: Shape::Names,
+        coordinates: vec![Column::new("name", "place", "")],
+        group: None,
+        quantities: std::iter::once(objective()).chain(metrics.map(|metric| quantity(study, metric))).collect(),
+        marks: Vec::new(),
+    }
+}

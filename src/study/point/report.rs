@@ -1,0 +1,311 @@
+//! One location, for reading and for programs.
+
+use nalgebra::{Matrix6, Vector3};
+use serde_json::{Map, Value, json};
+
+use crate::{
+    machine::{Drive, Machine, Motion, Unreachable},
+    report::{
+        cautions,
+        table::{force_unit, force_word, position_unit, shown_positions, tidy_degrees},
+        words::counted,
+    },
+    spatial::rotation_log,
+    statics::Status,
+    study::{
+        Failure,
+        machine_check::report::tool_axis_words,
+        point::{PointAnswer, PointLoad, PointQuestion},
+        status_of,
+    },
+};
+
+fn rows(matrix: &Matrix6<f64>) -> Vec<Vec<f64>> {
+    matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
+}
+
+fn array(vector: Vector3<f64>) -> [f64; 3] {
+    vector.into()
+}
+
+fn change(answer: &PointAnswer) -> Option<Vec<f64>> {
+    let compensated = answer.compensated.as_ref().ok()?;
+    Some(compensated.drives.iter().zip(&answer.nominal.drives).map(|(after, before)| after - before).collect())
+}
+
+fn tool_displacement(answer: &PointAnswer) -> Vector3<f64> {
+    answer.question.machine.tool_displacement(&answer.nominal.pose, &answer.loaded.pose)
+}
+
+/// Force on the tool in axes of the tool frame T, N. That of milling is eq. (17) itself, without the rounding of its way
+/// through O.
+fn force_on_tool(answer: &PointAnswer) -> Vector3<f64> {
+    match answer.question.load {
+        PointLoad::Milling(force, phi) => force.force(phi),
+        PointLoad::Wrench(_) => answer.tool.rotation.tr_mul(&answer.wrench.force),
+    }
+}
+
+/// Version of the object of [`point_json`]. In 1, keys of hinges had the units of slides.
+const SCHEMA: u32 = 2;
+
+/// What a drive is and in which units its values are; lists of drive values have this order.
+fn drives(machine: &Machine) -> Vec<Value> {
+    let described = |(label, (chain, drive)): (String, (usize, &Drive))| {
+        json!({
+            "label": label,
+            "chain": machine.chains[chain].name,
+            "motion": drive.motion.label(),
+            "position_unit": drive.motion.position_unit(),
+            "force_unit": drive.motion.force_unit(),
+        })
+    };
+    machine.drive_labels().into_iter().zip(machine.drives()).map(described).collect()
+}
+
+/// Drive values under a key for each kind of drive of the machine, with null for drives of the other kind.
+fn by_kind(machine: &Machine, key: impl Fn(Motion) -> String, values: Option<Vec<f64>>) -> Map<String, Value> {
+    let of = |kind: Motion| {
+        let own = |values: &Vec<f64>| -> Value {
+            let drives = values.iter().zip(machine.drives());
+            drives.map(|(value, (_, drive))| (drive.motion == kind).then_some(*value)).collect()
+        };
+        (key(kind), values.as_ref().map_or(Value::Null, own))
+    };
+    machine.drive_kinds().map(of).collect()
+}
+
+/// `KEY_mm` of slides and `KEY_deg` of hinges, from mm and rad.
+fn positions(machine: &Machine, key: &str, values: Option<&[f64]>) -> Map<String, Value> {
+    let shown = values.map(|values| shown_positions(machine, values));
+    by_kind(machine, |kind| format!("{key}_{}", kind.position_unit()), shown)
+}
+
+/// `PREFIXactuator_force_N` of slides and `PREFIXactuator_torque_Nmm` of hinges.
+fn forces(machine: &Machine, prefix: &str, values: Option<Vec<f64>>) -> Map<String, Value> {
+    by_kind(machine, |kind| format!("{prefix}actuator_{}_{}", force_word(kind), kind.force_unit()), values)
+}
+
+/// What is known of a location before anything is solved there; every other quantity of [`point_json`] is null.
+fn blank(question: &PointQuestion, assembly_deg: &[f64]) -> Map<String, Value> {
+    let machine = &question.machine;
+    let phi_deg = match question.load {
+        PointLoad::Milling(_, phi) => Some(tidy_degrees(phi.to_degrees())),
+        PointLoad::Wrench(_) => None,
+    };
+    let mut object = Map::new();
+    object.insert("schema".into(), json!(SCHEMA));
+    object.insert("drives".into(), json!(drives(machine)));
+    object.insert("position_mm".into(), json!(array(question.position)));
+    object.insert("phi_deg".into(), json!(phi_deg));
+    object.insert("assembly_deg".into(), json!(assembly_deg));
+    for key in [
+        "tool_axis",
+        "force_tool_frame_N",
+        "wrench_N_Nmm",
+        "platform_mm",
+        "platform_rotvec_rad",
+        "tool_displacement_mm",
+        "chain_wrench_N_Nmm",
+        "stiffness_unloaded",
+        "stiffness_loaded",
+        "compensated_rotvec_rad",
+        "tip_error_after_compensation_mm",
+        "tip_error_after_compensation_norm_mm",
+        "residual",
+    ] {
+        object.insert(key.into(), Value::Null);
+    }
+    for key in ["rho_nominal", "rho_compensated", "delta_rho"] {
+        object.append(&mut positions(machine, key, None));
+    }
+    for prefix in ["", "compensated_"] {
+        object.append(&mut forces(machine, prefix, None));
+    }
+    object
+}
+
+/// The object of [`point_json`] for a location that the machine cannot reach: every quantity is null.
+pub fn unreachable_json(question: &PointQuestion, assembly_deg: &[f64], unreachable: &Unreachable) -> Value {
+    let mut object = blank(question, assembly_deg);
+    let unreachable = Failure::from(unreachable.clone());
+    for key in ["status", "compensation_status"] {
+        object.insert(key.into(), json!(unreachable.status));
+    }
+    for key in ["reason", "compensation_reason"] {
+        object.insert(key.into(), json!(unreachable.reason));
+    }
+    object.insert("iterations".into(), json!(0));
+    object.into()
+}
+
+/// One object with the keys of `tests/reference/orthoglide.json`, where drives are slides, and `schema`, `drives`,
+/// `status`, `reason`, `iterations`, `residual` and what is left after compensation; `tool_axis`, the direction from the
+/// spindle to the tool tip in O axes, and `force_tool_frame_N`, the force in axes of the tool frame.
+///
+/// Keys of drive values end with their unit: `_mm` and `_N` of slides, `_deg` and `_Nmm` of hinges (`actuator_torque_Nmm`).
+/// A machine with both has both, each with null where a drive is of the other kind. `assembly_deg` is passed through. Keys
+/// whose quantity does not exist in this outcome are null.
+pub fn point_json(answer: &PointAnswer, assembly_deg: &[f64]) -> Value {
+    let (machine, loaded) = (&answer.question.machine, &answer.loaded);
+    let mut object = blank(&answer.question, assembly_deg);
+    let is_solved = loaded.status == Status::Solved;
+    for (key, value) in [
+        ("tool_axis", json!(array(answer.tool.rotation.column(2).into()))),
+        ("force_tool_frame_N", json!(array(force_on_tool(answer)))),
+        ("wrench_N_Nmm", json!(answer.wrench.to_array())),
+        ("stiffness_unloaded", json!(answer.stiffness_unloaded.as_ref().map(rows))),
+        ("stiffness_loaded", json!(loaded.stiffness.as_ref().map(rows))),
+        ("status", json!(loaded.status.label())),
+        ("reason", json!((!is_solved).then(|| loaded.status.reason(machine)))),
+        ("compensation_status", json!(status_of(&answer.compensated))),
+        ("compensation_reason", json!(answer.compensated.as_ref().err().map(|failure| &failure.reason))),
+        ("iterations", json!(loaded.iterations)),
+        ("residual", json!(loaded.residual)),
+    ] {
+        object.insert(key.into(), value);
+    }
+    object.append(&mut positions(machine, "rho_nominal", Some(&answer.nominal.drives)));
+    if loaded.status.is_equilibrium() {
+        object["platform_mm"] = json!(array(loaded.pose.translation));
+        object["platform_rotvec_rad"] = json!(array(rotation_log(&loaded.pose.rotation)));
+        object["tool_displacement_mm"] = json!(array(tool_displacement(answer)));
+        object.append(&mut forces(machine, "", Some(loaded.drive_forces())));
+        let wrenches: Vec<[f64; 6]> = loaded.chains.iter().map(|chain| chain.wrench.to_array()).collect();
+        object["chain_wrench_N_Nmm"] = json!(wrenches);
+    }
+    if let (Ok(compensated), Some(change)) = (&answer.compensated, change(answer)) {
+        let left = machine.tool_displacement(&answer.nominal.pose, &compensated.solution.pose);
+        object.append(&mut positions(machine, "rho_compensated", Some(&compensated.drives)));
+        object.append(&mut positions(machine, "delta_rho", Some(&change)));
+        object.append(&mut forces(machine, "compensated_", Some(compensated.solution.drive_forces())));
+        object["compensated_rotvec_rad"] = json!(array(rotation_log(&compensated.solution.pose.rotation)));
+        object["tip_error_after_compensation_mm"] = json!(array(left));
+        object["tip_error_after_compensation_norm_mm"] = json!(left.norm());
+    }
+    object.into()
+}
+
+/// A rounded number, without a minus sign before zero.
+fn rounded(value: f64, decimals: usize) -> String {
+    let unit = 10f64.powi(decimals as i32);
+    format!("{:.decimals$}", (value * unit).round() / unit + 0.0)
+}
+
+/// Rounded components.
+fn triple(v: Vector3<f64>, decimals: usize) -> String {
+    let [x, y, z]: [String; 3] = v.map(|c| rounded(c, decimals)).into();
+    format!("({x}, {y}, {z})")
+}
+
+/// A summary for reading.
+pub fn point_text(answer: &PointAnswer) -> String {
+    let (machine, loaded) = (&answer.question.machine, &answer.loaded);
+    let wrench = answer.wrench;
+    let mut text = format!("{}\n", machine.title);
+    text += &format!("  commanded position of P   {} mm\n", triple(answer.question.position, 3));
+    if let Some(outside) = machine.outside_workspace(answer.question.position) {
+        text += &format!("  outside the workspace     {outside}\n");
+    }
+    for sentence in cautions::large_errors(machine, &answer.question.errors).lines() {
+        text += &format!("  large error               {sentence}\n");
+    }
+    text += &format!(
+        "  tool axis                 {} in base axes, from the spindle to the tip{}\n",
+        triple(answer.tool.rotation.column(2).into(), 3),
+        tool_axis_words(machine.tool_axis_source)
+    );
+    if let PointLoad::Milling(force, phi) = answer.question.load {
+        text += &format!("  tool angle                {:.1}°\n", phi.to_degrees());
+        text += &format!(
+            "  milling force             radial {} N along φ, tangential {} N along φ + 90°, axial {} N {}\n",
+            force.radial,
+            force.tangential,
+            force.axial,
+            if force.axial < 0.0 { "(into the spindle)" } else { "(out of the spindle)" }
+        );
+        text += &format!(
+            "  eq. (17) {:<16} {} N along x, y, z of the tool\n",
+            force.law.label(),
+            triple(force_on_tool(answer), 1)
+        );
+    }
+    text += &format!(
+        "  load at P                 force {} N, moment {} N·mm\n",
+        triple(wrench.force, 1),
+        triple(wrench.moment, 0)
+    );
+    text +=
+        &format!("  equilibrium               {}, {}", loaded.status.label(), counted(loaded.iterations, "iteration"));
+    if loaded.residual.is_finite() {
+        text += &format!(", residual {:.1e}", loaded.residual);
+    }
+    text.push('\n');
+    if loaded.status != Status::Solved {
+        text += &format!("  reason                    {}\n", loaded.status.reason(machine));
+    }
+    if !loaded.status.is_equilibrium() {
+        return text;
+    }
+    let displacement = tool_displacement(answer);
+    let turn = rotation_log(&(loaded.pose.rotation * answer.nominal.pose.rotation.transpose()));
+    text += &format!("  tool displacement         {:.4} mm = {} mm\n", displacement.norm(), triple(displacement, 4));
+    text += &format!(
+        "  platform displacement     {} mm, rotation {} mrad\n",
+        triple(loaded.pose.translation - answer.nominal.pose.translation, 4),
+        triple(turn * 1e3, 3)
+    );
+    if let Some([least, middle, most]) = loaded.tool_stiffnesses(machine) {
+        text += &format!(
+            "  tool stiffness            {least:.1}, {middle:.1}, {most:.1} N/mm (principal, of the tool tip)\n"
+        );
+    }
+    text + &drive_table(answer)
+}
+
+/// Drives: nominal and compensated commands, what they carry, internal force of their chains.
+fn drive_table(answer: &PointAnswer) -> String {
+    let machine = &answer.question.machine;
+    let load = machine.drive_kinds().map(force_word).collect::<Vec<_>>().join(" or ");
+    let mut table = comfy_table::Table::new();
+    table.load_style(comfy_table::presets::UTF8_HORIZONTAL_ONLY);
+    let [before, after] = ["before", "after"].map(|when| format!("{load} {when}"));
+    table.set_header(["drive", "ρ nominal", "ρ compensated", "Δρ", &before, &after, "internal force"]);
+    let nominal = shown_positions(machine, &answer.nominal.drives);
+    let after = answer.compensated.as_ref().ok();
+    let compensated = after.map(|after| shown_positions(machine, &after.drives));
+    let change = change(answer).map(|change| shown_positions(machine, &change));
+    let forces = answer.loaded.drive_forces();
+    let forces_after = after.map(|after| after.solution.drive_forces());
+    for (d, (label, (chain, drive))) in machine.drive_labels().into_iter().zip(machine.drives()).enumerate() {
+        let (unit, force_unit) = (position_unit(drive.motion), force_unit(drive.motion));
+        let space = if unit == "°" { "" } else { " " };
+        let optional = |value: Option<&Vec<f64>>, decimals: usize, unit: &str| {
+            value.map_or_else(|| "–".into(), |v| format!("{}{unit}", rounded(v[d], decimals)))
+        };
+        let (unit, force_unit) = (format!("{space}{unit}"), format!(" {force_unit}"));
+        let internal = answer.loaded.chains[chain].internal_wrench;
+        table.add_row([
+            label,
+            format!("{}{unit}", rounded(nominal[d], 4)),
+            optional(compensated.as_ref(), 4, &unit),
+            optional(change.as_ref(), 4, &unit),
+            format!("{}{force_unit}", rounded(forces[d], 1)),
+            optional(forces_after.as_ref(), 1, &force_unit),
+            internal.map_or_else(|| "–".into(), |w| format!("{:.1} N", w.force.norm())),
+        ]);
+    }
+    let mut text = format!("{table}\n");
+    for (d, (label, (_, drive))) in machine.drive_labels().into_iter().zip(machine.drives()).enumerate() {
+        let largest = forces_after.iter().map(|after| after[d].abs()).fold(forces[d].abs(), f64::max);
+        if let Some(limit) = drive.force_limit.filter(|limit| largest > *limit) {
+            let (word, unit) = (force_word(drive.motion), force_unit(drive.motion));
+            text +=
+                &format!("drive {label} is beyond its {word} limit: {largest:.1} {unit}, limit {limit:.1} {unit}\n");
+        }
+    }
+    if let Err(failure) = &answer.compensated {
+        text += &format!("not compensated: {}\n", failure.reason);
+    }
+    text
+}

@@ -1,0 +1,118 @@
+//! A compensated program, its points and its report: three files, replaced only where they are as a command before left
+//! them. The report says what that is.
+
+use std::{
+    fs::File,
+    io::{Read, Result as IoResult},
+    path::{Path, PathBuf},
+};
+
+use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
+use tempfile::TempDir;
+
+use crate::{
+    input::{
+        error::{Error, Result},
+        file,
+    },
+    report::{
+        OutputFile,
+        exchange::{Column, Format, StreamedTable},
+        may_replace,
+        write::{prepare_beside, staging_beside, write_beside},
+    },
+};
+
+/// A longer file is no report, bytes.
+const LONGEST: u64 = 16 << 20;
+
+/// Where a program is to be written.
+#[derive(Debug)]
+pub struct ProgramFiles {
+    out: PathBuf,
+    name: String,
+    /// Files of this name that a command before wrote, as its report lists them.
+    former: Vec<Value>,
+}
+
+impl ProgramFiles {
+    /// The program `out` and its two companions. Nothing is written yet.
+    ///
+    /// # Errors
+    /// They cannot be written, would replace an input, or what is no former result.
+    pub fn prepare(out: &Path) -> Result<Self> {
+        let name = prepare_beside(out)?.to_string();
+        let mut files = Self { out: out.to_path_buf(), name, former: Vec::new() };
+        let report = out.with_file_name(files.named(REPORT));
+        let found = file::bounded(&report, LONGEST).ok().and_then(|text| serde_json::from_slice(&text).ok());
+        let found: Value = found.unwrap_or_default();
+        let is_ours = found["program"] == env!("CARGO_PKG_NAME");
+        may_replace(&report, || is_ours)?;
+        if is_ours {
+            files.former = found["files"].as_array().cloned().unwrap_or_default();
+        }
+        for name in [files.named(""), files.named(POINTS) + ".csv"] {
+            let path = out.with_file_name(&name);
+            let is_ours = |hash: String| files.former.contains(&json!({ "name": name, "sha256": hash }));
+            may_replace(&path, || File::open(&path).and_then(hash).is_ok_and(is_ours))?;
+        }
+        Ok(files)
+    }
+
+    /// A folder beside the program in which files are made; its folder is made if need be.
+    ///
+    /// # Errors
+    /// It cannot be made.
+    pub fn staging(&self) -> Result<TempDir> {
+        staging_beside(&self.out)
+    }
+
+    /// The table of points, empty so far, in the folder `made` for it.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn points(&self, made: &Path, columns: &[Column]) -> Result<StreamedTable> {
+        StreamedTable::new(made, &self.named(POINTS), columns, &[Format::Csv])
+    }
+
+    /// Writes the program, its `points` and its `report`, which also gets what a later command knows the files by.
+    ///
+    /// # Errors
+    /// They cannot be written; what is there then is known as ours.
+    pub fn write(&self, program: Vec<u8>, points: Vec<OutputFile>, mut report: Value) -> Result<()> {
+        let made: Vec<OutputFile> = points.into_iter().chain([OutputFile::new(self.named(""), program)]).collect();
+        let entry = |file: &OutputFile| Ok(json!({ "name": file.name, "sha256": hash(file.reader()?)? }));
+        let entries = made.iter().map(entry).collect::<IoResult<Vec<Value>>>();
+        let entries = entries.map_err(|source| Error::Write { file: self.out.clone(), source })?;
+        let mut report_with = |files: &[Value]| {
+            report["program"] = json!(env!("CARGO_PKG_NAME"));
+            report["version"] = json!(env!("CARGO_PKG_VERSION"));
+            report["files"] = json!(files);
+            OutputFile::new(self.named(REPORT), format!("{report:#}\n"))
+        };
+        // If this is cut short, the next command finds here whose the files are, the former and the new ones.
+        let both = report_with(&[self.former.as_slice(), &entries].concat());
+        let files = [both].into_iter().chain(made).chain([report_with(&entries)]).collect();
+        write_beside(&self.out, files).map(drop)
+    }
+
+    fn named(&self, suffix: &str) -> String {
+        format!("{}{suffix}", self.name)
+    }
+}
+
+/// Name of the table of points, without the ending that its format gives it.
+const POINTS: &str = ".points";
+const REPORT: &str = ".report.json";
+
+/// SHA-256, hexadecimal.
+fn hash(mut bytes: impl Read) -> IoResult<String> {
+    let (mut hasher, mut part) = (Sha256::new(), vec![0; 1 << 16]);
+    loop {
+        match bytes.read(&mut part)? {
+            0 => return Ok(hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect()),
+            length => hasher.update(&part[..length]),
+        }
+    }
+}

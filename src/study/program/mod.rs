@@ -1,0 +1,375 @@
+//! A program for the machine: read, compensated, written back, read again and simulated as written.
+
+pub mod files;
+pub mod report;
+
+use std::path::Path;
+
+use nalgebra::Vector3;
+
+use crate::{
+    compensation::{Demand, Method, Target},
+    input::error::{Error, Result},
+    machine::{Configuration, Coordinate, Machine},
+    process::{
+        Placed, Placement,
+        cutting::{LoadError, PathLoad},
+        file::{Decimals, Process},
+    },
+    spatial::Pose,
+    study::along_path::{Commands, Left, PathAnswer, PathCase, PathSummary, PathSums, run_in_parts},
+    toolpath::{
+        PathPoint, Sampling, Toolpath,
+        gcode::{GcodeOptions, Program},
+        polyline::Polyline,
+    },
+};
+
+/// A program as it was read.
+#[derive(Debug, Clone)]
+pub enum ProgramFile {
+    /// Points in a CSV file.
+    Polyline(Polyline),
+    /// A G-code program.
+    Gcode(Box<Program>),
+}
+
+impl ProgramFile {
+    /// Reads `file`: a polyline if its name ends in `.csv`, G-code otherwise.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is not of the expected form.
+    pub fn read(file: &Path, options: &GcodeOptions) -> Result<Self> {
+        let bytes = crate::input::file::read(file)?;
+        let name = file.display().to_string();
+        let is_csv = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"));
+        Ok(match is_csv {
+            true => ProgramFile::Polyline(Polyline::read(bytes, &name)?),
+            false => ProgramFile::Gcode(Box::new(Program::parse(bytes, &name, options)?)),
+        })
+    }
+
+    /// Its points in the workpiece frame; lines and arcs are split as `sampling` says.
+    ///
+    /// # Errors
+    /// Too many points, or a program that cannot be followed.
+    pub fn toolpath(&self, sampling: Sampling) -> Result<Toolpath> {
+        match self {
+            ProgramFile::Polyline(polyline) => Ok(polyline.sampled(sampling)?),
+            ProgramFile::Gcode(program) => Ok(program.toolpath(sampling)?),
+        }
+    }
+
+    /// Line of the file that a point's move stands in, from 1, where it is known.
+    pub fn line_of(&self, segment: usize) -> Option<usize> {
+        match self {
+            ProgramFile::Polyline(polyline) => polyline.line_of(segment),
+            ProgramFile::Gcode(program) => program.line_of(segment),
+        }
+    }
+
+    /// The same program through `positions` (workpiece frame, mm, one per point of `path`), and the positions read back
+    /// from what was written, rounding included.
+    ///
+    /// # Errors
+    /// Positions that are no positions, or a written program that does not read back.
+    pub fn rewritten(
+        &self,
+        path: &Toolpath,
+        positions: &[Vector3<f64>],
+        decimals: Decimals,
+    ) -> Result<(Vec<u8>, Vec<Vector3<f64>>)> {
+        match self {
+            ProgramFile::Polyline(polyline) => {
+                let rewritten = polyline.rewrite_sampled(path, positions, decimals.format(polyline.own_format())?)?;
+                let back = rewritten.read_back()?.positions_mm();
+                Ok((rewritten.into_bytes(), back))
+            }
+            ProgramFile::Gcode(program) => {
+                let rewritten = program.rewrite(path, positions, decimals.format(program.own_format())?)?;
+                let back = rewritten.read_back()?.positions_mm();
+                Ok((rewritten.into_bytes(), back))
+            }
+        }
+    }
+}
+
+/// A program ready to be compensated on a machine.
+#[derive(Debug, Clone)]
+pub struct ProgramJob {
+    /// The nominal machine.
+    pub machine: Machine,
+    /// The machine with its errors.
+    pub real: Machine,
+    /// The process.
+    pub process: Process,
+    /// The program.
+    pub file: ProgramFile,
+    /// Its points.
+    pub path: Toolpath,
+    /// What is wanted at each, under load.
+    pub demands: Vec<Demand>,
+}
+
+/// A pass over the program: what some commands lead to.
+#[derive(Debug, Clone)]
+pub struct Pass {
+    /// What was commanded, in words.
+    pub name: String,
+    /// Summed up over the points at which the tool cuts.
+    pub summary: PathSummary,
+}
+
+/// Where the tool is sent, gathered point after point.
+#[derive(Debug, Clone)]
+pub struct Corrected {
+    /// Workpiece frame, mm; as in the path where there is no command.
+    positions: Vec<Vector3<f64>>,
+    /// Points at which the tool cuts but that have no command: index and reason.
+    pub failures: Vec<(usize, String)>,
+    /// Points not cut at (rapid moves) that could not be compensated and are left as they were.
+    pub left_alone: usize,
+}
+
+impl Corrected {
+    /// For `job`, none of its points seen.
+    pub fn new(job: &ProgramJob) -> Self {
+        Self { positions: Vec::with_capacity(job.path.len()), failures: Vec::new(), left_alone: 0 }
+    }
+
+    /// Points seen.
+    pub fn seen(&self) -> usize {
+        self.positions.len()
+    }
+
+    /// Takes the next answers of the pass that is to be written.
+    pub fn add(&mut self, job: &ProgramJob, answers: &[PathAnswer]) {
+        for answer in answers {
+            let k = self.positions.len();
+            let point = &job.path.points()[k];
+            let target = answer.target.filter(|_| answer.status.is_success());
+            let position = target.map(|pose| job.commanded(point, pose));
+            match position {
+                Some(_) => {}
+                None if point.cutting => self.failures.push((k, answer.status.reason(&job.machine))),
+                None => self.left_alone += 1,
+            }
+            self.positions.push(position.unwrap_or(point.position_mm));
+        }
+    }
+}
+
+/// The compensated program.
+#[derive(Debug, Clone)]
+pub struct Written {
+    /// The program's text.
+    pub bytes: Vec<u8>,
+    /// Poses of P that it commands, read back from the text.
+    pub poses: Vec<Pose>,
+    /// The farthest that writing has moved a position, mm.
+    pub rounded_mm: f64,
+}
+
+impl ProgramJob {
+    /// Reads the program and the cutting force along it.
+    ///
+    /// # Errors
+    /// As [`ProgramFile::read`], or a path that lacks what the cutting force needs.
+    pub fn open(machine: Machine, process: Process, file: &Path) -> Result<Self> {
+        if process.target == Target::FullPose && machine.controls.iter().any(|c| matches!(c, Coordinate::Rotation(_))) {
+            let problem = "full_pose cannot be written: a program commands positions, not orientations".into();
+            return Err(Error::Argument { argument: "compensate.target".into(), problem });
+        }
+        let program = ProgramFile::read(file, &process.gcode)?;
+        let path = program.toolpath(process.sampling)?;
+        if path.is_empty() {
+            let problem = "moves nowhere: a program with at least one motion is expected".into();
+            return Err(Error::Argument { argument: file.display().to_string(), problem });
+        }
+        let name = file.display().to_string();
+        let path = process.with_cuts(path, &name)?;
+        let demands = demands(&machine, &process, &path, &name)?;
+        let real = machine.with_errors(&process.errors);
+        Ok(Self { real, machine, process, file: program, path, demands })
+    }
+
+    /// The path position that commands `target`. Along axes that are not controlled it is that of the program.
+    pub fn commanded(&self, point: &PathPoint, target: Pose) -> Vector3<f64> {
+        let placement = &self.process.placement;
+        let placed = placed(&self.machine, placement);
+        let workpiece = placement.pose();
+        let (mut position, own) = (target.transform(placed.reference()), workpiece.transform(point.position_mm));
+        for axis in self.machine.uncontrolled_axes() {
+            position[axis] = own[axis];
+        }
+        workpiece.inverse().transform(position)
+    }
+
+    /// The poses of P that positions of the program command one after another, as far as the drives control them.
+    fn poses(&self, positions: impl Iterator<Item = Vector3<f64>>) -> Vec<Pose> {
+        let placed = placed(&self.machine, &self.process.placement);
+        let mut led = Led::new(&self.machine);
+        positions.map(|position| led.pose(&placed, position)).collect()
+    }
+
+    fn case(&self) -> PathCase<'_> {
+        PathCase { nominal: &self.machine, real: &self.real, demands: &self.demands }
+    }
+
+    /// One pass over the program; `take` gets the index of the first of some points that follow one another, and their
+    /// answers. `done` is called after each point.
+    ///
+    /// # Errors
+    /// Of `take`.
+    pub fn pass(
+        &self,
+        name: impl Into<String>,
+        commands: &Commands<'_>,
+        done: &(dyn Fn() + Sync),
+        mut take: impl FnMut(usize, &[PathAnswer]) -> Result<()>,
+    ) -> Result<Pass> {
+        let points = self.path.points();
+        let cuts_nowhere = !points.iter().any(|point| point.cutting);
+        let begins_twice = self.path.begins_twice();
+        let (mut sums, mut first) = (PathSums::default(), 0);
+        run_in_parts(&self.case(), commands, done, |answers| {
+            for (k, (answer, point)) in answers.iter().zip(&points[first..]).enumerate() {
+                if (point.cutting || cuts_nowhere) && (first + k > 0 || !begins_twice) {
+                    sums.add(&Left::of(answer, &self.machine));
+                }
+            }
+            take(first, &answers)?;
+            first += answers.len();
+            Ok::<(), Error>(())
+        })?;
+        Ok(Pass { name: name.into(), summary: sums.summary() })
+    }
+
+    /// One pass by a method.
+    ///
+    /// # Errors
+    /// As [`ProgramJob::pass`].
+    pub fn pass_by(
+        &self,
+        method: Method,
+        done: &(dyn Fn() + Sync),
+        take: impl FnMut(usize, &[PathAnswer]) -> Result<()>,
+    ) -> Result<Pass> {
+        self.pass(method.label(), &Commands::Method(method), done, take)
+    }
+
+    /// Where the tool went at each point of the path from where it went in a pass, `measured` (workpiece frame, mm): one
+    /// position per point of the path, or per row of a polyline file, between which the deviation is interpolated.
+    ///
+    /// # Errors
+    /// Neither as many positions as points nor as rows; in words.
+    pub fn measured(&self, measured: Vec<Vector3<f64>>) -> std::result::Result<Vec<Vector3<f64>>, String> {
+        let points = self.path.len();
+        let nominal = match &self.file {
+            _ if measured.len() == points => return Ok(measured),
+            ProgramFile::Polyline(polyline) => polyline.toolpath().positions_mm(),
+            ProgramFile::Gcode(_) => return Err(counts(measured.len(), points, points)),
+        };
+        if measured.len() != nominal.len() {
+            return Err(counts(measured.len(), points, nominal.len()));
+        }
+        let deviation = |row: usize| measured[row] - nominal[row];
+        let went = |point: &PathPoint| {
+            let row = point.source.segment;
+            point.position_mm + deviation(row.saturating_sub(1)).lerp(&deviation(row), point.source.parameter)
+        };
+        Ok(self.path.points().iter().map(went).collect())
+    }
+
+    /// Poses of P that mirror a measured pass at the wanted path, Figure 2. `measured`: where the tool went, workpiece
+    /// frame, mm, one position per point of the path.
+    pub fn mirrored(&self, measured: &[Vector3<f64>]) -> Vec<Pose> {
+        self.poses(self.path.points().iter().zip(measured).map(|(point, went)| point.position_mm * 2.0 - went))
+    }
+
+    /// Writes the program that sends the tool where `corrected` says, and reads it back.
+    ///
+    /// # Errors
+    /// The program cannot be rewritten.
+    pub fn write(&self, corrected: &Corrected) -> Result<Written> {
+        let (bytes, back) = self.file.rewritten(&self.path, &corrected.positions, self.process.decimals)?;
+        let moved = corrected.positions.iter().zip(&back).map(|(wanted, written)| (written - wanted).norm());
+        let rounded_mm = moved.fold(0.0, f64::max);
+        Ok(Written { bytes, poses: self.poses(back.into_iter()), rounded_mm })
+    }
+}
+
+fn counts(found: usize, points: usize, rows: usize) -> String {
+    match points == rows {
+        true => format!("has {found} positions, but the path has {points} points: expected one for each"),
+        false => format!(
+            "has {found} positions, but the path has {rows} rows, split into {points} points: expected one for each row, or \
+             for each point"
+        ),
+    }
+}
+
+/// The machine being led along positions of a path, each from the one before.
+struct Led<'a> {
+    machine: &'a Machine,
+    near: Configuration,
+}
+
+impl<'a> Led<'a> {
+    fn new(machine: &'a Machine) -> Self {
+        Self { machine, near: machine.home.clone() }
+    }
+
+    /// The pose `X_OP` to ask for so that the path's point stands at `position_mm` (W, mm) as far as the drives control its
+    /// translations. Where the platform turns with its position this is the pose in which the machine stands there; what
+    /// it cannot reach keeps the orientation of home, and is refused when it is asked for.
+    fn pose(&mut self, placed: &Placed, position_mm: Vector3<f64>) -> Pose {
+        let asked = placed.platform_pose(position_mm);
+        let controlled = Pose { translation: self.machine.as_controlled(asked.translation), ..asked };
+        if !self.machine.turns_with_position {
+            return controlled;
+        }
+        match self.machine.lead(placed.reference(), &asked, &self.near) {
+            Ok(at) => {
+                self.near = at;
+                let Pose { rotation, translation } = self.near.pose;
+                Pose { rotation, translation: self.machine.as_controlled(translation) }
+            }
+            Err(_) => controlled,
+        }
+    }
+}
+
+fn placed(machine: &Machine, placement: &Placement) -> Placed {
+    placement.on(&machine.home.pose.rotation, &machine.tool())
+}
+
+/// What is wanted at each point of a path: its pose, and the cutting force as a wrench at P. `origin` names the path in
+/// errors.
+///
+/// # Errors
+/// A path that lacks what the cutting force needs.
+pub fn demands(machine: &Machine, process: &Process, path: &Toolpath, origin: &str) -> Result<Vec<Demand>> {
+    let fault = |source: LoadError| Error::Argument { argument: origin.to_string(), problem: source.to_string() };
+    let loads = process.cutting.loads(path).map_err(fault)?;
+    Ok(demands_under(machine, &process.placement, process.target, path, &loads))
+}
+
+/// What is wanted at each point of a path that is placed by `placement`, under `loads`; along axes that the drives do not
+/// control, what there is.
+pub fn demands_under(
+    machine: &Machine,
+    placement: &Placement,
+    target: Target,
+    path: &Toolpath,
+    loads: &[PathLoad],
+) -> Vec<Demand> {
+    let placed = placed(machine, placement);
+    let mut led = Led::new(machine);
+    let demand = |(point, load): (&PathPoint, &PathLoad)| {
+        let pose = led.pose(&placed, point.position_mm);
+        let there = placed.turned(&pose.rotation);
+        Demand { pose, load: there.wrench(&load.on_tool(point.tangent, there.tool_axes())), target }
+    };
+    path.points().iter().zip(loads).map(demand).collect()
+}

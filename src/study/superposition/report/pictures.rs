@@ -1,0 +1,245 @@
+//! Which pictures a superposition study gives.
+
+use crate::{
+    process::MillingForce,
+    report::{
+        figures::{Figure, LineFigure, LineSeries, SliceFigure},
+        grid_slices::{drawn_nodes, panels, thinned_words},
+        words::{counted, typographic},
+    },
+    study::superposition::{
+        LocationResult, MapPoint, Scaled, SuperpositionStudy,
+        ablation::Cause,
+        departure::{Followed, Sum},
+        report::{contributions, words},
+    },
+};
+
+/// A quantity of the map that is drawn.
+struct Quantity {
+    file_stem: &'static str,
+    title: &'static str,
+    label: &'static str,
+    /// Words behind the setting.
+    remark: fn(&SuperpositionStudy) -> String,
+    /// Where a line is drawn.
+    contour: fn(&SuperpositionStudy) -> Option<f64>,
+    value: fn(&MapPoint) -> Option<f64>,
+}
+
+fn tolerance_words(study: &SuperpositionStudy) -> String {
+    format!("; line: tolerance {} mm", study.tolerance)
+}
+
+const QUANTITIES: [Quantity; 5] = [
+    Quantity {
+        file_stem: "departure_tool",
+        title: "How wrong it is to add the effects of cutting force and chain errors",
+        label: "departure of the tool tip [mm]",
+        remark: tolerance_words,
+        contour: |study| Some(study.tolerance),
+        value: |p| Some(p.departures.as_ref().ok()?.superposition[0].departure_mm),
+    },
+    Quantity {
+        file_stem: "departure_platform",
+        title: "How wrong adding is at the platform point P",
+        label: "departure of P [mm]",
+        remark: |_| String::new(),
+        contour: |_| None,
+        value: |p| Some(p.departures.as_ref().ok()?.superposition[1].departure_mm),
+    },
+    Quantity {
+        file_stem: "ratio_tool",
+        title: "How wrong adding is, compared with the displacement itself",
+        label: "largest departure / largest displacement of the tool tip [%]",
+        remark: |_| String::new(),
+        contour: |_| None,
+        value: |p| Some(100.0 * p.departures.as_ref().ok()?.superposition[0].relative()?),
+    },
+    Quantity {
+        file_stem: "aggregation_tool",
+        title: "How wrong it is to add linearly aggregated chain errors, eqs. (14), (15)",
+        label: "departure of the tool tip [mm]",
+        remark: tolerance_words,
+        contour: |study| Some(study.tolerance),
+        value: |p| Some(p.departures.as_ref().ok()?.aggregation.as_ref().ok()?[0].departure_mm),
+    },
+    Quantity {
+        file_stem: "safe_load",
+        title: "Up to which load the effects may be added",
+        label: "largest load / load of the study",
+        remark: |study| {
+            format!("; line: the load of the study; departure of the tool tip up to {} mm", study.tolerance)
+        },
+        contour: |_| Some(1.0),
+        value: |p| p.largest_load.factor(),
+    },
+];
+
+/// The values that slices show, gathered point by point: a large grid is thinned.
+#[derive(Debug, Clone)]
+pub struct Pictures {
+    /// Grid indices of the nodes shown, ascending.
+    nodes: Vec<usize>,
+    /// At each of them, the values of [`QUANTITIES`].
+    values: Vec<[Option<f64>; QUANTITIES.len()]>,
+    /// Index of the next point.
+    next: usize,
+}
+
+impl Pictures {
+    /// For the map of `study`, none of its points seen.
+    pub fn new(study: &SuperpositionStudy) -> Self {
+        let [xs, ys, mut planes] = drawn_nodes(&study.grid, &study.slices_z);
+        planes.sort_unstable();
+        let rows = planes.iter().flat_map(|&z| ys.iter().map(move |&y| (y, z)));
+        let nodes = rows.flat_map(|(y, z)| xs.iter().map(move |&x| study.grid.index([x, y, z]))).collect();
+        Self { nodes, values: Vec::new(), next: 0 }
+    }
+
+    /// Takes the next point, in grid order.
+    pub fn add(&mut self, point: &MapPoint) {
+        if self.nodes.get(self.values.len()) == Some(&self.next) {
+            self.values.push(std::array::from_fn(|k| (QUANTITIES[k].value)(point)));
+        }
+        self.next += 1;
+    }
+
+    /// All pictures with their file stems: slices of departures and of the largest safe load, and of each location how the
+    /// departure grows and where it comes from.
+    pub fn figures(&self, study: &SuperpositionStudy, locations: &[LocationResult]) -> Vec<(String, Figure)> {
+        let slices = |(k, quantity): (usize, &Quantity)| {
+            (format!("slices_{}", quantity.file_stem), Figure::Slices(self.slices(study, k)))
+        };
+        let mut figures: Vec<(String, Figure)> = QUANTITIES.iter().enumerate().map(slices).collect();
+        for (index, location) in locations.iter().enumerate() {
+            let name = &location.location.name;
+            let plain: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+            let stem = |kind: &str| format!("{kind}_{}_{plain}", index + 1);
+            let drawn = [("growth", growth(study, location)), ("ablation", ablation(study, location))];
+            figures.extend(drawn.into_iter().filter_map(|(kind, figure)| Some((stem(kind), Figure::Lines(figure?)))));
+        }
+        figures
+    }
+
+    fn slices(&self, study: &SuperpositionStudy, quantity: usize) -> SliceFigure {
+        let Quantity { title, label, remark, contour, .. } = &QUANTITIES[quantity];
+        let value = |node| {
+            let place = self.nodes.binary_search(&study.grid.index(node)).ok()?;
+            self.values.get(place)?[quantity]
+        };
+        SliceFigure {
+            title: (*title).into(),
+            subtitle: format!("{}{}", setting(study), remark(study)),
+            x_label: "x [mm]".into(),
+            y_label: "y [mm]".into(),
+            quantity: (*label).into(),
+            panels: panels(&study.machine, &study.grid, &study.slices_z, &value),
+            range: None,
+            contour: contour(study),
+        }
+    }
+}
+
+fn force(study: &SuperpositionStudy) -> String {
+    let MillingForce { radial, tangential, axial, .. } = study.force;
+    typographic(&format!("force {radial} / {tangential} / {axial} N (radial / tangential / axial)"))
+}
+
+fn setting(study: &SuperpositionStudy) -> String {
+    let [nx, ny, nz] = study.grid.counts();
+    format!(
+        "{}, worst of {}, {}, grid {nx} × {ny} × {nz}{}",
+        study.machine.name,
+        counted(study.phis.len(), "tool angle"),
+        force(study),
+        thinned_words(&study.grid, &drawn_nodes(&study.grid, &study.slices_z)[..2])
+    )
+}
+
+/// Departures of the tool tip over the factor on the sources; `None` where there are none.
+fn growth(study: &SuperpositionStudy, location: &LocationResult) -> Option<LineFigure> {
+    let mut series = Vec::new();
+    // Load and errors alone often give the same curve, and so do aggregated errors: dashes over the solid line, and dots over
+    // these, leave all of them to be seen.
+    for (sum, order) in [
+        (Sum::Superposition, [Scaled::Load, Scaled::Errors, Scaled::Both]),
+        (Sum::Aggregation, [Scaled::Errors, Scaled::Load, Scaled::Both]),
+    ] {
+        for scaled in order {
+            let growth = &location.growth[scaled as usize];
+            let points = growth.measured(sum, Followed::Tool);
+            if let Some(fit) = growth.fit(sum, Followed::Tool) {
+                let what = match scaled {
+                    Scaled::Load => "load",
+                    Scaled::Errors => "chain errors",
+                    Scaled::Both => "both",
+                };
+                let kind = if sum == Sum::Aggregation { "linearly aggregated, " } else { "" };
+                let slope = match fit.is_power_law() {
+                    true => format!("slope {:.2}", fit.slope),
+                    false => "not a power law".into(),
+                };
+                let label = format!("{kind}{what} scaled: {slope}");
+                let dashed = sum == Sum::Aggregation || scaled == Scaled::Errors;
+                series.push(LineSeries { label, points, dashed });
+            }
+        }
+    }
+    (!series.is_empty()).then(|| LineFigure {
+        title: format!("How the error of adding grows at {}", location.location.name),
+        subtitle: format!(
+            "{}, worst of {}, {}; factor 1: load and errors of the study",
+            study.machine.name,
+            counted(study.phis.len(), "tool angle"),
+            force(study)
+        ),
+        x_label: "factor on the scaled sources".into(),
+        y_label: "departure of the tool tip [mm]".into(),
+        series,
+        equal_axes: false,
+        log_x: true,
+        log_y: true,
+        closed_note: None,
+    })
+}
+
+/// Values over φ, in degrees, up to the full turn, where that of 0° comes again.
+fn closed(values: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
+    let mut values: Vec<(f64, f64)> = values.collect();
+    values.extend(values.first().filter(|(phi, _)| *phi == 0.0).map(|(_, value)| (360.0, *value)));
+    values
+}
+
+/// Contributions to the departure of the tool tip over φ; `None` where there is none.
+fn ablation(study: &SuperpositionStudy, location: &LocationResult) -> Option<LineFigure> {
+    let angles = location.ablation.as_ref().ok()?;
+    let found: Vec<(f64, f64, [f64; 5])> = angles
+        .iter()
+        .filter_map(|a| Some((a.phi_deg, a.departure.tool.norm(), contributions(a, Followed::Tool)?)))
+        .collect();
+    if found.is_empty() {
+        return None;
+    }
+    let all = found.iter().map(|(phi, length, _)| (*phi, *length));
+    let mut series = vec![LineSeries { label: "departure".into(), points: closed(all), dashed: false }];
+    for (index, cause) in Cause::ALL.into_iter().enumerate() {
+        let points = closed(found.iter().map(|(phi, _, parts)| (*phi, parts[index])));
+        series.push(LineSeries { label: words(cause).into(), points, dashed: index > 1 });
+    }
+    Some(LineFigure {
+        title: format!("What makes adding wrong at {}", location.location.name),
+        subtitle: format!(
+            "{}, {}; parts along the departure of the tool tip, adding up to it",
+            study.machine.name,
+            force(study)
+        ),
+        x_label: "tool angle φ [°]".into(),
+        y_label: "part of the departure [mm]".into(),
+        series,
+        equal_axes: false,
+        log_x: false,
+        log_y: false,
+        closed_note: None,
+    })
+}

@@ -1,0 +1,122 @@
+//! A validation study on the screen and as JSON.
+
+use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
+use serde_json::{Value, json};
+
+use crate::{
+    report::words::typographic,
+    study::{
+        path::report::facts_text,
+        validation::{
+            Compared, Quoted, ValidationResults, ValidationStudy,
+            report::tables::{ratio, reason, relation_word},
+        },
+    },
+};
+
+/// A number of ours, rounded.
+fn shown(quoted: &Quoted, value: f64) -> String {
+    typographic(&match value.abs() {
+        0.0 => "0".into(),
+        _ if quoted.quantity.is_count() => value.to_string(),
+        size if size < 1e-3 => format!("{value:.1e}"),
+        size if size < 10.0 => format!("{value:.3}"),
+        _ => format!("{value:.1}"),
+    })
+}
+
+/// The quoted number with all its digits.
+fn as_quoted(quoted: &Quoted) -> String {
+    typographic(&match quoted.value.abs() {
+        size if size > 0.0 && size < 1e-3 => format!("{:e}", quoted.value),
+        _ => quoted.value.to_string(),
+    })
+}
+
+/// The unit behind a number; nothing for pure numbers.
+fn unit(quoted: &Quoted, study: &ValidationStudy) -> String {
+    match quoted.quantity.unit(&study.machine) {
+        "1" => String::new(),
+        "Nmm" => " N·mm".into(),
+        "deg" => "°".into(),
+        unit => format!(" {unit}"),
+    }
+}
+
+/// Quoted numbers and ours for the first variant, then for all variants.
+pub fn summary_table(results: &ValidationResults) -> String {
+    let study = &results.study;
+    let (mut first, mut all) = (Table::new(), Table::new());
+    first.load_style(UTF8_HORIZONTAL_ONLY).set_header(["case", "quantity", "quoted", "ours", "ratio", "agrees"]);
+    let names = study.variants.iter().map(|variant| variant.name.as_str());
+    all.load_style(UTF8_HORIZONTAL_ONLY).set_header(["case", "quantity"].into_iter().chain(names));
+    for (quoted, compared) in study.quoted.iter().zip(&results.compared) {
+        let unit = unit(quoted, study);
+        let what = [study.cases[quoted.case].clone(), quoted.quantity.label().replace('_', " ")];
+        let values: Vec<String> = compared
+            .ours
+            .iter()
+            .map(|ours| ours.as_ref().map_or_else(|_| "–".into(), |value| shown(quoted, *value)))
+            .collect();
+        first.add_row(what.iter().cloned().chain([
+            format!("{} {}{unit}", relation_word(quoted.relation), as_quoted(quoted)),
+            values[0].clone(),
+            ratio(quoted, &compared.ours[0]).map_or_else(|| "–".into(), |ratio| typographic(&format!("{ratio:.2}"))),
+            if compared.agrees { "yes" } else { "no" }.into(),
+        ]));
+        all.add_row(what.into_iter().chain(values));
+    }
+    format!("{first}\n\n{all}\n")
+}
+
+/// How many numbers agree, and why the others do not.
+pub fn summary_text(results: &ValidationResults) -> String {
+    let study = &results.study;
+    let agreeing = results.compared.iter().filter(|compared| compared.agrees).count();
+    let mut text = format!(
+        "{}: {} of {} quoted numbers agree with ours ({}).\n",
+        study.machine.title,
+        agreeing,
+        results.compared.len(),
+        study.variants[0].name
+    );
+    text += &facts_text(&study.facts());
+    for (quoted, compared) in study.quoted.iter().zip(&results.compared).filter(|(_, compared)| !compared.agrees) {
+        let unit = unit(quoted, study);
+        let ours = match &compared.ours[0] {
+            Ok(value) => shown(quoted, *value) + &unit,
+            Err(_) => "no value".into(),
+        };
+        let line = format!(
+            "{}, {}: {} {}{unit} quoted, {ours} here. {}",
+            study.cases[quoted.case],
+            quoted.quantity.label().replace('_', " "),
+            relation_word(quoted.relation),
+            as_quoted(quoted),
+            reason(quoted, compared)
+        );
+        text += &format!("{}\n", line.trim_end());
+    }
+    text
+}
+
+/// The same as `summary.csv`.
+pub fn summary_json(results: &ValidationResults) -> Value {
+    let study = &results.study;
+    let row = |(quoted, compared): (&Quoted, &Compared)| {
+        json!({
+            "source": quoted.source,
+            "case": study.cases[quoted.case],
+            "quantity": quoted.quantity.label(),
+            "unit": quoted.quantity.unit(&study.machine),
+            "meant_as": relation_word(quoted.relation),
+            "quoted": quoted.value,
+            "ours": compared.ours[0].as_ref().ok(),
+            "ratio": ratio(quoted, &compared.ours[0]),
+            "agrees": compared.agrees,
+            "reason": reason(quoted, compared),
+        })
+    };
+    let rows: Vec<Value> = study.quoted.iter().zip(&results.compared).map(row).collect();
+    json!({ "schema": 1, "variants": study.variants.iter().map(|v| &v.name).collect::<Vec<_>>(), "quoted": rows })
+}

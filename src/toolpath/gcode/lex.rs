@@ -1,0 +1,135 @@
+//! Words of a line, found by the `g-code` crate's lexer.
+//!
+//! Of the maintained crates, `g-code` 0.6 gives byte spans and loses no digit. `gcode` 0.7 stores 32-bit numbers and
+//! `gcode-nom` 0.7 gives no spans and has no radius form; neither can rewrite a program. `g-code` rejects `%`,
+//! leading `/`, and comments that are not ASCII, which [`crate::toolpath::gcode::lines`] takes out beforehand; and it would panic on
+//! `X+-1.0` and could on numbers of 29 digits, which [`words`] refuses beforehand.
+
+use std::ops::Range;
+
+use g_code::parse::ast::Spanned;
+use g_code::parse::snippet_parser;
+
+use crate::toolpath::gcode::error::{Fault, Refusal};
+
+/// A letter with its number.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Word {
+    /// The letter in upper case.
+    pub letter: char,
+    /// The number, the nearest `f64` to what is written.
+    pub value: f64,
+    /// The bytes of the word in its line.
+    pub span: Range<usize>,
+}
+
+impl Word {
+    /// The number in tenths if it has no finer part: 901 for G90.1.
+    pub fn tenths(&self) -> Option<u32> {
+        let tenths = self.value * 10.0;
+        let whole = tenths.round();
+        ((whole - tenths).abs() < 1e-9 && (0.0..=1e6).contains(&whole)).then_some(whole as u32)
+    }
+
+    /// The number if it is whole and not negative.
+    pub fn whole(&self) -> Result<u32, Refusal> {
+        match self.tenths() {
+            Some(tenths) if tenths % 10 == 0 => Ok(tenths / 10),
+            _ => Err(self.refuse(Fault::NotWhole { letter: self.letter })),
+        }
+    }
+
+    /// `fault` at this word.
+    pub fn refuse(&self, fault: Fault) -> Refusal {
+        Refusal::new(self.span.clone(), fault)
+    }
+}
+
+/// The words in `text`, a line with its comments blanked out, in order.
+pub(crate) fn words(text: &str) -> Result<Vec<Word>, Refusal> {
+    guard(text)?;
+    let snippet = snippet_parser(text).map_err(|e| not_a_word(text, e.location.offset))?;
+    let mut words = Vec::new();
+    for line in snippet.iter() {
+        // The lexer gives a letter without number its own kind of token, a flag.
+        if let Some(flag) = line.iter_flags().next() {
+            return Err(Refusal::new(flag.span().into(), Fault::NotAWord));
+        }
+        for field in line.iter_fields() {
+            words.push(word(text, field.span().into())?);
+        }
+    }
+    Ok(words)
+}
+
+/// The word at `span`. The lexer takes several letters before a number as one name; a word has one.
+fn word(text: &str, span: Range<usize>) -> Result<Word, Refusal> {
+    let written = &text[span.clone()];
+    let letter = written.chars().next().filter(char::is_ascii_alphabetic);
+    // Read from the text, not from the lexer's decimal: this conversion rounds correctly.
+    match (letter, written.get(1..).map(str::parse)) {
+        (Some(letter), Some(Ok(value))) => Ok(Word { letter: letter.to_ascii_uppercase(), value, span }),
+        _ => Err(Refusal::new(span, Fault::NotAWord)),
+    }
+}
+
+/// Refuses what the lexer would panic on.
+fn guard(text: &str) -> Result<(), Refusal> {
+    let bytes = text.as_bytes();
+    if let Some(at) = bytes.windows(2).position(|pair| pair.iter().all(|b| matches!(b, b'+' | b'-'))) {
+        return Err(not_a_word(text, at));
+    }
+    let mut start = 0;
+    for run in bytes.split(|b| !b.is_ascii_digit()) {
+        if run.len() > Fault::MAX_DIGITS {
+            return Err(Refusal::new(start..start + run.len(), Fault::TooManyDigits { digits: run.len() }));
+        }
+        start += run.len() + 1;
+    }
+    Ok(())
+}
+
+/// Refuses the blank-separated text around `at`.
+fn not_a_word(text: &str, at: usize) -> Refusal {
+    let start = text[..at].rfind(' ').map_or(0, |p| p + 1);
+    let end = text[at..].find(' ').map_or(text.len(), |p| at + p);
+    Refusal::new(start..end, Fault::NotAWord)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_keep_their_place_and_their_digits() {
+        let words = words("  g01X-.5y+3.Z123456.789012").unwrap();
+        let seen: Vec<_> = words.iter().map(|w| (w.letter, w.value, w.span.clone())).collect();
+        assert_eq!(seen, [('G', 1.0, 2..5), ('X', -0.5, 5..9), ('Y', 3.0, 9..13), ('Z', 123456.789012, 13..27)]);
+    }
+
+    #[test]
+    fn numbers_of_codes_are_exact() {
+        let tenths = |text: &str| words(text).unwrap()[0].tenths();
+        assert_eq!(tenths("G90.1"), Some(901));
+        assert_eq!(tenths("G002"), Some(20));
+        assert_eq!(tenths("G1.05"), None);
+        assert_eq!(tenths("G-1"), None);
+    }
+
+    #[test]
+    fn what_is_no_word_is_refused_where_it_stands() {
+        for (text, span) in [
+            ("G1 X Y5", 3..4),
+            ("G1 XY5", 3..6),
+            ("G1 X+-1.0 Y1", 3..9),
+            ("G1 X 10", 5..7),
+            ("5", 0..1),
+            ("G1 X--1", 3..7),
+            ("X1.2.3", 0..6),
+        ] {
+            assert_eq!(words(text), Err(Refusal::new(span, Fault::NotAWord)), "{text}");
+        }
+        let long = format!("X{}.9", "7".repeat(29));
+        assert_eq!(words(&long), Err(Refusal::new(1..30, Fault::TooManyDigits { digits: 29 })));
+    }
+}

@@ -1,0 +1,132 @@
+//! A program as lines: where each ends, and which of its bytes are code.
+
+use std::ops::Range;
+
+use crate::toolpath::gcode::error::{Fault, Refusal};
+
+/// One line of the source, as byte ranges into it.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Line {
+    /// The line without its ending.
+    pub content: Range<usize>,
+    /// Its ending: `\n`, `\r\n`, `\r`, or nothing at the end of the file.
+    pub ending: Range<usize>,
+}
+
+/// Splits `source` into lines. The ranges cover it without gap, so that copying them gives it back.
+pub(crate) fn split(source: &[u8]) -> Vec<Line> {
+    let mut lines = Vec::new();
+    let mut start = 0;
+    while start < source.len() {
+        let rest = &source[start..];
+        let length = rest.iter().position(|b| matches!(b, b'\r' | b'\n')).unwrap_or(rest.len());
+        let end = start + length;
+        let next = match &source[end..] {
+            [b'\r', b'\n', ..] => end + 2,
+            [_, ..] => end + 1,
+            [] => end,
+        };
+        lines.push(Line { content: start..end, ending: end..next });
+        start = next;
+    }
+    lines
+}
+
+/// What a line holds once its comments are out of the way.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Code {
+    /// A `%` that opens or closes the program.
+    Percent,
+    /// Words, at their own places in the line; all else is blanks.
+    Words {
+        text: String,
+        /// The length of the leading blanks and block-delete mark.
+        prefix: usize,
+    },
+}
+
+/// Blanks out comments and the block-delete mark, keeping every word at its byte.
+///
+/// Comments may hold any bytes, so programs in UTF-8 and in older encodings pass. What remains is checked to be
+/// ASCII letters, digits, signs, points and blanks: all that the lexer is then asked about.
+pub(crate) fn code(line: &[u8]) -> Result<Code, Refusal> {
+    let mut text = String::with_capacity(line.len());
+    let mut prefix = line.iter().take_while(|b| is_blank(**b)).count();
+    if line.get(prefix) == Some(&b'%') {
+        return Ok(Code::Percent);
+    }
+    if is_deletable(line) {
+        // A digit after the slash is the number of the delete switch.
+        prefix += 1 + usize::from(line.get(prefix + 1).is_some_and(u8::is_ascii_digit));
+    }
+    text.extend(std::iter::repeat_n(' ', prefix));
+    while let Some(&byte) = line.get(text.len()) {
+        let at = text.len();
+        match byte {
+            b'(' => text.extend(std::iter::repeat_n(' ', comment_length(line, at)?)),
+            b';' => text.extend(std::iter::repeat_n(' ', line.len() - at)),
+            _ if is_blank(byte) => text.push(' '),
+            b'+' | b'-' | b'.' => text.push(char::from(byte)),
+            _ if byte.is_ascii_alphanumeric() => text.push(char::from(byte)),
+            _ => return Err(unexpected(line, at)),
+        }
+    }
+    Ok(Code::Words { text, prefix })
+}
+
+/// Whether the line begins with a block-delete mark.
+pub(crate) fn is_deletable(line: &[u8]) -> bool {
+    line.iter().find(|b| !is_blank(**b)) == Some(&b'/')
+}
+
+fn is_blank(byte: u8) -> bool {
+    matches!(byte, b' ' | b'\t')
+}
+
+/// Length of the comment that opens at `at`, its parentheses included.
+fn comment_length(line: &[u8], at: usize) -> Result<usize, Refusal> {
+    match line[at..].iter().position(|&b| b == b')') {
+        Some(close) => Ok(close + 1),
+        None => Err(Refusal::new(at..line.len(), Fault::OpenComment)),
+    }
+}
+
+/// Why the byte at `at` cannot be code, quoting the word-like text it stands in.
+fn unexpected(line: &[u8], at: usize) -> Refusal {
+    let fault = match line[at] {
+        b'#' | b'[' | b']' | b'=' | b'<' | b'>' => Fault::Variable,
+        b'*' => Fault::Checksum,
+        _ => Fault::Character,
+    };
+    let bounds = |b: &u8| is_blank(*b) || matches!(b, b'(' | b';');
+    let start = line[..at].iter().rposition(bounds).map_or(0, |p| p + 1);
+    let end = line[at..].iter().position(bounds).map_or(line.len(), |p| at + p);
+    Refusal::new(start..end, fault)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_cover_the_source_whatever_their_endings() {
+        let source = b"a\r\nb\n\rc\r\r\n\nd";
+        let lines = split(source);
+        let joined: Vec<u8> =
+            lines.iter().flat_map(|l| [&source[l.content.clone()], &source[l.ending.clone()]].concat()).collect();
+        assert_eq!(joined, source);
+        let contents: Vec<_> = lines.iter().map(|l| &source[l.content.clone()]).collect();
+        assert_eq!(contents, [&b"a"[..], b"b", b"", b"c", b"", b"", b"d"]);
+        assert!(split(b"").is_empty());
+    }
+
+    #[test]
+    fn comments_and_delete_marks_become_blanks() {
+        let line = " /2 G1(Ø6 mm)X1.5 ; für ( alles".as_bytes();
+        let Ok(Code::Words { text, prefix }) = code(line) else { panic!() };
+        assert_eq!(text.trim_end(), "    G1        X1.5");
+        assert_eq!((text.len(), prefix), (line.len(), 3));
+        assert_eq!(code(b"  % main"), Ok(Code::Percent));
+        assert!(code(b"(\xff\xfe)").is_ok());
+    }
+}

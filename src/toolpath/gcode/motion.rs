@@ -1,0 +1,121 @@
+//! One motion block: where it starts, how it goes, where it ends.
+
+use std::ops::Range;
+
+use nalgebra::Vector3;
+
+use crate::toolpath::{
+    PathPoint, PointSource, Sampling,
+    gcode::{
+        arc::{Arc, Centre},
+        lex::Word,
+        modal::{Modal, MotionCode},
+    },
+    path::direction,
+};
+
+/// Coordinates of which some may not be known, mm in the workpiece frame.
+pub(crate) type Known = [Option<f64>; 3];
+
+/// The position, if every coordinate is known.
+pub(crate) fn located(position: Known) -> Option<Vector3<f64>> {
+    match position {
+        [Some(x), Some(y), Some(z)] => Some(Vector3::new(x, y, z)),
+        _ => None,
+    }
+}
+
+/// The way a motion takes, in the workpiece frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Geometry {
+    /// Some coordinate of its end is not known: the path has no point for it.
+    Unlocated,
+    /// Its start is not known: the path has only its end.
+    Arrival(Vector3<f64>),
+    /// Straight from the first to the second.
+    Line(Vector3<f64>, Vector3<f64>),
+    /// Round.
+    Arc(Arc),
+}
+
+impl Geometry {
+    /// Position and unit tangent at `t` from 0 to 1; the tangent is zero where the motion has none.
+    pub fn at(&self, t: f64) -> Option<(Vector3<f64>, Vector3<f64>)> {
+        match self {
+            Geometry::Unlocated => None,
+            Geometry::Arrival(end) => Some((*end, Vector3::zeros())),
+            Geometry::Line(start, end) => {
+                let position = if t < 1.0 { start.lerp(end, t) } else { *end };
+                Some((position, direction(end - start)))
+            }
+            Geometry::Arc(arc) => Some(arc.at(t)),
+        }
+    }
+
+    /// Length, mm, of what is known of it.
+    pub fn length(&self) -> f64 {
+        match self {
+            Geometry::Unlocated | Geometry::Arrival(_) => 0.0,
+            Geometry::Line(start, end) => (end - start).norm(),
+            Geometry::Arc(arc) => arc.length(),
+        }
+    }
+}
+
+/// A line of the program that moves the tool.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Motion {
+    /// The line it is on, from 1.
+    pub line: usize,
+    /// What is in force on the line, its own words included.
+    pub modal: Modal,
+    /// The motion itself, `modal.motion`.
+    pub code: MotionCode,
+    /// Zero of the coordinates in force, mm in the workpiece frame.
+    pub origin: Vector3<f64>,
+    pub start: Known,
+    pub end: Known,
+    /// For arcs, the centre as the words give it.
+    pub centre: Option<Centre>,
+    pub geometry: Geometry,
+    /// The words of the line.
+    pub words: Vec<Word>,
+    /// Bytes of the line that say it moves: its motion word if it has one, or its first coordinate.
+    pub span: Range<usize>,
+}
+
+impl Motion {
+    /// Into how many pieces the motion is split; `None` when into more than a path may have points. A rapid move is
+    /// never split: controllers need not drive it straight, and nothing is cut on the way.
+    pub fn pieces(&self, sampling: Sampling) -> Option<usize> {
+        match (&self.geometry, self.code) {
+            (Geometry::Unlocated, _) => Some(0),
+            (Geometry::Arrival(_), _) | (_, MotionCode::Rapid) => Some(1),
+            (Geometry::Line(..), _) => sampling.line_pieces(self.geometry.length()),
+            (Geometry::Arc(arc), _) => sampling.arc_pieces(arc.radius(), arc.sweep_rad(), arc.length()),
+        }
+    }
+
+    /// Adds the ends of the `pieces` equal pieces of the motion to `points`; `segment` is its index in the program.
+    pub fn sample(&self, segment: usize, pieces: usize, points: &mut Vec<PathPoint>) {
+        let before = points.last().map_or(0.0, |point| point.arc_length_mm);
+        let length = self.geometry.length();
+        let cutting = self.code != MotionCode::Rapid;
+        for k in 1..=pieces {
+            let parameter = k as f64 / pieces as f64;
+            let Some((position_mm, tangent)) = self.geometry.at(parameter) else {
+                return;
+            };
+            points.push(PathPoint {
+                position_mm,
+                tangent,
+                arc_length_mm: before + length * parameter,
+                cutting,
+                feed_mm_per_min: self.modal.feed_mm_per_min.filter(|_| cutting),
+                spindle_rev_per_min: self.modal.spindle_rev_per_min,
+                load: None,
+                source: PointSource { segment, parameter },
+            });
+        }
+    }
+}

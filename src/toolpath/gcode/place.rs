@@ -1,0 +1,99 @@
+//! Positions as numbers on a line: unit, origin, absolute or incremental, rounded to the decimals written.
+
+use nalgebra::Vector3;
+
+use crate::toolpath::{
+    gcode::{
+        arc::Centre,
+        modal::{Distance, Modal},
+        motion::{Known, Motion},
+    },
+    number::{fixed, last_place},
+};
+
+/// How positions are written on a line.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place {
+    mm: f64,
+    distance: Distance,
+    origin: Vector3<f64>,
+    decimals: u8,
+}
+
+/// Where an axis word leads.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Reached {
+    /// The number to write; nothing where the line is right as it is.
+    pub number: Option<String>,
+    /// The coordinate, mm in the workpiece frame.
+    pub at: Option<f64>,
+}
+
+impl Place {
+    pub fn new(modal: &Modal, origin: Vector3<f64>, decimals: u8) -> Place {
+        Place { mm: modal.unit.mm(), distance: modal.distance, origin, decimals }
+    }
+
+    /// One unit of the last decimal, mm.
+    pub fn unit_mm(self) -> f64 {
+        last_place(self.decimals) * self.mm
+    }
+
+    /// Whether two coordinates are the same to half a unit of the last decimal.
+    pub fn same(self, a: f64, b: f64) -> bool {
+        (a - b).abs() <= self.unit_mm() * (0.5 + 1e-6)
+    }
+
+    /// The number that leads from `from` to `goal`, and where it leads, rounded as it is.
+    pub fn write(self, axis: usize, from: Option<f64>, goal: f64) -> Reached {
+        let zero = match (self.distance, from) {
+            (Distance::Incremental, Some(from)) => from,
+            _ => self.origin[axis],
+        };
+        let number = fixed((goal - zero) / self.mm, self.decimals);
+        let at = number.parse::<f64>().map_or(goal, |value| value * self.mm + zero);
+        Reached { number: Some(number), at: Some(at) }
+    }
+
+    /// Where the words of `motion` lead as they are, from where the tool really is.
+    pub fn as_they_are(self, motion: &Motion, tracked: Known) -> [Reached; 3] {
+        [0, 1, 2].map(|axis| Reached { number: None, at: self.as_it_is(motion, tracked, axis) })
+    }
+
+    /// Where the word for `axis` leads as it is, or the tool stays without one.
+    pub fn as_it_is(self, motion: &Motion, tracked: Known, axis: usize) -> Option<f64> {
+        let word = motion.words.iter().find(|word| word.letter == ['X', 'Y', 'Z'][axis]);
+        match (word, self.distance) {
+            (None, _) => tracked[axis],
+            (Some(word), Distance::Absolute) => Some(word.value * self.mm + self.origin[axis]),
+            (Some(word), Distance::Incremental) => tracked[axis].map(|from| word.value * self.mm + from),
+        }
+    }
+
+    /// The words that lead to `goal`: as they are where that is right.
+    pub fn end(self, motion: &Motion, tracked: Known, goal: &Vector3<f64>) -> [Reached; 3] {
+        [0, 1, 2].map(|axis| match self.as_it_is(motion, tracked, axis) {
+            Some(at) if self.same(at, goal[axis]) => Reached { number: None, at: Some(at) },
+            _ => self.write(axis, tracked[axis], goal[axis]),
+        })
+    }
+
+    /// The centre of an arc moved by `shift`, and the numbers to write for it: only a centre in absolute
+    /// coordinates moves against its words.
+    pub fn centre(self, motion: &Motion, shift: Vector3<f64>) -> (Option<Centre>, [Option<String>; 2]) {
+        let Some(Centre::At(mut at)) = motion.centre else {
+            return (motion.centre, [None, None]);
+        };
+        let mut numbers = [None, None];
+        let axes = motion.modal.plane.axes();
+        for k in 0..2 {
+            if !self.same(shift[axes[k]], 0.0) {
+                let origin = self.origin[axes[k]];
+                let number = fixed((at[k] + shift[axes[k]] - origin) / self.mm, self.decimals);
+                at[k] = number.parse::<f64>().map_or(at[k], |value| value * self.mm + origin);
+                numbers[k] = Some(number);
+            }
+        }
+        (Some(Centre::At(at)), numbers)
+    }
+}

@@ -1,0 +1,117 @@
+//! The words of one line, sorted by what they ask for.
+
+use crate::toolpath::gcode::{
+    error::{Fault, Refusal, Unsupported},
+    lex::Word,
+    modal::{GWord, MotionCode},
+};
+
+/// What one line asks for, before any state is looked at.
+#[derive(Debug)]
+pub(crate) struct Request<'w> {
+    words: &'w [Word],
+    /// The G words, at most one of each group.
+    pub g_words: Vec<(&'w Word, GWord)>,
+    /// Whether M2 or M30 is among the words.
+    pub ends_program: bool,
+}
+
+impl<'w> Request<'w> {
+    /// Sorts `words` and refuses what no state could make right.
+    pub fn of(words: &'w [Word]) -> Result<Request<'w>, Refusal> {
+        let mut request = Request { words, g_words: Vec::new(), ends_program: false };
+        for (at, word) in words.iter().enumerate() {
+            match word.letter {
+                'G' => request.add_g(word)?,
+                'M' => request.add_m(word)?,
+                letter => {
+                    check_letter(word)?;
+                    if words[..at].iter().any(|other| other.letter == letter) {
+                        return Err(word.refuse(Fault::Repeated { letter }));
+                    }
+                }
+            }
+        }
+        request.check_parameters()?;
+        Ok(request)
+    }
+
+    fn add_g(&mut self, word: &'w Word) -> Result<(), Refusal> {
+        let g = GWord::of(word)?;
+        if let Some((other, _)) = self.g_words.iter().find(|(_, other)| other.group() == g.group()) {
+            let other = format!("G{}", other.value);
+            return Err(word.refuse(Fault::Conflict { other }));
+        }
+        self.g_words.push((word, g));
+        Ok(())
+    }
+
+    fn add_m(&mut self, word: &Word) -> Result<(), Refusal> {
+        match word.whole()? {
+            97..=99 => return Err(word.refuse(Fault::Unsupported(Unsupported::Subprogram))),
+            2 | 30 => self.ends_program = true,
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// P and Q must have a word to belong to.
+    fn check_parameters(&self) -> Result<(), Refusal> {
+        let owned = self.words.iter().any(|word| word.letter == 'M')
+            || self.g(GWord::Dwell).is_some()
+            || self.g(GWord::PathControl).is_some();
+        match self.letter('P').or_else(|| self.letter('Q')) {
+            Some(word) if !owned => Err(word.refuse(Fault::StrayParameter)),
+            _ => Ok(()),
+        }
+    }
+
+    /// The word with this letter, which is not G or M.
+    pub fn letter(&self, letter: char) -> Option<&'w Word> {
+        self.words.iter().find(|word| word.letter == letter)
+    }
+
+    /// The word that does exactly `g`.
+    pub fn g(&self, g: GWord) -> Option<&'w Word> {
+        self.g_words.iter().find(|(_, other)| *other == g).map(|(word, _)| *word)
+    }
+
+    /// The motion word on the line.
+    pub fn motion_word(&self) -> Option<MotionCode> {
+        self.g_words.iter().find_map(|(_, g)| match g {
+            GWord::Motion(code) => Some(*code),
+            _ => None,
+        })
+    }
+
+    /// The X, Y and Z words.
+    pub fn axes(&self) -> [Option<&'w Word>; 3] {
+        ['X', 'Y', 'Z'].map(|letter| self.letter(letter))
+    }
+
+    /// The I, J and K words.
+    pub fn centres(&self) -> [Option<&'w Word>; 3] {
+        ['I', 'J', 'K'].map(|letter| self.letter(letter))
+    }
+
+    /// The I, J, K and R words, in the order of the line.
+    pub fn arc_words(&self) -> impl Iterator<Item = &'w Word> {
+        self.words.iter().filter(|word| matches!(word.letter, 'I' | 'J' | 'K' | 'R'))
+    }
+
+    /// Refuses I, J, K and R where there is no arc.
+    pub fn refuse_arc_words(&self) -> Result<(), Refusal> {
+        self.arc_words().next().map_or(Ok(()), |word| Err(word.refuse(Fault::NotAnArc)))
+    }
+}
+
+/// Refuses letters that have no meaning here.
+fn check_letter(word: &Word) -> Result<(), Refusal> {
+    let unsupported = match word.letter {
+        'A' | 'B' | 'C' => Unsupported::RotaryAxis,
+        'U' | 'V' | 'W' => Unsupported::SecondaryAxis,
+        'E' | 'L' => Unsupported::Letter,
+        _ => return Ok(()),
+    };
+    Err(word.refuse(Fault::Unsupported(unsupported)))
+}

@@ -1,0 +1,160 @@
+//! Writing a program back with moved points.
+
+use nalgebra::Vector3;
+use thiserror::Error;
+
+use crate::toolpath::{
+    Format, PositionsError, Toolpath,
+    gcode::{
+        GcodeOptions, Program,
+        edit::Style,
+        error::GcodeError,
+        motion::Geometry,
+        writer::{Targets, Writer},
+    },
+    path::check_positions,
+};
+
+/// Corrected positions that cannot be written into a program.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum RewriteError {
+    /// The positions do not fit the path.
+    #[error(transparent)]
+    Positions(#[from] PositionsError),
+    /// The path was not sampled from this program.
+    #[error("the path does not belong to program {program}: expected a path sampled from it")]
+    ForeignPath {
+        /// The program's name.
+        program: String,
+    },
+}
+
+impl From<RewriteError> for crate::input::error::Error {
+    fn from(fault: RewriteError) -> Self {
+        Self::program(fault)
+    }
+}
+
+/// A program written back, with what is needed to read it point by point.
+#[derive(Clone, Debug)]
+pub struct Rewritten {
+    bytes: Vec<u8>,
+    /// How many path points each motion of the written program stands for.
+    pieces: Vec<usize>,
+    name: String,
+    options: GcodeOptions,
+}
+
+impl Rewritten {
+    /// The program's bytes.
+    #[must_use]
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// The program's bytes, to keep.
+    #[must_use]
+    pub fn into_bytes(self) -> Vec<u8> {
+        self.bytes
+    }
+
+    /// Reads the written program as a controller would, and gives its path with point k where point k of the
+    /// original path was: the same number of points, in the same order.
+    ///
+    /// # Errors
+    /// When the written program cannot be followed.
+    pub fn read_back(&self) -> Result<Toolpath, GcodeError> {
+        let program = Program::parse(self.bytes.clone(), &self.name, &self.options)?;
+        program.sample(|segment, _| self.pieces.get(segment).copied())
+    }
+}
+
+impl Program {
+    /// The program with the points of `path` moved to `corrected_mm`, positions in the workpiece frame.
+    ///
+    /// `path` is what [`Program::toolpath`] gave. A motion block stays one block where one block of its kind passes
+    /// all its corrected points to one unit of the last decimal of `format`; where the correction varies so that
+    /// none does, it becomes a sequence of G1 blocks with one point each. Of a block that stays, only the numbers
+    /// change that must, by more than half a unit of the last decimal: without correction the bytes are the same.
+    ///
+    /// Of a block that is split, the first line keeps the line number, comments, feed and all other words; M words
+    /// that act at the end of a block (M0, M1, M2, M5, M9, M30, M60) go to its last line. An axis word keeps its text on the
+    /// first line or the last where it leads there as it is. Later lines that rely on a
+    /// motion in force get the word back. Incremental coordinates lead from where the rounded words before them
+    /// have led, so that rounding does not add up.
+    ///
+    /// # Errors
+    /// When there is not one finite position for every point, or `path` is from another program.
+    pub fn rewrite(
+        &self,
+        path: &Toolpath,
+        corrected_mm: &[Vector3<f64>],
+        format: Format,
+    ) -> Result<Rewritten, RewriteError> {
+        check_positions(path, corrected_mm)?;
+        let groups = self.group(path)?;
+        let mut writer = Writer::new(self, format);
+        let mut blocks = self.blocks.iter().peekable();
+        for index in 0..self.lines.len() {
+            match blocks.next_if(|block| block.line == index) {
+                Some(block) => match block.motion {
+                    Some(segment) => {
+                        let (first, last) = groups[segment];
+                        let targets =
+                            Targets { points: &path.points()[first..last], corrected: &corrected_mm[first..last] };
+                        writer.motion(block, &self.motions[segment], targets);
+                    }
+                    None => {
+                        writer.copy(index);
+                        writer.motion_word = block.motion_word;
+                    }
+                },
+                None => writer.copy(index),
+            }
+        }
+        Ok(Rewritten {
+            bytes: writer.out,
+            pieces: writer.pieces,
+            name: self.name.clone(),
+            options: self.options.clone(),
+        })
+    }
+
+    /// The range of points of each motion, after checking that they are its points.
+    fn group(&self, path: &Toolpath) -> Result<Vec<(usize, usize)>, RewriteError> {
+        let foreign = || RewriteError::ForeignPath { program: self.name.clone() };
+        let points = path.points();
+        let mut next = 0;
+        let mut groups = Vec::with_capacity(self.motions.len());
+        for (segment, motion) in self.motions.iter().enumerate() {
+            let first = next;
+            while points.get(next).is_some_and(|point| point.source.segment == segment) {
+                let here = motion.geometry.at(points[next].source.parameter);
+                if here.map(|(position, _)| position) != Some(points[next].position_mm) {
+                    return Err(foreign());
+                }
+                next += 1;
+            }
+            let complete = match motion.geometry {
+                Geometry::Unlocated => next == first,
+                _ => next > first && points[next - 1].source.parameter == 1.0,
+            };
+            if !complete {
+                return Err(foreign());
+            }
+            groups.push((first, next));
+        }
+        if next == points.len() { Ok(groups) } else { Err(foreign()) }
+    }
+
+    /// How this program's author writes words.
+    pub(super) fn style(&self) -> Style {
+        self.blocks
+            .iter()
+            .rev()
+            .filter_map(|block| Some((block, block.motion?)))
+            .fold(Style::PLAIN, |style, (block, motion)| {
+                style.on_line(self.content(block.line), &self.motions[motion].words)
+            })
+    }
+}

@@ -1,0 +1,62 @@
+//! Polylines in CSV files: one point a row, units in the column names.
+//!
+//! | column | | meaning |
+//! |---|---|---|
+//! | `x_mm`, `y_mm`, `z_mm` | required | position of the tool tip in the workpiece frame |
+//! | `feed_mm_per_min` | optional | feed on the way to the point |
+//! | `spindle_rev_per_min` | optional | spindle speed on the way to the point |
+//! | `force_x_N`, `force_y_N`, `force_z_N` | optional, together | force on the tool, workpiece axes |
+//! | `moment_x_Nmm`, `moment_y_Nmm`, `moment_z_Nmm` | optional, together | moment on the tool about its tip |
+//! | `cutting` | optional | 1 if the tool cuts on the way to the point, 0 if not; 1 without the column |
+//!
+//! Columns may stand in any order. Any other column is refused. The path is straight between rows and split like the lines
+//! of a program ([`Polyline::sampled`]); forces and moments given with rows are interpolated. The tangent at a row halves the
+//! turn the path makes there; a path that ends where it begins turns there as well, so that it is the same whichever corner
+//! comes first.
+
+mod column;
+mod error;
+mod read;
+mod sample;
+mod write;
+
+pub use error::{PolylineError, PolylineFault};
+pub use write::{RewrittenPolyline, write};
+
+use std::ops::Range;
+
+use column::Column;
+
+use crate::toolpath::{Format, Toolpath};
+
+/// A polyline file that has been read.
+#[derive(Clone, Debug)]
+pub struct Polyline {
+    name: String,
+    source: Vec<u8>,
+    columns: Vec<Column>,
+    /// The bytes of each row, without its line ending.
+    rows: Vec<Range<usize>>,
+    path: Toolpath,
+    own_format: Format,
+}
+
+impl Polyline {
+    /// The points of the file as a path; [`PointSource::segment`](crate::toolpath::PointSource) is the row, from 0.
+    #[must_use]
+    pub fn toolpath(&self) -> &Toolpath {
+        &self.path
+    }
+
+    /// The line, from 1, that the row of a point stands on; blank lines count.
+    #[must_use]
+    pub fn line_of(&self, segment: usize) -> Option<usize> {
+        self.rows.get(segment).map(|row| crate::input::csv_rows::line_number(&self.source, row.start))
+    }
+
+    /// The decimals the file writes its positions with, at most, and at least 3.
+    #[must_use]
+    pub fn own_format(&self) -> Format {
+        self.own_format
+    }
+}

@@ -1,0 +1,234 @@
+//! Reading a polyline file.
+
+use std::ops::Range;
+
+use csv::ByteRecord;
+use nalgebra::Vector3;
+
+use crate::{
+    input::csv_rows::{self, Row, line_number},
+    toolpath::{
+        Format, Load, PathPoint, PointSource, Sampling, Toolpath, number,
+        path::direction,
+        polyline::{
+            Polyline,
+            column::Column,
+            error::{PolylineError, PolylineFault},
+        },
+    },
+};
+
+impl Polyline {
+    /// Reads a polyline. `name` is the file's name, for messages; `source` its bytes.
+    ///
+    /// # Errors
+    /// When a column is unknown, repeated or missing, a row has the wrong number of values, a value cannot be read,
+    /// or there is no row.
+    pub fn read(source: impl Into<Vec<u8>>, name: &str) -> Result<Polyline, PolylineError> {
+        let source = source.into();
+        let parsed = parse(&source).map_err(|(at, fault)| PolylineError {
+            file: name.to_owned(),
+            line: line_number(&source, at),
+            fault,
+        })?;
+        let Parsed { columns, rows, points, decimals } = parsed;
+        let path = Toolpath::assemble(points);
+        Ok(Polyline { name: name.to_owned(), source, columns, rows, path, own_format: Format::seen(decimals, 0) })
+    }
+}
+
+/// A fault at a byte of the file.
+type At<T> = Result<T, (usize, PolylineFault)>;
+
+struct Parsed {
+    columns: Vec<Column>,
+    rows: Vec<Range<usize>>,
+    points: Vec<PathPoint>,
+    /// The most decimals of a coordinate.
+    decimals: usize,
+}
+
+fn parse(source: &[u8]) -> At<Parsed> {
+    let rows = csv_rows::read(source).map_err(|(at, reason)| (at, PolylineFault::NotCsv { reason }))?;
+    let Some((header, rows)) = rows.split_first() else {
+        return Err((0, PolylineFault::NoPoints));
+    };
+    let columns = header_columns(&header.fields).map_err(|fault| (header.span.start, fault))?;
+    if rows.is_empty() {
+        return Err((source.len(), PolylineFault::NoPoints));
+    }
+    if rows.len() >= Sampling::MAX_POINTS {
+        return Err((source.len(), PolylineFault::TooManyPoints));
+    }
+    let mut points = Vec::with_capacity(rows.len());
+    let mut decimals = 0;
+    for Row { fields, span } in rows {
+        let values = values(&columns, fields).map_err(|fault| (span.start, fault))?;
+        points.push(point(&columns, &values, points.len()));
+        decimals = decimals.max(most_decimals(&columns, fields));
+    }
+    measure(&mut points);
+    Ok(Parsed { columns, rows: rows.iter().map(|row| row.span.clone()).collect(), points, decimals })
+}
+
+fn header_columns(header: &ByteRecord) -> Result<Vec<Column>, PolylineFault> {
+    let mut columns = Vec::new();
+    for name in header {
+        let name = String::from_utf8_lossy(name);
+        let Some(column) = Column::named(&name) else {
+            let optional: Vec<_> = Column::ALL[3..].iter().map(|column| column.name()).collect();
+            let optional = optional.join(", ");
+            return Err(PolylineFault::UnknownColumn { name: name.into_owned(), optional });
+        };
+        if columns.contains(&column) {
+            return Err(PolylineFault::RepeatedColumn { name: column.name() });
+        }
+        columns.push(column);
+    }
+    let with_others = columns.iter().flat_map(|c| c.companions()).map(|c| (c, "with its companions"));
+    let always = [0, 1, 2].map(|axis| (Column::Position(axis), "in every file"));
+    for (column, because) in always.into_iter().chain(with_others) {
+        if !columns.contains(&column) {
+            return Err(PolylineFault::MissingColumn { name: column.name(), because });
+        }
+    }
+    Ok(columns)
+}
+
+/// The numbers of a row, in the order of `columns`.
+fn values(columns: &[Column], record: &ByteRecord) -> Result<Vec<f64>, PolylineFault> {
+    if record.len() != columns.len() {
+        return Err(PolylineFault::Width { found: record.len(), expected: columns.len() });
+    }
+    let value = |(column, field): (&Column, &[u8])| {
+        let read = std::str::from_utf8(field).ok().and_then(|text| column.value(text));
+        read.ok_or_else(|| PolylineFault::Value {
+            column: column.name(),
+            value: String::from_utf8_lossy(field).into_owned(),
+            expected: column.expected(),
+        })
+    };
+    columns.iter().zip(record).map(value).collect()
+}
+
+fn most_decimals(columns: &[Column], record: &ByteRecord) -> usize {
+    let positions = columns.iter().zip(record).filter(|(c, _)| matches!(c, Column::Position(_)));
+    positions.map(|(_, field)| number::decimals_in(&String::from_utf8_lossy(field))).max().unwrap_or(0)
+}
+
+/// The point of row `segment`; its tangent and length come later.
+fn point(columns: &[Column], values: &[f64], segment: usize) -> PathPoint {
+    let value = |wanted: Column| columns.iter().position(|c| *c == wanted).map(|at| values[at]);
+    let vector = |of: fn(usize) -> Column| {
+        let [x, y, z] = [0, 1, 2].map(|axis| value(of(axis)));
+        Some(Vector3::new(x?, y?, z?))
+    };
+    let (force, moment) = (vector(Column::Force), vector(Column::Moment));
+    let load = (force.is_some() || moment.is_some())
+        .then(|| Load { force_N: force.unwrap_or_default(), moment_Nmm: moment.unwrap_or_default() });
+    PathPoint {
+        position_mm: vector(Column::Position).unwrap_or_default(),
+        tangent: Vector3::zeros(),
+        arc_length_mm: 0.0,
+        cutting: value(Column::Cutting) != Some(0.0),
+        feed_mm_per_min: value(Column::Feed),
+        spindle_rev_per_min: value(Column::Spindle),
+        load,
+        source: PointSource { segment, parameter: 1.0 },
+    }
+}
+
+/// Sets arc lengths and tangents. The tangent is the mean of the directions of arrival and departure, or the
+/// direction of arrival where the path turns back on itself. A path that ends where it begins turns there too.
+fn measure(points: &mut [PathPoint]) {
+    let steps = points.windows(2).map(|pair| direction(pair[1].position_mm - pair[0].position_mm));
+    let moving: Vec<Vector3<f64>> = steps.filter(|step| *step != Vector3::zeros()).collect();
+    let is_closed = points.first().map(|p| p.position_mm) == points.last().map(|p| p.position_mm);
+    let around = |end: Option<&Vector3<f64>>| end.copied().filter(|_| is_closed).unwrap_or_else(Vector3::zeros);
+    let (mut arrival, last_departure) = (around(moving.last()), around(moving.first()));
+    let mut length = 0.0;
+    for k in 0..points.len() {
+        let here = points[k].position_mm;
+        let step = points.get(k + 1).map_or_else(Vector3::zeros, |next| next.position_mm - here);
+        let departure = if k + 1 < points.len() { direction(step) } else { last_departure };
+        let mean = if (arrival + departure).norm() > 1e-6 { arrival + departure } else { arrival };
+        points[k].tangent = direction(mean);
+        points[k].arc_length_mm = length;
+        length += step.norm();
+        if departure != Vector3::zeros() {
+            arrival = departure;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn message(source: &str) -> String {
+        Polyline::read(source, "path.csv").unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_file_with_every_column_is_read_in_any_order() {
+        let source = "cutting,z_mm, y_mm ,x_mm,feed_mm_per_min,spindle_rev_per_min,\
+            force_x_N,force_y_N,force_z_N,moment_x_Nmm,moment_y_Nmm,moment_z_Nmm\r\n\
+            0,3,2,1,100,9000,10,11,12,13,14,15\r\n\r\n1,3,2,4.25,100,9000,10,11,12,13,14,15";
+        let polyline = Polyline::read(source, "path.csv").unwrap();
+        let points = polyline.toolpath().points();
+        assert_eq!(points[0].position_mm, Vector3::new(1.0, 2.0, 3.0));
+        assert_eq!([0, 1, 2].map(|segment| polyline.line_of(segment)), [Some(2), Some(4), None]);
+        assert_eq!(points.iter().map(|p| p.cutting).collect::<Vec<_>>(), [false, true]);
+        assert_eq!(points[1].tangent, Vector3::x());
+        assert_eq!(points[1].arc_length_mm, 3.25);
+        assert_eq!(points[1].feed_mm_per_min, Some(100.0));
+        assert_eq!(points[1].spindle_rev_per_min, Some(9000.0));
+        let load = points[1].load.unwrap();
+        assert_eq!(load.force_N, Vector3::new(10.0, 11.0, 12.0));
+        assert_eq!(load.moment_Nmm, Vector3::new(13.0, 14.0, 15.0));
+    }
+
+    #[test]
+    fn tangents_halve_turns_and_survive_repeated_points() {
+        let source = "x_mm,y_mm,z_mm\n0,0,0\n1,0,0\n1,0,0\n1,1,0\n1,0,0\n";
+        let polyline = Polyline::read(source, "path.csv").unwrap();
+        let tangents: Vec<_> = polyline.toolpath().points().iter().map(|p| p.tangent).collect();
+        let half = direction(Vector3::new(1.0, 1.0, 0.0));
+        assert_eq!(tangents, [Vector3::x(), Vector3::x(), half, Vector3::y(), -Vector3::y()]);
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_its_line() {
+        assert_eq!(message(""), "path.csv:1: no points; expected a header and at least one row");
+        assert_eq!(message("x_mm,y_mm,z_mm\n"), "path.csv:2: no points; expected a header and at least one row");
+        assert_eq!(
+            message("x_mm,y_mm,z\n1,2,3\n"),
+            "path.csv:1: unknown column `z`; expected x_mm, y_mm, z_mm and any of feed_mm_per_min, \
+             spindle_rev_per_min, force_x_N, force_y_N, force_z_N, moment_x_Nmm, moment_y_Nmm, \
+             moment_z_Nmm, cutting"
+        );
+        assert_eq!(message("x_mm,y_mm,x_mm\n1,2,3\n"), "path.csv:1: second column `x_mm`; expected one");
+        assert_eq!(message("x_mm,y_mm\n1,2\n"), "path.csv:1: no column `z_mm`; expected it in every file");
+        assert_eq!(
+            message("x_mm,y_mm,z_mm,force_y_N\n1,2,3,4\n"),
+            "path.csv:1: no column `force_x_N`; expected it with its companions"
+        );
+        assert_eq!(
+            message("x_mm,y_mm,z_mm\r\n\r\n1,2,3\r\n1,2\r\n"),
+            "path.csv:4: 2 values; expected 3, as many as columns in the header"
+        );
+        assert_eq!(
+            message("x_mm,y_mm,z_mm\n1,2,3\n1,2;5,3\n"),
+            "path.csv:3: y_mm = `2;5`; expected a coordinate in mm, up to 1e6"
+        );
+        assert_eq!(message("x_mm,y_mm,z_mm,cutting\n1,2,3,yes\n"), "path.csv:2: cutting = `yes`; expected 0 or 1");
+        assert_eq!(
+            message("x_mm,y_mm,z_mm,feed_mm_per_min\n1,2,3,-5\n"),
+            "path.csv:2: feed_mm_per_min = `-5`; expected a feed in mm/min, from 0 to 1e9"
+        );
+        assert_eq!(
+            message("x_mm,y_mm,z_mm\n1,NaN,3\n"),
+            "path.csv:2: y_mm = `NaN`; expected a coordinate in mm, up to 1e6"
+        );
+    }
+}

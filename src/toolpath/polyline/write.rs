@@ -1,0 +1,294 @@
+//! Writing polyline files: the same file with moved points, or a new one.
+
+use csv::{ReaderBuilder, WriterBuilder};
+use nalgebra::Vector3;
+
+use crate::toolpath::{
+    Format, PathPoint, PositionsError, Toolpath,
+    number::{fixed, last_place},
+    path::check_positions,
+    polyline::{Polyline, PolylineError, column::Column},
+};
+
+impl Polyline {
+    /// The file with its points moved to `corrected_mm`, positions in the workpiece frame: [`Polyline::rewrite_sampled`] of
+    /// the points of the file alone.
+    ///
+    /// # Errors
+    /// When there is not one finite position for every row.
+    pub fn rewrite(&self, corrected_mm: &[Vector3<f64>], format: Format) -> Result<Vec<u8>, PositionsError> {
+        Ok(self.rewrite_sampled(&self.path, corrected_mm, format)?.bytes)
+    }
+
+    /// The file with the points of `path`, which [`Polyline::sampled`] gave, moved to `corrected_mm`, positions in the
+    /// workpiece frame.
+    ///
+    /// Of the rows of the file, only coordinates that move by more than half a unit of the last decimal of `format` are
+    /// written anew; all other values, columns, blanks and line endings are copied. Where the straight line between two
+    /// written rows passes a corrected point between them by more than one unit of the last decimal, the points between them
+    /// become rows: with the values of the row they lead to, and interpolated forces and moments. Without correction the
+    /// bytes are the same.
+    ///
+    /// # Errors
+    /// When there is not one finite position for every point.
+    pub fn rewrite_sampled(
+        &self,
+        path: &Toolpath,
+        corrected_mm: &[Vector3<f64>],
+        format: Format,
+    ) -> Result<RewrittenPolyline, PositionsError> {
+        check_positions(path, corrected_mm)?;
+        let (unit, points) = (last_place(format.mm_decimals()), path.points());
+        let mut out = Vec::with_capacity(self.source.len());
+        let (mut copied, mut next, mut pieces) = (0, 0, Vec::with_capacity(self.rows.len()));
+        let mut before: Option<Vector3<f64>> = None;
+        for (index, row) in self.rows.iter().enumerate() {
+            let first = next;
+            while points.get(next).is_some_and(|point| point.source.segment == index) {
+                next += 1;
+            }
+            let Some(last) = next.checked_sub(1).filter(|last| *last >= first) else { continue };
+            let written: Vec<[Option<String>; 3]> =
+                (first..next).map(|k| moved(&points[k], &corrected_mm[k], format)).collect();
+            let end = reached(&points[last].position_mm, &written[last - first]);
+            let is_straight = |start: Vector3<f64>| {
+                let off = |k: usize| start.lerp(&end, points[k].source.parameter) - corrected_mm[k];
+                (first..last).all(|k| off(k).amax() <= unit * (1.0 + 1e-6))
+            };
+            let is_split = before.is_some_and(|start| !is_straight(start));
+            if is_split {
+                out.extend_from_slice(&self.source[copied..row.start]);
+                copied = row.start;
+                for k in first..last {
+                    let position = corrected_mm[k].map(|c| fixed(c, format.mm_decimals()));
+                    let cells = [0, 1, 2].map(|axis| Some(position[axis].clone()));
+                    out.extend(self.row(
+                        &self.source[row.clone()],
+                        &cells,
+                        points[k].load.as_ref().map(|_| &points[k]),
+                    ));
+                    out.extend_from_slice(self.line_ending());
+                    pieces.push(1);
+                }
+            }
+            pieces.push(if is_split { 1 } else { next - first });
+            if written[last - first].iter().any(Option::is_some) {
+                out.extend_from_slice(&self.source[copied..row.start]);
+                out.extend(self.row(&self.source[row.clone()], &written[last - first], None));
+                copied = row.end;
+            }
+            before = Some(end);
+        }
+        out.extend_from_slice(&self.source[copied..]);
+        Ok(RewrittenPolyline { bytes: out, pieces })
+    }
+
+    /// The row `text` with the coordinates in `moved` in place of its own, and with the forces and moments of `loaded`.
+    fn row(&self, text: &[u8], moved: &[Option<String>; 3], loaded: Option<&PathPoint>) -> Vec<u8> {
+        let mut reader = ReaderBuilder::new().has_headers(false).from_reader(text);
+        let record = reader.byte_records().flatten().next().unwrap_or_default();
+        let fields = self.columns.iter().zip(record.iter().map(on_one_line)).map(|(column, field)| {
+            let own = match column {
+                Column::Position(axis) => moved[*axis].clone(),
+                Column::Force(_) | Column::Moment(_) => {
+                    loaded.and_then(|point| value(point, *column)).map(|value| value.to_string())
+                }
+                Column::Feed | Column::Spindle | Column::Cutting => None,
+            };
+            own.map_or_else(|| field.to_vec(), |number| in_place_of(field, &number))
+        });
+        fields.collect::<Vec<_>>().join(&b","[..])
+    }
+
+    /// How this file ends its lines.
+    fn line_ending(&self) -> &'static [u8] {
+        match self.source.iter().position(|byte| *byte == b'\n') {
+            Some(at) if at > 0 && self.source[at - 1] == b'\r' => b"\r\n",
+            Some(_) => b"\n",
+            None => b"\r",
+        }
+    }
+}
+
+/// A polyline file written back, with what is needed to read it point by point.
+#[derive(Clone, Debug)]
+pub struct RewrittenPolyline {
+    bytes: Vec<u8>,
+    /// How many points of the path each row of the written file stands for.
+    pieces: Vec<usize>,
+}
+
+impl RewrittenPolyline {
+    /// The file's bytes, to keep.
+    #[must_use]
+    pub fn into_bytes(self) -> Vec<u8> {
+        self.bytes
+    }
+
+    /// Reads the written file, and gives its path with point k where point k of the original path was: the same number of
+    /// points, in the same order.
+    ///
+    /// # Errors
+    /// When the written file cannot be read.
+    pub fn read_back(&self) -> Result<Toolpath, PolylineError> {
+        let written = Polyline::read(self.bytes.clone(), "written file")?;
+        written.split(|row, _| self.pieces.get(row).copied())
+    }
+}
+
+/// The coordinates to write of a point that goes to `corrected`: those that move by more than half a unit of the last
+/// decimal.
+fn moved(point: &PathPoint, corrected: &Vector3<f64>, format: Format) -> [Option<String>; 3] {
+    let half = last_place(format.mm_decimals()) * (0.5 + 1e-6);
+    [0, 1, 2].map(|axis| {
+        ((corrected - point.position_mm)[axis].abs() > half).then(|| fixed(corrected[axis], format.mm_decimals()))
+    })
+}
+
+/// Where a row leads of which the coordinates in `moved` are written anew.
+fn reached(own: &Vector3<f64>, moved: &[Option<String>; 3]) -> Vector3<f64> {
+    Vector3::from_fn(|axis, _| moved[axis].as_ref().and_then(|number| number.parse().ok()).unwrap_or(own[axis]))
+}
+
+/// The field without the line endings that it may have around it only in quotes, which are not written.
+fn on_one_line(field: &[u8]) -> &[u8] {
+    if field.iter().any(|byte| matches!(byte, b'\r' | b'\n')) { field.trim_ascii() } else { field }
+}
+
+/// `number` with the blanks that stood around `field`.
+fn in_place_of(field: &[u8], number: &str) -> Vec<u8> {
+    let before = field.len() - field.trim_ascii_start().len();
+    let after = field.trim_ascii_end().len().max(before);
+    [&field[..before], number.as_bytes(), &field[after..]].concat()
+}
+
+/// A new polyline file with the points of `path` at `positions_mm`, in the workpiece frame; rows end in `\n`.
+///
+/// Besides the positions, with the decimals of `format`, it has the columns that every point has a value for;
+/// `cutting` only if some point is not.
+///
+/// # Errors
+/// When there is not one finite position for every point.
+pub fn write(path: &Toolpath, positions_mm: &[Vector3<f64>], format: Format) -> Result<Vec<u8>, PositionsError> {
+    check_positions(path, positions_mm)?;
+    let points = path.points();
+    let everywhere = |column: &Column| points.iter().all(|point| value(point, *column).is_some());
+    let some_idle = points.iter().any(|point| !point.cutting);
+    let wanted = |column: &Column| match column {
+        Column::Position(_) => true,
+        Column::Cutting => some_idle,
+        column => everywhere(column),
+    };
+    let columns: Vec<Column> = Column::ALL.into_iter().filter(wanted).collect();
+    let mut rows = vec![columns.iter().map(|column| column.name().to_owned()).collect::<Vec<_>>()];
+    for (point, position) in points.iter().zip(positions_mm) {
+        let text = |column: &Column| match column {
+            Column::Position(axis) => fixed(position[*axis], format.mm_decimals()),
+            column => value(point, *column).map_or_else(String::new, |value| value.to_string()),
+        };
+        rows.push(columns.iter().map(text).collect());
+    }
+    let mut writer = WriterBuilder::new().from_writer(Vec::new());
+    for row in rows {
+        // Writing rows of one width into memory cannot fail.
+        let _ = writer.write_record(row);
+    }
+    Ok(writer.into_inner().unwrap_or_default())
+}
+
+/// What a point has for a column.
+fn value(point: &PathPoint, column: Column) -> Option<f64> {
+    match column {
+        Column::Position(axis) => Some(point.position_mm[axis]),
+        Column::Feed => point.feed_mm_per_min,
+        Column::Spindle => point.spindle_rev_per_min,
+        Column::Force(axis) => point.load.map(|load| load.force_N[axis]),
+        Column::Moment(axis) => point.load.map(|load| load.moment_Nmm[axis]),
+        Column::Cutting => Some(f64::from(u8::from(point.cutting))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::toolpath::{Circle, Load, Plane, Turn};
+
+    #[test]
+    fn only_moved_coordinates_change() {
+        let source = "\u{feff}z_mm,x_mm, y_mm,feed_mm_per_min\r\n5, 1.50 ,2,1e2\r\n\r\n5,\"3\",4,0200\r\n6,3,4,200";
+        let polyline = Polyline::read(source, "path.csv").unwrap();
+        let nominal = polyline.toolpath().positions_mm();
+        let format = polyline.own_format();
+        assert_eq!(format.mm_decimals(), 3);
+        assert_eq!(polyline.rewrite(&nominal, format).unwrap(), source.as_bytes());
+        let mut moved = nominal;
+        moved[0].x += 0.0126;
+        moved[0].z += 0.0004;
+        moved[1].y -= 4.0001;
+        let written = String::from_utf8(polyline.rewrite(&moved, format).unwrap()).unwrap();
+        assert_eq!(
+            written,
+            "\u{feff}z_mm,x_mm, y_mm,feed_mm_per_min\r\n5, 1.513 ,2,1e2\r\n\r\n5,3,0.000,0200\r\n6,3,4,200"
+        );
+    }
+
+    #[test]
+    fn points_between_rows_become_rows_where_the_correction_bends() {
+        let source = "x_mm,y_mm,z_mm,feed_mm_per_min,force_x_N,force_y_N,force_z_N,cutting\r\n\
+                      0,0,5,900,0,0,0,0\r\n0,0,0, 0300,0,0,0,1\r\n3,0,0,200 ,6,0,0,1\r\n3,2,0,200,6,0,0,1\r\n";
+        let polyline = Polyline::read(source, "path.csv").unwrap();
+        let path = polyline.sampled(crate::toolpath::Sampling::default()).unwrap();
+        let (nominal, format) = (path.positions_mm(), polyline.own_format());
+        assert_eq!(polyline.rewrite_sampled(&path, &nominal, format).unwrap().into_bytes(), source.as_bytes());
+        let mut bent = nominal;
+        for point in &mut bent[6..9] {
+            // Along the second cut only.
+            point.y += 0.1 * (point.x - 3.0) * point.x;
+        }
+        let written = polyline.rewrite_sampled(&path, &bent, format).unwrap();
+        let back = written.read_back().unwrap().positions_mm();
+        assert_eq!(back.len(), path.len());
+        assert!(back.iter().zip(&bent).all(|(a, b)| (a - b).amax() <= 1.001e-3));
+        assert_eq!(
+            String::from_utf8(written.into_bytes()).unwrap(),
+            "x_mm,y_mm,z_mm,feed_mm_per_min,force_x_N,force_y_N,force_z_N,cutting\r\n\
+             0,0,5,900,0,0,0,0\r\n0,0,0, 0300,0,0,0,1\r\n\
+             1.000,-0.200,0.000,200 ,2,0,0,1\r\n2.000,-0.200,0.000,200 ,4,0,0,1\r\n3,0,0,200 ,6,0,0,1\r\n\
+             3,2,0,200,6,0,0,1\r\n"
+        );
+    }
+
+    #[test]
+    fn a_generated_path_is_read_back_as_it_was() {
+        let circle = Circle {
+            centre_mm: Vector3::new(1.0, 2.0, 3.0),
+            diameter_mm: 8.0,
+            plane: Plane::Yz,
+            turn: Turn::Clockwise,
+            start_angle_rad: 0.0,
+            points: 9,
+        };
+        let path = circle.toolpath().unwrap().with_feed(300.5).with_spindle(8000.0);
+        let load = Load { force_N: Vector3::new(1.25, -2.0, 3.0), moment_Nmm: Vector3::zeros() };
+        let loaded = path.points().iter().map(|point| PathPoint { load: Some(load), ..*point });
+        let path = Toolpath::assemble(loaded.collect());
+        let bytes = write(&path, &path.positions_mm(), Format::new(9, 9).unwrap()).unwrap();
+        let back = Polyline::read(bytes, "circle.csv").unwrap();
+        for (a, b) in path.points().iter().zip(back.toolpath().points()) {
+            assert!((a.position_mm - b.position_mm).amax() <= 0.5e-9 * 1.001);
+            assert_eq!((a.feed_mm_per_min, a.load, a.cutting), (b.feed_mm_per_min, b.load, b.cutting));
+        }
+    }
+
+    #[test]
+    fn positions_must_fit_the_path() {
+        let polyline = Polyline::read("x_mm,y_mm,z_mm\n1,2,3\n", "path.csv").unwrap();
+        let refused =
+            |positions: &[Vector3<f64>]| polyline.rewrite(positions, Format::default()).unwrap_err().to_string();
+        assert_eq!(refused(&[]), "0 corrected positions for a path of 1 points: expected one for each point");
+        assert_eq!(
+            refused(&[Vector3::new(f64::NAN, 0.0, 0.0)]),
+            "corrected position 0 is (NaN, 0, 0) mm: expected finite numbers up to 1000000"
+        );
+    }
+}

@@ -1,0 +1,420 @@
+//! Finished pieces of a long run in a file, so that the run can go on after it was stopped or killed.
+//!
+//! The file is only ever appended to: after eight bytes that name the format come records of a length (4 bytes,
+//! little-endian), the CRC-32 of the content (4 bytes) and the content, written with postcard. The first record says what
+//! is computed, each other one holds the key of a piece and the piece. A record that was cut short or damaged does not
+//! match its checksum; it is left out and computed again.
+
+use std::{
+    collections::HashMap,
+    fs::{File, OpenOptions, TryLockError},
+    io::{BufReader, Error as IoError, Read, Result as IoResult, Seek, SeekFrom, Write},
+    path::{Path, PathBuf},
+};
+
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+
+use crate::{
+    input::error::{Error, Result},
+    work::Inputs,
+};
+
+/// What decides the pieces.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Origin {
+    /// Version and build of the program: another build may compute or write otherwise.
+    pub program: String,
+    /// What is computed from.
+    pub inputs: Inputs,
+}
+
+impl Origin {
+    /// What differs from the origin `before`, in words.
+    fn change_since(&self, before: &Origin) -> Option<String> {
+        if before.program != self.program {
+            return Some(format!("it was made by {}, this is {}", before.program, self.program));
+        }
+        self.inputs.change_since(&before.inputs)
+    }
+}
+
+/// A file of pieces, each under a key.
+#[derive(Debug)]
+pub struct Checkpoint {
+    file: File,
+    path: PathBuf,
+    /// Where the piece of each key is: offset and length.
+    places: HashMap<Vec<u8>, (u64, u32)>,
+    /// Where the next record goes.
+    end: u64,
+    damaged: usize,
+}
+
+/// What a file of pieces is to a run.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Found {
+    /// There is none, or nothing in it.
+    Nothing,
+    /// Pieces that the run can go on with.
+    Same,
+    /// Pieces of another run; what differs.
+    Other(String),
+}
+
+const FORMAT: [u8; 8] = *b"kstat-1\n";
+/// Bytes before the content of a record.
+const HEAD: usize = 8;
+
+impl Checkpoint {
+    /// A new file at `path`, in place of any other.
+    ///
+    /// # Errors
+    /// It cannot be written, or another run uses it.
+    pub fn create(path: &Path, origin: &Origin) -> Result<Self> {
+        let fault = |source| Error::Write { file: path.to_path_buf(), source };
+        is_no_link(path)?;
+        let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(fault)?;
+        alone(&file, path)?;
+        Self { file, path: path.to_path_buf(), places: HashMap::new(), end: 0, damaged: 0 }.begun(origin)
+    }
+
+    /// Empties the file and writes its first record.
+    fn begun(mut self, origin: &Origin) -> Result<Self> {
+        let fault = |source| Error::Write { file: self.path.clone(), source };
+        self.file.set_len(0).map_err(fault)?;
+        let head = record(&encoded(origin).map_err(fault)?).map_err(fault)?;
+        self.append(&[FORMAT.as_slice(), &head].concat())?;
+        Ok(self)
+    }
+
+    /// Opens the file at `path`; one in which nothing was begun is begun.
+    ///
+    /// # Errors
+    /// It cannot be read or written, another run uses it, it is no such file, or it was made from something else; the
+    /// message says what differs.
+    pub fn resume(path: &Path, origin: &Origin) -> Result<Self> {
+        let fault = |source| Error::Read { file: path.to_path_buf(), source };
+        is_no_link(path)?;
+        let file = OpenOptions::new().read(true).write(true).open(path).map_err(fault)?;
+        alone(&file, path)?;
+        let contents = contents(&file, path)?;
+        let mut checkpoint = Self { file, path: path.to_path_buf(), places: HashMap::new(), end: 0, damaged: 0 };
+        let Some(contents) = contents else { return checkpoint.begun(origin) };
+        if let Some(change) = origin.change_since(&contents.origin) {
+            let problem = format!("belongs to another run: {change}; --restart begins anew");
+            return Err(Error::Resume { file: checkpoint.path, problem });
+        }
+        let cut = checkpoint.file.set_len(contents.end);
+        cut.map_err(|source| Error::Write { file: path.to_path_buf(), source })?;
+        (checkpoint.places, checkpoint.end, checkpoint.damaged) = (contents.places, contents.end, contents.damaged);
+        Ok(checkpoint)
+    }
+
+    /// What the file at `path` is to a run from `origin`. Changes nothing.
+    ///
+    /// # Errors
+    /// It cannot be read, another run uses it, or it is no such file.
+    pub fn find(path: &Path, origin: &Origin) -> Result<Found> {
+        is_no_link(path)?;
+        if !path.is_file() {
+            return Ok(Found::Nothing);
+        }
+        let file = File::open(path).map_err(|source| Error::Read { file: path.to_path_buf(), source })?;
+        alone(&file, path)?;
+        Ok(match contents(&file, path)? {
+            Some(contents) if contents.places.is_empty() => Found::Nothing,
+            Some(contents) => origin.change_since(&contents.origin).map_or(Found::Same, Found::Other),
+            None => Found::Nothing,
+        })
+    }
+
+    /// Number of pieces.
+    pub fn len(&self) -> usize {
+        self.places.len()
+    }
+
+    /// Whether it has no pieces.
+    pub fn is_empty(&self) -> bool {
+        self.places.is_empty()
+    }
+
+    /// Number of damaged records among those read.
+    pub fn damaged(&self) -> usize {
+        self.damaged
+    }
+
+    /// The piece under `key` as it was encoded, if there is one.
+    ///
+    /// # Errors
+    /// It cannot be read.
+    pub fn bytes(&mut self, key: &[u8]) -> Result<Option<Vec<u8>>> {
+        let Some(&(offset, length)) = self.places.get(key) else { return Ok(None) };
+        let mut bytes = vec![0; length as usize];
+        let read = self.file.seek(SeekFrom::Start(offset)).and_then(|_| self.file.read_exact(&mut bytes));
+        read.map_err(|source| Error::Read { file: self.path.clone(), source })?;
+        Ok(Some(bytes))
+    }
+
+    /// Appends a piece that [`encoded`] has made.
+    ///
+    /// # Errors
+    /// It cannot be written; the file is as it was.
+    pub fn keep(&mut self, key: &[u8], piece: &[u8]) -> Result<()> {
+        let fault = |source| Error::Write { file: self.path.clone(), source };
+        let head = encoded(key).map_err(fault)?;
+        let place = (self.end + (HEAD + head.len()) as u64, piece.len() as u32);
+        let record = record(&[&head, piece].concat()).map_err(fault)?;
+        self.append(&record)?;
+        self.places.insert(key.to_vec(), place);
+        Ok(())
+    }
+
+    fn append(&mut self, bytes: &[u8]) -> Result<()> {
+        let written = self.file.seek(SeekFrom::Start(self.end)).and_then(|_| self.file.write_all(bytes));
+        match written {
+            Ok(()) => {
+                self.end += bytes.len() as u64;
+                Ok(())
+            }
+            Err(source) => {
+                // What is there of the record would be dropped by its checksum as well.
+                let _ = self.file.set_len(self.end);
+                Err(Error::Write { file: self.path.clone(), source })
+            }
+        }
+    }
+}
+
+/// What a file of pieces holds.
+struct Contents {
+    origin: Origin,
+    places: HashMap<Vec<u8>, (u64, u32)>,
+    /// End of the last whole record.
+    end: u64,
+    /// Damaged records before that.
+    damaged: usize,
+}
+
+/// `None` if the file ends before anything was begun.
+fn contents(file: &File, path: &Path) -> Result<Option<Contents>> {
+    let fault = |source| Error::Read { file: path.to_path_buf(), source };
+    let refuse = |what: &str| {
+        Err(Error::Resume { file: path.to_path_buf(), problem: format!("{what}; --restart begins anew in its place") })
+    };
+    let size = file.metadata().map_err(fault)?.len();
+    let mut reader = BufReader::new(file);
+    let mut format = [0; FORMAT.len()];
+    let is_begun = fill(&mut reader, &mut format).map_err(fault)?;
+    let known = if is_begun { format.len() } else { size as usize };
+    if format[..known] != FORMAT[..known] {
+        return refuse("is not a file of an unfinished run of this version");
+    }
+    let mut at = FORMAT.len() as u64;
+    let head = match next_record(&mut reader, size.saturating_sub(at)).map_err(fault)? {
+        Record::Whole(head) => head,
+        Record::Damaged(_) => return refuse("is damaged where it says what was computed"),
+        Record::End => return Ok(None),
+    };
+    at += (HEAD + head.len()) as u64;
+    let Ok(origin) = postcard::from_bytes::<Origin>(&head) else {
+        return refuse("is not a file of an unfinished run of this version");
+    };
+    let mut contents = Contents { origin, places: HashMap::new(), end: at, damaged: 0 };
+    let mut damaged = 0;
+    loop {
+        match next_record(&mut reader, size.saturating_sub(at)).map_err(fault)? {
+            Record::End => return Ok(Some(contents)),
+            Record::Damaged(length) => {
+                damaged += 1;
+                at += HEAD as u64 + length;
+            }
+            Record::Whole(content) => {
+                let place = postcard::take_from_bytes::<Vec<u8>>(&content)
+                    .map(|(key, piece)| (key, (at + (HEAD + content.len() - piece.len()) as u64, piece.len() as u32)));
+                at += (HEAD + content.len()) as u64;
+                contents.places.extend(place.ok());
+                (contents.end, contents.damaged) = (at, damaged);
+            }
+        }
+    }
+}
+
+/// Refuses anything but a file at `path`: what a link or a device leads to is not ours to write.
+fn is_no_link(path: &Path) -> Result<()> {
+    if std::fs::symlink_metadata(path).is_ok_and(|found| !found.is_file()) {
+        let problem = "is a link, a folder or a device, expected a file; remove it, or choose another --out".into();
+        return Err(Error::Resume { file: path.to_path_buf(), problem });
+    }
+    Ok(())
+}
+
+/// Locks the file against other runs.
+fn alone(file: &File, path: &Path) -> Result<()> {
+    match file.try_lock() {
+        Ok(()) => Ok(()),
+        Err(TryLockError::WouldBlock) => {
+            Err(Error::Resume { file: path.to_path_buf(), problem: "is in use by another run".into() })
+        }
+        Err(TryLockError::Error(source)) => Err(Error::Write { file: path.to_path_buf(), source }),
+    }
+}
+
+/// A key or a piece as bytes.
+///
+/// # Errors
+/// It has no form in bytes: none that is known.
+pub fn encoded<T: Serialize + ?Sized>(value: &T) -> IoResult<Vec<u8>> {
+    postcard::to_stdvec(value).map_err(IoError::other)
+}
+
+/// A piece from its bytes; `None` if they are no such piece.
+pub fn decoded<T: DeserializeOwned>(bytes: &[u8]) -> Option<T> {
+    postcard::from_bytes(bytes).ok()
+}
+
+fn record(content: &[u8]) -> IoResult<Vec<u8>> {
+    let length = u32::try_from(content.len()).map_err(|_| IoError::other("a record of more than 4 GiB"))?;
+    Ok([length.to_le_bytes().as_slice(), &crc32fast::hash(content).to_le_bytes(), content].concat())
+}
+
+enum Record {
+    Whole(Vec<u8>),
+    /// The content, of this length, does not match its checksum.
+    Damaged(u64),
+    /// There is none, or it was cut short.
+    End,
+}
+
+/// The next record, if it is not longer than what is `left` of the file. Nothing that is written is of length 0, but what a
+/// power cut leaves often is.
+fn next_record(reader: &mut impl Read, left: u64) -> IoResult<Record> {
+    let mut head = [0; HEAD];
+    if !fill(reader, &mut head)? {
+        return Ok(Record::End);
+    }
+    let [a, b, c, d, e, f, g, h] = head;
+    let (length, sum) = (u32::from_le_bytes([a, b, c, d]), u32::from_le_bytes([e, f, g, h]));
+    if length == 0 || HEAD as u64 + u64::from(length) > left {
+        return Ok(Record::End);
+    }
+    let mut content = vec![0; length as usize];
+    if !fill(reader, &mut content)? {
+        return Ok(Record::End);
+    }
+    Ok(if crc32fast::hash(&content) == sum { Record::Whole(content) } else { Record::Damaged(u64::from(length)) })
+}
+
+/// Whether there were enough bytes to fill `buffer`.
+fn fill(reader: &mut impl Read, buffer: &mut [u8]) -> IoResult<bool> {
+    match reader.read_exact(buffer) {
+        Ok(()) => Ok(true),
+        Err(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => Ok(false),
+        Err(error) => Err(error),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn origin(text: &str) -> Origin {
+        Origin { program: "1".into(), inputs: Inputs::of("study.toml", text) }
+    }
+
+    const PIECES: [&str; 3] = ["first", "", "the third"];
+
+    /// A file with [`PIECES`], its bytes and where its records end.
+    fn written(path: &Path) -> (Vec<u8>, Vec<u64>) {
+        let mut checkpoint = Checkpoint::create(path, &origin("a")).unwrap();
+        let mut ends = vec![checkpoint.end];
+        for (key, piece) in PIECES.iter().enumerate() {
+            checkpoint.keep(&[key as u8], piece.as_bytes()).unwrap();
+            ends.push(checkpoint.end);
+        }
+        (std::fs::read(path).unwrap(), ends)
+    }
+
+    fn found(checkpoint: &mut Checkpoint) -> Vec<Option<Vec<u8>>> {
+        (0..PIECES.len()).map(|key| checkpoint.bytes(&[key as u8]).unwrap()).collect()
+    }
+
+    #[test]
+    fn whole_pieces_survive_a_cut_at_any_byte_and_zeros_behind_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run");
+        let (whole, ends) = written(&path);
+        for (cut, zeros) in (0..=whole.len()).flat_map(|cut| [(cut, 0), (cut, 100)]) {
+            // Zeros within the first record look like damage to it.
+            if zeros > 0 && cut < ends[0] as usize {
+                continue;
+            }
+            std::fs::write(&path, [&whole[..cut], &vec![0; zeros]].concat()).unwrap();
+            let kept = ends.iter().filter(|end| **end <= cut as u64).count().saturating_sub(1);
+            let same = if kept > 0 { Found::Same } else { Found::Nothing };
+            assert_eq!(Checkpoint::find(&path, &origin("a")).unwrap(), same, "cut at {cut}");
+            let mut checkpoint = Checkpoint::resume(&path, &origin("a")).unwrap();
+            assert_eq!(checkpoint.len(), kept, "cut at {cut}, {zeros} zeros");
+            for (key, piece) in PIECES.iter().enumerate() {
+                let found = checkpoint.bytes(&[key as u8]).unwrap();
+                assert_eq!(found.is_some(), key < kept, "cut at {cut}");
+                if found.is_none() {
+                    checkpoint.keep(&[key as u8], piece.as_bytes()).unwrap();
+                }
+            }
+            assert_eq!(std::fs::read(&path).unwrap(), whole, "cut at {cut}");
+        }
+    }
+
+    #[test]
+    fn a_damaged_byte_loses_its_record_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run");
+        let (mut bytes, ends) = written(&path);
+        bytes[ends[1] as usize - 1] ^= 1;
+        std::fs::write(&path, &bytes).unwrap();
+        assert_eq!(Checkpoint::find(&path, &origin("a")).unwrap(), Found::Same);
+        assert_eq!(std::fs::read(&path).unwrap(), bytes, "a question changes nothing");
+        let mut checkpoint = Checkpoint::resume(&path, &origin("a")).unwrap();
+        assert_eq!(checkpoint.damaged(), 1);
+        assert_eq!(found(&mut checkpoint), [None, Some(vec![]), Some(b"the third".to_vec())]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn nothing_is_written_through_a_link() {
+        let folder = tempfile::tempdir().unwrap();
+        let (elsewhere, path) = (folder.path().join("elsewhere"), folder.path().join("run"));
+        for content in ["", "mine"] {
+            std::fs::write(&elsewhere, content).unwrap();
+            std::os::unix::fs::symlink(&elsewhere, &path).unwrap();
+            let errors = [
+                Checkpoint::create(&path, &origin("a")).map(drop).unwrap_err(),
+                Checkpoint::resume(&path, &origin("a")).map(drop).unwrap_err(),
+                Checkpoint::find(&path, &origin("a")).map(drop).unwrap_err(),
+            ];
+            assert!(errors.iter().all(|error| error.to_string().contains("run: is a link")), "{errors:?}");
+            assert_eq!(std::fs::read_to_string(&elsewhere).unwrap(), content);
+            std::fs::remove_file(&path).unwrap();
+        }
+    }
+
+    #[test]
+    fn another_origin_is_refused_with_what_differs() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run");
+        let refused = |expected: &str| {
+            let error = Checkpoint::resume(&path, &origin("a")).unwrap_err().to_string();
+            assert!(error.contains(expected) && error.contains("--restart begins anew"), "{error}");
+        };
+        let mut other = Checkpoint::create(&path, &origin("b")).unwrap();
+        other.keep(b"key", b"piece").unwrap();
+        drop(other);
+        let change = "study.toml, line 1: was `b`, is `a`";
+        assert_eq!(Checkpoint::find(&path, &origin("a")).unwrap(), Found::Other(change.into()));
+        refused(&format!("belongs to another run: {change}"));
+        Checkpoint::create(&path, &Origin { program: "0".into(), ..origin("a") }).unwrap();
+        refused("it was made by 0, this is 1");
+        std::fs::write(&path, b"nothing of the kind").unwrap();
+        refused("is not a file of an unfinished run");
+    }
+}
