@@ -207,7 +207,7 @@ fn an_unreachable_point_is_an_answer_with_a_reason() {
     let arguments = ["point", "--machine", "orthoglide", "--position", "400,0,0", "--phi", "0"];
     let text = printed(1, &arguments);
     assert!(
-        text.starts_with("unreachable: chain ") && text.contains("cannot close: the straight way there ends "),
+        text.starts_with("unreachable: chain ") && text.contains("cannot close there; the straight way ends "),
         "{text}"
     );
     let output = kinetostat(&[&arguments[..], &["--json"]].concat());
@@ -681,7 +681,7 @@ fn a_box_beyond_the_machine_gives_unreachable_rows_with_reasons() {
     let unreachable = statuses.iter().filter(|(status, _)| status == "unreachable").collect::<Vec<_>>();
     assert!(unreachable.len() > 40 && unreachable.len() < 81, "{}", unreachable.len());
     assert!(
-        unreachable.iter().all(|(_, reason)| reason.contains("cannot close: the straight way there ends ")),
+        unreachable.iter().all(|(_, reason)| reason.contains("cannot close there; the straight way ends ")),
         "{unreachable:?}"
     );
     assert!(text.contains(&format!("{} of 81 rows solved", 81 - unreachable.len())), "{text}");

@@ -333,6 +333,7 @@ fn words_of_axes_that_a_planar_machine_does_not_control_stay() {
         let passes = report(&out)["passes"].clone();
         let passes = passes.as_array().unwrap();
         // What is left is the bending out of the plane, which no drive can put right.
+        assert!(said.contains("no drive can put right: they do not control z."), "{said}");
         let (exact, written) = (error_max(&passes[passes.len() - 2]), error_max(&passes[passes.len() - 1]));
         assert!((written - exact).abs() < 2e-3 && exact < 0.5 * error_max(&passes[0]), "{passes:?}");
     }

@@ -203,7 +203,7 @@ fn a_place_just_out_of_reach_is_refused_for_the_chain_that_ends_there() {
     let (status, reason) = failure.as_ref().unwrap();
     assert_eq!((name.as_str(), status.as_str()), ("outside", "unreachable"));
     assert!(reason.starts_with("feature groove, point "), "{reason}");
-    assert!(reason.contains("cannot close: the straight way") || reason.contains("singularity"), "{reason}");
+    assert!(reason.contains("cannot close there; the straight way") || reason.contains("singularity"), "{reason}");
     // The place inside is in reach; whether the loaded machine stands so near the end of its reach is another matter.
     assert!(found[0].1.as_ref().is_none_or(|(status, _)| status != "unreachable"), "{found:?}");
 }

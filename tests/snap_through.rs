@@ -84,12 +84,23 @@ fn chain_errors_do_not_lead_away_from_a_singular_place() {
 }
 
 #[test]
-fn legs_folded_onto_themselves_are_a_singular_place() {
+fn legs_folded_onto_themselves_are_a_singular_place_under_any_load() {
     let machine = Machine::named_or_file("tripteron").unwrap();
-    for (z, force) in [(100.0, 10.0), (500.0, 10.0), (100.0, 0.0)] {
-        let (_, outcome) = settled(&machine, [0.0, 0.0, z], Wrench::new([force, 0.0, 0.0, 0.0, 0.0, 0.0]));
-        assert_eq!(outcome.status, Status::SingularPlace, "z = {z}, {force} N");
-        assert!(outcome.status.reason(&machine).starts_with("the place is singular"));
+    let loads = [
+        [0.0; 6],
+        [10.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0, 0.0, 0.0, 0.0],
+        [0.0, 0.0, 1.0, 0.0, 0.0, 0.0],
+        [0.0, 0.0, 0.0, 1000.0, 0.0, 0.0],
+        [0.0, 0.0, 0.0, 0.0, 0.0, 1000.0],
+    ];
+    for z in [100.0, 500.0] {
+        for load in loads {
+            let (_, outcome) = settled(&machine, [0.0, 0.0, z], Wrench::new(load));
+            assert_eq!(outcome.status, Status::SingularPlace, "z = {z}, {load:?}");
+            assert!(outcome.status.reason(&machine).starts_with("the place is singular"));
+        }
     }
 }
 

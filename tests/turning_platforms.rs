@@ -146,3 +146,22 @@ fn a_path_study_moves_the_tool_as_point_does() {
     }
     assert!(seen > 2);
 }
+
+#[test]
+fn mirroring_corrects_the_tip_and_not_the_platform() {
+    for (name, toml, origin) in machines() {
+        let folder = files(&toml, &origin, FORCE);
+        let arguments = ["compensate", "part.nc", "--machine", "machine.toml", "--process", "process.toml"];
+        run(folder.path(), &[&arguments[..], &["--out", "out.nc", "--all-methods"]].concat());
+        let report: Value =
+            serde_json::from_slice(&fs::read(folder.path().join("out.nc.report.json")).unwrap()).unwrap();
+        let left = |commands: &str| {
+            let pass = report["passes"].as_array().unwrap().iter().find(|pass| pass["commands"] == commands).unwrap();
+            pass["error_max_mm"].as_f64().unwrap()
+        };
+        // What is left is of second order: the deflection changes little over a deflection.
+        assert!(left("mirror") < 0.01 * left("none"), "{name}: {} of {}", left("mirror"), left("none"));
+        assert!(left("linear") < 0.03 * left("none"), "{name}: {} of {}", left("linear"), left("none"));
+        assert!(left("matrix_free") < 1e-6);
+    }
+}

@@ -128,7 +128,7 @@ fn a_case_out_of_reach_is_a_reason_in_the_table() {
     let results = results_of(&far, Path::new(PAPER), 13).unwrap();
     let table = String::from_utf8(csv(&quoted_table(&results)).unwrap()).unwrap();
     let row = table.lines().find(|line| line.contains(",Q2,correction,")).unwrap();
-    assert!(row.contains(",0.6,,,no,") && row.contains("cannot close: the straight way"), "{row}");
+    assert!(row.contains(",0.6,,,no,") && row.contains("cannot close there; the straight way"), "{row}");
     let variants = String::from_utf8(csv(&variants_table(&results)).unwrap()).unwrap();
     assert!(variants.lines().any(|line| line.starts_with("Q2,") && line.contains(",not_solved,")), "{variants}");
 }

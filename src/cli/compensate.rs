@@ -140,6 +140,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     } else if job.process.limits.is_limited() {
         reporting.print("The limits of the process were not looked at: --method bounded keeps them.\n")?;
     }
+    reporting.print(&left_text(&job, &passes))?;
     if corrected.left_alone > 0 {
         reporting.print(&format!(
             "Left as written, as there is no correction: {} where nothing is cut.\n",
@@ -148,6 +149,13 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     }
     reporting.print(&format!("Written to {}\n", arguments.out.display()))?;
     Ok(if unsolved.is_some() || worse.is_some() { Ending::SomeUnsolved } else { Ending::Complete })
+}
+
+/// What no drive can put right, where there is such a thing.
+fn left_text(job: &ProgramJob, passes: &[Pass]) -> String {
+    let left = passes.iter().rev().nth(1).and_then(|own| own.summary.max_mm);
+    let (Some(axes), Some(left)) = (job.machine.uncontrolled_names(), left) else { return String::new() };
+    format!("What is left, up to {}, no drive can put right: they do not control {axes}.\n", millimetres(left))
 }
 
 /// A program may leave this many times its rounding more than the commands that it was written from.

@@ -25,8 +25,11 @@ pub enum Form {
     None,
 }
 
-/// Where so many items are computed and this share of them or more has no answer, that is said while there is time to stop.
+/// Where so many items are computed, or fewer in this time, and this share of them or more has no answer, that is said while
+/// there is time to stop.
 const ENOUGH_TO_TELL: usize = 32;
+const FEW: usize = 4;
+const LONG: Duration = Duration::from_secs(3);
 const HOPELESS: f64 = 0.9;
 
 /// Time between two lines of JSON, and between two of the log.
@@ -101,10 +104,10 @@ impl Progress {
                     None => state.computed += items,
                 }
                 self.bar.inc(items as u64);
+                self.warn_if_hopeless(&mut state);
             }
             Event::Unsolved(items) => {
                 state.unsolved += items;
-                self.warn_if_hopeless(&mut state);
                 self.bar.set_message(format!("{} not solved", state.unsolved));
             }
             Event::Stage(stage) => {
@@ -146,7 +149,8 @@ impl Progress {
     /// Says once, on standard error, that next to nothing is solved.
     fn warn_if_hopeless(&self, state: &mut State) {
         let (unsolved, computed) = (state.unsolved, state.computed);
-        let is_hopeless = computed >= ENOUGH_TO_TELL && unsolved as f64 >= HOPELESS * computed as f64;
+        let is_slow = computed >= FEW && state.rate_from.0.elapsed() >= LONG;
+        let is_hopeless = (computed >= ENOUGH_TO_TELL || is_slow) && unsolved as f64 >= HOPELESS * computed as f64;
         if state.is_warned || !is_hopeless {
             return;
         }

@@ -13,6 +13,7 @@ use super::{
     session::{Ending, Progress, Session},
 };
 use crate::{
+    machine::Unreachable,
     spatial::Pose,
     statics::{self, Outcome, equilibrium_at_task},
 };
@@ -53,17 +54,16 @@ pub(super) fn conclude(
     let is_met = |outcome: &Outcome| {
         outcome.status == statics::Status::Solved && session.task_error(demand).size() <= session.tolerance_mm()
     };
-    match outcome.filter(is_met) {
-        Some(outcome) => {
-            // The iteration moves the drives freely, past their travel as well.
-            session.check_limits().map_err(Status::Unreachable)?;
-            Ok((Status::Converged, outcome))
-        }
-        None => {
-            progress.history.clear();
-            between_equilibria(session, demand, progress)
+    if let Some(outcome) = outcome.filter(is_met) {
+        // The iteration moves the drives freely: past their travel, and even to where the nominal chains do not close.
+        match session.check_limits() {
+            Ok(()) => return Ok((Status::Converged, outcome)),
+            Err(Unreachable::Closure { .. } | Unreachable::OtherMode) => session.begin_again(demand)?,
+            Err(limit) => return Err(Status::Unreachable(limit)),
         }
     }
+    progress.history.clear();
+    between_equilibria(session, demand, progress)
 }
 
 /// `None` if the iteration fails.

@@ -74,8 +74,8 @@ fn solve(
             &mut at,
             &mut session.workspace,
             &session.settings.equilibrium,
-        )
-        .ok_or(Status::NoEquilibrium(crate::statics::Status::NotConverged { load_fraction: 0.0 }))?;
+        );
+        let Some(force) = force else { return Err(why_no_force(session)) };
         let unbalanced = demand.load.to_vector() - force.wrench.to_vector();
         session.state.clone_from(&at);
         state = Some(at);
@@ -109,6 +109,14 @@ fn start(session: &mut Session<'_>, demand: &Demand) -> Result<Pose, Status> {
     }
     session.go_to(&demand.pose)?;
     Ok(moved_freely(demand, session, &session.command.pose, &Vector6::zeros()))
+}
+
+/// Why no wrench holds the platform where it is wanted.
+fn why_no_force(session: &mut Session<'_>) -> Status {
+    match unloaded_stiffness(session.nominal, &session.command, &mut session.workspace) {
+        None => Status::Rigid,
+        Some(_) => Status::NoEquilibrium(crate::statics::Status::NotConverged { load_fraction: 0.0 }),
+    }
 }
 
 /// The point's displacement by the wrench that is out of balance, mm: what the iteration still has to put right.
@@ -186,7 +194,7 @@ impl Linearised {
     fn unloaded(session: &mut Session<'_>, demand: &Demand, pose: &Pose) -> Result<Self, Status> {
         let free = free_motions(demand, session, pose);
         let stiffness =
-            unloaded_stiffness(session.nominal, &session.command, &mut session.workspace).ok_or(Status::Singular)?;
+            unloaded_stiffness(session.nominal, &session.command, &mut session.workspace).ok_or(Status::Rigid)?;
         Ok(Self { matrix: stiffness * (free - demand.shift_twists(session.nominal)), free })
     }
 }

@@ -30,7 +30,7 @@ pub(super) fn shift(session: &mut Session<'_>, demand: &Demand, aggregated: bool
 /// Commands the target shifted once by the linear deflection.
 pub(super) fn compensate(session: &mut Session<'_>, demand: &Demand, progress: &mut Progress) -> Ending {
     let shift = shift(session, demand, false)?;
-    let (task, outcome) = session.answer(demand, &shift)?;
+    let (task, outcome) = session.answer_led(demand, &shift)?;
     progress.history.push(task.size());
     Ok((Status::Applied, outcome))
 }

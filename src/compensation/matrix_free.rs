@@ -18,7 +18,7 @@ pub(super) fn iterate(
 ) -> Ending {
     let mut shift = start;
     loop {
-        let (task, outcome) = session.answer(demand, &shift)?;
+        let (task, outcome) = session.answer_led(demand, &shift)?;
         if let Some(status) = session.is_over(progress, task.size()) {
             return Ok((status, outcome));
         }
@@ -31,11 +31,11 @@ pub(super) fn iterate(
 pub(super) fn mirror(session: &mut Session<'_>, demand: &Demand, passes: usize, progress: &mut Progress) -> Ending {
     let mut shift = Vector6::zeros();
     for _ in 0..passes {
-        let (task, _) = session.answer(demand, &shift)?;
+        let (task, _) = session.answer_led(demand, &shift)?;
         progress.history.push(task.size());
         shift -= task.error;
     }
-    let (task, outcome) = session.answer(demand, &shift)?;
+    let (task, outcome) = session.answer_led(demand, &shift)?;
     progress.history.push(task.size());
     Ok((Status::Applied, outcome))
 }

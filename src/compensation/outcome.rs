@@ -30,6 +30,8 @@ pub enum Status {
     NoEquilibrium(statics::Status),
     /// The drives have no influence on a controlled coordinate.
     Singular,
+    /// The method needs a stiffness of the platform, and the machine is rigid in some directions.
+    Rigid,
 }
 
 impl Status {
@@ -44,6 +46,7 @@ impl Status {
             Status::Unreachable(_) => "unreachable",
             Status::NoEquilibrium(status) => status.label(),
             Status::Singular => "uncontrollable",
+            Status::Rigid => "rigid",
         }
     }
 
@@ -61,6 +64,9 @@ impl Status {
             Status::BadStepLength { alpha } => format!("the step length must be in (0, 1], got {alpha}"),
             Status::Unreachable(unreachable) => unreachable.to_string(),
             Status::NoEquilibrium(status) => status.reason(machine),
+            Status::Rigid => {
+                "this method moves the platform against the stiffness of all chains, and the machine is rigid in some directions".into()
+            }
             Status::Singular => "the drives have no influence on a controlled coordinate".into(),
         }
     }

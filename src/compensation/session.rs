@@ -173,7 +173,7 @@ impl<'a> Session<'a> {
     /// the singularity it stands is chance.
     fn is_held_by_errors(&mut self, outcome: &Result<Outcome, Status>) -> bool {
         let is_plain = outcome.as_ref().is_ok_and(|outcome| !outcome.is_soft(self.nominal.reach));
-        if is_plain || std::ptr::eq(self.nominal, self.real) || self.command.drives != self.drives {
+        if is_plain || self.command.drives != self.drives {
             return false;
         }
         let workspace = self.nominal_workspace.get_or_insert_with(|| Workspace::new(self.nominal));
@@ -204,11 +204,42 @@ impl<'a> Session<'a> {
 
     /// Commands the target shifted by `shift`, lets the machine settle, and says how far it is from what is wanted.
     pub(super) fn answer(&mut self, demand: &Demand, shift: &Vector6<f64>) -> Result<(TaskError, Outcome), Status> {
+        let gone = self.go_to(&demand.shifted(self.nominal, shift));
+        self.answered(demand, shift, gone)
+    }
+
+    /// As [`Session::answer`], where a platform that turns with its position is led so that it is the point put right which is
+    /// shifted, and not P.
+    pub(super) fn answer_led(&mut self, demand: &Demand, shift: &Vector6<f64>) -> Result<(TaskError, Outcome), Status> {
+        if !self.nominal.turns_with_position {
+            return self.answer(demand, shift);
+        }
+        let target = demand.shifted(self.nominal, shift);
+        let led = self.nominal.lead(demand.offset(self.nominal), &target, &self.command);
+        let gone = led.map_err(Status::Unreachable).map(|at| {
+            self.drives.clone_from(&at.drives);
+            self.command = at;
+        });
+        self.answered(demand, shift, gone)
+    }
+
+    fn answered(
+        &mut self,
+        demand: &Demand,
+        shift: &Vector6<f64>,
+        gone: Result<(), Status>,
+    ) -> Result<(TaskError, Outcome), Status> {
         let is_far = shift.norm() > self.nominal.reach;
-        self.go_to(&demand.shifted(self.nominal, shift))
-            .map_err(|status| if is_far { Status::Diverged } else { status })?;
+        gone.map_err(|status| if is_far { Status::Diverged } else { status })?;
         let outcome = self.settle(demand)?;
         Ok((self.task_error(demand), outcome))
+    }
+
+    /// Goes to the nominal command, the machine undeflected.
+    pub(super) fn begin_again(&mut self, demand: &Demand) -> Result<(), Status> {
+        self.go_to(&demand.pose)?;
+        self.state = State::rigid(self.nominal, &self.command);
+        Ok(())
     }
 
     /// The result where `demand` is not even asked of the machine: it cannot be met.

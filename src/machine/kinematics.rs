@@ -37,7 +37,7 @@ pub enum Unreachable {
         gap_mm: f64,
     },
     /// The chains do not close at the target: the straight way there ends before it.
-    #[error("chain {chain} cannot close: the straight way there ends {short_mm:.3} mm before")]
+    #[error("chain {chain} cannot close there; the straight way ends {short_mm:.1} mm before")]
     TooFar {
         /// The chain that closes worst.
         chain: String,
@@ -380,7 +380,8 @@ impl<'a> Closure<'a> {
     /// with the drives commanded (parallel singularity) or with the task commanded (the end of a chain's reach).
     ///
     /// The problem has more equations than unknowns where the machine is over-constrained; its determinant is taken on
-    /// the column space at `from`. A machine with idle joints is always singular, and is not judged.
+    /// the column space at `from`. A machine with idle joints is always singular, and is not judged; one that is singular at
+    /// `from` and not at home does not lead on.
     fn passes_singularity(&mut self, from: &Configuration, to: &Configuration) -> bool {
         let by_drives = (Command::Drives(&from.drives), Command::Drives(&to.drives));
         let by_task = (Command::Task(&from.pose), Command::Task(&to.pose));
@@ -391,13 +392,23 @@ impl<'a> Closure<'a> {
             }
             let (basis, triangle) = self.jacobian.clone().qr().unpack();
             let pivots = triangle.diagonal();
-            if pivots.amin() < RANK_TOLERANCE * pivots.amax() {
-                return false;
+            if is_singular(&pivots) {
+                return !self.is_singular_at_home(before);
             }
             self.linearise(to, after);
             let projected = basis.transpose() * &self.jacobian;
             projected.determinant() * pivots.iter().map(|p| p.signum()).product::<f64>() < 0.0
         })
+    }
+
+    /// Whether the linearised problem is singular at home for commands such as this one.
+    fn is_singular_at_home(&mut self, command: &Command<'_>) -> bool {
+        let home = &self.machine.home;
+        match command {
+            Command::Drives(_) => self.linearise(home, &Command::Drives(&home.drives)),
+            Command::Task(_) => self.linearise(home, &Command::Task(&home.pose)),
+        }
+        self.jacobian.nrows() < self.jacobian.ncols() || is_singular(&self.jacobian.clone().qr().unpack_r().diagonal())
     }
 
     /// Why `command` is not met, as seen at `at`, where the search stopped: the chain that closes worst, and its gap.
@@ -412,6 +423,11 @@ impl<'a> Closure<'a> {
             _ => Unreachable::OtherMode,
         }
     }
+}
+
+/// Whether the triangle with these diagonal entries has a pivot that is zero.
+fn is_singular(pivots: &DVector<f64>) -> bool {
+    pivots.amin() < RANK_TOLERANCE * pivots.amax()
 }
 
 impl Machine {

@@ -154,7 +154,7 @@ pub fn equilibrium(
     if let (Some(load_fraction), Status::Solved) = (lost, &outcome.status) {
         outcome = newton.failed(Status::Snapped { load_fraction }, outcome.residual);
     }
-    if outcome.status == Status::Solved && newton.is_at_singular_place() {
+    if newton.is_at_singular_place(&outcome.status) {
         outcome = newton.failed(Status::SingularPlace, outcome.residual);
     }
     if let (false, Some(start)) = (outcome.is_equilibrium(), &workspace.start) {
@@ -249,7 +249,7 @@ struct Newton<'a> {
     /// Share of the starting residual that the present load step leaves in place; 0 for the full load.
     held: f64,
     iterations: usize,
-    /// Whether the start and the equilibrium found are far from singular, or are not condensed.
+    /// Whether the start is condensed and it and the equilibrium found, if that is condensed, are far from singular.
     is_plainly_stable: bool,
     /// Whether something moves without resistance in the equilibrium found, if only within a chain.
     has_idle_motion: bool,
@@ -387,13 +387,22 @@ impl<'a> Newton<'a> {
 
     /// Whether the machine is singular where the solve started, and at home not so. Loads and errors that stiffen it do not
     /// lead away from there.
-    fn is_at_singular_place(&mut self) -> bool {
-        self.held = 0.0;
-        if self.has_idle_motion {
-            return !self.is_idle_at_home();
+    fn is_at_singular_place(&mut self, status: &Status) -> bool {
+        if matches!(status, Status::Singular | Status::SingularPlace) {
+            return false;
         }
-        let start = self.workspace.start.clone().filter(|_| !self.is_plainly_stable);
-        start.is_some_and(|start| self.softest(&start).is_nearly_free())
+        self.held = 0.0;
+        if self.has_idle_motion && !self.is_idle_at_home() {
+            return true;
+        }
+        if self.is_plainly_stable && *status == Status::Solved {
+            return false;
+        }
+        let start = self.workspace.start.clone();
+        start.is_some_and(|start| {
+            let softest = self.softest(&start);
+            softest.is_nearly_free() || softest.has_idle_motion && !self.is_idle_at_home()
+        })
     }
 
     fn is_idle_at_home(&mut self) -> bool {
@@ -503,6 +512,7 @@ impl<'a> Newton<'a> {
             }
             None if balance.task.is_some() => None,
             None => {
+                self.is_plainly_stable &= self.iterations > 0;
                 self.linearise(state);
                 full_system::step(&mut self.workspace.chains, &balance.imbalance)
             }

@@ -239,10 +239,10 @@ impl GroupSolver<'_> {
                 Ok(_) => effects.next(),
                 Err(unreachable) => Some(std::array::from_fn(|_| Err(Failure::from(unreachable.clone())))),
             };
-            work.tell(Event::Computed(1));
             if effects.as_ref().is_some_and(|effects| effects.iter().any(Result::is_err)) {
                 work.tell(Event::Unsolved(1));
             }
+            work.tell(Event::Computed(1));
             effects.map(|effects| MapPoint { position_mm: (*position).into(), effects })
         };
         positions.iter().zip(&reached).filter_map(point).collect()

@@ -11,7 +11,7 @@ use super::{
     metric::{Metric, Metrics},
     site::Site,
     tally::{Needs, Tally},
-    walk::{Exact, Refusal, Walk, excess},
+    walk::{Exact, Refusal, UNMEASURED, Walk, excess},
 };
 use crate::{
     compensation::Demand,
@@ -85,7 +85,7 @@ const GRAIN: f64 = f64::EPSILON;
 /// Factor between the points of a level and of all levels before it.
 const REFINEMENT: usize = 4;
 /// Larger than any violation of a place that the rigid machine can take.
-const NOT_RIGID: f64 = 1e6;
+pub(super) const NOT_RIGID: f64 = 1e6;
 
 impl<'a> Evaluator<'a> {
     /// For `metrics` of placements of `study`.
@@ -178,6 +178,9 @@ impl<'a> Evaluator<'a> {
     /// where boxes, workspace and the limits of the rigid machine are kept it is less than where they are not, by which
     /// they are exceeded, mm or degrees.
     pub(super) fn violation(&self, work: &Work, site: &Site) -> f64 {
+        if work.check().is_err() {
+            return f64::INFINITY;
+        }
         let rigid = self.box_violation(site).max(self.limit_violation(site));
         if rigid > 0.0 {
             return NOT_RIGID + rigid;
@@ -216,6 +219,9 @@ impl<'a> Evaluator<'a> {
             let demands = self.demands(site, job);
             for &k in &self.features[f].counted {
                 most = walk.visit(&demands[k]).map_or_else(|refusal| most.max(refusal.excess), |_| most);
+                if most >= UNMEASURED {
+                    return most;
+                }
             }
         }
         most

@@ -12,10 +12,11 @@ use rayon::prelude::*;
 
 use super::{
     PlacementStudy,
-    evaluate::Evaluator,
+    evaluate::{Evaluator, NOT_RIGID},
     polish::{Steps, polish},
     site::Site,
     sweep::{Cell, Verdict},
+    walk::UNMEASURED,
 };
 use crate::{process::Extent, work::Work};
 
@@ -170,6 +171,8 @@ fn within_limits(evaluator: &Evaluator<'_>, study: &PlacementStudy, cells: &[Cel
     let cannot: Vec<Site> = cells.iter().filter(|cell| cell.metrics().is_none()).map(|cell| cell.site).collect();
     let mut ranked: Vec<(f64, Site)> =
         thinned(cannot, RANKED).par_iter().map(|site| (evaluator.violation(work, site), *site)).collect();
+    // Nothing leads away from where the loaded machine has no equilibrium.
+    ranked.retain(|(violation, _)| violation.is_finite() && !(UNMEASURED..NOT_RIGID).contains(violation));
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut starts: Vec<(f64, Site)> = Vec::new();
     for (violation, site) in ranked {

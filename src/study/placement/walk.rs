@@ -27,8 +27,8 @@ pub(super) struct Refusal {
     pub excess: f64,
 }
 
-/// An excess that tells nothing but that it is large.
-const FAR: f64 = 1e3;
+/// An excess from which on it tells no more than that it is large.
+pub(super) const UNMEASURED: f64 = 1e3;
 
 /// By how much a place is unreachable, mm or degrees.
 pub(super) fn excess(unreachable: &Unreachable) -> f64 {
@@ -36,9 +36,9 @@ pub(super) fn excess(unreachable: &Unreachable) -> f64 {
         Unreachable::Travel { value, low, high, .. } | Unreachable::JointLimit { value, low, high, .. } => {
             f64::max(low - value, value - high)
         }
-        Unreachable::TooFar { short_mm, .. } => FAR + short_mm,
+        Unreachable::TooFar { short_mm, .. } => UNMEASURED + short_mm,
         Unreachable::NoWay { straight, .. } => excess(straight),
-        _ => 2.0 * FAR,
+        _ => 2.0 * UNMEASURED,
     }
 }
 
@@ -162,7 +162,7 @@ fn solved(machine: &Machine, answer: Compensation) -> Result<Compensation, Refus
 }
 
 fn refusal(status: &Status, reason: String) -> Refusal {
-    let excess = if let Status::Unreachable(unreachable) = status { excess(unreachable) } else { FAR };
+    let excess = if let Status::Unreachable(unreachable) = status { excess(unreachable) } else { UNMEASURED };
     Refusal { failure: Failure { status: status.label().into(), reason }, excess }
 }
 

@@ -201,10 +201,10 @@ fn map_part(
             let solve = |index| {
                 work.check()?;
                 let point = map_point(study, real, study.grid.position(index));
-                work.tell(Event::Computed(1));
                 if point.departures.is_err() {
                     work.tell(Event::Unsolved(1));
                 }
+                work.tell(Event::Computed(1));
                 Ok(point)
             };
             (start..indices.end.min(start + PIECE)).into_par_iter().map(solve).collect()
