@@ -1,0 +1,316 @@
+//! The closure equations of a machine with what is commanded, and the damped Newton iteration that solves them.
+
+use nalgebra::{DMatrix, DVector, Vector3};
+
+use super::{Configuration, Unreachable};
+use crate::{
+    machine::{Chain, Coordinate, Machine, Motion, MoveScrew},
+    spatial::{Pose, rotation_exp, rotation_log},
+};
+
+/// Largest closure error accepted, as a fraction of the machine's reach.
+const CLOSURE_TOLERANCE: f64 = 1e-14;
+/// Closure error down to which the iteration may stall on rounding and still count as solved.
+pub(in crate::machine) const CLOSURE_ROUNDING: f64 = 1e-12;
+const MAX_ITERATIONS: usize = 12;
+/// A chain with a smaller gap is closed as far as a user is concerned, mm.
+const CLOSED_MM: f64 = 1e-3;
+/// A pivot below this fraction of the largest is zero.
+const RANK_TOLERANCE: f64 = 1e-9;
+/// Largest change of a rotation within one continuation step, rad.
+const MAX_STEP_ROTATION: f64 = 0.5;
+
+/// Value of each coordinate of `chain` for drives `drives` and passive joints `passive`, springs undeflected.
+fn rigid_values(chain: &Chain, drives: &[f64], passive: &[f64], values: &mut Vec<f64>) {
+    values.clear();
+    values.resize(chain.virtual_count, 0.0);
+    for (drive, &rho) in chain.drives.iter().zip(drives) {
+        values[drive.coordinate] = rho;
+    }
+    values.extend_from_slice(passive);
+}
+
+/// Largest distance from P to a chain's base or to a joint axis when the chains stand as in `start`, mm.
+pub(in crate::machine) fn reach(chains: &[Chain], start: &Configuration) -> f64 {
+    let (mut values, mut screws) = (Vec::new(), Vec::new());
+    let mut first_drive = 0;
+    let mut reach: f64 = 1.0;
+    for (chain, passive) in chains.iter().zip(&start.passive) {
+        rigid_values(chain, &start.drives[first_drive..], passive, &mut values);
+        first_drive += chain.drives.len();
+        let end = chain.forward(&values, &mut screws);
+        reach = reach.max((end.translation - chain.base.translation).norm());
+        for screw in &screws {
+            reach = reach.max(screw.twist.linear.norm() * screw.twist.angular.norm());
+        }
+    }
+    reach
+}
+
+/// What is commanded.
+pub(in crate::machine) enum Command<'a> {
+    /// The controlled task coordinates of this pose.
+    Task(&'a Pose),
+    /// The drives.
+    Drives(&'a [f64]),
+}
+
+/// Where a search stopped.
+pub(in crate::machine) struct Reached {
+    pub at: Configuration,
+    /// Whether `at` solves the equations on the branch of the start.
+    pub solved: bool,
+}
+
+/// The closure equations of a machine, linearised at a configuration.
+pub(in crate::machine) struct Closure<'a> {
+    pub machine: &'a Machine,
+    values: Vec<f64>,
+    screws: Vec<MoveScrew>,
+    pub jacobian: DMatrix<f64>,
+    pub residual: DVector<f64>,
+    /// Drives of a redundant machine that stay where they are: index and value, mm or rad.
+    pub held: Vec<(usize, f64)>,
+}
+
+impl<'a> Closure<'a> {
+    pub fn new(machine: &'a Machine) -> Self {
+        Self {
+            held: Vec::new(),
+            machine,
+            values: Vec::new(),
+            screws: Vec::new(),
+            jacobian: DMatrix::zeros(0, 0),
+            residual: DVector::zeros(0),
+        }
+    }
+
+    fn unknown_count(&self) -> usize {
+        6 + self.machine.drive_count() + self.machine.chains.iter().map(|chain| chain.passive.len()).sum::<usize>()
+    }
+
+    /// Residual and Jacobian; all rotations, errors and unknowns alike, are multiplied by the reach and so are in mm.
+    ///
+    /// Unknowns: twist of P (6), drives, passive joints chain by chain.
+    pub fn linearise(&mut self, at: &Configuration, command: &Command<'_>) {
+        let machine = self.machine;
+        let (m, reach) = (machine.chains.len(), machine.reach);
+        let drive_count = machine.drive_count();
+        let commanded = match command {
+            Command::Task(_) => machine.controls.len(),
+            Command::Drives(_) => drive_count,
+        };
+        let shape = (6 * m + commanded, self.unknown_count());
+        if self.jacobian.shape() != shape {
+            self.jacobian = DMatrix::zeros(shape.0, shape.1);
+            self.residual = DVector::zeros(shape.0);
+        }
+        self.jacobian.fill(0.0);
+        let (mut drive, mut joint) = (6, 6 + drive_count);
+        for (c, chain) in machine.chains.iter().enumerate() {
+            rigid_values(chain, &at.drives[drive - 6..], &at.passive[c], &mut self.values);
+            let end = chain.forward(&self.values, &mut self.screws);
+            let row = 6 * c;
+            let gap = end.translation - at.pose.translation;
+            let turn = rotation_log(&(end.rotation * at.pose.rotation.transpose())) * reach;
+            self.residual.fixed_rows_mut::<3>(row).copy_from(&gap);
+            self.residual.fixed_rows_mut::<3>(row + 3).copy_from(&turn);
+            for i in 0..6 {
+                self.jacobian[(row + i, i)] = -1.0;
+            }
+            for screw in &self.screws {
+                let column = if screw.coordinate >= chain.virtual_count {
+                    joint + screw.coordinate - chain.virtual_count
+                } else if let Some(d) = chain.drives.iter().position(|d| d.coordinate == screw.coordinate) {
+                    drive + d
+                } else {
+                    continue;
+                };
+                let is_revolute = screw.twist.angular != Vector3::zeros();
+                let unit = if is_revolute { 1.0 / reach } else { 1.0 };
+                for i in 0..3 {
+                    self.jacobian[(row + i, column)] += screw.twist.linear[i] * unit;
+                    self.jacobian[(row + 3 + i, column)] += screw.twist.angular[i];
+                }
+            }
+            drive += chain.drives.len();
+            joint += chain.passive.len();
+        }
+        self.command_rows(at, command, 6 * m);
+    }
+
+    fn command_rows(&mut self, at: &Configuration, command: &Command<'_>, first: usize) {
+        match command {
+            Command::Drives(rho) => {
+                for (d, (&wanted, (_, drive))) in rho.iter().zip(self.machine.drives()).enumerate() {
+                    self.residual[first + d] = (at.drives[d] - wanted) * self.unit(drive.motion);
+                    self.jacobian[(first + d, 6 + d)] = 1.0;
+                }
+            }
+            Command::Task(target) => {
+                let turn = rotation_log(&(target.rotation.transpose() * at.pose.rotation));
+                for (row, coordinate) in self.machine.controls.iter().enumerate() {
+                    match *coordinate {
+                        Coordinate::Translation(axis) => {
+                            self.residual[first + row] = at.pose.translation[axis] - target.translation[axis];
+                            self.jacobian[(first + row, axis)] = 1.0;
+                        }
+                        Coordinate::Rotation(axis) => {
+                            self.residual[first + row] = turn[axis] * self.machine.reach;
+                            for i in 0..3 {
+                                self.jacobian[(first + row, 3 + i)] = target.rotation[(i, axis)];
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Damped Newton from `start`; the configuration where it stops, and whether it is a solution close enough to the
+    /// first-order prediction to lie on the same branch.
+    pub fn newton(&mut self, start: &Configuration, command: &Command<'_>) -> Reached {
+        let reach = self.machine.reach;
+        let mut at = start.clone();
+        let (mut damping, mut best) = (1e-12, f64::INFINITY);
+        let (mut first_step, mut later_steps) = (0.0, 0.0);
+        for iteration in 0..MAX_ITERATIONS {
+            self.linearise(&at, command);
+            if !self.residual.iter().all(|entry| entry.is_finite()) {
+                return Reached { at, solved: false };
+            }
+            let error = self.residual.amax();
+            let stalled = error < CLOSURE_ROUNDING * reach && error > 0.3 * best;
+            if error < CLOSURE_TOLERANCE * reach || stalled {
+                let on_branch = iteration <= 1 || later_steps <= 0.5 * first_step;
+                let accepted = on_branch && self.rotation_change(start, &at) < MAX_STEP_ROTATION;
+                return Reached { at, solved: accepted };
+            }
+            damping = if error < best { (damping * 0.1f64).max(1e-14) } else { (damping * 100.0).max(1e-6) };
+            best = best.min(error);
+            let step = match command {
+                Command::Task(_) if self.machine.redundancy > 0 => self.least_motion(&at),
+                _ => self.damped_step(damping),
+            };
+            let Some(step) = step else { return Reached { at, solved: false } };
+            if !step.iter().all(|v| v.is_finite()) {
+                return Reached { at, solved: false };
+            }
+            let length = step.norm();
+            if iteration == 0 {
+                first_step = length
+            } else {
+                later_steps += length
+            }
+            self.advance(&mut at, &step);
+        }
+        Reached { at, solved: false }
+    }
+
+    /// Least-squares step of the present linearisation, damped by this share of its largest diagonal entry.
+    fn damped_step(&self, damping: f64) -> Option<DVector<f64>> {
+        let transposed = self.jacobian.transpose();
+        let mut normal = &transposed * &self.jacobian;
+        let level = damping * normal.diagonal().amax();
+        for i in 0..normal.nrows() {
+            normal[(i, i)] += level;
+        }
+        Some(normal.cholesky()?.solve(&(transposed * -&self.residual)))
+    }
+
+    pub fn advance(&self, at: &mut Configuration, step: &DVector<f64>) {
+        let translation: Vector3<f64> = step.fixed_rows::<3>(0).into();
+        let rotation: Vector3<f64> = step.fixed_rows::<3>(3).into();
+        at.pose.translation += translation;
+        at.pose.rotation = rotation_exp(rotation / self.machine.reach) * at.pose.rotation;
+        let joints = at.drives.iter_mut().chain(at.passive.iter_mut().flatten());
+        for ((value, motion), step) in joints.zip(self.motions()).zip(step.iter().skip(6)) {
+            *value += step / self.unit(motion);
+        }
+    }
+
+    /// Motion of each drive, then of each passive joint.
+    fn motions(&self) -> impl Iterator<Item = Motion> {
+        let machine = self.machine;
+        let passive = machine.chains.iter().flat_map(|chain| chain.passive.iter().map(|joint| joint.motion));
+        machine.drives().map(|(_, drive)| drive.motion).chain(passive)
+    }
+
+    /// What a joint's coordinate is multiplied by to make it a length.
+    pub fn unit(&self, motion: Motion) -> f64 {
+        match motion {
+            Motion::Prismatic => 1.0,
+            Motion::Revolute => self.machine.reach,
+        }
+    }
+
+    /// Largest change of a revolute joint, rad.
+    fn rotation_change(&self, from: &Configuration, to: &Configuration) -> f64 {
+        let values =
+            |c: &Configuration| -> Vec<f64> { c.drives.iter().chain(c.passive.iter().flatten()).copied().collect() };
+        let changes = values(from).into_iter().zip(values(to)).zip(self.motions());
+        changes.filter(|(_, motion)| *motion == Motion::Revolute).fold(0.0, |most, ((a, b), _)| most.max((a - b).abs()))
+    }
+
+    /// Whether a singularity lies between two near configurations: the determinant of the linearised problem changes sign,
+    /// with the drives commanded (parallel singularity) or with the task commanded (the end of a chain's reach).
+    ///
+    /// The problem has more equations than unknowns where the machine is over-constrained; its determinant is taken on
+    /// the column space at `from`. A machine with idle joints is always singular, and is not judged; one that is singular at
+    /// `from` and not at home does not lead on.
+    pub(super) fn passes_singularity(&mut self, from: &Configuration, to: &Configuration) -> bool {
+        let by_drives = (Command::Drives(&from.drives), Command::Drives(&to.drives));
+        let by_task = (Command::Task(&from.pose), Command::Task(&to.pose));
+        [by_drives, by_task].iter().any(|(before, after)| {
+            self.linearise(from, before);
+            if self.jacobian.nrows() < self.jacobian.ncols() {
+                return false;
+            }
+            let (basis, triangle) = self.jacobian.clone().qr().unpack();
+            let pivots = triangle.diagonal();
+            if is_singular(&pivots) {
+                return !self.is_singular_at_home(before);
+            }
+            self.linearise(to, after);
+            let projected = basis.transpose() * &self.jacobian;
+            projected.determinant() * pivots.iter().map(|p| p.signum()).product::<f64>() < 0.0
+        })
+    }
+
+    /// Whether the linearised problem is singular at home for commands such as this one.
+    fn is_singular_at_home(&mut self, command: &Command<'_>) -> bool {
+        let home = &self.machine.home;
+        match command {
+            Command::Drives(_) => self.linearise(home, &Command::Drives(&home.drives)),
+            Command::Task(_) => self.linearise(home, &Command::Task(&home.pose)),
+        }
+        self.jacobian.nrows() < self.jacobian.ncols() || is_singular(&self.jacobian.clone().qr().unpack_r().diagonal())
+    }
+
+    /// Why `command` is not met, as seen at `at`, where the search stopped: the chain that closes worst, and its gap.
+    pub(super) fn why_not(&mut self, at: &Configuration, command: &Command<'_>) -> Unreachable {
+        self.linearise(at, command);
+        let gaps = self.machine.chains.iter().enumerate().map(|(c, chain)| {
+            let gap = self.residual.rows(6 * c, 6).norm();
+            (chain.name.clone(), gap)
+        });
+        match gaps.max_by(|a, b| a.1.total_cmp(&b.1)) {
+            Some((chain, gap_mm)) if gap_mm.is_nan() || gap_mm >= CLOSED_MM => Unreachable::Closure { chain, gap_mm },
+            _ => Unreachable::OtherMode,
+        }
+    }
+}
+
+/// Whether the triangle with these diagonal entries has a pivot that is zero.
+fn is_singular(pivots: &DVector<f64>) -> bool {
+    pivots.amin() < RANK_TOLERANCE * pivots.amax()
+}
+
+impl Machine {
+    /// Closure Jacobian at `at`: `6m` rows (mm, rad × reach), columns twist of P, drives, passive joints.
+    pub(in crate::machine) fn closure_jacobian(&self, at: &Configuration) -> DMatrix<f64> {
+        let mut closure = Closure::new(self);
+        closure.linearise(at, &Command::Drives(&at.drives));
+        closure.jacobian.rows(0, 6 * self.chains.len()).into_owned()
+    }
+}

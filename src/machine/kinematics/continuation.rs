@@ -1,0 +1,51 @@
+//! A family of commands followed from a known configuration in steps short enough to stay on its assembly mode.
+
+use super::{
+    Configuration, Unreachable,
+    closure::{Closure, Command, Reached},
+};
+use crate::machine::Machine;
+
+/// The shortest step, as a share of the whole way.
+pub(super) const MIN_STEP: f64 = 1.0 / 1024.0;
+
+impl Machine {
+    /// Follows a one-parameter family of commands from s = 0 (solved by `start`) to s = 1 with adaptive steps, down to
+    /// `least_step`.
+    pub(super) fn follow<'a>(
+        &'a self,
+        start: &Configuration,
+        least_step: f64,
+        mut solve: impl FnMut(f64, &mut Closure<'a>, &Configuration) -> Reached,
+    ) -> Reached {
+        let mut closure = Closure::new(self);
+        let (mut at, mut s, mut step) = (start.clone(), 0.0, 1.0f64);
+        while s < 1.0 {
+            let next = f64::min(1.0, s + step);
+            let reached = solve(next, &mut closure, &at);
+            if reached.solved && !closure.passes_singularity(&at, &reached.at) {
+                at = reached.at;
+                s = next;
+                step *= 2.0;
+            } else if step > least_step {
+                step *= 0.5;
+            } else {
+                return Reached { at, solved: false };
+            }
+        }
+        Reached { at, solved: true }
+    }
+
+    /// The configuration reached, or the chain that closes worst where the search for it stops.
+    pub(super) fn closed(&self, reached: Reached, command: &Command<'_>) -> Result<Configuration, Unreachable> {
+        if reached.solved {
+            return Ok(reached.at);
+        }
+        let mut closure = Closure::new(self);
+        let mut nearest = reached.at;
+        for _ in 0..8 {
+            nearest = closure.newton(&nearest, command).at;
+        }
+        Err(closure.why_not(&nearest, command))
+    }
+}

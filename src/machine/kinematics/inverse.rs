@@ -1,0 +1,109 @@
+//! Inverse kinematics: from a pose of P to the drives.
+
+use nalgebra::DMatrix;
+
+use super::{
+    Configuration, Unreachable,
+    closure::{Closure, Command},
+    continuation::MIN_STEP,
+};
+use crate::{
+    machine::{Coordinate, Machine},
+    spatial::{Pose, rotation_exp, rotation_log},
+};
+
+/// Where a straight way ends is found to this share of the machine's reach, but to no less than this share of the way.
+const WAY_END: f64 = 1e-4;
+const MIN_WAY_STEP: f64 = 1.0 / 16384.0;
+
+impl Machine {
+    /// Inverse kinematics: the configuration that puts the controlled task coordinates of P on those of `target`, on the
+    /// assembly mode of home.
+    ///
+    /// It is the one that the straight line from home leads to. Where that does not lead there, or beyond a limit, other
+    /// ways are tried: a serial machine takes any posture that its travel allows, the nearest to home of those found, since
+    /// nothing is in the way from one to another; a parallel one goes around, without passing a singularity. Hinges are
+    /// taken a full turn back or on where that brings them within their travel. Where the drives control more than the
+    /// task asks for, they stand as near to home as they can, see [`Machine::redundancy`].
+    ///
+    /// # Errors
+    /// [`Unreachable`] if no such configuration is found, or only beyond a limit.
+    pub fn inverse_kinematics(&self, target: &Pose) -> Result<Configuration, Unreachable> {
+        self.inverse_kinematics_from(&self.home, target).or_else(|straight| self.way_around(target, straight))
+    }
+
+    /// Inverse kinematics continued on the straight line from a known configuration `start` instead of home; no other way
+    /// is tried.
+    ///
+    /// # Errors
+    /// As [`Machine::inverse_kinematics`].
+    pub fn inverse_kinematics_from(&self, start: &Configuration, target: &Pose) -> Result<Configuration, Unreachable> {
+        let configuration = self.unlimited_inverse_kinematics_from(start, target)?;
+        self.within_limits(configuration, target)
+    }
+
+    /// As [`Machine::inverse_kinematics_from`], as if travel and joints had no limits.
+    pub(crate) fn unlimited_inverse_kinematics_from(
+        &self,
+        start: &Configuration,
+        target: &Pose,
+    ) -> Result<Configuration, Unreachable> {
+        let turn = rotation_log(&(start.pose.rotation.transpose() * target.rotation));
+        let shift = target.translation - start.pose.translation;
+        let start_pose = start.pose;
+        let along = move |s: f64| Pose {
+            rotation: start_pose.rotation * rotation_exp(turn * s),
+            translation: start_pose.translation + shift * s,
+        };
+        let length = shift.norm().hypot(turn.norm() * self.reach);
+        let least_step = (WAY_END * self.reach / length).clamp(MIN_WAY_STEP, MIN_STEP);
+        let reached = self.follow(start, least_step, |s, closure, from| {
+            let pose = if s == 1.0 { *target } else { along(s) };
+            closure.newton(from, &Command::Task(&pose))
+        });
+        let end = reached.at.pose;
+        self.closed(reached, &Command::Task(target)).map_err(|unreachable| match unreachable {
+            Unreachable::Closure { chain, .. } => Unreachable::TooFar { chain, short_mm: self.way_left(&end, target) },
+            other => other,
+        })
+    }
+
+    /// From `at` to `target` in the controlled coordinates, mm, rotations weighted by the reach.
+    fn way_left(&self, at: &Pose, target: &Pose) -> f64 {
+        let turn = rotation_log(&(at.rotation.transpose() * target.rotation)) * self.reach;
+        let shift = target.translation - at.translation;
+        let left = self.controls.iter().map(|coordinate| match *coordinate {
+            Coordinate::Translation(axis) => shift[axis],
+            Coordinate::Rotation(axis) => turn[axis],
+        });
+        left.map(|left| left * left).sum::<f64>().sqrt()
+    }
+
+    /// Derivative of the drives by the controlled task coordinates at `at`: one row per drive (mm, rad), one column per
+    /// coordinate (mm, rad about the axes of the platform). Redundant drives move as little as they can, slides in mm and
+    /// hinges in mm at the machine's reach. `None` at the end of a chain's reach.
+    pub fn drive_jacobian(&self, at: &Configuration) -> Option<DMatrix<f64>> {
+        let mut closure = Closure::new(self);
+        closure.linearise(at, &Command::Task(&at.pose));
+        let (equations, coordinates) = (closure.jacobian.nrows(), self.controls.len());
+        let mut right = DMatrix::zeros(equations, coordinates);
+        for (i, coordinate) in self.controls.iter().enumerate() {
+            right[(equations - coordinates + i, i)] = match coordinate {
+                Coordinate::Translation(_) => 1.0,
+                Coordinate::Rotation(_) => self.reach,
+            };
+        }
+        let mut by_task = if self.redundancy > 0 {
+            closure.least_motions(&right)?
+        } else {
+            let transposed = closure.jacobian.transpose();
+            let factor = (&transposed * &closure.jacobian).cholesky()?;
+            let unknowns = factor.solve(&(transposed * right));
+            unknowns.rows(6, self.drive_count()).into_owned()
+        };
+        for (mut row, (_, drive)) in by_task.row_iter_mut().zip(self.drives()) {
+            row /= closure.unit(drive.motion);
+        }
+        Some(by_task)
+    }
+}

@@ -1,0 +1,135 @@
+//! Travel of drives and limits of passive joints.
+
+use std::f64::consts::TAU;
+
+use super::{Configuration, Unreachable};
+use crate::{
+    machine::{Machine, Motion},
+    spatial::Pose,
+};
+
+/// A drive or joint is at its limit, not beyond it, within this share of the limit: rounding of what the search for the
+/// configuration, and a program's numbers, leave.
+const LIMIT_ROUNDING: f64 = 1e-9;
+
+impl Machine {
+    /// `at`, which meets `target`, moved by what is free: full turns, and the freedom of redundant drives.
+    ///
+    /// # Errors
+    /// A limit that is violated all the same.
+    pub(in crate::machine) fn within_limits(
+        &self,
+        at: Configuration,
+        target: &Pose,
+    ) -> Result<Configuration, Unreachable> {
+        let mut at = if self.redundancy > 0 { self.nearest_to_home(at, target) } else { at };
+        if self.check_limits(&at).is_err() {
+            self.turn_within_travel(&mut at);
+        }
+        self.check_limits(&at)?;
+        Ok(at)
+    }
+
+    /// Takes hinge drives beyond their travel a full turn back or on where that brings them within.
+    fn turn_within_travel(&self, at: &mut Configuration) {
+        for ((_, drive), rho) in self.drives().zip(&mut at.drives) {
+            let Some((low, high)) = drive.travel.filter(|_| drive.motion == Motion::Revolute) else { continue };
+            let (up, down) = (*rho + ((low - *rho) / TAU).ceil() * TAU, *rho - ((*rho - high) / TAU).ceil() * TAU);
+            match *rho {
+                value if value < low && up <= high => *rho = up,
+                value if value > high && down >= low => *rho = down,
+                _ => {}
+            }
+        }
+    }
+
+    /// Whether a drive's travel or a passive joint is limited.
+    pub(crate) fn has_limits(&self) -> bool {
+        let drives = self.drives().any(|(_, drive)| drive.travel.is_some());
+        drives || self.chains.iter().flat_map(|chain| &chain.passive).any(|joint| joint.limits.is_some())
+    }
+
+    /// Travel and joint limits at a configuration.
+    pub(crate) fn check_limits(&self, at: &Configuration) -> Result<(), Unreachable> {
+        for ((c, drive), &rho) in self.drives().zip(&at.drives) {
+            if let Some((low, high)) = drive.travel
+                && beyond(rho, low, high) > 0.0
+            {
+                let (unit, scale) = user_unit(drive.motion);
+                return Err(Unreachable::Travel {
+                    chain: self.chains[c].name.clone(),
+                    drive: drive.name.clone(),
+                    value: rho * scale,
+                    low: low * scale,
+                    high: high * scale,
+                    unit: unit.into(),
+                });
+            }
+        }
+        for (chain, values) in self.chains.iter().zip(&at.passive) {
+            for (joint, &q) in chain.passive.iter().zip(values) {
+                if let Some((low, high)) = joint.limits
+                    && beyond(q, low, high) > 0.0
+                {
+                    let (unit, scale) = user_unit(joint.motion);
+                    return Err(Unreachable::JointLimit {
+                        chain: chain.name.clone(),
+                        joint: joint.name.clone(),
+                        value: q * scale,
+                        low: low * scale,
+                        high: high * scale,
+                        unit: unit.into(),
+                    });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// How far the drive or joint farthest beyond its limits is beyond them, mm or degrees; 0 within.
+    pub(crate) fn limit_excess(&self, at: &Configuration) -> f64 {
+        let drives = self.drives().zip(&at.drives).map(|((_, drive), &rho)| (drive.travel, drive.motion, rho));
+        let joints = self.chains.iter().zip(&at.passive).flat_map(|(chain, values)| {
+            chain.passive.iter().zip(values).map(|(joint, &q)| (joint.limits, joint.motion, q))
+        });
+        let excess = |(limits, motion, value): (Option<(f64, f64)>, Motion, f64)| {
+            limits.map_or(0.0, |(low, high)| beyond(value, low, high) * user_unit(motion).1)
+        };
+        drives.chain(joints).map(excess).fold(0.0, f64::max)
+    }
+
+    /// Adds to `shares` where each limited drive and joint stands in its range: −1 at the lower end and 1 at the upper one,
+    /// as [`Machine::check_limits`] takes them.
+    pub(crate) fn limit_shares(&self, at: &Configuration, shares: &mut Vec<f64>) {
+        let drives = self.drives().zip(&at.drives).map(|((_, drive), &rho)| (drive.travel, rho));
+        let joints = self
+            .chains
+            .iter()
+            .zip(&at.passive)
+            .flat_map(|(chain, values)| chain.passive.iter().zip(values).map(|(joint, &q)| (joint.limits, q)));
+        let limited = drives.chain(joints).filter_map(|(limits, value)| limits.map(|limits| (limits, value)));
+        shares.extend(limited.map(|((low, high), value)| {
+            let half = 0.5 * (high - low) + rounding(low, high);
+            (value - 0.5 * (low + high)) / half
+        }));
+    }
+}
+
+/// How far `value` is beyond the limits, in its unit; 0 within them and as far outside as rounding may put it.
+fn beyond(value: f64, low: f64, high: f64) -> f64 {
+    let excess = f64::max(low - value, value - high);
+    if excess > rounding(low, high) { excess } else { 0.0 }
+}
+
+/// How far beyond its limits rounding may put a value.
+fn rounding(low: f64, high: f64) -> f64 {
+    LIMIT_ROUNDING * low.abs().max(high.abs()).max(high - low)
+}
+
+/// Unit in which a joint is shown, and the factor to it.
+fn user_unit(motion: Motion) -> (&'static str, f64) {
+    match motion {
+        Motion::Prismatic => ("mm", 1.0),
+        Motion::Revolute => ("deg", 180.0 / std::f64::consts::PI),
+    }
+}

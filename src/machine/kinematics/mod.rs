@@ -1,0 +1,133 @@
+//! Rigid kinematics of any machine: all chain ends on one platform pose, springs undeflected.
+//!
+//! Unknowns are the drives, the passive joints and the platform pose; equations are the six closure errors of each chain
+//! and what is commanded (task coordinates in the inverse problem, drives in the forward one). They are solved by a damped
+//! least-squares Newton (Levenberg–Marquardt) that follows the straight line from a known configuration, usually home,
+//! in steps short enough to stay on its assembly mode. Where the drives control more than the task asks for, the module
+//! `redundancy` says what they do; where the straight line does not lead to the target, `ways_around` tries others.
+
+mod closure;
+mod continuation;
+mod forward;
+mod inverse;
+mod limits;
+
+use std::borrow::Cow;
+
+use serde::{Deserialize, Serialize};
+
+pub(super) use closure::{CLOSURE_ROUNDING, Closure, Command, reach};
+
+use super::{Chain, task_space::shown};
+use crate::spatial::Pose;
+
+/// A rigid configuration of the machine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Configuration {
+    /// Pose of P in O.
+    pub pose: Pose,
+    /// Coordinates of all drives in machine order, mm or rad.
+    pub drives: Vec<f64>,
+    /// Passive joint coordinates of each chain, mm or rad.
+    pub passive: Vec<Vec<f64>>,
+}
+
+/// Why a target cannot be reached.
+#[derive(Debug, Clone, PartialEq, thiserror::Error, Serialize, Deserialize)]
+pub enum Unreachable {
+    /// No configuration closes the chains.
+    #[error("chain {chain} cannot close: gap {gap_mm:.3} mm")]
+    Closure {
+        /// The chain with the largest gap.
+        chain: String,
+        /// Its gap where the search stopped, rotations weighted by the machine's reach.
+        gap_mm: f64,
+    },
+    /// The chains do not close at the target: the straight way there ends before it.
+    #[error("chain {chain} cannot close there; the straight way ends {short_mm:.1} mm before")]
+    TooFar {
+        /// The chain that closes worst.
+        chain: String,
+        /// From where the straight way ends to the target in the controlled coordinates, rotations weighted by the machine's
+        /// reach.
+        short_mm: f64,
+    },
+    /// The chains close there, but the way from home leads through a singularity or to another assembly mode.
+    #[error("only on another assembly mode than home, or beyond a singularity")]
+    OtherMode,
+    /// Neither the straight line from home nor another way leads there.
+    #[error("{straight}; ways around tried: {tried}")]
+    NoWay {
+        /// What the straight line ends with.
+        straight: Box<Unreachable>,
+        /// What else was tried.
+        tried: Cow<'static, str>,
+    },
+    /// A coordinate is asked for that the drives do not control, and the machine is elsewhere in it.
+    #[error(
+        "{axis}: asked {asked} mm, the machine stays at {stands} mm: difference {} mm; it controls {controls}",
+        shown(.asked - .stands)
+    )]
+    Uncontrolled {
+        /// The coordinate: x, y or z of P.
+        axis: Cow<'static, str>,
+        /// What is asked for, mm.
+        asked: f64,
+        /// Where P stands, mm.
+        stands: f64,
+        /// The coordinates that are controlled.
+        controls: String,
+    },
+    /// The platform turns with its position, and the point that is to be led is not where it should be.
+    #[error(
+        "the platform turns with its position: no place of it was found that puts the point of the path where it is asked for \
+         (the nearest leaves {beside_mm:.3} mm)"
+    )]
+    Turned {
+        /// How far the point is from where it is asked for, mm.
+        beside_mm: f64,
+    },
+    /// A drive would leave its travel.
+    #[error("drive {drive} of chain {chain} at {value:.3} {unit}, travel {low:.3} to {high:.3} {unit}")]
+    Travel {
+        /// Its chain.
+        chain: String,
+        /// Its name.
+        drive: String,
+        /// Where it would have to stand.
+        value: f64,
+        /// Lower end of the travel.
+        low: f64,
+        /// Upper end of the travel.
+        high: f64,
+        /// `mm` or `deg`.
+        unit: Cow<'static, str>,
+    },
+    /// A passive joint would leave its limits.
+    #[error("joint {joint} of chain {chain} at {value:.3} {unit}, limits {low:.3} to {high:.3} {unit}")]
+    JointLimit {
+        /// Its chain.
+        chain: String,
+        /// Its name.
+        joint: String,
+        /// Where it would have to stand.
+        value: f64,
+        /// Lower limit.
+        low: f64,
+        /// Upper limit.
+        high: f64,
+        /// `mm` or `deg`.
+        unit: Cow<'static, str>,
+    },
+}
+
+impl Configuration {
+    /// Joint values from which a machine's home is sought.
+    pub(super) fn start(chains: &[Chain], pose: Pose) -> Self {
+        Self {
+            pose,
+            drives: chains.iter().flat_map(|chain| chain.drives.iter().map(|drive| drive.home)).collect(),
+            passive: chains.iter().map(|chain| chain.passive.iter().map(|joint| joint.home).collect()).collect(),
+        }
+    }
+}
