@@ -1,4 +1,4 @@
-//! What the fuzz targets do with an input. `tests/fuzz_corpus.rs` does the same with every saved one.
+//! What the fuzz targets do with an input. `tests/it/fuzz_corpus.rs` does the same with every saved one.
 //!
 //! An input is either accepted, and what follows from it is finite or a status with a reason, or refused by a message
 //! that names the file. Nothing is written, and no more than one point is computed.

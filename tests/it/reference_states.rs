@@ -1,7 +1,6 @@
 //! The engine against independent nonlinear states; see `tests/reference/README.md`.
 
-mod support;
-
+use crate::support::{Within, reference};
 use kinetostat::{
     compensation::{
         Demand, Method, Session, Settings as CompensationSettings, Status as CompensationStatus, Target, compensate,
@@ -12,7 +11,6 @@ use kinetostat::{
 };
 use nalgebra::{Matrix6, Vector3};
 use serde_json::Value;
-use support::{Within, reference};
 
 struct Case {
     nominal: Machine,

@@ -2,8 +2,7 @@
 //! chain stiffness, the wrench-weighted Hessians: eqs. (4), (5) are transcribed here with J and H from differences of
 //! the chain's pose alone.
 
-mod support;
-
+use crate::support::engine::*;
 use kinetostat::{
     machine::{Chain, Machine, MoveScrew, SpringLaw},
     spatial::{Pose, Wrench},
@@ -11,7 +10,6 @@ use kinetostat::{
 };
 use nalgebra::{DMatrix, DVector, Matrix6, Vector3, Vector6};
 use proptest::prelude::*;
-use support::engine::*;
 
 const STEP: f64 = 1e-4;
 

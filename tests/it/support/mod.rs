@@ -1,8 +1,8 @@
 //! Shared by the integration tests.
-#![allow(dead_code)]
 
 pub mod arm;
 pub mod engine;
+pub mod golden;
 pub mod placement;
 pub mod planar;
 pub mod random_machine;

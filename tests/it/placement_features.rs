@@ -1,9 +1,11 @@
 //! Placements of tilted workpieces, of several features, and by the error left within limits.
 
-mod support;
-
 use std::path::Path;
 
+use crate::support::{
+    arm::ARM,
+    placement::{searched, study_in},
+};
 use kinetostat::{
     compensation::{Demand, Method, Session, Settings, Target, compensate},
     report::exchange::csv,
@@ -14,10 +16,6 @@ use kinetostat::{
     },
 };
 use nalgebra::Vector3;
-use support::{
-    arm::ARM,
-    placement::{searched, study_in},
-};
 
 fn write(folder: &Path, name: &str, text: &str) {
     std::fs::write(folder.join(name), text).unwrap();

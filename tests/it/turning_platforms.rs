@@ -1,17 +1,15 @@
 //! Machines whose platform turns with its position: a Tricept-like module and arms with free turns. What a program or a path
 //! asks for is where its own point of the platform stands, not P.
 
-mod support;
-
 use std::{fs, path::Path, process::Command};
 
+use crate::support::engine::machine_from;
 use kinetostat::machine::Machine;
 use nalgebra::Vector3;
 use serde_json::Value;
-use support::engine::machine_from;
 
-const TRICEPT: &str = include_str!("machines/tricept.toml");
-const KR270: &str = include_str!("machines/kr270.toml");
+const TRICEPT: &str = include_str!("../machines/tricept.toml");
+const KR270: &str = include_str!("../machines/kr270.toml");
 const FORCE: &str = "[force.path_frame]\nlaw = \"rotated\"\nradial_force_N = 200.0\ntangential_force_N = -300.0\n\
                      axial_force_N = -100.0\n";
 const PROGRAM: &str = "G21 G90 G17\nG0 X-40 Y10 Z0\nG1 X40 Y10 Z0 F600\nG1 X40 Y-60 Z20\nM30\n";

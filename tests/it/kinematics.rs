@@ -1,15 +1,13 @@
 //! Rigid kinematics: the numerical inverse against closed forms, the round trip, assembly modes, unreachable targets and
 //! mobility.
 
-mod support;
-
+use crate::support::{arm::ARM, engine::*};
 use kinetostat::{
     machine::{Machine, Mobility, Unreachable},
     spatial::Pose,
 };
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
-use support::{arm::ARM, engine::*};
 
 /// The machine file of a catalogue machine with one piece of text replaced.
 fn edited(name: &str, from: &str, to: &str) -> Machine {
@@ -158,7 +156,7 @@ fn a_target_beyond_the_legs_names_a_chain_and_how_far_before_it_the_way_ends() {
 
 #[test]
 fn the_way_left_to_places_beyond_an_arm_grows_with_them_and_what_was_tried_is_said() {
-    let arm = machine_from(include_str!("machines/kr270.toml"));
+    let arm = machine_from(include_str!("../machines/kr270.toml"));
     let reasons = [2700.0, 3200.0, 4000.0, 5000.0, 9000.0].map(|x| {
         let refused = arm.inverse_kinematics(&arm.pose_at(Vector3::new(x, 0.0, 1000.0))).unwrap_err();
         let Unreachable::NoWay { straight, tried } = &refused else { panic!("{refused}") };

@@ -1,14 +1,12 @@
 //! Newton converges quadratically; load stepping reaches what a full step does not.
 
-mod support;
-
+use crate::support::engine::*;
 use kinetostat::{
     machine::{Configuration, Machine},
     spatial::Wrench,
     statics::{Settings, State, Status, Workspace, equilibrium},
 };
 use nalgebra::Vector3;
-use support::engine::*;
 
 /// Residual after each iteration of a solve from the rigid state, by asking for ever smaller ones.
 fn residual_history(machine: &Machine, at: &Configuration, load: &Wrench) -> Vec<f64> {

@@ -1,7 +1,5 @@
 //! The program as its user meets it: commands, exit codes, what is printed where, what is written.
 
-mod support;
-
 use std::{
     collections::BTreeSet,
     fs,
@@ -9,8 +7,8 @@ use std::{
     process::{Command, Output},
 };
 
+use crate::support::{Within, reference};
 use serde_json::{Value, json};
-use support::{Within, reference};
 
 const STUDY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/studies/01_workspace_map");
 

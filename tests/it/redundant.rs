@@ -1,8 +1,7 @@
 //! Machines whose drives control more than is asked of them: an arm on a rail, an arm whose turn about the tool is free, an
 //! arm that is told only where its flange is.
 
-mod support;
-
+use crate::support::engine::*;
 use kinetostat::{
     compensation::{self, BoundedSettings, Demand, Limits, Method, Session, Target, compensate, compensate_bounded},
     machine::{Coordinate, Machine},
@@ -10,10 +9,9 @@ use kinetostat::{
     statics::Status,
 };
 use nalgebra::{DMatrix, Matrix6, Vector3, Vector6};
-use support::engine::*;
 
-const RAIL: &str = include_str!("machines/kr270_rail.toml");
-const KR270: &str = include_str!("machines/kr270.toml");
+const RAIL: &str = include_str!("../machines/kr270_rail.toml");
+const KR270: &str = include_str!("../machines/kr270.toml");
 const ALL: &str = r#"controls = ["x", "y", "z", "rotation_x", "rotation_y", "rotation_z"]"#;
 
 /// The arm with fewer coordinates to control.

@@ -1,7 +1,9 @@
 //! Cases solved several at a time have the outcomes they have alone, at every level of the processor.
 
-mod support;
-
+use crate::support::{
+    engine::{CATALOGUE, at_position, cases, catalogue_machine, position_in_box, with_assembly_errors, wrench_from},
+    planar::{Leg, machine},
+};
 use kinetostat::{
     compensation::{self, Demand, Method, Session, Target, compensate, compensate_batch},
     machine::{Configuration, Machine},
@@ -11,10 +13,6 @@ use kinetostat::{
 };
 use nalgebra::Vector3;
 use proptest::prelude::*;
-use support::{
-    engine::{CATALOGUE, at_position, cases, catalogue_machine, position_in_box, with_assembly_errors, wrench_from},
-    planar::{Leg, machine},
-};
 
 /// One equilibrium to be found.
 #[derive(Debug, Clone)]

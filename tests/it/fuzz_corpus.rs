@@ -1,7 +1,7 @@
 //! Every saved fuzz input, seeds and past faults, and inputs too large to save: no panic, no hang, no overflow of a
 //! thread's stack. What is done with an input, and what must follow, is in `fuzz/src/lib.rs`.
 
-#[path = "../fuzz/src/lib.rs"]
+#[path = "../../fuzz/src/lib.rs"]
 mod targets;
 
 use std::{

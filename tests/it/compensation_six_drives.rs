@@ -1,14 +1,12 @@
 //! A machine whose drives control all six coordinates: position alone, or the full pose, may be put right.
 
-mod support;
-
+use crate::support::{arm::ARM, engine::machine_from};
 use kinetostat::{
     compensation::{Compensation, Demand, Method, Session, Settings, Status, Target, compensate},
     machine::{ChainError, Machine},
     spatial::{Pose, Twist, Wrench, rotation_log},
 };
 use nalgebra::Vector3;
-use support::{arm::ARM, engine::machine_from};
 
 fn machines() -> (Machine, Machine) {
     let nominal = machine_from(ARM);

@@ -1,18 +1,16 @@
 //! Placement studies: the search against brute force, symmetry, reasons, threads.
 
-mod support;
-
 use std::path::Path;
 
+use crate::support::placement::searched;
 use kinetostat::study::placement::{
     Bounds, Cell, Evaluator, Found, Metric, PlacementResults, PlacementStudy, Site, SiteGrid, Verdict, compare,
     report::{candidates_table, sweep_table},
 };
 use nalgebra::Vector3;
-use support::placement::searched;
 
 fn study_in(folder: &Path, toml: &str) -> PlacementStudy {
-    support::placement::study_in(folder, toml).unwrap_or_else(|e| panic!("{e}"))
+    crate::support::placement::study_in(folder, toml).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// A 50 mm groove on the Orthoglide, its centre anywhere in the plane z = 0.

@@ -1,8 +1,7 @@
 //! Machines beyond the catalogue, drawn at random and often degenerate: no panic, no number that is not finite without a
 //! status and its reason, and where a state is called solved it is in equilibrium by an independent recomputation.
 
-mod support;
-
+use crate::support::{engine::cases, random_machine::random_machine};
 use kinetostat::{
     compensation::{self, Demand, Method, Session, Target, compensate},
     machine::{Chain, ChainError, Configuration, Machine, Motion, SpringLaw},
@@ -23,7 +22,6 @@ use proptest::{
     prelude::*,
     test_runner::{Config, TestRunner},
 };
-use support::{engine::cases, random_machine::random_machine};
 
 /// Residual of any solved state: what [`Settings`] demand, or rounding.
 const RESIDUAL: f64 = 1e-8;

@@ -1,9 +1,8 @@
 //! The superposition study: what its numbers must satisfy.
 
-mod support;
-
 use std::path::Path;
 
+use crate::support::engine::*;
 use kinetostat::{
     machine::{ChainError, Machine},
     process::{ForceLaw, MillingForce},
@@ -23,7 +22,6 @@ use kinetostat::{
     work::Work,
 };
 use nalgebra::{Matrix3, Vector3};
-use support::engine::*;
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/studies/05_superposition");
 

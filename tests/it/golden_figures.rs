@@ -1,9 +1,6 @@
 //! Golden figures: small ones of each kind, byte for byte.
 
-#[path = "support/golden.rs"]
-mod golden;
-
-use golden::same;
+use crate::support::golden::same;
 use kinetostat::report::figures::{
     Colours, CurvePanel, Figure, LineFigure, LineSeries, Mark2, Mark3, PanelCurve, PanelFigure, SliceFigure,
     SlicePanel, VolumeFigure,

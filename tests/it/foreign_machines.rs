@@ -1,8 +1,10 @@
 //! Machines that the program was not written for (`tests/machines`): independent states, and chains of rigid links condensed
 //! against the same equations uncondensed.
 
-mod support;
-
+use crate::support::{
+    Within,
+    engine::{EXACT, at_position, position_in_box},
+};
 use kinetostat::{
     compensation::{Demand, Target},
     machine::{Configuration, Machine},
@@ -15,10 +17,6 @@ use kinetostat::{
 };
 use nalgebra::{DMatrix, Matrix6, Matrix6xX, Vector3, Vector6};
 use serde_json::Value;
-use support::{
-    Within,
-    engine::{EXACT, at_position, position_in_box},
-};
 
 /// Machines with chains whose only compliance is in their drives, with the largest load each is tried under (N).
 const RIGID_LINKS: [(&str, f64); 4] =
@@ -115,7 +113,7 @@ fn assert_same(what: &str, machine: &Machine, at: &Configuration, condensed: &So
     let (got, expected) = (&condensed.outcome, &uncondensed.outcome);
     assert_eq!(got.status, expected.status, "{what}");
     let twist = |state: &State| {
-        let mut twist = support::engine::motion_between(&at.pose, &state.pose);
+        let mut twist = crate::support::engine::motion_between(&at.pose, &state.pose);
         twist.fixed_rows_mut::<3>(3).scale_mut(reach);
         twist
     };

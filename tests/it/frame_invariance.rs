@@ -1,7 +1,6 @@
 //! Moving or rotating machine, load and workpiece together moves or rotates the results and changes nothing else.
 
-mod support;
-
+use crate::support::engine::*;
 use kinetostat::{
     machine::{Configuration, Machine},
     spatial::{Pose, Wrench},
@@ -9,7 +8,6 @@ use kinetostat::{
 };
 use nalgebra::{Matrix6, Vector3};
 use proptest::prelude::*;
-use support::engine::*;
 
 /// The machine carried to the pose `x_mo` of its old base frame in the new one.
 fn carried(machine: &Machine, x_mo: &Pose) -> Machine {

@@ -1,14 +1,12 @@
 //! Inverse kinematics where the straight line from home does not lead to the target: other ways, what they may not do, and
 //! what is said when none leads there.
 
-mod support;
-
+use crate::support::engine::*;
 use kinetostat::machine::{Machine, Unreachable};
 use nalgebra::Vector3;
-use support::engine::*;
 
-const KR270: &str = include_str!("machines/kr270.toml");
-const FIVEBAR: &str = include_str!("machines/fivebar.toml");
+const KR270: &str = include_str!("../machines/kr270.toml");
+const FIVEBAR: &str = include_str!("../machines/fivebar.toml");
 
 /// The target is met, within travel.
 fn assert_met(machine: &Machine, position: Vector3<f64>) -> Vec<f64> {

@@ -1,14 +1,12 @@
 //! Scaling load and chain errors by s: what the linear model and the superposition of sources leave out is O(s²).
 
-mod support;
-
+use crate::support::engine::*;
 use kinetostat::{
     machine::{ChainError, Configuration, Machine},
     spatial::Wrench,
     statics::{Status, Workspace, aggregate_errors, unloaded_stiffness},
 };
 use nalgebra::{Vector3, Vector6};
-use support::engine::*;
 
 /// A machine in a configuration with both sources at full scale.
 struct Sources {

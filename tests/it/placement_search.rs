@@ -1,16 +1,14 @@
 //! Placement studies against attacks: what is recommended can be cut there, is the best place known, and is as good as
 //! brute force finds.
 
-mod support;
-
 use std::path::Path;
 
+use crate::support::placement::{searched, study_in};
 use kinetostat::study::placement::{
     Bounds, End, Entry, Evaluator, Metric, Metrics, PlacementResults, PlacementStudy, Site, SiteGrid, compare,
     report::{recommendation, summary_text},
 };
 use rayon::prelude::*;
-use support::placement::{searched, study_in};
 
 /// Three slides and a beam; the slide along x can go 60 mm either way from home.
 const GANTRY: &str = r#"schema = 1

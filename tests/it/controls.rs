@@ -1,14 +1,12 @@
 //! What a machine can be asked for: coordinates that its drives do not control are refused with the difference, controls
 //! that they cannot have are named, and places outside its workspace box are said to be.
 
-mod support;
-
+use crate::support::engine::*;
 use kinetostat::machine::{Machine, Unreachable};
 use nalgebra::Vector3;
-use support::engine::*;
 
-const FIVEBAR: &str = include_str!("machines/fivebar.toml");
-const RRR3: &str = include_str!("machines/rrr3.toml");
+const FIVEBAR: &str = include_str!("../machines/fivebar.toml");
+const RRR3: &str = include_str!("../machines/rrr3.toml");
 
 #[test]
 fn a_planar_machine_refuses_another_height_and_names_it() {
@@ -84,7 +82,7 @@ fn a_translation_left_free_is_refused_where_it_is_asked_for_elsewhere_than_it_go
 fn drives_without_travel_are_named() {
     let said = warnings(&catalogue_machine("orthoglide"));
     assert!(said.contains("drives x, y, z: no travel is given"), "{said}");
-    let kr270 = machine_from(include_str!("machines/kr270.toml"));
+    let kr270 = machine_from(include_str!("../machines/kr270.toml"));
     assert!(!warnings(&kr270).contains("travel"), "{}", warnings(&kr270));
 }
 

@@ -1,11 +1,8 @@
 //! Golden tables of the studies, reduced.
 
-#[path = "support/golden.rs"]
-mod golden;
-
 use std::path::Path;
 
-use golden::{agree, check};
+use crate::support::golden::{agree, check};
 use kinetostat::{
     report::exchange::{Table, csv},
     study::{

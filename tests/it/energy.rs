@@ -3,8 +3,7 @@
 //! A dead moment about fixed axes is not conservative, so the work is integrated along the path; the trapezoid rule over
 //! n parts errs by O(1/n²), which is checked and extrapolated away.
 
-mod support;
-
+use crate::support::engine::*;
 use kinetostat::{
     machine::Machine,
     spatial::Wrench,
@@ -12,7 +11,6 @@ use kinetostat::{
 };
 use nalgebra::Vector6;
 use proptest::prelude::*;
-use support::engine::*;
 
 /// A way of loading: load and drives go linearly from the first pair to the second.
 struct Path<'a> {

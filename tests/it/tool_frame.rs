@@ -10,7 +10,7 @@ use kinetostat::{
 use nalgebra::Vector3;
 use serde_json::Value;
 
-const KR270: &str = include_str!("machines/kr270.toml");
+const KR270: &str = include_str!("../machines/kr270.toml");
 const FORCE: MillingForce = MillingForce { radial: 200.0, tangential: 30.0, axial: -25.0, law: ForceLaw::Rotated };
 
 /// The arm with the home orientation `rotation_deg` and more keys of the platform.

@@ -1,7 +1,9 @@
 //! Machines simple enough for a formula: cantilever, von Mises truss, serial arms, gantry, struts.
 
-mod support;
-
+use crate::support::{
+    engine::*,
+    planar::{Leg, diagonal_link, machine},
+};
 use kinetostat::{
     compensation::{self, Demand, Method, Session, Target, compensate},
     machine::{Configuration, Machine, MoveScrew},
@@ -9,10 +11,6 @@ use kinetostat::{
     statics::{Outcome, Solution, State, Status, Workspace, drive_force_sensitivity, drive_forces, unloaded_stiffness},
 };
 use nalgebra::{DMatrix, Matrix6, SMatrix, Vector3, Vector6};
-use support::{
-    engine::*,
-    planar::{Leg, diagonal_link, machine},
-};
 
 fn solution(machine: &Machine, load: &Wrench) -> (State, Outcome, Solution) {
     let (state, outcome) = settle(machine, &machine.home, load);

@@ -1,8 +1,7 @@
 //! The loaded stiffness K_C is the derivative of the force–deflection relation in both directions; the unloaded one is
 //! symmetric and positive definite; drive sensitivities are derivatives; f and f⁻¹ are inverse to each other.
 
-mod support;
-
+use crate::support::engine::*;
 use kinetostat::{
     machine::{Configuration, Machine},
     spatial::Wrench,
@@ -13,7 +12,6 @@ use kinetostat::{
 };
 use nalgebra::{Matrix6, Vector6};
 use proptest::prelude::*;
-use support::engine::*;
 
 /// A loaded equilibrium.
 struct Loaded {

@@ -1,7 +1,6 @@
 //! Every outcome is labelled: no NaN without a status, no panic, no equilibrium that is none.
 
-mod support;
-
+use crate::support::engine::*;
 use kinetostat::{
     machine::Machine,
     spatial::{Pose, Wrench},
@@ -9,7 +8,6 @@ use kinetostat::{
 };
 use nalgebra::Vector3;
 use proptest::prelude::*;
-use support::engine::*;
 
 const BAD: [f64; 3] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
 
