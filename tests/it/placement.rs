@@ -1,13 +1,21 @@
 //! Placement studies: the search against brute force, symmetry, reasons, threads.
 
-use std::path::Path;
+use std::{
+    path::Path,
+    sync::{Arc, Mutex},
+};
 
-use crate::support::placement::searched;
-use kinetostat::study::placement::{
-    Bounds, Cell, Evaluator, Found, Metric, PlacementResults, PlacementStudy, Site, SiteGrid, Verdict, compare,
-    report::{candidates_table, sweep_table},
+use kinetostat::{
+    study::placement::{
+        Bounds, Cell, Evaluator, Found, Metric, PlacementResults, PlacementStudy, Site, SiteGrid, Verdict, compare,
+        report::{candidates_table, sweep_table},
+        run,
+    },
+    work::{Event, Work},
 };
 use nalgebra::Vector3;
+
+use crate::support::placement::searched;
 
 fn study_in(folder: &Path, toml: &str) -> PlacementStudy {
     crate::support::placement::study_in(folder, toml).unwrap_or_else(|e| panic!("{e}"))
@@ -153,6 +161,28 @@ fn a_path_wholly_out_of_tolerance_has_no_share_within_and_one_wholly_within_has_
             }
         }
     }
+}
+
+#[test]
+fn every_stage_of_a_search_counts_to_its_end() {
+    let events = Arc::new(Mutex::new(Vec::new()));
+    let watch = Arc::clone(&events);
+    let work = Work::new(None, Arc::default(), Box::new(move |event| watch.lock().unwrap().push(event)));
+    let study = groove(&[("grid = { x = 5, y = 5 }", "grid = { x = 3, y = 3 }")]);
+    run(&study, &work).unwrap();
+    let (mut stages, mut done) = (vec![("places", study.grid.len())], vec![0]);
+    for event in events.lock().unwrap().iter() {
+        match event {
+            Event::Stage(stage) => {
+                stages.push((stage.of, stage.items));
+                done.push(0);
+            }
+            Event::Computed(items) => *done.last_mut().unwrap() += items,
+            _ => {}
+        }
+    }
+    assert_eq!(stages.iter().map(|(_, items)| *items).collect::<Vec<_>>(), done, "{stages:?}");
+    assert!(stages.iter().any(|(of, _)| *of == "searches") && stages.len() >= 3, "{stages:?}");
 }
 
 #[test]

@@ -18,7 +18,10 @@ use super::{
     sweep::{Cell, Verdict},
     walk::UNMEASURED,
 };
-use crate::{process::Extent, work::Work};
+use crate::{
+    process::Extent,
+    work::{Event, Stage, Work},
+};
 
 /// What was found between the places of the sweep.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -180,8 +183,12 @@ fn within_limits(evaluator: &Evaluator<'_>, study: &PlacementStudy, cells: &[Cel
             starts.push((violation, site));
         }
     }
+    if !starts.is_empty() {
+        work.tell(Event::Stage(Stage { of: "searches for room", items: starts.len() }));
+    }
     let search = |&(violation, site): &(f64, Site)| {
         let (end, left) = polish(study, (site, violation), STEPS, 0.0, |site, _| evaluator.violation(work, site));
+        work.tell(Event::Computed(1));
         (left == 0.0).then_some(end)
     };
     starts.par_iter().filter_map(search).collect()
