@@ -493,3 +493,15 @@ fn a_method_that_solves_nothing_has_no_numbers_and_a_reason() {
         "{said}"
     );
 }
+
+#[test]
+fn a_machine_that_snaps_through_is_said_to_at_every_point() {
+    let process = "schema = 1\n[placement]\norigin_mm = [0.0, 0.0, -1150.0]\n[force.path_frame]\nradial_force_N = 4e7\n\
+                   tangential_force_N = 0.0\naxial_force_N = 0.0\n";
+    let program = "G21 G90\nG0 X-5 Y0 Z0\nG1 X5 F300\nM30\n";
+    let (output, _) = compensate_on(&machine_file("tricept.toml"), ("part.nc", program), process, &[]);
+    assert_eq!(output.status.code(), Some(1));
+    let said = text(&output.stdout);
+    let reasons: Vec<&str> = said.lines().filter(|line| line.starts_with("  line 3, point")).collect();
+    assert!(reasons.len() > 3 && reasons.iter().all(|reason| reason.contains("snaps through")), "{said}");
+}

@@ -110,3 +110,19 @@ fn a_parallel_machine_is_led_around_what_is_in_the_way_but_never_to_another_asse
     assert!(refused.contains("only on another assembly mode"), "{refused}");
     assert!(refused.contains("ways around tried: detours"), "{refused}");
 }
+
+#[test]
+fn a_path_does_not_lead_through_a_leg_folded_onto_its_base() {
+    let machine = machine_from(include_str!("../machines/rrr3.toml"));
+    let at = |x: f64| machine.pose_at(Vector3::new(x, 0.0, 0.0));
+    let mut near = machine.inverse_kinematics(&at(200.0)).unwrap();
+    let mut farthest: f64 = 200.0;
+    for x in 201..=290 {
+        if let Ok(reached) = machine.inverse_kinematics_from(&near, &at(f64::from(x))) {
+            (near, farthest) = (reached, f64::from(x));
+        }
+    }
+    // The leg is folded at 260; from home nothing beyond is reached either.
+    assert!((255.0..=260.0).contains(&farthest), "{farthest}");
+    assert!(machine.inverse_kinematics(&at(270.0)).is_err());
+}
