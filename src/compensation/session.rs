@@ -163,15 +163,15 @@ impl<'a> Session<'a> {
             self.state = rigid;
             self.settle_here(demand)
         });
-        match self.is_held_by_errors(&outcome) {
+        match self.is_at_singular_place(&outcome) {
             true => Err(Status::NoEquilibrium(statics::Status::SingularPlace)),
             false => outcome,
         }
     }
 
-    /// Whether the nominal machine is singular at the present command, where errors alone hold the real one: on which side of
-    /// the singularity it stands is chance.
-    fn is_held_by_errors(&mut self, outcome: &Result<Outcome, Status>) -> bool {
+    /// Whether the nominal machine is singular at the present command. Where loads or errors alone hold the real one there, on
+    /// which side of the singularity it stands is chance.
+    fn is_at_singular_place(&mut self, outcome: &Result<Outcome, Status>) -> bool {
         let is_plain = outcome.as_ref().is_ok_and(|outcome| !outcome.is_soft(self.nominal.reach));
         if is_plain || self.command.drives != self.drives {
             return false;

@@ -9,7 +9,7 @@ use crate::{
     report::{
         amplification::amplification,
         figures::{Figure, PoseFigure},
-        table::{position_unit, shown_position, tidy_degrees},
+        table::{force_unit, position_unit, shown_position, tidy_degrees},
         words::typographic,
     },
 };
@@ -140,7 +140,7 @@ fn limits(machine: &Machine) -> Vec<Fact> {
         Motion::Revolute => typographic(&format!("{:.3}° to {:.3}°", low.to_degrees(), high.to_degrees())),
     };
     for ((_, drive), label) in machine.drives().zip(machine.drive_labels()) {
-        let unit = if drive.motion == Motion::Prismatic { "N" } else { "N·mm" };
+        let unit = force_unit(drive.motion);
         let travel = drive.travel.map(|travel| format!("travel {}", between(travel, drive.motion)));
         let force = drive.force_limit.map(|limit| format!("at most {limit} {unit}"));
         let given: Vec<String> = travel.into_iter().chain(force).collect();

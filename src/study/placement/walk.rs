@@ -4,6 +4,7 @@ use super::tally::{Needs, Seen};
 use crate::{
     compensation::{Compensation, Demand, Method, Session, Status, compensate},
     machine::{Machine, Motion, Unreachable},
+    report::table::force_unit,
     spatial::Wrench,
     study::{Failure, along_path::settings},
 };
@@ -146,8 +147,7 @@ impl<'a> Walk<'a> {
 
     fn overloaded(&self, drive: usize, force: f64) -> Refusal {
         let label = &self.nominal.drive_labels()[drive];
-        let is_slide = self.nominal.drives().nth(drive).is_some_and(|(_, drive)| drive.motion == Motion::Prismatic);
-        let unit = if is_slide { "N" } else { "N·mm" };
+        let unit = self.nominal.drives().nth(drive).map_or("", |(_, drive)| force_unit(drive.motion));
         let limit = self.force_limits[drive];
         let reason = format!("drive {label} needs {force:.1} {unit}, its limit is {limit:.1} {unit}");
         Refusal { failure: Failure { status: "force_limit".into(), reason }, excess: (force - limit) / limit }
