@@ -64,7 +64,7 @@ impl Setting {
     }
 
     /// The same, as many points at a time as a batch holds.
-    fn turn_together(&self, states: &mut [State], batch: &mut Batch<'_>) -> usize {
+    fn turn_together(&self, states: &mut [State], batch: &mut Batch) -> usize {
         let mut iterations = 0;
         for (points, states) in self.points.chunks(Batch::WIDTH).zip(states.chunks_mut(Batch::WIDTH)) {
             let mut drives: Vec<Vec<f64>> = points.iter().map(|(at, _)| at.drives.clone()).collect();
@@ -140,7 +140,7 @@ fn main() {
 fn compare_levels(name: &str, rounds: usize) {
     let setting = around(name);
     let (mut states, mut workspace) = (setting.states(), Workspace::new(&setting.real));
-    let mut batches: Vec<(Level, Batch<'_>, Vec<State>)> = Level::available()
+    let mut batches: Vec<(Level, Batch, Vec<State>)> = Level::available()
         .into_iter()
         .map(|level| (level, Batch::at_level(&setting.real, level), setting.states()))
         .collect();
@@ -312,7 +312,7 @@ fn linear_cost(counts: &[u32], rounds: usize) {
 /// The same work on one thread, and twice on two, which begin together.
 fn two_threads(rounds: usize) {
     let setting = Setting::new(spread(32), 36);
-    let work = |states: &mut Vec<State>, batch: &mut Batch<'_>| {
+    let work = |states: &mut Vec<State>, batch: &mut Batch| {
         black_box(setting.turn_together(states, batch));
     };
     let (mut one, mut two) = (f64::INFINITY, f64::INFINITY);

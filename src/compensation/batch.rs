@@ -23,10 +23,10 @@ use crate::{
 /// and with the direct method, as many equilibria are solved at a time as the processor can; sessions that come with the
 /// same `batch` in the same places again save work.
 pub fn compensate_batch(
-    sessions: &mut [&mut Session<'_>],
+    sessions: &mut [&mut Session],
     demands: &[Demand],
     method: Method,
-    batch: &mut Batch<'_>,
+    batch: &mut Batch,
 ) -> Vec<Compensation> {
     debug_assert_eq!(sessions.len(), demands.len());
     let histories: Vec<History> = demands.iter().map(|_| History::default()).collect();
@@ -61,21 +61,22 @@ type History = RefCell<Vec<f64>>;
 /// Equilibria at the nominal commands, or at drives that meet the demands in one iteration, which `histories` then follow.
 /// `None` where there is no command, where the iteration fails, or where it does not suit the demand.
 fn solve(
-    sessions: &mut [&mut Session<'_>],
+    sessions: &mut [&mut Session],
     demands: &[Demand],
     method: Method,
     histories: &[History],
-    batch: &mut Batch<'_>,
+    batch: &mut Batch,
 ) -> Vec<Option<Outcome>> {
     let Some(first) = sessions.first() else { return Vec::new() };
-    let (nominal, settings) = (first.nominal, first.settings.equilibrium);
+    let (nominal, settings) = (first.nominal.clone(), first.settings.equilibrium);
     let is_direct = method == Method::Direct;
-    let begin = |(session, demand): (&mut &mut Session<'_>, &Demand)| match is_direct {
+    let begin = |(session, demand): (&mut &mut Session, &Demand)| match is_direct {
         true => direct::is_near(session, demand) && direct::is_complete(session, demand),
-        false => session.go_to(&demand.shifted(session.nominal, &Vector6::zeros())).is_ok(),
+        false => session.go_to(&demand.shifted(&session.nominal, &Vector6::zeros())).is_ok(),
     };
     let begun: Vec<bool> = sessions.iter_mut().zip(demands).map(begin).collect();
-    let tasks: Vec<_> = demands.iter().zip(histories).map(|(demand, history)| task(nominal, demand, history)).collect();
+    let tasks: Vec<_> =
+        demands.iter().zip(histories).map(|(demand, history)| task(&nominal, demand, history)).collect();
     let mut cases: Vec<Case<'_>> = Vec::with_capacity(sessions.len());
     for (((session, demand), task), _) in
         sessions.iter_mut().zip(demands).zip(&tasks).zip(&begun).filter(|(_, begun)| **begun)

@@ -22,7 +22,7 @@ use crate::{
 const NEAR: f64 = 0.05;
 
 /// Drives and equilibrium in one Newton iteration; where that fails, the target corrected between equilibria.
-pub(super) fn compensate(session: &mut Session<'_>, demand: &Demand, progress: &mut Progress) -> Ending {
+pub(super) fn compensate(session: &mut Session, demand: &Demand, progress: &mut Progress) -> Ending {
     if !is_near(session, demand) {
         session.go_to(&demand.pose)?;
         session.settle(demand)?;
@@ -32,21 +32,21 @@ pub(super) fn compensate(session: &mut Session<'_>, demand: &Demand, progress: &
 }
 
 /// Whether the last point is the better start.
-pub(super) fn is_near(session: &Session<'_>, demand: &Demand) -> bool {
+pub(super) fn is_near(session: &Session, demand: &Demand) -> bool {
     let way = demand.pose.translation - session.state.pose.translation;
     way.norm() <= NEAR * session.nominal.reach
 }
 
 /// Whether all controlled coordinates are put right, and these determine the drives. Where only some are, the others stay
 /// commanded as they were; where there are more drives, they are commanded as the inverse kinematics would.
-pub(super) fn is_complete(session: &Session<'_>, demand: &Demand) -> bool {
-    let nominal = session.nominal;
-    nominal.redundancy == 0 && demand.coordinates(nominal).count() == nominal.controls.len()
+pub(super) fn is_complete(session: &Session, demand: &Demand) -> bool {
+    let nominal = session.nominal.clone();
+    nominal.redundancy == 0 && demand.coordinates(&nominal).count() == nominal.controls.len()
 }
 
 /// Takes the equilibrium that one iteration found if it is stable and meets the demand; else goes between equilibria.
 pub(super) fn conclude(
-    session: &mut Session<'_>,
+    session: &mut Session,
     demand: &Demand,
     outcome: Option<Outcome>,
     progress: &mut Progress,
@@ -67,16 +67,16 @@ pub(super) fn conclude(
 }
 
 /// `None` if the iteration fails.
-fn in_one_iteration(session: &mut Session<'_>, demand: &Demand, progress: &mut Progress) -> Option<Outcome> {
-    let nominal = session.nominal;
+fn in_one_iteration(session: &mut Session, demand: &Demand, progress: &mut Progress) -> Option<Outcome> {
+    let nominal = session.nominal.clone();
     let history = RefCell::new(&mut progress.history);
     let task = |pose: &Pose| {
-        let error = demand.task_error(nominal, pose);
+        let error = demand.task_error(&nominal, pose);
         history.borrow_mut().push(error.size());
         error
     };
     equilibrium_at_task(
-        session.real,
+        &session.real,
         &task,
         &mut session.drives,
         &demand.load,
@@ -87,8 +87,8 @@ fn in_one_iteration(session: &mut Session<'_>, demand: &Demand, progress: &mut P
 }
 
 /// From the nominal command: equilibrium, then the target shifted by the sensitivity, and so on.
-fn between_equilibria(session: &mut Session<'_>, demand: &Demand, progress: &mut Progress) -> Ending {
-    let changes = demand.control_changes(session.nominal);
+fn between_equilibria(session: &mut Session, demand: &Demand, progress: &mut Progress) -> Ending {
+    let changes = demand.control_changes(&session.nominal);
     let mut shift = Vector6::zeros();
     loop {
         let (task, outcome) = session.answer(demand, &shift)?;

@@ -36,7 +36,7 @@ pub(super) enum Matrix {
 }
 
 /// Runs the iteration and then lets the machine settle at the command found.
-pub(super) fn iterate(session: &mut Session<'_>, demand: &Demand, matrix: Matrix, progress: &mut Progress) -> Ending {
+pub(super) fn iterate(session: &mut Session, demand: &Demand, matrix: Matrix, progress: &mut Progress) -> Ending {
     let status = solve(session, demand, matrix, progress)?;
     let (outcome, left) = match session.settle_here(demand) {
         Ok(outcome) => (outcome, None),
@@ -53,22 +53,17 @@ pub(super) fn iterate(session: &mut Session<'_>, demand: &Demand, matrix: Matrix
     }
 }
 
-fn solve(
-    session: &mut Session<'_>,
-    demand: &Demand,
-    matrix: Matrix,
-    progress: &mut Progress,
-) -> Result<Status, Status> {
-    let nominal = session.nominal;
+fn solve(session: &mut Session, demand: &Demand, matrix: Matrix, progress: &mut Progress) -> Result<Status, Status> {
+    let nominal = session.nominal.clone();
     let mut shift = Vector6::zeros();
     let mut pose = start(session, demand)?;
     let mut state: Option<State> = None;
     let mut kept: Option<Linearised> = None;
     loop {
-        session.go_to(&demand.shifted(nominal, &shift))?;
-        let mut at = state.take().unwrap_or_else(|| State::rigid(nominal, &session.command));
+        session.go_to(&demand.shifted(&nominal, &shift))?;
+        let mut at = state.take().unwrap_or_else(|| State::rigid(&nominal, &session.command));
         let force = wrench_at_pose(
-            session.real,
+            &session.real,
             &session.drives,
             &pose,
             &mut at,
@@ -90,7 +85,7 @@ fn solve(
         };
         kept = Some(linear);
         let step = linear.matrix.lu().solve(&unbalanced).ok_or(Status::Singular)? * alpha;
-        let count = demand.coordinates(nominal).count();
+        let count = demand.coordinates(&nominal).count();
         for i in 0..count {
             shift[i] += step[i];
         }
@@ -103,7 +98,7 @@ fn solve(
 }
 
 /// The pose from which the balance is sought: the wanted one, turned as the nominal machine stands where that is free.
-fn start(session: &mut Session<'_>, demand: &Demand) -> Result<Pose, Status> {
+fn start(session: &mut Session, demand: &Demand) -> Result<Pose, Status> {
     if session.nominal.redundancy == 0 {
         return Ok(demand.pose);
     }
@@ -112,8 +107,8 @@ fn start(session: &mut Session<'_>, demand: &Demand) -> Result<Pose, Status> {
 }
 
 /// Why no wrench holds the platform where it is wanted.
-fn why_no_force(session: &mut Session<'_>) -> Status {
-    match unloaded_stiffness(session.nominal, &session.command, &mut session.workspace) {
+fn why_no_force(session: &mut Session) -> Status {
+    match unloaded_stiffness(&session.nominal, &session.command, &mut session.workspace) {
         None => Status::Rigid,
         Some(_) => Status::NoEquilibrium(crate::statics::Status::NotConverged { load_fraction: 0.0 }),
     }
@@ -121,7 +116,7 @@ fn why_no_force(session: &mut Session<'_>) -> Status {
 
 /// The point's displacement by the wrench that is out of balance, mm: what the iteration still has to put right.
 fn as_displacement(
-    session: &Session<'_>,
+    session: &Session,
     demand: &Demand,
     force: &PlatformForce,
     unbalanced: &Vector6<f64>,
@@ -133,8 +128,8 @@ fn as_displacement(
 }
 
 /// Twists of P that leave the controlled coordinates where they are: columns n..6; the first n are zero.
-fn free_motions(demand: &Demand, session: &Session<'_>, pose: &Pose) -> Matrix6<f64> {
-    let task = demand.task_error(session.nominal, pose);
+fn free_motions(demand: &Demand, session: &Session, pose: &Pose) -> Matrix6<f64> {
+    let task = demand.task_error(&session.nominal, pose);
     let mut slope = task.slope;
     // Rotations at the machine's reach, so that the null space is well scaled.
     slope.fixed_columns_mut::<3>(3).scale_mut(1.0 / session.nominal.reach);
@@ -151,14 +146,14 @@ fn free_motions(demand: &Demand, session: &Session<'_>, pose: &Pose) -> Matrix6<
 }
 
 /// `pose` moved by `twist`, then put back onto the wanted controlled coordinates, which a finite twist leaves.
-fn moved_freely(demand: &Demand, session: &Session<'_>, pose: &Pose, twist: &Vector6<f64>) -> Pose {
+fn moved_freely(demand: &Demand, session: &Session, pose: &Pose, twist: &Vector6<f64>) -> Pose {
     let apply = |pose: &Pose, twist: &Vector6<f64>| {
         let Twist { linear, angular } = Twist::from_vector(twist);
         Pose { rotation: rotation_exp(angular) * pose.rotation, translation: pose.translation + linear }
     };
     let mut moved = apply(pose, twist);
     for _ in 0..3 {
-        let task = demand.task_error(session.nominal, &moved);
+        let task = demand.task_error(&session.nominal, &moved);
         let rows = task.slope.rows(0, task.count).into_owned();
         let error = task.error.rows(0, task.count).into_owned();
         // Rows of a task slope are independent, so this always has a solution.
@@ -179,10 +174,10 @@ struct Linearised {
 
 impl Linearised {
     /// `[K_t.p. | K_C U]`, exact.
-    fn exact(session: &Session<'_>, demand: &Demand, force: &PlatformForce, pose: &Pose) -> Result<Self, Status> {
+    fn exact(session: &Session, demand: &Demand, force: &PlatformForce, pose: &Pose) -> Result<Self, Status> {
         let free = free_motions(demand, session, pose);
         let by_target = session.nominal.drive_jacobian(&session.command).ok_or(Status::Singular)?;
-        let target_stiffness = &force.drive_wrench * (by_target * demand.control_changes(session.nominal));
+        let target_stiffness = &force.drive_wrench * (by_target * demand.control_changes(&session.nominal));
         let mut matrix = force.stiffness * free;
         for (column, wrench) in target_stiffness.column_iter().enumerate() {
             matrix.set_column(column, &wrench);
@@ -191,10 +186,10 @@ impl Linearised {
     }
 
     /// `[−K_C T | K_C U]` with T the twists of the commanded frame and the unloaded stiffness of the nominal machine.
-    fn unloaded(session: &mut Session<'_>, demand: &Demand, pose: &Pose) -> Result<Self, Status> {
+    fn unloaded(session: &mut Session, demand: &Demand, pose: &Pose) -> Result<Self, Status> {
         let free = free_motions(demand, session, pose);
         let stiffness =
-            unloaded_stiffness(session.nominal, &session.command, &mut session.workspace).ok_or(Status::Rigid)?;
-        Ok(Self { matrix: stiffness * (free - demand.shift_twists(session.nominal)), free })
+            unloaded_stiffness(&session.nominal, &session.command, &mut session.workspace).ok_or(Status::Rigid)?;
+        Ok(Self { matrix: stiffness * (free - demand.shift_twists(&session.nominal)), free })
     }
 }

@@ -11,24 +11,24 @@ use crate::statics::{aggregate_errors, unloaded_compliance, unloaded_stiffness};
 
 /// Shift of the target that undoes the linear deflection: `−K_C⁻¹ F`, unloaded at t₀; with `aggregated` also
 /// the platform shift by chain errors, eqs. (14), (15).
-pub(super) fn shift(session: &mut Session<'_>, demand: &Demand, aggregated: bool) -> Result<Vector6<f64>, Status> {
+pub(super) fn shift(session: &mut Session, demand: &Demand, aggregated: bool) -> Result<Vector6<f64>, Status> {
     session.go_to(&demand.pose)?;
-    let (nominal, at) = (session.nominal, &session.command);
+    let (nominal, at) = (&session.nominal, &session.command);
     let load = demand.load.to_vector();
-    let mut twist = match unloaded_stiffness(nominal, at, &mut session.workspace) {
+    let mut twist = match unloaded_stiffness(&nominal, at, &mut session.workspace) {
         Some(stiffness) => stiffness.lu().solve(&load).ok_or(Status::Singular)?,
         // Rigid in some direction.
-        None => unloaded_compliance(nominal, at, &mut session.workspace).ok_or(Status::Singular)? * load,
+        None => unloaded_compliance(&nominal, at, &mut session.workspace).ok_or(Status::Singular)? * load,
     };
     if aggregated {
-        let shift = aggregate_errors(nominal, session.real, at, &mut session.workspace).ok_or(Status::Singular)?;
+        let shift = aggregate_errors(&nominal, &session.real, at, &mut session.workspace).ok_or(Status::Singular)?;
         twist += shift.to_vector();
     }
-    Ok(-(demand.task_error(nominal, &demand.pose).slope * twist))
+    Ok(-(demand.task_error(&nominal, &demand.pose).slope * twist))
 }
 
 /// Commands the target shifted once by the linear deflection.
-pub(super) fn compensate(session: &mut Session<'_>, demand: &Demand, progress: &mut Progress) -> Ending {
+pub(super) fn compensate(session: &mut Session, demand: &Demand, progress: &mut Progress) -> Ending {
     let shift = shift(session, demand, false)?;
     let (task, outcome) = session.answer_led(demand, &shift)?;
     progress.history.push(task.size());

@@ -10,7 +10,7 @@ use super::{
 
 /// `t₀^(F)′ = t₀^(F) + α (t₀ − f⁻¹(F | t₀^(F)))`, eq. (13), in the controlled coordinates, from the shift `start`.
 pub(super) fn iterate(
-    session: &mut Session<'_>,
+    session: &mut Session,
     demand: &Demand,
     alpha: f64,
     start: Vector6<f64>,
@@ -28,7 +28,7 @@ pub(super) fn iterate(
 
 /// Figure 2: `passes` times, the error of a pass is mirrored at the wanted path. This is eq. (13) with α = 1, stopped
 /// early; without a pass it is no compensation.
-pub(super) fn mirror(session: &mut Session<'_>, demand: &Demand, passes: usize, progress: &mut Progress) -> Ending {
+pub(super) fn mirror(session: &mut Session, demand: &Demand, passes: usize, progress: &mut Progress) -> Ending {
     let mut shift = Vector6::zeros();
     for _ in 0..passes {
         let (task, _) = session.answer_led(demand, &shift)?;

@@ -124,21 +124,21 @@ impl Method {
 
 /// Finds the command for `demand` by `method`, starting from where `session` stands; leaves it at the compensated
 /// equilibrium.
-pub fn compensate(session: &mut Session<'_>, demand: &Demand, method: Method) -> Compensation {
+pub fn compensate(session: &mut Session, demand: &Demand, method: Method) -> Compensation {
     let mut progress = Progress::new();
     let ending = run(session, demand, method, &mut progress);
     session.conclude(demand, ending, progress.history)
 }
 
 /// Commands `target` instead of what `demand` wants, and lets the machine settle under its load: what a given program does.
-pub fn simulate(session: &mut Session<'_>, demand: &Demand, target: &Pose) -> Compensation {
+pub fn simulate(session: &mut Session, demand: &Demand, target: &Pose) -> Compensation {
     let ending = session.go_to(target).and_then(|()| Ok((Status::Applied, session.settle(demand)?)));
     let history = vec![session.task_error(demand).size()];
     session.conclude(demand, ending, history)
 }
 
 /// Commands `drives` (mm or rad) whatever they lead to, and lets the machine settle under the load of `demand`.
-pub fn simulate_drives(session: &mut Session<'_>, demand: &Demand, drives: &[f64]) -> Compensation {
+pub fn simulate_drives(session: &mut Session, demand: &Demand, drives: &[f64]) -> Compensation {
     let ending = session.go_to(&demand.pose).and_then(|()| {
         session.drives.copy_from_slice(drives);
         Ok((Status::Applied, session.settle(demand)?))
@@ -147,7 +147,7 @@ pub fn simulate_drives(session: &mut Session<'_>, demand: &Demand, drives: &[f64
     session.conclude(demand, ending, history)
 }
 
-fn run(session: &mut Session<'_>, demand: &Demand, method: Method, progress: &mut Progress) -> Ending {
+fn run(session: &mut Session, demand: &Demand, method: Method, progress: &mut Progress) -> Ending {
     if let Some(alpha) = method.step_length().filter(|alpha| !(*alpha > 0.0 && *alpha <= 1.0)) {
         return Err(Status::BadStepLength { alpha });
     }

@@ -53,11 +53,11 @@ impl Default for Settings {
 ///
 /// Consecutive points start from one another; the results do not depend on it beyond rounding.
 #[derive(Debug, Clone)]
-pub struct Session<'a> {
+pub struct Session {
     /// The nominal machine.
-    pub nominal: &'a Machine,
+    pub nominal: Machine,
     /// The machine with its errors.
-    pub real: &'a Machine,
+    pub real: Machine,
     /// When to stop.
     pub settings: Settings,
     pub(super) workspace: Workspace,
@@ -71,12 +71,12 @@ pub struct Session<'a> {
     pub(super) state: State,
 }
 
-impl<'a> Session<'a> {
+impl Session {
     /// A session standing at home, unloaded.
-    pub fn new(nominal: &'a Machine, real: &'a Machine, settings: Settings) -> Self {
+    pub fn new(nominal: &Machine, real: &Machine, settings: Settings) -> Self {
         Self {
-            nominal,
-            real,
+            nominal: nominal.clone(),
+            real: real.clone(),
             settings,
             workspace: Workspace::new(real),
             nominal_workspace: None,
@@ -88,7 +88,7 @@ impl<'a> Session<'a> {
 
     /// Task error accepted, mm.
     pub(super) fn tolerance_mm(&self) -> f64 {
-        self.settings.tolerance_mm(self.nominal)
+        self.settings.tolerance_mm(&self.nominal)
     }
 
     /// Whether the iteration followed by `progress` is over after a correction that left `error` mm, and how.
@@ -156,7 +156,7 @@ impl<'a> Session<'a> {
     /// Takes an equilibrium from where the session stood; if it is not stable, one from the rigid configuration.
     pub(super) fn settled(&mut self, demand: &Demand, outcome: Outcome) -> Result<Outcome, Status> {
         let outcome = Self::stable(outcome).or_else(|status| {
-            let rigid = State::rigid(self.nominal, &self.command);
+            let rigid = State::rigid(&self.nominal, &self.command);
             if self.state == rigid {
                 return Err(status);
             }
@@ -176,8 +176,8 @@ impl<'a> Session<'a> {
         if is_plain || self.command.drives != self.drives {
             return false;
         }
-        let workspace = self.nominal_workspace.get_or_insert_with(|| Workspace::new(self.nominal));
-        statics::is_singular_place(self.nominal, &self.command, workspace)
+        let workspace = self.nominal_workspace.get_or_insert_with(|| Workspace::new(&self.nominal));
+        statics::is_singular_place(&self.nominal, &self.command, workspace)
     }
 
     /// Loaded equilibrium at the present drives, near the present state.
@@ -194,17 +194,17 @@ impl<'a> Session<'a> {
 
     fn equilibrium(&mut self, demand: &Demand) -> Outcome {
         let settings = &self.settings.equilibrium;
-        equilibrium(self.real, &self.drives, &demand.load, &mut self.state, &mut self.workspace, settings)
+        equilibrium(&self.real, &self.drives, &demand.load, &mut self.state, &mut self.workspace, settings)
     }
 
     /// Task error at the present equilibrium.
     pub(super) fn task_error(&self, demand: &Demand) -> TaskError {
-        demand.task_error(self.nominal, &self.state.pose)
+        demand.task_error(&self.nominal, &self.state.pose)
     }
 
     /// Commands the target shifted by `shift`, lets the machine settle, and says how far it is from what is wanted.
     pub(super) fn answer(&mut self, demand: &Demand, shift: &Vector6<f64>) -> Result<(TaskError, Outcome), Status> {
-        let gone = self.go_to(&demand.shifted(self.nominal, shift));
+        let gone = self.go_to(&demand.shifted(&self.nominal, shift));
         self.answered(demand, shift, gone)
     }
 
@@ -214,8 +214,8 @@ impl<'a> Session<'a> {
         if !self.nominal.turns_with_position {
             return self.answer(demand, shift);
         }
-        let target = demand.shifted(self.nominal, shift);
-        let led = self.nominal.lead(demand.offset(self.nominal), &target, &self.command);
+        let target = demand.shifted(&self.nominal, shift);
+        let led = self.nominal.lead(demand.offset(&self.nominal), &target, &self.command);
         let gone = led.map_err(Status::Unreachable).map(|at| {
             self.drives.clone_from(&at.drives);
             self.command = at;
@@ -238,7 +238,7 @@ impl<'a> Session<'a> {
     /// Goes to the nominal command, the machine undeflected.
     pub(super) fn begin_again(&mut self, demand: &Demand) -> Result<(), Status> {
         self.go_to(&demand.pose)?;
-        self.state = State::rigid(self.nominal, &self.command);
+        self.state = State::rigid(&self.nominal, &self.command);
         Ok(())
     }
 
@@ -249,7 +249,7 @@ impl<'a> Session<'a> {
 
     /// The result at the present command and equilibrium.
     pub(super) fn conclude(&self, demand: &Demand, ending: Ending, history: Vec<f64>) -> Compensation {
-        let offset = demand.offset(self.nominal);
+        let offset = demand.offset(&self.nominal);
         let (status, outcome) = match ending {
             Ok((status, outcome)) => (status, Some(outcome)),
             Err(status) => (status, None),
@@ -260,7 +260,7 @@ impl<'a> Session<'a> {
             history,
             position_error: shown(self.state.pose.transform(offset) - demand.pose.transform(offset)),
             leftover_rotation: shown(rotation_log(&(self.state.pose.rotation * demand.pose.rotation.transpose()))),
-            drive_forces: statics::drive_forces(self.real, &self.state),
+            drive_forces: statics::drive_forces(&self.real, &self.state),
             status,
             outcome,
         }

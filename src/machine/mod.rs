@@ -19,7 +19,11 @@ pub mod spec;
 mod task_space;
 mod ways_around;
 
-use std::path::Path;
+use std::{
+    ops::{Deref, DerefMut},
+    path::Path,
+    sync::Arc,
+};
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -74,9 +78,28 @@ pub struct WorkspaceBox {
     pub max: Vector3<f64>,
 }
 
-/// A machine, checked and assembled at home.
+/// A machine, checked and assembled at home: a handle to its [`Model`], whose fields it gives. Clones share the model; one
+/// that is changed becomes another machine.
 #[derive(Debug, Clone)]
-pub struct Machine {
+pub struct Machine(Arc<Model>);
+
+impl Deref for Machine {
+    type Target = Model;
+
+    fn deref(&self) -> &Model {
+        &self.0
+    }
+}
+
+impl DerefMut for Machine {
+    fn deref_mut(&mut self) -> &mut Model {
+        Arc::make_mut(&mut self.0)
+    }
+}
+
+/// What a [`Machine`] is made of.
+#[derive(Debug, Clone)]
+pub struct Model {
     /// Short name.
     pub name: String,
     /// One line: what machine it is.
@@ -118,6 +141,10 @@ pub struct Machine {
 }
 
 impl Machine {
+    fn of(model: Model) -> Self {
+        Self(Arc::new(model))
+    }
+
     /// Reads and checks a machine file.
     pub fn from_file(file: &Path) -> Result<Self> {
         let text = crate::input::toml_file::read(file)?;

@@ -3,8 +3,8 @@
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::{
-    Chain, Coordinate, Drive, Machine, Motion, NamedPoint, PassiveJoint, Spring, SpringLaw, Step, ToolAxisSource,
-    WorkspaceBox,
+    Chain, Coordinate, Drive, Machine, Model, Motion, NamedPoint, PassiveJoint, Spring, SpringLaw, Step,
+    ToolAxisSource, WorkspaceBox,
     kinematics::{self, Configuration},
     section::{Material, Section, beam_stiffness, parallelogram_terms},
     spec::{
@@ -37,7 +37,7 @@ pub(super) fn machine(spec: &MachineSpec, origin: &str) -> Result<Machine> {
     home_pose.translation = home_check.key("position_mm").finite(spec.home.position_mm)?;
     let tool_tip = check.key("platform.tool_tip_mm").finite(spec.platform.tool_tip_mm)?;
     let (tool_axis, tool_axis_source) = tool_axis(spec, tool_tip, &check.key("platform.tool_axis"))?;
-    let mut machine = Machine {
+    let mut machine = Machine::of(Model {
         name: spec.name.clone(),
         title: spec.title.clone(),
         source: spec.source.clone(),
@@ -53,7 +53,7 @@ pub(super) fn machine(spec: &MachineSpec, origin: &str) -> Result<Machine> {
         controls,
         workspace: workspace(spec, &check)?,
         points: points(spec, &check)?,
-    };
+    });
     machine.home = match machine.assemble_at_home() {
         Ok(home) => home,
         Err(unreachable) => return home_check.fail(format!("the chains cannot be assembled here: {unreachable}")),

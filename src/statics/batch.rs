@@ -31,8 +31,8 @@ pub struct Case<'a> {
 /// Outcomes do not depend on what was solved before. It remembers where each case of the last batch ended: a case that
 /// starts there, in the same place, saves the first linearisation of the machine.
 #[derive(Debug, Clone)]
-pub struct Batch<'m> {
-    machine: &'m Machine,
+pub struct Batch {
+    machine: Machine,
     solvers: Solvers,
     scalar: Workspace,
 }
@@ -46,17 +46,17 @@ enum Solvers {
     Eight(Vec<LaneSolver<F64x8>>),
 }
 
-impl<'m> Batch<'m> {
+impl Batch {
     /// Cases that are worth giving at once.
     pub const WIDTH: usize = MAX_LANES;
 
     /// For `machine`, with the widest registers of this processor.
-    pub fn new(machine: &'m Machine) -> Self {
+    pub fn new(machine: &Machine) -> Self {
         Self::at_level(machine, Level::best())
     }
 
     /// For `machine` at `level`, or at [`Level::One`] where this processor does not have it.
-    pub fn at_level(machine: &'m Machine, level: Level) -> Self {
+    pub fn at_level(machine: &Machine, level: Level) -> Self {
         let solvers = match level {
             #[cfg(target_arch = "x86_64")]
             Level::Eight if level.is_available() => Solvers::Eight(side_by_side(machine)),
@@ -64,7 +64,7 @@ impl<'m> Batch<'m> {
             Level::Four if level.is_available() => Solvers::Four(side_by_side(machine)),
             _ => Solvers::One(side_by_side(machine)),
         };
-        Self { machine, solvers, scalar: Workspace::new(machine) }
+        Self { machine: machine.clone(), solvers, scalar: Workspace::new(machine) }
     }
 
     /// [`super::equilibrium()`] of each case, with the same outcomes to the last bit. Tasks are not looked at.
@@ -75,7 +75,7 @@ impl<'m> Batch<'m> {
         let outcomes = self.solve(cases, settings);
         let complete = cases.iter_mut().zip(outcomes).map(|(case, outcome)| {
             outcome.unwrap_or_else(|| {
-                equilibrium(self.machine, case.drives, &case.load, case.state, &mut self.scalar, settings)
+                equilibrium(&self.machine, case.drives, &case.load, case.state, &mut self.scalar, settings)
             })
         });
         complete.collect()
@@ -91,11 +91,11 @@ impl<'m> Batch<'m> {
     /// Solves what lanes can solve.
     fn solve(&mut self, cases: &mut [Case<'_>], settings: &Settings) -> Vec<Option<Outcome>> {
         match &mut self.solvers {
-            Solvers::One(solvers) => in_rows(solvers, self.machine, cases, settings),
+            Solvers::One(solvers) => in_rows(solvers, &self.machine, cases, settings),
             #[cfg(target_arch = "x86_64")]
-            Solvers::Four(solvers) => in_rows(solvers, self.machine, cases, settings),
+            Solvers::Four(solvers) => in_rows(solvers, &self.machine, cases, settings),
             #[cfg(target_arch = "x86_64")]
-            Solvers::Eight(solvers) => in_rows(solvers, self.machine, cases, settings),
+            Solvers::Eight(solvers) => in_rows(solvers, &self.machine, cases, settings),
         }
     }
 }

@@ -34,7 +34,7 @@ fn alone(machine: &Machine, problems: &mut [Problem], settings: &Settings) -> Ve
     problems.iter_mut().map(solve).collect()
 }
 
-fn together(problems: &mut [Problem], batch: &mut Batch<'_>, settings: &Settings) -> Vec<Outcome> {
+fn together(problems: &mut [Problem], batch: &mut Batch, settings: &Settings) -> Vec<Outcome> {
     let mut cases: Vec<Case<'_>> = problems
         .iter_mut()
         .map(|p| Case { drives: &mut p.drives, load: p.load, state: &mut p.state, task: None })
@@ -194,7 +194,7 @@ fn sessions_compensated_together_end_as_each_alone() {
                     let demands: Vec<Demand> = positions.iter().enumerate().map(demand).collect();
                     let pairs = alone.iter_mut().zip(&demands);
                     let expected: Vec<_> = pairs.map(|(session, demand)| compensate(session, demand, method)).collect();
-                    let mut sessions: Vec<&mut Session<'_>> = grouped.iter_mut().collect();
+                    let mut sessions: Vec<&mut Session> = grouped.iter_mut().collect();
                     let got = compensate_batch(&mut sessions, &demands, method, &mut batch);
                     assert_eq!(got, expected, "{name}, {method:?}, {level:?}, round {round}");
                     assert_eq!(got.iter().filter(|c| !c.status.is_success()).count(), if round == 2 { 4 } else { 0 });

@@ -43,13 +43,13 @@ pub(super) struct Answer {
 }
 
 /// Simulates points of a path.
-pub(super) struct Simulator<'a> {
-    session: Session<'a>,
+pub(super) struct Simulator {
+    session: Session,
     with_forces: bool,
 }
 
-impl<'a> Simulator<'a> {
-    pub fn new(nominal: &'a Machine, real: &'a Machine, settings: Settings, with_forces: bool) -> Self {
+impl Simulator {
+    pub fn new(nominal: &Machine, real: &Machine, settings: Settings, with_forces: bool) -> Self {
         Self { session: Session::new(nominal, real, settings), with_forces }
     }
 
@@ -85,7 +85,7 @@ impl<'a> Simulator<'a> {
         let forces_by_drives = match self.with_forces {
             true => {
                 let (twists, workspace) = (&outcome.drive_sensitivity, &mut session.workspace);
-                let sensitivity = drive_force_sensitivity(session.real, drives, &session.state, twists, workspace);
+                let sensitivity = drive_force_sensitivity(&session.real, drives, &session.state, twists, workspace);
                 Some(sensitivity.ok_or(Status::Singular)?)
             }
             false => None,
@@ -95,7 +95,7 @@ impl<'a> Simulator<'a> {
             state: session.state.clone(),
             error: DVector::from_fn(task.count, |i, _| weigh(i, task.error[i])),
             error_by_drives: DMatrix::from_fn(task.count, drives.len(), |i, j| weigh(i, slope[(i, j)])),
-            forces: drive_forces(session.real, &session.state),
+            forces: drive_forces(&session.real, &session.state),
             forces_by_drives,
         })
     }

@@ -52,7 +52,7 @@ pub(super) struct Search<'a, 'm> {
     pub limits: &'a Limits,
     pub bounds: &'a Bounds,
     pub machine: &'m Machine,
-    pub simulator: &'a mut Simulator<'m>,
+    pub simulator: &'a mut Simulator,
     pub objective: Objective,
     pub settings: &'a BoundedSettings,
     pub progress: &'a dyn Fn(usize),

@@ -175,15 +175,15 @@ fn block(
 }
 
 /// One machine at several points, commanded twice: without and with compensation.
-struct Group<'a> {
-    plain: Vec<Session<'a>>,
-    corrected: Vec<Session<'a>>,
-    plain_batch: Batch<'a>,
-    corrected_batch: Batch<'a>,
+struct Group {
+    plain: Vec<Session>,
+    corrected: Vec<Session>,
+    plain_batch: Batch,
+    corrected_batch: Batch,
 }
 
-impl<'a> Group<'a> {
-    fn new(nominal: &'a Machine, real: &'a Machine) -> Self {
+impl Group {
+    fn new(nominal: &Machine, real: &Machine) -> Self {
         let settings = crate::study::along_path::settings();
         let plain = Session::new(nominal, real, Settings { equilibrium: statics::Settings::default(), ..settings });
         Self {
@@ -206,9 +206,9 @@ struct Turn {
 struct GroupSolver<'a> {
     study: &'a WorkspaceMapStudy,
     /// The nominal machine, answering as it should.
-    nominal: Group<'a>,
+    nominal: Group,
     /// The machine with its errors.
-    real: Group<'a>,
+    real: Group,
 }
 
 impl GroupSolver<'_> {
@@ -253,7 +253,7 @@ impl GroupSolver<'_> {
 /// `configurations`.
 fn turn(
     study: &WorkspaceMapStudy,
-    group: &mut Group<'_>,
+    group: &mut Group,
     configurations: &[&Configuration],
     phis: &[Option<f64>],
 ) -> Vec<Result<Turn, Failure>> {
@@ -266,7 +266,7 @@ fn turn(
             let load = phi.map_or(Wrench::zero(), |phi| study.force.wrench(phi, &machine.tool_at(&pose.rotation)));
             Demand { pose, load, target: study.target }
         };
-        let command = |sessions: &mut [Session<'_>], batch: &mut Batch<'_>, method, places: &[usize]| {
+        let command = |sessions: &mut [Session], batch: &mut Batch, method, places: &[usize]| {
             let answers = command(sessions, batch, method, places, demand);
             let judged = answers.into_iter().map(|answer| judged(machine, phi, answer));
             places.iter().copied().zip(judged).collect::<Vec<_>>()
@@ -301,15 +301,15 @@ fn places(tallies: &[Result<Tally, Failure>], is_wanted: impl Fn(&Tally) -> bool
 
 /// Commands the points with the indices `places`.
 fn command(
-    sessions: &mut [Session<'_>],
-    batch: &mut Batch<'_>,
+    sessions: &mut [Session],
+    batch: &mut Batch,
     method: Method,
     places: &[usize],
     demand: impl Fn(usize) -> Demand,
 ) -> Vec<Compensation> {
     let demands: Vec<Demand> = places.iter().map(|&i| demand(i)).collect();
     let chosen = sessions.iter_mut().enumerate().filter(|(i, _)| places.contains(i));
-    let mut sessions: Vec<&mut Session<'_>> = chosen.map(|(_, session)| session).collect();
+    let mut sessions: Vec<&mut Session> = chosen.map(|(_, session)| session).collect();
     compensate_batch(&mut sessions, &demands, method, batch)
 }
 

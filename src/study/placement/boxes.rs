@@ -9,9 +9,9 @@ use super::{
 };
 use crate::study::Failure;
 
-impl Evaluator<'_> {
+impl Evaluator {
     pub(super) fn check_boxes(&self, site: &Site) -> Result<(), Failure> {
-        let study = self.study;
+        let study = &self.study;
         let placement = study.placement(site);
         let is_hit = |by: f64| study.forbidden.iter().find(|b| study.extent.overlaps(&placement, &b.extent.grown(by)));
         let reason = match (is_hit(0.0), is_hit(study.clearance_mm)) {
@@ -45,7 +45,7 @@ impl Evaluator<'_> {
 
     /// By how much forbidden boxes and the workspace box are not kept, mm.
     pub(super) fn box_violation(&self, site: &Site) -> f64 {
-        let study = self.study;
+        let study = &self.study;
         let placement = study.placement(site);
         let boxes = study.forbidden.iter().map(|b| b.extent.grown(study.clearance_mm));
         let inside = boxes.filter(|b| study.extent.overlaps(&placement, b)).map(|b| -study.extent.gap(&placement, &b));
@@ -65,7 +65,7 @@ impl Evaluator<'_> {
 
     /// How far the workpiece may at least move before it meets a box, mm; 0 where it touches one.
     pub(super) fn gap(&self, site: &Site) -> f64 {
-        let study = self.study;
+        let study = &self.study;
         let placement = study.placement(site);
         let boxes = study.forbidden.iter().map(|b| study.extent.gap(&placement, &b.extent.grown(study.clearance_mm)));
         let workspace = &study.machine.workspace;
@@ -76,7 +76,7 @@ impl Evaluator<'_> {
 
     /// How far the workpiece may be moved along the unit vector `way` of O before it meets a box, mm.
     pub(super) fn free_translation(&self, site: &Site, way: &Vector3<f64>) -> f64 {
-        let study = self.study;
+        let study = &self.study;
         let placement = study.placement(site);
         let boxes = study.forbidden.iter().map(|b| b.extent.grown(study.clearance_mm));
         let boxes = boxes.map(|b| study.extent.way_to(&placement, way, &b));

@@ -23,8 +23,8 @@ use crate::{
 
 /// Evaluates placements of one study; shared by all threads.
 #[derive(Debug)]
-pub struct Evaluator<'a> {
-    pub(super) study: &'a PlacementStudy,
+pub struct Evaluator {
+    pub(super) study: PlacementStudy,
     needs: Needs,
     check_forces: bool,
     /// Whether the objective asks for the correction within limits, so that there must be one.
@@ -87,9 +87,9 @@ const REFINEMENT: usize = 4;
 /// Larger than any violation of a place that the rigid machine can take.
 pub(super) const NOT_RIGID: f64 = 1e6;
 
-impl<'a> Evaluator<'a> {
+impl Evaluator {
     /// For `metrics` of placements of `study`.
-    pub fn new(study: &'a PlacementStudy, metrics: &[Metric]) -> Self {
+    pub fn new(study: &PlacementStudy, metrics: &[Metric]) -> Self {
         let lengths: Vec<Vec<f64>> = study.features.iter().map(lengths).collect();
         let total: f64 = lengths.iter().flatten().sum();
         let features: Vec<Prepared> =
@@ -107,7 +107,7 @@ impl<'a> Evaluator<'a> {
         needs.bounded &= study.features.iter().any(|job| job.limits.is_limited());
         let levels = features.iter().map(|feature| feature.levels.len()).max().unwrap_or(0);
         let share = features.iter().map(|feature| feature.share).sum();
-        Self { study, needs, check_forces, asks_bounded, exact, features, share, levels }
+        Self { study: study.clone(), needs, check_forces, asks_bounded, exact, features, share, levels }
     }
 
     /// Number of levels.

@@ -54,12 +54,7 @@ pub struct Room {
 }
 
 /// The way from `best` along each free coordinate in both directions.
-pub(super) fn flatness(
-    evaluator: &Evaluator<'_>,
-    study: &PlacementStudy,
-    work: &Work,
-    best: &Best,
-) -> Result<Vec<Room>> {
+pub(super) fn flatness(evaluator: &Evaluator, study: &PlacementStudy, work: &Work, best: &Best) -> Result<Vec<Room>> {
     let Best { site: best, value, .. } = best;
     let limit = value + WORSE * value.abs();
     let ways: Vec<(usize, f64)> = study.bounds.free().into_iter().flat_map(|i| [(i, -1.0), (i, 1.0)]).collect();
@@ -108,7 +103,7 @@ const PAST: f64 = 1e-5;
 const LOOKS: f64 = 4096.0;
 
 /// How far the workpiece may be turned before it meets a box, at most `reach`, rad.
-fn free_turn(evaluator: &Evaluator<'_>, reach: f64, moved: &impl Fn(f64) -> Site) -> f64 {
+fn free_turn(evaluator: &Evaluator, reach: f64, moved: &impl Fn(f64) -> Site) -> f64 {
     let mut free = 0.0;
     while free < reach {
         let gap = evaluator.gap(&moved(free));

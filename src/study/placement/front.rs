@@ -33,7 +33,7 @@ pub(super) fn searches(study: &PlacementStudy) -> usize {
 
 /// The best compromises between the metrics of the objective's front.
 pub(super) fn front(
-    evaluator: &Evaluator<'_>,
+    evaluator: &Evaluator,
     study: &PlacementStudy,
     cells: &[Cell],
     refinements: &[Refinement],
@@ -69,7 +69,7 @@ pub(super) fn front(
 
 /// The best known place for one metric, refined for it alone.
 fn end(
-    evaluator: &Evaluator<'_>,
+    evaluator: &Evaluator,
     study: &PlacementStudy,
     metric: Metric,
     known: &[(Site, Metrics)],
@@ -129,7 +129,7 @@ fn spread(front: &[(Site, Metrics)], metrics: &[Metric]) -> Vec<usize> {
 
 /// A place that is better than `start` in all metrics, as far as there is one nearby.
 fn better(
-    evaluator: &Evaluator<'_>,
+    evaluator: &Evaluator,
     study: &PlacementStudy,
     start: &(Site, Metrics),
     ranges: &[f64],

@@ -48,7 +48,7 @@ const MIDDLES: usize = 50_000;
 /// Most places that are ranked by how near they come.
 const RANKED: usize = 1000;
 
-pub(super) fn gaps(evaluator: &Evaluator<'_>, study: &PlacementStudy, cells: &[Cell], work: &Work) -> Gaps {
+pub(super) fn gaps(evaluator: &Evaluator, study: &PlacementStudy, cells: &[Cell], work: &Work) -> Gaps {
     let mut found = in_intervals(evaluator, study, cells);
     let feasible = cells.iter().filter(|cell| cell.metrics().is_some()).count();
     if feasible * FEW < cells.len() {
@@ -105,7 +105,7 @@ fn is_coarse(study: &PlacementStudy, cells: &[Cell], found: &[Site], i: usize) -
 }
 
 /// Middles of intervals, of each orientation of the sweep, that hold no place of the sweep and where boxes are kept.
-fn in_intervals(evaluator: &Evaluator<'_>, study: &PlacementStudy, cells: &[Cell]) -> Vec<Site> {
+fn in_intervals(evaluator: &Evaluator, study: &PlacementStudy, cells: &[Cell]) -> Vec<Site> {
     // Without a place that cannot be cut at there is nothing to miss.
     if cells.iter().all(|cell| cell.metrics().is_some()) {
         return Vec::new();
@@ -140,7 +140,7 @@ fn thinned(sites: Vec<Site>, most: usize) -> Vec<Site> {
 
 /// Middles of the intervals along `axis` (x, y or z) for a workpiece turned like `turned` with its origin at 0, and
 /// whether no place of the sweep lies in the interval; a fixed coordinate is itself.
-fn middles(evaluator: &Evaluator<'_>, study: &PlacementStudy, turned: &Site, axis: usize) -> Vec<(f64, bool)> {
+fn middles(evaluator: &Evaluator, study: &PlacementStudy, turned: &Site, axis: usize) -> Vec<(f64, bool)> {
     let (low, high) = (study.bounds.low[axis], study.bounds.high[axis]);
     if high <= low {
         return vec![(low, false)];
@@ -170,7 +170,7 @@ fn middles(evaluator: &Evaluator<'_>, study: &PlacementStudy, turned: &Site, axi
 }
 
 /// Ends of searches, from places that cannot be cut at, for one that can.
-fn within_limits(evaluator: &Evaluator<'_>, study: &PlacementStudy, cells: &[Cell], work: &Work) -> Vec<Site> {
+fn within_limits(evaluator: &Evaluator, study: &PlacementStudy, cells: &[Cell], work: &Work) -> Vec<Site> {
     let cannot: Vec<Site> = cells.iter().filter(|cell| cell.metrics().is_none()).map(|cell| cell.site).collect();
     let mut ranked: Vec<(f64, Site)> =
         thinned(cannot, RANKED).par_iter().map(|site| (evaluator.violation(work, site), *site)).collect();

@@ -157,7 +157,7 @@ pub(super) fn best(study: &PlacementStudy, entries: &[Entry], refinements: &[Ref
 
 /// Named places, the best of the sweep and the ends of the refinements, each once; best first.
 pub(super) fn entries(
-    evaluator: &Evaluator<'_>,
+    evaluator: &Evaluator,
     study: &PlacementStudy,
     work: &Work,
     (cells, ranking, refinements): (&[Cell], &[usize], &[Refinement]),

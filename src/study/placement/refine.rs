@@ -88,7 +88,7 @@ const POLISH: Steps = Steps { first: 0.1, last: 5e-4 };
 
 /// Refines each of `starts`, in their order, and polishes the best ends.
 pub(super) fn refine(
-    evaluator: &Evaluator<'_>,
+    evaluator: &Evaluator,
     study: &PlacementStudy,
     objective: &Objective,
     starts: &[(Start, Site)],
@@ -127,7 +127,7 @@ fn contenders(study: &PlacementStudy, refinements: &[Refinement]) -> Vec<usize> 
 }
 
 struct Search<'a> {
-    evaluator: &'a Evaluator<'a>,
+    evaluator: &'a Evaluator,
     study: &'a PlacementStudy,
     objective: &'a Objective,
     work: &'a Work,

@@ -80,7 +80,7 @@ const PIECE: usize = 16;
 ///
 /// # Errors
 /// Of `work`.
-pub(super) fn sweep(evaluator: &Evaluator<'_>, study: &PlacementStudy, work: &Work) -> error::Result<Vec<Cell>> {
+pub(super) fn sweep(evaluator: &Evaluator, study: &PlacementStudy, work: &Work) -> error::Result<Vec<Cell>> {
     let sites: Vec<Site> = (0..study.grid.len()).map(|index| study.grid.site(index)).collect();
     let open = |site: &Site| match evaluator.open(site) {
         Ok(partial) => State::Open(partial),
@@ -132,7 +132,7 @@ fn closed(verdict: Verdict, work: &Work) -> State {
     State::Closed(verdict)
 }
 
-fn advance(evaluator: &Evaluator<'_>, state: &mut State, work: &Work) {
+fn advance(evaluator: &Evaluator, state: &mut State, work: &Work) {
     if let State::Open(partial) = state
         && let Err(failure) = evaluator.advance(partial)
     {
@@ -140,7 +140,7 @@ fn advance(evaluator: &Evaluator<'_>, state: &mut State, work: &Work) {
     }
 }
 
-fn complete(evaluator: &Evaluator<'_>, state: &mut State, work: &Work) {
+fn complete(evaluator: &Evaluator, state: &mut State, work: &Work) {
     if let State::Open(partial) = state {
         let verdict = match evaluator.complete(partial.clone()) {
             Ok(evaluation) => Verdict::Complete(evaluation.metrics),
@@ -152,7 +152,7 @@ fn complete(evaluator: &Evaluator<'_>, state: &mut State, work: &Work) {
 
 /// Completes the open states that look best, as many as starts are chosen from.
 fn complete_best(
-    evaluator: &Evaluator<'_>,
+    evaluator: &Evaluator,
     study: &PlacementStudy,
     states: &mut [State],
     work: &Work,
@@ -181,7 +181,7 @@ fn complete_best(
 }
 
 /// Closes the open states that cannot be wanted any more.
-fn give_up(evaluator: &Evaluator<'_>, study: &PlacementStudy, states: &mut [State], work: &Work) {
+fn give_up(evaluator: &Evaluator, study: &PlacementStudy, states: &mut [State], work: &Work) {
     let known: Vec<Metrics> = states
         .iter()
         .filter_map(|state| match state {

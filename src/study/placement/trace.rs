@@ -32,7 +32,7 @@ pub struct Trace {
 
 /// Of every feature, at the entry of the best place and at the poorest entry of which anything can be said.
 pub(super) fn traces(
-    evaluator: &Evaluator<'_>,
+    evaluator: &Evaluator,
     study: &PlacementStudy,
     entries: &[Entry],
     best: Option<&Best>,
@@ -45,7 +45,7 @@ pub(super) fn traces(
     features.flat_map(|index| shown.iter().map(move |entry| trace(evaluator, study, entry, index))).collect()
 }
 
-fn trace(evaluator: &Evaluator<'_>, study: &PlacementStudy, entry: &Entry, index: usize) -> Trace {
+fn trace(evaluator: &Evaluator, study: &PlacementStudy, entry: &Entry, index: usize) -> Trace {
     let (machine, job) = (&study.machine, &study.features[index]);
     let feature = &job.feature;
     let placement = entry.site.placement(feature.reference);

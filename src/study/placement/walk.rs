@@ -57,9 +57,9 @@ pub(super) struct Walk<'a> {
     exact: Exact,
     /// Where drives, joints and forces stand within their limits, −1 to 1, point by point; `None` if nobody asks.
     pub shares: Option<Vec<f64>>,
-    both: Session<'a>,
+    both: Session,
     /// The cutting force on the nominal machine, and the unloaded real machine.
-    apart: Option<[Session<'a>; 2]>,
+    apart: Option<[Session; 2]>,
 }
 
 impl<'a> Walk<'a> {

@@ -104,7 +104,11 @@ impl AtRest {
     /// `machine` with its drives where they put P on `pose`, as far as they control it.
     fn commanded(case: &Case<'_>, machine: &Machine, pose: &Pose) -> Result<Self, Failure> {
         // Without a tool, the full pose of the tool tip is that of P.
-        let without_tool = |machine: &Machine| Machine { tool_tip: Vector3::zeros(), ..machine.clone() };
+        let without_tool = |machine: &Machine| {
+            let mut machine = machine.clone();
+            machine.tool_tip = Vector3::zeros();
+            machine
+        };
         let (nominal, real) = (without_tool(&case.study.machine), without_tool(machine));
         let mut session = Session::new(&nominal, &real, Settings::default());
         session.stand(&case.at, &State::rigid(&nominal, &case.at));
