@@ -41,9 +41,12 @@ pub mod input;
 mod lanes;
 pub mod machine;
 pub mod process;
+#[cfg(feature = "report")]
 pub mod report;
 pub mod spatial;
 pub mod statics;
+#[cfg(feature = "study")]
 pub mod study;
 pub mod toolpath;
+#[cfg(feature = "study")]
 pub mod work;

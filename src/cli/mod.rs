@@ -1,11 +1,11 @@
 //! Commands and their arguments.
 
 mod check;
+mod choice;
 mod compare;
 mod compensate;
 mod machines;
 mod new;
-mod output_choice;
 mod point;
 mod progress;
 mod report;

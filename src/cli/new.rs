@@ -5,13 +5,14 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use kinetostat::{
     input::error::{Error, Result},
     report::{OutputFile, write_all},
+    study::Template,
 };
 
-use super::{Ending, print};
+use super::{Ending, choice, print};
 
 /// Write a commented study folder that runs at once.
 #[derive(Debug, Args)]
@@ -22,48 +23,13 @@ Examples:
   kinetostat run where_to_clamp")]
 pub struct NewArguments {
     /// What the study asks
-    kind: Kind,
+    #[arg(value_parser = choice::template())]
+    kind: Template,
     /// Folder to write, which must not exist; its last part names the study
     name: PathBuf,
 }
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum Kind {
-    /// How far the tool moves over the workspace, and what to command instead
-    Map,
-    /// Where a workpiece should stand
-    Placement,
-    /// Whether the effects of cutting force and chain errors may be added
-    Superposition,
-    /// How far the tool leaves a path, and which compensation puts it back
-    Path,
-    /// Numbers quoted by a paper or a measurement beside those of the model
-    Validation,
-}
-
 const README: &str = include_str!("templates/README.md");
-
-impl Kind {
-    /// Names and contents of the files of a folder, but the README.
-    fn files(self) -> &'static [(&'static str, &'static str)] {
-        match self {
-            Kind::Map => &[("study.toml", include_str!("../study/map/template/study.toml"))],
-            Kind::Superposition => &[("study.toml", include_str!("../study/superposition/template/study.toml"))],
-            Kind::Placement => &[
-                ("study.toml", include_str!("../study/placement/template/study.toml")),
-                ("process.toml", include_str!("../study/placement/template/process.toml")),
-            ],
-            Kind::Path => &[
-                ("study.toml", include_str!("../study/path/template/study.toml")),
-                ("process.toml", include_str!("../study/path/template/process.toml")),
-            ],
-            Kind::Validation => &[
-                ("study.toml", include_str!("../study/validation/template/study.toml")),
-                ("process.toml", include_str!("../study/validation/template/process.toml")),
-            ],
-        }
-    }
-}
 
 pub fn new(arguments: &NewArguments) -> Result<Ending> {
     let folder = &arguments.name;
@@ -83,7 +49,7 @@ pub fn new(arguments: &NewArguments) -> Result<Ending> {
     let shown = folder.display().to_string();
     let readme = README.replace("{name}", name).replace("{folder}", &shown);
     let mut files = vec![OutputFile::new("README.md", readme)];
-    files.extend(arguments.kind.files().iter().map(|(name, content)| OutputFile::new(*name, *content)));
+    files.extend(arguments.kind.files.iter().map(|(name, content)| OutputFile::new(*name, *content)));
     let mut said = format!("Written to {shown}:\n");
     for path in write_all(folder, files)? {
         said += &format!("  {}\n", path.file_name().unwrap_or_default().to_string_lossy());

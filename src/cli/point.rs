@@ -16,7 +16,7 @@ use kinetostat::{
 };
 use nalgebra::Vector3;
 
-use super::{Ending, any_numbers, number, numbers, print, print_json, say};
+use super::{Ending, choice, any_numbers, number, numbers, print, print_json, say};
 
 /// Solve one location: how far the tool moves there and what to command instead.
 #[derive(Debug, Args)]
@@ -46,7 +46,7 @@ pub struct PointArguments {
     #[arg(long, value_parser = numbers::<3>, allow_hyphen_values = true, default_value = "215,-10,-25", value_name = "FR,FT,FZ", requires = "phi", conflicts_with = "wrench")]
     force: [f64; 3],
     /// How the milling force turns with φ, eq. (17): as a rotation, or as the paper prints it
-    #[arg(long, value_enum, default_value = "rotated", requires = "phi", conflicts_with = "wrench")]
+    #[arg(long, value_parser = choice::law(), default_value = "rotated", requires = "phi", conflicts_with = "wrench")]
     law: ForceLaw,
     /// Load at P in base axes instead of the milling force: fx,fy,fz,mx,my,mz in N and N·mm
     #[arg(long, value_parser = numbers::<6>, allow_hyphen_values = true)]

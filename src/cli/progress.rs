@@ -9,7 +9,7 @@ use std::{
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use kinetostat::{
-    report::{visible, visible_json},
+    report::{counted, visible, visible_json},
     work::{Event, Stage},
 };
 use serde_json::{Value, json};
@@ -119,6 +119,16 @@ impl Progress {
                 self.bar.set_position(0);
                 self.bar.reset_eta();
             }
+            Event::Resumed { pieces, lost } => {
+                if pieces > 0 {
+                    log::info!("{}: going on with {}", self.study, counted(pieces, "piece"));
+                }
+                if lost > 0 {
+                    let text =
+                        format!("{}: {} of the unfinished run to compute again", self.study, counted(lost, "damaged piece"));
+                    self.warn(&text);
+                }
+            }
             Event::Kept(items) => {
                 state.kept += items;
                 self.bar.inc(items as u64);
@@ -156,9 +166,14 @@ impl Progress {
         }
         state.is_warned = true;
         let text = format!("{}: {unsolved} of the first {computed} {} not solved; it goes on", self.study, self.of);
+        self.warn(&text);
+    }
+
+    /// On standard error, for readers or for programs that watch, and in the log.
+    fn warn(&self, text: &str) {
         log::warn!("{text}");
         match self.form {
-            Form::Auto => self.bar.suspend(|| eprintln!("{}", visible(&text))),
+            Form::Auto => self.bar.suspend(|| eprintln!("{}", visible(text))),
             Form::Json => self.line(json!({ "event": "warning", "study": self.study, "message": text })),
             Form::None => {}
         }

@@ -11,15 +11,12 @@ use kinetostat::{
     input::error::Result,
     report::{
         Manifest, OutputFile, may_replace,
-        page::{GENERATOR, ResultFolder, comparison, page},
+        page::{GENERATOR, PAGE, ResultFolder, comparison, page},
         prepare_beside, write_beside,
     },
 };
 
 use super::{Ending, print};
-
-/// Name of the page in a result folder.
-pub const PAGE: &str = "report.html";
 
 /// Make the page of a result folder again, or one page that compares several. Computes nothing.
 #[derive(Debug, Args)]

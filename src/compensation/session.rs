@@ -102,7 +102,7 @@ impl Session {
     }
 
     /// The nominal configuration of the present command, where its limits have been looked at.
-    pub(crate) fn command(&self) -> &Configuration {
+    pub fn command(&self) -> &Configuration {
         &self.command
     }
 

@@ -54,8 +54,3 @@ fn inputs() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     static INPUTS: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
     INPUTS.lock().unwrap_or_else(PoisonError::into_inner)
 }
-
-/// The last part of the path that names an input.
-pub(crate) fn name(origin: &str) -> String {
-    Path::new(origin).file_name().map_or_else(|| origin.into(), |name| name.to_string_lossy().into_owned())
-}

@@ -3,5 +3,11 @@
 pub mod check;
 pub(crate) mod csv_rows;
 pub mod error;
+#[cfg(feature = "study")]
 pub mod file;
+mod folder;
+mod inputs;
 pub(crate) mod toml_file;
+
+pub use folder::Folder;
+pub use inputs::Inputs;

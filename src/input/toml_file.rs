@@ -9,11 +9,17 @@ use serde::de::DeserializeOwned;
 use crate::input::error::{Error, Result};
 
 /// A longer file is no machine or study file, bytes.
-const MAX_LENGTH: u64 = 1 << 20;
+#[cfg(feature = "study")]
+pub const MAX_LENGTH: u64 = 1 << 20;
 
 /// Reads `file` as text.
+#[cfg(feature = "study")]
 pub fn read(file: &Path) -> Result<String> {
-    let bytes = crate::input::file::read_at_most(file, MAX_LENGTH)?;
+    text(crate::input::file::read_at_most(file, MAX_LENGTH)?, file)
+}
+
+/// The text that `bytes` of `file` are.
+pub fn text(bytes: Vec<u8>, file: &Path) -> Result<String> {
     let fault = |_| Error::Read { file: file.to_path_buf(), source: std::io::Error::other("not a text file (UTF-8)") };
     String::from_utf8(bytes).map_err(fault)
 }

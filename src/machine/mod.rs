@@ -21,7 +21,6 @@ mod ways_around;
 
 use std::{
     ops::{Deref, DerefMut},
-    path::Path,
     sync::Arc,
 };
 
@@ -140,13 +139,19 @@ pub struct Model {
     pub turns_with_position: bool,
 }
 
+fn no_machine(problem: &str) -> Error {
+    let names = catalogue::names().collect::<Vec<_>>().join(", ");
+    Error::Argument { argument: "machine".into(), problem: format!("{problem}; built in: {names}") }
+}
+
 impl Machine {
     fn of(model: Model) -> Self {
         Self(Arc::new(model))
     }
 
     /// Reads and checks a machine file.
-    pub fn from_file(file: &Path) -> Result<Self> {
+    #[cfg(feature = "study")]
+    pub fn from_file(file: &std::path::Path) -> Result<Self> {
         let text = crate::input::toml_file::read(file)?;
         Self::from_toml(&text, &file.display().to_string())
     }
@@ -157,20 +162,26 @@ impl Machine {
         resolve::machine(&spec, origin)
     }
 
+    /// The built-in machine called `name`.
+    ///
+    /// # Errors
+    /// There is none of this name.
+    pub fn named(name: &str) -> Result<Self> {
+        match catalogue::find(name) {
+            Some(entry) => Self::from_toml(entry.toml, entry.name),
+            None => Err(no_machine(&format!("no built-in machine \"{name}\""))),
+        }
+    }
+
     /// A built-in machine by name, or the machine of a file by path.
+    #[cfg(feature = "study")]
     pub fn named_or_file(name: &str) -> Result<Self> {
         match catalogue::find(name) {
             Some(entry) => Self::from_toml(entry.toml, entry.name),
-            None if Path::new(name).extension().is_some() || Path::new(name).exists() => {
-                Self::from_file(Path::new(name))
+            None if std::path::Path::new(name).extension().is_some() || std::path::Path::new(name).exists() => {
+                Self::from_file(name.as_ref())
             }
-            None => Err(Error::Argument {
-                argument: "machine".into(),
-                problem: format!(
-                    "no built-in machine \"{name}\" and no such file; built in: {}",
-                    catalogue::names().collect::<Vec<_>>().join(", ")
-                ),
-            }),
+            None => Err(no_machine(&format!("no built-in machine \"{name}\" and no such file"))),
         }
     }
 

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::spatial::{Pose, Wrench};
 
 /// How eq. (17) turns radial and tangential force into the plane normal to the tool.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ForceLaw {
     /// As printed: `F_x = F_r cos φ + F_t sin φ`, `F_y = F_r sin φ + F_t cos φ`. Not a rotation: with 215 N and −10 N the
@@ -18,6 +18,9 @@ pub enum ForceLaw {
 }
 
 impl ForceLaw {
+    /// Both.
+    pub const ALL: [ForceLaw; 2] = [ForceLaw::Printed, ForceLaw::Rotated];
+
     /// Its name in files and on the command line.
     pub fn label(self) -> &'static str {
         match self {

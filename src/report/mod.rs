@@ -6,6 +6,7 @@ pub mod exchange;
 pub mod figures;
 pub(crate) mod grid_slices;
 mod manifest;
+mod output;
 pub mod page;
 mod replace;
 pub(crate) mod table;
@@ -14,6 +15,7 @@ pub(crate) mod words;
 pub(crate) mod write;
 
 pub use manifest::{Manifest, StatusCount};
+pub use output::{Output, Run};
 pub use replace::may_replace;
 pub use visible::{visible, visible_json};
 pub use words::{counted, if_any};

@@ -1,7 +1,7 @@
 //! A toolpath on a machine: what happens without compensation, what each method commands and leaves, what a written
 //! program does.
 
-use std::{convert::Infallible, ops::Range, time::Instant};
+use std::{convert::Infallible, ops::Range};
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -218,21 +218,19 @@ pub fn run(case: &PathCase<'_>, commands: &Commands<'_>, done: &(dyn Fn() + Sync
     answers
 }
 
-/// Pieces of `work` along the part of the path that begins at `first`: what `keep` takes of the answers of a method, with
-/// the time in s that threads spent on it, all together; threads without work do not count.
+/// Pieces of `work` along the part of the path that begins at `first`: what `keep` takes of the answers of a method.
 ///
 /// # Errors
 /// Of `work`.
-pub(super) fn timed<T: Serialize + DeserializeOwned + Send>(
+pub(super) fn kept<T: Serialize + DeserializeOwned + Send>(
     case: &PathCase<'_>,
     first: usize,
     method: Method,
     work: &Work,
     keep: impl Fn(PathAnswer) -> T + Sync,
-) -> Result<(Vec<T>, f64)> {
+) -> Result<Vec<T>> {
     let blocks = (0..case.demands.len()).into_par_iter().step_by(BLOCK).map(|start| {
         let compute = || {
-            let started = Instant::now();
             let done = || {
                 work.tell(Event::Computed(1));
                 work.check()
@@ -242,13 +240,11 @@ pub(super) fn timed<T: Serialize + DeserializeOwned + Send>(
             if unsolved > 0 {
                 work.tell(Event::Unsolved(unsolved));
             }
-            Ok((answers.into_iter().map(&keep).collect(), started.elapsed().as_secs_f64()))
+            Ok(answers.into_iter().map(&keep).collect())
         };
-        work.piece(&(first + start), |(kept, _): &(Vec<T>, f64)| kept.len(), compute)
+        work.piece(&(first + start), Vec::len, compute)
     });
-    let blocks = blocks.collect::<Result<Vec<(Vec<T>, f64)>>>()?;
-    let seconds = blocks.iter().map(|(_, seconds)| seconds).sum();
-    Ok((blocks.into_iter().flat_map(|(kept, _)| kept).collect(), seconds))
+    Ok(blocks.collect::<Result<Vec<Vec<T>>>>()?.into_iter().flatten().collect())
 }
 
 /// The points from `start` on that are solved one after another. `done` is called after each and may end the block.

@@ -1,38 +1,48 @@
 //! The questions: a study file as written ([`spec`]), checked ([`Study`]), run, and its plain results.
 //!
-//! Each question is a folder: spec, resolve, run and report. What is cut along a toolpath is said in a process file
-//! ([`crate::process::file`]).
+//! Each question is a folder (spec, resolve, run, report and template) and one line of the list below. What is cut along a
+//! toolpath is said in a process file ([`crate::process::file`]), or in the same tables of the study.
 //!
 //! A study is a folder with a `study.toml`; its inputs are named relative to that folder.
 
 pub mod along_path;
 pub mod bounded_pass;
+#[cfg(feature = "report")]
 pub mod deflected_pose;
 mod failure;
+#[cfg(feature = "report")]
+mod into_folder;
 pub mod machine_check;
-pub mod map;
-pub mod path;
-pub mod placement;
+mod over_workspace;
 pub mod point;
 pub mod program;
-pub(crate) mod resolve;
+mod question;
+mod resolve;
 mod source;
 pub mod spec;
-pub mod superposition;
-pub mod validation;
+
+pub use failure::{Failure, SOLVED, status_of};
+#[cfg(feature = "report")]
+pub use into_folder::{Begin, FolderRun, Finished, RunOptions};
+pub use question::{Given, Overrides, Question, Resolved, Template};
+pub use source::Source;
 
 use std::path::Path;
 
-pub use failure::{Failure, SOLVED, status_of};
-use map::WorkspaceMapStudy;
-use path::PathStudy;
-use placement::PlacementStudy;
-pub use resolve::Overrides;
-pub use source::Source;
-use superposition::SuperpositionStudy;
-use validation::ValidationStudy;
+use crate::input::{Folder, Inputs, check::Check, error::Result};
 
-use crate::{input::error::Result, work::Inputs};
+question::questions! {
+    /// How far the tool moves over the workspace, and what to command instead.
+    workspace_map: WorkspaceMap(map::WorkspaceMapStudy),
+    /// How far the tool leaves a path, and which compensation puts it back.
+    path: Path(path::PathStudy),
+    /// Where a workpiece should stand.
+    placement: Placement(placement::PlacementStudy),
+    /// Whether the effects of cutting force and chain errors may be added.
+    superposition: Superposition(superposition::SuperpositionStudy),
+    /// Numbers quoted by a paper or a measurement beside those of the model.
+    validation: Validation(validation::ValidationStudy),
+}
 
 /// A checked study, ready to run.
 #[derive(Debug, Clone)]
@@ -47,21 +57,6 @@ pub struct Study {
     pub kind: StudyKind,
 }
 
-/// What a study computes.
-#[derive(Debug, Clone)]
-pub enum StudyKind {
-    /// Deflection and required corrections over the workspace.
-    WorkspaceMap(WorkspaceMapStudy),
-    /// Deflection and required corrections along a path.
-    Path(PathStudy),
-    /// Where a workpiece should stand.
-    Placement(Box<PlacementStudy>),
-    /// Quoted numbers beside ours.
-    Validation(ValidationStudy),
-    /// Whether displacements by single sources may be added.
-    Superposition(SuperpositionStudy),
-}
-
 impl Study {
     /// Reads and checks the study in `path`: a folder with a `study.toml`, or the file itself.
     ///
@@ -71,26 +66,26 @@ impl Study {
         let file = if path.is_dir() { path.join("study.toml") } else { path.to_path_buf() };
         let text = crate::input::toml_file::read(&file)?;
         let folder = file.parent().map(Path::to_path_buf).unwrap_or_default();
-        Self::from_toml(&text, &file.display().to_string(), &folder, overrides)
+        Self::from_toml(&text, &file.display().to_string(), folder, overrides)
     }
 
-    /// Checks a study given as TOML text. `origin` names it in errors; machine files are sought relative to `folder`.
+    /// Checks a study given as TOML text. `origin` names it in errors; files that it names are sought relative to `folder`.
     ///
     /// # Errors
     /// As [`Study::open`].
-    pub fn from_toml(text: &str, origin: &str, folder: &Path, overrides: &Overrides) -> Result<Study> {
-        let spec: spec::StudySpec = crate::input::toml_file::parse(text, origin)?;
-        resolve::study(&spec, text, origin, folder, overrides)
+    pub fn from_toml(text: &str, origin: &str, folder: impl Into<Folder>, overrides: &Overrides) -> Result<Study> {
+        let (folder, check) = (folder.into(), Check::new(origin));
+        let spec: StudySpec = crate::input::toml_file::parse(text, origin)?;
+        let (header, asked) = spec.split(&check)?;
+        let (machine, machine_text) = resolve::header(&header, &folder, &check)?;
+        let inputs = Inputs::of_file(origin, text).and(Inputs::of(&header.machine, machine_text));
+        let given = Given { machine, folder: &folder, overrides, check, name: "", header: &header };
+        let (kind, settings) = asked.resolve(given)?;
+        Ok(Study {
+            name: resolve::folder_name(folder.here()),
+            question: header.question.trim().to_string(),
+            inputs: inputs.and(settings),
+            kind,
+        })
     }
-}
-
-/// Name of the folder a study stands in.
-fn folder_name(folder: &Path) -> String {
-    let whole = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let named = match whole.file_name() {
-        Some(_) => whole.to_path_buf(),
-        // Such as `.` and `..`.
-        None => whole.canonicalize().unwrap_or_default(),
-    };
-    named.file_name().map_or_else(|| "study".into(), |name| name.to_string_lossy().into_owned())
 }

@@ -1,70 +1,69 @@
-//! A study file as written: raw, units in the keys, unknown keys refused. Checked by [`super::Study`].
+//! What study files of several kinds hold, as written: raw, units in the keys, unknown keys refused. The rest stands with
+//! its question. Checked by [`super::Study`].
 
-use serde::Deserialize;
-
-use crate::{
-    process::{
-        ForceLaw,
-        file::{chain_errors::ChainErrorSpec, spec::CompensateSpec},
-    },
-    study::{
-        placement::spec::PlacementStudySpec, superposition::spec::SuperpositionSpec, validation::spec::ValidationSpec,
-    },
+use serde::{
+    Deserialize, Deserializer,
+    de::{MapAccess, Visitor, value::MapAccessDeserializer},
 };
 
-/// The whole file.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct StudySpec {
-    /// Version of the file format; 1.
+use crate::process::{
+    ForceLaw,
+    file::{chain_errors::ChainErrorSpec, spec::ProcessSpec},
+};
+
+/// Version of study files as they are written now: a study names a process file or holds the same tables.
+pub const SCHEMA: u32 = 2;
+/// Versions that are read. In schema 1, maps said force and chain errors in keys of their own.
+pub const SCHEMAS: [u32; 2] = [1, SCHEMA];
+
+/// The keys of a study of any kind.
+#[derive(Debug, Clone)]
+pub struct Header {
+    /// Version of the file format.
     pub schema: u32,
     /// What the study is to answer, in one sentence.
     pub question: String,
     /// A built-in machine, or a machine file relative to the study's folder.
     pub machine: String,
-    /// The cutting force of a workspace map or superposition study.
+    /// Force, chain errors, placement and what else is said of a process.
+    pub process: Option<ProcessRef>,
+    /// Of schema 1: the cutting force of a workspace map or superposition study.
     pub milling: Option<MillingSpec>,
-    /// Manufacturing and assembly errors of a workspace map or superposition study; chains not named are
-    /// nominal.
-    #[serde(default)]
+    /// Of schema 1: manufacturing and assembly errors of a workspace map or superposition study.
     pub chain_error: Vec<ChainErrorSpec>,
-    /// Deflection and corrections on a grid over the workspace. A study has exactly one of this and the
-    /// following.
-    pub workspace_map: Option<WorkspaceMapSpec>,
-    /// Deflection and corrections along a path.
-    pub path: Option<PathSpec>,
-    /// Where a workpiece should stand.
-    pub placement: Option<PlacementStudySpec>,
-    /// Quoted numbers beside ours.
-    pub validation: Option<ValidationSpec>,
-    /// Whether displacements by single sources may be added.
-    pub superposition: Option<SuperpositionSpec>,
 }
 
-/// A path and its process.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PathSpec {
-    /// Process file, relative to the study's folder: placement, cutting force, chain errors.
-    pub process: String,
-    /// A full circle in the xy-plane. A path has this, `line` or `file`.
-    pub circle: Option<CircleSpec>,
-    /// A straight line. A path has this, `circle` or `file`.
-    pub line: Option<LineSpec>,
-    /// A program, relative to the study's folder. A path has this, `circle` or `line`.
-    pub file: Option<String>,
-    /// Methods compared, by name; all of them if not given.
-    pub methods: Option<Vec<String>>,
+/// The process of a study.
+#[derive(Debug, Clone)]
+pub enum ProcessRef {
+    /// A process file, relative to the study's folder.
+    File(String),
+    /// The tables of a process file, in the study.
+    Tables(Box<ProcessSpec>),
 }
 
-/// A straight line in the workpiece frame, split as the process says.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct LineSpec {
-    /// First point.
-    pub start_mm: [f64; 3],
-    /// Last point.
-    pub end_mm: [f64; 3],
+impl<'de> Deserialize<'de> for ProcessRef {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct NameOrTables;
+
+        impl<'de> Visitor<'de> for NameOrTables {
+            type Value = ProcessRef;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("the name of a process file, or its tables")
+            }
+
+            fn visit_str<E>(self, name: &str) -> Result<ProcessRef, E> {
+                Ok(ProcessRef::File(name.into()))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, tables: A) -> Result<ProcessRef, A::Error> {
+                ProcessSpec::deserialize(MapAccessDeserializer::new(tables)).map(|spec| ProcessRef::Tables(spec.into()))
+            }
+        }
+
+        deserializer.deserialize_any(NameOrTables)
+    }
 }
 
 /// A full circle in the xy-plane of the workpiece, counter-clockwise.
@@ -98,32 +97,9 @@ pub struct MillingSpec {
     #[serde(default)]
     pub law: ForceLaw,
     /// Step between tool angles over one turn; 10° if not given.
-    #[serde(default = "default_phi_step")]
-    pub phi_step_deg: f64,
-}
-
-fn default_phi_step() -> f64 {
-    10.0
+    pub phi_step_deg: Option<f64>,
 }
 
 pub(super) fn default_grid() -> [usize; 3] {
     [11; 3]
-}
-
-/// A grid over the workspace box.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct WorkspaceMapSpec {
-    /// Number of grid points along x, y, z, both ends included; 11 × 11 × 11 if not given.
-    #[serde(default = "default_grid")]
-    pub grid: [usize; 3],
-    /// Lower corner; the machine's workspace if not given.
-    pub min_mm: Option<[f64; 3]>,
-    /// Upper corner; the machine's workspace if not given.
-    pub max_mm: Option<[f64; 3]>,
-    /// What compensation puts right.
-    #[serde(default)]
-    pub compensate: CompensateSpec,
-    /// Heights of the slices drawn; the grid plane nearest to each is shown.
-    pub slices_z_mm: Vec<f64>,
 }

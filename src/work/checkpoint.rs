@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use crate::{
     input::error::{Error, Result},
-    work::Inputs,
+    input::Inputs,
 };
 
 /// What decides the pieces.
@@ -29,6 +29,18 @@ pub struct Origin {
 }
 
 impl Origin {
+    /// Pieces computed by this program, this very build of it, from `inputs`.
+    ///
+    /// # Errors
+    /// The program's own file cannot be read.
+    pub fn of(inputs: Inputs) -> Result<Self> {
+        let fault = |file: &Path, source| Error::Read { file: file.to_path_buf(), source };
+        let file = std::env::current_exe().map_err(|source| fault(Path::new("this program"), source))?;
+        let bytes = std::fs::read(&file).map_err(|source| fault(&file, source))?;
+        let program = format!("version {} (build {:08x})", env!("CARGO_PKG_VERSION"), crc32fast::hash(&bytes));
+        Ok(Self { program, inputs })
+    }
+
     /// What differs from the origin `before`, in words.
     fn change_since(&self, before: &Origin) -> Option<String> {
         if before.program != self.program {

@@ -2,7 +2,6 @@
 //! is told how far it is.
 
 pub mod checkpoint;
-mod inputs;
 
 use std::{
     io,
@@ -13,7 +12,6 @@ use std::{
     },
 };
 
-pub use inputs::Inputs;
 use serde::{Serialize, de::DeserializeOwned};
 
 use crate::{
@@ -32,6 +30,13 @@ pub enum Event {
     Kept(usize),
     /// The best value that a search has found so far.
     Best(f64),
+    /// So many pieces of a run before are there to be taken over, and so many were damaged.
+    Resumed {
+        /// Whole ones.
+        pieces: usize,
+        /// Damaged ones, which are computed again.
+        lost: usize,
+    },
     /// Another part of the work begins, whose items are counted anew.
     Stage(Stage),
 }

@@ -11,7 +11,7 @@ use kinetostat::{
         file::{CorrectionLimits, Objective},
     },
     toolpath::{Format, Sampling, Turn},
-    work::Inputs,
+    input::Inputs,
 };
 use nalgebra::Vector3;
 use proptest::prelude::*;

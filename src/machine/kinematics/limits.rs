@@ -87,7 +87,7 @@ impl Machine {
     }
 
     /// How far the drive or joint farthest beyond its limits is beyond them, mm or degrees; 0 within.
-    pub(crate) fn limit_excess(&self, at: &Configuration) -> f64 {
+    pub fn limit_excess(&self, at: &Configuration) -> f64 {
         let drives = self.drives().zip(&at.drives).map(|((_, drive), &rho)| (drive.travel, drive.motion, rho));
         let joints = self.chains.iter().zip(&at.passive).flat_map(|(chain, values)| {
             chain.passive.iter().zip(values).map(|(joint, &q)| (joint.limits, joint.motion, q))
@@ -100,7 +100,7 @@ impl Machine {
 
     /// Adds to `shares` where each limited drive and joint stands in its range: −1 at the lower end and 1 at the upper one,
     /// as [`Machine::check_limits`] takes them.
-    pub(crate) fn limit_shares(&self, at: &Configuration, shares: &mut Vec<f64>) {
+    pub fn limit_shares(&self, at: &Configuration, shares: &mut Vec<f64>) {
         let drives = self.drives().zip(&at.drives).map(|((_, drive), &rho)| (drive.travel, rho));
         let joints = self
             .chains

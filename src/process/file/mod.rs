@@ -5,15 +5,16 @@ pub mod chain_errors;
 mod resolve;
 pub mod spec;
 
-use std::path::Path;
-
 use crate::{
     compensation::Target,
-    input::error::{Error, Result},
+    input::{
+        Folder, Inputs,
+        check::Check,
+        error::{Error, Result},
+    },
     machine::{ChainError, Machine},
     process::{CuttingRule, PathReference, Placement, cutting::CuttingLaw, file::spec::ProcessSpec},
     toolpath::{Format, FormatError, Sampling, Toolpath, gcode::GcodeOptions},
-    work::Inputs,
 };
 
 /// A checked process for one machine.
@@ -138,18 +139,43 @@ impl Process {
     ///
     /// # Errors
     /// A file that cannot be read, is not of the expected form, or holds values that make no sense.
-    pub fn open(file: &Path, machine: &Machine) -> Result<Process> {
+    #[cfg(feature = "study")]
+    pub fn open(file: &std::path::Path, machine: &Machine) -> Result<Process> {
         let text = crate::input::toml_file::read(file)?;
-        let folder = file.parent().map(Path::to_path_buf).unwrap_or_default();
-        Self::from_toml(&text, &file.display().to_string(), &folder, machine)
+        let folder = file.parent().map(std::path::Path::to_path_buf).unwrap_or_default();
+        Self::from_toml(&text, &file.display().to_string(), folder, machine)
+    }
+
+    /// Reads and checks the process file called `name` in `folder` for `machine`.
+    ///
+    /// # Errors
+    /// As [`Process::from_toml`], or a file that cannot be read.
+    pub fn in_folder(folder: &Folder, name: &str, machine: &Machine) -> Result<Process> {
+        let text = folder.text(name)?;
+        Self::from_toml(&text, &folder.path(name).display().to_string(), folder.of(name), machine)
     }
 
     /// Checks a process given as TOML text. `origin` names it in errors; a wrench table is sought relative to `folder`.
     ///
     /// # Errors
-    /// As [`Process::open`].
-    pub fn from_toml(text: &str, origin: &str, folder: &Path, machine: &Machine) -> Result<Process> {
+    /// A text that is not of the expected form, or holds values that make no sense.
+    pub fn from_toml(text: &str, origin: &str, folder: impl Into<Folder>, machine: &Machine) -> Result<Process> {
         let spec: ProcessSpec = crate::input::toml_file::parse(text, origin)?;
-        resolve::process(&spec, text, origin, folder, machine)
+        let mut process = resolve::file(&spec, &Check::new(origin), &folder.into(), machine)?;
+        process.inputs = Inputs::of_file(origin, text).and(process.inputs);
+        Ok(process)
+    }
+
+    /// Checks tables that stand at `check` of another file, whose text is not among the process's inputs.
+    ///
+    /// # Errors
+    /// Values that make no sense.
+    pub fn from_tables(
+        spec: &ProcessSpec,
+        check: &Check,
+        folder: &Folder,
+        machine: &Machine,
+    ) -> Result<Process> {
+        resolve::tables(spec, check, folder, machine)
     }
 }

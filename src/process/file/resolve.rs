@@ -1,13 +1,12 @@
 //! From a process file as written to a checked process.
 
-use std::path::Path;
-
 use nalgebra::Vector3;
 
 use crate::{
     compensation::Target,
     input::{
-        check::Check,
+        Folder, Inputs,
+        check::{Check, SCHEMA},
         error::{Error, Result},
     },
     machine::Machine,
@@ -25,36 +24,44 @@ use crate::{
         tilt::Turned,
     },
     toolpath::{Format, Sampling, Turn, gcode::GcodeOptions},
-    work::Inputs,
 };
 
 /// Most teeth accepted.
 const MAX_TEETH: u32 = 100;
 
-pub(super) fn process(
-    spec: &ProcessSpec,
-    text: &str,
-    origin: &str,
-    folder: &Path,
-    machine: &Machine,
-) -> Result<Process> {
-    let check = Check::new(origin);
-    check.schema(spec.schema)?;
+/// A process file, all of it.
+pub(super) fn file(spec: &ProcessSpec, check: &Check, folder: &Folder, machine: &Machine) -> Result<Process> {
+    match spec.schema {
+        Some(version) => check.schema(version)?,
+        None => return check.key("schema").fail(format!("missing, expected {SCHEMA}")),
+    }
+    process(spec, check, folder, machine)
+}
+
+/// The same tables as part of another file, at `check`.
+pub(super) fn tables(spec: &ProcessSpec, check: &Check, folder: &Folder, machine: &Machine) -> Result<Process> {
+    if spec.schema.is_some() {
+        return check.key("schema").fail("belongs at the top of the file".into());
+    }
+    process(spec, check, folder, machine)
+}
+
+/// Its inputs are the files that it names.
+fn process(spec: &ProcessSpec, check: &Check, folder: &Folder, machine: &Machine) -> Result<Process> {
     let (cutting, table) = force(&spec.force, folder, &check.key("force"))?;
     let check_gcode = check.key("gcode");
-    let name = crate::input::file::name(origin);
     Ok(Process {
         placement: placement(&spec.placement, machine, &check.key("placement"))?,
         is_placed: spec.placement.origin_mm.is_some(),
         cutting,
         cutting_rule: cutting_rule(&spec.cutting, &check.key("cutting"))?,
-        errors: chain_errors(&spec.chain_error, machine, &check)?,
+        errors: chain_errors(&spec.chain_error, machine, check)?,
         sampling: sampling(&spec.sampling, &check.key("sampling"))?,
         limits: limits(&spec.limits, &check.key("limits"))?,
         target: spec.compensate.target.into(),
         gcode: gcode_options(&spec.gcode, &check_gcode)?,
         decimals: decimals(&spec.gcode, &check_gcode)?,
-        inputs: Inputs::of(name, text).and(table),
+        inputs: table,
     })
 }
 
@@ -78,7 +85,7 @@ fn placement(spec: &PlacementSpec, machine: &Machine, check: &Check) -> Result<P
 }
 
 /// The law of the cutting force, and the text of the file it is in besides the process file.
-fn force(spec: &ForceSpec, folder: &Path, check: &Check) -> Result<(CuttingLaw, Inputs)> {
+fn force(spec: &ForceSpec, folder: &Folder, check: &Check) -> Result<(CuttingLaw, Inputs)> {
     let given = [
         ("path_frame", spec.path_frame.is_some()),
         ("table", spec.table.is_some()),
@@ -135,13 +142,12 @@ fn slot_milling(spec: &SlotMillingSpec, check: &Check) -> Result<CuttingLaw> {
     }))
 }
 
-fn wrench_table(spec: &TableSpec, folder: &Path, check: &Check) -> Result<(CuttingLaw, Inputs)> {
-    let file = folder.join(&spec.file);
-    if !file.is_file() {
+fn wrench_table(spec: &TableSpec, folder: &Folder, check: &Check) -> Result<(CuttingLaw, Inputs)> {
+    if !folder.has(&spec.file) {
         return check.key("file").fail(format!("\"{}\" is not a file in the folder of the process file", spec.file));
     }
-    let text = crate::input::file::read(&file)?;
-    let table = WrenchTable::read(&text, &file.display().to_string()).map_err(|error| Error::Syntax {
+    let text = folder.bytes(&spec.file)?;
+    let table = WrenchTable::read(&text, &folder.path(&spec.file).display().to_string()).map_err(|error| Error::Syntax {
         file: error.file,
         line: Some(error.line),
         key: String::new(),

@@ -9,8 +9,8 @@ use crate::process::ForceLaw;
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ProcessSpec {
-    /// Version of the file format; 1.
-    pub schema: u32,
+    /// Version of the file format, 1, in a file; not in a study that holds these tables.
+    pub schema: Option<u32>,
     /// Where the workpiece stands; at the machine's base frame if not given.
     #[serde(default)]
     pub placement: PlacementSpec,

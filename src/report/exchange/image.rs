@@ -4,15 +4,12 @@
 //! numbers that say at each point whether there is a solution or why not ([`STATUS`]). VTK has no missing values; as
 //! ParaView does, images put NaN where a number is missing, and only images do. Every array has its status beside it.
 //!
-//! Origin and spacing of an image are of single precision in the crate that writes it, a millionth of the workspace;
-//! `position_mm` holds the positions themselves.
+//! Origin and spacing of an image are of single precision in the crate that writes it (`vti_file`), a millionth of the
+//! workspace; `position_mm` holds the positions themselves.
 
 use std::{io, path::Path};
 
 use serde_json::{Value, json};
-use vtkio::model::{
-    Attribute, Attributes, ByteOrder, DataArray, DataSet, Extent, IOBuffer, ImageDataPiece, Piece, Version, Vtk,
-};
 
 use super::table::{Cell, Column, Kind, Row, SCHEMA, Table};
 use crate::{
@@ -62,14 +59,14 @@ pub struct Layer {
 
 /// An array over the grid.
 #[derive(Debug, Clone, PartialEq)]
-struct Array {
-    name: String,
+pub(super) struct Array {
+    pub name: String,
     unit: Option<String>,
-    values: Values,
+    pub values: Values,
 }
 
 #[derive(Debug, Clone, PartialEq)]
-enum Values {
+pub(super) enum Values {
     Scalars(Vec<f64>),
     Vectors(Vec<[f64; 3]>),
     Statuses(Vec<i32>),
@@ -93,27 +90,7 @@ impl Image {
     pub fn vti(&self, tables: &[(String, Table)]) -> io::Result<(Vec<u8>, Value)> {
         let arrays = self.arrays(tables)?;
         let description = self.description(&arrays);
-        let counts = self.grid.counts();
-        let last = |axis: usize| i32::try_from(counts[axis] - 1).map_err(io::Error::other);
-        let extent = Extent::Ranges([0..=last(0)?, 0..=last(1)?, 0..=last(2)?]);
-        let data = Attributes { point: arrays.into_iter().map(attribute).collect(), cell: Vec::new() };
-        let axes = [0, 1, 2].map(|axis| &self.grid.axes[axis]);
-        let image = DataSet::ImageData {
-            extent: extent.clone(),
-            origin: axes.map(|axis| axis[0] as f32),
-            spacing: axes.map(|axis| spacing(axis) as f32),
-            meta: None,
-            pieces: vec![Piece::Inline(Box::new(ImageDataPiece { extent, data }))],
-        };
-        let file = Vtk {
-            version: Version::new_xml(1, 0),
-            title: String::new(),
-            byte_order: ByteOrder::LittleEndian,
-            data: image,
-            file_path: None,
-        };
-        let mut bytes = Vec::new();
-        file.write_xml(&mut bytes).map_err(|e| io::Error::other(e.to_string()))?;
+        let bytes = super::vti_file::bytes(&self.grid, arrays)?;
         Ok((bytes, description))
     }
 
@@ -221,26 +198,10 @@ fn status_number(cell: &Cell) -> io::Result<i32> {
     number.ok_or_else(|| io::Error::other(format!("status {cell:?} has no number in images")))
 }
 
-fn attribute(array: Array) -> Attribute {
-    let scalars = |name, data| DataArray::scalars(name, 1).with_buf(data);
-    Attribute::DataArray(match array.values {
-        Values::Scalars(numbers) => scalars(array.name, IOBuffer::F64(numbers)),
-        Values::Statuses(numbers) => scalars(array.name, IOBuffer::I32(numbers)),
-        Values::Vectors(vectors) => DataArray::vectors(array.name).with_buf(IOBuffer::F64(vectors.concat())),
-    })
-}
-
-/// Distance of the points along an axis, mm; any where there is only one.
-fn spacing(axis: &[f64]) -> f64 {
-    match axis {
-        [first, .., last] => (last - first) / (axis.len() - 1) as f64,
-        _ => 1.0,
-    }
-}
-
-#[cfg(test)]
+#[cfg(all(test, feature = "vtk"))]
 mod tests {
     use nalgebra::Vector3;
+    use vtkio::model::{Attribute, DataSet, Extent, IOBuffer, Piece, Vtk};
 
     use super::{
         super::table::{numbers, texts},

@@ -5,14 +5,22 @@
 
 mod csv_file;
 mod image;
+mod not_built;
+#[cfg(feature = "parquet")]
 mod parquet_file;
 mod streamed;
 mod table;
+#[cfg(feature = "vtk")]
+mod vti_file;
 
 use std::path::Path;
 
 pub use csv_file::{CsvFile, DESCRIPTION, csv, description, text_of};
 pub use image::{Image, Layer, STATUS};
+#[cfg(not(feature = "parquet"))]
+use not_built::parquet_file;
+#[cfg(not(feature = "vtk"))]
+use not_built::vti_file;
 pub use parquet_file::{ParquetFile, parquet};
 pub use streamed::StreamedTable;
 pub use table::{Cell, Column, Kind, Row, SCHEMA, Table, cells, counts, numbers, texts};
@@ -30,6 +38,55 @@ pub enum Format {
     /// Maps on a grid as VTK image data.
     Vti,
 }
+
+impl Format {
+    /// All of them.
+    pub const ALL: [Format; 3] = [Format::Csv, Format::Parquet, Format::Vti];
+
+    /// Its name, with which the names of its files end.
+    pub fn label(self) -> &'static str {
+        match self {
+            Format::Csv => "csv",
+            Format::Parquet => "parquet",
+            Format::Vti => "vti",
+        }
+    }
+
+    /// The feature that the program must have been built with.
+    fn feature(self) -> Option<&'static str> {
+        match self {
+            Format::Csv => None,
+            Format::Parquet => Some("parquet"),
+            Format::Vti => Some("vtk"),
+        }
+    }
+
+    /// Whether this program can write it.
+    ///
+    /// # Errors
+    /// It was built without.
+    pub fn check_built(self) -> std::result::Result<(), NotBuilt> {
+        match self {
+            Format::Parquet if !cfg!(feature = "parquet") => Err(NotBuilt(self)),
+            Format::Vti if !cfg!(feature = "vtk") => Err(NotBuilt(self)),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// A format that this program was built without.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NotBuilt(Format);
+
+impl std::fmt::Display for NotBuilt {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (format, feature) = (self.0.label(), self.0.feature().unwrap_or_default());
+        write!(f, "this program was built without {format}: build it with `--features {feature}`, such as `cargo install \
+            --path . --features {feature}`")
+    }
+}
+
+impl std::error::Error for NotBuilt {}
 
 /// Tables in the formats asked for, `folder` being where they will be written. `written` are tables whose files exist already
 /// and only need to be described.

@@ -24,6 +24,20 @@ pub enum Colours {
     Grey,
 }
 
+impl Colours {
+    /// All of them.
+    pub const ALL: [Colours; 3] = [Colours::Viridis, Colours::Cividis, Colours::Grey];
+
+    /// Its name.
+    pub fn label(self) -> &'static str {
+        match self {
+            Colours::Viridis => "viridis",
+            Colours::Cividis => "cividis",
+            Colours::Grey => "grey",
+        }
+    }
+}
+
 static GREY: LazyLock<LinearGradient> = LazyLock::new(|| {
     let ends = [Color::from_rgba8(38, 38, 38, 255), Color::from_rgba8(240, 240, 240, 255)];
     let gradient = GradientBuilder::new().colors(&ends).mode(BlendMode::Oklab).build();

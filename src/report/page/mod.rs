@@ -51,6 +51,9 @@ pub(crate) fn largest_of_drives(machine: &Machine) -> Vec<Quantity> {
     corrections.chain(forces).collect()
 }
 
+/// Name of the page in a result folder.
+pub const PAGE: &str = "report.html";
+
 /// What a page says near its begin of the program that made it.
 pub const GENERATOR: &str = r#"<meta name="generator" content="kinetostat">"#;
 

@@ -1,5 +1,6 @@
 //! What a designer wants to know of a machine before trusting it.
 
+#[cfg(feature = "report")]
 pub mod report;
 
 use nalgebra::{Matrix6, Vector3, Vector6};

@@ -1,7 +1,11 @@
 //! The workspace map: on a grid over the workspace, how far the tool moves under the cutting force, with and without
 //! chain errors, what must be commanded instead, and how far superposition departs from the simultaneous model.
 
+mod question;
+#[cfg(feature = "report")]
 pub mod report;
+mod resolve;
+pub mod spec;
 
 use std::ops::Range;
 
@@ -35,6 +39,11 @@ pub struct WorkspaceMapStudy {
     pub phis: Vec<f64>,
     /// What compensation puts right.
     pub target: Target,
+}
+
+/// What pictures of a map show.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shown {
     /// Heights of the slices drawn, mm.
     pub slices_z: Vec<f64>,
 }

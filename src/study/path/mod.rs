@@ -1,8 +1,11 @@
 //! A path study: what each source of error does along a path, what must be commanded instead, and what each method costs
 //! and leaves.
 
+mod question;
+#[cfg(feature = "report")]
 pub mod report;
 pub(crate) mod resolve;
+pub mod spec;
 
 use std::ops::Range;
 
@@ -16,7 +19,7 @@ use crate::{
     spatial::Wrench,
     study::{
         Source,
-        along_path::{self, Left, PathAnswer, PathCase, PathSummary, PathSums, timed},
+        along_path::{self, Left, PathAnswer, PathCase, PathSummary, PathSums, kept},
     },
     work::Work,
 };
@@ -45,13 +48,18 @@ pub struct PathStudy {
     pub demands: Vec<Demand>,
     /// Methods compared.
     pub methods: Vec<Method>,
-    /// Whether the path is a circle, so that φ runs along it once.
-    pub is_circle: bool,
     /// Whether the path is that of a file and its last point is the first once more, so that it is counted only once in what
     /// methods leave. Circles count their closing point.
     pub begins_twice: bool,
     /// Where the workpiece stands and what is cut: [`Process::facts`](crate::process::Process::facts).
     pub facts: Vec<(&'static str, String)>,
+}
+
+/// What pages of a path say of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shown {
+    /// Whether the path is a circle, so that φ runs along it once.
+    pub is_circle: bool,
 }
 
 impl PathStudy {
@@ -121,8 +129,6 @@ pub struct MethodAlongPath {
     pub method: Method,
     /// What it leaves.
     pub summary: PathSummary,
-    /// Time a thread needs per point, s; differs between runs.
-    pub seconds_per_point: f64,
 }
 
 /// Results of a path study, all at once.
@@ -164,30 +170,25 @@ pub fn run_in_parts(
     mut take: impl FnMut(PathPart) -> Result<()> + Send,
 ) -> Result<Vec<MethodAlongPath>> {
     let real = study.machine.with_errors(&study.errors);
-    let mut methods = vec![(PathSums::default(), 0.0); study.methods.len()];
+    let mut methods = vec![PathSums::default(); study.methods.len()];
     let mut done: Option<PathPart> = None;
     for points in along_path::parts(study.demands.len()) {
         let (next, taken) = rayon::join(|| part(study, &real, points, work), || done.take().map_or(Ok(()), &mut take));
         taken?;
         let (next, left) = next?;
         let counted_before = usize::from(study.begins_twice && next.first == 0);
-        for ((sums, seconds), (left, time)) in methods.iter_mut().zip(left) {
+        for (sums, left) in methods.iter_mut().zip(left) {
             left.iter().skip(counted_before).for_each(|left| sums.add(left));
-            *seconds += time;
         }
         done = Some(next);
     }
     done.map_or(Ok(()), take)?;
-    let along = |(&method, (sums, seconds)): (&Method, (PathSums, f64))| MethodAlongPath {
-        method,
-        summary: sums.summary(),
-        seconds_per_point: seconds / study.demands.len().max(1) as f64,
-    };
+    let along = |(&method, sums): (&Method, PathSums)| MethodAlongPath { method, summary: sums.summary() };
     Ok(study.methods.iter().zip(methods).map(along).collect())
 }
 
-/// What the methods leave at points, and the time in s that threads spent on it.
-type LeftByMethods = Vec<(Vec<Left>, f64)>;
+/// What each method leaves at points.
+type LeftByMethods = Vec<Vec<Left>>;
 
 /// The points with these indices; `real` is the machine with its errors.
 fn part(study: &PathStudy, real: &Machine, points: Range<usize>, work: &Work) -> Result<(PathPart, LeftByMethods)> {
@@ -202,14 +203,14 @@ fn part(study: &PathStudy, real: &Machine, points: Range<usize>, work: &Work) ->
         };
         let case = PathCase { nominal: &study.machine, real: machine, demands };
         let pass = |method, command: &str| -> Result<Vec<PathAnswer>> {
-            Ok(timed(&case, first, method, &work.part(source.label()).part(command), |answer| answer)?.0)
+            kept(&case, first, method, &work.part(source.label()).part(command), |answer| answer)
         };
         let (plain, compensated) = rayon::join(|| pass(Method::None, "plain"), || pass(Method::Direct, "compensated"));
         Ok(SourceAlongPath { source, plain: plain?, compensated: compensated? })
     };
     let case = PathCase { nominal: &study.machine, real, demands };
     let left = |(index, &method): (usize, &Method)| {
-        timed(&case, first, method, &work.part(&format!("method {index}")), |answer| Left::of(&answer, &study.machine))
+        kept(&case, first, method, &work.part(&format!("method {index}")), |answer| Left::of(&answer, &study.machine))
     };
     let ((cutting, assembly), (both, left)) = rayon::join(
         || rayon::join(|| along(Source::Cutting), || along(Source::Assembly)),

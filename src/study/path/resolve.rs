@@ -1,77 +1,83 @@
 //! From a path study as written to a checked one.
 
-use std::path::Path;
-
 use nalgebra::Vector3;
 
 use crate::{
     compensation::{Demand, Method},
-    input::{check::Check, error::Result},
+    input::{Folder, Inputs, check::Check, error::Result},
     machine::Machine,
     process::Process,
     study::{
-        Overrides,
-        path::{PathStudy, Station},
+        Given, Overrides, Resolved,
+        path::{
+            PathStudy, Shown, Station,
+            spec::{LineSpec, PathSpec},
+        },
         program::{ProgramFile, demands},
-        resolve,
-        spec::{CircleSpec, LineSpec, PathSpec},
+        spec::CircleSpec,
     },
     toolpath::{Circle, PathPoint, Plane, Sampling, Toolpath, Turn},
-    work::Inputs,
 };
 
-/// Checks `spec`; also returns the process and the program.
-pub(crate) fn path(
-    spec: &PathSpec,
-    machine: Machine,
-    folder: &Path,
-    overrides: &Overrides,
-    check: &Check,
-) -> Result<(PathStudy, Inputs)> {
-    let process = Process::open(&folder.join(&spec.process), &machine)?;
+/// Checks a path study.
+pub(super) fn resolve(spec: &PathSpec, given: &Given<'_>) -> Result<Resolved<PathStudy>> {
+    given.overrides.refuse_grid(given.name)?;
+    given.refuse_map_keys()?;
+    given.refuse_old(spec.process.as_ref(), &given.check.key("process"), "process at the top of the file")?;
+    let process = given.process(spec.process.as_deref(), &given.check)?;
+    let study = path(spec, &process, given, &given.check)?;
+    let points = Inputs::of("points of the path", study.stations.len().to_string());
+    let program = program_input(spec.file.as_deref(), given.folder)?;
+    let inputs = process.inputs.and(program).and(points);
+    Ok(Resolved { study, shown: Shown { is_circle: spec.circle.is_some() }, inputs })
+}
+
+/// A path that stands at `check`, cut by `process`.
+pub(crate) fn path(spec: &PathSpec, process: &Process, given: &Given<'_>, check: &Check) -> Result<PathStudy> {
+    let machine = &given.machine;
     let toolpath = match &spec.line {
-        Some(line) if spec.circle.is_none() && spec.file.is_none() => self::line(line, &process, &check.key("line"))?,
+        Some(line) if spec.circle.is_none() && spec.file.is_none() => self::line(line, process, &check.key("line"))?,
         Some(_) => return check.key("line").fail("give exactly one of circle, line and file".into()),
-        None => toolpath(spec.circle.as_ref(), spec.file.as_deref(), &machine, &process, folder, overrides, check)?,
+        None => toolpath(spec.circle.as_ref(), spec.file.as_deref(), process, given, check)?,
     };
-    let origin = spec.file.as_ref().map_or_else(|| check.place(), |file| folder.join(file).display().to_string());
+    let origin =
+        spec.file.as_ref().map_or_else(|| check.place(), |file| given.folder.path(file).display().to_string());
     let toolpath = process.with_cuts(toolpath, &origin)?;
-    let demands = demands(&machine, &process, &toolpath, &origin)?;
-    let study = PathStudy {
+    let demands = demands(machine, process, &toolpath, &origin)?;
+    Ok(PathStudy {
         errors: process.errors.clone(),
-        stations: stations(&machine, &process, &toolpath, &demands),
+        stations: stations(machine, process, &toolpath, &demands),
         demands,
         methods: methods(spec, &check.key("methods"))?,
-        is_circle: spec.circle.is_some(),
         begins_twice: spec.file.is_some() && toolpath.begins_twice(),
-        facts: process.facts(&machine),
-        machine,
-    };
-    Ok((study, process.inputs.and(program_input(spec.file.as_deref(), folder)?)))
+        facts: process.facts(machine),
+        machine: machine.clone(),
+    })
 }
 
 /// The program a path is read from; nothing for a circle, which stands in the study.
-pub(crate) fn program_input(file: Option<&str>, folder: &Path) -> Result<Inputs> {
+pub(crate) fn program_input(file: Option<&str>, folder: &Folder) -> Result<Inputs> {
     let Some(file) = file else { return Ok(Inputs::default()) };
-    Ok(Inputs::of(file, String::from_utf8_lossy(&crate::input::file::read(&folder.join(file))?)))
+    Ok(Inputs::of(file, String::from_utf8_lossy(&folder.bytes(file)?)))
 }
 
 /// A circle, or a program relative to `folder`.
 pub(crate) fn toolpath(
     circle: Option<&CircleSpec>,
     file: Option<&str>,
-    machine: &Machine,
     process: &Process,
-    folder: &Path,
-    overrides: &Overrides,
+    given: &Given<'_>,
     check: &Check,
 ) -> Result<Toolpath> {
     match (circle, file) {
-        (Some(circle), None) => self::circle(circle, machine, overrides, &check.key("circle")),
-        (None, Some(_)) if overrides.points.is_some() => {
-            resolve::command_line("--points").fail("the points of a path from a file are those of the file".into())
+        (Some(circle), None) => self::circle(circle, &given.machine, given.overrides, &check.key("circle")),
+        (None, Some(_)) if given.overrides.points.is_some() => {
+            Overrides::place("--points").fail("the points of a path from a file are those of the file".into())
         }
-        (None, Some(file)) => ProgramFile::read(&folder.join(file), &process.gcode)?.toolpath(process.sampling),
+        (None, Some(file)) => {
+            let name = given.folder.path(file);
+            ProgramFile::parse(given.folder.bytes(file)?, &name, &process.gcode)?.toolpath(process.sampling)
+        }
         _ => check.key("circle").fail("give exactly one of circle and file".into()),
     }
 }

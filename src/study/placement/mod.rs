@@ -21,7 +21,9 @@ mod metric;
 mod outcome;
 mod pareto;
 mod polish;
+mod question;
 mod refine;
+#[cfg(feature = "report")]
 pub mod report;
 mod resolve;
 mod site;
@@ -38,7 +40,6 @@ pub use gaps::Gaps;
 pub use metric::{Metric, Metrics, Objective};
 pub use outcome::{Agreement, Best, Entry, Found, PlacementResults};
 pub use refine::{Refinement, Start};
-pub(super) use resolve::placement as resolve;
 pub use resolve::{CLEARANCE_MM, place};
 pub use site::{Bounds, COORDINATES, Site, SiteGrid, UNITS, is_angle};
 pub use sweep::{Cell, Verdict};

@@ -1,7 +1,5 @@
 //! From a placement study as written to a checked one.
 
-use std::path::Path;
-
 use nalgebra::Vector3;
 
 use super::{
@@ -12,20 +10,21 @@ use super::{
 };
 use crate::{
     input::{
+        Inputs,
         check::Check,
         error::{Error, Result},
     },
     machine::Machine,
     process::{Extent, Feature, ForbiddenBox, PathReference, Process, cutting::LoadError, tilt::Turned},
     study::{
-        Overrides, bounded_pass,
+        Given, Overrides, Resolved, bounded_pass,
+        over_workspace::grid_input,
         path::resolve::{check_total, named_point, points_of, program_input, toolpath},
         placement::spec::{
             BoundsSpec, CandidateSpec, FeatureSpec, FixedSpec, ForbiddenSpec, ObjectiveSpec, PlacementStudySpec,
             SearchSpec,
         },
     },
-    work::Inputs,
 };
 
 /// Most places of a sweep.
@@ -38,22 +37,18 @@ pub const CLEARANCE_MM: f64 = 5.0;
 const OUTSIDE_MM: f64 = 1e-6;
 const MAX_ITERATIONS: usize = 10_000;
 
-/// Checks `spec`; also returns the processes and paths.
-pub(crate) fn placement(
-    spec: &PlacementStudySpec,
-    machine: Machine,
-    folder: &Path,
-    overrides: &Overrides,
-    check: &Check,
-) -> Result<(PlacementStudy, Inputs)> {
-    let (features, today, inputs) = features(&spec.feature, &machine, folder, overrides, check)?;
+/// Checks a placement study.
+pub(super) fn resolve(spec: &PlacementStudySpec, given: &Given<'_>) -> Result<Resolved<PlacementStudy>> {
+    given.refuse_map_keys()?;
+    let (machine, overrides, check) = (&given.machine, given.overrides, &given.check);
+    let (features, today, inputs) = features(&spec.feature, given)?;
     let reference = features[0].feature.reference;
-    let bounds = bounds(&spec.bounds, &spec.fixed, &machine, check)?;
+    let bounds = bounds(&spec.bounds, &spec.fixed, machine, check)?;
     let extent = match &spec.workpiece {
         Some(spec) => {
             let check = check.key("workpiece");
             let extent = extent(spec.min_mm, spec.max_mm, &check)?;
-            holds_paths(&extent, &features, &machine, &check)?;
+            holds_paths(&extent, &features, machine, &check)?;
             extent
         }
         None => around(&features),
@@ -67,23 +62,19 @@ pub(crate) fn placement(
         clearance_mm,
         grid: grid(&spec.search, &bounds, overrides, &check.key("search"))?,
         search: search(&spec.search, &check.key("search"))?,
-        objective: objective(&spec.objective, &machine, &features, &check.key("objective"))?,
-        candidates: candidates(&spec.candidate, today, &machine, reference, check)?,
+        objective: objective(&spec.objective, machine, &features, &check.key("objective"))?,
+        candidates: candidates(&spec.candidate, today, machine, reference, check)?,
         bounds,
         extent,
         features,
-        machine,
+        machine: machine.clone(),
     };
-    Ok((study, inputs))
+    let inputs = inputs.and(grid_input(study.grid.counts()));
+    Ok(Resolved { study, shown: (), inputs })
 }
 
-fn features(
-    specs: &[FeatureSpec],
-    machine: &Machine,
-    folder: &Path,
-    overrides: &Overrides,
-    check: &Check,
-) -> Result<(Vec<FeatureJob>, Option<Candidate>, Inputs)> {
+fn features(specs: &[FeatureSpec], given: &Given<'_>) -> Result<(Vec<FeatureJob>, Option<Candidate>, Inputs)> {
+    let (overrides, check) = (given.overrides, &given.check);
     if specs.is_empty() {
         return check.key("feature").fail("expected at least one feature".into());
     }
@@ -96,11 +87,12 @@ fn features(
         check.key("name").readable(&spec.name)?;
         check.key("name").unique(&spec.name, specs[..i].iter().map(|s| s.name.as_str()))?;
         check.key("name").unique_file(&spec.name, specs[..i].iter().map(|s| s.name.as_str()))?;
-        let (job, place, process) = feature(spec, machine, folder, overrides, &check)?;
+        let (job, place, process) = feature(spec, given, &check)?;
         if let (Some(place), Some(before)) = (&place, &today)
             && place.site != before.site
         {
-            let problem = format!("{} places the workpiece elsewhere than the feature before", spec.process);
+            let process = spec.process.as_deref().unwrap_or("the process of the study");
+            let problem = format!("{process} places the workpiece elsewhere than the feature before");
             return check.key("process").fail(problem);
         }
         today = today.or(place);
@@ -117,17 +109,16 @@ fn features(
 
 fn feature(
     spec: &FeatureSpec,
-    machine: &Machine,
-    folder: &Path,
-    overrides: &Overrides,
+    given: &Given<'_>,
     check: &Check,
 ) -> Result<(FeatureJob, Option<Candidate>, Inputs)> {
-    let process = Process::open(&folder.join(&spec.process), machine)?;
-    let path = toolpath(spec.circle.as_ref(), spec.file.as_deref(), machine, &process, folder, overrides, check)?;
+    let folder = given.folder;
+    let process = given.process(spec.process.as_deref(), check)?;
+    let path = toolpath(spec.circle.as_ref(), spec.file.as_deref(), &process, given, check)?;
     if path.is_empty() {
         return check.key("file").fail("moves nowhere: a program with at least one motion is expected".into());
     }
-    let origin = spec.file.as_ref().map_or_else(|| check.place(), |file| folder.join(file).display().to_string());
+    let origin = spec.file.as_ref().map_or_else(|| check.place(), |file| folder.path(file).display().to_string());
     let path = process.with_cuts(path, &origin)?;
     let fault = |source: LoadError| Error::Argument { argument: origin.clone(), problem: source.to_string() };
     let loads = process.cutting.loads(&path).map_err(fault)?;
@@ -140,8 +131,8 @@ fn feature(
         reference: process.placement.reference,
         tolerance_mm: check.key("tolerance_mm").positive(spec.tolerance_mm)?,
     };
-    bounded_pass::check(machine, &process.limits)
-        .or_else(|problem| Check::new(&folder.join(&spec.process).display().to_string()).key("limits").fail(problem))?;
+    bounded_pass::check(&given.machine, &process.limits)
+        .or_else(|problem| given.process_place(spec.process.as_deref()).key("limits").fail(problem))?;
     let today = Candidate::of_process(&process);
     let cuts = process.cutting_rule;
     let job = FeatureJob { feature, errors: process.errors, limits: process.limits, target: process.target, cuts };

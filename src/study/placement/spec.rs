@@ -40,8 +40,8 @@ pub struct PlacementStudySpec {
 pub struct FeatureSpec {
     /// Its name.
     pub name: String,
-    /// Process file, relative to the study's folder; without a placement of its own.
-    pub process: String,
+    /// Process file of this feature, relative to the study's folder; that of the study if not given.
+    pub process: Option<String>,
     /// A full circle in the xy-plane of W. A feature has this or `file`.
     pub circle: Option<CircleSpec>,
     /// A program, relative to the study's folder. A feature has this or `circle`.

@@ -1,5 +1,6 @@
 //! One location: the loaded equilibrium at the nominal command, and the compensated one.
 
+#[cfg(feature = "report")]
 pub mod report;
 
 use nalgebra::{Matrix6, Vector3};

@@ -1,6 +1,8 @@
 //! A program for the machine: read, compensated, written back, read again and simulated as written.
 
+#[cfg(feature = "report")]
 pub mod files;
+#[cfg(feature = "report")]
 pub mod report;
 
 use std::path::Path;
@@ -40,7 +42,14 @@ impl ProgramFile {
     /// # Errors
     /// A file that cannot be read or is not of the expected form.
     pub fn read(file: &Path, options: &GcodeOptions) -> Result<Self> {
-        let bytes = crate::input::file::read(file)?;
+        Self::parse(crate::input::file::read(file)?, file, options)
+    }
+
+    /// The program that `bytes` of a `file` are, as [`ProgramFile::read`].
+    ///
+    /// # Errors
+    /// Bytes that are not of the expected form.
+    pub fn parse(bytes: Vec<u8>, file: &Path, options: &GcodeOptions) -> Result<Self> {
         let name = file.display().to_string();
         let is_csv = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"));
         Ok(match is_csv {

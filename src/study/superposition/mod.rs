@@ -18,6 +18,8 @@
 pub mod ablation;
 pub mod departure;
 pub mod growth;
+mod question;
+#[cfg(feature = "report")]
 pub mod report;
 mod resolve;
 mod rig;
@@ -31,7 +33,6 @@ use departure::{Case, Departures};
 use growth::Growth;
 use nalgebra::Vector3;
 use rayon::prelude::*;
-pub(super) use resolve::superposition as resolve;
 use safe::LargestFactor;
 use serde::{Deserialize, Serialize};
 
@@ -66,8 +67,6 @@ pub struct SuperpositionStudy {
     pub phis: Vec<f64>,
     /// Where the map is computed.
     pub grid: Grid,
-    /// Heights of the slices drawn, mm.
-    pub slices_z: Vec<f64>,
     /// Locations studied in detail.
     pub locations: Vec<Location>,
     /// Departure of the tool tip from which superposition no longer counts as safe, mm.
@@ -76,6 +75,13 @@ pub struct SuperpositionStudy {
     pub scales: Vec<f64>,
     /// The largest factor tried when the largest safe one is sought.
     pub largest_factor: f64,
+}
+
+/// What pictures of a map show.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shown {
+    /// Heights of the slices drawn, mm.
+    pub slices_z: Vec<f64>,
 }
 
 /// Which sources are multiplied by a factor.

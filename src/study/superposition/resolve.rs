@@ -1,16 +1,17 @@
 //! From a superposition study as written to a checked one.
 
-use super::{Location, SuperpositionStudy, growth::ROUNDING_MM};
+use super::{
+    Location, Shown, SuperpositionStudy,
+    growth::ROUNDING_MM,
+    spec::{LocationSpec, ScalesSpec, SuperpositionSpec},
+};
 use crate::{
     input::{check::Check, error::Result},
     machine::Machine,
-    process::file::chain_errors::chain_errors,
     study::{
-        Overrides,
+        Given, Resolved,
+        over_workspace::{Acting, OwnKeys, acting, box_grid, grid_input, map_box, slice_heights},
         path::resolve::named_point,
-        resolve::{box_grid, map_box, milling, slice_heights},
-        spec::StudySpec,
-        superposition::spec::{LocationSpec, ScalesSpec, SuperpositionSpec},
     },
 };
 
@@ -19,24 +20,14 @@ const MAX_POINTS: usize = 10_000_000;
 /// Fewest and most factors of the growth study.
 const STEPS: std::ops::RangeInclusive<usize> = 2..=100;
 
-/// Checks the study of `written`, whose kind is `spec`. `check` is the top of the file.
-pub(crate) fn superposition(
-    written: &StudySpec,
-    spec: &SuperpositionSpec,
-    machine: Machine,
-    overrides: &Overrides,
-    check: &Check,
-) -> Result<SuperpositionStudy> {
-    let Some(cutting) = &written.milling else {
-        return check
-            .key("milling")
-            .fail("a superposition study needs a [milling] table with the cutting force".into());
-    };
-    let (force, phis) = milling(cutting, &check.key("milling"))?;
-    let own = check.key("superposition");
-    let corners = map_box(spec.min_mm, spec.max_mm, &machine, &own)?;
-    let grid = box_grid(corners, spec.grid, overrides, (MAX_POINTS, &own))?;
-    let slices_z = slice_heights(&spec.slices_z_mm, corners, &own)?;
+pub(super) fn resolve(spec: &SuperpositionSpec, given: &Given<'_>) -> Result<Resolved<SuperpositionStudy>> {
+    given.overrides.refuse_points(given.name)?;
+    let Acting { force, phis, errors, inputs, .. } =
+        acting(given, OwnKeys { phi_step_deg: spec.phi_step_deg, compensate: None })?;
+    let (own, machine) = (&given.check, &given.machine);
+    let corners = map_box(spec.min_mm, spec.max_mm, machine, own)?;
+    let grid = box_grid(corners, spec.grid, given.overrides, (MAX_POINTS, own))?;
+    let slices_z = slice_heights(&spec.slices_z_mm, corners, own)?;
     let tolerance = own.key("tolerance_mm").positive(spec.tolerance_mm)?;
     if tolerance < ROUNDING_MM {
         let problem =
@@ -47,18 +38,19 @@ pub(crate) fn superposition(
     if !(1.0..=1e6).contains(&largest_factor) {
         return own.key("largest_factor").fail(format!("must be between 1 and 1e6, got {largest_factor}"));
     }
-    Ok(SuperpositionStudy {
-        errors: chain_errors(&written.chain_error, &machine, check)?,
+    let inputs = inputs.and(grid_input(grid.counts()));
+    let study = SuperpositionStudy {
+        errors,
         force,
         phis,
         grid,
-        slices_z,
-        locations: locations(spec.location.as_deref(), &machine, &own)?,
+        locations: locations(spec.location.as_deref(), machine, own)?,
         tolerance,
         scales: scales(&spec.scales, &own.key("scales"))?,
         largest_factor,
-        machine,
-    })
+        machine: machine.clone(),
+    };
+    Ok(Resolved { study, shown: Shown { slices_z }, inputs })
 }
 
 fn locations(specs: Option<&[LocationSpec]>, machine: &Machine, check: &Check) -> Result<Vec<Location>> {

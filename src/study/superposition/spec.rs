@@ -15,6 +15,8 @@ pub struct SuperpositionSpec {
     pub min_mm: Option<[f64; 3]>,
     /// Upper corner; the machine's workspace if not given.
     pub max_mm: Option<[f64; 3]>,
+    /// Step between tool angles over one turn; 10° if not given.
+    pub phi_step_deg: Option<f64>,
     /// Heights of the slices drawn; the grid plane nearest to each is shown.
     pub slices_z_mm: Vec<f64>,
     /// Departure of the tool tip from which superposition no longer counts as safe.

@@ -1,18 +1,17 @@
 //! From a validation study as written to a checked one.
 
-use std::path::Path;
-
-use super::{FigureKind, Picture, Quoted, ValidationStudy, Variant};
+use super::{
+    Quoted, ValidationStudy, Variant,
+    shown::{FigureKind, Picture, Shown},
+    spec::{FigureSpec, QuotedSpec, ValidationSpec},
+};
 use crate::{
-    input::{check::Check, error::Result},
+    input::{Inputs, check::Check, error::Result},
     machine::Machine,
     study::{
-        Overrides,
-        path::resolve as paths,
-        spec::PathSpec,
-        validation::spec::{FigureSpec, QuotedSpec, ValidationSpec},
+        Given, Resolved,
+        path::{resolve as paths, spec::PathSpec},
     },
-    work::Inputs,
 };
 
 /// Difference that counts as none, as a share.
@@ -22,14 +21,11 @@ const MACHINE_AT_HOME: &str = "machine_at_home";
 /// Most frames of a picture.
 const MOST_FRAMES: usize = 6;
 
-/// Checks `spec`; also returns the processes.
-pub(crate) fn validation(
-    spec: &ValidationSpec,
-    machine: Machine,
-    folder: &Path,
-    overrides: &Overrides,
-    check: &Check,
-) -> Result<(ValidationStudy, Inputs)> {
+/// Checks a validation study.
+pub(super) fn resolve(spec: &ValidationSpec, given: &Given<'_>) -> Result<Resolved<ValidationStudy>> {
+    given.overrides.refuse_grid(given.name)?;
+    given.refuse_map_keys()?;
+    let (machine, check) = (&given.machine, &given.check);
     for (key, count) in [("variant", spec.variant.len()), ("case", spec.case.len())] {
         if count == 0 {
             return check.key(key).fail("expected at least one".into());
@@ -41,34 +37,32 @@ pub(crate) fn validation(
         check.key("case").item(i).key("name").unique_file(&case.name, before)?;
     }
     names(spec.variant.iter().map(|variant| variant.name.as_str()), &check.key("variant"))?;
-    let points = paths::points_of(spec.case.iter().map(|case| &case.circle), overrides);
+    let points = paths::points_of(spec.case.iter().map(|case| &case.circle), given.overrides);
     paths::check_total(points.saturating_mul(spec.variant.len()), &check.key("case"))?;
     let (mut variants, mut inputs) = (Vec::new(), Inputs::default());
-    for written in &spec.variant {
+    for (v, written) in spec.variant.iter().enumerate() {
+        let process = given.process(written.process.as_deref(), &check.key("variant").item(v))?;
         let mut paths = Vec::new();
         for (i, case) in spec.case.iter().enumerate() {
             let path = PathSpec {
-                process: written.process.clone(),
+                process: None,
                 circle: Some(case.circle.clone()),
                 line: None,
                 file: None,
                 methods: Some(Vec::new()),
             };
-            let (path, process) = paths::path(&path, machine.clone(), folder, overrides, &check.key("case").item(i))?;
-            paths.push(path);
-            inputs = inputs.and(process);
+            paths.push(paths::path(&path, &process, given, &check.key("case").item(i))?);
+            inputs = inputs.and(process.inputs.clone());
         }
         variants.push(Variant { name: written.name.clone(), paths });
     }
     let cases: Vec<String> = spec.case.iter().map(|case| case.name.clone()).collect();
-    let study = ValidationStudy {
-        quoted: quoted(&spec.quoted, &cases, &machine, check)?,
-        pictures: pictures(&spec.figure, &cases, &machine, check)?,
-        machine,
-        cases,
-        variants,
-    };
-    Ok((study, inputs))
+    let points: Vec<usize> = variants[0].paths.iter().map(|path| path.stations.len()).collect();
+    let inputs = inputs.and(Inputs::of("points of the paths", format!("{points:?}")));
+    let pictures = pictures(&spec.figure, &cases, machine, check)?;
+    let quoted = quoted(&spec.quoted, &cases, machine, check)?;
+    let study = ValidationStudy { quoted, machine: machine.clone(), cases, variants };
+    Ok(Resolved { study, shown: Shown { pictures }, inputs })
 }
 
 fn names<'a>(names: impl Iterator<Item = &'a str>, check: &Check) -> Result<()> {

@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use crate::study::{
     spec::CircleSpec,
-    validation::{FigureKind, Quantity, Relation},
+    validation::{Quantity, Relation, shown::FigureKind},
 };
 
 /// Circles cut under one or more processes, and numbers somebody quotes for them.
@@ -29,8 +29,8 @@ pub struct ValidationSpec {
 pub struct VariantSpec {
     /// Its name.
     pub name: String,
-    /// Process file, relative to the study's folder.
-    pub process: String,
+    /// Process file, relative to the study's folder; the process of the study if not given.
+    pub process: Option<String>,
 }
 
 /// A circle under a name.

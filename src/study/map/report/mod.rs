@@ -1,10 +1,12 @@
 //! Reports of a workspace map, gathered point by point: memory does not grow with the grid.
 
+mod answer;
 mod page;
 mod pictures;
 mod summary;
 mod table;
 
+pub use answer::answer;
 pub use page::page;
 pub(crate) use page::source_group;
 pub use pictures::Pictures;

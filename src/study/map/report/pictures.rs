@@ -11,7 +11,7 @@ use crate::{
     },
     study::{
         Source,
-        map::{MapPoint, SourceEffect, WorkspaceMapStudy},
+        map::{MapPoint, SourceEffect, Shown, WorkspaceMapStudy},
     },
 };
 
@@ -107,6 +107,8 @@ const MOST_NODES: usize = 41;
 /// The values that pictures show, gathered point by point: a large grid is thinned.
 #[derive(Debug, Clone)]
 pub struct Pictures {
+    /// Heights of the slices, mm.
+    slices_z: Vec<f64>,
     /// Grid indices of the nodes shown, ascending.
     nodes: Vec<usize>,
     /// What is drawn.
@@ -121,15 +123,16 @@ pub struct Pictures {
 
 impl Pictures {
     /// For a map of `study`, none of its points seen.
-    pub fn new(study: &WorkspaceMapStudy) -> Self {
+    pub fn new(study: &WorkspaceMapStudy, shown: &Shown) -> Self {
         let grid = &study.grid;
         let volume = grid.counts().map(|count| drawn(count, MOST_NODES));
-        let slices = drawn_nodes(grid, &study.slices_z);
+        let slices = drawn_nodes(grid, &shown.slices_z);
         let index = |[x, y, z]: [usize; 3]| grid.index([x, y, z]);
         let mut nodes: Vec<usize> = product(&slices).chain(product(&volume)).map(index).collect();
         nodes.sort_unstable();
         nodes.dedup();
-        Self { quantities: quantities(&study.machine), values: Vec::with_capacity(nodes.len()), nodes, volume, next: 0 }
+        let (quantities, slices_z) = (quantities(&study.machine), shown.slices_z.clone());
+        Self { slices_z, quantities, values: Vec::with_capacity(nodes.len()), nodes, volume, next: 0 }
     }
 
     /// Takes the next point, in grid order.
@@ -164,11 +167,11 @@ impl Pictures {
         let value = |node| self.value(study, node, quantity);
         SliceFigure {
             title: self.quantities[quantity].title.clone(),
-            subtitle: setting(study, &drawn_nodes(&study.grid, &study.slices_z)[..2]),
+            subtitle: setting(study, &drawn_nodes(&study.grid, &self.slices_z)[..2]),
             x_label: "x [mm]".into(),
             y_label: "y [mm]".into(),
             quantity: self.label(quantity),
-            panels: panels(&study.machine, &study.grid, &study.slices_z, &value),
+            panels: panels(&study.machine, &study.grid, &self.slices_z, &value),
             range: None,
             contour: None,
         }

@@ -1,5 +1,6 @@
 //! Reports of a path study, gathered part by part: memory does not grow with the path.
 
+mod answer;
 pub(crate) mod command;
 mod page;
 mod pictures;
@@ -7,6 +8,7 @@ mod summary;
 mod tables;
 mod thinned;
 
+pub use answer::answer;
 pub use page::page;
 pub(crate) use page::points_view;
 pub use pictures::Pictures;

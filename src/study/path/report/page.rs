@@ -9,15 +9,15 @@ use crate::{
         },
         words::counted,
     },
-    study::{map::report::source_group, path::PathStudy},
+    study::{map::report::source_group, path::{PathStudy, Shown}},
 };
 
 /// Setting, views and tables; answer, figures and question are added by the run.
-pub fn page(study: &PathStudy) -> Description {
+pub fn page(study: &PathStudy, shown: &Shown) -> Description {
     let points =
         "One row per point and source of error: displacement without compensation, command and forces with it.";
     Description {
-        setting: setting(study),
+        setting: setting(study, shown),
         explorers: vec![along(study), methods()],
         tables: vec![
             TableNote::new("methods.csv", "One row per method: corrections it needs and errors it leaves."),
@@ -27,9 +27,9 @@ pub fn page(study: &PathStudy) -> Description {
     }
 }
 
-fn setting(study: &PathStudy) -> Vec<Fact> {
+fn setting(study: &PathStudy, shown: &Shown) -> Vec<Fact> {
     let length = study.stations.last().map_or(0.0, |station| station.arc_length_mm);
-    let kind = if study.is_circle { "circle" } else { "path" };
+    let kind = if shown.is_circle { "circle" } else { "path" };
     let mut facts = vec![
         Fact::new("machine", study.machine.title.clone()),
         Fact::new("path", format!("{kind} of {length:.1} mm, {}", counted(study.stations.len(), "point"))),

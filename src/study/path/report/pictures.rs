@@ -13,7 +13,7 @@ use crate::{
     study::{
         Source,
         path::{
-            PathPart, PathStudy,
+            PathPart, PathStudy, Shown, Station,
             report::thinned::{Curve, drawn, step},
         },
     },
@@ -22,6 +22,7 @@ use crate::{
 /// The values that pictures show, gathered part by part: a long path is thinned.
 #[derive(Debug, Clone)]
 pub struct Pictures {
+    shown: Shown,
     /// |Δt| of each source, mm.
     displacement: [Curve; 3],
     /// Length of the sum of the single sources' Δt, mm.
@@ -50,10 +51,11 @@ struct Shifts {
 
 impl Pictures {
     /// For `study`, none of its points seen.
-    pub fn new(study: &PathStudy) -> Self {
+    pub fn new(study: &PathStudy, shown: Shown) -> Self {
         let curve = || Curve::new(study.stations.len());
         let of_drives = || vec![curve(); study.machine.drive_count()];
         Self {
+            shown,
             displacement: Source::ALL.map(|_| curve()),
             superposed: curve(),
             correction: Source::ALL.map(|_| of_drives()),
@@ -73,7 +75,7 @@ impl Pictures {
                 let left = part.compensated(Source::Both, k).map(|answer| answer.position_error);
                 self.shifts.push(Shifts { displacement, commanded: part.command_shift(study, k), left });
             }
-            let Some(x) = along(study, k) else { continue };
+            let Some(x) = along(self.shown, &study.stations[k]) else { continue };
             for (curve, displacement) in self.displacement.iter_mut().zip(displacement) {
                 displacement.iter().for_each(|d| curve.add(k, x, d.norm()));
             }
@@ -117,31 +119,56 @@ impl Pictures {
 
     fn displacement(&self, study: &PathStudy) -> Figure {
         let of_source = |source: Source| {
-            series(study, source_words(source), source != Source::Both, &self.displacement[source as usize])
+            series(self.shown, source_words(source), source != Source::Both, &self.displacement[source as usize])
         };
         let mut all: Vec<LineSeries> = Source::ALL.map(of_source).into();
-        all.push(series(study, "sum of the two", true, &self.superposed));
-        line_figure(study, "How far the tool leaves its path without compensation", "|Δt| [mm]".into(), all)
+        all.push(series(self.shown, "sum of the two", true, &self.superposed));
+        self.line_figure(study, "How far the tool leaves its path without compensation", "|Δt| [mm]".into(), all)
     }
 
     fn corrections(&self, study: &PathStudy, kind: Motion) -> Figure {
-        let all = of_drives(study, kind, &self.correction[Source::Both as usize]);
+        let all = self.of_drives(study, kind, &self.correction[Source::Both as usize]);
         let title = format!("What the {} must be told instead", kind_word(&study.machine, kind));
-        line_figure(study, &title, format!("Δρ [{}]", position_unit(kind)), all)
+        self.line_figure(study, &title, format!("Δρ [{}]", position_unit(kind)), all)
     }
 
     fn forces(&self, study: &PathStudy, kind: Motion) -> Figure {
         let title = format!("Drive {}s along the compensated path", force_word(kind));
-        line_figure(study, &title, format!("τ [{}]", force_unit(kind)), of_drives(study, kind, &self.force))
+        self.line_figure(study, &title, format!("τ [{}]", force_unit(kind)), self.of_drives(study, kind, &self.force))
     }
 
     fn correction_by_source(&self, study: &PathStudy, kind: Motion, drive: usize, label: &str) -> Figure {
         let all = Source::ALL.map(|source| {
             let curve = &self.correction[source as usize][drive];
-            series(study, source_words(source), source != Source::Both, curve)
+            series(self.shown, source_words(source), source != Source::Both, curve)
         });
         let title = format!("Which source asks drive {label} for what");
-        line_figure(study, &title, format!("Δρ {label} [{}]", position_unit(kind)), all.into())
+        self.line_figure(study, &title, format!("Δρ {label} [{}]", position_unit(kind)), all.into())
+    }
+
+    /// The curves of the drives of one kind.
+    fn of_drives(&self, study: &PathStudy, kind: Motion, curves: &[Curve]) -> Vec<LineSeries> {
+        let drives = drives_of(&study.machine, kind);
+        drives.map(|(drive, label)| series(self.shown, format!("drive {label}"), false, &curves[drive])).collect()
+    }
+
+    fn line_figure(&self, study: &PathStudy, title: &str, y_label: String, series: Vec<LineSeries>) -> Figure {
+        let thinned = match step(study.stations.len()) {
+            1 => String::new(),
+            step => format!(", the smallest and the largest value of each {step} drawn"),
+        };
+        let x_label = if self.shown.is_circle { "tool angle φ [°]" } else { "path length [mm]" };
+        Figure::Lines(LineFigure {
+            title: title.into(),
+            subtitle: format!("{}, {}{thinned}", study.machine.name, counted(study.stations.len(), "point")),
+            x_label: x_label.into(),
+            y_label,
+            series,
+            equal_axes: false,
+            log_x: false,
+            log_y: false,
+            closed_note: None,
+        })
     }
 
     /// The path in the xy-plane: wanted, as the tool goes without compensation, as it is commanded and as it goes then.
@@ -189,46 +216,17 @@ fn source_words(source: Source) -> &'static str {
     }
 }
 
-/// Where point `k` stands on the axis of the curves.
-fn along(study: &PathStudy, k: usize) -> Option<f64> {
-    let station = &study.stations[k];
-    if study.is_circle { station.phi_deg } else { Some(station.arc_length_mm) }
+/// Where a point stands on the axis of the curves.
+fn along(shown: Shown, station: &Station) -> Option<f64> {
+    if shown.is_circle { station.phi_deg } else { Some(station.arc_length_mm) }
 }
 
-fn along_label(study: &PathStudy) -> String {
-    if study.is_circle { "tool angle φ [°]".into() } else { "path length [mm]".into() }
-}
-
-fn series(study: &PathStudy, label: impl Into<String>, dashed: bool, curve: &Curve) -> LineSeries {
+fn series(shown: Shown, label: impl Into<String>, dashed: bool, curve: &Curve) -> LineSeries {
     let mut points = curve.points();
-    if study.is_circle {
+    if shown.is_circle {
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         // One turn: the curve ends at the angle at which it begins.
         points.extend(points.first().map(|&(phi, value)| (phi + 360.0, value)));
     }
     LineSeries { label: label.into(), points, dashed }
-}
-
-/// The curves of the drives of one kind.
-fn of_drives(study: &PathStudy, kind: Motion, curves: &[Curve]) -> Vec<LineSeries> {
-    let drives = drives_of(&study.machine, kind);
-    drives.map(|(drive, label)| series(study, format!("drive {label}"), false, &curves[drive])).collect()
-}
-
-fn line_figure(study: &PathStudy, title: &str, y_label: String, series: Vec<LineSeries>) -> Figure {
-    let thinned = match step(study.stations.len()) {
-        1 => String::new(),
-        step => format!(", the smallest and the largest value of each {step} drawn"),
-    };
-    Figure::Lines(LineFigure {
-        title: title.into(),
-        subtitle: format!("{}, {}{thinned}", study.machine.name, counted(study.stations.len(), "point")),
-        x_label: along_label(study),
-        y_label,
-        series,
-        equal_axes: false,
-        log_x: false,
-        log_y: false,
-        closed_note: None,
-    })
 }

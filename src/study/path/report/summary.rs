@@ -12,7 +12,7 @@ use crate::{
     study::{
         Source,
         along_path::PathSummary,
-        path::{MethodAlongPath, PathPart, PathStudy},
+        path::{MethodAlongPath, PathPart, PathStudy, Shown},
         superposition::growth::ROUNDING_MM,
     },
 };
@@ -97,7 +97,8 @@ impl Summary {
     }
 
     /// The closing words of a run.
-    pub fn text(&self, study: &PathStudy) -> String {
+    pub fn text(&self, study: &PathStudy, shown: &Shown) -> String {
+        let place = |k| place(study, shown, k);
         let points = study.stations.len();
         let last = study.stations.last().map_or(0.0, |s| s.arc_length_mm);
         let mut text = format!("{}: a path of {last:.1} mm, {}.\n", study.machine.title, counted(points, "point"));
@@ -115,7 +116,7 @@ impl Summary {
                 Source::Assembly => "Chain errors alone move it",
                 Source::Both => "Both together move it",
             };
-            text += &format!("{cause} by up to {}, {}.\n", millimetres(size, 3, ROUNDING_MM), place(study, k));
+            text += &format!("{cause} by up to {}, {}.\n", millimetres(size, 3, ROUNDING_MM), place(k));
         }
         let both = &self.sources[Source::Both as usize];
         for kind in study.machine.drive_kinds() {
@@ -127,15 +128,15 @@ impl Summary {
                 "To keep it on its path, {drives} must be commanded up to {} away from the inverse kinematics, {}; drive \
                  {}s{own} then reach {force:.0} {}, {}.\n",
                 position_words(kind, correction),
-                place(study, k),
+                place(k),
                 force_word(kind),
                 force_unit(kind),
-                place(study, kf)
+                place(kf)
             );
         }
         if let (Some(axes), Some((left, k))) = (study.machine.uncontrolled_names(), both.left.0) {
             let left = millimetres(left, 3, ROUNDING_MM);
-            text += &format!("No drive can put right {left} of it, {}: they do not control {axes}.\n", place(study, k));
+            text += &format!("No drive can put right {left} of it, {}: they do not control {axes}.\n", place(k));
         }
         if both.failed > 0 {
             text += &format!("{} of {points} points could not be compensated; the table says why.\n", both.failed);
@@ -175,9 +176,9 @@ impl Summary {
 /// Version of the summary. In 1, keys of corrections and forces had no unit.
 const SCHEMA: u32 = 2;
 
-fn place(study: &PathStudy, k: usize) -> String {
+fn place(study: &PathStudy, shown: &Shown, k: usize) -> String {
     let station = &study.stations[k];
-    match station.phi_deg.filter(|_| study.is_circle) {
+    match station.phi_deg.filter(|_| shown.is_circle) {
         Some(phi) => format!("at tool angle {phi:.0}°"),
         None => format!("{:.1} mm along the path", station.arc_length_mm),
     }
@@ -192,11 +193,11 @@ pub fn facts_text(facts: &[(impl AsRef<str>, String)]) -> String {
     facts.iter().map(sentence).collect()
 }
 
-/// The methods side by side, with the time each takes on this machine.
+/// The methods side by side.
 pub fn methods_text(methods: &[MethodAlongPath]) -> String {
     let mut table = Table::new();
     table.load_style(UTF8_HORIZONTAL_ONLY);
-    table.set_header(["method", "corrections", "max error", "rms error", "failed", "time per point"]);
+    table.set_header(["method", "corrections", "max error", "rms error", "failed"]);
     for method in methods {
         let s = &method.summary;
         table.add_row([
@@ -205,7 +206,6 @@ pub fn methods_text(methods: &[MethodAlongPath]) -> String {
             if_any(s.max_mm, |max| format!("{max:.2e} mm")),
             if_any(s.rms_mm, |rms| format!("{rms:.2e} mm")),
             format!("{} of {}", s.failed, s.points),
-            format!("{:.0} µs", 1e6 * method.seconds_per_point),
         ]);
     }
     format!("{table}\n{}", failures_text(methods.iter().map(|method| (method.method.label(), &method.summary))))

@@ -1,12 +1,14 @@
 //! Reports of a placement study.
 
 mod advice;
+mod answer;
 mod page;
 mod pictures;
 mod summary;
 mod tables;
 
 pub use advice::recommendation;
+pub use answer::answer;
 pub use page::page;
 pub use pictures::figures;
 pub use summary::{entries_table, summary_json, summary_text, uncontrolled_text};

@@ -1,5 +1,6 @@
 //! Reports of a superposition study; the map is gathered point by point, so that memory does not grow with the grid.
 
+mod answer;
 mod json;
 mod page;
 mod pictures;
@@ -8,6 +9,7 @@ mod tables;
 mod text;
 
 pub use json::summary_json;
+pub use answer::answer;
 pub use page::page;
 pub use pictures::Pictures;
 pub use summary::Summary;

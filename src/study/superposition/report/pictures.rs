@@ -8,7 +8,7 @@ use crate::{
         words::{counted, typographic},
     },
     study::superposition::{
-        LocationResult, MapPoint, Scaled, SuperpositionStudy,
+        LocationResult, MapPoint, Scaled, Shown, SuperpositionStudy,
         ablation::Cause,
         departure::{Followed, Sum},
         report::{contributions, words},
@@ -79,6 +79,8 @@ const QUANTITIES: [Quantity; 5] = [
 /// The values that slices show, gathered point by point: a large grid is thinned.
 #[derive(Debug, Clone)]
 pub struct Pictures {
+    /// Heights of the slices, mm.
+    slices_z: Vec<f64>,
     /// Grid indices of the nodes shown, ascending.
     nodes: Vec<usize>,
     /// At each of them, the values of [`QUANTITIES`].
@@ -89,12 +91,12 @@ pub struct Pictures {
 
 impl Pictures {
     /// For the map of `study`, none of its points seen.
-    pub fn new(study: &SuperpositionStudy) -> Self {
-        let [xs, ys, mut planes] = drawn_nodes(&study.grid, &study.slices_z);
+    pub fn new(study: &SuperpositionStudy, shown: &Shown) -> Self {
+        let [xs, ys, mut planes] = drawn_nodes(&study.grid, &shown.slices_z);
         planes.sort_unstable();
         let rows = planes.iter().flat_map(|&z| ys.iter().map(move |&y| (y, z)));
         let nodes = rows.flat_map(|(y, z)| xs.iter().map(move |&x| study.grid.index([x, y, z]))).collect();
-        Self { nodes, values: Vec::new(), next: 0 }
+        Self { slices_z: shown.slices_z.clone(), nodes, values: Vec::new(), next: 0 }
     }
 
     /// Takes the next point, in grid order.
@@ -130,11 +132,11 @@ impl Pictures {
         };
         SliceFigure {
             title: (*title).into(),
-            subtitle: format!("{}{}", setting(study), remark(study)),
+            subtitle: format!("{}{}", setting(study, &self.slices_z), remark(study)),
             x_label: "x [mm]".into(),
             y_label: "y [mm]".into(),
             quantity: (*label).into(),
-            panels: panels(&study.machine, &study.grid, &study.slices_z, &value),
+            panels: panels(&study.machine, &study.grid, &self.slices_z, &value),
             range: None,
             contour: contour(study),
         }
@@ -146,14 +148,14 @@ fn force(study: &SuperpositionStudy) -> String {
     typographic(&format!("force {radial} / {tangential} / {axial} N (radial / tangential / axial)"))
 }
 
-fn setting(study: &SuperpositionStudy) -> String {
+fn setting(study: &SuperpositionStudy, slices_z: &[f64]) -> String {
     let [nx, ny, nz] = study.grid.counts();
     format!(
         "{}, worst of {}, {}, grid {nx} × {ny} × {nz}{}",
         study.machine.name,
         counted(study.phis.len(), "tool angle"),
         force(study),
-        thinned_words(&study.grid, &drawn_nodes(&study.grid, &study.slices_z)[..2])
+        thinned_words(&study.grid, &drawn_nodes(&study.grid, slices_z)[..2])
     )
 }
 

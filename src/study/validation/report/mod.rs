@@ -1,10 +1,12 @@
 //! Reports of a validation study.
 
+mod answer;
 mod page;
 mod pictures;
 mod summary;
 mod tables;
 
+pub use answer::answer;
 pub use page::page;
 pub use pictures::figures;
 pub use summary::{summary_json, summary_table, summary_text};

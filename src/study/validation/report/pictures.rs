@@ -11,12 +11,12 @@ use crate::{
     study::{
         Source,
         path::PathResults,
-        validation::{FigureKind, Picture, ValidationResults},
+        validation::{FigureKind, Picture, Shown, ValidationResults},
     },
 };
 
 /// All pictures with their file stems.
-pub fn figures(results: &ValidationResults) -> Vec<(String, Figure)> {
+pub fn figures(results: &ValidationResults, shown: &Shown) -> Vec<(String, Figure)> {
     let picture = |picture: &Picture| {
         let path = &results.paths[picture.cases[0]];
         let drawn = match picture.kind {
@@ -27,7 +27,7 @@ pub fn figures(results: &ValidationResults) -> Vec<(String, Figure)> {
         };
         picture.file_stems(&results.study.machine).into_iter().zip(drawn)
     };
-    results.study.pictures.iter().flat_map(picture).collect()
+    shown.pictures.iter().flat_map(picture).collect()
 }
 
 /// Most frames of a picture.

@@ -1,5 +1,7 @@
 //! What a study's results were computed from.
 
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -11,6 +13,12 @@ pub struct Inputs(Vec<(String, String)>);
 const QUOTED: usize = 100;
 
 impl Inputs {
+    /// The file that messages call `origin`.
+    pub(crate) fn of_file(origin: &str, text: &str) -> Self {
+        let name = Path::new(origin).file_name().map_or_else(|| origin.into(), |name| name.to_string_lossy().into_owned());
+        Self::of(name, text)
+    }
+
     /// One text.
     pub fn of(name: impl Into<String>, text: impl Into<String>) -> Self {
         Self(vec![(name.into(), text.into())])

@@ -1,0 +1,70 @@
+//! Words of the command line for values of the library.
+
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use kinetostat::{
+    process::ForceLaw,
+    report::{exchange::Format, figures::Colours},
+    study::{TEMPLATES, Template},
+};
+
+/// One of `all`, each with its name and what it is.
+fn one_of<T: Copy + Send + Sync + 'static>(
+    all: &'static [T],
+    name: fn(&T) -> &'static str,
+    about: fn(&T) -> &'static str,
+) -> impl TypedValueParser<Value = T> {
+    let values = all.iter().map(|value| PossibleValue::new(name(value)).help(about(value)));
+    PossibleValuesParser::new(values).try_map(move |given| {
+        all.iter().find(|value| name(value) == given).copied().ok_or_else(|| format!("\"{given}\" is none of them"))
+    })
+}
+
+/// `--format`.
+pub fn format() -> impl TypedValueParser<Value = Format> {
+    one_of(
+        &Format::ALL,
+        |format| format.label(),
+        |format| match format {
+            Format::Csv => "Tables as CSV (RFC 4180)",
+            Format::Parquet => "Tables as Apache Parquet, units in the metadata",
+            Format::Vti => "Maps over the workspace as VTK image data, for ParaView",
+        },
+    )
+}
+
+/// `--colours`.
+pub fn colours() -> impl TypedValueParser<Value = Colours> {
+    one_of(
+        &Colours::ALL,
+        |colours| colours.label(),
+        |colours| match colours {
+            Colours::Viridis => "Perceptually uniform, from dark violet to yellow",
+            Colours::Cividis => {
+                "Perceptually uniform and the same to readers with and without colour vision, from dark blue to yellow"
+            }
+            Colours::Grey => "From dark to light grey, for print without colours",
+        },
+    )
+}
+
+/// `--law`.
+pub fn law() -> impl TypedValueParser<Value = ForceLaw> {
+    one_of(
+        &ForceLaw::ALL,
+        |law| law.label(),
+        |law| match law {
+            ForceLaw::Printed => {
+                "As printed: F_x = F_r cos φ + F_t sin φ, F_y = F_r sin φ + F_t cos φ. Not a rotation: with 215 N and −10 N \
+                 the in-plane force varies between 205 N and 225 N"
+            }
+            ForceLaw::Rotated => {
+                "A rotation: F_x = F_r cos φ − F_t sin φ, F_y = F_r sin φ + F_t cos φ. What is meant where no law is named"
+            }
+        },
+    )
+}
+
+/// What a new study asks.
+pub fn template() -> impl TypedValueParser<Value = Template> {
+    one_of(TEMPLATES, |template| template.name, |template| template.about)
+}

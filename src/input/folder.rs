@@ -1,0 +1,137 @@
+//! Where the files are that an input names: a folder on disk, or files in memory.
+
+use std::{
+    collections::BTreeMap,
+    io::{Error as IoError, ErrorKind},
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use crate::input::error::{Error, Result};
+
+/// A folder of input files. Names are relative to it.
+#[derive(Debug, Clone)]
+pub struct Folder {
+    path: PathBuf,
+    /// The files, if they are in memory.
+    memory: Option<Arc<BTreeMap<PathBuf, Vec<u8>>>>,
+}
+
+impl Folder {
+    /// Files in memory, by names relative to the folder, with `/` between the parts of a name.
+    pub fn in_memory(files: impl IntoIterator<Item = (String, Vec<u8>)>) -> Self {
+        let files = files.into_iter().map(|(name, bytes)| (PathBuf::from(name), bytes)).collect();
+        Self { path: PathBuf::new(), memory: Some(Arc::new(files)) }
+    }
+
+    /// The file called `name`, as messages have it.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+
+    /// The folder itself.
+    pub fn here(&self) -> &Path {
+        &self.path
+    }
+
+    /// The folder in which the file called `name` is.
+    pub fn of(&self, name: &str) -> Self {
+        let path = self.path(name).parent().map(Path::to_path_buf).unwrap_or_default();
+        Self { path, memory: self.memory.clone() }
+    }
+
+    /// Whether there is a file called `name`.
+    pub fn has(&self, name: &str) -> bool {
+        let path = self.path(name);
+        match &self.memory {
+            Some(files) => files.contains_key(&path),
+            None => is_file(&path),
+        }
+    }
+
+    /// The bytes of a program, polyline or wrench table.
+    ///
+    /// # Errors
+    /// No such file, or one that cannot be read or is longer than 128 MiB.
+    pub fn bytes(&self, name: &str) -> Result<Vec<u8>> {
+        self.read(name, read_program)
+    }
+
+    /// The text of a TOML file.
+    ///
+    /// # Errors
+    /// No such file, or one that cannot be read, is longer than 1 MiB or is no text.
+    pub fn text(&self, name: &str) -> Result<String> {
+        super::toml_file::text(self.read(name, read_text)?, &self.path(name))
+    }
+
+    fn read(&self, name: &str, from_disk: impl Fn(&Path) -> Result<Vec<u8>>) -> Result<Vec<u8>> {
+        let path = self.path(name);
+        match &self.memory {
+            Some(files) => match files.get(&path) {
+                Some(bytes) => Ok(bytes.clone()),
+                None => Err(missing(&path)),
+            },
+            None => from_disk(&path),
+        }
+    }
+}
+
+fn missing(file: &Path) -> Error {
+    Error::Read { file: file.to_path_buf(), source: IoError::from(ErrorKind::NotFound) }
+}
+
+#[cfg(feature = "study")]
+mod disk {
+    use super::{Folder, Path, PathBuf, Result};
+    use crate::input::{file, toml_file};
+
+    impl From<&Path> for Folder {
+        fn from(path: &Path) -> Self {
+            Self { path: path.to_path_buf(), memory: None }
+        }
+    }
+
+    impl From<PathBuf> for Folder {
+        fn from(path: PathBuf) -> Self {
+            Self { path, memory: None }
+        }
+    }
+
+    impl From<&PathBuf> for Folder {
+        fn from(path: &PathBuf) -> Self {
+            path.as_path().into()
+        }
+    }
+
+    pub(super) fn is_file(path: &Path) -> bool {
+        path.is_file()
+    }
+
+    pub(super) fn read_program(path: &Path) -> Result<Vec<u8>> {
+        file::read(path)
+    }
+
+    pub(super) fn read_text(path: &Path) -> Result<Vec<u8>> {
+        file::read_at_most(path, toml_file::MAX_LENGTH)
+    }
+}
+
+#[cfg(not(feature = "study"))]
+mod disk {
+    use super::{Path, Result, missing};
+
+    pub(super) fn is_file(_: &Path) -> bool {
+        false
+    }
+
+    pub(super) fn read_program(path: &Path) -> Result<Vec<u8>> {
+        Err(missing(path))
+    }
+
+    pub(super) fn read_text(path: &Path) -> Result<Vec<u8>> {
+        Err(missing(path))
+    }
+}
+
+use disk::{is_file, read_program, read_text};

@@ -1,0 +1,52 @@
+//! A workspace map into its folder: block by block, so that memory does not grow with the grid.
+
+use serde_json::json;
+
+use super::{Pictures, Summary, image, page, table};
+use crate::{
+    input::error::Result,
+    report::{Output, Run, exchange::StreamedTable},
+    study::{
+        deflected_pose,
+        map::{MapPoint, Shown, WorkspaceMapStudy, run_in_blocks},
+    },
+};
+
+/// Computes the map and makes what it leaves.
+///
+/// # Errors
+/// Of the work, and of tables that cannot be written.
+pub fn answer(study: &WorkspaceMapStudy, shown: &Shown, run: &Run<'_>) -> Result<Output> {
+    let machine = &study.machine;
+    let columns = table(machine, &[]);
+    let mut streamed = StreamedTable::new(run.out, "map", columns.columns(), run.formats)?;
+    let (mut summary, mut pictures) = (Summary::default(), Pictures::new(study, shown));
+    let mut image_points: Option<Vec<MapPoint>> = run.wants_image().then(Vec::new);
+    run_in_blocks(study, run.work, |points| {
+        for point in &points {
+            summary.add(machine, point);
+            pictures.add(machine, point);
+        }
+        streamed.add(&table(machine, &points))?;
+        image_points.iter_mut().for_each(|image| image.extend_from_slice(&points));
+        Ok(())
+    })?;
+    let answer = summary.text(study);
+    let mut files = streamed.finish()?;
+    if let Some(points) = image_points {
+        files.extend(image(study).files(run.out, &[("map".into(), table(machine, &points))])?);
+    }
+    Ok(Output {
+        settings: json!({ "grid": study.grid.counts(), "tool_angles": study.phis.len() }),
+        statuses: summary.statuses().to_vec(),
+        rests_on_rows: true,
+        is_answered: summary.statuses().iter().all(|count| count.is_solved()),
+        tables: Vec::new(),
+        streamed: (files, vec![("map".into(), columns)]),
+        summary: summary.json(),
+        figures: run.drawn(|| pictures.figures(study)),
+        page: page(study).with_answer(&answer),
+        bent: run.figures.then(|| deflected_pose::of_map(study)).flatten(),
+        answer,
+    })
+}

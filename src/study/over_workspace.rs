@@ -1,0 +1,178 @@
+//! What studies over the workspace have in common: the box, its grid, and the cutting force over a turn of the tool.
+
+use nalgebra::Vector3;
+
+use super::{
+    Given, Overrides,
+    spec::{MillingSpec, SCHEMA},
+};
+use crate::{
+    compensation::Target,
+    input::{Inputs, check::Check, error::Result},
+    machine::{ChainError, Machine},
+    process::{
+        MillingForce,
+        cutting::CuttingLaw,
+        file::{chain_errors::chain_errors, spec::CompensateSpec},
+    },
+    spatial::Grid,
+};
+
+/// Step between tool angles over one turn where a study does not say it, degrees.
+const PHI_STEP_DEG: f64 = 10.0;
+
+/// What acts on a machine everywhere in its workspace.
+pub(super) struct Acting {
+    pub force: MillingForce,
+    /// Tool angles φ of one turn, rad.
+    pub phis: Vec<f64>,
+    pub errors: Vec<ChainError>,
+    /// What compensation puts right.
+    pub target: Target,
+    /// Files it comes from.
+    pub inputs: Inputs,
+}
+
+/// What a study says in its own keys.
+pub(super) struct OwnKeys {
+    pub phi_step_deg: Option<f64>,
+    /// Of schema 1.
+    pub compensate: Option<CompensateSpec>,
+}
+
+/// The process of a study over the workspace: of schema 2, or by the keys of schema 1.
+pub(super) fn acting(given: &Given<'_>, own: OwnKeys) -> Result<Acting> {
+    let top = given.check.root();
+    given.refuse_old(own.compensate.as_ref(), &given.check.key("compensate"), "process.compensate.target")?;
+    if given.header.schema == SCHEMA {
+        return of_process(given, own.phi_step_deg);
+    }
+    let Some(spec) = &given.header.milling else {
+        let problem = format!("{} needs a [milling] table with the cutting force", given.name);
+        return top.key("milling").fail(problem);
+    };
+    if own.phi_step_deg.is_some() {
+        return given.check.key("phi_step_deg").fail("belongs in the [milling] table in schema 1".into());
+    }
+    let check = top.key("milling");
+    Ok(Acting {
+        force: milling(spec, &check)?,
+        phis: tool_angles(spec.phi_step_deg.unwrap_or(PHI_STEP_DEG), &check.key("phi_step_deg"))?,
+        errors: chain_errors(&given.header.chain_error, &given.machine, &top)?,
+        target: own.compensate.unwrap_or_default().into(),
+        inputs: Inputs::default(),
+    })
+}
+
+fn of_process(given: &Given<'_>, phi_step_deg: Option<f64>) -> Result<Acting> {
+    let process = given.process(None, &given.check)?;
+    let CuttingLaw::PathFrame(frame) = process.cutting else {
+        let problem = format!(
+            "{} has no path: expected a force that is constant in the frame of the tool, [process.force.path_frame]",
+            given.name
+        );
+        return given.check.root().key("process.force").fail(problem);
+    };
+    Ok(Acting {
+        force: frame.force,
+        phis: tool_angles(phi_step_deg.unwrap_or(PHI_STEP_DEG), &given.check.key("phi_step_deg"))?,
+        errors: process.errors,
+        target: process.target,
+        inputs: process.inputs,
+    })
+}
+
+fn milling(spec: &MillingSpec, check: &Check) -> Result<MillingForce> {
+    Ok(MillingForce {
+        radial: check.key("radial_force_N").finite_scalar(spec.radial_force)?,
+        tangential: check.key("tangential_force_N").finite_scalar(spec.tangential_force)?,
+        axial: check.key("axial_force_N").finite_scalar(spec.axial_force)?,
+        law: spec.law,
+    })
+}
+
+/// The tool angles of one turn in steps of `step` degrees, rad.
+fn tool_angles(step: f64, check: &Check) -> Result<Vec<f64>> {
+    if !(0.01..=360.0).contains(&step) {
+        return check.fail(format!("must be between 0.01 and 360, got {step}"));
+    }
+    let count = (360.0 / step).round();
+    if (count * step - 360.0).abs() > 1e-9 {
+        return check.fail(format!("must divide 360, got {step}"));
+    }
+    Ok((0..count as usize).map(|i| (i as f64 * step).to_radians()).collect())
+}
+
+/// The size of a grid, which the command line can change.
+pub(super) fn grid_input(counts: impl std::fmt::Debug) -> Inputs {
+    Inputs::of("grid", format!("{counts:?}"))
+}
+
+/// The box of a map: the machine's workspace unless both corners are given. `check` is the place of the map.
+pub(super) fn map_box(
+    min_mm: Option<[f64; 3]>,
+    max_mm: Option<[f64; 3]>,
+    machine: &Machine,
+    check: &Check,
+) -> Result<[Vector3<f64>; 2]> {
+    let missing = |key: &str, other: &str| {
+        check.key(key).fail(format!(
+            "is missing: expected both corners of the box, or neither for the machine's workspace box, got only {other}"
+        ))
+    };
+    let corners = match (min_mm, max_mm) {
+        (None, None) => [machine.workspace.min, machine.workspace.max],
+        (Some(min), Some(max)) => [check.key("min_mm").finite(min)?, check.key("max_mm").finite(max)?],
+        (Some(_), None) => return missing("max_mm", "min_mm"),
+        (None, Some(_)) => return missing("min_mm", "max_mm"),
+    };
+    check.ordered_box(corners[0], corners[1])?;
+    Ok(corners)
+}
+
+/// The grid of a map over a box; `most` is the largest number of points, `check` the place of the map.
+pub(super) fn box_grid(
+    [min, max]: [Vector3<f64>; 2],
+    counts: [usize; 3],
+    overrides: &Overrides,
+    (most, check): (usize, &Check),
+) -> Result<Grid> {
+    match overrides.grid {
+        Some(counts) => grid(min, max, counts, most, &Overrides::place("--grid")),
+        None => grid(min, max, counts, most, &check.key("grid")),
+    }
+}
+
+/// Heights of the slices of a map over a box; `check` is the place of the map.
+pub(super) fn slice_heights(heights: &[f64], [min, max]: [Vector3<f64>; 2], check: &Check) -> Result<Vec<f64>> {
+    let check = check.key("slices_z_mm");
+    if heights.is_empty() || heights.len() > 6 {
+        return check.fail(format!("must name 1 to 6 heights, got {}", heights.len()));
+    }
+    let height = |&z: &f64| {
+        let z = check.finite_scalar(z)?;
+        if (min.z..=max.z).contains(&z) {
+            return Ok(z);
+        }
+        check.fail(format!("must be within the map's box, z {} to {} mm, got {z}", min.z, max.z))
+    };
+    heights.iter().map(height).collect()
+}
+
+fn grid(min: Vector3<f64>, max: Vector3<f64>, counts: [usize; 3], most: usize, check: &Check) -> Result<Grid> {
+    let total = counts.iter().try_fold(1usize, |product, &n| product.checked_mul(n));
+    if counts.contains(&0) || total.is_none_or(|total| total > most) {
+        let problem = format!("must be at least 1 along each axis and at most {most} in all, got {counts:?}");
+        return check.fail(problem);
+    }
+    let grid = Grid::new(min, max, counts);
+    for (i, values) in grid.axes.iter().enumerate() {
+        if values.windows(2).any(|pair| pair[0] >= pair[1]) {
+            let (axis, count) = (["x", "y", "z"][i], counts[i]);
+            let problem = format!("{count} points along {axis} fall together between {} and {} mm", min[i], max[i]);
+            return check.fail(problem);
+        }
+    }
+    Ok(grid)
+}
+

@@ -1,0 +1,47 @@
+//! A path study into its folder: part by part, so that memory does not grow with the path.
+
+use serde_json::json;
+
+use super::{Pictures, Summary, methods_table, methods_text, page, points_columns, points_table};
+use crate::{
+    input::error::Result,
+    report::{
+        Output, Run,
+        exchange::{StreamedTable, Table},
+    },
+    study::{
+        deflected_pose,
+        path::{PathStudy, Shown, run_in_parts},
+    },
+};
+
+/// Computes the path and makes what it leaves.
+///
+/// # Errors
+/// Of the work, and of tables that cannot be written.
+pub fn answer(study: &PathStudy, shown: &Shown, run: &Run<'_>) -> Result<Output> {
+    let columns = points_columns(&study.machine);
+    let mut table = StreamedTable::new(run.out, "points", &columns, run.formats)?;
+    let mut summary = Summary::default();
+    let mut pictures = run.figures.then(|| Pictures::new(study, *shown));
+    let methods = run_in_parts(study, run.work, |part| {
+        summary.add(study, &part);
+        pictures.iter_mut().for_each(|pictures| pictures.add(study, &part));
+        table.add(&points_table(study, &part))
+    })?;
+    let (answer, statuses) = (summary.text(study, shown), summary.statuses());
+    let bent = summary.farthest().filter(|_| run.figures);
+    Ok(Output {
+        settings: json!({ "points": study.stations.len() }),
+        rests_on_rows: true,
+        is_answered: statuses.iter().all(|count| count.is_solved()),
+        statuses,
+        tables: vec![("methods".into(), methods_table(&methods))],
+        streamed: (table.finish()?, vec![("points".into(), Table::new(columns, []))]),
+        summary: summary.json(study, &methods),
+        figures: pictures.map_or_else(Vec::new, |pictures| pictures.figures(study)),
+        page: page(study, shown).with_answer(&answer),
+        bent: bent.and_then(|point| deflected_pose::of_path(study, point)),
+        answer: format!("{answer}\n{}", methods_text(&methods)),
+    })
+}

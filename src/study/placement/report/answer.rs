@@ -1,0 +1,51 @@
+//! A placement study into its folder.
+
+use serde_json::json;
+
+use super::{
+    candidates_table, cell_status, entries_table, figures, front_table, page, refinements_table, summary_json,
+    summary_text, sweep_table,
+};
+use crate::{
+    input::error::Result,
+    report::{Manifest, Output, Run},
+    study::placement::{self, PlacementStudy},
+};
+
+/// Seeks the places and makes what is left.
+///
+/// # Errors
+/// Of the work.
+pub fn answer(study: &PlacementStudy, run: &Run<'_>) -> Result<Output> {
+    let results = placement::run(study, run.work)?;
+    let (search, entries) = (&study.search, &results.entries);
+    let mut tables = vec![
+        ("candidates".to_string(), candidates_table(study, entries)),
+        ("sweep".into(), sweep_table(&results)),
+        ("refinements".into(), refinements_table(&results)),
+    ];
+    if !study.objective.pareto.is_empty() {
+        tables.push(("pareto".into(), front_table(&results)));
+    }
+    let text = summary_text(&results);
+    Ok(Output {
+        settings: json!({
+            "grid": study.grid.counts(),
+            "starts": search.starts,
+            "max_iterations": search.max_iterations,
+            "tolerance": search.tolerance,
+            "coarse_to_fine": search.coarse_to_fine,
+        }),
+        statuses: Manifest::count(results.cells.iter().map(cell_status)),
+        // Places where the workpiece cannot be cut are an answer; that there is no other is a failure.
+        rests_on_rows: false,
+        is_answered: results.best.is_some(),
+        tables,
+        streamed: Default::default(),
+        summary: summary_json(&results),
+        figures: run.drawn(|| figures(&results)),
+        page: page(&results).with_answer(&text),
+        bent: None,
+        answer: format!("{}\n{text}", entries_table(study, entries)),
+    })
+}

@@ -1,0 +1,267 @@
+//! What a question is to the list of questions, and what it is given when it is asked.
+
+use serde::de::DeserializeOwned;
+
+use crate::{
+    input::{Folder, Inputs, check::Check, error::Result},
+    machine::Machine,
+    process::Process,
+    study::spec::{Header, ProcessRef, SCHEMA},
+};
+
+/// A question: a checked study that can be run.
+pub trait Question: Sized {
+    /// Its table in a study file.
+    type Spec: DeserializeOwned;
+    /// What its pictures and pages show, where the study file says so.
+    type Shown: Clone + std::fmt::Debug;
+    /// What a study of it is called in sentences.
+    const NAME: &str;
+    /// What `kinetostat new` writes for it.
+    const TEMPLATE: Template;
+    /// Its first tables: what must not be in their places is told before anything is computed.
+    const TABLES: &[&str];
+
+    /// Checks what a study file says.
+    ///
+    /// # Errors
+    /// Values that make no sense, and files that cannot be read.
+    fn resolve(spec: &Self::Spec, given: &Given<'_>) -> Result<Resolved<Self>>;
+
+    /// How many items it computes, and what they are called.
+    fn items(&self) -> (usize, &'static str);
+
+    /// Points of its map over the workspace, if it has one that can be an image.
+    fn image_points(&self) -> Option<usize> {
+        None
+    }
+
+    /// Computes it and makes what it leaves in its folder.
+    ///
+    /// # Errors
+    /// Of the work; files that cannot be written.
+    #[cfg(feature = "report")]
+    fn answer(&self, shown: &Self::Shown, run: &crate::report::Run<'_>) -> Result<crate::report::Output>;
+}
+
+/// A study folder to start from.
+#[derive(Debug, Clone, Copy)]
+pub struct Template {
+    /// What it is called on the command line.
+    pub name: &'static str,
+    /// What the study asks, in a line.
+    pub about: &'static str,
+    /// Names and contents of its files.
+    pub files: &'static [(&'static str, &'static str)],
+}
+
+/// A checked study with what its pictures show and what it was made from.
+#[derive(Debug, Clone)]
+pub struct Resolved<Q: Question> {
+    /// The study.
+    pub study: Q,
+    /// What its pictures show.
+    pub shown: Q::Shown,
+    /// The files it was made from, but the study and the machine, and what the command line set.
+    pub inputs: Inputs,
+}
+
+/// What the command line changes in a study.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Overrides {
+    /// Grid points per axis of a map.
+    pub grid: Option<[usize; 3]>,
+    /// Points along a circle.
+    pub points: Option<usize>,
+}
+
+impl Overrides {
+    /// Refuses points along a path for a study of the kind `name`.
+    ///
+    /// # Errors
+    /// They are given.
+    pub fn refuse_points(&self, name: &str) -> Result<()> {
+        match self.points {
+            Some(_) => Self::place("--points").fail(format!("{name} has no points along a path; use --grid")),
+            None => Ok(()),
+        }
+    }
+
+    /// Refuses a grid for a study of the kind `name`.
+    ///
+    /// # Errors
+    /// It is given.
+    pub fn refuse_grid(&self, name: &str) -> Result<()> {
+        match self.grid {
+            Some(_) => Self::place("--grid").fail(format!("{name} has no grid; use --points")),
+            None => Ok(()),
+        }
+    }
+
+    /// The option of the command line that overrides a study.
+    pub(crate) fn place(option: &str) -> Check {
+        Check::new("command line").key(option)
+    }
+}
+
+/// What a question is given besides its own table.
+#[derive(Debug)]
+pub struct Given<'a> {
+    /// The nominal machine.
+    pub machine: Machine,
+    /// Where the files are that the study names.
+    pub folder: &'a Folder,
+    /// What the command line changes.
+    pub overrides: &'a Overrides,
+    /// The place of the question's table.
+    pub check: Check,
+    /// What a study of this kind is called in sentences.
+    pub name: &'static str,
+    pub(super) header: &'a Header,
+}
+
+impl Given<'_> {
+    /// The process of the study, or `own`, one that is named at the key `process` of `check`. Its inputs hold the files it
+    /// comes from.
+    ///
+    /// # Errors
+    /// No process, or one that makes no sense.
+    pub fn process(&self, own: Option<&str>, check: &Check) -> Result<Process> {
+        let top = self.check.root().key("process");
+        match (own, &self.header.process) {
+            (Some(file), _) => Process::in_folder(self.folder, file, &self.machine),
+            (None, Some(ProcessRef::File(file))) => Process::in_folder(self.folder, file, &self.machine),
+            (None, Some(ProcessRef::Tables(spec))) => Process::from_tables(spec, &top, self.folder, &self.machine),
+            (None, None) if self.header.schema == SCHEMA => {
+                top.fail("missing: expected the name of a process file, or its tables".into())
+            }
+            (None, None) => check.key("process").fail("missing: expected the name of a process file".into()),
+        }
+    }
+
+    /// The place of the process that [`Given::process`] gives for `own`.
+    pub(crate) fn process_place(&self, own: Option<&str>) -> Check {
+        match (own, &self.header.process) {
+            (Some(file), _) => Check::new(&self.folder.path(file).display().to_string()),
+            (None, Some(ProcessRef::File(file))) => Check::new(&self.folder.path(file).display().to_string()),
+            (None, _) => self.check.root().key("process"),
+        }
+    }
+
+    /// Refuses the keys of schema 1 by which a map said its process, for a study that has a process file.
+    ///
+    /// # Errors
+    /// One of them is given.
+    pub fn refuse_map_keys(&self) -> Result<()> {
+        let key = match (&self.header.milling, self.header.chain_error.is_empty()) {
+            (Some(_), _) => "milling",
+            (None, false) => "chain_error",
+            (None, true) => return Ok(()),
+        };
+        self.check.root().key(key).fail(format!("belongs in the process file of {}", self.name))
+    }
+
+    /// Refuses a key of schema 1 that stands at `check` of a study of schema 2. `instead` is what it is now.
+    ///
+    /// # Errors
+    /// It is given.
+    pub fn refuse_old<T>(&self, value: Option<&T>, check: &Check, instead: &str) -> Result<()> {
+        match value {
+            Some(_) if self.header.schema == SCHEMA => {
+                check.fail(format!("is a key of schema 1; expected {instead} in schema {SCHEMA}"))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// The list of questions: from one line each, the modules, the tables of a study file and the kinds of studies.
+macro_rules! questions {
+    ($($(#[$about:meta])* $key:ident: $kind:ident($folder:ident::$study:ident),)*) => {
+        $(pub mod $folder;)*
+
+        /// What a study computes, with what its pictures show.
+        #[derive(Debug, Clone)]
+        pub enum StudyKind {
+            $($(#[$about])* $kind(Box<$folder::$study>, <$folder::$study as Question>::Shown),)*
+        }
+
+        /// A study file.
+        #[derive(Debug, Clone, serde::Deserialize)]
+        #[serde(deny_unknown_fields)]
+        pub(crate) struct StudySpec {
+            schema: u32,
+            question: String,
+            machine: String,
+            process: Option<spec::ProcessRef>,
+            milling: Option<spec::MillingSpec>,
+            #[serde(default)]
+            chain_error: Vec<crate::process::file::chain_errors::ChainErrorSpec>,
+            $($key: Option<<$folder::$study as Question>::Spec>,)*
+        }
+
+        impl StudySpec {
+            /// The keys of a study of any kind, and the table of the one question that it asks.
+            fn split(self, check: &Check) -> Result<(spec::Header, Asked)> {
+                let header = spec::Header {
+                    schema: self.schema,
+                    question: self.question,
+                    machine: self.machine,
+                    process: self.process,
+                    milling: self.milling,
+                    chain_error: self.chain_error,
+                };
+                let mut asked = Vec::new();
+                $(asked.extend(self.$key.map(|table| Asked::$kind(Box::new(table))));)*
+                match asked.pop() {
+                    Some(one) if asked.is_empty() => Ok((header, one)),
+                    _ => check.fail(format!("give exactly one of {}", [$(stringify!($key)),*].join(", "))),
+                }
+            }
+        }
+
+        /// The table of a question.
+        enum Asked {
+            $($kind(Box<<$folder::$study as Question>::Spec>),)*
+        }
+
+        impl Asked {
+            fn resolve(&self, given: question::Given<'_>) -> Result<(StudyKind, Inputs)> {
+                match self {
+                    $(Asked::$kind(table) => {
+                        let (check, name) = (given.check.key(stringify!($key)), <$folder::$study>::NAME);
+                        let Resolved { study, shown, inputs } =
+                            <$folder::$study>::resolve(table, &Given { check, name, ..given })?;
+                        Ok((StudyKind::$kind(Box::new(study), shown), inputs))
+                    })*
+                }
+            }
+        }
+
+        /// Study folders to start from, one for each question.
+        pub const TEMPLATES: &[Template] = &[$(<$folder::$study as Question>::TEMPLATE),*];
+
+        impl StudyKind {
+            /// How many items it computes, and what they are called.
+            pub fn items(&self) -> (usize, &'static str) {
+                match self { $(StudyKind::$kind(study, _) => study.items(),)* }
+            }
+
+            /// Points of its map over the workspace, if it has one that can be an image.
+            pub fn image_points(&self) -> Option<usize> {
+                match self { $(StudyKind::$kind(study, _) => study.image_points(),)* }
+            }
+
+            /// Its first tables.
+            pub fn tables(&self) -> &'static [&'static str] {
+                match self { $(StudyKind::$kind(..) => <$folder::$study>::TABLES,)* }
+            }
+
+            #[cfg(feature = "report")]
+            fn answer(&self, run: &crate::report::Run<'_>) -> Result<crate::report::Output> {
+                match self { $(StudyKind::$kind(study, shown) => study.answer(shown, run),)* }
+            }
+        }
+    };
+}
+pub(super) use questions;

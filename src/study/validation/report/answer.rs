@@ -1,0 +1,45 @@
+//! A validation study into its folder.
+
+use serde_json::json;
+
+use super::{figures, page, quoted_table, summary_json, summary_table, summary_text, variants_table};
+use crate::{
+    input::{check::file_stem, error::Result},
+    report::{Manifest, Output, Run},
+    study::{
+        path::report::points_table,
+        validation::{self, Shown, ValidationStudy},
+    },
+};
+
+/// Computes the paths and makes what is left.
+///
+/// # Errors
+/// Of the work.
+pub fn answer(study: &ValidationStudy, shown: &Shown, run: &Run<'_>) -> Result<Output> {
+    let results = validation::run(study, run.work)?;
+    let answers = results.paths.iter().flat_map(|path| &path.whole.sources).flat_map(|source| &source.compensated);
+    let compared = results.compared.iter().flat_map(|compared| &compared.ours);
+    let compared = compared.map(|ours| if ours.is_ok() { "solved" } else { "not_solved" });
+    let statuses = Manifest::count(answers.map(|answer| answer.status.label()).chain(compared));
+    let points: Vec<usize> = results.paths.iter().map(|path| path.study.stations.len()).collect();
+    let mut tables =
+        vec![("summary".to_string(), quoted_table(&results)), ("variants".to_string(), variants_table(&results))];
+    for (name, path) in study.cases.iter().zip(&results.paths) {
+        tables.push((format!("points_{}", file_stem(name)), points_table(&path.study, &path.whole)));
+    }
+    let text = summary_text(&results);
+    Ok(Output {
+        settings: json!({ "points": points }),
+        rests_on_rows: true,
+        is_answered: statuses.iter().all(|count| count.is_solved()),
+        statuses,
+        tables,
+        streamed: Default::default(),
+        summary: summary_json(&results),
+        figures: run.drawn(|| figures(&results, shown)),
+        page: page(&results).with_answer(&text),
+        bent: None,
+        answer: format!("{}\n{text}", summary_table(&results)),
+    })
+}
