@@ -15,16 +15,16 @@ pub(super) fn shift(session: &mut Session, demand: &Demand, aggregated: bool) ->
     session.go_to(&demand.pose)?;
     let (nominal, at) = (&session.nominal, &session.command);
     let load = demand.load.to_vector();
-    let mut twist = match unloaded_stiffness(&nominal, at, &mut session.workspace) {
+    let mut twist = match unloaded_stiffness(nominal, at, &mut session.workspace) {
         Some(stiffness) => stiffness.lu().solve(&load).ok_or(Status::Singular)?,
         // Rigid in some direction.
-        None => unloaded_compliance(&nominal, at, &mut session.workspace).ok_or(Status::Singular)? * load,
+        None => unloaded_compliance(nominal, at, &mut session.workspace).ok_or(Status::Singular)? * load,
     };
     if aggregated {
-        let shift = aggregate_errors(&nominal, &session.real, at, &mut session.workspace).ok_or(Status::Singular)?;
+        let shift = aggregate_errors(nominal, &session.real, at, &mut session.workspace).ok_or(Status::Singular)?;
         twist += shift.to_vector();
     }
-    Ok(-(demand.task_error(&nominal, &demand.pose).slope * twist))
+    Ok(-(demand.task_error(nominal, &demand.pose).slope * twist))
 }
 
 /// Commands the target shifted once by the linear deflection.

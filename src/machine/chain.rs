@@ -40,6 +40,68 @@ impl Motion {
             Motion::Revolute => "Nmm",
         }
     }
+
+    /// Unit of positions in computations.
+    pub fn computed_position_unit(self) -> &'static str {
+        match self {
+            Motion::Prismatic => "mm",
+            Motion::Revolute => "rad",
+        }
+    }
+
+    /// Unit of positions as readers see it, with the blank between a number and it.
+    pub fn position_suffix(self) -> &'static str {
+        match self {
+            Motion::Prismatic => " mm",
+            Motion::Revolute => "°",
+        }
+    }
+
+    /// Unit of positions as readers see it.
+    pub fn shown_position_unit(self) -> &'static str {
+        self.position_suffix().trim_start()
+    }
+
+    /// Unit of forces as readers see it.
+    pub fn shown_force_unit(self) -> &'static str {
+        match self {
+            Motion::Prismatic => "N",
+            Motion::Revolute => "N·mm",
+        }
+    }
+
+    /// What a drive of this kind carries, in one word.
+    pub fn force_word(self) -> &'static str {
+        match self {
+            Motion::Prismatic => "force",
+            Motion::Revolute => "torque",
+        }
+    }
+
+    /// A position in the unit of files and readers, mm or degrees, from mm or rad.
+    pub fn shown(self, value: f64) -> f64 {
+        match self {
+            Motion::Prismatic => value,
+            Motion::Revolute => value.to_degrees(),
+        }
+    }
+
+    /// A position in mm or rad, from mm or degrees. What there is per mm or rad becomes what there is per mm or degree.
+    pub fn from_shown(self, value: f64) -> f64 {
+        match self {
+            Motion::Prismatic => value,
+            Motion::Revolute => value.to_radians(),
+        }
+    }
+
+    /// A position, given in mm or degrees, with its unit: to 0.001 mm or 0.0001°.
+    pub fn position_words(self, value: f64) -> String {
+        let decimals = match self {
+            Motion::Prismatic => 3,
+            Motion::Revolute => 4,
+        };
+        format!("{value:.decimals$}{}", self.position_suffix())
+    }
 }
 
 /// One factor of the product that a chain is.

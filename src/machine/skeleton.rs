@@ -198,15 +198,14 @@ impl<'a> Walker<'a> {
             (None, Some(joint)) if sign > 0.0 => (&joint.name, joint.limits),
             _ => return,
         };
-        let shown = |value: f64| if motion == Motion::Revolute { value.to_degrees() } else { value };
         self.joints.push(JointMark {
             name: name.clone(),
             is_drive: drive.is_some(),
             slides: motion == Motion::Prismatic,
             position_mm: self.pose.translation.into(),
             axis: direction.into(),
-            value: shown(self.values[coordinate]),
-            limits: limits.map(|(low, high)| [shown(low), shown(high)]),
+            value: motion.shown(self.values[coordinate]),
+            limits: limits.map(|(low, high)| [motion.shown(low), motion.shown(high)]),
         });
     }
 

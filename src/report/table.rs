@@ -3,30 +3,6 @@
 
 use crate::machine::{Drive, Machine, Motion};
 
-/// Unit of drive positions and corrections as shown.
-pub fn position_unit(motion: Motion) -> &'static str {
-    match motion {
-        Motion::Prismatic => "mm",
-        Motion::Revolute => "°",
-    }
-}
-
-/// Unit of drive forces as shown.
-pub fn force_unit(motion: Motion) -> &'static str {
-    match motion {
-        Motion::Prismatic => "N",
-        Motion::Revolute => "N·mm",
-    }
-}
-
-/// What a drive carries, in one word.
-pub fn force_word(motion: Motion) -> &'static str {
-    match motion {
-        Motion::Prismatic => "force",
-        Motion::Revolute => "torque",
-    }
-}
-
 /// `drives` of a machine with one kind of drives; "slides" or "hinges" where it has both.
 pub fn kind_word(machine: &Machine, motion: Motion) -> &'static str {
     match (machine.has_mixed_drives(), motion) {
@@ -48,7 +24,7 @@ pub fn correction_columns(machine: &Machine) -> impl Iterator<Item = String> {
 
 /// A column of drive forces per drive: `drive_force_LABEL_N` or `drive_torque_LABEL_Nmm`.
 pub fn force_columns(machine: &Machine) -> impl Iterator<Item = String> {
-    labelled(machine).map(|(label, motion)| format!("drive_{}_{label}_{}", force_word(motion), motion.force_unit()))
+    labelled(machine).map(|(label, motion)| format!("drive_{}_{label}_{}", motion.force_word(), motion.force_unit()))
 }
 
 /// Those of `columns`, one per drive, that belong to drives of one kind.
@@ -72,29 +48,13 @@ pub fn drives_of(machine: &Machine, kind: Motion) -> impl Iterator<Item = (usize
 
 /// Drive positions or corrections in the units of tables, mm or degrees, from mm or rad.
 pub fn shown_positions(machine: &Machine, values: &[f64]) -> Vec<f64> {
-    let shown = |(value, (_, drive)): (&f64, (usize, &Drive))| shown_position(drive.motion, *value);
+    let shown = |(value, (_, drive)): (&f64, (usize, &Drive))| drive.motion.shown(*value);
     values.iter().zip(machine.drives()).map(shown).collect()
-}
-
-/// A position or correction of a drive in the unit of tables, mm or degrees, from mm or rad.
-pub fn shown_position(motion: Motion, value: f64) -> f64 {
-    match motion {
-        Motion::Prismatic => value,
-        Motion::Revolute => value.to_degrees(),
-    }
-}
-
-/// A position or correction, given in mm or degrees, with its unit: to 0.001 mm or 0.0001°.
-pub fn position_words(motion: Motion, value: f64) -> String {
-    match motion {
-        Motion::Prismatic => format!("{value:.3} mm"),
-        Motion::Revolute => format!("{value:.4}°"),
-    }
 }
 
 /// Largest size among positions or corrections, given in mm or rad, of the drives of one kind, mm or degrees.
 pub fn largest_position(machine: &Machine, motion: Motion, values: &[f64]) -> f64 {
-    shown_position(motion, largest(machine, motion, values))
+    motion.shown(largest(machine, motion, values))
 }
 
 /// Largest size among forces of the drives of one kind, N or N·mm.

@@ -372,7 +372,7 @@ fn random_problem(seed: u64) -> PlacementStudy {
 }
 
 /// All places of a grid that can be cut at, with their metrics.
-fn gridded(evaluator: &Evaluator<'_>, bounds: &Bounds, n: usize) -> Vec<(Site, Metrics)> {
+fn gridded(evaluator: &Evaluator, bounds: &Bounds, n: usize) -> Vec<(Site, Metrics)> {
     let grid = SiteGrid::new(bounds, [n, n, 1, 1, 1, 1]);
     let evaluated = (0..grid.len()).into_par_iter().filter_map(|index| {
         let site = grid.site(index);

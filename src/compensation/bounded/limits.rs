@@ -7,7 +7,7 @@
 use std::fmt;
 
 use super::{error::BoundedError, program::RowLimit};
-use crate::machine::{Drive, Machine, Motion};
+use crate::machine::{Drive, Machine};
 
 /// What a drive is allowed along a path. One entry per drive in machine order where a list is given; an infinite entry is
 /// no limit. The default is what the machine itself sets: its travel and its force limits.
@@ -201,7 +201,7 @@ impl Bounds {
             for k in 0..self.point_count() {
                 let [lower, upper] = self.range(k, i);
                 if lower > upper {
-                    let (point, unit) = (self.index[k], unit(drive));
+                    let (point, unit) = (self.index[k], drive.motion.computed_position_unit());
                     let (nominal, limit) = (nominal[k][i], if lower > 0.0 { upper } else { -lower });
                     let needed = if lower > 0.0 { lower } else { -upper };
                     let travel = travel[i];
@@ -216,7 +216,8 @@ impl Bounds {
                 };
                 if let Some((first, needed)) = jump {
                     let (from, to, limit) = (self.index[first], self.index[k], self.change[i]);
-                    return Err(BoundedError::Change { drive: name, from, to, needed, limit, unit: unit(drive) });
+                    let unit = drive.motion.computed_position_unit();
+                    return Err(BoundedError::Change { drive: name, from, to, needed, limit, unit });
                 }
                 if lower > low.0 {
                     low = (lower, k);
@@ -314,21 +315,5 @@ fn tighter(correction: f64, travel: f64, travel_is_tighter: bool) -> Bound {
     match travel_is_tighter {
         true => Bound { value: travel, kind: LimitKind::Travel },
         false => Bound { value: correction, kind: LimitKind::Correction },
-    }
-}
-
-/// Unit of a drive's position.
-pub(super) fn unit(drive: &Drive) -> &'static str {
-    match drive.motion {
-        Motion::Prismatic => "mm",
-        Motion::Revolute => "rad",
-    }
-}
-
-/// Unit of a drive's force.
-pub(super) fn force_unit(drive: &Drive) -> &'static str {
-    match drive.motion {
-        Motion::Prismatic => "N",
-        Motion::Revolute => "N·mm",
     }
 }

@@ -4,12 +4,12 @@
 use super::{
     BoundedSettings, Objective,
     error::BoundedError,
-    limits::{Bounds, LimitKind, Limits, force_unit},
+    limits::{Bounds, LimitKind, Limits},
     outcome::{BoundedStatus, Errors},
     path::{Answer, Point, Simulator},
     program::{Failure, Goal, Multiplier, Program, Solved, tool_unit},
 };
-use crate::machine::Machine;
+use crate::machine::{Machine, Motion};
 
 /// Steps are halved this many times before a direction is given up.
 const HALVINGS: usize = 10;
@@ -281,13 +281,13 @@ impl Search<'_, '_> {
         });
         let (k, i, _) = shares.max_by(|a, b| a.2.total_cmp(&b.2)).unwrap_or((0, 0, 0.0));
         let kinds = [LimitKind::Correction, LimitKind::Travel, LimitKind::Change];
-        let drive = self.machine.drives().nth(i).map(|(_, drive)| drive);
+        let motion = self.machine.drives().nth(i).map_or(Motion::Prismatic, |(_, drive)| drive.motion);
         BoundedError::Force {
             drive: self.machine.drive_labels()[i].clone(),
             point: self.bounds.index[k],
             least: iterate.answers[k].forces[i].abs(),
             limit: self.bounds.force[i],
-            unit: drive.map_or("N", force_unit),
+            unit: motion.shown_force_unit(),
             conflicts: kinds.into_iter().filter(|kind| self.forces_kept_without(*kind, iterate)).collect(),
         }
     }

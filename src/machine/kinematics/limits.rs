@@ -55,14 +55,13 @@ impl Machine {
             if let Some((low, high)) = drive.travel
                 && beyond(rho, low, high) > 0.0
             {
-                let (unit, scale) = user_unit(drive.motion);
                 return Err(Unreachable::Travel {
                     chain: self.chains[c].name.clone(),
                     drive: drive.name.clone(),
-                    value: rho * scale,
-                    low: low * scale,
-                    high: high * scale,
-                    unit: unit.into(),
+                    value: drive.motion.shown(rho),
+                    low: drive.motion.shown(low),
+                    high: drive.motion.shown(high),
+                    unit: drive.motion.position_unit().into(),
                 });
             }
         }
@@ -71,14 +70,13 @@ impl Machine {
                 if let Some((low, high)) = joint.limits
                     && beyond(q, low, high) > 0.0
                 {
-                    let (unit, scale) = user_unit(joint.motion);
                     return Err(Unreachable::JointLimit {
                         chain: chain.name.clone(),
                         joint: joint.name.clone(),
-                        value: q * scale,
-                        low: low * scale,
-                        high: high * scale,
-                        unit: unit.into(),
+                        value: joint.motion.shown(q),
+                        low: joint.motion.shown(low),
+                        high: joint.motion.shown(high),
+                        unit: joint.motion.position_unit().into(),
                     });
                 }
             }
@@ -93,7 +91,7 @@ impl Machine {
             chain.passive.iter().zip(values).map(|(joint, &q)| (joint.limits, joint.motion, q))
         });
         let excess = |(limits, motion, value): (Option<(f64, f64)>, Motion, f64)| {
-            limits.map_or(0.0, |(low, high)| beyond(value, low, high) * user_unit(motion).1)
+            limits.map_or(0.0, |(low, high)| motion.shown(beyond(value, low, high)))
         };
         drives.chain(joints).map(excess).fold(0.0, f64::max)
     }
@@ -124,12 +122,4 @@ fn beyond(value: f64, low: f64, high: f64) -> f64 {
 /// How far beyond its limits rounding may put a value.
 fn rounding(low: f64, high: f64) -> f64 {
     LIMIT_ROUNDING * low.abs().max(high.abs()).max(high - low)
-}
-
-/// Unit in which a joint is shown, and the factor to it.
-fn user_unit(motion: Motion) -> (&'static str, f64) {
-    match motion {
-        Motion::Prismatic => ("mm", 1.0),
-        Motion::Revolute => ("deg", 180.0 / std::f64::consts::PI),
-    }
 }

@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use crate::{
     input::{check::Check, error::Result},
-    machine::{ChainError, Machine, Motion},
+    machine::{ChainError, Machine},
     spatial::Twist,
 };
 
@@ -95,7 +95,7 @@ fn chain_error(spec: &ChainErrorSpec, machine: &Machine, index: usize, check: &C
     }
     for (drive, &offset) in chain.drives.iter().zip(offsets) {
         let offset = check_offsets.finite_scalar(offset)?;
-        error.drive_offsets.push(if drive.motion == Motion::Revolute { offset.to_radians() } else { offset });
+        error.drive_offsets.push(drive.motion.from_shown(offset));
     }
     Ok(error)
 }

@@ -1,4 +1,5 @@
-//! Text of an SVG as outlines, so that it looks the same wherever it is opened; the words stay as labels.
+//! Text of an SVG as outlines, so that it looks the same wherever it is opened; the words stay as labels. plotters (as of
+//! 0.3.7) writes text with the name of its font, and a viewer without that font sets other widths than were laid out.
 
 use std::collections::BTreeMap;
 

@@ -49,7 +49,8 @@ pub enum Figure {
 }
 
 impl Figure {
-    /// The figure as an SVG document, 1600 px wide, with maps in `colours`; text stays text.
+    /// The figure as an SVG document, 1600 px wide, with maps in `colours`; texts are outlines with their words as
+    /// labels.
     ///
     /// # Errors
     /// When the data contradict each other or cannot be drawn; see [`FigureError`].

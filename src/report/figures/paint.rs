@@ -1,7 +1,8 @@
 //! Draws a scene with plotters, as SVG or PNG.
 //!
-//! plotters places everything on whole units. A page pixel is divided into several of them, which the SVG shows scaled
-//! down and the PNG averages.
+//! plotters places everything on whole units, and its bitmaps (as of 0.3.7, plotters-rs/plotters#350) smooth only lines one
+//! unit wide and some borders of other shapes. A page pixel is divided into several units, which the SVG shows scaled down
+//! and the PNG averages.
 
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{RgbImage, imageops};
@@ -44,7 +45,7 @@ pub(super) fn svg(scene: &Scene) -> Result<String, FigureError> {
         scene.items.iter().filter_map(|item| if let Item::Text(text) = item { Some(text) } else { None }).collect();
     let end = out.rfind("</svg>").unwrap_or(out.len());
     out.insert_str(end, &glyphs::svg(&texts, SCALE));
-    // plotters writes a media type that only forgiving viewers accept.
+    // plotters (as of 0.3.7) writes a media type that only forgiving viewers accept.
     Ok(out.replace("href=\"data:png;", "href=\"data:image/png;"))
 }
 
@@ -188,7 +189,8 @@ impl<B: DrawingBackend> Painter<B> {
     }
 }
 
-/// The parts of a polyline that a dash pattern leaves; the whole if the pattern is empty.
+/// The parts of a polyline that a dash pattern leaves; the whole if the pattern is empty. Dashed lines of plotters (as of
+/// 0.3.7) know one dash and one gap.
 fn dashes(points: &[Point], pattern: &[f64]) -> Vec<Vec<Point>> {
     if pattern.is_empty() {
         return vec![points.to_vec()];

@@ -4,7 +4,7 @@ use super::error::{FigureError, check_drawable};
 use super::scene::{Anchor, Point, Rgb, Scene, Stroke, Text};
 use super::style::{self, BORDER, CURVES, HATCH, INK, MUTED, PAGE_WIDTH, Sizes, WHITE};
 use super::text::{self, Weight};
-use crate::machine::{JointMark, Skeleton};
+use crate::machine::Skeleton;
 
 const SIZES: Sizes = Sizes::COLUMN;
 /// Direction of view: the eye stands at this azimuth from +x and elevation from the xy plane, in degrees.
@@ -24,7 +24,6 @@ const RAIL: Stroke = Stroke { colour: HATCH, width: 9.0, dash: &[] };
 const GHOST: Stroke = Stroke { colour: HATCH, width: 4.0, dash: &[14.0, 12.0] };
 const LINK: Stroke = Stroke { colour: INK, width: 6.0, dash: &[] };
 const TOOL: Stroke = Stroke { colour: CURVES[1], width: 9.0, dash: &[] };
-const BENT_TOOL: Stroke = Stroke { colour: CURVES[1], width: 9.0, dash: &[] };
 const BENT: Stroke = Stroke { colour: CURVES[2], width: 6.0, dash: &[] };
 
 /// A machine as lines: chains, joints, the ways of its slides, frames, the workspace box and named points.
@@ -129,13 +128,13 @@ pub(super) fn scene(figure: &PoseFigure) -> Result<Scene, FigureError> {
         view.line(&mut scene, rail, RAIL);
     }
     match &figure.displaced {
-        None => draw_machine(&mut scene, &view, &figure.pose, LINK, TOOL),
+        None => draw_machine(&mut scene, &view, &figure.pose, LINK),
         Some(displaced) => {
             draw_lines(&mut scene, &view, &figure.pose, GHOST, GHOST);
-            draw_machine(&mut scene, &view, displaced, BENT, BENT_TOOL);
+            draw_machine(&mut scene, &view, displaced, BENT);
         }
     }
-    draw_frame(&mut scene, &view, [0.0; 3], [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], ["x", "y", "z"]);
+    draw_frame(&mut scene, &view);
     draw_labels(&mut scene, &view, figure);
     let mut bottom = draw_legend(&mut scene, figure, view.bottom + 1.6 * SIZES.body);
     if let Some(note) = &figure.note {
@@ -162,18 +161,18 @@ fn draw_lines(scene: &mut Scene, view: &View, skeleton: &Skeleton, link: Stroke,
     view.line(scene, &[skeleton.platform_mm, skeleton.tool_tip_mm], tool);
 }
 
-fn draw_machine(scene: &mut Scene, view: &View, skeleton: &Skeleton, link: Stroke, tool: Stroke) {
-    draw_lines(scene, view, skeleton, link, tool);
+fn draw_machine(scene: &mut Scene, view: &View, skeleton: &Skeleton, link: Stroke) {
+    draw_lines(scene, view, skeleton, link, TOOL);
     for joint in skeleton.chains.iter().flat_map(|chain| &chain.joints) {
-        draw_joint(scene, view.place(joint.position_mm), joint, link.colour);
+        draw_joint(scene, view.place(joint.position_mm), joint.is_drive, link.colour);
     }
-    scene.circle(view.place(skeleton.tool_tip_mm), 0.8 * MARK, Stroke { width: 6.0, ..tool });
+    scene.circle(view.place(skeleton.tool_tip_mm), 0.8 * MARK, Stroke { width: 6.0, ..TOOL });
 }
 
 /// A filled square for a drive, a ring for a joint without.
-fn draw_joint(scene: &mut Scene, [x, y]: Point, joint: &JointMark, colour: Rgb) {
-    let radius = if joint.is_drive { MARK } else { 0.75 * MARK };
-    if joint.is_drive {
+fn draw_joint(scene: &mut Scene, [x, y]: Point, is_drive: bool, colour: Rgb) {
+    let radius = if is_drive { MARK } else { 0.75 * MARK };
+    if is_drive {
         scene.convex(
             vec![
                 [x - radius, y - radius],
@@ -190,12 +189,12 @@ fn draw_joint(scene: &mut Scene, [x, y]: Point, joint: &JointMark, colour: Rgb) 
     }
 }
 
-/// Three arrows with their names.
-fn draw_frame(scene: &mut Scene, view: &View, origin: [f64; 3], axes: [[f64; 3]; 3], names: [&str; 3]) {
-    let length = FRAME * view.size;
-    for ((axis, name), colour) in axes.iter().zip(names).zip([CURVES[1], CURVES[3], CURVES[2]]) {
-        let along = |share: f64| std::array::from_fn(|i| origin[i] + share * length * axis[i]);
-        let (start, end) = (view.place(origin), view.place(along(1.0)));
+/// Frame O: three arrows with their names.
+fn draw_frame(scene: &mut Scene, view: &View) {
+    for (axis, (name, colour)) in [("x", CURVES[1]), ("y", CURVES[3]), ("z", CURVES[2])].into_iter().enumerate() {
+        let mut along = [0.0; 3];
+        along[axis] = FRAME * view.size;
+        let (start, end) = (view.place([0.0; 3]), view.place(along));
         let stroke = Stroke { colour, width: 5.0, dash: &[] };
         scene.line(vec![start, end], stroke);
         let [dx, dy] = [end[0] - start[0], end[1] - start[1]];
@@ -235,16 +234,7 @@ type Sample<'a> = (Box<dyn Fn(&mut Scene, Point) + 'a>, &'static str);
 fn samples(figure: &PoseFigure) -> Vec<Sample<'_>> {
     let colour = if figure.displaced.is_some() { BENT.colour } else { LINK.colour };
     let joint = move |is_drive| {
-        let mark = JointMark {
-            name: String::new(),
-            is_drive,
-            slides: is_drive,
-            position_mm: [0.0; 3],
-            axis: [0.0; 3],
-            value: 0.0,
-            limits: None,
-        };
-        Box::new(move |scene: &mut Scene, [x, y]: Point| draw_joint(scene, [x + 35.0, y], &mark, colour))
+        Box::new(move |scene: &mut Scene, [x, y]: Point| draw_joint(scene, [x + 35.0, y], is_drive, colour))
     };
     let line = |stroke: Stroke| {
         Box::new(move |scene: &mut Scene, [x, y]: Point| scene.line(vec![[x, y], [x + 70.0, y]], stroke))

@@ -1,4 +1,5 @@
-//! The embedded font: how wide a text is, where its letters stand and its lines break.
+//! The embedded font: how wide a text is, where its letters stand and its lines break. plotters (as of 0.3.7) measures text
+//! in whole units only, and sets the letters of a bitmap without the blank at their left.
 
 use std::sync::LazyLock;
 
@@ -7,8 +8,8 @@ use plotters::style::{FontDesc, FontFamily, FontStyle, register_font};
 
 use crate::report::visible::visible;
 
-/// Family names for viewers; the embedded font first, then one of the same proportions.
-pub(super) const FAMILY: &str = "DejaVu Sans, Verdana, sans-serif";
+/// The name plotters knows the embedded font by.
+const FAMILY: &str = "DejaVu Sans";
 
 /// Height of a capital letter over the type size.
 const CAPITAL: f64 = 0.73;

@@ -9,7 +9,7 @@ use crate::{
     report::{
         amplification::amplification,
         figures::{Figure, PoseFigure},
-        table::{force_unit, position_unit, shown_position, tidy_degrees},
+        table::tidy_degrees,
         words::typographic,
     },
 };
@@ -135,12 +135,15 @@ fn amplified(from: &Skeleton, to: &Skeleton, factor: f64) -> Skeleton {
 /// Travel and force limit of each drive, limits of passive joints.
 fn limits(machine: &Machine) -> Vec<Fact> {
     let mut facts = Vec::new();
-    let between = |(low, high): (f64, f64), motion| match motion {
-        Motion::Prismatic => typographic(&format!("{low} to {high} mm")),
-        Motion::Revolute => typographic(&format!("{:.3}° to {:.3}°", low.to_degrees(), high.to_degrees())),
+    let between = |(low, high): (f64, f64), motion: Motion| {
+        let (low, high, unit) = (motion.shown(low), motion.shown(high), motion.position_suffix());
+        typographic(&match motion {
+            Motion::Prismatic => format!("{low} to {high}{unit}"),
+            Motion::Revolute => format!("{low:.3}{unit} to {high:.3}{unit}"),
+        })
     };
     for ((_, drive), label) in machine.drives().zip(machine.drive_labels()) {
-        let unit = force_unit(drive.motion);
+        let unit = drive.motion.shown_force_unit();
         let travel = drive.travel.map(|travel| format!("travel {}", between(travel, drive.motion)));
         let force = drive.force_limit.map(|limit| format!("at most {limit} {unit}"));
         let given: Vec<String> = travel.into_iter().chain(force).collect();
@@ -193,9 +196,8 @@ fn error_words(chain: &Chain, error: &ChainError) -> Vec<String> {
     }
     if error.drive_offsets.iter().any(|offset| *offset != 0.0) {
         let offset = |(drive, offset): (&Drive, &f64)| {
-            let shown = tidy_degrees(shown_position(drive.motion, *offset)) + 0.0;
-            let space = if drive.motion == Motion::Prismatic { " " } else { "" };
-            typographic(&format!("{shown}{space}{}", position_unit(drive.motion)))
+            let shown = tidy_degrees(drive.motion.shown(*offset)) + 0.0;
+            typographic(&format!("{shown}{}", drive.motion.position_suffix()))
         };
         let offsets: Vec<String> = chain.drives.iter().zip(&error.drive_offsets).map(offset).collect();
         parts.push(format!("drive zeros off by {}", offsets.join(", ")));

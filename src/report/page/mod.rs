@@ -31,7 +31,7 @@ pub use machine::MachineDescription;
 pub(crate) use machine::error_facts;
 pub use single::{MACHINE_AT_HOME, page};
 
-use super::table::{columns_of, correction_columns, force_columns, force_unit, force_word, kind_word, position_unit};
+use super::table::{columns_of, correction_columns, force_columns, kind_word};
 use crate::machine::{Drive, Machine};
 
 /// Largest correction and largest force over the drives, of slides and of hinges.
@@ -42,11 +42,13 @@ pub(crate) fn largest_of_drives(machine: &Machine) -> Vec<Quantity> {
     };
     let corrections = machine.drive_kinds().map(|kind| {
         let columns = columns_of(machine, kind, correction_columns(machine));
-        Quantity::new(columns, &format!("{} |Δρ|", name(kind, "correction")), position_unit(kind), Better::Smaller)
+        let words = format!("{} |Δρ|", name(kind, "correction"));
+        Quantity::new(columns, &words, kind.shown_position_unit(), Better::Smaller)
     });
     let forces = machine.drive_kinds().map(|kind| {
         let columns = columns_of(machine, kind, force_columns(machine));
-        Quantity::new(columns, &format!("{} |τ|", name(kind, force_word(kind))), force_unit(kind), Better::Smaller)
+        let words = format!("{} |τ|", name(kind, kind.force_word()));
+        Quantity::new(columns, &words, kind.shown_force_unit(), Better::Smaller)
     });
     corrections.chain(forces).collect()
 }
@@ -62,11 +64,11 @@ pub(crate) fn drive_quantities(machine: &Machine, better: Better) -> Vec<Quantit
     let labels = machine.drive_labels();
     let drives: Vec<(&String, &Drive)> = labels.iter().zip(machine.drives().map(|(_, drive)| drive)).collect();
     let corrections = correction_columns(machine).zip(&drives).map(|(column, (label, drive))| {
-        Quantity::new([column], &format!("correction of drive {label}"), position_unit(drive.motion), better)
+        Quantity::new([column], &format!("correction of drive {label}"), drive.motion.shown_position_unit(), better)
     });
     let forces = force_columns(machine).zip(&drives).map(|(column, (label, drive))| {
-        let words = format!("{} of drive {label}", force_word(drive.motion));
-        Quantity::new([column], &words, force_unit(drive.motion), better)
+        let words = format!("{} of drive {label}", drive.motion.force_word());
+        Quantity::new([column], &words, drive.motion.shown_force_unit(), better)
     });
     corrections.chain(forces).collect()
 }

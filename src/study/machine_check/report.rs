@@ -5,7 +5,7 @@ use nalgebra::{Matrix6, Vector3, Vector6};
 use crate::{
     machine::{Drive, Machine, ToolAxisSource},
     report::{
-        table::{position_words, shown_positions},
+        table::shown_positions,
         words::{counted, typographic},
     },
     study::machine_check::Findings,
@@ -36,7 +36,7 @@ pub fn machine_text(machine: &Machine, findings: &Findings) -> String {
             if mobility.platform > machine.controls.len() { ", and the platform's other motions follow" } else { "" }
         );
     }
-    let shown = |(rho, (_, drive)): (f64, (usize, &Drive))| position_words(drive.motion, rho);
+    let shown = |(rho, (_, drive)): (f64, (usize, &Drive))| drive.motion.position_words(rho);
     let drives: Vec<String> =
         shown_positions(machine, &findings.home_drives).into_iter().zip(machine.drives()).map(shown).collect();
     text += &format!("  drives at home     {}\n", drives.join(", "));

@@ -81,7 +81,7 @@ impl Metric {
     /// What it is, in words. What drives carry is a torque where all of them are hinges.
     pub fn words(self, machine: &Machine) -> &'static str {
         match self {
-            Metric::WorstDriveForce if self.unit(machine) == Motion::Revolute.force_unit() => "largest drive torque",
+            Metric::WorstDriveForce if self.drives(machine) == Motion::Revolute => "largest drive torque",
             Metric::WorstDeflection => "worst deflection",
             Metric::RmsDeflection => "rms deflection",
             Metric::WorstCorrection => "largest drive correction",
@@ -101,7 +101,7 @@ impl Metric {
     /// The same for the head of a narrow column.
     pub fn short_words(self, machine: &Machine) -> &'static str {
         match self {
-            Metric::WorstDriveForce if self.unit(machine) == Motion::Revolute.force_unit() => "drive torque",
+            Metric::WorstDriveForce if self.drives(machine) == Motion::Revolute => "drive torque",
             Metric::WorstDeflection => "worst",
             Metric::RmsDeflection => "rms",
             Metric::WorstCorrection => "correction",
@@ -118,20 +118,24 @@ impl Metric {
         }
     }
 
+    /// The drives whose corrections or forces it is about: the only kind, or slides beside hinges.
+    fn drives(self, machine: &Machine) -> Motion {
+        match self {
+            Metric::WorstHingeCorrection | Metric::WorstHingeTorque => Motion::Revolute,
+            _ => machine.drive_kinds().next().unwrap_or(Motion::Prismatic),
+        }
+    }
+
     /// Its unit on `machine`; empty for shares.
     pub fn unit(self, machine: &Machine) -> &'static str {
-        // The only kind of drives, or slides beside hinges.
-        let first = machine.drive_kinds().next().unwrap_or(Motion::Prismatic);
         match self {
             Metric::WorstDeflection
             | Metric::RmsDeflection
             | Metric::WorstResidual
             | Metric::RmsResidual
             | Metric::Departure => "mm",
-            Metric::WorstCorrection => first.position_unit(),
-            Metric::WorstDriveForce => first.force_unit(),
-            Metric::WorstHingeCorrection => Motion::Revolute.position_unit(),
-            Metric::WorstHingeTorque => Motion::Revolute.force_unit(),
+            Metric::WorstCorrection | Metric::WorstHingeCorrection => self.drives(machine).position_unit(),
+            Metric::WorstDriveForce | Metric::WorstHingeTorque => self.drives(machine).force_unit(),
             Metric::StabilityMargin => "N_per_mm",
             Metric::ForceMargin | Metric::ShareWithin | Metric::ShareWithinCorrected => "",
         }
@@ -139,33 +143,32 @@ impl Metric {
 
     /// Name of its table column: label and unit.
     pub fn column(self, machine: &Machine) -> String {
-        match self.unit(machine) {
-            "" => self.label().into(),
-            // What hinges carry is a torque.
-            unit @ "Nmm" => format!("{}_{unit}", self.label().replace("force", "torque")),
-            unit => format!("{}_{unit}", self.label()),
+        match (self, self.unit(machine)) {
+            (_, "") => self.label().into(),
+            (Metric::WorstDriveForce, unit) => {
+                format!("{}_{unit}", self.label().replace("force", self.drives(machine).force_word()))
+            }
+            (_, unit) => format!("{}_{unit}", self.label()),
         }
     }
 
     /// Its unit as shown on axes and pages; empty for shares.
     pub fn shown_unit(self, machine: &Machine) -> &'static str {
-        match self.unit(machine) {
-            "deg" => "°",
-            "Nmm" => "N·mm",
-            "N_per_mm" => "N/mm",
-            unit => unit,
+        match self {
+            Metric::WorstCorrection | Metric::WorstHingeCorrection => self.drives(machine).shown_position_unit(),
+            Metric::WorstDriveForce | Metric::WorstHingeTorque => self.drives(machine).shown_force_unit(),
+            Metric::StabilityMargin => "N/mm",
+            _ => self.unit(machine),
         }
     }
 
     /// Its value with unit, for sentences.
     pub fn shown(self, machine: &Machine, value: f64) -> String {
-        match self.unit(machine) {
-            "" => format!("{:.1} %", 100.0 * value),
-            "mm" => format!("{value:.3} mm"),
-            "deg" => format!("{value:.4}°"),
-            "Nmm" => format!("{value:.0} N·mm"),
-            "N_per_mm" => format!("{value:.0} N/mm"),
-            unit => format!("{value:.0} {unit}"),
+        match (self, self.shown_unit(machine)) {
+            (Metric::WorstCorrection | Metric::WorstHingeCorrection, _) => self.drives(machine).position_words(value),
+            (_, "") => format!("{:.1} %", 100.0 * value),
+            (_, unit @ "mm") => format!("{value:.3} {unit}"),
+            (_, unit) => format!("{value:.0} {unit}"),
         }
     }
 

@@ -4,7 +4,6 @@ use super::tally::{Needs, Seen};
 use crate::{
     compensation::{Compensation, Demand, Method, Session, Status, compensate},
     machine::{Machine, Motion, Unreachable},
-    report::table::force_unit,
     spatial::Wrench,
     study::{Failure, along_path::settings},
 };
@@ -116,7 +115,7 @@ impl<'a> Walk<'a> {
         let is_mixed = self.nominal.has_mixed_drives();
         for (k, (_, drive)) in self.nominal.drives().enumerate() {
             let delta = (exact.drives[k] - plain.drives[k]).abs();
-            let correction = if drive.motion == Motion::Revolute { delta.to_degrees() } else { delta };
+            let correction = drive.motion.shown(delta);
             let (force, limit) = (exact.drive_forces[k].abs(), self.force_limits[k]);
             if is_mixed && drive.motion == Motion::Revolute {
                 let [most, torque] = seen.hinges.unwrap_or_default();
@@ -147,7 +146,7 @@ impl<'a> Walk<'a> {
 
     fn overloaded(&self, drive: usize, force: f64) -> Refusal {
         let label = &self.nominal.drive_labels()[drive];
-        let unit = self.nominal.drives().nth(drive).map_or("", |(_, drive)| force_unit(drive.motion));
+        let unit = self.nominal.drives().nth(drive).map_or("", |(_, drive)| drive.motion.shown_force_unit());
         let limit = self.force_limits[drive];
         let reason = format!("drive {label} needs {force:.1} {unit}, its limit is {limit:.1} {unit}");
         Refusal { failure: Failure { status: "force_limit".into(), reason }, excess: (force - limit) / limit }

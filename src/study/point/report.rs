@@ -7,7 +7,7 @@ use crate::{
     machine::{Drive, Machine, Motion, Unreachable},
     report::{
         cautions,
-        table::{force_unit, force_word, position_unit, shown_positions, tidy_degrees},
+        table::{shown_positions, tidy_degrees},
         words::counted,
     },
     spatial::rotation_log,
@@ -83,7 +83,7 @@ fn positions(machine: &Machine, key: &str, values: Option<&[f64]>) -> Map<String
 
 /// `PREFIXactuator_force_N` of slides and `PREFIXactuator_torque_Nmm` of hinges.
 fn forces(machine: &Machine, prefix: &str, values: Option<Vec<f64>>) -> Map<String, Value> {
-    by_kind(machine, |kind| format!("{prefix}actuator_{}_{}", force_word(kind), kind.force_unit()), values)
+    by_kind(machine, |kind| format!("{prefix}actuator_{}_{}", kind.force_word(), kind.force_unit()), values)
 }
 
 /// What is known of a location before anything is solved there; every other quantity of [`point_json`] is null.
@@ -266,7 +266,7 @@ pub fn point_text(answer: &PointAnswer) -> String {
 /// Drives: nominal and compensated commands, what they carry, internal force of their chains.
 fn drive_table(answer: &PointAnswer) -> String {
     let machine = &answer.question.machine;
-    let load = machine.drive_kinds().map(force_word).collect::<Vec<_>>().join(" or ");
+    let load = machine.drive_kinds().map(Motion::force_word).collect::<Vec<_>>().join(" or ");
     let mut table = comfy_table::Table::new();
     table.load_style(comfy_table::presets::UTF8_HORIZONTAL_ONLY);
     let [before, after] = ["before", "after"].map(|when| format!("{load} {when}"));
@@ -278,18 +278,16 @@ fn drive_table(answer: &PointAnswer) -> String {
     let forces = answer.loaded.drive_forces();
     let forces_after = after.map(|after| after.solution.drive_forces());
     for (d, (label, (chain, drive))) in machine.drive_labels().into_iter().zip(machine.drives()).enumerate() {
-        let (unit, force_unit) = (position_unit(drive.motion), force_unit(drive.motion));
-        let space = if unit == "°" { "" } else { " " };
         let optional = |value: Option<&Vec<f64>>, decimals: usize, unit: &str| {
             value.map_or_else(|| "–".into(), |v| format!("{}{unit}", rounded(v[d], decimals)))
         };
-        let (unit, force_unit) = (format!("{space}{unit}"), format!(" {force_unit}"));
+        let (unit, force_unit) = (drive.motion.position_suffix(), format!(" {}", drive.motion.shown_force_unit()));
         let internal = answer.loaded.chains[chain].internal_wrench;
         table.add_row([
             label,
             format!("{}{unit}", rounded(nominal[d], 4)),
-            optional(compensated.as_ref(), 4, &unit),
-            optional(change.as_ref(), 4, &unit),
+            optional(compensated.as_ref(), 4, unit),
+            optional(change.as_ref(), 4, unit),
             format!("{}{force_unit}", rounded(forces[d], 1)),
             optional(forces_after.as_ref(), 1, &force_unit),
             internal.map_or_else(|| "–".into(), |w| format!("{:.1} N", w.force.norm())),
@@ -299,7 +297,7 @@ fn drive_table(answer: &PointAnswer) -> String {
     for (d, (label, (_, drive))) in machine.drive_labels().into_iter().zip(machine.drives()).enumerate() {
         let largest = forces_after.iter().map(|after| after[d].abs()).fold(forces[d].abs(), f64::max);
         if let Some(limit) = drive.force_limit.filter(|limit| largest > *limit) {
-            let (word, unit) = (force_word(drive.motion), force_unit(drive.motion));
+            let (word, unit) = (drive.motion.force_word(), drive.motion.shown_force_unit());
             text +=
                 &format!("drive {label} is beyond its {word} limit: {largest:.1} {unit}, limit {limit:.1} {unit}\n");
         }

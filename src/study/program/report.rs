@@ -112,13 +112,13 @@ pub fn bounded_text(machine: &Machine, path: &BoundedPath) -> String {
     let mut text =
         format!("Limits bind ({}, {}):\n", summary.status.label(), counted(summary.iterations, "linearisation"));
     for price in &summary.prices {
-        let (error_mm, unit) = shown_price(machine, price);
+        let error_mm = shown_price(machine, price);
         text += &format!(
             "  {} of drive {} at {}; the error would fall by {error_mm:.2e} mm per {} of relaxation\n",
             price.kind.label(),
             labels[price.drive],
             counted(price.points, "point"),
-            unit.replace("deg", "°").replace("Nmm", "N·mm"),
+            shown_limit_unit(machine, price.kind, price.drive),
         );
     }
     text
@@ -160,19 +160,23 @@ fn exceeded_json(job: &ProgramJob, exceeded: &[Exceeded]) -> Vec<Value> {
     exceeded.iter().map(entry).collect()
 }
 
+fn motion_of(machine: &Machine, drive: usize) -> Motion {
+    machine.drives().nth(drive).map_or(Motion::Prismatic, |(_, drive)| drive.motion)
+}
+
 fn limit_unit(machine: &Machine, kind: LimitKind, drive: usize) -> &'static str {
-    let motion = machine.drives().nth(drive).map_or(Motion::Prismatic, |(_, drive)| drive.motion);
+    let motion = motion_of(machine, drive);
     if kind == LimitKind::Force { motion.force_unit() } else { motion.position_unit() }
 }
 
-/// By how much the error would fall, mm, per unit of the limit: mm, deg, N or Nmm.
-fn shown_price(machine: &Machine, price: &Price) -> (f64, &'static str) {
-    let motion = machine.drives().nth(price.drive).map_or(Motion::Prismatic, |(_, drive)| drive.motion);
-    match (price.kind, motion) {
-        (LimitKind::Force, _) => (price.price, motion.force_unit()),
-        (_, Motion::Prismatic) => (price.price, motion.position_unit()),
-        (_, Motion::Revolute) => (price.price.to_radians(), motion.position_unit()),
-    }
+fn shown_limit_unit(machine: &Machine, kind: LimitKind, drive: usize) -> &'static str {
+    let motion = motion_of(machine, drive);
+    if kind == LimitKind::Force { motion.shown_force_unit() } else { motion.shown_position_unit() }
+}
+
+/// By how much the error would fall, mm, per unit of the limit: mm, degree, N or N·mm.
+fn shown_price(machine: &Machine, price: &Price) -> f64 {
+    if price.kind == LimitKind::Force { price.price } else { motion_of(machine, price.drive).from_shown(price.price) }
 }
 
 fn bounded_json(job: &ProgramJob, path: &BoundedPath) -> Value {
@@ -182,7 +186,8 @@ fn bounded_json(job: &ProgramJob, path: &BoundedPath) -> Value {
         .prices
         .iter()
         .map(|price| {
-            let (error_mm, unit) = shown_price(&job.machine, price);
+            let error_mm = shown_price(&job.machine, price);
+            let unit = limit_unit(&job.machine, price.kind, price.drive);
             json!({
                 "limit": price.kind.label(),
                 "drive": labels[price.drive],

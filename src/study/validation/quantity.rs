@@ -166,7 +166,7 @@ impl Quantity {
             Quantity::Correction | Quantity::CorrectionOfSlides | Quantity::CorrectionOfHinges => {
                 let kind = self.drives(&path.study.machine).ok_or("the machine has no drives")?;
                 let most = largest_of(&path.study.machine, kind, both, PathAnswer::delta_rho);
-                if kind == Motion::Revolute { most.to_degrees() } else { most }
+                kind.shown(most)
             }
             Quantity::DriveForce | Quantity::ForceOfSlides | Quantity::TorqueOfHinges => {
                 let kind = self.drives(&path.study.machine).ok_or("the machine has no drives")?;

@@ -6,7 +6,7 @@ use crate::{
     report::{
         figures::{Figure, Mark3, SliceFigure, VolumeFigure},
         grid_slices::{drawn, drawn_nodes, panels, thinned_words},
-        table::{kind_word, largest_position, position_unit},
+        table::{kind_word, largest_position},
         words::{counted, typographic},
     },
     study::{
@@ -88,7 +88,7 @@ fn correction(machine: &Machine, kind: Motion) -> Quantity {
             "drives" => "largest drive correction |Δρ|".into(),
             _ => format!("largest correction of {drives} |Δρ|"),
         },
-        unit: position_unit(kind),
+        unit: kind.shown_position_unit(),
         source: Source::Both,
         value: match kind {
             Motion::Prismatic => |machine, e| correction_of(machine, Motion::Prismatic, e),

@@ -6,7 +6,7 @@ use crate::{
     machine::{Machine, Motion},
     report::{
         StatusCount, cautions,
-        table::{force_unit, force_word, kind_word, largest_force, largest_position, position_words},
+        table::{kind_word, largest_force, largest_position},
         words::{counted, millimetres, position},
     },
     study::{
@@ -190,13 +190,13 @@ impl Summary {
             format!(
                 "To keep the tool on its path under both, {drives} must be commanded up to {} away from the inverse \
                  kinematics at best, at {}, and {} at worst, at {}. Drive {}s{own} reach {:.0} {}, at {}.\n",
-                position_words(kind, least.value),
+                kind.position_words(least.value),
                 least.place(),
-                position_words(kind, most.value),
+                kind.position_words(most.value),
                 most.place(),
-                force_word(kind),
+                kind.force_word(),
                 force.value,
-                force_unit(kind),
+                kind.shown_force_unit(),
                 force.place()
             )
         };
@@ -239,7 +239,7 @@ impl Summary {
                 entries.push((format!("delta_rho_largest_drive_{}", kind.position_unit()), extremes));
             }
             for (kind, extremes) in KINDS.into_iter().zip(&sums.force) {
-                entries.push((format!("drive_{}_largest_drive_{}", force_word(kind), kind.force_unit()), extremes));
+                entries.push((format!("drive_{}_largest_drive_{}", kind.force_word(), kind.force_unit()), extremes));
             }
             entries.push(("departure_mm".into(), &sums.departure));
             let entries: serde_json::Map<String, Value> =

@@ -7,7 +7,7 @@ use crate::{
     report::{
         amplification::amplification,
         figures::{Figure, LineFigure, LineSeries},
-        table::{drives_of, force_unit, force_word, kind_word, position_unit, shown_positions},
+        table::{drives_of, kind_word, shown_positions},
         words::counted,
     },
     study::{
@@ -105,7 +105,7 @@ impl Pictures {
             (stem, self.corrections(study, kind))
         }));
         figures.extend(
-            machine.drive_kinds().map(|kind| (format!("drive_{}", force_word(kind)), self.forces(study, kind))),
+            machine.drive_kinds().map(|kind| (format!("drive_{}", kind.force_word()), self.forces(study, kind))),
         );
         figures.push(("paths".to_string(), self.paths(study)));
         for kind in machine.drive_kinds() {
@@ -129,12 +129,12 @@ impl Pictures {
     fn corrections(&self, study: &PathStudy, kind: Motion) -> Figure {
         let all = self.of_drives(study, kind, &self.correction[Source::Both as usize]);
         let title = format!("What the {} must be told instead", kind_word(&study.machine, kind));
-        self.line_figure(study, &title, format!("Δρ [{}]", position_unit(kind)), all)
+        self.line_figure(study, &title, format!("Δρ [{}]", kind.shown_position_unit()), all)
     }
 
     fn forces(&self, study: &PathStudy, kind: Motion) -> Figure {
-        let title = format!("Drive {}s along the compensated path", force_word(kind));
-        self.line_figure(study, &title, format!("τ [{}]", force_unit(kind)), self.of_drives(study, kind, &self.force))
+        let title = format!("Drive {}s along the compensated path", kind.force_word());
+        self.line_figure(study, &title, format!("τ [{}]", kind.shown_force_unit()), self.of_drives(study, kind, &self.force))
     }
 
     fn correction_by_source(&self, study: &PathStudy, kind: Motion, drive: usize, label: &str) -> Figure {
@@ -143,7 +143,7 @@ impl Pictures {
             series(self.shown, source_words(source), source != Source::Both, curve)
         });
         let title = format!("Which source asks drive {label} for what");
-        self.line_figure(study, &title, format!("Δρ {label} [{}]", position_unit(kind)), all.into())
+        self.line_figure(study, &title, format!("Δρ {label} [{}]", kind.shown_position_unit()), all.into())
     }
 
     /// The curves of the drives of one kind.

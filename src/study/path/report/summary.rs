@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use crate::{
     report::{
         StatusCount, cautions,
-        table::{force_unit, force_word, kind_word, largest_force, largest_position, position_words},
+        table::{kind_word, largest_force, largest_position},
         words::{counted, if_any, millimetres},
     },
     study::{
@@ -127,10 +127,10 @@ impl Summary {
             text += &format!(
                 "To keep it on its path, {drives} must be commanded up to {} away from the inverse kinematics, {}; drive \
                  {}s{own} then reach {force:.0} {}, {}.\n",
-                position_words(kind, correction),
+                kind.position_words(correction),
                 place(k),
-                force_word(kind),
-                force_unit(kind),
+                kind.force_word(),
+                kind.shown_force_unit(),
                 place(kf)
             );
         }
@@ -152,7 +152,7 @@ impl Summary {
             for kind in study.machine.drive_kinds() {
                 let [correction, force] = [&sums.correction, &sums.force].map(|sums| sums[kind as usize].json(study));
                 entry[format!("delta_rho_max_{}", kind.position_unit())] = json!(correction);
-                entry[format!("drive_{}_max_{}", force_word(kind), kind.force_unit())] = json!(force);
+                entry[format!("drive_{}_max_{}", kind.force_word(), kind.force_unit())] = json!(force);
             }
             sources.insert(source.label().into(), entry);
         }

@@ -6,7 +6,7 @@ use crate::{
     machine::{Machine, Motion},
     report::{
         figures::{CurvePanel, Figure, LineFigure, LineSeries, PanelCurve, PanelFigure},
-        table::{drives_of, force_unit, force_word, kind_word, position_unit, shown_positions},
+        table::{drives_of, kind_word, shown_positions},
     },
     study::{
         Source,
@@ -142,7 +142,7 @@ fn curves(results: &ValidationResults, picture: &Picture) -> Vec<Figure> {
             let curve = |(drive, _)| over_angle(path, &|k| drive_correction(path, Source::Both, k, drive));
             drives(kind).into_iter().map(curve).collect()
         });
-        let y_label = format!("Δρ [{}]", position_unit(kind));
+        let y_label = format!("Δρ [{}]", kind.shown_position_unit());
         panels(results, picture, (&correction_words(machine, kind), y_label), names(kind), frames)
     };
     let displacements = frames(&|path| {
@@ -154,8 +154,8 @@ fn curves(results: &ValidationResults, picture: &Picture) -> Vec<Figure> {
             let force = |k, drive: usize| path.whole.compensated(Source::Both, k)?.drive_forces.get(drive).copied();
             drives(kind).into_iter().map(|(drive, _)| over_angle(path, &|k| force(k, drive))).collect()
         });
-        let what = format!("drive {}s", force_word(kind));
-        panels(results, picture, (&what, format!("τ [{}]", force_unit(kind))), names(kind), frames)
+        let what = format!("drive {}s", kind.force_word());
+        panels(results, picture, (&what, format!("τ [{}]", kind.shown_force_unit())), names(kind), frames)
     };
     let moved = panels(results, picture, ("displacement that is compensated", "Δt [mm]".into()), axes, displacements);
     machine.drive_kinds().map(corrections).chain([moved]).chain(machine.drive_kinds().map(forces)).collect()
@@ -190,7 +190,7 @@ fn sources(results: &ValidationResults, picture: &Picture, path: &PathResults) -
             by_source(format!("drive {label}"), &|source, k| drive_correction(path, source, k, drive))
         });
         let what = format!("{} by source", correction_words(machine, kind));
-        let y_label = format!("Δρ [{}]", position_unit(kind));
+        let y_label = format!("Δρ [{}]", kind.shown_position_unit());
         panels(results, picture, (&what, y_label), names.clone(), frames.collect())
     };
     let displacements = AXES.iter().enumerate().map(|(axis, name)| {
