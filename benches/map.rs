@@ -13,7 +13,7 @@ fn main() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/01_workspace_map");
     let study =
         Study::open(&folder, &Overrides { grid: Some([5, 5, 5]), ..Overrides::default() }).expect("a valid study");
-    let StudyKind::WorkspaceMap(map) = &study.kind else { panic!("a workspace map") };
+    let StudyKind::WorkspaceMap(map, _) = &study.kind else { panic!("a workspace map") };
     for threads in [1, std::thread::available_parallelism().map_or(1, usize::from)] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a thread pool");
         criterion.bench_function(&format!("map 5x5x5, {threads} threads"), |bencher| {

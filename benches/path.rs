@@ -4,7 +4,7 @@
 use std::time::Instant;
 
 use kinetostat::{
-    compensation::{Demand, Method, Session, Settings, Target, compensate},
+    compensation::{CompensationSettings, Demand, Method, Session, Target, compensate},
     machine::Machine,
     process::MillingForce,
 };
@@ -31,7 +31,7 @@ fn main() {
             }
         })
         .collect();
-    let settings = Settings::with_equilibria_to(1e-12);
+    let settings = CompensationSettings::with_equilibria_to(1e-12);
     println!("{points} points of a 50 mm circle at Q1, one core");
     for method in Method::ALL {
         let mut session = Session::new(&nominal, &real, settings);

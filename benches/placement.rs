@@ -21,7 +21,7 @@ fn main() {
     let overrides = Overrides { grid: is_test.then_some([2, 2, 1]), points: if is_test { Some(9) } else { Some(361) } };
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/03_placement_circle");
     let study = Study::open(&folder, &overrides).expect("a valid study");
-    let StudyKind::Placement(mut study) = study.kind else { panic!("a placement study") };
+    let StudyKind::Placement(mut study, ()) = study.kind else { panic!("a placement study") };
     (study.search.starts, study.search.max_iterations) = (1, 1);
     study.candidates.clear();
     println!("sweep of {} places, {} path points", study.grid.len(), study.features[0].feature.path.len());

@@ -18,11 +18,34 @@
 //! Lengths are in mm, forces in N, moments in N·mm and angles in rad throughout the library; files and tables carry the
 //! unit in the key or column name. Frames are written in Drake's monogram notation, see [`spatial`].
 //!
-//! ```
-//! use kinetostat::{machine::Machine, process::MillingForce, statics::{Settings, State, Status, Workspace, equilibrium}};
-//! use nalgebra::Vector3;
+//! # The doorway
 //!
-//! let machine = Machine::named_or_file("orthoglide")?;
+//! What a program needs that uses the library is named at the top of the crate. Everything it may want to hold is owned (a
+//! [`Machine`] is a handle that is cheap to clone), results can be serialized, and long computations take progress and stop
+//! as arguments ([`Work`]). `examples/` has a page each for an equilibrium, a map, a placement and a compensated program.
+//!
+//! | to | use |
+//! |---|---|
+//! | read a machine | [`Machine::named_or_file`], [`Machine::from_toml`] |
+//! | solve a loaded state | [`statics::equilibrium`], many at once [`statics::Batch`] |
+//! | correct a command | [`compensate`] on a [`Session`], a whole path within limits [`compensation::compensate_bounded`] |
+//! | map a workspace, or a range of it | [`study::map::run`], [`study::map::run_range`] |
+//! | judge places for a workpiece | [`Evaluator`], [`study::placement::run`] |
+//! | rewrite a program and prove it | [`study::program::ProgramJob`] |
+//! | run a study file into a folder | [`Study::open`], [`Study::run_into`] |
+//!
+//! # Features
+//!
+//! `cli` (the program, default) holds `report` (tables, figures, pages, studies run into folders), which holds `study` (the
+//! questions, files, threads). Without any of them the engine is left, which also builds for `wasm32-unknown-unknown`; it
+//! reads TOML from text and files from memory ([`Folder::in_memory`]). `parquet` and `vtk` add formats of tables and maps.
+//!
+//! ```
+//! use kinetostat::{
+//!     Machine, MillingForce, nalgebra::Vector3, statics::{Settings, State, Status, Workspace, equilibrium},
+//! };
+//!
+//! let machine = Machine::named("orthoglide")?;
 //! let at = machine.inverse_kinematics(&machine.pose_at(Vector3::new(30.0, -40.0, 75.0)))?;
 //! let load = MillingForce::PAPER.wrench(0.0, &machine.tool_at(&at.pose.rotation));
 //! let mut state = State::rigid(&machine, &at);
@@ -50,3 +73,24 @@ pub mod study;
 pub mod toolpath;
 #[cfg(feature = "study")]
 pub mod work;
+
+/// The linear algebra in the types of this library.
+pub use nalgebra;
+
+pub use compensation::{Compensation, Demand, Method, Session, Target, compensate};
+pub use input::{
+    Folder,
+    error::{Error, Result},
+};
+pub use machine::{ChainError, Machine};
+pub use process::{MillingForce, Process};
+pub use spatial::{Grid, Pose, Wrench};
+#[cfg(feature = "study")]
+pub use study::{
+    Failure, Overrides, Source, Study, StudyKind,
+    placement::{Evaluator, Metric, Site},
+};
+#[cfg(feature = "report")]
+pub use study::{Finished, RunOptions};
+#[cfg(feature = "study")]
+pub use work::{Event, Work};

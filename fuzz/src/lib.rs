@@ -6,7 +6,7 @@
 use std::{path::Path, sync::LazyLock};
 
 use kinetostat::{
-    compensation::{Compensation, Demand, Method, Session, Settings, compensate},
+    compensation::{Compensation, CompensationSettings, Demand, Method, Session, compensate},
     machine::Machine,
     process::Process,
     study::{Overrides, Study, StudyKind, machine_check, map, program::demands},
@@ -116,7 +116,7 @@ fn examine(machine: &Machine) {
 
 fn one_point(kind: StudyKind) {
     match kind {
-        StudyKind::WorkspaceMap(mut map) => {
+        StudyKind::WorkspaceMap(mut map, _) => {
             map.grid.axes.iter_mut().for_each(|axis| axis.truncate(1));
             map.phis.truncate(1);
             for effect in &map::run(&map, &Work::default()).expect("nothing stops it").points[0].effects {
@@ -130,15 +130,15 @@ fn one_point(kind: StudyKind) {
                 }
             }
         }
-        StudyKind::Path(path) => {
+        StudyKind::Path(path, _) => {
             path.demands.iter().for_each(finite_demand);
             let real = path.machine.with_errors(&path.errors);
-            let mut session = Session::new(&path.machine, &real, Settings::default());
+            let mut session = Session::new(&path.machine, &real, CompensationSettings::default());
             if let Some(demand) = path.demands.first() {
                 finite_answer(&compensate(&mut session, demand, Method::Direct), &path.machine);
             }
         }
-        StudyKind::Placement(_) | StudyKind::Validation(_) | StudyKind::Superposition(_) => {}
+        StudyKind::Placement(..) | StudyKind::Validation(..) | StudyKind::Superposition(..) => {}
     }
 }
 

@@ -11,6 +11,7 @@ mod progress;
 mod report;
 mod reporting;
 mod run;
+mod upgrade;
 
 use std::io::{ErrorKind, Write};
 
@@ -55,6 +56,7 @@ enum Command {
     Machines(machines::MachinesArguments),
     Check(check::CheckArguments),
     New(new::NewArguments),
+    Upgrade(upgrade::UpgradeArguments),
 }
 
 /// How a command ended.
@@ -100,6 +102,7 @@ pub fn dispatch(arguments: Arguments) -> Result<Ending> {
         Command::Machines(arguments) => machines::machines(&arguments),
         Command::Check(arguments) => check::check(&arguments),
         Command::New(arguments) => new::new(&arguments),
+        Command::Upgrade(arguments) => upgrade::upgrade(&arguments),
     }
 }
 

@@ -16,7 +16,7 @@ use kinetostat::{
 };
 use nalgebra::Vector3;
 
-use super::{Ending, choice, any_numbers, number, numbers, print, print_json, say};
+use super::{Ending, any_numbers, choice, number, numbers, print, print_json, say};
 
 /// Solve one location: how far the tool moves there and what to command instead.
 #[derive(Debug, Args)]

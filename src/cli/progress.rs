@@ -124,8 +124,11 @@ impl Progress {
                     log::info!("{}: going on with {}", self.study, counted(pieces, "piece"));
                 }
                 if lost > 0 {
-                    let text =
-                        format!("{}: {} of the unfinished run to compute again", self.study, counted(lost, "damaged piece"));
+                    let text = format!(
+                        "{}: {} of the unfinished run to compute again",
+                        self.study,
+                        counted(lost, "damaged piece")
+                    );
                     self.warn(&text);
                 }
             }

@@ -8,7 +8,7 @@ use super::{
     Method, compensate,
     demand::Demand,
     direct,
-    outcome::{Compensation, Status},
+    outcome::{Compensation, CompensationStatus},
     session::{Progress, Session},
 };
 use crate::{
@@ -45,9 +45,9 @@ pub fn compensate_batch(
             progress.history = history.into_inner();
             direct::conclude(session, demand, Some(outcome), &mut progress)
         } else {
-            session.settled(demand, outcome).map(|outcome| {
+            session.accept_or_settle_anew(demand, outcome).map(|outcome| {
                 progress.history.push(session.task_error(demand).size());
-                (Status::Applied, outcome)
+                (CompensationStatus::Applied, outcome)
             })
         };
         answers.push(session.conclude(demand, ending, progress.history));

@@ -1,6 +1,7 @@
 //! What is wanted at one point, and how far a pose is from it.
 
 use nalgebra::{DMatrix, Matrix6, Vector3, Vector6};
+use serde::{Deserialize, Serialize};
 
 use crate::{
     machine::{Coordinate, Machine},
@@ -9,7 +10,8 @@ use crate::{
 };
 
 /// What is put right. What is not, or what the drives do not control, is left over and reported.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Target {
     /// Position of the tool tip T, as far as the drives control translations.
     #[default]

@@ -9,7 +9,7 @@ use nalgebra::Vector6;
 
 use super::{
     demand::Demand,
-    outcome::Status,
+    outcome::CompensationStatus,
     session::{Ending, Progress, Session},
 };
 use crate::{
@@ -57,9 +57,9 @@ pub(super) fn conclude(
     if let Some(outcome) = outcome.filter(is_met) {
         // The iteration moves the drives freely: past their travel, and even to where the nominal chains do not close.
         match session.check_limits() {
-            Ok(()) => return Ok((Status::Converged, outcome)),
+            Ok(()) => return Ok((CompensationStatus::Converged, outcome)),
             Err(Unreachable::Closure { .. } | Unreachable::OtherMode) => session.begin_again(demand)?,
-            Err(limit) => return Err(Status::Unreachable(limit)),
+            Err(limit) => return Err(CompensationStatus::Unreachable(limit)),
         }
     }
     progress.history.clear();
@@ -95,9 +95,9 @@ fn between_equilibria(session: &mut Session, demand: &Demand, progress: &mut Pro
         if let Some(status) = session.is_over(progress, task.size()) {
             return Ok((status, outcome));
         }
-        let by_target = session.nominal.drive_jacobian(&session.command).ok_or(Status::Singular)?;
+        let by_target = session.nominal.drive_jacobian(&session.command).ok_or(CompensationStatus::Singular)?;
         let response = task.slope.rows(0, task.count) * &outcome.drive_sensitivity * (by_target * &changes);
-        let correction = response.lu().solve(&task.error.rows(0, task.count)).ok_or(Status::Singular)?;
+        let correction = response.lu().solve(&task.error.rows(0, task.count)).ok_or(CompensationStatus::Singular)?;
         for (value, change) in shift.iter_mut().zip(correction.iter()) {
             *value -= change;
         }

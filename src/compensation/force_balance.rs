@@ -14,7 +14,7 @@ use nalgebra::{Matrix6, Vector6};
 
 use super::{
     demand::Demand,
-    outcome::Status,
+    outcome::CompensationStatus,
     session::{Ending, Progress, Session},
 };
 use crate::{
@@ -38,7 +38,7 @@ pub(super) enum Matrix {
 /// Runs the iteration and then lets the machine settle at the command found.
 pub(super) fn iterate(session: &mut Session, demand: &Demand, matrix: Matrix, progress: &mut Progress) -> Ending {
     let status = solve(session, demand, matrix, progress)?;
-    let (outcome, left) = match session.settle_here(demand) {
+    let (outcome, left) = match session.settle_from_present_state(demand) {
         Ok(outcome) => (outcome, None),
         Err(reason) => (session.settle(demand)?, Some(reason)),
     };
@@ -48,12 +48,17 @@ pub(super) fn iterate(session: &mut Session, demand: &Demand, matrix: Matrix, pr
     }
     match left {
         // What is balanced may be unstable: a machine that leaves it for elsewhere is not where it is wanted.
-        Some(reason) if status == Status::Converged && error > session.tolerance_mm() => Err(reason),
+        Some(reason) if status == CompensationStatus::Converged && error > session.tolerance_mm() => Err(reason),
         _ => Ok((status, outcome)),
     }
 }
 
-fn solve(session: &mut Session, demand: &Demand, matrix: Matrix, progress: &mut Progress) -> Result<Status, Status> {
+fn solve(
+    session: &mut Session,
+    demand: &Demand,
+    matrix: Matrix,
+    progress: &mut Progress,
+) -> Result<CompensationStatus, CompensationStatus> {
     let nominal = session.nominal.clone();
     let mut shift = Vector6::zeros();
     let mut pose = start(session, demand)?;
@@ -84,7 +89,7 @@ fn solve(session: &mut Session, demand: &Demand, matrix: Matrix, progress: &mut 
             (Matrix::Fixed { alpha }, None) => (Linearised::unloaded(session, demand, &pose)?, alpha),
         };
         kept = Some(linear);
-        let step = linear.matrix.lu().solve(&unbalanced).ok_or(Status::Singular)? * alpha;
+        let step = linear.matrix.lu().solve(&unbalanced).ok_or(CompensationStatus::Singular)? * alpha;
         let count = demand.coordinates(&nominal).count();
         for i in 0..count {
             shift[i] += step[i];
@@ -98,7 +103,7 @@ fn solve(session: &mut Session, demand: &Demand, matrix: Matrix, progress: &mut 
 }
 
 /// The pose from which the balance is sought: the wanted one, turned as the nominal machine stands where that is free.
-fn start(session: &mut Session, demand: &Demand) -> Result<Pose, Status> {
+fn start(session: &mut Session, demand: &Demand) -> Result<Pose, CompensationStatus> {
     if session.nominal.redundancy == 0 {
         return Ok(demand.pose);
     }
@@ -107,10 +112,10 @@ fn start(session: &mut Session, demand: &Demand) -> Result<Pose, Status> {
 }
 
 /// Why no wrench holds the platform where it is wanted.
-fn why_no_force(session: &mut Session) -> Status {
+fn why_no_force(session: &mut Session) -> CompensationStatus {
     match unloaded_stiffness(&session.nominal, &session.command, &mut session.workspace) {
-        None => Status::Rigid,
-        Some(_) => Status::NoEquilibrium(crate::statics::Status::NotConverged { load_fraction: 0.0 }),
+        None => CompensationStatus::Rigid,
+        Some(_) => CompensationStatus::NoEquilibrium(crate::statics::Status::NotConverged { load_fraction: 0.0 }),
     }
 }
 
@@ -120,8 +125,8 @@ fn as_displacement(
     demand: &Demand,
     force: &PlatformForce,
     unbalanced: &Vector6<f64>,
-) -> Result<f64, Status> {
-    let twist = force.stiffness.lu().solve(unbalanced).ok_or(Status::Singular)?;
+) -> Result<f64, CompensationStatus> {
+    let twist = force.stiffness.lu().solve(unbalanced).ok_or(CompensationStatus::Singular)?;
     let mut task = session.task_error(demand);
     task.error = task.slope * twist;
     Ok(task.size())
@@ -174,9 +179,14 @@ struct Linearised {
 
 impl Linearised {
     /// `[K_t.p. | K_C U]`, exact.
-    fn exact(session: &Session, demand: &Demand, force: &PlatformForce, pose: &Pose) -> Result<Self, Status> {
+    fn exact(
+        session: &Session,
+        demand: &Demand,
+        force: &PlatformForce,
+        pose: &Pose,
+    ) -> Result<Self, CompensationStatus> {
         let free = free_motions(demand, session, pose);
-        let by_target = session.nominal.drive_jacobian(&session.command).ok_or(Status::Singular)?;
+        let by_target = session.nominal.drive_jacobian(&session.command).ok_or(CompensationStatus::Singular)?;
         let target_stiffness = &force.drive_wrench * (by_target * demand.control_changes(&session.nominal));
         let mut matrix = force.stiffness * free;
         for (column, wrench) in target_stiffness.column_iter().enumerate() {
@@ -186,10 +196,10 @@ impl Linearised {
     }
 
     /// `[−K_C T | K_C U]` with T the twists of the commanded frame and the unloaded stiffness of the nominal machine.
-    fn unloaded(session: &mut Session, demand: &Demand, pose: &Pose) -> Result<Self, Status> {
+    fn unloaded(session: &mut Session, demand: &Demand, pose: &Pose) -> Result<Self, CompensationStatus> {
         let free = free_motions(demand, session, pose);
-        let stiffness =
-            unloaded_stiffness(&session.nominal, &session.command, &mut session.workspace).ok_or(Status::Rigid)?;
+        let stiffness = unloaded_stiffness(&session.nominal, &session.command, &mut session.workspace)
+            .ok_or(CompensationStatus::Rigid)?;
         Ok(Self { matrix: stiffness * (free - demand.shift_twists(&session.nominal)), free })
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::Vector6;
 
 use super::{
     demand::Demand,
-    outcome::Status,
+    outcome::CompensationStatus,
     session::{Ending, Progress, Session},
 };
 
@@ -37,5 +37,5 @@ pub(super) fn mirror(session: &mut Session, demand: &Demand, passes: usize, prog
     }
     let (task, outcome) = session.answer_led(demand, &shift)?;
     progress.history.push(task.size());
-    Ok((Status::Applied, outcome))
+    Ok((CompensationStatus::Applied, outcome))
 }

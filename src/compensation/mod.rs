@@ -15,21 +15,22 @@ mod outcome;
 mod session;
 
 use nalgebra::Vector6;
+use serde::Serialize;
 
 use crate::spatial::Pose;
 
 pub use batch::compensate_batch;
 pub use bounded::{
-    Binding, BoundedError, BoundedPath, BoundedPoint, BoundedSettings, BoundedStatus, CorrectedPoint, Errors,
-    LimitKind, Limits, Objective, Price, Side, Summary, compensate_bounded,
+    Binding, BoundedError, BoundedPath, BoundedPoint, BoundedSettings, BoundedStatus, BoundedSummary, CorrectedPoint,
+    ErrorNorm, Errors, LimitKind, Limits, Price, Side, compensate_bounded,
 };
 pub use demand::{Demand, Target};
-pub use outcome::{Compensation, Status};
+pub use outcome::{Compensation, CompensationStatus};
+pub use session::{CompensationSettings, Session};
 use session::{Ending, Progress};
-pub use session::{Session, Settings};
 
 /// How a command is found.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub enum Method {
     /// The nominal command: no compensation.
     None,
@@ -132,7 +133,7 @@ pub fn compensate(session: &mut Session, demand: &Demand, method: Method) -> Com
 
 /// Commands `target` instead of what `demand` wants, and lets the machine settle under its load: what a given program does.
 pub fn simulate(session: &mut Session, demand: &Demand, target: &Pose) -> Compensation {
-    let ending = session.go_to(target).and_then(|()| Ok((Status::Applied, session.settle(demand)?)));
+    let ending = session.go_to(target).and_then(|()| Ok((CompensationStatus::Applied, session.settle(demand)?)));
     let history = vec![session.task_error(demand).size()];
     session.conclude(demand, ending, history)
 }
@@ -141,7 +142,7 @@ pub fn simulate(session: &mut Session, demand: &Demand, target: &Pose) -> Compen
 pub fn simulate_drives(session: &mut Session, demand: &Demand, drives: &[f64]) -> Compensation {
     let ending = session.go_to(&demand.pose).and_then(|()| {
         session.drives.copy_from_slice(drives);
-        Ok((Status::Applied, session.settle(demand)?))
+        Ok((CompensationStatus::Applied, session.settle(demand)?))
     });
     let history = vec![session.task_error(demand).size()];
     session.conclude(demand, ending, history)
@@ -149,7 +150,7 @@ pub fn simulate_drives(session: &mut Session, demand: &Demand, drives: &[f64]) -
 
 fn run(session: &mut Session, demand: &Demand, method: Method, progress: &mut Progress) -> Ending {
     if let Some(alpha) = method.step_length().filter(|alpha| !(*alpha > 0.0 && *alpha <= 1.0)) {
-        return Err(Status::BadStepLength { alpha });
+        return Err(CompensationStatus::BadStepLength { alpha });
     }
     match method {
         Method::None => matrix_free::mirror(session, demand, 0, progress),

@@ -10,7 +10,7 @@ use crate::{
 
 /// How a compensation ended.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub enum Status {
+pub enum CompensationStatus {
     /// The task error came below the tolerance.
     Converged,
     /// The method makes a fixed number of passes, and made them; the error left is what it is.
@@ -34,40 +34,40 @@ pub enum Status {
     Rigid,
 }
 
-impl Status {
+impl CompensationStatus {
     /// Word used in tables.
     pub fn label(&self) -> &'static str {
         match self {
-            Status::Converged => "converged",
-            Status::Applied => "applied",
-            Status::Slow => "slow",
-            Status::Diverged => "diverged",
-            Status::BadStepLength { .. } => "bad_step_length",
-            Status::Unreachable(_) => "unreachable",
-            Status::NoEquilibrium(status) => status.label(),
-            Status::Singular => "uncontrollable",
-            Status::Rigid => "rigid",
+            CompensationStatus::Converged => "converged",
+            CompensationStatus::Applied => "applied",
+            CompensationStatus::Slow => "slow",
+            CompensationStatus::Diverged => "diverged",
+            CompensationStatus::BadStepLength { .. } => "bad_step_length",
+            CompensationStatus::Unreachable(_) => "unreachable",
+            CompensationStatus::NoEquilibrium(status) => status.label(),
+            CompensationStatus::Singular => "uncontrollable",
+            CompensationStatus::Rigid => "rigid",
         }
     }
 
     /// Whether the command found does what was asked of the method.
     pub fn is_success(&self) -> bool {
-        matches!(self, Status::Converged | Status::Applied)
+        matches!(self, CompensationStatus::Converged | CompensationStatus::Applied)
     }
 
     /// Reason in words; empty for a success.
     pub fn reason(&self, machine: &Machine) -> String {
         match self {
-            Status::Converged | Status::Applied => String::new(),
-            Status::Slow => "still converging when the iterations were used up".into(),
-            Status::Diverged => "the error grew".into(),
-            Status::BadStepLength { alpha } => format!("the step length must be in (0, 1], got {alpha}"),
-            Status::Unreachable(unreachable) => unreachable.to_string(),
-            Status::NoEquilibrium(status) => status.reason(machine),
-            Status::Rigid => {
+            CompensationStatus::Converged | CompensationStatus::Applied => String::new(),
+            CompensationStatus::Slow => "still converging when the iterations were used up".into(),
+            CompensationStatus::Diverged => "the error grew".into(),
+            CompensationStatus::BadStepLength { alpha } => format!("the step length must be in (0, 1], got {alpha}"),
+            CompensationStatus::Unreachable(unreachable) => unreachable.to_string(),
+            CompensationStatus::NoEquilibrium(status) => status.reason(machine),
+            CompensationStatus::Rigid => {
                 "this method moves the platform against the stiffness of all chains, and the machine is rigid in some directions".into()
             }
-            Status::Singular => "the drives have no influence on a controlled coordinate".into(),
+            CompensationStatus::Singular => "the drives have no influence on a controlled coordinate".into(),
         }
     }
 }
@@ -76,7 +76,7 @@ impl Status {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Compensation {
     /// How it ended.
-    pub status: Status,
+    pub status: CompensationStatus,
     /// Drive positions ρ commanded, mm or rad.
     pub drives: Vec<f64>,
     /// Length of the task error in mm (rotations at the machine's reach) before the first correction and after each.

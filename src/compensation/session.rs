@@ -4,7 +4,7 @@ use nalgebra::{Vector3, Vector6};
 
 use super::{
     demand::Demand,
-    outcome::{Compensation, Status},
+    outcome::{Compensation, CompensationStatus},
 };
 use crate::{
     machine::{Configuration, Machine, Unreachable},
@@ -13,24 +13,24 @@ use crate::{
 };
 
 /// How a method ended: with a status and the equilibrium at its command, or with the reason why there is none.
-pub(super) type Ending = Result<(Status, Outcome), Status>;
+pub(super) type Ending = Result<(CompensationStatus, Outcome), CompensationStatus>;
 
 /// When a compensation stops.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
+pub struct CompensationSettings {
     /// Task error accepted, as a fraction of the machine's reach (rotations at the reach). At least three
-    /// times the tolerance of the equilibria, see [`Settings::with_equilibria_to`].
+    /// times the tolerance of the equilibria, see [`CompensationSettings::with_equilibria_to`].
     pub tolerance: f64,
     /// Most corrections.
     pub max_iterations: usize,
-    /// Settings of each equilibrium.
+    /// CompensationSettings of each equilibrium.
     pub equilibrium: statics::Settings,
 }
 
 /// A correction of less than the tolerance of an equilibrium does not move it: the iteration would go round in circles.
 const EQUILIBRIA: f64 = 3.0;
 
-impl Settings {
+impl CompensationSettings {
     /// Equilibria to `tolerance` of the reach, and task errors as small as these allow.
     pub fn with_equilibria_to(tolerance: f64) -> Self {
         let equilibrium = statics::Settings { tolerance, ..statics::Settings::default() };
@@ -43,7 +43,7 @@ impl Settings {
     }
 }
 
-impl Default for Settings {
+impl Default for CompensationSettings {
     fn default() -> Self {
         Self::with_equilibria_to(1e-13)
     }
@@ -59,7 +59,7 @@ pub struct Session {
     /// The machine with its errors.
     pub real: Machine,
     /// When to stop.
-    pub settings: Settings,
+    pub settings: CompensationSettings,
     pub(super) workspace: Workspace,
     /// For the nominal machine, where that is asked.
     nominal_workspace: Option<Workspace>,
@@ -73,7 +73,7 @@ pub struct Session {
 
 impl Session {
     /// A session standing at home, unloaded.
-    pub fn new(nominal: &Machine, real: &Machine, settings: Settings) -> Self {
+    pub fn new(nominal: &Machine, real: &Machine, settings: CompensationSettings) -> Self {
         Self {
             nominal: nominal.clone(),
             real: real.clone(),
@@ -92,7 +92,7 @@ impl Session {
     }
 
     /// Whether the iteration followed by `progress` is over after a correction that left `error` mm, and how.
-    pub(super) fn is_over(&self, progress: &mut Progress, error: f64) -> Option<Status> {
+    pub(super) fn is_over(&self, progress: &mut Progress, error: f64) -> Option<CompensationStatus> {
         progress.note(error, self.tolerance_mm(), self.settings.max_iterations)
     }
 
@@ -134,13 +134,13 @@ impl Session {
     }
 
     /// Commands the nominal machine to `pose`.
-    pub(super) fn go_to(&mut self, pose: &Pose) -> Result<(), Status> {
+    pub(super) fn go_to(&mut self, pose: &Pose) -> Result<(), CompensationStatus> {
         if self.command.pose != *pose {
             let near = self.nominal.inverse_kinematics_from(&self.command, pose);
             self.command = match near {
                 Ok(configuration) => configuration,
                 // The way from the last command may leave the workspace where the way from home does not.
-                Err(_) => self.nominal.inverse_kinematics(pose).map_err(Status::Unreachable)?,
+                Err(_) => self.nominal.inverse_kinematics(pose).map_err(CompensationStatus::Unreachable)?,
             };
         }
         self.drives.clone_from(&self.command.drives);
@@ -148,30 +148,34 @@ impl Session {
     }
 
     /// Loaded equilibrium at the present drives, sought from the present state and then from the nominal one.
-    pub(super) fn settle(&mut self, demand: &Demand) -> Result<Outcome, Status> {
+    pub(super) fn settle(&mut self, demand: &Demand) -> Result<Outcome, CompensationStatus> {
         let outcome = self.equilibrium(demand);
-        self.settled(demand, outcome)
+        self.accept_or_settle_anew(demand, outcome)
     }
 
     /// Takes an equilibrium from where the session stood; if it is not stable, one from the rigid configuration.
-    pub(super) fn settled(&mut self, demand: &Demand, outcome: Outcome) -> Result<Outcome, Status> {
+    pub(super) fn accept_or_settle_anew(
+        &mut self,
+        demand: &Demand,
+        outcome: Outcome,
+    ) -> Result<Outcome, CompensationStatus> {
         let outcome = Self::stable(outcome).or_else(|status| {
             let rigid = State::rigid(&self.nominal, &self.command);
             if self.state == rigid {
                 return Err(status);
             }
             self.state = rigid;
-            self.settle_here(demand)
+            self.settle_from_present_state(demand)
         });
         match self.is_at_singular_place(&outcome) {
-            true => Err(Status::NoEquilibrium(statics::Status::SingularPlace)),
+            true => Err(CompensationStatus::NoEquilibrium(statics::Status::SingularPlace)),
             false => outcome,
         }
     }
 
     /// Whether the nominal machine is singular at the present command. Where loads or errors alone hold the real one there, on
     /// which side of the singularity it stands is chance.
-    fn is_at_singular_place(&mut self, outcome: &Result<Outcome, Status>) -> bool {
+    fn is_at_singular_place(&mut self, outcome: &Result<Outcome, CompensationStatus>) -> bool {
         let is_plain = outcome.as_ref().is_ok_and(|outcome| !outcome.is_soft(self.nominal.reach));
         if is_plain || self.command.drives != self.drives {
             return false;
@@ -181,14 +185,14 @@ impl Session {
     }
 
     /// Loaded equilibrium at the present drives, near the present state.
-    pub(super) fn settle_here(&mut self, demand: &Demand) -> Result<Outcome, Status> {
+    pub(super) fn settle_from_present_state(&mut self, demand: &Demand) -> Result<Outcome, CompensationStatus> {
         Self::stable(self.equilibrium(demand))
     }
 
-    fn stable(outcome: Outcome) -> Result<Outcome, Status> {
+    fn stable(outcome: Outcome) -> Result<Outcome, CompensationStatus> {
         match outcome.status {
             statics::Status::Solved => Ok(outcome),
-            status => Err(Status::NoEquilibrium(status)),
+            status => Err(CompensationStatus::NoEquilibrium(status)),
         }
     }
 
@@ -203,20 +207,28 @@ impl Session {
     }
 
     /// Commands the target shifted by `shift`, lets the machine settle, and says how far it is from what is wanted.
-    pub(super) fn answer(&mut self, demand: &Demand, shift: &Vector6<f64>) -> Result<(TaskError, Outcome), Status> {
+    pub(super) fn answer(
+        &mut self,
+        demand: &Demand,
+        shift: &Vector6<f64>,
+    ) -> Result<(TaskError, Outcome), CompensationStatus> {
         let gone = self.go_to(&demand.shifted(&self.nominal, shift));
         self.answered(demand, shift, gone)
     }
 
     /// As [`Session::answer`], where a platform that turns with its position is led so that it is the point put right which is
     /// shifted, and not P.
-    pub(super) fn answer_led(&mut self, demand: &Demand, shift: &Vector6<f64>) -> Result<(TaskError, Outcome), Status> {
+    pub(super) fn answer_led(
+        &mut self,
+        demand: &Demand,
+        shift: &Vector6<f64>,
+    ) -> Result<(TaskError, Outcome), CompensationStatus> {
         if !self.nominal.turns_with_position {
             return self.answer(demand, shift);
         }
         let target = demand.shifted(&self.nominal, shift);
         let led = self.nominal.lead(demand.offset(&self.nominal), &target, &self.command);
-        let gone = led.map_err(Status::Unreachable).map(|at| {
+        let gone = led.map_err(CompensationStatus::Unreachable).map(|at| {
             self.drives.clone_from(&at.drives);
             self.command = at;
         });
@@ -227,16 +239,16 @@ impl Session {
         &mut self,
         demand: &Demand,
         shift: &Vector6<f64>,
-        gone: Result<(), Status>,
-    ) -> Result<(TaskError, Outcome), Status> {
+        gone: Result<(), CompensationStatus>,
+    ) -> Result<(TaskError, Outcome), CompensationStatus> {
         let is_far = shift.norm() > self.nominal.reach;
-        gone.map_err(|status| if is_far { Status::Diverged } else { status })?;
+        gone.map_err(|status| if is_far { CompensationStatus::Diverged } else { status })?;
         let outcome = self.settle(demand)?;
         Ok((self.task_error(demand), outcome))
     }
 
     /// Goes to the nominal command, the machine undeflected.
-    pub(super) fn begin_again(&mut self, demand: &Demand) -> Result<(), Status> {
+    pub(super) fn begin_again(&mut self, demand: &Demand) -> Result<(), CompensationStatus> {
         self.go_to(&demand.pose)?;
         self.state = State::rigid(&self.nominal, &self.command);
         Ok(())
@@ -244,7 +256,7 @@ impl Session {
 
     /// The result where `demand` is not even asked of the machine: it cannot be met.
     pub fn refuse(&self, demand: &Demand, unreachable: Unreachable) -> Compensation {
-        self.conclude(demand, Err(Status::Unreachable(unreachable)), Vec::new())
+        self.conclude(demand, Err(CompensationStatus::Unreachable(unreachable)), Vec::new())
     }
 
     /// The result at the present command and equilibrium.
@@ -286,17 +298,17 @@ impl Progress {
     }
 
     /// Takes note of the error after a correction; the status if the iteration is over.
-    fn note(&mut self, error: f64, tolerance_mm: f64, max_iterations: usize) -> Option<Status> {
+    fn note(&mut self, error: f64, tolerance_mm: f64, max_iterations: usize) -> Option<CompensationStatus> {
         let grown = self.history.last().is_some_and(|last| error > *last);
         self.growths = if grown { self.growths + 1 } else { 0 };
         self.history.push(error);
         if error <= tolerance_mm {
-            return Some(Status::Converged);
+            return Some(CompensationStatus::Converged);
         }
         let first = self.history[0];
         if !error.is_finite() || error > BLOW_UP * first || self.growths >= GROWTHS {
-            return Some(Status::Diverged);
+            return Some(CompensationStatus::Diverged);
         }
-        if self.history.len() > max_iterations { Some(Status::Slow) } else { None }
+        if self.history.len() > max_iterations { Some(CompensationStatus::Slow) } else { None }
     }
 }

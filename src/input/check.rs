@@ -59,6 +59,12 @@ impl Check {
         Err(Error::Value { file: self.origin.clone(), key: self.path.clone(), problem })
     }
 
+    /// The error that the file lacks `key` at its top.
+    pub fn missing<T>(&self, key: &str) -> Result<T> {
+        let (file, problem) = (self.origin.clone(), format!("missing key `{key}`"));
+        Err(Error::Syntax { file, line: Some(1), key: String::new(), problem })
+    }
+
     /// The file format version.
     pub fn schema(&self, version: u32) -> Result<()> {
         if version == SCHEMA {

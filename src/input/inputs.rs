@@ -15,7 +15,8 @@ const QUOTED: usize = 100;
 impl Inputs {
     /// The file that messages call `origin`.
     pub(crate) fn of_file(origin: &str, text: &str) -> Self {
-        let name = Path::new(origin).file_name().map_or_else(|| origin.into(), |name| name.to_string_lossy().into_owned());
+        let name =
+            Path::new(origin).file_name().map_or_else(|| origin.into(), |name| name.to_string_lossy().into_owned());
         Self::of(name, text)
     }
 

@@ -7,7 +7,7 @@ pub mod error;
 pub mod file;
 mod folder;
 mod inputs;
-pub(crate) mod toml_file;
+pub mod toml_file;
 
 pub use folder::Folder;
 pub use inputs::Inputs;

@@ -1,11 +1,12 @@
 //! Mobility and over-constraint of the rigid machine.
 
 use nalgebra::DMatrix;
+use serde::Serialize;
 
 use super::{Configuration, Coordinate, Machine};
 
 /// Counts of the rigid machine at a configuration, from the ranks of its closure equations.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Mobility {
     /// Number of independent motions of the whole mechanism (mobility).
     pub mechanism: usize,

@@ -39,7 +39,7 @@ impl ForceLaw {
 /// F_t > 0   pushes it along φ + 90° (rotated law): with growing φ, counter-clockwise seen from the workpiece
 /// F_z < 0   pushes it back into the spindle
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MillingForce {
     /// Radial force F_r, N.
     pub radial: f64,

@@ -1,6 +1,7 @@
 //! Where the workpiece stands in the machine.
 
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::{
     spatial::{Axis, Pose, Wrench, frame_about},
@@ -11,7 +12,8 @@ use crate::{
 ///
 /// A toolpath is that of the tool tip; a commanded position, everywhere else in this program, is that of P. The paper's
 /// "circle centred at Q1" is a path of P.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum PathReference {
     /// The tool tip T.
     #[default]

@@ -41,3 +41,11 @@ pub fn large_errors(machine: &Machine, errors: &[ChainError]) -> String {
     }
     text
 }
+
+/// Tables of a process that a study over the workspace has no use for, if there are any.
+pub fn not_used(tables: &[&str]) -> String {
+    match tables {
+        [] => String::new(),
+        tables => format!("Not used, as there is no path: {} of the process.\n", tables.join(", ")),
+    }
+}

@@ -1,9 +1,10 @@
 //! A regular grid of positions.
 
 use nalgebra::Vector3;
+use serde::Serialize;
 
 /// A regular grid over a box of positions of P, both ends included.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Grid {
     /// Coordinates along x, y and z, mm, ascending.
     pub axes: [Vec<f64>; 3],

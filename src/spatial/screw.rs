@@ -1,6 +1,7 @@
 //! Twists and wrenches as six-vectors.
 
 use nalgebra::{Matrix3, Vector3, Vector6};
+use serde::Serialize;
 
 /// Cross-product matrix: `skew(a) · b = a × b`.
 pub fn skew(v: Vector3<f64>) -> Matrix3<f64> {
@@ -13,7 +14,7 @@ pub fn larger(a: f64, b: f64) -> f64 {
 }
 
 /// Velocity (or small displacement) of a point and the angular velocity (or small rotation), in one set of axes.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Twist {
     /// Velocity of the reference point, mm per unit.
     pub linear: Vector3<f64>,
@@ -39,7 +40,7 @@ impl Twist {
 }
 
 /// Force and moment about a point, in one set of axes. Dual to [`Twist`].
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Wrench {
     /// Force in N.
     pub force: Vector3<f64>,

@@ -1,6 +1,7 @@
 //! Everything a solved state tells, in physical terms.
 
 use nalgebra::{Matrix6, Vector6};
+use serde::Serialize;
 
 use super::{
     equilibrium::{Outcome, Status},
@@ -13,7 +14,7 @@ use crate::{
 };
 
 /// What one chain carries.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ChainSolution {
     /// Wrench the chain receives from the platform, at P in O axes.
     pub wrench: Wrench,
@@ -29,7 +30,7 @@ pub struct ChainSolution {
 }
 
 /// A solved machine state.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Solution {
     /// How the solve ended.
     pub status: Status,

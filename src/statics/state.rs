@@ -1,5 +1,7 @@
 //! The unknowns of the machine's equilibrium, and the storage a solve reuses.
 
+use serde::Serialize;
+
 use super::{chain_system::ChainSystem, held::Held, rigid_directions::RigidDirections};
 use crate::{
     machine::{Configuration, Machine},
@@ -7,7 +9,7 @@ use crate::{
 };
 
 /// Unknowns of one chain.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ChainState {
     /// Virtual coordinates θ (mm, rad), then passive coordinates q.
     pub coordinates: Vec<f64>,
@@ -16,7 +18,7 @@ pub struct ChainState {
 }
 
 /// A machine state: pose of P in O and the unknowns of each chain.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct State {
     /// Pose of P in O.
     pub pose: Pose,

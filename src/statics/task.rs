@@ -1,9 +1,10 @@
 //! How far a pose is from what the drives are to achieve.
 
 use nalgebra::{Matrix6, Vector6};
+use serde::Serialize;
 
 /// Error of the task coordinates that are put right, at a pose. Rows beyond `count` are zero.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct TaskError {
     /// Number of coordinates put right.
     pub count: usize,

@@ -8,10 +8,11 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use crate::{
-    compensation::{Demand, Method, Session, Settings, Status, compensate, simulate, simulate_drives},
+    compensation::{CompensationStatus, Demand, Method, Session, compensate, simulate, simulate_drives},
     input::error::Result,
     machine::Machine,
     spatial::Pose,
+    study::settings,
     work::{Event, Work},
 };
 
@@ -34,7 +35,7 @@ pub struct PathCase<'a> {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PathAnswer {
     /// How the compensation ended.
-    pub status: Status,
+    pub status: CompensationStatus,
     /// Whether the machine settles at the command; without, errors and forces mean nothing.
     pub is_settled: bool,
     /// Corrections made.
@@ -93,7 +94,7 @@ impl Left {
 }
 
 /// Errors along a path. What is taken over solved points is `None` where there are none.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PathSummary {
     /// Points with a command and an equilibrium.
     pub solved: usize,
@@ -169,11 +170,6 @@ pub enum Commands<'a> {
     Program(&'a [Pose]),
     /// Drive positions at each point, mm or rad.
     Drives(&'a [Vec<f64>]),
-}
-
-/// Settings with which paths are compensated: to 3e-12 of the machine's reach, 1e-9 mm on the Orthoglide.
-pub fn settings() -> Settings {
-    Settings::with_equilibria_to(1e-12)
 }
 
 /// Points computed together, whose results are then given away: as many blocks as keep the threads busy.

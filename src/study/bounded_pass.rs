@@ -2,10 +2,10 @@
 
 use super::program::{Pass, ProgramJob};
 use crate::{
-    compensation::{self, BoundedPath, BoundedPoint, BoundedSettings, Demand, LimitKind, Limits, compensate_bounded},
+    compensation::{BoundedPath, BoundedPoint, BoundedSettings, Demand, LimitKind, Limits, compensate_bounded},
     input::error::{Error, Result},
     machine::{Machine, Motion},
-    process::file::{CorrectionLimits, Objective},
+    process::file::CorrectionLimits,
     study::along_path::{Commands, PathAnswer},
 };
 
@@ -137,12 +137,8 @@ pub(super) fn correct(
     given: &CorrectionLimits,
 ) -> Result<BoundedPath> {
     let limits = limits(nominal, demands, given)?;
-    let objective = match given.objective {
-        Objective::Rms => compensation::Objective::Rms,
-        Objective::Worst => compensation::Objective::Worst,
-    };
-    let settings = BoundedSettings { point: crate::study::along_path::settings(), ..BoundedSettings::default() };
-    Ok(compensate_bounded(nominal, real, demands, &limits, objective, &settings, &|_| ())?)
+    let settings = BoundedSettings { point: crate::study::settings(), ..BoundedSettings::default() };
+    Ok(compensate_bounded(nominal, real, demands, &limits, given.objective, &settings, &|_| ())?)
 }
 
 /// Whether limits fit the drives of a machine.

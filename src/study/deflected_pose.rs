@@ -3,11 +3,11 @@
 use nalgebra::Vector3;
 
 use crate::{
-    compensation::{Demand, Method, Session, compensate},
+    compensation::{Demand, Method, compensate},
     machine::{ChainError, Machine},
     report::page::DeflectedPose,
     statics::State,
-    study::{map::WorkspaceMapStudy, path::PathStudy},
+    study::{Machines, Source, map::WorkspaceMapStudy, path::PathStudy},
 };
 
 /// The named point, or else home, and the tool angle at which cutting force and chain errors of a map move the tool
@@ -44,16 +44,17 @@ pub fn of_path(study: &PathStudy, point: usize) -> Option<DeflectedPose> {
 
 /// How `machine` with `errors` settles at the nominal command of `demand`; `None` where it does not.
 fn deflected_pose(machine: &Machine, errors: &[ChainError], demand: &Demand, place: String) -> Option<DeflectedPose> {
-    let real = machine.with_errors(errors);
+    let machines = Machines::new(machine, errors);
     let at = machine.inverse_kinematics(&demand.pose).ok()?;
-    let mut session = Session::new(machine, &real, crate::study::along_path::settings());
+    let mut session = machines.session(Source::Both);
     session.stand(&at, &State::rigid(machine, &at));
     if !compensate(&mut session, demand, Method::None).status.is_success() {
         return None;
     }
     let state = session.state();
     let mut drives = at.drives.iter();
-    let chains: Vec<Vec<f64>> = real
+    let chains: Vec<Vec<f64>> = machines
+        .real
         .chains
         .iter()
         .zip(&state.chains)
@@ -68,7 +69,7 @@ fn deflected_pose(machine: &Machine, errors: &[ChainError], demand: &Demand, pla
     Some(DeflectedPose {
         place,
         commanded: machine.rigid_skeleton(&at),
-        settled: real.skeleton(&chains, &state.pose),
+        settled: machines.real.skeleton(&chains, &state.pose),
         tool_displacement_mm: machine.tool_displacement(&at.pose, &state.pose),
         force_n: demand.load.force,
     })

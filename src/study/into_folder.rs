@@ -5,10 +5,18 @@ use std::{
     sync::{Arc, atomic::AtomicBool},
 };
 
+use serde::Serialize;
+
 use super::Study;
 use crate::{
     input::error::{Error, Result},
-    report::{Manifest, Run, StatusCount, clean, exchange::{Format, NotBuilt}, figures::Colours, page::PAGE, prepare, remove},
+    report::{
+        Manifest, Run, StatusCount, clean,
+        exchange::{Format, NotBuilt},
+        figures::Colours,
+        page::PAGE,
+        prepare, remove,
+    },
     work::{
         Event, Work,
         checkpoint::{Checkpoint, Found, Origin},
@@ -48,7 +56,7 @@ pub enum Begin {
 }
 
 /// What a run has left.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Finished {
     /// The answer in sentences and small tables.
     pub answer: String,

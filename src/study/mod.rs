@@ -18,14 +18,16 @@ pub mod point;
 pub mod program;
 mod question;
 mod resolve;
-mod source;
+mod sources;
 pub mod spec;
+#[cfg(feature = "cli")]
+pub mod upgrade;
 
 pub use failure::{Failure, SOLVED, status_of};
 #[cfg(feature = "report")]
-pub use into_folder::{Begin, FolderRun, Finished, RunOptions};
+pub use into_folder::{Begin, Finished, FolderRun, RunOptions};
 pub use question::{Given, Overrides, Question, Resolved, Template};
-pub use source::Source;
+pub use sources::{Machines, ROUNDING_MM, Source, settings};
 
 use std::path::Path;
 

@@ -4,17 +4,13 @@ use nalgebra::Vector3;
 
 use super::{
     Given, Overrides,
-    spec::{MillingSpec, SCHEMA},
+    spec::{MillingSpec, ProcessRef, SCHEMA},
 };
 use crate::{
     compensation::Target,
     input::{Inputs, check::Check, error::Result},
     machine::{ChainError, Machine},
-    process::{
-        MillingForce,
-        cutting::CuttingLaw,
-        file::{chain_errors::chain_errors, spec::CompensateSpec},
-    },
+    process::{MillingForce, cutting::CuttingLaw, file::chain_errors::chain_errors},
     spatial::Grid,
 };
 
@@ -29,6 +25,8 @@ pub(super) struct Acting {
     pub errors: Vec<ChainError>,
     /// What compensation puts right.
     pub target: Target,
+    /// Tables of the process that have no use without a path.
+    pub not_used: Vec<&'static str>,
     /// Files it comes from.
     pub inputs: Inputs,
 }
@@ -37,7 +35,7 @@ pub(super) struct Acting {
 pub(super) struct OwnKeys {
     pub phi_step_deg: Option<f64>,
     /// Of schema 1.
-    pub compensate: Option<CompensateSpec>,
+    pub compensate: Option<Target>,
 }
 
 /// The process of a study over the workspace: of schema 2, or by the keys of schema 1.
@@ -59,7 +57,8 @@ pub(super) fn acting(given: &Given<'_>, own: OwnKeys) -> Result<Acting> {
         force: milling(spec, &check)?,
         phis: tool_angles(spec.phi_step_deg.unwrap_or(PHI_STEP_DEG), &check.key("phi_step_deg"))?,
         errors: chain_errors(&given.header.chain_error, &given.machine, &top)?,
-        target: own.compensate.unwrap_or_default().into(),
+        target: own.compensate.unwrap_or_default(),
+        not_used: Vec::new(),
         inputs: Inputs::default(),
     })
 }
@@ -73,7 +72,12 @@ fn of_process(given: &Given<'_>, phi_step_deg: Option<f64>) -> Result<Acting> {
         );
         return given.check.root().key("process.force").fail(problem);
     };
+    if let (Some(ProcessRef::Tables(_)), Some(table)) = (&given.header.process, process.of_paths.first()) {
+        let problem = format!("{} has no path and no use for it", given.name);
+        return given.check.root().key("process").key(table).fail(problem);
+    }
     Ok(Acting {
+        not_used: process.of_paths,
         force: frame.force,
         phis: tool_angles(phi_step_deg.unwrap_or(PHI_STEP_DEG), &given.check.key("phi_step_deg"))?,
         errors: process.errors,
@@ -175,4 +179,3 @@ fn grid(min: Vector3<f64>, max: Vector3<f64>, counts: [usize; 3], most: usize, c
     }
     Ok(grid)
 }
-

@@ -215,7 +215,10 @@ macro_rules! questions {
                 $(asked.extend(self.$key.map(|table| Asked::$kind(Box::new(table))));)*
                 match asked.pop() {
                     Some(one) if asked.is_empty() => Ok((header, one)),
-                    _ => check.fail(format!("give exactly one of {}", [$(stringify!($key)),*].join(", "))),
+                    _ => {
+                        let keys = [$(stringify!($key)),*];
+                        check.key(keys[0]).fail(format!("give exactly one of {}", keys.join(", ")))
+                    }
                 }
             }
         }

@@ -33,9 +33,11 @@ fn dialect(header: &Header, check: &Check) -> Result<()> {
             None => Ok(()),
         };
     }
-    let old = given("milling", header.milling.is_some())
-        .zip(Some("[process.force.path_frame]"))
-        .or(given("chain_error", !header.chain_error.is_empty()).zip(Some("[[process.chain_error]]")));
+    let old = given("milling", header.milling.is_some()).zip(Some("[process.force.path_frame]")).or(given(
+        "chain_error",
+        !header.chain_error.is_empty(),
+    )
+    .zip(Some("[[process.chain_error]]")));
     match old {
         Some((key, now)) => check.key(key).fail(format!("is a key of schema 1; expected {now} in schema {SCHEMA}")),
         None => Ok(()),

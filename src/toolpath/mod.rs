@@ -15,7 +15,7 @@ pub mod polyline;
 mod sampling;
 
 pub use generate::{Circle, GenerateError};
-pub use number::{Format, FormatError};
+pub use number::{FormatError, NumberFormat};
 pub use path::{Load, PathPoint, PointSource, PositionsError, Toolpath};
 pub use plane::{Plane, Turn};
 pub use sampling::{Sampling, SamplingError};

@@ -7,14 +7,14 @@ use thiserror::Error;
 /// Every coordinate that is written anew has exactly this many decimals, so it always has a decimal point: some
 /// controllers read `X10` as ten micrometres. It never has an exponent, and zero never has a minus sign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Format {
+pub struct NumberFormat {
     mm: u8,
     inch: u8,
 }
 
-/// A [`Format`] asked for with decimals no controller has.
+/// A [`NumberFormat`] asked for with decimals no controller has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[error("{decimals} decimals for coordinates in {unit}: expected 1 to {max}", max = Format::MAX_DECIMALS)]
+#[error("{decimals} decimals for coordinates in {unit}: expected 1 to {max}", max = NumberFormat::MAX_DECIMALS)]
 pub struct FormatError {
     /// The unit it was asked for.
     pub unit: &'static str,
@@ -28,28 +28,29 @@ impl From<FormatError> for crate::input::error::Error {
     }
 }
 
-impl Format {
+impl NumberFormat {
     /// The most decimals a format may have.
     pub const MAX_DECIMALS: u8 = 9;
 
     /// `mm` decimals in metric programs and CSV files, `inch` decimals in inch programs.
     ///
     /// # Errors
-    /// When either is 0 or above [`Format::MAX_DECIMALS`].
-    pub fn new(mm: u8, inch: u8) -> Result<Format, FormatError> {
+    /// When either is 0 or above [`NumberFormat::MAX_DECIMALS`].
+    pub fn new(mm: u8, inch: u8) -> Result<NumberFormat, FormatError> {
         for (unit, decimals) in [("mm", mm), ("inch", inch)] {
-            if !(1..=Format::MAX_DECIMALS).contains(&decimals) {
+            if !(1..=NumberFormat::MAX_DECIMALS).contains(&decimals) {
                 return Err(FormatError { unit, decimals });
             }
         }
-        Ok(Format { mm, inch })
+        Ok(NumberFormat { mm, inch })
     }
 
     /// The most decimals seen in a file, but never fewer than 3 for mm and 4 for inch: a program in whole
     /// millimetres could otherwise not hold a correction.
-    pub(crate) fn seen(mm: usize, inch: usize) -> Format {
-        let clamp = |seen: usize, least: u8| u8::try_from(seen).unwrap_or(u8::MAX).clamp(least, Format::MAX_DECIMALS);
-        Format { mm: clamp(mm, 3), inch: clamp(inch, 4) }
+    pub(crate) fn seen(mm: usize, inch: usize) -> NumberFormat {
+        let clamp =
+            |seen: usize, least: u8| u8::try_from(seen).unwrap_or(u8::MAX).clamp(least, NumberFormat::MAX_DECIMALS);
+        NumberFormat { mm: clamp(mm, 3), inch: clamp(inch, 4) }
     }
 
     /// Decimals of a coordinate in mm.
@@ -65,10 +66,10 @@ impl Format {
     }
 }
 
-impl Default for Format {
+impl Default for NumberFormat {
     /// 4 decimals for mm, 5 for inch: 0.1 µm and 0.25 µm.
-    fn default() -> Format {
-        Format { mm: 4, inch: 5 }
+    fn default() -> NumberFormat {
+        NumberFormat { mm: 4, inch: 5 }
     }
 }
 
@@ -105,8 +106,14 @@ mod tests {
 
     #[test]
     fn decimals_outside_the_range_are_refused() {
-        assert_eq!(Format::new(0, 5).unwrap_err().to_string(), "0 decimals for coordinates in mm: expected 1 to 9");
-        assert_eq!(Format::new(4, 12).unwrap_err().to_string(), "12 decimals for coordinates in inch: expected 1 to 9");
+        assert_eq!(
+            NumberFormat::new(0, 5).unwrap_err().to_string(),
+            "0 decimals for coordinates in mm: expected 1 to 9"
+        );
+        assert_eq!(
+            NumberFormat::new(4, 12).unwrap_err().to_string(),
+            "12 decimals for coordinates in inch: expected 1 to 9"
+        );
     }
 
     #[test]
@@ -114,6 +121,6 @@ mod tests {
         assert_eq!(decimals_in("-12.340"), 3);
         assert_eq!(decimals_in("7."), 0);
         assert_eq!(decimals_in("7"), 0);
-        assert_eq!(Format::seen(0, 20), Format { mm: 3, inch: 9 });
+        assert_eq!(NumberFormat::seen(0, 20), NumberFormat { mm: 3, inch: 9 });
     }
 }

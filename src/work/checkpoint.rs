@@ -15,8 +15,8 @@ use std::{
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use crate::{
-    input::error::{Error, Result},
     input::Inputs,
+    input::error::{Error, Result},
 };
 
 /// What decides the pieces.

@@ -2,8 +2,8 @@
 
 use kinetostat::{
     compensation::{
-        BoundedError, BoundedPath, BoundedPoint, BoundedSettings, BoundedStatus, CorrectedPoint, Demand, LimitKind,
-        Limits, Method, Objective, Session, Settings, Target, compensate, compensate_bounded,
+        BoundedError, BoundedPath, BoundedPoint, BoundedSettings, BoundedStatus, CompensationSettings, CorrectedPoint,
+        Demand, ErrorNorm, LimitKind, Limits, Method, Session, Target, compensate, compensate_bounded,
     },
     machine::{ChainError, Machine},
     process::MillingForce,
@@ -44,12 +44,12 @@ impl Case {
         Self { nominal, real, demands }
     }
 
-    fn solve(&self, limits: &Limits, objective: Objective) -> Result<BoundedPath, BoundedError> {
+    fn solve(&self, limits: &Limits, objective: ErrorNorm) -> Result<BoundedPath, BoundedError> {
         let settings = BoundedSettings::default();
         compensate_bounded(&self.nominal, &self.real, &self.demands, limits, objective, &settings, &|_| {})
     }
 
-    fn solved(&self, limits: &Limits, objective: Objective) -> BoundedPath {
+    fn solved(&self, limits: &Limits, objective: ErrorNorm) -> BoundedPath {
         let path = self.solve(limits, objective).unwrap_or_else(|error| panic!("{error}"));
         let status = path.summary.status;
         assert!(matches!(status, BoundedStatus::Converged | BoundedStatus::Unbounded), "{objective:?}: {status:?}");
@@ -58,7 +58,7 @@ impl Case {
 
     /// Unbounded corrections.
     fn direct(&self) -> Vec<Vec<f64>> {
-        let mut session = Session::new(&self.nominal, &self.real, Settings::default());
+        let mut session = Session::new(&self.nominal, &self.real, CompensationSettings::default());
         self.demands.iter().map(|demand| compensate(&mut session, demand, Method::Direct).drives).collect()
     }
 
@@ -138,7 +138,7 @@ fn loose_limits_return_the_unbounded_corrections() {
             travel: Some(vec![(-2e3, 2e3); 3]),
         };
         for limits in [Limits::default(), loose] {
-            for objective in [Objective::Rms, Objective::Worst] {
+            for objective in [ErrorNorm::Rms, ErrorNorm::Worst] {
                 let path = case.solved(&limits, objective);
                 assert_eq!(path.summary.status, BoundedStatus::Unbounded);
                 for (got, expected) in drives(&path).iter().flatten().zip(case.direct().iter().flatten()) {
@@ -158,7 +158,7 @@ fn corrections_are_clipped_where_needed_and_exact_elsewhere() {
         let limit = 0.8 * largest(&wanted);
         let exact: Vec<bool> = wanted.iter().map(|u| largest([u]) <= limit).collect();
         assert!(exact.contains(&true) && exact.contains(&false));
-        for objective in [Objective::Rms, Objective::Worst] {
+        for objective in [ErrorNorm::Rms, ErrorNorm::Worst] {
             let path = case.solved(&correction(limit), objective);
             assert!(largest(&corrections(&path)) <= limit + 1e-9);
             for ((point, wanted), exact) in points(&path).into_iter().zip(&wanted).zip(&exact) {
@@ -182,7 +182,7 @@ fn changes_from_point_to_point_are_limited() {
         let wanted = case.wanted();
         for share in [0.0, 0.3, 0.7] {
             let limit = share * largest_change(&wanted);
-            for objective in [Objective::Rms, Objective::Worst] {
+            for objective in [ErrorNorm::Rms, ErrorNorm::Worst] {
                 let path = case.solved(&change(limit), objective);
                 let got = largest_change(&corrections(&path));
                 assert!(got <= limit + 1e-9, "{objective:?}: changes by {got} mm, allowed {limit} mm");
@@ -203,7 +203,7 @@ fn a_change_limit_that_binds_in_one_place_leaves_the_rest_exact() {
     let wanted = case.wanted();
     let elsewhere = largest_change(&wanted[..30]).max(largest_change(&wanted[30..]));
     assert!(largest_change(&wanted) > 2.0 * elsewhere);
-    for objective in [Objective::Rms, Objective::Worst] {
+    for objective in [ErrorNorm::Rms, ErrorNorm::Worst] {
         let path = case.solved(&change(1.2 * elsewhere), objective);
         assert!(path.summary.after.worst > 1e-3);
         for k in (0..20).chain(40..60) {
@@ -225,7 +225,7 @@ fn travel_is_kept_even_where_the_nominal_command_leaves_it() {
         let inside = |(low, high): (f64, f64)| if high - low > 5.0 { (low + 0.05, high - 0.05) } else { (low, high) };
         let travel: Vec<(f64, f64)> = (0..3).map(range).map(inside).collect();
         let limits = Limits { travel: Some(travel.clone()), ..Limits::default() };
-        for objective in [Objective::Rms, Objective::Worst] {
+        for objective in [ErrorNorm::Rms, ErrorNorm::Worst] {
             let path = case.solved(&limits, objective);
             for (rho, (low, high)) in drives(&path).iter().flat_map(|rho| rho.iter().zip(&travel)) {
                 assert!((low - 1e-9..=high + 1e-9).contains(rho), "{rho} outside {low}..{high}");
@@ -240,10 +240,10 @@ fn travel_is_kept_even_where_the_nominal_command_leaves_it() {
 #[test]
 fn forces_are_kept_in_the_nonlinear_simulation() {
     let case = Case::orthoglide(24);
-    let largest_force = largest(&forces(&case.solved(&Limits::default(), Objective::Rms)));
+    let largest_force = largest(&forces(&case.solved(&Limits::default(), ErrorNorm::Rms)));
     for less in [0.1, 10.0] {
         let limit = largest_force - less;
-        for objective in [Objective::Rms, Objective::Worst] {
+        for objective in [ErrorNorm::Rms, ErrorNorm::Worst] {
             let path = case.solved(&force(limit), objective);
             let largest = largest(&forces(&path));
             assert!(largest <= limit * (1.0 + 1e-6), "{largest} N, allowed {limit} N");
@@ -260,7 +260,7 @@ fn each_objective_is_the_better_one_in_its_own_terms() {
     for case in [Case::orthoglide(36), Case::tripteron(36)] {
         let wanted = case.wanted();
         for limits in [correction(0.7 * largest(&wanted)), change(0.4 * largest_change(&wanted))] {
-            let (rms, worst) = (case.solved(&limits, Objective::Rms), case.solved(&limits, Objective::Worst));
+            let (rms, worst) = (case.solved(&limits, ErrorNorm::Rms), case.solved(&limits, ErrorNorm::Worst));
             let (rms, worst) = (rms.summary.after, worst.summary.after);
             assert!(worst.worst <= rms.worst * (1.0 + 3e-5), "worst {worst:?}, rms {rms:?}");
             assert!(rms.rms <= worst.rms * (1.0 + 1e-8), "worst {worst:?}, rms {rms:?}");
@@ -286,13 +286,13 @@ fn random_search_finds_nothing_better() {
         let (size, step) = (0.9 * largest(&wanted), 0.3 * largest_change(&wanted));
         let limits =
             Limits { correction: Some(vec![size; 3]), correction_change: Some(vec![step; 3]), ..Limits::default() };
-        for objective in [Objective::Rms, Objective::Worst] {
+        for objective in [ErrorNorm::Rms, ErrorNorm::Worst] {
             let path = case.solved(&limits, objective);
             let value = |drives: &[Vec<f64>]| {
                 let errors = case.errors(drives);
                 match objective {
-                    Objective::Rms => (errors.iter().map(|e| e * e).sum::<f64>() / 3.0).sqrt(),
-                    Objective::Worst => errors.into_iter().fold(0.0, f64::max),
+                    ErrorNorm::Rms => (errors.iter().map(|e| e * e).sum::<f64>() / 3.0).sqrt(),
+                    ErrorNorm::Worst => errors.into_iter().fold(0.0, f64::max),
                 }
             };
             let best = value(&drives(&path));
@@ -329,7 +329,7 @@ fn random_search_finds_nothing_better() {
 fn prices_are_differences_of_the_objective_by_the_limit() {
     for case in [Case::orthoglide(24), Case::tripteron(24)] {
         let wanted = case.wanted();
-        let largest_force = largest(&forces(&case.solved(&Limits::default(), Objective::Rms)));
+        let largest_force = largest(&forces(&case.solved(&Limits::default(), ErrorNorm::Rms)));
         type Make<'a> = &'a dyn Fn(f64) -> Limits;
         let families: [(LimitKind, Make<'_>, f64, f64); 3] = [
             (LimitKind::Correction, &correction, 0.75 * largest(&wanted), 1e-3),
@@ -341,10 +341,10 @@ fn prices_are_differences_of_the_objective_by_the_limit() {
             if kind == LimitKind::Force && case.nominal.name == "tripteron" {
                 continue;
             }
-            for objective in [Objective::Rms, Objective::Worst] {
+            for objective in [ErrorNorm::Rms, ErrorNorm::Worst] {
                 let value = |limit: f64| {
                     let after = case.solved(&make(limit), objective).summary.after;
-                    if objective == Objective::Rms { after.rms } else { after.worst }
+                    if objective == ErrorNorm::Rms { after.rms } else { after.worst }
                 };
                 let prices = case.solved(&make(limit), objective).summary.prices;
                 assert!(prices.iter().all(|price| price.kind == kind));
@@ -363,7 +363,7 @@ fn prices_are_differences_of_the_objective_by_the_limit() {
 fn contradictory_limits_are_named() {
     let case = Case::orthoglide(12);
     let commands = case.commands();
-    let message = |limits: &Limits| match case.solve(limits, Objective::Rms) {
+    let message = |limits: &Limits| match case.solve(limits, ErrorNorm::Rms) {
         Err(error) => error.to_string(),
         Ok(path) => panic!("there should be no solution: {:?}", path.summary),
     };
@@ -396,8 +396,8 @@ fn contradictory_limits_are_named() {
 #[test]
 fn force_limits_that_cannot_be_kept_are_named() {
     let case = Case::orthoglide(12);
-    let message = |case: &Case, limits: &Limits| case.solve(limits, Objective::Rms).unwrap_err().to_string();
-    let largest_force = largest(&forces(&case.solved(&Limits::default(), Objective::Rms)));
+    let message = |case: &Case, limits: &Limits| case.solve(limits, ErrorNorm::Rms).unwrap_err().to_string();
+    let largest_force = largest(&forces(&case.solved(&Limits::default(), ErrorNorm::Rms)));
     let limits = Limits { correction: Some(vec![0.1; 3]), ..force(largest_force - 3.0) };
     assert_eq!(
         message(&case, &limits),
@@ -415,7 +415,7 @@ fn force_limits_that_cannot_be_kept_are_named() {
 fn points_without_a_solution_are_left_out_and_labelled() {
     let mut case = Case::orthoglide(12);
     case.demands[5].pose.translation = Vector3::new(5e3, 0.0, 0.0);
-    let path = case.solved(&correction(0.5), Objective::Rms);
+    let path = case.solved(&correction(0.5), ErrorNorm::Rms);
     assert!(
         matches!(&path.points[5], BoundedPoint::LeftOut(status) if status.label() == "unreachable"),
         "{:?}",
@@ -423,7 +423,7 @@ fn points_without_a_solution_are_left_out_and_labelled() {
     );
     assert_eq!(path.points.iter().filter(|point| point.corrected().is_some()).count(), 11);
     case.demands.clear();
-    assert_eq!(case.solve(&correction(0.5), Objective::Worst).unwrap().summary.status, BoundedStatus::Empty);
+    assert_eq!(case.solve(&correction(0.5), ErrorNorm::Worst).unwrap().summary.status, BoundedStatus::Empty);
 }
 
 #[test]
@@ -431,7 +431,7 @@ fn random_limits_are_kept() {
     let mut random = Random(7);
     for case in [Case::orthoglide(12), Case::tripteron(12)] {
         let wanted = case.wanted();
-        let largest_force = largest(&forces(&case.solved(&Limits::default(), Objective::Rms)));
+        let largest_force = largest(&forces(&case.solved(&Limits::default(), ErrorNorm::Rms)));
         for trial in 0..30 {
             let mut share = || 0.5 + 0.5 * random.next();
             let mut three = |size: f64| Some((0..3).map(|_| 1.2 * size * share()).collect::<Vec<f64>>());
@@ -445,7 +445,7 @@ fn random_limits_are_kept() {
             if trial % 3 == 0 {
                 limits.force = Some(vec![largest_force + 1.0 - 4.0 * share(); 3]);
             }
-            for objective in [Objective::Rms, Objective::Worst] {
+            for objective in [ErrorNorm::Rms, ErrorNorm::Worst] {
                 let path = match case.solve(&limits, objective) {
                     Ok(path) => path,
                     Err(BoundedError::Force { .. }) => continue,
@@ -477,7 +477,7 @@ fn random_limits_are_kept() {
 fn paths_of_2000_points_are_solved() {
     for case in [Case::orthoglide(2000), Case::tripteron(2000)] {
         let wanted = case.wanted();
-        let most = largest(&forces(&case.solved(&Limits::default(), Objective::Rms)));
+        let most = largest(&forces(&case.solved(&Limits::default(), ErrorNorm::Rms)));
         let tight = [
             correction(0.7 * largest(&wanted)),
             change(0.4 * largest_change(&wanted)),
@@ -485,7 +485,7 @@ fn paths_of_2000_points_are_solved() {
             force(0.65 * most),
         ];
         for (limits, objective) in
-            tight.iter().flat_map(|limits| [(limits, Objective::Rms), (limits, Objective::Worst)])
+            tight.iter().flat_map(|limits| [(limits, ErrorNorm::Rms), (limits, ErrorNorm::Worst)])
         {
             let start = std::time::Instant::now();
             let path = case.solve(limits, objective);

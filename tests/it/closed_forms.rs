@@ -278,9 +278,12 @@ fn truss_balanced_where_it_does_not_stay_is_not_compensated() {
     let demand = Demand { pose, load: down(force), target: Target::ToolTip };
     // The matrix of the unloaded machine is several times too soft for longer steps.
     for method in [Method::Newton, Method::FixedMatrix { alpha: 0.2 }, Method::FixedMatrix { alpha: 0.1 }] {
-        let done =
-            compensate(&mut Session::new(&machine, &machine, compensation::Settings::default()), &demand, method);
-        let unstable = compensation::Status::NoEquilibrium(Status::Unstable);
+        let done = compensate(
+            &mut Session::new(&machine, &machine, compensation::CompensationSettings::default()),
+            &demand,
+            method,
+        );
+        let unstable = compensation::CompensationStatus::NoEquilibrium(Status::Unstable);
         assert_eq!(done.status, unstable, "{method:?}: {:?}", done.history);
         assert!(done.drives.iter().all(|drive| (drive - leg).abs() < 1e-3), "{:?}, {leg}", done.drives);
     }

@@ -612,6 +612,7 @@ fn the_first_study_writes_complete_results_the_same_for_any_thread_count() {
     assert!(!text.contains('\r') && !text.contains('\u{1b}') && !text.contains("left"), "progress in a pipe:\n{text}");
 }
 
+#[cfg(feature = "parquet")]
 #[test]
 fn a_run_removes_what_the_one_before_it_left_and_nothing_else() {
     let folder = tempfile::tempdir().unwrap();

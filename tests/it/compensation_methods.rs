@@ -1,7 +1,9 @@
 //! Every method that compensates finds the same drives; comparators leave what they must.
 
 use kinetostat::{
-    compensation::{Compensation, Demand, Method, Session, Settings, Status, Target, compensate},
+    compensation::{
+        Compensation, CompensationSettings, CompensationStatus, Demand, Method, Session, Target, compensate,
+    },
     machine::Machine,
     process::MillingForce,
 };
@@ -28,7 +30,7 @@ fn demand(machine: &Machine, position: [f64; 3], phi_deg: f64, target: Target) -
 }
 
 fn solve(nominal: &Machine, real: &Machine, demand: &Demand, method: Method) -> Compensation {
-    compensate(&mut Session::new(nominal, real, Settings::default()), demand, method)
+    compensate(&mut Session::new(nominal, real, CompensationSettings::default()), demand, method)
 }
 
 fn compensating() -> Vec<Method> {
@@ -52,7 +54,12 @@ fn all_methods_meet_at_the_same_drives() {
             let reference = solve(&nominal, &real, &demand, Method::Direct);
             for method in compensating() {
                 let done = solve(&nominal, &real, &demand, method);
-                assert_eq!(done.status, Status::Converged, "{method:?} at {position:?}: {:?}", done.history);
+                assert_eq!(
+                    done.status,
+                    CompensationStatus::Converged,
+                    "{method:?} at {position:?}: {:?}",
+                    done.history
+                );
                 assert!(done.task_error() < 1e-9, "{method:?} leaves {} mm", done.task_error());
                 for (a, b) in done.drives.iter().zip(&reference.drives) {
                     assert!((a - b).abs() < 1e-9, "{method:?} at {position:?}: {a} differs from {b}");
@@ -80,7 +87,7 @@ fn comparators_leave_less_than_nothing_done_and_more_than_compensation() {
         let demand = demand(&nominal, position, phi, Target::ToolTip);
         let left = |method| {
             let done = solve(&nominal, &real, &demand, method);
-            assert_eq!(done.status, Status::Applied, "{method:?}");
+            assert_eq!(done.status, CompensationStatus::Applied, "{method:?}");
             done.task_error()
         };
         let none = left(Method::None);
@@ -89,9 +96,10 @@ fn comparators_leave_less_than_nothing_done_and_more_than_compensation() {
         assert!(mirror < 0.2 * none && twice < 0.2 * mirror, "{position:?}: {none} {mirror} {twice}");
         assert!(twice > 1e-9, "{position:?}: mirroring is not exact");
         // Linear shifting knows nothing of chain errors; without them it leaves the nonlinear part.
-        let linear = compensate(&mut Session::new(&nominal, &nominal, Settings::default()), &demand, Method::Linear);
+        let linear =
+            compensate(&mut Session::new(&nominal, &nominal, CompensationSettings::default()), &demand, Method::Linear);
         let uncompensated =
-            compensate(&mut Session::new(&nominal, &nominal, Settings::default()), &demand, Method::None);
+            compensate(&mut Session::new(&nominal, &nominal, CompensationSettings::default()), &demand, Method::None);
         assert!(linear.task_error() < 0.2 * uncompensated.task_error(), "{position:?}");
         assert!(linear.task_error() > 1e-6, "{position:?}");
     }
@@ -110,7 +118,7 @@ fn mirroring_once_is_one_step_of_the_matrix_free_scheme() {
 fn platform_point_compensation_leaves_the_tool_displaced() {
     let (nominal, real) = machines();
     let demand = demand(&nominal, POINTS[1], 130.0, Target::PlatformPoint);
-    let mut session = Session::new(&nominal, &real, Settings::default());
+    let mut session = Session::new(&nominal, &real, CompensationSettings::default());
     let done = compensate(&mut session, &demand, Method::Direct);
     assert!(done.position_error.norm() < 1e-9);
     let tool = nominal.tool_displacement(&demand.pose, &session.state().pose);
@@ -133,7 +141,7 @@ fn every_bad_end_has_its_status() {
         }
     }
     let slow = solve(&nominal, &real, &near, Method::MatrixFree { alpha: 1e-3 });
-    assert_eq!(slow.status, Status::Slow);
+    assert_eq!(slow.status, CompensationStatus::Slow);
     assert!(slow.history.windows(2).all(|pair| pair[1] < pair[0]), "still converging");
     let far = Demand { pose: nominal.pose_at(Vector3::new(600.0, 0.0, 0.0)), ..near };
     for method in Method::ALL {
@@ -152,7 +160,7 @@ fn every_bad_end_has_its_status() {
 fn consecutive_points_may_start_from_one_another() {
     let (nominal, real) = machines();
     for method in [Method::Direct, Method::Newton, Method::MatrixFree { alpha: 1.0 }] {
-        let mut session = Session::new(&nominal, &real, Settings::default());
+        let mut session = Session::new(&nominal, &real, CompensationSettings::default());
         for i in 0..24 {
             let phi = 15.0 * f64::from(i);
             let (sin, cos) = phi.to_radians().sin_cos();

@@ -2,7 +2,9 @@
 
 use crate::support::{arm::ARM, engine::machine_from};
 use kinetostat::{
-    compensation::{Compensation, Demand, Method, Session, Settings, Status, Target, compensate},
+    compensation::{
+        Compensation, CompensationSettings, CompensationStatus, Demand, Method, Session, Target, compensate,
+    },
     machine::{ChainError, Machine},
     spatial::{Pose, Twist, Wrench, rotation_log},
 };
@@ -26,9 +28,9 @@ fn demand(machine: &Machine, target: Target) -> Demand {
 fn solve(method: Method, target: Target) -> (Compensation, Pose, Pose) {
     let (nominal, real) = machines();
     let demand = demand(&nominal, target);
-    let mut session = Session::new(&nominal, &real, Settings::default());
+    let mut session = Session::new(&nominal, &real, CompensationSettings::default());
     let done = compensate(&mut session, &demand, method);
-    assert_eq!(done.status, Status::Converged, "{method:?}, {target:?}: {:?}", done.history);
+    assert_eq!(done.status, CompensationStatus::Converged, "{method:?}, {target:?}: {:?}", done.history);
     let commanded = session.target().unwrap();
     (done, commanded, session.state().pose)
 }
@@ -71,7 +73,7 @@ fn the_linear_correction_of_the_full_pose_leaves_what_is_not_linear() {
     let (nominal, _) = machines();
     let demand = demand(&nominal, Target::FullPose);
     let error = |method| {
-        let mut session = Session::new(&nominal, &nominal, Settings::default());
+        let mut session = Session::new(&nominal, &nominal, CompensationSettings::default());
         let done = compensate(&mut session, &demand, method);
         (done.position_error.norm(), done.leftover_rotation.norm())
     };

@@ -148,7 +148,7 @@ fn long_lines_and_many_rows_take_no_time() {
 
 /// The refusal of a study file that names others.
 fn study_refusal(text: &str) -> String {
-    let study = Study::from_toml(text, "study.toml", &folder("inputs"), &Overrides::default());
+    let study = Study::from_toml(text, "study.toml", folder("inputs"), &Overrides::default());
     study.expect_err("no study").to_string()
 }
 

@@ -1,7 +1,7 @@
 //! What is refused, and in which words.
 
 use kinetostat::toolpath::{
-    Format, Sampling,
+    NumberFormat, Sampling,
     gcode::{BlockDelete, GcodeOptions, Program},
 };
 use nalgebra::Vector3;
@@ -238,7 +238,7 @@ fn delete_lines_are_skipped_when_asked() {
     let path = program.toolpath(Sampling::default()).unwrap();
     assert_eq!(path.len(), 2);
     let goals: Vec<_> = path.positions_mm().iter().map(|p| p.add_scalar(0.25)).collect();
-    let written = program.rewrite(&path, &goals, Format::new(2, 4).unwrap()).unwrap();
+    let written = program.rewrite(&path, &goals, NumberFormat::new(2, 4).unwrap()).unwrap();
     assert_eq!(
         std::str::from_utf8(written.bytes()).unwrap(),
         "G0 X0.25 Y0.25 Z0.25\n/G81 #5 anything\n/G1 X5 F1\nG0 X7.25\n"
@@ -257,13 +257,13 @@ fn a_path_too_fine_or_from_elsewhere_is_refused() {
     );
     let other = Program::parse("G0 X0 Y0 Z0\nG1 X8 F1\n", "other.nc", &options).unwrap();
     let path = other.toolpath(Sampling::default()).unwrap();
-    let refused = program.rewrite(&path, &path.positions_mm(), Format::default()).unwrap_err();
+    let refused = program.rewrite(&path, &path.positions_mm(), NumberFormat::default()).unwrap_err();
     assert_eq!(refused.to_string(), "the path does not belong to program part.nc: expected a path sampled from it");
     let own = program.toolpath(Sampling::default()).unwrap();
-    let refused = program.rewrite(&own, &own.positions_mm()[1..], Format::default()).unwrap_err();
+    let refused = program.rewrite(&own, &own.positions_mm()[1..], NumberFormat::default()).unwrap_err();
     assert_eq!(refused.to_string(), "9 corrected positions for a path of 10 points: expected one for each point");
     let mut wild = own.positions_mm();
     wild[3].y = f64::INFINITY;
-    let refused = program.rewrite(&own, &wild, Format::default()).unwrap_err();
+    let refused = program.rewrite(&own, &wild, NumberFormat::default()).unwrap_err();
     assert_eq!(refused.to_string(), "corrected position 3 is (3, inf, 0) mm: expected finite numbers up to 1000000");
 }

@@ -1,7 +1,7 @@
 //! No input panics, and what is read can be written back.
 
 use kinetostat::toolpath::{
-    Format, Sampling, Toolpath,
+    NumberFormat, Sampling, Toolpath,
     gcode::{GcodeOptions, Program},
     polyline::{self, Polyline},
 };
@@ -29,7 +29,7 @@ fn exercise(source: &[u8]) -> Result<(), TestCaseError> {
             continue;
         }
         let nominal = path.positions_mm();
-        let same = program.rewrite(&path, &nominal, Format::default()).unwrap();
+        let same = program.rewrite(&path, &nominal, NumberFormat::default()).unwrap();
         prop_assert_eq!(same.bytes(), source);
         for correct in [bent, shifted, stepped] {
             let goals: Vec<_> = nominal.iter().map(correct).collect();
@@ -55,7 +55,7 @@ fn stepped(p: &Vector3<f64>) -> Vector3<f64> {
 
 /// Writes the program with its points at `goals`, reads it back and compares.
 fn meets(program: &Program, path: &Toolpath, goals: &[Vector3<f64>]) -> Result<(), TestCaseError> {
-    let written = program.rewrite(path, goals, Format::default()).unwrap();
+    let written = program.rewrite(path, goals, NumberFormat::default()).unwrap();
     let text = String::from_utf8_lossy(written.bytes());
     let back = written.read_back().map_err(|e| TestCaseError::fail(format!("{e}\n{text}")))?;
     prop_assert_eq!(back.len(), path.len());
@@ -175,7 +175,7 @@ proptest! {
         if let Ok(polyline) = Polyline::read(rows.clone(), "any.csv") {
             let path = polyline.toolpath();
             let nominal = path.positions_mm();
-            let format = Format::default();
+            let format = NumberFormat::default();
             prop_assert_eq!(polyline.rewrite(&nominal, format).unwrap(), rows.as_bytes());
             let goals: Vec<_> = nominal.iter().map(|p| p.add_scalar(0.123_45)).collect();
             for bytes in [polyline.rewrite(&goals, format).unwrap(), polyline::write(path, &goals, format).unwrap()] {

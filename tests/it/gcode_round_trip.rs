@@ -1,7 +1,7 @@
 //! Programs of many styles, read, moved and written back.
 
 use kinetostat::toolpath::{
-    Format, Sampling, Toolpath,
+    NumberFormat, Sampling, Toolpath,
     gcode::{GcodeOptions, Program, Rewritten},
 };
 use nalgebra::Vector3;
@@ -40,7 +40,7 @@ fn parse(name: &str, source: &[u8]) -> (Program, Toolpath) {
 fn moved(
     program: &Program,
     path: &Toolpath,
-    format: Format,
+    format: NumberFormat,
     correction: impl Fn(Vector3<f64>) -> Vector3<f64>,
 ) -> (Rewritten, f64) {
     let goals: Vec<_> = path.positions_mm().into_iter().map(|p| p + correction(p)).collect();
@@ -63,7 +63,7 @@ fn without_correction_the_bytes_are_the_same() {
     for (name, source) in programs() {
         let (program, path) = parse(&name, &source);
         assert!(path.len() > 5, "{name} has {} points", path.len());
-        for format in [Format::default(), program.own_format(), Format::new(1, 1).unwrap()] {
+        for format in [NumberFormat::default(), program.own_format(), NumberFormat::new(1, 1).unwrap()] {
             let (written, off) = moved(&program, &path, format, |_| Vector3::zeros());
             assert_eq!(written.bytes(), source, "{name}\n{}", text(&written));
             assert!(off < 1e-9, "{name}: {off}");
@@ -75,7 +75,7 @@ fn without_correction_the_bytes_are_the_same() {
 fn a_correction_below_the_last_decimal_changes_nothing() {
     for (name, source) in programs() {
         let (program, path) = parse(&name, &source);
-        let (written, _) = moved(&program, &path, Format::default(), |p| p.map(|c| 4e-5 * c.signum()));
+        let (written, _) = moved(&program, &path, NumberFormat::default(), |p| p.map(|c| 4e-5 * c.signum()));
         assert_eq!(written.bytes(), source, "{name}\n{}", text(&written));
     }
 }
@@ -85,7 +85,7 @@ fn a_constant_shift_moves_every_point_by_it() {
     for (name, source) in programs() {
         let (program, path) = parse(&name, &source);
         let shift = Vector3::new(0.0123, -0.2, 0.05);
-        let (written, off) = moved(&program, &path, Format::default(), |_| shift);
+        let (written, off) = moved(&program, &path, NumberFormat::default(), |_| shift);
         assert!(off <= LAST_PLACE_MM, "{name}: {off}\n{}", text(&written));
         assert_ne!(written.bytes(), source, "{name}");
     }
@@ -95,7 +95,7 @@ fn a_constant_shift_moves_every_point_by_it() {
 fn a_constant_shift_splits_no_block() {
     for (name, source) in programs() {
         let (program, path) = parse(&name, &source);
-        let (written, _) = moved(&program, &path, Format::default(), |_| Vector3::new(0.5, 0.25, -0.125));
+        let (written, _) = moved(&program, &path, NumberFormat::default(), |_| Vector3::new(0.5, 0.25, -0.125));
         let lines = |bytes: &[u8]| bytes.iter().filter(|b| matches!(b, b'\n' | b'\r')).count();
         assert_eq!(lines(written.bytes()), lines(&source), "{name}\n{}", text(&written));
     }
@@ -108,9 +108,9 @@ fn a_varying_correction_is_met_at_every_point_to_the_last_decimal() {
     for (name, source) in programs() {
         let (program, path) = parse(&name, &source);
         for (format, last_place) in [
-            (Format::default(), LAST_PLACE_MM),
-            (Format::new(2, 3).unwrap(), 2.54e-2),
-            (Format::new(7, 7).unwrap(), 2.54e-6),
+            (NumberFormat::default(), LAST_PLACE_MM),
+            (NumberFormat::new(2, 3).unwrap(), 2.54e-2),
+            (NumberFormat::new(7, 7).unwrap(), 2.54e-6),
         ] {
             let (written, off) = moved(&program, &path, format, bend);
             assert!(off <= last_place, "{name}: {off}\n{}", text(&written));
@@ -123,7 +123,7 @@ fn comments_and_lines_without_motion_survive() {
     let bend = |p: Vector3<f64>| Vector3::new(0.0, (0.2 * p.x).sin(), (0.3 * p.y).cos()) * 0.4;
     for (name, source) in programs() {
         let (program, path) = parse(&name, &source);
-        let (written, _) = moved(&program, &path, Format::default(), bend);
+        let (written, _) = moved(&program, &path, NumberFormat::default(), bend);
         let mut rest = written.bytes();
         for comment in comments(&source) {
             let at = rest.windows(comment.len()).position(|window| window == comment);
@@ -205,7 +205,7 @@ fn tangents_are_unit_and_point_along_the_motion() {
 fn rewritten(source: &str, correction: impl Fn(Vector3<f64>) -> Vector3<f64>, sampling: Sampling) -> String {
     let program = Program::parse(source, "test.nc", &options()).unwrap();
     let path = program.toolpath(sampling).unwrap();
-    let (written, _) = moved(&program, &path, Format::new(2, 3).unwrap(), correction);
+    let (written, _) = moved(&program, &path, NumberFormat::new(2, 3).unwrap(), correction);
     text(&written)
 }
 

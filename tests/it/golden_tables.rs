@@ -35,14 +35,14 @@ fn open(name: &str, overrides: &Overrides) -> StudyKind {
 #[test]
 fn workspace_map_is_the_golden_one() {
     let overrides = Overrides { grid: Some([2, 2, 2]), ..Overrides::default() };
-    let StudyKind::WorkspaceMap(map) = open("01_workspace_map", &overrides) else { panic!("a workspace map") };
+    let StudyKind::WorkspaceMap(map, _) = open("01_workspace_map", &overrides) else { panic!("a workspace map") };
     let table = table(&map.machine, &map::run(&map, &Work::default()).unwrap().points);
     check("01_workspace_map", &text(&table), MAP_TOLERANCE);
 }
 
 fn placement_study(name: &str, overrides: &Overrides) -> PlacementStudy {
     match open(name, overrides) {
-        StudyKind::Placement(study) => *study,
+        StudyKind::Placement(study, ()) => *study,
         other => panic!("{name} is not a placement study: {other:?}"),
     }
 }
@@ -77,7 +77,7 @@ fn placement_of_the_pocket_is_the_golden_one() {
 #[test]
 fn the_numbers_of_the_paper_are_the_golden_ones() {
     let overrides = Overrides { points: Some(37), ..Overrides::default() };
-    let StudyKind::Validation(study) = open("06_paper", &overrides) else { panic!("a validation study") };
+    let StudyKind::Validation(study, _) = open("06_paper", &overrides) else { panic!("a validation study") };
     let table = quoted_table(&validation::run(&study, &Work::default()).unwrap());
     check("06_paper_summary", &text(&table), MAP_TOLERANCE);
 }
@@ -85,7 +85,7 @@ fn the_numbers_of_the_paper_are_the_golden_ones() {
 #[test]
 fn superposition_is_the_golden_one() {
     let overrides = Overrides { grid: Some([2, 2, 2]), ..Overrides::default() };
-    let StudyKind::Superposition(mut study) = open("05_superposition", &overrides) else { panic!("superposition") };
+    let StudyKind::Superposition(mut study, _) = open("05_superposition", &overrides) else { panic!("superposition") };
     // A quarter of the tool angles, as tables are long.
     study.phis = study.phis.into_iter().step_by(4).collect();
     let results = superposition::run(&study, &Work::default()).unwrap();

@@ -181,7 +181,7 @@ fn sessions_compensated_together_end_as_each_alone() {
             .collect();
         for method in [Method::None, Method::Direct, Method::Newton] {
             for level in Level::available() {
-                let session = Session::new(&nominal, &real, compensation::Settings::default());
+                let session = Session::new(&nominal, &real, compensation::CompensationSettings::default());
                 let (mut alone, mut grouped) = (vec![session.clone(); 10], vec![session; 10]);
                 let mut batch = Batch::at_level(&real, level);
                 // The second round starts near, the third asks some sessions for places that are far or out of reach.

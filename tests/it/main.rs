@@ -12,6 +12,7 @@ mod compensation_six_drives;
 mod controls;
 mod convergence;
 mod energy;
+#[cfg(all(feature = "parquet", feature = "vtk"))]
 mod exchange;
 mod foreign_machines;
 mod frame_invariance;
@@ -40,6 +41,7 @@ mod reference_states;
 mod report_page;
 mod resume;
 mod scaling;
+mod schema;
 mod snap_through;
 mod solved_in_part;
 mod stiffness;

@@ -87,7 +87,7 @@ fn what_exists_is_kept_and_names_are_checked() {
         let message = format!("NAME: \"{name}\" cannot be the name of a folder on Windows");
         refused(folder.path(), &["new", "map", name], &message);
     }
-    refused(folder.path(), &["new", "dream", "mine2"], "map, placement, superposition, path, validation");
+    refused(folder.path(), &["new", "dream", "mine2"], "map, path, placement, superposition, validation");
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
     for name in ["console", "com10", "a.con"] {
         printed(folder.path(), &["new", "map", name]);

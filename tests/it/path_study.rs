@@ -9,7 +9,7 @@ use std::{
 use kinetostat::{
     study::{
         Overrides, Source, Study, StudyKind,
-        path::{PathResults, report::Summary, run},
+        path::{PathResults, Shown, report::Summary, run},
     },
     work::Work,
 };
@@ -19,7 +19,7 @@ fn studies() -> PathBuf {
 }
 
 fn results(study: Study) -> PathResults {
-    let StudyKind::Path(path) = &study.kind else { panic!("a path study") };
+    let StudyKind::Path(path, _) = &study.kind else { panic!("a path study") };
     run(path, &Work::default()).unwrap()
 }
 
@@ -61,7 +61,7 @@ process = "process.toml"
 line = { start_mm = [0.0, 0.0, 0.0], end_mm = [0.0, 20.0, 0.0] }
 methods = ["mirror_2", "direct"]
 "#;
-    let study = Study::from_toml(toml, "study.toml", &studies(), &Overrides::default()).unwrap();
+    let study = Study::from_toml(toml, "study.toml", studies(), &Overrides::default()).unwrap();
     let results = results(study);
     assert_eq!(results.study.stations.len(), 21, "a point every millimetre");
     // Heading +y: φ = 0, the radial force points to +x.
@@ -96,7 +96,7 @@ fn heights_that_a_planar_machine_does_not_control_are_taken_where_it_stands_and_
     }
     let mut summary = Summary::default();
     summary.add(&deep.study, &deep.whole);
-    let said = summary.text(&deep.study);
+    let said = summary.text(&deep.study, &Shown { is_circle: false });
     let expected = "Not controlled by this machine: z of the base, taken where the machine stands; words of a program for it \
                     stay.\n";
     assert!(said.contains(expected), "{said}");

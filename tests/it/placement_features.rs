@@ -7,7 +7,7 @@ use crate::support::{
     placement::{searched, study_in},
 };
 use kinetostat::{
-    compensation::{Demand, Method, Session, Settings, Target, compensate},
+    compensation::{CompensationSettings, Demand, Method, Session, Target, compensate},
     report::exchange::csv,
     spatial::{Pose, Wrench},
     study::placement::{
@@ -85,7 +85,7 @@ fn the_tool_of_a_tilted_workpiece_and_its_force_tilt_with_it() {
     let unturned = Pose::from_roll_pitch_yaw(Vector3::new(0.0, 0.0, -yaw)).rotation;
     let rotation = workpiece.rotation * unturned * machine.home.pose.rotation;
     let lever = rotation * machine.tool_tip;
-    let mut session = Session::new(machine, machine, Settings::default());
+    let mut session = Session::new(machine, machine, CompensationSettings::default());
     let errors = SLOT.map(|[x, y, z, fx, fy, fz]| {
         let tip = workpiece.transform(Vector3::new(x, y, z));
         let force = workpiece.rotation * Vector3::new(fx, fy, fz);

@@ -3,15 +3,15 @@
 use std::{fs, path::Path};
 
 use kinetostat::{
-    compensation::Target,
+    compensation::{ErrorNorm, Target},
+    input::Inputs,
     machine::Machine,
     process::{
         ForceLaw, MillingForce, PathReference, Process,
         cutting::{CuttingLaw, EdgeForce, PathFrame, SlotMilling, WrenchTable},
-        file::{CorrectionLimits, Objective},
+        file::CorrectionLimits,
     },
-    toolpath::{Format, Sampling, Turn},
-    input::Inputs,
+    toolpath::{NumberFormat, Sampling, Turn},
 };
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -37,7 +37,7 @@ fn an_empty_process_is_no_force_on_a_perfect_machine() {
     assert_eq!(process.limits, CorrectionLimits::default());
     assert_eq!(process.target, Target::ToolTip);
     assert_eq!(process.gcode, Default::default());
-    let own = Format::new(3, 5).unwrap();
+    let own = NumberFormat::new(3, 5).unwrap();
     assert_eq!(process.decimals.format(own), Ok(own));
 }
 
@@ -84,14 +84,14 @@ fn every_key_arrives_in_the_program_s_units() {
         correction_mm: Some(1.5),
         correction_change_mm: Some(0.1),
         force_N: Some(400.0),
-        objective: Objective::Worst,
+        objective: ErrorNorm::Worst,
     };
     assert_eq!(process.limits, limits);
     assert_eq!(process.target, Target::PlatformPoint);
     assert_eq!(process.gcode.work_offsets_mm[0], Some(Vector3::new(10.0, 20.0, 30.0)));
     assert_eq!(process.gcode.work_offsets_mm[1..5], [None; 4]);
     assert_eq!(process.gcode.work_offsets_mm[5], Some(Vector3::new(-1.0, 0.0, 0.0)));
-    assert_eq!(process.decimals.format(Format::new(3, 5).unwrap()), Format::new(6, 5));
+    assert_eq!(process.decimals.format(NumberFormat::new(3, 5).unwrap()), NumberFormat::new(6, 5));
 }
 
 #[test]

@@ -305,13 +305,16 @@ fn check_compensation(machine: &Machine, trial: &Trial, at: &Configuration) {
     for target in [Target::ToolTip, Target::FullPose] {
         let demand = Demand { pose: at.pose, load: trial.load(), target };
         for method in Method::ALL {
-            let settings = compensation::Settings { max_iterations: 30, ..compensation::Settings::default() };
+            let settings = compensation::CompensationSettings {
+                max_iterations: 30,
+                ..compensation::CompensationSettings::default()
+            };
             let mut session = Session::new(machine, &real, settings);
             let done = compensate(&mut session, &demand, method);
             finite(&method.label(), done.drives.iter().chain(&done.drive_forces));
             finite(&method.label(), done.position_error.iter().chain(done.leftover_rotation.iter()));
             assert_eq!(done.status.reason(machine).is_empty(), done.status.is_success(), "{:?}", done.status);
-            if done.status == compensation::Status::Converged {
+            if done.status == compensation::CompensationStatus::Converged {
                 let left = demand.task_error(machine, &session.state().pose).size();
                 assert!(
                     left <= 1e-10 + 1e-12 * machine.reach && done.outcome.is_some(),
@@ -332,9 +335,9 @@ fn check_map(machine: &Machine, trial: &Trial) {
         errors: trial.chain_errors(machine),
         grid: Grid::new(min, max, [2; 3]),
         force: MillingForce::PAPER,
+        not_used: Vec::new(),
         phis: vec![0.0, 2.0],
         target: Target::ToolTip,
-        slices_z: vec![0.0],
     };
     for point in map::run(&study, &Work::default()).unwrap().points {
         for effect in &point.effects {

@@ -175,7 +175,7 @@ fn every_method_puts_the_tool_of_a_redundant_machine_right_by_the_same_command()
                 let pose = machine.inverse_kinematics(&machine.pose_at(position)).unwrap().pose;
                 let load = Wrench::new([800.0, -500.0, 600.0, -1e5, 2e5, 5e4]);
                 let demand = Demand { pose, load, target };
-                let settings = compensation::Settings { tolerance: 5e-12, ..Default::default() };
+                let settings = compensation::CompensationSettings { tolerance: 5e-12, ..Default::default() };
                 let mut reference: Option<Vec<f64>> = None;
                 for method in [
                     Method::Direct,
@@ -212,7 +212,7 @@ fn corrections_of_a_redundant_machine_do_not_depend_on_the_path_before() {
                 machine.inverse_kinematics(&machine.pose_at(Vector3::new(1500.0 + x, 200.0, 950.0))).unwrap().pose;
             Demand { pose, load: Wrench::new([500.0, 300.0, -200.0, 0.0, 0.0, 0.0]), target: Target::ToolTip }
         };
-        let settings = compensation::Settings { tolerance: 1e-12, ..Default::default() };
+        let settings = compensation::CompensationSettings { tolerance: 1e-12, ..Default::default() };
         let mut session = Session::new(&machine, &real, settings);
         let along: Vec<Vec<f64>> =
             (0..=10).map(|k| compensate(&mut session, &demand(5.0 * f64::from(k)), Method::Direct).drives).collect();
@@ -237,7 +237,7 @@ fn a_whole_path_of_a_redundant_machine_is_corrected_within_limits() {
             .collect();
         let mut largest = vec![1e-9f64; machine.drive_count()];
         for demand in &demands {
-            let mut session = Session::new(&machine, &real, compensation::Settings::default());
+            let mut session = Session::new(&machine, &real, compensation::CompensationSettings::default());
             let done = compensate(&mut session, demand, Method::Direct);
             let nominal = machine.inverse_kinematics(&demand.pose).unwrap();
             for (most, (rho, nominal)) in largest.iter_mut().zip(done.drives.iter().zip(&nominal.drives)) {
@@ -254,7 +254,7 @@ fn a_whole_path_of_a_redundant_machine_is_corrected_within_limits() {
                 &real,
                 &demands,
                 limits,
-                compensation::Objective::Rms,
+                compensation::ErrorNorm::Rms,
                 &BoundedSettings::default(),
                 &|_| {},
             )

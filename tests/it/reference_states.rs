@@ -2,9 +2,7 @@
 
 use crate::support::{Within, reference};
 use kinetostat::{
-    compensation::{
-        Demand, Method, Session, Settings as CompensationSettings, Status as CompensationStatus, Target, compensate,
-    },
+    compensation::{CompensationSettings, CompensationStatus, Demand, Method, Session, Target, compensate},
     machine::{ChainError, Configuration, Machine},
     spatial::{Wrench, rotation_log},
     statics::{Outcome, Settings, Solution, State, Status, Workspace, equilibrium, unloaded_stiffness},

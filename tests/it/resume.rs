@@ -122,7 +122,16 @@ fn kill_and_resume(folder: &Path, arguments: &[&str], kills: usize) {
 fn kill_maps(kills: usize) {
     let folder = tempfile::tempdir().unwrap();
     let study = study(folder.path(), MAP);
-    kill_and_resume(folder.path(), &["run", path(&study), "--format", "csv,parquet,vti"], kills);
+    kill_and_resume(
+        folder.path(),
+        &[
+            "run",
+            path(&study),
+            "--format",
+            if cfg!(all(feature = "parquet", feature = "vtk")) { "csv,parquet,vti" } else { "csv" },
+        ],
+        kills,
+    );
 }
 
 fn kill_other_studies(kills: usize) {
@@ -155,7 +164,14 @@ fn kill_a_long_path(kills: usize) {
     let toml = fs::read_to_string(from.join("study.toml")).unwrap();
     let study = study(folder.path(), &toml.replace("[path]", "[path]\nmethods = [\"direct\"]"));
     fs::copy(from.join("process.toml"), study.join("process.toml")).unwrap();
-    let arguments = ["run", path(&study), "--points", "6000", "--format", "csv,parquet"];
+    let arguments = [
+        "run",
+        path(&study),
+        "--points",
+        "6000",
+        "--format",
+        if cfg!(feature = "parquet") { "csv,parquet" } else { "csv" },
+    ];
     kill_and_resume(folder.path(), &arguments, kills);
 }
 

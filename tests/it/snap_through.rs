@@ -68,7 +68,7 @@ fn chain_errors_do_not_lead_away_from_a_singular_place() {
         let real = nominal.with_errors(&nominal.assembly_errors(&degrees));
         for force in [0.0, 10.0] {
             let status = |y: f64| {
-                let mut session = Session::new(&nominal, &real, compensation::Settings::default());
+                let mut session = Session::new(&nominal, &real, compensation::CompensationSettings::default());
                 let pose = nominal.pose_at(Vector3::new(0.0, y, 0.0));
                 let load = Wrench::new([force, -force, 0.5 * force, 0.0, 0.0, 0.0]);
                 let demand = Demand { pose, load, target: Target::ToolTip };

@@ -29,7 +29,7 @@ fn arm(force_n: f64, compensate: &str) -> WorkspaceMapStudy {
          [workspace_map]\ngrid = [3, 3, 3]\ncompensate = \"{compensate}\"\nslices_z_mm = [1000.0]\n"
     );
     match Study::from_toml(&text, "study.toml", Path::new(FOLDER), &Overrides::default()).unwrap().kind {
-        StudyKind::WorkspaceMap(study) => study,
+        StudyKind::WorkspaceMap(study, _) => *study,
         other => panic!("{other:?}"),
     }
 }

@@ -12,7 +12,7 @@ use kinetostat::{
     study::{
         Overrides, Study, StudyKind,
         superposition::{
-            LocationResult, Scaled, Superposition, SuperpositionStudy,
+            LocationResult, Scaled, Shown, Superposition, SuperpositionStudy,
             ablation::Cause,
             departure::{Followed, Sum},
             report, run,
@@ -28,7 +28,7 @@ const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/studies/05_superposit
 fn study(grid: [usize; 3]) -> SuperpositionStudy {
     let overrides = Overrides { grid: Some(grid), ..Overrides::default() };
     match Study::open(Path::new(FOLDER), &overrides).unwrap_or_else(|e| panic!("{e}")).kind {
-        StudyKind::Superposition(study) => study,
+        StudyKind::Superposition(study, _) => *study,
         other => panic!("not a superposition study: {other:?}"),
     }
 }
@@ -122,8 +122,9 @@ fn maps_have_the_symmetry_of_the_machine() {
     let results = solve(&symmetric);
     let turn = Matrix3::new(0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0);
     let at = |position: Vector3<f64>| {
-        let near =
-            |p: &&kinetostat::study::superposition::MapPoint| (Vector3::from(p.position_mm) - position).norm() < 1e-9;
+        let near = |p: &&kinetostat::study::superposition::DeparturePoint| {
+            (Vector3::from(p.position_mm) - position).norm() < 1e-9
+        };
         results.points.iter().find(near).unwrap()
     };
     for point in &results.points {
@@ -292,7 +293,7 @@ fn places_out_of_reach_are_labelled_everywhere() {
     let (study, locations, summary) = (&results.study, &results.locations, summary(&results));
     assert!(report::summary_text(study, &summary, locations).contains("Q0: unreachable: "));
     assert_eq!(report::summary_json(study, &summary, locations)["grid_points_solved"], 1);
-    let mut pictures = report::Pictures::new(study);
+    let mut pictures = report::Pictures::new(study, &Shown { slices_z: vec![0.0] });
     results.points.iter().for_each(|point| pictures.add(point));
     for (name, figure) in pictures.figures(study, locations) {
         figure.svg(Colours::Viridis).unwrap_or_else(|e| panic!("{name}: {e}"));

@@ -105,7 +105,7 @@ fn a_study_partly_out_of_reach_says_so_and_without_figures_writes_tables_only() 
 fn without_chain_errors_nothing_is_wrong_and_one_is_singular() {
     let folder = tempfile::tempdir().unwrap();
     let written = fs::read_to_string(Path::new(STUDY).join("study.toml")).unwrap();
-    let (head, _) = written.split_once("[[chain_error]]").unwrap();
+    let (head, _) = written.split_once("[[process.chain_error]]").unwrap();
     let (_, tail) = written.split_once("[superposition]").unwrap();
     let plain = format!("{head}[superposition]{tail}").replace("phi_step_deg = 10.0", "phi_step_deg = 360.0");
     fs::write(folder.path().join("study.toml"), plain).unwrap();

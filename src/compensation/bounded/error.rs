@@ -1,6 +1,6 @@
 //! Why there is no bounded correction: limits that make no sense or exclude one another.
 
-use super::{super::outcome::Status, limits::LimitKind};
+use super::{super::outcome::CompensationStatus, limits::LimitKind};
 
 /// Limits that make no sense, exclude one another, or ask for more than the machine can do. Points are counted from 0.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -94,7 +94,7 @@ pub enum BoundedError {
         /// Index of the point.
         point: usize,
         /// What went wrong there.
-        status: Status,
+        status: CompensationStatus,
     },
     /// The convex solver gave up.
     #[error("the convex solver ended with {status}")]

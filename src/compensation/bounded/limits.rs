@@ -6,6 +6,8 @@
 
 use std::fmt;
 
+use serde::Serialize;
+
 use super::{error::BoundedError, program::RowLimit};
 use crate::machine::{Drive, Machine};
 
@@ -24,7 +26,7 @@ pub struct Limits {
 }
 
 /// Kind of a limit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub enum LimitKind {
     /// Size of the correction, |Δρ|.
     Correction,
@@ -60,7 +62,7 @@ impl fmt::Display for LimitKind {
 }
 
 /// Which end of a limit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub enum Side {
     /// The value is as small as it may be.
     Lower,

@@ -24,19 +24,22 @@ mod path;
 mod program;
 mod search;
 
-use super::{demand::Demand, outcome::Status, session::Settings};
+use super::{demand::Demand, outcome::CompensationStatus, session::CompensationSettings};
+use serde::{Deserialize, Serialize};
+
 use crate::machine::Machine;
 
 pub use error::BoundedError;
 use limits::Bounds;
 pub use limits::{LimitKind, Limits, Side};
-pub use outcome::{Binding, BoundedPath, BoundedPoint, BoundedStatus, CorrectedPoint, Errors, Price, Summary};
+pub use outcome::{Binding, BoundedPath, BoundedPoint, BoundedStatus, BoundedSummary, CorrectedPoint, Errors, Price};
 use path::{Point, Simulator};
 use search::{Found, Search};
 
 /// What is to be as small as the limits allow.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Objective {
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ErrorNorm {
     /// The root mean square of the task errors.
     #[default]
     Rms,
@@ -48,8 +51,8 @@ pub enum Objective {
 /// When the search for bounded corrections stops.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoundedSettings {
-    /// Settings of the unbounded correction and of each equilibrium.
-    pub point: Settings,
+    /// CompensationSettings of the unbounded correction and of each equilibrium.
+    pub point: CompensationSettings,
     /// Most linearisations of the path.
     pub max_iterations: usize,
     /// Accepted excess of a force in the nonlinear simulation, as a share of its limit.
@@ -58,7 +61,7 @@ pub struct BoundedSettings {
 
 impl Default for BoundedSettings {
     fn default() -> Self {
-        Self { point: Settings::default(), max_iterations: 30, force_tolerance: 1e-6 }
+        Self { point: CompensationSettings::default(), max_iterations: 30, force_tolerance: 1e-6 }
     }
 }
 
@@ -79,7 +82,7 @@ pub fn compensate_bounded(
     real: &Machine,
     demands: &[Demand],
     limits: &Limits,
-    objective: Objective,
+    objective: ErrorNorm,
     settings: &BoundedSettings,
     progress: &dyn Fn(usize),
 ) -> Result<BoundedPath, BoundedError> {
@@ -87,7 +90,7 @@ pub fn compensate_bounded(
     let with_forces = limits.limit_forces(nominal);
     let free = without_travel(nominal);
     let mut simulator = Simulator::new(&free, real, settings.point, with_forces);
-    let mut reasons: Vec<Option<Status>> = Vec::with_capacity(demands.len());
+    let mut reasons: Vec<Option<CompensationStatus>> = Vec::with_capacity(demands.len());
     let (mut points, mut index) = (Vec::new(), Vec::new());
     for (k, demand) in demands.iter().enumerate() {
         match simulator.point(demand) {
@@ -126,12 +129,12 @@ fn conclude(
     points: &[Point],
     bounds: &Bounds,
     found: Found,
-    objective: Objective,
-    reasons: Vec<Option<Status>>,
+    objective: ErrorNorm,
+    reasons: Vec<Option<CompensationStatus>>,
 ) -> BoundedPath {
     let corrected = corrected_points(machine, points, bounds, &found, objective);
     let before = points.iter().filter_map(|point| point.uncorrected.as_ref().map(|answer| answer.error.norm()));
-    let summary = Summary {
+    let summary = BoundedSummary {
         status: if points.is_empty() { BoundedStatus::Empty } else { found.status },
         before: Errors::of(before),
         after: found.iterate.errors,
@@ -142,7 +145,7 @@ fn conclude(
         prices: prices(&corrected),
     };
     let mut corrected = corrected.into_iter();
-    let label = |reason: Option<Status>| match reason {
+    let label = |reason: Option<CompensationStatus>| match reason {
         Some(status) => Some(BoundedPoint::LeftOut(status)),
         None => corrected.next().map(BoundedPoint::Corrected),
     };
@@ -154,7 +157,7 @@ fn corrected_points(
     points: &[Point],
     bounds: &Bounds,
     found: &Found,
-    objective: Objective,
+    objective: ErrorNorm,
 ) -> Vec<CorrectedPoint> {
     let iterate = &found.iterate;
     let own = iterate.corrections.chunks_exact(bounds.drive_count());
@@ -173,9 +176,9 @@ fn corrected_points(
     let mut corrected: Vec<CorrectedPoint> = corrected.collect();
     // From mm² of half the sum of squares to mm of its root mean square.
     let per_multiplier = match objective {
-        Objective::Rms if iterate.errors.rms > 0.0 => 1.0 / (points.len() as f64 * iterate.errors.rms),
-        Objective::Rms => 0.0,
-        Objective::Worst => 1.0,
+        ErrorNorm::Rms if iterate.errors.rms > 0.0 => 1.0 / (points.len() as f64 * iterate.errors.rms),
+        ErrorNorm::Rms => 0.0,
+        ErrorNorm::Worst => 1.0,
     };
     for multiplier in &found.binding {
         let limit = multiplier.limit;

@@ -1,29 +1,30 @@
 //! What a bounded correction returns.
 
 use nalgebra::Vector3;
+use serde::Serialize;
 
 use super::{
-    super::outcome::Status,
+    super::outcome::CompensationStatus,
     limits::{LimitKind, Side},
 };
 
 /// A corrected path.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BoundedPath {
     /// One per demand, in order.
     pub points: Vec<BoundedPoint>,
     /// The path as a whole.
-    pub summary: Summary,
+    pub summary: BoundedSummary,
 }
 
 /// What became of one demand.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum BoundedPoint {
     /// It takes part in the correction.
     Corrected(CorrectedPoint),
     /// It is left out, for this reason: it cannot be reached, or the loaded machine has no equilibrium there. Limits on
     /// the change of the correction do not apply across it.
-    LeftOut(Status),
+    LeftOut(CompensationStatus),
 }
 
 impl BoundedPoint {
@@ -37,7 +38,7 @@ impl BoundedPoint {
 }
 
 /// A point that takes part, as the nonlinear simulation finds it at the corrected drives.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CorrectedPoint {
     /// Drive positions ρ to command, mm or rad.
     pub drives: Vec<f64>,
@@ -56,7 +57,7 @@ pub struct CorrectedPoint {
 }
 
 /// A limit that binds.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Binding {
     /// Index of the drive, machine order.
     pub drive: usize,
@@ -70,7 +71,7 @@ pub struct Binding {
 }
 
 /// Shadow price of a limit that is the same along the whole path.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Price {
     /// Index of the drive, machine order.
     pub drive: usize,
@@ -84,7 +85,7 @@ pub struct Price {
 }
 
 /// Root mean square and largest length of the task error over the points, mm.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Errors {
     /// `√(Σ ‖e_k‖² / N)`.
     pub rms: f64,
@@ -106,7 +107,7 @@ impl Errors {
 }
 
 /// How the search for the corrections ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum BoundedStatus {
     /// The unbounded corrections keep all limits and were returned.
     Unbounded,
@@ -135,8 +136,8 @@ impl BoundedStatus {
 }
 
 /// A corrected path in a few numbers.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Summary {
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BoundedSummary {
     /// How the search ended.
     pub status: BoundedStatus,
     /// Errors at the nominal command, over the points that have an equilibrium there; zero if there are none.

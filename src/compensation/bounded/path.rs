@@ -5,8 +5,8 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use super::super::{
     Method, compensate,
     demand::Demand,
-    outcome::Status,
-    session::{Session, Settings},
+    outcome::CompensationStatus,
+    session::{CompensationSettings, Session},
 };
 use crate::{
     machine::{Configuration, Machine},
@@ -49,19 +49,19 @@ pub(super) struct Simulator {
 }
 
 impl Simulator {
-    pub fn new(nominal: &Machine, real: &Machine, settings: Settings, with_forces: bool) -> Self {
+    pub fn new(nominal: &Machine, real: &Machine, settings: CompensationSettings, with_forces: bool) -> Self {
         Self { session: Session::new(nominal, real, settings), with_forces }
     }
 
     /// The point of `demand`, near the point simulated last; the reason if it cannot be reached or has no equilibrium.
-    pub fn point(&mut self, demand: &Demand) -> Result<Point, Status> {
+    pub fn point(&mut self, demand: &Demand) -> Result<Point, CompensationStatus> {
         let exact = compensate(&mut self.session, demand, Method::Direct);
         let exact_state = self.session.state.clone();
         self.session.go_to(&demand.pose)?;
         let command = self.session.command.clone();
         let mut point = Point { demand: *demand, command, uncorrected: None, exact: None };
         let uncorrected = self.answer(&point, &point.command.drives, &exact_state);
-        if exact.status == Status::Converged {
+        if exact.status == CompensationStatus::Converged {
             point.exact = self.answer(&point, &exact.drives, &exact_state).ok();
             self.session.state = exact_state;
             self.session.drives = exact.drives;
@@ -74,7 +74,7 @@ impl Simulator {
     }
 
     /// The answer to `drives` at `point`, found from the neighbouring equilibrium `start`.
-    pub fn answer(&mut self, point: &Point, drives: &[f64], start: &State) -> Result<Answer, Status> {
+    pub fn answer(&mut self, point: &Point, drives: &[f64], start: &State) -> Result<Answer, CompensationStatus> {
         let session = &mut self.session;
         session.stand(&point.command, start);
         session.drives.copy_from_slice(drives);
@@ -86,7 +86,7 @@ impl Simulator {
             true => {
                 let (twists, workspace) = (&outcome.drive_sensitivity, &mut session.workspace);
                 let sensitivity = drive_force_sensitivity(&session.real, drives, &session.state, twists, workspace);
-                Some(sensitivity.ok_or(Status::Singular)?)
+                Some(sensitivity.ok_or(CompensationStatus::Singular)?)
             }
             false => None,
         };

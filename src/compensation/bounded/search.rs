@@ -2,7 +2,7 @@
 //! simulation confirms.
 
 use super::{
-    BoundedSettings, Objective,
+    BoundedSettings, ErrorNorm,
     error::BoundedError,
     limits::{Bounds, LimitKind, Limits},
     outcome::{BoundedStatus, Errors},
@@ -53,7 +53,7 @@ pub(super) struct Search<'a, 'm> {
     pub bounds: &'a Bounds,
     pub machine: &'m Machine,
     pub simulator: &'a mut Simulator,
-    pub objective: Objective,
+    pub objective: ErrorNorm,
     pub settings: &'a BoundedSettings,
     pub progress: &'a dyn Fn(usize),
 }
@@ -183,8 +183,8 @@ impl Search<'_, '_> {
     /// sum of squares: so the points that are not the worst are as good as they can be, and the solution is unique.
     fn aim(&self, program: &Program<'_>) -> Result<Solved, Failure> {
         match self.objective {
-            Objective::Rms => program.solve(Goal::Squares),
-            Objective::Worst => {
+            ErrorNorm::Rms => program.solve(Goal::Squares),
+            ErrorNorm::Worst => {
                 let first = program.solve(Goal::Largest)?;
                 let within = first.extra * (1.0 + STAGE_SLACK) + SAME_LENGTH;
                 Ok(match program.solve(Goal::Within(within)) {
@@ -222,9 +222,9 @@ impl Search<'_, '_> {
         let (new, old) = (&next.errors, &now.errors);
         next.excess <= tolerance
             && match self.objective {
-                Objective::Rms => new.rms < old.rms,
+                ErrorNorm::Rms => new.rms < old.rms,
                 // Within what the second stage gives away, the sum of squares decides.
-                Objective::Worst => {
+                ErrorNorm::Worst => {
                     let given_away = 2.0 * (STAGE_SLACK * old.worst + SAME_LENGTH);
                     new.worst < old.worst - given_away || (new.worst < old.worst + given_away && new.rms < old.rms)
                 }
@@ -235,16 +235,16 @@ impl Search<'_, '_> {
     fn improves(&self, next: &Iterate, now: &Iterate) -> bool {
         let rms = is_less(next.errors.rms, now.errors.rms, IMPROVEMENT);
         match self.objective {
-            Objective::Rms => rms,
-            Objective::Worst => rms || is_less(next.errors.worst, now.errors.worst, STAGE_SLACK),
+            ErrorNorm::Rms => rms,
+            ErrorNorm::Worst => rms || is_less(next.errors.worst, now.errors.worst, STAGE_SLACK),
         }
     }
 
     /// Whether a linearisation promises so much that it matters if it cannot be had.
     fn is_promising(&self, promised: &Errors, now: &Errors) -> bool {
         match self.objective {
-            Objective::Rms => is_less(promised.rms, now.rms, PROMISE),
-            Objective::Worst => is_less(promised.worst, now.worst, 2.0 * STAGE_SLACK),
+            ErrorNorm::Rms => is_less(promised.rms, now.rms, PROMISE),
+            ErrorNorm::Worst => is_less(promised.worst, now.worst, 2.0 * STAGE_SLACK),
         }
     }
 

@@ -22,7 +22,7 @@ use super::{Chain, task_space::shown};
 use crate::spatial::Pose;
 
 /// A rigid configuration of the machine.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Configuration {
     /// Pose of P in O.
     pub pose: Pose,

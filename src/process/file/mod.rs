@@ -6,7 +6,7 @@ mod resolve;
 pub mod spec;
 
 use crate::{
-    compensation::Target,
+    compensation::{ErrorNorm, Target},
     input::{
         Folder, Inputs,
         check::Check,
@@ -14,7 +14,7 @@ use crate::{
     },
     machine::{ChainError, Machine},
     process::{CuttingRule, PathReference, Placement, cutting::CuttingLaw, file::spec::ProcessSpec},
-    toolpath::{Format, FormatError, Sampling, Toolpath, gcode::GcodeOptions},
+    toolpath::{FormatError, NumberFormat, Sampling, Toolpath, gcode::GcodeOptions},
 };
 
 /// A checked process for one machine.
@@ -40,6 +40,8 @@ pub struct Process {
     pub gcode: GcodeOptions,
     /// How written coordinates are rounded.
     pub decimals: Decimals,
+    /// Tables that only a toolpath has a use for and that say something.
+    pub of_paths: Vec<&'static str>,
     /// What decides it.
     pub inputs: Inputs,
 }
@@ -58,17 +60,7 @@ pub struct CorrectionLimits {
     /// Most force of a drive, N.
     pub force_N: Option<f64>,
     /// What is made small where limits bind.
-    pub objective: Objective,
-}
-
-/// What is made small where limits do not allow to put everything right.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Objective {
-    /// The root mean square of the errors along the path.
-    #[default]
-    Rms,
-    /// The largest error of the path.
-    Worst,
+    pub objective: ErrorNorm,
 }
 
 /// Decimals of written coordinates; `None` leaves those of the program.
@@ -85,8 +77,8 @@ impl Decimals {
     ///
     /// # Errors
     /// When there are no such decimals; never for those of a checked [`Process`].
-    pub fn format(self, own: Format) -> std::result::Result<Format, FormatError> {
-        Format::new(self.mm.unwrap_or(own.mm_decimals()), self.inch.unwrap_or(own.inch_decimals()))
+    pub fn format(self, own: NumberFormat) -> std::result::Result<NumberFormat, FormatError> {
+        NumberFormat::new(self.mm.unwrap_or(own.mm_decimals()), self.inch.unwrap_or(own.inch_decimals()))
     }
 }
 
@@ -170,12 +162,7 @@ impl Process {
     ///
     /// # Errors
     /// Values that make no sense.
-    pub fn from_tables(
-        spec: &ProcessSpec,
-        check: &Check,
-        folder: &Folder,
-        machine: &Machine,
-    ) -> Result<Process> {
+    pub fn from_tables(spec: &ProcessSpec, check: &Check, folder: &Folder, machine: &Machine) -> Result<Process> {
         resolve::tables(spec, check, folder, machine)
     }
 }

@@ -3,27 +3,26 @@
 use nalgebra::Vector3;
 
 use crate::{
-    compensation::Target,
     input::{
         Folder, Inputs,
-        check::{Check, SCHEMA},
+        check::Check,
         error::{Error, Result},
     },
     machine::Machine,
     process::{
-        CuttingRule, MillingForce, PathReference, Placement,
+        CuttingRule, MillingForce, Placement,
         cutting::{CuttingLaw, EdgeForce, PathFrame, SlotMilling, WrenchTable},
         file::{
-            CorrectionLimits, Decimals, Objective, Process,
+            CorrectionLimits, Decimals, Process,
             chain_errors::chain_errors,
             spec::{
-                CompensateSpec, CuttingRuleSpec, ForceSpec, GcodeSpec, LimitsSpec, ObjectiveSpec, PathFrameSpec,
-                PlacementSpec, ProcessSpec, ReferenceSpec, SamplingSpec, SlotMillingSpec, SpindleSpec, TableSpec,
+                CuttingRuleSpec, ForceSpec, GcodeSpec, LimitsSpec, PathFrameSpec, PlacementSpec, ProcessSpec,
+                SamplingSpec, SlotMillingSpec, SpindleSpec, TableSpec,
             },
         },
         tilt::Turned,
     },
-    toolpath::{Format, Sampling, Turn, gcode::GcodeOptions},
+    toolpath::{NumberFormat, Sampling, Turn, gcode::GcodeOptions},
 };
 
 /// Most teeth accepted.
@@ -33,7 +32,7 @@ const MAX_TEETH: u32 = 100;
 pub(super) fn file(spec: &ProcessSpec, check: &Check, folder: &Folder, machine: &Machine) -> Result<Process> {
     match spec.schema {
         Some(version) => check.schema(version)?,
-        None => return check.key("schema").fail(format!("missing, expected {SCHEMA}")),
+        None => return check.missing("schema"),
     }
     process(spec, check, folder, machine)
 }
@@ -58,9 +57,10 @@ fn process(spec: &ProcessSpec, check: &Check, folder: &Folder, machine: &Machine
         errors: chain_errors(&spec.chain_error, machine, check)?,
         sampling: sampling(&spec.sampling, &check.key("sampling"))?,
         limits: limits(&spec.limits, &check.key("limits"))?,
-        target: spec.compensate.target.into(),
+        target: spec.compensate.target,
         gcode: gcode_options(&spec.gcode, &check_gcode)?,
         decimals: decimals(&spec.gcode, &check_gcode)?,
+        of_paths: spec.of_paths(),
         inputs: table,
     })
 }
@@ -77,10 +77,7 @@ fn placement(spec: &PlacementSpec, machine: &Machine, check: &Check) -> Result<P
     Ok(Placement {
         origin_mm: check.key("origin_mm").finite(spec.origin_mm.unwrap_or_default())?,
         roll_pitch_yaw,
-        reference: match spec.reference {
-            ReferenceSpec::ToolTip => PathReference::ToolTip,
-            ReferenceSpec::PlatformPoint => PathReference::PlatformPoint,
-        },
+        reference: spec.reference,
     })
 }
 
@@ -147,11 +144,8 @@ fn wrench_table(spec: &TableSpec, folder: &Folder, check: &Check) -> Result<(Cut
         return check.key("file").fail(format!("\"{}\" is not a file in the folder of the process file", spec.file));
     }
     let text = folder.bytes(&spec.file)?;
-    let table = WrenchTable::read(&text, &folder.path(&spec.file).display().to_string()).map_err(|error| Error::Syntax {
-        file: error.file,
-        line: Some(error.line),
-        key: String::new(),
-        problem: error.fault.to_string(),
+    let table = WrenchTable::read(&text, &folder.path(&spec.file).display().to_string()).map_err(|error| {
+        Error::Syntax { file: error.file, line: Some(error.line), key: String::new(), problem: error.fault.to_string() }
     })?;
     Ok((CuttingLaw::Table(table), Inputs::of(&spec.file, String::from_utf8_lossy(&text))))
 }
@@ -185,10 +179,7 @@ fn limits(spec: &LimitsSpec, check: &Check) -> Result<CorrectionLimits> {
         correction_mm: check.key("max_correction_mm").optional_positive(spec.max_correction_mm)?,
         correction_change_mm: change.optional_positive(spec.max_correction_change_mm)?,
         force_N: check.key("force_limit_N").optional_positive(spec.force_limit)?,
-        objective: match spec.objective {
-            ObjectiveSpec::Rms => Objective::Rms,
-            ObjectiveSpec::Worst => Objective::Worst,
-        },
+        objective: spec.objective,
     })
 }
 
@@ -206,19 +197,9 @@ fn gcode_options(spec: &GcodeSpec, check: &Check) -> Result<GcodeOptions> {
 
 fn decimals(spec: &GcodeSpec, check: &Check) -> Result<Decimals> {
     for (key, decimals) in [("decimals_mm", spec.decimals_mm), ("decimals_inch", spec.decimals_inch)] {
-        if let Some(decimals) = decimals.filter(|decimals| !(1..=Format::MAX_DECIMALS).contains(decimals)) {
-            return check.key(key).fail(format!("must be from 1 to {}, got {decimals}", Format::MAX_DECIMALS));
+        if let Some(decimals) = decimals.filter(|decimals| !(1..=NumberFormat::MAX_DECIMALS).contains(decimals)) {
+            return check.key(key).fail(format!("must be from 1 to {}, got {decimals}", NumberFormat::MAX_DECIMALS));
         }
     }
     Ok(Decimals { mm: spec.decimals_mm, inch: spec.decimals_inch })
-}
-
-impl From<CompensateSpec> for Target {
-    fn from(spec: CompensateSpec) -> Target {
-        match spec {
-            CompensateSpec::ToolTip => Target::ToolTip,
-            CompensateSpec::PlatformPoint => Target::PlatformPoint,
-            CompensateSpec::FullPose => Target::FullPose,
-        }
-    }
 }

@@ -3,7 +3,10 @@
 use serde::Deserialize;
 
 use super::chain_errors::ChainErrorSpec;
-use crate::process::ForceLaw;
+use crate::{
+    compensation::{ErrorNorm, Target},
+    process::{ForceLaw, PathReference},
+};
 
 /// The whole file.
 #[derive(Debug, Clone, Deserialize)]
@@ -37,8 +40,22 @@ pub struct ProcessSpec {
     pub gcode: GcodeSpec,
 }
 
+impl ProcessSpec {
+    /// Tables that only a toolpath has a use for and that say something.
+    pub(crate) fn of_paths(&self) -> Vec<&'static str> {
+        let given = [
+            ("placement", self.placement != PlacementSpec::default()),
+            ("cutting", self.cutting != CuttingRuleSpec::default()),
+            ("sampling", self.sampling != SamplingSpec::default()),
+            ("limits", self.limits != LimitsSpec::default()),
+            ("gcode", self.gcode != GcodeSpec::default()),
+        ];
+        given.iter().filter(|(_, says_something)| *says_something).map(|(name, _)| *name).collect()
+    }
+}
+
 /// Pose of the workpiece frame W in the base frame O.
-#[derive(Debug, Clone, Default, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlacementSpec {
     /// Origin of W in O; that of O if not given, which results then say.
@@ -55,18 +72,7 @@ pub struct PlacementSpec {
     pub yaw_deg: f64,
     /// Whose positions the path gives.
     #[serde(default)]
-    pub reference: ReferenceSpec,
-}
-
-/// Whose positions a path gives.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ReferenceSpec {
-    /// The tool tip.
-    #[default]
-    ToolTip,
-    /// The platform point P.
-    PlatformPoint,
+    pub reference: PathReference,
 }
 
 /// The cutting force: at most one of its keys.
@@ -155,7 +161,7 @@ pub enum SpindleSpec {
 }
 
 /// Which moves cut, besides that rapid ones do not; see [`crate::process::CuttingRule`].
-#[derive(Debug, Clone, Default, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CuttingRuleSpec {
     /// Highest z in W at which the tool cuts.
@@ -167,7 +173,7 @@ pub struct CuttingRuleSpec {
 }
 
 /// How finely arcs and long lines are split.
-#[derive(Debug, Clone, Default, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SamplingSpec {
     /// The most an arc may stand off its chord; 0.001.
@@ -177,7 +183,7 @@ pub struct SamplingSpec {
 }
 
 /// Limits of corrections and drive forces.
-#[derive(Debug, Clone, Default, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LimitsSpec {
     /// Most |Δρ| of a drive.
@@ -189,18 +195,7 @@ pub struct LimitsSpec {
     pub force_limit: Option<f64>,
     /// What is made small where the limits do not allow to put everything right.
     #[serde(default)]
-    pub objective: ObjectiveSpec,
-}
-
-/// What is made small where limits bind.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ObjectiveSpec {
-    /// The root mean square of the errors.
-    #[default]
-    Rms,
-    /// The largest error.
-    Worst,
+    pub objective: ErrorNorm,
 }
 
 /// What compensation puts right.
@@ -209,11 +204,11 @@ pub enum ObjectiveSpec {
 pub struct CompensateTable {
     /// The point brought onto the path.
     #[serde(default)]
-    pub target: CompensateSpec,
+    pub target: Target,
 }
 
 /// What a G-code program does not say itself.
-#[derive(Debug, Clone, Default, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GcodeSpec {
     /// Zero of G54 in W; W itself if not given.
@@ -232,17 +227,4 @@ pub struct GcodeSpec {
     pub decimals_mm: Option<u8>,
     /// Decimals of coordinates written in inches; those of the program if not given.
     pub decimals_inch: Option<u8>,
-}
-
-/// What compensation puts right.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum CompensateSpec {
-    /// The tool tip.
-    #[default]
-    ToolTip,
-    /// The platform point P.
-    PlatformPoint,
-    /// The tool tip and the platform's orientation, as far as the drives control rotations.
-    FullPose,
 }

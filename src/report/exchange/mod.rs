@@ -81,8 +81,11 @@ pub struct NotBuilt(Format);
 impl std::fmt::Display for NotBuilt {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let (format, feature) = (self.0.label(), self.0.feature().unwrap_or_default());
-        write!(f, "this program was built without {format}: build it with `--features {feature}`, such as `cargo install \
-            --path . --features {feature}`")
+        write!(
+            f,
+            "this program was built without {format}: build it with `--features {feature}`, such as `cargo install \
+            --path . --features {feature}`"
+        )
     }
 }
 

@@ -4,6 +4,7 @@
 pub mod report;
 
 use nalgebra::{Matrix6, Vector3, Vector6};
+use serde::Serialize;
 
 use crate::{
     machine::{Coordinate, Drive, Machine, Mobility, SpringLaw, ToolAxisSource},
@@ -15,7 +16,7 @@ use crate::{
 };
 
 /// Findings about a machine.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Findings {
     /// Mobility at home.
     pub mobility: Mobility,

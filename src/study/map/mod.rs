@@ -14,13 +14,13 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    compensation::{Compensation, Demand, Method, Session, Settings, Target, compensate_batch},
+    compensation::{Compensation, Demand, Method, Session, Target, compensate_batch},
     input::error,
     machine::{ChainError, Configuration, Machine, Unreachable},
     process::MillingForce,
     spatial::{Grid, Wrench},
     statics::{self, Batch, Outcome, State, tool_compliance},
-    study::{Failure, Source, status_of},
+    study::{Failure, Machines, Source, status_of},
     work::{Event, Work},
 };
 
@@ -39,6 +39,8 @@ pub struct WorkspaceMapStudy {
     pub phis: Vec<f64>,
     /// What compensation puts right.
     pub target: Target,
+    /// Tables of the process that have no use without a path.
+    pub not_used: Vec<&'static str>,
 }
 
 /// What pictures of a map show.
@@ -102,9 +104,10 @@ impl MapPoint {
 }
 
 /// Results of a workspace-map study.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct WorkspaceMap {
     /// The study.
+    #[serde(skip)]
     pub study: WorkspaceMapStudy,
     /// Points in grid order.
     pub points: Vec<MapPoint>,
@@ -143,12 +146,12 @@ pub fn run_in_blocks(
     work: &Work,
     mut take: impl FnMut(Vec<MapPoint>) -> error::Result<()> + Send,
 ) -> error::Result<()> {
-    let real = study.machine.with_errors(&study.errors);
+    let machines = Machines::new(&study.machine, &study.errors);
     let total = study.grid.len();
     let size = block_size(study);
     let mut done: Option<Vec<MapPoint>> = None;
     for start in (0..total).step_by(size) {
-        let compute = || block(study, &real, start..total.min(start + size), work);
+        let compute = || block(study, &machines, start..total.min(start + size), work);
         let (next, taken) =
             rayon::join(|| work.piece(&start, Vec::len, compute), || done.take().map_or(Ok(()), &mut take));
         taken?;
@@ -157,10 +160,18 @@ pub fn run_in_blocks(
     done.map_or(Ok(()), take)
 }
 
-/// The points with these indices; `real` is the machine with its errors.
+/// Computes the grid points with these indices, in grid order, in parallel on the current rayon pool.
+///
+/// # Errors
+/// Of `work`.
+pub fn run_range(study: &WorkspaceMapStudy, indices: Range<usize>, work: &Work) -> error::Result<Vec<MapPoint>> {
+    let indices = indices.start.min(study.grid.len())..indices.end.min(study.grid.len());
+    block(study, &Machines::new(&study.machine, &study.errors), indices, work)
+}
+
 fn block(
     study: &WorkspaceMapStudy,
-    real: &Machine,
+    machines: &Machines,
     indices: Range<usize>,
     work: &Work,
 ) -> error::Result<Vec<MapPoint>> {
@@ -169,8 +180,8 @@ fn block(
         .map_init(
             || GroupSolver {
                 study,
-                nominal: Group::new(&study.machine, &study.machine),
-                real: Group::new(&study.machine, real),
+                nominal: Group::new(machines, Source::Cutting),
+                real: Group::new(machines, Source::Both),
             },
             |solver, group| {
                 work.check()?;
@@ -192,14 +203,13 @@ struct Group {
 }
 
 impl Group {
-    fn new(nominal: &Machine, real: &Machine) -> Self {
-        let settings = crate::study::along_path::settings();
-        let plain = Session::new(nominal, real, Settings { equilibrium: statics::Settings::default(), ..settings });
+    fn new(machines: &Machines, source: Source) -> Self {
+        let (session, batch) = (machines.session(source), machines.batch(source));
         Self {
-            plain: vec![plain; Batch::WIDTH],
-            corrected: vec![Session::new(nominal, real, settings); Batch::WIDTH],
-            plain_batch: Batch::new(real),
-            corrected_batch: Batch::new(real),
+            plain: vec![session.clone(); Batch::WIDTH],
+            corrected: vec![session; Batch::WIDTH],
+            plain_batch: batch.clone(),
+            corrected_batch: batch,
         }
     }
 }

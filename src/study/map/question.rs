@@ -15,9 +15,7 @@ impl Question for WorkspaceMapStudy {
     const TEMPLATE: Template = Template {
         name: "map",
         about: "How far the tool moves over the workspace, and what to command instead",
-        files: &[
-            ("study.toml", include_str!("template/study.toml")),
-        ],
+        files: &[("study.toml", include_str!("template/study.toml"))],
     };
     const TABLES: &[&str] = &["map"];
 

@@ -11,21 +11,21 @@ use std::ops::Range;
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
+use serde::Serialize;
 
 use crate::{
     compensation::{Demand, Method},
     input::error::Result,
     machine::{ChainError, Machine},
-    spatial::Wrench,
     study::{
-        Source,
+        Machines, Source,
         along_path::{self, Left, PathAnswer, PathCase, PathSummary, PathSums, kept},
     },
     work::Work,
 };
 
 /// A point of the path as tables and figures show it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Station {
     /// Length of the path up to here, mm.
     pub arc_length_mm: f64,
@@ -70,7 +70,7 @@ impl PathStudy {
 }
 
 /// One source of error along a part of the path.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct SourceAlongPath {
     /// Which.
     pub source: Source,
@@ -81,7 +81,7 @@ pub struct SourceAlongPath {
 }
 
 /// Points of a path that follow one another, and what the sources do there. Points have the indices of the whole path.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct PathPart {
     /// The first of them.
     pub first: usize,
@@ -123,7 +123,7 @@ impl PathPart {
 }
 
 /// A method along the path, both sources.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct MethodAlongPath {
     /// Which.
     pub method: Method,
@@ -132,9 +132,10 @@ pub struct MethodAlongPath {
 }
 
 /// Results of a path study, all at once.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct PathResults {
     /// The study.
+    #[serde(skip)]
     pub study: PathStudy,
     /// All points.
     pub whole: PathPart,
@@ -169,11 +170,12 @@ pub fn run_in_parts(
     work: &Work,
     mut take: impl FnMut(PathPart) -> Result<()> + Send,
 ) -> Result<Vec<MethodAlongPath>> {
-    let real = study.machine.with_errors(&study.errors);
+    let machines = Machines::new(&study.machine, &study.errors);
     let mut methods = vec![PathSums::default(); study.methods.len()];
     let mut done: Option<PathPart> = None;
     for points in along_path::parts(study.demands.len()) {
-        let (next, taken) = rayon::join(|| part(study, &real, points, work), || done.take().map_or(Ok(()), &mut take));
+        let (next, taken) =
+            rayon::join(|| part(study, &machines, points, work), || done.take().map_or(Ok(()), &mut take));
         taken?;
         let (next, left) = next?;
         let counted_before = usize::from(study.begins_twice && next.first == 0);
@@ -190,38 +192,52 @@ pub fn run_in_parts(
 /// What each method leaves at points.
 type LeftByMethods = Vec<Vec<Left>>;
 
-/// The points with these indices; `real` is the machine with its errors.
-fn part(study: &PathStudy, real: &Machine, points: Range<usize>, work: &Work) -> Result<(PathPart, LeftByMethods)> {
+/// What the sources do at the points with these indices, in parallel on the current rayon pool. Each is solved from the one
+/// before: a range that does not begin at a multiple of 256 may differ by rounding from the same points of the whole path.
+///
+/// # Errors
+/// Of `work`.
+pub fn run_range(study: &PathStudy, points: Range<usize>, work: &Work) -> Result<PathPart> {
+    let points = points.start.min(study.demands.len())..points.end.min(study.demands.len());
+    sources(study, &Machines::new(&study.machine, &study.errors), points, work)
+}
+
+fn part(
+    study: &PathStudy,
+    machines: &Machines,
+    points: Range<usize>,
+    work: &Work,
+) -> Result<(PathPart, LeftByMethods)> {
     let first = points.start;
-    let demands = &study.demands[points];
-    let unloaded: Vec<Demand> = demands.iter().map(|d| Demand { load: Wrench::zero(), ..*d }).collect();
+    let case = case(machines, Source::Both, &study.demands[points.clone()]);
+    let left = |(index, &method): (usize, &Method)| {
+        kept(&case, first, method, &work.part(&format!("method {index}")), |answer| Left::of(&answer, &study.machine))
+    };
+    let (part, left) = rayon::join(
+        || sources(study, machines, points, work),
+        || study.methods.par_iter().enumerate().map(left).collect::<Result<LeftByMethods>>(),
+    );
+    Ok((part?, left?))
+}
+
+fn case<'a>(machines: &'a Machines, source: Source, demands: &'a [Demand]) -> PathCase<'a> {
+    PathCase { nominal: &machines.nominal, real: machines.answering(source), demands }
+}
+
+fn sources(study: &PathStudy, machines: &Machines, points: Range<usize>, work: &Work) -> Result<PathPart> {
+    let first = points.start;
     let along = |source: Source| -> Result<SourceAlongPath> {
-        let (machine, demands) = match source {
-            Source::Cutting => (&study.machine, demands),
-            Source::Assembly => (real, unloaded.as_slice()),
-            Source::Both => (real, demands),
-        };
-        let case = PathCase { nominal: &study.machine, real: machine, demands };
+        let demands: Vec<Demand> = study.demands[points.clone()].iter().map(|demand| source.demand(demand)).collect();
+        let case = case(machines, source, &demands);
         let pass = |method, command: &str| -> Result<Vec<PathAnswer>> {
             kept(&case, first, method, &work.part(source.label()).part(command), |answer| answer)
         };
         let (plain, compensated) = rayon::join(|| pass(Method::None, "plain"), || pass(Method::Direct, "compensated"));
         Ok(SourceAlongPath { source, plain: plain?, compensated: compensated? })
     };
-    let case = PathCase { nominal: &study.machine, real, demands };
-    let left = |(index, &method): (usize, &Method)| {
-        kept(&case, first, method, &work.part(&format!("method {index}")), |answer| Left::of(&answer, &study.machine))
-    };
-    let ((cutting, assembly), (both, left)) = rayon::join(
-        || rayon::join(|| along(Source::Cutting), || along(Source::Assembly)),
-        || {
-            rayon::join(
-                || along(Source::Both),
-                || study.methods.par_iter().enumerate().map(left).collect::<Result<LeftByMethods>>(),
-            )
-        },
-    );
-    Ok((PathPart { first, sources: [cutting?, assembly?, both?] }, left?))
+    let ((cutting, assembly), both) =
+        rayon::join(|| rayon::join(|| along(Source::Cutting), || along(Source::Assembly)), || along(Source::Both));
+    Ok(PathPart { first, sources: [cutting?, assembly?, both?] })
 }
 
 /// Passes over the path that [`run`] makes: each source twice, and each method.

@@ -40,8 +40,7 @@ pub(crate) fn path(spec: &PathSpec, process: &Process, given: &Given<'_>, check:
         Some(_) => return check.key("line").fail("give exactly one of circle, line and file".into()),
         None => toolpath(spec.circle.as_ref(), spec.file.as_deref(), process, given, check)?,
     };
-    let origin =
-        spec.file.as_ref().map_or_else(|| check.place(), |file| given.folder.path(file).display().to_string());
+    let origin = spec.file.as_ref().map_or_else(|| check.place(), |file| given.folder.path(file).display().to_string());
     let toolpath = process.with_cuts(toolpath, &origin)?;
     let demands = demands(machine, process, &toolpath, &origin)?;
     Ok(PathStudy {

@@ -17,7 +17,7 @@ use crate::{
     compensation::Demand,
     input::error::Error,
     machine::{Configuration, Machine},
-    study::{Failure, placement::FeatureJob, program::demands_under},
+    study::{Failure, Machines, placement::FeatureJob, program::demands_under},
     work::Work,
 };
 
@@ -41,7 +41,7 @@ pub struct Evaluator {
 /// What of a feature does not depend on where it stands.
 #[derive(Debug)]
 struct Prepared {
-    real: Machine,
+    machines: Machines,
     /// Share of each point in the length of all paths, a multiple of [`GRAIN`]; 0 where the tool does not cut.
     shares: Vec<f64>,
     /// Sum of the shares.
@@ -230,7 +230,7 @@ impl Evaluator {
     fn walk(&self, f: usize) -> Walk<'_> {
         let prepared = &self.features[f];
         let limits = &prepared.force_limits;
-        Walk::new(&self.study.machine, &prepared.real, self.needs, limits, self.check_forces, self.exact)
+        Walk::new(&prepared.machines, self.needs, limits, self.check_forces, self.exact)
     }
 
     /// Adds the points of the next level.
@@ -388,7 +388,7 @@ impl Evaluator {
         let mut all = Corrected::default();
         for (f, (prepared, job)) in self.features.iter().zip(&self.study.features).enumerate() {
             let demands = self.demands(&partial.site, job);
-            match correct(&self.study.machine, &prepared.real, &demands, job, &prepared.shares) {
+            match correct(&self.study.machine, &prepared.machines.real, &demands, job, &prepared.shares) {
                 Ok(corrected) => {
                     corrected.normalised(prepared.share).enter(&mut evaluation.features[f]);
                     all = all.merged(&corrected);
@@ -407,7 +407,7 @@ impl Evaluator {
 
     /// The real machine of feature `f`.
     pub fn real(&self, f: usize) -> &Machine {
-        &self.features[f].real
+        &self.features[f].machines.real
     }
 }
 
@@ -447,7 +447,7 @@ fn prepare(study: &PlacementStudy, job: &FeatureJob, lengths: &[f64], total: f64
     let own_limit = job.limits.force_N.unwrap_or(f64::INFINITY);
     let limit = |drive: &crate::machine::Drive| drive.force_limit.unwrap_or(f64::INFINITY).min(own_limit);
     Prepared {
-        real: study.machine.with_errors(&job.errors),
+        machines: Machines::new(&study.machine, &job.errors),
         share: shares.iter().sum(),
         shares,
         levels: levels(&counted),

@@ -10,6 +10,8 @@
 
 use rayon::prelude::*;
 
+use serde::Serialize;
+
 use super::{
     PlacementStudy,
     evaluate::{Evaluator, NOT_RIGID},
@@ -24,7 +26,7 @@ use crate::{
 };
 
 /// What was found between the places of the sweep.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Gaps {
     /// Places where the workpiece can be cut, best first.
     pub sites: Vec<Site>,

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::machine::{Machine, Motion};
 
 /// A number that a placement has. All but the margins and shares are better the smaller they are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum Metric {
     /// Largest distance of the point put right from its path at the nominal command, both sources.
     WorstDeflection,

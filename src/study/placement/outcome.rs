@@ -2,6 +2,8 @@
 
 use rayon::prelude::*;
 
+use serde::Serialize;
+
 use super::{
     PlacementStudy,
     evaluate::{Evaluation, Evaluator},
@@ -16,9 +18,10 @@ use super::{
 use crate::{study::Failure, work::Work};
 
 /// Results of a placement study.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct PlacementResults {
     /// The study.
+    #[serde(skip)]
     pub study: PlacementStudy,
     /// The sweep, in grid order.
     pub cells: Vec<Cell>,
@@ -41,7 +44,7 @@ pub struct PlacementResults {
 }
 
 /// The best place and how it was found. It is one of the entries.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Best {
     /// Index of its entry.
     pub entry: usize,
@@ -56,7 +59,7 @@ pub struct Best {
 }
 
 /// How a refinement's end compares with the best place.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum Agreement {
     /// Same value, same place.
     Same,
@@ -67,7 +70,7 @@ pub enum Agreement {
 }
 
 /// Where an entry comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum Found {
     /// It is a named place of the study.
     Named,
@@ -89,7 +92,7 @@ impl Found {
 }
 
 /// A place with all metrics.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Entry {
     /// Its name.
     pub name: String,

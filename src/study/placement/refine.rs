@@ -24,6 +24,8 @@ use argmin::{
 };
 use rayon::prelude::*;
 
+use serde::Serialize;
+
 use super::{
     PlacementStudy,
     evaluate::Evaluator,
@@ -34,7 +36,7 @@ use super::{
 use crate::work::{Event, Work};
 
 /// What kind of place a refinement starts from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum Start {
     /// One of the best places of the sweep.
     Sweep,
@@ -45,7 +47,7 @@ pub enum Start {
 }
 
 /// One refinement.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Refinement {
     /// What it started from.
     pub from: Start,

@@ -107,11 +107,7 @@ fn features(specs: &[FeatureSpec], given: &Given<'_>) -> Result<(Vec<FeatureJob>
     Ok((jobs, today, inputs))
 }
 
-fn feature(
-    spec: &FeatureSpec,
-    given: &Given<'_>,
-    check: &Check,
-) -> Result<(FeatureJob, Option<Candidate>, Inputs)> {
+fn feature(spec: &FeatureSpec, given: &Given<'_>, check: &Check) -> Result<(FeatureJob, Option<Candidate>, Inputs)> {
     let folder = given.folder;
     let process = given.process(spec.process.as_deref(), check)?;
     let path = toolpath(spec.circle.as_ref(), spec.file.as_deref(), &process, given, check)?;

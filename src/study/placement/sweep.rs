@@ -35,7 +35,7 @@ pub enum Verdict {
 }
 
 /// A place of the sweep.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Cell {
     /// Where.
     pub site: Site,

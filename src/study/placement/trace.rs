@@ -1,6 +1,7 @@
 //! Where the tool goes at a place, point by point.
 
 use nalgebra::Vector3;
+use serde::Serialize;
 
 use super::{Best, Entry, Evaluator, PlacementStudy, bounded};
 use crate::{
@@ -12,7 +13,7 @@ use crate::{
 };
 
 /// The path of one feature at one place.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Trace {
     /// Name of the place.
     pub place: String,

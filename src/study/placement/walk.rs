@@ -2,10 +2,9 @@
 
 use super::tally::{Needs, Seen};
 use crate::{
-    compensation::{Compensation, Demand, Method, Session, Status, compensate},
+    compensation::{Compensation, CompensationStatus, Demand, Method, Session, compensate},
     machine::{Machine, Motion, Unreachable},
-    spatial::Wrench,
-    study::{Failure, along_path::settings},
+    study::{Failure, Machines, Source},
 };
 
 /// What becomes of the exact correction.
@@ -63,23 +62,22 @@ pub(super) struct Walk<'a> {
 
 impl<'a> Walk<'a> {
     pub fn new(
-        nominal: &'a Machine,
-        real: &'a Machine,
+        machines: &'a Machines,
         needs: Needs,
         force_limits: &'a [f64],
         check_forces: bool,
         exact: Exact,
     ) -> Self {
-        let session = |real| Session::new(nominal, real, settings());
+        let session = |source| machines.session(source);
         Self {
-            nominal,
+            nominal: &machines.nominal,
             needs,
             force_limits,
             check_forces,
             exact,
             shares: None,
-            both: session(real),
-            apart: needs.departure.then(|| [session(nominal), session(real)]),
+            both: session(Source::Both),
+            apart: needs.departure.then(|| [session(Source::Cutting), session(Source::Assembly)]),
         }
     }
 
@@ -93,7 +91,7 @@ impl<'a> Walk<'a> {
         }
         if let Some([cutting, assembly]) = &mut self.apart {
             let cut = solved(self.nominal, compensate(cutting, demand, Method::None))?;
-            let unloaded = Demand { load: Wrench::zero(), ..*demand };
+            let unloaded = Source::Assembly.demand(demand);
             let assembled = solved(self.nominal, compensate(assembly, &unloaded, Method::None))?;
             seen.departure = (cut.position_error + assembled.position_error - plain.position_error).norm();
         }
@@ -160,15 +158,16 @@ fn solved(machine: &Machine, answer: Compensation) -> Result<Compensation, Refus
     Err(refusal(&answer.status, answer.status.reason(machine)))
 }
 
-fn refusal(status: &Status, reason: String) -> Refusal {
-    let excess = if let Status::Unreachable(unreachable) = status { excess(unreachable) } else { UNMEASURED };
+fn refusal(status: &CompensationStatus, reason: String) -> Refusal {
+    let excess =
+        if let CompensationStatus::Unreachable(unreachable) = status { excess(unreachable) } else { UNMEASURED };
     Refusal { failure: Failure { status: status.label().into(), reason }, excess }
 }
 
 /// The point is in reach and the loaded machine stands there, but not with its error put right.
-fn uncorrected(machine: &Machine, status: &Status) -> Refusal {
+fn uncorrected(machine: &Machine, status: &CompensationStatus) -> Refusal {
     let reason = match status {
-        Status::Unreachable(Unreachable::Travel { chain, drive, value, low, high, unit }) => format!(
+        CompensationStatus::Unreachable(Unreachable::Travel { chain, drive, value, low, high, unit }) => format!(
             "the corrected drive {drive} of chain {chain} would stand at {value:.3} {unit}, beyond its travel of \
              {low:.3} to {high:.3} {unit}"
         ),

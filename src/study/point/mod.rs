@@ -4,14 +4,15 @@
 pub mod report;
 
 use nalgebra::{Matrix6, Vector3};
+use serde::Serialize;
 
 use crate::{
-    compensation::{self, Demand, Method, Session, Target, compensate},
+    compensation::{Demand, Method, Target, compensate},
     machine::{ChainError, Configuration, Machine, Unreachable},
     process::MillingForce,
     spatial::{Pose, Wrench},
-    statics::{Outcome, Settings, Solution, State, Workspace, equilibrium, unloaded_stiffness},
-    study::Failure,
+    statics::{Outcome, Solution, State, Workspace, equilibrium, unloaded_stiffness},
+    study::{Failure, Machines, Source, sources::TO_ROUNDING},
 };
 
 /// The load at a point.
@@ -39,7 +40,7 @@ pub struct PointQuestion {
 }
 
 /// A solved state with the drive positions it belongs to.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Commanded {
     /// Drive positions, mm or rad.
     pub drives: Vec<f64>,
@@ -48,9 +49,10 @@ pub struct Commanded {
 }
 
 /// What was found.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct PointAnswer {
     /// The question.
+    #[serde(skip)]
     pub question: PointQuestion,
     /// The wrench at P.
     pub wrench: Wrench,
@@ -72,23 +74,23 @@ pub struct PointAnswer {
 /// [`Unreachable`] if the nominal machine cannot go there.
 pub fn solve(question: &PointQuestion) -> Result<PointAnswer, Unreachable> {
     let machine = &question.machine;
-    let real = machine.with_errors(&question.errors);
+    let machines = Machines::new(machine, &question.errors);
+    let real = &machines.real;
     let nominal = machine.command(question.position)?;
     let tool = machine.tool_at(&nominal.pose.rotation);
     let wrench = match question.load {
         PointLoad::Milling(force, phi) => force.wrench(phi, &tool),
         PointLoad::Wrench(wrench) => wrench,
     };
-    let mut workspace = Workspace::new(&real);
+    let mut workspace = Workspace::new(real);
     let mut state = State::rigid(machine, &nominal);
-    let settings = Settings { tolerance: 1e-13, ..Settings::default() };
-    let outcome = equilibrium(&real, &nominal.drives, &wrench, &mut state, &mut workspace, &settings);
+    let outcome = equilibrium(real, &nominal.drives, &wrench, &mut state, &mut workspace, &TO_ROUNDING);
     let describe = |drives: &[f64], state: &State, outcome: &Outcome, workspace: &mut Workspace| {
-        Solution::new(&real, drives, &wrench, state, outcome, workspace)
+        Solution::new(real, drives, &wrench, state, outcome, workspace)
     };
     let loaded = describe(&nominal.drives, &state, &outcome, &mut workspace);
     let compensated = if outcome.is_equilibrium() {
-        let mut session = Session::new(machine, &real, compensation::Settings::default());
+        let mut session = machines.session(Source::Both);
         session.stand(&nominal, &state);
         let demand = Demand { pose: nominal.pose, load: wrench, target: question.target };
         let done = compensate(&mut session, &demand, Method::Direct);

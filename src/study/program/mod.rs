@@ -8,6 +8,7 @@ pub mod report;
 use std::path::Path;
 
 use nalgebra::Vector3;
+use serde::Serialize;
 
 use crate::{
     compensation::{Demand, Method, Target},
@@ -121,7 +122,7 @@ pub struct ProgramJob {
 }
 
 /// A pass over the program: what some commands lead to.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Pass {
     /// What was commanded, in words.
     pub name: String,
@@ -180,24 +181,30 @@ pub struct Written {
 }
 
 impl ProgramJob {
-    /// Reads the program and the cutting force along it.
+    /// Reads the program in `file` and the cutting force along it.
     ///
     /// # Errors
-    /// As [`ProgramFile::read`], or a path that lacks what the cutting force needs.
+    /// As [`ProgramFile::read`] and [`ProgramJob::new`].
     pub fn open(machine: Machine, process: Process, file: &Path) -> Result<Self> {
-        if process.target == Target::FullPose && machine.controls.iter().any(|c| matches!(c, Coordinate::Rotation(_))) {
-            let problem = "full_pose cannot be written: a program commands positions, not orientations".into();
-            return Err(Error::Argument { argument: "compensate.target".into(), problem });
-        }
+        can_be_written(&machine, &process)?;
         let program = ProgramFile::read(file, &process.gcode)?;
+        Self::new(machine, process, program, &file.display().to_string())
+    }
+
+    /// `program`, called `name` in errors, with the cutting force along it.
+    ///
+    /// # Errors
+    /// A target that a program cannot command, a program that moves nowhere or has too many points, or a path that lacks what
+    /// the cutting force needs.
+    pub fn new(machine: Machine, process: Process, program: ProgramFile, name: &str) -> Result<Self> {
+        can_be_written(&machine, &process)?;
         let path = program.toolpath(process.sampling)?;
         if path.is_empty() {
             let problem = "moves nowhere: a program with at least one motion is expected".into();
-            return Err(Error::Argument { argument: file.display().to_string(), problem });
+            return Err(Error::Argument { argument: name.into(), problem });
         }
-        let name = file.display().to_string();
-        let path = process.with_cuts(path, &name)?;
-        let demands = demands(&machine, &process, &path, &name)?;
+        let path = process.with_cuts(path, name)?;
+        let demands = demands(&machine, &process, &path, name)?;
         let real = machine.with_errors(&process.errors);
         Ok(Self { real, machine, process, file: program, path, demands })
     }
@@ -306,6 +313,15 @@ impl ProgramJob {
         let rounded_mm = moved.fold(0.0, f64::max);
         Ok(Written { bytes, poses: self.poses(back.into_iter()), rounded_mm })
     }
+}
+
+/// A program commands positions, not orientations.
+fn can_be_written(machine: &Machine, process: &Process) -> Result<()> {
+    if process.target == Target::FullPose && machine.controls.iter().any(|c| matches!(c, Coordinate::Rotation(_))) {
+        let problem = "full_pose cannot be written: a program commands positions, not orientations".into();
+        return Err(Error::Argument { argument: "compensate.target".into(), problem });
+    }
+    Ok(())
 }
 
 fn counts(found: usize, points: usize, rows: usize) -> String {

@@ -32,7 +32,7 @@ use super::{
     rig::Rig,
 };
 use crate::{
-    compensation::{Demand, Method, Session, Settings, Target, compensate},
+    compensation::{CompensationSettings, Demand, Method, Session, Target, compensate},
     machine::{Machine, Motion, Step},
     spatial::{Pose, Twist, Wrench},
     statics::State,
@@ -110,7 +110,7 @@ impl AtRest {
             machine
         };
         let (nominal, real) = (without_tool(&case.study.machine), without_tool(machine));
-        let mut session = Session::new(&nominal, &real, Settings::default());
+        let mut session = Session::new(&nominal, &real, CompensationSettings::default());
         session.stand(&case.at, &State::rigid(&nominal, &case.at));
         let demand = Demand { pose: *pose, load: Wrench::zero(), target: Target::FullPose };
         let done = compensate(&mut session, &demand, Method::Direct);

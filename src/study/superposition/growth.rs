@@ -6,10 +6,7 @@ use super::{
     Scaled, SuperpositionStudy,
     departure::{Case, Departures, Followed, Sum},
 };
-use crate::study::Failure;
-
-/// Departures below this are rounding and take no part in a fit, mm.
-pub const ROUNDING_MM: f64 = 1e-9;
+use crate::study::{Failure, ROUNDING_MM};
 
 /// Departures at each factor of the study, worst over φ.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

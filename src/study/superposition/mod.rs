@@ -12,7 +12,7 @@
 //! The same is asked of the linear aggregation of chain errors, eqs. (14) and (15), in place of `u(0, E)`. That departure
 //! has a part in `E²` as well: what aggregation leaves out of the chain errors alone.
 //!
-//! - [`MapPoint`]: departure over the workspace, and the largest load that keeps it below a tolerance
+//! - [`DeparturePoint`]: departure over the workspace, and the largest load that keeps it below a tolerance
 //! - [`LocationResult`]: departure, its [`growth`] with the sources, largest [`safe`] factors, [`ablation`]
 
 pub mod ablation;
@@ -67,6 +67,8 @@ pub struct SuperpositionStudy {
     pub phis: Vec<f64>,
     /// Where the map is computed.
     pub grid: Grid,
+    /// Tables of the process that have no use without a path.
+    pub not_used: Vec<&'static str>,
     /// Locations studied in detail.
     pub locations: Vec<Location>,
     /// Departure of the tool tip from which superposition no longer counts as safe, mm.
@@ -120,7 +122,7 @@ impl Scaled {
 
 /// One grid point.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct MapPoint {
+pub struct DeparturePoint {
     /// Commanded position of P, mm.
     pub position_mm: [f64; 3],
     /// Departures, worst over φ.
@@ -145,12 +147,13 @@ pub struct LocationResult {
 }
 
 /// Results of a superposition study, all at once.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Superposition {
     /// The study.
+    #[serde(skip)]
     pub study: SuperpositionStudy,
     /// Points in grid order.
-    pub points: Vec<MapPoint>,
+    pub points: Vec<DeparturePoint>,
     /// Locations in the order of the study.
     pub locations: Vec<LocationResult>,
 }
@@ -180,12 +183,12 @@ pub fn run(study: &SuperpositionStudy, work: &Work) -> error::Result<Superpositi
 pub fn run_map(
     study: &SuperpositionStudy,
     work: &Work,
-    mut take: impl FnMut(Vec<MapPoint>) -> error::Result<()> + Send,
+    mut take: impl FnMut(Vec<DeparturePoint>) -> error::Result<()> + Send,
 ) -> error::Result<()> {
     let real = study.machine.with_errors(&study.errors);
     let map = work.part("map");
     let total = study.grid.len();
-    let mut done: Option<Vec<MapPoint>> = None;
+    let mut done: Option<Vec<DeparturePoint>> = None;
     for start in (0..total).step_by(PART) {
         let compute = || map_part(study, &real, start..total.min(start + PART), &map);
         let (next, taken) = rayon::join(compute, || done.take().map_or(Ok(()), &mut take));
@@ -201,7 +204,7 @@ fn map_part(
     real: &Machine,
     indices: Range<usize>,
     work: &Work,
-) -> error::Result<Vec<MapPoint>> {
+) -> error::Result<Vec<DeparturePoint>> {
     let pieces = indices.clone().into_par_iter().step_by(PIECE).map(|start| {
         let compute = || {
             let solve = |index| {
@@ -217,7 +220,7 @@ fn map_part(
         };
         work.piece(&start, Vec::len, compute)
     });
-    Ok(pieces.collect::<error::Result<Vec<Vec<MapPoint>>>>()?.into_iter().flatten().collect())
+    Ok(pieces.collect::<error::Result<Vec<Vec<DeparturePoint>>>>()?.into_iter().flatten().collect())
 }
 
 /// Computes the locations, in parallel on the current rayon pool.
@@ -240,19 +243,19 @@ pub fn run_locations(study: &SuperpositionStudy, work: &Work) -> error::Result<V
     locations.collect()
 }
 
-fn map_point(study: &SuperpositionStudy, real: &Machine, position: Vector3<f64>) -> MapPoint {
+fn map_point(study: &SuperpositionStudy, real: &Machine, position: Vector3<f64>) -> DeparturePoint {
     let position_mm = position.into();
     let case = match Case::new(study, position) {
         Ok(case) => case,
         Err(failure) => {
             let largest_load = LargestFactor::Unsolved(failure.clone());
-            return MapPoint { position_mm, departures: Err(failure), largest_load };
+            return DeparturePoint { position_mm, departures: Err(failure), largest_load };
         }
     };
     let departures = case.departures(real, 1.0);
     let at_one = departures.as_ref().map(|found| found.superposed_tool_mm()).map_err(Clone::clone);
     let largest_load = safe::largest(study, at_one, |factor| case.superposed_tool_mm(real, factor));
-    MapPoint { position_mm, departures, largest_load }
+    DeparturePoint { position_mm, departures, largest_load }
 }
 
 fn location_result(study: &SuperpositionStudy, location: &Location) -> LocationResult {

@@ -15,9 +15,7 @@ impl Question for SuperpositionStudy {
     const TEMPLATE: Template = Template {
         name: "superposition",
         about: "Whether the effects of cutting force and chain errors may be added",
-        files: &[
-            ("study.toml", include_str!("template/study.toml")),
-        ],
+        files: &[("study.toml", include_str!("template/study.toml"))],
     };
     const TABLES: &[&str] = &["map", "safe_load", "locations", "largest_factors", "scaling", "slopes", "ablation"];
 

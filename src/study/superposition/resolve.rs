@@ -2,14 +2,13 @@
 
 use super::{
     Location, Shown, SuperpositionStudy,
-    growth::ROUNDING_MM,
     spec::{LocationSpec, ScalesSpec, SuperpositionSpec},
 };
 use crate::{
     input::{check::Check, error::Result},
     machine::Machine,
     study::{
-        Given, Resolved,
+        Given, ROUNDING_MM, Resolved,
         over_workspace::{Acting, OwnKeys, acting, box_grid, grid_input, map_box, slice_heights},
         path::resolve::named_point,
     },
@@ -22,7 +21,7 @@ const STEPS: std::ops::RangeInclusive<usize> = 2..=100;
 
 pub(super) fn resolve(spec: &SuperpositionSpec, given: &Given<'_>) -> Result<Resolved<SuperpositionStudy>> {
     given.overrides.refuse_points(given.name)?;
-    let Acting { force, phis, errors, inputs, .. } =
+    let Acting { force, phis, errors, not_used, inputs, .. } =
         acting(given, OwnKeys { phi_step_deg: spec.phi_step_deg, compensate: None })?;
     let (own, machine) = (&given.check, &given.machine);
     let corners = map_box(spec.min_mm, spec.max_mm, machine, own)?;
@@ -41,6 +40,7 @@ pub(super) fn resolve(spec: &SuperpositionSpec, given: &Given<'_>) -> Result<Res
     let inputs = inputs.and(grid_input(grid.counts()));
     let study = SuperpositionStudy {
         errors,
+        not_used,
         force,
         phis,
         grid,

@@ -3,12 +3,9 @@
 use crate::{
     machine::{Configuration, Machine},
     spatial::{Pose, Wrench},
-    statics::{Outcome, Settings, State, Status, Workspace, equilibrium},
-    study::Failure,
+    statics::{Outcome, State, Status, Workspace, equilibrium},
+    study::{Failure, sources::TO_ROUNDING},
 };
-
-/// Converged to rounding: departures are small differences.
-const SETTINGS: Settings = Settings { tolerance: 1e-13, max_iterations: 12 };
 
 /// A machine held at drive positions, solved for one load after another.
 pub(super) struct Rig<'a> {
@@ -47,7 +44,7 @@ impl<'a> Rig<'a> {
     }
 
     fn solve(&mut self, load: &Wrench) -> Outcome {
-        equilibrium(self.machine, &self.drives, load, &mut self.state, &mut self.workspace, &SETTINGS)
+        equilibrium(self.machine, &self.drives, load, &mut self.state, &mut self.workspace, &TO_ROUNDING)
     }
 
     /// Pose of P under each load, each solved from the one before; a failure names the φ (rad) of its load.

@@ -14,6 +14,8 @@ use serde::Deserialize;
 pub use quantity::Quantity;
 pub use shown::{FigureKind, Picture, Shown};
 
+use serde::Serialize;
+
 use crate::{
     input::error,
     machine::Machine,
@@ -92,7 +94,7 @@ impl ValidationStudy {
 }
 
 /// A quoted number and ours.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Compared {
     /// The model's number for each variant, or why there is none.
     pub ours: Vec<Result<f64, String>>,
@@ -101,9 +103,10 @@ pub struct Compared {
 }
 
 /// Results of a validation study.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct ValidationResults {
     /// The study.
+    #[serde(skip)]
     pub study: ValidationStudy,
     /// Every case of the first variant.
     pub paths: Vec<PathResults>,

@@ -7,10 +7,9 @@ use super::circle_shape::{Shape, angle_deg, crossings};
 use crate::{
     machine::{Machine, Motion},
     study::{
-        Source,
+        ROUNDING_MM, Source,
         along_path::PathAnswer,
         path::{PathResults, SourceAlongPath},
-        superposition::growth::ROUNDING_MM,
     },
 };
 

@@ -47,7 +47,7 @@ use lines::{Code, Line};
 use modal::MotionCode;
 use motion::Motion;
 
-use crate::toolpath::{Format, PathPoint, Sampling, Toolpath, number};
+use crate::toolpath::{NumberFormat, PathPoint, Sampling, Toolpath, number};
 
 /// What a program does not say itself.
 #[derive(Clone, Debug, PartialEq)]
@@ -92,7 +92,7 @@ pub struct Program {
     /// The lines with a motion word or a motion, in order.
     blocks: Vec<Block>,
     motions: Vec<Motion>,
-    own_format: Format,
+    own_format: NumberFormat,
 }
 
 /// A line that has to do with motion.
@@ -124,7 +124,7 @@ impl Program {
             lines,
             blocks: Vec::new(),
             motions: Vec::new(),
-            own_format: Format::default(),
+            own_format: NumberFormat::default(),
         };
         program.follow()?;
         program.own_format = program.decimals_seen();
@@ -194,7 +194,7 @@ impl Program {
 
     /// The decimals this program itself writes its coordinates with, at most; at least 3 for mm and 4 for inch.
     #[must_use]
-    pub fn own_format(&self) -> Format {
+    pub fn own_format(&self) -> NumberFormat {
         self.own_format
     }
 
@@ -236,7 +236,7 @@ impl Program {
         &self.source[self.lines[index].content.clone()]
     }
 
-    fn decimals_seen(&self) -> Format {
+    fn decimals_seen(&self) -> NumberFormat {
         let (mut mm, mut inch) = (0, 0);
         for block in &self.blocks {
             let Some(motion) = block.motion.map(|index| &self.motions[index]) else {
@@ -252,6 +252,6 @@ impl Program {
                 *seen = number::decimals_in(&text).max(*seen);
             }
         }
-        Format::seen(mm, inch)
+        NumberFormat::seen(mm, inch)
     }
 }

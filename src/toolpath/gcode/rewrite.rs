@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use thiserror::Error;
 
 use crate::toolpath::{
-    Format, PositionsError, Toolpath,
+    NumberFormat, PositionsError, Toolpath,
     gcode::{
         GcodeOptions, Program,
         edit::Style,
@@ -89,7 +89,7 @@ impl Program {
         &self,
         path: &Toolpath,
         corrected_mm: &[Vector3<f64>],
-        format: Format,
+        format: NumberFormat,
     ) -> Result<Rewritten, RewriteError> {
         check_positions(path, corrected_mm)?;
         let groups = self.group(path)?;

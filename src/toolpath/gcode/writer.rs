@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::toolpath::{
-    Format, PathPoint,
+    NumberFormat, PathPoint,
     gcode::{
         Block, Program,
         edit::{LineEdit, Style, is_arc_word},
@@ -31,7 +31,7 @@ struct Kept {
 /// The program as far as it is written.
 pub(super) struct Writer<'p> {
     program: &'p Program,
-    format: Format,
+    format: NumberFormat,
     style: Style,
     newline: &'p [u8],
     pub out: Vec<u8>,
@@ -46,7 +46,7 @@ pub(super) struct Writer<'p> {
 }
 
 impl<'p> Writer<'p> {
-    pub fn new(program: &'p Program, format: Format) -> Writer<'p> {
+    pub fn new(program: &'p Program, format: NumberFormat) -> Writer<'p> {
         let endings = program.lines.iter().map(|line| &program.source[line.ending.clone()]);
         Writer {
             program,

@@ -27,7 +27,7 @@ use std::ops::Range;
 
 use column::Column;
 
-use crate::toolpath::{Format, Toolpath};
+use crate::toolpath::{NumberFormat, Toolpath};
 
 /// A polyline file that has been read.
 #[derive(Clone, Debug)]
@@ -38,7 +38,7 @@ pub struct Polyline {
     /// The bytes of each row, without its line ending.
     rows: Vec<Range<usize>>,
     path: Toolpath,
-    own_format: Format,
+    own_format: NumberFormat,
 }
 
 impl Polyline {
@@ -56,7 +56,7 @@ impl Polyline {
 
     /// The decimals the file writes its positions with, at most, and at least 3.
     #[must_use]
-    pub fn own_format(&self) -> Format {
+    pub fn own_format(&self) -> NumberFormat {
         self.own_format
     }
 }

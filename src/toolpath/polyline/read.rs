@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use crate::{
     input::csv_rows::{self, Row, line_number},
     toolpath::{
-        Format, Load, PathPoint, PointSource, Sampling, Toolpath, number,
+        Load, NumberFormat, PathPoint, PointSource, Sampling, Toolpath, number,
         path::direction,
         polyline::{
             Polyline,
@@ -33,7 +33,7 @@ impl Polyline {
         })?;
         let Parsed { columns, rows, points, decimals } = parsed;
         let path = Toolpath::assemble(points);
-        Ok(Polyline { name: name.to_owned(), source, columns, rows, path, own_format: Format::seen(decimals, 0) })
+        Ok(Polyline { name: name.to_owned(), source, columns, rows, path, own_format: NumberFormat::seen(decimals, 0) })
     }
 }
 

@@ -4,7 +4,7 @@ use csv::{ReaderBuilder, WriterBuilder};
 use nalgebra::Vector3;
 
 use crate::toolpath::{
-    Format, PathPoint, PositionsError, Toolpath,
+    NumberFormat, PathPoint, PositionsError, Toolpath,
     number::{fixed, last_place},
     path::check_positions,
     polyline::{Polyline, PolylineError, column::Column},
@@ -16,7 +16,7 @@ impl Polyline {
     ///
     /// # Errors
     /// When there is not one finite position for every row.
-    pub fn rewrite(&self, corrected_mm: &[Vector3<f64>], format: Format) -> Result<Vec<u8>, PositionsError> {
+    pub fn rewrite(&self, corrected_mm: &[Vector3<f64>], format: NumberFormat) -> Result<Vec<u8>, PositionsError> {
         Ok(self.rewrite_sampled(&self.path, corrected_mm, format)?.bytes)
     }
 
@@ -35,7 +35,7 @@ impl Polyline {
         &self,
         path: &Toolpath,
         corrected_mm: &[Vector3<f64>],
-        format: Format,
+        format: NumberFormat,
     ) -> Result<RewrittenPolyline, PositionsError> {
         check_positions(path, corrected_mm)?;
         let (unit, points) = (last_place(format.mm_decimals()), path.points());
@@ -138,7 +138,7 @@ impl RewrittenPolyline {
 
 /// The coordinates to write of a point that goes to `corrected`: those that move by more than half a unit of the last
 /// decimal.
-fn moved(point: &PathPoint, corrected: &Vector3<f64>, format: Format) -> [Option<String>; 3] {
+fn moved(point: &PathPoint, corrected: &Vector3<f64>, format: NumberFormat) -> [Option<String>; 3] {
     let half = last_place(format.mm_decimals()) * (0.5 + 1e-6);
     [0, 1, 2].map(|axis| {
         ((corrected - point.position_mm)[axis].abs() > half).then(|| fixed(corrected[axis], format.mm_decimals()))
@@ -169,7 +169,7 @@ fn in_place_of(field: &[u8], number: &str) -> Vec<u8> {
 ///
 /// # Errors
 /// When there is not one finite position for every point.
-pub fn write(path: &Toolpath, positions_mm: &[Vector3<f64>], format: Format) -> Result<Vec<u8>, PositionsError> {
+pub fn write(path: &Toolpath, positions_mm: &[Vector3<f64>], format: NumberFormat) -> Result<Vec<u8>, PositionsError> {
     check_positions(path, positions_mm)?;
     let points = path.points();
     let everywhere = |column: &Column| points.iter().all(|point| value(point, *column).is_some());
@@ -272,7 +272,7 @@ mod tests {
         let load = Load { force_N: Vector3::new(1.25, -2.0, 3.0), moment_Nmm: Vector3::zeros() };
         let loaded = path.points().iter().map(|point| PathPoint { load: Some(load), ..*point });
         let path = Toolpath::assemble(loaded.collect());
-        let bytes = write(&path, &path.positions_mm(), Format::new(9, 9).unwrap()).unwrap();
+        let bytes = write(&path, &path.positions_mm(), NumberFormat::new(9, 9).unwrap()).unwrap();
         let back = Polyline::read(bytes, "circle.csv").unwrap();
         for (a, b) in path.points().iter().zip(back.toolpath().points()) {
             assert!((a.position_mm - b.position_mm).amax() <= 0.5e-9 * 1.001);
@@ -284,7 +284,7 @@ mod tests {
     fn positions_must_fit_the_path() {
         let polyline = Polyline::read("x_mm,y_mm,z_mm\n1,2,3\n", "path.csv").unwrap();
         let refused =
-            |positions: &[Vector3<f64>]| polyline.rewrite(positions, Format::default()).unwrap_err().to_string();
+            |positions: &[Vector3<f64>]| polyline.rewrite(positions, NumberFormat::default()).unwrap_err().to_string();
         assert_eq!(refused(&[]), "0 corrected positions for a path of 1 points: expected one for each point");
         assert_eq!(
             refused(&[Vector3::new(f64::NAN, 0.0, 0.0)]),

@@ -13,7 +13,7 @@ use kinetostat::{
 
 pub fn study_in(folder: &Path, toml: &str) -> Result<PlacementStudy> {
     match Study::from_toml(toml, "study.toml", folder, &Overrides::default())?.kind {
-        StudyKind::Placement(placement) => Ok(*placement),
+        StudyKind::Placement(placement, ()) => Ok(*placement),
         other => panic!("not a placement study: {other:?}"),
     }
 }

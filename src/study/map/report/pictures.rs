@@ -11,7 +11,7 @@ use crate::{
     },
     study::{
         Source,
-        map::{MapPoint, SourceEffect, Shown, WorkspaceMapStudy},
+        map::{MapPoint, Shown, SourceEffect, WorkspaceMapStudy},
     },
 };
 

@@ -10,9 +10,8 @@ use crate::{
         words::{counted, millimetres, position},
     },
     study::{
-        SOLVED, Source,
+        ROUNDING_MM, SOLVED, Source,
         map::{MapPoint, SourceEffect, WorkspaceMapStudy},
-        superposition::growth::ROUNDING_MM,
     },
 };
 
@@ -121,6 +120,7 @@ impl Summary {
             counted(study.phis.len(), "tool angle")
         );
         text += &self.uncorrected_sentence();
+        text += &cautions::not_used(&study.not_used);
         text += &cautions::large_errors(&study.machine, &study.errors);
         text += &cautions::outside_workspace(
             &study.machine,

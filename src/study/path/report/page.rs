@@ -9,7 +9,10 @@ use crate::{
         },
         words::counted,
     },
-    study::{map::report::source_group, path::{PathStudy, Shown}},
+    study::{
+        map::report::source_group,
+        path::{PathStudy, Shown},
+    },
 };
 
 /// Setting, views and tables; answer, figures and question are added by the run.

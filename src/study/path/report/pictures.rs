@@ -134,7 +134,12 @@ impl Pictures {
 
     fn forces(&self, study: &PathStudy, kind: Motion) -> Figure {
         let title = format!("Drive {}s along the compensated path", kind.force_word());
-        self.line_figure(study, &title, format!("τ [{}]", kind.shown_force_unit()), self.of_drives(study, kind, &self.force))
+        self.line_figure(
+            study,
+            &title,
+            format!("τ [{}]", kind.shown_force_unit()),
+            self.of_drives(study, kind, &self.force),
+        )
     }
 
     fn correction_by_source(&self, study: &PathStudy, kind: Motion, drive: usize, label: &str) -> Figure {

@@ -10,10 +10,9 @@ use crate::{
         words::{counted, if_any, millimetres},
     },
     study::{
-        Source,
+        ROUNDING_MM, Source,
         along_path::PathSummary,
         path::{MethodAlongPath, PathPart, PathStudy, Shown},
-        superposition::growth::ROUNDING_MM,
     },
 };
 

@@ -11,7 +11,7 @@ use crate::{
     report::{Output, Run, StatusCount, exchange::StreamedTable},
     study::{
         status_of,
-        superposition::{LocationResult, MapPoint, Shown, SuperpositionStudy, run_locations, run_map},
+        superposition::{DeparturePoint, LocationResult, Shown, SuperpositionStudy, run_locations, run_map},
     },
 };
 
@@ -20,14 +20,13 @@ use crate::{
 /// # Errors
 /// Of the work, and of tables that cannot be written.
 pub fn answer(study: &SuperpositionStudy, shown: &Shown, run: &Run<'_>) -> Result<Output> {
-    let described =
-        vec![("map".to_string(), map_table(&[])), ("safe_load".into(), safe_load_table(study, &[]))];
+    let described = vec![("map".to_string(), map_table(&[])), ("safe_load".into(), safe_load_table(study, &[]))];
     let mut tables = Vec::new();
     for (stem, table) in &described {
         tables.push(StreamedTable::new(run.out, stem, table.columns(), run.formats)?);
     }
     let (mut summary, mut pictures) = (Summary::default(), Pictures::new(study, shown));
-    let mut image_points: Option<Vec<MapPoint>> = run.wants_image().then(Vec::new);
+    let mut image_points: Option<Vec<DeparturePoint>> = run.wants_image().then(Vec::new);
     run_map(study, run.work, |points| {
         for point in &points {
             summary.add(study, point);
@@ -46,8 +45,7 @@ pub fn answer(study: &SuperpositionStudy, shown: &Shown, run: &Run<'_>) -> Resul
         files.extend(table.finish()?);
     }
     if let Some(points) = image_points {
-        let tables =
-            [("map".to_string(), map_table(&points)), ("safe_load".into(), safe_load_table(study, &points))];
+        let tables = [("map".to_string(), map_table(&points)), ("safe_load".into(), safe_load_table(study, &points))];
         files.extend(image(study).files(run.out, &tables)?);
     }
     let answer = summary_text(study, &summary, &locations);

@@ -8,8 +8,8 @@ mod summary;
 mod tables;
 mod text;
 
-pub use json::summary_json;
 pub use answer::answer;
+pub use json::summary_json;
 pub use page::page;
 pub use pictures::Pictures;
 pub use summary::Summary;
@@ -20,11 +20,13 @@ pub use text::summary_text;
 
 use crate::{
     report::exchange::{Image, Layer},
-    study::superposition::{
-        LocationResult, SuperpositionStudy,
-        ablation::{Ablation, Cause},
-        departure::Followed,
-        growth::ROUNDING_MM,
+    study::{
+        ROUNDING_MM,
+        superposition::{
+            LocationResult, SuperpositionStudy,
+            ablation::{Ablation, Cause},
+            departure::Followed,
+        },
     },
 };
 

@@ -8,7 +8,7 @@ use crate::{
         words::{counted, typographic},
     },
     study::superposition::{
-        LocationResult, MapPoint, Scaled, Shown, SuperpositionStudy,
+        DeparturePoint, LocationResult, Scaled, Shown, SuperpositionStudy,
         ablation::Cause,
         departure::{Followed, Sum},
         report::{contributions, words},
@@ -24,7 +24,7 @@ struct Quantity {
     remark: fn(&SuperpositionStudy) -> String,
     /// Where a line is drawn.
     contour: fn(&SuperpositionStudy) -> Option<f64>,
-    value: fn(&MapPoint) -> Option<f64>,
+    value: fn(&DeparturePoint) -> Option<f64>,
 }
 
 fn tolerance_words(study: &SuperpositionStudy) -> String {
@@ -100,7 +100,7 @@ impl Pictures {
     }
 
     /// Takes the next point, in grid order.
-    pub fn add(&mut self, point: &MapPoint) {
+    pub fn add(&mut self, point: &DeparturePoint) {
         if self.nodes.get(self.values.len()) == Some(&self.next) {
             self.values.push(std::array::from_fn(|k| (QUANTITIES[k].value)(point)));
         }

@@ -5,7 +5,7 @@ use crate::{
     study::{
         status_of,
         superposition::{
-            MapPoint, SuperpositionStudy,
+            DeparturePoint, SuperpositionStudy,
             departure::{Followed, Sum, Worst},
             safe::LargestFactor,
         },
@@ -68,7 +68,7 @@ pub struct Summary {
 
 impl Summary {
     /// Takes the next point of the map of `study`, in grid order, into account.
-    pub fn add(&mut self, study: &SuperpositionStudy, point: &MapPoint) {
+    pub fn add(&mut self, study: &SuperpositionStudy, point: &DeparturePoint) {
         StatusCount::add(&mut self.statuses, status_of(&point.departures));
         if let Ok(departures) = &point.departures {
             self.solved += 1;
@@ -93,7 +93,7 @@ impl Summary {
         self.points += 1;
     }
 
-    fn see_load(&mut self, factor: f64, point: &MapPoint) {
+    fn see_load(&mut self, factor: f64, point: &DeparturePoint) {
         let here = || Load { factor, position_mm: point.position_mm, largest: point.largest_load.clone() };
         let [least, most] = self.loads.get_or_insert_with(|| [here(), here()]);
         if factor < least.factor {

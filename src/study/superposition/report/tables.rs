@@ -8,7 +8,7 @@ use crate::{
     study::{
         Failure,
         superposition::{
-            LocationResult, MapPoint, Scaled, SuperpositionStudy,
+            DeparturePoint, LocationResult, Scaled, SuperpositionStudy,
             ablation::Cause,
             departure::{Departures, Followed, Sum, Worst},
             report::contributions,
@@ -68,7 +68,7 @@ fn departure_rows<'a>(lead: Row, departures: &'a Result<Departures, Failure>) ->
 }
 
 /// Departures at points of the grid, worst over φ: a row per grid point, sum and followed point.
-pub fn map_table(points: &[MapPoint]) -> Table {
+pub fn map_table(points: &[DeparturePoint]) -> Table {
     let rows = points.iter().flat_map(|p| departure_rows(cells(p.position_mm).collect(), &p.departures));
     Table::new([position_columns(), departure_columns()].concat(), rows)
 }
@@ -88,7 +88,7 @@ fn largest_cells(largest: &LargestFactor) -> Row {
 }
 
 /// Whether superposition keeps within the tolerance at each of these grid points, and up to which factor on the load it does.
-pub fn safe_load_table(study: &SuperpositionStudy, points: &[MapPoint]) -> Table {
+pub fn safe_load_table(study: &SuperpositionStudy, points: &[DeparturePoint]) -> Table {
     let rows = points.iter().map(|point| {
         let mut row: Row = cells(point.position_mm).collect();
         row.push(match &point.departures {

@@ -5,17 +5,19 @@ use crate::{
         cautions,
         words::{counted, millimetres, position, typographic},
     },
-    study::superposition::{
-        LocationResult, Scaled, SuperpositionStudy,
-        ablation::Cause,
-        departure::{Followed, Sum},
-        growth::ROUNDING_MM,
-        report::{
-            contributions,
-            summary::{Measure, Summary},
-            words, worst_ablation,
+    study::{
+        ROUNDING_MM,
+        superposition::{
+            LocationResult, Scaled, SuperpositionStudy,
+            ablation::Cause,
+            departure::{Followed, Sum},
+            report::{
+                contributions,
+                summary::{Measure, Summary},
+                words, worst_ablation,
+            },
+            safe::LargestFactor,
         },
-        safe::LargestFactor,
     },
 };
 
@@ -37,6 +39,7 @@ pub fn summary_text(study: &SuperpositionStudy, summary: &Summary, locations: &[
         counted(study.grid.len(), "grid point"),
         counted(study.phis.len(), "tool angle")
     );
+    text += &cautions::not_used(&study.not_used);
     text += &cautions::large_errors(&study.machine, &study.errors);
     text += &cautions::outside_workspace(
         &study.machine,

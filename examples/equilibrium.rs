@@ -1,0 +1,37 @@
+//! How far the tool moves under a cutting force, and how stiff the machine is there.
+//!
+//! ```sh
+//! cargo run --release --example equilibrium -- orthoglide
+//! ```
+
+use kinetostat::{
+    Machine, MillingForce,
+    nalgebra::Vector3,
+    statics::{Settings, Solution, State, Workspace, equilibrium},
+};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let name = std::env::args().nth(1).unwrap_or_else(|| "orthoglide".into());
+    let machine = Machine::named_or_file(&name)?;
+
+    // The middle of the workspace, with the platform oriented as at home: where P is commanded, O, mm.
+    let position: Vector3<f64> = (machine.workspace.min + machine.workspace.max) / 2.0;
+    let commanded = machine.command(position)?;
+    println!("{}, P at {:.1?} mm, drives at {:.3?}", machine.title, position.as_slice(), commanded.drives);
+
+    // A milling force on the tool, in its own frame, as a wrench at P in axes of O, N and N·mm.
+    let tool = machine.tool_at(&commanded.pose.rotation);
+    let load = MillingForce::PAPER.wrench(130f64.to_radians(), &tool);
+
+    // The state is the start and the result; the workspace is storage only and may be used again and again.
+    let mut state = State::rigid(&machine, &commanded);
+    let mut workspace = Workspace::new(&machine);
+    let outcome = equilibrium(&machine, &commanded.drives, &load, &mut state, &mut workspace, &Settings::default());
+    let found = Solution::new(&machine, &commanded.drives, &load, &state, &outcome, &mut workspace);
+
+    println!("{:?} after {} iterations", outcome.status, outcome.iterations);
+    let moved = machine.tool_displacement(&commanded.pose, &state.pose);
+    println!("the tool tip moves by {:.4} mm: {:.4?}", moved.norm(), moved.as_slice());
+    println!("as JSON: {}", serde_json::to_string(&found)?);
+    Ok(())
+}
