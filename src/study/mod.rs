@@ -34,15 +34,10 @@ use std::path::Path;
 use crate::input::{Folder, Inputs, check::Check, error::Result};
 
 question::questions! {
-    /// How far the tool moves over the workspace, and what to command instead.
     workspace_map: WorkspaceMap(map::WorkspaceMapStudy),
-    /// How far the tool leaves a path, and which compensation puts it back.
     path: Path(path::PathStudy),
-    /// Where a workpiece should stand.
     placement: Placement(placement::PlacementStudy),
-    /// Whether the effects of cutting force and chain errors may be added.
     superposition: Superposition(superposition::SuperpositionStudy),
-    /// Numbers quoted by a paper or a measurement beside those of the model.
     validation: Validation(validation::ValidationStudy),
 }
 

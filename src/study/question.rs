@@ -177,13 +177,14 @@ impl Given<'_> {
 
 /// The list of questions: from one line each, the modules, the tables of a study file and the kinds of studies.
 macro_rules! questions {
-    ($($(#[$about:meta])* $key:ident: $kind:ident($folder:ident::$study:ident),)*) => {
+    ($($key:ident: $kind:ident($folder:ident::$study:ident),)*) => {
         $(pub mod $folder;)*
 
         /// What a study computes, with what its pictures show.
         #[derive(Debug, Clone)]
         pub enum StudyKind {
-            $($(#[$about])* $kind(Box<$folder::$study>, <$folder::$study as Question>::Shown),)*
+            $(#[doc = concat!("[`", stringify!($folder), "`]: the study, and what its pictures show.")]
+            $kind(Box<$folder::$study>, <$folder::$study as Question>::Shown),)*
         }
 
         /// A study file.

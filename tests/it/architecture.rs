@@ -1,0 +1,113 @@
+//! ARCHITECTURE.md is what the sources are: every file is named in it, and dependencies point one way.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+/// Folders of the library; each may use those before it.
+const ORDER: [&str; 11] = [
+    "input", "spatial", "lanes", "machine", "toolpath", "statics", "compensation", "process", "work", "report", "study",
+];
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// All source files, relative to the root, sorted.
+fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
+    let mut entries: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    entries.sort_by_key(|path| (path.is_dir(), path.clone()));
+    for path in entries {
+        match path.extension() {
+            _ if path.is_dir() => sources(&path, found),
+            Some(extension) if extension == "rs" => found.push(path.strip_prefix(root()).unwrap().to_path_buf()),
+            _ => {}
+        }
+    }
+}
+
+fn all_sources() -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    sources(&root().join("src"), &mut found);
+    found
+}
+
+/// The first sentence of a file's own documentation.
+fn what_it_is(text: &str) -> String {
+    let lines = text.lines().take_while(|line| line.starts_with("//!")).map(|line| line[3..].trim());
+    let paragraph: Vec<&str> = lines.take_while(|line| !line.is_empty()).collect();
+    let paragraph = paragraph.join(" ");
+    let end = paragraph.find(". ").map_or(paragraph.len(), |end| end + 1);
+    paragraph[..end].trim_end_matches(['.', ':']).to_string()
+}
+
+/// The list of files, a heading for each folder.
+fn list() -> String {
+    let (mut list, mut folder) = (String::new(), PathBuf::new());
+    for file in all_sources() {
+        let here = file.parent().unwrap();
+        if here != folder {
+            folder = here.to_path_buf();
+            list += &format!("\n### {}\n\n", folder.display());
+        }
+        let what = what_it_is(&fs::read_to_string(root().join(&file)).unwrap());
+        assert!(!what.is_empty(), "{} does not say what it is", file.display());
+        list += &format!("- `{}`: {what}\n", file.file_name().unwrap().to_str().unwrap());
+    }
+    list
+}
+
+const HEADING: &str = "## Every file\n";
+
+#[test]
+fn the_page_names_every_file_and_what_it_is() {
+    let page = root().join("ARCHITECTURE.md");
+    let text = fs::read_to_string(&page).unwrap();
+    let (head, found) = text.split_once(HEADING).expect("a heading for the list of files");
+    let list = list();
+    if std::env::var_os("UPDATE_GOLDEN").is_some() {
+        fs::write(&page, format!("{head}{HEADING}{list}")).unwrap();
+    } else if let Some((line, expected)) = list.lines().enumerate().find(|(line, own)| found.lines().nth(*line) != Some(own)) {
+        panic!("line {line} of the list should be {expected:?}; UPDATE_GOLDEN=1 cargo test --test it architecture:: renews it");
+    }
+}
+
+#[test]
+fn dependencies_point_one_way() {
+    let place = |folder: &str| ORDER.iter().position(|name| *name == folder);
+    for file in all_sources() {
+        let Some(own) = file.iter().nth(1).and_then(|part| place(part.to_str().unwrap())) else { continue };
+        let text = fs::read_to_string(root().join(&file)).unwrap();
+        // Tests of a file may use what users of it use.
+        let code = text.split("#[cfg(test)]").next().unwrap();
+        let code = code.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n");
+        for folder in used(&code) {
+            let other = place(&folder);
+            assert!(other.is_none_or(|other| other <= own), "{} uses {folder}, which is above it", file.display());
+        }
+    }
+}
+
+/// Folders named after `crate::`, in braces too.
+fn used(code: &str) -> Vec<String> {
+    let word = |text: &str| text.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>();
+    let mut folders = Vec::new();
+    for part in code.split("crate::").skip(1) {
+        let Some(inner) = part.strip_prefix('{') else {
+            folders.push(word(part));
+            continue;
+        };
+        let mut depth = 0;
+        for (at, c) in inner.char_indices() {
+            match c {
+                '{' => depth += 1,
+                '}' if depth == 0 => break,
+                '}' => depth -= 1,
+                _ if depth == 0 && (at == 0 || inner[..at].ends_with([' ', ','])) => folders.push(word(&inner[at..])),
+                _ => {}
+            }
+        }
+    }
+    folders
+}

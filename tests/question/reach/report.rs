@@ -1,0 +1,53 @@
+//! The answer in its folder.
+
+use serde_json::json;
+
+use super::{ReachStudy, Way, run};
+use crate::{
+    input::error::Result,
+    report::{
+        Manifest, Output, Run,
+        exchange::{Cell, Table, numbers, texts},
+        page::{Description, MachineDescription, TableNote},
+    },
+};
+
+pub fn answer(study: &ReachStudy, asked: &Run<'_>) -> Result<Output> {
+    let ways = run(study, asked.work)?;
+    let statuses = Manifest::count(ways.iter().map(status));
+    let far = ways.iter().filter(|way| way.way.as_ref().is_ok_and(|way| way.norm() > study.at_most_mm)).count();
+    let answer = format!("{far} of {} points are farther than {} mm from home.\n", ways.len(), study.at_most_mm);
+    Ok(Output {
+        settings: json!({ "at_most_mm": study.at_most_mm }),
+        rests_on_rows: true,
+        is_answered: statuses.iter().all(|count| count.is_solved()),
+        statuses,
+        tables: vec![("ways".into(), table(&ways))],
+        streamed: Default::default(),
+        summary: json!({ "far": far }),
+        figures: Vec::new(),
+        page: Description {
+            tables: vec![TableNote::new("ways.csv", "One row per named point.")],
+            ..Description::new("reach", MachineDescription::new(&study.machine))
+        }
+        .with_answer(&answer),
+        bent: None,
+        answer,
+    })
+}
+
+fn status(way: &Way) -> &'static str {
+    if way.way.is_ok() { "solved" } else { "unreachable" }
+}
+
+fn table(ways: &[Way]) -> Table {
+    let columns = [texts(["point", "status", "reason"]), numbers(["way_mm"])].concat();
+    let row = |way: &Way| {
+        let (reason, length) = match &way.way {
+            Ok(way) => (Cell::Missing, way.norm().into()),
+            Err(unreachable) => (unreachable.to_string().as_str().into(), Cell::Missing),
+        };
+        vec![way.name.as_str().into(), status(way).into(), reason, length]
+    };
+    Table::new(columns, ways.iter().map(row))
+}
