@@ -7,8 +7,9 @@
 use kinetostat::{
     Folder, Machine, Method, Process,
     study::{
+        ProgramFile,
         along_path::Commands,
-        program::{Corrected, ProgramFile, ProgramJob},
+        program::{Corrected, ProgramJob},
     },
 };
 

@@ -9,11 +9,11 @@ use kinetostat::{
     process::{Extent, Feature, file::Process},
     report::exchange,
     study::{
+        ProgramFile,
         placement::{
             Candidate, FeatureJob, PlacementStudy, compare as evaluate, place,
             report::{candidates_table, entries_table, uncontrolled_text},
         },
-        program::ProgramFile,
     },
 };
 

@@ -12,10 +12,10 @@ use kinetostat::{
     report::{cautions, counted, if_any},
     study::{
         along_path::{Commands, PathAnswer},
-        bounded_pass::Exceedances,
         path::report::{facts_text, failures_text},
         program::{
             Corrected, Pass, ProgramJob,
+            bounded::Exceedances,
             files::ProgramFiles,
             report::{bounded_text, exceeded_text, program_columns, program_json, program_table},
         },

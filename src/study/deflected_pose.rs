@@ -1,49 +1,20 @@
 //! The machine bent by a load, for a drawing: its lines as commanded and as they settle.
 
-use nalgebra::Vector3;
-
 use crate::{
     compensation::{Demand, Method, compensate},
     machine::{ChainError, Machine},
     report::page::DeflectedPose,
     statics::State,
-    study::{Machines, Source, map::WorkspaceMapStudy, path::PathStudy},
+    study::{Machines, Source},
 };
 
-/// The named point, or else home, and the tool angle at which cutting force and chain errors of a map move the tool
-/// farthest; `None` if the machine settles at none.
-pub fn of_map(study: &WorkspaceMapStudy) -> Option<DeflectedPose> {
-    let machine = &study.machine;
-    let mut places: Vec<(&str, Vector3<f64>)> = machine.points.iter().map(|p| (p.name.as_str(), p.position)).collect();
-    if places.is_empty() {
-        places.push(("home", machine.home.pose.translation));
-    }
-    let mut worst: Option<DeflectedPose> = None;
-    for (name, position) in places {
-        let Ok(at) = machine.command(position) else { continue };
-        let pose = at.pose;
-        for &phi in &study.phis {
-            let load = study.force.wrench(phi, &machine.tool_at(&pose.rotation));
-            let demand = Demand { pose, load, target: study.target };
-            let place = format!("at {name}, tool angle {:.0}°", phi.to_degrees());
-            let Some(bent) = deflected_pose(machine, &study.errors, &demand, place) else { continue };
-            let size = |bent: &DeflectedPose| bent.tool_displacement_mm.norm();
-            if worst.as_ref().is_none_or(|worst| size(&bent) > size(worst)) {
-                worst = Some(bent);
-            }
-        }
-    }
-    worst
-}
-
-/// Point `point` of a path; `None` if the machine does not settle there.
-pub fn of_path(study: &PathStudy, point: usize) -> Option<DeflectedPose> {
-    let place = format!("{:.1} mm along the path", study.stations[point].arc_length_mm);
-    deflected_pose(&study.machine, &study.errors, &study.demands[point], place)
-}
-
 /// How `machine` with `errors` settles at the nominal command of `demand`; `None` where it does not.
-fn deflected_pose(machine: &Machine, errors: &[ChainError], demand: &Demand, place: String) -> Option<DeflectedPose> {
+pub(super) fn deflected_pose(
+    machine: &Machine,
+    errors: &[ChainError],
+    demand: &Demand,
+    place: String,
+) -> Option<DeflectedPose> {
     let machines = Machines::new(machine, errors);
     let at = machine.inverse_kinematics(&demand.pose).ok()?;
     let mut session = machines.session(Source::Both);
@@ -77,6 +48,8 @@ fn deflected_pose(machine: &Machine, errors: &[ChainError], demand: &Demand, pla
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Vector3;
+
     use super::*;
     use crate::{compensation::Target, process::MillingForce};
 

@@ -6,9 +6,11 @@
 //! A study is a folder with a `study.toml`; its inputs are named relative to that folder.
 
 pub mod along_path;
-pub mod bounded_pass;
 #[cfg(feature = "report")]
-pub mod deflected_pose;
+mod command_columns;
+#[cfg(feature = "report")]
+mod deflected_pose;
+pub mod demands;
 mod failure;
 #[cfg(feature = "report")]
 mod into_folder;
@@ -16,16 +18,21 @@ pub mod machine_check;
 mod over_workspace;
 pub mod point;
 pub mod program;
+mod program_file;
 mod question;
 mod resolve;
+#[cfg(feature = "report")]
+mod source_group;
 mod sources;
 pub mod spec;
 #[cfg(feature = "cli")]
 pub mod upgrade;
+mod within_limits;
 
 pub use failure::{Failure, SOLVED, status_of};
 #[cfg(feature = "report")]
 pub use into_folder::{Begin, Finished, FolderRun, RunOptions};
+pub use program_file::ProgramFile;
 pub use question::{Given, Overrides, Question, Resolved, Template};
 pub use sources::{Machines, ROUNDING_MM, Source, settings};
 

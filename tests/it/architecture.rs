@@ -7,7 +7,17 @@ use std::{
 
 /// Folders of the library; each may use those before it.
 const ORDER: [&str; 11] = [
-    "input", "spatial", "lanes", "machine", "toolpath", "statics", "compensation", "process", "work", "report", "study",
+    "input",
+    "spatial",
+    "lanes",
+    "machine",
+    "toolpath",
+    "statics",
+    "compensation",
+    "process",
+    "work",
+    "report",
+    "study",
 ];
 
 fn root() -> &'static Path {
@@ -68,8 +78,12 @@ fn the_page_names_every_file_and_what_it_is() {
     let list = list();
     if std::env::var_os("UPDATE_GOLDEN").is_some() {
         fs::write(&page, format!("{head}{HEADING}{list}")).unwrap();
-    } else if let Some((line, expected)) = list.lines().enumerate().find(|(line, own)| found.lines().nth(*line) != Some(own)) {
-        panic!("line {line} of the list should be {expected:?}; UPDATE_GOLDEN=1 cargo test --test it architecture:: renews it");
+    } else if let Some((line, expected)) =
+        list.lines().enumerate().find(|(line, own)| found.lines().nth(*line) != Some(own))
+    {
+        panic!(
+            "line {line} of the list should be {expected:?}; UPDATE_GOLDEN=1 cargo test --test it architecture:: renews it"
+        );
     }
 }
 
@@ -78,22 +92,47 @@ fn dependencies_point_one_way() {
     let place = |folder: &str| ORDER.iter().position(|name| *name == folder);
     for file in all_sources() {
         let Some(own) = file.iter().nth(1).and_then(|part| place(part.to_str().unwrap())) else { continue };
-        let text = fs::read_to_string(root().join(&file)).unwrap();
-        // Tests of a file may use what users of it use.
-        let code = text.split("#[cfg(test)]").next().unwrap();
-        let code = code.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n");
-        for folder in used(&code) {
+        for folder in used(&code(&file), "crate::") {
             let other = place(&folder);
             assert!(other.is_none_or(|other| other <= own), "{} uses {folder}, which is above it", file.display());
         }
     }
 }
 
-/// Folders named after `crate::`, in braces too.
-fn used(code: &str) -> Vec<String> {
+/// The code of a file without comments and tests, which may use what users of the file use.
+fn code(file: &Path) -> String {
+    let text = fs::read_to_string(root().join(file)).unwrap();
+    let code = text.split("#[cfg(test)]").next().unwrap();
+    code.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn no_questions_use_one_another_in_a_circle() {
+    let part = |file: &Path| file.iter().nth(2).map(|part| part.to_str().unwrap().trim_end_matches(".rs").to_string());
+    let files =
+        all_sources().into_iter().filter(|file| file.starts_with("src/study") && !file.ends_with("study/mod.rs"));
+    let mut arrows: Vec<(String, String)> = Vec::new();
+    for file in files {
+        let own = part(&file).unwrap();
+        arrows.extend(
+            used(&code(&file), "study::").into_iter().filter(|other| *other != own).map(|other| (own.clone(), other)),
+        );
+    }
+    assert!(arrows.contains(&("validation".into(), "path".into())), "the one question that is made of another");
+    // What nobody uses any more is taken away until nothing is left.
+    while !arrows.is_empty() {
+        let is_used = |name: &String| arrows.iter().any(|(_, used)| used == name);
+        let left: Vec<_> = arrows.iter().filter(|(user, _)| is_used(user)).cloned().collect();
+        assert!(left.len() < arrows.len(), "in a circle: {left:?}");
+        arrows = left;
+    }
+}
+
+/// What is named after `prefix`, in braces too.
+fn used(code: &str, prefix: &str) -> Vec<String> {
     let word = |text: &str| text.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>();
     let mut folders = Vec::new();
-    for part in code.split("crate::").skip(1) {
+    for part in code.split(prefix).skip(1) {
         let Some(inner) = part.strip_prefix('{') else {
             folders.push(word(part));
             continue;

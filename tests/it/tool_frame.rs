@@ -5,7 +5,7 @@ use std::{path::Path, process::Command};
 use kinetostat::{
     machine::{Machine, ToolAxisSource},
     process::{ForceLaw, MillingForce, file::Process},
-    study::program::demands,
+    study::demands::demands,
 };
 use nalgebra::Vector3;
 use serde_json::Value;

@@ -63,6 +63,13 @@ pub struct CorrectionLimits {
     pub objective: ErrorNorm,
 }
 
+impl CorrectionLimits {
+    /// Whether any limit is given.
+    pub fn is_limited(&self) -> bool {
+        self.correction_mm.is_some() || self.correction_change_mm.is_some() || self.force_N.is_some()
+    }
+}
+
 /// Decimals of written coordinates; `None` leaves those of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Decimals {

@@ -1,3 +1,5 @@
+//! Figures are drawn, or refused, as they should be.
+
 use super::*;
 
 fn panel(nodes: usize, value: impl Fn(usize) -> Option<f64>) -> SlicePanel {

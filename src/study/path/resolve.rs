@@ -8,12 +8,12 @@ use crate::{
     machine::Machine,
     process::Process,
     study::{
-        Given, Overrides, Resolved,
+        Given, Overrides, ProgramFile, Resolved,
+        demands::demands,
         path::{
             PathStudy, Shown, Station,
             spec::{LineSpec, PathSpec},
         },
-        program::{ProgramFile, demands},
         spec::CircleSpec,
     },
     toolpath::{Circle, PathPoint, Plane, Sampling, Toolpath, Turn},

@@ -6,7 +6,7 @@ use super::{
     FeatureJob,
     metric::{Metric, Metrics},
 };
-use crate::{compensation::Demand, machine::Machine, study::bounded_pass};
+use crate::{compensation::Demand, machine::Machine, study::within_limits};
 
 /// Sums and extremes of the errors left.
 #[derive(Debug, Clone, Copy, Default)]
@@ -90,6 +90,6 @@ pub(super) fn errors_left(
     demands: &[Demand],
     job: &FeatureJob,
 ) -> Result<Vec<Option<Vector3<f64>>>, String> {
-    let path = bounded_pass::correct(nominal, real, demands, &job.limits).map_err(|error| error.to_string())?;
+    let path = within_limits::correct(nominal, real, demands, &job.limits).map_err(|error| error.to_string())?;
     Ok(path.points.iter().map(|point| point.corrected().map(|point| point.position_error)).collect())
 }

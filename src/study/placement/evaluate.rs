@@ -17,7 +17,7 @@ use crate::{
     compensation::Demand,
     input::error::Error,
     machine::{Configuration, Machine},
-    study::{Failure, Machines, placement::FeatureJob, program::demands_under},
+    study::{Failure, Machines, demands::demands_under, placement::FeatureJob},
     work::Work,
 };
 

@@ -17,13 +17,14 @@ use crate::{
     machine::Machine,
     process::{Extent, Feature, ForbiddenBox, PathReference, Process, cutting::LoadError, tilt::Turned},
     study::{
-        Given, Overrides, Resolved, bounded_pass,
+        Given, Overrides, Resolved,
         over_workspace::grid_input,
         path::resolve::{check_total, named_point, points_of, program_input, toolpath},
         placement::spec::{
             BoundsSpec, CandidateSpec, FeatureSpec, FixedSpec, ForbiddenSpec, ObjectiveSpec, PlacementStudySpec,
             SearchSpec,
         },
+        within_limits,
     },
 };
 
@@ -127,7 +128,7 @@ fn feature(spec: &FeatureSpec, given: &Given<'_>, check: &Check) -> Result<(Feat
         reference: process.placement.reference,
         tolerance_mm: check.key("tolerance_mm").positive(spec.tolerance_mm)?,
     };
-    bounded_pass::check(&given.machine, &process.limits)
+    within_limits::check(&given.machine, &process.limits)
         .or_else(|problem| given.process_place(spec.process.as_deref()).key("limits").fail(problem))?;
     let today = Candidate::of_process(&process);
     let cuts = process.cutting_rule;

@@ -8,7 +8,7 @@ use crate::{
     compensation::Method,
     study::{
         along_path::{Commands, PathAnswer, PathCase, run},
-        program::demands_under,
+        demands::demands_under,
     },
 };
 

@@ -1,5 +1,6 @@
 //! A program for the machine: read, compensated, written back, read again and simulated as written.
 
+pub mod bounded;
 #[cfg(feature = "report")]
 pub mod files;
 #[cfg(feature = "report")]
@@ -13,96 +14,16 @@ use serde::Serialize;
 use crate::{
     compensation::{Demand, Method, Target},
     input::error::{Error, Result},
-    machine::{Configuration, Coordinate, Machine},
-    process::{
-        Placed, Placement,
-        cutting::{LoadError, PathLoad},
-        file::{Decimals, Process},
-    },
+    machine::{Coordinate, Machine},
+    process::file::Process,
     spatial::Pose,
-    study::along_path::{Commands, Left, PathAnswer, PathCase, PathSummary, PathSums, run_in_parts},
-    toolpath::{
-        PathPoint, Sampling, Toolpath,
-        gcode::{GcodeOptions, Program},
-        polyline::Polyline,
+    study::{
+        ProgramFile,
+        along_path::{Commands, Left, PathAnswer, PathCase, PathSummary, PathSums, run_in_parts},
+        demands::{Led, demands, placed},
     },
+    toolpath::{PathPoint, Toolpath},
 };
-
-/// A program as it was read.
-#[derive(Debug, Clone)]
-pub enum ProgramFile {
-    /// Points in a CSV file.
-    Polyline(Polyline),
-    /// A G-code program.
-    Gcode(Box<Program>),
-}
-
-impl ProgramFile {
-    /// Reads `file`: a polyline if its name ends in `.csv`, G-code otherwise.
-    ///
-    /// # Errors
-    /// A file that cannot be read or is not of the expected form.
-    pub fn read(file: &Path, options: &GcodeOptions) -> Result<Self> {
-        Self::parse(crate::input::file::read(file)?, file, options)
-    }
-
-    /// The program that `bytes` of a `file` are, as [`ProgramFile::read`].
-    ///
-    /// # Errors
-    /// Bytes that are not of the expected form.
-    pub fn parse(bytes: Vec<u8>, file: &Path, options: &GcodeOptions) -> Result<Self> {
-        let name = file.display().to_string();
-        let is_csv = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"));
-        Ok(match is_csv {
-            true => ProgramFile::Polyline(Polyline::read(bytes, &name)?),
-            false => ProgramFile::Gcode(Box::new(Program::parse(bytes, &name, options)?)),
-        })
-    }
-
-    /// Its points in the workpiece frame; lines and arcs are split as `sampling` says.
-    ///
-    /// # Errors
-    /// Too many points, or a program that cannot be followed.
-    pub fn toolpath(&self, sampling: Sampling) -> Result<Toolpath> {
-        match self {
-            ProgramFile::Polyline(polyline) => Ok(polyline.sampled(sampling)?),
-            ProgramFile::Gcode(program) => Ok(program.toolpath(sampling)?),
-        }
-    }
-
-    /// Line of the file that a point's move stands in, from 1, where it is known.
-    pub fn line_of(&self, segment: usize) -> Option<usize> {
-        match self {
-            ProgramFile::Polyline(polyline) => polyline.line_of(segment),
-            ProgramFile::Gcode(program) => program.line_of(segment),
-        }
-    }
-
-    /// The same program through `positions` (workpiece frame, mm, one per point of `path`), and the positions read back
-    /// from what was written, rounding included.
-    ///
-    /// # Errors
-    /// Positions that are no positions, or a written program that does not read back.
-    pub fn rewritten(
-        &self,
-        path: &Toolpath,
-        positions: &[Vector3<f64>],
-        decimals: Decimals,
-    ) -> Result<(Vec<u8>, Vec<Vector3<f64>>)> {
-        match self {
-            ProgramFile::Polyline(polyline) => {
-                let rewritten = polyline.rewrite_sampled(path, positions, decimals.format(polyline.own_format())?)?;
-                let back = rewritten.read_back()?.positions_mm();
-                Ok((rewritten.into_bytes(), back))
-            }
-            ProgramFile::Gcode(program) => {
-                let rewritten = program.rewrite(path, positions, decimals.format(program.own_format())?)?;
-                let back = rewritten.read_back()?.positions_mm();
-                Ok((rewritten.into_bytes(), back))
-            }
-        }
-    }
-}
 
 /// A program ready to be compensated on a machine.
 #[derive(Debug, Clone)]
@@ -332,69 +253,4 @@ fn counts(found: usize, points: usize, rows: usize) -> String {
              for each point"
         ),
     }
-}
-
-/// The machine being led along positions of a path, each from the one before.
-struct Led<'a> {
-    machine: &'a Machine,
-    near: Configuration,
-}
-
-impl<'a> Led<'a> {
-    fn new(machine: &'a Machine) -> Self {
-        Self { machine, near: machine.home.clone() }
-    }
-
-    /// The pose `X_OP` to ask for so that the path's point stands at `position_mm` (W, mm) as far as the drives control its
-    /// translations. Where the platform turns with its position this is the pose in which the machine stands there; what
-    /// it cannot reach keeps the orientation of home, and is refused when it is asked for.
-    fn pose(&mut self, placed: &Placed, position_mm: Vector3<f64>) -> Pose {
-        let asked = placed.platform_pose(position_mm);
-        let controlled = Pose { translation: self.machine.as_controlled(asked.translation), ..asked };
-        if !self.machine.turns_with_position {
-            return controlled;
-        }
-        match self.machine.lead(placed.reference(), &asked, &self.near) {
-            Ok(at) => {
-                self.near = at;
-                let Pose { rotation, translation } = self.near.pose;
-                Pose { rotation, translation: self.machine.as_controlled(translation) }
-            }
-            Err(_) => controlled,
-        }
-    }
-}
-
-fn placed(machine: &Machine, placement: &Placement) -> Placed {
-    placement.on(&machine.home.pose.rotation, &machine.tool())
-}
-
-/// What is wanted at each point of a path: its pose, and the cutting force as a wrench at P. `origin` names the path in
-/// errors.
-///
-/// # Errors
-/// A path that lacks what the cutting force needs.
-pub fn demands(machine: &Machine, process: &Process, path: &Toolpath, origin: &str) -> Result<Vec<Demand>> {
-    let fault = |source: LoadError| Error::Argument { argument: origin.to_string(), problem: source.to_string() };
-    let loads = process.cutting.loads(path).map_err(fault)?;
-    Ok(demands_under(machine, &process.placement, process.target, path, &loads))
-}
-
-/// What is wanted at each point of a path that is placed by `placement`, under `loads`; along axes that the drives do not
-/// control, what there is.
-pub fn demands_under(
-    machine: &Machine,
-    placement: &Placement,
-    target: Target,
-    path: &Toolpath,
-    loads: &[PathLoad],
-) -> Vec<Demand> {
-    let placed = placed(machine, placement);
-    let mut led = Led::new(machine);
-    let demand = |(point, load): (&PathPoint, &PathLoad)| {
-        let pose = led.pose(&placed, point.position_mm);
-        let there = placed.turned(&pose.rotation);
-        Demand { pose, load: there.wrench(&load.on_tool(point.tangent, there.tool_axes())), target }
-    };
-    path.points().iter().zip(loads).map(demand).collect()
 }

@@ -12,8 +12,8 @@ use crate::{
     },
     study::{
         along_path::PathAnswer,
-        bounded_pass::Exceeded,
-        path::report::command::{drive_cells, drive_columns, pose_cells, pose_columns},
+        command_columns::{drive_cells, drive_columns, pose_cells, pose_columns},
+        program::bounded::Exceeded,
         program::{Pass, ProgramJob},
     },
 };

@@ -2,14 +2,11 @@
 
 use serde_json::json;
 
-use super::{Pictures, Summary, image, page, table};
+use super::{Pictures, Summary, bent::bent, image, page, table};
 use crate::{
     input::error::Result,
     report::{Output, Run, exchange::StreamedTable},
-    study::{
-        deflected_pose,
-        map::{MapPoint, Shown, WorkspaceMapStudy, run_in_blocks},
-    },
+    study::map::{MapPoint, Shown, WorkspaceMapStudy, run_in_blocks},
 };
 
 /// Computes the map and makes what it leaves.
@@ -46,7 +43,7 @@ pub fn answer(study: &WorkspaceMapStudy, shown: &Shown, run: &Run<'_>) -> Result
         summary: summary.json(),
         figures: run.drawn(|| pictures.figures(study)),
         page: page(study).with_answer(&answer),
-        bent: run.figures.then(|| deflected_pose::of_map(study)).flatten(),
+        bent: run.figures.then(|| bent(study)).flatten(),
         answer,
     })
 }

@@ -1,6 +1,7 @@
 //! Reports of a workspace map, gathered point by point: memory does not grow with the grid.
 
 mod answer;
+mod bent;
 mod page;
 mod pictures;
 mod summary;
@@ -8,7 +9,6 @@ mod table;
 
 pub use answer::answer;
 pub use page::page;
-pub(crate) use page::source_group;
 pub use pictures::Pictures;
 pub use summary::Summary;
 pub use table::table;

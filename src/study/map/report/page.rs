@@ -4,12 +4,12 @@ use crate::{
     process::ForceLaw,
     report::{
         page::{
-            Better, Column, Description, Explorer, Fact, Group, GroupValue, MachineDescription, Mark, Quantity, Shape,
-            TableNote, drive_quantities, error_facts, largest_of_drives,
+            Better, Column, Description, Explorer, Fact, MachineDescription, Mark, Quantity, Shape, TableNote,
+            drive_quantities, error_facts, largest_of_drives,
         },
         words::typographic,
     },
-    study::{Source, machine_check::report::tool_axis_fact, map::WorkspaceMapStudy},
+    study::{machine_check::report::tool_axis_fact, map::WorkspaceMapStudy, source_group::source_group},
 };
 
 /// Setting, views and tables; answer, figures and question are added by the run.
@@ -83,19 +83,5 @@ fn explorer(study: &WorkspaceMapStudy) -> Explorer {
             .iter()
             .map(|point| Mark { label: point.name.clone(), position: point.position.iter().copied().collect() })
             .collect(),
-    }
-}
-
-/// The sources of error, both at once first.
-pub(crate) fn source_group() -> Group {
-    let value = |source: Source, label: &str| GroupValue { cells: vec![source.label().into()], label: label.into() };
-    Group {
-        columns: vec!["source".into()],
-        label: "source of error".into(),
-        values: vec![
-            value(Source::Both, "both at once"),
-            value(Source::Cutting, "cutting force"),
-            value(Source::Assembly, "chain errors"),
-        ],
     }
 }

@@ -8,9 +8,10 @@ use crate::{
     report::{
         Output, Run,
         exchange::{StreamedTable, Table},
+        page::DeflectedPose,
     },
     study::{
-        deflected_pose,
+        deflected_pose::deflected_pose,
         path::{PathStudy, Shown, run_in_parts},
     },
 };
@@ -41,7 +42,13 @@ pub fn answer(study: &PathStudy, shown: &Shown, run: &Run<'_>) -> Result<Output>
         summary: summary.json(study, &methods),
         figures: pictures.map_or_else(Vec::new, |pictures| pictures.figures(study)),
         page: page(study, shown).with_answer(&answer),
-        bent: bent.and_then(|point| deflected_pose::of_path(study, point)),
+        bent: bent.and_then(|point| bent_at(study, point)),
         answer: format!("{answer}\n{}", methods_text(&methods)),
     })
+}
+
+/// The machine bent at point `point`; `None` if it does not settle there.
+fn bent_at(study: &PathStudy, point: usize) -> Option<DeflectedPose> {
+    let place = format!("{:.1} mm along the path", study.stations[point].arc_length_mm);
+    deflected_pose(&study.machine, &study.errors, &study.demands[point], place)
 }

@@ -1,7 +1,6 @@
 //! Reports of a path study, gathered part by part: memory does not grow with the path.
 
 mod answer;
-pub(crate) mod command;
 mod page;
 mod pictures;
 mod summary;

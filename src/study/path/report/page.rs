@@ -10,8 +10,8 @@ use crate::{
         words::counted,
     },
     study::{
-        map::report::source_group,
         path::{PathStudy, Shown},
+        source_group::source_group,
     },
 };
 

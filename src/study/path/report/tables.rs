@@ -11,10 +11,8 @@ use crate::{
     study::{
         Source,
         along_path::PathAnswer,
-        path::{
-            MethodAlongPath, PathPart, PathStudy, Station,
-            report::command::{drive_cells, drive_columns, pose_cells, pose_columns},
-        },
+        command_columns::{drive_cells, drive_columns, pose_cells, pose_columns},
+        path::{MethodAlongPath, PathPart, PathStudy, Station},
     },
 };
 

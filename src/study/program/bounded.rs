@@ -1,12 +1,13 @@
-//! A program corrected within the limits of its process.
+//! A program corrected within the limits of its process, and where it exceeds them as it is written.
 
-use super::program::{Pass, ProgramJob};
+use super::{Pass, ProgramJob};
 use crate::{
-    compensation::{BoundedPath, BoundedPoint, BoundedSettings, Demand, LimitKind, Limits, compensate_bounded},
-    input::error::{Error, Result},
-    machine::{Machine, Motion},
-    process::file::CorrectionLimits,
-    study::along_path::{Commands, PathAnswer},
+    compensation::{BoundedPath, BoundedPoint, LimitKind},
+    input::error::Result,
+    study::{
+        along_path::{Commands, PathAnswer},
+        within_limits::correct,
+    },
 };
 
 /// A pass within limits, and what the limits do.
@@ -92,13 +93,6 @@ impl<'a> Exceedances<'a> {
     }
 }
 
-impl CorrectionLimits {
-    /// Whether any limit is given.
-    pub fn is_limited(&self) -> bool {
-        self.correction_mm.is_some() || self.correction_change_mm.is_some() || self.force_N.is_some()
-    }
-}
-
 impl ProgramJob {
     /// Corrects the whole path within the limits of the process and the machine.
     /// `done` and `take` are those of [`ProgramJob::pass`].
@@ -124,47 +118,4 @@ impl ProgramJob {
             None => self.machine.home.drives.clone(),
         }
     }
-}
-
-/// Corrects the path `demands` within the limits `given` and those of the machine.
-///
-/// # Errors
-/// As [`ProgramJob::bounded_pass`].
-pub(super) fn correct(
-    nominal: &Machine,
-    real: &Machine,
-    demands: &[Demand],
-    given: &CorrectionLimits,
-) -> Result<BoundedPath> {
-    let limits = limits(nominal, demands, given)?;
-    let settings = BoundedSettings { point: crate::study::settings(), ..BoundedSettings::default() };
-    Ok(compensate_bounded(nominal, real, demands, &limits, given.objective, &settings, &|_| ())?)
-}
-
-/// Whether limits fit the drives of a machine.
-///
-/// # Errors
-/// They do not, and why.
-pub(super) fn check(machine: &Machine, given: &CorrectionLimits) -> std::result::Result<(), String> {
-    if given.is_limited() && machine.drives().any(|(_, drive)| drive.motion == Motion::Revolute) {
-        return Err(
-            "are in mm and N, but a drive of the machine turns; limit it by travel_deg and torque_limit_Nmm".into()
-        );
-    }
-    Ok(())
-}
-
-fn limits(machine: &Machine, demands: &[Demand], given: &CorrectionLimits) -> Result<Limits> {
-    let fault = |problem: &str| Err(Error::Argument { argument: "limits".into(), problem: problem.into() });
-    check(machine, given).map_err(|problem| Error::Argument { argument: "limits".into(), problem })?;
-    if demands.iter().any(|demand| demand.coordinates(machine).count() < machine.controls.len()) {
-        return fault("cannot be kept on a machine that controls rotations: a program commands positions only");
-    }
-    let each = |limit: Option<f64>| limit.map(|limit| vec![limit; machine.drive_count()]);
-    Ok(Limits {
-        correction: each(given.correction_mm),
-        correction_change: each(given.correction_change_mm),
-        travel: None,
-        force: each(given.force_N),
-    })
 }

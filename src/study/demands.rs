@@ -1,0 +1,82 @@
+//! What is wanted at each point of a path: a pose of P and the load there.
+
+use nalgebra::Vector3;
+
+use crate::{
+    compensation::{Demand, Target},
+    input::error::{Error, Result},
+    machine::{Configuration, Machine},
+    process::{
+        Placed, Placement,
+        cutting::{LoadError, PathLoad},
+        file::Process,
+    },
+    spatial::Pose,
+    toolpath::{PathPoint, Toolpath},
+};
+
+/// The machine being led along positions of a path, each from the one before.
+pub(super) struct Led<'a> {
+    machine: &'a Machine,
+    near: Configuration,
+}
+
+impl<'a> Led<'a> {
+    pub fn new(machine: &'a Machine) -> Self {
+        Self { machine, near: machine.home.clone() }
+    }
+
+    /// The pose `X_OP` to ask for so that the path's point stands at `position_mm` (W, mm) as far as the drives control its
+    /// translations. Where the platform turns with its position this is the pose in which the machine stands there; what
+    /// it cannot reach keeps the orientation of home, and is refused when it is asked for.
+    pub fn pose(&mut self, placed: &Placed, position_mm: Vector3<f64>) -> Pose {
+        let asked = placed.platform_pose(position_mm);
+        let controlled = Pose { translation: self.machine.as_controlled(asked.translation), ..asked };
+        if !self.machine.turns_with_position {
+            return controlled;
+        }
+        match self.machine.lead(placed.reference(), &asked, &self.near) {
+            Ok(at) => {
+                self.near = at;
+                let Pose { rotation, translation } = self.near.pose;
+                Pose { rotation, translation: self.machine.as_controlled(translation) }
+            }
+            Err(_) => controlled,
+        }
+    }
+}
+
+/// The placement on the machine, oriented as at home.
+pub(super) fn placed(machine: &Machine, placement: &Placement) -> Placed {
+    placement.on(&machine.home.pose.rotation, &machine.tool())
+}
+
+/// What is wanted at each point of a path: its pose, and the cutting force as a wrench at P. `origin` names the path in
+/// errors.
+///
+/// # Errors
+/// A path that lacks what the cutting force needs.
+pub fn demands(machine: &Machine, process: &Process, path: &Toolpath, origin: &str) -> Result<Vec<Demand>> {
+    let fault = |source: LoadError| Error::Argument { argument: origin.to_string(), problem: source.to_string() };
+    let loads = process.cutting.loads(path).map_err(fault)?;
+    Ok(demands_under(machine, &process.placement, process.target, path, &loads))
+}
+
+/// What is wanted at each point of a path that is placed by `placement`, under `loads`; along axes that the drives do not
+/// control, what there is.
+pub fn demands_under(
+    machine: &Machine,
+    placement: &Placement,
+    target: Target,
+    path: &Toolpath,
+    loads: &[PathLoad],
+) -> Vec<Demand> {
+    let placed = placed(machine, placement);
+    let mut led = Led::new(machine);
+    let demand = |(point, load): (&PathPoint, &PathLoad)| {
+        let pose = led.pose(&placed, point.position_mm);
+        let there = placed.turned(&pose.rotation);
+        Demand { pose, load: there.wrench(&load.on_tool(point.tangent, there.tool_axes())), target }
+    };
+    path.points().iter().zip(loads).map(demand).collect()
+}
