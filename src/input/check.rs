@@ -5,7 +5,7 @@ use nalgebra::{Matrix6, Vector3};
 use crate::input::error::{Error, Result};
 
 /// Version of the machine and study file formats.
-pub const SCHEMA: u32 = 1;
+pub(crate) const SCHEMA: u32 = 1;
 
 /// No quantity of a machine is larger, in mm, N, rad and products of these; none that must be positive is smaller than
 /// the inverse. Products of a few such numbers stay finite.
@@ -15,7 +15,7 @@ pub const LARGEST: f64 = 1e18;
 const LONGEST_IN_A_FILE_NAME: usize = 100;
 
 /// A name as part of a file name: letters and digits, the rest as underscores.
-pub fn file_stem(name: &str) -> String {
+pub(crate) fn file_stem(name: &str) -> String {
     let kept: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { ' ' }).collect();
     kept.split_whitespace().collect::<Vec<_>>().join("_")
 }
@@ -74,7 +74,7 @@ impl Check {
     }
 
     /// A number of sensible size.
-    pub fn finite_scalar(&self, value: f64) -> Result<f64> {
+    pub(crate) fn finite_scalar(&self, value: f64) -> Result<f64> {
         if value.abs() <= LARGEST {
             return Ok(value);
         }
@@ -92,7 +92,7 @@ impl Check {
     }
 
     /// A finite number above zero, if given.
-    pub fn optional_positive(&self, value: Option<f64>) -> Result<Option<f64>> {
+    pub(crate) fn optional_positive(&self, value: Option<f64>) -> Result<Option<f64>> {
         value.map(|v| self.positive(v)).transpose()
     }
 
@@ -111,7 +111,7 @@ impl Check {
     }
 
     /// [smallest, largest], scaled by `unit`.
-    pub fn interval(&self, value: Option<[f64; 2]>, unit: f64) -> Result<Option<(f64, f64)>> {
+    pub(crate) fn interval(&self, value: Option<[f64; 2]>, unit: f64) -> Result<Option<(f64, f64)>> {
         match value {
             None => Ok(None),
             Some([low, high]) if -LARGEST <= low && low < high && high <= LARGEST => {
@@ -122,7 +122,7 @@ impl Check {
     }
 
     /// Corners of a box in the right order.
-    pub fn ordered_box(&self, min: Vector3<f64>, max: Vector3<f64>) -> Result<()> {
+    pub(crate) fn ordered_box(&self, min: Vector3<f64>, max: Vector3<f64>) -> Result<()> {
         match (0..3).find(|&i| min[i] > max[i]) {
             None => Ok(()),
             Some(i) => {
@@ -133,19 +133,19 @@ impl Check {
     }
 
     /// A name of letters, digits, `_` and `-`.
-    pub fn identifier(&self, name: &str) -> Result<()> {
+    pub(crate) fn identifier(&self, name: &str) -> Result<()> {
         let valid = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-');
         if valid { Ok(()) } else { self.fail(format!("must be letters, digits, _ or -, got \"{name}\"")) }
     }
 
     /// A name that may hold any characters that can be read.
-    pub fn readable(&self, name: &str) -> Result<()> {
+    pub(crate) fn readable(&self, name: &str) -> Result<()> {
         let valid = !name.trim().is_empty() && !name.chars().any(char::is_control);
         if valid { Ok(()) } else { self.fail(format!("must be a name on one line, got {name:?}")) }
     }
 
     /// A name not used before.
-    pub fn unique<'a>(&self, name: &str, mut others: impl Iterator<Item = &'a str>) -> Result<()> {
+    pub(crate) fn unique<'a>(&self, name: &str, mut others: impl Iterator<Item = &'a str>) -> Result<()> {
         if others.any(|other| other == name) {
             return self.fail(format!("\"{name}\" is used twice"));
         }
@@ -165,7 +165,7 @@ impl Check {
     }
 
     /// A name that gives other files than those before, also where files are not told apart by case.
-    pub fn unique_file<'a>(&self, name: &str, mut others: impl Iterator<Item = &'a str>) -> Result<()> {
+    pub(crate) fn unique_file<'a>(&self, name: &str, mut others: impl Iterator<Item = &'a str>) -> Result<()> {
         self.short(name)?;
         match others.find(|other| file_stem(other).eq_ignore_ascii_case(&file_stem(name))) {
             None => Ok(()),
@@ -176,7 +176,7 @@ impl Check {
     }
 
     /// A symmetric positive definite 6×6 matrix given by rows.
-    pub fn positive_definite(&self, rows: &[[f64; 6]; 6]) -> Result<Matrix6<f64>> {
+    pub(crate) fn positive_definite(&self, rows: &[[f64; 6]; 6]) -> Result<Matrix6<f64>> {
         let matrix = Matrix6::from_fn(|i, j| rows[i][j]);
         for (i, row) in rows.iter().enumerate() {
             for (j, &entry) in row.iter().enumerate() {

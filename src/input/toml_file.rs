@@ -10,7 +10,7 @@ use crate::input::error::{Error, Result};
 
 /// A longer file is no machine or study file, bytes.
 #[cfg(feature = "study")]
-pub const MAX_LENGTH: u64 = 1 << 20;
+pub(crate) const MAX_LENGTH: u64 = 1 << 20;
 
 /// Reads `file` as text.
 #[cfg(feature = "study")]

@@ -130,7 +130,7 @@ pub struct Model {
     /// Number of independent motions of the drives beyond those that the controlled coordinates take: 0 for most machines.
     ///
     /// The drives of a redundant machine stand as near to home as the task allows: the sum of squares of their ways from
-    /// home is least, slides in mm and hinges in mm at [`Machine::reach`]. That is a function of the target alone, so a path
+    /// home is least, slides in mm and hinges in mm at [`Machine::reach`](crate::machine::Model::reach). That is a function of the target alone, so a path
     /// has the same commands from wherever it is begun. A drive that would leave its travel stays at its end, and the others
     /// make up for it. Motions of the platform that are not controlled follow.
     pub redundancy: usize,

@@ -31,7 +31,7 @@ impl ForceLaw {
 }
 
 /// Cutting force of groove milling on the tool, in the tool frame T: z along the tool from the spindle to its tip
-/// ([`Machine::tool_axes`](crate::machine::Machine::tool_axes)), φ from x towards y.
+/// ([`Machine::tool_axes`](crate::machine::Model::tool_axes)), φ from x towards y.
 ///
 /// ```text
 /// F = F_x x_T + F_y y_T + F_z z_T          F_x, F_y: eq. (17)

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 const ERROR_SHARE: f64 = 0.15;
 
 /// A round factor that makes `largest_error` (mm) a visible share of the extent of `path` in the xy-plane; at least 1.
-pub fn amplification(path: &[Vector3<f64>], largest_error: f64) -> f64 {
+pub(crate) fn amplification(path: &[Vector3<f64>], largest_error: f64) -> f64 {
     let extent = |axis: usize| {
         let (low, high) = path.iter().fold((f64::MAX, f64::MIN), |(l, h), p| (l.min(p[axis]), h.max(p[axis])));
         high - low

@@ -35,14 +35,14 @@ pub fn drawn(count: usize, most: usize) -> Vec<usize> {
 }
 
 /// Indices along x, y and z of the nodes that slices at the heights `slices_z` (mm) show.
-pub fn drawn_nodes(grid: &Grid, slices_z: &[f64]) -> [Vec<usize>; 3] {
+pub(crate) fn drawn_nodes(grid: &Grid, slices_z: &[f64]) -> [Vec<usize>; 3] {
     let [nx, ny, _] = grid.counts();
     [drawn(nx, MOST_NODES), drawn(ny, MOST_NODES), planes(grid, slices_z)]
 }
 
 /// What a subtitle says of a grid of which only the nodes with the indices `drawn` along the first axes are shown: empty if
 /// all are.
-pub fn thinned_words(grid: &Grid, drawn: &[Vec<usize>]) -> String {
+pub(crate) fn thinned_words(grid: &Grid, drawn: &[Vec<usize>]) -> String {
     if drawn.iter().zip(grid.counts()).all(|(drawn, count)| drawn.len() == count) {
         return String::new();
     }

@@ -101,7 +101,7 @@ impl Manifest {
     ///
     /// # Errors
     /// Names the file that would be lost.
-    pub fn may_write<'a>(folder: &Path, names: impl Iterator<Item = &'a str>) -> Result<()> {
+    pub(crate) fn may_write<'a>(folder: &Path, names: impl Iterator<Item = &'a str>) -> Result<()> {
         let found = Self::found_in(folder);
         may_replace(&folder.join(Self::FILE), || found.is_some())?;
         let former = found.unwrap_or_default();
@@ -113,7 +113,7 @@ impl Manifest {
     }
 
     /// Whether a manifest as read says that some files of its folder are of the run before.
-    pub fn is_publishing(manifest: &serde_json::Value) -> bool {
+    pub(crate) fn is_publishing(manifest: &serde_json::Value) -> bool {
         manifest["publishing"] == true
     }
 
@@ -125,7 +125,7 @@ impl Manifest {
     }
 
     /// As a JSON file.
-    pub fn to_json(&self) -> String {
+    pub(crate) fn to_json(&self) -> String {
         // A struct of strings and numbers always serialises.
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
     }

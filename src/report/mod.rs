@@ -19,8 +19,7 @@ pub use output::{Output, Run};
 pub use replace::may_replace;
 pub use visible::{visible, visible_json};
 pub use words::{counted, if_any};
-pub use write::{
-    OutputFile, clean, prepare, prepare_beside, publish, remove, staging, temporary_file, write_all, write_beside,
-};
+pub use write::{OutputFile, prepare, prepare_beside, remove, staging, write_all, write_beside};
+pub(crate) use write::{clean, publish, temporary_file};
 
-pub use crate::input::check::file_stem;
+pub(crate) use crate::input::check::file_stem;

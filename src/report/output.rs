@@ -31,7 +31,7 @@ pub struct Run<'a> {
 
 impl Run<'_> {
     /// Whether maps are wanted as images.
-    pub fn wants_image(&self) -> bool {
+    pub(crate) fn wants_image(&self) -> bool {
         self.formats.contains(&Format::Vti)
     }
 

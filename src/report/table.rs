@@ -4,7 +4,7 @@
 use crate::machine::{Drive, Machine, Motion};
 
 /// `drives` of a machine with one kind of drives; "slides" or "hinges" where it has both.
-pub fn kind_word(machine: &Machine, motion: Motion) -> &'static str {
+pub(crate) fn kind_word(machine: &Machine, motion: Motion) -> &'static str {
     match (machine.has_mixed_drives(), motion) {
         (false, _) => "drives",
         (true, Motion::Prismatic) => "slides",
@@ -13,22 +13,22 @@ pub fn kind_word(machine: &Machine, motion: Motion) -> &'static str {
 }
 
 /// A column of drive positions per drive: `WHAT_LABEL_mm` or `_deg`.
-pub fn position_columns<'m>(machine: &'m Machine, what: &'m str) -> impl Iterator<Item = String> + 'm {
+pub(crate) fn position_columns<'m>(machine: &'m Machine, what: &'m str) -> impl Iterator<Item = String> + 'm {
     labelled(machine).map(move |(label, motion)| format!("{what}_{label}_{}", motion.position_unit()))
 }
 
 /// A column of drive corrections per drive: `delta_rho_LABEL_mm` or `_deg`.
-pub fn correction_columns(machine: &Machine) -> impl Iterator<Item = String> {
+pub(crate) fn correction_columns(machine: &Machine) -> impl Iterator<Item = String> {
     position_columns(machine, "delta_rho")
 }
 
 /// A column of drive forces per drive: `drive_force_LABEL_N` or `drive_torque_LABEL_Nmm`.
-pub fn force_columns(machine: &Machine) -> impl Iterator<Item = String> {
+pub(crate) fn force_columns(machine: &Machine) -> impl Iterator<Item = String> {
     labelled(machine).map(|(label, motion)| format!("drive_{}_{label}_{}", motion.force_word(), motion.force_unit()))
 }
 
 /// Those of `columns`, one per drive, that belong to drives of one kind.
-pub fn columns_of<'m>(
+pub(crate) fn columns_of<'m>(
     machine: &'m Machine,
     motion: Motion,
     columns: impl Iterator<Item = String> + 'm,
@@ -41,19 +41,19 @@ fn labelled(machine: &Machine) -> impl Iterator<Item = (String, Motion)> {
 }
 
 /// Index and label of the drives of one kind.
-pub fn drives_of(machine: &Machine, kind: Motion) -> impl Iterator<Item = (usize, String)> {
+pub(crate) fn drives_of(machine: &Machine, kind: Motion) -> impl Iterator<Item = (usize, String)> {
     let labelled = machine.drive_labels().into_iter().enumerate().zip(machine.drives());
     labelled.filter(move |(_, (_, drive))| drive.motion == kind).map(|(labelled, _)| labelled)
 }
 
 /// Drive positions or corrections in the units of tables, mm or degrees, from mm or rad.
-pub fn shown_positions(machine: &Machine, values: &[f64]) -> Vec<f64> {
+pub(crate) fn shown_positions(machine: &Machine, values: &[f64]) -> Vec<f64> {
     let shown = |(value, (_, drive)): (&f64, (usize, &Drive))| drive.motion.shown(*value);
     values.iter().zip(machine.drives()).map(shown).collect()
 }
 
 /// Largest size among positions or corrections, given in mm or rad, of the drives of one kind, mm or degrees.
-pub fn largest_position(machine: &Machine, motion: Motion, values: &[f64]) -> f64 {
+pub(crate) fn largest_position(machine: &Machine, motion: Motion, values: &[f64]) -> f64 {
     motion.shown(largest(machine, motion, values))
 }
 
@@ -68,6 +68,6 @@ fn largest(machine: &Machine, motion: Motion, values: &[f64]) -> f64 {
 }
 
 /// Angles are given in degrees; the way through radians must not show.
-pub fn tidy_degrees(degrees: f64) -> f64 {
+pub(crate) fn tidy_degrees(degrees: f64) -> f64 {
     (degrees * 1e9).round() / 1e9
 }

@@ -28,7 +28,7 @@ pub fn visible_json(json: &str) -> Cow<'_, str> {
 }
 
 /// The same for JSON whose strings are shown by a script: they hold the written form.
-pub fn shown_json(json: &str) -> Cow<'_, str> {
+pub(crate) fn shown_json(json: &str) -> Cow<'_, str> {
     replaced(json, |c| format!("\\\\u{{{:x}}}", u32::from(c)))
 }
 

@@ -1,12 +1,12 @@
 //! Counts and numbers as sentences show them.
 
 /// With minus signs instead of hyphens, as on the axes.
-pub fn typographic(text: &str) -> String {
+pub(crate) fn typographic(text: &str) -> String {
     text.replace('-', "\u{2212}")
 }
 
 /// The same where names may stand between the numbers: hyphens within words stay.
-pub fn signed(text: &str) -> String {
+pub(crate) fn signed(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     let mut characters = text.chars().peekable();
     let mut before = ' ';

@@ -31,7 +31,7 @@ impl OutputFile {
         Self { name: name.into(), content: Content::Bytes(bytes.into()) }
     }
 
-    /// A file that is to be called `name`; it is in the result folder already, see [`temporary_file`].
+    /// A file that is to be called `name`; it is in the result folder already, see `temporary_file`.
     pub fn written(name: impl Into<String>, file: NamedTempFile) -> Self {
         Self { name: name.into(), content: Content::File(file) }
     }
@@ -124,7 +124,7 @@ pub fn staging(folder: &Path) -> Result<TempDir> {
 ///
 /// # Errors
 /// It cannot be moved.
-pub fn publish(from: &Path, to: &Path, name: &str) -> Result<PathBuf> {
+pub(crate) fn publish(from: &Path, to: &Path, name: &str) -> Result<PathBuf> {
     let path = to.join(name);
     match std::fs::rename(from.join(name), &path) {
         Ok(()) => Ok(path),
@@ -136,7 +136,7 @@ pub fn publish(from: &Path, to: &Path, name: &str) -> Result<PathBuf> {
 ///
 /// # Errors
 /// The folder cannot be read, or a file cannot be removed.
-pub fn clean(folder: &Path) -> Result<()> {
+pub(crate) fn clean(folder: &Path) -> Result<()> {
     clean_of(folder, TEMPORARY)
 }
 
@@ -177,7 +177,7 @@ pub fn write_beside(file: &Path, files: Vec<OutputFile>) -> Result<Vec<PathBuf>>
 ///
 /// # Errors
 /// It cannot be made.
-pub fn staging_beside(file: &Path) -> Result<TempDir> {
+pub(crate) fn staging_beside(file: &Path) -> Result<TempDir> {
     let fault = |source| Error::Write { file: file.to_path_buf(), source };
     let folder = folder_of(file);
     std::fs::create_dir_all(folder).map_err(fault)?;
@@ -229,7 +229,7 @@ pub fn remove(file: &Path) -> Result<()> {
 ///
 /// # Errors
 /// It cannot be made.
-pub fn temporary_file(folder: &Path) -> std::io::Result<NamedTempFile> {
+pub(crate) fn temporary_file(folder: &Path) -> std::io::Result<NamedTempFile> {
     temporary(folder, TEMPORARY)
 }
 

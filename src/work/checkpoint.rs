@@ -167,7 +167,7 @@ impl Checkpoint {
         Ok(Some(bytes))
     }
 
-    /// Appends a piece that [`encoded`] has made.
+    /// Appends a piece that `encoded` has made.
     ///
     /// # Errors
     /// It cannot be written; the file is as it was.
@@ -275,12 +275,12 @@ fn alone(file: &File, path: &Path) -> Result<()> {
 ///
 /// # Errors
 /// It has no form in bytes: none that is known.
-pub fn encoded<T: Serialize + ?Sized>(value: &T) -> IoResult<Vec<u8>> {
+pub(crate) fn encoded<T: Serialize + ?Sized>(value: &T) -> IoResult<Vec<u8>> {
     postcard::to_stdvec(value).map_err(IoError::other)
 }
 
 /// A piece from its bytes; `None` if they are no such piece.
-pub fn decoded<T: DeserializeOwned>(bytes: &[u8]) -> Option<T> {
+pub(crate) fn decoded<T: DeserializeOwned>(bytes: &[u8]) -> Option<T> {
     postcard::from_bytes(bytes).ok()
 }
 

@@ -48,7 +48,9 @@ fn what_it_is(text: &str) -> String {
     let lines = text.lines().take_while(|line| line.starts_with("//!")).map(|line| line[3..].trim());
     let paragraph: Vec<&str> = lines.take_while(|line| !line.is_empty()).collect();
     let paragraph = paragraph.join(" ");
-    let end = paragraph.find(". ").map_or(paragraph.len(), |end| end + 1);
+    // Not after an abbreviation, such as "Eq. (13)".
+    let ends = |at: &(usize, &str)| paragraph[at.0 + 2..].starts_with(char::is_uppercase);
+    let end = paragraph.match_indices(". ").find(ends).map_or(paragraph.len(), |(end, _)| end + 1);
     paragraph[..end].trim_end_matches(['.', ':']).to_string()
 }
 

@@ -24,7 +24,7 @@ impl Machine {
     /// ways are tried: a serial machine takes any posture that its travel allows, the nearest to home of those found, since
     /// nothing is in the way from one to another; a parallel one goes around, without passing a singularity. Hinges are
     /// taken a full turn back or on where that brings them within their travel. Where the drives control more than the
-    /// task asks for, they stand as near to home as they can, see [`Machine::redundancy`].
+    /// task asks for, they stand as near to home as they can, see [`Machine::redundancy`](crate::machine::Model::redundancy).
     ///
     /// # Errors
     /// [`Unreachable`] if no such configuration is found, or only beyond a limit.

@@ -97,7 +97,7 @@ impl Machine {
     }
 
     /// Adds to `shares` where each limited drive and joint stands in its range: −1 at the lower end and 1 at the upper one,
-    /// as [`Machine::check_limits`] takes them.
+    /// as `Machine::check_limits` takes them.
     pub fn limit_shares(&self, at: &Configuration, shares: &mut Vec<f64>) {
         let drives = self.drives().zip(&at.drives).map(|((_, drive), &rho)| (drive.travel, rho));
         let joints = self

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use super::table::{Cell, Kind, SCHEMA, Table};
 
 /// Name of the file that describes the CSV files of a folder.
-pub const DESCRIPTION: &str = "csv-metadata.json";
+pub(crate) const DESCRIPTION: &str = "csv-metadata.json";
 
 /// A table as CSV, written part by part: one header line, numbers in the shortest form that reads back to the same value,
 /// empty cells where values are missing. Texts that a spreadsheet would take for a formula have a `'` before them.

@@ -19,7 +19,7 @@ use crate::{
 };
 
 /// Statuses of points; their place is their number in images. New ones go to the end.
-pub const STATUS: [&str; 15] = [
+pub(crate) const STATUS: [&str; 15] = [
     "solved",
     "unreachable",
     "unstable",

@@ -1,7 +1,7 @@
 //! What other programs read: typed tables as CSV and Parquet, maps as VTK image data.
 //!
 //! A report makes a [`Table`] of typed columns whose names end with their units; every exporter takes the same table, so
-//! all formats hold the same columns and numbers. [`SCHEMA`] is the version of these columns.
+//! all formats hold the same columns and numbers. `SCHEMA` is the version of these columns.
 
 mod csv_file;
 mod image;
@@ -15,15 +15,16 @@ mod vti_file;
 
 use std::path::Path;
 
-pub use csv_file::{CsvFile, DESCRIPTION, csv, description, text_of};
-pub use image::{Image, Layer, STATUS};
+pub(crate) use csv_file::DESCRIPTION;
+pub use csv_file::{CsvFile, csv, description, text_of};
+pub use image::{Image, Layer};
 #[cfg(not(feature = "parquet"))]
 use not_built::parquet_file;
 #[cfg(not(feature = "vtk"))]
 use not_built::vti_file;
 pub use parquet_file::{ParquetFile, parquet};
 pub use streamed::StreamedTable;
-pub use table::{Cell, Column, Kind, Row, SCHEMA, Table, cells, counts, numbers, texts};
+pub use table::{Cell, Column, Kind, Row, Table, cells, counts, numbers, texts};
 
 use super::OutputFile;
 use crate::input::error::{Error, Result};
@@ -65,7 +66,7 @@ impl Format {
     ///
     /// # Errors
     /// It was built without.
-    pub fn check_built(self) -> std::result::Result<(), NotBuilt> {
+    pub(crate) fn check_built(self) -> std::result::Result<(), NotBuilt> {
         match self {
             Format::Parquet if !cfg!(feature = "parquet") => Err(NotBuilt(self)),
             Format::Vti if !cfg!(feature = "vtk") => Err(NotBuilt(self)),

@@ -4,7 +4,7 @@ use super::{Figure, LineFigure, PanelFigure, PoseFigure, SliceFigure, VolumeFigu
 
 impl Figure {
     /// Title and setting.
-    pub fn caption(&self) -> String {
+    pub(crate) fn caption(&self) -> String {
         let (title, subtitle) = match self {
             Self::Slices(figure) => (&figure.title, &figure.subtitle),
             Self::Volume(figure) => (&figure.title, &figure.subtitle),

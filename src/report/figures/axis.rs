@@ -38,17 +38,17 @@ pub(super) struct Axis {
 
 impl Axis {
     /// An axis `length` pixels long whose labels do not run into each other, labels side by side.
-    pub fn horizontal(low: f64, high: f64, spacing: Spacing, length: f64, size: f64) -> Self {
+    pub(crate) fn horizontal(low: f64, high: f64, spacing: Spacing, length: f64, size: f64) -> Self {
         Self::fitted(low, high, spacing, |axis| axis.pitch() * length >= label_width(&axis.ticks, size) + 0.9 * size)
     }
 
     /// As [`Axis::horizontal`], labels one above the other.
-    pub fn vertical(low: f64, high: f64, spacing: Spacing, length: f64, size: f64) -> Self {
+    pub(crate) fn vertical(low: f64, high: f64, spacing: Spacing, length: f64, size: f64) -> Self {
         Self::fitted(low, high, spacing, |axis| axis.pitch() * length >= 2.0 * size)
     }
 
     /// As [`Axis::horizontal`], for a linear axis that spans `[width, height]` pixels on the page.
-    pub fn slanted(low: f64, high: f64, [width, height]: Point, size: f64) -> Self {
+    pub(crate) fn slanted(low: f64, high: f64, [width, height]: Point, size: f64) -> Self {
         Self::fitted(low, high, Spacing::Linear, |axis| {
             let pitch = axis.pitch();
             pitch * width >= label_width(&axis.ticks, size) + 0.3 * size || pitch * height >= 1.6 * size
@@ -84,7 +84,7 @@ impl Axis {
     }
 
     /// Room needed beside a vertical axis for ticks and tick labels.
-    pub fn depth_beside(&self, size: f64) -> f64 {
+    pub(crate) fn depth_beside(&self, size: f64) -> f64 {
         TICK + GAP + label_width(&self.ticks, size)
     }
 }
@@ -113,12 +113,12 @@ impl Plot {
         [self.rect.x + self.rect.width * self.x.fraction(x), self.rect.bottom() - self.rect.height * self.y.fraction(y)]
     }
 
-    pub fn draw_frame(&self, scene: &mut Scene) {
+    pub(crate) fn draw_frame(&self, scene: &mut Scene) {
         scene.outline(&self.rect.corners(), outline());
     }
 
     /// Thin lines through the ticks.
-    pub fn draw_grid(&self, scene: &mut Scene, stroke: Stroke) {
+    pub(crate) fn draw_grid(&self, scene: &mut Scene, stroke: Stroke) {
         for value in &self.x.ticks.values {
             let x = self.place(*value, self.y.low)[0];
             scene.line(vec![[x, self.rect.y], [x, self.rect.bottom()]], stroke);
@@ -130,7 +130,7 @@ impl Plot {
     }
 
     /// Ticks, tick labels and axis label below the frame.
-    pub fn draw_below(&self, scene: &mut Scene, label: &str, size: f64, tick_size: f64) {
+    pub(crate) fn draw_below(&self, scene: &mut Scene, label: &str, size: f64, tick_size: f64) {
         let bottom = self.rect.bottom();
         for (value, tick) in labelled(&self.x.ticks) {
             let x = self.place(value, self.y.low)[0];
@@ -145,7 +145,7 @@ impl Plot {
     }
 
     /// Ticks, tick labels and axis label left of the frame.
-    pub fn draw_beside(&self, scene: &mut Scene, label: &str, size: f64, tick_size: f64) {
+    pub(crate) fn draw_beside(&self, scene: &mut Scene, label: &str, size: f64, tick_size: f64) {
         for (value, tick) in labelled(&self.y.ticks) {
             let y = self.place(self.x.low, value)[1];
             scene.line(vec![[self.rect.x - stroke_length(tick), y], [self.rect.x, y]], tick_stroke());

@@ -44,14 +44,14 @@ impl CurveStyle {
     }
 
     /// Draws the curve through `points`, without markers.
-    pub fn draw_line(&self, scene: &mut Scene, points: &[Point]) {
+    pub(crate) fn draw_line(&self, scene: &mut Scene, points: &[Point]) {
         if points.len() > 1 {
             scene.line(points.to_vec(), self.stroke);
         }
     }
 
     /// Marks the points of the whole curve; `index` shifts sparse markers so that those of different curves do not coincide.
-    pub fn draw_markers(&self, scene: &mut Scene, points: &[Point], index: usize) {
+    pub(crate) fn draw_markers(&self, scene: &mut Scene, points: &[Point], index: usize) {
         if self.marker.is_empty() {
             return;
         }

@@ -77,7 +77,7 @@ impl Picture {
     }
 
     /// Slanted lines over the cells without a colour.
-    pub fn hatching(&self) -> Vec<[Point; 2]> {
+    pub(crate) fn hatching(&self) -> Vec<[Point; 2]> {
         let mut out = Vec::new();
         if self.colours.iter().all(Option::is_some) {
             return out;

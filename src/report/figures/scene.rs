@@ -25,7 +25,7 @@ impl Rect {
         self.x + self.width
     }
 
-    pub fn bottom(&self) -> f64 {
+    pub(crate) fn bottom(&self) -> f64 {
         self.y + self.height
     }
 
@@ -43,7 +43,7 @@ impl Rect {
     }
 
     /// Area shared with `other`.
-    pub fn overlap(&self, other: &Self) -> f64 {
+    pub(crate) fn overlap(&self, other: &Self) -> f64 {
         let width = self.right().min(other.right()) - self.x.max(other.x);
         let height = self.bottom().min(other.bottom()) - self.y.max(other.y);
         width.max(0.0) * height.max(0.0)
@@ -94,19 +94,19 @@ impl Text {
         }
     }
 
-    pub fn bold(self) -> Self {
+    pub(crate) fn bold(self) -> Self {
         Self { weight: Weight::Bold, ..self }
     }
 
-    pub fn upward(self) -> Self {
+    pub(crate) fn upward(self) -> Self {
         Self { upward: true, ..self }
     }
 
-    pub fn coloured(self, colour: Rgb) -> Self {
+    pub(crate) fn coloured(self, colour: Rgb) -> Self {
         Self { colour, ..self }
     }
 
-    pub fn with_halo(self) -> Self {
+    pub(crate) fn with_halo(self) -> Self {
         Self { halo: true, ..self }
     }
 
@@ -158,7 +158,7 @@ pub(super) struct Scene {
 
 impl Scene {
     /// The lowest place any item is put at.
-    pub fn lowest(&self) -> f64 {
+    pub(crate) fn lowest(&self) -> f64 {
         let low = |points: &[Point]| points.iter().map(|p| p[1]).fold(0.0, f64::max);
         let of_item = |item: &Item| match item {
             Item::Line { points, .. } => low(points),
@@ -175,7 +175,7 @@ impl Scene {
         self.items.push(Item::Line { points, stroke });
     }
 
-    pub fn outline(&mut self, corners: &[Point], stroke: Stroke) {
+    pub(crate) fn outline(&mut self, corners: &[Point], stroke: Stroke) {
         self.line(corners.iter().chain(corners.first()).copied().collect(), stroke);
     }
 
@@ -185,7 +185,7 @@ impl Scene {
         self.line((0..=CIRCLE_CORNERS).map(corner).collect(), stroke);
     }
 
-    pub fn convex(&mut self, corners: Vec<Point>, fill: Rgb) {
+    pub(crate) fn convex(&mut self, corners: Vec<Point>, fill: Rgb) {
         self.items.push(Item::Convex { corners, fill });
     }
 
@@ -193,7 +193,7 @@ impl Scene {
         self.items.push(Item::Text(text));
     }
 
-    pub fn picture(&mut self, picture: Picture) {
+    pub(crate) fn picture(&mut self, picture: Picture) {
         self.items.push(Item::Picture(picture));
     }
 }

@@ -40,7 +40,7 @@ impl Sizes {
     /// For figures set across a whole page (170 mm): 8.4 pt text.
     pub const PAGE: Self = Self { title: 34.0, body: 28.0, tick: 26.0 };
     /// For figures set in one column (85 mm) or a page: 5.5 pt text at column width, 11 pt at page width.
-    pub const COLUMN: Self = Self { title: 42.0, body: 37.0, tick: 34.0 };
+    pub(crate) const COLUMN: Self = Self { title: 42.0, body: 37.0, tick: 34.0 };
 }
 
 pub(super) fn outline() -> Stroke {

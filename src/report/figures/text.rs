@@ -34,7 +34,7 @@ pub(super) enum Weight {
 }
 
 impl Weight {
-    pub fn font(self) -> &'static FontRef<'static> {
+    pub(crate) fn font(self) -> &'static FontRef<'static> {
         match self {
             Self::Regular => &REGULAR,
             Self::Bold => &BOLD,

@@ -31,7 +31,7 @@ impl Common {
 
     /// What smallest, mean and largest values are taken of, and its name: the nodes in common, so that they are of the
     /// same places; of a curve all own ones, since curves of other lengths are other paths and share nodes by chance.
-    pub fn extremes_of<'a>(&'a self, data: &'a [Dataset], shape: Shape) -> (&'a [Dataset], String) {
+    pub(crate) fn extremes_of<'a>(&'a self, data: &'a [Dataset], shape: Shape) -> (&'a [Dataset], String) {
         match (self.is_whole(data), shape) {
             (true, _) => (&self.parts, format!("over {}", counted(self.count(), "node"))),
             (false, Shape::Curve) => (data, "over all own nodes".into()),
@@ -45,7 +45,7 @@ impl Common {
     }
 
     /// What a reader must know if results have nodes of their own.
-    pub fn remark(&self, data: &[Dataset], shape: Shape) -> Option<String> {
+    pub(crate) fn remark(&self, data: &[Dataset], shape: Shape) -> Option<String> {
         if self.is_whole(data) {
             return None;
         }

@@ -98,17 +98,17 @@ impl Dataset {
     }
 
     /// All numbers, missing ones included.
-    pub fn number_count(&self) -> usize {
+    pub(crate) fn number_count(&self) -> usize {
         self.values.iter().flatten().map(Vec::len).sum()
     }
 
     /// Number of nodes.
-    pub fn node_count(&self) -> usize {
+    pub(crate) fn node_count(&self) -> usize {
         if self.axes.is_empty() { self.names.len() } else { self.axes.iter().map(Vec::len).product() }
     }
 
     /// The part at the nodes that `other` has as well.
-    pub fn at_nodes_of(&self, other: &Self) -> Self {
+    pub(crate) fn at_nodes_of(&self, other: &Self) -> Self {
         let kept_names: Vec<usize> = (0..self.names.len()).filter(|i| other.names.contains(&self.names[*i])).collect();
         let kept: Vec<Vec<usize>> = self
             .axes

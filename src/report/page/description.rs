@@ -6,7 +6,7 @@ use super::machine::MachineDescription;
 use crate::report::figures::Figure;
 
 /// Version of `report.json`.
-pub const SCHEMA: u32 = 1;
+pub(crate) const SCHEMA: u32 = 1;
 
 /// A result folder in words, and what its files are.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -189,7 +189,7 @@ impl Description {
 
     /// With the figures of the folder, by file stem.
     #[must_use]
-    pub fn with_figures(mut self, figures: &[(String, Figure)]) -> Self {
+    pub(crate) fn with_figures(mut self, figures: &[(String, Figure)]) -> Self {
         let note = |(file, figure): &(String, Figure)| FigureNote {
             file: file.clone(),
             caption: figure.caption(),
@@ -207,7 +207,7 @@ impl Description {
     }
 
     /// As a JSON file.
-    pub fn to_json(&self) -> String {
+    pub(crate) fn to_json(&self) -> String {
         // A struct of strings and numbers always serialises.
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
     }

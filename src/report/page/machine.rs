@@ -92,7 +92,7 @@ impl MachineDescription {
     }
 
     /// The machine bent by a load, displacements amplified so that they are seen.
-    pub fn bent_figure(&self, bent: &DeflectedPose) -> Figure {
+    pub(crate) fn bent_figure(&self, bent: &DeflectedPose) -> Figure {
         let size = bent.tool_displacement_mm.norm();
         let points: Vec<_> = points(&bent.commanded).into_iter().map(Into::into).collect();
         let factor = amplification(&points, size);

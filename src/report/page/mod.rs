@@ -22,14 +22,14 @@ mod wins;
 
 pub use comparison::comparison;
 pub use description::{
-    Better, Column, Description, Explorer, Fact, FigureNote, Group, GroupValue, Mark, Quantity, SCHEMA, Shape,
-    TableNote,
+    Better, Column, Description, Explorer, Fact, FigureNote, Group, GroupValue, Mark, Quantity, Shape, TableNote,
 };
 pub use folder::ResultFolder;
 pub use machine::DeflectedPose;
 pub use machine::MachineDescription;
 pub(crate) use machine::error_facts;
-pub use single::{MACHINE_AT_HOME, page};
+pub(crate) use single::MACHINE_AT_HOME;
+pub use single::page;
 
 use super::table::{columns_of, correction_columns, force_columns, kind_word};
 use crate::machine::{Drive, Machine};

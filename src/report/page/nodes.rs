@@ -34,7 +34,7 @@ impl Nodes {
     }
 
     /// Rows in order, thinned so that about `most` remain in all groups together.
-    pub fn in_order(table: &Table, groups: usize, most: usize) -> Result<Axes> {
+    pub(crate) fn in_order(table: &Table, groups: usize, most: usize) -> Result<Axes> {
         let mut rows = 0usize;
         table.each_row(|_| rows += 1)?;
         let stride = rows.div_ceil(most.max(1)).max(1);

@@ -22,7 +22,7 @@ pub(super) enum Precision {
 
 impl Precision {
     /// Single precision as long as the page stays small.
-    pub fn for_numbers(count: usize) -> Self {
+    pub(crate) fn for_numbers(count: usize) -> Self {
         if count <= MOST_SINGLE { Self::Single } else { Self::Steps }
     }
 

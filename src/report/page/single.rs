@@ -144,7 +144,7 @@ fn figures(folder: &ResultFolder, out: &Path) -> Result<Vec<FigureView>> {
 }
 
 /// File stem of the figure of the machine at home.
-pub const MACHINE_AT_HOME: &str = "machine_at_home";
+pub(crate) const MACHINE_AT_HOME: &str = "machine_at_home";
 
 fn explorer_view(explorer: &Explorer, data: &Dataset, description: &Description) -> ExplorerView {
     let precision = Precision::for_numbers(data.number_count());

@@ -49,7 +49,7 @@ impl Table {
     ///
     /// # Errors
     /// A row that cannot be read.
-    pub fn each_row(&self, mut see: impl FnMut(&StringRecord)) -> Result<()> {
+    pub(crate) fn each_row(&self, mut see: impl FnMut(&StringRecord)) -> Result<()> {
         let mut reader = self.reader()?;
         let mut row = StringRecord::new();
         while reader.read_record(&mut row).map_err(|fault| self.fault(&fault))? {

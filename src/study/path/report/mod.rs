@@ -11,5 +11,6 @@ pub use answer::answer;
 pub use page::page;
 pub(crate) use page::points_view;
 pub use pictures::Pictures;
-pub use summary::{Summary, facts_text, failures_text, methods_text};
-pub use tables::{methods_table, points_columns, points_table};
+pub(crate) use summary::methods_text;
+pub use summary::{Summary, facts_text, failures_text};
+pub(crate) use tables::{methods_table, points_columns, points_table};

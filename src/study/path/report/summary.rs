@@ -193,7 +193,7 @@ pub fn facts_text(facts: &[(impl AsRef<str>, String)]) -> String {
 }
 
 /// The methods side by side.
-pub fn methods_text(methods: &[MethodAlongPath]) -> String {
+pub(crate) fn methods_text(methods: &[MethodAlongPath]) -> String {
     let mut table = Table::new();
     table.load_style(UTF8_HORIZONTAL_ONLY);
     table.set_header(["method", "corrections", "max error", "rms error", "failed"]);

@@ -19,7 +19,7 @@ use crate::{
 /// One row per point of `part` and source: where the point put right should be, how far it is moved at the nominal command,
 /// the poses of P in O and the drive positions that are commanded without and with compensation, corrections and drive
 /// forces then, and the rotation left over. `status` and `reason` say why numbers are missing.
-pub fn points_table(study: &PathStudy, part: &PathPart) -> Table {
+pub(crate) fn points_table(study: &PathStudy, part: &PathPart) -> Table {
     let rows = part.points().flat_map(|k| Source::ALL.map(|source| row(study, part, k, source)));
     Table::new(points_columns(&study.machine), rows)
 }
@@ -38,7 +38,7 @@ fn row(study: &PathStudy, part: &PathPart, k: usize, source: Source) -> Row {
 }
 
 /// The columns of [`points_table`].
-pub fn points_columns(machine: &Machine) -> Vec<Column> {
+pub(crate) fn points_columns(machine: &Machine) -> Vec<Column> {
     let displacement = ["displacement_mm", "displacement_x_mm", "displacement_y_mm", "displacement_z_mm"];
     let left = ["leftover_rotation_x_deg", "leftover_rotation_y_deg", "leftover_rotation_z_deg", "error_left_mm"];
     let mut columns = counts(["point"]);
@@ -86,7 +86,7 @@ fn command(machine: &Machine, answer: &PathAnswer, row: &mut Row) {
 }
 
 /// One row per method: what it leaves and how many corrections it needs; nothing where it solves no point. Time is not here, as it differs between runs.
-pub fn methods_table(methods: &[MethodAlongPath]) -> Table {
+pub(crate) fn methods_table(methods: &[MethodAlongPath]) -> Table {
     let mut columns = texts(["method"]);
     columns.extend(counts(["points", "solved", "failed"]));
     columns.extend(texts(["first_failure"]));

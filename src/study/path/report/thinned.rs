@@ -5,7 +5,7 @@ use std::{cmp::Ordering, collections::BinaryHeap};
 use nalgebra::Vector3;
 
 /// Most points of a curve.
-pub const MOST_POINTS: usize = 4000;
+pub(crate) const MOST_POINTS: usize = 4000;
 
 /// How many points of a path of `points` are one step of its curves: each gives its smallest and its largest value.
 pub fn step(points: usize) -> usize {

@@ -12,4 +12,5 @@ pub use answer::answer;
 pub use page::page;
 pub use pictures::figures;
 pub use summary::{entries_table, summary_json, summary_text, uncontrolled_text};
-pub use tables::{candidates_table, cell_status, front_table, refinements_table, sweep_table};
+pub use tables::{candidates_table, sweep_table};
+pub(crate) use tables::{cell_status, front_table, refinements_table};

@@ -111,7 +111,7 @@ pub fn sweep_table(results: &PlacementResults) -> Table {
 }
 
 /// Word for what became of a place of the sweep.
-pub fn cell_status(cell: &Cell) -> &str {
+pub(crate) fn cell_status(cell: &Cell) -> &str {
     match &cell.verdict {
         Verdict::Complete(_) => "solved",
         Verdict::GivenUp(_) => "given_up",
@@ -127,7 +127,7 @@ fn searched(study: &PlacementStudy) -> Vec<Metric> {
 }
 
 /// One row per refinement: start, end, value, and how it compares with the best place.
-pub fn refinements_table(results: &PlacementResults) -> Table {
+pub(crate) fn refinements_table(results: &PlacementResults) -> Table {
     let mut header = counts(["refinement"]);
     header.extend(texts(["started_from"]));
     header.extend(numbers(coordinate_columns().map(|name| format!("start_{name}"))));
@@ -153,7 +153,7 @@ pub fn refinements_table(results: &PlacementResults) -> Table {
 }
 
 /// The Pareto front, by its first metric.
-pub fn front_table(results: &PlacementResults) -> Table {
+pub(crate) fn front_table(results: &PlacementResults) -> Table {
     let study = &results.study;
     let metrics = &study.objective.pareto;
     let mut header = numbers(coordinate_columns());

@@ -9,5 +9,6 @@ mod tables;
 pub use answer::answer;
 pub use page::page;
 pub use pictures::figures;
-pub use summary::{summary_json, summary_table, summary_text};
+pub(crate) use summary::summary_table;
+pub use summary::{summary_json, summary_text};
 pub use tables::{quoted_table, variants_table};

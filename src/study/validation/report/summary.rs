@@ -44,7 +44,7 @@ fn unit(quoted: &Quoted, study: &ValidationStudy) -> String {
 }
 
 /// Quoted numbers and ours for the first variant, then for all variants.
-pub fn summary_table(results: &ValidationResults) -> String {
+pub(crate) fn summary_table(results: &ValidationResults) -> String {
     let study = &results.study;
     let (mut first, mut all) = (Table::new(), Table::new());
     first.load_style(UTF8_HORIZONTAL_ONLY).set_header(["case", "quantity", "quoted", "ours", "ratio", "agrees"]);
