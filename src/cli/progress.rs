@@ -1,4 +1,5 @@
-//! How far a long computation is: a bar on a terminal, or lines of JSON for programs that watch.
+//! How far a long computation is: a bar with rate and time left on a terminal, or lines of JSON for programs that
+//! watch; the warning that next to nothing is solved.
 
 use std::{
     io::{IsTerminal, Write},

@@ -1,4 +1,4 @@
-//! What a long command tells while it runs and where.
+//! What a long command tells where: `--quiet`, `--progress`, `--log`; what Ctrl-C sets.
 
 use std::{
     fs::{File, OpenOptions},

@@ -1,4 +1,4 @@
-//! Vector registers of x86-64.
+//! Vector registers of x86-64: AVX2 (four lanes) and AVX-512 (eight).
 //!
 //! # Safety
 //! The types of this file may only be used on a processor that has their instructions. `statics::Batch` and tests, all that

@@ -1,4 +1,5 @@
-//! A chain: an ordered product of elementary motions from the machine base to the platform.
+//! A chain: an ordered product of elementary motions from the machine base to the platform; drives and joints, with
+//! the units and words of their positions and forces (`Motion`).
 
 use nalgebra::SMatrix;
 

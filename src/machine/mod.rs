@@ -15,7 +15,7 @@ mod redundancy;
 mod resolve;
 mod section;
 mod skeleton;
-pub mod spec;
+pub(crate) mod spec;
 mod task_space;
 mod ways_around;
 

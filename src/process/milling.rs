@@ -1,4 +1,4 @@
-//! Groove milling: the cutting force as a function of the tool's angle of engagement.
+//! Groove milling, eqs. (16) and (17): the cutting force as a function of the tool's angle of engagement φ.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};

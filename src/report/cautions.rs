@@ -1,5 +1,5 @@
-//! What the first screen says besides the answer, because it may not be meant: places outside the machine's workspace box,
-//! and large errors.
+//! What the first screen says besides the answer, because it may not be meant: places outside the machine's workspace
+//! box, large errors, tables of a process that are not used.
 
 use nalgebra::Vector3;
 

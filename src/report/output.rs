@@ -1,4 +1,5 @@
-//! What every run leaves: tables, figures, page, summary and manifest, all of them or none.
+//! What every run leaves: tables, figures, page, summary and manifest, made in a temporary folder and then moved, all
+//! of them or none.
 
 use std::path::{Path, PathBuf};
 

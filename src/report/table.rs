@@ -1,5 +1,4 @@
-//! What tables, figures and pages say of drives: each kind of drive, slides and hinges, in its own unit and with its own
-//! largest value.
+//! Columns and largest values of drives in tables, figures and pages, slides and hinges apart.
 
 use crate::machine::{Drive, Machine, Motion};
 

@@ -1,4 +1,5 @@
-//! Equilibrium of the whole machine under a prescribed wrench, eqs. (3) and (7), as one condensed Newton iteration.
+//! Equilibrium of the whole machine under a prescribed wrench, eqs. (3) and (7), as one condensed Newton iteration;
+//! load steps, and whether what they reach is stable, `snapped` or singular.
 
 use nalgebra::{Matrix6, Matrix6xX, Vector6};
 use serde::{Deserialize, Serialize};

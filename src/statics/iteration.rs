@@ -1,4 +1,4 @@
-//! When a Newton iteration is over, and when it is given up.
+//! When a Newton iteration is over, and when it is given up as not converging.
 
 use super::equilibrium::Settings;
 

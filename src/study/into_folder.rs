@@ -1,4 +1,5 @@
-//! A study run into a folder: kept piece by piece while it is computed, gone on with after a stop, written whole.
+//! A study run into a folder: what is refused before it begins (an unfinished run that would be lost, files that are
+//! not ours), kept piece by piece, gone on with after a stop, written whole.
 
 use std::{
     path::{Path, PathBuf},

@@ -1,4 +1,4 @@
-//! The questions: a study file as written ([`spec`]), checked ([`Study`]), run, and its plain results.
+//! The questions: a study file as written (`spec`), checked ([`Study`]), run, and its plain results.
 //!
 //! Each question is a folder (spec, resolve, run, report and template) and one line of the list below. What is cut along a
 //! toolpath is said in a process file ([`crate::process::file`]), or in the same tables of the study.
@@ -24,7 +24,7 @@ mod resolve;
 #[cfg(feature = "report")]
 mod source_group;
 mod sources;
-pub mod spec;
+pub(crate) mod spec;
 #[cfg(feature = "cli")]
 pub mod upgrade;
 mod within_limits;

@@ -1,4 +1,5 @@
-//! What studies over the workspace have in common: the box, its grid, and the cutting force over a turn of the tool.
+//! What studies over the workspace have in common: the box, its grid, the cutting force over a turn of the tool, and
+//! what of a process has no use without a path.
 
 use nalgebra::Vector3;
 

@@ -1,4 +1,4 @@
-//! The keys that all study files have.
+//! The keys that all study files have, and messages for those of the other schema.
 
 use std::path::Path;
 

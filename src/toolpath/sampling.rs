@@ -1,4 +1,4 @@
-//! How finely arcs and long lines are split into path points.
+//! How finely arcs and long lines are split into path points: number and places of the points.
 
 use std::f64::consts::FRAC_PI_2;
 

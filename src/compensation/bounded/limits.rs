@@ -1,4 +1,4 @@
-//! What the drives are allowed, and the corrections that keep to it.
+//! What the drives are allowed: limits of process and machine, checked, and the corrections that keep to them.
 //!
 //! Limits on the correction, the travel and its change from point to point concern each drive by itself and are linear:
 //! whether they can all be kept, and the nearest corrections that keep them, follow from intervals. Only the limits on

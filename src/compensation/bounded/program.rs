@@ -1,4 +1,5 @@
-//! The convex program of one linearisation of the path: the only place that knows clarabel.
+//! The convex program of one linearisation of the path, objective and limits as its rows: the only place that knows
+//! clarabel.
 //!
 //! With x the step of the drives in units that move the tool by about 1 mm, `e_k + J_k x_k` the linearised task errors of
 //! the points over a length σ and `A x ≤ b` all limits, linearised and scaled row by row:

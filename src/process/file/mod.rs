@@ -3,7 +3,7 @@
 
 pub mod chain_errors;
 mod resolve;
-pub mod spec;
+pub(crate) mod spec;
 
 use crate::{
     compensation::{ErrorNorm, Target},

@@ -1,4 +1,4 @@
-//! The outside of a box of values, seen from above, right and front.
+//! The workspace in 3-D: the outside of a box of values, seen from above, right and front.
 
 use super::axis::{self, Axis, Spacing};
 use super::colour_bar::{ColourBar, Scale};

@@ -5,7 +5,7 @@ mod question;
 #[cfg(feature = "report")]
 pub mod report;
 pub(crate) mod resolve;
-pub mod spec;
+pub(crate) mod spec;
 
 use std::ops::Range;
 

@@ -27,7 +27,7 @@ mod refine;
 pub mod report;
 mod resolve;
 mod site;
-pub mod spec;
+pub(crate) mod spec;
 mod sweep;
 mod tally;
 mod trace;

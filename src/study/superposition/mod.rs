@@ -24,7 +24,7 @@ pub mod report;
 mod resolve;
 mod rig;
 pub mod safe;
-pub mod spec;
+pub(crate) mod spec;
 
 use std::ops::Range;
 

@@ -7,7 +7,7 @@ mod question;
 pub mod report;
 mod resolve;
 mod shown;
-pub mod spec;
+pub(crate) mod spec;
 
 use serde::Deserialize;
 

@@ -1,4 +1,4 @@
-//! Circular and helical arcs.
+//! Circular and helical arcs: centre, sense and turns from the words of a block.
 
 use std::f64::consts::TAU;
 
