@@ -129,7 +129,7 @@ pub fn exceeded_text(job: &ProgramJob, exceeded: &[Exceeded]) -> String {
     let labels = job.machine.drive_labels();
     let mut text = String::new();
     for found in exceeded {
-        let unit = limit_unit(&job.machine, found.kind, found.drive);
+        let unit = shown_limit_unit(&job.machine, found.kind, found.drive);
         text += &format!(
             "As written, rounded to the decimals of the program, the {} of drive {} is {:.6} {unit} at point {}: {:.1e} {unit} \
              beyond its limit of {} {unit}. More decimals (decimals_mm in [gcode]) or a limit smaller by this much keep it.\n",
