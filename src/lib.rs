@@ -85,12 +85,12 @@ pub use input::{
 pub use machine::{ChainError, Machine};
 pub use process::{MillingForce, Process};
 pub use spatial::{Grid, Pose, Wrench};
+#[cfg(feature = "report")]
+pub use study::{Begin, Finished, RunOptions};
 #[cfg(feature = "study")]
 pub use study::{
     Failure, Overrides, Source, Study, StudyKind,
     placement::{Evaluator, Metric, Site},
 };
-#[cfg(feature = "report")]
-pub use study::{Finished, RunOptions};
 #[cfg(feature = "study")]
 pub use work::{Event, Work};

@@ -80,7 +80,7 @@ fn study(arguments: &CompareArguments) -> Result<PlacementStudy> {
         return fault(arguments.path.display().to_string(), problem);
     };
     let reference = process.placement.reference;
-    let given = arguments.at.iter().map(|text| place(text, &machine, reference));
+    let given = arguments.at.iter().map(|text| place(text, "--at", &machine, reference));
     let candidates: Vec<Candidate> =
         Candidate::of_process(&process).map(Ok).into_iter().chain(given).collect::<Result<_>>()?;
     if candidates.is_empty() {

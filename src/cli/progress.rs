@@ -41,6 +41,7 @@ const LOG_INTERVAL: Duration = Duration::from_secs(10);
 pub struct Progress {
     bar: ProgressBar,
     form: Form,
+    is_quiet: bool,
     study: String,
     /// What is counted.
     of: &'static str,
@@ -64,8 +65,8 @@ struct State {
 }
 
 impl Progress {
-    /// Of `total` items that are called `of`.
-    pub fn start(form: Form, study: &str, total: usize, of: &'static str) -> Self {
+    /// Of `total` items that are called `of`; `is_quiet` where nothing is to be said but errors.
+    pub fn start((form, is_quiet): (Form, bool), study: &str, total: usize, of: &'static str) -> Self {
         let is_drawn = form == Form::Auto && std::io::stderr().is_terminal();
         let target = if is_drawn { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(Some(total as u64), target);
@@ -85,7 +86,7 @@ impl Progress {
             json_at: now,
             logged_at: now,
         };
-        let progress = Self { bar, form, study: study.into(), of, total, state: Mutex::new(state) };
+        let progress = Self { bar, form, is_quiet, study: study.into(), of, total, state: Mutex::new(state) };
         progress.line(json!({ "event": "started", "study": study, "total": total, "of": of }));
         log::info!("{study}: {total} {of} to compute");
         progress
@@ -131,6 +132,9 @@ impl Progress {
                         counted(lost, "damaged piece")
                     );
                     self.warn(&text);
+                    if self.form == Form::None && !self.is_quiet {
+                        eprintln!("{}", visible(&text));
+                    }
                 }
             }
             Event::Kept(items) => {

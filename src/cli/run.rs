@@ -9,7 +9,7 @@ use std::{
 
 use clap::Args;
 use kinetostat::{
-    input::error::{Error, Result},
+    input::error::{Error, Result, Way},
     report::{exchange::Format, figures::Colours},
     study::{Begin, Finished, FolderRun, Overrides, RunOptions, Study},
 };
@@ -88,8 +88,8 @@ pub fn run(arguments: &RunArguments) -> Result<Ending> {
         return Err(Error::Argument { argument: "--out".into(), problem });
     }
     let overrides = Overrides { grid: arguments.grid, points: arguments.points };
-    let studies: Vec<Study> =
-        arguments.studies.iter().map(|path| Study::open(path, &overrides)).collect::<Result<_>>()?;
+    let opened = arguments.studies.iter().map(|path| Study::open(path, &overrides));
+    let studies: Vec<Study> = opened.collect::<Result<_>>().map_err(in_options)?;
     for (i, study) in studies.iter().enumerate() {
         if studies[..i].iter().any(|other| other.name == study.name) {
             let problem = format!("two studies are called \"{}\" and would share a result folder", study.name);
@@ -97,8 +97,9 @@ pub fn run(arguments: &RunArguments) -> Result<Ending> {
         }
     }
     let options = options(arguments);
-    let runs: Vec<FolderRun<'_>> =
-        studies.iter().map(|study| study.may_run_into(&folder(arguments, study), &options)).collect::<Result<_>>()?;
+    studies.iter().try_for_each(|study| study.check_formats(&options)).map_err(in_options)?;
+    let runs = studies.iter().map(|study| study.may_run_into(&folder(arguments, study), &options));
+    let runs: Vec<FolderRun<'_>> = runs.collect::<Result<_>>().map_err(in_options)?;
     if stop_flag()?.load(Ordering::Relaxed) {
         arguments.reporting.print("Stopped before anything was computed.\n")?;
         return Ok(Ending::Stopped);
@@ -124,6 +125,25 @@ fn options(arguments: &RunArguments) -> RunOptions {
             (_, true) => Begin::Restart,
             _ => Begin::New,
         },
+        program: None,
+    }
+}
+
+/// An error of the library in words of the command line.
+fn in_options(error: Error) -> Error {
+    match error {
+        Error::Value { file, key, problem } if file == Overrides::ORIGIN => {
+            Error::Argument { argument: format!("--{key}"), problem }
+        }
+        Error::Resume { file, problem, way } => {
+            let problem = match way {
+                Way::ResumeOrRestart => format!("{problem}; --resume goes on, --restart begins anew"),
+                Way::Restart => format!("{problem}; --restart begins anew"),
+                Way::Elsewhere => problem,
+            };
+            Error::Resume { file, problem, way }
+        }
+        other => other,
     }
 }
 
@@ -137,11 +157,12 @@ fn run_study(arguments: &RunArguments, run: &FolderRun<'_>) -> Result<Ending> {
     let threads = arguments.threads.map_or(0, usize::from);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|e| Error::Argument { argument: "--threads".into(), problem: e.to_string() })?;
+    let begun = run.begin().map_err(in_options)?;
     arguments.reporting.print(&format!("{}\n\n", study.question))?;
     let (total, of) = study.kind.items();
     let progress = arguments.reporting.progress(&study.name, total, of);
     let (watcher, stop) = (Arc::clone(&progress), stop_flag()?);
-    let ended = pool.install(|| run.run(stop, move |event| watcher.tell(event)));
+    let ended = pool.install(|| begun.run(stop, move |event| watcher.tell(event)));
     let done = progress.end();
     match ended {
         Ok(finished) => {
@@ -160,7 +181,7 @@ fn run_study(arguments: &RunArguments, run: &FolderRun<'_>) -> Result<Ending> {
             Ok(Ending::Stopped)
         }
         Err(error) => {
-            if Study::is_unfinished_in(run.out()) {
+            if run.is_unfinished() {
                 log::info!("{}: what was computed is kept; --resume goes on", study.name);
                 let _ =
                     writeln!(std::io::stderr(), "What was computed is kept; the same command with --resume goes on.");

@@ -26,13 +26,15 @@ pub enum Error {
     /// Work was stopped from outside.
     #[error("stopped")]
     Stopped,
-    /// An unfinished run cannot be gone on with.
+    /// An unfinished run is in the way, or cannot be gone on with.
     #[error("{}: {problem}", file.display())]
     Resume {
         /// The file it left.
         file: PathBuf,
-        /// Why not.
+        /// Why.
         problem: String,
+        /// What may be done about it.
+        way: Way,
     },
     /// A file is not of the expected form: bad syntax, a missing or an unknown key, a value of the wrong type.
     #[error("{file}{}: {}{problem}", line.map(|l| format!(":{l}")).unwrap_or_default(), key_prefix(key))]
@@ -83,6 +85,17 @@ pub enum Error {
         /// Why.
         problem: String,
     },
+}
+
+/// What may be done about an unfinished run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Way {
+    /// Going on with it, or beginning anew.
+    ResumeOrRestart,
+    /// Beginning anew: what it computed is lost.
+    Restart,
+    /// Another folder, or waiting for whoever uses it.
+    Elsewhere,
 }
 
 impl Error {

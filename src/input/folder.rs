@@ -3,7 +3,7 @@
 use std::{
     collections::BTreeMap,
     io::{Error as IoError, ErrorKind},
-    path::{Path, PathBuf},
+    path::{Component, Path, PathBuf},
     sync::Arc,
 };
 
@@ -20,7 +20,7 @@ pub struct Folder {
 impl Folder {
     /// Files in memory, by names relative to the folder, with `/` between the parts of a name.
     pub fn in_memory(files: impl IntoIterator<Item = (String, Vec<u8>)>) -> Self {
-        let files = files.into_iter().map(|(name, bytes)| (PathBuf::from(name), bytes)).collect();
+        let files = files.into_iter().map(|(name, bytes)| (plain(Path::new(&name)), bytes)).collect();
         Self { path: PathBuf::new(), memory: Some(Arc::new(files)) }
     }
 
@@ -44,7 +44,7 @@ impl Folder {
     pub fn has(&self, name: &str) -> bool {
         let path = self.path(name);
         match &self.memory {
-            Some(files) => files.contains_key(&path),
+            Some(files) => files.contains_key(&plain(&path)),
             None => is_file(&path),
         }
     }
@@ -68,13 +68,27 @@ impl Folder {
     fn read(&self, name: &str, from_disk: impl Fn(&Path) -> Result<Vec<u8>>) -> Result<Vec<u8>> {
         let path = self.path(name);
         match &self.memory {
-            Some(files) => match files.get(&path) {
+            Some(files) => match files.get(&plain(&path)) {
                 Some(bytes) => Ok(bytes.clone()),
                 None => Err(missing(&path)),
             },
             None => from_disk(&path),
         }
     }
+}
+
+/// `path` without `.` and `..`.
+fn plain(path: &Path) -> PathBuf {
+    path.components().fold(PathBuf::new(), |mut plain, part| {
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir if plain.file_name().is_some() => {
+                plain.pop();
+            }
+            part => plain.push(part),
+        }
+        plain
+    })
 }
 
 fn missing(file: &Path) -> Error {

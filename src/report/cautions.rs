@@ -46,6 +46,6 @@ pub fn large_errors(machine: &Machine, errors: &[ChainError]) -> String {
 pub fn not_used(tables: &[&str]) -> String {
     match tables {
         [] => String::new(),
-        tables => format!("Not used, as there is no path: {} of the process.\n", tables.join(", ")),
+        tables => format!("Not used: {} of the process.\n", tables.join(", ")),
     }
 }

@@ -8,16 +8,10 @@ use std::{
 
 use serde::Serialize;
 
-use super::Study;
+use super::{Overrides, Study};
 use crate::{
-    input::error::{Error, Result},
-    report::{
-        Manifest, Run, StatusCount, clean,
-        exchange::{Format, NotBuilt},
-        figures::Colours,
-        page::PAGE,
-        prepare, remove,
-    },
+    input::error::{Error, Result, Way},
+    report::{Manifest, Run, StatusCount, clean, exchange::Format, figures::Colours, page::PAGE, prepare, remove},
     work::{
         Event, Work,
         checkpoint::{Checkpoint, Found, Origin},
@@ -35,12 +29,16 @@ pub struct RunOptions {
     pub colours: Colours,
     /// What becomes of an unfinished run in the folder.
     pub begin: Begin,
+    /// The build of the program, whose pieces another one does not take over; the running executable if not given, which
+    /// a program that loads this library otherwise (an extension of Python) must not rely on.
+    pub program: Option<String>,
 }
 
 impl Default for RunOptions {
     /// CSV tables, a page, and figures in viridis; refuses to lose an unfinished run.
     fn default() -> Self {
-        Self { formats: vec![Format::Csv], figures: true, colours: Colours::Viridis, begin: Begin::default() }
+        let (colours, begin) = (Colours::Viridis, Begin::default());
+        Self { formats: vec![Format::Csv], figures: true, colours, begin, program: None }
     }
 }
 
@@ -78,6 +76,42 @@ pub struct FolderRun<'a> {
     origin: Origin,
 }
 
+/// A run that keeps its pieces from here on.
+#[derive(Debug)]
+pub struct BegunRun<'a> {
+    run: &'a FolderRun<'a>,
+    checkpoint: Checkpoint,
+}
+
+impl BegunRun<'_> {
+    /// Computes and writes, see [`Study::run_into`]. First `watch` is told what is taken over ([`Event::Resumed`]).
+    ///
+    /// # Errors
+    /// [`Error::Stopped`], and whatever cannot be read, drawn or written; what was computed is then kept in the folder, see
+    /// [`FolderRun::is_unfinished`].
+    pub fn run(self, stop: Arc<AtomicBool>, watch: impl Fn(Event) + Send + Sync + 'static) -> Result<Finished> {
+        let Self { run, checkpoint } = self;
+        let found = Event::Resumed { pieces: checkpoint.len(), lost: checkpoint.damaged() };
+        let work = Work::new(Some(checkpoint), stop, Box::new(watch));
+        work.tell(found);
+        match run.answer(&work) {
+            // Nothing is left to go on with once the results are written.
+            Ok(finished) => remove(&run.out.join(STATE)).map(|()| finished),
+            Err(Error::Stopped) => Err(Error::Stopped),
+            Err(_) if !run.out.is_dir() => {
+                let problem = "the folder was removed during the run, and with it what was computed";
+                Err(Error::Write { file: run.out.clone(), source: std::io::Error::other(problem) })
+            }
+            Err(error) => {
+                if work.pieces() == 0 {
+                    remove(&run.out.join(STATE))?;
+                }
+                Err(error)
+            }
+        }
+    }
+}
+
 /// What a run has computed so far, in its result folder.
 const STATE: &str = "unfinished_run.state";
 /// Most points of a VTK image, which is made in one piece.
@@ -89,7 +123,7 @@ impl Study {
     /// bytes on any number of threads, stopped and resumed or not.
     ///
     /// # Errors
-    /// As [`Study::may_run_into`] and [`FolderRun::run`].
+    /// As [`Study::may_run_into`], [`FolderRun::begin`] and [`BegunRun::run`].
     pub fn run_into(
         &self,
         out: &Path,
@@ -97,7 +131,29 @@ impl Study {
         stop: Arc<AtomicBool>,
         watch: impl Fn(Event) + Send + Sync + 'static,
     ) -> Result<Finished> {
-        self.may_run_into(out, options)?.run(stop, watch)
+        self.may_run_into(out, options)?.begin()?.run(stop, watch)
+    }
+
+    /// Whether the study has the formats of `options`, and this program can write them.
+    ///
+    /// # Errors
+    /// Only maps can be images, and not of any size.
+    pub fn check_formats(&self, options: &RunOptions) -> Result<()> {
+        let (name, map_points, formats) = (&self.name, self.kind.image_points(), &options.formats);
+        let refuse = |problem| Overrides::place("format").fail(problem);
+        if let Some(not_built) = formats.iter().find_map(|format| format.check_built().err()) {
+            return refuse(not_built.to_string());
+        }
+        match map_points {
+            _ if formats.is_empty() => refuse("expected at least one".into()),
+            Some(points) if formats.contains(&Format::Vti) && points > MOST_IMAGE_POINTS => {
+                refuse(format!("an image has at most {MOST_IMAGE_POINTS} points, the grid of {name} {points}"))
+            }
+            None if formats.iter().all(|format| *format == Format::Vti) => {
+                refuse(format!("study {name} has no map over the workspace for vti; expected csv or parquet, too"))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Finds out, before anything is computed, whether the study can be run into the folder `out`, and makes the folder.
@@ -106,18 +162,13 @@ impl Study {
     /// A format that the study does not have, a folder that cannot be written, files in it that are not ours to replace, or
     /// an unfinished run that is not to be gone on with.
     pub fn may_run_into(&self, out: &Path, options: &RunOptions) -> Result<FolderRun<'_>> {
-        let origin = Origin::of(self.inputs.clone())?;
+        self.check_formats(options)?;
+        let origin = Origin::of(options.program.as_deref(), self.inputs.clone())?;
         let run = FolderRun { study: self, out: out.to_path_buf(), options: options.clone(), origin };
-        run.check_formats()?;
         prepare(out)?;
         Manifest::may_write(out, run.main_files().iter().map(String::as_str))?;
         run.refuse_to_lose()?;
         Ok(run)
-    }
-
-    /// Says whether the folder `out` holds what an unfinished run has computed.
-    pub fn is_unfinished_in(out: &Path) -> bool {
-        out.join(STATE).is_file()
     }
 }
 
@@ -132,35 +183,23 @@ impl FolderRun<'_> {
         &self.out
     }
 
-    /// Computes and writes, see [`Study::run_into`].
+    /// Whether the folder holds what an unfinished run has computed.
+    pub fn is_unfinished(&self) -> bool {
+        self.out.join(STATE).is_file()
+    }
+
+    /// Opens what keeps the pieces: those of an unfinished run, if it is to be gone on with.
     ///
     /// # Errors
-    /// [`Error::Stopped`], and whatever cannot be read, drawn or written; what was computed is then kept in the folder.
-    pub fn run(&self, stop: Arc<AtomicBool>, watch: impl Fn(Event) + Send + Sync + 'static) -> Result<Finished> {
-        let (out, state) = (&self.out, self.out.join(STATE));
+    /// An unfinished run that cannot be gone on with, or a file that cannot be written.
+    pub fn begin(&self) -> Result<BegunRun<'_>> {
+        let state = self.out.join(STATE);
         let checkpoint = match self.options.begin {
             Begin::Resume if state.is_file() => Checkpoint::resume(&state, &self.origin)?,
             _ => Checkpoint::create(&state, &self.origin)?,
         };
-        clean(out)?;
-        let found = Event::Resumed { pieces: checkpoint.len(), lost: checkpoint.damaged() };
-        let work = Work::new(Some(checkpoint), stop, Box::new(watch));
-        work.tell(found);
-        match self.answer(&work) {
-            // Nothing is left to go on with once the results are written.
-            Ok(finished) => remove(&state).map(|()| finished),
-            Err(Error::Stopped) => Err(Error::Stopped),
-            Err(_) if !out.is_dir() => {
-                let problem = "the folder was removed during the run, and with it what was computed";
-                Err(Error::Write { file: out.clone(), source: std::io::Error::other(problem) })
-            }
-            Err(error) => {
-                if work.pieces() == 0 {
-                    remove(&state)?;
-                }
-                Err(error)
-            }
-        }
+        clean(&self.out)?;
+        Ok(BegunRun { run: self, checkpoint })
     }
 
     fn answer(&self, work: &Work) -> Result<Finished> {
@@ -183,29 +222,6 @@ impl FolderRun<'_> {
         Ok(Finished { answer: output.answer, is_complete: output.is_answered, statuses: output.statuses, files })
     }
 
-    /// Only maps can be images, and not of any size.
-    fn check_formats(&self) -> Result<()> {
-        let (name, map_points) = (&self.study.name, self.study.kind.image_points());
-        let refuse = |problem| Err(Error::Argument { argument: "--format vti".into(), problem });
-        let formats = &self.options.formats;
-        for format in formats {
-            let fault = |not_built: NotBuilt| Error::Argument {
-                argument: format!("--format {}", format.label()),
-                problem: not_built.to_string(),
-            };
-            format.check_built().map_err(fault)?;
-        }
-        match map_points {
-            Some(points) if formats.contains(&Format::Vti) && points > MOST_IMAGE_POINTS => {
-                refuse(format!("an image has at most {MOST_IMAGE_POINTS} points, the grid of {name} {points}"))
-            }
-            None if formats.iter().all(|format| *format == Format::Vti) => {
-                refuse(format!("study {name} has no map over the workspace; expected csv or parquet, too"))
-            }
-            _ => Ok(()),
-        }
-    }
-
     /// The main files of the study. The others are held against the folder before the first of all is written.
     fn main_files(&self) -> Vec<String> {
         let stems = self.study.kind.tables();
@@ -220,13 +236,13 @@ impl FolderRun<'_> {
             return Ok(());
         }
         let file = self.out.join(STATE);
-        let problem = match Checkpoint::find(&file, &self.origin)? {
+        let (problem, way) = match Checkpoint::find(&file, &self.origin)? {
             Found::Nothing => return Ok(()),
-            Found::Same => "holds what an unfinished run has computed; --resume goes on, --restart begins anew".into(),
+            Found::Same => ("holds what an unfinished run has computed".into(), Way::ResumeOrRestart),
             Found::Other(change) => {
-                format!("holds what an unfinished run of something else has computed ({change}); --restart begins anew")
+                (format!("holds what an unfinished run of something else has computed ({change})"), Way::Restart)
             }
         };
-        Err(Error::Resume { file, problem })
+        Err(Error::Resume { file, problem, way })
     }
 }

@@ -31,12 +31,12 @@ mod within_limits;
 
 pub use failure::{Failure, SOLVED, status_of};
 #[cfg(feature = "report")]
-pub use into_folder::{Begin, Finished, FolderRun, RunOptions};
+pub use into_folder::{Begin, BegunRun, Finished, FolderRun, RunOptions};
 pub use program_file::ProgramFile;
 pub use question::{Given, Overrides, Question, Resolved, Template};
 pub use sources::{Machines, ROUNDING_MM, Source, settings};
 
-use std::path::Path;
+use std::{cell::Cell, path::Path};
 
 use crate::input::{Folder, Inputs, check::Check, error::Result};
 
@@ -83,7 +83,16 @@ impl Study {
         let (header, asked) = spec.split(&check)?;
         let (machine, machine_text) = resolve::header(&header, &folder, &check)?;
         let inputs = Inputs::of_file(origin, text).and(Inputs::of(&header.machine, machine_text));
-        let given = Given { machine, folder: &folder, overrides, check, name: "", header: &header };
+        let given = Given {
+            machine,
+            folder: &folder,
+            overrides,
+            check,
+            name: "",
+            header: &header,
+            asked_process: Cell::new(false),
+            asked_map_keys: Cell::new(false),
+        };
         let (kind, settings) = asked.resolve(given)?;
         Ok(Study {
             name: resolve::folder_name(folder.here()),

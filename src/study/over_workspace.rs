@@ -26,7 +26,7 @@ pub(super) struct Acting {
     pub errors: Vec<ChainError>,
     /// What compensation puts right.
     pub target: Target,
-    /// Tables of the process that have no use without a path.
+    /// Tables of the process that the study has no use for.
     pub not_used: Vec<&'static str>,
     /// Files it comes from.
     pub inputs: Inputs,
@@ -37,6 +37,8 @@ pub(super) struct OwnKeys {
     pub phi_step_deg: Option<f64>,
     /// Of schema 1.
     pub compensate: Option<Target>,
+    /// Whether it compensates.
+    pub uses_target: bool,
 }
 
 /// The process of a study over the workspace: of schema 2, or by the keys of schema 1.
@@ -44,8 +46,9 @@ pub(super) fn acting(given: &Given<'_>, own: OwnKeys) -> Result<Acting> {
     let top = given.check.root();
     given.refuse_old(own.compensate.as_ref(), &given.check.key("compensate"), "process.compensate.target")?;
     if given.header.schema == SCHEMA {
-        return of_process(given, own.phi_step_deg);
+        return of_process(given, &own);
     }
+    given.asked_map_keys.set(true);
     let Some(spec) = &given.header.milling else {
         let problem = format!("{} needs a [milling] table with the cutting force", given.name);
         return top.key("milling").fail(problem);
@@ -57,30 +60,34 @@ pub(super) fn acting(given: &Given<'_>, own: OwnKeys) -> Result<Acting> {
     Ok(Acting {
         force: milling(spec, &check)?,
         phis: tool_angles(spec.phi_step_deg.unwrap_or(PHI_STEP_DEG), &check.key("phi_step_deg"))?,
-        errors: chain_errors(&given.header.chain_error, &given.machine, &top)?,
+        errors: chain_errors(given.header.chain_error.as_deref().unwrap_or_default(), &given.machine, &top)?,
         target: own.compensate.unwrap_or_default(),
         not_used: Vec::new(),
         inputs: Inputs::default(),
     })
 }
 
-fn of_process(given: &Given<'_>, phi_step_deg: Option<f64>) -> Result<Acting> {
+fn of_process(given: &Given<'_>, own: &OwnKeys) -> Result<Acting> {
     let process = given.process(None, &given.check)?;
     let CuttingLaw::PathFrame(frame) = process.cutting else {
         let problem = format!(
-            "{} has no path: expected a force that is constant in the frame of the tool, [process.force.path_frame]",
+            "{} has no path: expected a force that is constant in the frame of the tool, [force.path_frame]",
             given.name
         );
-        return given.check.root().key("process.force").fail(problem);
+        return given.process_place(None).key("force").fail(problem);
     };
-    if let (Some(ProcessRef::Tables(_)), Some(table)) = (&given.header.process, process.of_paths.first()) {
-        let problem = format!("{} has no path and no use for it", given.name);
+    let mut not_used = process.of_paths.clone();
+    if !own.uses_target && process.target != Target::default() {
+        not_used.push("compensate");
+    }
+    if let (Some(ProcessRef::Tables(_)), Some(table)) = (&given.header.process, not_used.first()) {
+        let problem = format!("{} has no use for it", given.name);
         return given.check.root().key("process").key(table).fail(problem);
     }
     Ok(Acting {
-        not_used: process.of_paths,
+        not_used,
         force: frame.force,
-        phis: tool_angles(phi_step_deg.unwrap_or(PHI_STEP_DEG), &given.check.key("phi_step_deg"))?,
+        phis: tool_angles(own.phi_step_deg.unwrap_or(PHI_STEP_DEG), &given.check.key("phi_step_deg"))?,
         errors: process.errors,
         target: process.target,
         inputs: process.inputs,
@@ -143,7 +150,7 @@ pub(super) fn box_grid(
     (most, check): (usize, &Check),
 ) -> Result<Grid> {
     match overrides.grid {
-        Some(counts) => grid(min, max, counts, most, &Overrides::place("--grid")),
+        Some(counts) => grid(min, max, counts, most, &Overrides::place("grid")),
         None => grid(min, max, counts, most, &check.key("grid")),
     }
 }

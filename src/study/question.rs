@@ -1,9 +1,15 @@
 //! What a question is to the list of questions, and what it is given when it is asked.
 
+use std::{cell::Cell, io::ErrorKind};
+
 use serde::de::DeserializeOwned;
 
 use crate::{
-    input::{Folder, Inputs, check::Check, error::Result},
+    input::{
+        Folder, Inputs,
+        check::Check,
+        error::{Error, Result},
+    },
     machine::Machine,
     process::Process,
     study::spec::{Header, ProcessRef, SCHEMA},
@@ -66,7 +72,7 @@ pub struct Resolved<Q: Question> {
     pub inputs: Inputs,
 }
 
-/// What the command line changes in a study.
+/// What is changed in a study for one run.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Overrides {
     /// Grid points per axis of a map.
@@ -82,7 +88,7 @@ impl Overrides {
     /// They are given.
     pub fn refuse_points(&self, name: &str) -> Result<()> {
         match self.points {
-            Some(_) => Self::place("--points").fail(format!("{name} has no points along a path; use --grid")),
+            Some(_) => Self::place("points").fail(format!("{name} has no points along a path, but a grid")),
             None => Ok(()),
         }
     }
@@ -93,14 +99,17 @@ impl Overrides {
     /// It is given.
     pub fn refuse_grid(&self, name: &str) -> Result<()> {
         match self.grid {
-            Some(_) => Self::place("--grid").fail(format!("{name} has no grid; use --points")),
+            Some(_) => Self::place("grid").fail(format!("{name} has no grid, but points along a path")),
             None => Ok(()),
         }
     }
 
-    /// The option of the command line that overrides a study.
-    pub(crate) fn place(option: &str) -> Check {
-        Check::new("command line").key(option)
+    /// What names overrides in errors, before their own name.
+    pub const ORIGIN: &str = "settings";
+
+    /// The place of the override called `name`.
+    pub(crate) fn place(name: &str) -> Check {
+        Check::new(Self::ORIGIN).key(name)
     }
 }
 
@@ -111,13 +120,17 @@ pub struct Given<'a> {
     pub machine: Machine,
     /// Where the files are that the study names.
     pub folder: &'a Folder,
-    /// What the command line changes.
+    /// What is changed for one run.
     pub overrides: &'a Overrides,
     /// The place of the question's table.
     pub check: Check,
     /// What a study of this kind is called in sentences.
     pub name: &'static str,
     pub(super) header: &'a Header,
+    /// Whether the question has asked for the process of the study.
+    pub(super) asked_process: Cell<bool>,
+    /// Whether it has asked for the keys of schema 1 by which a map said its process.
+    pub(super) asked_map_keys: Cell<bool>,
 }
 
 impl Given<'_> {
@@ -128,14 +141,38 @@ impl Given<'_> {
     /// No process, or one that makes no sense.
     pub fn process(&self, own: Option<&str>, check: &Check) -> Result<Process> {
         let top = self.check.root().key("process");
+        self.asked_process.set(self.asked_process.get() || own.is_none());
         match (own, &self.header.process) {
-            (Some(file), _) => Process::in_folder(self.folder, file, &self.machine),
-            (None, Some(ProcessRef::File(file))) => Process::in_folder(self.folder, file, &self.machine),
+            (Some(file), _) => self.process_file(file, &check.key("process")),
+            (None, Some(ProcessRef::File(file))) => self.process_file(file, &top),
             (None, Some(ProcessRef::Tables(spec))) => Process::from_tables(spec, &top, self.folder, &self.machine),
             (None, None) if self.header.schema == SCHEMA => {
                 top.fail("missing: expected the name of a process file, or its tables".into())
             }
             (None, None) => check.key("process").fail("missing: expected the name of a process file".into()),
+        }
+    }
+
+    fn process_file(&self, file: &str, check: &Check) -> Result<Process> {
+        match Process::in_folder(self.folder, file, &self.machine) {
+            Err(Error::Read { source, .. }) if source.kind() == ErrorKind::NotFound => {
+                check.fail(format!("\"{file}\" is not a file in the study's folder"))
+            }
+            found => found,
+        }
+    }
+
+    /// Refuses what stands in the file beside the question's own table and was not asked for.
+    pub(super) fn refuse_unused(&self) -> Result<()> {
+        let Header { process, milling, chain_error, .. } = self.header;
+        if process.is_some() && !self.asked_process.get() {
+            let problem = format!("has no effect: nothing in {} takes it", self.name);
+            return self.check.root().key("process").fail(problem);
+        }
+        let old = [("milling", milling.is_some()), ("chain_error", chain_error.is_some())];
+        match old.iter().find(|(_, is_given)| *is_given && !self.asked_map_keys.get()) {
+            Some((key, _)) => self.check.root().key(key).fail(format!("belongs in the process file of {}", self.name)),
+            None => Ok(()),
         }
     }
 
@@ -146,19 +183,6 @@ impl Given<'_> {
             (None, Some(ProcessRef::File(file))) => Check::new(&self.folder.path(file).display().to_string()),
             (None, _) => self.check.root().key("process"),
         }
-    }
-
-    /// Refuses the keys of schema 1 by which a map said its process, for a study that has a process file.
-    ///
-    /// # Errors
-    /// One of them is given.
-    pub fn refuse_map_keys(&self) -> Result<()> {
-        let key = match (&self.header.milling, self.header.chain_error.is_empty()) {
-            (Some(_), _) => "milling",
-            (None, false) => "chain_error",
-            (None, true) => return Ok(()),
-        };
-        self.check.root().key(key).fail(format!("belongs in the process file of {}", self.name))
     }
 
     /// Refuses a key of schema 1 that stands at `check` of a study of schema 2. `instead` is what it is now.
@@ -196,8 +220,7 @@ macro_rules! questions {
             machine: String,
             process: Option<spec::ProcessRef>,
             milling: Option<spec::MillingSpec>,
-            #[serde(default)]
-            chain_error: Vec<crate::process::file::chain_errors::ChainErrorSpec>,
+            chain_error: Option<Vec<crate::process::file::chain_errors::ChainErrorSpec>>,
             $($key: Option<<$folder::$study as Question>::Spec>,)*
         }
 
@@ -234,8 +257,9 @@ macro_rules! questions {
                 match self {
                     $(Asked::$kind(table) => {
                         let (check, name) = (given.check.key(stringify!($key)), <$folder::$study>::NAME);
-                        let Resolved { study, shown, inputs } =
-                            <$folder::$study>::resolve(table, &Given { check, name, ..given })?;
+                        let given = Given { check, name, ..given };
+                        let Resolved { study, shown, inputs } = <$folder::$study>::resolve(table, &given)?;
+                        given.refuse_unused()?;
                         Ok((StudyKind::$kind(Box::new(study), shown), inputs))
                     })*
                 }

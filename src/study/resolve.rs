@@ -35,7 +35,7 @@ fn dialect(header: &Header, check: &Check) -> Result<()> {
     }
     let old = given("milling", header.milling.is_some()).zip(Some("[process.force.path_frame]")).or(given(
         "chain_error",
-        !header.chain_error.is_empty(),
+        header.chain_error.is_some(),
     )
     .zip(Some("[[process.chain_error]]")));
     match old {

@@ -30,7 +30,7 @@ pub struct Header {
     /// Of schema 1: the cutting force of a workspace map or superposition study.
     pub milling: Option<MillingSpec>,
     /// Of schema 1: manufacturing and assembly errors of a workspace map or superposition study.
-    pub chain_error: Vec<ChainErrorSpec>,
+    pub chain_error: Option<Vec<ChainErrorSpec>>,
 }
 
 /// The process of a study.

@@ -1,9 +1,17 @@
 //! Study files of schema 1 rewritten in schema 2: the same study, comments and order kept.
 
-use toml_edit::{DocumentMut, Item, Key, Table, TableLike, Value};
+use toml_edit::{Decor, DocumentMut, Item, Key, Table, TableLike, Value};
 
-use super::spec::SCHEMA;
-use crate::input::error::{Error, Result};
+use super::{Overrides, Study, spec::SCHEMA};
+use crate::{
+    input::{
+        Folder,
+        error::{Error, Result},
+        toml_file,
+    },
+    machine::spec::MachineSpec,
+    process::file::spec::ProcessSpec,
+};
 
 /// What a file becomes.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -14,30 +22,24 @@ pub enum Upgraded {
     Current(&'static str),
 }
 
-/// Rewrites the text of a study file; `origin` names it in errors.
+/// Rewrites the text of a study file that can be run; `origin` names it in errors, files that it names are sought relative
+/// to `folder`.
 ///
 /// # Errors
-/// A text that is no TOML, or no file of this program.
-pub fn upgrade(text: &str, origin: &str) -> Result<Upgraded> {
+/// As [`Study::from_toml`], of the text as it is: what would not be run is not rewritten.
+pub fn upgrade(text: &str, origin: &str, folder: impl Into<Folder>) -> Result<Upgraded> {
+    let folder = folder.into();
+    if let Some(why) = not_a_study(text) {
+        return Ok(Upgraded::Current(why));
+    }
+    let read = |text: &str| Study::from_toml(text, origin, folder.clone(), &Overrides::default());
+    let before = read(text)?;
     let fault = |problem: String| Error::Syntax { file: origin.into(), line: None, key: String::new(), problem };
     let mut document: DocumentMut = text.parse().map_err(|e: toml_edit::TomlError| fault(e.message().to_string()))?;
-    let version = document.get("schema").and_then(Item::as_integer);
-    if !document.contains_key("question") {
-        return match version {
-            Some(1) => Ok(Upgraded::Current("process and machine files are of schema 1")),
-            _ => Err(fault("is neither a study nor a process or machine file: expected the key schema".into())),
-        };
-    }
-    match version {
-        Some(1) => {}
-        Some(version) if version == i64::from(SCHEMA) => return Ok(Upgraded::Current("it is of schema 2")),
-        Some(other) => return Err(fault(format!("schema: expected 1 or {SCHEMA}, got {other}"))),
-        None => return Err(fault("schema: missing, expected 1".into())),
+    if document.get("schema").and_then(Item::as_integer) == Some(i64::from(SCHEMA)) {
+        return Ok(Upgraded::Current("it is of schema 2"));
     }
     let root = document.as_table_mut();
-    if root.contains_key("process") {
-        return Err(fault(format!("process: is a key of schema {SCHEMA}, and schema is 1")));
-    }
     for question in ["workspace_map", "superposition"] {
         move_milling(root, question);
         move_compensate(root, question);
@@ -51,7 +53,26 @@ pub fn upgrade(text: &str, origin: &str) -> Result<Upgraded> {
         *schema = Value::from(i64::from(SCHEMA));
         *schema.decor_mut() = decor;
     }
-    Ok(Upgraded::Study(document.to_string()))
+    let upgraded = with_the_ends_of(text, document.to_string());
+    let is_same = read(&upgraded).is_ok_and(|after| format!("{:?}", after.kind) == format!("{:?}", before.kind));
+    match is_same {
+        true => Ok(Upgraded::Study(upgraded)),
+        false => Err(fault("cannot be rewritten so that it says the same; rewrite it by hand".into())),
+    }
+}
+
+/// Why a file is no study, but one that is written as it was.
+fn not_a_study(text: &str) -> Option<&'static str> {
+    let is_process = toml_file::parse::<ProcessSpec>(text, "").is_ok_and(|process| process.schema == Some(1));
+    let is_machine = || toml_file::parse::<MachineSpec>(text, "").is_ok_and(|machine| machine.schema == 1);
+    (is_process || is_machine()).then_some("process and machine files are of schema 1")
+}
+
+/// `text` with the marks at its begin and the ends of its lines as `before` has them.
+fn with_the_ends_of(before: &str, text: String) -> String {
+    let text = if before.contains("\r\n") { text.replace("\r\n", "\n").replace('\n', "\r\n") } else { text };
+    let mark = '\u{feff}';
+    if before.starts_with(mark) && !text.starts_with(mark) { format!("{mark}{text}") } else { text }
 }
 
 /// Entries of a table that can be taken out with the comments above them.
@@ -61,8 +82,21 @@ trait Entries {
 
 impl Entries for dyn TableLike + '_ {
     fn remove_entry(&mut self, name: &str) -> Option<(Key, Item)> {
-        let key = self.key(name)?.clone();
-        Some((key, self.remove(name)?))
+        let (mut key, mut item) = (self.key(name)?.clone(), self.remove(name)?);
+        // In braces, entries stand between blanks.
+        let is_blank = |decor: &Decor| {
+            decor.prefix().and_then(|prefix| prefix.as_str()).is_some_and(|p| p.trim_matches(' ').is_empty())
+        };
+        if is_blank(key.leaf_decor()) {
+            key.leaf_decor_mut().clear();
+            if let Some(value) = item.as_value_mut() {
+                value.decor_mut().set_prefix(" ");
+                if value.decor().suffix().and_then(|suffix| suffix.as_str()).is_some_and(|s| s.trim().is_empty()) {
+                    value.decor_mut().set_suffix("");
+                }
+            }
+        }
+        Some((key, item))
     }
 }
 

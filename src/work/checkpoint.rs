@@ -10,13 +10,14 @@ use std::{
     fs::{File, OpenOptions, TryLockError},
     io::{BufReader, Error as IoError, Read, Result as IoResult, Seek, SeekFrom, Write},
     path::{Path, PathBuf},
+    sync::OnceLock,
 };
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use crate::{
     input::Inputs,
-    input::error::{Error, Result},
+    input::error::{Error, Result, Way},
 };
 
 /// What decides the pieces.
@@ -29,16 +30,13 @@ pub struct Origin {
 }
 
 impl Origin {
-    /// Pieces computed by this program, this very build of it, from `inputs`.
+    /// Pieces computed from `inputs` by the build of the program that `program` names, or else by the executable that is
+    /// running.
     ///
     /// # Errors
-    /// The program's own file cannot be read.
-    pub fn of(inputs: Inputs) -> Result<Self> {
-        let fault = |file: &Path, source| Error::Read { file: file.to_path_buf(), source };
-        let file = std::env::current_exe().map_err(|source| fault(Path::new("this program"), source))?;
-        let bytes = std::fs::read(&file).map_err(|source| fault(&file, source))?;
-        let program = format!("version {} (build {:08x})", env!("CARGO_PKG_VERSION"), crc32fast::hash(&bytes));
-        Ok(Self { program, inputs })
+    /// The executable cannot be read.
+    pub fn of(program: Option<&str>, inputs: Inputs) -> Result<Self> {
+        Ok(Self { program: program.map_or_else(executable, |program| Ok(program.to_string()))?, inputs })
     }
 
     /// What differs from the origin `before`, in words.
@@ -60,6 +58,19 @@ pub struct Checkpoint {
     /// Where the next record goes.
     end: u64,
     damaged: usize,
+}
+
+/// The version and the very build of the executable that is running.
+fn executable() -> Result<String> {
+    static BUILD: OnceLock<String> = OnceLock::new();
+    if let Some(build) = BUILD.get() {
+        return Ok(build.clone());
+    }
+    let fault = |file: &Path, source| Error::Read { file: file.to_path_buf(), source };
+    let file = std::env::current_exe().map_err(|source| fault(Path::new("this program"), source))?;
+    let bytes = std::fs::read(&file).map_err(|source| fault(&file, source))?;
+    let build = format!("version {} (build {:08x})", env!("CARGO_PKG_VERSION"), crc32fast::hash(&bytes));
+    Ok(BUILD.get_or_init(|| build).clone())
 }
 
 /// What a file of pieces is to a run.
@@ -113,8 +124,8 @@ impl Checkpoint {
         let mut checkpoint = Self { file, path: path.to_path_buf(), places: HashMap::new(), end: 0, damaged: 0 };
         let Some(contents) = contents else { return checkpoint.begun(origin) };
         if let Some(change) = origin.change_since(&contents.origin) {
-            let problem = format!("belongs to another run: {change}; --restart begins anew");
-            return Err(Error::Resume { file: checkpoint.path, problem });
+            let problem = format!("belongs to another run: {change}");
+            return Err(Error::Resume { file: checkpoint.path, problem, way: Way::Restart });
         }
         let cut = checkpoint.file.set_len(contents.end);
         cut.map_err(|source| Error::Write { file: path.to_path_buf(), source })?;
@@ -210,9 +221,7 @@ struct Contents {
 /// `None` if the file ends before anything was begun.
 fn contents(file: &File, path: &Path) -> Result<Option<Contents>> {
     let fault = |source| Error::Read { file: path.to_path_buf(), source };
-    let refuse = |what: &str| {
-        Err(Error::Resume { file: path.to_path_buf(), problem: format!("{what}; --restart begins anew in its place") })
-    };
+    let refuse = |what: &str| Err(Error::Resume { file: path.to_path_buf(), problem: what.into(), way: Way::Restart });
     let size = file.metadata().map_err(fault)?.len();
     let mut reader = BufReader::new(file);
     let mut format = [0; FORMAT.len()];
@@ -254,8 +263,8 @@ fn contents(file: &File, path: &Path) -> Result<Option<Contents>> {
 /// Refuses anything but a file at `path`: what a link or a device leads to is not ours to write.
 fn is_no_link(path: &Path) -> Result<()> {
     if std::fs::symlink_metadata(path).is_ok_and(|found| !found.is_file()) {
-        let problem = "is a link, a folder or a device, expected a file; remove it, or choose another --out".into();
-        return Err(Error::Resume { file: path.to_path_buf(), problem });
+        let problem = "is a link, a folder or a device, expected a file: remove it, or choose another folder".into();
+        return Err(Error::Resume { file: path.to_path_buf(), problem, way: Way::Elsewhere });
     }
     Ok(())
 }
@@ -265,7 +274,8 @@ fn alone(file: &File, path: &Path) -> Result<()> {
     match file.try_lock() {
         Ok(()) => Ok(()),
         Err(TryLockError::WouldBlock) => {
-            Err(Error::Resume { file: path.to_path_buf(), problem: "is in use by another run".into() })
+            let (file, problem) = (path.to_path_buf(), "is in use by another run".into());
+            Err(Error::Resume { file, problem, way: Way::Elsewhere })
         }
         Err(TryLockError::Error(source)) => Err(Error::Write { file: path.to_path_buf(), source }),
     }
@@ -416,7 +426,7 @@ mod tests {
         let path = folder.path().join("run");
         let refused = |expected: &str| {
             let error = Checkpoint::resume(&path, &origin("a")).unwrap_err().to_string();
-            assert!(error.contains(expected) && error.contains("--restart begins anew"), "{error}");
+            assert!(error.contains(expected), "{error}");
         };
         let mut other = Checkpoint::create(&path, &origin("b")).unwrap();
         other.keep(b"key", b"piece").unwrap();

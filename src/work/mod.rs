@@ -30,7 +30,8 @@ pub enum Event {
     Kept(usize),
     /// The best value that a search has found so far.
     Best(f64),
-    /// So many pieces of a run before are there to be taken over, and so many were damaged.
+    /// At the begin of a run into a folder: so many pieces of a run before are there to be taken over (none in a new one), and
+    /// so many were damaged.
     Resumed {
         /// Whole ones.
         pieces: usize,

@@ -427,17 +427,17 @@ fn mistakes_in_a_run_are_found_before_anything_is_computed_or_written() {
     let broken = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/bad_input/studies/grid_zero.toml");
     let run = |study, more: &[&'static str]| [&["run", study, "--out", path(&out)], more].concat();
     refused(&run(broken, &[]), "grid_zero.toml: workspace_map.grid: must be at least 1 along each axis");
-    refused(&run(STUDY, &["--grid", "0"]), "command line: --grid: must be at least 1 along each axis");
+    refused(&run(STUDY, &["--grid", "0"]), "--grid: must be at least 1 along each axis");
     refused(&run(STUDY, &["--grid", "1000"]), "at most 100000000 in all, got [1000, 1000, 1000]");
     refused(&run(STUDY, &["--grid", "3,3"]), "expected one count or three, got 2");
-    let too_large = "--format vti: an image has at most 2000000 points, the grid of 01_workspace_map 2000100";
+    let too_large = "--format: an image has at most 2000000 points, the grid of 01_workspace_map 2000100";
     refused(&run(STUDY, &["--grid", "20001,10,10", "--format", "csv,vti"]), too_large);
     refused(&run(STUDY, &["--grid", "many"]), "\"many\" is not a count");
     refused(&run(STUDY, &["--grid", "-1"]), "\"-1\" is not a count");
     refused(&run(STUDY, &["--threads", "0"]), "0 is not in 1..");
-    refused(&run(STUDY, &["--points", "9"]), "--points: a workspace map has no points along a path; use --grid");
+    refused(&run(STUDY, &["--points", "9"]), "--points: a workspace map has no points along a path, but a grid");
     let groove = concat!(env!("CARGO_MANIFEST_DIR"), "/studies/02_groove_50mm");
-    refused(&run(groove, &["--grid", "3"]), "--grid: a path study has no grid; use --points");
+    refused(&run(groove, &["--grid", "3"]), "--grid: a path study has no grid, but points along a path");
     assert!(!out.exists(), "bad input leaves no folder behind");
 
     fs::write(&out, "not a folder").unwrap();

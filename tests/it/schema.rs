@@ -52,7 +52,7 @@ target = "platform_point"
 "#;
 
 fn upgraded(text: &str) -> String {
-    match upgrade(text, "study.toml").unwrap() {
+    match upgrade(text, "study.toml", Folder::in_memory([])).unwrap() {
         Upgraded::Study(text) => text,
         Upgraded::Current(why) => panic!("{why}"),
     }
@@ -76,7 +76,7 @@ fn an_upgraded_map_is_the_same_study_with_its_comments() {
     }
     let more = ["# As built.\n[[process.chain_error]]", "# The platform's own point.\ntarget = \"platform_point\""];
     assert!(more.iter().all(|comment| now.contains(comment)), "{now}");
-    assert_eq!(upgrade(&now, "study.toml").unwrap(), Upgraded::Current("it is of schema 2"));
+    assert_eq!(upgrade(&now, "study.toml", Folder::in_memory([])).unwrap(), Upgraded::Current("it is of schema 2"));
     let carriage_returns = upgraded(&MAP.replace('\n', "\r\n"));
     assert_eq!(computed(&carriage_returns, Path::new(".")), computed(MAP, Path::new(".")));
 }
@@ -128,11 +128,83 @@ fn the_command_rewrites_studies_and_leaves_all_other_files() {
     // One that cannot be read keeps the others as they are.
     fs::write(at("study.toml"), MAP).unwrap();
     for (name, expected) in
-        [("broken.toml", "broken.toml"), ("notes.toml", "is neither a study nor"), ("none.toml", "none.toml")]
+        [("broken.toml", "broken.toml"), ("notes.toml", "notes.toml:1: "), ("none.toml", "none.toml")]
     {
         let (code, said) = kinetostat(&["upgrade", &path("study.toml"), &path(name)]);
         assert!(code == Some(2) && said.contains(expected), "{name}: {said}");
         assert_eq!(fs::read_to_string(at("study.toml")).unwrap(), MAP, "{name}");
     }
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 4);
+}
+
+const PATH: &str = r#"schema = 1
+question = "?"
+machine = "orthoglide"
+
+[path]
+process = "process.toml"
+circle = { centre_point = "Q1", diameter_mm = 50.0, points = 9 }
+"#;
+
+#[test]
+fn what_would_not_be_run_is_not_rewritten() {
+    let folder = || Folder::in_memory([("process.toml".to_string(), PROCESS.as_bytes().to_vec())]);
+    let Upgraded::Study(text) = upgrade(PATH, "study.toml", folder()).unwrap() else { panic!("a study") };
+    assert!(text.contains("machine = \"orthoglide\"\nprocess = \"process.toml\"\n"), "{text}");
+    let errors = "\n[[chain_error]]\nchain = \"x\"\nturn_about_drive_axis_deg = 1.0\n";
+    for (text, expected) in [
+        (format!("{PATH}{errors}"), "chain_error: belongs in the process file of a path study"),
+        (
+            MAP.replace("[workspace_map]", "[workspace_map]\nphi_step_deg = 45.0"),
+            "workspace_map.phi_step_deg: belongs in",
+        ),
+        (MAP.replace("chain = \"x\"", "chain = \"w\""), "chain_error[0].chain: no chain is called"),
+        (MAP.replace("schema = 1", "schema = 1.0"), "study.toml:1: schema: invalid type"),
+        (MAP.replace("machine =", "question = \"?\"\nmachine ="), "study.toml:3: key `question` is given twice"),
+    ] {
+        let error = upgrade(&text, "study.toml", folder()).unwrap_err().to_string();
+        assert!(error.contains(expected), "{expected}: {error}");
+    }
+}
+
+#[test]
+fn what_no_part_of_a_study_takes_is_refused() {
+    let folder = || Folder::in_memory([("p.toml".to_string(), PROCESS.as_bytes().to_vec())]);
+    let validation = |top: &str, own: &str| {
+        format!(
+            "schema = 2\nquestion = \"?\"\nmachine = \"orthoglide\"\n{top}\n[[validation.variant]]\nname = \"a\"\n{own}\n\
+             [[validation.case]]\nname = \"c\"\ncircle = {{ centre_point = \"Q1\", diameter_mm = 50.0, points = 9 }}\n"
+        )
+    };
+    let read = |text: &str| Study::from_toml(text, "study.toml", folder(), &Overrides::default()).map(drop);
+    let (top, own) = ("process = \"p.toml\"", "process = \"p.toml\"");
+    read(&validation(top, "")).unwrap();
+    read(&validation("", own)).unwrap();
+    let said = |top: &str, own: &str| read(&validation(top, own)).unwrap_err().to_string();
+    assert!(said(top, own).contains("study.toml: process: has no effect"), "{}", said(top, own));
+    assert!(said("", "").contains("study.toml: process: missing"), "{}", said("", ""));
+    let lost = said("process = \"lost.toml\"", "");
+    assert!(lost.contains("process: \"lost.toml\" is not a file in the study's folder"), "{lost}");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_rewritten_file_keeps_its_mode_and_its_line_ends() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("study.toml");
+    let run = || kinetostat(&["upgrade", file.to_str().unwrap()]);
+    fs::write(&file, format!("\u{feff}{}", MAP.replace('\n', "\r\n"))).unwrap();
+    fs::set_permissions(&file, fs::Permissions::from_mode(0o400)).unwrap();
+    let (code, said) = run();
+    assert!(code == Some(2) && said.contains("study.toml: cannot be written: is read-only"), "{said}");
+    fs::set_permissions(&file, fs::Permissions::from_mode(0o600)).unwrap();
+    fs::hard_link(&file, folder.path().join("other.toml")).unwrap();
+    let (code, said) = run();
+    assert!(code == Some(2) && said.contains("has other names"), "{said}");
+    fs::remove_file(folder.path().join("other.toml")).unwrap();
+    assert_eq!(run().0, Some(0));
+    let text = fs::read_to_string(&file).unwrap();
+    assert!(text.starts_with('\u{feff}') && text.matches('\n').count() == text.matches("\r\n").count(), "{text:?}");
+    assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o600);
 }

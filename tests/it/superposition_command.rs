@@ -120,6 +120,6 @@ fn without_chain_errors_nothing_is_wrong_and_one_is_singular() {
 fn points_along_a_path_are_refused() {
     let output = kinetostat(&["run", STUDY, "--points", "9"]);
     assert_eq!(output.status.code(), Some(2));
-    let message = "error: command line: --points: a superposition study has no points along a path; use --grid\n";
+    let message = "error: --points: a superposition study has no points along a path, but a grid\n";
     assert_eq!(text(&output.stderr), message);
 }

@@ -42,6 +42,8 @@ pub struct Process {
     pub decimals: Decimals,
     /// Tables that only a toolpath has a use for and that say something.
     pub of_paths: Vec<&'static str>,
+    /// What its keys begin with in the file that they stand in: nothing in a process file, `process.` in a study.
+    pub key_prefix: &'static str,
     /// What decides it.
     pub inputs: Inputs,
 }
@@ -100,12 +102,15 @@ impl Process {
         if self.cutting_rule.max_feed_mm_per_min.is_some() && cuts(&path) && !feeds {
             let problem =
                 format!("{origin} has no feeds to hold against it: leave it out, or use below_z_mm or above_z_mm");
-            return Err(Error::Argument { argument: "cutting.max_feed_mm_per_min".into(), problem });
+            return Err(Error::Argument {
+                argument: format!("{}cutting.max_feed_mm_per_min", self.key_prefix),
+                problem,
+            });
         }
         let (may_cut, path) = (cuts(&path), self.cutting_rule.apply(path));
         if may_cut && !cuts(&path) {
             let problem = format!("nothing of {origin} is cut: what cuts is {}", self.cutting_rule.words());
-            return Err(Error::Argument { argument: "cutting".into(), problem });
+            return Err(Error::Argument { argument: format!("{}cutting", self.key_prefix), problem });
         }
         Ok(path)
     }
@@ -166,10 +171,13 @@ impl Process {
     }
 
     /// Checks tables that stand at `check` of another file, whose text is not among the process's inputs.
-    ///
-    /// # Errors
-    /// Values that make no sense.
-    pub fn from_tables(spec: &ProcessSpec, check: &Check, folder: &Folder, machine: &Machine) -> Result<Process> {
+    #[cfg(feature = "study")]
+    pub(crate) fn from_tables(
+        spec: &ProcessSpec,
+        check: &Check,
+        folder: &Folder,
+        machine: &Machine,
+    ) -> Result<Process> {
         resolve::tables(spec, check, folder, machine)
     }
 }

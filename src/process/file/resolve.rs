@@ -34,19 +34,26 @@ pub(super) fn file(spec: &ProcessSpec, check: &Check, folder: &Folder, machine: 
         Some(version) => check.schema(version)?,
         None => return check.missing("schema"),
     }
-    process(spec, check, folder, machine)
+    process(spec, check, folder, machine, "")
 }
 
 /// The same tables as part of another file, at `check`.
+#[cfg(feature = "study")]
 pub(super) fn tables(spec: &ProcessSpec, check: &Check, folder: &Folder, machine: &Machine) -> Result<Process> {
     if spec.schema.is_some() {
         return check.key("schema").fail("belongs at the top of the file".into());
     }
-    process(spec, check, folder, machine)
+    process(spec, check, folder, machine, "process.")
 }
 
 /// Its inputs are the files that it names.
-fn process(spec: &ProcessSpec, check: &Check, folder: &Folder, machine: &Machine) -> Result<Process> {
+fn process(
+    spec: &ProcessSpec,
+    check: &Check,
+    folder: &Folder,
+    machine: &Machine,
+    key_prefix: &'static str,
+) -> Result<Process> {
     let (cutting, table) = force(&spec.force, folder, &check.key("force"))?;
     let check_gcode = check.key("gcode");
     Ok(Process {
@@ -61,6 +68,7 @@ fn process(spec: &ProcessSpec, check: &Check, folder: &Folder, machine: &Machine
         gcode: gcode_options(&spec.gcode, &check_gcode)?,
         decimals: decimals(&spec.gcode, &check_gcode)?,
         of_paths: spec.of_paths(),
+        key_prefix,
         inputs: table,
     })
 }

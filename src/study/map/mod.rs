@@ -39,7 +39,7 @@ pub struct WorkspaceMapStudy {
     pub phis: Vec<f64>,
     /// What compensation puts right.
     pub target: Target,
-    /// Tables of the process that have no use without a path.
+    /// Tables of the process that the study has no use for.
     pub not_used: Vec<&'static str>,
 }
 
@@ -160,7 +160,8 @@ pub fn run_in_blocks(
     done.map_or(Ok(()), take)
 }
 
-/// Computes the grid points with these indices, in grid order, in parallel on the current rayon pool.
+/// Computes the grid points with these indices, in grid order, in parallel on the current rayon pool; indices beyond the grid
+/// give no points.
 ///
 /// # Errors
 /// Of `work`.

@@ -22,7 +22,6 @@ use crate::{
 /// Checks a path study.
 pub(super) fn resolve(spec: &PathSpec, given: &Given<'_>) -> Result<Resolved<PathStudy>> {
     given.overrides.refuse_grid(given.name)?;
-    given.refuse_map_keys()?;
     given.refuse_old(spec.process.as_ref(), &given.check.key("process"), "process at the top of the file")?;
     let process = given.process(spec.process.as_deref(), &given.check)?;
     let study = path(spec, &process, given, &given.check)?;
@@ -71,7 +70,7 @@ pub(crate) fn toolpath(
     match (circle, file) {
         (Some(circle), None) => self::circle(circle, &given.machine, given.overrides, &check.key("circle")),
         (None, Some(_)) if given.overrides.points.is_some() => {
-            Overrides::place("--points").fail("the points of a path from a file are those of the file".into())
+            Overrides::place("points").fail("the points of a path from a file are those of the file".into())
         }
         (None, Some(file)) => {
             let name = given.folder.path(file);

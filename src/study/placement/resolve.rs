@@ -40,7 +40,6 @@ const MAX_ITERATIONS: usize = 10_000;
 
 /// Checks a placement study.
 pub(super) fn resolve(spec: &PlacementStudySpec, given: &Given<'_>) -> Result<Resolved<PlacementStudy>> {
-    given.refuse_map_keys()?;
     let (machine, overrides, check) = (&given.machine, given.overrides, &given.check);
     let (features, today, inputs) = features(&spec.feature, given)?;
     let reference = features[0].feature.reference;
@@ -371,13 +370,14 @@ impl Candidate {
     }
 }
 
-/// A place given on a command line for a path of `machine`: a named point, or the coordinates of the origin of W.
+/// A place given as text for a path of `machine`: a named point, or the coordinates of the origin of W, mm and degrees.
+/// `origin` names it in errors.
 ///
 /// # Errors
 /// Neither.
-pub fn place(text: &str, machine: &Machine, reference: PathReference) -> Result<Candidate> {
+pub fn place(text: &str, origin: &str, machine: &Machine, reference: PathReference) -> Result<Candidate> {
     let numbers: std::result::Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse::<f64>()).collect();
-    let fault = |problem: String| Err(Error::Argument { argument: "--at".into(), problem });
+    let fault = |problem: String| Err(Error::Argument { argument: origin.into(), problem });
     let site = match numbers.as_deref() {
         Ok([x, y, z, angles @ ..])
             if [0, 1, 3].contains(&angles.len())
@@ -388,7 +388,7 @@ pub fn place(text: &str, machine: &Machine, reference: PathReference) -> Result<
                 *coordinate = degrees.to_radians();
             }
             turned(&site).check(machine, |key| {
-                Check::new("--at").key(&format!("{} of \"{text}\"", key.trim_end_matches("_deg")))
+                Check::new(origin).key(&format!("{} of \"{text}\"", key.trim_end_matches("_deg")))
             })?;
             site
         }

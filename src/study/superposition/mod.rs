@@ -67,7 +67,7 @@ pub struct SuperpositionStudy {
     pub phis: Vec<f64>,
     /// Where the map is computed.
     pub grid: Grid,
-    /// Tables of the process that have no use without a path.
+    /// Tables of the process that the study has no use for.
     pub not_used: Vec<&'static str>,
     /// Locations studied in detail.
     pub locations: Vec<Location>,

@@ -22,7 +22,7 @@ const STEPS: std::ops::RangeInclusive<usize> = 2..=100;
 pub(super) fn resolve(spec: &SuperpositionSpec, given: &Given<'_>) -> Result<Resolved<SuperpositionStudy>> {
     given.overrides.refuse_points(given.name)?;
     let Acting { force, phis, errors, not_used, inputs, .. } =
-        acting(given, OwnKeys { phi_step_deg: spec.phi_step_deg, compensate: None })?;
+        acting(given, OwnKeys { phi_step_deg: spec.phi_step_deg, compensate: None, uses_target: false })?;
     let (own, machine) = (&given.check, &given.machine);
     let corners = map_box(spec.min_mm, spec.max_mm, machine, own)?;
     let grid = box_grid(corners, spec.grid, given.overrides, (MAX_POINTS, own))?;

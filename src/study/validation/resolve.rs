@@ -24,7 +24,6 @@ const MOST_FRAMES: usize = 6;
 /// Checks a validation study.
 pub(super) fn resolve(spec: &ValidationSpec, given: &Given<'_>) -> Result<Resolved<ValidationStudy>> {
     given.overrides.refuse_grid(given.name)?;
-    given.refuse_map_keys()?;
     let (machine, check) = (&given.machine, &given.check);
     for (key, count) in [("variant", spec.variant.len()), ("case", spec.case.len())] {
         if count == 0 {
