@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use super::{Configuration, Unreachable};
 use crate::{
     machine::{Chain, Coordinate, Machine, Motion, MoveScrew},
-    spatial::{Pose, rotation_exp, rotation_log},
+    spatial::{Pose, product, rotation_exp, rotation_log},
 };
 
 /// Largest closure error accepted, as a fraction of the machine's reach.
@@ -112,7 +112,7 @@ impl<'a> Closure<'a> {
             let end = chain.forward(&self.values, &mut self.screws);
             let row = 6 * c;
             let gap = end.translation - at.pose.translation;
-            let turn = rotation_log(&(end.rotation * at.pose.rotation.transpose())) * reach;
+            let turn = rotation_log(&product(&end.rotation, &at.pose.rotation.transpose())) * reach;
             self.residual.fixed_rows_mut::<3>(row).copy_from(&gap);
             self.residual.fixed_rows_mut::<3>(row + 3).copy_from(&turn);
             for i in 0..6 {
@@ -148,7 +148,7 @@ impl<'a> Closure<'a> {
                 }
             }
             Command::Task(target) => {
-                let turn = rotation_log(&(target.rotation.transpose() * at.pose.rotation));
+                let turn = rotation_log(&product(&target.rotation.transpose(), &at.pose.rotation));
                 for (row, coordinate) in self.machine.controls.iter().enumerate() {
                     match *coordinate {
                         Coordinate::Translation(axis) => {
@@ -222,7 +222,7 @@ impl<'a> Closure<'a> {
         let translation: Vector3<f64> = step.fixed_rows::<3>(0).into();
         let rotation: Vector3<f64> = step.fixed_rows::<3>(3).into();
         at.pose.translation += translation;
-        at.pose.rotation = rotation_exp(rotation / self.machine.reach) * at.pose.rotation;
+        at.pose.rotation = product(&rotation_exp(rotation / self.machine.reach), &at.pose.rotation);
         let joints = at.drives.iter_mut().chain(at.passive.iter_mut().flatten());
         for ((value, motion), step) in joints.zip(self.motions()).zip(step.iter().skip(6)) {
             *value += step / self.unit(motion);
