@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     machine::{Coordinate, Machine},
-    spatial::{Pose, Twist, Wrench, rotation_exp, rotation_log, skew},
+    spatial::{Pose, Twist, Wrench, image, product, rotation_exp, rotation_log, skew},
     statics::TaskError,
 };
 
@@ -55,21 +55,28 @@ impl Demand {
 
     /// The controlled coordinates that are put right, with their places among the controlled ones.
     pub fn coordinates(&self, machine: &Machine) -> impl Iterator<Item = (usize, Coordinate)> {
-        let with_rotations = self.target == Target::FullPose;
-        let controls = machine.controls.iter().copied().enumerate();
-        controls.filter(move |(_, c)| with_rotations || matches!(c, Coordinate::Translation(_)))
+        machine.controls.iter().copied().enumerate().filter(|&(_, coordinate)| self.puts_right(coordinate))
+    }
+
+    /// Whether a controlled coordinate is put right.
+    fn puts_right(&self, coordinate: Coordinate) -> bool {
+        self.target == Target::FullPose || matches!(coordinate, Coordinate::Translation(_))
     }
 
     /// Error of the coordinates put right when P stands at `pose`.
     pub fn task_error(&self, machine: &Machine, pose: &Pose) -> TaskError {
         let offset = self.offset(machine);
         let shift = pose.transform(offset) - self.pose.transform(offset);
-        let turn = rotation_log(&(self.pose.rotation.transpose() * pose.rotation));
-        let lever = skew(pose.rotation * offset);
+        let turn = rotation_log(&product(&self.pose.rotation.transpose(), &pose.rotation));
+        let lever = skew(image(&pose.rotation, offset));
         let (mut error, mut slope) = (Vector6::zeros(), Matrix6::zeros());
         let mut lever_arms = Vector6::zeros();
         let mut count = 0;
-        for (row, (_, coordinate)) in self.coordinates(machine).enumerate() {
+        for &coordinate in machine.controls.iter() {
+            if !self.puts_right(coordinate) {
+                continue;
+            }
+            let row = count;
             count += 1;
             match coordinate {
                 Coordinate::Translation(axis) => {

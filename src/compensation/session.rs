@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     machine::{Configuration, Machine, Unreachable},
-    spatial::{Pose, rotation_log},
+    spatial::{Pose, product, rotation_log},
     statics::{self, Outcome, State, TaskError, Workspace, equilibrium},
 };
 
@@ -271,7 +271,10 @@ impl Session {
             drives: self.drives.clone(),
             history,
             position_error: shown(self.state.pose.transform(offset) - demand.pose.transform(offset)),
-            leftover_rotation: shown(rotation_log(&(self.state.pose.rotation * demand.pose.rotation.transpose()))),
+            leftover_rotation: shown(rotation_log(&product(
+                &self.state.pose.rotation,
+                &demand.pose.rotation.transpose(),
+            ))),
             drive_forces: statics::drive_forces(&self.real, &self.state),
             status,
             outcome,

@@ -1,6 +1,6 @@
-//! Small systems of linear equations.
+//! Small systems of linear equations, and rows of numbers.
 
-use super::Real;
+use super::{Real, pairs};
 
 /// Solves `matrix · x = right` for several columns `right` by elimination with row pivoting; unknowns take the columns'
 /// place. Both have as many rows as `matrix`, of which the leading square counts.
@@ -17,7 +17,7 @@ pub(crate) fn solve<R: Real, const N: usize>(mut matrix: [[R; N]; N], size: usiz
             if R::bits(swap) == 0 {
                 continue;
             }
-            for (a, b) in pivot_row.iter_mut().zip(row) {
+            for (a, b) in pairs(pivot_row.iter_mut(), row) {
                 exchange(swap, a, b);
             }
             for column in right.iter_mut() {
@@ -32,9 +32,7 @@ pub(crate) fn solve<R: Real, const N: usize>(mut matrix: [[R; N]; N], size: usiz
         pivot_row[k] = inverse;
         for (i, row) in below[..size - k - 1].iter_mut().enumerate() {
             let factor = row[k] * inverse;
-            for (entry, &value) in row[k + 1..size].iter_mut().zip(&pivot_row[k + 1..size]) {
-                *entry -= factor * value;
-            }
+            subtract(&mut row[k + 1..size], factor, &pivot_row[k + 1..size]);
             for column in right.iter_mut() {
                 let value = column[k];
                 column[k + 1 + i] -= factor * value;
@@ -44,13 +42,58 @@ pub(crate) fn solve<R: Real, const N: usize>(mut matrix: [[R; N]; N], size: usiz
     for column in right {
         for k in (0..size).rev() {
             let mut rest = column[k];
-            for (&entry, &known) in matrix[k][k + 1..size].iter().zip(&column[k + 1..size]) {
-                rest -= entry * known;
+            for j in k + 1..size {
+                rest -= matrix[k][j] * column[j];
             }
             column[k] = rest * matrix[k][k];
         }
     }
     regular
+}
+
+/// Sum of the products of two equally long rows.
+#[inline(always)]
+pub(crate) fn dot<R: Real>(a: &[R], b: &[R]) -> R {
+    // Four sums, which need not wait for one another.
+    let mut sums = [R::zero(); 4];
+    let ((a_fours, a_others), (b_fours, b_others)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
+    for (a, b) in pairs(a_fours, b_fours) {
+        for i in 0..4 {
+            sums[i] += a[i] * b[i];
+        }
+    }
+    // A loop of fixed length keeps the sums in registers.
+    for i in 0..3 {
+        if i < a_others.len() {
+            sums[i] += a_others[i] * b_others[i];
+        }
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3])
+}
+
+/// Subtracts a multiple of `row` from the first entries of `target`.
+#[inline(always)]
+pub(crate) fn subtract<R: Real>(target: &mut [R], factor: R, row: &[R]) {
+    let target = &mut target[..row.len()];
+    for i in 0..row.len() {
+        target[i] -= factor * row[i];
+    }
+}
+
+/// Makes all numbers zero.
+#[inline(always)]
+pub(crate) fn clear<R: Real>(numbers: &mut [R]) {
+    for number in numbers {
+        *number = R::zero();
+    }
+}
+
+/// Copies `from` to the beginning of `to`.
+#[inline(always)]
+pub(crate) fn copy<R: Real>(to: &mut [R], from: &[R]) {
+    for (to, &from) in pairs(&mut to[..from.len()], from) {
+        *to = from;
+    }
 }
 
 /// Where `swap` holds, gives each the other's number.

@@ -10,6 +10,7 @@
 #[cfg(test)]
 mod counted;
 mod linear;
+mod pairs;
 mod trigonometry;
 mod vector;
 #[cfg(target_arch = "x86_64")]
@@ -22,7 +23,8 @@ use std::{
 
 #[cfg(test)]
 pub(crate) use counted::{Counted, take_counts};
-pub(crate) use linear::solve;
+pub(crate) use linear::{clear, copy, dot, solve, subtract};
+pub(crate) use pairs::pairs;
 pub(crate) use trigonometry::sin_cos;
 pub(crate) use vector::{Frame, Screw, Vec3, rotation_exp, rotation_log};
 #[cfg(target_arch = "x86_64")]

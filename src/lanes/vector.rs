@@ -3,7 +3,7 @@
 use std::ops::{Add, AddAssign, Sub};
 
 use super::{
-    Real,
+    Real, pairs,
     trigonometry::{SMALL_SINE_SQUARED, arc_sine_weight, rotation_weights, sin_cos},
 };
 use crate::spatial::{self, Axis, Pose, Twist, Wrench};
@@ -155,8 +155,13 @@ impl<R: Real> Frame<R> {
     /// The same pose in all lanes.
     #[inline(always)]
     pub fn splat(pose: &Pose) -> Self {
-        let [x, y, z] = [0, 1, 2].map(|i| pose.rotation.column(i).into_owned());
-        Self { axes: [Vec3::splat(&x), Vec3::splat(&y), Vec3::splat(&z)], origin: Vec3::splat(&pose.translation) }
+        let mut axes = [Vec3::zero(); 3];
+        for (j, axis) in axes.iter_mut().enumerate() {
+            for (i, component) in axis.0.iter_mut().enumerate() {
+                *component = R::splat(pose.rotation[(i, j)]);
+            }
+        }
+        Self { axes, origin: Vec3::splat(&pose.translation) }
     }
 
     /// The pose in `lane`.
@@ -167,23 +172,20 @@ impl<R: Real> Frame<R> {
         }
     }
 
-    /// All twelve numbers: axes, then origin.
-    pub fn numbers_mut(&mut self) -> impl Iterator<Item = &mut R> {
-        self.axes.iter_mut().chain([&mut self.origin]).flat_map(|v| &mut v.0)
-    }
-
     /// `self · transform` for a transform known beforehand; its zeros cost nothing.
     #[inline(always)]
     pub fn compose(&self, transform: &Pose) -> Self {
         let mut origin = self.origin;
-        for (axis, &shift) in self.axes.iter().zip(transform.translation.iter()) {
+        for (i, axis) in self.axes.iter().enumerate() {
+            let shift = transform.translation[i];
             if shift != 0.0 {
                 origin += axis.scale(R::splat(shift));
             }
         }
         let mut axes = [Vec3::zero(); 3];
         for (column, sum) in axes.iter_mut().enumerate() {
-            for (axis, &part) in self.axes.iter().zip(transform.rotation.column(column).iter()) {
+            for (i, axis) in self.axes.iter().enumerate() {
+                let part = transform.rotation[(i, column)];
                 if part != 0.0 {
                     *sum += axis.scale(R::splat(part));
                 }
@@ -261,7 +263,7 @@ pub(crate) fn rotation_exp<R: Real>(vector: Vec3<R>) -> [Vec3<R>; 3] {
     let [x, y, z] = vector.scale(a).0;
     let diagonal = R::splat(1.0) - b * square;
     let mut columns = [Vec3([diagonal, z, -y]), Vec3([-z, diagonal, x]), Vec3([y, -x, diagonal])];
-    for (column, component) in columns.iter_mut().zip(vector.0) {
+    for (column, component) in pairs(columns.iter_mut(), vector.0) {
         *column += vector.scale(b * component);
     }
     columns
@@ -303,7 +305,7 @@ fn each_rotation_log<R: Real>(columns: [Vec3<R>; 3]) -> Vec3<R> {
     for lane in 0..R::LANES {
         let own = columns.map(|column| Vec3(column.0.map(|component| component.lane(lane))));
         let log = if R::LANES == 1 { library_rotation_log(own) } else { rotation_log(own) };
-        for (component, value) in vector.0.iter_mut().zip(log.0) {
+        for (component, value) in pairs(&mut vector.0, log.0) {
             component.set_lane(lane, value);
         }
     }

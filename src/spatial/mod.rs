@@ -13,4 +13,5 @@ mod screw;
 pub use frame::frame_about;
 pub use grid::Grid;
 pub use pose::{Axis, Pose, rotation_exp, rotation_log};
+pub(crate) use pose::{image, product};
 pub use screw::{Twist, Wrench, larger, skew};

@@ -64,8 +64,8 @@ impl Pose {
     /// `X_AC = X_AB · X_BC`.
     pub fn compose(&self, b_to_c: &Pose) -> Pose {
         Pose {
-            rotation: self.rotation * b_to_c.rotation,
-            translation: self.translation + self.rotation * b_to_c.translation,
+            rotation: product(&self.rotation, &b_to_c.rotation),
+            translation: self.translation + image(&self.rotation, b_to_c.translation),
         }
     }
 
@@ -76,8 +76,9 @@ impl Pose {
     }
 
     /// Position in A of a point given in B, mm.
+    #[inline]
     pub fn transform(&self, p_b: Vector3<f64>) -> Vector3<f64> {
-        self.rotation * p_b + self.translation
+        image(&self.rotation, p_b) + self.translation
     }
 
     /// Moves the frame along its local `axis` by `distance` mm: `X · T(axis, distance)`.
@@ -99,13 +100,29 @@ impl Pose {
     }
 }
 
+/// `matrix · v`, as nalgebra has it, whose products are not inlined.
+#[inline]
+pub(crate) fn image(matrix: &Matrix3<f64>, v: Vector3<f64>) -> Vector3<f64> {
+    let row = |i: usize| matrix[(i, 0)] * v.x + matrix[(i, 1)] * v.y + matrix[(i, 2)] * v.z;
+    Vector3::new(row(0), row(1), row(2))
+}
+
+/// `a · b`, as nalgebra has it, whose products are not inlined.
+#[inline]
+pub(crate) fn product(a: &Matrix3<f64>, b: &Matrix3<f64>) -> Matrix3<f64> {
+    let entry = |i: usize, j: usize| a[(i, 0)] * b[(0, j)] + a[(i, 1)] * b[(1, j)] + a[(i, 2)] * b[(2, j)];
+    let row = |i: usize| (entry(i, 0), entry(i, 1), entry(i, 2));
+    let ((a, b, c), (d, e, f), (g, h, i)) = (row(0), row(1), row(2));
+    Matrix3::new(a, b, c, d, e, f, g, h, i)
+}
+
 /// Rotation matrix of a rotation vector in rad (Rodrigues' formula, exact to rounding for any length).
 pub fn rotation_exp(rotation_vector: Vector3<f64>) -> Matrix3<f64> {
     let w = super::skew(rotation_vector);
     let angle = rotation_vector.norm();
     let half_sinc = if angle < 1e-8 { 0.5 } else { (0.5 * angle).sin() / angle };
     let sinc = if angle < 1e-8 { 1.0 } else { angle.sin() / angle };
-    Matrix3::identity() + w * sinc + w * w * (2.0 * half_sinc * half_sinc)
+    Matrix3::identity() + w * sinc + product(&w, &w) * (2.0 * half_sinc * half_sinc)
 }
 
 /// Rotation vector in rad, of length at most π, of a rotation matrix. Inverse of [`rotation_exp`].

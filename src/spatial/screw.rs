@@ -50,6 +50,7 @@ pub struct Wrench {
 
 impl Wrench {
     /// From components (N, N, N, N·mm, N·mm, N·mm).
+    #[inline]
     pub fn new(components: [f64; 6]) -> Self {
         let [fx, fy, fz, mx, my, mz] = components;
         Self { force: Vector3::new(fx, fy, fz), moment: Vector3::new(mx, my, mz) }
@@ -71,8 +72,9 @@ impl Wrench {
     }
 
     /// Components in the order force, moment.
+    #[inline]
     pub fn to_array(self) -> [f64; 6] {
-        self.to_vector().into()
+        [self.force.x, self.force.y, self.force.z, self.moment.x, self.moment.y, self.moment.z]
     }
 
     /// The same load reduced to the point displaced by `offset` mm: `m_Q = m_P − p_PQ × f`.

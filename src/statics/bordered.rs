@@ -1,6 +1,6 @@
 //! Elimination of the leading unknowns of a symmetric bordered matrix.
 
-use crate::lanes::Real;
+use crate::lanes::{Real, clear, dot, subtract};
 
 /// A symmetric matrix of which the upper triangle is kept, row by row.
 #[derive(Debug, Clone)]
@@ -19,11 +19,13 @@ impl<R: Real> Bordered<R> {
         Self { size, upper: vec![R::zero(); size * (size + 1) / 2], least: Vec::with_capacity(size) }
     }
 
+    #[inline(always)]
     pub fn clear(&mut self) {
-        self.upper.fill(R::zero());
+        clear(&mut self.upper);
     }
 
     /// Number of rows.
+    #[inline(always)]
     pub fn size(&self) -> usize {
         self.size
     }
@@ -71,16 +73,16 @@ impl<R: Real> Bordered<R> {
             let a = pivot(upper, sign, self.least[2 * pair], &mut good);
             let a_row = &upper[1..end - row];
             if row + 1 == rows.end {
-                subtract(below, size - 1, [(a, a_row), (a, &[])]);
+                subtract_pivot_rows(below, size - 1, [(a, a_row), (a, &[])]);
                 break;
             }
             let (lower, below) = below.split_at_mut(size - 1);
-            subtract_one(lower, (a_row[0] * a, a_row));
+            subtract(lower, a_row[0] * a, a_row);
             let b = pivot(lower, sign, self.least[2 * pair + 1], &mut good);
             if good == 0 {
                 break;
             }
-            subtract(below, size - 2, [(a, &a_row[1..]), (b, &lower[1..end - row - 1])]);
+            subtract_pivot_rows(below, size - 2, [(a, &a_row[1..]), (b, &lower[1..end - row - 1])]);
         }
         good
     }
@@ -97,7 +99,7 @@ impl<R: Real> Bordered<R> {
         let inverse = R::select(is_stiff, R::splat(1.0) / upper[0], R::zero());
         let good = R::ALL & !R::bits(is_negative) & !R::bits(upper[0].is_nan());
         upper[0] = -inverse;
-        subtract(below, size - 1, [(inverse, &upper[1..]), (inverse, &[])]);
+        subtract_pivot_rows(below, size - 1, [(inverse, &upper[1..]), (inverse, &[])]);
         good
     }
 
@@ -107,19 +109,7 @@ impl<R: Real> Bordered<R> {
         for row in (0..rows).rev() {
             let start = self.start(row);
             let (coefficients, known) = (&self.upper[start + row + 1..start + self.size], &z[row + 1..]);
-            // Four sums, which need not wait for one another.
-            let mut sums = [R::zero(); 4];
-            let (fours, others) = coefficients.as_chunks::<4>();
-            let (known_fours, known_others) = known.as_chunks::<4>();
-            for (four, known) in fours.iter().zip(known_fours) {
-                for i in 0..4 {
-                    sums[i] += four[i] * known[i];
-                }
-            }
-            for (i, (&coefficient, &known)) in others.iter().zip(known_others).enumerate() {
-                sums[i] += coefficient * known;
-            }
-            z[row] = ((sums[0] + sums[1]) + (sums[2] + sums[3])) * self.upper[start + row];
+            z[row] = dot(coefficients, known) * self.upper[start + row];
         }
     }
 }
@@ -136,7 +126,7 @@ fn pivot<R: Real>(row: &mut [R], sign: f64, least: R, good: &mut u8) -> R {
 /// Subtracts two pivot rows, each given by its inverse pivot and its entries behind the pivots, from the rows of the
 /// triangle `below`, the first of which has `length` entries. The second may be empty.
 #[inline(always)]
-fn subtract<R: Real>(below: &mut [R], mut length: usize, [(a, mut a_row), (b, mut b_row)]: [(R, &[R]); 2]) {
+fn subtract_pivot_rows<R: Real>(below: &mut [R], mut length: usize, [(a, mut a_row), (b, mut b_row)]: [(R, &[R]); 2]) {
     let mut below = below;
     while let Some(&a_first) = a_row.first() {
         let (target, others) = below.split_at_mut(length);
@@ -145,10 +135,14 @@ fn subtract<R: Real>(below: &mut [R], mut length: usize, [(a, mut a_row), (b, mu
         let uses_a = !a_first.is_zero();
         match b_row.first() {
             Some(&b_first) if !b_first.is_zero() => {
-                let b_part = (b_first * b, b_row);
-                if uses_a { subtract_both(target, (a_first * a, a_row), b_part) } else { subtract_one(target, b_part) }
+                let b_factor = b_first * b;
+                if uses_a {
+                    subtract_both(target, (a_first * a, a_row), (b_factor, b_row));
+                } else {
+                    subtract(target, b_factor, b_row);
+                }
             }
-            _ if uses_a => subtract_one(target, (a_first * a, a_row)),
+            _ if uses_a => subtract(target, a_first * a, a_row),
             _ => {}
         }
         (below, length, a_row) = (others, length - 1, &a_row[1..]);
@@ -156,18 +150,11 @@ fn subtract<R: Real>(below: &mut [R], mut length: usize, [(a, mut a_row), (b, mu
     }
 }
 
-/// Subtracts a multiple of a row from `target`.
-#[inline(always)]
-fn subtract_one<R: Real>(target: &mut [R], (factor, row): (R, &[R])) {
-    for (entry, &value) in target.iter_mut().zip(row) {
-        *entry -= factor * value;
-    }
-}
-
 /// Subtracts multiples of two rows, one after the other, from `target`.
 #[inline(always)]
 fn subtract_both<R: Real>(target: &mut [R], (a, a_row): (R, &[R]), (b, b_row): (R, &[R])) {
-    for ((entry, &a_value), &b_value) in target.iter_mut().zip(a_row).zip(b_row) {
-        *entry = *entry - a * a_value - b * b_value;
+    let (target, b_row) = (&mut target[..a_row.len()], &b_row[..a_row.len()]);
+    for i in 0..a_row.len() {
+        target[i] = target[i] - a * a_row[i] - b * b_row[i];
     }
 }

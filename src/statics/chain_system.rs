@@ -8,7 +8,7 @@ use super::{
     transmission::{Scale, Transmission},
 };
 use crate::{
-    lanes::{Frame, Real, Screw, Vec3, rotation_log, sin_cos},
+    lanes::{Frame, Real, Screw, Vec3, clear, copy, pairs, rotation_log, sin_cos},
     machine::{Chain, Machine, Motion, SpringLaw, Step},
     spatial::{Pose, Wrench},
 };
@@ -129,8 +129,8 @@ impl<R: Real> ChainSystem<R> {
     /// and the platform at `platform`.
     #[inline(always)]
     pub fn fill(&mut self, chain: &Chain, drives: &[R], coordinates: &[R], wrench: Screw<R>, platform: &Frame<R>) {
-        self.values.copy_from_slice(coordinates);
-        for (drive, &rho) in chain.drives.iter().zip(drives) {
+        copy(&mut self.values, coordinates);
+        for (drive, &rho) in pairs(&chain.drives, drives) {
             self.values[drive.coordinate] += rho;
         }
         self.screws.clear();
@@ -217,7 +217,8 @@ impl<R: Real> ChainSystem<R> {
                     *self.matrix.at(start, rhs) += R::splat(*stiffness) * coordinates[start];
                 }
                 SpringLaw::Link(stiffness) => {
-                    for (i, j) in (0..36).map(|index| (index / 6, index % 6)) {
+                    for index in 0..36 {
+                        let (i, j) = (index / 6, index % 6);
                         let k = stiffness[(i, j)];
                         if k == 0.0 {
                             continue;
@@ -265,11 +266,11 @@ impl<R: Real> ChainSystem<R> {
         for i in 0..5 {
             let (mut force, mut slope, mut swing_force) = (R::zero(), R::zero(), R::zero());
             for j in 0..5 {
-                let terms = [mean[(i, j)], cosine[(i, j)], sine[(i, j)]];
-                if terms == [0.0; 3] {
+                let (mean, cosine, sine) = (mean[(i, j)], cosine[(i, j)], sine[(i, j)]);
+                if mean == 0.0 && cosine == 0.0 && sine == 0.0 {
                     continue;
                 }
-                let [mean, cosine, sine] = [R::splat(terms[0]), R::splat(terms[1]), R::splat(terms[2])];
+                let (mean, cosine, sine) = (R::splat(mean), R::splat(cosine), R::splat(sine));
                 let swing = cosine * c + sine * s;
                 let stiffness = mean + swing;
                 force += stiffness * theta[j];
@@ -402,10 +403,10 @@ impl<R: Real> ChainSystem<R> {
             let unknowns = &mut self.solution;
             return transmission.substitute(residual, dt, drives, slacks, self.virtual_count, unknowns);
         }
-        self.solution[rhs..].fill(R::zero());
+        clear(&mut self.solution[rhs..]);
         self.solution[rhs] = R::splat(residual);
-        self.solution[rhs + 1..][..drives.len()].copy_from_slice(drives);
-        self.solution[twist..twist + 6].copy_from_slice(dt);
+        copy(&mut self.solution[rhs + 1..], drives);
+        copy(&mut self.solution[twist..], dt);
         self.matrix.back_substitute(rhs, &mut self.solution);
     }
 
@@ -419,13 +420,13 @@ impl<R: Real> ChainSystem<R> {
     #[inline(always)]
     pub fn wrench_step(&self, dt: &[R; 6]) -> [R; 6] {
         let mut step = [R::zero(); 6];
-        for (entry, &negative) in step.iter_mut().zip(&self.solution[self.virtual_count..]) {
+        for (entry, &negative) in pairs(step.iter_mut(), &self.solution[self.virtual_count..]) {
             *entry = -negative;
         }
         let turn = Vec3([dt[3], dt[4], dt[5]]) - self.closure.angular;
         let correction = self.moment.cross(turn).scale(R::splat(0.5));
-        for (entry, correction) in step[3..].iter_mut().zip(correction.0) {
-            *entry -= correction;
+        for i in 0..3 {
+            step[3 + i] -= correction.0[i];
         }
         step
     }

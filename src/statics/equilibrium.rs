@@ -205,9 +205,8 @@ pub(crate) fn is_singular_place(machine: &Machine, at: &Configuration, workspace
 impl Outcome {
     /// Whether a direction of the platform is so soft that the nominal machine could be singular there.
     pub(crate) fn is_soft(&self, reach: f64) -> bool {
-        let tangent =
-            self.stiffness.map(|stiffness| std::array::from_fn(|i| std::array::from_fn(|j| stiffness[(i, j)])));
-        tangent.is_none_or(|tangent: Square<f64>| platform::definite_beyond(&tangent, reach, SOFT) == 0)
+        let tangent = self.stiffness.as_ref().map(platform::rows);
+        tangent.is_none_or(|tangent| platform::definite_beyond(&tangent, reach, SOFT) == 0)
     }
 
     /// Smallest eigenvalue in N/mm of the loaded stiffness, rotations at `reach` mm; of a machine that is rigid in some

@@ -17,7 +17,7 @@ use super::{
     rigid_directions::RigidDirections,
 };
 use crate::{
-    lanes::{Frame, MAX_LANES, Real, Screw, Vec3, rotation_exp},
+    lanes::{Frame, MAX_LANES, Real, Screw, Vec3, pairs, rotation_exp},
     machine::Machine,
     spatial::Wrench,
 };
@@ -145,21 +145,25 @@ impl<R: Real> LaneSolver<R> {
             is_new |= number.lane(lane) != value;
             number.set_lane(lane, value);
         };
-        for (number, &value) in self.drives.iter_mut().zip(&*case.drives) {
+        for (number, &value) in pairs(&mut self.drives, &*case.drives) {
             put(number, value);
         }
         let pose = &case.state.pose;
-        let values = pose.rotation.iter().chain(pose.translation.iter());
-        for (number, &value) in self.platform.numbers_mut().zip(values) {
-            put(number, value);
+        for (j, axis) in self.platform.axes.iter_mut().enumerate() {
+            for (i, number) in axis.0.iter_mut().enumerate() {
+                put(number, pose.rotation[(i, j)]);
+            }
         }
-        for (chain, from) in self.chains.iter_mut().zip(&case.state.chains) {
-            for (number, &value) in chain.coordinates.iter_mut().zip(&from.coordinates) {
+        for (i, number) in self.platform.origin.0.iter_mut().enumerate() {
+            put(number, pose.translation[i]);
+        }
+        for (chain, from) in pairs(&mut self.chains, &case.state.chains) {
+            for (number, &value) in pairs(&mut chain.coordinates, &from.coordinates) {
                 put(number, value);
             }
-            let Screw { linear, angular } = &mut chain.wrench;
-            for (number, value) in linear.0.iter_mut().chain(&mut angular.0).zip(from.wrench.to_array()) {
-                put(number, value);
+            for i in 0..3 {
+                put(&mut chain.wrench.linear.0[i], from.wrench.force[i]);
+                put(&mut chain.wrench.angular.0[i], from.wrench.moment[i]);
             }
         }
         self.is_linearised &= !is_new;
@@ -172,7 +176,7 @@ impl<R: Real> LaneSolver<R> {
             || {
                 self.condensed = R::ALL;
                 for (((system, chain), own), residual) in
-                    self.systems.iter_mut().zip(&machine.chains).zip(&self.chains).zip(&mut self.residuals)
+                    pairs(pairs(pairs(&mut self.systems, &machine.chains), &self.chains), &mut self.residuals)
                 {
                     system.fill(chain, &self.drives[own.drives.clone()], &own.coordinates, own.wrench, &self.platform);
                     *residual = system.residual(machine.reach);
@@ -202,11 +206,12 @@ impl<R: Real> LaneSolver<R> {
             tasks.sizes[lane] = task.size();
             let Some(square) = SquareTask::new(&task, self.drives.len()) else { continue };
             tasks.fitting |= 1 << lane;
-            let rows = tasks.square.slope.iter_mut().zip(&square.slope);
-            for (number, &value) in rows.flat_map(|(row, from)| row.iter_mut().zip(from)) {
-                number.set_lane(lane, value);
+            for (row, from) in pairs(&mut tasks.square.slope, &square.slope) {
+                for (number, &value) in pairs(row, from) {
+                    number.set_lane(lane, value);
+                }
             }
-            for (number, &value) in tasks.square.error.iter_mut().zip(&square.error) {
+            for (number, &value) in pairs(&mut tasks.square.error, &square.error) {
                 number.set_lane(lane, value);
             }
         }
@@ -224,7 +229,7 @@ impl<R: Real> LaneSolver<R> {
     ) -> [R; 6] {
         let mut imbalance = [R::zero(); 6];
         for (lane, case) in cases.iter().enumerate() {
-            for (number, value) in imbalance.iter_mut().zip(case.load.to_array()) {
+            for (number, value) in pairs(imbalance.iter_mut(), case.load.to_array()) {
                 number.set_lane(lane, value);
             }
         }
@@ -235,12 +240,12 @@ impl<R: Real> LaneSolver<R> {
                 let mut largest_wrench = Screw::from_array(imbalance).wrench_norm(machine.reach);
                 largest_wrench = R::select(largest_wrench.greater(one), largest_wrench, one);
                 let (mut gap, mut force) = (R::zero(), R::zero());
-                for (chain, residual) in self.chains.iter().zip(&self.residuals) {
+                for (chain, residual) in pairs(&self.chains, &self.residuals) {
                     gap = gap.larger(residual.gap);
                     force = force.larger(residual.force);
                     let wrench = chain.wrench.wrench_norm(machine.reach);
                     largest_wrench = R::select(wrench.greater(largest_wrench), wrench, largest_wrench);
-                    for (entry, part) in imbalance.iter_mut().zip(chain.wrench.to_array()) {
+                    for (entry, part) in pairs(imbalance.iter_mut(), chain.wrench.to_array()) {
                         *entry -= part;
                     }
                 }
@@ -292,7 +297,7 @@ impl<R: Real> LaneSolver<R> {
                     turn = turn.larger(component.abs());
                 }
                 let mut slacks = self.rigid.slacks();
-                for (system, own) in self.systems.iter_mut().zip(&self.chains) {
+                for (system, own) in pairs(&mut self.systems, &self.chains) {
                     let (own_slacks, others) = slacks.split_at(system.slack_count());
                     slacks = others;
                     system.substitute(1.0, &twist, &self.drive_step[own.drives.clone()], Some(own_slacks));
@@ -315,20 +320,20 @@ impl<R: Real> LaneSolver<R> {
             #[inline(always)]
             || {
                 let mask = R::mask(active);
-                for (drive, &step) in self.drives.iter_mut().zip(&self.drive_step) {
+                for (drive, &step) in pairs(&mut self.drives, &self.drive_step) {
                     *drive = R::select(mask, *drive + step, *drive);
                 }
-                for (system, own) in self.systems.iter().zip(&mut self.chains) {
+                for (system, own) in pairs(&self.systems, &mut self.chains) {
                     for (coordinate, value) in own.coordinates.iter_mut().enumerate() {
                         *value = R::select(mask, *value + system.coordinate_step(coordinate), *value);
                     }
                     // The chain's step is that of the joint, ρ + θ_a; ρ has taken its part of it.
-                    for (&coordinate, &step) in own.drive_coordinates.iter().zip(&self.drive_step[own.drives.clone()]) {
+                    for (&coordinate, &step) in pairs(&own.drive_coordinates, &self.drive_step[own.drives.clone()]) {
                         let value = own.coordinates[coordinate];
                         own.coordinates[coordinate] = R::select(mask, value - step, value);
                     }
                     let mut wrench = own.wrench.to_array();
-                    for (entry, step) in wrench.iter_mut().zip(system.wrench_step(&twist)) {
+                    for (entry, step) in pairs(wrench.iter_mut(), system.wrench_step(&twist)) {
                         *entry = R::select(mask, *entry + step, *entry);
                     }
                     own.wrench = Screw::from_array(wrench);
@@ -336,7 +341,7 @@ impl<R: Real> LaneSolver<R> {
                 let Frame { axes, origin } = self.platform;
                 let step = Screw::from_array(twist);
                 let turned = self.platform.turned(&rotation_exp(step.angular));
-                for (axis, (turned, old)) in self.platform.axes.iter_mut().zip(turned.into_iter().zip(axes)) {
+                for (axis, (turned, old)) in pairs(&mut self.platform.axes, pairs(turned, axes)) {
                     *axis = Vec3::select(mask, turned, old);
                 }
                 self.platform.origin = Vec3::select(mask, origin + step.linear, origin);
@@ -365,13 +370,12 @@ impl<R: Real> LaneSolver<R> {
         );
         let twists = &self.drive_wrenches;
         let is_good = |lane: usize| (progress.solved & good) >> lane & 1 == 1;
-        outcomes.extend(cases.iter_mut().enumerate().map(|(lane, case)| {
-            is_good(lane).then(|| {
+        for (lane, case) in cases.iter_mut().enumerate() {
+            outcomes.push(is_good(lane).then(|| {
                 self.store(lane, case);
-                let of_lane = |rows: &Square<R>| rows.map(|row| row.map(|entry| entry.lane(lane)));
-                let compliance = of_lane(&compliance);
+                let compliance = platform::of_lane(&compliance, lane);
                 let stiffness = if self.rigid.is_empty() {
-                    Some(of_lane(&self.tangent))
+                    Some(platform::of_lane(&self.tangent, lane))
                 } else {
                     platform::stiffness(&compliance, machine.reach, self.rigid.slack_compliance())
                 };
@@ -384,21 +388,25 @@ impl<R: Real> LaneSolver<R> {
                     compliance: Some(platform::matrix(&compliance)),
                     drive_sensitivity: Matrix6xX::from_fn(twists.len(), |i, j| twists[j][i].lane(lane)),
                 }
-            })
-        }));
+            }));
+        }
     }
 
     /// Writes the state and the drives of a lane.
     fn store(&self, lane: usize, case: &mut Case<'_>) {
-        for (value, number) in case.drives.iter_mut().zip(&self.drives) {
+        for (value, number) in pairs(&mut *case.drives, &self.drives) {
             *value = number.lane(lane);
         }
         case.state.pose = self.platform.lane(lane);
-        for (to, chain) in case.state.chains.iter_mut().zip(&self.chains) {
-            for (value, number) in to.coordinates.iter_mut().zip(&chain.coordinates) {
+        for (to, chain) in pairs(&mut case.state.chains, &self.chains) {
+            for (value, number) in pairs(&mut to.coordinates, &chain.coordinates) {
                 *value = number.lane(lane);
             }
-            to.wrench = Wrench::new(chain.wrench.to_array().map(|number| number.lane(lane)));
+            let mut wrench = [0.0; 6];
+            for (value, number) in pairs(&mut wrench, chain.wrench.to_array()) {
+                *value = number.lane(lane);
+            }
+            to.wrench = Wrench::new(wrench);
         }
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::Matrix6;
 
 use super::{chain_system::ChainSystem, rigid_directions::RigidDirections, task::TaskError};
-use crate::lanes::{Real, solve};
+use crate::lanes::{Real, pairs, solve, subtract};
 
 /// A matrix by rows.
 pub(super) type Square<R> = [[R; 6]; 6];
@@ -11,6 +11,28 @@ pub(super) type Square<R> = [[R; 6]; 6];
 /// `rows` as a matrix.
 pub(super) fn matrix(rows: &Square<f64>) -> Matrix6<f64> {
     Matrix6::from_fn(|i, j| rows[i][j])
+}
+
+/// `matrix` by rows.
+pub(super) fn rows(matrix: &Matrix6<f64>) -> Square<f64> {
+    let mut rows = [[0.0; 6]; 6];
+    for (i, row) in rows.iter_mut().enumerate() {
+        for (j, entry) in row.iter_mut().enumerate() {
+            *entry = matrix[(i, j)];
+        }
+    }
+    rows
+}
+
+/// The numbers of `rows` in `lane`.
+pub(super) fn of_lane<R: Real>(rows: &Square<R>, lane: usize) -> Square<f64> {
+    let mut own = [[0.0; 6]; 6];
+    for (own, row) in pairs(&mut own, rows) {
+        for (entry, number) in pairs(own, row) {
+            *entry = number.lane(lane);
+        }
+    }
+    own
 }
 
 /// Tangent stiffness `Σ K_i − ½ [m_i]×` of the platform from condensed chains: the change of the applied wrench per twist.
@@ -37,11 +59,12 @@ pub(super) fn tangent<R: Real>(chains: &[ChainSystem<R>]) -> Square<R> {
 pub(super) fn right_hand_side<R: Real>(chains: &[ChainSystem<R>], imbalance: &[R; 6]) -> [R; 6] {
     let mut right = *imbalance;
     for chain in chains {
-        for (entry, held) in right.iter_mut().zip(chain.held_wrench()) {
-            *entry -= held;
+        let (held, moment) = (chain.held_wrench(), chain.closure_moment());
+        for i in 0..6 {
+            right[i] -= held[i];
         }
-        for (entry, moment) in right[3..].iter_mut().zip(chain.closure_moment().0) {
-            *entry -= moment;
+        for i in 0..3 {
+            right[3 + i] -= moment.0[i];
         }
     }
     right
@@ -87,7 +110,7 @@ pub(super) fn drive_twists<R: Real>(
     }
     for column in twists {
         let wrench = *column;
-        for (entry, row) in column.iter_mut().zip(compliance) {
+        for (entry, row) in pairs(column.iter_mut(), compliance) {
             *entry = -dot(row, &wrench);
         }
     }
@@ -96,8 +119,8 @@ pub(super) fn drive_twists<R: Real>(
 #[inline(always)]
 pub(super) fn dot<R: Real>(a: &[R; 6], b: &[R; 6]) -> R {
     let mut sum = R::zero();
-    for (&a, &b) in a.iter().zip(b) {
-        sum += a * b;
+    for i in 0..6 {
+        sum += a[i] * b[i];
     }
     sum
 }
@@ -113,8 +136,8 @@ pub(super) struct SquareTask<R> {
 impl SquareTask<f64> {
     /// `None` unless `task` has as many coordinates as there are drives.
     pub fn new(task: &TaskError, drive_count: usize) -> Option<Self> {
-        let slope = std::array::from_fn(|i| std::array::from_fn(|j| task.slope[(i, j)]));
-        (task.count == drive_count).then(|| Self { count: task.count, error: task.error.into(), slope })
+        let own = || Self { count: task.count, error: task.error.into(), slope: rows(&task.slope) };
+        (task.count == drive_count).then(own)
     }
 }
 
@@ -148,9 +171,7 @@ pub(super) fn step_to_task<R: Real>(
     let mut step = twists[0];
     for (drive, motion) in drive_step.iter_mut().enumerate() {
         *motion = wanted[0][drive];
-        for (entry, &by_drive) in step.iter_mut().zip(&twists[1 + drive]) {
-            *entry -= by_drive * *motion;
-        }
+        subtract(&mut step, *motion, &twists[1 + drive]);
     }
     rigid.combine_task_slacks(drive_step);
     (step, regular & controllable)
@@ -187,9 +208,7 @@ pub(super) fn definite_beyond<R: Real>(tangent: &Square<R>, reach: f64, share: f
         let inverse = R::splat(1.0) / pivot_row[k];
         for (i, row) in upper.iter_mut().enumerate().skip(k + 1) {
             let factor = pivot_row[i] * inverse;
-            for (entry, &value) in row[i..].iter_mut().zip(&pivot_row[i..]) {
-                *entry -= factor * value;
-            }
+            subtract(&mut row[i..], factor, &pivot_row[i..]);
         }
     }
     definite
@@ -246,7 +265,7 @@ fn inverse<R: Real>(matrix: Square<R>) -> (Square<R>, u8) {
     let regular = solve(matrix, 6, &mut columns);
     let mut rows = columns;
     for (i, row) in rows.iter_mut().enumerate() {
-        for (entry, column) in row.iter_mut().zip(&columns) {
+        for (entry, column) in pairs(row.iter_mut(), &columns) {
             *entry = column[i];
         }
     }

@@ -15,7 +15,7 @@ use super::{
     chain_system::ChainSystem,
     platform::{self, Square, dot},
 };
-use crate::lanes::{Real, solve};
+use crate::lanes::{Real, clear, pairs, solve, subtract};
 
 /// A pivot of S above this fraction of `1/s` is regular, one below [`DEPENDENT`] of it is zero.
 const REGULAR: f64 = 1e-7;
@@ -86,8 +86,8 @@ impl<R: Real> RigidDirections<R> {
         }
         self.responses.copy_from_slice(&self.wrenches);
         let mut good = platform::plainly_definite(tangent, reach) & solve(*tangent, 6, &mut self.responses);
-        for (row, wrench) in self.factor.chunks_exact_mut(count).zip(&self.wrenches) {
-            for (entry, response) in row.iter_mut().zip(&self.responses) {
+        for (row, wrench) in pairs(self.factor.chunks_exact_mut(count), &self.wrenches) {
+            for (entry, response) in pairs(row.iter_mut(), &self.responses) {
                 *entry = dot(wrench, response);
             }
         }
@@ -111,9 +111,7 @@ impl<R: Real> RigidDirections<R> {
             for row in below.chunks_exact_mut(count) {
                 let factor = row[k] * self.inverse[k];
                 row[k] = factor;
-                for (entry, &value) in row[k + 1..].iter_mut().zip(&pivot_row[k + 1..]) {
-                    *entry -= factor * value;
-                }
+                subtract(&mut row[k + 1..], factor, &pivot_row[k + 1..]);
             }
         }
         good
@@ -123,7 +121,7 @@ impl<R: Real> RigidDirections<R> {
     #[inline(always)]
     fn respond(&self, twist: &mut [R; 6], slacks: &mut [R]) {
         let count = self.count();
-        for (slack, wrench) in slacks.iter_mut().zip(&self.wrenches) {
+        for (slack, wrench) in pairs(slacks.iter_mut(), &self.wrenches) {
             *slack += dot(wrench, twist);
         }
         for k in 0..count {
@@ -135,13 +133,13 @@ impl<R: Real> RigidDirections<R> {
         for k in (0..count).rev() {
             let mut rest = slacks[k];
             let row = &self.factor[k * count..][..count];
-            for (&entry, &known) in row[k + 1..].iter().zip(&slacks[k + 1..]) {
+            for (&entry, &known) in pairs(&row[k + 1..], &slacks[k + 1..]) {
                 rest -= entry * known;
             }
             slacks[k] = rest * self.inverse[k];
         }
-        for (response, &slack) in self.responses.iter().zip(&*slacks) {
-            for (entry, &part) in twist.iter_mut().zip(response) {
+        for (response, &slack) in pairs(&self.responses, &*slacks) {
+            for (entry, &part) in pairs(twist.iter_mut(), response) {
                 *entry -= part * slack;
             }
         }
@@ -195,7 +193,7 @@ impl<R: Real> RigidDirections<R> {
         for chain in chains {
             for drive in 0..chain.drive_count() {
                 let slacks = &mut slacks[column * count..][..count];
-                slacks.fill(R::zero());
+                clear(slacks);
                 for slack in 0..chain.slack_count() {
                     slacks[first + slack] = -chain.slack_force(slack, Some(drive));
                 }
@@ -215,12 +213,12 @@ impl<R: Real> RigidDirections<R> {
         let mut slacks = std::mem::take(&mut self.slacks);
         for j in 0..6 {
             let mut twist = [R::zero(); 6];
-            for (entry, row) in twist.iter_mut().zip(&*compliance) {
+            for (entry, row) in pairs(twist.iter_mut(), &*compliance) {
                 *entry = row[j];
             }
-            slacks.fill(R::zero());
+            clear(&mut slacks);
             self.respond(&mut twist, &mut slacks);
-            for (row, entry) in compliance.iter_mut().zip(twist) {
+            for (row, entry) in pairs(compliance.iter_mut(), twist) {
                 row[j] = entry;
             }
         }

@@ -19,6 +19,11 @@ pub struct TaskError {
 impl TaskError {
     /// Length of the error in mm, rotations taken at the machine's reach.
     pub fn size(&self) -> f64 {
-        self.error.component_mul(&self.lever).norm()
+        let mut square = 0.0;
+        for i in 0..6 {
+            let length = self.error[i] * self.lever[i];
+            square += length * length;
+        }
+        square.sqrt()
     }
 }

@@ -18,7 +18,7 @@
 
 use super::bordered::Bordered;
 use crate::{
-    lanes::Real,
+    lanes::{Real, clear, copy, pairs, subtract},
     machine::{Chain, Machine, Motion, MoveScrew, SpringLaw},
 };
 
@@ -158,15 +158,16 @@ impl<R: Real> Transmission<R> {
     fn take_closure(&mut self, matrix: &Bordered<R>, wrench_row: usize, rhs: usize) {
         let (one, reach) = (R::splat(1.0), R::splat(self.scale.reach));
         let levers = [one, one, one, reach, reach, reach];
-        let sources = self.given.iter().chain(&self.staying).copied().chain([rhs]);
-        let mut columns = self.columns.iter_mut();
-        for (source, column) in sources.zip(&mut columns) {
+        let given = self.given.len();
+        let (columns, twists) = self.columns.split_at_mut(given + self.staying.len() + 1);
+        for (k, column) in columns.iter_mut().enumerate() {
+            let source = if k < given { self.given[k] } else { self.staying.get(k - given).map_or(rhs, |&row| row) };
             for (i, entry) in column.iter_mut().enumerate() {
                 let row = wrench_row + i;
                 *entry = matrix.get(row.min(source), row.max(source)) * levers[i];
             }
         }
-        for (k, column) in columns.enumerate() {
+        for (k, column) in twists.iter_mut().enumerate() {
             *column = [R::zero(); 6];
             column[k] = -levers[k];
         }
@@ -196,13 +197,11 @@ impl<R: Real> Transmission<R> {
             let weight = R::splat(1.0) / (norm * (norm + head.abs()));
             for other in others {
                 let mut along = R::zero();
-                for (&mirror, &entry) in column[j..].iter().zip(&other[j..]) {
+                for (&mirror, &entry) in pairs(&column[j..], &other[j..]) {
                     along += mirror * entry;
                 }
                 along = along * weight;
-                for (&mirror, entry) in column[j..].iter().zip(&mut other[j..]) {
-                    *entry -= along * mirror;
-                }
+                subtract(&mut other[j..], along, &column[j..]);
             }
             column[j] = diagonal;
             self.inverse[j] = R::splat(1.0) / diagonal;
@@ -229,7 +228,7 @@ impl<R: Real> Transmission<R> {
             let mut motion = [R::zero(); 6];
             for i in (0..given).rev() {
                 let mut rest = column[i];
-                for (later, &moved) in self.columns[i + 1..given].iter().zip(&motion[i + 1..]) {
+                for (later, &moved) in pairs(&self.columns[i + 1..given], &motion[i + 1..]) {
                     rest += later[i] * moved;
                 }
                 motion[i] = -(rest * self.inverse[i]);
@@ -310,13 +309,13 @@ impl<R: Real> Transmission<R> {
         let (given, staying) = (self.given.len(), self.staying.len());
         let (slack_row, rhs) = (self.slack_row(), self.rhs_column());
         let twist = rhs + 1 + self.drive_count;
-        self.solution[rhs..].fill(R::zero());
+        clear(&mut self.solution[rhs..]);
         self.solution[rhs] = R::splat(residual);
-        self.solution[rhs + 1..][..drives.len()].copy_from_slice(drives);
-        self.solution[twist..].copy_from_slice(dt);
+        copy(&mut self.solution[rhs + 1..], drives);
+        copy(&mut self.solution[twist..], dt);
         match slacks {
             Some(slacks) => {
-                self.solution[slack_row..rhs].copy_from_slice(slacks);
+                copy(&mut self.solution[slack_row..rhs], slacks);
                 self.reduced.back_substitute(slack_row, &mut self.solution);
             }
             None => self.reduced.back_substitute(rhs, &mut self.solution),
@@ -341,16 +340,16 @@ impl<R: Real> Transmission<R> {
             }
             wrench[i] = -(rest * self.inverse[i]);
         }
-        wrench[given..].copy_from_slice(&self.solution[staying..slack_row]);
-        for (&row, &value) in self.staying.iter().zip(&self.solution) {
+        copy(&mut wrench[given..], &self.solution[staying..slack_row]);
+        for (&row, &value) in pairs(&self.staying, &self.solution) {
             unknowns[row] = value;
         }
-        for (&row, &value) in self.given.iter().zip(&motion) {
+        for (&row, &value) in pairs(&self.given, &motion) {
             unknowns[row] = value;
         }
         for (k, column) in self.columns[given + staying + 1..].iter().enumerate() {
             let mut sum = R::zero();
-            for (&entry, &part) in column.iter().zip(&wrench) {
+            for (&entry, &part) in pairs(column.iter(), &wrench) {
                 sum -= entry * part;
             }
             unknowns[wrench_row + k] = sum;

@@ -1,11 +1,12 @@
 //! The closure equations of a machine with what is commanded, and the damped Newton iteration that solves them.
 
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Vector3};
 
 use super::{Configuration, Unreachable};
 use crate::{
+    lanes::{dot, subtract},
     machine::{Chain, Coordinate, Machine, Motion, MoveScrew},
-    spatial::{Pose, rotation_exp, rotation_log},
+    spatial::{Pose, product, rotation_exp, rotation_log},
 };
 
 /// Largest closure error accepted, as a fraction of the machine's reach.
@@ -112,7 +113,7 @@ impl<'a> Closure<'a> {
             let end = chain.forward(&self.values, &mut self.screws);
             let row = 6 * c;
             let gap = end.translation - at.pose.translation;
-            let turn = rotation_log(&(end.rotation * at.pose.rotation.transpose())) * reach;
+            let turn = rotation_log(&product(&end.rotation, &at.pose.rotation.transpose())) * reach;
             self.residual.fixed_rows_mut::<3>(row).copy_from(&gap);
             self.residual.fixed_rows_mut::<3>(row + 3).copy_from(&turn);
             for i in 0..6 {
@@ -148,7 +149,7 @@ impl<'a> Closure<'a> {
                 }
             }
             Command::Task(target) => {
-                let turn = rotation_log(&(target.rotation.transpose() * at.pose.rotation));
+                let turn = rotation_log(&product(&target.rotation.transpose(), &at.pose.rotation));
                 for (row, coordinate) in self.machine.controls.iter().enumerate() {
                     match *coordinate {
                         Coordinate::Translation(axis) => {
@@ -215,14 +216,14 @@ impl<'a> Closure<'a> {
         for i in 0..normal.nrows() {
             normal[(i, i)] += level;
         }
-        Some(normal.cholesky()?.solve(&(transposed * -&self.residual)))
+        Some(factorised(normal)?.solve(&(transposed * -&self.residual)))
     }
 
     pub fn advance(&self, at: &mut Configuration, step: &DVector<f64>) {
         let translation: Vector3<f64> = step.fixed_rows::<3>(0).into();
         let rotation: Vector3<f64> = step.fixed_rows::<3>(3).into();
         at.pose.translation += translation;
-        at.pose.rotation = rotation_exp(rotation / self.machine.reach) * at.pose.rotation;
+        at.pose.rotation = product(&rotation_exp(rotation / self.machine.reach), &at.pose.rotation);
         let joints = at.drives.iter_mut().chain(at.passive.iter_mut().flatten());
         for ((value, motion), step) in joints.zip(self.motions()).zip(step.iter().skip(6)) {
             *value += step / self.unit(motion);
@@ -266,13 +267,14 @@ impl<'a> Closure<'a> {
             if self.jacobian.nrows() < self.jacobian.ncols() {
                 return false;
             }
-            let (basis, triangle) = self.jacobian.clone().qr().unpack();
-            let pivots = triangle.diagonal();
+            let mut triangle = self.jacobian.clone();
+            self.linearise(to, after);
+            let mut projected = self.jacobian.clone();
+            let pivots = make_triangular(&mut triangle, &mut projected);
             if is_singular(&pivots) {
                 return !self.is_singular_at_home(before);
             }
-            self.linearise(to, after);
-            let projected = basis.transpose() * &self.jacobian;
+            projected.resize_vertically_mut(pivots.len(), 0.0);
             projected.determinant() * pivots.iter().map(|p| p.signum()).product::<f64>() < 0.0
         })
     }
@@ -299,6 +301,51 @@ impl<'a> Closure<'a> {
             _ => Unreachable::OtherMode,
         }
     }
+}
+
+/// Lower triangle of a symmetric matrix; `None` unless it is positive definite. Operation by operation that of nalgebra, whose
+/// inner functions are not inlined.
+fn factorised(mut matrix: DMatrix<f64>) -> Option<Cholesky<f64, Dyn>> {
+    let size = matrix.nrows();
+    for j in 0..size {
+        let (earlier, column) = matrix.as_mut_slice().split_at_mut(j * size);
+        let column = &mut column[j..size];
+        for other in earlier.chunks_exact(size) {
+            subtract(column, other[j], &other[j..]);
+        }
+        if column[0].is_nan() || column[0] <= 0.0 {
+            return None;
+        }
+        column[0] = column[0].sqrt();
+        for i in 1..column.len() {
+            column[i] /= column[0];
+        }
+    }
+    Some(Cholesky::pack_dirty(matrix))
+}
+
+/// Turns the columns of `matrix` so that it becomes an upper triangle, and those of `other` along with them; the diagonal.
+/// As nalgebra's decomposition, whose inner functions are not inlined; what is below the triangle holds no numbers.
+fn make_triangular(matrix: &mut DMatrix<f64>, other: &mut DMatrix<f64>) -> DVector<f64> {
+    let (rows, count) = matrix.shape();
+    let mut pivots = DVector::zeros(count);
+    for j in 0..count {
+        let (first, later) = matrix.as_mut_slice().split_at_mut((j + 1) * rows);
+        let mirror = &mut first[j * rows + j..];
+        let (head, norm) = (mirror[0], dot(mirror, mirror).sqrt());
+        if norm == 0.0 {
+            continue;
+        }
+        let diagonal = if head > 0.0 { -norm } else { norm };
+        mirror[0] = head - diagonal;
+        let weight = 1.0 / (norm * (norm + head.abs()));
+        for column in later.chunks_exact_mut(rows).chain(other.as_mut_slice().chunks_exact_mut(rows)) {
+            let along = weight * dot(mirror, &column[j..]);
+            subtract(&mut column[j..], along, mirror);
+        }
+        pivots[j] = diagonal;
+    }
+    pivots
 }
 
 /// Whether the triangle with these diagonal entries has a pivot that is zero.
