@@ -27,6 +27,7 @@ mod jacobians;
 mod kinematics;
 mod labels;
 mod lanes;
+mod library;
 mod list_lengths;
 mod new_study;
 mod own_files;

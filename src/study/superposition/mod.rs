@@ -198,6 +198,16 @@ pub fn run_map(
     done.map_or(Ok(()), take)
 }
 
+/// Computes the grid points with these indices, in grid order, in parallel on the current rayon pool; indices beyond the grid
+/// give no points.
+///
+/// # Errors
+/// Of `work`.
+pub fn run_range(study: &SuperpositionStudy, indices: Range<usize>, work: &Work) -> error::Result<Vec<DeparturePoint>> {
+    let indices = indices.start.min(study.grid.len())..indices.end.min(study.grid.len());
+    map_part(study, &study.machine.with_errors(&study.errors), indices, work)
+}
+
 /// The grid points with these indices; `real` is the machine with its errors.
 fn map_part(
     study: &SuperpositionStudy,
