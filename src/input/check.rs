@@ -15,7 +15,7 @@ pub const LARGEST: f64 = 1e18;
 const LONGEST_IN_A_FILE_NAME: usize = 100;
 
 /// A name as part of a file name: letters and digits, the rest as underscores.
-pub(crate) fn file_stem(name: &str) -> String {
+pub fn file_stem(name: &str) -> String {
     let kept: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { ' ' }).collect();
     kept.split_whitespace().collect::<Vec<_>>().join("_")
 }
@@ -165,7 +165,7 @@ impl Check {
     }
 
     /// A name that gives other files than those before, also where files are not told apart by case.
-    pub(crate) fn unique_file<'a>(&self, name: &str, mut others: impl Iterator<Item = &'a str>) -> Result<()> {
+    pub fn unique_file<'a>(&self, name: &str, mut others: impl Iterator<Item = &'a str>) -> Result<()> {
         self.short(name)?;
         match others.find(|other| file_stem(other).eq_ignore_ascii_case(&file_stem(name))) {
             None => Ok(()),

@@ -45,7 +45,7 @@ pub(crate) fn bounded(file: &Path, most: u64) -> Result<Vec<u8>> {
 }
 
 /// Whether `file`, by this name or another, was read as an input since the program began.
-pub(crate) fn is_input(file: &Path) -> bool {
+pub fn is_input(file: &Path) -> bool {
     file.canonicalize().is_ok_and(|file| inputs().contains(&file))
 }
 

@@ -54,7 +54,7 @@ impl Inputs {
     }
 
     /// The first difference of these inputs from those `before`, in words; `None` if they are the same.
-    pub(crate) fn change_since(&self, before: &Inputs) -> Option<String> {
+    pub fn change_since(&self, before: &Inputs) -> Option<String> {
         if !self.0.iter().map(|(name, _)| name).eq(before.0.iter().map(|(name, _)| name)) {
             return Some(format!("its inputs were {}, they are {}", before.names(), self.names()));
         }
