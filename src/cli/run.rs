@@ -29,7 +29,8 @@ Examples:
   kinetostat run studies/*                                     (all of them, one after another)
   kinetostat run studies/01_workspace_map --grid 21            (21 points along each axis)
   kinetostat run studies/01_workspace_map --grid 5,5,3 --out /tmp/quick --threads 1
-  kinetostat run studies/01_workspace_map --format csv,parquet,vti --colours cividis
+  kinetostat run studies/01_workspace_map --colours cividis
+  kinetostat run studies/01_workspace_map --format csv,parquet,vti  (built with --features parquet,vtk)
   kinetostat run studies/01_workspace_map --grid 101 --resume  (go on where Ctrl-C, or a power cut, stopped it)
   kinetostat run studies/* --progress json --log night.log 2> progress.jsonl
 
