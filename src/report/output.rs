@@ -48,10 +48,9 @@ pub struct Output {
     pub settings: Value,
     /// How many rows ended how.
     pub statuses: Vec<StatusCount>,
-    /// Whether rows that are not solved make the answer rest on part of the work, which it then says first.
-    pub rests_on_rows: bool,
-    /// Whether there is an answer.
-    pub is_answered: bool,
+    /// Whether there is an answer, where rows that are not solved do not decide it. Where they do (`None`), an answer rests on
+    /// part of the work if there are any, and then says so first.
+    pub is_answered: Option<bool>,
     /// Tables by name, without the ending that a format gives them.
     pub tables: Vec<(String, Table)>,
     /// Files of tables that were written while they were computed, and those tables without rows.
@@ -69,6 +68,11 @@ pub struct Output {
 }
 
 impl Output {
+    /// Whether everything that was asked is answered.
+    pub(crate) fn is_complete(&self) -> bool {
+        self.is_answered.unwrap_or_else(|| self.statuses.iter().all(StatusCount::is_solved))
+    }
+
     /// Says first, in the answer and its summary, how many rows it does not rest on.
     fn say_unsolved(&mut self) {
         let statuses = &self.statuses;
@@ -88,7 +92,7 @@ impl Output {
     /// # Errors
     /// A figure, a page or a file that cannot be made; then nothing has taken the place of another.
     pub(crate) fn write(&mut self, run: &Run<'_>, colours: Colours, mut manifest: Manifest) -> Result<Vec<PathBuf>> {
-        if self.rests_on_rows {
+        if self.is_answered.is_none() {
             self.say_unsolved();
         }
         let Run { out, formats, .. } = *run;

@@ -219,7 +219,8 @@ impl FolderRun<'_> {
             publishing: false,
         };
         let files = output.write(&run, options.colours, manifest)?;
-        Ok(Finished { answer: output.answer, is_complete: output.is_answered, statuses: output.statuses, files })
+        let is_complete = output.is_complete();
+        Ok(Finished { answer: output.answer, is_complete, statuses: output.statuses, files })
     }
 
     /// The main files of the study. The others are held against the folder before the first of all is written.

@@ -57,8 +57,10 @@ pub(super) fn acting(given: &Given<'_>, own: OwnKeys) -> Result<Acting> {
         return given.check.key("phi_step_deg").fail("belongs in the [milling] table in schema 1".into());
     }
     let check = top.key("milling");
+    let MillingSpec { radial_force, tangential_force, axial_force, law, .. } = *spec;
+    let force = MillingForce { radial: radial_force, tangential: tangential_force, axial: axial_force, law };
     Ok(Acting {
-        force: milling(spec, &check)?,
+        force: force.checked(&check)?,
         phis: tool_angles(spec.phi_step_deg.unwrap_or(PHI_STEP_DEG), &check.key("phi_step_deg"))?,
         errors: chain_errors(given.header.chain_error.as_deref().unwrap_or_default(), &given.machine, &top)?,
         target: own.compensate.unwrap_or_default(),
@@ -91,15 +93,6 @@ fn of_process(given: &Given<'_>, own: &OwnKeys) -> Result<Acting> {
         errors: process.errors,
         target: process.target,
         inputs: process.inputs,
-    })
-}
-
-fn milling(spec: &MillingSpec, check: &Check) -> Result<MillingForce> {
-    Ok(MillingForce {
-        radial: check.key("radial_force_N").finite_scalar(spec.radial_force)?,
-        tangential: check.key("tangential_force_N").finite_scalar(spec.tangential_force)?,
-        axial: check.key("axial_force_N").finite_scalar(spec.axial_force)?,
-        law: spec.law,
     })
 }
 

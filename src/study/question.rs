@@ -179,10 +179,14 @@ impl Given<'_> {
     /// The place of the process that [`Given::process`] gives for `own`.
     pub(crate) fn process_place(&self, own: Option<&str>) -> Check {
         match (own, &self.header.process) {
-            (Some(file), _) => Check::new(&self.folder.path(file).display().to_string()),
-            (None, Some(ProcessRef::File(file))) => Check::new(&self.folder.path(file).display().to_string()),
+            (Some(file), _) => self.place_of(file),
+            (None, Some(ProcessRef::File(file))) => self.place_of(file),
             (None, _) => self.check.root().key("process"),
         }
+    }
+
+    fn place_of(&self, file: &str) -> Check {
+        Check::new(&self.folder.path(file).display().to_string())
     }
 
     /// Refuses a key of schema 1 that stands at `check` of a study of schema 2. `instead` is what it is now.

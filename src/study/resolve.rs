@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::spec::{Header, ProcessRef, SCHEMA, SCHEMAS};
+use super::spec::{Header, SCHEMA, SCHEMAS};
 use crate::{
     input::{Folder, check::Check, error::Result},
     machine::{Machine, catalogue},
@@ -23,23 +23,16 @@ pub(super) fn header(header: &Header, folder: &Folder, check: &Check) -> Result<
 
 /// Refuses keys of the other schema.
 fn dialect(header: &Header, check: &Check) -> Result<()> {
-    let given = |key: &'static str, is_given: bool| is_given.then_some(key);
     if header.schema != SCHEMA {
-        return match header.process {
-            Some(ProcessRef::File(_) | ProcessRef::Tables(_)) => {
-                let problem = format!("is a key of schema {SCHEMA}; `kinetostat upgrade` rewrites a file of schema 1");
-                check.key("process").fail(problem)
-            }
-            None => Ok(()),
-        };
+        let problem = format!("is a key of schema {SCHEMA}; `kinetostat upgrade` rewrites a file of schema 1");
+        return if header.process.is_some() { check.key("process").fail(problem) } else { Ok(()) };
     }
-    let old = given("milling", header.milling.is_some()).zip(Some("[process.force.path_frame]")).or(given(
-        "chain_error",
-        header.chain_error.is_some(),
-    )
-    .zip(Some("[[process.chain_error]]")));
-    match old {
-        Some((key, now)) => check.key(key).fail(format!("is a key of schema 1; expected {now} in schema {SCHEMA}")),
+    let old = [
+        ("milling", header.milling.is_some(), "[process.force.path_frame]"),
+        ("chain_error", header.chain_error.is_some(), "[[process.chain_error]]"),
+    ];
+    match old.iter().find(|(_, is_given, _)| *is_given) {
+        Some((key, _, now)) => check.key(key).fail(format!("is a key of schema 1; expected {now} in schema {SCHEMA}")),
         None => Ok(()),
     }
 }

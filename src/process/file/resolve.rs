@@ -114,13 +114,19 @@ fn force(spec: &ForceSpec, folder: &Folder, check: &Check) -> Result<(CuttingLaw
 }
 
 fn path_frame(spec: &PathFrameSpec, check: &Check) -> Result<CuttingLaw> {
-    let force = MillingForce {
-        radial: check.key("radial_force_N").finite_scalar(spec.radial_force)?,
-        tangential: check.key("tangential_force_N").finite_scalar(spec.tangential_force)?,
-        axial: check.key("axial_force_N").finite_scalar(spec.axial_force)?,
-        law: spec.law,
-    };
-    Ok(CuttingLaw::PathFrame(PathFrame { force }))
+    let PathFrameSpec { radial_force, tangential_force, axial_force, law } = *spec;
+    let force = MillingForce { radial: radial_force, tangential: tangential_force, axial: axial_force, law };
+    Ok(CuttingLaw::PathFrame(PathFrame { force: force.checked(check)? }))
+}
+
+impl MillingForce {
+    /// The same, if its components, the keys below `check`, are of sensible size.
+    pub(crate) fn checked(self, check: &Check) -> Result<Self> {
+        check.key("radial_force_N").finite_scalar(self.radial)?;
+        check.key("tangential_force_N").finite_scalar(self.tangential)?;
+        check.key("axial_force_N").finite_scalar(self.axial)?;
+        Ok(self)
+    }
 }
 
 fn slot_milling(spec: &SlotMillingSpec, check: &Check) -> Result<CuttingLaw> {

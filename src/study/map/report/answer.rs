@@ -36,8 +36,7 @@ pub fn answer(study: &WorkspaceMapStudy, shown: &Shown, run: &Run<'_>) -> Result
     Ok(Output {
         settings: json!({ "grid": study.grid.counts(), "tool_angles": study.phis.len() }),
         statuses: summary.statuses().to_vec(),
-        rests_on_rows: true,
-        is_answered: summary.statuses().iter().all(|count| count.is_solved()),
+        is_answered: None,
         tables: Vec::new(),
         streamed: (files, vec![("map".into(), columns)]),
         summary: summary.json(),

@@ -38,8 +38,7 @@ pub fn answer(study: &PlacementStudy, run: &Run<'_>) -> Result<Output> {
         }),
         statuses: Manifest::count(results.cells.iter().map(cell_status)),
         // Places where the workpiece cannot be cut are an answer; that there is no other is a failure.
-        rests_on_rows: false,
-        is_answered: results.best.is_some(),
+        is_answered: Some(results.best.is_some()),
         tables,
         streamed: Default::default(),
         summary: summary_json(&results),

@@ -57,8 +57,7 @@ pub fn answer(study: &SuperpositionStudy, shown: &Shown, run: &Run<'_>) -> Resul
             "scales": study.scales,
             "largest_factor": study.largest_factor,
         }),
-        rests_on_rows: true,
-        is_answered: statuses.iter().all(|count| count.is_solved()),
+        is_answered: None,
         statuses,
         tables: vec![
             ("locations".into(), locations_table(&locations)),
