@@ -226,6 +226,24 @@ impl<R: Real> Frame<R> {
         turned
     }
 
+    /// In the axes of O, what is `vector` in those of the frame.
+    #[inline(always)]
+    pub fn outward(&self, vector: Vec3<R>) -> Vec3<R> {
+        combine(&self.axes, vector)
+    }
+
+    /// In the axes of the frame, what is `vector` in those of O.
+    #[inline(always)]
+    pub fn inward(&self, vector: Vec3<R>) -> Vec3<R> {
+        Vec3([self.axes[0].dot(vector), self.axes[1].dot(vector), self.axes[2].dot(vector)])
+    }
+
+    /// Position in O of a point of the frame.
+    #[inline(always)]
+    pub fn place(&self, point: &nalgebra::Vector3<f64>) -> Vec3<R> {
+        self.origin + self.outward(Vec3::splat(point))
+    }
+
     /// Rotation `self · otherᵀ`, as columns.
     #[inline(always)]
     pub fn rotation_from(&self, other: &Self) -> [Vec3<R>; 3] {

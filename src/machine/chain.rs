@@ -1,11 +1,12 @@
-//! A chain: an ordered product of elementary motions from the machine base to the platform; drives and joints, with
-//! the units and words of their positions and forces (`Motion`).
+//! A chain from the machine base to the platform: its route, drives and joints, with the
+//! units and words of their positions and forces (`Motion`).
 
-use nalgebra::SMatrix;
+use nalgebra::{DMatrix, SMatrix};
 
+use super::route::Route;
 use crate::{
-    lanes::{Frame, Real, Screw, Vec3},
-    spatial::{Axis, Pose, Twist},
+    lanes::{Real, pairs},
+    spatial::{Pose, Twist},
 };
 
 /// Kind of an elementary one-parameter motion.
@@ -105,24 +106,6 @@ impl Motion {
     }
 }
 
-/// One factor of the product that a chain is.
-#[derive(Debug, Clone, Copy)]
-pub enum Step {
-    /// A rigid transform.
-    Fixed(Pose),
-    /// An elementary motion by `sign` times the value of a chain coordinate.
-    Move {
-        /// Along or about.
-        motion: Motion,
-        /// Local axis.
-        axis: Axis,
-        /// Index of the coordinate among the chain's coordinates.
-        coordinate: usize,
-        /// +1 or −1.
-        sign: f64,
-    },
-}
-
 /// A drive: an actuated joint, elastic about its commanded position.
 #[derive(Debug, Clone)]
 pub struct Drive {
@@ -199,27 +182,35 @@ impl SpringLaw {
     }
 }
 
+/// How the joints of a chain's drives follow from the coordinates that a pendant shows: `joint = per_shown · shown + offset`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Coupling {
+    /// Motion of each joint (rows) per unit of each shown coordinate.
+    pub per_shown: DMatrix<f64>,
+    /// Position of each joint where all shown coordinates are zero, mm or rad.
+    pub offset: Vec<f64>,
+}
+
 /// A chain from base to platform.
 ///
-/// Its coordinates are the virtual ones θ (drive deflections and link deflections, in order from base to platform)
-/// followed by the passive ones q. The pose of its end is `g(ρ; θ, q) = X_O,end`; the end coincides with P.
+/// Its coordinates are the virtual ones θ (drive deflections and link deflections, in the order of the machine file)
+/// followed by the passive ones q, those of loops among them. The pose of its end is `g(ρ; θ, q) = X_O,end`; the end
+/// coincides with P.
 #[derive(Debug, Clone)]
 pub struct Chain {
     /// Name, unique within the machine.
     pub name: String,
-    /// Pose of the chain's first frame in O.
-    pub base: Pose,
-    /// The product, from base to platform.
-    pub steps: Vec<Step>,
-    /// Pose of P in the chain's last frame.
-    pub attachment: Pose,
+    /// The way from base to platform.
+    pub route: Route,
     /// Number of virtual coordinates.
     pub virtual_count: usize,
     /// Springs of the virtual coordinates, covering each once.
     pub springs: Vec<Spring>,
-    /// Drives, from base to platform.
+    /// Drives, in the order of the machine file.
     pub drives: Vec<Drive>,
-    /// Passive joints, from base to platform; joint `j` has coordinate `virtual_count + j`.
+    /// How the drives' joints follow from what is commanded; `None` where each is commanded alone.
+    pub coupling: Option<Box<Coupling>>,
+    /// Passive joints; joint `j` has coordinate `virtual_count + j`.
     pub passive: Vec<PassiveJoint>,
 }
 
@@ -238,55 +229,55 @@ impl Chain {
         self.virtual_count + self.passive.len()
     }
 
-    /// Number of elementary motions.
-    pub fn move_count(&self) -> usize {
-        self.steps.iter().filter(|step| matches!(step, Step::Move { .. })).count()
-    }
-
     /// Chain coordinate of passive joint `joint`.
     pub fn passive_coordinate(&self, joint: usize) -> usize {
         self.virtual_count + joint
     }
 
-    /// Pose of the chain's end and the screw of each elementary motion.
-    ///
-    /// `values`: one per chain coordinate, drive coordinates with ρ added (mm, rad). `screws`: cleared and refilled in
-    /// chain order.
-    pub fn forward(&self, values: &[f64], screws: &mut Vec<MoveScrew>) -> Pose {
-        screws.clear();
-        let end = self.propagate(values, |coordinate, twist: Screw<f64>| {
-            screws.push(MoveScrew { twist: twist.into(), coordinate });
-        });
-        let end = Pose::from(end);
-        for screw in screws.iter_mut() {
-            screw.twist.linear += screw.twist.angular.cross(&end.translation);
+    /// Motion of the joint of drive `joint` per unit of what drive `drive` is commanded.
+    #[inline]
+    pub fn joint_per_drive(&self, joint: usize, drive: usize) -> f64 {
+        match &self.coupling {
+            Some(coupling) => coupling.per_shown[(joint, drive)],
+            None if joint == drive => 1.0,
+            None => 0.0,
         }
-        end
     }
 
-    /// Pose of the chain's end; `each` is told the coordinate and the twist of each elementary motion in chain order, at
-    /// the point that coincides with O. Seen at the end the twist gains `ω × p_end`.
+    /// Adds where the drives' joints stand, for drives at `drives` (mm, rad), to the chain coordinates `values`.
     #[inline(always)]
-    pub(crate) fn propagate<R: Real>(&self, values: &[R], mut each: impl FnMut(usize, Screw<R>)) -> Frame<R> {
-        let mut frame = Frame::splat(&self.base);
-        for step in &self.steps {
-            match *step {
-                Step::Fixed(transform) => frame = frame.compose(&transform),
-                Step::Move { motion: Motion::Prismatic, axis, coordinate, sign } => {
-                    let linear = frame.axes[axis.index()].scale(R::splat(sign));
-                    each(coordinate, Screw { linear, angular: Vec3::zero() });
-                    frame.translate_along(axis, R::splat(sign) * values[coordinate]);
+    pub(crate) fn add_joints<R: Real>(&self, drives: &[R], values: &mut [R]) {
+        match &self.coupling {
+            None => {
+                for (drive, &rho) in pairs(&self.drives, drives) {
+                    values[drive.coordinate] += rho;
                 }
-                Step::Move { motion: Motion::Revolute, axis, coordinate, sign } => {
-                    let angular = frame.axes[axis.index()].scale(R::splat(sign));
-                    each(coordinate, Screw { linear: frame.origin.cross(angular), angular });
-                    // Springs of a rigid configuration stand at zero.
-                    if !values[coordinate].is_zero() {
-                        frame.rotate_about(axis, R::splat(sign) * values[coordinate]);
+            }
+            Some(coupling) => {
+                for (joint, drive) in self.drives.iter().enumerate() {
+                    let mut position = R::splat(coupling.offset[joint]);
+                    for (shown, &rho) in drives[..self.drives.len()].iter().enumerate() {
+                        position += R::splat(coupling.per_shown[(joint, shown)]) * rho;
                     }
+                    values[drive.coordinate] += position;
                 }
             }
         }
-        frame.compose(&self.attachment)
+    }
+
+    /// Chain coordinates of a rigid configuration: drives at `drives` (mm, rad; the chain's come first), joints at `passive`.
+    pub(crate) fn rigid_values(&self, drives: &[f64], passive: &[f64], values: &mut Vec<f64>) {
+        values.clear();
+        values.resize(self.virtual_count, 0.0);
+        self.add_joints(drives, values);
+        values.extend_from_slice(passive);
+    }
+
+    /// Pose of the chain's end and the screw of each elementary motion of its route.
+    ///
+    /// `values`: one per chain coordinate, drive coordinates with the drives' positions added (mm, rad). `screws`: cleared
+    /// and refilled in order.
+    pub fn forward(&self, values: &[f64], screws: &mut Vec<MoveScrew>) -> Pose {
+        self.route.forward(&Pose::identity(), values, screws, &mut Vec::new())
     }
 }

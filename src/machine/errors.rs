@@ -2,7 +2,7 @@
 
 use nalgebra::Matrix3;
 
-use super::{Chain, Machine, Motion, Step};
+use super::{Chain, Drive, Machine, Motion, Route, Step};
 use crate::spatial::{Pose, Twist};
 
 /// A chain that is turned farther is a mistake of another kind.
@@ -37,7 +37,7 @@ impl ChainError {
     pub fn turn_about_drive_axis(chain: &Chain, angle: f64) -> Self {
         let mut error = Self::default();
         let mut rotation = Matrix3::identity();
-        for step in &chain.steps {
+        for step in &chain.route.steps {
             match *step {
                 Step::Fixed(pose) => rotation *= pose.rotation,
                 Step::Move { coordinate, axis, .. } => {
@@ -46,6 +46,7 @@ impl ChainError {
                         break;
                     }
                 }
+                Step::Frame => {}
             }
         }
         error
@@ -62,22 +63,28 @@ impl ChainError {
     }
 
     fn apply(&self, chain: &mut Chain) {
-        chain.base = chain.base.compose(&frame_error(self.base));
-        chain.attachment = frame_error(self.end).compose(&chain.attachment);
+        let route = &mut chain.route;
+        route.base = route.base.compose(&frame_error(self.base));
+        route.attachment = frame_error(self.end).compose(&route.attachment);
         for (drive, &offset) in chain.drives.iter().zip(&self.drive_offsets) {
-            let joint = chain.steps.iter().enumerate().find_map(|(index, step)| match *step {
-                Step::Move { coordinate, axis, .. } if coordinate == drive.coordinate => Some((index, axis)),
-                _ => None,
-            });
-            if let Some((index, axis)) = joint {
-                let mut shift = Pose::identity();
-                match drive.motion {
-                    Motion::Prismatic => shift.translate_along(axis, offset),
-                    Motion::Revolute => shift.rotate_about(axis, offset),
-                }
-                chain.steps.insert(index, Step::Fixed(shift));
-            }
+            route.for_each(&mut |route| shift_joint(route, drive, offset));
         }
+    }
+}
+
+/// Puts the joint of `drive`, if the route has it, `offset` mm or rad further.
+fn shift_joint(route: &mut Route, drive: &Drive, offset: f64) {
+    let joint = route.steps.iter().enumerate().find_map(|(index, step)| match *step {
+        Step::Move { coordinate, axis, .. } if coordinate == drive.coordinate => Some((index, axis)),
+        _ => None,
+    });
+    if let Some((index, axis)) = joint {
+        let mut shift = Pose::identity();
+        match drive.motion {
+            Motion::Prismatic => shift.translate_along(axis, offset),
+            Motion::Revolute => shift.rotate_about(axis, offset),
+        }
+        route.steps.insert(index, Step::Fixed(shift));
     }
 }
 

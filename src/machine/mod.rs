@@ -13,6 +13,7 @@ mod led_point;
 mod mobility;
 mod redundancy;
 mod resolve;
+mod route;
 mod section;
 mod skeleton;
 pub(crate) mod spec;
@@ -26,12 +27,13 @@ use std::{
 
 use nalgebra::{Matrix3, Vector3};
 
-pub use chain::{Chain, Drive, Motion, MoveScrew, PassiveJoint, Spring, SpringLaw, Step};
+pub use chain::{Chain, Coupling, Drive, Motion, MoveScrew, PassiveJoint, Spring, SpringLaw};
 pub use errors::ChainError;
 pub use kinematics::{Configuration, Unreachable};
 pub use mobility::Mobility;
+pub use route::{Anchor, Loop, Mass, PointSpring, Route, Step};
 pub use section::{Material, Section, beam_stiffness, parallelogram_terms};
-pub use skeleton::{ChainSkeleton, JointMark, Polyline, Skeleton};
+pub use skeleton::{ChainSkeleton, JointMark, MassMark, Polyline, Skeleton};
 pub use task_space::{OutsideWorkspace, UncontrolledDifference};
 
 use crate::{
@@ -66,6 +68,26 @@ pub struct NamedPoint {
     pub name: String,
     /// `p_OP`.
     pub position: Vector3<f64>,
+}
+
+/// What moves with the platform: spindle, holder, tool.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlatformMass {
+    /// kg.
+    pub kilograms: f64,
+    /// Its centre in platform axes, from P, mm.
+    pub at: Vector3<f64>,
+}
+
+/// From where deflections of a machine with weight are measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Zeroed {
+    /// From where it stands under its weight alone: it was zeroed there.
+    AtRest,
+    /// From where it would stand without weight.
+    Weightless,
+    /// From where the rigid model stands, with drives offset so that it stands there at home under its weight.
+    AtHome,
 }
 
 /// An axis-aligned box of positions of P, mm.
@@ -118,6 +140,12 @@ pub struct Model {
     pub controls: Vec<Coordinate>,
     /// Nominal workspace of P.
     pub workspace: WorkspaceBox,
+    /// Acceleration of gravity in O, m/s²: the weight of a kilogram in N.
+    pub gravity: Vector3<f64>,
+    /// Mass that moves with P.
+    pub platform_mass: Option<PlatformMass>,
+    /// From where deflections are measured.
+    pub zeroed: Zeroed,
     /// Named locations of P.
     pub points: Vec<NamedPoint>,
     /// The configuration from which all others are reached.
@@ -183,6 +211,21 @@ impl Machine {
             }
             None => Err(no_machine(&format!("no built-in machine \"{name}\" and no such file"))),
         }
+    }
+
+    /// This machine without weight.
+    pub fn weightless(&self) -> Self {
+        let mut machine = self.clone();
+        if machine.has_weight() {
+            machine.gravity = Vector3::zeros();
+        }
+        machine
+    }
+
+    /// Whether it has a mass, and gravity acts on it.
+    pub fn has_weight(&self) -> bool {
+        let has_mass = self.platform_mass.is_some() || self.chains.iter().any(|chain| chain.route.has_mass());
+        has_mass && self.gravity != Vector3::zeros()
     }
 
     /// Drives of all chains in order, with the index of their chain.

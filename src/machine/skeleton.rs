@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::{Chain, Configuration, Machine, Motion, Step};
+use super::{Anchor, Chain, Configuration, Machine, Motion, Route, Step};
 use crate::spatial::Pose;
 
 /// Positions in O, mm, joined in order.
@@ -33,6 +33,22 @@ pub struct ChainSkeleton {
     pub links: Vec<Polyline>,
     /// Its joints.
     pub joints: Vec<JointMark>,
+    /// Its springs between points, from end to end.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub springs: Vec<Polyline>,
+    /// Its masses.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub masses: Vec<MassMark>,
+}
+
+/// A mass of a chain.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MassMark {
+    /// Where its centre is, mm.
+    pub position_mm: [f64; 3],
+    /// kg.
+    pub kilograms: f64,
 }
 
 /// A joint of a chain.
@@ -69,13 +85,11 @@ impl Machine {
 
     /// The machine's lines in a rigid configuration.
     pub fn rigid_skeleton(&self, at: &Configuration) -> Skeleton {
-        let mut drives = at.drives.iter();
+        let mut first = 0;
         let values = |(chain, passive): (&Chain, &Vec<f64>)| {
-            let mut values = vec![0.0; chain.virtual_count];
-            for (drive, rho) in chain.drives.iter().zip(drives.by_ref()) {
-                values[drive.coordinate] = *rho;
-            }
-            values.extend_from_slice(passive);
+            let mut values = Vec::new();
+            chain.rigid_values(&at.drives[first..], passive, &mut values);
+            first += chain.drives.len();
             values
         };
         let chains: Vec<Vec<f64>> = self.chains.iter().zip(&at.passive).map(values).collect();
@@ -120,18 +134,34 @@ struct Walker<'a> {
 
 impl<'a> Walker<'a> {
     fn walk(chain: &'a Chain, values: &'a [f64]) -> ChainSkeleton {
+        let mut drawn = ChainSkeleton {
+            name: chain.name.clone(),
+            links: Vec::new(),
+            joints: Vec::new(),
+            springs: Vec::new(),
+            masses: Vec::new(),
+        };
+        Self::walk_route(chain, &chain.route, values, &Pose::identity(), &mut drawn);
+        drawn
+    }
+
+    /// Draws a route that starts at `start`, and its loops.
+    fn walk_route(chain: &'a Chain, route: &'a Route, values: &'a [f64], start: &Pose, drawn: &mut ChainSkeleton) {
+        let pose = start.compose(&route.base);
         let mut walker = Self {
             chain,
             values,
-            pose: chain.base,
-            line: vec![chain.base.translation.into()],
+            pose,
+            line: vec![pose.translation.into()],
             links: Vec::new(),
             joints: Vec::new(),
             near: None,
         };
-        for step in &chain.steps {
+        let mut frames = Vec::new();
+        for step in &route.steps {
             match *step {
                 Step::Fixed(transform) => walker.advance(&transform),
+                Step::Frame => frames.push(walker.pose),
                 Step::Move { motion, axis, coordinate, sign } => {
                     let direction = walker.pose.rotation.column(axis.index()).into_owned();
                     let width = walker.parallelogram_width(coordinate);
@@ -150,9 +180,23 @@ impl<'a> Walker<'a> {
                 }
             }
         }
-        walker.advance(&chain.attachment);
+        walker.advance(&route.attachment);
         walker.cut();
-        ChainSkeleton { name: chain.name.clone(), links: walker.links, joints: walker.joints }
+        drawn.links.append(&mut walker.links);
+        drawn.joints.append(&mut walker.joints);
+        let place = |anchor: &Anchor| match anchor.frame {
+            Some(frame) => frames[frame].transform(anchor.at).into(),
+            None => anchor.at.into(),
+        };
+        drawn.springs.extend(route.point_springs.iter().map(|spring| vec![place(&spring.from), place(&spring.to)]));
+        let masses = route.masses.iter().map(|mass| MassMark {
+            position_mm: frames[mass.frame].transform(mass.at).into(),
+            kilograms: mass.kilograms,
+        });
+        drawn.masses.extend(masses);
+        for inner in &route.loops {
+            Self::walk_route(chain, &inner.route, values, &frames[inner.from], drawn);
+        }
     }
 
     /// A rigid length.

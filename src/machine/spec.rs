@@ -19,6 +19,12 @@ pub struct MachineSpec {
     pub source: String,
     /// The platform and what it is used for.
     pub platform: PlatformSpec,
+    /// Acceleration of gravity in O; (0, 0, −9.81) if not given.
+    #[serde(rename = "gravity_m_per_s2")]
+    pub gravity: Option<[f64; 3]>,
+    /// Where the machine was when its drives were set to zero error.
+    #[serde(default)]
+    pub zeroed: ZeroedSpec,
     /// The configuration in which the machine is assembled.
     #[serde(default)]
     pub home: HomeSpec,
@@ -44,8 +50,33 @@ pub struct PlatformSpec {
     pub tool_tip_mm: [f64; 3],
     /// Direction from the spindle to the tool tip in platform axes, of any length; from P to the tool tip if not given.
     pub tool_axis: Option<[f64; 3]>,
+    /// What moves with P: spindle, holder, tool; its centre in platform axes.
+    pub mass: Option<MassSpec>,
     /// Task coordinates the drives control.
     pub controls: Vec<CoordinateSpec>,
+}
+
+/// From where deflections are measured.
+#[derive(Debug, Clone, Copy, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum ZeroedSpec {
+    /// From where the machine stands under its weight.
+    #[default]
+    AtRest,
+    /// From where it would stand without weight.
+    Weightless,
+    /// From where the rigid model stands, drives offset so that the tool is there at home.
+    AtHome,
+}
+
+/// A mass: kg, and its centre in the frame reached.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct MassSpec {
+    pub kg: f64,
+    #[serde(default)]
+    pub at_mm: [f64; 3],
 }
 
 /// A task coordinate: a translation of P in O axes or a rotation about the platform's own axes.
@@ -135,6 +166,86 @@ pub enum ElementSpec {
     Link(LinkSpec),
     /// Two parallel bars joined by hinges.
     Parallelogram(ParallelogramSpec),
+    /// Two crossed passive hinges.
+    UniversalJoint(UniversalJointSpec),
+    /// Three crossed passive hinges, about x, y, z.
+    SphericalJoint(SphericalJointSpec),
+    /// A mass that moves with the frame reached.
+    Mass(MassSpec),
+    /// A name for the frame reached, for springs.
+    Frame(String),
+    /// A spring between points of two named frames.
+    Spring(PointSpringSpec),
+    /// Several chains between the frame reached and an inner frame, after which the chain goes on.
+    Module(ModuleSpec),
+}
+
+/// Two crossed passive hinges.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct UniversalJointSpec {
+    pub name: String,
+    pub axes: [AxisSpec; 2],
+    #[serde(default)]
+    pub home_deg: [f64; 2],
+    pub limits_deg: Option<[[f64; 2]; 2]>,
+}
+
+/// Three crossed passive hinges, about x, y, z.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct SphericalJointSpec {
+    pub name: String,
+    #[serde(default)]
+    pub home_deg: [f64; 3],
+    pub limits_deg: Option<[[f64; 2]; 3]>,
+}
+
+/// A spring between two points; its force is `preload + stiffness · (length − free length)`.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct PointSpringSpec {
+    pub name: Option<String>,
+    pub from: AnchorSpec,
+    pub to: AnchorSpec,
+    #[serde(rename = "stiffness_N_per_mm")]
+    pub stiffness: f64,
+    pub free_length_mm: f64,
+    #[serde(default, rename = "preload_N")]
+    pub preload: f64,
+}
+
+/// A point of a named frame of the chain, or of the machine's base, `O`.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct AnchorSpec {
+    pub frame: String,
+    #[serde(default)]
+    pub at_mm: [f64; 3],
+}
+
+/// A parallel module: chains from the frame reached to an inner frame.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ModuleSpec {
+    /// Its chains: `base` is the pose of the first frame in the frame reached, `platform` that of the last in the inner frame.
+    pub mounts: Vec<MountSpec>,
+}
+
+/// Shown coordinate of a drive, as a pendant has it: the sum of joints times factors, and an offset.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ShownSpec {
+    /// Factor of each joint, by the name of its drive.
+    pub of: BTreeMap<String, f64>,
+    /// What it shows where these joints are at zero.
+    pub offset_deg: Option<f64>,
+    /// The same for slides.
+    pub offset_mm: Option<f64>,
 }
 
 /// A rigid transform: the translation, then the rotation.
@@ -173,6 +284,7 @@ pub struct PrismaticDriveSpec {
     pub travel_mm: Option<[f64; 2]>,
     #[serde(rename = "force_limit_N")]
     pub force_limit: Option<f64>,
+    pub shown: Option<ShownSpec>,
 }
 
 /// An actuated hinge.
@@ -189,6 +301,7 @@ pub struct RevoluteDriveSpec {
     pub travel_deg: Option<[f64; 2]>,
     #[serde(rename = "torque_limit_Nmm")]
     pub torque_limit: Option<f64>,
+    pub shown: Option<ShownSpec>,
 }
 
 /// A passive slide; without a stiffness it is free.

@@ -49,13 +49,14 @@ impl Machine {
     fn is_beyond_span(&self, target: &Pose) -> bool {
         let chain = &self.chains[0];
         let is_drive = |c: usize| chain.drives.iter().any(|drive| drive.coordinate == c);
-        let (mut start, mut span, mut has_moved) = (chain.base, chain.attachment.translation.norm(), false);
-        for step in &chain.steps {
+        let (mut start, mut span, mut has_moved) = (chain.route.base, chain.route.attachment.translation.norm(), false);
+        for step in &chain.route.steps {
             match *step {
                 Step::Fixed(transform) if has_moved => span += transform.translation.norm(),
                 Step::Fixed(transform) => start = start.compose(&transform),
                 Step::Move { motion: Motion::Prismatic, coordinate, .. } if is_drive(coordinate) => return false,
                 Step::Move { coordinate, .. } => has_moved |= is_drive(coordinate),
+                Step::Frame => {}
             }
         }
         let all_controlled = (0..3).all(|axis| self.controls_translation(axis));
@@ -97,9 +98,7 @@ impl Machine {
     fn azimuth(&self, hinge: usize, target: &Pose) -> f64 {
         let chain = &self.chains[0];
         let mut values = vec![0.0; chain.virtual_count];
-        for (drive, rho) in chain.drives.iter().zip(&self.home.drives) {
-            values[drive.coordinate] = *rho;
-        }
+        chain.add_joints(&self.home.drives, &mut values);
         let mut screws: Vec<MoveScrew> = Vec::new();
         chain.forward(&values, &mut screws);
         let Some(screw) = screws.iter().find(|screw| screw.coordinate == chain.drives[hinge].coordinate) else {
@@ -141,9 +140,7 @@ impl Machine {
     fn posture(&self, drives: &[f64]) -> Configuration {
         let chain = &self.chains[0];
         let mut values = vec![0.0; chain.virtual_count];
-        for (drive, rho) in chain.drives.iter().zip(drives) {
-            values[drive.coordinate] = *rho;
-        }
+        chain.add_joints(drives, &mut values);
         let pose = chain.forward(&values, &mut Vec::new());
         Configuration { pose, drives: drives.to_vec(), passive: vec![Vec::new()] }
     }

@@ -15,11 +15,8 @@ fn end_shifts(nominal: &Machine, real: &Machine, at: &Configuration) -> Vec<Twis
     let mut screws: Vec<MoveScrew> = Vec::new();
     let mut shifts = Vec::new();
     for ((ideal, actual), passive) in nominal.chains.iter().zip(&real.chains).zip(&at.passive) {
-        let mut values = vec![0.0; ideal.virtual_count];
-        for (drive, rho) in ideal.drives.iter().zip(&at.drives[first_drive..]) {
-            values[drive.coordinate] = *rho;
-        }
-        values.extend_from_slice(passive);
+        let mut values = Vec::new();
+        ideal.rigid_values(&at.drives[first_drive..], passive, &mut values);
         first_drive += ideal.drives.len();
         let from: Pose = ideal.forward(&values, &mut screws);
         let to: Pose = actual.forward(&values, &mut screws);

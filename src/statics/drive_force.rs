@@ -6,8 +6,12 @@ use super::{
     equilibrium::chain_inputs,
     full_system, platform,
     state::{State, Workspace},
+    weight,
 };
-use crate::machine::Machine;
+use crate::{
+    lanes::{Frame, Vec3},
+    machine::Machine,
+};
 
 /// Forces of all drives in machine order, `τ = k_act θ_a`, N or N·mm.
 pub fn drive_forces(machine: &Machine, state: &State) -> Vec<f64> {
@@ -27,15 +31,15 @@ pub fn drive_force_sensitivity(
     twists: &Matrix6xX<f64>,
     workspace: &mut Workspace,
 ) -> Option<DMatrix<f64>> {
-    let mut deflections = match condensed_joint_motions(machine, drives, state, twists, workspace) {
-        Some(motions) => motions,
+    let mut deflections = match condensed_deflections(machine, drives, state, twists, workspace) {
+        Some(deflections) => deflections,
         None => {
             linearise(machine, drives, state, workspace);
-            full_system::tangent(&machine.chains, &mut workspace.chains).joint_motion?
+            let weight = weight::stiffness(machine, &state.pose.rotation, &machine.gravity);
+            full_system::tangent(&machine.chains, &workspace.chains, &weight).joint_deflection?
         }
     };
     for (i, (_, drive)) in machine.drives().enumerate() {
-        deflections[(i, i)] -= 1.0;
         deflections.row_mut(i).scale_mut(drive.stiffness);
     }
     Some(deflections)
@@ -44,12 +48,12 @@ pub fn drive_force_sensitivity(
 fn linearise(machine: &Machine, drives: &[f64], state: &State, workspace: &mut Workspace) {
     let inputs = chain_inputs(machine, state, drives);
     for ((system, chain), (chain_state, own)) in workspace.chains.iter_mut().zip(&machine.chains).zip(inputs) {
-        system.linearise(chain, own, chain_state, &state.pose);
+        system.linearise(chain, own, chain_state, &state.pose, &machine.gravity);
     }
 }
 
-/// `∂(ρ + θ_a)/∂ρ`; `None` if a chain cannot be condensed.
-fn condensed_joint_motions(
+/// `∂θ_a/∂ρ`; `None` if a chain cannot be condensed.
+fn condensed_deflections(
     machine: &Machine,
     drives: &[f64],
     state: &State,
@@ -61,7 +65,8 @@ fn condensed_joint_motions(
     if !*condenses || chains.iter_mut().any(|system| system.eliminate() == 0) {
         return None;
     }
-    let tangent = platform::tangent(chains);
+    let mut tangent = platform::tangent(chains);
+    weight::add_stiffness(machine, &Frame::splat(&state.pose), Vec3::splat(&machine.gravity), &mut tangent);
     if rigid.factorise(chains, &tangent, machine.reach) == 0 {
         return None;
     }
@@ -69,7 +74,7 @@ fn condensed_joint_motions(
         platform::drive_wrenches(chains, drive_wrenches);
         rigid.drive_twists(chains, &tangent, drive_wrenches);
     }
-    let mut motions = DMatrix::zeros(drives.len(), drives.len());
+    let mut deflections = DMatrix::zeros(drives.len(), drives.len());
     let mut own_motion = Vec::new();
     let (mut first, mut first_slack) = (0, 0);
     for (system, chain) in chains.iter_mut().zip(&machine.chains) {
@@ -80,11 +85,15 @@ fn condensed_joint_motions(
             let slacks = &rigid.drive_slacks(column)[first_slack..][..system.slack_count()];
             system.substitute(0.0, &Vector6::from(twist).into(), &own_motion, Some(slacks));
             for (own, drive) in chain.drives.iter().enumerate() {
-                motions[(first + own, column)] = system.coordinate_step(drive.coordinate);
+                let by_drive = match column.checked_sub(first) {
+                    Some(moved) if moved < own_count => chain.joint_per_drive(own, moved),
+                    _ => 0.0,
+                };
+                deflections[(first + own, column)] = system.coordinate_step(drive.coordinate) - by_drive;
             }
         }
         first += own_count;
         first_slack += system.slack_count();
     }
-    Some(motions)
+    Some(deflections)
 }

@@ -1,7 +1,7 @@
 //! Equilibrium of the whole machine under a prescribed wrench, eqs. (3) and (7), as one condensed Newton iteration;
 //! load steps, and whether what they reach is stable, `snapped` or singular.
 
-use nalgebra::{Matrix6, Matrix6xX, Vector6};
+use nalgebra::{Matrix6, Matrix6xX, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -12,9 +12,10 @@ use super::{
     state::{State, Workspace},
     stiffness::{largest_compliance, smallest_eigenvalue},
     task::TaskError,
+    weight,
 };
 use crate::{
-    lanes::{Frame, Screw, rotation_exp},
+    lanes::{Frame, Screw, Vec3, rotation_exp},
     machine::{Chain, Configuration, Machine},
     spatial::{Pose, Wrench, larger, skew},
 };
@@ -198,6 +199,7 @@ pub fn equilibrium_at_task(
 pub(crate) fn is_singular_place(machine: &Machine, at: &Configuration, workspace: &mut Workspace) -> bool {
     let (mut state, load, settings) = (State::rigid(machine, at), Wrench::zero(), Settings::default());
     let mut newton = Newton::new(machine, &at.drives, &load, None, &mut state, workspace, &settings);
+    newton.gravity = Vector3::zeros();
     let softest = newton.softest(&state);
     softest.is_nearly_free() || softest.has_idle_motion && !newton.is_idle_at_home()
 }
@@ -246,6 +248,8 @@ struct Newton<'a> {
     task: Option<&'a dyn Fn(&Pose) -> TaskError>,
     workspace: &'a mut Workspace,
     settings: &'a Settings,
+    /// Weight of a kilogram, N.
+    gravity: Vector3<f64>,
     /// Share of the starting residual that the present load step leaves in place; 0 for the full load.
     held: f64,
     iterations: usize,
@@ -298,6 +302,7 @@ impl<'a> Newton<'a> {
             task,
             workspace,
             settings,
+            gravity: machine.gravity,
             held: 0.0,
             iterations: 0,
             is_plainly_stable: true,
@@ -399,17 +404,22 @@ impl<'a> Newton<'a> {
             return false;
         }
         let start = self.workspace.start.clone();
-        start.is_some_and(|start| {
+        let gravity = std::mem::replace(&mut self.gravity, Vector3::zeros());
+        let is_singular = start.is_some_and(|start| {
             let softest = self.softest(&start);
             softest.is_nearly_free() || softest.has_idle_motion && !self.is_idle_at_home()
-        })
+        });
+        self.gravity = gravity;
+        is_singular
     }
 
     fn is_idle_at_home(&mut self) -> bool {
         if self.workspace.is_idle_at_home.is_none() {
             let home = State::rigid(self.machine, &self.machine.home);
             self.workspace.drives.clone_from(&self.machine.home.drives);
+            let gravity = std::mem::replace(&mut self.gravity, Vector3::zeros());
             self.workspace.is_idle_at_home = Some(self.softest(&home).has_idle_motion);
+            self.gravity = gravity;
         }
         self.workspace.is_idle_at_home == Some(true)
     }
@@ -418,7 +428,7 @@ impl<'a> Newton<'a> {
     fn softest(&mut self, state: &State) -> Softest {
         self.linearise(state);
         let reach = self.machine.reach;
-        match self.condense() {
+        match self.condense(state) {
             Some(tangent) => {
                 let rigid = &mut self.workspace.rigid;
                 let matrix = platform::matrix(&tangent);
@@ -432,7 +442,8 @@ impl<'a> Newton<'a> {
             None => {
                 self.linearise(state);
                 let Workspace { chains, rigid, .. } = &mut *self.workspace;
-                let full = full_system::tangent(&self.machine.chains, chains);
+                let weight = weight::stiffness(self.machine, &state.pose.rotation, &self.gravity);
+                let full = full_system::tangent(&self.machine.chains, chains, &weight);
                 let (compliance, is_stable) = (full.compliance.as_ref(), full.status == Status::Solved);
                 let softest = Softest::of_compliance(compliance, reach, is_stable, rigid.slack_compliance());
                 Softest { has_idle_motion: full.has_idle_motion, ..softest }
@@ -456,7 +467,9 @@ impl<'a> Newton<'a> {
     fn linearise(&mut self, state: &State) -> Balance {
         let reach = self.machine.reach;
         let norm = |wrench: &Wrench| Screw::from(*wrench).wrench_norm(reach);
-        let mut imbalance = self.load.to_vector();
+        let weight: Wrench =
+            weight::wrench(self.machine, &Frame::splat(&state.pose), Vec3::splat(&self.gravity)).into();
+        let mut imbalance = self.load.to_vector() + weight.to_vector();
         let mut largest_wrench = norm(self.load).max(1.0);
         let (mut gap, mut force): (f64, f64) = (0.0, 0.0);
         let Workspace { chains, held, drives, .. } = &mut *self.workspace;
@@ -465,10 +478,12 @@ impl<'a> Newton<'a> {
             chains.iter_mut().zip(held).zip(&self.machine.chains).zip(inputs)
         {
             if self.held > 0.0 {
-                system.linearise(chain, drives, chain_state, &held.target(&state.pose, self.held));
+                held.shift_loops(system, self.held);
+                system.linearise(chain, drives, chain_state, &held.target(&state.pose, self.held), &self.gravity);
                 held.release(system, self.held);
+                held.shift_loops(system, 0.0);
             } else {
-                system.linearise(chain, drives, chain_state, &state.pose);
+                system.linearise(chain, drives, chain_state, &state.pose, &self.gravity);
             }
             let residual = system.residual(reach);
             gap = larger(gap, residual.gap);
@@ -487,7 +502,7 @@ impl<'a> Newton<'a> {
 
     /// One Newton step from the present linearisation; the twist of P. Chain steps are left in the chain systems.
     fn step(&mut self, state: &State, balance: &Balance) -> Option<Vector6<f64>> {
-        match self.condense() {
+        match self.condense(state) {
             Some(tangent) => {
                 if self.iterations == 0 {
                     self.is_plainly_stable = platform::plainly_definite(&tangent, self.machine.reach) == 1;
@@ -514,7 +529,8 @@ impl<'a> Newton<'a> {
             None => {
                 self.is_plainly_stable &= self.iterations > 0;
                 self.linearise(state);
-                full_system::step(&mut self.workspace.chains, &balance.imbalance)
+                let weight = weight::stiffness(self.machine, &state.pose.rotation, &self.gravity);
+                full_system::step(&mut self.workspace.chains, &weight, &balance.imbalance)
             }
         }
     }
@@ -528,12 +544,14 @@ impl<'a> Newton<'a> {
     }
 
     /// Condenses the chains; the platform's tangent, or `None` if a chain cannot be condensed.
-    fn condense(&mut self) -> Option<Square<f64>> {
+    fn condense(&mut self, state: &State) -> Option<Square<f64>> {
         let Workspace { chains, rigid, condenses, .. } = &mut *self.workspace;
         if !*condenses || chains.iter_mut().any(|system| system.eliminate() == 0) {
             return None;
         }
-        let tangent = platform::tangent(chains);
+        let mut tangent = platform::tangent(chains);
+        let platform = Frame::splat(&state.pose);
+        weight::add_stiffness(self.machine, &platform, Vec3::splat(&self.gravity), &mut tangent);
         (rigid.factorise(chains, &tangent, self.machine.reach) == 1).then_some(tangent)
     }
 
@@ -547,8 +565,10 @@ impl<'a> Newton<'a> {
             system.apply(twist, chain_state);
             // The chain's step is that of the joint, ρ + θ_a; ρ has taken its part of it.
             let (own, others) = drive_step.split_at(chain.drives.len());
-            for (drive, step) in chain.drives.iter().zip(own) {
-                chain_state.coordinates[drive.coordinate] -= step;
+            for (joint, drive) in chain.drives.iter().enumerate() {
+                for (moved, step) in own.iter().enumerate() {
+                    chain_state.coordinates[drive.coordinate] -= chain.joint_per_drive(joint, moved) * step;
+                }
             }
             drive_step = others;
         }
@@ -570,7 +590,7 @@ impl<'a> Newton<'a> {
             drive_sensitivity: Matrix6xX::zeros(self.machine.drive_count()),
         };
         let reach = self.machine.reach;
-        match self.condense() {
+        match self.condense(state) {
             Some(tangent) => {
                 // Most by far need no eigenvalues.
                 let is_definite = platform::plainly_definite(&tangent, reach) == 1;
@@ -596,7 +616,8 @@ impl<'a> Newton<'a> {
             }
             None => {
                 self.linearise(state);
-                let full = full_system::tangent(&self.machine.chains, &mut self.workspace.chains);
+                let weight = weight::stiffness(self.machine, &state.pose.rotation, &self.gravity);
+                let full = full_system::tangent(&self.machine.chains, &self.workspace.chains, &weight);
                 outcome.status = full.status;
                 self.has_idle_motion = full.has_idle_motion;
                 outcome.stiffness = full

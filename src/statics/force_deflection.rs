@@ -5,8 +5,10 @@ use nalgebra::{Matrix6, Matrix6xX, Vector6};
 use super::{
     equilibrium::{Settings, subtract_half_moment},
     state::{State, Workspace},
+    weight,
 };
 use crate::{
+    lanes::{Frame, Vec3},
     machine::Machine,
     spatial::{Pose, Wrench, larger},
 };
@@ -37,9 +39,10 @@ pub fn wrench_at_pose(
     settings: &Settings,
 ) -> Option<PlatformForce> {
     state.pose = *pose;
+    let weight: Wrench = weight::wrench(machine, &Frame::splat(pose), Vec3::splat(&machine.gravity)).into();
     let mut force = PlatformForce {
-        wrench: Wrench::zero(),
-        stiffness: Matrix6::zeros(),
+        wrench: Wrench { force: -weight.force, moment: -weight.moment },
+        stiffness: weight::stiffness(machine, &pose.rotation, &machine.gravity),
         drive_wrench: Matrix6xX::zeros(drives.len()),
         iterations: 0,
     };
@@ -50,7 +53,7 @@ pub fn wrench_at_pose(
         first_drive = drive_columns.end;
         let mut iterations = 0;
         let stiffness = loop {
-            system.linearise(chain, own_drives, chain_state, pose);
+            system.linearise(chain, own_drives, chain_state, pose, &machine.gravity);
             let residual = system.residual(machine.reach);
             let scale = chain_state.wrench.norm(machine.reach).max(1.0);
             let error = larger(residual.gap / machine.reach, residual.force / scale);

@@ -20,8 +20,8 @@ struct FullSystem {
 }
 
 impl FullSystem {
-    /// From linearised, not yet condensed, chain systems.
-    fn new(chains: &[ChainSystem]) -> Self {
+    /// From linearised, not yet condensed, chain systems; `weight`: the platform's own stiffness, by its weight.
+    fn new(chains: &[ChainSystem], weight: &Matrix6<f64>) -> Self {
         let mut first = vec![0];
         for chain in chains {
             first.push(first[first.len() - 1] + chain.unknown_count());
@@ -29,19 +29,12 @@ impl FullSystem {
         let platform = first[chains.len()];
         let mut matrix = DMatrix::zeros(platform + 6, platform + 6);
         for (chain, &start) in chains.iter().zip(&first) {
-            for i in 0..chain.unknown_count() {
-                for j in 0..chain.unknown_count() {
-                    matrix[(start + i, start + j)] = chain.coefficient(i, j);
-                }
-            }
-            for i in 0..6 {
-                let row = start + chain.wrench_row() + i;
-                matrix[(row, platform + i)] = -1.0;
-                matrix[(platform + i, row)] = -1.0;
-            }
+            chain.assemble(&mut matrix, start, platform);
             let mut block = matrix.fixed_view_mut::<3, 3>(platform + 3, platform + 3);
             block -= skew(chain.moment.0.into()) * 0.5;
         }
+        let mut block = matrix.fixed_view_mut::<6, 6>(platform, platform);
+        block += weight;
         let scale = equilibration(&matrix);
         for i in 0..matrix.nrows() {
             for j in 0..matrix.ncols() {
@@ -110,16 +103,15 @@ impl FullSystem {
     }
 
     /// Rows of the closure equations of `chain`.
-    fn closure_rows(&self, chains: &[ChainSystem], chain: usize) -> std::ops::Range<usize> {
-        let first = self.first[chain] + chains[chain].wrench_row();
-        first..first + 6
+    fn closure_rows(&self, chains: &[ChainSystem], chain: usize) -> Vec<usize> {
+        chains[chain].closure_rows(self.first[chain])
     }
 
     /// Whether `chain` is unstable when its end is held.
     fn buckles(&self, chains: &[ChainSystem], chain: usize) -> bool {
         let (start, size) = (self.first[chain], chains[chain].unknown_count());
         let own = self.matrix.view((start, start), (size, size)).into_owned();
-        let closures: Vec<usize> = self.closure_rows(chains, chain).map(|row| row - start).collect();
+        let closures: Vec<usize> = self.closure_rows(chains, chain).iter().map(|row| row - start).collect();
         let eigenvalues = own.symmetric_eigenvalues();
         negative_count(&eigenvalues, RANK_TOLERANCE * eigenvalues.amax()) > rank_of_rows(&own, &closures)
     }
@@ -153,13 +145,17 @@ fn equilibration(matrix: &DMatrix<f64>) -> DVector<f64> {
 /// One Newton step of the whole machine; leaves each chain's step in its system and returns the twist of P.
 ///
 /// `imbalance`: applied wrench less the sum of the chain wrenches.
-pub(super) fn step(chains: &mut [ChainSystem], imbalance: &Vector6<f64>) -> Option<Vector6<f64>> {
-    let system = FullSystem::new(chains);
+pub(super) fn step(
+    chains: &mut [ChainSystem],
+    weight: &Matrix6<f64>,
+    imbalance: &Vector6<f64>,
+) -> Option<Vector6<f64>> {
+    let system = FullSystem::new(chains, weight);
     let platform = system.platform();
     let mut right = DMatrix::zeros(platform + 6, 1);
     for (chain, &start) in chains.iter().zip(&system.first) {
-        for i in 0..chain.unknown_count() {
-            right[(start + i, 0)] = -chain.right_hand_side(i);
+        for (i, rest) in chain.right_hand_sides().into_iter().enumerate() {
+            right[(start + i, 0)] = -rest;
         }
         let closure_moment = chain.closure_moment();
         for i in 0..3 {
@@ -188,31 +184,39 @@ pub(super) struct FullTangent {
     pub has_idle_motion: bool,
     pub compliance: Option<Matrix6<f64>>,
     pub drive_sensitivity: Matrix6xX<f64>,
-    /// `∂(ρ + θ_a)/∂ρ`: motion of each actuated joint (rows) per unit motion of each drive; `None` where there is no
+    /// `∂θ_a/∂ρ`: deflection of each actuated joint (rows) per unit motion of each drive; `None` where there is no
     /// solution.
-    pub joint_motion: Option<DMatrix<f64>>,
+    pub joint_deflection: Option<DMatrix<f64>>,
 }
 
 /// Compliance, drive sensitivities and stability from chain systems linearised at an equilibrium.
-pub(super) fn tangent(machine_chains: &[Chain], chains: &mut [ChainSystem]) -> FullTangent {
-    let system = FullSystem::new(chains);
+pub(super) fn tangent(machine_chains: &[Chain], chains: &[ChainSystem], weight: &Matrix6<f64>) -> FullTangent {
+    let system = FullSystem::new(chains, weight);
     let platform = system.platform();
     let drive_count: usize = machine_chains.iter().map(|chain| chain.drives.len()).sum();
     let mut right = DMatrix::zeros(platform + 6, 6 + drive_count);
     for i in 0..6 {
         right[(platform + i, i)] = 1.0;
     }
-    let mut column = 6;
-    for (chain, start) in machine_chains.iter().zip(&system.first) {
-        for drive in &chain.drives {
-            right[(start + drive.coordinate, column)] = drive.stiffness;
-            column += 1;
+    // Rows of the drives' joints in the system, and joints per drive.
+    let mut rows = Vec::new();
+    let mut per_drive = DMatrix::zeros(drive_count, drive_count);
+    for ((chain, own), &start) in machine_chains.iter().zip(chains).zip(&system.first) {
+        let first = rows.len();
+        for (joint, drive) in chain.drives.iter().enumerate() {
+            let row = own.row_of(drive.coordinate, start).unwrap_or(start);
+            rows.push(row);
+            for moved in 0..chain.drives.len() {
+                let share = chain.joint_per_drive(joint, moved);
+                per_drive[(first + joint, first + moved)] = share;
+                right[(row, 6 + first + moved)] = drive.stiffness * share;
+            }
         }
     }
     let (mut status, has_idle_motion) = system.status(chains);
     let mut compliance = None;
     let mut drive_sensitivity = Matrix6xX::zeros(drive_count);
-    let mut joint_motion = None;
+    let mut joint_deflection = None;
     match system.solve(right) {
         Some(solution) => {
             let twists = solution.rows(platform, 6);
@@ -222,14 +226,12 @@ pub(super) fn tangent(machine_chains: &[Chain], chains: &mut [ChainSystem]) -> F
             for (j, column) in twists.column_iter().skip(6).enumerate() {
                 drive_sensitivity.set_column(j, &column);
             }
-            let rows = machine_chains.iter().zip(&system.first);
-            let rows = rows.flat_map(|(chain, start)| chain.drives.iter().map(move |drive| start + drive.coordinate));
-            let rows: Vec<usize> = rows.collect();
-            joint_motion = Some(DMatrix::from_fn(drive_count, drive_count, |i, j| solution[(rows[i], 6 + j)]));
+            let motion = DMatrix::from_fn(drive_count, drive_count, |i, j| solution[(rows[i], 6 + j)]);
+            joint_deflection = Some(motion - per_drive);
         }
         None => status = Status::Singular,
     }
-    FullTangent { status, has_idle_motion, compliance, drive_sensitivity, joint_motion }
+    FullTangent { status, has_idle_motion, compliance, drive_sensitivity, joint_deflection }
 }
 
 /// Stiffness from a compliance, unless the machine is rigid in some direction; `reach` in mm makes rotations comparable.

@@ -15,6 +15,7 @@ use super::{
     iteration::{Iteration, Verdict},
     platform::{self, Square, SquareTask},
     rigid_directions::RigidDirections,
+    weight,
 };
 use crate::{
     lanes::{Frame, MAX_LANES, Real, Screw, Vec3, pairs, rotation_exp},
@@ -49,9 +50,9 @@ pub(super) struct LaneSolver<R> {
 struct LaneChain<R> {
     coordinates: Vec<R>,
     wrench: Screw<R>,
-    /// Its drives among all, and their coordinates.
+    loops: Vec<Screw<R>>,
+    /// Its drives among all.
     drives: Range<usize>,
-    drive_coordinates: Vec<usize>,
 }
 
 /// What tasks make of the poses, one per lane.
@@ -80,8 +81,8 @@ impl<R: Real> LaneSolver<R> {
             LaneChain {
                 coordinates: vec![R::zero(); chain.coordinate_count()],
                 wrench: Screw::zero(),
+                loops: vec![Screw::zero(); chain.route.loop_count()],
                 drives: first..drive_count,
-                drive_coordinates: chain.drives.iter().map(|drive| drive.coordinate).collect(),
             }
         });
         let chains: Vec<_> = chains.collect();
@@ -133,7 +134,7 @@ impl<R: Real> LaneSolver<R> {
             if progress.active == 0 {
                 break;
             }
-            self.step(imbalance, tasks.as_ref(), &mut progress);
+            self.step(machine, imbalance, tasks.as_ref(), &mut progress);
         }
         self.finish(machine, cases, &progress, outcomes);
     }
@@ -161,9 +162,12 @@ impl<R: Real> LaneSolver<R> {
             for (number, &value) in pairs(&mut chain.coordinates, &from.coordinates) {
                 put(number, value);
             }
-            for i in 0..3 {
-                put(&mut chain.wrench.linear.0[i], from.wrench.force[i]);
-                put(&mut chain.wrench.angular.0[i], from.wrench.moment[i]);
+            let wrenches = std::iter::once(&mut chain.wrench).chain(&mut chain.loops);
+            for (own, from) in wrenches.zip(std::iter::once(&from.wrench).chain(&from.loops)) {
+                for i in 0..3 {
+                    put(&mut own.linear.0[i], from.force[i]);
+                    put(&mut own.angular.0[i], from.moment[i]);
+                }
             }
         }
         self.is_linearised &= !is_new;
@@ -174,15 +178,18 @@ impl<R: Real> LaneSolver<R> {
         R::vectorized(
             #[inline(always)]
             || {
+                let gravity = Vec3::splat(&machine.gravity);
                 self.condensed = R::ALL;
                 for (((system, chain), own), residual) in
                     pairs(pairs(pairs(&mut self.systems, &machine.chains), &self.chains), &mut self.residuals)
                 {
-                    system.fill(chain, &self.drives[own.drives.clone()], &own.coordinates, own.wrench, &self.platform);
+                    let drives = &self.drives[own.drives.clone()];
+                    system.fill(chain, drives, &own.coordinates, own.wrench, &own.loops, &self.platform, gravity);
                     *residual = system.residual(machine.reach);
                     self.condensed &= system.eliminate();
                 }
                 self.tangent = platform::tangent(&self.systems);
+                weight::add_stiffness(machine, &self.platform, gravity, &mut self.tangent);
                 self.condensed &= self.rigid.factorise(&self.systems, &self.tangent, machine.reach);
             },
         );
@@ -237,7 +244,14 @@ impl<R: Real> LaneSolver<R> {
             #[inline(always)]
             || {
                 let (reach, one) = (R::splat(machine.reach), R::splat(1.0));
-                let mut largest_wrench = Screw::from_array(imbalance).wrench_norm(machine.reach);
+                let load = Screw::from_array(imbalance);
+                if machine.platform_mass.is_some() {
+                    let weight = weight::wrench(machine, &self.platform, Vec3::splat(&machine.gravity));
+                    for (entry, part) in pairs(imbalance.iter_mut(), weight.to_array()) {
+                        *entry += part;
+                    }
+                }
+                let mut largest_wrench = load.wrench_norm(machine.reach);
                 largest_wrench = R::select(largest_wrench.greater(one), largest_wrench, one);
                 let (mut gap, mut force) = (R::zero(), R::zero());
                 for (chain, residual) in pairs(&self.chains, &self.residuals) {
@@ -271,7 +285,7 @@ impl<R: Real> LaneSolver<R> {
     }
 
     /// Takes a full Newton step in the active lanes.
-    fn step(&mut self, imbalance: [R; 6], tasks: Option<&Tasks<R>>, progress: &mut Progress) {
+    fn step(&mut self, machine: &Machine, imbalance: [R; 6], tasks: Option<&Tasks<R>>, progress: &mut Progress) {
         let (twist, turn) = R::vectorized(
             #[inline(always)]
             || {
@@ -311,11 +325,11 @@ impl<R: Real> LaneSolver<R> {
                 progress.active &= !(1 << lane);
             }
         }
-        self.apply(twist, progress.active);
+        self.apply(machine, twist, progress.active);
     }
 
     /// Adds the step to the states of `active` lanes.
-    fn apply(&mut self, twist: [R; 6], active: u8) {
+    fn apply(&mut self, machine: &Machine, twist: [R; 6], active: u8) {
         R::vectorized(
             #[inline(always)]
             || {
@@ -323,20 +337,39 @@ impl<R: Real> LaneSolver<R> {
                 for (drive, &step) in pairs(&mut self.drives, &self.drive_step) {
                     *drive = R::select(mask, *drive + step, *drive);
                 }
-                for (system, own) in pairs(&self.systems, &mut self.chains) {
+                for ((system, chain), own) in pairs(pairs(&self.systems, &machine.chains), &mut self.chains) {
                     for (coordinate, value) in own.coordinates.iter_mut().enumerate() {
                         *value = R::select(mask, *value + system.coordinate_step(coordinate), *value);
                     }
                     // The chain's step is that of the joint, ρ + θ_a; ρ has taken its part of it.
-                    for (&coordinate, &step) in pairs(&own.drive_coordinates, &self.drive_step[own.drives.clone()]) {
-                        let value = own.coordinates[coordinate];
-                        own.coordinates[coordinate] = R::select(mask, value - step, value);
+                    for (joint, drive) in chain.drives.iter().enumerate() {
+                        let value = own.coordinates[drive.coordinate];
+                        let mut deflection = value;
+                        for (moved, &step) in self.drive_step[own.drives.clone()].iter().enumerate() {
+                            match chain.joint_per_drive(joint, moved) {
+                                0.0 => {}
+                                1.0 => deflection -= step,
+                                share => deflection -= R::splat(share) * step,
+                            }
+                        }
+                        own.coordinates[drive.coordinate] = R::select(mask, deflection, value);
                     }
                     let mut wrench = own.wrench.to_array();
                     for (entry, step) in pairs(wrench.iter_mut(), system.wrench_step(&twist)) {
                         *entry = R::select(mask, *entry + step, *entry);
                     }
                     own.wrench = Screw::from_array(wrench);
+                    if !own.loops.is_empty() {
+                        let mut number = 0;
+                        system.loop_wrench_steps(&mut |steps| {
+                            let mut wrench = own.loops[number].to_array();
+                            for (entry, step) in pairs(wrench.iter_mut(), steps) {
+                                *entry = R::select(mask, *entry + step, *entry);
+                            }
+                            own.loops[number] = Screw::from_array(wrench);
+                            number += 1;
+                        });
+                    }
                 }
                 let Frame { axes, origin } = self.platform;
                 let step = Screw::from_array(twist);
@@ -402,11 +435,11 @@ impl<R: Real> LaneSolver<R> {
             for (value, number) in pairs(&mut to.coordinates, &chain.coordinates) {
                 *value = number.lane(lane);
             }
-            let mut wrench = [0.0; 6];
-            for (value, number) in pairs(&mut wrench, chain.wrench.to_array()) {
-                *value = number.lane(lane);
+            let of_lane = |wrench: &Screw<R>| Wrench::new(wrench.to_array().map(|number| number.lane(lane)));
+            to.wrench = of_lane(&chain.wrench);
+            for (to, own) in pairs(&mut to.loops, &chain.loops) {
+                *to = of_lane(own);
             }
-            to.wrench = Wrench::new(wrench);
         }
     }
 }

@@ -15,6 +15,9 @@ pub struct ChainState {
     pub coordinates: Vec<f64>,
     /// Wrench F_i that the chain receives from the platform (and carries to the base), at P in O axes.
     pub wrench: Wrench,
+    /// Wrench that each loop of the chain receives where it ends, in the axes of the frame where it starts; each loop before those within it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub loops: Vec<Wrench>,
 }
 
 /// A machine state: pose of P in O and the unknowns of each chain.
@@ -33,7 +36,7 @@ impl State {
         let chains = machine.chains.iter().zip(&at.passive).map(|(chain, passive)| {
             let mut coordinates = vec![0.0; chain.virtual_count];
             coordinates.extend_from_slice(passive);
-            ChainState { coordinates, wrench: Wrench::zero() }
+            ChainState { coordinates, wrench: Wrench::zero(), loops: vec![Wrench::zero(); chain.route.loop_count()] }
         });
         Self { pose: at.pose, chains: chains.collect() }
     }

@@ -24,7 +24,7 @@ pub fn chain_stiffnesses(
     let inputs = chain_inputs(machine, state, drives);
     let systems = workspace.chains.iter_mut().zip(&machine.chains).zip(inputs);
     let stiffness = systems.map(|((system, chain), (chain_state, drives))| {
-        system.linearise(chain, drives, chain_state, &state.pose);
+        system.linearise(chain, drives, chain_state, &state.pose, &machine.gravity);
         let mut stiffness = system.condense()?;
         subtract_half_moment(&mut stiffness, chain_state.wrench);
         Some(stiffness)
@@ -35,6 +35,7 @@ pub fn chain_stiffnesses(
 /// Unloaded Cartesian stiffness K_C of the machine at a rigid configuration, eq. (6); `None` where the machine is rigid in
 /// some direction. Where a chain has no stiffness for another reason, it is that of the unloaded equilibrium.
 pub fn unloaded_stiffness(machine: &Machine, at: &Configuration, workspace: &mut Workspace) -> Option<Matrix6<f64>> {
+    let machine = &machine.weightless();
     let state = State::rigid(machine, at);
     let by_chains: Option<Matrix6<f64>> = chain_stiffnesses(machine, &at.drives, &state, workspace).into_iter().sum();
     by_chains.or_else(|| unloaded(machine, at, workspace).stiffness)
@@ -47,6 +48,7 @@ pub fn unloaded_compliance(machine: &Machine, at: &Configuration, workspace: &mu
 }
 
 fn unloaded(machine: &Machine, at: &Configuration, workspace: &mut Workspace) -> Outcome {
+    let machine = &machine.weightless();
     let mut state = State::rigid(machine, at);
     equilibrium(machine, &at.drives, &Wrench::zero(), &mut state, workspace, &Settings::default())
 }

@@ -11,6 +11,8 @@
 //! ∂/∂y                   −1/s   ·     ·     ·
 //! ```
 //!
+//! Motions of drives and the turn of a loop have columns such as the right-hand side's (dρ, dφ), without part in the closure.
+//!
 //! Directions in which the chain is rigid have no pivot in `D = J̃ Ã_θθ⁻¹ J̃ᵀ`, so each wrench gets a slack spring of
 //! compliance s in series, and a motion y that takes its deflection back: `y = s f`. Exact elimination of y, in the chain
 //! where it is elastic ([`Transmission::settle`]) or else on the platform ([`super::rigid_directions`]), leaves no trace of
@@ -19,7 +21,8 @@
 use super::bordered::Bordered;
 use crate::{
     lanes::{Real, clear, copy, pairs, subtract},
-    machine::{Chain, Machine, Motion, MoveScrew, SpringLaw},
+    machine::{Chain, Machine, Motion, MoveScrew, Route, Spring, SpringLaw},
+    spatial::Pose,
 };
 
 /// A joint whose screw has less than this fraction of itself outside the span of the joints before it is not free of them.
@@ -50,8 +53,17 @@ impl Scale {
     }
 }
 
+/// What is known when the unknowns are substituted: share of the present residual, steps of the target, of the drives that
+/// have a column and of the turn, if it has columns.
+pub(super) struct Known<'a, R> {
+    pub residual: f64,
+    pub dt: &'a [R; 6],
+    pub drives: &'a [R],
+    pub turn: &'a [R],
+}
+
 /// A chain reduced to its springs and the wrenches it transmits. Unknowns, in this order: coordinates that stay, f, y; then
-/// the known columns: right-hand side (1), motion of the drives, dt (6).
+/// the known columns: right-hand side (1), motion of the drives and turn, dt (6).
 #[derive(Debug, Clone)]
 pub(super) struct Transmission<R> {
     scale: Scale,
@@ -62,7 +74,9 @@ pub(super) struct Transmission<R> {
     joint_terms: Vec<R>,
     /// Rows of the joints that closure equations give.
     given: Vec<usize>,
-    drive_count: usize,
+    /// Number of the columns of drives and turn; and the forces that they have in `given`, if they may have any.
+    extra: usize,
+    extra_forces: Vec<[R; 6]>,
     /// Closure equations in the basis Q: by `given`, `staying`, right-hand side, dt.
     columns: Vec<[R; 6]>,
     /// Inverse diagonal of the triangle that `given` make.
@@ -75,23 +89,34 @@ pub(super) struct Transmission<R> {
 }
 
 impl<R: Real> Transmission<R> {
-    /// `None` for chains with an elastic link, whose ends move in six directions by it.
-    pub fn new(chain: &Chain, scale: Scale) -> Option<Self> {
-        if chain.springs.iter().any(|spring| matches!(spring.law, SpringLaw::Link(_))) {
+    /// Of a route of `chain` that moves its coordinates `own`, with `extra` columns of drives and turn, which have forces in
+    /// passive joints or not. `None` for routes with an elastic link, whose ends move in six directions by it.
+    pub fn new(
+        chain: &Chain,
+        route: &Route,
+        own: &[usize],
+        extra: usize,
+        has_extra_forces: bool,
+        scale: Scale,
+    ) -> Option<Self> {
+        let has_link = |spring: &Spring| matches!(spring.law, SpringLaw::Link(_)) && own.contains(&spring.start);
+        if chain.springs.iter().any(has_link) {
             return None;
         }
-        let row = |coordinate: usize| if coordinate < chain.virtual_count { coordinate } else { coordinate + 6 };
-        let independent = independent_joints(chain, scale.reach);
-        let is_given = |coordinate: &usize| independent.contains(coordinate);
-        let staying: Vec<usize> = (0..chain.coordinate_count()).filter(|c| !is_given(c)).map(row).collect();
-        let given: Vec<usize> = independent.iter().copied().map(row).collect();
-        let (drive_count, known) = (chain.drives.len(), staying.len() + 7);
-        let size = staying.len() + 2 * (6 - given.len()) + 1 + drive_count + 6;
+        let virtual_count = own.iter().filter(|&&coordinate| coordinate < chain.virtual_count).count();
+        let row = |i: usize| if i < virtual_count { i } else { i + 6 };
+        let independent = independent_joints(chain, route, own, scale.reach);
+        let is_given = |i: &usize| independent.contains(&own[*i]);
+        let staying: Vec<usize> = (0..own.len()).filter(|i| !is_given(i)).map(row).collect();
+        let given: Vec<usize> = (0..own.len()).filter(is_given).map(row).collect();
+        let known = staying.len() + 7;
+        let size = staying.len() + 2 * (6 - given.len()) + 1 + extra + 6;
         Some(Self {
             scale,
-            virtual_count: chain.virtual_count,
-            joint_terms: vec![R::zero(); staying.len() - chain.virtual_count],
-            drive_count,
+            virtual_count,
+            joint_terms: vec![R::zero(); staying.len() - virtual_count],
+            extra,
+            extra_forces: vec![[R::zero(); 6]; if has_extra_forces { extra } else { 0 }],
             columns: vec![[R::zero(); 6]; given.len() + known],
             inverse: [R::zero(); 6],
             motions: vec![[R::zero(); 6]; known],
@@ -214,7 +239,7 @@ impl<R: Real> Transmission<R> {
     fn project(&mut self, matrix: &Bordered<R>, rhs: usize) {
         let (given, staying) = (self.given.len(), self.staying.len());
         let (slack_row, rhs_column) = (self.slack_row(), self.rhs_column());
-        let twist_column = rhs_column + 1 + self.drive_count;
+        let twist_column = rhs_column + 1 + self.extra;
         let known = staying + 7;
         // Column in the chain's system; dt has no entries in the rows of joints and springs.
         let source = |a: usize| if a < staying { self.staying[a] } else { rhs };
@@ -280,10 +305,13 @@ impl<R: Real> Transmission<R> {
                 *self.reduced.at(row.min(column), row.max(column)) = entry;
             }
         }
-        for drive in 0..self.drive_count {
+        for extra in 0..self.extra {
             for (a, &row) in self.staying.iter().enumerate() {
-                *self.reduced.at(a, rhs_column + 1 + drive) = matrix.get(row, rhs + 1 + drive);
+                *self.reduced.at(a, rhs_column + 1 + extra) = matrix.get(row, rhs + 1 + extra);
             }
+        }
+        if !self.extra_forces.is_empty() {
+            self.project_extra(matrix, rhs, target);
         }
         let slack = self.scale.slack;
         for k in 0..slack_row - staying {
@@ -293,25 +321,42 @@ impl<R: Real> Transmission<R> {
         }
     }
 
-    /// The chain's unknowns for the platform step `dt`, the step `drives` of its drives and the present residual times
-    /// `residual`, into `unknowns` in the order of the chain's system. The slacks are `slacks`, or, after
-    /// [`Transmission::settle`], those of the chain alone.
+    /// What the columns of drives and turn do through the joints that closure gives.
     #[inline(always)]
-    pub fn substitute(
-        &mut self,
-        residual: f64,
-        dt: &[R; 6],
-        drives: &[R],
-        slacks: Option<&[R]>,
-        wrench_row: usize,
-        unknowns: &mut [R],
-    ) {
+    fn project_extra(&mut self, matrix: &Bordered<R>, rhs: usize, target: impl Fn(usize) -> usize) {
+        let (given, staying, rhs_column) = (self.given.len(), self.staying.len(), self.rhs_column());
+        for (extra, forces) in self.extra_forces.iter_mut().enumerate() {
+            let (from, to) = (rhs + 1 + extra, rhs_column + 1 + extra);
+            for (force, &row) in pairs(forces.iter_mut(), &self.given) {
+                *force = matrix.get(row, from);
+            }
+            for a in 0..staying + 7 {
+                let mut sum = R::zero();
+                for (&motion, &force) in pairs(&self.motions[a][..given], &forces[..given]) {
+                    sum += motion * force;
+                }
+                let column = target(a);
+                *self.reduced.at(column.min(to), column.max(to)) += sum;
+            }
+            for other in extra..self.extra {
+                *self.reduced.at(to, rhs_column + 1 + other) = matrix.get(from, rhs + 1 + other);
+            }
+            *self.reduced.at(rhs_column, to) += matrix.get(rhs, from);
+        }
+    }
+
+    /// The route's unknowns for what is `known`, into `unknowns` in the order of its system. The slacks are `slacks`, or, after
+    /// [`Transmission::settle`], those of the route alone.
+    #[inline(always)]
+    pub fn substitute(&mut self, known: Known<'_, R>, slacks: Option<&[R]>, wrench_row: usize, unknowns: &mut [R]) {
+        let Known { residual, dt, drives, turn } = known;
         let (given, staying) = (self.given.len(), self.staying.len());
         let (slack_row, rhs) = (self.slack_row(), self.rhs_column());
-        let twist = rhs + 1 + self.drive_count;
+        let twist = rhs + 1 + self.extra;
         clear(&mut self.solution[rhs..]);
         self.solution[rhs] = R::splat(residual);
         copy(&mut self.solution[rhs + 1..], drives);
+        copy(&mut self.solution[twist - turn.len()..], turn);
         copy(&mut self.solution[twist..], dt);
         match slacks {
             Some(slacks) => {
@@ -330,6 +375,11 @@ impl<R: Real> Transmission<R> {
             for i in 0..given {
                 motion[i] += self.motions[a][i] * value;
                 force[i] += self.forces[a][i] * value;
+            }
+        }
+        for (forces, &value) in pairs(&self.extra_forces, &self.solution[rhs + 1..]) {
+            for i in 0..given {
+                force[i] += forces[i] * value;
             }
         }
         let mut wrench = [R::zero(); 6];
@@ -365,7 +415,7 @@ impl<R: Real> Transmission<R> {
     /// After [`Transmission::eliminate`]: wrench F̂ per unit of slack `slack`, the platform held.
     #[inline(always)]
     pub fn slack_wrench(&self, slack: usize) -> [R; 6] {
-        let twist = self.rhs_column() + 1 + self.drive_count;
+        let twist = self.rhs_column() + 1 + self.extra;
         let mut wrench = [R::zero(); 6];
         for (i, entry) in wrench.iter_mut().enumerate() {
             *entry = self.reduced.get(self.slack(slack), twist + i);
@@ -388,8 +438,8 @@ impl<R: Real> Transmission<R> {
     }
 }
 
-/// Coordinates of passive joints whose screws are independent of those before them, in a configuration of no symmetry.
-fn independent_joints(chain: &Chain, reach: f64) -> Vec<usize> {
+/// Coordinates of a route's passive joints whose screws are independent of those before them, in a configuration of no symmetry.
+fn independent_joints(chain: &Chain, route: &Route, own: &[usize], reach: f64) -> Vec<usize> {
     let mut values = vec![0.0; chain.coordinate_count()];
     let offset = |coordinate: usize| 0.4 * (1.0 + 2.3 * coordinate as f64).sin();
     for drive in &chain.drives {
@@ -402,11 +452,10 @@ fn independent_joints(chain: &Chain, reach: f64) -> Vec<usize> {
         values[coordinate] = joint.home + offset(coordinate) * length;
     }
     let mut screws: Vec<MoveScrew> = Vec::new();
-    chain.forward(&values, &mut screws);
+    route.forward(&Pose::identity(), &values, &mut screws, &mut Vec::new());
     let mut basis: Vec<nalgebra::Vector6<f64>> = Vec::new();
     let mut independent = Vec::new();
-    for j in 0..chain.passive.len() {
-        let coordinate = chain.passive_coordinate(j);
+    for &coordinate in own.iter().filter(|&&coordinate| coordinate >= chain.virtual_count) {
         let moves = screws.iter().filter(|screw| screw.coordinate == coordinate);
         let mut screw: nalgebra::Vector6<f64> = moves.map(|screw| screw.twist.to_vector()).sum();
         screw.fixed_rows_mut::<3>(3).scale_mut(reach);

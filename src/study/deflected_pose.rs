@@ -23,7 +23,7 @@ pub(super) fn deflected_pose(
         return None;
     }
     let state = session.state();
-    let mut drives = at.drives.iter();
+    let mut first = 0;
     let chains: Vec<Vec<f64>> = machines
         .real
         .chains
@@ -31,9 +31,8 @@ pub(super) fn deflected_pose(
         .zip(&state.chains)
         .map(|(chain, settled)| {
             let mut values = settled.coordinates.clone();
-            for (drive, rho) in chain.drives.iter().zip(drives.by_ref()) {
-                values[drive.coordinate] += rho;
-            }
+            chain.add_joints(&at.drives[first..], &mut values);
+            first += chain.drives.len();
             values
         })
         .collect();

@@ -597,7 +597,7 @@ fn flagpole_without_a_spring_is_singular_unloaded() {
             joint.stiffness = 0.0;
         }
         let turn = Pose::from_roll_pitch_yaw(Vector3::new(0.3, 0.2, 1.0) * f64::to_radians(angle_deg));
-        machine.chains[0].base = turn.compose(&machine.chains[0].base);
+        machine.chains[0].route.base = turn.compose(&machine.chains[0].route.base);
         machine.home.pose = turn.compose(&machine.home.pose);
         let (_, outcome) = settle(&machine, &machine.home, &Wrench::zero());
         assert_eq!(outcome.status, Status::Singular, "turned by {angle_deg}°, smallest pivots are rounding");

@@ -47,7 +47,7 @@ impl Path<'_> {
     /// Elastic energy at both ends, and the work of load and drives by the trapezoid rule over `parts` parts.
     fn energies_and_work(&self, parts: usize) -> ([f64; 2], f64) {
         let first = self.station(0.0, &self.start);
-        let energy = elastic_energy(self.machine, &first.state);
+        let energy = elastic_energy(self.machine, &first.drives, &first.state);
         let (mut last, mut work) = (first, 0.0);
         for part in 1..=parts {
             let next = self.station(part as f64 / parts as f64, &last.state);
@@ -59,7 +59,7 @@ impl Path<'_> {
             }
             last = next;
         }
-        ([energy, elastic_energy(self.machine, &last.state)], work)
+        ([energy, elastic_energy(self.machine, &last.drives, &last.state)], work)
     }
 
     fn check(&self) -> Result<(), TestCaseError> {
@@ -131,7 +131,7 @@ proptest! {
 fn energy_of_an_undeflected_machine_is_zero() {
     for (name, ..) in CATALOGUE {
         let machine = catalogue_machine(name);
-        let energy = elastic_energy(&machine, &State::rigid(&machine, &machine.home));
+        let energy = elastic_energy(&machine, &machine.home.drives, &State::rigid(&machine, &machine.home));
         assert_eq!(energy, 0.0, "{name}: energy at home");
     }
 }

@@ -255,8 +255,8 @@ fn the_stiffness_of_the_hexapod_is_that_of_six_axial_springs() {
     let at = at_position(&machine, Vector3::new(70.0, -40.0, -930.0));
     let mut expected = Matrix6::zeros();
     for chain in &machine.chains {
-        let base = chain.base.translation;
-        let hand = at.pose.compose(&chain.attachment.inverse()).translation;
+        let base = chain.route.base.translation;
+        let hand = at.pose.compose(&chain.route.attachment.inverse()).translation;
         let line = (hand - base).normalize();
         let moment = (hand - at.pose.translation).cross(&line);
         let screw = Vector6::new(line.x, line.y, line.z, moment.x, moment.y, moment.z);

@@ -13,7 +13,7 @@ use proptest::prelude::*;
 fn carried(machine: &Machine, x_mo: &Pose) -> Machine {
     let mut machine = machine.clone();
     for chain in &mut machine.chains {
-        chain.base = x_mo.compose(&chain.base);
+        chain.route.base = x_mo.compose(&chain.route.base);
     }
     machine.home.pose = x_mo.compose(&machine.home.pose);
     machine

@@ -153,8 +153,9 @@ fn zoo() -> Machine {
     about_p.translation = x_op.translation - turn.rotation * x_op.translation;
     let mut second = machine.chains[0].clone();
     second.name = "second".into();
-    second.base = about_p.compose(&second.base);
-    second.attachment = second.attachment.compose(&x_op.inverse().compose(&about_p.inverse()).compose(&x_op));
+    second.route.base = about_p.compose(&second.route.base);
+    second.route.attachment =
+        second.route.attachment.compose(&x_op.inverse().compose(&about_p.inverse()).compose(&x_op));
     machine.chains.push(second);
     machine.home.drives.extend_from_within(..);
     machine.home.passive.extend_from_within(..);

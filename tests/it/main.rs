@@ -29,6 +29,7 @@ mod labels;
 mod lanes;
 mod library;
 mod list_lengths;
+mod machine_states;
 mod new_study;
 mod own_files;
 mod path_study;

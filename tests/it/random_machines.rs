@@ -143,7 +143,8 @@ fn energy_gradient(machine: &Machine, state: &State, c: usize) -> Vec<f64> {
                 let h = 1e-5;
                 moved[0].chains[c].coordinates[*passive] += h;
                 moved[1].chains[c].coordinates[*passive] -= h;
-                let by_hinge = elastic_energy(machine, &moved[0]) - elastic_energy(machine, &moved[1]);
+                let drives = &machine.home.drives;
+                let by_hinge = elastic_energy(machine, drives, &moved[0]) - elastic_energy(machine, drives, &moved[1]);
                 // Joint springs are added below.
                 let joint = &chain.passive[*passive - chain.virtual_count];
                 gradient[*passive] += by_hinge / (2.0 * h) - joint.stiffness * (x[*passive] - joint.neutral);

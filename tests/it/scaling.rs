@@ -109,7 +109,7 @@ fn aggregation_of_a_common_base_shift_moves_the_platform_by_it() {
         .iter()
         .map(|chain| {
             let mut error = ChainError::default();
-            error.base.linear = chain.base.rotation.transpose() * shift;
+            error.base.linear = chain.route.base.rotation.transpose() * shift;
             error
         })
         .collect();

@@ -5,7 +5,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Vector3};
 use super::{Configuration, Unreachable};
 use crate::{
     lanes::{dot, subtract},
-    machine::{Chain, Coordinate, Machine, Motion, MoveScrew},
+    machine::{Chain, Coordinate, Machine, Motion, MoveScrew, Route},
     spatial::{Pose, product, rotation_exp, rotation_log},
 };
 
@@ -21,26 +21,16 @@ const RANK_TOLERANCE: f64 = 1e-9;
 /// Largest change of a rotation within one continuation step, rad.
 const MAX_STEP_ROTATION: f64 = 0.5;
 
-/// Value of each coordinate of `chain` for drives `drives` and passive joints `passive`, springs undeflected.
-fn rigid_values(chain: &Chain, drives: &[f64], passive: &[f64], values: &mut Vec<f64>) {
-    values.clear();
-    values.resize(chain.virtual_count, 0.0);
-    for (drive, &rho) in chain.drives.iter().zip(drives) {
-        values[drive.coordinate] = rho;
-    }
-    values.extend_from_slice(passive);
-}
-
 /// Largest distance from P to a chain's base or to a joint axis when the chains stand as in `start`, mm.
 pub(in crate::machine) fn reach(chains: &[Chain], start: &Configuration) -> f64 {
     let (mut values, mut screws) = (Vec::new(), Vec::new());
     let mut first_drive = 0;
     let mut reach: f64 = 1.0;
     for (chain, passive) in chains.iter().zip(&start.passive) {
-        rigid_values(chain, &start.drives[first_drive..], passive, &mut values);
+        chain.rigid_values(&start.drives[first_drive..], passive, &mut values);
         first_drive += chain.drives.len();
         let end = chain.forward(&values, &mut screws);
-        reach = reach.max((end.translation - chain.base.translation).norm());
+        reach = reach.max((end.translation - chain.route.base.translation).norm());
         for screw in &screws {
             reach = reach.max(screw.twist.linear.norm() * screw.twist.angular.norm());
         }
@@ -63,11 +53,47 @@ pub(in crate::machine) struct Reached {
     pub solved: bool,
 }
 
+/// Elementary motions and frames of a route.
+#[derive(Default)]
+struct Walk {
+    screws: Vec<MoveScrew>,
+    frames: Vec<Pose>,
+}
+
+/// Where the unknowns of a chain are: its first drive and its first passive joint.
+struct Columns<'a> {
+    chain: &'a Chain,
+    drive: usize,
+    joint: usize,
+}
+
+impl Columns<'_> {
+    /// Tells `each` the columns that move a chain coordinate, and by how much.
+    fn of(&self, coordinate: usize, mut each: impl FnMut(usize, f64)) {
+        let chain = self.chain;
+        if coordinate >= chain.virtual_count {
+            return each(self.joint + coordinate - chain.virtual_count, 1.0);
+        }
+        let Some(joint) = chain.drives.iter().position(|drive| drive.coordinate == coordinate) else { return };
+        match &chain.coupling {
+            None => each(self.drive + joint, 1.0),
+            Some(coupling) => {
+                for (drive, &share) in coupling.per_shown.row(joint).iter().enumerate() {
+                    if share != 0.0 {
+                        each(self.drive + drive, share);
+                    }
+                }
+            }
+        }
+    }
+}
+
 /// The closure equations of a machine, linearised at a configuration.
 pub(in crate::machine) struct Closure<'a> {
     pub machine: &'a Machine,
     values: Vec<f64>,
-    screws: Vec<MoveScrew>,
+    /// What the rows of a route are made of, one for each depth of loops.
+    walks: Vec<Walk>,
     pub jacobian: DMatrix<f64>,
     pub residual: DVector<f64>,
     /// Drives of a redundant machine that stay where they are: index and value, mm or rad.
@@ -80,7 +106,7 @@ impl<'a> Closure<'a> {
             held: Vec::new(),
             machine,
             values: Vec::new(),
-            screws: Vec::new(),
+            walks: Vec::new(),
             jacobian: DMatrix::zeros(0, 0),
             residual: DVector::zeros(0),
         }
@@ -95,49 +121,84 @@ impl<'a> Closure<'a> {
     /// Unknowns: twist of P (6), drives, passive joints chain by chain.
     pub fn linearise(&mut self, at: &Configuration, command: &Command<'_>) {
         let machine = self.machine;
-        let (m, reach) = (machine.chains.len(), machine.reach);
         let drive_count = machine.drive_count();
         let commanded = match command {
             Command::Task(_) => machine.controls.len(),
             Command::Drives(_) => drive_count,
         };
-        let shape = (6 * m + commanded, self.unknown_count());
+        let closures = machine.closure_count();
+        let shape = (6 * closures + commanded, self.unknown_count());
         if self.jacobian.shape() != shape {
             self.jacobian = DMatrix::zeros(shape.0, shape.1);
             self.residual = DVector::zeros(shape.0);
         }
         self.jacobian.fill(0.0);
-        let (mut drive, mut joint) = (6, 6 + drive_count);
+        let (mut drive, mut joint, mut row) = (6, 6 + drive_count, 0);
+        let mut walks = std::mem::take(&mut self.walks);
         for (c, chain) in machine.chains.iter().enumerate() {
-            rigid_values(chain, &at.drives[drive - 6..], &at.passive[c], &mut self.values);
-            let end = chain.forward(&self.values, &mut self.screws);
-            let row = 6 * c;
-            let gap = end.translation - at.pose.translation;
-            let turn = rotation_log(&product(&end.rotation, &at.pose.rotation.transpose())) * reach;
-            self.residual.fixed_rows_mut::<3>(row).copy_from(&gap);
-            self.residual.fixed_rows_mut::<3>(row + 3).copy_from(&turn);
+            chain.rigid_values(&at.drives[drive - 6..], &at.passive[c], &mut self.values);
+            let columns = Columns { chain, drive, joint };
             for i in 0..6 {
                 self.jacobian[(row + i, i)] = -1.0;
             }
-            for screw in &self.screws {
-                let column = if screw.coordinate >= chain.virtual_count {
-                    joint + screw.coordinate - chain.virtual_count
-                } else if let Some(d) = chain.drives.iter().position(|d| d.coordinate == screw.coordinate) {
-                    drive + d
-                } else {
-                    continue;
-                };
-                let is_revolute = screw.twist.angular != Vector3::zeros();
-                let unit = if is_revolute { 1.0 / reach } else { 1.0 };
-                for i in 0..3 {
-                    self.jacobian[(row + i, column)] += screw.twist.linear[i] * unit;
-                    self.jacobian[(row + 3 + i, column)] += screw.twist.angular[i];
-                }
-            }
+            self.route_rows(&chain.route, &columns, &Pose::identity(), &at.pose, &mut row, &mut walks);
             drive += chain.drives.len();
             joint += chain.passive.len();
         }
-        self.command_rows(at, command, 6 * m);
+        self.walks = walks;
+        self.command_rows(at, command, 6 * closures);
+    }
+
+    /// Rows of a route that starts at `start` and should end at `target`, and behind them those of its loops. `row`: the first
+    /// of them, and then the first behind them.
+    fn route_rows(
+        &mut self,
+        route: &Route,
+        columns: &Columns<'_>,
+        start: &Pose,
+        target: &Pose,
+        row: &mut usize,
+        walks: &mut Vec<Walk>,
+    ) {
+        let mut walk = walks.pop().unwrap_or_default();
+        let end = route.forward(start, &self.values, &mut walk.screws, &mut walk.frames);
+        let gap = end.translation - target.translation;
+        let turn = rotation_log(&product(&end.rotation, &target.rotation.transpose())) * self.machine.reach;
+        self.residual.fixed_rows_mut::<3>(*row).copy_from(&gap);
+        self.residual.fixed_rows_mut::<3>(*row + 3).copy_from(&turn);
+        for screw in &walk.screws {
+            self.add_screw(*row, columns, screw, 1.0);
+        }
+        *row += 6;
+        if !route.loops.is_empty() {
+            let before = route.moves_before_frames();
+            for inner in &route.loops {
+                let (from, to) = (walk.frames[inner.from], walk.frames[inner.to]);
+                let first = *row;
+                self.route_rows(&inner.route, columns, &from, &to, row, walks);
+                // What the frame at the loop's end does with the motions between its ends.
+                for screw in &walk.screws[before[inner.from]..before[inner.to]] {
+                    let mut screw = *screw;
+                    screw.twist.linear += screw.twist.angular.cross(&(to.translation - end.translation));
+                    self.add_screw(first, columns, &screw, -1.0);
+                }
+            }
+        }
+        walks.push(walk);
+    }
+
+    /// Adds `sign` times the motion of an elementary motion to the rows from `row` on.
+    fn add_screw(&mut self, row: usize, columns: &Columns<'_>, screw: &MoveScrew, sign: f64) {
+        let reach = self.machine.reach;
+        let is_revolute = screw.twist.angular != Vector3::zeros();
+        let unit = if is_revolute { 1.0 / reach } else { 1.0 };
+        columns.of(screw.coordinate, |column, share| {
+            let share = sign * share;
+            for i in 0..3 {
+                self.jacobian[(row + i, column)] += share * screw.twist.linear[i] * unit;
+                self.jacobian[(row + 3 + i, column)] += share * screw.twist.angular[i];
+            }
+        });
     }
 
     fn command_rows(&mut self, at: &Configuration, command: &Command<'_>, first: usize) {
@@ -292,9 +353,9 @@ impl<'a> Closure<'a> {
     /// Why `command` is not met, as seen at `at`, where the search stopped: the chain that closes worst, and its gap.
     pub(super) fn why_not(&mut self, at: &Configuration, command: &Command<'_>) -> Unreachable {
         self.linearise(at, command);
-        let gaps = self.machine.chains.iter().enumerate().map(|(c, chain)| {
+        let gaps = self.machine.closure_names().into_iter().enumerate().map(|(c, name)| {
             let gap = self.residual.rows(6 * c, 6).norm();
-            (chain.name.clone(), gap)
+            (name, gap)
         });
         match gaps.max_by(|a, b| a.1.total_cmp(&b.1)) {
             Some((chain, gap_mm)) if gap_mm.is_nan() || gap_mm >= CLOSED_MM => Unreachable::Closure { chain, gap_mm },
@@ -358,6 +419,27 @@ impl Machine {
     pub(in crate::machine) fn closure_jacobian(&self, at: &Configuration) -> DMatrix<f64> {
         let mut closure = Closure::new(self);
         closure.linearise(at, &Command::Drives(&at.drives));
-        closure.jacobian.rows(0, 6 * self.chains.len()).into_owned()
+        closure.jacobian.rows(0, 6 * self.closure_count()).into_owned()
+    }
+
+    /// Number of routes that must end where another does or where P is: chains and their loops.
+    fn closure_count(&self) -> usize {
+        self.chains.iter().map(|chain| 1 + chain.route.loop_count()).sum()
+    }
+
+    /// Names of these routes, in the order of their equations.
+    fn closure_names(&self) -> Vec<String> {
+        fn loops(route: &Route, chain: &str, names: &mut Vec<String>) {
+            for inner in &route.loops {
+                names.push(format!("{chain} ({})", inner.name));
+                loops(&inner.route, chain, names);
+            }
+        }
+        let mut names = Vec::new();
+        for chain in &self.chains {
+            names.push(chain.name.clone());
+            loops(&chain.route, &chain.name, &mut names);
+        }
+        names
     }
 }

@@ -125,6 +125,8 @@ fn places(machine: &Machine) -> (Vec<Place>, (f64, f64)) {
 
 /// Principal stiffnesses of the tool tip and each element's share in its compliance, from 1 N along x, y and z.
 fn compliance(machine: &Machine, workspace: &mut Workspace) -> (Option<[f64; 3]>, Vec<(String, f64)>, Status) {
+    // What the weight bends is not the load's.
+    let machine = &machine.weightless();
     let home = &machine.home;
     let lever = home.pose.rotation * machine.tool_tip;
     let mut shares: Vec<(String, f64)> = Vec::new();
@@ -141,7 +143,7 @@ fn compliance(machine: &Machine, workspace: &mut Workspace) -> (Option<[f64; 3]>
             return (None, Vec::new(), status);
         }
         tip = outcome.compliance.map(|compliance| principal_stiffnesses(&tool_compliance(&compliance, lever)));
-        for (index, (name, energy)) in spring_energies(machine, &state).into_iter().enumerate() {
+        for (index, (name, energy)) in spring_energies(machine, &home.drives, &state).into_iter().enumerate() {
             match shares.get_mut(index) {
                 Some((_, sum)) => *sum += energy,
                 None => shares.push((name, energy)),

@@ -147,7 +147,7 @@ fn freed(machine: &Machine, at_rest: &AtRest) -> (Machine, State) {
             }
             _ => vec![*step],
         };
-        chain.steps = chain.steps.iter().flat_map(bent).collect();
+        chain.route.for_each(&mut |route| route.steps = route.steps.iter().flat_map(bent).collect());
         deflections.fill(0.0);
         for (joint, q) in chain.passive.iter_mut().zip(passive) {
             joint.neutral = *q;

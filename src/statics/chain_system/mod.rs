@@ -1,28 +1,37 @@
-//! The linearised equilibrium of one chain and its condensation to the platform.
+//! The linearised equilibrium of one chain and its condensation to the platform: unknowns, elimination, back-substitution.
+//! What the unknowns meet is filled in by `springs`, `weight`, `point_springs` and `loops`.
 
-use nalgebra::{Matrix6, Vector6};
+mod assembly;
+mod loops;
+mod point_springs;
+mod springs;
+mod weight;
+
+use nalgebra::{Matrix6, Vector3, Vector6};
 
 use super::{
     bordered::Bordered,
     state::ChainState,
-    transmission::{Scale, Transmission},
+    transmission::{Known, Scale, Transmission},
 };
 use crate::{
-    lanes::{Frame, Real, Screw, Vec3, clear, copy, pairs, rotation_log, sin_cos},
-    machine::{Chain, Machine, Motion, SpringLaw, Step},
+    lanes::{Frame, Real, Screw, Vec3, clear, copy, pairs, rotation_log},
+    machine::{Chain, Machine, Motion, Route, Step},
     spatial::{Pose, Wrench},
 };
+pub(super) use loops::LoopSystem;
+use weight::Hung;
 
 /// Linear system of one chain.
 ///
-/// Unknowns, in this order: dθ, −dF̂, dq; then the known columns: right-hand side (1), motion of the drives, dt (6).
-/// The symmetric matrix over all of them is
+/// Unknowns, in this order: dθ, −dF̂, dq; then the known columns: right-hand side (1), motion of the drives, turn of the first
+/// frame against gravity (3, in a loop with masses), dt (6). The symmetric matrix over all of them is
 ///
 /// ```text
-///          dθ      −dF̂    dq      1     dρ    dt
-/// ∂/∂θ     A_θθ    J_θᵀ   A_θq    r_θ   −k    ·
-/// closure          0      J_q     c     ·     −I
-/// ∂/∂q                    A_qq    r_q   ·     ·
+///          dθ      −dF̂    dq      1     dρ    dφ    dt
+/// ∂/∂θ     A_θθ    J_θᵀ   A_θq    r_θ   −k    −L_θ  ·
+/// closure          0      J_q     c     ·     ·     −I
+/// ∂/∂q                    A_qq    r_q   ·     −L_q  ·
 /// ```
 ///
 /// with `A = ∂²U − H`, H the wrench-weighted Hessian `∂(JᵀF)/∂x` made symmetric: its antisymmetric part is
@@ -31,12 +40,21 @@ use crate::{
 /// K_i of eqs. (4), (5), the wrench at held platform, and the wrench per unit of drive motion.
 ///
 /// Chains without an elastic link are eliminated in the order of [`Transmission`] instead, which may leave slacks to the
-/// platform.
+/// platform. A loop is a chain of its own between two frames of the route, condensed in the same way ([`loops`]).
 #[derive(Debug, Clone)]
 pub(super) struct ChainSystem<R = f64> {
     virtual_count: usize,
     passive_count: usize,
-    drive_count: usize,
+    /// The chain coordinates that the route moves, in the order of their rows; and the row of each chain coordinate.
+    own: Vec<usize>,
+    rows: Vec<usize>,
+    /// The chain's drives that have a column, and its springs and sprung joints that belong to the route.
+    drives: Vec<usize>,
+    springs: Vec<usize>,
+    joints: Vec<usize>,
+    /// Row, column and entry by which the drives move their joints.
+    drive_entries: Vec<(usize, usize, f64)>,
+    turn_count: usize,
     matrix: Bordered<R>,
     transmission: Option<Transmission<R>>,
     /// Whether a chain coordinate is a rotation.
@@ -44,11 +62,33 @@ pub(super) struct ChainSystem<R = f64> {
     values: Vec<R>,
     /// Elementary motions: coordinate, and twist of the chain's end.
     screws: Vec<(usize, Screw<R>)>,
+    /// The frames on which something hangs, and the number of elementary motions before each.
+    frames: Vec<Frame<R>>,
+    moves_before: Vec<usize>,
+    end: Vec3<R>,
+    /// What has weight, from the end of the route on, and what it does to each elementary motion.
+    hung: Vec<Hung>,
+    levers: Vec<Vec3<R>>,
+    /// All masses: their sum, kg, and their first moment about O, kg·mm.
+    mass: f64,
+    moment_of_mass: Vec3<R>,
+    loops: Vec<LoopSystem<R>>,
+    /// Steps of the drives that have a column, in a loop.
+    moved: Vec<R>,
     /// Closure error c: twist from the platform to the chain's end.
     pub closure: Screw<R>,
     /// Moment carried by the chain, N·mm.
     pub moment: Vec3<R>,
     solution: Vec<R>,
+}
+
+/// Where a chain and its loops stand, and what they carry.
+struct Carried<'a, R> {
+    drives: &'a [R],
+    coordinates: &'a [R],
+    wrench: Screw<R>,
+    loops: &'a [Screw<R>],
+    gravity: Vec3<R>,
 }
 
 /// Largest residuals of a chain, in its units and made dimensionless by the caller.
@@ -68,24 +108,69 @@ impl<R: Real> ChainSystem<R> {
     }
 
     fn new(chain: &Chain, scale: Scale) -> Self {
-        let (virtual_count, passive_count, drive_count) =
-            (chain.virtual_count, chain.passive.len(), chain.drives.len());
-        let size = virtual_count + 6 + passive_count + 1 + drive_count + 6;
+        Self::of_route(chain, &chain.route, (0..chain.drives.len()).collect(), false, scale)
+    }
+
+    /// Of a route of `chain`, with columns for these of its drives; a loop turns against gravity.
+    fn of_route(chain: &Chain, route: &Route, drives: Vec<usize>, is_loop: bool, scale: Scale) -> Self {
+        let own = route.coordinates();
+        let virtual_count = own.iter().filter(|&&coordinate| coordinate < chain.virtual_count).count();
+        let passive_count = own.len() - virtual_count;
+        let mut rows = vec![usize::MAX; chain.coordinate_count()];
+        for (i, &coordinate) in own.iter().enumerate() {
+            rows[coordinate] = if i < virtual_count { i } else { i + 6 };
+        }
+        let is_own = |coordinate: usize| rows[coordinate] != usize::MAX;
+        let springs = (0..chain.springs.len()).filter(|&i| is_own(chain.springs[i].start)).collect();
+        let joints = (0..chain.passive.len())
+            .filter(|&j| is_own(chain.passive_coordinate(j)) && chain.passive[j].stiffness > 0.0)
+            .collect();
+        let rhs = virtual_count + 6 + passive_count;
+        let mut drive_entries = Vec::new();
+        for (joint, drive) in chain.drives.iter().enumerate().filter(|(_, drive)| is_own(drive.coordinate)) {
+            for (column, &moved) in drives.iter().enumerate() {
+                let share = chain.joint_per_drive(joint, moved);
+                if share != 0.0 {
+                    drive_entries.push((rows[drive.coordinate], rhs + 1 + column, -drive.stiffness * share));
+                }
+            }
+        }
+        let turn_count = if is_loop && route.has_mass() { 3 } else { 0 };
+        let size = rhs + 1 + drives.len() + turn_count + 6;
         let mut is_rotation = vec![false; chain.coordinate_count()];
-        for step in &chain.steps {
+        for step in &route.steps {
             if let Step::Move { motion, coordinate, .. } = *step {
                 is_rotation[coordinate] = motion == Motion::Revolute;
             }
         }
+        let moves_before = route.moves_before_frames();
+        let loops: Vec<_> = route.loops.iter().map(|inner| LoopSystem::new(chain, inner, scale)).collect();
+        let hung = weight::hung(route, &moves_before);
+        let extra = drives.len() + turn_count;
         Self {
             virtual_count,
             passive_count,
-            drive_count,
+            transmission: Transmission::new(chain, route, &own, extra, turn_count + loops.len() > 0, scale),
+            own,
+            rows,
+            drives,
+            springs,
+            joints,
+            drive_entries,
+            turn_count,
             matrix: Bordered::new(size),
-            transmission: Transmission::new(chain, scale),
             is_rotation,
             values: vec![R::zero(); chain.coordinate_count()],
-            screws: Vec::with_capacity(chain.move_count()),
+            screws: Vec::with_capacity(route.move_count()),
+            frames: Vec::with_capacity(moves_before.len()),
+            moves_before,
+            end: Vec3::zero(),
+            levers: vec![Vec3::zero(); if hung.is_empty() { 0 } else { route.move_count() }],
+            hung,
+            mass: 0.0,
+            moment_of_mass: Vec3::zero(),
+            loops,
+            moved: Vec::new(),
             closure: Screw::zero(),
             moment: Vec3::zero(),
             solution: vec![R::zero(); size],
@@ -96,70 +181,101 @@ impl<R: Real> ChainSystem<R> {
         self.virtual_count + 6 + self.passive_count
     }
 
-    fn drive_column(&self, drive: usize) -> usize {
-        self.rhs_column() + 1 + drive
+    fn turn_column(&self) -> usize {
+        self.rhs_column() + 1 + self.drives.len()
     }
 
     fn twist_column(&self) -> usize {
-        self.rhs_column() + 1 + self.drive_count
+        self.turn_column() + self.turn_count
     }
 
-    /// Number of unknowns: dθ, dF, dq.
-    pub fn unknown_count(&self) -> usize {
+    /// Number of unknowns without those of loops: dθ, dF, dq.
+    fn own_unknown_count(&self) -> usize {
         self.rhs_column()
     }
 
     /// Number of drives.
     pub fn drive_count(&self) -> usize {
-        self.drive_count
+        self.drives.len()
     }
 
     /// Row of the first wrench unknown.
-    pub fn wrench_row(&self) -> usize {
+    fn wrench_row(&self) -> usize {
         self.virtual_count
     }
 
-    /// Row of chain coordinate `coordinate`: virtual ones first, passive ones behind the wrench.
+    /// Row of chain coordinate `coordinate`, which the route moves: virtual ones first, passive ones behind the wrench.
     #[inline(always)]
     fn row(&self, coordinate: usize) -> usize {
-        if coordinate < self.virtual_count { coordinate } else { coordinate + 6 }
+        self.rows[coordinate]
     }
 
-    /// Fills the system with coordinates at `coordinates` and the chain carrying `wrench`, this chain's drives at `drives`
-    /// and the platform at `platform`.
+    /// Fills the system of a chain with coordinates at `coordinates` and `wrenches` carried (its own, then those of its loops, see
+    /// [`ChainState`]), this chain's drives at `drives` and the platform at `platform`.
     #[inline(always)]
-    pub fn fill(&mut self, chain: &Chain, drives: &[R], coordinates: &[R], wrench: Screw<R>, platform: &Frame<R>) {
-        copy(&mut self.values, coordinates);
-        for (drive, &rho) in pairs(&chain.drives, drives) {
-            self.values[drive.coordinate] += rho;
-        }
+    pub fn fill(
+        &mut self,
+        chain: &Chain,
+        drives: &[R],
+        coordinates: &[R],
+        wrench: Screw<R>,
+        loops: &[Screw<R>],
+        platform: &Frame<R>,
+        gravity: Vec3<R>,
+    ) {
+        let carried = Carried { drives, coordinates, wrench, loops, gravity };
+        self.fill_route(chain, &chain.route, &Frame::splat(&chain.route.base), platform, &carried);
+    }
+
+    /// Fills the system of a route from a first frame at `first` to a target at `target`.
+    #[inline(always)]
+    fn fill_route(
+        &mut self,
+        chain: &Chain,
+        route: &Route,
+        first: &Frame<R>,
+        target: &Frame<R>,
+        carried: &Carried<'_, R>,
+    ) {
+        copy(&mut self.values, carried.coordinates);
+        chain.add_joints(carried.drives, &mut self.values);
         self.screws.clear();
-        let end = chain.propagate(
+        self.frames.clear();
+        let end = route.propagate(
+            *first,
             &self.values,
             #[inline(always)]
             |coordinate, twist| {
                 self.screws.push((coordinate, twist));
             },
+            #[inline(always)]
+            |frame| self.frames.push(frame),
         );
         for (coordinate, twist) in &mut self.screws {
             if self.is_rotation[*coordinate] {
                 twist.linear += twist.angular.cross(end.origin);
             }
         }
-        self.moment = wrench.angular;
-        self.closure =
-            Screw { linear: end.origin - platform.origin, angular: rotation_log(end.rotation_from(platform)) };
+        self.end = end.origin;
+        self.moment = carried.wrench.angular;
+        self.closure = Screw { linear: end.origin - target.origin, angular: rotation_log(end.rotation_from(target)) };
         self.matrix.clear();
-        self.fill_jacobian_and_residual(wrench);
-        self.fill_hessian(wrench);
-        self.fill_springs(chain, coordinates);
+        if !self.loops.is_empty() {
+            self.fill_loops(chain, route, carried);
+        }
+        if !self.hung.is_empty() {
+            self.weigh(route, carried.gravity);
+        }
+        self.fill_jacobian_and_residual(carried.wrench);
+        self.fill_hessian(carried.wrench);
+        self.fill_springs(chain, carried.coordinates);
+        self.fill_point_springs(route);
         let (wrench_row, twist_column) = (self.virtual_count, self.twist_column());
         for i in 0..6 {
             *self.matrix.at(wrench_row + i, twist_column + i) = R::splat(-1.0);
         }
-        for (d, drive) in chain.drives.iter().enumerate() {
-            let column = self.drive_column(d);
-            *self.matrix.at(drive.coordinate, column) = R::splat(-drive.stiffness);
+        for &(row, column, entry) in &self.drive_entries {
+            *self.matrix.at(row, column) = R::splat(entry);
         }
     }
 
@@ -190,6 +306,9 @@ impl<R: Real> ChainSystem<R> {
             if self.is_rotation[later] {
                 lever += twist.angular.cross(half_moment);
             }
+            if let Some(&by_weight) = self.levers.get(j) {
+                lever += by_weight;
+            }
             let row_j = self.row(later);
             for k in 0..=j {
                 let (earlier, twist) = self.screws[k];
@@ -206,102 +325,19 @@ impl<R: Real> ChainSystem<R> {
         }
     }
 
-    #[inline(always)]
-    fn fill_springs(&mut self, chain: &Chain, coordinates: &[R]) {
-        let rhs = self.rhs_column();
-        for spring in &chain.springs {
-            let start = spring.start;
-            match &spring.law {
-                SpringLaw::Drive(stiffness) => {
-                    *self.matrix.at(start, start) += R::splat(*stiffness);
-                    *self.matrix.at(start, rhs) += R::splat(*stiffness) * coordinates[start];
-                }
-                SpringLaw::Link(stiffness) => {
-                    for index in 0..36 {
-                        let (i, j) = (index / 6, index % 6);
-                        let k = stiffness[(i, j)];
-                        if k == 0.0 {
-                            continue;
-                        }
-                        *self.matrix.at(start + i, rhs) += R::splat(k) * coordinates[start + j];
-                        if j >= i {
-                            *self.matrix.at(start + i, start + j) += R::splat(k);
-                        }
-                    }
-                }
-                SpringLaw::Parallelogram { passive, terms } => {
-                    self.fill_parallelogram(
-                        &coordinates[start..start + 5],
-                        start,
-                        coordinates[*passive],
-                        *passive,
-                        terms,
-                    );
-                }
-            }
-        }
-        for (j, joint) in chain.passive.iter().enumerate() {
-            if joint.stiffness > 0.0 {
-                let (coordinate, row) = (chain.passive_coordinate(j), chain.passive_coordinate(j) + 6);
-                let (stiffness, neutral) = (R::splat(joint.stiffness), R::splat(joint.neutral));
-                *self.matrix.at(row, row) += stiffness;
-                *self.matrix.at(row, rhs) += stiffness * (coordinates[coordinate] - neutral);
-            }
-        }
-    }
-
-    /// `U = ½ θᵀ K(q) θ` with the first of `theta` at row `start` and `q` the passive coordinate `passive`.
-    #[inline(always)]
-    fn fill_parallelogram(
-        &mut self,
-        theta: &[R],
-        start: usize,
-        q: R,
-        passive: usize,
-        [mean, cosine, sine]: &[nalgebra::SMatrix<f64, 5, 5>; 3],
-    ) {
-        let (rhs, row_q) = (self.rhs_column(), self.row(passive));
-        let (s, c) = sin_cos(q + q);
-        let (mut slope_force, mut curvature_force) = (R::zero(), R::zero());
-        for i in 0..5 {
-            let (mut force, mut slope, mut swing_force) = (R::zero(), R::zero(), R::zero());
-            for j in 0..5 {
-                let (mean, cosine, sine) = (mean[(i, j)], cosine[(i, j)], sine[(i, j)]);
-                if mean == 0.0 && cosine == 0.0 && sine == 0.0 {
-                    continue;
-                }
-                let (mean, cosine, sine) = (R::splat(mean), R::splat(cosine), R::splat(sine));
-                let swing = cosine * c + sine * s;
-                let stiffness = mean + swing;
-                force += stiffness * theta[j];
-                slope += (sine * c - cosine * s) * theta[j];
-                swing_force += swing * theta[j];
-                if j >= i {
-                    *self.matrix.at(start + i, start + j) += stiffness;
-                }
-            }
-            slope += slope;
-            *self.matrix.at(start + i, rhs) += force;
-            *self.matrix.at(start + i, row_q) += slope;
-            slope_force += slope * theta[i];
-            curvature_force -= swing_force * theta[i];
-        }
-        *self.matrix.at(row_q, rhs) += R::splat(0.5) * slope_force;
-        *self.matrix.at(row_q, row_q) += R::splat(2.0) * curvature_force;
-    }
-
     /// Present residual, before elimination; `reach` in mm makes rotations and moments comparable.
     #[inline(always)]
     pub fn residual(&self, reach: f64) -> ChainResidual<R> {
         let rhs = self.rhs_column();
         let per_reach = R::splat(1.0 / reach);
         let mut force = R::zero();
-        for (coordinate, &is_rotation) in self.is_rotation.iter().enumerate() {
+        for &coordinate in &self.own {
             let entry = self.matrix.get(self.row(coordinate), rhs).abs();
-            force = force.larger(if is_rotation { entry * per_reach } else { entry });
+            force = force.larger(if self.is_rotation[coordinate] { entry * per_reach } else { entry });
         }
         let gap = self.closure.linear.norm().larger(self.closure.angular.norm() * R::splat(reach));
-        ChainResidual { gap, force }
+        let own = ChainResidual { gap, force };
+        if self.loops.is_empty() { own } else { self.with_loops(own, reach) }
     }
 
     /// Eliminates the chain's unknowns but for its slacks; the lanes in which that works. In the others a pivot has the wrong
@@ -309,10 +345,11 @@ impl<R: Real> ChainSystem<R> {
     #[inline(always)]
     pub fn eliminate(&mut self) -> u8 {
         let (theta, rhs, twist) = (self.virtual_count, self.rhs_column(), self.twist_column());
+        let good = if self.loops.is_empty() { R::ALL } else { self.condense_loops() };
         if let Some(transmission) = &mut self.transmission {
-            return transmission.eliminate(&self.matrix, theta, rhs);
+            return good & transmission.eliminate(&self.matrix, theta, rhs);
         }
-        let good = self.matrix.eliminate(0..theta, twist, 1.0, 0.0);
+        let good = good & self.matrix.eliminate(0..theta, twist, 1.0, 0.0);
         let good = good & self.matrix.eliminate(theta..theta + 6, twist + 6, -1.0, 0.0);
         good & self.matrix.eliminate(theta + 6..rhs, twist + 6, 1.0, 0.0)
     }
@@ -324,6 +361,12 @@ impl<R: Real> ChainSystem<R> {
             Some(transmission) => (transmission.reduced(), transmission.rhs_column()),
             None => (&self.matrix, self.rhs_column()),
         }
+    }
+
+    /// Column of dt where the right-hand side is column `rhs`.
+    #[inline(always)]
+    fn twist_behind(&self, rhs: usize) -> usize {
+        rhs + 1 + self.drives.len() + self.turn_count
     }
 
     /// Number of slacks that [`ChainSystem::eliminate`] leaves to the platform.
@@ -359,7 +402,7 @@ impl<R: Real> ChainSystem<R> {
     #[inline(always)]
     pub fn stiffness(&self, i: usize, j: usize) -> R {
         let (matrix, rhs) = self.condensed();
-        let twist = rhs + 1 + self.drive_count;
+        let twist = self.twist_behind(rhs);
         matrix.get(twist + i.min(j), twist + i.max(j))
     }
 
@@ -379,7 +422,7 @@ impl<R: Real> ChainSystem<R> {
     #[inline(always)]
     fn wrench_by(&self, column: usize) -> [R; 6] {
         let (matrix, rhs) = self.condensed();
-        let (row, twist) = (rhs + column, rhs + 1 + self.drive_count);
+        let (row, twist) = (rhs + column, self.twist_behind(rhs));
         let mut wrench = [R::zero(); 6];
         for (i, entry) in wrench.iter_mut().enumerate() {
             *entry = matrix.get(row, twist + i);
@@ -398,12 +441,23 @@ impl<R: Real> ChainSystem<R> {
     /// from the chain alone.
     #[inline(always)]
     pub fn substitute(&mut self, residual: f64, dt: &[R; 6], drives: &[R], slacks: Option<&[R]>) {
-        let (rhs, twist) = (self.rhs_column(), self.twist_column());
-        if let Some(transmission) = &mut self.transmission {
-            let unknowns = &mut self.solution;
-            return transmission.substitute(residual, dt, drives, slacks, self.virtual_count, unknowns);
+        self.substitute_route(residual, dt, drives, &[], slacks);
+        if !self.loops.is_empty() {
+            self.substitute_loops(residual, drives);
         }
-        clear(&mut self.solution[rhs..]);
+    }
+
+    /// The same for the unknowns of the route itself, its first frame turned by `turn` against gravity; `drives` are those that
+    /// have a column.
+    #[inline(always)]
+    fn substitute_route(&mut self, residual: f64, dt: &[R; 6], drives: &[R], turn: &[R], slacks: Option<&[R]>) {
+        let (rhs, turn_column, twist) = (self.rhs_column(), self.turn_column(), self.twist_column());
+        copy(&mut self.solution[turn_column..], turn);
+        if let Some(transmission) = &mut self.transmission {
+            let known = Known { residual, dt, drives, turn };
+            return transmission.substitute(known, slacks, self.virtual_count, &mut self.solution);
+        }
+        clear(&mut self.solution[rhs..turn_column]);
         self.solution[rhs] = R::splat(residual);
         copy(&mut self.solution[rhs + 1..], drives);
         copy(&mut self.solution[twist..], dt);
@@ -413,7 +467,10 @@ impl<R: Real> ChainSystem<R> {
     /// Step of chain coordinate `coordinate`; of a drive's, the step of its joint ρ + θ_a.
     #[inline(always)]
     pub fn coordinate_step(&self, coordinate: usize) -> R {
-        self.solution[self.row(coordinate)]
+        match self.rows[coordinate] {
+            usize::MAX => self.step_in_loops(coordinate),
+            row => self.solution[row],
+        }
     }
 
     /// Step of the wrench for the platform step `dt`. Between dF̂ and dF lies the moment `½ m × (dω − c_ω)`.
@@ -431,35 +488,54 @@ impl<R: Real> ChainSystem<R> {
         step
     }
 
+    /// After [`ChainSystem::eliminate`]: eliminates the slacks as well; the lanes in which the chain is elastic in all wrenches that
+    /// it transmits.
+    #[inline(always)]
+    fn settle(&mut self) -> u8 {
+        match &mut self.transmission {
+            Some(transmission) => transmission.settle(),
+            None => R::ALL,
+        }
+    }
+
     /// Largest rotation of a joint or spring in the step, rad.
     #[inline(always)]
     pub fn largest_rotation(&self) -> R {
         let mut largest = R::zero();
-        for (coordinate, &is_rotation) in self.is_rotation.iter().enumerate() {
-            if is_rotation {
-                largest = largest.larger(self.coordinate_step(coordinate).abs());
+        for &coordinate in &self.own {
+            if self.is_rotation[coordinate] {
+                largest = largest.larger(self.solution[self.rows[coordinate]].abs());
             }
         }
-        largest
+        if self.loops.is_empty() { largest } else { self.largest_rotation_in_loops(largest) }
     }
 }
 
 impl ChainSystem<f64> {
-    /// Fills the system at `state` with drives at `drives` (this chain's) and the platform at `platform`.
-    pub fn linearise(&mut self, chain: &Chain, drives: &[f64], state: &ChainState, platform: &Pose) {
-        self.fill(chain, drives, &state.coordinates, state.wrench.into(), &Frame::splat(platform));
+    /// Fills the system at `state` with drives at `drives` (this chain's) and the platform at `platform`, masses having the
+    /// weight `gravity` per kg.
+    pub fn linearise(
+        &mut self,
+        chain: &Chain,
+        drives: &[f64],
+        state: &ChainState,
+        platform: &Pose,
+        gravity: &Vector3<f64>,
+    ) {
+        let frame = Frame::splat(platform);
+        let gravity = Vec3::splat(gravity);
+        if state.loops.is_empty() {
+            return self.fill(chain, drives, &state.coordinates, state.wrench.into(), &[], &frame, gravity);
+        }
+        let loops: Vec<Screw<f64>> = state.loops.iter().map(|&wrench| wrench.into()).collect();
+        self.fill(chain, drives, &state.coordinates, state.wrench.into(), &loops, &frame, gravity);
     }
 
     /// Eliminates all unknowns of the chain; the symmetric part K_i of its stiffness. `None` as [`ChainSystem::eliminate`],
     /// and for a chain that is rigid in some direction.
     pub fn condense(&mut self) -> Option<Matrix6<f64>> {
-        let good = self.eliminate() == 1 && self.transmission.as_mut().is_none_or(|own| own.settle() == 1);
+        let good = self.eliminate() == 1 && self.settle() == 1;
         good.then(|| Matrix6::from_fn(|i, j| self.stiffness(i, j)))
-    }
-
-    /// Takes over unknowns found by another solver, in this system's order.
-    pub fn set_solution(&mut self, unknowns: &[f64]) {
-        self.solution[..unknowns.len()].copy_from_slice(unknowns);
     }
 
     /// Adds the step to `state`.
@@ -469,21 +545,11 @@ impl ChainSystem<f64> {
         }
         let wrench = state.wrench.to_vector() + Vector6::from(self.wrench_step(&(*dt).into()));
         state.wrench = Wrench::from_vector(&wrench);
-    }
-
-    /// Entry of the symmetric system over the unknowns, before elimination.
-    pub fn coefficient(&self, i: usize, j: usize) -> f64 {
-        self.matrix.get(i.min(j), i.max(j))
-    }
-
-    /// Right-hand side entry before elimination: `S z + rhs − [dt in the wrench rows] = 0`.
-    pub fn right_hand_side(&self, row: usize) -> f64 {
-        self.matrix.get(row, self.rhs_column())
-    }
-
-    /// Takes `amount` off a right-hand side entry before elimination.
-    pub fn release(&mut self, row: usize, amount: f64) {
-        let rhs = self.rhs_column();
-        *self.matrix.at(row, rhs) -= amount;
+        let mut number = 0;
+        self.loop_wrench_steps(&mut |step| {
+            let wrench = state.loops[number].to_vector() + Vector6::from(step);
+            state.loops[number] = Wrench::from_vector(&wrench);
+            number += 1;
+        });
     }
 }

@@ -1,0 +1,369 @@
+//! The elements of a chain, one after the other, from a machine file as written.
+
+use nalgebra::{Matrix6, Vector3};
+
+use super::{TO_RAD, coupling, elastic_constants, frame, section::section};
+use crate::{
+    input::{check::Check, error::Result},
+    machine::{
+        Chain, Drive, Motion, PassiveJoint, Route, Spring, SpringLaw, Step,
+        section::{Material, beam_stiffness, parallelogram_terms},
+        spec::{
+            AxisSpec, BeamSpec, ElementSpec, LinkSpec, MachineSpec, MountSpec, ParallelogramSpec, PointSpringSpec,
+            ShownSpec,
+        },
+    },
+    spatial::{Axis, Pose},
+};
+
+/// Numbers of passive coordinates begin here until it is known how many virtual ones there are.
+const PASSIVE: usize = 1 << 30;
+
+/// The chain of a mount, whose design is the one with this index.
+pub(super) fn mounted_chain(
+    spec: &MachineSpec,
+    design: usize,
+    mount: &MountSpec,
+    check_chain: &Check,
+    check_mount: &Check,
+) -> Result<Chain> {
+    let mut builder = ChainBuilder {
+        spec,
+        chain: Chain {
+            name: mount.name.clone(),
+            route: Route::default(),
+            virtual_count: 0,
+            springs: Vec::new(),
+            drives: Vec::new(),
+            coupling: None,
+            passive: Vec::new(),
+        },
+        route: Route::default(),
+        prefix: String::new(),
+        frames: Vec::new(),
+        springs: Vec::new(),
+        designs: Vec::new(),
+        shown: Vec::new(),
+    };
+    builder.route(design, mount, check_mount)?;
+    let chain = builder.finish()?;
+    if chain.coordinate_count() == 0 {
+        let problem = "the chain has neither a joint nor an elastic element (drive, beam, link, parallelogram)";
+        return check_chain.key("elements").fail(problem.into());
+    }
+    Ok(chain)
+}
+
+/// Collects the steps and coordinates of one chain.
+pub(super) struct ChainBuilder<'a> {
+    pub spec: &'a MachineSpec,
+    pub chain: Chain,
+    /// The route under way: the chain's, or that of a loop of a module.
+    pub route: Route,
+    /// What stands before the names of joints: the mounts of the modules they belong to.
+    pub prefix: String,
+    /// Names of frames of the route under way.
+    pub frames: Vec<(String, usize)>,
+    /// Springs of it, with their places in the file: their frames may be named later.
+    pub springs: Vec<(PointSpringSpec, Check)>,
+    /// Designs under way, the outermost first.
+    pub designs: Vec<usize>,
+    /// Shown coordinates, with the drives they belong to and their places in the file.
+    pub shown: Vec<(usize, ShownSpec, Check)>,
+}
+
+impl ChainBuilder<'_> {
+    /// Fills the route under way with the elements of a design, mounted as `mount` says.
+    pub fn route(&mut self, design: usize, mount: &MountSpec, check_mount: &Check) -> Result<()> {
+        self.route.base = frame(&mount.base, &check_mount.key("base"))?;
+        self.route.attachment = frame(&mount.platform, &check_mount.key("platform"))?.inverse();
+        self.designs.push(design);
+        let check = check_mount.root().key(&format!("chain[{design}]"));
+        for (i, element) in self.spec.chain[design].elements.iter().enumerate() {
+            self.element(element, i + 1, &check.key(&format!("elements[{i}]")))?;
+        }
+        self.designs.pop();
+        self.hang_springs()
+    }
+
+    pub fn fixed(&mut self, pose: Pose) {
+        match self.route.steps.last_mut() {
+            Some(Step::Fixed(last)) => *last = last.compose(&pose),
+            _ if pose == Pose::identity() => {}
+            _ => self.route.steps.push(Step::Fixed(pose)),
+        }
+    }
+
+    fn virtual_move(&mut self, motion: Motion, axis: Axis) -> usize {
+        let coordinate = self.chain.virtual_count;
+        self.chain.virtual_count += 1;
+        self.route.steps.push(Step::Move { motion, axis, coordinate, sign: 1.0 });
+        coordinate
+    }
+
+    fn passive_move(&mut self, motion: Motion, axis: Axis, joint: usize, sign: f64) {
+        self.route.steps.push(Step::Move { motion, axis, coordinate: PASSIVE + joint, sign });
+    }
+
+    /// Elastic motions of a group, and the spring over them.
+    fn spring(&mut self, name: String, law: SpringLaw, moves: &[(Motion, Axis)]) {
+        let start = self.chain.virtual_count;
+        for &(motion, axis) in moves {
+            self.virtual_move(motion, axis);
+        }
+        self.chain.springs.push(Spring { name, start, law });
+    }
+
+    fn element(&mut self, element: &ElementSpec, number: usize, check: &Check) -> Result<()> {
+        match element {
+            ElementSpec::Fixed(fixed) => {
+                let check = check.key("fixed");
+                let mut pose =
+                    Pose::from_roll_pitch_yaw(check.key("rotation_deg").finite(fixed.rotation_deg)? * TO_RAD);
+                pose.translation = check.key("translation_mm").finite(fixed.translation_mm)?;
+                self.fixed(pose);
+            }
+            ElementSpec::PrismaticDrive(drive) => {
+                let check = check.key("prismatic_drive");
+                let drive_model = Drive {
+                    name: drive.name.clone(),
+                    motion: Motion::Prismatic,
+                    coordinate: self.chain.virtual_count,
+                    stiffness: check.key("stiffness_N_per_mm").positive(drive.stiffness)?,
+                    travel: check.key("travel_mm").interval(drive.travel_mm, 1.0)?,
+                    force_limit: check.key("force_limit_N").optional_positive(drive.force_limit)?,
+                    home: check.key("home_mm").finite_scalar(drive.home_mm)?,
+                };
+                self.drive(drive_model, drive.axis, drive.shown.as_ref(), &check)?;
+            }
+            ElementSpec::RevoluteDrive(drive) => {
+                let check = check.key("revolute_drive");
+                let drive_model = Drive {
+                    name: drive.name.clone(),
+                    motion: Motion::Revolute,
+                    coordinate: self.chain.virtual_count,
+                    stiffness: check.key("stiffness_Nmm_per_rad").positive(drive.stiffness)?,
+                    travel: check.key("travel_deg").interval(drive.travel_deg, TO_RAD)?,
+                    force_limit: check.key("torque_limit_Nmm").optional_positive(drive.torque_limit)?,
+                    home: check.key("home_deg").finite_scalar(drive.home_deg)? * TO_RAD,
+                };
+                self.drive(drive_model, drive.axis, drive.shown.as_ref(), &check)?;
+            }
+            ElementSpec::PrismaticJoint(joint) => {
+                let check = check.key("prismatic_joint");
+                let passive = PassiveJoint {
+                    name: joint.name.clone(),
+                    motion: Motion::Prismatic,
+                    limits: check.key("limits_mm").interval(joint.limits_mm, 1.0)?,
+                    stiffness: check.key("stiffness_N_per_mm").optional_positive(joint.stiffness)?.unwrap_or(0.0),
+                    neutral: check.key("neutral_mm").finite_scalar(joint.neutral_mm)?,
+                    home: check.key("home_mm").finite_scalar(joint.home_mm)?,
+                    parallelogram_width: None,
+                };
+                let index = self.passive(passive, &check)?;
+                self.passive_move(Motion::Prismatic, axis(joint.axis), index, 1.0);
+            }
+            ElementSpec::RevoluteJoint(joint) => {
+                let check = check.key("revolute_joint");
+                let passive = PassiveJoint {
+                    name: joint.name.clone(),
+                    motion: Motion::Revolute,
+                    limits: check.key("limits_deg").interval(joint.limits_deg, TO_RAD)?,
+                    stiffness: check.key("stiffness_Nmm_per_rad").optional_positive(joint.stiffness)?.unwrap_or(0.0),
+                    neutral: check.key("neutral_deg").finite_scalar(joint.neutral_deg)? * TO_RAD,
+                    home: check.key("home_deg").finite_scalar(joint.home_deg)? * TO_RAD,
+                    parallelogram_width: None,
+                };
+                let index = self.passive(passive, &check)?;
+                self.passive_move(Motion::Revolute, axis(joint.axis), index, 1.0);
+            }
+            ElementSpec::Beam(beam) => {
+                self.beam(format!("{}beam (element {number})", self.prefix), beam, &check.key("beam"))?
+            }
+            ElementSpec::Link(link) => {
+                self.link(format!("{}link (element {number})", self.prefix), link, &check.key("link"))?
+            }
+            ElementSpec::Parallelogram(spec) => self.parallelogram(spec, &check.key("parallelogram"))?,
+            ElementSpec::UniversalJoint(joint) => {
+                let check = check.key("universal_joint");
+                let limits = joint.limits_deg.map(|limits| limits.to_vec());
+                if axis(joint.axes[0]) == axis(joint.axes[1]) {
+                    return check.key("axes").fail("must be two different axes".into());
+                }
+                self.hinges(&joint.name, &joint.axes, &joint.home_deg, limits, &check)?;
+            }
+            ElementSpec::SphericalJoint(joint) => {
+                let check = check.key("spherical_joint");
+                let limits = joint.limits_deg.map(|limits| limits.to_vec());
+                let axes = [AxisSpec::X, AxisSpec::Y, AxisSpec::Z];
+                self.hinges(&joint.name, &axes, &joint.home_deg, limits, &check)?;
+            }
+            ElementSpec::Mass(mass) => self.mass(mass, &check.key("mass"))?,
+            ElementSpec::Frame(name) => self.name_frame(name, &check.key("frame"))?,
+            ElementSpec::Spring(spring) => self.springs.push((spring.clone(), check.key("spring"))),
+            ElementSpec::Module(module) => self.module(module, &check.key("module"))?,
+        }
+        Ok(())
+    }
+
+    /// Crossed hinges, named after their axes.
+    fn hinges(
+        &mut self,
+        name: &str,
+        axes: &[AxisSpec],
+        home_deg: &[f64],
+        limits_deg: Option<Vec<[f64; 2]>>,
+        check: &Check,
+    ) -> Result<()> {
+        for (i, (&along, &home)) in axes.iter().zip(home_deg).enumerate() {
+            let limits = limits_deg.as_ref().map(|limits| limits[i]);
+            let joint = PassiveJoint {
+                name: format!("{name}_{}", ["x", "y", "z"][axis(along).index()]),
+                motion: Motion::Revolute,
+                limits: check.key("limits_deg").item(i).interval(limits, TO_RAD)?,
+                stiffness: 0.0,
+                neutral: 0.0,
+                home: check.key("home_deg").item(i).finite_scalar(home)? * TO_RAD,
+                parallelogram_width: None,
+            };
+            let index = self.passive(joint, check)?;
+            self.passive_move(Motion::Revolute, axis(along), index, 1.0);
+        }
+        Ok(())
+    }
+
+    fn unique_joint_name(&self, name: &str, check: &Check) -> Result<()> {
+        let drives = self.chain.drives.iter().map(|drive| drive.name.as_str());
+        let joints = self.chain.passive.iter().map(|joint| joint.name.as_str());
+        check.key("name").identifier(name)?;
+        check.key("name").unique(name, drives.chain(joints))
+    }
+
+    fn drive(&mut self, mut drive: Drive, along: AxisSpec, shown: Option<&ShownSpec>, check: &Check) -> Result<()> {
+        drive.name.insert_str(0, &self.prefix);
+        self.unique_joint_name(&drive.name, check)?;
+        if let Some(shown) = shown {
+            self.shown.push((self.chain.drives.len(), shown.clone(), check.key("shown")));
+        }
+        self.spring(drive.name.clone(), SpringLaw::Drive(drive.stiffness), &[(drive.motion, axis(along))]);
+        self.chain.drives.push(drive);
+        Ok(())
+    }
+
+    fn passive(&mut self, mut joint: PassiveJoint, check: &Check) -> Result<usize> {
+        joint.name.insert_str(0, &self.prefix);
+        self.unique_joint_name(&joint.name, check)?;
+        self.chain.passive.push(joint);
+        Ok(self.chain.passive.len() - 1)
+    }
+
+    fn beam(&mut self, name: String, beam: &BeamSpec, check: &Check) -> Result<()> {
+        let length = check.key("length_mm").positive(beam.length_mm)?;
+        let advance = check.key("advance_mm").finite_scalar(beam.advance_mm.unwrap_or(length))?;
+        let material = self.material(&beam.material, &check.key("material"))?;
+        let stiffness = beam_stiffness(&section(&beam.section, &check.key("section"))?, &material, length);
+        self.elastic_link(name, advance, stiffness, check)
+    }
+
+    fn link(&mut self, name: String, link: &LinkSpec, check: &Check) -> Result<()> {
+        let advance = check.key("advance_mm").finite_scalar(link.advance_mm)?;
+        let stiffness = match (&link.stiffness, &link.compliance) {
+            (Some(rows), None) => check.key("stiffness_N_mm_rad").positive_definite(rows)?,
+            (None, Some(rows)) => {
+                let check = check.key("compliance_mm_rad_N");
+                let compliance = check.positive_definite(rows)?;
+                match compliance.cholesky() {
+                    Some(factor) => factor.inverse(),
+                    None => return check.fail("must be positive definite".into()),
+                }
+            }
+            _ => return check.fail("give exactly one of stiffness_N_mm_rad and compliance_mm_rad_N".into()),
+        };
+        self.elastic_link(name, advance, stiffness, check)
+    }
+
+    fn elastic_link(&mut self, name: String, advance: f64, stiffness: Matrix6<f64>, check: &Check) -> Result<()> {
+        use {Axis::*, Motion::*};
+        if stiffness.cholesky().is_none() {
+            return check.fail("has no stiffness in some direction, by these dimensions".into());
+        }
+        self.fixed(Pose::from_translation(Vector3::x() * advance));
+        let moves = [(Prismatic, X), (Prismatic, Y), (Prismatic, Z), (Revolute, X), (Revolute, Y), (Revolute, Z)];
+        self.spring(name, SpringLaw::Link(Box::new(stiffness)), &moves);
+        Ok(())
+    }
+
+    /// `Pa(q; θ) = Rz(q) Tx(L) · [Tx(θ1) Tz(θ2) Rx(θ3) Ry(θ4) Rz(θ5)] · Rz(−q)`.
+    fn parallelogram(&mut self, spec: &ParallelogramSpec, check: &Check) -> Result<()> {
+        use {Axis::*, Motion::*};
+        let length = check.key("length_mm").positive(spec.length_mm)?;
+        let width = check.key("width_mm").positive(spec.width_mm)?;
+        let material = self.material(&spec.material, &check.key("material"))?;
+        let bar = beam_stiffness(&section(&spec.bar_section, &check.key("bar_section"))?, &material, length);
+        let joint = PassiveJoint {
+            name: spec.name.clone(),
+            motion: Revolute,
+            limits: check.key("limits_deg").interval(spec.limits_deg, TO_RAD)?,
+            stiffness: 0.0,
+            neutral: 0.0,
+            home: check.key("home_deg").finite_scalar(spec.home_deg)? * TO_RAD,
+            parallelogram_width: Some(width),
+        };
+        let passive = self.passive(joint, check)?;
+        self.passive_move(Revolute, Z, passive, 1.0);
+        self.fixed(Pose::from_translation(Vector3::x() * length));
+        let law = SpringLaw::Parallelogram {
+            passive: PASSIVE + passive,
+            terms: Box::new(parallelogram_terms(&bar, length, width)),
+        };
+        self.spring(
+            format!("{}{}", self.prefix, spec.name),
+            law,
+            &[(Prismatic, X), (Prismatic, Z), (Revolute, X), (Revolute, Y), (Revolute, Z)],
+        );
+        self.passive_move(Revolute, Z, passive, -1.0);
+        Ok(())
+    }
+
+    fn material(&self, name: &str, check: &Check) -> Result<Material> {
+        let Some(spec) = self.spec.material.get(name) else {
+            let known = self.spec.material.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+            let known = if known.is_empty() { "none".into() } else { known };
+            return check.fail(format!("no material is called \"{name}\"; there are: {known}"));
+        };
+        elastic_constants(name, spec, &check.root())
+    }
+
+    /// Numbers the passive coordinates behind the virtual ones.
+    fn finish(mut self) -> Result<Chain> {
+        let count = self.chain.virtual_count;
+        let number = |coordinate: &mut usize| {
+            if *coordinate >= PASSIVE {
+                *coordinate = *coordinate - PASSIVE + count;
+            }
+        };
+        self.chain.route = std::mem::take(&mut self.route);
+        self.chain.route.for_each(&mut |route| {
+            for step in &mut route.steps {
+                if let Step::Move { coordinate, .. } = step {
+                    number(coordinate);
+                }
+            }
+        });
+        for spring in &mut self.chain.springs {
+            if let SpringLaw::Parallelogram { passive, .. } = &mut spring.law {
+                number(passive);
+            }
+        }
+        self.chain.coupling = coupling::resolve(&self.chain, &self.shown)?;
+        Ok(self.chain)
+    }
+}
+
+fn axis(spec: AxisSpec) -> Axis {
+    match spec {
+        AxisSpec::X => Axis::X,
+        AxisSpec::Y => Axis::Y,
+        AxisSpec::Z => Axis::Z,
+    }
+}

@@ -1,0 +1,55 @@
+//! What a pendant shows and what the joints of the drives are, from a machine file as written.
+
+use nalgebra::DMatrix;
+
+use super::TO_RAD;
+use crate::{
+    input::{check::Check, error::Result},
+    machine::{Chain, Coupling, Motion, spec::ShownSpec},
+};
+
+/// A map from joints to shown coordinates is singular below this determinant, its rows being of length 1.
+const SINGULAR: f64 = 1e-9;
+
+/// How joints follow from shown coordinates: the inverse of what `shown` says, drive by drive. `None` where nothing is said.
+pub(super) fn resolve(chain: &Chain, shown: &[(usize, ShownSpec, Check)]) -> Result<Option<Box<Coupling>>> {
+    let Some((_, _, first)) = shown.first() else { return Ok(None) };
+    let count = chain.drives.len();
+    let mut by_joints: DMatrix<f64> = DMatrix::identity(count, count);
+    let mut offsets = vec![0.0; count];
+    for (drive, spec, check) in shown {
+        let motion = chain.drives[*drive].motion;
+        by_joints.row_mut(*drive).fill(0.0);
+        for (name, &factor) in &spec.of {
+            let check = check.key(&format!("of.{name}"));
+            let Some(joint) = chain.drives.iter().position(|other| other.name == *name) else {
+                let known: Vec<&str> = chain.drives.iter().map(|drive| drive.name.as_str()).collect();
+                return check.fail(format!("no drive of this chain has this name; there are: {}", known.join(", ")));
+            };
+            if chain.drives[joint].motion != motion {
+                let problem =
+                    format!("is {}, and the drive itself is {}", chain.drives[joint].motion.label(), motion.label());
+                return check.fail(problem);
+            }
+            by_joints[(*drive, joint)] = check.finite_scalar(factor)?;
+        }
+        offsets[*drive] = match (motion, spec.offset_deg, spec.offset_mm) {
+            (_, None, None) => 0.0,
+            (Motion::Revolute, Some(offset), None) => check.key("offset_deg").finite_scalar(offset)? * TO_RAD,
+            (Motion::Prismatic, None, Some(offset)) => check.key("offset_mm").finite_scalar(offset)?,
+            (Motion::Revolute, ..) => {
+                return check.key("offset_mm").fail("the drive is a hinge: give offset_deg".into());
+            }
+            (Motion::Prismatic, ..) => {
+                return check.key("offset_deg").fail("the drive is a slide: give offset_mm".into());
+            }
+        };
+    }
+    let lengths: f64 = by_joints.row_iter().map(|row| row.norm()).product();
+    let per_shown = match by_joints.clone().try_inverse() {
+        Some(inverse) if by_joints.determinant().abs() > SINGULAR * lengths => inverse,
+        _ => return first.fail("what the drives show must determine where their joints stand, and does not".into()),
+    };
+    let offset = -(&per_shown * nalgebra::DVector::from_vec(offsets));
+    Ok(Some(Box::new(Coupling { per_shown, offset: offset.as_slice().to_vec() })))
+}

@@ -1,0 +1,91 @@
+//! What hangs on the frames of a route, from a machine file as written: masses, names, springs between points.
+
+use super::chain::ChainBuilder;
+use crate::{
+    input::{check::Check, error::Result},
+    machine::{
+        Anchor, Mass, PointSpring, Step,
+        spec::{AnchorSpec, MassSpec},
+    },
+};
+
+/// The frame of the machine's base.
+const BASE: &str = "O";
+
+impl ChainBuilder<'_> {
+    /// Number of the frame reached.
+    pub fn frame_reached(&mut self) -> usize {
+        if !matches!(self.route.steps.last(), Some(Step::Frame)) {
+            self.route.steps.push(Step::Frame);
+        }
+        self.route.steps.iter().filter(|step| matches!(step, Step::Frame)).count() - 1
+    }
+
+    pub fn mass(&mut self, mass: &MassSpec, check: &Check) -> Result<()> {
+        let kilograms = check.key("kg").positive(mass.kg)?;
+        let at = check.key("at_mm").finite(mass.at_mm)?;
+        let frame = self.frame_reached();
+        self.route.masses.push(Mass { frame, at, kilograms });
+        Ok(())
+    }
+
+    pub fn name_frame(&mut self, name: &str, check: &Check) -> Result<()> {
+        check.identifier(name)?;
+        check.unique(name, self.frames.iter().map(|(name, _)| name.as_str()).chain([BASE]))?;
+        let frame = self.frame_reached();
+        self.frames.push((name.into(), frame));
+        Ok(())
+    }
+
+    /// The springs of the route under way, all of whose frames are named now.
+    pub fn hang_springs(&mut self) -> Result<()> {
+        for (number, (spec, check)) in std::mem::take(&mut self.springs).into_iter().enumerate() {
+            let mut from = self.anchor(&spec.from, &check.key("from"))?;
+            let mut to = self.anchor(&spec.to, &check.key("to"))?;
+            if from.frame == to.frame {
+                let problem = format!("is the frame of `from` too, \"{}\": such a spring moves nothing", spec.to.frame);
+                return check.key("to.frame").fail(problem);
+            }
+            if from.frame > to.frame {
+                std::mem::swap(&mut from, &mut to);
+            }
+            let own = spec.name.clone().unwrap_or_else(|| format!("spring_{}", number + 1));
+            check.key("name").identifier(&own)?;
+            let name = format!("{}{own}", self.prefix);
+            check.key("name").unique(&name, self.route.point_springs.iter().map(|spring| spring.name.as_str()))?;
+            let free_check = check.key("free_length_mm");
+            let free_length = free_check.finite_scalar(spec.free_length_mm)?;
+            if free_length < 0.0 {
+                return free_check.fail(format!("must be 0 or more, got {free_length:?}"));
+            }
+            self.route.point_springs.push(PointSpring {
+                name,
+                from,
+                to,
+                stiffness: check.key("stiffness_N_per_mm").positive(spec.stiffness)?,
+                free_length,
+                preload: check.key("preload_N").finite_scalar(spec.preload)?,
+            });
+        }
+        self.frames.clear();
+        Ok(())
+    }
+
+    fn anchor(&self, spec: &AnchorSpec, check: &Check) -> Result<Anchor> {
+        let at = check.key("at_mm").finite(spec.at_mm)?;
+        let is_inner = !self.designs.is_empty();
+        let frame = match self.frames.iter().find(|(name, _)| *name == spec.frame) {
+            Some((_, frame)) => Some(*frame),
+            None if spec.frame == BASE && !is_inner => None,
+            None => {
+                let outer = if is_inner { None } else { Some(BASE) };
+                let known: Vec<&str> =
+                    outer.into_iter().chain(self.frames.iter().map(|(name, _)| name.as_str())).collect();
+                let known = if known.is_empty() { "none".into() } else { known.join(", ") };
+                let problem = format!("no frame of this chain is called \"{}\"; there are: {known}", spec.frame);
+                return check.key("frame").fail(problem);
+            }
+        };
+        Ok(Anchor { frame, at })
+    }
+}

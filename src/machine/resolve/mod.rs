@@ -1,0 +1,232 @@
+//! From a machine file as written to a checked machine.
+
+mod chain;
+mod coupling;
+mod hung;
+mod module;
+mod section;
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::{
+    Chain, Coordinate, Machine, Model, NamedPoint, PlatformMass, ToolAxisSource, WorkspaceBox, Zeroed,
+    kinematics::{self, Configuration},
+    section::Material,
+    spec::{CoordinateSpec, FrameSpec, MachineSpec, MassSpec, MaterialSpec, ZeroedSpec},
+};
+use crate::{
+    input::{check::Check, error::Result},
+    spatial::{Pose, frame_about},
+};
+
+/// Checks `spec` and assembles the machine at home; `origin` names the file in errors.
+pub(super) fn machine(spec: &MachineSpec, origin: &str) -> Result<Machine> {
+    let check = Check::new(origin);
+    check.schema(spec.schema)?;
+    check.key("name").identifier(&spec.name)?;
+    // Also those that nothing is made of.
+    spec.material.iter().try_for_each(|(name, spec)| elastic_constants(name, spec, &check).map(drop))?;
+    let chains = mounted_chains(spec, &check)?;
+    let controls = controls(spec, &check)?;
+    let drive_count: usize = chains.iter().map(|chain| chain.drives.len()).sum();
+    if drive_count < controls.len() {
+        let problem = format!("{} coordinates cannot be controlled by {drive_count} drives", controls.len());
+        return check.key("platform.controls").fail(problem);
+    }
+    let home_check = check.key("home");
+    let mut home_pose =
+        Pose::from_roll_pitch_yaw(home_check.key("rotation_deg").finite(spec.home.rotation_deg)? * TO_RAD);
+    home_pose.translation = home_check.key("position_mm").finite(spec.home.position_mm)?;
+    let tool_tip = check.key("platform.tool_tip_mm").finite(spec.platform.tool_tip_mm)?;
+    let (tool_axis, tool_axis_source) = tool_axis(spec, tool_tip, &check.key("platform.tool_axis"))?;
+    let mut machine = Machine::of(Model {
+        name: spec.name.clone(),
+        title: spec.title.clone(),
+        source: spec.source.clone(),
+        home: Configuration::start(&chains, home_pose),
+        home_sought: home_pose,
+        reach: kinematics::reach(&chains, &Configuration::start(&chains, home_pose)),
+        redundancy: 0,
+        turns_with_position: false,
+        chains,
+        tool_tip,
+        tool_axes: frame_about(tool_axis),
+        tool_axis_source,
+        controls,
+        workspace: workspace(spec, &check)?,
+        points: points(spec, &check)?,
+        gravity: gravity(spec.gravity, &check)?,
+        platform_mass: platform_mass(spec.platform.mass.as_ref(), &check.key("platform.mass"))?,
+        zeroed: match spec.zeroed {
+            ZeroedSpec::AtRest => Zeroed::AtRest,
+            ZeroedSpec::Weightless => Zeroed::Weightless,
+            ZeroedSpec::AtHome => Zeroed::AtHome,
+        },
+    });
+    machine.home = match machine.assemble_at_home() {
+        Ok(home) => home,
+        Err(unreachable) => return home_check.fail(format!("the chains cannot be assembled here: {unreachable}")),
+    };
+    // What was sought is only where the search began.
+    machine.reach = kinematics::reach(&machine.chains, &machine.home);
+    machine.redundancy = machine.redundancy_at_home();
+    machine.turns_with_position = machine.turns_beside_home();
+    Ok(machine)
+}
+
+fn elastic_constants(name: &str, spec: &MaterialSpec, check: &Check) -> Result<Material> {
+    let check = check.key(&format!("material.{name}"));
+    Ok(Material {
+        youngs_modulus: check.key("youngs_modulus_N_per_mm2").positive(spec.youngs_modulus)?,
+        shear_modulus: check.key("shear_modulus_N_per_mm2").positive(spec.shear_modulus)?,
+    })
+}
+
+/// Acceleration of gravity on Earth where a machine file says nothing, m/s², in O.
+const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
+
+/// The strongest gravity that is not a mistake of the unit, m/s².
+const STRONGEST_GRAVITY: f64 = 100.0;
+
+fn gravity(spec: Option<[f64; 3]>, check: &Check) -> Result<Vector3<f64>> {
+    let check = check.key("gravity_m_per_s2");
+    let gravity = check.finite(spec.unwrap_or(GRAVITY))?;
+    if gravity.norm() > STRONGEST_GRAVITY {
+        let problem = format!("expected at most {STRONGEST_GRAVITY} m/s² in all, got {:?}", gravity.as_slice());
+        return check.fail(problem);
+    }
+    Ok(gravity)
+}
+
+fn platform_mass(spec: Option<&MassSpec>, check: &Check) -> Result<Option<PlatformMass>> {
+    let mass = spec.map(|mass| {
+        Ok(PlatformMass { kilograms: check.key("kg").positive(mass.kg)?, at: check.key("at_mm").finite(mass.at_mm)? })
+    });
+    mass.transpose()
+}
+
+/// Most chains of a machine, and most coordinates of their joints and springs together: several times those of any
+/// machine built, and few enough that a solve takes seconds at worst.
+const MAX_CHAINS: usize = 50;
+const MAX_COORDINATES: usize = 500;
+
+const TO_RAD: f64 = std::f64::consts::PI / 180.0;
+
+/// Direction of the tool from the spindle to its tip, a unit vector in platform axes.
+fn tool_axis(spec: &MachineSpec, tip: Vector3<f64>, check: &Check) -> Result<(Vector3<f64>, ToolAxisSource)> {
+    Ok(match (spec.platform.tool_axis, tip.try_normalize(SHORTEST_TOOL_MM)) {
+        (Some(axis), _) => (check.direction(axis)?, ToolAxisSource::Given),
+        (None, Some(axis)) => (axis, ToolAxisSource::TowardsTip),
+        (None, None) => (Vector3::z(), ToolAxisSource::PlatformZ),
+    })
+}
+
+/// A tool tip nearer to P than this has no direction from it, mm.
+const SHORTEST_TOOL_MM: f64 = 1e-9;
+
+fn controls(spec: &MachineSpec, check: &Check) -> Result<Vec<Coordinate>> {
+    let check = check.key("platform.controls");
+    let mut controls = Vec::new();
+    for (i, coordinate) in spec.platform.controls.iter().enumerate() {
+        if spec.platform.controls[..i].contains(coordinate) {
+            return check.item(i).fail("is named before; name each coordinate once".into());
+        }
+        controls.push(match coordinate {
+            CoordinateSpec::X => Coordinate::Translation(0),
+            CoordinateSpec::Y => Coordinate::Translation(1),
+            CoordinateSpec::Z => Coordinate::Translation(2),
+            CoordinateSpec::RotationX => Coordinate::Rotation(0),
+            CoordinateSpec::RotationY => Coordinate::Rotation(1),
+            CoordinateSpec::RotationZ => Coordinate::Rotation(2),
+        });
+    }
+    if controls.is_empty() {
+        return check.fail("must name at least one coordinate".into());
+    }
+    Ok(controls)
+}
+
+fn workspace(spec: &MachineSpec, check: &Check) -> Result<WorkspaceBox> {
+    let check = check.key("workspace");
+    let min = check.key("min_mm").finite(spec.workspace.min_mm)?;
+    let max = check.key("max_mm").finite(spec.workspace.max_mm)?;
+    check.ordered_box(min, max)?;
+    Ok(WorkspaceBox { min, max })
+}
+
+fn points(spec: &MachineSpec, check: &Check) -> Result<Vec<NamedPoint>> {
+    let mut points: Vec<NamedPoint> = Vec::new();
+    for (i, point) in spec.point.iter().enumerate() {
+        let check = check.key(&format!("point[{i}]"));
+        check.key("name").readable(&point.name)?;
+        check.key("name").unique(&point.name, points.iter().map(|p| p.name.as_str()))?;
+        points.push(NamedPoint {
+            name: point.name.clone(),
+            position: check.key("position_mm").finite(point.position_mm)?,
+        });
+    }
+    Ok(points)
+}
+
+fn mounted_chains(spec: &MachineSpec, check: &Check) -> Result<Vec<Chain>> {
+    for (i, chain) in spec.chain.iter().enumerate() {
+        let check = check.key(&format!("chain[{i}].name"));
+        check.readable(&chain.name)?;
+        check.unique(&chain.name, spec.chain[..i].iter().map(|c| c.name.as_str()))?;
+        if !spec.mount.iter().any(|mount| mount.chain == chain.name) && !module::is_used(spec, &chain.name) {
+            return check.fail(format!("chain \"{}\" is not mounted; add a [[mount]] or remove it", chain.name));
+        }
+    }
+    if spec.mount.is_empty() {
+        return check.key("mount").fail("a machine needs at least one mounted chain".into());
+    }
+    if spec.mount.len() > MAX_CHAINS {
+        return check.key("mount").fail(format!("expected at most {MAX_CHAINS} chains, got {}", spec.mount.len()));
+    }
+    let mut coordinates = 0;
+    let mut chains: Vec<Chain> = Vec::new();
+    for (i, mount) in spec.mount.iter().enumerate() {
+        let check_mount = check.key(&format!("mount[{i}]"));
+        check_mount.key("name").identifier(&mount.name)?;
+        check_mount.key("name").unique(&mount.name, chains.iter().map(|c| c.name.as_str()))?;
+        let Some(index) = spec.chain.iter().position(|chain| chain.name == mount.chain) else {
+            let known = spec.chain.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
+            let problem = format!("no chain is called \"{}\"; there are: {known}", mount.chain);
+            return check_mount.key("chain").fail(problem);
+        };
+        let check_chain = check.key(&format!("chain[{index}]"));
+        let chain = chain::mounted_chain(spec, index, mount, &check_chain, &check_mount)?;
+        coordinates += chain.coordinate_count();
+        if coordinates > MAX_COORDINATES {
+            let problem = format!(
+                "expected at most {MAX_COORDINATES} coordinates of joints and springs in all chains, got {coordinates} \
+                 up to this one"
+            );
+            return check_mount.key("chain").fail(problem);
+        }
+        chains.push(chain);
+    }
+    Ok(chains)
+}
+
+/// A frame given by two axes or by angles.
+fn frame(spec: &FrameSpec, check: &Check) -> Result<Pose> {
+    let translation = check.key("position_mm").finite(spec.position_mm)?;
+    let rotation = match (spec.x_axis, spec.y_axis, spec.rotation_deg) {
+        (None, None, None) => Matrix3::identity(),
+        (None, None, Some(angles)) => {
+            Pose::from_roll_pitch_yaw(check.key("rotation_deg").finite(angles)? * TO_RAD).rotation
+        }
+        (Some(x), Some(y), None) => {
+            let x = check.key("x_axis").direction(x)?;
+            let y = check.key("y_axis").direction(y)?;
+            if x.dot(&y).abs() > 1e-9 {
+                let problem = format!("must be perpendicular to x_axis, but their cosine is {}", x.dot(&y));
+                return check.key("y_axis").fail(problem);
+            }
+            Matrix3::from_columns(&[x, y, x.cross(&y)])
+        }
+        _ => return check.fail("give x_axis and y_axis, or rotation_deg, or none of them".into()),
+    };
+    Ok(Pose { rotation, translation })
+}

@@ -1,0 +1,106 @@
+//! Parallel modules of a chain, from a machine file as written.
+//!
+//! One of a module's chains becomes part of the route that goes on behind it; each of the others is a loop between the
+//! frames where the module starts and ends. The route takes the chain that leaves its end the least freedom: a rigid one
+//! is then no loop, which could not be condensed.
+
+use super::chain::ChainBuilder;
+use crate::{
+    input::{check::Check, error::Result},
+    machine::{
+        Loop, Route, Step,
+        spec::{ElementSpec, MachineSpec, ModuleSpec, MountSpec},
+    },
+};
+
+/// Whether a module of some chain design uses the design called `name`.
+pub(super) fn is_used(spec: &MachineSpec, name: &str) -> bool {
+    let elements = spec.chain.iter().flat_map(|chain| &chain.elements);
+    elements
+        .filter_map(|element| if let ElementSpec::Module(module) = element { Some(module) } else { None })
+        .any(|module| module.mounts.iter().any(|mount| mount.chain == name))
+}
+
+/// Modules within modules go no deeper than this.
+const DEEPEST: usize = 8;
+
+impl ChainBuilder<'_> {
+    pub fn module(&mut self, module: &ModuleSpec, check: &Check) -> Result<()> {
+        if module.mounts.len() < 2 {
+            let problem = format!("a module needs two chains or more, got {}", module.mounts.len());
+            return check.key("mounts").fail(problem);
+        }
+        let mut ways: Vec<(String, Route)> = Vec::new();
+        let mut freedoms: Vec<usize> = Vec::new();
+        for (i, mount) in module.mounts.iter().enumerate() {
+            let check = check.key(&format!("mounts[{i}]"));
+            check.key("name").identifier(&mount.name)?;
+            check.key("name").unique(&mount.name, module.mounts[..i].iter().map(|m| m.name.as_str()))?;
+            let before = self.chain.passive.len();
+            ways.push((format!("{}{}", self.prefix, mount.name), self.way(mount, &check)?));
+            freedoms.push(self.chain.passive.len() - before);
+        }
+        let least = freedoms.iter().copied().enumerate().min_by_key(|&(i, freedom)| (freedom, i));
+        let main = least.map_or(0, |(i, _)| i);
+        let (_, route) = ways.remove(main);
+        let from = self.frame_reached();
+        self.go_along(route);
+        let to = self.frame_reached();
+        self.route.loops.extend(ways.into_iter().map(|(name, route)| Loop { name, from, to, route }));
+        Ok(())
+    }
+
+    /// The route of a chain of a module.
+    fn way(&mut self, mount: &MountSpec, check: &Check) -> Result<Route> {
+        let Some(design) = self.spec.chain.iter().position(|chain| chain.name == mount.chain) else {
+            let known = self.spec.chain.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
+            let problem = format!("no chain is called \"{}\"; there are: {known}", mount.chain);
+            return check.key("chain").fail(problem);
+        };
+        if self.designs.contains(&design) {
+            return check.key("chain").fail(format!("chain \"{}\" would be a part of itself", mount.chain));
+        }
+        if self.designs.len() > DEEPEST {
+            return check.key("chain").fail(format!("modules may stand in modules {DEEPEST} deep at most"));
+        }
+        let coordinates = self.chain.coordinate_count();
+        let outer_route = std::mem::take(&mut self.route);
+        let outer_frames = std::mem::take(&mut self.frames);
+        let outer_springs = std::mem::take(&mut self.springs);
+        let prefix = format!("{}{}_", self.prefix, mount.name);
+        let outer_prefix = std::mem::replace(&mut self.prefix, prefix);
+        self.route(design, mount, check)?;
+        self.prefix = outer_prefix;
+        self.springs = outer_springs;
+        self.frames = outer_frames;
+        if self.chain.coordinate_count() == coordinates {
+            let problem = "the chain has neither a joint nor an elastic element (drive, beam, link, parallelogram), so the \
+                           module is rigid";
+            return check.key("chain").fail(problem.into());
+        }
+        Ok(std::mem::replace(&mut self.route, outer_route))
+    }
+
+    /// Makes `inner` the next part of the route under way.
+    fn go_along(&mut self, inner: Route) {
+        // Its frames keep their order behind those there are.
+        let first = self.route.steps.iter().filter(|step| matches!(step, Step::Frame)).count();
+        self.fixed(inner.base);
+        self.route.steps.extend(inner.steps);
+        self.fixed(inner.attachment);
+        self.route.masses.extend(inner.masses.into_iter().map(|mut mass| {
+            mass.frame += first;
+            mass
+        }));
+        self.route.point_springs.extend(inner.point_springs.into_iter().map(|mut spring| {
+            for anchor in [&mut spring.from, &mut spring.to] {
+                anchor.frame = anchor.frame.map(|frame| frame + first);
+            }
+            spring
+        }));
+        self.route.loops.extend(inner.loops.into_iter().map(|mut inner| {
+            (inner.from, inner.to) = (inner.from + first, inner.to + first);
+            inner
+        }));
+    }
+}

@@ -1,0 +1,146 @@
+//! A chain's system with those of its loops as one, uncondensed: for the solver that condenses nothing, and for load steps.
+
+use nalgebra::DMatrix;
+
+use super::{ChainSystem, LoopSystem};
+use crate::lanes::Vec3;
+
+/// What turns the first frame of a loop: rows in the assembled system, and angular velocities.
+type Turns = Vec<(usize, Vec3<f64>)>;
+
+impl ChainSystem<f64> {
+    /// Number of unknowns: dθ, dF, dq of the route, and behind them those of its loops.
+    pub fn unknown_count(&self) -> usize {
+        self.own_unknown_count() + self.loops.iter().map(|inner| inner.system.unknown_count()).sum::<usize>()
+    }
+
+    /// The loops, each with its first unknown.
+    fn placed_loops(&self, start: usize) -> impl Iterator<Item = (&LoopSystem<f64>, usize)> {
+        let mut first = start + self.own_unknown_count();
+        self.loops.iter().map(move |inner| {
+            let own = first;
+            first += inner.system.unknown_count();
+            (inner, own)
+        })
+    }
+
+    /// Writes the symmetric system over the unknowns, before elimination, into `matrix` from row `start` on; and for a chain that ends
+    /// on the platform, whose twist begins at row `platform`, what couples them.
+    pub fn assemble(&self, matrix: &mut DMatrix<f64>, start: usize, platform: usize) {
+        self.assemble_route(matrix, start, &Vec::new());
+        for i in 0..6 {
+            let row = start + self.wrench_row() + i;
+            matrix[(row, platform + i)] = -1.0;
+            matrix[(platform + i, row)] = -1.0;
+        }
+    }
+
+    fn assemble_route(&self, matrix: &mut DMatrix<f64>, start: usize, turned_by: &Turns) {
+        let count = self.own_unknown_count();
+        for i in 0..count {
+            for j in 0..count {
+                matrix[(start + i, start + j)] += self.matrix.get(i.min(j), i.max(j));
+            }
+            for &(row, turn) in turned_by {
+                let columns = 0..self.turn_count;
+                let value: f64 = columns.map(|k| self.matrix.get(i, self.turn_column() + k) * turn.0[k]).sum();
+                matrix[(start + i, row)] += value;
+                matrix[(row, start + i)] += value;
+            }
+        }
+        for (inner, first) in self.placed_loops(start) {
+            let own = inner.before.iter().filter(|(row, _)| *row < count).map(|&(row, turn)| (start + row, turn));
+            let turns: Turns = own.chain(turned_by.iter().copied()).collect();
+            inner.system.assemble_route(matrix, first, &turns);
+            for (row, twist) in &inner.between {
+                for (i, part) in twist.to_array().into_iter().enumerate() {
+                    let closure = first + inner.system.wrench_row() + i;
+                    matrix[(closure, start + row)] -= part;
+                    matrix[(start + row, closure)] -= part;
+                }
+            }
+        }
+    }
+
+    /// Right-hand sides before elimination: `S z + rhs − [dt in the wrench rows] = 0`, in the order of the unknowns.
+    pub fn right_hand_sides(&self) -> Vec<f64> {
+        let rhs = self.rhs_column();
+        let mut right: Vec<f64> = (0..self.own_unknown_count()).map(|row| self.matrix.get(row, rhs)).collect();
+        for inner in &self.loops {
+            let moment = inner.system.closure_moment();
+            for (row, twist) in &inner.between {
+                right[*row] += twist.angular.dot(moment);
+            }
+        }
+        for inner in &self.loops {
+            right.extend(inner.system.right_hand_sides());
+        }
+        right
+    }
+
+    /// The same of the route alone, without what its loops' closure errors do to it.
+    pub fn own_right_hand_sides(&self) -> Vec<f64> {
+        (0..self.own_unknown_count()).map(|row| self.matrix.get(row, self.rhs_column())).collect()
+    }
+
+    /// Takes `amounts` off the right-hand sides of the route before elimination, but for its closure.
+    pub fn release(&mut self, amounts: &[f64], share: f64) {
+        let (rhs, wrench) = (self.rhs_column(), self.wrench_row());
+        for row in (0..wrench).chain(wrench + 6..self.own_unknown_count()) {
+            *self.matrix.at(row, rhs) -= share * amounts[row];
+        }
+    }
+
+    /// Rows of all closure equations where the first unknown is `start`.
+    pub fn closure_rows(&self, start: usize) -> Vec<usize> {
+        let own = start + self.wrench_row();
+        let inner = self.placed_loops(start).flat_map(|(inner, first)| inner.system.closure_rows(first));
+        (own..own + 6).chain(inner).collect()
+    }
+
+    /// Row of a chain coordinate where the first unknown is `start`.
+    pub fn row_of(&self, coordinate: usize, start: usize) -> Option<usize> {
+        match self.rows[coordinate] {
+            usize::MAX => self.placed_loops(start).find_map(|(inner, first)| inner.system.row_of(coordinate, first)),
+            row => Some(start + row),
+        }
+    }
+
+    /// Takes over unknowns found by another solver, in the order of [`ChainSystem::assemble`].
+    pub fn set_solution(&mut self, unknowns: &[f64]) {
+        let (own, mut rest) = unknowns.split_at(self.own_unknown_count());
+        self.solution[..own.len()].copy_from_slice(own);
+        for inner in &mut self.loops {
+            let (within, others) = rest.split_at(inner.system.unknown_count());
+            inner.system.set_solution(within);
+            inner.twist = [0.0; 6];
+            for &(row, twist) in &inner.between {
+                for (entry, part) in inner.twist.iter_mut().zip(twist.to_array()) {
+                    *entry += part * own[row];
+                }
+            }
+            rest = others;
+        }
+    }
+
+    /// The loops of the route.
+    pub fn loops(&self) -> &[LoopSystem<f64>] {
+        &self.loops
+    }
+
+    /// The loops of the route.
+    pub fn loops_mut(&mut self) -> &mut [LoopSystem<f64>] {
+        &mut self.loops
+    }
+}
+
+impl LoopSystem<f64> {
+    /// Closure error of the loop: shift in the axes of the frame where it starts, turn in those of the frame where it ends.
+    pub fn closure(&self, route: &ChainSystem<f64>) -> crate::lanes::Screw<f64> {
+        let error = self.system.closure;
+        crate::lanes::Screw {
+            linear: self.start.inward(error.linear),
+            angular: route.frames[self.to].inward(error.angular),
+        }
+    }
+}
