@@ -11,6 +11,7 @@ mod errors;
 mod kinematics;
 mod led_point;
 mod mobility;
+mod provenance;
 mod redundancy;
 mod resolve;
 mod route;
@@ -31,6 +32,7 @@ pub use chain::{Chain, Coupling, Drive, Motion, MoveScrew, PassiveJoint, Spring,
 pub use errors::ChainError;
 pub use kinematics::{Configuration, Unreachable};
 pub use mobility::Mobility;
+pub use provenance::{Grade, Provenance};
 pub use route::{Anchor, Loop, Mass, PointSpring, Route, Step};
 pub use section::{Material, Section, beam_stiffness, parallelogram_terms};
 pub use skeleton::{ChainSkeleton, JointMark, MassMark, Polyline, Skeleton};
@@ -127,6 +129,8 @@ pub struct Model {
     pub title: String,
     /// Where its numbers come from.
     pub source: String,
+    /// The same for groups of them, with how far each may be trusted.
+    pub provenance: Vec<Provenance>,
     /// Chains between base and platform.
     pub chains: Vec<Chain>,
     /// Tool tip `p_PT` in platform axes, mm.

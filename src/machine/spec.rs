@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
+use super::provenance::Grade;
+
 /// The whole file.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -17,6 +19,9 @@ pub struct MachineSpec {
     /// Where the numbers come from.
     #[serde(default)]
     pub source: String,
+    /// What is known of each group of numbers.
+    #[serde(default)]
+    pub provenance: Vec<ProvenanceSpec>,
     /// The platform and what it is used for.
     pub platform: PlatformSpec,
     /// Acceleration of gravity in O; (0, 0, −9.81) if not given.
@@ -40,6 +45,18 @@ pub struct MachineSpec {
     pub chain: Vec<ChainSpec>,
     /// Where chains are mounted; each mount is one chain of the machine.
     pub mount: Vec<MountSpec>,
+}
+
+/// Where some of the numbers come from.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ProvenanceSpec {
+    /// Which numbers.
+    pub what: String,
+    /// How far they may be trusted.
+    pub grade: Grade,
+    /// Who says so.
+    pub source: String,
 }
 
 /// The moving platform.

@@ -9,7 +9,7 @@ mod section;
 use nalgebra::{Matrix3, Vector3};
 
 use super::{
-    Chain, Coordinate, Machine, Model, NamedPoint, PlatformMass, ToolAxisSource, WorkspaceBox, Zeroed,
+    Chain, Coordinate, Machine, Model, NamedPoint, PlatformMass, Provenance, ToolAxisSource, WorkspaceBox, Zeroed,
     kinematics::{self, Configuration},
     section::Material,
     spec::{CoordinateSpec, FrameSpec, MachineSpec, MassSpec, MaterialSpec, ZeroedSpec},
@@ -43,6 +43,7 @@ pub(super) fn machine(spec: &MachineSpec, origin: &str) -> Result<Machine> {
         name: spec.name.clone(),
         title: spec.title.clone(),
         source: spec.source.clone(),
+        provenance: provenance(spec, &check)?,
         home: Configuration::start(&chains, home_pose),
         home_sought: home_pose,
         reach: kinematics::reach(&chains, &Configuration::start(&chains, home_pose)),
@@ -72,6 +73,16 @@ pub(super) fn machine(spec: &MachineSpec, origin: &str) -> Result<Machine> {
     machine.redundancy = machine.redundancy_at_home();
     machine.turns_with_position = machine.turns_beside_home();
     Ok(machine)
+}
+
+fn provenance(spec: &MachineSpec, check: &Check) -> Result<Vec<Provenance>> {
+    let told = spec.provenance.iter().enumerate().map(|(i, told)| {
+        let check = check.key(&format!("provenance[{i}]"));
+        check.key("what").readable(&told.what)?;
+        check.key("source").readable(&told.source)?;
+        Ok(Provenance { what: told.what.clone(), grade: told.grade, source: told.source.clone() })
+    });
+    told.collect()
 }
 
 fn elastic_constants(name: &str, spec: &MaterialSpec, check: &Check) -> Result<Material> {

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::description::{Fact, Mark};
 use crate::{
-    machine::{Chain, ChainError, Drive, Machine, Motion, Skeleton},
+    machine::{Chain, ChainError, Drive, Machine, Motion, Provenance, Skeleton},
     report::{
         amplification::amplification,
         figures::{Figure, PoseFigure},
@@ -24,6 +24,9 @@ pub struct MachineDescription {
     pub title: String,
     /// Where its numbers come from.
     pub source: String,
+    /// The same for groups of them: which, and how far they may be trusted and who says so.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub provenance: Vec<Fact>,
     /// Its lines at home.
     pub home: Skeleton,
     /// Ends of the ways of its slides, mm.
@@ -51,6 +54,10 @@ pub struct DeflectedPose {
     pub force_n: Vector3<f64>,
 }
 
+fn fact(told: &Provenance) -> Fact {
+    Fact { label: told.what.clone(), value: format!("{}: {}", told.grade.label().replace('_', " "), told.source) }
+}
+
 impl MachineDescription {
     /// Describes `machine`.
     pub fn new(machine: &Machine) -> Self {
@@ -66,6 +73,7 @@ impl MachineDescription {
             name: machine.name.clone(),
             title: machine.title.clone(),
             source: machine.source.clone(),
+            provenance: machine.provenance.iter().map(fact).collect(),
             home,
             rails,
             workspace_mm: [machine.workspace.min.into(), machine.workspace.max.into()],

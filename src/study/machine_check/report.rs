@@ -62,6 +62,12 @@ pub fn machine_text(machine: &Machine, findings: &Findings) -> String {
     for (name, share) in &findings.compliance_shares {
         text += &format!("    {:<38} {:>7.3} %\n", name, share * 100.0);
     }
+    if !machine.provenance.is_empty() {
+        text += "  where its numbers come from\n";
+    }
+    for told in &machine.provenance {
+        text += &format!("    {:<11} {}\n                {}\n", told.grade.label(), told.what, told.source);
+    }
     for warning in &findings.warnings {
         text += &format!("warning: {warning}\n");
     }
