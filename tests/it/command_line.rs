@@ -8,6 +8,10 @@ use std::{
 };
 
 use crate::support::{Within, reference};
+use kinetostat::{
+    machine::{Machine, catalogue},
+    study::machine_check,
+};
 use serde_json::{Value, json};
 
 const STUDY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/studies/01_workspace_map");
@@ -86,7 +90,7 @@ fn the_help_of_every_command_shows_examples() {
 #[test]
 fn machines_lists_the_catalogue() {
     let list = printed(0, &["machines"]);
-    for name in ["orthoglide", "tripteron"] {
+    for name in catalogue::names() {
         assert!(list.contains(name), "{list}");
     }
 }
@@ -94,15 +98,40 @@ fn machines_lists_the_catalogue() {
 #[test]
 fn check_says_the_same_of_a_machine_and_of_its_printed_file() {
     let folder = tempfile::tempdir().unwrap();
-    for name in ["orthoglide", "tripteron"] {
+    for name in catalogue::names() {
         let file = folder.path().join(format!("{name}.toml"));
         fs::write(&file, printed(0, &["machines", "--show", name])).unwrap();
         let findings = printed(0, &["check", name]);
-        for expected in ["mobility", "over-constraint", "reach at home", "round trip", "tool stiffness", "K_C at home"]
-        {
+        for expected in [
+            "mobility",
+            "over-constraint",
+            "reach at home",
+            "round trip",
+            "tool stiffness",
+            "K_C at home",
+            "where its numbers come from",
+        ] {
             assert!(findings.contains(expected), "{name}: {expected} is missing in\n{findings}");
         }
         assert_eq!(findings, printed(0, &["check", path(&file)]));
+    }
+}
+
+#[test]
+fn check_warns_of_no_machine_of_the_catalogue_but_of_travel_that_nobody_published() {
+    for entry in catalogue::ENTRIES {
+        let machine = Machine::from_toml(entry.toml, entry.name).unwrap();
+        let grades: Vec<&str> = machine.provenance.iter().map(|told| told.grade.label()).collect();
+        assert!(grades.contains(&"published") && grades.contains(&"assumed"), "{}: {grades:?}", entry.name);
+        let warnings = machine_check::check(&machine).warnings;
+        let without_travel = ["orthoglide", "tripteron"].contains(&entry.name);
+        assert_eq!(warnings.len(), usize::from(without_travel), "{}: {warnings:?}", entry.name);
+        assert!(warnings.iter().all(|warning| warning.contains("no travel is given")), "{warnings:?}");
+        let findings = printed(0, &["check", entry.name]);
+        for told in &machine.provenance {
+            let line = format!("    {:<11} {}\n", told.grade.label(), told.what);
+            assert!(findings.contains(&line) && findings.contains(&told.source), "{line} is missing in\n{findings}");
+        }
     }
 }
 
@@ -406,7 +435,7 @@ fn mistakes_on_the_command_line_are_refused() {
         (at(&["--assembly", "1,2"]), "--assembly: expected 3 angles, one per chain of orthoglide, got 2"),
         (
             vec!["machines", "--show", "delta"],
-            "--show: no built-in machine \"delta\"; there are: orthoglide, tripteron",
+            "--show: no built-in machine \"delta\"; there are: orthoglide, tripteron, delta_3puu, delta_3prpar, rotary_delta, hexapod",
         ),
         (vec!["check", "delta"], "machine: no built-in machine \"delta\" and no such file"),
         (vec!["check", "nowhere.toml"], "nowhere.toml: cannot be read: "),

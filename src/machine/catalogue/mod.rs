@@ -13,6 +13,10 @@ pub struct Entry {
 pub const ENTRIES: &[Entry] = &[
     Entry { name: "orthoglide", toml: include_str!("orthoglide.toml") },
     Entry { name: "tripteron", toml: include_str!("tripteron.toml") },
+    Entry { name: "delta_3puu", toml: include_str!("delta_3puu.toml") },
+    Entry { name: "delta_3prpar", toml: include_str!("delta_3prpar.toml") },
+    Entry { name: "rotary_delta", toml: include_str!("rotary_delta.toml") },
+    Entry { name: "hexapod", toml: include_str!("hexapod.toml") },
 ];
 
 /// The built-in machine called `name`.

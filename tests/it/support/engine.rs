@@ -11,8 +11,9 @@ use proptest::test_runner::{Config as ProptestConfig, RngSeed};
 /// Converged to rounding.
 pub const EXACT: Settings = Settings { tolerance: 1e-13, max_iterations: 20 };
 
-/// The machines of the catalogue, each with the share of its workspace box in which it is far from singular.
-pub const CATALOGUE: [(&str, f64, f64); 2] = [("orthoglide", 0.0, 1.0), ("tripteron", 0.15, 0.9)];
+/// Machines of the catalogue with three chains, each with the share of its workspace box in which it is far from singular.
+pub const CATALOGUE: [(&str, f64, f64); 3] =
+    [("orthoglide", 0.0, 1.0), ("tripteron", 0.15, 0.9), ("delta_3prpar", 0.0, 1.0)];
 
 pub fn catalogue_machine(name: &str) -> Machine {
     Machine::named_or_file(name).unwrap()
