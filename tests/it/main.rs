@@ -5,6 +5,7 @@ mod support;
 mod architecture;
 mod bad_input;
 mod bounded;
+mod catalogue;
 mod closed_forms;
 mod command_line;
 mod compensate_command;
