@@ -132,6 +132,7 @@ fn main() {
     }
     share_of_peak(is_test);
     rigid_links(if is_test { 1 } else { 100 });
+    random_poses(if is_test { (8, 1) } else { (2000, 20) });
     linear_cost(if is_test { &[16, 32] } else { &[64, 128, 256, 512, 1024, 2048, 4096] }, if is_test { 1 } else { 60 });
     two_threads(if is_test { 1 } else { 400 });
 }
@@ -202,6 +203,84 @@ fn rigid_links(rounds: usize) {
         let rate =
             |way: usize| format!("{:>8.0} ({:.2})", setting.equilibria() / times[way], times[way] / best[0][way]);
         println!("  {name:<14} scalar path {}, batch {}", rate(0), rate(1));
+    }
+}
+
+/// Machines of all kinds with what their rates are held against, equilibria per second on one core.
+const KINDS: [(&str, f64); 6] = [
+    ("orthoglide", f64::NAN),
+    ("robot_6r", 500_000.0),
+    ("hexapod", 150_000.0),
+    ("linear_delta", 100_000.0),
+    ("hybrid_3ups", f64::NAN),
+    ("fourbar_robot", f64::NAN),
+];
+
+/// Equilibria from the rigid configuration at random poses under random forces, residual 1e-10; all machines in turns, best
+/// of all rounds.
+fn random_poses((count, rounds): (usize, usize)) {
+    let mut machines: Vec<_> = KINDS
+        .iter()
+        .map(|&(name, goal)| {
+            let file = format!("{}/tests/machines/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+            let machine = match Machine::named(name) {
+                Ok(machine) if name == "orthoglide" => machine,
+                _ => Machine::from_file(file.as_ref()).expect("a machine file"),
+            };
+            let mut share = random_shares();
+            let mut problems = Vec::new();
+            while problems.len() < count {
+                let size = machine.workspace.max - machine.workspace.min;
+                let at = Vector3::from_fn(|_, _| share());
+                let force = Vector3::from_fn(|_, _| 1000.0 * (share() - 0.5));
+                let Ok(at) = machine.command(machine.workspace.min + size.component_mul(&at)) else { continue };
+                let moment = (at.pose.rotation * machine.tool_tip).cross(&force);
+                let start = State::rigid(&machine, &at);
+                problems.push((at, Wrench { force, moment }, start));
+            }
+            let batch = Batch::new(&machine);
+            (name, goal, problems, batch, f64::INFINITY, 0)
+        })
+        .collect();
+    for _ in 0..rounds {
+        for (_, _, problems, batch, best, iterations) in &mut machines {
+            let mut states: Vec<State> = problems.iter().map(|(_, _, start)| start.clone()).collect();
+            let mut drives: Vec<Vec<f64>> = problems.iter().map(|(at, ..)| at.drives.clone()).collect();
+            *iterations = 0;
+            let mut took = 0.0;
+            for first in (0..problems.len()).step_by(Batch::WIDTH) {
+                let part = first..problems.len().min(first + Batch::WIDTH);
+                let cases = drives[part.clone()].iter_mut().zip(&mut states[part.clone()]).zip(&problems[part]);
+                let mut cases: Vec<Case<'_>> = cases
+                    .map(|((drives, state), (_, load, _))| Case { drives, load: *load, state, task: None })
+                    .collect();
+                took += seconds(|| {
+                    for outcome in batch.equilibria(&mut cases, &Settings::default()) {
+                        assert_eq!(outcome.status, Status::Solved);
+                        *iterations += outcome.iterations;
+                    }
+                });
+            }
+            *best = best.min(took);
+        }
+    }
+    println!("{count} random poses, random forces, cold, residual 1e-10, one core; loaded equilibria per second:");
+    for (name, goal, problems, _, best, iterations) in &machines {
+        let rate = problems.len() as f64 / best;
+        let steps = *iterations as f64 / problems.len() as f64;
+        let held = if goal.is_nan() { String::new() } else { format!(", {:.2} times the goal", rate / goal) };
+        println!("  {name:<14} {rate:>8.0}, {steps:.2} Newton iterations each{held}");
+    }
+}
+
+/// Numbers in 0..1, the same at every call.
+fn random_shares() -> impl FnMut() -> f64 {
+    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
+    move || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 11) as f64 / (1u64 << 53) as f64
     }
 }
 

@@ -28,6 +28,7 @@ fn main() {
                 pose: nominal.pose_at(centre + Vector3::new(phi.cos(), phi.sin(), 0.0) * 25.0),
                 load: MillingForce::PAPER.wrench(phi, &nominal.tool()),
                 target: Target::ToolTip,
+                wanted: None,
             }
         })
         .collect();

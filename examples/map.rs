@@ -44,12 +44,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     );
     let map = map::run(&study, &work)?;
 
-    let deflection = |point: &&map::MapPoint| point.effect(Source::Both).map_or(0.0, |effect| effect.deflection_mm);
+    let deflection = |point: &&map::MapPoint| point.effect(Source::All).map_or(0.0, |effect| effect.deflection_mm);
     let worst = map.points.iter().max_by(|a, b| deflection(a).total_cmp(&deflection(b)));
     if let Some(worst) = worst {
         println!("the tool moves by up to {:.3} mm, with P at {:?} mm", deflection(&worst), worst.position_mm);
     }
-    let unsolved = map.points.iter().filter(|point| point.effect(Source::Both).is_none()).count();
+    let unsolved = map.points.iter().filter(|point| point.effect(Source::All).is_none()).count();
     println!("{} points, {unsolved} of them not solved", map.points.len());
     Ok(())
 }

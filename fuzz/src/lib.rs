@@ -119,7 +119,7 @@ fn one_point(kind: StudyKind) {
         StudyKind::WorkspaceMap(mut map, _) => {
             map.grid.axes.iter_mut().for_each(|axis| axis.truncate(1));
             map.phis.truncate(1);
-            for effect in &map::run(&map, &Work::default()).expect("nothing stops it").points[0].effects {
+            for (_, effect) in map::run(&map, &Work::default()).expect("nothing stops it").points[0].effects.iter() {
                 match effect {
                     Ok(effect) => {
                         let numbers = effect.delta_rho.iter().flatten().chain(&effect.drive_force);

@@ -9,7 +9,7 @@ use kinetostat::{
     process::{Extent, Feature, file::Process},
     report::exchange,
     study::{
-        ProgramFile,
+        Machines, ProgramFile,
         placement::{
             Candidate, FeatureJob, PlacementStudy, compare as evaluate, place,
             report::{candidates_table, entries_table, uncontrolled_text},
@@ -97,6 +97,8 @@ fn study(arguments: &CompareArguments) -> Result<PlacementStudy> {
         tolerance_mm: arguments.tolerance,
     };
     let cuts = process.cutting_rule;
-    let job = FeatureJob { feature, errors: process.errors, limits: process.limits, target: process.target, cuts };
+    let machines = Machines::new(&machine, &process.errors)?;
+    let job =
+        FeatureJob { feature, machines, errors: process.errors, limits: process.limits, target: process.target, cuts };
     Ok(PlacementStudy::of_places(machine, job, extent, candidates))
 }

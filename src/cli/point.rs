@@ -6,12 +6,15 @@ use kinetostat::{
     input::error::{Error, Result},
     machine::{ChainError, Machine},
     process::{ForceLaw, MillingForce},
-    spatial::Wrench,
+    spatial::{Pose, Wrench},
     statics::Status,
-    study::point::{
-        PointLoad, PointQuestion,
-        report::{point_json, point_text, unreachable_json},
-        solve,
+    study::{
+        Machines,
+        point::{
+            Place, PointLoad, PointQuestion,
+            report::{point_json, point_text, unreachable_json},
+            solve,
+        },
     },
 };
 use nalgebra::Vector3;
@@ -20,7 +23,7 @@ use super::{Ending, any_numbers, choice, number, numbers, print, print_json, say
 
 /// Solve one location: how far the tool moves there and what to command instead.
 #[derive(Debug, Args)]
-#[command(group(ArgGroup::new("place").args(["position", "at"]).required(true)), after_help = "\
+#[command(group(ArgGroup::new("place").args(["position", "at", "pose", "joints"]).required(true)), after_help = "\
 The milling force lives in the frame of the tool: z from the spindle to the tool tip (tool_axis in the machine file), x the
 x axis of the platform across it, φ from x towards y. FR > 0 pushes the tool along φ, FT > 0 along φ + 90°, FZ < 0 back into
 the spindle. Picture: docs/forces.svg.
@@ -28,7 +31,9 @@ the spindle. Picture: docs/forces.svg.
 Examples:
   kinetostat point --machine orthoglide --position 126.35,126.35,126.35 --phi 130 --assembly 1,-1,1
   kinetostat point --machine orthoglide --at Q1 --phi 130 --law printed
-  kinetostat point --machine orthoglide --at Q0 --wrench 215,-10,-25,1000,21500,0 --json")]
+  kinetostat point --machine orthoglide --at Q0 --wrench 215,-10,-25,1000,21500,0 --json
+  kinetostat point --machine robot.toml --pose 1600,200,900,0,180,30 --wrench 0,0,-500,0,0,0 --full-pose
+  kinetostat point --machine robot.toml --joints 0,-20,110,0,40,0")]
 pub struct PointArguments {
     /// Built-in machine or machine file
     #[arg(long, short)]
@@ -39,6 +44,12 @@ pub struct PointArguments {
     /// Named point of the machine instead of a position
     #[arg(long)]
     at: Option<String>,
+    /// Commanded pose of P instead: x,y,z in mm and roll,pitch,yaw in degrees about the fixed axes of O
+    #[arg(long, value_parser = numbers::<6>, allow_hyphen_values = true, value_name = "X,Y,Z,ROLL,PITCH,YAW")]
+    pose: Option<[f64; 6]>,
+    /// Positions of the drives instead, in the order of the machine, as a pendant shows them: mm or degrees
+    #[arg(long, value_parser = any_numbers, allow_hyphen_values = true, value_name = "J1,J2,…")]
+    joints: Option<std::vec::Vec<f64>>,
     /// Tool angle φ of the milling force in degrees
     #[arg(long, value_parser = number, allow_hyphen_values = true, conflicts_with = "wrench")]
     phi: Option<f64>,
@@ -57,6 +68,9 @@ pub struct PointArguments {
     /// Compensate the platform point P instead of the tool tip
     #[arg(long)]
     platform: bool,
+    /// Compensate the orientation as well as the tool tip
+    #[arg(long, conflicts_with = "platform")]
+    full_pose: bool,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -64,13 +78,19 @@ pub struct PointArguments {
 
 pub fn point(arguments: &PointArguments) -> Result<Ending> {
     let machine = Machine::named_or_file(&arguments.machine)?;
-    let position = position(arguments, &machine)?;
+    let place = place(arguments, &machine)?;
     let assembly_deg = assembly(arguments, &machine)?;
+    let errors = machine.assembly_errors(&assembly_deg);
     let question = PointQuestion {
-        errors: machine.assembly_errors(&assembly_deg),
-        position,
+        machines: Machines::new(&machine, &errors)?,
+        errors,
+        place,
         load: load(arguments),
-        target: if arguments.platform { Target::PlatformPoint } else { Target::ToolTip },
+        target: match (arguments.platform, arguments.full_pose) {
+            (true, _) => Target::PlatformPoint,
+            (_, true) => Target::FullPose,
+            _ => Target::ToolTip,
+        },
         machine,
     };
     let answer = match solve(&question) {
@@ -92,6 +112,24 @@ pub fn point(arguments: &PointArguments) -> Result<Ending> {
     }
     let solved = answer.loaded.status == Status::Solved && answer.compensated.is_ok();
     Ok(if solved { Ending::Complete } else { Ending::SomeUnsolved })
+}
+
+fn place(arguments: &PointArguments, machine: &Machine) -> Result<Place> {
+    if let Some([x, y, z, roll, pitch, yaw]) = arguments.pose {
+        let turned = Pose::from_roll_pitch_yaw(Vector3::new(roll, pitch, yaw).map(f64::to_radians));
+        return Ok(Place::Pose(Pose { translation: Vector3::new(x, y, z), ..turned }));
+    }
+    if let Some(joints) = &arguments.joints {
+        let count = machine.drive_count();
+        if joints.len() != count {
+            let labels = machine.drive_labels().join(", ");
+            let problem = format!("expected {count} positions, of the drives {labels}, got {}", joints.len());
+            return Err(Error::Argument { argument: "--joints".into(), problem });
+        }
+        let drives = joints.iter().zip(machine.drives()).map(|(value, (_, drive))| drive.motion.from_shown(*value));
+        return Ok(Place::Drives(drives.collect()));
+    }
+    position(arguments, machine).map(Place::Position)
 }
 
 fn position(arguments: &PointArguments, machine: &Machine) -> Result<Vector3<f64>> {

@@ -29,13 +29,21 @@ pub fn compensate_batch(
     batch: &mut Batch,
 ) -> Vec<Compensation> {
     debug_assert_eq!(sessions.len(), demands.len());
+    let zeroed: Vec<_> = sessions.iter_mut().zip(demands).map(|(session, demand)| session.zeroed(demand)).collect();
+    let all = zeroed.iter().zip(demands).map(|(zeroed, demand)| *zeroed.as_ref().unwrap_or(demand));
+    let demands: &[Demand] = &all.collect::<Vec<_>>();
     let histories: Vec<History> = demands.iter().map(|_| History::default()).collect();
     let outcomes = match method {
         Method::None | Method::Direct => solve(sessions, demands, method, &histories, batch),
         _ => vec![None; sessions.len()],
     };
     let mut answers = Vec::with_capacity(sessions.len());
-    for (((session, demand), outcome), history) in sessions.iter_mut().zip(demands).zip(outcomes).zip(histories) {
+    let answered = sessions.iter_mut().zip(demands).zip(outcomes).zip(histories).zip(zeroed);
+    for ((((session, demand), outcome), history), zeroed) in answered {
+        if let Err(status) = zeroed {
+            answers.push(session.conclude(demand, Err(status), Vec::new()));
+            continue;
+        }
         let Some(outcome) = outcome else {
             answers.push(compensate(session, demand, method));
             continue;

@@ -36,15 +36,22 @@ impl Target {
 /// What is wanted at one point of a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Demand {
-    /// Where P should be, in O: the pose commanded without compensation, t₀.
+    /// The pose of P commanded without compensation, t₀, in O.
     pub pose: Pose,
     /// Dead wrench at P in O axes.
     pub load: Wrench,
     /// What is put right.
     pub target: Target,
+    /// Where P should stand; `None`: at `pose`, or where the machine is zeroed for it, see [`Zeroed`](crate::machine::Zeroed).
+    pub wanted: Option<Pose>,
 }
 
 impl Demand {
+    /// Where P should stand, as far as is known.
+    pub fn wanted(&self) -> &Pose {
+        self.wanted.as_ref().unwrap_or(&self.pose)
+    }
+
     /// The point put right, in platform axes from P, mm.
     pub fn offset(&self, machine: &Machine) -> Vector3<f64> {
         match self.target {
@@ -66,8 +73,9 @@ impl Demand {
     /// Error of the coordinates put right when P stands at `pose`.
     pub fn task_error(&self, machine: &Machine, pose: &Pose) -> TaskError {
         let offset = self.offset(machine);
-        let shift = pose.transform(offset) - self.pose.transform(offset);
-        let turn = rotation_log(&product(&self.pose.rotation.transpose(), &pose.rotation));
+        let wanted = self.wanted();
+        let shift = pose.transform(offset) - wanted.transform(offset);
+        let turn = rotation_log(&product(&wanted.rotation.transpose(), &pose.rotation));
         let lever = skew(image(&pose.rotation, offset));
         let (mut error, mut slope) = (Vector6::zeros(), Matrix6::zeros());
         let mut lever_arms = Vector6::zeros();
@@ -91,7 +99,7 @@ impl Demand {
                     lever_arms[row] = machine.reach;
                     error[row] = turn[axis];
                     for i in 0..3 {
-                        slope[(row, 3 + i)] = self.pose.rotation[(i, axis)];
+                        slope[(row, 3 + i)] = wanted.rotation[(i, axis)];
                     }
                 }
             }

@@ -127,25 +127,37 @@ impl Method {
 /// equilibrium.
 pub fn compensate(session: &mut Session, demand: &Demand, method: Method) -> Compensation {
     let mut progress = Progress::new();
-    let ending = run(session, demand, method, &mut progress);
-    session.conclude(demand, ending, progress.history)
+    let demand = match session.zeroed(demand) {
+        Ok(demand) => demand,
+        Err(status) => return session.conclude(demand, Err(status), progress.history),
+    };
+    let ending = run(session, &demand, method, &mut progress);
+    session.conclude(&demand, ending, progress.history)
 }
 
 /// Commands `target` instead of what `demand` wants, and lets the machine settle under its load: what a given program does.
 pub fn simulate(session: &mut Session, demand: &Demand, target: &Pose) -> Compensation {
-    let ending = session.go_to(target).and_then(|()| Ok((CompensationStatus::Applied, session.settle(demand)?)));
-    let history = vec![session.task_error(demand).size()];
-    session.conclude(demand, ending, history)
+    let demand = match session.zeroed(demand) {
+        Ok(demand) => demand,
+        Err(status) => return session.conclude(demand, Err(status), Vec::new()),
+    };
+    let ending = session.go_to(target).and_then(|()| Ok((CompensationStatus::Applied, session.settle(&demand)?)));
+    let history = vec![session.task_error(&demand).size()];
+    session.conclude(&demand, ending, history)
 }
 
 /// Commands `drives` (mm or rad) whatever they lead to, and lets the machine settle under the load of `demand`.
 pub fn simulate_drives(session: &mut Session, demand: &Demand, drives: &[f64]) -> Compensation {
+    let demand = match session.zeroed(demand) {
+        Ok(demand) => demand,
+        Err(status) => return session.conclude(demand, Err(status), Vec::new()),
+    };
     let ending = session.go_to(&demand.pose).and_then(|()| {
         session.drives.copy_from_slice(drives);
-        Ok((CompensationStatus::Applied, session.settle(demand)?))
+        Ok((CompensationStatus::Applied, session.settle(&demand)?))
     });
-    let history = vec![session.task_error(demand).size()];
-    session.conclude(demand, ending, history)
+    let history = vec![session.task_error(&demand).size()];
+    session.conclude(&demand, ending, history)
 }
 
 fn run(session: &mut Session, demand: &Demand, method: Method, progress: &mut Progress) -> Ending {

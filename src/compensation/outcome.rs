@@ -83,6 +83,8 @@ pub struct Compensation {
     pub history: Vec<f64>,
     /// Position error of the point put right at the end, O axes, mm.
     pub position_error: Vector3<f64>,
+    /// Displacement of the tool tip from where it is wanted, whatever is put right, O axes, mm.
+    pub tool_displacement: Vector3<f64>,
     /// Rotation of the platform from the wanted orientation at the end, rotation vector in O axes, rad.
     pub leftover_rotation: Vector3<f64>,
     /// Forces of the drives at the end, N or N·mm.

@@ -7,8 +7,8 @@ use super::{
     outcome::{Compensation, CompensationStatus},
 };
 use crate::{
-    machine::{Configuration, Machine, Unreachable},
-    spatial::{Pose, product, rotation_log},
+    machine::{Configuration, Machine, Unreachable, Zeroed},
+    spatial::{Pose, Wrench, product, rotation_log},
     statics::{self, Outcome, State, TaskError, Workspace, equilibrium},
 };
 
@@ -69,6 +69,8 @@ pub struct Session {
     pub(super) drives: Vec<f64>,
     /// Equilibrium last reached.
     pub(super) state: State,
+    /// The pose last asked to be zeroed at, and where the nominal machine stands then under its weight alone.
+    rest: Option<(Pose, Pose)>,
 }
 
 impl Session {
@@ -83,6 +85,7 @@ impl Session {
             command: nominal.home.clone(),
             drives: nominal.home.drives.clone(),
             state: State::rigid(nominal, &nominal.home),
+            rest: None,
         }
     }
 
@@ -104,6 +107,34 @@ impl Session {
     /// The nominal configuration of the present command, where its limits have been looked at.
     pub fn command(&self) -> &Configuration {
         &self.command
+    }
+
+    /// `demand` with what is wanted: where the nominal machine stands under its weight alone at the command, if it is zeroed
+    /// at rest; else the pose that is commanded.
+    ///
+    /// # Errors
+    /// The pose cannot be commanded, or the machine does not stand there under its weight.
+    pub fn zeroed(&mut self, demand: &Demand) -> Result<Demand, CompensationStatus> {
+        if demand.wanted.is_some() || self.nominal.zeroed != Zeroed::AtRest || !self.nominal.has_weight() {
+            return Ok(*demand);
+        }
+        let rest = match self.rest {
+            Some((pose, rest)) if pose == demand.pose => rest,
+            _ => self.rest_at(&demand.pose)?,
+        };
+        self.rest = Some((demand.pose, rest));
+        Ok(Demand { wanted: Some(rest), ..*demand })
+    }
+
+    /// Where the nominal machine stands under its weight alone when it is commanded to `pose`.
+    fn rest_at(&mut self, pose: &Pose) -> Result<Pose, CompensationStatus> {
+        let near = self.nominal.inverse_kinematics_from(&self.command, pose);
+        let at = near.or_else(|_| self.nominal.inverse_kinematics(pose)).map_err(CompensationStatus::Unreachable)?;
+        let workspace = self.nominal_workspace.get_or_insert_with(|| Workspace::new(&self.nominal));
+        let (mut state, settings) = (State::rigid(&self.nominal, &at), &self.settings.equilibrium);
+        let outcome = equilibrium(&self.nominal, &at.drives, &Wrench::zero(), &mut state, workspace, settings);
+        Self::stable(outcome)?;
+        Ok(state.pose)
     }
 
     /// Puts the session at a nominal configuration and a state of the real machine.
@@ -270,10 +301,11 @@ impl Session {
         Compensation {
             drives: self.drives.clone(),
             history,
-            position_error: shown(self.state.pose.transform(offset) - demand.pose.transform(offset)),
+            tool_displacement: shown(self.nominal.tool_displacement(demand.wanted(), &self.state.pose)),
+            position_error: shown(self.state.pose.transform(offset) - demand.wanted().transform(offset)),
             leftover_rotation: shown(rotation_log(&product(
                 &self.state.pose.rotation,
-                &demand.pose.rotation.transpose(),
+                &demand.wanted().rotation.transpose(),
             ))),
             drive_forces: statics::drive_forces(&self.real, &self.state),
             status,

@@ -92,6 +92,17 @@ pub enum Zeroed {
     AtHome,
 }
 
+impl Zeroed {
+    /// Word in files.
+    pub fn label(self) -> &'static str {
+        match self {
+            Zeroed::AtRest => "at_rest",
+            Zeroed::Weightless => "weightless",
+            Zeroed::AtHome => "at_home",
+        }
+    }
+}
+
 /// An axis-aligned box of positions of P, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WorkspaceBox {
@@ -270,6 +281,22 @@ impl Machine {
     /// Named location, if the machine has one of this name.
     pub fn point(&self, name: &str) -> Option<&NamedPoint> {
         self.points.iter().find(|point| point.name == name)
+    }
+
+    /// This machine with drives that stand farther than commanded by `offsets`, mm or rad, one for each drive.
+    pub fn with_drive_offsets(&self, offsets: &[f64]) -> Self {
+        let mut first = 0;
+        let errors: Vec<ChainError> = self
+            .chains
+            .iter()
+            .map(|chain| {
+                let own = &offsets[first..first + chain.drives.len()];
+                first += own.len();
+                let joint = |joint: usize| (0..own.len()).map(|d| chain.joint_per_drive(joint, d) * own[d]).sum();
+                ChainError { drive_offsets: (0..own.len()).map(joint).collect(), ..ChainError::default() }
+            })
+            .collect();
+        self.with_errors(&errors)
     }
 
     /// `X_PT`: the tool frame T, with its origin at the tool tip, in platform axes.

@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 
-use crate::machine::{ChainError, Machine};
+use crate::machine::{ChainError, Machine, Zeroed};
 
 /// Rotations of a chain above this are said, rad.
 const LARGE_ROTATION: f64 = 5.0 * std::f64::consts::PI / 180.0;
@@ -24,6 +24,19 @@ pub fn outside_workspace(machine: &Machine, noun: &str, positions: impl Iterator
         }
         None => String::new(),
     }
+}
+
+/// From where deflections of `machine` are measured, if it has weight.
+pub fn zeroed(machine: &Machine) -> String {
+    if !machine.has_weight() {
+        return String::new();
+    }
+    let from = match machine.zeroed {
+        Zeroed::AtRest => "from where it rests under its weight, as it was zeroed there (zeroed = \"at_rest\")",
+        Zeroed::Weightless => "from where it would stand without weight (zeroed = \"weightless\")",
+        Zeroed::AtHome => "from the rigid model, its drives zeroed under its weight at home (zeroed = \"at_home\")",
+    };
+    format!("Deflections of {} are measured {from}.\n", machine.name)
 }
 
 /// A sentence for each chain of `machine` that `errors` turn far.

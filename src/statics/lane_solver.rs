@@ -10,7 +10,7 @@ use nalgebra::Matrix6xX;
 
 use super::{
     batch::Case,
-    chain_system::{ChainResidual, ChainSystem},
+    chain_system::{Carried, ChainResidual, ChainSystem},
     equilibrium::{Outcome, Settings, Status},
     iteration::{Iteration, Verdict},
     platform::{self, Square, SquareTask},
@@ -184,7 +184,9 @@ impl<R: Real> LaneSolver<R> {
                     pairs(pairs(pairs(&mut self.systems, &machine.chains), &self.chains), &mut self.residuals)
                 {
                     let drives = &self.drives[own.drives.clone()];
-                    system.fill(chain, drives, &own.coordinates, own.wrench, &own.loops, &self.platform, gravity);
+                    let (wrench, loops) = (own.wrench, &own.loops[..]);
+                    let carried = Carried { drives, coordinates: &own.coordinates, wrench, loops, gravity };
+                    system.fill(chain, &self.platform, &carried);
                     *residual = system.residual(machine.reach);
                     self.condensed &= system.eliminate();
                 }

@@ -15,11 +15,12 @@ pub(super) fn deflected_pose(
     demand: &Demand,
     place: String,
 ) -> Option<DeflectedPose> {
-    let machines = Machines::new(machine, errors);
+    let machines = Machines::new(machine, errors).ok()?;
     let at = machine.inverse_kinematics(&demand.pose).ok()?;
-    let mut session = machines.session(Source::Both);
+    let mut session = machines.session(Source::All);
     session.stand(&at, &State::rigid(machine, &at));
-    if !compensate(&mut session, demand, Method::None).status.is_success() {
+    let answer = compensate(&mut session, demand, Method::None);
+    if !answer.status.is_success() {
         return None;
     }
     let state = session.state();
@@ -40,7 +41,7 @@ pub(super) fn deflected_pose(
         place,
         commanded: machine.rigid_skeleton(&at),
         settled: machines.real.skeleton(&chains, &state.pose),
-        tool_displacement_mm: machine.tool_displacement(&at.pose, &state.pose),
+        tool_displacement_mm: answer.tool_displacement,
         force_n: demand.load.force,
     })
 }
@@ -58,8 +59,13 @@ mod tests {
         let errors = machine.assembly_errors(&[1.0, -1.0, 1.0]);
         let load = MillingForce::PAPER.wrench(0.7, &machine.tool());
         let pose = machine.pose_at(machine.points[1].position);
-        let bent =
-            deflected_pose(&machine, &errors, &Demand { pose, load, target: Target::ToolTip }, "at Q1".into()).unwrap();
+        let bent = deflected_pose(
+            &machine,
+            &errors,
+            &Demand { pose, load, target: Target::ToolTip, wanted: None },
+            "at Q1".into(),
+        )
+        .unwrap();
         for skeleton in [&bent.commanded, &bent.settled] {
             for chain in &skeleton.chains {
                 let end = Vector3::from(*chain.links.last().unwrap().last().unwrap());

@@ -76,7 +76,7 @@ pub fn demands_under(
     let demand = |(point, load): (&PathPoint, &PathLoad)| {
         let pose = led.pose(&placed, point.position_mm);
         let there = placed.turned(&pose.rotation);
-        Demand { pose, load: there.wrench(&load.on_tool(point.tangent, there.tool_axes())), target }
+        Demand { pose, load: there.wrench(&load.on_tool(point.tangent, there.tool_axes())), target, wanted: None }
     };
     path.points().iter().zip(loads).map(demand).collect()
 }

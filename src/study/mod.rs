@@ -34,7 +34,7 @@ pub use failure::{Failure, SOLVED, status_of};
 pub use into_folder::{Begin, BegunRun, Finished, FolderRun, RunOptions};
 pub use program_file::ProgramFile;
 pub use question::{Given, Overrides, Question, Resolved, Template};
-pub use sources::{Machines, ROUNDING_MM, Source, settings};
+pub use sources::{BySource, Machines, ROUNDING_MM, Source, settings};
 
 use std::{cell::Cell, path::Path};
 

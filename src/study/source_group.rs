@@ -1,20 +1,18 @@
 //! The sources of error as a page tells them apart.
 
 use crate::{
+    machine::Machine,
     report::page::{Group, GroupValue},
     study::Source,
 };
 
-/// The sources of error, both at once first.
-pub(super) fn source_group() -> Group {
-    let value = |source: Source, label: &str| GroupValue { cells: vec![source.label().into()], label: label.into() };
+/// The sources of error of a machine, all at once first.
+pub(super) fn source_group(machine: &Machine) -> Group {
+    let value = |source: &Source| GroupValue { cells: vec![source.label().into()], label: source.words().into() };
+    let alone = Source::of(machine).iter().filter(|source| **source != Source::All);
     Group {
         columns: vec!["source".into()],
         label: "source of error".into(),
-        values: vec![
-            value(Source::Both, "both at once"),
-            value(Source::Cutting, "cutting force"),
-            value(Source::Assembly, "chain errors"),
-        ],
+        values: std::iter::once(&Source::All).chain(alone).map(value).collect(),
     }
 }

@@ -1,10 +1,13 @@
-//! Sources of error, and the machines that answer for them: how any question asks for cutting, chain errors and both.
+//! Sources of error, and the machines that answer for them: how any question asks for cutting, weight, chain errors and all.
 
-use serde::Serialize;
+use std::ops::{Index, IndexMut};
+
+use serde::{Deserialize, Serialize};
 
 use crate::{
-    compensation::{CompensationSettings, Demand, Session},
-    machine::{ChainError, Machine},
+    compensation::{CompensationSettings, Demand, Method, Session, Target, compensate},
+    input::error::{Error, Result},
+    machine::{ChainError, Machine, Zeroed},
     spatial::Wrench,
     statics::{self, Batch},
 };
@@ -15,46 +18,214 @@ use crate::{
 pub enum Source {
     /// The cutting force on the nominal machine.
     Cutting,
+    /// The weight of the nominal machine, against the rigid model.
+    Weight,
     /// The chain errors of the unloaded real machine.
-    Assembly,
-    /// Both at once: the cutting force on the real machine.
-    Both,
+    Errors,
+    /// All at once: what happens. Weight is a part of it unless the machine was zeroed under its weight.
+    All,
 }
 
 impl Source {
-    /// All sources, in table order.
-    pub const ALL: [Source; 3] = [Source::Cutting, Source::Assembly, Source::Both];
+    /// The sources of a machine, in table order: of one without weight, all others.
+    pub fn of(machine: &Machine) -> &'static [Source] {
+        Self::of_count(if machine.has_weight() { 4 } else { 3 })
+    }
+
+    fn of_count(count: usize) -> &'static [Source] {
+        match count {
+            4 => &[Source::Cutting, Source::Weight, Source::Errors, Source::All],
+            _ => &[Source::Cutting, Source::Errors, Source::All],
+        }
+    }
+
+    /// The sources whose sum superposition takes for all of them.
+    pub fn parts(machine: &Machine) -> &'static [Source] {
+        match machine.has_weight() && machine.zeroed != Zeroed::AtRest {
+            true => &[Source::Cutting, Source::Weight, Source::Errors],
+            false => &[Source::Cutting, Source::Errors],
+        }
+    }
 
     /// Word used in tables.
     pub fn label(self) -> &'static str {
         match self {
             Source::Cutting => "cutting",
-            Source::Assembly => "assembly",
-            Source::Both => "both",
+            Source::Weight => "weight",
+            Source::Errors => "errors",
+            Source::All => "all",
         }
+    }
+
+    /// What it is, as readers see it.
+    pub fn words(self) -> &'static str {
+        match self {
+            Source::Cutting => "cutting force",
+            Source::Weight => "weight",
+            Source::Errors => "chain errors",
+            Source::All => "all at once",
+        }
+    }
+
+    /// The beginning of a sentence that says how far the tool is moved.
+    pub(crate) fn moves(self, machine: &Machine) -> &'static str {
+        match self {
+            Source::Cutting => "The cutting force alone moves the tool",
+            Source::Weight if machine.zeroed == Zeroed::AtRest => "Its weight, which is taken as zeroed, moves it",
+            Source::Weight => "Weight alone moves it",
+            Source::Errors => "Chain errors alone move it",
+            Source::All if Self::parts(machine).len() > 2 => "All together move it",
+            Source::All => "Both together move it",
+        }
+    }
+
+    /// Whether the cutting force acts.
+    pub fn has_cutting_force(self) -> bool {
+        matches!(self, Source::Cutting | Source::All)
     }
 }
 
-/// The nominal machine, by which commands are computed, and the real one, which has the errors.
+/// A value for each source of a machine, in table order.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct BySource<T>(Vec<T>);
+
+impl<T> BySource<T> {
+    /// What `value` has for each source of `machine`.
+    pub fn of(machine: &Machine, value: impl FnMut(Source) -> T) -> Self {
+        Self(Source::of(machine).iter().copied().map(value).collect())
+    }
+
+    /// Answers, one for each source of a machine in table order.
+    ///
+    /// # Errors
+    /// The first of them.
+    pub(crate) fn answered(answers: Vec<Result<T>>) -> Result<Self> {
+        answers.into_iter().collect::<Result<_>>().map(Self)
+    }
+
+    /// Its sources.
+    pub fn sources(&self) -> &'static [Source] {
+        Source::of_count(self.0.len())
+    }
+
+    /// Each source with its value, in table order.
+    pub fn iter(&self) -> impl Iterator<Item = (Source, &T)> {
+        self.sources().iter().copied().zip(&self.0)
+    }
+
+    /// The same, to change the values.
+    pub fn iter_mut(&mut self) -> impl Iterator<Item = (Source, &mut T)> {
+        self.sources().iter().copied().zip(&mut self.0)
+    }
+
+    /// Each value changed to what `value` makes of it.
+    pub fn map<U>(self, mut value: impl FnMut(Source, T) -> U) -> BySource<U> {
+        let sources = self.sources();
+        BySource(sources.iter().copied().zip(self.0).map(|(source, own)| value(source, own)).collect())
+    }
+
+    /// The value of `source`, if the machine has it.
+    pub fn get(&self, source: Source) -> Option<&T> {
+        let place = self.sources().iter().position(|own| *own == source)?;
+        self.0.get(place)
+    }
+}
+
+impl<T> Index<Source> for BySource<T> {
+    type Output = T;
+
+    /// # Panics
+    /// The machine has no weight, and that is asked for.
+    fn index(&self, source: Source) -> &T {
+        let place = self.sources().iter().position(|own| *own == source);
+        &self.0[place.unwrap_or(self.0.len())]
+    }
+}
+
+impl<T> IndexMut<Source> for BySource<T> {
+    fn index_mut(&mut self, source: Source) -> &mut T {
+        let place = self.sources().iter().position(|own| *own == source);
+        let place = place.unwrap_or(self.0.len());
+        &mut self.0[place]
+    }
+}
+
+/// What is gathered of each source, of which it need not be known beforehand which there are.
+#[derive(Debug, Clone)]
+pub(crate) struct Gathered<T>(Vec<(Source, T)>);
+
+impl<T> Default for Gathered<T> {
+    fn default() -> Self {
+        Self(Vec::new())
+    }
+}
+
+impl<T: Default> Gathered<T> {
+    /// What there is of `source`, nothing at first.
+    pub fn at(&mut self, source: Source) -> &mut T {
+        let place = self.0.iter().position(|(own, _)| *own == source).unwrap_or_else(|| {
+            self.0.push((source, T::default()));
+            self.0.len() - 1
+        });
+        &mut self.0[place].1
+    }
+
+    /// What there is of `source`, if it was seen.
+    pub fn get(&self, source: Source) -> Option<&T> {
+        self.iter().find_map(|(own, sums)| (own == source).then_some(sums))
+    }
+
+    /// Each source seen with what there is of it.
+    pub fn iter(&self) -> impl Iterator<Item = (Source, &T)> {
+        self.0.iter().map(|(source, sums)| (*source, sums))
+    }
+}
+
+/// The nominal machine, by which commands are computed, and those that answer for the sources.
 #[derive(Debug, Clone)]
 pub struct Machines {
-    /// Commands, and answers for the cutting force alone.
+    /// Commands.
     pub nominal: Machine,
-    /// Answers for all that chain errors have a part in.
+    /// Answers for all at once: it has the chain errors, its weight, and the drives' offsets if it was zeroed at home.
     pub real: Machine,
+    /// Answer for cutting, weight and chain errors alone.
+    cutting: Machine,
+    weight: Machine,
+    errors: Machine,
 }
 
 impl Machines {
     /// `nominal`, and the same with `errors` of each chain.
-    pub fn new(nominal: &Machine, errors: &[ChainError]) -> Self {
-        Self { nominal: nominal.clone(), real: nominal.with_errors(errors) }
+    ///
+    /// # Errors
+    /// The machine is zeroed at home, and no drives hold it there under its weight.
+    pub fn new(nominal: &Machine, errors: &[ChainError]) -> Result<Self> {
+        let weight = zeroed_at_home(nominal)?;
+        let is_zeroed_at_rest = nominal.zeroed == Zeroed::AtRest;
+        let cutting = if is_zeroed_at_rest { nominal.clone() } else { nominal.weightless() };
+        let perfect = Self { real: weight.clone(), errors: cutting.clone(), cutting, weight, nominal: nominal.clone() };
+        Ok(perfect.with_errors(errors))
+    }
+
+    /// The same machine with other errors of its chains.
+    pub fn with_errors(&self, errors: &[ChainError]) -> Self {
+        let is_zeroed_at_rest = self.nominal.zeroed == Zeroed::AtRest;
+        let alone = self.nominal.with_errors(errors);
+        Self {
+            real: self.weight.with_errors(errors),
+            errors: if is_zeroed_at_rest { alone } else { alone.weightless() },
+            ..self.clone()
+        }
     }
 
     /// The machine that answers for `source`.
     pub fn answering(&self, source: Source) -> &Machine {
         match source {
-            Source::Cutting => &self.nominal,
-            Source::Assembly | Source::Both => &self.real,
+            Source::Cutting => &self.cutting,
+            Source::Weight => &self.weight,
+            Source::Errors => &self.errors,
+            Source::All => &self.real,
         }
     }
 
@@ -69,12 +240,31 @@ impl Machines {
     }
 }
 
+/// The machine as zeroing at home leaves it: its drives offset so that it stands there under its weight as the rigid model does.
+fn zeroed_at_home(nominal: &Machine) -> Result<Machine> {
+    if nominal.zeroed != Zeroed::AtHome || !nominal.has_weight() {
+        return Ok(nominal.clone());
+    }
+    let home = &nominal.home;
+    let mut session = Session::new(nominal, nominal, settings());
+    let demand = Demand { pose: home.pose, load: Wrench::zero(), target: Target::FullPose, wanted: Some(home.pose) };
+    let held = compensate(&mut session, &demand, Method::Direct);
+    if !held.status.is_success() {
+        let problem =
+            format!("at_home: no drives hold the machine there under its weight: {}", held.status.reason(nominal));
+        return Err(Error::Argument { argument: "zeroed".into(), problem });
+    }
+    let offsets: Vec<f64> = held.drives.iter().zip(&home.drives).map(|(held, home)| held - home).collect();
+    Ok(nominal.with_drive_offsets(&offsets))
+}
+
 impl Source {
-    /// `demand` as this source makes it: chain errors act alone without load.
+    /// `demand` as this source makes it: weight and chain errors act without load, and weight against the rigid model.
     pub fn demand(self, demand: &Demand) -> Demand {
         match self {
-            Source::Assembly => Demand { load: Wrench::zero(), ..*demand },
-            Source::Cutting | Source::Both => *demand,
+            Source::Errors => Demand { load: Wrench::zero(), ..*demand },
+            Source::Weight => Demand { load: Wrench::zero(), wanted: Some(demand.pose), ..*demand },
+            Source::Cutting | Source::All => *demand,
         }
     }
 }

@@ -505,11 +505,11 @@ fn a_reader_that_goes_away_is_no_fault_but_a_full_disk_is() {
 
 const FIGURES: [&str; 8] = [
     "slices_deflection_cutting",
-    "slices_deflection_both",
-    "slices_delta_rho_both",
-    "slices_departure_both",
+    "slices_deflection_all",
+    "slices_delta_rho_all",
+    "slices_departure_all",
     "slices_stiffness_min_cutting",
-    "workspace_deflection_both",
+    "workspace_deflection_all",
     "machine_at_home",
     "machine_bent",
 ];
@@ -534,7 +534,7 @@ const WORDS: [&str; 5] = ["source", "status", "reason", "correction_status", "co
 fn check_row(header: &[String], row: &[String]) {
     let column = |name: &str| header.iter().position(|h| h == name).unwrap_or_else(|| panic!("no column {name}"));
     let (source, status, reason) = (&row[column("source")], &row[column("status")], &row[column("reason")]);
-    assert!(["cutting", "assembly", "both"].contains(&source.as_str()), "{row:?}");
+    assert!(["cutting", "errors", "all"].contains(&source.as_str()), "{row:?}");
     assert_eq!(status == "solved", reason.is_empty(), "{row:?}");
     assert!(!status.is_empty(), "{row:?}");
     let (correction_status, reason) = (&row[column("correction_status")], &row[column("correction_reason")]);
@@ -542,8 +542,8 @@ fn check_row(header: &[String], row: &[String]) {
     for (name, cell) in header.iter().zip(row) {
         let is_word = WORDS.contains(&name.as_str());
         let is_position = ["x_mm", "y_mm", "z_mm"].contains(&name.as_str());
-        let is_departure = name.starts_with("departure") && source != "both";
-        let is_angle = name == "deflection_phi_deg" && source == "assembly";
+        let is_departure = name.starts_with("departure") && source != "all";
+        let is_angle = name == "deflection_phi_deg" && source == "errors";
         if is_word {
             continue;
         }

@@ -162,7 +162,7 @@ fn the_points_of_curves_stand_beside_their_figure() {
     let column = |name: &str| points[0].iter().position(|header| header == name).unwrap();
     let (source, displacement) = (column("source"), column("displacement_mm"));
     let of_both: Vec<&str> =
-        points.iter().filter(|row| row[source] == "both").map(|row| row[displacement].as_str()).collect();
+        points.iter().filter(|row| row[source] == "all").map(|row| row[displacement].as_str()).collect();
     let drawn = csv_cells(&folder.path().join("displacement_data.csv"));
     assert!(drawn[0][2].starts_with("tool angle φ [") && drawn[0][3].ends_with(" [mm]"), "{:?}", drawn[0]);
     // The curve of both sources runs by angle and ends where it begins.

@@ -189,7 +189,12 @@ fn sessions_compensated_together_end_as_each_alone() {
                     let demand = |(i, position): (usize, &Vector3<f64>)| {
                         let shift = if i % 3 == 0 { away } else { f64::from(round) };
                         let load = MillingForce::PAPER.wrench(f64::from(round), &nominal.tool());
-                        Demand { pose: nominal.pose_at(position.add_scalar(shift)), load, target: Target::ToolTip }
+                        Demand {
+                            pose: nominal.pose_at(position.add_scalar(shift)),
+                            load,
+                            target: Target::ToolTip,
+                            wanted: None,
+                        }
                     };
                     let demands: Vec<Demand> = positions.iter().enumerate().map(demand).collect();
                     let pairs = alone.iter_mut().zip(&demands);

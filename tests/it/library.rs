@@ -43,7 +43,7 @@ fn a_range_is_that_part_of_the_whole() {
     let StudyKind::Path(study, _) = self::study(text).kind else { panic!("a path") };
     let whole = path::run(&study, &Work::default()).unwrap().whole;
     let part = path::run_range(&study, 256..300, &Work::default()).unwrap();
-    for (part, whole) in part.sources.iter().zip(&whole.sources) {
+    for ((_, part), (_, whole)) in part.sources.iter().zip(whole.sources.iter()) {
         assert_eq!((&part.plain[..], &part.compensated[..]), (&whole.plain[256..], &whole.compensated[256..]));
     }
 }

@@ -32,11 +32,11 @@ fn largest_displacement(results: &PathResults, source: Source) -> f64 {
 fn groove_of_study_02_has_the_numbers_its_readme_quotes() {
     let overrides = Overrides { points: Some(73), ..Overrides::default() };
     let results = results(Study::open(&studies(), &overrides).unwrap());
-    for (source, expected) in [(Source::Cutting, 0.95), (Source::Assembly, 1.05), (Source::Both, 1.76)] {
+    for (source, expected) in [(Source::Cutting, 0.95), (Source::Errors, 1.05), (Source::All, 1.76)] {
         let found = largest_displacement(&results, source);
         assert!((found - expected).abs() < 0.01, "{source:?}: {found}");
     }
-    let both = &results.whole.sources[Source::Both as usize].compensated;
+    let both = &results.whole.sources[Source::All].compensated;
     let correction = both.iter().flat_map(|answer| answer.delta_rho()).fold(0.0f64, |most, d| most.max(d.abs()));
     assert!((correction - 1.71).abs() < 0.01, "{correction}");
     assert!(
@@ -146,13 +146,13 @@ fn a_long_path_is_written_whole_and_drawn_thinned_with_its_peaks() {
 
     let table = out.join("points.csv");
     let of = |source: &'static str| move |row: &csv::StringRecord| row.iter().any(|cell| cell == source);
-    let indices = numbers(&table, 0, of("both"));
+    let indices = numbers(&table, 0, of("all"));
     assert_eq!(indices, (0..points).map(f64::from).collect::<Vec<_>>());
     let header = fs::read_to_string(&table).unwrap().lines().next().unwrap().to_string();
     let column = header.split(',').position(|name| name == "displacement_mm").unwrap();
     let largest = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
     let smallest = |values: &[f64]| values.iter().copied().fold(f64::MAX, f64::min);
-    for (source, curve) in [("both", "both at once"), ("cutting", "cutting force")] {
+    for (source, curve) in [("all", "all at once"), ("cutting", "cutting force")] {
         let all = numbers(&table, column, of(source));
         let drawn = numbers(&out.join("displacement_data.csv"), 3, of(curve));
         // The curve ends at the angle at which it begins.
@@ -165,7 +165,7 @@ fn a_long_path_is_written_whole_and_drawn_thinned_with_its_peaks() {
         assert!(captions.contains(said), "{said}");
     }
     let summary: serde_json::Value = serde_json::from_str(&text("summary.json")).unwrap();
-    let found = summary["sources"]["both"]["displacement_max_mm"]["value"].as_f64().unwrap();
-    assert_eq!(found, largest(&numbers(&table, column, of("both"))));
+    let found = summary["sources"]["all"]["displacement_max_mm"]["value"].as_f64().unwrap();
+    assert_eq!(found, largest(&numbers(&table, column, of("all"))));
     assert_eq!(summary["methods"][0]["failed"], 0);
 }

@@ -304,7 +304,7 @@ fn check_condensation(machine: &Machine, trial: &Trial, at: &Configuration) -> b
 fn check_compensation(machine: &Machine, trial: &Trial, at: &Configuration) {
     let real = machine.with_errors(&trial.chain_errors(machine));
     for target in [Target::ToolTip, Target::FullPose] {
-        let demand = Demand { pose: at.pose, load: trial.load(), target };
+        let demand = Demand { pose: at.pose, load: trial.load(), target, wanted: None };
         for method in Method::ALL {
             let settings = compensation::CompensationSettings {
                 max_iterations: 30,
@@ -341,7 +341,7 @@ fn check_map(machine: &Machine, trial: &Trial) {
         target: Target::ToolTip,
     };
     for point in map::run(&study, &Work::default()).unwrap().points {
-        for effect in &point.effects {
+        for (_, effect) in point.effects.iter() {
             match effect {
                 Ok(effect) => {
                     finite(

@@ -175,7 +175,7 @@ fn enlarge(out: &Path, n: usize) {
     let mut rows = header + "\n";
     for node in 0..n.pow(3) {
         let place = [node % n, node / n % n, node / (n * n)].map(|i| i as f64 * 5.0 - 73.65);
-        for (s, source) in ["cutting", "assembly", "both"].iter().enumerate() {
+        for (s, source) in ["cutting", "errors", "all"].iter().enumerate() {
             write!(rows, "{},{},{},{source},solved,,solved,", place[0], place[1], place[2]).unwrap();
             for column in 8..columns {
                 write!(rows, ",{}", ((node * (s + 1)) as f64 * 0.001 + column as f64).sin()).unwrap();
@@ -205,7 +205,7 @@ fn fifty_thousand_points_make_a_page_below_fifteen_megabytes() {
 /// The smallest or largest deflection under both sources that a map's summary gives, mm.
 fn deflection(folder: &Path, which: &str) -> f64 {
     let summary: Value = serde_json::from_str(&fs::read_to_string(folder.join("summary.json")).unwrap()).unwrap();
-    summary["sources"]["both"]["deflection_mm"][which]["value"].as_f64().unwrap()
+    summary["sources"]["all"]["deflection_mm"][which]["value"].as_f64().unwrap()
 }
 
 #[test]

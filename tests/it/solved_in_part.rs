@@ -44,7 +44,7 @@ fn summary(map: &WorkspaceMap) -> Summary {
 fn putting_right_part_of_what_an_arm_controls_is_solved_wherever_the_whole_is() {
     let maps = ["tool_tip", "full_pose"].map(|target| run(&arm(215.0, target), &Work::default()).unwrap());
     for (tip, pose) in maps[0].points.iter().zip(&maps[1].points) {
-        for source in Source::ALL {
+        for &source in tip.effects.sources() {
             assert_eq!([tip.status(source), pose.status(source)], ["solved"; 2], "{:?} {source:?}", tip.position_mm);
             let deflection = |point: &MapPoint| point.effect(source).unwrap().deflection_mm;
             assert_eq!(deflection(tip), deflection(pose));
@@ -67,8 +67,13 @@ fn a_deflection_is_shown_where_its_correction_is_not() {
             (_, true) => ["solved", "unreachable", "unreachable"],
             _ => ["solved"; 3],
         };
-        assert_eq!(Source::ALL.map(|source| point.status(source)), expected, "{:?}", point.position_mm);
-        assert_eq!(point.effect(Source::Both).is_some(), point.position_mm[1] >= 0.0);
+        assert_eq!(
+            Source::of(&map.study.machine).iter().map(|source| point.status(*source)).collect::<Vec<_>>(),
+            expected,
+            "{:?}",
+            point.position_mm
+        );
+        assert_eq!(point.effect(Source::All).is_some(), point.position_mm[1] >= 0.0);
     }
     let table = table(&study.machine, &map.points);
     let column = |name: &str| table.columns().iter().position(|column| column.name == name).unwrap();
@@ -98,7 +103,7 @@ fn what_is_known_at_hardly_any_point_has_no_best_and_worst() {
     study.grid = Grid::new(Vector3::new(1600.0, 0.0, 1000.0), Vector3::new(9000.0, 8000.0, 9000.0), [5, 5, 5]);
     let map = run(&study, &Work::default()).unwrap();
     let text = summary(&map).text(&study);
-    let known = map.points.iter().filter(|point| point.effect(Source::Both).is_some()).count();
+    let known = map.points.iter().filter(|point| point.effect(Source::All).is_some()).count();
     assert!((1..=6).contains(&known), "{known}");
     assert!(!text.contains("at best") && !text.contains("at worst"), "{text}");
     assert!(text.contains(&format!("is known at {known} of 125 grid points: too few")), "{text}");

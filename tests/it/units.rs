@@ -115,7 +115,7 @@ fn a_path_of_an_arm_is_in_degrees_and_newton_millimetres() {
     let folder =
         run("kr270", &format!("{LINE}line = {{ start_mm = [1600.0, 0.0, 1000.0], end_mm = [1605.0, 0.0, 1000.0] }}\n"));
     let summary = json(&folder, "summary.json");
-    let both = &summary["sources"]["both"];
+    let both = &summary["sources"]["all"];
     assert_eq!(summary["schema"], 2);
     assert!(HINGES.iter().all(|key| both[key]["value"].as_f64().is_some_and(|value| value > 0.0)), "{both}");
     assert!(SLIDES.iter().all(|key| !keys(both).contains(key)), "{both}");
@@ -155,7 +155,7 @@ fn slides_and_hinges_of_one_machine_are_told_apart() {
     let line = "line = { start_mm = [100.0, 0.0, 0.0], end_mm = [105.0, 0.0, 0.0] }\n";
     let folder = run("gantry", &format!("{LINE}{line}"));
     let summary = json(&folder, "summary.json");
-    let both = &summary["sources"]["both"];
+    let both = &summary["sources"]["all"];
     assert!(SLIDES.iter().chain(&HINGES).all(|key| both[key]["value"].is_f64()), "{both}");
     check_page(&folder);
     let setting = json(&folder, "report.json")["setting"].to_string();
@@ -169,7 +169,7 @@ fn slides_and_hinges_of_one_machine_are_told_apart() {
     let folder =
         run("gantry", &format!("[milling]\n{milling}[workspace_map]\ngrid = [2, 2, 2]\nslices_z_mm = [0.0]\n"));
     let summary = json(&folder, "summary.json");
-    let both = keys(&summary["sources"]["both"]);
+    let both = keys(&summary["sources"]["all"]);
     for key in ["delta_rho_largest_drive_mm", "delta_rho_largest_drive_deg", "drive_force_largest_drive_N"] {
         assert!(both.contains(&key), "{both:?}");
     }

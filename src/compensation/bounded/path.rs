@@ -55,6 +55,7 @@ impl Simulator {
 
     /// The point of `demand`, near the point simulated last; the reason if it cannot be reached or has no equilibrium.
     pub fn point(&mut self, demand: &Demand) -> Result<Point, CompensationStatus> {
+        let demand = &self.session.zeroed(demand)?;
         let exact = compensate(&mut self.session, demand, Method::Direct);
         let exact_state = self.session.state.clone();
         self.session.go_to(&demand.pose)?;
@@ -114,7 +115,7 @@ impl Point {
 
     /// Position error of the point put right (mm) and rotation from the wanted orientation (rad), O axes.
     pub fn errors(&self, machine: &Machine, state: &State) -> (Vector3<f64>, Vector3<f64>) {
-        let (wanted, offset) = (&self.demand.pose, self.demand.offset(machine));
+        let (wanted, offset) = (self.demand.wanted(), self.demand.offset(machine));
         let turn = rotation_log(&(state.pose.rotation * wanted.rotation.transpose()));
         (state.pose.transform(offset) - wanted.transform(offset), turn)
     }

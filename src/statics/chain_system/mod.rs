@@ -73,8 +73,9 @@ pub(super) struct ChainSystem<R = f64> {
     mass: f64,
     moment_of_mass: Vec3<R>,
     loops: Vec<LoopSystem<R>>,
-    /// Steps of the drives that have a column, in a loop.
+    /// Storage: steps of the drives that have a column, in a loop; wrenches of the loops.
     moved: Vec<R>,
+    loop_wrenches: Vec<Screw<R>>,
     /// Closure error c: twist from the platform to the chain's end.
     pub closure: Screw<R>,
     /// Moment carried by the chain, N·mm.
@@ -82,13 +83,14 @@ pub(super) struct ChainSystem<R = f64> {
     solution: Vec<R>,
 }
 
-/// Where a chain and its loops stand, and what they carry.
-struct Carried<'a, R> {
-    drives: &'a [R],
-    coordinates: &'a [R],
-    wrench: Screw<R>,
-    loops: &'a [Screw<R>],
-    gravity: Vec3<R>,
+/// Where a chain and its loops stand, and what they carry: positions of the chain's drives, its coordinates, its wrench and
+/// those of its loops (as [`ChainState`] has them), and the weight of a kilogram.
+pub(super) struct Carried<'a, R> {
+    pub drives: &'a [R],
+    pub coordinates: &'a [R],
+    pub wrench: Screw<R>,
+    pub loops: &'a [Screw<R>],
+    pub gravity: Vec3<R>,
 }
 
 /// Largest residuals of a chain, in its units and made dimensionless by the caller.
@@ -171,6 +173,7 @@ impl<R: Real> ChainSystem<R> {
             moment_of_mass: Vec3::zero(),
             loops,
             moved: Vec::new(),
+            loop_wrenches: Vec::new(),
             closure: Screw::zero(),
             moment: Vec3::zero(),
             solution: vec![R::zero(); size],
@@ -210,21 +213,10 @@ impl<R: Real> ChainSystem<R> {
         self.rows[coordinate]
     }
 
-    /// Fills the system of a chain with coordinates at `coordinates` and `wrenches` carried (its own, then those of its loops, see
-    /// [`ChainState`]), this chain's drives at `drives` and the platform at `platform`.
+    /// Fills the system of a chain that stands and carries as `carried` says, the platform at `platform`.
     #[inline(always)]
-    pub fn fill(
-        &mut self,
-        chain: &Chain,
-        drives: &[R],
-        coordinates: &[R],
-        wrench: Screw<R>,
-        loops: &[Screw<R>],
-        platform: &Frame<R>,
-        gravity: Vec3<R>,
-    ) {
-        let carried = Carried { drives, coordinates, wrench, loops, gravity };
-        self.fill_route(chain, &chain.route, &Frame::splat(&chain.route.base), platform, &carried);
+    pub fn fill(&mut self, chain: &Chain, platform: &Frame<R>, carried: &Carried<'_, R>) {
+        self.fill_route(chain, &chain.route, &Frame::splat(&chain.route.base), platform, carried);
     }
 
     /// Fills the system of a route from a first frame at `first` to a target at `target`.
@@ -522,13 +514,18 @@ impl ChainSystem<f64> {
         platform: &Pose,
         gravity: &Vector3<f64>,
     ) {
-        let frame = Frame::splat(platform);
-        let gravity = Vec3::splat(gravity);
-        if state.loops.is_empty() {
-            return self.fill(chain, drives, &state.coordinates, state.wrench.into(), &[], &frame, gravity);
-        }
-        let loops: Vec<Screw<f64>> = state.loops.iter().map(|&wrench| wrench.into()).collect();
-        self.fill(chain, drives, &state.coordinates, state.wrench.into(), &loops, &frame, gravity);
+        let mut loops = std::mem::take(&mut self.loop_wrenches);
+        loops.clear();
+        loops.extend(state.loops.iter().map(|&wrench| Screw::from(wrench)));
+        let carried = Carried {
+            drives,
+            coordinates: &state.coordinates,
+            wrench: state.wrench.into(),
+            loops: &loops,
+            gravity: Vec3::splat(gravity),
+        };
+        self.fill(chain, &Frame::splat(platform), &carried);
+        self.loop_wrenches = loops;
     }
 
     /// Eliminates all unknowns of the chain; the symmetric part K_i of its stiffness. `None` as [`ChainSystem::eliminate`],

@@ -20,7 +20,7 @@ use crate::{
     process::MillingForce,
     spatial::{Grid, Wrench},
     statics::{self, Batch, Outcome, State, tool_compliance},
-    study::{Failure, Machines, Source, status_of},
+    study::{BySource, Failure, Machines, Source, status_of},
     work::{Event, Work},
 };
 
@@ -84,14 +84,14 @@ impl SourceEffect {
 pub struct MapPoint {
     /// Commanded position of P, mm.
     pub position_mm: [f64; 3],
-    /// Effects in the order of [`Source::ALL`].
-    pub effects: [Result<SourceEffect, Failure>; 3],
+    /// Effect of each source.
+    pub effects: BySource<Result<SourceEffect, Failure>>,
 }
 
 impl MapPoint {
     /// Whether the effect of `source` and its correction could be computed; else the status of what could not.
     pub fn status(&self, source: Source) -> &str {
-        match &self.effects[source as usize] {
+        match &self.effects[source] {
             Ok(effect) => status_of(&effect.delta_rho),
             Err(failure) => &failure.status,
         }
@@ -99,7 +99,7 @@ impl MapPoint {
 
     /// The effect of `source`, if it could be computed.
     pub fn effect(&self, source: Source) -> Option<&SourceEffect> {
-        self.effects[source as usize].as_ref().ok()
+        self.effects.get(source)?.as_ref().ok()
     }
 }
 
@@ -146,7 +146,7 @@ pub fn run_in_blocks(
     work: &Work,
     mut take: impl FnMut(Vec<MapPoint>) -> error::Result<()> + Send,
 ) -> error::Result<()> {
-    let machines = Machines::new(&study.machine, &study.errors);
+    let machines = Machines::new(&study.machine, &study.errors)?;
     let total = study.grid.len();
     let size = block_size(study);
     let mut done: Option<Vec<MapPoint>> = None;
@@ -167,7 +167,7 @@ pub fn run_in_blocks(
 /// Of `work`.
 pub fn run_range(study: &WorkspaceMapStudy, indices: Range<usize>, work: &Work) -> error::Result<Vec<MapPoint>> {
     let indices = indices.start.min(study.grid.len())..indices.end.min(study.grid.len());
-    block(study, &Machines::new(&study.machine, &study.errors), indices, work)
+    block(study, &Machines::new(&study.machine, &study.errors)?, indices, work)
 }
 
 fn block(
@@ -179,11 +179,7 @@ fn block(
     let groups = (0..indices.len().div_ceil(Batch::WIDTH))
         .into_par_iter()
         .map_init(
-            || GroupSolver {
-                study,
-                nominal: Group::new(machines, Source::Cutting),
-                real: Group::new(machines, Source::Both),
-            },
+            || GroupSolver { study, groups: BySource::of(&study.machine, |source| Group::new(machines, source)) },
             |solver, group| {
                 work.check()?;
                 let first = indices.start + group * Batch::WIDTH;
@@ -225,10 +221,8 @@ struct Turn {
 /// Solves neighbouring points of the grid side by side; what comes out for one does not depend on the others.
 struct GroupSolver<'a> {
     study: &'a WorkspaceMapStudy,
-    /// The nominal machine, answering as it should.
-    nominal: Group,
-    /// The machine with its errors.
-    real: Group,
+    /// The machines that answer for the sources.
+    groups: BySource<Group>,
 }
 
 impl GroupSolver<'_> {
@@ -237,29 +231,30 @@ impl GroupSolver<'_> {
         let reached: Vec<_> = positions.iter().map(|position| machine.command(*position)).collect();
         let configurations: Vec<&Configuration> = reached.iter().flatten().collect();
         let phis: Vec<Option<f64>> = self.study.phis.iter().copied().map(Some).collect();
-        for group in [&mut self.nominal, &mut self.real] {
+        let mut turns = BySource::of(machine, |source| {
+            let group = &mut self.groups[source];
             for (session, at) in group.plain.iter_mut().zip(&configurations) {
                 session.stand(at, &State::rigid(machine, at));
             }
-        }
-        let cutting = turn(self.study, &mut self.nominal, &configurations, &phis);
-        let assembly = turn(self.study, &mut self.real, &configurations, &[None]);
-        let both = turn(self.study, &mut self.real, &configurations, &phis);
-        let mut effects = cutting.into_iter().zip(assembly).zip(both).map(|((cutting, assembly), both)| {
-            let mut turns = [cutting, assembly, both];
-            if let [Ok(cutting), Ok(assembly), Ok(both)] = &mut turns {
-                let worst = index_of_largest(&both.displacements);
-                let superposed = cutting.displacements[worst] + assembly.displacements[0];
-                both.effect.departure_vector_mm = Some((superposed - both.displacements[worst]).into());
-            }
-            turns.map(|turn| turn.map(|turn| turn.effect))
+            let loads = if source.has_cutting_force() { &phis[..] } else { &[None] };
+            turn(self.study, source, group, &configurations, loads).into_iter()
+        });
+        let mut effects = configurations.iter().map(|_| {
+            let nothing = || Err(Failure { status: "not_converged".into(), reason: "there is no load".into() });
+            let own = BySource::of(machine, |source| turns[source].next().unwrap_or_else(nothing));
+            let departure = departure(machine, &own);
+            own.map(|source, turn: Result<Turn, Failure>| {
+                let mut effect = turn?.effect;
+                effect.departure_vector_mm = departure.filter(|_| source == Source::All);
+                Ok(effect)
+            })
         });
         let point = |(position, reached): (&Vector3<f64>, &Result<Configuration, Unreachable>)| {
             let effects = match reached {
                 Ok(_) => effects.next(),
-                Err(unreachable) => Some(std::array::from_fn(|_| Err(Failure::from(unreachable.clone())))),
+                Err(unreachable) => Some(BySource::of(machine, |_| Err(Failure::from(unreachable.clone())))),
             };
-            if effects.as_ref().is_some_and(|effects| effects.iter().any(Result::is_err)) {
+            if effects.as_ref().is_some_and(|effects| effects.iter().any(|(_, effect)| effect.is_err())) {
                 work.tell(Event::Unsolved(1));
             }
             work.tell(Event::Computed(1));
@@ -269,10 +264,24 @@ impl GroupSolver<'_> {
     }
 }
 
+/// Superposition less displacement by all sources at once, where that is largest; `None` where a source has no answer.
+fn departure(machine: &Machine, turns: &BySource<Result<Turn, Failure>>) -> Option<[f64; 3]> {
+    let of = |source: Source| Some(&turns.get(source)?.as_ref().ok()?.displacements);
+    let all = of(Source::All)?;
+    let worst = index_of_largest(all);
+    let mut superposed = Vector3::zeros();
+    for part in Source::parts(machine) {
+        let displacements = of(*part)?;
+        superposed += displacements[if part.has_cutting_force() { worst } else { 0 }];
+    }
+    Some((superposed - all[worst]).into())
+}
+
 /// Equilibria without and with compensation for each load (a φ, or none), each started from the one before, at each of
 /// `configurations`.
 fn turn(
     study: &WorkspaceMapStudy,
+    source: Source,
     group: &mut Group,
     configurations: &[&Configuration],
     phis: &[Option<f64>],
@@ -284,7 +293,7 @@ fn turn(
         let demand = |i: usize| {
             let pose = configurations[i].pose;
             let load = phi.map_or(Wrench::zero(), |phi| study.force.wrench(phi, &machine.tool_at(&pose.rotation)));
-            Demand { pose, load, target: study.target }
+            source.demand(&Demand { pose, load, target: study.target, wanted: None })
         };
         let command = |sessions: &mut [Session], batch: &mut Batch, method, places: &[usize]| {
             let answers = command(sessions, batch, method, places, demand);
@@ -298,7 +307,7 @@ fn turn(
             }
             match (answer, &mut tallies[i]) {
                 (Ok(plain), Ok(tally)) => {
-                    tally.note(machine, configurations[i], phi, plain, group.plain[i].state());
+                    tally.note(machine, phi, plain, group.plain[i].state());
                 }
                 (Err(failure), tally) => *tally = Err(failure),
                 (Ok(_), Err(_)) => {}
@@ -373,12 +382,12 @@ impl Tally {
         }
     }
 
-    /// Takes note of one load at `at`: the answer `plain` without compensation, which ended in `state`.
-    fn note(&mut self, machine: &Machine, at: &Configuration, phi: Option<f64>, plain: Compensation, state: &State) {
+    /// Takes note of one load: the answer `plain` without compensation, which ended in `state`.
+    fn note(&mut self, machine: &Machine, phi: Option<f64>, plain: Compensation, state: &State) {
         for (most, force) in self.drive_force.iter_mut().zip(&plain.drive_forces) {
             *most = most.max(force.abs());
         }
-        let displacement = machine.tool_displacement(&at.pose, &state.pose);
+        let displacement = plain.tool_displacement;
         if self.worst.as_ref().is_none_or(|worst| displacement.norm() > worst.displacement.norm()) {
             let lever = state.pose.rotation * machine.tool_tip;
             self.worst = Some(Worst { displacement, phi, outcome: plain.outcome, lever });

@@ -18,7 +18,7 @@ use crate::{
     input::error::Result,
     machine::{ChainError, Machine},
     study::{
-        Machines, Source,
+        BySource, Machines, Source,
         along_path::{self, Left, PathAnswer, PathCase, PathSummary, PathSums, kept},
     },
     work::Work,
@@ -85,24 +85,24 @@ pub struct SourceAlongPath {
 pub struct PathPart {
     /// The first of them.
     pub first: usize,
-    /// In the order of [`Source::ALL`].
-    pub sources: [SourceAlongPath; 3],
+    /// What each source does.
+    pub sources: BySource<SourceAlongPath>,
 }
 
 impl PathPart {
     /// Indices of the points.
     pub fn points(&self) -> Range<usize> {
-        self.first..self.first + self.sources[0].plain.len()
+        self.first..self.first + self.sources[Source::All].plain.len()
     }
 
     /// The nominal command of a point.
     pub fn plain(&self, source: Source, point: usize) -> &PathAnswer {
-        &self.sources[source as usize].plain[point - self.first]
+        &self.sources[source].plain[point - self.first]
     }
 
     /// The compensated command of a point, whether it succeeds or not.
     pub fn answer(&self, source: Source, point: usize) -> &PathAnswer {
-        &self.sources[source as usize].compensated[point - self.first]
+        &self.sources[source].compensated[point - self.first]
     }
 
     /// Displacement of the point put right at the nominal command, O axes, mm; `None` where there is no equilibrium.
@@ -117,7 +117,7 @@ impl PathPart {
 
     /// How far P is commanded from where it should be to put both sources right, O axes, mm.
     pub fn command_shift(&self, study: &PathStudy, point: usize) -> Option<Vector3<f64>> {
-        let target = self.compensated(Source::Both, point)?.target?;
+        let target = self.compensated(Source::All, point)?.target?;
         Some(target.translation - study.demands[point].pose.translation)
     }
 }
@@ -149,12 +149,13 @@ pub struct PathResults {
 /// Of `work`.
 pub fn run(study: &PathStudy, work: &Work) -> Result<PathResults> {
     let nothing = |source| SourceAlongPath { source, plain: Vec::new(), compensated: Vec::new() };
-    let mut whole = PathPart { first: 0, sources: Source::ALL.map(nothing) };
+    let mut whole = PathPart { first: 0, sources: BySource::of(&study.machine, nothing) };
     let methods = run_in_parts(study, work, |part| {
-        for (all, next) in whole.sources.iter_mut().zip(part.sources) {
+        part.sources.map(|source, next| {
+            let all = &mut whole.sources[source];
             all.plain.extend(next.plain);
             all.compensated.extend(next.compensated);
-        }
+        });
         Ok(())
     })?;
     Ok(PathResults { whole, methods, study: study.clone() })
@@ -170,7 +171,7 @@ pub fn run_in_parts(
     work: &Work,
     mut take: impl FnMut(PathPart) -> Result<()> + Send,
 ) -> Result<Vec<MethodAlongPath>> {
-    let machines = Machines::new(&study.machine, &study.errors);
+    let machines = Machines::new(&study.machine, &study.errors)?;
     let mut methods = vec![PathSums::default(); study.methods.len()];
     let mut done: Option<PathPart> = None;
     for points in along_path::parts(study.demands.len()) {
@@ -199,7 +200,7 @@ type LeftByMethods = Vec<Vec<Left>>;
 /// Of `work`.
 pub fn run_range(study: &PathStudy, points: Range<usize>, work: &Work) -> Result<PathPart> {
     let points = points.start.min(study.demands.len())..points.end.min(study.demands.len());
-    sources(study, &Machines::new(&study.machine, &study.errors), points, work)
+    sources(study, &Machines::new(&study.machine, &study.errors)?, points, work)
 }
 
 fn part(
@@ -209,7 +210,7 @@ fn part(
     work: &Work,
 ) -> Result<(PathPart, LeftByMethods)> {
     let first = points.start;
-    let case = case(machines, Source::Both, &study.demands[points.clone()]);
+    let case = case(machines, Source::All, &study.demands[points.clone()]);
     let left = |(index, &method): (usize, &Method)| {
         kept(&case, first, method, &work.part(&format!("method {index}")), |answer| Left::of(&answer, &study.machine))
     };
@@ -235,12 +236,12 @@ fn sources(study: &PathStudy, machines: &Machines, points: Range<usize>, work: &
         let (plain, compensated) = rayon::join(|| pass(Method::None, "plain"), || pass(Method::Direct, "compensated"));
         Ok(SourceAlongPath { source, plain: plain?, compensated: compensated? })
     };
-    let ((cutting, assembly), both) =
-        rayon::join(|| rayon::join(|| along(Source::Cutting), || along(Source::Assembly)), || along(Source::Both));
-    Ok(PathPart { first, sources: [cutting?, assembly?, both?] })
+    let answers: Vec<Result<SourceAlongPath>> =
+        Source::of(&study.machine).par_iter().map(|source| along(*source)).collect();
+    Ok(PathPart { first, sources: BySource::answered(answers)? })
 }
 
 /// Passes over the path that [`run`] makes: each source twice, and each method.
 pub fn passes(study: &PathStudy) -> usize {
-    2 * Source::ALL.len() + study.methods.len()
+    2 * Source::of(&study.machine).len() + study.methods.len()
 }

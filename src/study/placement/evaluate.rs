@@ -447,7 +447,7 @@ fn prepare(study: &PlacementStudy, job: &FeatureJob, lengths: &[f64], total: f64
     let own_limit = job.limits.force_N.unwrap_or(f64::INFINITY);
     let limit = |drive: &crate::machine::Drive| drive.force_limit.unwrap_or(f64::INFINITY).min(own_limit);
     Prepared {
-        machines: Machines::new(&study.machine, &job.errors),
+        machines: job.machines.clone(),
         share: shares.iter().sum(),
         shares,
         levels: levels(&counted),

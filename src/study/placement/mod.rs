@@ -50,6 +50,7 @@ use crate::{
     input::error::Result,
     machine::{ChainError, Machine},
     process::{CuttingRule, Extent, Feature, ForbiddenBox, Placement, file::CorrectionLimits},
+    study::Machines,
     work::{Event, Stage, Work},
 };
 
@@ -58,7 +59,9 @@ use crate::{
 pub struct FeatureJob {
     /// Path, cutting force and tolerance.
     pub feature: Feature,
-    /// Errors of each chain of the real machine.
+    /// The nominal machine and those that answer, which have the chain errors.
+    pub machines: Machines,
+    /// Errors of each chain.
     pub errors: Vec<ChainError>,
     /// Limits of corrections and forces.
     pub limits: CorrectionLimits,

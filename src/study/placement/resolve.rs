@@ -17,7 +17,7 @@ use crate::{
     machine::Machine,
     process::{Extent, Feature, ForbiddenBox, PathReference, Process, cutting::LoadError, tilt::Turned},
     study::{
-        Given, Overrides, Resolved,
+        Given, Machines, Overrides, Resolved,
         over_workspace::grid_input,
         path::resolve::{check_total, named_point, points_of, program_input, toolpath},
         placement::spec::{
@@ -131,7 +131,9 @@ fn feature(spec: &FeatureSpec, given: &Given<'_>, check: &Check) -> Result<(Feat
         .or_else(|problem| given.process_place(spec.process.as_deref()).key("limits").fail(problem))?;
     let today = Candidate::of_process(&process);
     let cuts = process.cutting_rule;
-    let job = FeatureJob { feature, errors: process.errors, limits: process.limits, target: process.target, cuts };
+    let machines = Machines::new(&given.machine, &process.errors)?;
+    let job =
+        FeatureJob { feature, machines, errors: process.errors, limits: process.limits, target: process.target, cuts };
     Ok((job, today, inputs))
 }
 

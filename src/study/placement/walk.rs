@@ -57,7 +57,7 @@ pub(super) struct Walk<'a> {
     pub shares: Option<Vec<f64>>,
     both: Session,
     /// The cutting force on the nominal machine, and the unloaded real machine.
-    apart: Option<[Session; 2]>,
+    apart: Vec<(Source, Session)>,
 }
 
 impl<'a> Walk<'a> {
@@ -76,8 +76,12 @@ impl<'a> Walk<'a> {
             check_forces,
             exact,
             shares: None,
-            both: session(Source::Both),
-            apart: needs.departure.then(|| [session(Source::Cutting), session(Source::Assembly)]),
+            both: session(Source::All),
+            apart: Source::parts(&machines.nominal)
+                .iter()
+                .filter(|_| needs.departure)
+                .map(|&source| (source, session(source)))
+                .collect(),
         }
     }
 
@@ -89,11 +93,13 @@ impl<'a> Walk<'a> {
         if self.needs.stability {
             seen.stability = plain.outcome.as_ref().and_then(|outcome| outcome.softest(self.nominal.reach));
         }
-        if let Some([cutting, assembly]) = &mut self.apart {
-            let cut = solved(self.nominal, compensate(cutting, demand, Method::None))?;
-            let unloaded = Source::Assembly.demand(demand);
-            let assembled = solved(self.nominal, compensate(assembly, &unloaded, Method::None))?;
-            seen.departure = (cut.position_error + assembled.position_error - plain.position_error).norm();
+        if !self.apart.is_empty() {
+            let mut departure = -plain.position_error;
+            for (source, session) in &mut self.apart {
+                let alone = solved(self.nominal, compensate(session, &source.demand(demand), Method::None))?;
+                departure += alone.position_error;
+            }
+            seen.departure = departure.norm();
         }
         if self.exact != Exact::NotAsked {
             self.correct(demand, &plain, &mut seen)?;

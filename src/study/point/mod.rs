@@ -7,7 +7,7 @@ use nalgebra::{Matrix6, Vector3};
 use serde::Serialize;
 
 use crate::{
-    compensation::{Demand, Method, Target, compensate},
+    compensation::{CompensationStatus, Demand, Method, Target, compensate},
     machine::{ChainError, Configuration, Machine, Unreachable},
     process::MillingForce,
     spatial::{Pose, Wrench},
@@ -24,15 +24,55 @@ pub enum PointLoad {
     Wrench(Wrench),
 }
 
+/// What the nominal machine is commanded to.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Place {
+    /// A position of P in O, mm, oriented as at home.
+    Position(Vector3<f64>),
+    /// A pose of P in O.
+    Pose(Pose),
+    /// Positions of the drives, mm or rad.
+    Drives(Vec<f64>),
+}
+
+impl Place {
+    /// The position of P that is asked for, mm, if one is.
+    pub fn position(&self) -> Option<Vector3<f64>> {
+        match self {
+            Place::Position(position) => Some(*position),
+            Place::Pose(pose) => Some(pose.translation),
+            Place::Drives(_) => None,
+        }
+    }
+
+    fn command(&self, machine: &Machine) -> Result<Configuration, Unreachable> {
+        match self {
+            Place::Position(position) => machine.command(*position),
+            Place::Pose(pose) => {
+                let at = machine.inverse_kinematics(pose)?;
+                machine.check_asked(pose.translation, &at)?;
+                Ok(at)
+            }
+            Place::Drives(drives) => {
+                let at = machine.forward_kinematics(drives)?;
+                machine.check_limits(&at)?;
+                Ok(at)
+            }
+        }
+    }
+}
+
 /// What is asked.
 #[derive(Debug, Clone)]
 pub struct PointQuestion {
     /// The nominal machine, by which the position is commanded.
     pub machine: Machine,
+    /// It and those that answer.
+    pub machines: Machines,
     /// Errors of each chain of the real machine; missing entries are zero.
     pub errors: Vec<ChainError>,
-    /// Commanded position of P, mm.
-    pub position: Vector3<f64>,
+    /// What is commanded.
+    pub place: Place,
     /// The load.
     pub load: PointLoad,
     /// What compensation puts right.
@@ -60,6 +100,10 @@ pub struct PointAnswer {
     pub tool: Pose,
     /// Nominal inverse kinematics.
     pub nominal: Configuration,
+    /// The pose of P from which displacements are measured: where the machine is zeroed; the reason if it does not stand there.
+    pub zero: Result<Pose, Failure>,
+    /// Displacement of the tool tip by the weight of the nominal machine, against the rigid model, mm; `None` without weight.
+    pub by_weight: Option<Result<Vector3<f64>, Failure>>,
     /// Unloaded stiffness of the nominal machine; `None` where a chain has no 6×6 stiffness.
     pub stiffness_unloaded: Option<Matrix6<f64>>,
     /// Equilibrium at the nominal command; the status says whether it is one.
@@ -74,9 +118,9 @@ pub struct PointAnswer {
 /// [`Unreachable`] if the nominal machine cannot go there.
 pub fn solve(question: &PointQuestion) -> Result<PointAnswer, Unreachable> {
     let machine = &question.machine;
-    let machines = Machines::new(machine, &question.errors);
+    let machines = &question.machines;
     let real = &machines.real;
-    let nominal = machine.command(question.position)?;
+    let nominal = question.place.command(machine)?;
     let tool = machine.tool_at(&nominal.pose.rotation);
     let wrench = match question.load {
         PointLoad::Milling(force, phi) => force.wrench(phi, &tool),
@@ -89,22 +133,32 @@ pub fn solve(question: &PointQuestion) -> Result<PointAnswer, Unreachable> {
         Solution::new(real, drives, &wrench, state, outcome, workspace)
     };
     let loaded = describe(&nominal.drives, &state, &outcome, &mut workspace);
+    let demand = Demand { pose: nominal.pose, load: wrench, target: question.target, wanted: None };
+    let failed = |status: CompensationStatus| Failure { status: status.label().into(), reason: status.reason(machine) };
+    let zeroed = machines.session(Source::All).zeroed(&demand);
     let compensated = if outcome.is_equilibrium() {
-        let mut session = machines.session(Source::Both);
+        let mut session = machines.session(Source::All);
         session.stand(&nominal, &state);
-        let demand = Demand { pose: nominal.pose, load: wrench, target: question.target };
         let done = compensate(&mut session, &demand, Method::Direct);
         match &done.outcome {
             Some(outcome) if done.status.is_success() => {
                 let solution = describe(&done.drives, session.state(), outcome, &mut workspace);
                 Ok(Commanded { drives: done.drives, solution })
             }
-            _ => Err(Failure { status: done.status.label().into(), reason: done.status.reason(machine) }),
+            _ => Err(failed(done.status)),
         }
     } else {
         Err(Failure { status: "not_tried".into(), reason: "there is no equilibrium to start from".into() })
     };
     Ok(PointAnswer {
+        zero: zeroed.map(|demand| *demand.wanted()).map_err(failed),
+        by_weight: machine.has_weight().then(|| {
+            let mut session = machines.session(Source::Weight);
+            session.stand(&nominal, &State::rigid(machine, &nominal));
+            let sunk = compensate(&mut session, &Source::Weight.demand(&demand), Method::None);
+            let moved = machine.tool_displacement(&nominal.pose, &session.state().pose);
+            if sunk.status.is_success() { Ok(moved) } else { Err(failed(sunk.status)) }
+        }),
         stiffness_unloaded: unloaded_stiffness(machine, &nominal, &mut workspace),
         question: question.clone(),
         wrench,

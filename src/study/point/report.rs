@@ -33,8 +33,9 @@ fn change(answer: &PointAnswer) -> Option<Vec<f64>> {
     Some(compensated.drives.iter().zip(&answer.nominal.drives).map(|(after, before)| after - before).collect())
 }
 
-fn tool_displacement(answer: &PointAnswer) -> Vector3<f64> {
-    answer.question.machine.tool_displacement(&answer.nominal.pose, &answer.loaded.pose)
+fn tool_displacement(answer: &PointAnswer) -> Option<Vector3<f64>> {
+    let zero = answer.zero.as_ref().ok()?;
+    Some(answer.question.machine.tool_displacement(zero, &answer.loaded.pose))
 }
 
 /// Force on the tool in axes of the tool frame T, N. That of milling is eq. (17) itself, without the rounding of its way
@@ -96,7 +97,8 @@ fn blank(question: &PointQuestion, assembly_deg: &[f64]) -> Map<String, Value> {
     let mut object = Map::new();
     object.insert("schema".into(), json!(SCHEMA));
     object.insert("drives".into(), json!(drives(machine)));
-    object.insert("position_mm".into(), json!(array(question.position)));
+    object.insert("position_mm".into(), json!(question.place.position().map(array)));
+    object.insert("zeroed".into(), json!(machine.has_weight().then(|| machine.zeroed.label())));
     object.insert("phi_deg".into(), json!(phi_deg));
     object.insert("assembly_deg".into(), json!(assembly_deg));
     for key in [
@@ -105,7 +107,9 @@ fn blank(question: &PointQuestion, assembly_deg: &[f64]) -> Map<String, Value> {
         "wrench_N_Nmm",
         "platform_mm",
         "platform_rotvec_rad",
+        "platform_turn_rad",
         "tool_displacement_mm",
+        "tool_displacement_by_weight_mm",
         "chain_wrench_N_Nmm",
         "stiffness_unloaded",
         "stiffness_loaded",
@@ -166,16 +170,22 @@ pub fn point_json(answer: &PointAnswer, assembly_deg: &[f64]) -> Value {
         object.insert(key.into(), value);
     }
     object.append(&mut positions(machine, "rho_nominal", Some(&answer.nominal.drives)));
+    object["position_mm"] = json!(array(answer.nominal.pose.translation));
+    object["tool_displacement_by_weight_mm"] =
+        json!(answer.by_weight.as_ref().and_then(|d| Some(array(*d.as_ref().ok()?))));
     if loaded.status.is_equilibrium() {
         object["platform_mm"] = json!(array(loaded.pose.translation));
         object["platform_rotvec_rad"] = json!(array(rotation_log(&loaded.pose.rotation)));
-        object["tool_displacement_mm"] = json!(array(tool_displacement(answer)));
+        let turn = rotation_log(&(loaded.pose.rotation * answer.nominal.pose.rotation.transpose()));
+        object["platform_turn_rad"] = json!(array(turn));
+        object["tool_displacement_mm"] = json!(tool_displacement(answer).map(array));
         object.append(&mut forces(machine, "", Some(loaded.drive_forces())));
         let wrenches: Vec<[f64; 6]> = loaded.chains.iter().map(|chain| chain.wrench.to_array()).collect();
         object["chain_wrench_N_Nmm"] = json!(wrenches);
     }
     if let (Ok(compensated), Some(change)) = (&answer.compensated, change(answer)) {
-        let left = machine.tool_displacement(&answer.nominal.pose, &compensated.solution.pose);
+        let zero = answer.zero.as_ref().unwrap_or(&answer.nominal.pose);
+        let left = machine.tool_displacement(zero, &compensated.solution.pose);
         object.append(&mut positions(machine, "rho_compensated", Some(&compensated.drives)));
         object.append(&mut positions(machine, "delta_rho", Some(&change)));
         object.append(&mut forces(machine, "compensated_", Some(compensated.solution.drive_forces())));
@@ -203,9 +213,13 @@ pub fn point_text(answer: &PointAnswer) -> String {
     let (machine, loaded) = (&answer.question.machine, &answer.loaded);
     let wrench = answer.wrench;
     let mut text = format!("{}\n", machine.title);
-    text += &format!("  commanded position of P   {} mm\n", triple(answer.question.position, 3));
-    if let Some(outside) = machine.outside_workspace(answer.question.position) {
+    let commanded = answer.question.place.position().unwrap_or(answer.nominal.pose.translation);
+    text += &format!("  commanded position of P   {} mm\n", triple(commanded, 3));
+    if let Some(outside) = machine.outside_workspace(commanded) {
         text += &format!("  outside the workspace     {outside}\n");
+    }
+    for sentence in cautions::zeroed(machine).lines() {
+        text += &format!("  zero                      {sentence}\n");
     }
     for sentence in cautions::large_errors(machine, &answer.question.errors).lines() {
         text += &format!("  large error               {sentence}\n");
@@ -247,9 +261,23 @@ pub fn point_text(answer: &PointAnswer) -> String {
     if !loaded.status.is_equilibrium() {
         return text;
     }
-    let displacement = tool_displacement(answer);
+    match (&answer.zero, tool_displacement(answer)) {
+        (_, Some(moved)) => {
+            text += &format!("  tool displacement         {:.4} mm = {} mm\n", moved.norm(), triple(moved, 4));
+        }
+        (zero, _) => {
+            let reason = zero.as_ref().err().map_or("", |failure| &failure.reason);
+            text += &format!("  tool displacement         unknown: {reason}\n");
+        }
+    }
+    match &answer.by_weight {
+        Some(Ok(sunk)) => {
+            text += &format!("  by weight, of rigid model {:.4} mm = {} mm\n", sunk.norm(), triple(*sunk, 4));
+        }
+        Some(Err(failure)) => text += &format!("  by weight                 unknown: {}\n", failure.reason),
+        None => {}
+    }
     let turn = rotation_log(&(loaded.pose.rotation * answer.nominal.pose.rotation.transpose()));
-    text += &format!("  tool displacement         {:.4} mm = {} mm\n", displacement.norm(), triple(displacement, 4));
     text += &format!(
         "  platform displacement     {} mm, rotation {} mrad\n",
         triple(loaded.pose.translation - answer.nominal.pose.translation, 4),

@@ -36,7 +36,7 @@ use crate::{
     machine::{Machine, Motion, Step},
     spatial::{Pose, Twist, Wrench},
     statics::State,
-    study::Failure,
+    study::{Failure, Source},
 };
 
 /// A cause of the departure.
@@ -112,7 +112,7 @@ impl AtRest {
         let (nominal, real) = (without_tool(&case.study.machine), without_tool(machine));
         let mut session = Session::new(&nominal, &real, CompensationSettings::default());
         session.stand(&case.at, &State::rigid(&nominal, &case.at));
-        let demand = Demand { pose: *pose, load: Wrench::zero(), target: Target::FullPose };
+        let demand = Demand { pose: *pose, load: Wrench::zero(), target: Target::FullPose, wanted: Some(*pose) };
         let done = compensate(&mut session, &demand, Method::Direct);
         if !done.status.is_success() {
             let reason =
@@ -159,8 +159,13 @@ fn freed(machine: &Machine, at_rest: &AtRest) -> (Machine, State) {
 /// The parts of the departure at each φ of the study.
 pub(super) fn ablate(case: &Case<'_>) -> Result<Vec<Ablation>, Failure> {
     let nominal = &case.study.machine;
-    let real = case.real(1.0);
-    let displacements = case.displacements(&real, 1.0)?;
+    if Source::parts(nominal).contains(&Source::Weight) {
+        let reason =
+            "is told apart only for machines that are zeroed at rest under their weight (zeroed = \"at_rest\")";
+        return Err(Failure { status: "not_tried".into(), reason: reason.into() });
+    }
+    let displacements = case.displacements(case.machines, 1.0)?;
+    let real = case.machines.real.clone();
     let rigid = || State::rigid(nominal, &case.at);
     let nominal_here = AtRest::settle(nominal, &case.at.drives, rigid())?;
     let real_there = AtRest::settle(&real, &case.at.drives, rigid())?;

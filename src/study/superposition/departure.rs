@@ -8,7 +8,7 @@ use crate::{
     machine::{ChainError, Configuration, Machine},
     spatial::{Pose, Twist, Wrench},
     statics::{Workspace, aggregate_errors},
-    study::Failure,
+    study::{Failure, Machines, Source},
 };
 
 /// Displacement of the points of the platform that are followed, O axes, mm.
@@ -149,8 +149,10 @@ impl Departures {
     }
 }
 
-/// Displacements by each source and by both, from where the nominal machine rests unloaded.
+/// Displacements by each source and by all, from where the machine is zeroed.
 pub(super) struct Displacements {
+    /// `u(W)`, where weight is one of the sources.
+    pub weight: Displacement,
     /// `u(F, 0)` at each φ.
     pub cutting: Vec<Displacement>,
     /// `u(0, E)`.
@@ -162,34 +164,47 @@ pub(super) struct Displacements {
 impl Displacements {
     /// `d` at each φ, with `errors` as the displacement by chain errors.
     pub fn departures(&self, errors: Displacement) -> impl Iterator<Item = Displacement> {
-        self.cutting.iter().zip(&self.both).map(move |(cutting, both)| *cutting + errors - *both)
+        let weight = self.weight;
+        self.cutting.iter().zip(&self.both).map(move |(cutting, both)| *cutting + errors + weight - *both)
     }
 }
 
 /// One command to the nominal machine, at which the sources act one by one and together.
 pub(super) struct Case<'a> {
     pub study: &'a SuperpositionStudy,
+    /// Those of the study, with all of the errors.
+    pub machines: &'a Machines,
     /// Nominal inverse kinematics of the command.
     pub at: Configuration,
-    /// Where P of the nominal machine rests, unloaded: the commanded pose, unless passive joints have springs.
+    /// Where P of the machine that answers for cutting rests, unloaded: the commanded pose, unless weight acts or passive joints have
+    /// springs.
     pub rest: Pose,
+    /// Displacement by weight, where that is one of the sources.
+    weight: Displacement,
 }
 
 impl<'a> Case<'a> {
     /// P of the nominal machine commanded to `position` mm.
-    pub fn new(study: &'a SuperpositionStudy, position: Vector3<f64>) -> Result<Self, Failure> {
+    pub fn new(study: &'a SuperpositionStudy, machines: &'a Machines, position: Vector3<f64>) -> Result<Self, Failure> {
         let machine = &study.machine;
         let at = machine.command(position)?;
-        let mut nominal = Rig::rigid(machine, &at);
-        nominal.settle(&Wrench::zero())?;
-        let rest = nominal.state.pose;
-        Ok(Self { study, at, rest })
+        let rest_of = |machine: &Machine| -> Result<Pose, Failure> {
+            let mut rig = Rig::rigid(machine, &at);
+            rig.settle(&Wrench::zero())?;
+            Ok(rig.state.pose)
+        };
+        let rest = rest_of(machines.answering(Source::Cutting))?;
+        let weight = match Source::parts(machine).contains(&Source::Weight) {
+            true => Displacement::between(machine, &rest, &rest_of(machines.answering(Source::Weight))?),
+            false => Displacement::default(),
+        };
+        Ok(Self { study, machines, at, rest, weight })
     }
 
-    /// The machine with its errors multiplied by `factor`.
-    pub fn real(&self, factor: f64) -> Machine {
+    /// The machines with the errors multiplied by `factor`.
+    pub fn real(&self, factor: f64) -> Machines {
         let errors: Vec<ChainError> = self.study.errors.iter().map(|error| error.scale(factor)).collect();
-        self.study.machine.with_errors(&errors)
+        self.machines.with_errors(&errors)
     }
 
     /// Dead wrench at P of the cutting force times `factor`, at each φ.
@@ -199,16 +214,20 @@ impl<'a> Case<'a> {
     }
 
     /// Displacements by the cutting force times `load` and the errors of `real`.
-    pub fn displacements(&self, real: &Machine, load: f64) -> Result<Displacements, Failure> {
+    pub fn displacements(&self, machines: &Machines, load: f64) -> Result<Displacements, Failure> {
         let machine = &self.study.machine;
         let moved = |pose: &Pose| Displacement::between(machine, &self.rest, pose);
         let (loads, phis) = (self.loads(load), &self.study.phis);
-        let cutting = Rig::rigid(machine, &self.at).turn(&loads, phis)?;
-        let mut real = Rig::rigid(real, &self.at);
-        real.settle(&Wrench::zero())?;
-        let assembly = moved(&real.state.pose);
-        let both = real.turn(&loads, phis)?;
+        let cutting = Rig::rigid(machines.answering(Source::Cutting), &self.at).turn(&loads, phis)?;
+        let mut alone = Rig::rigid(machines.answering(Source::Errors), &self.at);
+        alone.settle(&Wrench::zero())?;
+        let assembly = moved(&alone.state.pose);
+        let both = match Source::parts(machine).contains(&Source::Weight) {
+            true => Rig::rigid(&machines.real, &self.at).turn(&loads, phis)?,
+            false => alone.turn(&loads, phis)?,
+        };
         Ok(Displacements {
+            weight: self.weight,
             cutting: cutting.iter().map(moved).collect(),
             assembly,
             both: both.iter().map(moved).collect(),
@@ -216,9 +235,10 @@ impl<'a> Case<'a> {
     }
 
     /// Displacement by linear aggregation of the errors of `real`, eq. (15).
-    fn aggregated(&self, real: &Machine) -> Result<Displacement, Failure> {
+    fn aggregated(&self, machines: &Machines) -> Result<Displacement, Failure> {
         let machine = &self.study.machine;
-        let twist = aggregate_errors(machine, real, &self.at, &mut Workspace::new(machine));
+        let twist =
+            aggregate_errors(machine, machines.answering(Source::Errors), &self.at, &mut Workspace::new(machine));
         match twist {
             Some(twist) => Ok(Displacement::by_twist(machine, twist, &self.at.pose)),
             None => {
@@ -229,15 +249,18 @@ impl<'a> Case<'a> {
     }
 
     /// Departures under the cutting force times `load` and the errors of `real`.
-    pub fn departures(&self, real: &Machine, load: f64) -> Result<Departures, Failure> {
-        let displacements = self.displacements(real, load)?;
+    pub fn departures(&self, machines: &Machines, load: f64) -> Result<Departures, Failure> {
+        let displacements = self.displacements(machines, load)?;
         let worst = |errors| Followed::ALL.map(|followed| self.worst(&displacements, errors, followed));
-        Ok(Departures { superposition: worst(displacements.assembly), aggregation: self.aggregated(real).map(worst) })
+        Ok(Departures {
+            superposition: worst(displacements.assembly),
+            aggregation: self.aggregated(machines).map(worst),
+        })
     }
 
     /// Departure of superposition at the tool tip, worst over φ, mm.
-    pub fn superposed_tool_mm(&self, real: &Machine, load: f64) -> Result<f64, Failure> {
-        let displacements = self.displacements(real, load)?;
+    pub fn superposed_tool_mm(&self, machines: &Machines, load: f64) -> Result<f64, Failure> {
+        let displacements = self.displacements(machines, load)?;
         Ok(displacements.departures(displacements.assembly).map(|d| d.tool.norm()).fold(0.0, f64::max))
     }
 

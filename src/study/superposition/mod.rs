@@ -36,7 +36,7 @@ use rayon::prelude::*;
 use safe::LargestFactor;
 use serde::{Deserialize, Serialize};
 
-use super::Failure;
+use super::{Failure, Machines};
 use crate::{
     input::error,
     machine::{ChainError, Machine},
@@ -185,12 +185,12 @@ pub fn run_map(
     work: &Work,
     mut take: impl FnMut(Vec<DeparturePoint>) -> error::Result<()> + Send,
 ) -> error::Result<()> {
-    let real = study.machine.with_errors(&study.errors);
+    let machines = Machines::new(&study.machine, &study.errors)?;
     let map = work.part("map");
     let total = study.grid.len();
     let mut done: Option<Vec<DeparturePoint>> = None;
     for start in (0..total).step_by(PART) {
-        let compute = || map_part(study, &real, start..total.min(start + PART), &map);
+        let compute = || map_part(study, &machines, start..total.min(start + PART), &map);
         let (next, taken) = rayon::join(compute, || done.take().map_or(Ok(()), &mut take));
         taken?;
         done = Some(next?);
@@ -205,13 +205,13 @@ pub fn run_map(
 /// Of `work`.
 pub fn run_range(study: &SuperpositionStudy, indices: Range<usize>, work: &Work) -> error::Result<Vec<DeparturePoint>> {
     let indices = indices.start.min(study.grid.len())..indices.end.min(study.grid.len());
-    map_part(study, &study.machine.with_errors(&study.errors), indices, work)
+    map_part(study, &Machines::new(&study.machine, &study.errors)?, indices, work)
 }
 
-/// The grid points with these indices; `real` is the machine with its errors.
+/// The grid points with these indices.
 fn map_part(
     study: &SuperpositionStudy,
-    real: &Machine,
+    machines: &Machines,
     indices: Range<usize>,
     work: &Work,
 ) -> error::Result<Vec<DeparturePoint>> {
@@ -219,7 +219,7 @@ fn map_part(
         let compute = || {
             let solve = |index| {
                 work.check()?;
-                let point = map_point(study, real, study.grid.position(index));
+                let point = map_point(study, machines, study.grid.position(index));
                 if point.departures.is_err() {
                     work.tell(Event::Unsolved(1));
                 }
@@ -238,13 +238,14 @@ fn map_part(
 /// # Errors
 /// Of `work`.
 pub fn run_locations(study: &SuperpositionStudy, work: &Work) -> error::Result<Vec<LocationResult>> {
+    let machines = Machines::new(&study.machine, &study.errors)?;
     let named = work.part("locations");
     let locations = study.locations.par_iter().enumerate().map(|(index, location)| {
         named.piece(
             &index,
             |_| 1,
             || {
-                let result = location_result(study, location);
+                let result = location_result(study, &machines, location);
                 named.tell(Event::Computed(1));
                 Ok(result)
             },
@@ -253,26 +254,26 @@ pub fn run_locations(study: &SuperpositionStudy, work: &Work) -> error::Result<V
     locations.collect()
 }
 
-fn map_point(study: &SuperpositionStudy, real: &Machine, position: Vector3<f64>) -> DeparturePoint {
+fn map_point(study: &SuperpositionStudy, machines: &Machines, position: Vector3<f64>) -> DeparturePoint {
     let position_mm = position.into();
-    let case = match Case::new(study, position) {
+    let case = match Case::new(study, machines, position) {
         Ok(case) => case,
         Err(failure) => {
             let largest_load = LargestFactor::Unsolved(failure.clone());
             return DeparturePoint { position_mm, departures: Err(failure), largest_load };
         }
     };
-    let departures = case.departures(real, 1.0);
+    let departures = case.departures(machines, 1.0);
     let at_one = departures.as_ref().map(|found| found.superposed_tool_mm()).map_err(Clone::clone);
-    let largest_load = safe::largest(study, at_one, |factor| case.superposed_tool_mm(real, factor));
+    let largest_load = safe::largest(study, at_one, |factor| case.superposed_tool_mm(machines, factor));
     DeparturePoint { position_mm, departures, largest_load }
 }
 
-fn location_result(study: &SuperpositionStudy, location: &Location) -> LocationResult {
-    match Case::new(study, location.position) {
+fn location_result(study: &SuperpositionStudy, machines: &Machines, location: &Location) -> LocationResult {
+    match Case::new(study, machines, location.position) {
         Ok(case) => LocationResult {
             location: location.clone(),
-            departures: case.departures(&case.real(1.0), 1.0),
+            departures: case.departures(machines, 1.0),
             largest: Scaled::ALL.map(|scaled| {
                 let departure = |factor: f64| {
                     let (load, errors) = scaled.factors(factor);

@@ -154,14 +154,14 @@ impl Quantity {
     /// The first point that could not be solved, and why; or why there is no such number.
     pub fn of(self, path: &PathResults) -> Result<f64, String> {
         solved(path)?;
-        let both = &path.whole.sources[Source::Both as usize];
+        let both = &path.whole.sources[Source::All];
         Ok(match self {
             Quantity::ForceAtStart => first_load(path).map_or(0.0, |load| load.force.norm()),
             Quantity::MomentXAtStart => first_load(path).map_or(0.0, |load| load.moment.x),
             Quantity::MomentYAtStart => first_load(path).map_or(0.0, |load| load.moment.y),
             Quantity::DeflectionByCutting => largest(&moved(path, Source::Cutting)),
-            Quantity::DeflectionByChainErrors => largest(&moved(path, Source::Assembly)),
-            Quantity::DeflectionByBoth => largest(&moved(path, Source::Both)),
+            Quantity::DeflectionByChainErrors => largest(&moved(path, Source::Errors)),
+            Quantity::DeflectionByBoth => largest(&moved(path, Source::All)),
             Quantity::Correction | Quantity::CorrectionOfSlides | Quantity::CorrectionOfHinges => {
                 let kind = self.drives(&path.study.machine).ok_or("the machine has no drives")?;
                 let most = largest_of(&path.study.machine, kind, both, PathAnswer::delta_rho);
@@ -176,17 +176,17 @@ impl Quantity {
                 largest(&left.collect::<Vec<_>>())
             }
             Quantity::SuperpositionRatio => {
-                let together = largest(&moved(path, Source::Both));
+                let together = largest(&moved(path, Source::All));
                 largest(&superposed(path)) / beyond_rounding(together, "both sources move nothing")?
             }
             Quantity::Departure => {
-                let together = moved(path, Source::Both);
+                let together = moved(path, Source::All);
                 let departure: Vec<_> =
                     superposed(path).iter().zip(&together).map(|(sum, at_once)| sum - at_once).collect();
                 largest(&departure) / beyond_rounding(largest(&together), "both sources move nothing")?
             }
             Quantity::ShareBelowSuperposition => {
-                let together = moved(path, Source::Both);
+                let together = moved(path, Source::All);
                 let sums = superposed(path);
                 let is_smaller = |(sum, both): &(&Vector3<f64>, &Vector3<f64>)| sum.norm() - both.norm() > ROUNDING_MM;
                 sums.iter().zip(&together).filter(is_smaller).count() as f64 / together.len().max(1) as f64
@@ -221,7 +221,7 @@ impl Quantity {
 
 /// The first point that one of the sources leaves without an answer.
 fn solved(path: &PathResults) -> Result<(), String> {
-    for along in &path.whole.sources {
+    for (_, along) in path.whole.sources.iter() {
         let answers = along.plain.iter().zip(&along.compensated).enumerate();
         for (k, (plain, compensated)) in answers {
             for status in [&plain.status, &compensated.status] {
@@ -249,12 +249,15 @@ fn largest(vectors: &[Vector3<f64>]) -> f64 {
 }
 
 fn moved(path: &PathResults, source: Source) -> Vec<Vector3<f64>> {
-    path.whole.sources[source as usize].plain.iter().map(|answer| answer.position_error).collect()
+    path.whole.sources[source].plain.iter().map(|answer| answer.position_error).collect()
 }
 
 fn superposed(path: &PathResults) -> Vec<Vector3<f64>> {
-    let [cutting, assembly] = [Source::Cutting, Source::Assembly].map(|source| moved(path, source));
-    cutting.iter().zip(assembly).map(|(a, b)| a + b).collect()
+    let mut sum = vec![Vector3::zeros(); path.study.demands.len()];
+    for source in Source::parts(&path.study.machine) {
+        sum.iter_mut().zip(moved(path, *source)).for_each(|(sum, own)| *sum += own);
+    }
+    sum
 }
 
 /// Largest size of a value that each drive has, over the path and the drives of one kind.
@@ -277,7 +280,7 @@ fn flat(points: &[Vector3<f64>]) -> Vec<Vector2<f64>> {
 /// Shapes of the wanted path, of the path moved by both sources, and of the commanded one.
 fn shapes(path: &PathResults) -> Result<(Shape, Shape, Shape), String> {
     let wanted = path.study.wanted();
-    let moved: Vec<_> = wanted.iter().zip(moved(path, Source::Both)).map(|(p, d)| p + d).collect();
+    let moved: Vec<_> = wanted.iter().zip(moved(path, Source::All)).map(|(p, d)| p + d).collect();
     let commanded: Option<Vec<_>> =
         wanted.iter().enumerate().map(|(k, point)| Some(point + path.whole.command_shift(&path.study, k)?)).collect();
     let shape = |points: &[Vector3<f64>]| Shape::of(&flat(points)).ok_or("the path has no points");

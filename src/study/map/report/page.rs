@@ -76,7 +76,7 @@ fn explorer(study: &WorkspaceMapStudy) -> Explorer {
         table: "map.csv".into(),
         shape: Shape::Grid,
         coordinates: ["x", "y", "z"].map(|axis| Column::new(format!("{axis}_mm"), axis, "mm")).into(),
-        group: Some(source_group()),
+        group: Some(source_group(machine)),
         quantities,
         marks: machine
             .points

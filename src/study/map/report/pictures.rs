@@ -46,21 +46,21 @@ fn quantities(machine: &Machine) -> Vec<Quantity> {
             |_, e| Some(e.deflection_mm),
         ),
         quantity(
-            "deflection_both",
+            "deflection_all",
             "How far cutting force and chain errors move the tool",
             "worst tool deflection",
             "mm",
-            Source::Both,
+            Source::All,
             |_, e| Some(e.deflection_mm),
         ),
     ];
     all.extend(machine.drive_kinds().map(|kind| correction(machine, kind)));
     all.push(quantity(
-        "departure_both",
+        "departure_all",
         "How wrong it is to add the two effects",
         "departure at the worst angle",
         "mm",
-        Source::Both,
+        Source::All,
         |_, e| e.departure_mm(),
     ));
     all.push(quantity(
@@ -79,9 +79,9 @@ fn correction(machine: &Machine, kind: Motion) -> Quantity {
     let drives = kind_word(machine, kind);
     Quantity {
         file_stem: match drives {
-            "slides" => "delta_rho_slides_both",
-            "hinges" => "delta_rho_hinges_both",
-            _ => "delta_rho_both",
+            "slides" => "delta_rho_slides_all",
+            "hinges" => "delta_rho_hinges_all",
+            _ => "delta_rho_all",
         },
         title: format!("What the {drives} must be told instead"),
         label: match drives {
@@ -89,7 +89,7 @@ fn correction(machine: &Machine, kind: Motion) -> Quantity {
             _ => format!("largest correction of {drives} |Δρ|"),
         },
         unit: kind.shown_position_unit(),
-        source: Source::Both,
+        source: Source::All,
         value: match kind {
             Motion::Prismatic => |machine, e| correction_of(machine, Motion::Prismatic, e),
             Motion::Revolute => |machine, e| correction_of(machine, Motion::Revolute, e),

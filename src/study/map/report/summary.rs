@@ -12,6 +12,7 @@ use crate::{
     study::{
         ROUNDING_MM, SOLVED, Source,
         map::{MapPoint, SourceEffect, WorkspaceMapStudy},
+        sources::Gathered,
     },
 };
 
@@ -82,17 +83,16 @@ fn is_enough(known: usize, points: usize) -> bool {
 /// What a map says, gathered point by point.
 #[derive(Debug, Clone, Default)]
 pub struct Summary {
-    sources: [OfSource; 3],
+    sources: Gathered<OfSource>,
     statuses: Vec<StatusCount>,
 }
 
 impl Summary {
     /// Takes a point of `machine` into account.
     pub fn add(&mut self, machine: &Machine, point: &MapPoint) {
-        for source in Source::ALL {
+        for (source, effect) in point.effects.iter() {
             StatusCount::add(&mut self.statuses, point.status(source));
-        }
-        for (effect, sums) in point.effects.iter().zip(&mut self.sources) {
+            let sums = self.sources.at(source);
             if let Ok(effect) = effect {
                 sums.see(machine, point.position_mm, effect);
             }
@@ -121,33 +121,35 @@ impl Summary {
         );
         text += &self.uncorrected_sentence();
         text += &cautions::not_used(&study.not_used);
+        text += &cautions::zeroed(&study.machine);
         text += &cautions::large_errors(&study.machine, &study.errors);
         text += &cautions::outside_workspace(
             &study.machine,
             "grid point",
             (0..study.grid.len()).map(|index| study.grid.position(index)),
         );
-        text += &self.deflection_sentences(study.grid.len());
+        text += &self.deflection_sentences(&study.machine, study.grid.len());
         text += &self.correction_sentences(&study.machine, study.grid.len());
         text += &self.departure_sentence(study.grid.len());
         text
     }
 
     fn uncorrected_sentence(&self) -> String {
-        match self.sources.iter().map(|sums| sums.uncorrected).sum() {
+        match self.sources.iter().map(|(_, sums)| sums.uncorrected).sum() {
             0 => String::new(),
             rows => format!("Of {rows} of them only the correction is missing; their deflection is known.\n"),
         }
     }
 
-    fn deflection_sentences(&self, points: usize) -> String {
+    fn deflection_sentences(&self, machine: &Machine, points: usize) -> String {
         let mut text = String::new();
-        for source in Source::ALL {
-            let sums = &self.sources[source as usize];
-            let (cause, of) = match source {
-                Source::Cutting => ("The cutting force alone moves the tool", "by the cutting force alone"),
-                Source::Assembly => ("Chain errors alone move it", "by chain errors alone"),
-                Source::Both => ("Both together move it", "by both together"),
+        for (source, sums) in self.sources.iter() {
+            let cause = source.moves(machine);
+            let of = match source {
+                Source::Cutting => "by the cutting force alone",
+                Source::Weight => "by weight alone",
+                Source::Errors => "by chain errors alone",
+                Source::All => "by all together",
             };
             let Some([least, most]) = sums.deflection.0.filter(|_| is_enough(sums.known, points)) else {
                 text += &format!(
@@ -175,7 +177,7 @@ impl Summary {
 
     /// A sentence for each kind of drive.
     fn correction_sentences(&self, machine: &Machine, points: usize) -> String {
-        let both = &self.sources[Source::Both as usize];
+        let Some(both) = self.sources.get(Source::All) else { return String::new() };
         if !is_enough(both.known - both.uncorrected, points) {
             return String::new();
         }
@@ -188,8 +190,9 @@ impl Summary {
             let drives = kind_word(machine, kind);
             let own = if machine.has_mixed_drives() { format!(" of {drives}") } else { String::new() };
             format!(
-                "To keep the tool on its path under both, {drives} must be commanded up to {} away from the inverse \
+                "To keep the tool on its path under {}, {drives} must be commanded up to {} away from the inverse \
                  kinematics at best, at {}, and {} at worst, at {}. Drive {}s{own} reach {:.0} {}, at {}.\n",
+                if Source::parts(machine).len() > 2 { "all" } else { "both" },
                 kind.position_words(least.value),
                 least.place(),
                 kind.position_words(most.value),
@@ -206,13 +209,13 @@ impl Summary {
     /// What no drive can put right.
     fn left_sentence(&self, machine: &Machine) -> String {
         let Some(axes) = machine.uncontrolled_names() else { return String::new() };
-        let Some([_, most]) = self.sources[Source::Both as usize].left.0 else { return String::new() };
+        let Some([_, most]) = self.sources.get(Source::All).and_then(|all| all.left.0) else { return String::new() };
         let left = millimetres(most.value, 3, ROUNDING_MM);
         format!("No drive can put right {left} of it at worst, at {}: they do not control {axes}.\n", most.place())
     }
 
     fn departure_sentence(&self, points: usize) -> String {
-        let both = &self.sources[Source::Both as usize];
+        let Some(both) = self.sources.get(Source::All) else { return String::new() };
         if !is_enough(both.known, points) {
             return String::new();
         }
@@ -220,7 +223,7 @@ impl Summary {
             return String::new();
         };
         format!(
-            "Adding the two effects instead of solving them together is wrong by up to {}, at {}, and by up to \
+            "Adding the effects instead of solving them together is wrong by up to {}, at {}, and by up to \
              {:.1} % of the deflection, at {}.\n",
             millimetres(absolute.value, 4, ROUNDING_MM),
             absolute.place(),
@@ -233,7 +236,7 @@ impl Summary {
     pub fn json(&self) -> Value {
         let (solved, rows) = self.rows();
         let mut sources = serde_json::Map::new();
-        for (source, sums) in Source::ALL.into_iter().zip(&self.sources) {
+        for (source, sums) in self.sources.iter() {
             let mut entries = vec![("deflection_mm".to_string(), &sums.deflection)];
             for (kind, extremes) in KINDS.into_iter().zip(&sums.correction) {
                 entries.push((format!("delta_rho_largest_drive_{}", kind.position_unit()), extremes));

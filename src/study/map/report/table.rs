@@ -7,7 +7,7 @@ use crate::{
         table::{correction_columns, force_columns, shown_positions, tidy_degrees},
     },
     study::{
-        Failure, SOLVED, Source,
+        Failure, SOLVED,
         map::{MapPoint, SourceEffect},
     },
 };
@@ -18,10 +18,10 @@ pub fn table(machine: &Machine, points: &[MapPoint]) -> Table {
     let columns = columns(machine);
     let width = columns.len();
     let rows = points.iter().flat_map(|point| {
-        Source::ALL.map(|source| {
+        point.effects.iter().map(|(source, effect)| {
             let mut row: Row = cells(point.position_mm).collect();
             row.push(source.label().into());
-            match &point.effects[source as usize] {
+            match effect {
                 Ok(effect) => solved_cells(machine, effect, &mut row),
                 Err(failure) => failed_cells(failure, width, &mut row),
             }

@@ -74,7 +74,7 @@ pub(crate) fn points_view(machine: &Machine, title: String, table: String, first
         table,
         shape: Shape::Curve,
         coordinates: vec![Column::new("arc_length_mm", "length along the path", "mm")],
-        group: Some(source_group()),
+        group: Some(source_group(machine)),
         quantities,
         marks: Vec::new(),
     }

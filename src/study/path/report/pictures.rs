@@ -11,7 +11,7 @@ use crate::{
         words::counted,
     },
     study::{
-        Source,
+        BySource, Source,
         path::{
             PathPart, PathStudy, Shown, Station,
             report::thinned::{Curve, drawn, step},
@@ -24,11 +24,11 @@ use crate::{
 pub struct Pictures {
     shown: Shown,
     /// |Δt| of each source, mm.
-    displacement: [Curve; 3],
+    displacement: BySource<Curve>,
     /// Length of the sum of the single sources' Δt, mm.
     superposed: Curve,
     /// Δρ of each drive, by source, in the unit of its kind.
-    correction: [Vec<Curve>; 3],
+    correction: BySource<Vec<Curve>>,
     /// τ of each drive under both sources, N or N·mm.
     force: Vec<Curve>,
     /// Points at which the path is drawn, ascending.
@@ -40,10 +40,10 @@ pub struct Pictures {
 }
 
 /// What is added to a point of the path to draw it, O axes, mm.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 struct Shifts {
     /// Displacements by the sources.
-    displacement: [Option<Vector3<f64>>; 3],
+    displacement: BySource<Option<Vector3<f64>>>,
     commanded: Option<Vector3<f64>>,
     /// What compensation leaves.
     left: Option<Vector3<f64>>,
@@ -56,9 +56,9 @@ impl Pictures {
         let of_drives = || vec![curve(); study.machine.drive_count()];
         Self {
             shown,
-            displacement: Source::ALL.map(|_| curve()),
+            displacement: BySource::of(&study.machine, |_| curve()),
             superposed: curve(),
-            correction: Source::ALL.map(|_| of_drives()),
+            correction: BySource::of(&study.machine, |_| of_drives()),
             force: of_drives(),
             drawn: drawn(&study.wanted()),
             shifts: Vec::new(),
@@ -69,24 +69,26 @@ impl Pictures {
     /// Takes the next part.
     pub fn add(&mut self, study: &PathStudy, part: &PathPart) {
         for k in part.points() {
-            let displacement = Source::ALL.map(|source| part.displacement(source, k));
-            self.largest = displacement[Source::Both as usize].map_or(self.largest, |d| self.largest.max(d.norm()));
+            let displacement = BySource::of(&study.machine, |source| part.displacement(source, k));
+            self.largest = displacement[Source::All].map_or(self.largest, |d| self.largest.max(d.norm()));
             if self.drawn.get(self.shifts.len()) == Some(&k) {
-                let left = part.compensated(Source::Both, k).map(|answer| answer.position_error);
+                let left = part.compensated(Source::All, k).map(|answer| answer.position_error);
+                let displacement = displacement.clone();
                 self.shifts.push(Shifts { displacement, commanded: part.command_shift(study, k), left });
             }
             let Some(x) = along(self.shown, &study.stations[k]) else { continue };
-            for (curve, displacement) in self.displacement.iter_mut().zip(displacement) {
-                displacement.iter().for_each(|d| curve.add(k, x, d.norm()));
+            for (source, curve) in self.displacement.iter_mut() {
+                displacement[source].iter().for_each(|d| curve.add(k, x, d.norm()));
             }
-            if let [Some(cutting), Some(assembly), _] = displacement {
-                self.superposed.add(k, x, (cutting + assembly).norm());
+            let parts = Source::parts(&study.machine).iter().map(|source| displacement[*source]);
+            if let Some(sum) = parts.sum::<Option<Vector3<f64>>>() {
+                self.superposed.add(k, x, sum.norm());
             }
-            for (source, curves) in Source::ALL.into_iter().zip(&mut self.correction) {
+            for (source, curves) in self.correction.iter_mut() {
                 let Some(answer) = part.compensated(source, k) else { continue };
                 let corrections = shown_positions(&study.machine, &answer.delta_rho());
                 curves.iter_mut().zip(corrections).for_each(|(curve, value)| curve.add(k, x, value));
-                if source == Source::Both {
+                if source == Source::All {
                     self.force.iter_mut().zip(&answer.drive_forces).for_each(|(curve, force)| curve.add(k, x, *force));
                 }
             }
@@ -118,16 +120,16 @@ impl Pictures {
     }
 
     fn displacement(&self, study: &PathStudy) -> Figure {
-        let of_source = |source: Source| {
-            series(self.shown, source_words(source), source != Source::Both, &self.displacement[source as usize])
-        };
-        let mut all: Vec<LineSeries> = Source::ALL.map(of_source).into();
-        all.push(series(self.shown, "sum of the two", true, &self.superposed));
+        let of_source =
+            |(source, curve): (Source, &Curve)| series(self.shown, source.words(), source != Source::All, curve);
+        let mut all: Vec<LineSeries> = self.displacement.iter().map(of_source).collect();
+        let sum = if Source::parts(&study.machine).len() == 2 { "sum of the two" } else { "sum of the three" };
+        all.push(series(self.shown, sum, true, &self.superposed));
         self.line_figure(study, "How far the tool leaves its path without compensation", "|Δt| [mm]".into(), all)
     }
 
     fn corrections(&self, study: &PathStudy, kind: Motion) -> Figure {
-        let all = self.of_drives(study, kind, &self.correction[Source::Both as usize]);
+        let all = self.of_drives(study, kind, &self.correction[Source::All]);
         let title = format!("What the {} must be told instead", kind_word(&study.machine, kind));
         self.line_figure(study, &title, format!("Δρ [{}]", kind.shown_position_unit()), all)
     }
@@ -143,12 +145,12 @@ impl Pictures {
     }
 
     fn correction_by_source(&self, study: &PathStudy, kind: Motion, drive: usize, label: &str) -> Figure {
-        let all = Source::ALL.map(|source| {
-            let curve = &self.correction[source as usize][drive];
-            series(self.shown, source_words(source), source != Source::Both, curve)
-        });
+        let of_source = |(source, curves): (Source, &Vec<Curve>)| {
+            series(self.shown, source.words(), source != Source::All, &curves[drive])
+        };
+        let all = self.correction.iter().map(of_source).collect();
         let title = format!("Which source asks drive {label} for what");
-        self.line_figure(study, &title, format!("Δρ {label} [{}]", kind.shown_position_unit()), all.into())
+        self.line_figure(study, &title, format!("Δρ {label} [{}]", kind.shown_position_unit()), all)
     }
 
     /// The curves of the drives of one kind.
@@ -189,9 +191,9 @@ impl Pictures {
         };
         let series = vec![
             drawn("wanted", false, &|_| Some(Vector3::zeros())),
-            drawn("moved by chain errors", true, &|shifts| shifts.displacement[Source::Assembly as usize]),
-            drawn("moved by the cutting force", true, &|shifts| shifts.displacement[Source::Cutting as usize]),
-            drawn("moved by both", false, &|shifts| shifts.displacement[Source::Both as usize]),
+            drawn("moved by chain errors", true, &|shifts| shifts.displacement[Source::Errors]),
+            drawn("moved by the cutting force", true, &|shifts| shifts.displacement[Source::Cutting]),
+            drawn("moved by all", false, &|shifts| shifts.displacement[Source::All]),
             drawn("commanded instead", false, &|shifts| shifts.commanded),
             drawn("after compensation", true, &|shifts| shifts.left),
         ];
@@ -210,14 +212,6 @@ impl Pictures {
             log_y: false,
             closed_note: Some(format!("deviations from the wanted path drawn {amplification} times as large")),
         })
-    }
-}
-
-fn source_words(source: Source) -> &'static str {
-    match source {
-        Source::Cutting => "cutting force",
-        Source::Assembly => "chain errors",
-        Source::Both => "both at once",
     }
 }
 

@@ -13,6 +13,7 @@ use crate::{
         ROUNDING_MM, Source,
         along_path::PathSummary,
         path::{MethodAlongPath, PathPart, PathStudy, Shown},
+        sources::Gathered,
     },
 };
 
@@ -52,13 +53,14 @@ struct OfSource {
 /// What a path says, gathered part by part.
 #[derive(Debug, Clone, Default)]
 pub struct Summary {
-    sources: [OfSource; 3],
+    sources: Gathered<OfSource>,
 }
 
 impl Summary {
     /// Takes the next part into account.
     pub fn add(&mut self, study: &PathStudy, part: &PathPart) {
-        for (source, sums) in Source::ALL.into_iter().zip(&mut self.sources) {
+        for &source in part.sources.sources() {
+            let sums = self.sources.at(source);
             for k in part.points() {
                 StatusCount::add(&mut sums.statuses, part.answer(source, k).status.label());
                 if let Some(displacement) = part.displacement(source, k) {
@@ -81,7 +83,7 @@ impl Summary {
     /// Rows per status.
     pub fn statuses(&self) -> Vec<StatusCount> {
         let mut all: Vec<StatusCount> = Vec::new();
-        for count in self.sources.iter().flat_map(|sums| &sums.statuses) {
+        for count in self.sources.iter().flat_map(|(_, sums)| &sums.statuses) {
             match all.iter_mut().find(|known| known.status == count.status) {
                 Some(known) => known.rows += count.rows,
                 None => all.push(count.clone()),
@@ -92,7 +94,7 @@ impl Summary {
 
     /// The point at which both sources move the tool farthest.
     pub fn farthest(&self) -> Option<usize> {
-        self.sources[Source::Both as usize].displacement.0.map(|(_, point)| point)
+        self.sources.get(Source::All)?.displacement.0.map(|(_, point)| point)
     }
 
     /// The closing words of a run.
@@ -102,22 +104,19 @@ impl Summary {
         let last = study.stations.last().map_or(0.0, |s| s.arc_length_mm);
         let mut text = format!("{}: a path of {last:.1} mm, {}.\n", study.machine.title, counted(points, "point"));
         text += &facts_text(&study.facts);
+        text += &cautions::zeroed(&study.machine);
         text += &cautions::large_errors(&study.machine, &study.errors);
         text += &cautions::outside_workspace(
             &study.machine,
             "path point",
             study.demands.iter().map(|demand| demand.pose.translation),
         );
-        for source in Source::ALL {
-            let Some((size, k)) = self.sources[source as usize].displacement.0 else { continue };
-            let cause = match source {
-                Source::Cutting => "The cutting force alone moves the tool",
-                Source::Assembly => "Chain errors alone move it",
-                Source::Both => "Both together move it",
-            };
+        for (source, sums) in self.sources.iter() {
+            let Some((size, k)) = sums.displacement.0 else { continue };
+            let cause = source.moves(&study.machine);
             text += &format!("{cause} by up to {}, {}.\n", millimetres(size, 3, ROUNDING_MM), place(k));
         }
-        let both = &self.sources[Source::Both as usize];
+        let Some(both) = self.sources.get(Source::All) else { return text };
         for kind in study.machine.drive_kinds() {
             let found = (both.correction[kind as usize].0, both.force[kind as usize].0);
             let (Some((correction, k)), Some((force, kf))) = found else { continue };
@@ -146,7 +145,7 @@ impl Summary {
     /// Extremes per source and the methods.
     pub fn json(&self, study: &PathStudy, methods: &[MethodAlongPath]) -> Value {
         let mut sources = serde_json::Map::new();
-        for (source, sums) in Source::ALL.into_iter().zip(&self.sources) {
+        for (source, sums) in self.sources.iter() {
             let mut entry = json!({ "displacement_max_mm": sums.displacement.json(study) });
             for kind in study.machine.drive_kinds() {
                 let [correction, force] = [&sums.correction, &sums.force].map(|sums| sums[kind as usize].json(study));

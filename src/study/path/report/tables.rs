@@ -20,7 +20,8 @@ use crate::{
 /// the poses of P in O and the drive positions that are commanded without and with compensation, corrections and drive
 /// forces then, and the rotation left over. `status` and `reason` say why numbers are missing.
 pub(crate) fn points_table(study: &PathStudy, part: &PathPart) -> Table {
-    let rows = part.points().flat_map(|k| Source::ALL.map(|source| row(study, part, k, source)));
+    let rows =
+        part.points().flat_map(|k| part.sources.sources().iter().map(move |source| row(study, part, k, *source)));
     Table::new(points_columns(&study.machine), rows)
 }
 

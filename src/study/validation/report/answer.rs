@@ -18,7 +18,8 @@ use crate::{
 /// Of the work.
 pub fn answer(study: &ValidationStudy, shown: &Shown, run: &Run<'_>) -> Result<Output> {
     let results = validation::run(study, run.work)?;
-    let answers = results.paths.iter().flat_map(|path| &path.whole.sources).flat_map(|source| &source.compensated);
+    let sources = results.paths.iter().flat_map(|path| path.whole.sources.iter());
+    let answers = sources.flat_map(|(_, source)| &source.compensated);
     let compared = results.compared.iter().flat_map(|compared| &compared.ours);
     let compared = compared.map(|ours| if ours.is_ok() { "solved" } else { "not_solved" });
     let statuses = Manifest::count(answers.map(|answer| answer.status.label()).chain(compared));

@@ -66,21 +66,21 @@ fn plane(results: &ValidationResults, picture: &Picture, series: Vec<LineSeries>
 fn paths(results: &ValidationResults, picture: &Picture, path: &PathResults) -> Figure {
     let series = vec![
         moved(path, "1 target trajectory", false, &|_| Some(Vector3::zeros())),
-        moved(path, "2 shifted by errors in serial chains", true, &|k| path.whole.displacement(Source::Assembly, k)),
+        moved(path, "2 shifted by errors in serial chains", true, &|k| path.whole.displacement(Source::Errors, k)),
         moved(path, "3 shifted by the cutting force", true, &|k| path.whole.displacement(Source::Cutting, k)),
-        moved(path, "4 shifted by both", false, &|k| path.whole.displacement(Source::Both, k)),
+        moved(path, "4 shifted by both", false, &|k| path.whole.displacement(Source::All, k)),
         moved(path, "5 adjusted trajectory", false, &|k| path.whole.command_shift(&path.study, k)),
     ];
     plane(results, picture, series)
 }
 
 fn superposition(results: &ValidationResults, picture: &Picture, path: &PathResults) -> Figure {
-    let sum = |k| Some(path.whole.displacement(Source::Cutting, k)? + path.whole.displacement(Source::Assembly, k)?);
+    let sum = |k| Some(path.whole.displacement(Source::Cutting, k)? + path.whole.displacement(Source::Errors, k)?);
     let series = vec![
         moved(path, "1 target trajectory", false, &|_| Some(Vector3::zeros())),
-        moved(path, "2 shifted by errors in serial chains", true, &|k| path.whole.displacement(Source::Assembly, k)),
+        moved(path, "2 shifted by errors in serial chains", true, &|k| path.whole.displacement(Source::Errors, k)),
         moved(path, "3 shifted by both: superposition", true, &sum),
-        moved(path, "4 shifted by both: simultaneously", false, &|k| path.whole.displacement(Source::Both, k)),
+        moved(path, "4 shifted by both: simultaneously", false, &|k| path.whole.displacement(Source::All, k)),
     ];
     plane(results, picture, series)
 }
@@ -139,19 +139,19 @@ fn curves(results: &ValidationResults, picture: &Picture) -> Vec<Figure> {
     };
     let corrections = |kind| {
         let frames = frames(&|path| {
-            let curve = |(drive, _)| over_angle(path, &|k| drive_correction(path, Source::Both, k, drive));
+            let curve = |(drive, _)| over_angle(path, &|k| drive_correction(path, Source::All, k, drive));
             drives(kind).into_iter().map(curve).collect()
         });
         let y_label = format!("Δρ [{}]", kind.shown_position_unit());
         panels(results, picture, (&correction_words(machine, kind), y_label), names(kind), frames)
     };
     let displacements = frames(&|path| {
-        let curve = |axis: usize| over_angle(path, &|k| path.whole.displacement(Source::Both, k).map(|d| d[axis]));
+        let curve = |axis: usize| over_angle(path, &|k| path.whole.displacement(Source::All, k).map(|d| d[axis]));
         (0..3).map(curve).collect()
     });
     let forces = |kind| {
         let frames = frames(&|path| {
-            let force = |k, drive: usize| path.whole.compensated(Source::Both, k)?.drive_forces.get(drive).copied();
+            let force = |k, drive: usize| path.whole.compensated(Source::All, k)?.drive_forces.get(drive).copied();
             drives(kind).into_iter().map(|(drive, _)| over_angle(path, &|k| force(k, drive))).collect()
         });
         let what = format!("drive {}s", kind.force_word());
@@ -171,19 +171,18 @@ fn correction_words(machine: &Machine, kind: Motion) -> String {
 
 fn source_words(source: Source) -> &'static str {
     match source {
-        Source::Cutting => "cutting force",
-        Source::Assembly => "errors in serial chains",
-        Source::Both => "both at once",
+        Source::Errors => "errors in serial chains",
+        other => other.words(),
     }
 }
 
 fn sources(results: &ValidationResults, picture: &Picture, path: &PathResults) -> Vec<Figure> {
     let machine = &results.study.machine;
     let names: Vec<(String, bool)> =
-        Source::ALL.map(|source| (source_words(source).to_string(), source != Source::Both)).into();
+        Source::of(machine).iter().map(|source| (source_words(*source).to_string(), *source != Source::All)).collect();
     let by_source = |title: String, value: &dyn Fn(Source, usize) -> Option<f64>| CurvePanel {
         title,
-        curves: Source::ALL.map(|source| over_angle(path, &|k| value(source, k))).into(),
+        curves: Source::of(machine).iter().map(|source| over_angle(path, &|k| value(*source, k))).collect(),
     };
     let corrections = |kind| {
         let frames = drives_of(machine, kind).take(MOST_FRAMES).map(|(drive, label)| {
