@@ -3,8 +3,11 @@
 use clap::Args;
 use kinetostat::{
     input::error::Result,
-    machine::Machine,
-    study::machine_check::{self, report::machine_text},
+    machine::Geometry,
+    study::machine_check::{
+        check as check_machine, check_geometry,
+        report::{geometry_text, machine_text},
+    },
 };
 
 use super::{Ending, print};
@@ -12,6 +15,8 @@ use super::{Ending, print};
 /// Validate a machine file and show mobility, reach, round-trip error, stiffness and warnings.
 #[derive(Debug, Args)]
 #[command(after_help = "\
+Of a machine with drives of unknown stiffness, geometry and reach are shown, and what is needed to go on (exit code 2).
+
 Examples:
   kinetostat check orthoglide
   kinetostat check my_machine.toml")]
@@ -21,8 +26,11 @@ pub struct CheckArguments {
 }
 
 pub fn check(arguments: &CheckArguments) -> Result<Ending> {
-    let machine = Machine::named_or_file(&arguments.machine)?;
-    let findings = machine_check::check(&machine);
-    print(&machine_text(&machine, &findings))?;
+    let geometry = Geometry::named_or_file(&arguments.machine)?;
+    if !geometry.unknown().is_empty() {
+        print(&geometry_text(&geometry, &check_geometry(&geometry)))?;
+    }
+    let machine = geometry.machine()?;
+    print(&machine_text(&machine, &check_machine(&machine)))?;
     Ok(Ending::Complete)
 }

@@ -19,6 +19,7 @@ mod section;
 mod skeleton;
 pub(crate) mod spec;
 mod task_space;
+mod unknown;
 mod ways_around;
 
 use std::{
@@ -37,6 +38,7 @@ pub use route::{Anchor, Loop, Mass, PointSpring, Route, Step};
 pub use section::{Material, Section, beam_stiffness, parallelogram_terms};
 pub use skeleton::{ChainSkeleton, JointMark, MassMark, Polyline, Skeleton};
 pub use task_space::{OutsideWorkspace, UncontrolledDifference};
+pub use unknown::{Geometry, UnknownStiffness};
 
 use crate::{
     input::error::{Error, Result},
@@ -201,8 +203,7 @@ impl Machine {
 
     /// Checks a machine given as TOML text; `origin` names it in error messages.
     pub fn from_toml(text: &str, origin: &str) -> Result<Self> {
-        let spec: spec::MachineSpec = crate::input::toml_file::parse(text, origin)?;
-        resolve::machine(&spec, origin)
+        Geometry::from_toml(text, origin)?.machine()
     }
 
     /// The built-in machine called `name`.
@@ -219,13 +220,7 @@ impl Machine {
     /// A built-in machine by name, or the machine of a file by path.
     #[cfg(feature = "study")]
     pub fn named_or_file(name: &str) -> Result<Self> {
-        match catalogue::find(name) {
-            Some(entry) => Self::from_toml(entry.toml, entry.name),
-            None if std::path::Path::new(name).extension().is_some() || std::path::Path::new(name).exists() => {
-                Self::from_file(name.as_ref())
-            }
-            None => Err(no_machine(&format!("no built-in machine \"{name}\" and no such file"))),
-        }
+        Geometry::named_or_file(name)?.machine()
     }
 
     /// This machine without weight.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use super::provenance::Grade;
+use super::{provenance::Grade, unknown::StiffnessSpec};
 
 /// The whole file.
 #[derive(Debug, Clone, Deserialize)]
@@ -295,7 +295,7 @@ pub struct PrismaticDriveSpec {
     pub name: String,
     pub axis: AxisSpec,
     #[serde(rename = "stiffness_N_per_mm")]
-    pub stiffness: f64,
+    pub stiffness: StiffnessSpec,
     #[serde(default)]
     pub home_mm: f64,
     pub travel_mm: Option<[f64; 2]>,
@@ -312,7 +312,7 @@ pub struct RevoluteDriveSpec {
     pub name: String,
     pub axis: AxisSpec,
     #[serde(rename = "stiffness_Nmm_per_rad")]
-    pub stiffness: f64,
+    pub stiffness: StiffnessSpec,
     #[serde(default)]
     pub home_deg: f64,
     pub travel_deg: Option<[f64; 2]>,

@@ -7,7 +7,7 @@ use nalgebra::{Matrix6, Vector3, Vector6};
 use serde::Serialize;
 
 use crate::{
-    machine::{Coordinate, Drive, Machine, Mobility, SpringLaw, ToolAxisSource},
+    machine::{Coordinate, Drive, Geometry, Machine, Mobility, SpringLaw, ToolAxisSource},
     spatial::{Wrench, rotation_log},
     statics::{
         Settings, State, Status, Workspace, chain_stiffnesses, equilibrium, principal_stiffnesses, rigid_wrenches,
@@ -65,32 +65,47 @@ const HOME_TOLERANCE: f64 = 1e-5;
 
 /// Examines `machine` at home, at its named points and at the corners of its workspace.
 pub fn check(machine: &Machine) -> Findings {
-    let mobility = machine.mobility(&machine.home);
-    let (reached, round_trip) = places(machine);
+    let mut findings = geometric(machine);
     let mut workspace = Workspace::new(machine);
-    let stiffness = unloaded_stiffness(machine, &machine.home, &mut workspace);
-    let unloaded = unloaded_compliance(machine, &machine.home, &mut workspace);
-    let rigid = unloaded.filter(|_| stiffness.is_none()).map(|compliance| {
+    findings.stiffness = unloaded_stiffness(machine, &machine.home, &mut workspace);
+    findings.compliance = unloaded_compliance(machine, &machine.home, &mut workspace);
+    let rigid = findings.compliance.filter(|_| findings.stiffness.is_none()).map(|compliance| {
         let home = State::rigid(machine, &machine.home);
         let chains = chain_stiffnesses(machine, &machine.home.drives, &home, &mut workspace);
         let rigid = machine.chains.iter().zip(chains).filter(|(_, stiffness)| stiffness.is_none());
         (rigid_wrenches(&compliance, machine.reach), rigid.map(|(chain, _)| chain.name.clone()).collect())
     });
+    findings.rigid = rigid.unwrap_or_default();
     let (tool_stiffness, compliance_shares, status) = compliance(machine, &mut workspace);
-    let mut findings = Findings {
-        mobility,
+    findings.tool_stiffness = tool_stiffness;
+    findings.compliance_shares = compliance_shares;
+    findings.warnings = warnings(machine, &findings, &status);
+    findings
+}
+
+/// Examines what does not depend on stiffness.
+pub fn check_geometry(geometry: &Geometry) -> Findings {
+    let machine = geometry.kinematics();
+    let mut findings = geometric(machine);
+    findings.warnings = warnings(machine, &findings, &Status::Solved);
+    findings
+}
+
+/// Findings of the rigid machine, without warnings.
+fn geometric(machine: &Machine) -> Findings {
+    let (reached, round_trip) = places(machine);
+    Findings {
+        mobility: machine.mobility(&machine.home),
         home_drives: machine.home.drives.clone(),
         reached,
         round_trip,
-        stiffness,
-        compliance: unloaded,
-        rigid: rigid.unwrap_or_default(),
-        tool_stiffness,
-        compliance_shares,
+        stiffness: None,
+        compliance: None,
+        rigid: Default::default(),
+        tool_stiffness: None,
+        compliance_shares: Vec::new(),
         warnings: Vec::new(),
-    };
-    findings.warnings = warnings(machine, &findings, &status);
-    findings
+    }
 }
 
 /// A place, its position, and what the inverse kinematics says of it.

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix6, Vector3, Vector6};
 
 use crate::{
-    machine::{Drive, Machine, ToolAxisSource},
+    machine::{Drive, Geometry, Machine, ToolAxisSource, UnknownStiffness},
     report::{
         table::shown_positions,
         words::{counted, typographic},
@@ -13,6 +13,37 @@ use crate::{
 
 /// The findings as text.
 pub fn machine_text(machine: &Machine, findings: &Findings) -> String {
+    let mut text = rigid_text(machine, findings);
+    text += &stiffness_text(findings);
+    text += "  where the tool's compliance at home comes from\n";
+    for (name, share) in &findings.compliance_shares {
+        text += &format!("    {:<38} {:>7.3} %\n", name, share * 100.0);
+    }
+    text + &provenance_text(machine) + &warnings_text(findings)
+}
+
+/// The findings about a machine of which only the geometry is known, as text.
+pub fn geometry_text(geometry: &Geometry, findings: &Findings) -> String {
+    let unknown: Vec<&str> = geometry.unknown().iter().map(|UnknownStiffness { drive, .. }| drive.as_str()).collect();
+    let mut text = rigid_text(geometry.kinematics(), findings);
+    text += &format!("  stiffness          unknown of {}: how far the tool moves cannot be said\n", unknown.join(", "));
+    text + &provenance_text(geometry.kinematics()) + &warnings_text(findings)
+}
+
+fn provenance_text(machine: &Machine) -> String {
+    let told = machine.provenance.iter();
+    let lines: String =
+        told.map(|told| format!("    {:<11} {}\n                {}\n", told.grade.label(), told.what, told.source)).collect();
+    if lines.is_empty() { lines } else { format!("  where its numbers come from\n{lines}") }
+}
+
+fn warnings_text(findings: &Findings) -> String {
+    let warnings: String = findings.warnings.iter().map(|warning| format!("warning: {warning}\n")).collect();
+    if warnings.is_empty() { "no warnings\n".into() } else { warnings }
+}
+
+/// What does not depend on stiffness.
+fn rigid_text(machine: &Machine, findings: &Findings) -> String {
     let mobility = &findings.mobility;
     let mut text = format!("{} — {}\n", machine.name, machine.title);
     text += &format!(
@@ -57,23 +88,6 @@ pub fn machine_text(machine: &Machine, findings: &Findings) -> String {
         "  round trip         {:.1e} mm, {:.1e} rad (forward after inverse kinematics, largest)\n",
         findings.round_trip.0, findings.round_trip.1
     );
-    text += &stiffness_text(findings);
-    text += "  where the tool's compliance at home comes from\n";
-    for (name, share) in &findings.compliance_shares {
-        text += &format!("    {:<38} {:>7.3} %\n", name, share * 100.0);
-    }
-    if !machine.provenance.is_empty() {
-        text += "  where its numbers come from\n";
-    }
-    for told in &machine.provenance {
-        text += &format!("    {:<11} {}\n                {}\n", told.grade.label(), told.what, told.source);
-    }
-    for warning in &findings.warnings {
-        text += &format!("warning: {warning}\n");
-    }
-    if findings.warnings.is_empty() {
-        text += "no warnings\n";
-    }
     text
 }
 
