@@ -72,6 +72,8 @@ pub mod statics;
 pub mod study;
 pub mod toolpath;
 #[cfg(feature = "study")]
+pub mod urdf;
+#[cfg(feature = "study")]
 pub mod work;
 
 /// The linear algebra in the types of this library.

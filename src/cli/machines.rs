@@ -1,36 +1,86 @@
-//! `kinetostat machines`: the built-in machines.
+//! `kinetostat machines`: the built-in machines, and machine files made from those of other programs.
+
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 use kinetostat::{
     input::error::{Error, Result},
     machine::{Machine, catalogue},
+    report::{OutputFile, prepare_beside, write_beside},
+    urdf::{DriveStiffness, ImportOptions, import_file},
 };
 
-use super::{Ending, print};
+use super::{Ending, any_numbers, numbers, print, say};
 
-/// List the built-in machines, or print the file of one as a start for your own.
+/// List the built-in machines, print the file of one as a start for your own, or make one from a URDF.
 #[derive(Debug, Args)]
 #[command(after_help = "\
+A URDF gives geometry, travel, largest torques and, where they are plausible, masses. The machine file goes to standard output or
+to --out; what was not used and what was assumed is said on standard error and in comments at the top of the file. Stiffness,
+which a URDF cannot say, is written as \"unknown\": `check` shows such a machine's geometry, everything else needs numbers.
+
 Examples:
   kinetostat machines
-  kinetostat machines --show orthoglide > my_machine.toml")]
+  kinetostat machines --show orthoglide > my_machine.toml
+  kinetostat machines --import robot.urdf --tool 0,0,250 --tip tool0 --out my_robot.toml
+  kinetostat machines --import robot.urdf --tool 0,0,250,0,90,0 --stiffness 3.8e6,6.6e6,3.9e6,5.6e5,6.6e5,4.7e5
+  kinetostat machines --import robot.urdf --tool 0,0,250 --like my_machine.toml")]
 pub struct MachinesArguments {
     /// Print the machine file of this machine
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", conflicts_with = "import")]
     show: Option<String>,
+    /// Make a machine file from this URDF
+    #[arg(long, value_name = "URDF", requires = "tool")]
+    import: Option<PathBuf>,
+    /// Tool tip in the frame of the link that carries the tool, mm, and roll, pitch, yaw in degrees that turn the link's z axis
+    /// to the direction from the spindle to the tip; without angles the axis of the link nearest to the tip
+    #[arg(long, value_parser = tool, allow_hyphen_values = true, value_name = "X,Y,Z[,R,P,Y]", requires = "import")]
+    tool: Option<Tool>,
+    /// The link that carries the tool; needed where the robot has several tips
+    #[arg(long, value_name = "LINK", requires = "import")]
+    tip: Option<String>,
+    /// Stiffness of the drives from this machine, built in or a file, which has the same kinds of drives
+    #[arg(long, value_name = "MACHINE", requires = "import", conflicts_with = "stiffness")]
+    like: Option<String>,
+    /// Stiffness of each drive from base to tip: N·m/rad of hinges, N/mm of slides
+    #[arg(long, value_parser = any_numbers, value_name = "K1,K2,…", requires = "import")]
+    stiffness: Option<std::vec::Vec<f64>>,
+    /// Write the machine file here, where nothing may be, instead of to standard output
+    #[arg(long, value_name = "FILE", requires = "import")]
+    out: Option<PathBuf>,
+}
+
+/// Tool tip, and angles of the tool.
+type Tool = ([f64; 3], Option<[f64; 3]>);
+
+fn tool(text: &str) -> std::result::Result<Tool, String> {
+    if text.split(',').count() == 3 {
+        return numbers::<3>(text).map(|tip| (tip, None));
+    }
+    let [x, y, z, roll, pitch, yaw] = numbers::<6>(text).map_err(|problem| format!("{problem} (or 3)"))?;
+    Ok(([x, y, z], Some([roll, pitch, yaw])))
 }
 
 pub fn machines(arguments: &MachinesArguments) -> Result<Ending> {
-    if let Some(name) = &arguments.show {
-        let Some(entry) = catalogue::find(name) else {
-            let names = catalogue::names().collect::<Vec<_>>().join(", ");
-            let problem = format!("no built-in machine \"{name}\"; there are: {names}");
-            return Err(Error::Argument { argument: "--show".into(), problem });
-        };
-        print(entry.toml)?;
-        return Ok(Ending::Complete);
+    match (&arguments.show, &arguments.import) {
+        (Some(name), _) => show(name)?,
+        (None, Some(urdf)) => import(urdf, arguments)?,
+        (None, None) => list()?,
     }
+    Ok(Ending::Complete)
+}
+
+fn show(name: &str) -> Result<()> {
+    let Some(entry) = catalogue::find(name) else {
+        let names = catalogue::names().collect::<Vec<_>>().join(", ");
+        let problem = format!("no built-in machine \"{name}\"; there are: {names}");
+        return Err(Error::Argument { argument: "--show".into(), problem });
+    };
+    print(entry.toml)
+}
+
+fn list() -> Result<()> {
     let mut table = Table::new();
     table.load_style(UTF8_HORIZONTAL_ONLY).set_header(["name", "machine", "drives", "named points"]);
     for entry in catalogue::ENTRIES {
@@ -38,6 +88,33 @@ pub fn machines(arguments: &MachinesArguments) -> Result<Ending> {
         let points = machine.points.iter().map(|point| point.name.as_str()).collect::<Vec<_>>().join(", ");
         table.add_row([entry.name.to_string(), machine.title.clone(), machine.drive_labels().join(", "), points]);
     }
-    print(&format!("{table}\n"))?;
-    Ok(Ending::Complete)
+    print(&format!("{table}\n"))
+}
+
+fn import(urdf: &Path, arguments: &MachinesArguments) -> Result<()> {
+    let name = arguments.out.as_deref().map(new_file).transpose()?;
+    let stiffness = match (&arguments.like, &arguments.stiffness) {
+        (Some(name), _) => DriveStiffness::Like(Machine::named_or_file(name)?),
+        (None, Some(values)) => DriveStiffness::Given(values.clone()),
+        (None, None) => DriveStiffness::Unknown,
+    };
+    let (tool_tip, tool_angles) = arguments.tool.unwrap_or_default();
+    let imported = import_file(urdf, &ImportOptions { tool_tip, tool_angles, tip: arguments.tip.clone(), stiffness })?;
+    for note in &imported.notes {
+        say(&format!("note: {note}"));
+    }
+    let (Some(file), Some(name)) = (&arguments.out, name) else { return print(&imported.toml) };
+    write_beside(file, vec![OutputFile::new(name, imported.toml)])?;
+    let shown = file.display();
+    print(&format!("Written to {shown}. Next:\n  kinetostat check {shown}\n"))
+}
+
+/// The name of a file that is not there yet and can be written.
+fn new_file(file: &Path) -> Result<&str> {
+    if file.symlink_metadata().is_ok() {
+        let problem =
+            format!("{} exists already and was left as it is: expected the name of a new file", file.display());
+        return Err(Error::Argument { argument: "--out".into(), problem });
+    }
+    prepare_beside(file)
 }

@@ -7,12 +7,12 @@ use serde::{
     de::{Deserializer, Unexpected, Visitor},
 };
 
-#[cfg(feature = "study")]
-use super::{catalogue, no_machine};
 use super::{
     Machine, resolve,
     spec::{ChainSpec, ElementSpec, MachineSpec},
 };
+#[cfg(feature = "study")]
+use super::{catalogue, no_machine};
 use crate::input::error::{Error, Result};
 
 /// The word for a stiffness that is not known.

@@ -6,11 +6,12 @@ use std::{
 };
 
 /// Folders of the library; each may use those before it.
-const ORDER: [&str; 11] = [
+const ORDER: [&str; 12] = [
     "input",
     "spatial",
     "lanes",
     "machine",
+    "urdf",
     "toolpath",
     "statics",
     "compensation",

@@ -1,0 +1,143 @@
+//! A posture to begin from: neither singular nor at the end of a travel.
+
+use nalgebra::{DMatrix, Vector3};
+
+use super::chain::{Drive, Element};
+use crate::{
+    machine::Motion,
+    spatial::{Pose, Twist},
+};
+
+/// Where the drives stand, mm or degrees, and where that puts the tip.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Home {
+    pub drives: Vec<f64>,
+    pub pose: Pose,
+    /// Number of postures that it was chosen from.
+    pub chosen_from: usize,
+}
+
+/// Postures tried beside zero and the middles of travel.
+const BENT: usize = 512;
+/// How far hinges are bent, degrees.
+const BENDS: [f64; 11] = [0.0, 0.0, 0.0, 30.0, -30.0, 45.0, -45.0, 60.0, -60.0, 90.0, -90.0];
+/// Postures that are this share as even as the best are even enough.
+const ENOUGH: f64 = 0.8;
+/// This share of a travel at either end is kept free.
+const MARGIN: f64 = 0.05;
+/// A singular value below this fraction of the largest is zero.
+const RANK_TOLERANCE: f64 = 1e-9;
+
+/// Of the postures in which the drives move the tip about as evenly as they can, hinges measured at `length` mm, the one that
+/// is bent least.
+pub(super) fn choose(elements: &[Element], length: f64) -> Home {
+    let drives: Vec<&Drive> = drives(elements).collect();
+    let (about, candidates) = postures(&drives);
+    let bend = |posture: &Vec<f64>| -> f64 {
+        let from = |about: &Vec<f64>| about.iter().zip(posture).map(|(a, b)| (a - b).abs()).sum();
+        about.iter().map(from).fold(f64::INFINITY, f64::min)
+    };
+    let values: Vec<Vec<f64>> = candidates.iter().map(|posture| evenness(elements, posture, length)).collect();
+    let rank = |values: &Vec<f64>| values.iter().filter(|&&value| value > RANK_TOLERANCE * values[0]).count();
+    let most = values.iter().map(rank).max().unwrap_or(0);
+    let smallest = |values: &Vec<f64>| if most == 0 { 0.0 } else { values[most - 1] / values[0] };
+    let best = values.iter().map(smallest).fold(0.0, f64::max);
+    let even = (0..candidates.len()).filter(|&index| smallest(&values[index]) >= ENOUGH * best);
+    let chosen = even.min_by(|&a, &b| bend(&candidates[a]).total_cmp(&bend(&candidates[b]))).unwrap_or(0);
+    let drives = candidates[chosen].clone();
+    Home { pose: forward(elements, &drives).0, drives, chosen_from: candidates.len() }
+}
+
+/// The drives among the elements.
+pub(super) fn drives(elements: &[Element]) -> impl Iterator<Item = &Drive> {
+    elements.iter().filter_map(|element| match element {
+        Element::Drive(drive) => Some(drive),
+        _ => None,
+    })
+}
+
+/// Zero and the middles of travel; and both with bent postures about them. The first drive turns them all and stays.
+fn postures(drives: &[&Drive]) -> ([Vec<f64>; 2], Vec<Vec<f64>>) {
+    let middle: Vec<f64> = drives.iter().map(|drive| middle(drive)).collect();
+    let zero: Vec<f64> = drives.iter().zip(&middle).map(|(drive, &middle)| within(drive, 0.0, middle)).collect();
+    let mut postures = vec![zero.clone(), middle.clone()];
+    let mut random = Random(1);
+    for number in 0..BENT {
+        let about = if number % 2 == 0 { &zero } else { &middle };
+        let bent = drives.iter().zip(about).enumerate().map(|(index, (drive, &value))| {
+            let bend = BENDS[random.below(BENDS.len())];
+            if index == 0 || drive.motion == Motion::Prismatic { value } else { within(drive, value + bend, value) }
+        });
+        postures.push(bent.collect());
+    }
+    ([zero, middle], postures)
+}
+
+/// The middle of the travel in round numbers, 0 without travel.
+fn middle(drive: &Drive) -> f64 {
+    let Some([low, high]) = drive.travel else { return 0.0 };
+    let middle = 0.5 * (low + high);
+    within(drive, middle.round() + 0.0, middle)
+}
+
+/// `value` if it is not near the ends of the travel, otherwise `instead`.
+fn within(drive: &Drive, value: f64, instead: f64) -> f64 {
+    let Some([low, high]) = drive.travel else { return value };
+    let margin = MARGIN * (high - low);
+    if (low + margin..=high - margin).contains(&value) { value } else { instead }
+}
+
+/// Pose of the tip and the twist of it by each drive, per mm or rad.
+fn forward(elements: &[Element], drives: &[f64]) -> (Pose, Vec<Twist>) {
+    let mut at = Pose::identity();
+    let mut twists = Vec::new();
+    let mut values = drives.iter();
+    for element in elements {
+        let Element::Drive(drive) = element else {
+            at = at.compose(&element.pose());
+            continue;
+        };
+        let value = values.next().copied().unwrap_or_default();
+        let axis: Vector3<f64> = at.rotation.column(drive.axis.index()).into();
+        match drive.motion {
+            Motion::Prismatic => {
+                twists.push(Twist { linear: axis, angular: Vector3::zeros() });
+                at.translate_along(drive.axis, value);
+            }
+            Motion::Revolute => {
+                twists.push(Twist { linear: at.translation.cross(&axis), angular: axis });
+                at.rotate_about(drive.axis, value.to_radians());
+            }
+        }
+    }
+    for twist in &mut twists {
+        twist.linear += twist.angular.cross(&at.translation);
+    }
+    (at, twists)
+}
+
+/// Singular values of the tip's motion by the drives, largest first, hinges and rotations in mm at `length`.
+fn evenness(elements: &[Element], drives: &[f64], length: f64) -> Vec<f64> {
+    let twists = forward(elements, drives).1;
+    let columns = twists.iter().map(|twist| {
+        let unit = if twist.angular == Vector3::zeros() { 1.0 } else { 1.0 / length };
+        let mut column = (*twist).to_vector() * unit;
+        column.fixed_rows_mut::<3>(3).scale_mut(length);
+        column
+    });
+    let columns: Vec<_> = columns.collect();
+    let mut values: Vec<f64> =
+        DMatrix::from_fn(6, columns.len(), |i, j| columns[j][i]).singular_values().iter().copied().collect();
+    values.sort_by(|a, b| b.total_cmp(a));
+    values
+}
+
+/// Numbers that look random and are always the same.
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, count: usize) -> usize {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        usize::try_from(self.0 >> 33).unwrap_or_default() % count
+    }
+}

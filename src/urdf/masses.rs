@@ -1,0 +1,94 @@
+//! Which masses of a URDF can be believed: missing ones, placeholders and absurd ones are left out and named.
+
+use super::{
+    notes::Notes,
+    read::{Inertial, Robot},
+    source::quoted,
+    tree::Tree,
+};
+
+/// A mass that can be believed: kg, and its centre in the link's frame, m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Mass {
+    pub kg: f64,
+    pub centre: [f64; 3],
+}
+
+/// So many equal masses are no coincidence.
+const EQUAL_MASSES: usize = 3;
+/// Machines weigh between these, in kg per square metre of the chain's length: a light arm of 1 m and a foundry robot are far
+/// within.
+const LIGHTEST: f64 = 0.2;
+const HEAVIEST: f64 = 5000.0;
+
+/// The mass of each link, where it can be believed; `length`: of the chain, in m.
+pub(super) fn plausible(robot: &Robot, tree: &Tree, length: f64, notes: &mut Notes) -> Vec<Option<Mass>> {
+    let mut masses: Vec<Option<Mass>> =
+        (0..robot.links.len()).map(|link| one(robot, tree, link, length, notes)).collect();
+    name_missing(robot, notes);
+    if let Some(problem) = all_wrong(&masses, length) {
+        notes.add(problem);
+        masses.fill(None);
+    }
+    masses
+}
+
+fn one(robot: &Robot, tree: &Tree, link: usize, length: f64, notes: &mut Notes) -> Option<Mass> {
+    let Inertial { mass, centre } = robot.links[link].inertial.as_ref()?;
+    let name = quoted(&robot.links[link].name);
+    let Some(kg) = *mass else {
+        notes.add(format!("mass of link {name}: not used, its inertial has no mass"));
+        return None;
+    };
+    if kg <= 0.0 {
+        notes.add(format!("mass of link {name}: not used, {kg:?} kg is none"));
+        return None;
+    }
+    if centre.is_none() {
+        notes.add(format!("mass of link {name}: its centre is not given, taken at the origin of the link's frame"));
+    }
+    let centre = centre.unwrap_or_default();
+    let own = tree.carries[link].iter().map(|&joint| norm(robot.joints[joint].origin.xyz)).fold(0.0, f64::max);
+    let farthest = own + 0.5 * length;
+    if length > 0.0 && norm(centre) > farthest {
+        notes.add(format!(
+            "mass of link {name}: not used, its centre is {:.3} m from the link's frame, expected at most {farthest:.3} m (the \
+             link's length and half of the chain's)",
+            norm(centre)
+        ));
+        return None;
+    }
+    Some(Mass { kg, centre })
+}
+
+fn norm([x, y, z]: [f64; 3]) -> f64 {
+    x.hypot(y).hypot(z)
+}
+
+/// Names links without inertial, apart those that are frames only.
+fn name_missing(robot: &Robot, notes: &mut Notes) {
+    let without = |has_shape: bool| {
+        let links = robot.links.iter().filter(move |link| link.inertial.is_none() && link.has_shape == has_shape);
+        links.map(|link| link.name.as_str())
+    };
+    notes.names("links without mass though they have a shape", without(true));
+    notes.names("links without mass and shape, taken as frames", without(false));
+}
+
+/// Why none of the masses can be believed.
+fn all_wrong(masses: &[Option<Mass>], length: f64) -> Option<String> {
+    let kg: Vec<f64> = masses.iter().flatten().map(|mass| mass.kg).collect();
+    let first = *kg.first()?;
+    let total: f64 = kg.iter().sum();
+    #[allow(clippy::float_cmp)]
+    let are_equal = kg.iter().all(|&other| other == first);
+    if are_equal && (kg.len() >= EQUAL_MASSES || kg.len() > 1 && first == 1.0) {
+        return Some(format!("masses: none used, all {} are {first:?} kg, a placeholder", kg.len()));
+    }
+    let (least, most) = (LIGHTEST * length * length, HEAVIEST * length * length);
+    (length > 0.0 && !(least..=most).contains(&total)).then(|| {
+        format!(
+            "masses: none used, {total} kg in all is absurd for a chain {length:.3} m long, expected {least:.3} to {most:.0} kg"
+        )
+    })
+}

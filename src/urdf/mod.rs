@@ -1,0 +1,187 @@
+//! Machine files from URDFs: the chain from the base to the link that carries the tool, with its limits, and masses where they
+//! are plausible.
+//!
+//! What a URDF cannot say, the stiffness of the drives, is written as "unknown" unless it is given. Nothing is dropped
+//! without a note.
+
+mod chain;
+mod home;
+mod masses;
+mod notes;
+mod read;
+mod source;
+mod stiffness;
+mod tree;
+mod workspace;
+mod write;
+
+use std::path::Path;
+
+use nalgebra::Vector3;
+
+pub use stiffness::DriveStiffness;
+
+use crate::{
+    input::{error::Result, file},
+    machine::{Geometry, WorkspaceBox},
+    spatial::Pose,
+};
+use notes::Notes;
+use read::Robot;
+use source::{Source, identifier, quoted};
+use tree::Tree;
+use write::MachineFile;
+
+/// What a URDF does not say.
+#[derive(Debug, Clone, Default)]
+pub struct ImportOptions {
+    /// Tool tip in the frame of the link that carries the tool, mm.
+    pub tool_tip: [f64; 3],
+    /// Roll, pitch, yaw in degrees of the tool, whose z axis then is its direction.
+    pub tool_angles: Option<[f64; 3]>,
+    /// The link that carries the tool; not needed where there is only one at the end of the robot.
+    pub tip: Option<String>,
+    /// Stiffness of the drives.
+    pub stiffness: DriveStiffness,
+}
+
+/// A machine file made from a URDF.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Imported {
+    /// The file.
+    pub toml: String,
+    /// What was not used and what was assumed, a sentence each; they are comments at the top of the file, too.
+    pub notes: Vec<String>,
+}
+
+/// A longer file is no robot, bytes.
+const MAX_LENGTH: u64 = 16 << 20;
+
+/// Makes a machine file of the URDF `file`.
+///
+/// # Errors
+/// As [`import`]; the file cannot be read or is no text.
+pub fn import_file(file: &Path, options: &ImportOptions) -> Result<Imported> {
+    let bytes = file::read_at_most(file, MAX_LENGTH)?;
+    let shown = file.display().to_string();
+    let text = match String::from_utf8(bytes) {
+        Ok(text) => text,
+        Err(error) => {
+            let is_utf_16 = matches!(error.as_bytes(), [0xFF, 0xFE, ..] | [0xFE, 0xFF, ..]);
+            let hint = if is_utf_16 { "; it is UTF-16: iconv -f UTF-16 -t UTF-8 makes one of it" } else { "" };
+            let problem = format!("is no UTF-8 text, expected a URDF{hint}");
+            return Source { origin: &shown, text: "" }.fail_everywhere(problem);
+        }
+    };
+    import(&text, &shown, options)
+}
+
+/// Makes a machine file of the text of a URDF; `origin` names it in error messages and in the machine file.
+///
+/// # Errors
+/// It is no URDF, or none of which a machine can be made: the message says where and why.
+pub fn import(text: &str, origin: &str, options: &ImportOptions) -> Result<Imported> {
+    let source = Source { origin, text };
+    let robot = read::robot(&source)?;
+    let tree = Tree::of(&robot, &source)?;
+    let tip = tree.tip(options.tip.as_deref(), &robot, &source)?;
+    let way = tree.way_to(tip);
+    let length = chain::length(&robot, &way);
+    let mut notes = Notes::default();
+    name_ends(&robot, &tree, tip, &mut notes);
+    let masses = masses::plausible(&robot, &tree, length, &mut notes);
+    let elements = chain::elements(&robot, &tree, &way, &masses, &source, &mut notes)?;
+    name_unread(&robot, &mut notes);
+    let drives: Vec<_> = home::drives(&elements).collect();
+    let stiffness = options.stiffness.of(&drives)?;
+    if stiffness.contains(&None) {
+        let names = drives.iter().map(|drive| drive.name.as_str());
+        notes.names("stiffness unknown, to be written below or given with --stiffness or --like, of drives", names);
+    }
+    let name = if robot.name.is_empty() { "robot".into() } else { identifier(&robot.name) };
+    let length_mm = (1000.0 * length).max(1.0);
+    let home = home::choose(&elements, length_mm);
+    let (tool_axis, tool_axis_from) = tool_axis(options);
+    let file = MachineFile {
+        title: format!(
+            "{name}, {} drives to {}, imported from a URDF",
+            drives.len(),
+            identifier(&robot.links[tip].name)
+        ),
+        name,
+        source: format!("{}; {}", file_name(origin), options.stiffness.words()),
+        notes: notes.into_vec(),
+        tip: quoted(&robot.links[tip].name),
+        tool_tip: options.tool_tip,
+        tool_axis,
+        tool_axis_from,
+        controls: vec!["x"],
+        workspace: WorkspaceBox { min: home.pose.translation, max: home.pose.translation },
+        home,
+        stiffness,
+        elements,
+    };
+    finished(file, origin, length_mm)
+}
+
+/// The file with what its own kinematics say: which coordinates the drives control, and what is reached.
+fn finished(mut file: MachineFile, origin: &str, length: f64) -> Result<Imported> {
+    let begun = Geometry::from_toml(&file.text(false), origin)?;
+    let begun = begun.kinematics();
+    file.controls = begun.controllable(&begun.home).into_iter().map(|coordinate| coordinate.name()).collect();
+    let controlled = Geometry::from_toml(&file.text(false), origin)?;
+    file.workspace = workspace::about_home(controlled.kinematics(), length);
+    let mut notes = file.notes.clone();
+    if file.workspace.min == file.workspace.max {
+        notes.push("workspace: no box about home was found that is reached, set one".into());
+    }
+    let first = format!("Made from {} by `kinetostat machines --import`.", quoted(&file_name(origin)));
+    file.notes = std::iter::once(first).chain(notes.iter().cloned()).collect();
+    Geometry::from_toml(&file.text(false), origin)?;
+    Ok(Imported { toml: file.text(true), notes })
+}
+
+fn file_name(origin: &str) -> String {
+    Path::new(origin).file_name().map_or_else(|| origin.into(), |name| name.to_string_lossy().into_owned())
+}
+
+/// Direction of the tool in axes of the tip's link, and how it was found.
+fn tool_axis(options: &ImportOptions) -> (Vector3<f64>, &'static str) {
+    let tip = Vector3::from(options.tool_tip);
+    match options.tool_angles {
+        Some(angles) => {
+            let turned = Pose::from_roll_pitch_yaw(Vector3::from(angles).map(f64::to_radians));
+            let axis = turned.rotation.column(2).map(|v| if v.abs() < NO_COMPONENT { 0.0 } else { v });
+            (axis, "From the spindle to the tip: z of the link turned by the angles given at the import.")
+        }
+        None if tip == Vector3::zeros() => {
+            (Vector3::z(), "From the spindle to the tip: assumed, z of the link; set your own.")
+        }
+        None => {
+            let mut axis = Vector3::zeros();
+            axis[tip.iamax()] = tip[tip.iamax()].signum();
+            (
+                axis,
+                "From the spindle to the tip: assumed, the axis of the link nearest to the direction of the tip; set your own.",
+            )
+        }
+    }
+}
+
+/// A smaller component of a direction is rounding.
+const NO_COMPONENT: f64 = 1e-15;
+
+/// Says where the chain begins and ends.
+fn name_ends(robot: &Robot, tree: &Tree, tip: usize, notes: &mut Notes) {
+    let name = |link: usize| quoted(&robot.links[link].name);
+    notes.add(format!("chain: from link {}, whose frame is O, to link {}", name(tree.root), name(tip)));
+}
+
+/// Says what of the file a machine file has no place for.
+fn name_unread(robot: &Robot, notes: &mut Notes) {
+    let kinds =
+        robot.unread.iter().map(|(kind, count)| format!("{count} <{}>", kind.escape_debug())).collect::<Vec<_>>();
+    if !kinds.is_empty() {
+        notes.add(format!("not read, as machine files have no place for it: {}", kinds.join(", ")));
+    }
+}

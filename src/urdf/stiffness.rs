@@ -1,0 +1,72 @@
+//! What a URDF cannot say: how stiff the drives are.
+
+use super::chain::Drive;
+use crate::{
+    input::error::{Error, Result},
+    machine::{Machine, Motion},
+};
+
+/// Where the stiffness of the drives is from.
+#[derive(Debug, Clone, Default)]
+pub enum DriveStiffness {
+    /// Nobody knows it yet.
+    #[default]
+    Unknown,
+    /// One number for each drive from base to tip: N·m/rad of hinges, N/mm of slides.
+    Given(Vec<f64>),
+    /// That of another machine with the same kinds of drives in the same order.
+    Like(Machine),
+}
+
+impl DriveStiffness {
+    /// Stiffness of each drive in N/mm or N·mm/rad.
+    pub(super) fn of(&self, drives: &[&Drive]) -> Result<Vec<Option<f64>>> {
+        match self {
+            DriveStiffness::Unknown => Ok(vec![None; drives.len()]),
+            DriveStiffness::Given(values) => given(values, drives),
+            DriveStiffness::Like(machine) => like(machine, drives),
+        }
+    }
+
+    /// Where it is from, in words.
+    pub(super) fn words(&self) -> String {
+        match self {
+            DriveStiffness::Unknown => "stiffness of the drives: unknown".into(),
+            DriveStiffness::Given(_) => "stiffness of the drives: given at the import".into(),
+            DriveStiffness::Like(machine) => format!("stiffness of the drives: as that of {}", machine.name),
+        }
+    }
+}
+
+fn given(values: &[f64], drives: &[&Drive]) -> Result<Vec<Option<f64>>> {
+    let fail = |problem: String| Err(Error::Argument { argument: "--stiffness".into(), problem });
+    if values.len() != drives.len() {
+        let names = drives.iter().map(|drive| drive.name.as_str()).collect::<Vec<_>>().join(", ");
+        return fail(format!("expected {}, one for each of {names}, got {}", drives.len(), values.len()));
+    }
+    if let Some(wrong) = values.iter().find(|value| !(SOFTEST..=STIFFEST).contains(*value)) {
+        return fail(format!("expected numbers between {SOFTEST:e} and {STIFFEST:e}, got {wrong:?}"));
+    }
+    let in_files = |(drive, &value): (&&Drive, &f64)| match drive.motion {
+        Motion::Prismatic => Some(value),
+        Motion::Revolute => Some(super::chain::thousandfold(value)),
+    };
+    Ok(drives.iter().zip(values).map(in_files).collect())
+}
+
+/// Numbers that somebody can mean, N·m/rad or N/mm.
+const SOFTEST: f64 = 1e-12;
+const STIFFEST: f64 = 1e15;
+
+fn like(machine: &Machine, drives: &[&Drive]) -> Result<Vec<Option<f64>>> {
+    let kinds = |motions: &mut dyn Iterator<Item = Motion>| {
+        motions.map(|motion| if motion == Motion::Revolute { "hinge" } else { "slide" }).collect::<Vec<_>>().join(", ")
+    };
+    let own = kinds(&mut drives.iter().map(|drive| drive.motion));
+    let other = kinds(&mut machine.drives().map(|(_, drive)| drive.motion));
+    if own != other {
+        let problem = format!("drives of {} are {other}; the imported ones are {own}", machine.name);
+        return Err(Error::Argument { argument: "--like".into(), problem });
+    }
+    Ok(machine.drives().map(|(_, drive)| Some(drive.stiffness)).collect())
+}

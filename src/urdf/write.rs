@@ -1,0 +1,140 @@
+//! The machine file of an imported chain, with what has to be said about it at its top.
+
+use std::fmt::Write as _;
+
+use nalgebra::Vector3;
+
+use super::{
+    chain::{Drive, Element},
+    home::Home,
+};
+use crate::machine::{Motion, WorkspaceBox};
+
+/// Everything that the file says.
+#[derive(Debug)]
+pub(super) struct MachineFile {
+    pub name: String,
+    pub title: String,
+    pub source: String,
+    /// Sentences at its top.
+    pub notes: Vec<String>,
+    /// Name of the tip's link.
+    pub tip: String,
+    pub tool_tip: [f64; 3],
+    pub tool_axis: Vector3<f64>,
+    /// How the tool's axis was found.
+    pub tool_axis_from: &'static str,
+    pub controls: Vec<&'static str>,
+    pub home: Home,
+    pub workspace: WorkspaceBox,
+    pub elements: Vec<Element>,
+    /// Stiffness of each drive in N/mm or N·mm/rad, `None` if it is unknown.
+    pub stiffness: Vec<Option<f64>>,
+}
+
+/// Longest line of a comment.
+const WIDTH: usize = 120;
+
+impl MachineFile {
+    /// The text, with or without masses.
+    pub fn text(&self, with_masses: bool) -> String {
+        let mut text = String::new();
+        for note in &self.notes {
+            text += &comment(note);
+        }
+        let quoted = |text: &str| toml::Value::from(text).to_string();
+        let controls = self.controls.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
+        let _ = write!(
+            text,
+            "schema = 1\nname = {}\ntitle = {}\nsource = {}\n\n\
+             [platform]\n# P is the origin of link {}.\ntool_tip_mm = {}\n# {}\ntool_axis = {}\ncontrols = [{controls}]\n\n\
+             [home]\n# Of {} postures tried, one in which the drives move P evenly in all directions; set your own.\nposition_mm = {}\n\
+             rotation_deg = {}\n\n\
+             [workspace]\n# A box about home that is reached with the platform as at home; set your own.\nmin_mm = {}\n\
+             max_mm = {}\n\n\
+             [[chain]]\nname = \"arm\"\nelements = [\n",
+            quoted(&self.name),
+            quoted(&self.title),
+            quoted(&self.source),
+            self.tip,
+            vector(self.tool_tip),
+            self.tool_axis_from,
+            vector(self.tool_axis.into()),
+            self.home.chosen_from,
+            vector(self.home.pose.translation.into()),
+            vector(angles_deg(&self.home)),
+            vector(self.workspace.min.into()),
+            vector(self.workspace.max.into()),
+        );
+        let mut drives = self.stiffness.iter().zip(&self.home.drives);
+        for element in &self.elements {
+            text += &match element {
+                Element::Mass { .. } if !with_masses => String::new(),
+                Element::Drive(drive) => {
+                    let (stiffness, home) = drives.next().unwrap_or((&None, &0.0));
+                    drive_line(drive, *stiffness, *home)
+                }
+                other => line(other),
+            };
+        }
+        text + "]\n\n[[mount]]\nname = \"robot\"\nchain = \"arm\"\n"
+    }
+}
+
+/// Roll, pitch, yaw of a rotation about fixed axes, degrees.
+fn angles_deg(home: &Home) -> [f64; 3] {
+    let rotation = nalgebra::Rotation3::from_matrix_unchecked(home.pose.rotation);
+    <[f64; 3]>::from(rotation.euler_angles()).map(f64::to_degrees)
+}
+
+fn vector(components: [f64; 3]) -> String {
+    format!("[{}]", components.map(|v| format!("{:?}", v + 0.0)).join(", "))
+}
+
+fn line(element: &Element) -> String {
+    match element {
+        Element::Comment(words) => format!("  # {words}\n"),
+        Element::Fixed { translation_mm, rotation_deg } => {
+            let mut parts = Vec::new();
+            if *translation_mm != [0.0; 3] {
+                parts.push(format!("translation_mm = {}", vector(*translation_mm)));
+            }
+            if *rotation_deg != [0.0; 3] {
+                parts.push(format!("rotation_deg = {}", vector(*rotation_deg)));
+            }
+            format!("  {{ fixed = {{ {} }} }},\n", parts.join(", "))
+        }
+        Element::Mass { kg, at_mm } => format!("  {{ mass = {{ kg = {kg:?}, at_mm = {} }} }},\n", vector(*at_mm)),
+        Element::Drive(drive) => drive_line(drive, None, 0.0),
+    }
+}
+
+fn drive_line(drive: &Drive, stiffness: Option<f64>, home: f64) -> String {
+    let (kind, stiffness_key, unit, limit_key) = match drive.motion {
+        Motion::Prismatic => ("prismatic_drive", "stiffness_N_per_mm", "mm", "force_limit_N"),
+        Motion::Revolute => ("revolute_drive", "stiffness_Nmm_per_rad", "deg", "torque_limit_Nmm"),
+    };
+    let axis = ["x", "y", "z"][drive.axis.index()];
+    let stiffness = stiffness.map_or_else(|| "\"unknown\"".into(), |stiffness| format!("{stiffness:?}"));
+    let mut parts =
+        format!("name = \"{}\", axis = \"{axis}\", {stiffness_key} = {stiffness}, home_{unit} = {home:?}", drive.name);
+    if let Some([low, high]) = drive.travel {
+        parts += &format!(", travel_{unit} = [{low:?}, {high:?}]");
+    }
+    if let Some(limit) = drive.force_limit {
+        parts += &format!(", {limit_key} = {limit:?}");
+    }
+    format!("  {{ {kind} = {{ {parts} }} }},\n")
+}
+
+/// A sentence as comment lines.
+fn comment(note: &str) -> String {
+    let mut lines = vec!["#".to_string()];
+    for word in note.split(' ') {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + word.chars().count() < WIDTH => *line += &format!(" {word}"),
+            _ => lines.push(format!("#   {word}")),
+        }
+    }
+    lines.join("\n") + "\n"
+}
