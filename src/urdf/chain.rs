@@ -123,10 +123,7 @@ pub(super) fn elements(
         builder.link(tree.moved[joint]);
     }
     let Builder { elements, hanging, notes, .. } = builder;
-    notes.names(
-        "joints beside the chain, held at zero for the masses that they carry",
-        hanging.iter().map(String::as_str),
-    );
+    notes.names("movable joints beside the chain, held at zero", hanging.iter().map(String::as_str));
     name_limits(robot, way, &elements, notes);
     name_angles(robot, way, notes);
     Ok(elements)

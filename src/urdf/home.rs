@@ -37,12 +37,9 @@ pub(super) fn choose(elements: &[Element], length: f64) -> Home {
         let from = |about: &Vec<f64>| about.iter().zip(posture).map(|(a, b)| (a - b).abs()).sum();
         about.iter().map(from).fold(f64::INFINITY, f64::min)
     };
-    let values: Vec<Vec<f64>> = candidates.iter().map(|posture| evenness(elements, posture, length)).collect();
-    let rank = |values: &Vec<f64>| values.iter().filter(|&&value| value > RANK_TOLERANCE * values[0]).count();
-    let most = values.iter().map(rank).max().unwrap_or(0);
-    let smallest = |values: &Vec<f64>| if most == 0 { 0.0 } else { values[most - 1] / values[0] };
-    let best = values.iter().map(smallest).fold(0.0, f64::max);
-    let even = (0..candidates.len()).filter(|&index| smallest(&values[index]) >= ENOUGH * best);
+    let evenness = evenness(elements, &candidates, length);
+    let best = evenness.iter().copied().fold(0.0, f64::max);
+    let even = (0..candidates.len()).filter(|&index| evenness[index] >= ENOUGH * best);
     let chosen = even.min_by(|&a, &b| bend(&candidates[a]).total_cmp(&bend(&candidates[b]))).unwrap_or(0);
     let drives = candidates[chosen].clone();
     Home { pose: forward(elements, &drives).0, drives, chosen_from: candidates.len() }
@@ -116,18 +113,35 @@ fn forward(elements: &[Element], drives: &[f64]) -> (Pose, Vec<Twist>) {
     (at, twists)
 }
 
-/// Singular values of the tip's motion by the drives, largest first, hinges and rotations in mm at `length`.
-fn evenness(elements: &[Element], drives: &[f64], length: f64) -> Vec<f64> {
+/// How evenly the drives translate the tip, and how evenly they move it in all, whichever is less: in each of the postures, the
+/// smallest singular value over the largest, of as many as there can be.
+fn evenness(elements: &[Element], postures: &[Vec<f64>], length: f64) -> Vec<f64> {
+    let values = |rows: usize| -> Vec<Vec<f64>> {
+        postures.iter().map(|posture| singular_values(elements, posture, length, rows)).collect()
+    };
+    let [translations, motions] = [values(3), values(6)].map(|values| {
+        let rank = |values: &Vec<f64>| values.iter().filter(|&&value| value > RANK_TOLERANCE * values[0]).count();
+        let most = values.iter().map(rank).max().unwrap_or(0);
+        let ratio =
+            move |values: &Vec<f64>| if most == 0 || values[0] == 0.0 { 1.0 } else { values[most - 1] / values[0] };
+        values.iter().map(ratio).collect::<Vec<f64>>()
+    });
+    translations.into_iter().zip(motions).map(|(translation, motion)| translation.min(motion)).collect()
+}
+
+/// Singular values of the first `rows` rows of the tip's motion by the drives, largest first, hinges and rotations in mm at
+/// `length`.
+fn singular_values(elements: &[Element], drives: &[f64], length: f64, rows: usize) -> Vec<f64> {
     let twists = forward(elements, drives).1;
-    let columns = twists.iter().map(|twist| {
+    let column = |twist: &Twist| {
         let unit = if twist.angular == Vector3::zeros() { 1.0 } else { 1.0 / length };
-        let mut column = (*twist).to_vector() * unit;
+        let mut column = twist.to_vector() * unit;
         column.fixed_rows_mut::<3>(3).scale_mut(length);
         column
-    });
-    let columns: Vec<_> = columns.collect();
-    let mut values: Vec<f64> =
-        DMatrix::from_fn(6, columns.len(), |i, j| columns[j][i]).singular_values().iter().copied().collect();
+    };
+    let columns: Vec<_> = twists.iter().map(column).collect();
+    let values = DMatrix::from_fn(rows, columns.len(), |i, j| columns[j][i]).singular_values();
+    let mut values: Vec<f64> = values.iter().copied().collect();
     values.sort_by(|a, b| b.total_cmp(a));
     values
 }

@@ -26,6 +26,7 @@ use crate::{
     machine::{Geometry, WorkspaceBox},
     spatial::Pose,
 };
+use chain::Element;
 use notes::Notes;
 use read::Robot;
 use source::{Source, identifier, quoted};
@@ -91,6 +92,7 @@ pub fn import(text: &str, origin: &str, options: &ImportOptions) -> Result<Impor
     name_ends(&robot, &tree, tip, &mut notes);
     let masses = masses::plausible(&robot, &tree, length, &mut notes);
     let elements = chain::elements(&robot, &tree, &way, &masses, &source, &mut notes)?;
+    name_weight(&elements, &mut notes);
     name_unread(&robot, &mut notes);
     let drives: Vec<_> = home::drives(&elements).collect();
     let stiffness = options.stiffness.of(&drives)?;
@@ -126,10 +128,10 @@ pub fn import(text: &str, origin: &str, options: &ImportOptions) -> Result<Impor
 
 /// The file with what its own kinematics say: which coordinates the drives control, and what is reached.
 fn finished(mut file: MachineFile, origin: &str, length: f64) -> Result<Imported> {
-    let begun = Geometry::from_toml(&file.text(false), origin)?;
+    let begun = Geometry::from_toml(&file.text(), origin)?;
     let begun = begun.kinematics();
     file.controls = begun.controllable(&begun.home).into_iter().map(|coordinate| coordinate.name()).collect();
-    let controlled = Geometry::from_toml(&file.text(false), origin)?;
+    let controlled = Geometry::from_toml(&file.text(), origin)?;
     file.workspace = workspace::about_home(controlled.kinematics(), length);
     let mut notes = file.notes.clone();
     if file.workspace.min == file.workspace.max {
@@ -137,8 +139,9 @@ fn finished(mut file: MachineFile, origin: &str, length: f64) -> Result<Imported
     }
     let first = format!("Made from {} by `kinetostat machines --import`.", quoted(&file_name(origin)));
     file.notes = std::iter::once(first).chain(notes.iter().cloned()).collect();
-    Geometry::from_toml(&file.text(false), origin)?;
-    Ok(Imported { toml: file.text(true), notes })
+    let toml = file.text();
+    Geometry::from_toml(&toml, origin)?;
+    Ok(Imported { toml, notes })
 }
 
 fn file_name(origin: &str) -> String {
@@ -175,6 +178,19 @@ const NO_COMPONENT: f64 = 1e-15;
 fn name_ends(robot: &Robot, tree: &Tree, tip: usize, notes: &mut Notes) {
     let name = |link: usize| quoted(&robot.links[link].name);
     notes.add(format!("chain: from link {}, whose frame is O, to link {}", name(tree.root), name(tip)));
+}
+
+/// Says which weight is taken and which is not.
+fn name_weight(elements: &[Element], notes: &mut Notes) {
+    let masses =
+        elements.iter().filter_map(|element| if let Element::Mass { kg, .. } = element { Some(kg) } else { None });
+    let total: f64 = masses.sum();
+    if total > 0.0 {
+        notes.add(format!(
+            "weight: {total:.3} kg of links, along -z of O (gravity_m_per_s2 says otherwise); that of spindle and tool is \
+             platform.mass"
+        ));
+    }
 }
 
 /// Says what of the file a machine file has no place for.

@@ -118,6 +118,9 @@ pub(super) fn robot(source: &Source<'_>) -> Result<Robot> {
         Err(XmlError::NodesLimitReached) => {
             return source.fail_everywhere(format!("has more than {MAX_NODES} XML nodes, expected a URDF"));
         }
+        Err(XmlError::DtdDetected) => {
+            return source.fail_everywhere("has a <!DOCTYPE …>, expected a URDF without".into());
+        }
         Err(error) => return not_xml(source, &error),
     };
     let reader = Reader { source };
@@ -139,9 +142,8 @@ fn unexpanded<T>(source: &Source<'_>, at: usize, what: &str) -> Result<T> {
 
 fn not_xml<T>(source: &Source<'_>, error: &XmlError) -> Result<T> {
     let place = error.pos();
-    // Messages end with the place, which is said in front here.
-    let text = error.to_string();
-    let text = text.strip_suffix(&format!(" at {place}")).unwrap_or(&text).to_string();
+    // The place is said in front.
+    let text = error.to_string().replace(&format!(" at {place}"), "");
     let start = source.text.split_inclusive('\n').take(place.row as usize - 1).map(str::len).sum();
     source.fail(start, String::new(), format!("is no XML: {text}, column {}", place.col))
 }

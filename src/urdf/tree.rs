@@ -122,8 +122,10 @@ impl Tree {
         }
         let is_tip = |link: &usize| self.carries[*link].is_empty() && movable[*link] > 0;
         let tips: Vec<usize> = self.order.iter().copied().filter(is_tip).collect();
-        let words =
-            |tip: &usize| format!("{} ({} movable joints before it)", quoted(&robot.links[*tip].name), movable[*tip]);
+        let words = |tip: &usize| {
+            let (name, count) = (quoted(&robot.links[*tip].name), movable[*tip]);
+            format!("{name} ({count} movable {} before it)", if count == 1 { "joint" } else { "joints" })
+        };
         let mut tips_in_words = tips.iter().take(LISTED).map(words).collect::<Vec<_>>().join(", ");
         if tips.len() > LISTED {
             tips_in_words += &format!(" and {} more", tips.len() - LISTED);

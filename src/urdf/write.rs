@@ -36,8 +36,8 @@ pub(super) struct MachineFile {
 const WIDTH: usize = 120;
 
 impl MachineFile {
-    /// The text, with or without masses.
-    pub fn text(&self, with_masses: bool) -> String {
+    /// The text.
+    pub fn text(&self) -> String {
         let mut text = String::new();
         for note in &self.notes {
             text += &comment(note);
@@ -69,7 +69,6 @@ impl MachineFile {
         let mut drives = self.stiffness.iter().zip(&self.home.drives);
         for element in &self.elements {
             text += &match element {
-                Element::Mass { .. } if !with_masses => String::new(),
                 Element::Drive(drive) => {
                     let (stiffness, home) = drives.next().unwrap_or((&None, &0.0));
                     drive_line(drive, *stiffness, *home)

@@ -54,5 +54,6 @@ mod superposition_command;
 mod tool_frame;
 mod turning_platforms;
 mod units;
+mod urdf_import;
 mod validation_study;
 mod ways_around;
