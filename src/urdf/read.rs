@@ -266,6 +266,8 @@ impl Reader<'_> {
                 *unread.entry(child.into()).or_default() += 1;
             }
         }
+        let has_velocity = |child: &Element<'_>| is(*child, "limit") && child.has_attribute("velocity");
+        elements(node).filter(has_velocity).for_each(|_| *unread.entry("limit velocity".into()).or_default() += 1);
         Ok(Joint {
             name: name.into(),
             at: node.range().start,
