@@ -112,6 +112,7 @@ pub fn import(text: &str, origin: &str, options: &ImportOptions) -> Result<Impor
         ),
         name,
         source: format!("{}; {}", file_name(origin), options.stiffness.words()),
+        assumed: assumed(options),
         notes: notes.into_vec(),
         tip: quoted(&robot.links[tip].name),
         tool_tip: options.tool_tip,
@@ -173,6 +174,18 @@ fn tool_axis(options: &ImportOptions) -> (Vector3<f64>, &'static str) {
 
 /// A smaller component of a direction is rounding.
 const NO_COMPONENT: f64 = 1e-15;
+
+/// Which numbers of the machine file nobody gave, and where they are from.
+fn assumed(options: &ImportOptions) -> Vec<(&'static str, String)> {
+    let mut assumed = vec![("home and workspace box", "chosen at the import of the URDF: well within reach".into())];
+    if options.tool_angles.is_none() {
+        assumed.push(("direction of the tool", "chosen at the import of the URDF: an axis of the tip's link".into()));
+    }
+    if let DriveStiffness::Like(machine) = &options.stiffness {
+        assumed.push(("stiffness of the drives", format!("as that of {}", machine.name)));
+    }
+    assumed
+}
 
 /// Says where the chain begins and ends.
 fn name_ends(robot: &Robot, tree: &Tree, tip: usize, notes: &mut Notes) {

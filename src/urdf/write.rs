@@ -16,6 +16,8 @@ pub(super) struct MachineFile {
     pub name: String,
     pub title: String,
     pub source: String,
+    /// What was assumed: which numbers, and why these.
+    pub assumed: Vec<(&'static str, String)>,
     /// Sentences at its top.
     pub notes: Vec<String>,
     /// Name of the tip's link.
@@ -44,9 +46,17 @@ impl MachineFile {
         }
         let quoted = |text: &str| toml::Value::from(text).to_string();
         let controls = self.controls.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
+        let provenance: String = self
+            .assumed
+            .iter()
+            .map(|(what, source)| {
+                let (what, source) = (quoted(what), quoted(source));
+                format!("[[provenance]]\nwhat = {what}\ngrade = \"assumed\"\nsource = {source}\n\n")
+            })
+            .collect();
         let _ = write!(
             text,
-            "schema = 1\nname = {}\ntitle = {}\nsource = {}\n\n\
+            "schema = 1\nname = {}\ntitle = {}\nsource = {}\n\n{provenance}\
              [platform]\n# P is the origin of link {}.\ntool_tip_mm = {}\n# {}\ntool_axis = {}\ncontrols = [{controls}]\n\n\
              [home]\n# Of {} postures tried, one in which the drives move P evenly in all directions; set your own.\nposition_mm = {}\n\
              rotation_deg = {}\n\n\

@@ -32,8 +32,9 @@ pub fn geometry_text(geometry: &Geometry, findings: &Findings) -> String {
 
 fn provenance_text(machine: &Machine) -> String {
     let told = machine.provenance.iter();
-    let lines: String =
-        told.map(|told| format!("    {:<11} {}\n                {}\n", told.grade.label(), told.what, told.source)).collect();
+    let lines: String = told
+        .map(|told| format!("    {:<11} {}\n                {}\n", told.grade.label(), told.what, told.source))
+        .collect();
     if lines.is_empty() { lines } else { format!("  where its numbers come from\n{lines}") }
 }
 
