@@ -2,7 +2,7 @@
 
 use super::state::{ChainState, State};
 use crate::{
-    machine::{Anchor, Chain, Machine, Route, Spring, SpringLaw},
+    machine::{Anchor, Chain, Machine, PointSpring, Route, Spring, SpringLaw},
     spatial::Pose,
 };
 
@@ -25,15 +25,51 @@ pub fn spring_energies(machine: &Machine, drives: &[f64], state: &State) -> Vec<
             energies.push((format!("{} {}", chain.name, joint.name), 0.5 * joint.stiffness * stretch * stretch));
         }
         for_each_route(chain, drives_of(machine, drives, c), chain_state, &mut |route, frames| {
-            let place = |anchor: &Anchor| anchor.frame.map_or(anchor.at, |frame| frames[frame].transform(anchor.at));
             for spring in &route.point_springs {
-                let stretch = (place(&spring.to) - place(&spring.from)).norm() - spring.free_length;
+                let stretch = length(spring, frames) - spring.free_length;
                 let energy = 0.5 * spring.stiffness * stretch * stretch + spring.preload * stretch;
                 energies.push((format!("{} {}", chain.name, spring.name), energy));
             }
         });
     }
     energies
+}
+
+/// Energy that each spring takes up when the machine goes from `from` to `to` with drives at `drives` (mm, rad), as if it had
+/// been free of force before, N·mm, with the spring's name: what it has a part in a compliance by.
+pub fn deformation_energies(machine: &Machine, drives: &[f64], from: &State, to: &State) -> Vec<(String, f64)> {
+    let mut energies = Vec::new();
+    for (c, (chain, (from, to))) in machine.chains.iter().zip(from.chains.iter().zip(&to.chains)).enumerate() {
+        let mut change: Vec<f64> = to.coordinates.iter().zip(&from.coordinates).map(|(to, from)| to - from).collect();
+        for (j, joint) in chain.passive.iter().enumerate().filter(|(_, joint)| joint.stiffness > 0.0) {
+            let turned = change[chain.passive_coordinate(j)];
+            energies.push((format!("{} {}", chain.name, joint.name), 0.5 * joint.stiffness * turned * turned));
+        }
+        // The law of a parallelogram is that of where it stands.
+        change[chain.virtual_count..].copy_from_slice(&from.coordinates[chain.virtual_count..]);
+        for spring in &chain.springs {
+            energies.push((format!("{} {}", chain.name, spring.name), link_energy(spring, &change)));
+        }
+        let drives = drives_of(machine, drives, c);
+        let lengths = |state: &ChainState| {
+            let mut lengths = Vec::new();
+            for_each_route(chain, drives, state, &mut |route, frames| {
+                lengths.extend(route.point_springs.iter().map(|spring| (length(spring, frames), spring.clone())));
+            });
+            lengths
+        };
+        for ((from, spring), (to, _)) in lengths(from).into_iter().zip(lengths(to)) {
+            let stretch = to - from;
+            energies.push((format!("{} {}", chain.name, spring.name), 0.5 * spring.stiffness * stretch * stretch));
+        }
+    }
+    energies
+}
+
+/// Length of a spring between points, the frames of its route standing at `frames`, mm.
+fn length(spring: &PointSpring, frames: &[Pose]) -> f64 {
+    let place = |anchor: &Anchor| anchor.frame.map_or(anchor.at, |frame| frames[frame].transform(anchor.at));
+    (place(&spring.to) - place(&spring.from)).norm()
 }
 
 /// Energy of the machine's masses at `state` with drives at `drives` (mm, rad), `−Σ m g·p`, N·mm: zero where they all are at O.

@@ -39,7 +39,7 @@ pub use crate::lanes::Level;
 pub use aggregation::aggregate_errors;
 pub use batch::{Batch, Case};
 pub use drive_force::{drive_force_sensitivity, drive_forces};
-pub use energy::{elastic_energy, spring_energies, weight_energy};
+pub use energy::{deformation_energies, elastic_energy, spring_energies, weight_energy};
 pub(crate) use equilibrium::is_singular_place;
 pub use equilibrium::{Outcome, Settings, Status, equilibrium, equilibrium_at_task};
 pub use force_deflection::{PlatformForce, wrench_at_pose};

@@ -19,6 +19,7 @@ const FILES: [(&str, &str); 4] = [
 ];
 
 struct Case {
+    file: &'static str,
     machine: Machine,
     at: Configuration,
     load: Wrench,
@@ -50,6 +51,7 @@ fn cases() -> Vec<Case> {
             assert!(turn.norm() < 1e-11, "{label}: {turn}");
             cases.push(Case {
                 load: Wrench::new(numbers(&json["wrench_N_Nmm"]).try_into().unwrap()),
+                file,
                 machine: machine.clone(),
                 at,
                 json: json.clone(),
@@ -112,6 +114,55 @@ fn compensated_drives_are_met() {
                 compensate(&mut session, &Demand { pose: case.at.pose, load: case.load, target, wanted: None }, method);
             assert!(done.status.is_success(), "{}: {:?}", case.label, done.status);
             case.expect("rho_compensated", &done.drives, Within::Absolute(1e-9));
+        }
+    }
+}
+
+/// Numbers of a key, or of its slides and hinges, as `point --json` gives them for drives (mm, degrees).
+fn drive_values(machine: &Machine, json: &Value, key: &str) -> Vec<f64> {
+    let of = |suffix: &str, d: usize| json.get(format!("{key}_{suffix}")).and_then(|list| list[d].as_f64());
+    (0..machine.drive_count()).map(|d| of("mm", d).or_else(|| of("deg", d).map(f64::to_radians)).unwrap()).collect()
+}
+
+#[test]
+fn the_command_line_meets_them_by_pose_and_by_joints() {
+    for case in cases() {
+        let joined = |values: &[f64]| values.iter().map(|v| format!("{v:?}")).collect::<Vec<_>>().join(",");
+        let joints: Vec<f64> = case
+            .at
+            .drives
+            .iter()
+            .zip(case.machine.drives())
+            .map(|(rho, (_, drive))| drive.motion.shown(*rho))
+            .collect();
+        let (roll, pitch, yaw) = nalgebra::Rotation3::from_matrix_unchecked(case.at.pose.rotation).euler_angles();
+        let mut pose: Vec<f64> = case.at.pose.translation.iter().copied().collect();
+        pose.extend([roll, pitch, yaw].map(f64::to_degrees));
+        // A wrist that is bent the other way is another branch, to which no pose leads.
+        let is_on_branch = case.machine.inverse_kinematics(&case.at.pose).is_ok();
+        assert!(is_on_branch || case.file == "hybrid_3ups", "{}", case.label);
+        for (option, values) in [("--joints", joints), ("--pose", pose)] {
+            if option == "--pose" && !is_on_branch {
+                continue;
+            }
+            let (values, wrench) = (joined(&values), joined(&case.load.to_array()));
+            let run = std::process::Command::new(env!("CARGO_BIN_EXE_kinetostat"))
+                .args(["point", "--json", "--full-pose", "--machine", &format!("tests/machines/{}.toml", case.file)])
+                .args([&format!("{option}={values}"), &format!("--wrench={wrench}")])
+                .output()
+                .unwrap();
+            assert!(run.status.success(), "{} {option}: {}", case.label, String::from_utf8_lossy(&run.stderr));
+            let json: Value = serde_json::from_slice(&run.stdout).unwrap();
+            let rho = drive_values(&case.machine, &json, "rho_nominal");
+            case.expect("rho_nominal", &rho, Within::Absolute(1e-9));
+            case.expect("platform_mm", &numbers(&json["platform_mm"]), Within::Absolute(1e-8));
+            case.expect("platform_turn_rad", &numbers(&json["platform_turn_rad"]), Within::Absolute(1e-10));
+            case.expect("tool_displacement_mm", &numbers(&json["tool_displacement_mm"]), Within::Absolute(1e-8));
+            case.expect("stiffness_loaded", &numbers(&json["stiffness_loaded"]), Within::Stiffness(1e-6));
+            let sag = numbers(&json["tool_displacement_by_weight_mm"]);
+            case.expect("tool_displacement_without_cutting_mm", &sag, Within::Absolute(1e-8));
+            let rho = drive_values(&case.machine, &json, "rho_compensated");
+            case.expect("rho_compensated", &rho, Within::Absolute(1e-8));
         }
     }
 }

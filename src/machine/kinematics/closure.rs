@@ -46,6 +46,15 @@ pub(in crate::machine) enum Command<'a> {
     Drives(&'a [f64]),
 }
 
+/// Singularities that a way may not pass.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::machine) enum Barriers {
+    /// Those in which the drives do not hold the platform, and those in which they cannot move it in some way.
+    All,
+    /// Only the former: drives that are commanded pass the others.
+    OfDrives,
+}
+
 /// Where a search stopped.
 pub(in crate::machine) struct Reached {
     pub at: Configuration,
@@ -320,10 +329,15 @@ impl<'a> Closure<'a> {
     /// The problem has more equations than unknowns where the machine is over-constrained; its determinant is taken on
     /// the column space at `from`. A machine with idle joints is always singular, and is not judged; one that is singular at
     /// `from` and not at home does not lead on.
-    pub(super) fn passes_singularity(&mut self, from: &Configuration, to: &Configuration) -> bool {
+    pub(super) fn passes_singularity(&mut self, from: &Configuration, to: &Configuration, barriers: Barriers) -> bool {
         let by_drives = (Command::Drives(&from.drives), Command::Drives(&to.drives));
         let by_task = (Command::Task(&from.pose), Command::Task(&to.pose));
-        [by_drives, by_task].iter().any(|(before, after)| {
+        let both = [by_drives, by_task];
+        let asked = match barriers {
+            Barriers::All => &both[..],
+            Barriers::OfDrives => &both[..1],
+        };
+        asked.iter().any(|(before, after)| {
             self.linearise(from, before);
             if self.jacobian.nrows() < self.jacobian.ncols() {
                 return false;

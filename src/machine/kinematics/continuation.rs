@@ -2,7 +2,7 @@
 
 use super::{
     Configuration, Unreachable,
-    closure::{Closure, Command, Reached},
+    closure::{Barriers, Closure, Command, Reached},
 };
 use crate::machine::Machine;
 
@@ -16,6 +16,7 @@ impl Machine {
         &'a self,
         start: &Configuration,
         least_step: f64,
+        barriers: Barriers,
         mut solve: impl FnMut(f64, &mut Closure<'a>, &Configuration) -> Reached,
     ) -> Reached {
         let mut closure = Closure::new(self);
@@ -23,7 +24,7 @@ impl Machine {
         while s < 1.0 {
             let next = f64::min(1.0, s + step);
             let reached = solve(next, &mut closure, &at);
-            if reached.solved && !closure.passes_singularity(&at, &reached.at) {
+            if reached.solved && !closure.passes_singularity(&at, &reached.at, barriers) {
                 at = reached.at;
                 s = next;
                 step *= 2.0;

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use super::{
     Configuration, Unreachable,
-    closure::{CLOSURE_ROUNDING, Closure, Command},
+    closure::{Barriers, CLOSURE_ROUNDING, Closure, Command},
     continuation::MIN_STEP,
 };
 use crate::machine::{Machine, Motion};
@@ -24,7 +24,7 @@ impl Machine {
     /// # Errors
     /// As [`Machine::forward_kinematics`].
     pub fn forward_kinematics_from(&self, start: &Configuration, drives: &[f64]) -> Result<Configuration, Unreachable> {
-        let reached = self.follow(start, MIN_STEP, |s, closure, from| {
+        let reached = self.follow(start, MIN_STEP, Barriers::OfDrives, |s, closure, from| {
             let rho: Vec<f64> = start.drives.iter().zip(drives).map(|(a, b)| a + (b - a) * s).collect();
             closure.newton(from, &Command::Drives(&rho))
         });

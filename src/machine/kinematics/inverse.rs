@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::{
     Configuration, Unreachable,
-    closure::{Closure, Command},
+    closure::{Barriers, Closure, Command},
     continuation::MIN_STEP,
 };
 use crate::{
@@ -57,7 +57,7 @@ impl Machine {
         };
         let length = shift.norm().hypot(turn.norm() * self.reach);
         let least_step = (WAY_END * self.reach / length).clamp(MIN_WAY_STEP, MIN_STEP);
-        let reached = self.follow(start, least_step, |s, closure, from| {
+        let reached = self.follow(start, least_step, Barriers::All, |s, closure, from| {
             let pose = if s == 1.0 { *target } else { along(s) };
             closure.newton(from, &Command::Task(&pose))
         });

@@ -10,9 +10,10 @@ use crate::{
     machine::{Coordinate, Drive, Geometry, Machine, Mobility, SpringLaw, ToolAxisSource},
     spatial::{Wrench, rotation_log},
     statics::{
-        Settings, State, Status, Workspace, chain_stiffnesses, equilibrium, principal_stiffnesses, rigid_wrenches,
-        spring_energies, tool_compliance, unloaded_compliance, unloaded_stiffness,
+        State, Status, Workspace, chain_stiffnesses, deformation_energies, equilibrium, principal_stiffnesses,
+        rigid_wrenches, tool_compliance, unloaded_compliance, unloaded_stiffness,
     },
+    study::sources::TO_ROUNDING,
 };
 
 /// Findings about a machine.
@@ -138,7 +139,10 @@ fn places(machine: &Machine) -> (Vec<Place>, (f64, f64)) {
     (places.into_iter().map(visit).collect(), worst)
 }
 
-/// Principal stiffnesses of the tool tip and each element's share in its compliance, from 1 N along x, y and z.
+/// The force by which elements' shares in the compliance of the tool are told, N.
+const FORCE_N: f64 = 1.0;
+
+/// Principal stiffnesses of the tool tip and each element's share in its compliance, from a force along x, y and z.
 fn compliance(machine: &Machine, workspace: &mut Workspace) -> (Option<[f64; 3]>, Vec<(String, f64)>, Status) {
     // What the weight bends is not the load's.
     let machine = &machine.weightless();
@@ -149,16 +153,20 @@ fn compliance(machine: &Machine, workspace: &mut Workspace) -> (Option<[f64; 3]>
     let mut status = Status::Solved;
     for axis in 0..3 {
         let mut force = Vector3::zeros();
-        force[axis] = 1.0;
+        force[axis] = FORCE_N;
         let load = Wrench { force, moment: lever.cross(&force) };
-        let mut state = State::rigid(machine, home);
-        let outcome = equilibrium(machine, &home.drives, &load, &mut state, workspace, &Settings::default());
+        let mut rest = State::rigid(machine, home);
+        equilibrium(machine, &home.drives, &Wrench::zero(), &mut rest, workspace, &TO_ROUNDING);
+        let mut state = rest.clone();
+        let outcome = equilibrium(machine, &home.drives, &load, &mut state, workspace, &TO_ROUNDING);
         status = outcome.status.clone();
         if outcome.status != Status::Solved {
             return (None, Vec::new(), status);
         }
         tip = outcome.compliance.map(|compliance| principal_stiffnesses(&tool_compliance(&compliance, lever)));
-        for (index, (name, energy)) in spring_energies(machine, &home.drives, &state).into_iter().enumerate() {
+        for (index, (name, energy)) in
+            deformation_energies(machine, &home.drives, &rest, &state).into_iter().enumerate()
+        {
             match shares.get_mut(index) {
                 Some((_, sum)) => *sum += energy,
                 None => shares.push((name, energy)),
