@@ -207,7 +207,7 @@ impl Session {
     /// Whether the nominal machine is singular at the present command. Where loads or errors alone hold the real one there, on
     /// which side of the singularity it stands is chance.
     fn is_at_singular_place(&mut self, outcome: &Result<Outcome, CompensationStatus>) -> bool {
-        let is_plain = outcome.as_ref().is_ok_and(|outcome| !outcome.is_soft(self.nominal.reach));
+        let is_plain = outcome.as_ref().is_ok_and(|outcome| !outcome.is_soft(&self.nominal));
         if is_plain || self.command.drives != self.drives {
             return false;
         }

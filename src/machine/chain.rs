@@ -121,6 +121,10 @@ pub struct Drive {
     pub travel: Option<(f64, f64)>,
     /// Largest force in N, or torque in N·mm, either way.
     pub force_limit: Option<f64>,
+    /// How far the joint may stand to either side of where its spring has it, mm or rad.
+    pub backlash: f64,
+    /// Largest force or torque that static friction holds, N or N·mm.
+    pub friction: f64,
     /// ρ from which the home configuration is sought, mm or rad.
     pub home: f64,
 }

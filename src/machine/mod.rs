@@ -27,7 +27,7 @@ use std::{
     sync::Arc,
 };
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Matrix6, Vector3};
 
 pub use chain::{Chain, Coupling, Drive, Motion, MoveScrew, PassiveJoint, Spring, SpringLaw};
 pub use errors::ChainError;
@@ -163,6 +163,9 @@ pub struct Model {
     pub platform_mass: Option<PlatformMass>,
     /// From where deflections are measured.
     pub zeroed: Zeroed,
+    /// Compliance of what lies between P and T (spindle, holder, cutter): deflection of T per wrench there, in the axes of T
+    /// (mm, rad; N, N·mm); `None` where it is rigid.
+    pub tool_compliance: Option<Box<Matrix6<f64>>>,
     /// Named locations of P.
     pub points: Vec<NamedPoint>,
     /// The configuration from which all others are reached.
@@ -230,6 +233,11 @@ impl Machine {
             machine.gravity = Vector3::zeros();
         }
         machine
+    }
+
+    /// Stiffness of what lies between P and T, the inverse of its compliance.
+    pub fn tool_stiffness(&self) -> Option<Matrix6<f64>> {
+        self.tool_compliance.as_ref()?.try_inverse()
     }
 
     /// Whether it has a mass, and gravity acts on it.

@@ -67,10 +67,35 @@ pub struct PlatformSpec {
     pub tool_tip_mm: [f64; 3],
     /// Direction from the spindle to the tool tip in platform axes, of any length; from P to the tool tip if not given.
     pub tool_axis: Option<[f64; 3]>,
+    /// What bends between P and the tool tip: spindle, holder, cutter; rigid if not given.
+    pub tool: Option<ToolSpec>,
     /// What moves with P: spindle, holder, tool; its centre in platform axes.
     pub mass: Option<MassSpec>,
     /// Task coordinates the drives control.
     pub controls: Vec<CoordinateSpec>,
+}
+
+/// What lies between P and the tool tip; its parts bend one after the other.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ToolSpec {
+    /// 6×6 compliance at the tool tip in axes of the tool frame T (z along the tool), translations before rotations.
+    #[serde(rename = "compliance_mm_rad_N")]
+    pub compliance: Option<Box<[[f64; 6]; 6]>>,
+    /// Cutter as a round cantilever that ends at the tool tip.
+    pub cutter: Option<CutterSpec>,
+}
+
+/// A cutter: a round cantilever along the tool axis.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CutterSpec {
+    /// Diameter that bends as the cutter does: of its core, less than that of its edges.
+    pub diameter_mm: f64,
+    /// Length from the holder to the tool tip.
+    pub stick_out_mm: f64,
+    /// Name of a material.
+    pub material: String,
 }
 
 /// From where deflections are measured.
@@ -301,6 +326,11 @@ pub struct PrismaticDriveSpec {
     pub travel_mm: Option<[f64; 2]>,
     #[serde(rename = "force_limit_N")]
     pub force_limit: Option<f64>,
+    /// The slide may stand this far to either side.
+    pub backlash_mm: Option<f64>,
+    /// Largest force that static friction holds, either way.
+    #[serde(rename = "friction_N")]
+    pub friction: Option<f64>,
     pub shown: Option<ShownSpec>,
 }
 
@@ -318,6 +348,11 @@ pub struct RevoluteDriveSpec {
     pub travel_deg: Option<[f64; 2]>,
     #[serde(rename = "torque_limit_Nmm")]
     pub torque_limit: Option<f64>,
+    /// The hinge may stand this far to either side.
+    pub backlash_deg: Option<f64>,
+    /// Largest torque that static friction holds, either way.
+    #[serde(rename = "friction_Nmm")]
+    pub friction: Option<f64>,
     pub shown: Option<ShownSpec>,
 }
 

@@ -35,7 +35,7 @@ pub fn drive_force_sensitivity(
         Some(deflections) => deflections,
         None => {
             linearise(machine, drives, state, workspace);
-            let weight = weight::stiffness(machine, &state.pose.rotation, &machine.gravity);
+            let weight = weight::stiffness(machine, &state.platform().rotation, &machine.gravity);
             full_system::tangent(&machine.chains, &workspace.chains, &weight).joint_deflection?
         }
     };
@@ -48,7 +48,7 @@ pub fn drive_force_sensitivity(
 fn linearise(machine: &Machine, drives: &[f64], state: &State, workspace: &mut Workspace) {
     let inputs = chain_inputs(machine, state, drives);
     for ((system, chain), (chain_state, own)) in workspace.chains.iter_mut().zip(&machine.chains).zip(inputs) {
-        system.linearise(chain, own, chain_state, &state.pose, &machine.gravity);
+        system.linearise(chain, own, chain_state, state.platform(), &machine.gravity);
     }
 }
 
@@ -66,7 +66,7 @@ fn condensed_deflections(
         return None;
     }
     let mut tangent = platform::tangent(chains);
-    weight::add_stiffness(machine, &Frame::splat(&state.pose), Vec3::splat(&machine.gravity), &mut tangent);
+    weight::add_stiffness(machine, &Frame::splat(state.platform()), Vec3::splat(&machine.gravity), &mut tangent);
     if rigid.factorise(chains, &tangent, machine.reach) == 0 {
         return None;
     }

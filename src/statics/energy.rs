@@ -1,5 +1,7 @@
 //! Energy of a state: of its springs, and of its masses.
 
+use nalgebra::Vector6;
+
 use super::state::{ChainState, State};
 use crate::{
     machine::{Anchor, Chain, Machine, PointSpring, Route, Spring, SpringLaw},
@@ -32,7 +34,24 @@ pub fn spring_energies(machine: &Machine, drives: &[f64], state: &State) -> Vec<
             }
         });
     }
+    if let Some(stiffness) = machine.tool_stiffness() {
+        let bent = bent(machine, state);
+        energies.push((TOOL.into(), 0.5 * bent.dot(&(stiffness * bent))));
+    }
     energies
+}
+
+/// Name of the tool among the springs.
+const TOOL: &str = "tool";
+
+/// Deflections of the tool at T, mm and rad, in its axes.
+fn bent(machine: &Machine, state: &State) -> Vector6<f64> {
+    let tool = machine.tool();
+    let way = state.platform().compose(&tool).inverse().compose(&state.pose.compose(&tool));
+    // Tx Ty Tz Rx Ry Rz: the angles of V(θ).
+    let (r, t) = (way.rotation, way.translation);
+    let angles = [(-r[(1, 2)]).atan2(r[(2, 2)]), r[(0, 2)].asin(), (-r[(0, 1)]).atan2(r[(0, 0)])];
+    Vector6::new(t.x, t.y, t.z, angles[0], angles[1], angles[2])
 }
 
 /// Energy that each spring takes up when the machine goes from `from` to `to` with drives at `drives` (mm, rad), as if it had
@@ -63,6 +82,10 @@ pub fn deformation_energies(machine: &Machine, drives: &[f64], from: &State, to:
             energies.push((format!("{} {}", chain.name, spring.name), 0.5 * spring.stiffness * stretch * stretch));
         }
     }
+    if let Some(stiffness) = machine.tool_stiffness() {
+        let change = bent(machine, to) - bent(machine, from);
+        energies.push((TOOL.into(), 0.5 * change.dot(&(stiffness * change))));
+    }
     energies
 }
 
@@ -83,7 +106,7 @@ pub fn weight_energy(machine: &Machine, drives: &[f64], state: &State) -> f64 {
         });
     }
     if let Some(mass) = &machine.platform_mass {
-        moment += state.pose.transform(mass.at) * mass.kilograms;
+        moment += state.platform().transform(mass.at) * mass.kilograms;
     }
     -machine.gravity.dot(&moment)
 }

@@ -12,6 +12,8 @@ use super::{
     state::{State, Workspace},
     stiffness::{largest_compliance, smallest_eigenvalue},
     task::TaskError,
+    tool,
+    transmission::Scale,
     weight,
 };
 use crate::{
@@ -144,6 +146,7 @@ pub fn equilibrium(
     workspace: &mut Workspace,
     settings: &Settings,
 ) -> Outcome {
+    let was = tool::enter(machine, state);
     let mut newton = Newton::new(machine, drives, load, None, state, workspace, settings);
     let solved = newton.solve(state);
     let (mut outcome, lost) = match solved {
@@ -159,8 +162,15 @@ pub fn equilibrium(
     if newton.is_at_singular_place(&outcome.status) {
         outcome = newton.failed(Status::SingularPlace, outcome.residual);
     }
-    if let (false, Some(start)) = (outcome.is_equilibrium(), &workspace.start) {
-        state.clone_from(start);
+    match (outcome.is_equilibrium(), &workspace.start, was) {
+        (true, _, Some(_)) => tool::leave(machine, load, state, &mut outcome),
+        (false, Some(start), was) => {
+            state.clone_from(start);
+            if let Some((pose, body)) = was {
+                (state.pose, state.body) = (pose, body);
+            }
+        }
+        _ => {}
     }
     outcome
 }
@@ -180,15 +190,25 @@ pub fn equilibrium_at_task(
     workspace: &mut Workspace,
     settings: &Settings,
 ) -> Option<Outcome> {
+    let was = tool::enter(machine, state);
+    let task_of_body = |body: &Pose| task(&tool::bend(machine, body, load));
+    let task: &dyn Fn(&Pose) -> TaskError = if was.is_some() { &task_of_body } else { task };
     let mut newton = Newton::new(machine, drives, load, Some(task), state, workspace, settings);
     match newton.solve(state) {
         Some(residual) => {
             drives.copy_from_slice(&newton.workspace.drives);
-            Some(newton.finish(state, residual, 1))
+            let mut outcome = newton.finish(state, residual, 1);
+            if was.is_some() {
+                tool::leave(machine, load, state, &mut outcome);
+            }
+            Some(outcome)
         }
         None => {
             if let Some(start) = &workspace.start {
                 state.clone_from(start);
+            }
+            if let Some((pose, body)) = was {
+                (state.pose, state.body) = (pose, body);
             }
             None
         }
@@ -206,9 +226,17 @@ pub(crate) fn is_singular_place(machine: &Machine, at: &Configuration, workspace
 
 impl Outcome {
     /// Whether a direction of the platform is so soft that the nominal machine could be singular there.
-    pub(crate) fn is_soft(&self, reach: f64) -> bool {
-        let tangent = self.stiffness.as_ref().map(platform::rows);
-        tangent.is_none_or(|tangent| platform::definite_beyond(&tangent, reach, SOFT) == 0)
+    pub(crate) fn is_soft(&self, machine: &Machine) -> bool {
+        match (&self.stiffness, &self.compliance) {
+            (Some(stiffness), _) => platform::definite_beyond(&platform::rows(stiffness), machine.reach, SOFT) == 0,
+            // Rigid in some directions: against what a drive yields.
+            (None, Some(compliance)) => {
+                let lever = |i: usize| if i < 3 { 1.0 } else { machine.reach };
+                let yields: f64 = (0..6).map(|i| compliance[(i, i)] * lever(i) * lever(i)).sum();
+                yields.is_nan() || yields * SOFT > Scale::of(machine).slack
+            }
+            (None, None) => true,
+        }
     }
 
     /// Smallest eigenvalue in N/mm of the loaded stiffness, rotations at `reach` mm; of a machine that is rigid in some
@@ -441,8 +469,8 @@ impl<'a> Newton<'a> {
             }
             None => {
                 self.linearise(state);
+                let weight = self.platform_stiffness(state);
                 let Workspace { chains, rigid, .. } = &mut *self.workspace;
-                let weight = weight::stiffness(self.machine, &state.pose.rotation, &self.gravity);
                 let full = full_system::tangent(&self.machine.chains, chains, &weight);
                 let (compliance, is_stable) = (full.compliance.as_ref(), full.status == Status::Solved);
                 let softest = Softest::of_compliance(compliance, reach, is_stable, rigid.slack_compliance());
@@ -469,7 +497,8 @@ impl<'a> Newton<'a> {
         let norm = |wrench: &Wrench| Screw::from(*wrench).wrench_norm(reach);
         let weight: Wrench =
             weight::wrench(self.machine, &Frame::splat(&state.pose), Vec3::splat(&self.gravity)).into();
-        let mut imbalance = self.load.to_vector() + weight.to_vector();
+        let load = tool::load_on_body(self.machine, &state.pose, self.load);
+        let mut imbalance = load.to_vector() + weight.to_vector();
         let mut largest_wrench = norm(self.load).max(1.0);
         let (mut gap, mut force): (f64, f64) = (0.0, 0.0);
         let Workspace { chains, held, drives, .. } = &mut *self.workspace;
@@ -529,7 +558,7 @@ impl<'a> Newton<'a> {
             None => {
                 self.is_plainly_stable &= self.iterations > 0;
                 self.linearise(state);
-                let weight = weight::stiffness(self.machine, &state.pose.rotation, &self.gravity);
+                let weight = self.platform_stiffness(state);
                 full_system::step(&mut self.workspace.chains, &weight, &balance.imbalance)
             }
         }
@@ -543,6 +572,13 @@ impl<'a> Newton<'a> {
         single(platform::step_to_task(chains, rigid, tangent, right, wrenches, &task, drive_step))
     }
 
+    /// The platform's own stiffness, by its weight and the load that a bent tool carries aside.
+    fn platform_stiffness(&self, state: &State) -> Matrix6<f64> {
+        let mut own = platform::rows(&weight::stiffness(self.machine, &state.pose.rotation, &self.gravity));
+        tool::add_stiffness(self.machine, &state.pose, self.load, &mut own);
+        platform::matrix(&own)
+    }
+
     /// Condenses the chains; the platform's tangent, or `None` if a chain cannot be condensed.
     fn condense(&mut self, state: &State) -> Option<Square<f64>> {
         let Workspace { chains, rigid, condenses, .. } = &mut *self.workspace;
@@ -552,6 +588,7 @@ impl<'a> Newton<'a> {
         let mut tangent = platform::tangent(chains);
         let platform = Frame::splat(&state.pose);
         weight::add_stiffness(self.machine, &platform, Vec3::splat(&self.gravity), &mut tangent);
+        tool::add_stiffness(self.machine, &state.pose, self.load, &mut tangent);
         (rigid.factorise(chains, &tangent, self.machine.reach) == 1).then_some(tangent)
     }
 
@@ -616,7 +653,7 @@ impl<'a> Newton<'a> {
             }
             None => {
                 self.linearise(state);
-                let weight = weight::stiffness(self.machine, &state.pose.rotation, &self.gravity);
+                let weight = self.platform_stiffness(state);
                 let full = full_system::tangent(&self.machine.chains, &self.workspace.chains, &weight);
                 outcome.status = full.status;
                 self.has_idle_motion = full.has_idle_motion;

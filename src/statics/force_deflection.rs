@@ -5,7 +5,7 @@ use nalgebra::{Matrix6, Matrix6xX, Vector6};
 use super::{
     equilibrium::{Settings, subtract_half_moment},
     state::{State, Workspace},
-    weight,
+    tool, weight,
 };
 use crate::{
     lanes::{Frame, Vec3},
@@ -38,7 +38,43 @@ pub fn wrench_at_pose(
     workspace: &mut Workspace,
     settings: &Settings,
 ) -> Option<PlatformForce> {
-    state.pose = *pose;
+    if machine.tool_compliance.is_none() {
+        return wrench_on_body(machine, drives, pose, state, workspace, settings);
+    }
+    // The tool carries what is sought, so it bends by it: Newton's method on the wrench.
+    let mut wrench = Wrench::zero();
+    for _ in 0..settings.max_iterations {
+        let (body, own) = tool::held(machine, pose, &wrench);
+        let mut force = wrench_on_body(machine, drives, &body, state, workspace, settings)?;
+        let received = tool::load_on_body(machine, &body, &wrench);
+        let left = force.wrench.to_vector() - received.to_vector();
+        let in_series = (Matrix6::identity() + force.stiffness * own).try_inverse()?;
+        let change = in_series * left;
+        wrench = Wrench::from_vector(&(wrench.to_vector() + change));
+        if !wrench.norm(machine.reach).is_finite() {
+            return None;
+        }
+        if Wrench::from_vector(&change).norm(machine.reach) <= settings.tolerance * wrench.norm(machine.reach).max(1.0)
+        {
+            (state.pose, state.body) = (*pose, Some(body));
+            force.stiffness = in_series * force.stiffness;
+            force.drive_wrench = in_series * force.drive_wrench;
+            return Some(PlatformForce { wrench, ..force });
+        }
+    }
+    None
+}
+
+/// The same with P held by the platform's body.
+fn wrench_on_body(
+    machine: &Machine,
+    drives: &[f64],
+    pose: &Pose,
+    state: &mut State,
+    workspace: &mut Workspace,
+    settings: &Settings,
+) -> Option<PlatformForce> {
+    (state.pose, state.body) = (*pose, None);
     let weight: Wrench = weight::wrench(machine, &Frame::splat(pose), Vec3::splat(&machine.gravity)).into();
     let mut force = PlatformForce {
         wrench: Wrench { force: -weight.force, moment: -weight.moment },

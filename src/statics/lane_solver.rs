@@ -15,7 +15,7 @@ use super::{
     iteration::{Iteration, Verdict},
     platform::{self, Square, SquareTask},
     rigid_directions::RigidDirections,
-    weight,
+    tool, weight,
 };
 use crate::{
     lanes::{Frame, MAX_LANES, Real, Screw, Vec3, pairs, rotation_exp},
@@ -35,6 +35,8 @@ pub(super) struct LaneSolver<R> {
     systems: Vec<ChainSystem<R>>,
     rigid: RigidDirections<R>,
     residuals: Vec<ChainResidual<R>>,
+    /// Loads at P, for a tool that bends.
+    loads: [Wrench; MAX_LANES],
     /// Whether the systems are those at the present states.
     is_linearised: bool,
     /// Lanes in which all chains could be condensed.
@@ -95,6 +97,7 @@ impl<R: Real> LaneSolver<R> {
             rigid: RigidDirections::new(&systems),
             systems,
             chains,
+            loads: [Wrench::zero(); MAX_LANES],
             is_linearised: false,
             condensed: 0,
             tangent: [[R::zero(); 6]; 6],
@@ -114,7 +117,7 @@ impl<R: Real> LaneSolver<R> {
     ) {
         debug_assert!(cases.len() <= R::LANES);
         for (lane, case) in cases.iter().enumerate() {
-            self.load(lane, case);
+            self.load(machine, lane, case);
         }
         let mut progress = Progress {
             iterations: [Iteration::new(); MAX_LANES],
@@ -126,7 +129,7 @@ impl<R: Real> LaneSolver<R> {
             if !self.is_linearised {
                 self.linearise(machine);
             }
-            let tasks = self.tasks(cases, progress.active);
+            let tasks = self.tasks(machine, cases, progress.active);
             let imbalance = self.balance(machine, cases, tasks.as_ref(), &mut progress, settings);
             if iteration == 0 {
                 progress.active &= self.plainly_stable(machine);
@@ -140,8 +143,9 @@ impl<R: Real> LaneSolver<R> {
     }
 
     /// Takes up a case.
-    fn load(&mut self, lane: usize, case: &Case<'_>) {
-        let mut is_new = false;
+    fn load(&mut self, machine: &Machine, lane: usize, case: &Case<'_>) {
+        let mut is_new = machine.tool_compliance.is_some() && self.loads[lane] != case.load;
+        self.loads[lane] = case.load;
         let mut put = |number: &mut R, value: f64| {
             is_new |= number.lane(lane) != value;
             number.set_lane(lane, value);
@@ -149,7 +153,7 @@ impl<R: Real> LaneSolver<R> {
         for (number, &value) in pairs(&mut self.drives, &*case.drives) {
             put(number, value);
         }
-        let pose = &case.state.pose;
+        let pose = case.state.platform();
         for (j, axis) in self.platform.axes.iter_mut().enumerate() {
             for (i, number) in axis.0.iter_mut().enumerate() {
                 put(number, pose.rotation[(i, j)]);
@@ -192,10 +196,26 @@ impl<R: Real> LaneSolver<R> {
                 }
                 self.tangent = platform::tangent(&self.systems);
                 weight::add_stiffness(machine, &self.platform, gravity, &mut self.tangent);
+                if machine.tool_compliance.is_some() {
+                    self.add_tool_stiffness(machine);
+                }
                 self.condensed &= self.rigid.factorise(&self.systems, &self.tangent, machine.reach);
             },
         );
         self.is_linearised = true;
+    }
+
+    /// Adds what a bent tool takes of the tangent, lane by lane.
+    fn add_tool_stiffness(&mut self, machine: &Machine) {
+        for lane in 0..R::LANES {
+            let mut own = [[0.0; 6]; 6];
+            tool::add_stiffness(machine, &self.platform.lane(lane), &self.loads[lane], &mut own);
+            for (row, own) in pairs(&mut self.tangent, &own) {
+                for (number, &part) in pairs(row, own) {
+                    number.set_lane(lane, number.lane(lane) + part);
+                }
+            }
+        }
     }
 
     /// Lanes in which the platform is plainly stable as it stands. From a start that is not, the scalar path says where it leads.
@@ -207,11 +227,12 @@ impl<R: Real> LaneSolver<R> {
     }
 
     /// What each active lane with a task makes of its pose; `None` without tasks.
-    fn tasks(&self, cases: &[Case<'_>], active: u8) -> Option<Tasks<R>> {
+    fn tasks(&self, machine: &Machine, cases: &[Case<'_>], active: u8) -> Option<Tasks<R>> {
         let nothing = SquareTask { count: self.drives.len(), error: [R::zero(); 6], slope: [[R::zero(); 6]; 6] };
         let mut tasks = Tasks { square: nothing, sizes: [0.0; MAX_LANES], fitting: 0 };
         for lane in lanes(active) {
-            let task = cases[lane].task?(&self.platform.lane(lane));
+            let body = self.platform.lane(lane);
+            let task = cases[lane].task?(&tool::bend(machine, &body, &cases[lane].load));
             tasks.sizes[lane] = task.size();
             let Some(square) = SquareTask::new(&task, self.drives.len()) else { continue };
             tasks.fitting |= 1 << lane;
@@ -238,7 +259,11 @@ impl<R: Real> LaneSolver<R> {
     ) -> [R; 6] {
         let mut imbalance = [R::zero(); 6];
         for (lane, case) in cases.iter().enumerate() {
-            for (number, value) in pairs(imbalance.iter_mut(), case.load.to_array()) {
+            let load = match machine.tool_compliance {
+                None => case.load,
+                Some(_) => tool::load_on_body(machine, &self.platform.lane(lane), &case.load),
+            };
+            for (number, value) in pairs(imbalance.iter_mut(), load.to_array()) {
                 number.set_lane(lane, value);
             }
         }
@@ -414,7 +439,7 @@ impl<R: Real> LaneSolver<R> {
                 } else {
                     platform::stiffness(&compliance, machine.reach, self.rigid.slack_compliance())
                 };
-                Outcome {
+                let mut outcome = Outcome {
                     status: Status::Solved,
                     iterations: progress.iterations[lane].steps,
                     residual: progress.residuals[lane],
@@ -422,7 +447,11 @@ impl<R: Real> LaneSolver<R> {
                     stiffness: stiffness.as_ref().map(platform::matrix),
                     compliance: Some(platform::matrix(&compliance)),
                     drive_sensitivity: Matrix6xX::from_fn(twists.len(), |i, j| twists[j][i].lane(lane)),
+                };
+                if machine.tool_compliance.is_some() {
+                    tool::leave(machine, &case.load, case.state, &mut outcome);
                 }
+                outcome
             }));
         }
     }
@@ -433,6 +462,7 @@ impl<R: Real> LaneSolver<R> {
             *value = number.lane(lane);
         }
         case.state.pose = self.platform.lane(lane);
+        case.state.body = None;
         for (to, chain) in pairs(&mut case.state.chains, &self.chains) {
             for (value, number) in pairs(&mut to.coordinates, &chain.coordinates) {
                 *value = number.lane(lane);

@@ -27,11 +27,13 @@ mod held;
 mod iteration;
 mod lane_solver;
 mod platform;
+mod play;
 mod rigid_directions;
 mod solution;
 mod state;
 mod stiffness;
 mod task;
+mod tool;
 mod transmission;
 mod weight;
 
@@ -43,6 +45,7 @@ pub use energy::{deformation_energies, elastic_energy, spring_energies, weight_e
 pub(crate) use equilibrium::is_singular_place;
 pub use equilibrium::{Outcome, Settings, Status, equilibrium, equilibrium_at_task};
 pub use force_deflection::{PlatformForce, wrench_at_pose};
+pub use play::tool_play;
 pub use solution::{ChainSolution, Solution};
 pub use state::{ChainState, State, Workspace};
 pub use stiffness::{

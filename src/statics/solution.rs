@@ -1,10 +1,11 @@
 //! Everything a solved state tells, in physical terms.
 
-use nalgebra::{Matrix6, Vector6};
+use nalgebra::{Matrix6, Vector3, Vector6};
 use serde::Serialize;
 
 use super::{
     equilibrium::{Outcome, Status},
+    play::tool_play,
     state::{State, Workspace},
     stiffness::{chain_stiffnesses, principal_stiffnesses, tool_compliance},
 };
@@ -46,6 +47,9 @@ pub struct Solution {
     pub stiffness: Option<Matrix6<f64>>,
     /// Its inverse.
     pub compliance: Option<Matrix6<f64>>,
+    /// Half the interval in which backlash and friction of the drives let the tool tip stand, along the axes of O, mm; `None` without
+    /// any.
+    pub tool_play: Option<Vector3<f64>>,
     /// Smallest eigenvalue in N/mm of the condensed tangent, rotations weighted by the machine's reach; negative where
     /// the machine is unstable. See [`Outcome::softest`]; not a stiffness of the tool tip, which is
     /// [`Solution::tool_stiffnesses`].
@@ -82,6 +86,7 @@ impl Solution {
             chains: chains.collect(),
             stiffness: outcome.stiffness,
             compliance: outcome.compliance,
+            tool_play: tool_play(machine, &state.pose, &outcome.drive_sensitivity),
             stability: outcome.softest(machine.reach),
         }
     }

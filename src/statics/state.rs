@@ -23,13 +23,21 @@ pub struct ChainState {
 /// A machine state: pose of P in O and the unknowns of each chain.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct State {
-    /// Pose of P in O.
+    /// Pose of P in O: of a machine whose tool bends, as the tool's end has it.
     pub pose: Pose,
     /// One per chain.
     pub chains: Vec<ChainState>,
+    /// Pose that P would have if the tool were straight: that of the platform's body, where it is another.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub body: Option<Pose>,
 }
 
 impl State {
+    /// Pose of the platform's body, on which the chains end: of P, where the tool does not bend.
+    pub fn platform(&self) -> &Pose {
+        self.body.as_ref().unwrap_or(&self.pose)
+    }
+
     /// The undeflected, unloaded state of a rigid configuration. An equilibrium without load, unless passive joints have
     /// springs that are not at their neutral position there.
     pub fn rigid(machine: &Machine, at: &Configuration) -> Self {
@@ -38,7 +46,7 @@ impl State {
             coordinates.extend_from_slice(passive);
             ChainState { coordinates, wrench: Wrench::zero(), loops: vec![Wrench::zero(); chain.route.loop_count()] }
         });
-        Self { pose: at.pose, chains: chains.collect() }
+        Self { pose: at.pose, chains: chains.collect(), body: None }
     }
 }
 

@@ -24,7 +24,7 @@ pub fn chain_stiffnesses(
     let inputs = chain_inputs(machine, state, drives);
     let systems = workspace.chains.iter_mut().zip(&machine.chains).zip(inputs);
     let stiffness = systems.map(|((system, chain), (chain_state, drives))| {
-        system.linearise(chain, drives, chain_state, &state.pose, &machine.gravity);
+        system.linearise(chain, drives, chain_state, state.platform(), &machine.gravity);
         let mut stiffness = system.condense()?;
         subtract_half_moment(&mut stiffness, chain_state.wrench);
         Some(stiffness)
@@ -38,7 +38,8 @@ pub fn unloaded_stiffness(machine: &Machine, at: &Configuration, workspace: &mut
     let machine = &machine.weightless();
     let state = State::rigid(machine, at);
     let by_chains: Option<Matrix6<f64>> = chain_stiffnesses(machine, &at.drives, &state, workspace).into_iter().sum();
-    by_chains.or_else(|| unloaded(machine, at, workspace).stiffness)
+    // Chains hold the platform's body, and not the end of a tool that bends.
+    by_chains.filter(|_| machine.tool_compliance.is_none()).or_else(|| unloaded(machine, at, workspace).stiffness)
 }
 
 /// Unloaded compliance of the machine at a rigid configuration: twist of P per wrench at P in O axes (mm, rad; N, N·mm).

@@ -178,7 +178,7 @@ fn point_prints_the_reference_states_with_their_keys() {
 }
 
 /// Keys of `point --json` that reference states have not.
-const NEW_IN_POINT: [&str; 12] = [
+const NEW_IN_POINT: [&str; 16] = [
     "schema",
     "drives",
     "status",
@@ -190,6 +190,10 @@ const NEW_IN_POINT: [&str; 12] = [
     "tool_axis",
     "force_tool_frame_N",
     "iterations",
+    "zeroed",
+    "platform_turn_rad",
+    "tool_displacement_by_weight_mm",
+    "tool_play_mm",
     "residual",
 ];
 
@@ -416,7 +420,7 @@ fn mistakes_on_the_command_line_are_refused() {
     let cases: Vec<(Vec<&str>, &str)> = vec![
         (vec![], "Usage: kinetostat <COMMAND>"),
         (vec!["mill"], "unrecognized subcommand 'mill'"),
-        (point.to_vec(), "<--position <POSITION>|--at <AT>>"),
+        (point.to_vec(), "<--position <POSITION>|--at <AT>|--pose <X,Y,Z,ROLL,PITCH,YAW>|--joints <J1,J2,…>>"),
         (
             [&point[..], &["--at", "Q9"]].concat(),
             "--at: machine orthoglide has no point \"Q9\"; there are: Q0, Q1, Q2, Q3",

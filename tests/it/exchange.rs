@@ -108,9 +108,9 @@ fn only_the_formats_asked_for_are_written() {
         .map(|array| (array["name"].as_str().unwrap(), array["unit"].as_str()))
         .collect();
     for expected in [
-        ("both/status", None),
+        ("all/status", None),
         ("cutting/deflection_mm", Some("mm")),
-        ("both/departure_vector_mm", Some("mm")),
+        ("all/departure_vector_mm", Some("mm")),
         ("cutting/stiffness_min_N_per_mm", Some("N/mm")),
     ] {
         assert!(quantities.contains(&expected), "{expected:?} is not in {quantities:?}");
@@ -166,7 +166,7 @@ fn the_points_of_curves_stand_beside_their_figure() {
     let drawn = csv_cells(&folder.path().join("displacement_data.csv"));
     assert!(drawn[0][2].starts_with("tool angle φ [") && drawn[0][3].ends_with(" [mm]"), "{:?}", drawn[0]);
     // The curve of both sources runs by angle and ends where it begins.
-    let curve: Vec<&[String]> = drawn.iter().filter(|row| row[0] == "both at once").map(Vec::as_slice).collect();
+    let curve: Vec<&[String]> = drawn.iter().filter(|row| row[0] == "all at once").map(Vec::as_slice).collect();
     assert_eq!(curve.len(), of_both.len() + 1);
     assert!(curve.iter().all(|row| of_both.contains(&row[3].as_str())), "{curve:?}");
     assert_eq!(curve[0][3], curve[of_both.len()][3]);

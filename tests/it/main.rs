@@ -13,6 +13,7 @@ mod compensation_methods;
 mod compensation_six_drives;
 mod controls;
 mod convergence;
+mod elastic_tool;
 mod energy;
 #[cfg(all(feature = "parquet", feature = "vtk"))]
 mod exchange;

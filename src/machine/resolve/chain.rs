@@ -132,6 +132,8 @@ impl ChainBuilder<'_> {
                     stiffness: check.key("stiffness_N_per_mm").positive(drive.stiffness.number())?,
                     travel: check.key("travel_mm").interval(drive.travel_mm, 1.0)?,
                     force_limit: check.key("force_limit_N").optional_positive(drive.force_limit)?,
+                    backlash: check.key("backlash_mm").optional_positive(drive.backlash_mm)?.unwrap_or(0.0),
+                    friction: check.key("friction_N").optional_positive(drive.friction)?.unwrap_or(0.0),
                     home: check.key("home_mm").finite_scalar(drive.home_mm)?,
                 };
                 self.drive(drive_model, drive.axis, drive.shown.as_ref(), &check)?;
@@ -145,6 +147,8 @@ impl ChainBuilder<'_> {
                     stiffness: check.key("stiffness_Nmm_per_rad").positive(drive.stiffness.number())?,
                     travel: check.key("travel_deg").interval(drive.travel_deg, TO_RAD)?,
                     force_limit: check.key("torque_limit_Nmm").optional_positive(drive.torque_limit)?,
+                    backlash: check.key("backlash_deg").optional_positive(drive.backlash_deg)?.unwrap_or(0.0) * TO_RAD,
+                    friction: check.key("friction_Nmm").optional_positive(drive.friction)?.unwrap_or(0.0),
                     home: check.key("home_deg").finite_scalar(drive.home_deg)? * TO_RAD,
                 };
                 self.drive(drive_model, drive.axis, drive.shown.as_ref(), &check)?;

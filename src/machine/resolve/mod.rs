@@ -5,6 +5,7 @@ mod coupling;
 mod hung;
 mod module;
 mod section;
+mod tool;
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -57,6 +58,7 @@ pub(super) fn machine(spec: &MachineSpec, origin: &str) -> Result<Machine> {
         workspace: workspace(spec, &check)?,
         points: points(spec, &check)?,
         gravity: gravity(spec.gravity, &check)?,
+        tool_compliance: tool::compliance(spec, &check.key("platform.tool"))?,
         platform_mass: platform_mass(spec.platform.mass.as_ref(), &check.key("platform.mass"))?,
         zeroed: match spec.zeroed {
             ZeroedSpec::AtRest => Zeroed::AtRest,

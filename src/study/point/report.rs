@@ -110,6 +110,7 @@ fn blank(question: &PointQuestion, assembly_deg: &[f64]) -> Map<String, Value> {
         "platform_turn_rad",
         "tool_displacement_mm",
         "tool_displacement_by_weight_mm",
+        "tool_play_mm",
         "chain_wrench_N_Nmm",
         "stiffness_unloaded",
         "stiffness_loaded",
@@ -179,6 +180,7 @@ pub fn point_json(answer: &PointAnswer, assembly_deg: &[f64]) -> Value {
         let turn = rotation_log(&(loaded.pose.rotation * answer.nominal.pose.rotation.transpose()));
         object["platform_turn_rad"] = json!(array(turn));
         object["tool_displacement_mm"] = json!(tool_displacement(answer).map(array));
+        object["tool_play_mm"] = json!(loaded.tool_play.map(array));
         object.append(&mut forces(machine, "", Some(loaded.drive_forces())));
         let wrenches: Vec<[f64; 6]> = loaded.chains.iter().map(|chain| chain.wrench.to_array()).collect();
         object["chain_wrench_N_Nmm"] = json!(wrenches);
@@ -276,6 +278,10 @@ pub fn point_text(answer: &PointAnswer) -> String {
         }
         Some(Err(failure)) => text += &format!("  by weight                 unknown: {}\n", failure.reason),
         None => {}
+    }
+    if let Some(play) = loaded.tool_play {
+        text +=
+            &format!("  play at the tool          ±{} mm by backlash and friction of the drives\n", triple(play, 4));
     }
     let turn = rotation_log(&(loaded.pose.rotation * answer.nominal.pose.rotation.transpose()));
     text += &format!(
