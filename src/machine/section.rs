@@ -1,4 +1,4 @@
-//! End stiffness of a uniform beam.
+//! End stiffness of a beam, uniform or tapered.
 
 use nalgebra::{Matrix3, Matrix6};
 
@@ -24,6 +24,35 @@ pub enum Section {
         /// Inner diameter, mm.
         inner: f64,
     },
+    /// Doubly symmetric I, its web in the x–z plane.
+    I {
+        /// Of the flanges, along local y, mm.
+        width: f64,
+        /// Over both flanges, along local z, mm.
+        height: f64,
+        /// Thickness of a flange, mm.
+        flange: f64,
+        /// Thickness of the web, mm.
+        web: f64,
+    },
+    /// Rectangular hollow section.
+    Box {
+        /// Outer side along local y, mm.
+        width: f64,
+        /// Outer side along local z, mm.
+        height: f64,
+        /// Thickness of the wall, mm.
+        wall: f64,
+    },
+    /// Circular tube whose diameter changes evenly from start to end.
+    TaperedTube {
+        /// Outer diameter where the beam is clamped, mm.
+        start: f64,
+        /// Outer diameter at its free end, mm.
+        end: f64,
+        /// Thickness of the wall, mm.
+        wall: f64,
+    },
 }
 
 impl Section {
@@ -33,6 +62,9 @@ impl Section {
             Section::Rectangle { width, height } => width * height,
             Section::Round { diameter } => circle_area(diameter),
             Section::Tube { outer, inner } => circle_area(outer) - circle_area(inner),
+            Section::I { width, height, flange, web } => 2.0 * width * flange + (height - 2.0 * flange) * web,
+            Section::Box { width, height, wall } => width * height - (width - 2.0 * wall) * (height - 2.0 * wall),
+            Section::TaperedTube { .. } => self.at(0.5).area(),
         }
     }
 
@@ -45,18 +77,48 @@ impl Section {
                 let moment = circle_moment(outer) - circle_moment(inner);
                 (moment, moment)
             }
+            Section::I { width, height, flange, web } => {
+                let inner = height - 2.0 * flange;
+                let about_y = (width * height.powi(3) - (width - web) * inner.powi(3)) / 12.0;
+                (about_y, (2.0 * flange * width.powi(3) + inner * web.powi(3)) / 12.0)
+            }
+            Section::Box { width, height, wall } => {
+                let (inner_width, inner_height) = (width - 2.0 * wall, height - 2.0 * wall);
+                let moment = |a: f64, b: f64, c: f64, d: f64| (a * b.powi(3) - c * d.powi(3)) / 12.0;
+                (moment(width, height, inner_width, inner_height), moment(height, width, inner_height, inner_width))
+            }
+            Section::TaperedTube { .. } => self.at(0.5).second_moments(),
         }
     }
 
     /// Torsion constant J, mm⁴. For a rectangle a × c, a ≥ c: `a c³ (1/3 − 0.21 (c/a)(1 − c⁴/(12 a⁴)))`
-    /// (Roark's formula, exact within 0.5 %).
+    /// (Roark's formula, exact within 0.5 %). For an I, thin walls that can warp: `Σ b t³/3`; for a box, Bredt's `4 A² t / perimeter` of
+    /// the wall's middle line.
     pub fn torsion_constant(&self) -> f64 {
         match *self {
             Section::Rectangle { width, height } => {
                 let (a, c) = (width.max(height), width.min(height));
                 a * c.powi(3) * (1.0 / 3.0 - 0.21 * (c / a) * (1.0 - c.powi(4) / (12.0 * a.powi(4))))
             }
-            Section::Round { .. } | Section::Tube { .. } => 2.0 * self.second_moments().0,
+            Section::Round { .. } | Section::Tube { .. } | Section::TaperedTube { .. } => 2.0 * self.second_moments().0,
+            Section::I { width, height, flange, web } => {
+                (2.0 * width * flange.powi(3) + (height - flange) * web.powi(3)) / 3.0
+            }
+            Section::Box { width, height, wall } => {
+                let (width, height) = (width - wall, height - wall);
+                2.0 * (width * height).powi(2) * wall / (width + height)
+            }
+        }
+    }
+
+    /// The section at the share `x` of a beam's length from its clamped end.
+    fn at(&self, x: f64) -> Section {
+        match *self {
+            Section::TaperedTube { start, end, wall } => {
+                let outer = start + (end - start) * x;
+                Section::Tube { outer, inner: outer - 2.0 * wall }
+            }
+            uniform => uniform,
         }
     }
 }
@@ -80,8 +142,12 @@ pub struct Material {
 
 /// Stiffness of the free end of a uniform Euler–Bernoulli beam of length `length` mm clamped at its start, in beam axes:
 /// `K11 = EA/L, K22 = 12EI_z/L³, K26 = −6EI_z/L², K66 = 4EI_z/L, K33 = 12EI_y/L³, K35 = 6EI_y/L², K55 = 4EI_y/L,
-/// K44 = GJ/L` (N, mm, rad; translations before rotations).
+/// K44 = GJ/L` (N, mm, rad; translations before rotations). Of a tapered beam, the inverse of its compliance, which sums up
+/// that of its parts.
 pub fn beam_stiffness(section: &Section, material: &Material, length: f64) -> Matrix6<f64> {
+    if let Section::TaperedTube { .. } = section {
+        return tapered_compliance(section, material, length).try_inverse().unwrap_or_default();
+    }
     let Material { youngs_modulus: e, shear_modulus: g } = *material;
     let (iy, iz) = section.second_moments();
     let mut k = Matrix6::zeros();
@@ -95,6 +161,36 @@ pub fn beam_stiffness(section: &Section, material: &Material, length: f64) -> Ma
     (k[(1, 5)], k[(5, 1)]) = (xy, xy);
     (k[(2, 4)], k[(4, 2)]) = (xz, xz);
     k
+}
+
+/// Parts of a tapered beam, each with the three points of Gauss' formula: together good to rounding.
+const PARTS: usize = 64;
+/// Points of Gauss' formula in −1..1, and their weights.
+const GAUSS: [(f64, f64); 3] =
+    [(-0.774_596_669_241_483_4, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)];
+
+/// Compliance of the free end of a beam whose section changes: with `s` the way to the end, `C11 = ∫ 1/EA`, `C22 = ∫ s²/EI_z`,
+/// `C26 = ∫ s/EI_z`, `C66 = ∫ 1/EI_z`, `C35 = −∫ s/EI_y` and so on.
+fn tapered_compliance(section: &Section, material: &Material, length: f64) -> Matrix6<f64> {
+    let mut c = Matrix6::zeros();
+    for part in 0..PARTS {
+        for (point, weight) in GAUSS {
+            let x = (part as f64 + 0.5 * (1.0 + point)) / PARTS as f64;
+            let (own, s, dx) = (section.at(x), (1.0 - x) * length, 0.5 * weight * length / PARTS as f64);
+            let (iy, iz) = own.second_moments();
+            let (e, g) = (material.youngs_modulus, material.shear_modulus);
+            c[(0, 0)] += dx / (e * own.area());
+            c[(1, 1)] += dx * s * s / (e * iz);
+            c[(1, 5)] += dx * s / (e * iz);
+            c[(5, 5)] += dx / (e * iz);
+            c[(2, 2)] += dx * s * s / (e * iy);
+            c[(2, 4)] -= dx * s / (e * iy);
+            c[(4, 4)] += dx / (e * iy);
+            c[(3, 3)] += dx / (g * own.torsion_constant());
+        }
+    }
+    (c[(5, 1)], c[(4, 2)]) = (c[(1, 5)], c[(2, 4)]);
+    c
 }
 
 /// Bar stiffness with the revolutes at both its ends released, about the parallelogram's normal:
@@ -152,6 +248,44 @@ mod tests {
         assert!((compliance[(1, 1)] / (300f64.powi(3) / (3.0 * 70_000.0 * iz)) - 1.0).abs() < 1e-12);
         assert!((compliance[(5, 1)] / (300f64.powi(2) / (2.0 * 70_000.0 * iz)) - 1.0).abs() < 1e-12);
         assert!((compliance[(4, 2)] / (-(300f64.powi(2)) / (2.0 * 70_000.0 * iy)) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn hollow_sections_are_differences_of_full_ones_and_thin_walls_have_their_torsion() {
+        let rectangle = |width: f64, height: f64| Section::Rectangle { width, height }.second_moments();
+        let (outer, inner) = (rectangle(60.0, 100.0), rectangle(50.0, 90.0));
+        let hollow = Section::Box { width: 60.0, height: 100.0, wall: 5.0 };
+        assert_eq!(hollow.second_moments(), (outer.0 - inner.0, outer.1 - inner.1));
+        assert_eq!(hollow.area(), 60.0 * 100.0 - 50.0 * 90.0);
+        // As wide as high: Bredt's formula is t a³.
+        let square = Section::Box { width: 41.0, height: 41.0, wall: 1.0 };
+        assert!((square.torsion_constant() - 40f64.powi(3)).abs() < 1e-9);
+        // A web as wide as the flanges makes a rectangle.
+        let full = Section::I { width: 30.0, height: 50.0, flange: 10.0, web: 30.0 };
+        let (about_y, about_z) = full.second_moments();
+        let expected = rectangle(30.0, 50.0);
+        assert!((about_y - expected.0).abs() < 1e-9 && (about_z - expected.1).abs() < 1e-9);
+        // IPE 200 as its catalogue has it, without the fillets: 26.2 cm², 1 846 cm⁴, 142 cm⁴.
+        let ipe = Section::I { width: 100.0, height: 200.0, flange: 8.5, web: 5.6 };
+        assert!((ipe.area() / 2725.0 - 1.0).abs() < 0.01 && (ipe.second_moments().0 / 1.846e7 - 1.0).abs() < 0.01);
+    }
+
+    #[test]
+    fn a_tapered_tube_is_a_tube_where_it_does_not_taper_and_bends_by_its_parts() {
+        let tube = beam_stiffness(&Section::Tube { outer: 80.0, inner: 70.0 }, &ALUMINIUM, 400.0);
+        let even = beam_stiffness(&Section::TaperedTube { start: 80.0, end: 80.0, wall: 5.0 }, &ALUMINIUM, 400.0);
+        assert!((even - tube).amax() < 1e-9 * tube.amax());
+        let cone = Section::TaperedTube { start: 40.0, end: 20.0, wall: 10.0 };
+        let full = tapered_compliance(&cone, &ALUMINIUM, 200.0);
+        let by_integral = |f: &dyn Fn(f64) -> f64| {
+            let n = 20_000;
+            (0..n).map(|i| f((f64::from(i) + 0.5) / f64::from(n)) / f64::from(n)).sum::<f64>()
+        };
+        let expected = by_integral(&|x| {
+            let s = (1.0 - x) * 200.0;
+            s * s * 200.0 / (70_000.0 * cone.at(x).second_moments().0)
+        });
+        assert!((full[(1, 1)] / expected - 1.0).abs() < 1e-7, "{} {expected}", full[(1, 1)]);
     }
 
     #[test]

@@ -321,6 +321,9 @@ pub struct PrismaticDriveSpec {
     pub axis: AxisSpec,
     #[serde(rename = "stiffness_N_per_mm")]
     pub stiffness: StiffnessSpec,
+    /// Of what follows, such as a screw: in series with `stiffness`.
+    #[serde(rename = "shaft_stiffness_N_per_mm")]
+    pub shaft_stiffness: Option<f64>,
     #[serde(default)]
     pub home_mm: f64,
     pub travel_mm: Option<[f64; 2]>,
@@ -343,6 +346,9 @@ pub struct RevoluteDriveSpec {
     pub axis: AxisSpec,
     #[serde(rename = "stiffness_Nmm_per_rad")]
     pub stiffness: StiffnessSpec,
+    /// Of what follows the gear, such as a shaft: in series with `stiffness`.
+    #[serde(rename = "shaft_stiffness_Nmm_per_rad")]
+    pub shaft_stiffness: Option<f64>,
     #[serde(default)]
     pub home_deg: f64,
     pub travel_deg: Option<[f64; 2]>,
@@ -441,6 +447,43 @@ pub enum SectionSpec {
     Round(RoundSpec),
     /// Circular tube.
     Tube(TubeSpec),
+    /// Doubly symmetric I, its web in the local x–z plane.
+    IBeam(IBeamSpec),
+    /// Rectangular hollow section.
+    Box(BoxSectionSpec),
+    /// Circular tube whose diameter changes evenly from the clamped end to the free one.
+    TaperedTube(TaperedTubeSpec),
+}
+
+/// Flanges along local y, height over both of them along local z.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct IBeamSpec {
+    pub width_mm: f64,
+    pub height_mm: f64,
+    pub flange_mm: f64,
+    pub web_mm: f64,
+}
+
+/// Outer width along local y, outer height along local z.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct BoxSectionSpec {
+    pub width_mm: f64,
+    pub height_mm: f64,
+    pub wall_mm: f64,
+}
+
+/// Outer diameters at the clamped and at the free end.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct TaperedTubeSpec {
+    pub start_diameter_mm: f64,
+    pub end_diameter_mm: f64,
+    pub wall_mm: f64,
 }
 
 /// Width along local y, height along local z.

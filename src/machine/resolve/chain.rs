@@ -129,7 +129,10 @@ impl ChainBuilder<'_> {
                     name: drive.name.clone(),
                     motion: Motion::Prismatic,
                     coordinate: self.chain.virtual_count,
-                    stiffness: check.key("stiffness_N_per_mm").positive(drive.stiffness.number())?,
+                    stiffness: in_series(
+                        check.key("stiffness_N_per_mm").positive(drive.stiffness.number())?,
+                        check.key("shaft_stiffness_N_per_mm").optional_positive(drive.shaft_stiffness)?,
+                    ),
                     travel: check.key("travel_mm").interval(drive.travel_mm, 1.0)?,
                     force_limit: check.key("force_limit_N").optional_positive(drive.force_limit)?,
                     backlash: check.key("backlash_mm").optional_positive(drive.backlash_mm)?.unwrap_or(0.0),
@@ -144,7 +147,10 @@ impl ChainBuilder<'_> {
                     name: drive.name.clone(),
                     motion: Motion::Revolute,
                     coordinate: self.chain.virtual_count,
-                    stiffness: check.key("stiffness_Nmm_per_rad").positive(drive.stiffness.number())?,
+                    stiffness: in_series(
+                        check.key("stiffness_Nmm_per_rad").positive(drive.stiffness.number())?,
+                        check.key("shaft_stiffness_Nmm_per_rad").optional_positive(drive.shaft_stiffness)?,
+                    ),
                     travel: check.key("travel_deg").interval(drive.travel_deg, TO_RAD)?,
                     force_limit: check.key("torque_limit_Nmm").optional_positive(drive.torque_limit)?,
                     backlash: check.key("backlash_deg").optional_positive(drive.backlash_deg)?.unwrap_or(0.0) * TO_RAD,
@@ -362,6 +368,11 @@ impl ChainBuilder<'_> {
         self.chain.coupling = coupling::resolve(&self.chain, &self.shown)?;
         Ok(self.chain)
     }
+}
+
+/// Stiffness of a gear and of the shaft behind it, if it is given apart.
+fn in_series(gear: f64, shaft: Option<f64>) -> f64 {
+    shaft.map_or(gear, |shaft| gear * shaft / (gear + shaft))
 }
 
 fn axis(spec: AxisSpec) -> Axis {
