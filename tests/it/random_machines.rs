@@ -1,14 +1,18 @@
 //! Machines beyond the catalogue, drawn at random and often degenerate: no panic, no number that is not finite without a
 //! status and its reason, and where a state is called solved it is in equilibrium by an independent recomputation.
 
-use crate::support::{engine::cases, random_machine::random_machine};
+use crate::support::{
+    balance::{assert_balanced, is_determinate},
+    engine::cases,
+    random_machine::random_machine,
+};
 use kinetostat::{
     compensation::{self, Demand, Method, Session, Target, compensate},
     machine::{Chain, ChainError, Configuration, Machine, Motion, SpringLaw},
     process::MillingForce,
     spatial::{Grid, Pose, Twist, Wrench, rotation_log},
     statics::{
-        Outcome, Settings, Solution, State, Status, Workspace, aggregate_errors, elastic_energy, equilibrium,
+        Outcome, Settings, Solution, State, Status, Workspace, aggregate_errors, equilibrium,
         unloaded_stiffness, wrench_at_pose,
     },
     study::{
@@ -17,7 +21,7 @@ use kinetostat::{
     },
     work::Work,
 };
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DVector, Vector3};
 use proptest::{
     prelude::*,
     test_runner::{Config, TestRunner},
@@ -25,8 +29,6 @@ use proptest::{
 
 /// Residual of any solved state: what [`Settings`] demand, or rounding.
 const RESIDUAL: f64 = 1e-8;
-/// Largest imbalance by the independent recomputation, over the largest wrench.
-const BALANCE: f64 = 1e-6;
 
 /// A load up to some hundred newtons, chain errors up to a millimetre and a degree.
 #[derive(Debug, Clone)]
@@ -62,7 +64,7 @@ impl Trial {
         let error = |chain: usize| ChainError {
             base: Twist { linear: vector(chain, 0), angular: vector(chain, 3) * 0.017 },
             end: Twist { linear: vector(chain, 6) * 0.2, angular: vector(chain, 9) * 0.003 },
-            drive_offsets: vec![share(chain, 12) * 0.1],
+            drive_offsets: vec![share(chain, 12) * 0.1, share(chain, 13) * 0.05, share(chain, 11) * 0.05],
         };
         (0..machine.chains.len()).map(error).collect()
     }
@@ -82,6 +84,7 @@ fn finite_state(what: &str, state: &State) {
     finite_pose(what, &state.pose);
     for chain in &state.chains {
         finite(what, chain.coordinates.iter().chain(&chain.wrench.to_array()));
+        finite(what, chain.loops.iter().flat_map(|wrench| wrench.to_array()).collect::<Vec<_>>().iter());
     }
 }
 
@@ -89,79 +92,6 @@ fn finite_outcome(what: &str, outcome: &Outcome) {
     finite(what, outcome.stiffness.iter().flat_map(|matrix| matrix.iter()));
     finite(what, outcome.compliance.iter().flat_map(|matrix| matrix.iter()));
     finite(what, outcome.drive_sensitivity.iter());
-}
-
-/// Whether `state` balances, by other means than the engine's: closure by the chain's product, platform by the sum of
-/// the wrenches, joints by differences of the elastic energy against the power of the wrench at each motion's screw.
-fn assert_balanced(machine: &Machine, drives: &[f64], load: &Wrench, state: &State) {
-    let reach = machine.reach;
-    let wrenches = state.chains.iter().map(|chain| chain.wrench.norm(reach));
-    let scale = wrenches.fold(load.norm(reach).max(1.0), f64::max);
-    let mut left = load.to_vector();
-    let mut first = 0;
-    for (c, (chain, own)) in machine.chains.iter().zip(&state.chains).enumerate() {
-        left -= own.wrench.to_vector();
-        let mut values = own.coordinates.clone();
-        for (drive, rho) in chain.drives.iter().zip(&drives[first..]) {
-            values[drive.coordinate] += rho;
-        }
-        first += chain.drives.len();
-        let mut screws = Vec::new();
-        let end = chain.forward(&values, &mut screws);
-        let gap = (end.translation - state.pose.translation).norm();
-        let turn = rotation_log(&(end.rotation * state.pose.rotation.transpose())).norm() * reach;
-        assert!(gap.max(turn) <= 10.0 * RESIDUAL * reach, "chain {c} gapes by {gap} mm, {turn} mm of rotation");
-        let mut force = vec![0.0; own.coordinates.len()];
-        let mut lever = vec![0.0f64; own.coordinates.len()];
-        for screw in &screws {
-            let Twist { linear, angular } = screw.twist;
-            force[screw.coordinate] += own.wrench.force.dot(&linear) + own.wrench.moment.dot(&angular);
-            lever[screw.coordinate] = if angular == Vector3::zeros() { 1.0 } else { reach };
-        }
-        for (i, gradient) in energy_gradient(machine, state, c).into_iter().enumerate() {
-            let off = (force[i] - gradient).abs() / lever[i].max(1.0);
-            assert!(off <= BALANCE * scale, "chain {c}, coordinate {i}: {} N or N·mm against {gradient}", force[i]);
-        }
-    }
-    let left = Wrench::from_vector(&left).norm(reach);
-    assert!(left <= BALANCE * scale, "the platform is out of balance by {left} N of {scale} N");
-}
-
-/// Derivative of the elastic energy by each coordinate of chain `c`, from the springs' laws; the parallelograms' by
-/// their hinge from differences of the energy.
-fn energy_gradient(machine: &Machine, state: &State, c: usize) -> Vec<f64> {
-    let (chain, x) = (&machine.chains[c], &state.chains[c].coordinates);
-    let mut gradient = vec![0.0; x.len()];
-    for spring in &chain.springs {
-        let size = spring.law.size();
-        let theta = DVector::from_row_slice(&x[spring.start..spring.start + size]);
-        let force = match &spring.law {
-            SpringLaw::Drive(stiffness) => theta * *stiffness,
-            SpringLaw::Link(stiffness) => DMatrix::from_fn(6, 6, |i, j| stiffness[(i, j)]) * theta,
-            SpringLaw::Parallelogram { passive, terms } => {
-                let mut moved = [state.clone(), state.clone()];
-                let h = 1e-5;
-                moved[0].chains[c].coordinates[*passive] += h;
-                moved[1].chains[c].coordinates[*passive] -= h;
-                let drives = &machine.home.drives;
-                let by_hinge = elastic_energy(machine, drives, &moved[0]) - elastic_energy(machine, drives, &moved[1]);
-                // Joint springs are added below.
-                let joint = &chain.passive[*passive - chain.virtual_count];
-                gradient[*passive] += by_hinge / (2.0 * h) - joint.stiffness * (x[*passive] - joint.neutral);
-                let (sin, cos) = (2.0 * x[*passive]).sin_cos();
-                let stiffness = terms[0] + terms[1] * cos + terms[2] * sin;
-                DMatrix::from_fn(5, 5, |i, j| stiffness[(i, j)]) * theta
-            }
-        };
-        for i in 0..size {
-            gradient[spring.start + i] += force[i];
-        }
-    }
-    for (j, joint) in chain.passive.iter().enumerate() {
-        let coordinate = chain.passive_coordinate(j);
-        gradient[coordinate] += joint.stiffness * (x[coordinate] - joint.neutral);
-    }
-    gradient
 }
 
 fn check_findings(machine: &Machine) {
@@ -237,16 +167,18 @@ fn check_equilibrium(machine: &Machine, trial: &Trial, at: &Configuration) -> bo
 /// singular values where it cuts them off.
 fn check_condensation(machine: &Machine, trial: &Trial, at: &Configuration) -> bool {
     let has_link = |chain: &Chain| chain.springs.iter().any(|spring| matches!(spring.law, SpringLaw::Link(_)));
-    let unknowns: usize = machine.chains.iter().map(|chain| chain.coordinate_count() + 6).sum();
+    let is_elastic = machine.chains.iter().all(|chain| has_link(chain) && chain.route.loops.is_empty());
+    let unknowns = |chain: &Chain| chain.coordinate_count() + 6 * (1 + chain.route.loop_count());
     let mobility = machine.mobility(at);
-    let is_degenerate = mobility.over_constraint > 0 || mobility.uncontrolled > 0;
-    if machine.chains.iter().all(has_link) || unknowns > 90 || is_degenerate {
+    let start = State::rigid(machine, at);
+    let is_degenerate = mobility.uncontrolled > 0 || !is_determinate(machine, &at.drives, &start);
+    if is_elastic || machine.chains.iter().map(unknowns).sum::<usize>() > 90 || is_degenerate {
         return false;
     }
     let settings = Settings { tolerance: 1e-13, max_iterations: 20 };
     let load = trial.load().scale(0.1);
     let [condensed, uncondensed] = [Workspace::new(machine), Workspace::uncondensed(machine)].map(|mut workspace| {
-        let mut state = State::rigid(machine, at);
+        let mut state = start.clone();
         let outcome = equilibrium(machine, &at.drives, &load, &mut state, &mut workspace, &settings);
         (state, outcome)
     });

@@ -1,6 +1,7 @@
 //! Shared by the integration tests.
 
 pub mod arm;
+pub mod balance;
 pub mod engine;
 pub mod golden;
 pub mod placement;
