@@ -130,6 +130,7 @@ fn check_equilibrium(machine: &Machine, trial: &Trial, at: &Configuration) -> bo
             }
         }
         let is_solved = outcome.status == Status::Solved;
+        if std::env::var_os("RANDOM_MACHINES_TIMES").is_some() { eprintln!("  {:?} loops {} weight {} steps {}", outcome.status, machine.chains.iter().map(|c| c.route.loop_count()).sum::<usize>(), machine.has_weight(), outcome.load_steps); }
         assert_eq!(outcome.status.reason(machine).is_empty(), is_solved, "{:?}", outcome.status);
         let solution = Solution::new(answering, &at.drives, &load, &state, &outcome, &mut workspace);
         finite("drive forces", &solution.drive_forces());
@@ -309,7 +310,10 @@ fn run(trial: &Trial, tally: &mut Tally) {
     tally.drawn += 1;
     let machine = match Machine::from_toml(&trial.toml, "random.toml") {
         Ok(machine) => machine,
-        Err(refusal) => return assert!(refusal.to_string().starts_with("random.toml: "), "{refusal}"),
+        Err(refusal) => {
+            if std::env::var_os("RANDOM_MACHINES_TIMES").is_some() { eprintln!("  refused {refusal}"); }
+            return assert!(refusal.to_string().starts_with("random.toml: "), "{refusal}")
+        }
     };
     tally.accepted += 1;
     check_findings(&machine);

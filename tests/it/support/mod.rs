@@ -4,6 +4,7 @@ pub mod arm;
 pub mod balance;
 pub mod engine;
 pub mod golden;
+pub mod machines;
 pub mod placement;
 pub mod planar;
 pub mod random_machine;
