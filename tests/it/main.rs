@@ -14,6 +14,7 @@ mod compensation_six_drives;
 mod controls;
 mod convergence;
 mod energy;
+mod equivalent_machines;
 #[cfg(all(feature = "parquet", feature = "vtk"))]
 mod exchange;
 mod foreign_machines;
