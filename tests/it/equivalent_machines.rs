@@ -2,14 +2,14 @@
 //! sprung joints, masses of the platform as masses of its chain, drives with shown coordinates as drives without.
 
 use crate::support::{
-    balance::assert_balanced,
+    balance::{assert_balanced, drives_by_chain},
     engine::{EXACT, machine_from, motion_between},
-    machines::{machine_file, places, some_load},
+    machines::{machine_file, places, share, some_load},
 };
 use kinetostat::{
-    machine::{Configuration, Machine, catalogue},
+    machine::{ChainError, Configuration, Machine, catalogue},
     spatial::Wrench,
-    statics::{Outcome, State, Status, Workspace, drive_force_sensitivity, drive_forces, equilibrium},
+    statics::{Outcome, State, Status, Workspace, aggregate_errors, drive_force_sensitivity, drive_forces, equilibrium},
 };
 use nalgebra::{DMatrix, Matrix6};
 use toml::{Table, Value};
@@ -253,4 +253,33 @@ fn a_machine_without_gravity_is_one_without_masses() {
     let outcome =
         equilibrium(&weightless, drives, &Wrench::zero(), &mut state, &mut Workspace::new(&weightless), &EXACT);
     assert_eq!((outcome.status, outcome.iterations), (Status::Solved, 0));
+}
+
+#[test]
+fn offsets_of_drives_in_a_module_are_those_of_the_machine_of_its_chains() {
+    for (name, size) in [("hexapod", 0.3), ("orthoglide", 0.2), ("tricept", 0.3)] {
+        let table = with_masses(table_of(name));
+        let (apart, as_one) = (machine(&table), machine(&as_module(table)));
+        let offsets: Vec<f64> = (0..apart.drive_count()).map(|i| size * share(i, 3)).collect();
+        let error = |offsets: &[f64]| ChainError { drive_offsets: offsets.to_vec(), ..ChainError::default() };
+        let own = drives_by_chain(&apart, &offsets).into_iter().map(error).collect::<Vec<_>>();
+        let (real, real_as_one) = (apart.with_errors(&own), as_one.with_errors(&[error(&offsets)]));
+        for (seed, at) in places(&apart, 3).iter().enumerate() {
+            let load = some_load(&apart, 200.0, seed);
+            let there = as_one.forward_kinematics(&at.drives).unwrap();
+            let (expected, got) = (solve(&real, at, &load), solve(&real_as_one, &there, &load));
+            let what = format!("{name}, place {seed}");
+            assert_same(&what, &apart, &got, &expected);
+            assert_balanced(&real_as_one, &at.drives, &load, &got.state);
+            let aggregated = |nominal: &Machine, real: &Machine, at: &Configuration| {
+                aggregate_errors(nominal, real, at, &mut Workspace::new(nominal)).map(|twist| twist.to_vector())
+            };
+            if let Some(expected) = aggregated(&apart, &real, at) {
+                let got = aggregated(&as_one, &real_as_one, &there).unwrap();
+                // Finite errors of two machines agree to first order.
+                let off = (got - expected).amax();
+                assert!(off < 2e-3 * expected.amax(), "{what}: aggregate off by {off:e}: {got} {expected}");
+            }
+        }
+    }
 }
