@@ -58,3 +58,4 @@ mod units;
 mod urdf_import;
 mod validation_study;
 mod ways_around;
+mod weight_closed_forms;
