@@ -47,6 +47,7 @@ mod report_page;
 mod resume;
 mod scaling;
 mod schema;
+mod shown_coordinates;
 mod snap_through;
 mod solved_in_part;
 mod stiffness;

@@ -345,6 +345,7 @@ fn search(count: u32) -> Tally {
     let slow = std::env::var_os("RANDOM_MACHINES_TIMES").is_some();
     let outcome = TestRunner::new(Config { max_shrink_time: 60_000, ..cases(count) }).run(&trial(), |trial| {
         let began = std::time::Instant::now();
+        if let Some(f) = std::env::var_os("RANDOM_MACHINES_LAST") { std::fs::write(f, format!("{:?}\n{}", trial, trial.toml)).unwrap(); }
         run(&trial, &mut tally.borrow_mut());
         if slow {
             eprintln!("{:.2?} {:?}", began.elapsed(), tally.borrow());
