@@ -25,6 +25,7 @@ mod gcode_properties;
 mod gcode_round_trip;
 mod golden_figures;
 mod golden_tables;
+mod hung_machines;
 mod jacobians;
 mod kinematics;
 mod labels;
