@@ -9,7 +9,7 @@ use std::{
 use kinetostat::{
     machine::{ChainError, Configuration, Machine},
     process::MillingForce,
-    statics::{Settings, State, Status, Workspace, equilibrium},
+    statics::{Batch, Case, Level, Settings, State, Status, Workspace, equilibrium},
 };
 
 thread_local! {
@@ -95,10 +95,13 @@ fn more_newton_iterations_do_not_allocate_more() {
     }
 }
 
-/// The same where rigid links leave the platform more unknowns than its twist.
+/// The same where rigid links leave the platform more unknowns than its twist, and with weight, springs between points and
+/// loops.
 #[test]
 fn more_newton_iterations_do_not_allocate_more_with_rigid_links() {
-    for name in ["hexapod", "tricept", "linear_delta"] {
+    for name in
+        ["hexapod", "tricept", "linear_delta", "robot_6r", "hybrid_3ups", "fourbar_robot", "coupled_6r", "nested"]
+    {
         let machine = Machine::from_file(format!("{}/tests/machines/{name}.toml", env!("CARGO_MANIFEST_DIR")).as_ref());
         let machine = machine.unwrap_or_else(|e| panic!("{e}"));
         let at = &machine.home;
@@ -112,6 +115,45 @@ fn more_newton_iterations_do_not_allocate_more_with_rigid_links() {
         assert!(costs[2].iterations - costs[0].iterations >= 2, "{name}: {costs:?}");
         for cost in &costs {
             assert_eq!(cost.allocated, costs[0].allocated, "{name}: {costs:?}");
+        }
+    }
+}
+
+/// Cases from states near and far, side by side: what is allocated is what is handed back.
+#[test]
+fn more_newton_iterations_do_not_allocate_more_in_lanes() {
+    for name in ["hexapod", "robot_6r", "hybrid_3ups", "fourbar_robot", "coupled_6r", "nested"] {
+        let machine = Machine::from_file(format!("{}/tests/machines/{name}.toml", env!("CARGO_MANIFEST_DIR")).as_ref());
+        let machine = machine.unwrap_or_else(|e| panic!("{e}"));
+        let at = &machine.home;
+        for level in Level::available() {
+            let mut batch = Batch::at_level(&machine, level);
+            let rigid = vec![State::rigid(&machine, at); Batch::WIDTH];
+            let mut solve = |start: &[State], phi_deg: f64| {
+                let mut states = start.to_vec();
+                let mut drives = vec![at.drives.clone(); Batch::WIDTH];
+                let mut cases: Vec<Case<'_>> = states
+                    .iter_mut()
+                    .zip(&mut drives)
+                    .enumerate()
+                    .map(|(i, (state, drives))| {
+                        let phi = (phi_deg + 5.0 * i as f64).to_radians();
+                        Case { drives, load: MillingForce::PAPER.wrench(phi, &machine.tool()), state, task: None }
+                    })
+                    .collect();
+                let before = ALLOCATED.get();
+                let outcomes = batch.equilibria(&mut cases, &Settings::default());
+                let after = ALLOCATED.get();
+                assert!(outcomes.iter().all(|outcome| outcome.status == Status::Solved), "{name}: {outcomes:?}");
+                let iterations = outcomes.iter().map(|outcome| outcome.iterations).sum();
+                (states, Cost { iterations, allocated: (after.0 - before.0, after.1 - before.1) })
+            };
+            let (loaded, _) = solve(&rigid, 0.0);
+            let costs = [(&loaded, 0.0), (&loaded, 20.0), (&rigid, 180.0)].map(|(start, phi)| solve(start, phi).1);
+            assert!(costs[2].iterations - costs[0].iterations >= 2, "{name}: {costs:?}");
+            for cost in &costs {
+                assert_eq!(cost.allocated, costs[0].allocated, "{name}, {level:?}: {costs:?}");
+            }
         }
     }
 }

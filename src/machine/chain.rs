@@ -1,13 +1,19 @@
 //! A chain from the machine base to the platform: its route, drives and joints, with the
 //! units and words of their positions and forces (`Motion`).
 
-use nalgebra::{DMatrix, SMatrix};
+use std::f64::consts::TAU;
+
+use nalgebra::{DMatrix, DVector, SMatrix};
 
 use super::route::Route;
 use crate::{
     lanes::{Real, pairs},
     spatial::{Pose, Twist},
 };
+
+/// Most turns of a joint after which a coupled drive is taken to stand as before, and how near they must be to whole ones.
+const MOST_TURNS: u32 = 12;
+const WHOLE: f64 = 1e-9;
 
 /// Kind of an elementary one-parameter motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -246,6 +252,28 @@ impl Chain {
             None if joint == drive => 1.0,
             None => 0.0,
         }
+    }
+
+    /// Least change of what hinge drive `drive` is commanded that leaves all joints where they stand, by whole turns: 2π where it
+    /// moves its own alone. `None` for a slide, and where there is none of a few turns.
+    pub(crate) fn full_turn(&self, drive: usize) -> Option<f64> {
+        if self.drives[drive].motion == Motion::Prismatic {
+            return None;
+        }
+        let shares: Vec<f64> =
+            (0..self.drives.len()).map(|joint| self.joint_per_drive(joint, drive)).filter(|share| *share != 0.0).collect();
+        let first = shares.first()?.abs();
+        let is_whole = |turns: f64| (turns - turns.round()).abs() < WHOLE;
+        let mut whole = (1..=MOST_TURNS).map(|turns| f64::from(turns) / first);
+        whole.find(|turns| shares.iter().all(|share| is_whole(share * turns))).map(|turns| turns * TAU)
+    }
+
+    /// What is commanded where the chain coordinates, drive coordinates with the drives' positions added, are `values`.
+    pub(crate) fn commanded(&self, values: &[f64]) -> Vec<f64> {
+        let joints: Vec<f64> = self.drives.iter().map(|drive| values[drive.coordinate]).collect();
+        let Some(coupling) = &self.coupling else { return joints };
+        let moved = DVector::from_fn(joints.len(), |i, _| joints[i] - coupling.offset[i]);
+        coupling.per_shown.clone().lu().solve(&moved).map_or(joints, |shown| shown.as_slice().to_vec())
     }
 
     /// Adds where the drives' joints stand, for drives at `drives` (mm, rad), to the chain coordinates `values`.

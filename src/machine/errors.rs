@@ -1,6 +1,6 @@
 //! Manufacturing and assembly errors: what makes the real machine differ from the nominal one.
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::{Chain, Drive, Machine, Motion, Route, Step};
 use crate::spatial::{Pose, Twist};
@@ -36,18 +36,9 @@ impl ChainError {
     /// base frame. Without a drive the chain stays nominal.
     pub fn turn_about_drive_axis(chain: &Chain, angle: f64) -> Self {
         let mut error = Self::default();
-        let mut rotation = Matrix3::identity();
-        for step in &chain.route.steps {
-            match *step {
-                Step::Fixed(pose) => rotation *= pose.rotation,
-                Step::Move { coordinate, axis, .. } => {
-                    if chain.drives.first().is_some_and(|drive| drive.coordinate == coordinate) {
-                        error.base.angular = rotation.column(axis.index()) * angle;
-                        break;
-                    }
-                }
-                Step::Frame => {}
-            }
+        let axis = chain.drives.first().and_then(|drive| drive_axis(&chain.route, drive, Matrix3::identity()));
+        if let Some(axis) = axis {
+            error.base.angular = axis * angle;
         }
         error
     }
@@ -70,6 +61,24 @@ impl ChainError {
             route.for_each(&mut |route| shift_joint(route, drive, offset));
         }
     }
+}
+
+/// Axis of `drive`, if a route has it or one of its loops, the joints before it at zero; the route's first frame has the axes
+/// `rotation`.
+fn drive_axis(route: &Route, drive: &Drive, mut rotation: Matrix3<f64>) -> Option<Vector3<f64>> {
+    let mut frames = Vec::new();
+    for step in &route.steps {
+        match *step {
+            Step::Fixed(pose) => rotation *= pose.rotation,
+            Step::Move { coordinate, axis, .. } if coordinate == drive.coordinate => {
+                return Some(rotation.column(axis.index()).into_owned());
+            }
+            Step::Move { .. } => {}
+            Step::Frame => frames.push(rotation),
+        }
+    }
+    let mut loops = route.loops.iter();
+    loops.find_map(|inner| drive_axis(&inner.route, drive, frames[inner.from] * inner.route.base.rotation))
 }
 
 /// Puts the joint of `drive`, if the route has it, `offset` mm or rad further.
@@ -110,5 +119,19 @@ impl Machine {
             error.apply(chain);
         }
         real
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_chain_is_turned_about_its_first_drive_within_a_module_too() {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/machines");
+        let machine = Machine::from_file(&folder.join("hybrid_3ups.toml")).unwrap();
+        let error = ChainError::turn_about_drive_axis(&machine.chains[0], 0.1);
+        // The legs stand head down.
+        assert!((error.base.angular - Vector3::new(0.0, 0.0, -0.1)).norm() < 1e-12, "{error:?}");
     }
 }

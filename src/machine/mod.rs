@@ -251,6 +251,11 @@ impl Machine {
         self.chains.iter().enumerate().flat_map(|(c, chain)| chain.drives.iter().map(move |drive| (c, drive)))
     }
 
+    /// Of each drive, the least change that leaves all joints where they stand, see `Chain::full_turn`.
+    pub(crate) fn full_turns(&self) -> impl Iterator<Item = Option<f64>> {
+        self.chains.iter().flat_map(|chain| (0..chain.drives.len()).map(|drive| chain.full_turn(drive)))
+    }
+
     /// Number of drives.
     pub fn drive_count(&self) -> usize {
         self.chains.iter().map(|chain| chain.drives.len()).sum()

@@ -65,7 +65,7 @@ pub struct JointMark {
     pub position_mm: [f64; 3],
     /// Unit vector along or about which it moves.
     pub axis: [f64; 3],
-    /// Coordinate, mm or degrees.
+    /// Coordinate, mm or degrees; of a drive, what it shows.
     pub value: f64,
     /// Smallest and largest coordinate, mm or degrees, where the machine has limits.
     pub limits: Option<[f64; 2]>,
@@ -235,7 +235,9 @@ impl<'a> Walker<'a> {
     }
 
     fn joint(&mut self, motion: Motion, coordinate: usize, sign: f64, direction: Vector3<f64>) {
-        let drive = self.chain.drives.iter().find(|drive| drive.coordinate == coordinate);
+        let index = self.chain.drives.iter().position(|drive| drive.coordinate == coordinate);
+        let drive = index.map(|index| &self.chain.drives[index]);
+        let value = index.map_or(self.values[coordinate], |index| self.chain.commanded(self.values)[index]);
         let passive = coordinate.checked_sub(self.chain.virtual_count).and_then(|j| self.chain.passive.get(j));
         let (name, limits) = match (drive, passive) {
             (Some(drive), _) => (&drive.name, drive.travel),
@@ -248,7 +250,7 @@ impl<'a> Walker<'a> {
             slides: motion == Motion::Prismatic,
             position_mm: self.pose.translation.into(),
             axis: direction.into(),
-            value: motion.shown(self.values[coordinate]),
+            value: motion.shown(value),
             limits: limits.map(|(low, high)| [motion.shown(low), motion.shown(high)]),
         });
     }

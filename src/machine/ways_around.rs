@@ -94,7 +94,7 @@ impl Machine {
         (self.nearest_posture(&starts, target), SERIAL_ALL)
     }
 
-    /// Angle about the axis of drive `hinge` of a serial machine from P at home to the target.
+    /// Motion of drive `hinge` of a serial machine that turns P about its axis from home to the target.
     fn azimuth(&self, hinge: usize, target: &Pose) -> f64 {
         let chain = &self.chains[0];
         let mut values = vec![0.0; chain.virtual_count];
@@ -112,7 +112,9 @@ impl Machine {
         if from_axis.norm() < least || to_target.norm() < least {
             return 0.0;
         }
-        axis.dot(&from_axis.cross(&to_target)).atan2(from_axis.dot(&to_target))
+        let angle = axis.dot(&from_axis.cross(&to_target)).atan2(from_axis.dot(&to_target));
+        let share = chain.joint_per_drive(hinge, hinge);
+        if share == 0.0 { 0.0 } else { angle / share }
     }
 
     /// The nearest to home of the postures found from `starts` that meet `target` within the limits.
@@ -121,9 +123,9 @@ impl Machine {
         let found = starts.iter().filter_map(|drives| {
             let start = self.posture(drives);
             let mut met = closure.met(start, &Command::Task(target))?;
-            for ((_, drive), (rho, home)) in self.drives().zip(met.drives.iter_mut().zip(&self.home.drives)) {
-                if drive.motion == Motion::Revolute {
-                    *rho -= ((*rho - home) / TAU).round() * TAU;
+            for (turn, (rho, home)) in self.full_turns().zip(met.drives.iter_mut().zip(&self.home.drives)) {
+                if let Some(turn) = turn {
+                    *rho -= ((*rho - home) / turn).round() * turn;
                 }
             }
             self.within_limits(met, target).ok()

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix6, Vector6};
 
+use super::equilibrium::chain_inputs;
 use crate::{
     machine::{Configuration, Machine, MoveScrew},
     spatial::{Pose, Twist, rotation_log},
@@ -28,24 +29,47 @@ fn end_shifts(nominal: &Machine, real: &Machine, at: &Configuration) -> Vec<Twis
     shifts
 }
 
+/// Wrench of each chain that has loops, linearised at `at` with its end held there; `None` for the others.
+fn held_wrenches(machine: &Machine, at: &Configuration, workspace: &mut Workspace) -> Vec<Option<Vector6<f64>>> {
+    let state = State::rigid(machine, at);
+    let inputs = chain_inputs(machine, &state, &at.drives);
+    let systems = workspace.chains.iter_mut().zip(&machine.chains).zip(inputs);
+    let wrenches = systems.map(|((system, chain), (chain_state, drives))| {
+        if chain.route.loops.is_empty() {
+            return None;
+        }
+        system.linearise(chain, drives, chain_state, &at.pose, &machine.gravity);
+        system.condense()?;
+        Some(Vector6::from(system.held_wrench()))
+    });
+    wrenches.collect()
+}
+
 /// Platform displacement by assembling non-perfect chains, to first order: `Δt_ε = (Σ K_i)⁻¹ Σ K_i ε_i`, eq. (15), with
 /// unloaded chain stiffnesses at `at`. A twist of P in O axes (mm, rad).
 ///
-/// Chain `i` then works about the target shifted by `Δt_ε − ε_i`, eq. (14). `None` where a chain has no 6×6 stiffness or
-/// the machine is singular.
+/// Chain `i` then works about the target shifted by `Δt_ε − ε_i`, eq. (14). Errors within the loops of a chain shift its end
+/// with its joints free: `K_i ε_i` is then what they change of the wrench that holds it. `None` where a chain has no 6×6
+/// stiffness or the machine is singular.
 pub fn aggregate_errors(
     nominal: &Machine,
     real: &Machine,
     at: &Configuration,
     workspace: &mut Workspace,
 ) -> Option<Twist> {
+    let (nominal, real) = (&nominal.weightless(), &real.weightless());
+    let before = held_wrenches(nominal, at, workspace);
+    let after = held_wrenches(real, at, workspace);
     let stiffnesses = chain_stiffnesses(nominal, &at.drives, &State::rigid(nominal, at), workspace);
     let mut sum = Matrix6::zeros();
     let mut forced = Vector6::zeros();
-    for (stiffness, shift) in stiffnesses.into_iter().zip(end_shifts(nominal, real, at)) {
+    for (i, (stiffness, shift)) in stiffnesses.into_iter().zip(end_shifts(nominal, real, at)).enumerate() {
         let stiffness = stiffness?;
         sum += stiffness;
-        forced += stiffness * shift.to_vector();
+        forced += match nominal.chains[i].route.loops.is_empty() {
+            true => stiffness * shift.to_vector(),
+            false => before[i]? - after[i]?,
+        };
     }
     Some(Twist::from_vector(&sum.lu().solve(&forced)?))
 }

@@ -9,7 +9,7 @@ use super::{
     full_system,
     iteration::{Iteration, Verdict},
     platform::{self, Square, SquareTask},
-    state::{State, Workspace},
+    state::{FreeAtHome, State, Workspace},
     stiffness::{largest_compliance, smallest_eigenvalue},
     task::TaskError,
     tool,
@@ -219,9 +219,7 @@ pub fn equilibrium_at_task(
 pub(crate) fn is_singular_place(machine: &Machine, at: &Configuration, workspace: &mut Workspace) -> bool {
     let (mut state, load, settings) = (State::rigid(machine, at), Wrench::zero(), Settings::default());
     let mut newton = Newton::new(machine, &at.drives, &load, None, &mut state, workspace, &settings);
-    newton.gravity = Vector3::zeros();
-    let softest = newton.softest(&state);
-    softest.is_nearly_free() || softest.has_idle_motion && !newton.is_idle_at_home()
+    newton.is_freer_than_at_home(&state)
 }
 
 impl Outcome {
@@ -425,31 +423,43 @@ impl<'a> Newton<'a> {
             return false;
         }
         self.held = 0.0;
-        if self.has_idle_motion && !self.is_idle_at_home() {
+        if self.has_idle_motion && !self.free_at_home().idle {
             return true;
         }
         if self.is_plainly_stable && *status == Status::Solved {
             return false;
         }
         let start = self.workspace.start.clone();
-        let gravity = std::mem::replace(&mut self.gravity, Vector3::zeros());
-        let is_singular = start.is_some_and(|start| {
-            let softest = self.softest(&start);
-            softest.is_nearly_free() || softest.has_idle_motion && !self.is_idle_at_home()
-        });
-        self.gravity = gravity;
-        is_singular
+        start.is_some_and(|start| self.is_freer_than_at_home(&start))
     }
 
-    fn is_idle_at_home(&mut self) -> bool {
-        if self.workspace.is_idle_at_home.is_none() {
-            let home = State::rigid(self.machine, &self.machine.home);
-            self.workspace.drives.clone_from(&self.machine.home.drives);
-            let gravity = std::mem::replace(&mut self.gravity, Vector3::zeros());
-            self.workspace.is_idle_at_home = Some(self.softest(&home).has_idle_motion);
-            self.gravity = gravity;
+    /// Whether something moves without resistance in a state of the machine without weight, and at home not so. A machine that
+    /// weight alone holds is free at home too.
+    fn is_freer_than_at_home(&mut self, state: &State) -> bool {
+        let softest = self.softest_without_weight(state);
+        if softest.is_nearly_free() {
+            return !(self.machine.has_weight() && self.free_at_home().platform);
         }
-        self.workspace.is_idle_at_home == Some(true)
+        softest.has_idle_motion && !self.free_at_home().idle
+    }
+
+    fn softest_without_weight(&mut self, state: &State) -> Softest {
+        let gravity = std::mem::replace(&mut self.gravity, Vector3::zeros());
+        let softest = self.softest(state);
+        self.gravity = gravity;
+        softest
+    }
+
+    fn free_at_home(&mut self) -> FreeAtHome {
+        if let Some(free) = self.workspace.free_at_home {
+            return free;
+        }
+        let home = State::rigid(self.machine, &self.machine.home);
+        self.workspace.drives.clone_from(&self.machine.home.drives);
+        let softest = self.softest_without_weight(&home);
+        let free = FreeAtHome { idle: softest.has_idle_motion, platform: softest.is_nearly_free() };
+        self.workspace.free_at_home = Some(free);
+        free
     }
 
     /// The platform's softest direction at an equilibrium, part of the load held back.
@@ -657,6 +667,11 @@ impl<'a> Newton<'a> {
                 let full = full_system::tangent(&self.machine.chains, &self.workspace.chains, &weight);
                 outcome.status = full.status;
                 self.has_idle_motion = full.has_idle_motion;
+                let slack = self.workspace.rigid.slack_compliance();
+                if full.compliance.is_some_and(|compliance| is_free(&compliance, reach, slack)) {
+                    outcome.status = Status::Singular;
+                    return outcome;
+                }
                 outcome.stiffness = full
                     .compliance
                     .as_ref()
@@ -761,6 +776,16 @@ fn at_reach(stiffness: &Matrix6<f64>, reach: f64) -> Option<Matrix6<f64>> {
         scaled.column_mut(i).unscale_mut(reach);
     }
     scaled.iter().all(|entry| entry.is_finite()).then_some(scaled)
+}
+
+/// Whether a compliance is that of a platform which only rounding holds in some direction; `slack` is a compliance such as
+/// drives have, mm/N.
+fn is_free(compliance: &Matrix6<f64>, reach: f64, slack: f64) -> bool {
+    at_reach(compliance, 1.0 / reach).is_some_and(|compliance| {
+        let values = compliance.symmetric_eigenvalues().abs();
+        let stiffest = if values.min() <= RIGID * values.max() { slack } else { values.min() };
+        stiffest <= FREE * values.max()
+    })
 }
 
 /// Stability of the platform from its tangent stiffness; `reach` in mm makes rotations comparable.

@@ -67,8 +67,17 @@ pub struct Workspace {
     pub(super) held_imbalance: nalgebra::Vector6<f64>,
     /// State from which a failed solve is started again.
     pub(super) start: Option<State>,
-    /// Whether something moves without resistance at home, once that was asked.
-    pub(super) is_idle_at_home: Option<bool>,
+    /// What moves without resistance at home, once that was asked.
+    pub(super) free_at_home: Option<FreeAtHome>,
+}
+
+/// What moves without resistance at home, where nothing has weight.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FreeAtHome {
+    /// Something within a chain.
+    pub idle: bool,
+    /// The platform, or nearly so.
+    pub platform: bool,
 }
 
 impl Workspace {
@@ -85,7 +94,7 @@ impl Workspace {
             held: vec![Held::default(); machine.chains.len()],
             held_imbalance: nalgebra::Vector6::zeros(),
             start: None,
-            is_idle_at_home: None,
+            free_at_home: None,
         }
     }
 

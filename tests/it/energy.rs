@@ -1,13 +1,17 @@
-//! Engine forces are the gradient of the elastic energy: between neighbouring equilibria, dU = F·dx + drive work.
+//! Engine forces are the gradient of the energy of springs and masses: between neighbouring equilibria, dU = F·dx + drive work.
 //!
 //! A dead moment about fixed axes is not conservative, so the work is integrated along the path; the trapezoid rule over
 //! n parts errs by O(1/n²), which is checked and extrapolated away.
 
-use crate::support::engine::*;
+use crate::support::{
+    balance::energy,
+    engine::*,
+    machines::{HUNG, machine_file, places, some_errors, some_load},
+};
 use kinetostat::{
-    machine::Machine,
+    machine::{Chain, Machine, Motion},
     spatial::Wrench,
-    statics::{State, Status, elastic_energy},
+    statics::{ChainState, State, Status, elastic_energy},
 };
 use nalgebra::Vector6;
 use proptest::prelude::*;
@@ -25,8 +29,17 @@ struct Station {
     state: State,
     load: Vector6<f64>,
     drives: Vec<f64>,
-    /// Force with which each drive holds its spring.
+    /// Force with which each drive holds the springs of the joints it moves.
     holding: Vec<f64>,
+}
+
+/// Forces by which what the drives of a chain are commanded is held.
+fn holding(chain: &Chain, own: &ChainState) -> Vec<f64> {
+    let torque = |joint: usize| chain.drives[joint].stiffness * own.coordinates[chain.drives[joint].coordinate];
+    let by = |drive: usize| -> f64 {
+        (0..chain.drives.len()).map(|joint| chain.joint_per_drive(joint, drive) * torque(joint)).sum()
+    };
+    (0..chain.drives.len()).map(|drive| -by(drive)).collect()
 }
 
 impl Path<'_> {
@@ -38,16 +51,19 @@ impl Path<'_> {
         let outcome = resettle(self.machine, &drives, &Wrench::from_vector(&load), &mut state);
         assert_eq!(outcome.status, Status::Solved, "{} at share {share} of the path", self.machine.name);
         let chains = self.machine.chains.iter().zip(&state.chains);
-        let holding = chains
-            .flat_map(|(chain, own)| chain.drives.iter().map(|d| -d.stiffness * own.coordinates[d.coordinate]))
-            .collect();
+        let holding = chains.flat_map(|(chain, own)| holding(chain, own)).collect();
         Station { state, load, drives, holding }
     }
 
-    /// Elastic energy at both ends, and the work of load and drives by the trapezoid rule over `parts` parts.
-    fn energies_and_work(&self, parts: usize) -> ([f64; 2], f64) {
+    /// What the energy grows by, the elastic energy at both ends, and the work of load and drives by the trapezoid rule over
+    /// `parts` parts.
+    fn energies_and_work(&self, parts: usize) -> (f64, f64, f64) {
         let first = self.station(0.0, &self.start);
-        let energy = elastic_energy(self.machine, &first.drives, &first.state);
+        let of = |station: &Station| {
+            let Station { drives, state, .. } = station;
+            (energy(self.machine, drives, state), elastic_energy(self.machine, drives, state))
+        };
+        let (before, elastic_before) = of(&first);
         let (mut last, mut work) = (first, 0.0);
         for part in 1..=parts {
             let next = self.station(part as f64 / parts as f64, &last.state);
@@ -59,13 +75,14 @@ impl Path<'_> {
             }
             last = next;
         }
-        ([energy, elastic_energy(self.machine, &last.drives, &last.state)], work)
+        let (after, elastic_after) = of(&last);
+        (after - before, elastic_before.abs() + elastic_after.abs(), work)
     }
 
     fn check(&self) -> Result<(), TestCaseError> {
-        let ([before, after], coarse) = self.energies_and_work(4);
-        let (_, fine) = self.energies_and_work(8);
-        let (gain, scale) = (after - before, (before + after).max(1.0));
+        let (gain, elastic, coarse) = self.energies_and_work(4);
+        let (.., fine) = self.energies_and_work(8);
+        let scale = elastic.max(1.0);
         let extrapolated = fine + (fine - coarse) / 3.0;
         prop_assert!(
             (extrapolated - gain).abs() < 1e-7 * scale,
@@ -133,5 +150,26 @@ fn energy_of_an_undeflected_machine_is_zero() {
         let machine = catalogue_machine(name);
         let energy = elastic_energy(&machine, &machine.home.drives, &State::rigid(&machine, &machine.home));
         assert_eq!(energy, 0.0, "{name}: energy at home");
+    }
+}
+
+#[test]
+fn energy_of_springs_and_masses_is_the_work_of_load_and_drives() {
+    for name in HUNG {
+        let nominal = machine_file(name);
+        for (seed, at) in places(&nominal, 3).into_iter().enumerate() {
+            let machine = nominal.with_errors(&some_errors(&nominal, seed));
+            let push = |(i, (_, drive)): (usize, (usize, &kinetostat::machine::Drive))| {
+                let size = if drive.motion == Motion::Revolute { 0.01 } else { 3.0 };
+                at.drives[i] + size * [1.0, -0.5, 0.3][i % 3]
+            };
+            let path = Path {
+                machine: &machine,
+                loads: [some_load(&machine, 500.0, seed), some_load(&machine, 500.0, seed + 7)],
+                drives: [at.drives.clone(), machine.drives().enumerate().map(push).collect()],
+                start: State::rigid(&nominal, &at),
+            };
+            path.check().unwrap_or_else(|failure| panic!("{failure}"));
+        }
     }
 }

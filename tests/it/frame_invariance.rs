@@ -1,6 +1,9 @@
 //! Moving or rotating machine, load and workpiece together moves or rotates the results and changes nothing else.
 
-use crate::support::engine::*;
+use crate::support::{
+    engine::*,
+    machines::{HUNG, machine_file, places, some_errors, some_load},
+};
 use kinetostat::{
     machine::{Configuration, Machine},
     spatial::{Pose, Wrench},
@@ -9,12 +12,18 @@ use kinetostat::{
 use nalgebra::{Matrix6, Vector3};
 use proptest::prelude::*;
 
-/// The machine carried to the pose `x_mo` of its old base frame in the new one.
+/// The machine, and what its weight points to, carried to the pose `x_mo` of its old base frame in the new one.
 fn carried(machine: &Machine, x_mo: &Pose) -> Machine {
     let mut machine = machine.clone();
     for chain in &mut machine.chains {
         chain.route.base = x_mo.compose(&chain.route.base);
+        for spring in &mut chain.route.point_springs {
+            for anchor in [&mut spring.from, &mut spring.to].into_iter().filter(|anchor| anchor.frame.is_none()) {
+                anchor.at = x_mo.transform(anchor.at);
+            }
+        }
     }
+    machine.gravity = x_mo.rotation * machine.gravity;
     machine.home.pose = x_mo.compose(&machine.home.pose);
     machine
 }
@@ -118,5 +127,39 @@ fn a_rigid_state_of_the_carried_machine_is_unloaded() {
         let mut state = State::rigid(&machine, &machine.home);
         let outcome = resettle(&machine, &machine.home.drives, &Wrench::zero(), &mut state);
         assert_eq!((outcome.status, outcome.iterations), (Status::Solved, 0), "{name}");
+    }
+}
+
+#[test]
+fn equilibria_with_weight_springs_and_modules_are_carried_along() {
+    let mut x_mo = Pose::from_roll_pitch_yaw(Vector3::new(0.4, -1.0, 2.0));
+    x_mo.translation = Vector3::new(100.0, -300.0, 70.0);
+    for name in HUNG {
+        let nominal = machine_file(name);
+        for (seed, at) in places(&nominal, 4).into_iter().enumerate() {
+            let machine = nominal.with_errors(&some_errors(&nominal, seed));
+            let load = some_load(&machine, 1000.0, seed);
+            let (here, outcome) = settle(&machine, &at, &load);
+            let (there, moved) =
+                settle(&carried(&machine, &x_mo), &carried_configuration(&at, &x_mo), &rotated(&x_mo, &load));
+            assert_eq!((&outcome.status, &moved.status), (&Status::Solved, &Status::Solved), "{name}");
+            let off = pose_difference(&x_mo.compose(&here.pose), &there.pose, machine.reach);
+            assert!(off < 1e-8, "{name}: pose off by {off:e} mm");
+            let r = rotation_6(&x_mo);
+            let off = stiffness_difference(&(r.transpose() * moved.stiffness.unwrap() * r), &outcome.stiffness.unwrap());
+            assert!(off < 1e-8, "{name}: stiffness off by {off:e}");
+            let off = (r.transpose() * &moved.drive_sensitivity - &outcome.drive_sensitivity).amax();
+            assert!(off < 1e-8 * outcome.drive_sensitivity.amax(), "{name}: drive sensitivity off by {off:e}");
+            for (a, b) in here.chains.iter().zip(&there.chains) {
+                // Wrenches of loops are in the axes of a frame of the machine.
+                let pairs = a.loops.iter().zip(&b.loops).map(|(a, b)| (*a, *b));
+                for (a, b) in pairs.chain([(rotated(&x_mo, &a.wrench), b.wrench)]) {
+                    let off = Wrench::from_vector(&(a.to_vector() - b.to_vector())).norm(machine.reach);
+                    assert!(off < 1e-7 * a.norm(machine.reach).max(1e3), "{name}: wrench off by {off:e} N");
+                }
+                let off = a.coordinates.iter().zip(&b.coordinates).fold(0.0f64, |most, (a, b)| most.max((a - b).abs()));
+                assert!(off < 1e-8, "{name}: chain coordinates off by {off:e}");
+            }
+        }
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::support::{
     engine::{CATALOGUE, at_position, cases, catalogue_machine, position_in_box, with_assembly_errors, wrench_from},
+    machines::{HUNG, machine_file, places, some_errors, some_load},
     planar::{Leg, machine},
 };
 use kinetostat::{
@@ -9,7 +10,7 @@ use kinetostat::{
     machine::{Configuration, Machine},
     process::MillingForce,
     spatial::Wrench,
-    statics::{Batch, Case, Level, Outcome, Settings, State, Status, Workspace, equilibrium},
+    statics::{Batch, Case, Level, Outcome, Settings, State, Status, Workspace, equilibrium, equilibrium_at_task},
 };
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -207,6 +208,60 @@ fn sessions_compensated_together_end_as_each_alone() {
                 for (grouped, alone) in grouped.iter().zip(&alone) {
                     assert_eq!(grouped.state(), alone.state(), "{name}, {method:?}, {level:?}");
                 }
+            }
+        }
+    }
+}
+
+#[test]
+fn weight_springs_and_modules_have_the_bits_of_the_scalar_path() {
+    for name in HUNG {
+        let nominal = machine_file(name);
+        let real = nominal.with_errors(&some_errors(&nominal, 3));
+        let problem = |(seed, at): (usize, &Configuration)| {
+            Problem::new(&nominal, at, some_load(&nominal, 1500.0, seed))
+        };
+        let problems: Vec<Problem> = places(&nominal, 11).iter().enumerate().map(problem).collect();
+        let outcomes = assert_same(&real, &problems, &Settings::default());
+        assert!(outcomes.iter().all(|outcome| outcome.status == Status::Solved), "{name}: {outcomes:?}");
+    }
+}
+
+/// Drives and state are found in one iteration, and [`Batch::equilibria_at_task`] says what is left to the scalar path.
+#[test]
+fn weight_springs_and_modules_are_compensated_in_lanes() {
+    for name in HUNG {
+        let nominal = machine_file(name);
+        let real = nominal.with_errors(&some_errors(&nominal, 5));
+        let places = &places(&nominal, 10)[1..];
+        for level in Level::available() {
+            let mut batch = Batch::at_level(&real, level);
+            let demand = |(seed, at): (usize, &Configuration)| {
+                let load = some_load(&nominal, 800.0, seed);
+                Demand { pose: at.pose, load, target: Target::FullPose }
+            };
+            let demands: Vec<Demand> = places.iter().enumerate().map(demand).collect();
+            let tasks: Vec<_> =
+                demands.iter().map(|demand| |pose: &kinetostat::spatial::Pose| demand.task_error(&nominal, pose)).collect();
+            let mut problems: Vec<Problem> =
+                places.iter().zip(&demands).map(|(at, demand)| Problem::new(&nominal, at, demand.load)).collect();
+            let mut cases: Vec<Case<'_>> = problems
+                .iter_mut()
+                .zip(&tasks)
+                .map(|(p, task)| Case { drives: &mut p.drives, load: p.load, state: &mut p.state, task: Some(task) })
+                .collect();
+            let got = batch.equilibria_at_task(&mut cases, &Settings::default());
+            let mut workspace = Workspace::new(&real);
+            for (i, (at, task)) in places.iter().zip(&tasks).enumerate() {
+                let (mut drives, mut state) = (at.drives.clone(), State::rigid(&nominal, at));
+                let settings = Settings::default();
+                let load = &demands[i].load;
+                let expected =
+                    equilibrium_at_task(&real, task, &mut drives, load, &mut state, &mut workspace, &settings);
+                assert!(expected.is_some(), "{name}, case {i}");
+                assert_eq!(got[i], expected, "{name}, {level:?}, case {i}");
+                assert_eq!(problems[i].state, state, "{name}, {level:?}, case {i}");
+                assert_eq!(problems[i].drives, drives, "{name}, {level:?}, case {i}");
             }
         }
     }

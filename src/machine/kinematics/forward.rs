@@ -50,16 +50,16 @@ impl Machine {
 
     /// Takes back full turns that the search has made: of drives and of joints without a spring, to which they are nothing.
     fn unwind(&self, at: &mut Configuration) {
-        let nearest = |value: f64, home: f64| value - ((value - home) / TAU).round() * TAU;
-        for ((_, drive), rho) in self.drives().zip(&mut at.drives) {
-            if drive.motion == Motion::Revolute {
-                *rho = nearest(*rho, drive.home);
+        let nearest = |value: f64, home: f64, turn: f64| value - ((value - home) / turn).round() * turn;
+        for (((_, drive), turn), rho) in self.drives().zip(self.full_turns()).zip(&mut at.drives) {
+            if let Some(turn) = turn {
+                *rho = nearest(*rho, drive.home, turn);
             }
         }
         for (chain, values) in self.chains.iter().zip(&mut at.passive) {
             for (joint, q) in chain.passive.iter().zip(values) {
                 if joint.motion == Motion::Revolute && joint.stiffness == 0.0 {
-                    *q = nearest(*q, joint.home);
+                    *q = nearest(*q, joint.home, TAU);
                 }
             }
         }

@@ -1,7 +1,5 @@
 //! Travel of drives and limits of passive joints.
 
-use std::f64::consts::TAU;
-
 use super::{Configuration, Unreachable};
 use crate::{
     machine::{Machine, Motion},
@@ -32,9 +30,9 @@ impl Machine {
 
     /// Takes hinge drives beyond their travel a full turn back or on where that brings them within.
     fn turn_within_travel(&self, at: &mut Configuration) {
-        for ((_, drive), rho) in self.drives().zip(&mut at.drives) {
-            let Some((low, high)) = drive.travel.filter(|_| drive.motion == Motion::Revolute) else { continue };
-            let (up, down) = (*rho + ((low - *rho) / TAU).ceil() * TAU, *rho - ((*rho - high) / TAU).ceil() * TAU);
+        for (((_, drive), turn), rho) in self.drives().zip(self.full_turns()).zip(&mut at.drives) {
+            let (Some((low, high)), Some(turn)) = (drive.travel, turn) else { continue };
+            let (up, down) = (*rho + ((low - *rho) / turn).ceil() * turn, *rho - ((*rho - high) / turn).ceil() * turn);
             match *rho {
                 value if value < low && up <= high => *rho = up,
                 value if value > high && down >= low => *rho = down,

@@ -2,7 +2,12 @@
 
 use nalgebra::{Matrix6, Vector3};
 
-use super::{TO_RAD, coupling, elastic_constants, frame, section::section};
+use super::{
+    TO_RAD,
+    coupling::{self, Shown},
+    elastic_constants, frame,
+    section::section,
+};
 use crate::{
     input::{check::Check, error::Result},
     machine::{
@@ -68,8 +73,8 @@ pub(super) struct ChainBuilder<'a> {
     pub springs: Vec<(PointSpringSpec, Check)>,
     /// Designs under way, the outermost first.
     pub designs: Vec<usize>,
-    /// Shown coordinates, with the drives they belong to and their places in the file.
-    pub shown: Vec<(usize, ShownSpec, Check)>,
+    /// Shown coordinates.
+    pub shown: Vec<Shown>,
 }
 
 impl ChainBuilder<'_> {
@@ -253,7 +258,12 @@ impl ChainBuilder<'_> {
         drive.name.insert_str(0, &self.prefix);
         self.unique_joint_name(&drive.name, check)?;
         if let Some(shown) = shown {
-            self.shown.push((self.chain.drives.len(), shown.clone(), check.key("shown")));
+            self.shown.push(Shown {
+                drive: self.chain.drives.len(),
+                prefix: self.prefix.clone(),
+                spec: shown.clone(),
+                check: check.key("shown"),
+            });
         }
         self.spring(drive.name.clone(), SpringLaw::Drive(drive.stiffness), &[(drive.motion, axis(along))]);
         self.chain.drives.push(drive);

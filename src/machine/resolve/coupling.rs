@@ -11,18 +11,30 @@ use crate::{
 /// A map from joints to shown coordinates is singular below this determinant, its rows being of length 1.
 const SINGULAR: f64 = 1e-9;
 
+/// What a drive shows, as written.
+pub(super) struct Shown {
+    /// The drive, and what stands before the names of the drives of its design.
+    pub drive: usize,
+    pub prefix: String,
+    pub spec: ShownSpec,
+    /// Its place in the file.
+    pub check: Check,
+}
+
 /// How joints follow from shown coordinates: the inverse of what `shown` says, drive by drive. `None` where nothing is said.
-pub(super) fn resolve(chain: &Chain, shown: &[(usize, ShownSpec, Check)]) -> Result<Option<Box<Coupling>>> {
-    let Some((_, _, first)) = shown.first() else { return Ok(None) };
+/// Drives are known by their names in their design, or else in the chain.
+pub(super) fn resolve(chain: &Chain, shown: &[Shown]) -> Result<Option<Box<Coupling>>> {
+    let Some(Shown { check: first, .. }) = shown.first() else { return Ok(None) };
     let count = chain.drives.len();
     let mut by_joints: DMatrix<f64> = DMatrix::identity(count, count);
     let mut offsets = vec![0.0; count];
-    for (drive, spec, check) in shown {
+    for Shown { drive, prefix, spec, check } in shown {
         let motion = chain.drives[*drive].motion;
         by_joints.row_mut(*drive).fill(0.0);
         for (name, &factor) in &spec.of {
             let check = check.key(&format!("of.{name}"));
-            let Some(joint) = chain.drives.iter().position(|other| other.name == *name) else {
+            let of_name = |name: &str| chain.drives.iter().position(|other| other.name == name);
+            let Some(joint) = of_name(&format!("{prefix}{name}")).or_else(|| of_name(name)) else {
                 let known: Vec<&str> = chain.drives.iter().map(|drive| drive.name.as_str()).collect();
                 return check.fail(format!("no drive of this chain has this name; there are: {}", known.join(", ")));
             };

@@ -4,7 +4,7 @@
 //! frames where the module starts and ends. The route takes the chain that leaves its end the least freedom: a rigid one
 //! is then no loop, which could not be condensed.
 
-use super::chain::ChainBuilder;
+use super::{MAX_COORDINATES, chain::ChainBuilder};
 use crate::{
     input::{check::Check, error::Result},
     machine::{
@@ -77,6 +77,11 @@ impl ChainBuilder<'_> {
             let problem = "the chain has neither a joint nor an elastic element (drive, beam, link, parallelogram), so the \
                            module is rigid";
             return check.key("chain").fail(problem.into());
+        }
+        // Modules within modules multiply.
+        if self.chain.coordinate_count() > MAX_COORDINATES {
+            let problem = format!("expected at most {MAX_COORDINATES} coordinates of joints and springs, got more up to this one");
+            return check.key("chain").fail(problem);
         }
         Ok(std::mem::replace(&mut self.route, outer_route))
     }

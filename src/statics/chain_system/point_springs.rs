@@ -3,6 +3,9 @@
 //! With `d` from one point to the other, `u = d/|d|` and tension T, only the elementary motions between the two points do
 //! work on it: `T u·a_j`, a_j the velocity that motion j gives to the farther point. The second derivative is
 //! `k (u·a_j)(u·a_k) + T/|d| (a_j·a_k − (u·a_j)(u·a_k)) + T u·(ω_k × a_j)` for k before or at j.
+//!
+//! With `T = k |d| + T₀`, where T₀ is the tension that would be left at length zero, all of it but T₀ is linear in `d`: a
+//! spring without T₀ is as regular where its ends meet as elsewhere.
 
 use super::ChainSystem;
 use crate::{
@@ -18,18 +21,20 @@ impl<R: Real> ChainSystem<R> {
             let (near, first) = self.anchored(&spring.from);
             let (far, last) = self.anchored(&spring.to);
             let way = far - near;
-            let length = way.norm();
-            let per_length = R::splat(1.0) / length;
-            let direction = way.scale(per_length);
             let stiffness = R::splat(spring.stiffness);
-            let tension = R::splat(spring.preload) + stiffness * (length - R::splat(spring.free_length));
-            let across = tension * per_length;
-            let pull = direction.scale(tension);
+            let left = spring.preload - spring.stiffness * spring.free_length;
+            let (mut across, mut direction) = (stiffness, Vec3::zero());
+            if left != 0.0 {
+                let per_length = R::splat(1.0) / way.norm();
+                across += R::splat(left) * per_length;
+                direction = way.scale(per_length);
+            }
+            let pull = way.scale(across);
             for j in first..last {
                 let velocity_j = self.velocity_at(j, far);
                 let along_j = direction.dot(velocity_j);
                 let row_j = self.rows[self.screws[j].0];
-                *self.matrix.at(row_j, rhs) += tension * along_j;
+                *self.matrix.at(row_j, rhs) += pull.dot(velocity_j);
                 for k in first..=j {
                     let (coordinate, twist) = self.screws[k];
                     let velocity_k = self.velocity_at(k, far);

@@ -1,8 +1,10 @@
 //! Shared by the integration tests.
 
 pub mod arm;
+pub mod balance;
 pub mod engine;
 pub mod golden;
+pub mod machines;
 pub mod placement;
 pub mod planar;
 pub mod random_machine;
