@@ -6,16 +6,22 @@ use kinetostat::{
     compensation::{CompensationSettings, Demand, Method, Session, Target, compensate},
     machine::{Configuration, Machine},
     spatial::{Pose, Wrench, rotation_log},
-    statics::{Outcome, State, Status, Workspace, equilibrium},
+    statics::{Outcome, State, Status, Workspace, equilibrium, unloaded_stiffness},
 };
 use nalgebra::Vector3;
 use serde_json::Value;
 
-const FILES: [(&str, &str); 4] = [
-    ("robot", "robot_6r"),
-    ("robot_without_compensator", "robot_6r_plain"),
-    ("hybrid", "hybrid_3ups"),
-    ("fourbar", "fourbar_robot"),
+/// File of states, their key in it, and the machine.
+const STATES: [(&str, &str, &str); 9] = [
+    ("machines", "robot", "tests/machines/robot_6r.toml"),
+    ("machines", "robot_without_compensator", "tests/machines/robot_6r_plain.toml"),
+    ("machines", "hybrid", "tests/machines/hybrid_3ups.toml"),
+    ("machines", "fourbar", "tests/machines/fourbar_robot.toml"),
+    ("arms", "fanuc_r2000ic", "fanuc_r2000ic"),
+    ("arms", "kr270", "kr270"),
+    ("arms", "kr500", "kr500"),
+    ("arms", "irb7600", "irb7600"),
+    ("arms", "hybrid_3ups", "hybrid_3ups"),
 ];
 
 struct Case {
@@ -35,11 +41,10 @@ fn numbers(json: &Value) -> Vec<f64> {
 }
 
 fn cases() -> Vec<Case> {
-    let states = reference("machines");
     let mut cases = Vec::new();
-    for (key, file) in FILES {
-        let machine = Machine::from_file(format!("tests/machines/{file}.toml").as_ref()).unwrap();
-        for (number, json) in states[key].as_array().unwrap().iter().enumerate() {
+    for (file, key, name) in STATES {
+        let machine = catalogue_machine(name);
+        for (number, json) in reference(file)[key].as_array().unwrap().iter().enumerate() {
             let pose = numbers(&json["pose_mm_rotvec"]);
             let mut target = Pose::from_rotation_vector(Vector3::new(pose[3], pose[4], pose[5]));
             target.translation = Vector3::new(pose[0], pose[1], pose[2]);
@@ -100,6 +105,14 @@ fn equilibria_are_met() {
 fn equilibria_are_met_without_condensation() {
     for case in cases() {
         check_equilibrium(&case, &mut Workspace::uncondensed(&case.machine));
+    }
+}
+
+#[test]
+fn stiffness_without_load_and_weight_is_met() {
+    for case in cases().into_iter().filter(|case| case.json.get("stiffness_unloaded").is_some()) {
+        let unloaded = unloaded_stiffness(&case.machine, &case.at, &mut Workspace::new(&case.machine)).unwrap();
+        case.expect("stiffness_unloaded", unloaded.transpose().as_slice(), Within::Stiffness(1e-8));
     }
 }
 
