@@ -21,6 +21,21 @@ pub struct Skeleton {
     pub platform_axes: [[f64; 3]; 3],
     /// T, mm.
     pub tool_tip_mm: [f64; 3],
+    /// What moves with P.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub platform_mass: Option<MassMark>,
+}
+
+impl Skeleton {
+    /// Its springs between points, chain after chain.
+    pub fn springs(&self) -> impl Iterator<Item = &Polyline> {
+        self.chains.iter().flat_map(|chain| &chain.springs)
+    }
+
+    /// Its masses, that of the platform last.
+    pub fn masses(&self) -> impl Iterator<Item = &MassMark> {
+        self.chains.iter().flat_map(|chain| &chain.masses).chain(&self.platform_mass)
+    }
 }
 
 /// The lines of one chain, from base to platform.
@@ -80,6 +95,9 @@ impl Machine {
             platform_mm: platform.translation.into(),
             platform_axes: std::array::from_fn(|i| platform.rotation.column(i).into_owned().into()),
             tool_tip_mm: platform.transform(self.tool_tip).into(),
+            platform_mass: self
+                .platform_mass
+                .map(|mass| MassMark { position_mm: platform.transform(mass.at).into(), kilograms: mass.kilograms }),
         }
     }
 

@@ -34,6 +34,7 @@ mod lanes;
 mod library;
 mod list_lengths;
 mod machine_states;
+mod measured_robot;
 mod new_study;
 mod own_files;
 mod path_study;

@@ -17,6 +17,11 @@ pub const ENTRIES: &[Entry] = &[
     Entry { name: "delta_3prpar", toml: include_str!("delta_3prpar.toml") },
     Entry { name: "rotary_delta", toml: include_str!("rotary_delta.toml") },
     Entry { name: "hexapod", toml: include_str!("hexapod.toml") },
+    Entry { name: "fanuc_r2000ic", toml: include_str!("fanuc_r2000ic.toml") },
+    Entry { name: "kr270", toml: include_str!("kr270.toml") },
+    Entry { name: "kr500", toml: include_str!("kr500.toml") },
+    Entry { name: "irb7600", toml: include_str!("irb7600.toml") },
+    Entry { name: "hybrid_3ups", toml: include_str!("hybrid_3ups.toml") },
 ];
 
 /// The built-in machine called `name`.

@@ -101,8 +101,10 @@ fn pose(figure: &PoseFigure) -> String {
     let chains: Vec<&str> = figure.pose.chains.iter().map(|chain| chain.name.as_str()).collect();
     let drawn = if figure.displaced.is_some() { ", as commanded and as it settles" } else { "" };
     let note = figure.note.as_ref().map_or_else(String::new, |note| format!(" {note}."));
+    let springs = if figure.pose.springs().next().is_some() { ", springs" } else { "" };
+    let masses = if figure.pose.masses().next().is_some() { ", masses" } else { "" };
     format!(
-        "Line drawing of the machine with chains {}{drawn}, its joints, tool and workspace box.{note}",
+        "Line drawing of the machine with chains {}{drawn}, its joints{springs}{masses}, tool and workspace box.{note}",
         chains.join(", ")
     )
 }

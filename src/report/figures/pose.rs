@@ -1,7 +1,7 @@
 //! A machine in one or two poses, seen from above, right and front.
 
 use super::error::{FigureError, check_drawable};
-use super::scene::{Anchor, Point, Rgb, Scene, Stroke, Text};
+use super::scene::{Anchor, Point, Rect, Rgb, Scene, Stroke, Text};
 use super::style::{self, BORDER, CURVES, HATCH, INK, MUTED, PAGE_WIDTH, Sizes, WHITE};
 use super::text::{self, Weight};
 use crate::machine::Skeleton;
@@ -14,6 +14,11 @@ const ELEVATION: f64 = 24.0;
 const TALLEST: f64 = 1150.0;
 /// Side of the mark of a drive.
 const MARK: f64 = 13.0;
+/// Radius of the mark of the largest mass, and least one.
+const MASS: [f64; 2] = [24.0, 7.0];
+/// Half the width of a spring, and its turns.
+const COIL: f64 = 9.0;
+const TURNS: usize = 7;
 /// Length of a frame's axes as a share of the drawing's diagonal.
 const FRAME: f64 = 0.09;
 /// Space left and right of the drawing for labels.
@@ -26,7 +31,7 @@ const LINK: Stroke = Stroke { colour: INK, width: 6.0, dash: &[] };
 const TOOL: Stroke = Stroke { colour: CURVES[1], width: 9.0, dash: &[] };
 const BENT: Stroke = Stroke { colour: CURVES[2], width: 6.0, dash: &[] };
 
-/// A machine as lines: chains, joints, the ways of its slides, frames, the workspace box and named points.
+/// A machine as lines: chains, joints, springs, masses, the ways of its slides, frames, the workspace box and named points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PoseFigure {
     /// What is shown.
@@ -51,7 +56,10 @@ impl PoseFigure {
         let of = |s: &Skeleton| {
             let links = s.chains.iter().flat_map(|chain| chain.links.iter().flatten().copied());
             let joints = s.chains.iter().flat_map(|chain| chain.joints.iter().map(|joint| joint.position_mm));
-            links.chain(joints).chain([s.platform_mm, s.tool_tip_mm]).collect::<Vec<_>>()
+            let springs = s.springs().flatten().copied();
+            let masses = s.masses().map(|mass| mass.position_mm);
+            let ends = [s.platform_mm, s.tool_tip_mm];
+            links.chain(joints).chain(springs).chain(masses).chain(ends).collect::<Vec<_>>()
         };
         let ends = self.rails.iter().flatten().chain(&self.workspace).copied();
         skeletons.flat_map(of).chain(ends).chain([[0.0; 3]])
@@ -59,6 +67,10 @@ impl PoseFigure {
 
     fn has_workspace(&self) -> bool {
         self.workspace[0] != self.workspace[1]
+    }
+
+    fn largest_mass(&self) -> f64 {
+        self.pose.masses().fold(0.0, |most, mass| most.max(mass.kilograms))
     }
 }
 
@@ -128,15 +140,17 @@ pub(super) fn scene(figure: &PoseFigure) -> Result<Scene, FigureError> {
         view.line(&mut scene, rail, RAIL);
     }
     match &figure.displaced {
-        None => draw_machine(&mut scene, &view, &figure.pose, LINK),
+        None => draw_machine(&mut scene, &view, &figure.pose, LINK, figure.largest_mass()),
         Some(displaced) => {
             draw_lines(&mut scene, &view, &figure.pose, GHOST, GHOST);
-            draw_machine(&mut scene, &view, displaced, BENT);
+            draw_machine(&mut scene, &view, displaced, BENT, figure.largest_mass());
         }
     }
-    draw_frame(&mut scene, &view);
-    draw_labels(&mut scene, &view, figure);
-    let mut bottom = draw_legend(&mut scene, figure, view.bottom + 1.6 * SIZES.body);
+    let mut taken = marks(&view, figure);
+    draw_frame(&mut scene, &view, &mut taken);
+    draw_labels(&mut scene, &view, figure, taken);
+    let lowest = view.bottom.max(scene.lowest());
+    let mut bottom = draw_legend(&mut scene, figure, lowest + 1.6 * SIZES.body);
     if let Some(note) = &figure.note {
         for line in text::wrap(note, SIZES.body, Weight::Bold, PAGE_WIDTH - 2.0 * BORDER) {
             bottom += 1.3 * SIZES.body;
@@ -161,8 +175,16 @@ fn draw_lines(scene: &mut Scene, view: &View, skeleton: &Skeleton, link: Stroke,
     view.line(scene, &[skeleton.platform_mm, skeleton.tool_tip_mm], tool);
 }
 
-fn draw_machine(scene: &mut Scene, view: &View, skeleton: &Skeleton, link: Stroke) {
+fn draw_machine(scene: &mut Scene, view: &View, skeleton: &Skeleton, link: Stroke, largest_mass: f64) {
     draw_lines(scene, view, skeleton, link, TOOL);
+    for spring in skeleton.springs() {
+        if let [from, to] = spring.as_slice() {
+            draw_spring(scene, view.place(*from), view.place(*to), link.colour);
+        }
+    }
+    for mass in skeleton.masses() {
+        draw_mass(scene, view.place(mass.position_mm), (mass.kilograms / largest_mass).cbrt(), link.colour);
+    }
     for joint in skeleton.chains.iter().flat_map(|chain| &chain.joints) {
         draw_joint(scene, view.place(joint.position_mm), joint.is_drive, link.colour);
     }
@@ -189,8 +211,43 @@ fn draw_joint(scene: &mut Scene, [x, y]: Point, is_drive: bool, colour: Rgb) {
     }
 }
 
+/// A zigzag between two straight ends.
+fn draw_spring(scene: &mut Scene, from: Point, to: Point, colour: Rgb) {
+    let [dx, dy] = [to[0] - from[0], to[1] - from[1]];
+    let length = dx.hypot(dy).max(1.0);
+    let [nx, ny] = [-dy / length * COIL, dx / length * COIL];
+    let turn = |k: usize| {
+        let share = 0.15 + 0.7 * (k as f64 + 0.5) / TURNS as f64;
+        let side = if k % 2 == 0 { 1.0 } else { -1.0 };
+        [from[0] + share * dx + side * nx, from[1] + share * dy + side * ny]
+    };
+    let along = |share: f64| [from[0] + share * dx, from[1] + share * dy];
+    let mut points = vec![from, along(0.15)];
+    points.extend((0..TURNS).map(turn));
+    points.extend([along(0.85), to]);
+    scene.line(points, Stroke { colour, width: 3.5, dash: &[] });
+}
+
+fn mass_radius(size: f64) -> f64 {
+    (MASS[0] * size).max(MASS[1])
+}
+
+/// The sign of a centre of gravity, a disc in quarters, as large as `size` (1: the largest) says.
+fn draw_mass(scene: &mut Scene, [x, y]: Point, size: f64, colour: Rgb) {
+    let radius = mass_radius(size);
+    let at = |k: usize| {
+        let angle = k as f64 / 40.0 * std::f64::consts::TAU;
+        [x + radius * angle.cos(), y + radius * angle.sin()]
+    };
+    scene.convex((0..40).map(at).collect(), WHITE);
+    for first in [0, 20] {
+        scene.convex(std::iter::once([x, y]).chain((first..=first + 10).map(at)).collect(), colour);
+    }
+    scene.circle([x, y], radius, Stroke { colour, width: 2.5, dash: &[] });
+}
+
 /// Frame O: three arrows with their names.
-fn draw_frame(scene: &mut Scene, view: &View) {
+fn draw_frame(scene: &mut Scene, view: &View, taken: &mut Vec<Rect>) {
     for (axis, (name, colour)) in [("x", CURVES[1]), ("y", CURVES[3]), ("z", CURVES[2])].into_iter().enumerate() {
         let mut along = [0.0; 3];
         along[axis] = FRAME * view.size;
@@ -203,12 +260,30 @@ fn draw_frame(scene: &mut Scene, view: &View) {
         let tip = [end[0] + ux, end[1] + uy];
         scene.convex(vec![tip, [end[0] - 0.5 * uy, end[1] + 0.5 * ux], [end[0] + 0.5 * uy, end[1] - 0.5 * ux]], colour);
         let at = [end[0] + 2.0 * ux, end[1] + 2.0 * uy + text::capital_height(SIZES.tick) / 2.0];
-        scene.text(Text::new(name, SIZES.tick, at, Anchor::Middle).bold().coloured(colour).with_halo());
+        let label = Text::new(name, SIZES.tick, at, Anchor::Middle).bold().coloured(colour).with_halo();
+        taken.push(label.bounds());
+        taken.extend((0..=8).map(|k| around([start[0] + f64::from(k) / 8.0 * dx, start[1] + f64::from(k) / 8.0 * dy], 5.0)));
+        scene.text(label);
     }
 }
 
+/// A square of half the side `half` around a place.
+fn around([x, y]: Point, half: f64) -> Rect {
+    Rect { x: x - half, y: y - half, width: 2.0 * half, height: 2.0 * half }
+}
+
+/// Where marks of joints and masses stand, which labels leave free.
+fn marks(view: &View, figure: &PoseFigure) -> Vec<Rect> {
+    let shown = figure.displaced.as_ref().unwrap_or(&figure.pose);
+    let joints = shown.chains.iter().flat_map(|chain| &chain.joints);
+    let joints = joints.map(|joint| around(view.place(joint.position_mm), MARK));
+    let size = |kilograms: f64| mass_radius((kilograms / figure.largest_mass()).cbrt());
+    let masses = shown.masses().map(|mass| around(view.place(mass.position_mm), size(mass.kilograms)));
+    joints.chain(masses).chain([around(view.place(shown.tool_tip_mm), MARK)]).collect()
+}
+
 /// Names of the chains at their first joints, and of the tool tip.
-fn draw_labels(scene: &mut Scene, view: &View, figure: &PoseFigure) {
+fn draw_labels(scene: &mut Scene, view: &View, figure: &PoseFigure, mut taken: Vec<Rect>) {
     let shown = figure.displaced.as_ref().unwrap_or(&figure.pose);
     let centre = view.place(shown.platform_mm);
     for chain in &shown.chains {
@@ -220,12 +295,36 @@ fn draw_labels(scene: &mut Scene, view: &View, figure: &PoseFigure) {
         let half_width = text::width(&label, SIZES.tick, Weight::Bold) / 2.0;
         let shift = MARK + 0.8 * SIZES.tick;
         let x = at[0] + away[0] / reach * (shift + half_width * 0.4);
-        let x = x.clamp(BORDER + half_width, PAGE_WIDTH - BORDER - half_width);
         let y = at[1] + if away[1] > 0.0 { shift + 0.4 * SIZES.tick } else { -shift };
-        scene.text(Text::new(label, SIZES.tick, [x, y], Anchor::Middle).bold().with_halo());
+        draw_label(scene, &label, at, [x, y], &mut taken);
     }
+    let label = "tool tip T";
+    let half_width = text::width(label, SIZES.tick, Weight::Bold) / 2.0;
     let tip = view.place(shown.tool_tip_mm);
-    scene.text(Text::new("tool tip T", SIZES.tick, [tip[0] + 2.0 * MARK, tip[1]], Anchor::Start).bold().with_halo());
+    draw_label(scene, label, tip, [tip[0] + 2.0 * MARK + half_width, tip[1]], &mut taken);
+}
+
+/// A label of what stands at `at`: where it is wished, or else at the first place around that is free.
+fn draw_label(scene: &mut Scene, label: &str, [x, y]: Point, wished: Point, taken: &mut Vec<Rect>) {
+    let half_width = text::width(label, SIZES.tick, Weight::Bold) / 2.0;
+    let half_height = text::capital_height(SIZES.tick) / 2.0;
+    let text_at = |[x, y]: Point| {
+        let x = x.clamp(BORDER + half_width, PAGE_WIDTH - BORDER - half_width);
+        Text::new(label, SIZES.tick, [x, y], Anchor::Middle).bold().with_halo()
+    };
+    let beside = |(distance, [dx, dy]): (f64, [f64; 2])| {
+        let far = distance * 2.0 * MARK;
+        [x + dx * (half_width + far), y + dy * (half_height + far) + half_height]
+    };
+    let directions = [[1.0, 0.0], [-1.0, 0.0], [0.0, -1.0], [0.0, 1.0], [1.0, -1.0], [-1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+    let places = [1.0, 1.8, 3.0].into_iter().flat_map(|distance| directions.map(|direction| (distance, direction)));
+    let texts: Vec<Text> = std::iter::once(wished).chain(places.map(beside)).map(text_at).collect();
+    let covered = |text: &Text| taken.iter().map(|other| text.bounds().overlap(other)).sum::<f64>();
+    let best = texts.into_iter().reduce(|best, next| if covered(&next) < covered(&best) { next } else { best });
+    if let Some(text) = best {
+        taken.push(text.bounds());
+        scene.text(text);
+    }
 }
 
 /// One entry of the legend: how it is drawn at a place, and its words.
@@ -245,8 +344,18 @@ fn samples(figure: &PoseFigure) -> Vec<Sample<'_>> {
         samples.push((line(BENT), "as it settles"));
     }
     samples.push((joint(true), "drive"));
-    samples.push((joint(false), "passive joint"));
+    if figure.pose.chains.iter().flat_map(|chain| &chain.joints).any(|joint| !joint.is_drive) {
+        samples.push((joint(false), "passive joint"));
+    }
     samples.push((line(TOOL), "tool, P to T"));
+    if figure.pose.springs().next().is_some() {
+        let draw = move |scene: &mut Scene, [x, y]: Point| draw_spring(scene, [x, y], [x + 70.0, y], colour);
+        samples.push((Box::new(draw), "spring"));
+    }
+    if figure.largest_mass() > 0.0 {
+        let draw = move |scene: &mut Scene, [x, y]: Point| draw_mass(scene, [x + 35.0, y], 0.6, colour);
+        samples.push((Box::new(draw), "mass (diameter: cube root)"));
+    }
     if !figure.rails.is_empty() {
         samples.push((line(RAIL), "way of a slide"));
     }

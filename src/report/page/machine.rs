@@ -62,10 +62,14 @@ impl MachineDescription {
     /// Describes `machine`.
     pub fn new(machine: &Machine) -> Self {
         let home = machine.rigid_skeleton(&machine.home);
-        let mut ranges = machine.drive_ranges().into_iter();
         let mut rails = Vec::new();
-        for joint in home.chains.iter().flat_map(|chain| &chain.joints).filter(|joint| joint.is_drive) {
-            let Some(range) = ranges.next().filter(|_| joint.slides) else { continue };
+        for ((chain, drive), range) in machine.drives().zip(machine.drive_ranges()) {
+            let mut joints = home.chains[chain].joints.iter();
+            let Some(joint) = joints.find(|joint| joint.is_drive && joint.name == drive.name) else { continue };
+            // What is shown of a coupled drive is not where its joint stands.
+            if !joint.slides || machine.chains[chain].coupling.is_some() {
+                continue;
+            }
             let at = |rho: f64| std::array::from_fn(|i| joint.position_mm[i] + (rho - joint.value) * joint.axis[i]);
             rails.push(range.map(at));
         }
@@ -131,9 +135,17 @@ fn amplified(from: &Skeleton, to: &Skeleton, factor: f64) -> Skeleton {
     for (chain, start) in out.chains.iter_mut().zip(&from.chains) {
         let ends = chain.links.iter_mut().flatten().zip(start.links.iter().flatten());
         ends.for_each(|(end, start)| *end = between(*start, *end));
+        let ends = chain.springs.iter_mut().flatten().zip(start.springs.iter().flatten());
+        ends.for_each(|(end, start)| *end = between(*start, *end));
         for (joint, start) in chain.joints.iter_mut().zip(&start.joints) {
             joint.position_mm = between(start.position_mm, joint.position_mm);
         }
+        for (mass, start) in chain.masses.iter_mut().zip(&start.masses) {
+            mass.position_mm = between(start.position_mm, mass.position_mm);
+        }
+    }
+    for (mass, start) in out.platform_mass.iter_mut().zip(&from.platform_mass) {
+        mass.position_mm = between(start.position_mm, mass.position_mm);
     }
     out.platform_mm = between(from.platform_mm, to.platform_mm);
     out.tool_tip_mm = between(from.tool_tip_mm, to.tool_tip_mm);

@@ -16,7 +16,7 @@ use super::{
 };
 use crate::{
     input::error::{Error, Result},
-    machine::Polyline,
+    machine::{MassMark, Polyline},
     report::figures::{Colours, Figure, FigureError},
 };
 
@@ -71,6 +71,8 @@ struct ExplorerData<'a> {
     flags: &'a [Vec<(usize, usize)>],
     marks: &'a [Mark],
     machine: Vec<&'a Polyline>,
+    springs: Vec<&'a Polyline>,
+    masses: Vec<&'a MassMark>,
 }
 
 #[derive(Debug, Serialize)]
@@ -160,7 +162,8 @@ fn explorer_view(explorer: &Explorer, data: &Dataset, description: &Description)
         .map(quantity)
         .filter(|q| q.series.iter().any(Option::is_some))
         .collect();
-    let lines = description.machine.home.chains.iter().flat_map(|chain| &chain.links);
+    let home = &description.machine.home;
+    let lines = home.chains.iter().flat_map(|chain| &chain.links);
     let json = script_json(&ExplorerData {
         shape: explorer.shape,
         title: &explorer.title,
@@ -177,6 +180,8 @@ fn explorer_view(explorer: &Explorer, data: &Dataset, description: &Description)
         flags: &data.flags,
         marks: &explorer.marks,
         machine: lines.collect(),
+        springs: home.springs().collect(),
+        masses: home.masses().collect(),
     });
     ExplorerView { title: explorer.title.clone(), shape: explorer.shape, note: note(explorer, data, precision), json }
 }

@@ -212,11 +212,26 @@ function gridView(article, data) {
       z: data.marks.map((m) => m.position[2]), text: data.marks.map((m) => Chart.text(m.label)), textfont: { color: ink }, marker: { size: 4, color: ink },
     });
     if (state.machine) {
-      const line = { x: [], y: [], z: [] };
-      data.machine.forEach((points) => {
-        [...points, [null, null, null]].forEach((point) => ["x", "y", "z"].forEach((axis, i) => line[axis].push(point[i])));
-      });
-      traces.push({ type: "scatter3d", mode: "lines", hoverinfo: "skip", line: { color: Theme.colour("c1"), width: 5 }, ...line });
+      const lines = (polylines) => {
+        const line = { x: [], y: [], z: [] };
+        polylines.forEach((points) => {
+          [...points, [null, null, null]].forEach((point) => ["x", "y", "z"].forEach((axis, i) => line[axis].push(point[i])));
+        });
+        return line;
+      };
+      traces.push({ type: "scatter3d", mode: "lines", hoverinfo: "skip", line: { color: Theme.colour("c1"), width: 5 }, ...lines(data.machine) });
+      if (data.springs.length > 0) {
+        traces.push({ type: "scatter3d", mode: "lines", hoverinfo: "skip", line: { color: Theme.colour("c1"), width: 3, dash: "dot" }, ...lines(data.springs) });
+      }
+      if (data.masses.length > 0) {
+        // Discs as wide as the cube root of the mass.
+        const most = Math.max(...data.masses.map((mass) => mass.kilograms));
+        const [x, y, z] = [0, 1, 2].map((i) => data.masses.map((mass) => mass.position_mm[i]));
+        traces.push({
+          type: "scatter3d", mode: "markers", hoverinfo: "text", x, y, z, text: data.masses.map((mass) => Data.withUnit(mass.kilograms, "kg")),
+          marker: { size: data.masses.map((mass) => Math.max(4, 16 * Math.cbrt(mass.kilograms / most))), color: Theme.colour("c2"), opacity: 0.8 },
+        });
+      }
     }
     const axis = (index) => Object.assign(Chart.axis(Data.labelled(coordinates[index].label, coordinates[index].unit), { showbackground: false, nticks: 5 }), { automargin: undefined, ticks: undefined, tickcolor: undefined });
     const layout = Chart.layout({

@@ -45,19 +45,24 @@ fn quantities(machine: &Machine) -> Vec<Quantity> {
             Source::Cutting,
             |_, e| Some(e.deflection_mm),
         ),
-        quantity(
-            "deflection_all",
-            "How far cutting force and chain errors move the tool",
-            "worst tool deflection",
-            "mm",
-            Source::All,
-            |_, e| Some(e.deflection_mm),
-        ),
     ];
+    let [together, added] = match Source::parts(machine).contains(&Source::Weight) {
+        true => ["How far cutting force, weight and chain errors move the tool", "How wrong it is to add the three effects"],
+        false => ["How far cutting force and chain errors move the tool", "How wrong it is to add the two effects"],
+    };
+    all.push(quantity("deflection_all", together, "worst tool deflection", "mm", Source::All, |_, e| {
+        Some(e.deflection_mm)
+    }));
+    if machine.has_weight() {
+        let words = "How far the machine's own weight moves the tool";
+        all.push(quantity("deflection_weight", words, "tool deflection", "mm", Source::Weight, |_, e| {
+            Some(e.deflection_mm)
+        }));
+    }
     all.extend(machine.drive_kinds().map(|kind| correction(machine, kind)));
     all.push(quantity(
         "departure_all",
-        "How wrong it is to add the two effects",
+        added,
         "departure at the worst angle",
         "mm",
         Source::All,
