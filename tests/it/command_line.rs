@@ -124,7 +124,11 @@ fn check_warns_of_no_machine_of_the_catalogue_but_of_travel_that_nobody_publishe
         let grades: Vec<&str> = machine.provenance.iter().map(|told| told.grade.label()).collect();
         // The hybrid is an example of its kind: all numbers are our own.
         let is_example = entry.name == "hybrid_3ups";
-        assert!(grades.contains(&"assumed") && grades.contains(&"published") != is_example, "{}: {grades:?}", entry.name);
+        assert!(
+            grades.contains(&"assumed") && grades.contains(&"published") != is_example,
+            "{}: {grades:?}",
+            entry.name
+        );
         let warnings = machine_check::check(&machine).warnings;
         let without_travel = ["orthoglide", "tripteron"].contains(&entry.name);
         assert_eq!(warnings.len(), usize::from(without_travel), "{}: {warnings:?}", entry.name);

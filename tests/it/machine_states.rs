@@ -123,8 +123,11 @@ fn compensated_drives_are_met() {
             let mut session = Session::new(&case.machine, &case.machine, CompensationSettings::default());
             session.stand(&case.at, &State::rigid(&case.machine, &case.at));
             let target = Target::FullPose;
-            let done =
-                compensate(&mut session, &Demand { pose: case.at.pose, load: case.load, target, wanted: Some(case.at.pose) }, method);
+            let done = compensate(
+                &mut session,
+                &Demand { pose: case.at.pose, load: case.load, target, wanted: Some(case.at.pose) },
+                method,
+            );
             assert!(done.status.is_success(), "{}: {:?}", case.label, done.status);
             case.expect("rho_compensated", &done.drives, Within::Absolute(1e-9));
         }

@@ -45,7 +45,7 @@ pub enum Figure {
     /// Such curves in panels side by side.
     Panels(PanelFigure),
     /// A machine as lines.
-    Pose(PoseFigure),
+    Pose(Box<PoseFigure>),
 }
 
 impl Figure {

@@ -218,7 +218,7 @@ fn draw_spring(scene: &mut Scene, from: Point, to: Point, colour: Rgb) {
     let [nx, ny] = [-dy / length * COIL, dx / length * COIL];
     let turn = |k: usize| {
         let share = 0.15 + 0.7 * (k as f64 + 0.5) / TURNS as f64;
-        let side = if k % 2 == 0 { 1.0 } else { -1.0 };
+        let side = if k.is_multiple_of(2) { 1.0 } else { -1.0 };
         [from[0] + share * dx + side * nx, from[1] + share * dy + side * ny]
     };
     let along = |share: f64| [from[0] + share * dx, from[1] + share * dy];
@@ -262,7 +262,9 @@ fn draw_frame(scene: &mut Scene, view: &View, taken: &mut Vec<Rect>) {
         let at = [end[0] + 2.0 * ux, end[1] + 2.0 * uy + text::capital_height(SIZES.tick) / 2.0];
         let label = Text::new(name, SIZES.tick, at, Anchor::Middle).bold().coloured(colour).with_halo();
         taken.push(label.bounds());
-        taken.extend((0..=8).map(|k| around([start[0] + f64::from(k) / 8.0 * dx, start[1] + f64::from(k) / 8.0 * dy], 5.0)));
+        taken.extend(
+            (0..=8).map(|k| around([start[0] + f64::from(k) / 8.0 * dx, start[1] + f64::from(k) / 8.0 * dy], 5.0)),
+        );
         scene.text(label);
     }
 }
@@ -316,7 +318,8 @@ fn draw_label(scene: &mut Scene, label: &str, [x, y]: Point, wished: Point, take
         let far = distance * 2.0 * MARK;
         [x + dx * (half_width + far), y + dy * (half_height + far) + half_height]
     };
-    let directions = [[1.0, 0.0], [-1.0, 0.0], [0.0, -1.0], [0.0, 1.0], [1.0, -1.0], [-1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+    let directions =
+        [[1.0, 0.0], [-1.0, 0.0], [0.0, -1.0], [0.0, 1.0], [1.0, -1.0], [-1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
     let places = [1.0, 1.8, 3.0].into_iter().flat_map(|distance| directions.map(|direction| (distance, direction)));
     let texts: Vec<Text> = std::iter::once(wished).chain(places.map(beside)).map(text_at).collect();
     let covered = |text: &Text| taken.iter().map(|other| text.bounds().overlap(other)).sum::<f64>();

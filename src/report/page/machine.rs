@@ -92,7 +92,7 @@ impl MachineDescription {
 
     /// The machine at home.
     pub fn figure(&self) -> Figure {
-        Figure::Pose(PoseFigure {
+        Figure::Pose(Box::new(PoseFigure {
             title: format!("{} at home", self.title),
             subtitle: "frame O of the machine base; P is the platform's reference point, T the tool tip".into(),
             pose: self.home.clone(),
@@ -100,7 +100,7 @@ impl MachineDescription {
             rails: self.rails.clone(),
             workspace: self.workspace_mm,
             note: None,
-        })
+        }))
     }
 
     /// The machine bent by a load, displacements amplified so that they are seen.
@@ -109,7 +109,7 @@ impl MachineDescription {
         let points: Vec<_> = points(&bent.commanded).into_iter().map(Into::into).collect();
         let factor = amplification(&points, size);
         let [x, y, z]: [f64; 3] = bent.force_n.into();
-        Figure::Pose(PoseFigure {
+        Figure::Pose(Box::new(PoseFigure {
             title: format!("How the machine bends {}", bent.place),
             subtitle: typographic(&format!(
                 "{}, force on the tool ({x:.0}, {y:.0}, {z:.0}) N, tool displacement {size:.3} mm",
@@ -120,7 +120,7 @@ impl MachineDescription {
             rails: self.rails.clone(),
             workspace: self.workspace_mm,
             note: Some(format!("displacements drawn {factor} times as large")),
-        })
+        }))
     }
 }
 

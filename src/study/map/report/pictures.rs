@@ -36,18 +36,18 @@ fn quantities(machine: &Machine) -> Vec<Quantity> {
         source,
         value,
     };
-    let mut all = vec![
-        quantity(
-            "deflection_cutting",
-            "How far the cutting force moves the tool",
-            "worst tool deflection",
-            "mm",
-            Source::Cutting,
-            |_, e| Some(e.deflection_mm),
-        ),
-    ];
+    let mut all = vec![quantity(
+        "deflection_cutting",
+        "How far the cutting force moves the tool",
+        "worst tool deflection",
+        "mm",
+        Source::Cutting,
+        |_, e| Some(e.deflection_mm),
+    )];
     let [together, added] = match Source::parts(machine).contains(&Source::Weight) {
-        true => ["How far cutting force, weight and chain errors move the tool", "How wrong it is to add the three effects"],
+        true => {
+            ["How far cutting force, weight and chain errors move the tool", "How wrong it is to add the three effects"]
+        }
         false => ["How far cutting force and chain errors move the tool", "How wrong it is to add the two effects"],
     };
     all.push(quantity("deflection_all", together, "worst tool deflection", "mm", Source::All, |_, e| {
@@ -60,14 +60,9 @@ fn quantities(machine: &Machine) -> Vec<Quantity> {
         }));
     }
     all.extend(machine.drive_kinds().map(|kind| correction(machine, kind)));
-    all.push(quantity(
-        "departure_all",
-        added,
-        "departure at the worst angle",
-        "mm",
-        Source::All,
-        |_, e| e.departure_mm(),
-    ));
+    all.push(quantity("departure_all", added, "departure at the worst angle", "mm", Source::All, |_, e| {
+        e.departure_mm()
+    }));
     all.push(quantity(
         "stiffness_min_cutting",
         "How stiff the tool tip is in its softest direction",
