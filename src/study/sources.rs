@@ -68,6 +68,7 @@ impl Source {
     }
 
     /// The beginning of a sentence that says how far the tool is moved.
+    #[cfg(feature = "report")]
     pub(crate) fn moves(self, machine: &Machine) -> &'static str {
         match self {
             Source::Cutting => "The cutting force alone moves the tool",
@@ -152,15 +153,18 @@ impl<T> IndexMut<Source> for BySource<T> {
 }
 
 /// What is gathered of each source, of which it need not be known beforehand which there are.
+#[cfg(feature = "report")]
 #[derive(Debug, Clone)]
 pub(crate) struct Gathered<T>(Vec<(Source, T)>);
 
+#[cfg(feature = "report")]
 impl<T> Default for Gathered<T> {
     fn default() -> Self {
         Self(Vec::new())
     }
 }
 
+#[cfg(feature = "report")]
 impl<T: Default> Gathered<T> {
     /// What there is of `source`, nothing at first.
     pub fn at(&mut self, source: Source) -> &mut T {
