@@ -256,8 +256,10 @@ impl Chain {
         if self.drives[drive].motion == Motion::Prismatic {
             return None;
         }
-        let shares: Vec<f64> =
-            (0..self.drives.len()).map(|joint| self.joint_per_drive(joint, drive)).filter(|share| *share != 0.0).collect();
+        let shares: Vec<f64> = (0..self.drives.len())
+            .map(|joint| self.joint_per_drive(joint, drive))
+            .filter(|share| *share != 0.0)
+            .collect();
         let first = shares.first()?.abs();
         let is_whole = |turns: f64| (turns - turns.round()).abs() < WHOLE;
         let mut whole = (1..=MOST_TURNS).map(|turns| f64::from(turns) / first);

@@ -9,7 +9,9 @@ use crate::support::{
 use kinetostat::{
     machine::{ChainError, Configuration, Machine, catalogue},
     spatial::Wrench,
-    statics::{Outcome, State, Status, Workspace, aggregate_errors, drive_force_sensitivity, drive_forces, equilibrium},
+    statics::{
+        Outcome, State, Status, Workspace, aggregate_errors, drive_force_sensitivity, drive_forces, equilibrium,
+    },
 };
 use nalgebra::{DMatrix, Matrix6};
 use toml::{Table, Value};
@@ -43,12 +45,19 @@ fn as_module(mut table: Table) -> Table {
 
 /// With a mass on the platform, and one behind each element of the chains.
 fn with_masses(mut table: Table) -> Table {
-    table["platform"].as_table_mut().unwrap().insert("mass".into(), value("{ kg = 60.0, at_mm = [20.0, -30.0, 80.0] }"));
+    table["platform"]
+        .as_table_mut()
+        .unwrap()
+        .insert("mass".into(), value("{ kg = 60.0, at_mm = [20.0, -30.0, 80.0] }"));
     table.insert("gravity_m_per_s2".into(), value("[2.0, -3.0, -9.0]"));
     for (number, chain) in array(&mut table, "chain").iter_mut().enumerate() {
         let elements = chain["elements"].as_array_mut().unwrap();
         let hung = std::mem::take(elements).into_iter().enumerate().flat_map(|(i, element)| {
-            let mass = format!("{{ mass = {{ kg = {:?}, at_mm = [30.0, {:?}, -25.0] }} }}", 5.0 + number as f64, 10.0 * i as f64);
+            let mass = format!(
+                "{{ mass = {{ kg = {:?}, at_mm = [30.0, {:?}, -25.0] }} }}",
+                5.0 + number as f64,
+                10.0 * i as f64
+            );
             [element, value(&mass)]
         });
         *elements = hung.collect();
@@ -110,13 +119,9 @@ fn assert_same(what: &str, machine: &Machine, got: &Solved, expected: &Solved) {
 
 #[test]
 fn a_module_is_the_machine_of_its_chains() {
-    for (name, newtons) in [
-        ("orthoglide", 200.0),
-        ("tripteron", 200.0),
-        ("hexapod", 2000.0),
-        ("tricept", 1500.0),
-        ("linear_delta", 700.0),
-    ] {
+    for (name, newtons) in
+        [("orthoglide", 200.0), ("tripteron", 200.0), ("hexapod", 2000.0), ("tricept", 1500.0), ("linear_delta", 700.0)]
+    {
         for is_heavy in [false, true] {
             let table = if is_heavy { with_masses(table_of(name)) } else { table_of(name) };
             let (apart, as_one) = (machine(&table), machine(&as_module(table)));

@@ -146,7 +146,8 @@ fn equilibria_with_weight_springs_and_modules_are_carried_along() {
             let off = pose_difference(&x_mo.compose(&here.pose), &there.pose, machine.reach);
             assert!(off < 1e-8, "{name}: pose off by {off:e} mm");
             let r = rotation_6(&x_mo);
-            let off = stiffness_difference(&(r.transpose() * moved.stiffness.unwrap() * r), &outcome.stiffness.unwrap());
+            let off =
+                stiffness_difference(&(r.transpose() * moved.stiffness.unwrap() * r), &outcome.stiffness.unwrap());
             assert!(off < 1e-8, "{name}: stiffness off by {off:e}");
             let off = (r.transpose() * &moved.drive_sensitivity - &outcome.drive_sensitivity).amax();
             assert!(off < 1e-8 * outcome.drive_sensitivity.amax(), "{name}: drive sensitivity off by {off:e}");

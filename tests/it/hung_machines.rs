@@ -10,8 +10,8 @@ use kinetostat::{
     machine::{ChainError, Configuration, Machine},
     spatial::Wrench,
     statics::{
-        Outcome, Settings, State, Status, Workspace, chain_stiffnesses, drive_force_sensitivity, equilibrium, unloaded_stiffness,
-        wrench_at_pose,
+        Outcome, Settings, State, Status, Workspace, chain_stiffnesses, drive_force_sensitivity, equilibrium,
+        unloaded_stiffness, wrench_at_pose,
     },
 };
 use nalgebra::DMatrix;
@@ -169,7 +169,8 @@ fn an_offset_drive_is_one_commanded_elsewhere() {
         let chain = &machine.chains[0];
         let count = machine.drive_count();
         let commanded: Vec<f64> = (0..count).map(|i| 2e-3 * share(2, i)).collect();
-        let offset = |joint: usize| (0..count).map(|drive| chain.joint_per_drive(joint, drive) * commanded[drive]).sum();
+        let offset =
+            |joint: usize| (0..count).map(|drive| chain.joint_per_drive(joint, drive) * commanded[drive]).sum();
         let error = ChainError { drive_offsets: (0..count).map(offset).collect(), ..ChainError::default() };
         let real = machine.with_errors(&[error]);
         for (seed, at) in places(&machine, 3).iter().enumerate() {

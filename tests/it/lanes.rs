@@ -218,9 +218,8 @@ fn weight_springs_and_modules_have_the_bits_of_the_scalar_path() {
     for name in HUNG {
         let nominal = machine_file(name);
         let real = nominal.with_errors(&some_errors(&nominal, 3));
-        let problem = |(seed, at): (usize, &Configuration)| {
-            Problem::new(&nominal, at, some_load(&nominal, 1500.0, seed))
-        };
+        let problem =
+            |(seed, at): (usize, &Configuration)| Problem::new(&nominal, at, some_load(&nominal, 1500.0, seed));
         let problems: Vec<Problem> = places(&nominal, 11).iter().enumerate().map(problem).collect();
         let outcomes = assert_same(&real, &problems, &Settings::default());
         assert!(outcomes.iter().all(|outcome| outcome.status == Status::Solved), "{name}: {outcomes:?}");
@@ -241,8 +240,10 @@ fn weight_springs_and_modules_are_compensated_in_lanes() {
                 Demand { pose: at.pose, load, target: Target::FullPose, wanted: None }
             };
             let demands: Vec<Demand> = places.iter().enumerate().map(demand).collect();
-            let tasks: Vec<_> =
-                demands.iter().map(|demand| |pose: &kinetostat::spatial::Pose| demand.task_error(&nominal, pose)).collect();
+            let tasks: Vec<_> = demands
+                .iter()
+                .map(|demand| |pose: &kinetostat::spatial::Pose| demand.task_error(&nominal, pose))
+                .collect();
             let mut problems: Vec<Problem> =
                 places.iter().zip(&demands).map(|(at, demand)| Problem::new(&nominal, at, demand.load)).collect();
             let mut cases: Vec<Case<'_>> = problems

@@ -12,8 +12,8 @@ use kinetostat::{
     process::MillingForce,
     spatial::{Grid, Pose, Twist, Wrench, rotation_log},
     statics::{
-        Outcome, Settings, Solution, State, Status, Workspace, aggregate_errors, equilibrium,
-        unloaded_stiffness, wrench_at_pose,
+        Outcome, Settings, Solution, State, Status, Workspace, aggregate_errors, equilibrium, unloaded_stiffness,
+        wrench_at_pose,
     },
     study::{
         machine_check,
@@ -130,7 +130,16 @@ fn check_equilibrium(machine: &Machine, trial: &Trial, at: &Configuration) -> bo
             }
         }
         let is_solved = outcome.status == Status::Solved;
-        if std::env::var_os("RANDOM_MACHINES_TIMES").is_some() { eprintln!("  {:?} n {} loops {} weight {} steps {}", outcome.status, unknown_count(machine), machine.chains.iter().map(|c| c.route.loop_count()).sum::<usize>(), machine.has_weight(), outcome.load_steps); }
+        if std::env::var_os("RANDOM_MACHINES_TIMES").is_some() {
+            eprintln!(
+                "  {:?} n {} loops {} weight {} steps {}",
+                outcome.status,
+                unknown_count(machine),
+                machine.chains.iter().map(|c| c.route.loop_count()).sum::<usize>(),
+                machine.has_weight(),
+                outcome.load_steps
+            );
+        }
         assert_eq!(outcome.status.reason(machine).is_empty(), is_solved, "{:?}", outcome.status);
         let solution = Solution::new(answering, &at.drives, &load, &state, &outcome, &mut workspace);
         finite("drive forces", &solution.drive_forces());
@@ -244,8 +253,7 @@ fn check_compensation(machine: &Machine, trial: &Trial, at: &Configuration) {
     // Where the nominal machine rests under its weight.
     let mut rest = State::rigid(machine, at);
     let settings = Settings::default();
-    let at_rest =
-        equilibrium(machine, &at.drives, &Wrench::zero(), &mut rest, &mut Workspace::new(machine), &settings);
+    let at_rest = equilibrium(machine, &at.drives, &Wrench::zero(), &mut rest, &mut Workspace::new(machine), &settings);
     let wanted = Some(if machine.has_weight() { rest.pose } else { at.pose });
     for target in [Target::ToolTip, Target::FullPose] {
         let demand = Demand { pose: at.pose, load: trial.load(), target, wanted: None };
@@ -323,8 +331,10 @@ fn run(trial: &Trial, tally: &mut Tally) {
     let machine = match Machine::from_toml(&trial.toml, "random.toml") {
         Ok(machine) => machine,
         Err(refusal) => {
-            if std::env::var_os("RANDOM_MACHINES_TIMES").is_some() { eprintln!("  refused {refusal}"); }
-            return assert!(refusal.to_string().starts_with("random.toml: "), "{refusal}")
+            if std::env::var_os("RANDOM_MACHINES_TIMES").is_some() {
+                eprintln!("  refused {refusal}");
+            }
+            return assert!(refusal.to_string().starts_with("random.toml: "), "{refusal}");
         }
     };
     tally.accepted += 1;
@@ -361,7 +371,9 @@ fn search(count: u32, machine: impl Strategy<Value = RandomMachine>) -> Tally {
     let slow = std::env::var_os("RANDOM_MACHINES_TIMES").is_some();
     let outcome = TestRunner::new(Config { max_shrink_time: 60_000, ..cases(count) }).run(&trial(machine), |trial| {
         let began = std::time::Instant::now();
-        if let Some(f) = std::env::var_os("RANDOM_MACHINES_LAST") { std::fs::write(f, format!("{:?}\n{}", trial, trial.toml)).unwrap(); }
+        if let Some(f) = std::env::var_os("RANDOM_MACHINES_LAST") {
+            std::fs::write(f, format!("{:?}\n{}", trial, trial.toml)).unwrap();
+        }
         run(&trial, &mut tally.borrow_mut());
         if slow {
             eprintln!("{:.2?} {:?}", began.elapsed(), tally.borrow());

@@ -67,7 +67,8 @@ impl Pair {
         let offsets = [10.0, 0.0, 33.0, 0.0, -90.0, 180.0];
         let mut text = replaced(&arm_text(), SHOWN, ", shown = { of = { J2 = -0.5, J3 = 2.0 }, offset_deg = 33.0 }");
         text = replaced(&text, J3, "home_deg = 105.5");
-        text = replaced(&text, "3.1e9 }", "3.1e9, home_deg = 10.0, shown = { of = { J1 = -1.0 }, offset_deg = 10.0 } }");
+        text =
+            replaced(&text, "3.1e9 }", "3.1e9, home_deg = 10.0, shown = { of = { J1 = -1.0 }, offset_deg = 10.0 } }");
         text = replaced(
             &text,
             "home_deg = 30.0 }",
@@ -116,7 +117,8 @@ fn commands_in_shown_coordinates_lead_where_the_joints_do() {
             let mut target = pair.plain.home.pose;
             target.translation += Vector3::from_fn(|i, _| 200.0 * share(seed, i));
             target.rotation *= rotation_exp(Vector3::from_fn(|i, _| 0.3 * share(seed, 3 + i)));
-            let [coupled, plain] = [&pair.coupled, &pair.plain].map(|machine| machine.inverse_kinematics(&target).unwrap());
+            let [coupled, plain] =
+                [&pair.coupled, &pair.plain].map(|machine| machine.inverse_kinematics(&target).unwrap());
             assert_near("inverse kinematics", &pair.joints(&coupled.drives), &plain.drives, 1e-9);
             let [a, b] = [(&pair.coupled, coupled), (&pair.plain, plain)].map(|(m, at)| m.drive_jacobian(&at).unwrap());
             let off = (&pair.per_shown * &a - &b).amax();
@@ -219,7 +221,9 @@ fn a_geared_joint_is_not_taken_a_full_turn_of_what_is_shown() {
         let text = replaced(
             &arm_text(),
             "4e8 }",
-            &format!("4e8, home_deg = 20.0, travel_deg = {travel}, shown = {{ of = {{ J6 = {factor:?} }}, offset_deg = 230.0 }} }}"),
+            &format!(
+                "4e8, home_deg = 20.0, travel_deg = {travel}, shown = {{ of = {{ J6 = {factor:?} }}, offset_deg = 230.0 }} }}"
+            ),
         );
         let Ok(machine) = Machine::from_toml(&text, "geared") else { continue };
         let plain = machine_from(&plain_text());

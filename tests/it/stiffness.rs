@@ -142,7 +142,8 @@ impl Loaded {
             for (i, (more, less)) in pushed(step).into_iter().zip(pushed(-step)).enumerate() {
                 let off = (exact[(i, drive)] - (more - less) / (2.0 * step)).abs();
                 // Forces are known to rounding of the stiffest drive's.
-                let rounding = 1e-16 * drive_forces(machine, &self.state).into_iter().fold(1e8, |a, b| b.abs().max(a)) / step;
+                let rounding =
+                    1e-16 * drive_forces(machine, &self.state).into_iter().fold(1e8, |a, b| b.abs().max(a)) / step;
                 assert!(
                     off < 1e-6 * exact.amax() + 1e3 * rounding.max(1e-8),
                     "{}: ∂τ_{i}/∂ρ_{drive} off by {off:e}, of {:e}",

@@ -85,12 +85,7 @@ fn slide(beside: f64, [stiffness, free, preload]: [f64; 3]) -> Machine {
     let spring = format!(
         r#"{{ spring = {{ from = {{ frame = "end" }}, to = {{ frame = "O", at_mm = [0.0, {beside:?}, 0.0] }}, stiffness_N_per_mm = {stiffness:?}, free_length_mm = {free:?}, preload_N = {preload:?} }} }}"#
     );
-    machine(
-        "slide",
-        [0.0; 3],
-        r#""x""#,
-        &[Leg::new("slide", &[slide, r#"{ frame = "end" }"#, &spring], "")],
-    )
+    machine("slide", [0.0; 3], r#""x""#, &[Leg::new("slide", &[slide, r#"{ frame = "end" }"#, &spring], "")])
 }
 
 #[test]
@@ -281,10 +276,16 @@ fn a_flexure_of_two_beams_has_the_sum_of_their_stiffnesses() {
     let ratio: f64 = 6.0 / 20.0;
     let torsion = 20.0 * 216.0 * (1.0 / 3.0 - 0.21 * ratio * (1.0 - ratio.powi(4) / 12.0));
     let mut own = Matrix6::zeros();
-    for (i, stiffness) in
-        [e * 120.0 / l, 12.0 * e * iz / l.powi(3), 12.0 * e * iy / l.powi(3), 80_000.0 * torsion / l, 4.0 * e * iy / l, 4.0 * e * iz / l]
-            .into_iter()
-            .enumerate()
+    for (i, stiffness) in [
+        e * 120.0 / l,
+        12.0 * e * iz / l.powi(3),
+        12.0 * e * iy / l.powi(3),
+        80_000.0 * torsion / l,
+        4.0 * e * iy / l,
+        4.0 * e * iz / l,
+    ]
+    .into_iter()
+    .enumerate()
     {
         own[(i, i)] = stiffness;
     }

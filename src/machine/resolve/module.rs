@@ -80,7 +80,9 @@ impl ChainBuilder<'_> {
         }
         // Modules within modules multiply.
         if self.chain.coordinate_count() > MAX_COORDINATES {
-            let problem = format!("expected at most {MAX_COORDINATES} coordinates of joints and springs, got more up to this one");
+            let problem = format!(
+                "expected at most {MAX_COORDINATES} coordinates of joints and springs, got more up to this one"
+            );
             return check.key("chain").fail(problem);
         }
         Ok(std::mem::replace(&mut self.route, outer_route))

@@ -26,9 +26,7 @@ impl Moved {
     fn twist_at(&self, place: &Vector3<f64>) -> Twist {
         match self.motion {
             Motion::Prismatic => Twist { linear: self.direction, angular: Vector3::zeros() },
-            Motion::Revolute => {
-                Twist { linear: self.direction.cross(&(place - self.origin)), angular: self.direction }
-            }
+            Motion::Revolute => Twist { linear: self.direction.cross(&(place - self.origin)), angular: self.direction },
         }
     }
 }
@@ -184,7 +182,10 @@ pub fn assert_balanced(machine: &Machine, drives: &[f64], load: &Wrench, state: 
             let (step, lever) = if turns[i] { (1e-4, reach) } else { (1e-3, 1.0) };
             let slope = energy_slope(machine, drives, &mut state, c, i, step);
             let off = ((power - slope).abs() - rounding / step).max(0.0) / lever;
-            assert!(off <= BALANCE * scale, "chain {c}, coordinate {i}: {power} N or N·mm against {slope}, of {scale} N");
+            assert!(
+                off <= BALANCE * scale,
+                "chain {c}, coordinate {i}: {power} N or N·mm against {slope}, of {scale} N"
+            );
         }
     }
     let left = Wrench::from_vector(&left).norm(reach);

@@ -148,7 +148,8 @@ fn module(depth: usize) -> BoxedStrategy<Kind> {
         return rigid.prop_map(Module).boxed();
     }
     let inner = || around_module(vec![Fixed], module(depth - 1), vec![Beam]);
-    let nested = (way(inner()), ways(vec![Beam, Fixed, Beam], 1..3)).prop_map(|(inner, beams)| [vec![inner], beams].concat());
+    let nested =
+        (way(inner()), ways(vec![Beam, Fixed, Beam], 1..3)).prop_map(|(inner, beams)| [vec![inner], beams].concat());
     let swung = around_module(vec![Drive, Fixed], module(depth - 1), vec![Joint]);
     let swung = (way(swung), way(elements_of(vec![Drive, Universal, Beam, Spherical]).boxed()));
     let swung = swung.prop_map(|(swung, rod)| vec![swung, rod]);
@@ -436,7 +437,8 @@ impl RandomMachine {
                     Kind::Universal => ("universal", vec![*axis, (axis + if *is_revolute { 1 } else { 2 }) % 3]),
                     _ => ("spherical", vec![0, 1, 2]),
                 };
-                let angle = |i: usize| if self.is_aligned { (shares[i] * 2.0).round() * 45.0 } else { shares[i] * 80.0 };
+                let angle =
+                    |i: usize| if self.is_aligned { (shares[i] * 2.0).round() * 45.0 } else { shares[i] * 80.0 };
                 let angles: Vec<f64> = (0..axes.len()).map(angle).collect();
                 for (&axis, angle) in axes.iter().zip(&angles) {
                     end.rotate_about(AXES[axis], angle.to_radians());
