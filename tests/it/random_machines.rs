@@ -4,7 +4,7 @@
 use crate::support::{
     balance::{assert_balanced, is_determinate},
     engine::cases,
-    random_machine::random_machine,
+    random_machine::{RandomMachine, random_arm, random_machine},
 };
 use kinetostat::{
     compensation::{self, Demand, Method, Session, Target, compensate},
@@ -40,9 +40,9 @@ struct Trial {
     step: [f64; 3],
 }
 
-fn trial() -> impl Strategy<Value = Trial> {
+fn trial(machine: impl Strategy<Value = RandomMachine>) -> impl Strategy<Value = Trial> {
     let share = || -1.0..1.0;
-    let parts = (random_machine(), prop::array::uniform6(share()), prop::array::uniform14(share()));
+    let parts = (machine, prop::array::uniform6(share()), prop::array::uniform14(share()));
     (parts, prop::array::uniform3(share())).prop_map(|((machine, load, errors), step)| Trial {
         toml: machine.toml(),
         load,
@@ -250,6 +250,11 @@ fn check_condensation(machine: &Machine, trial: &Trial, at: &Configuration) -> b
 
 fn check_compensation(machine: &Machine, trial: &Trial, at: &Configuration) {
     let real = machine.with_errors(&trial.chain_errors(machine));
+    // Where the nominal machine rests under its weight.
+    let mut rest = State::rigid(machine, at);
+    let settings = Settings::default();
+    let at_rest = equilibrium(machine, &at.drives, &Wrench::zero(), &mut rest, &mut Workspace::new(machine), &settings);
+    let wanted = Some(if machine.has_weight() { rest.pose } else { at.pose });
     for target in [Target::ToolTip, Target::FullPose] {
         let demand = Demand { pose: at.pose, load: trial.load(), target, wanted: None };
         for method in Method::ALL {
@@ -263,7 +268,8 @@ fn check_compensation(machine: &Machine, trial: &Trial, at: &Configuration) {
             finite(&method.label(), done.position_error.iter().chain(done.leftover_rotation.iter()));
             assert_eq!(done.status.reason(machine).is_empty(), done.status.is_success(), "{:?}", done.status);
             if done.status == compensation::CompensationStatus::Converged {
-                let left = demand.task_error(machine, &session.state().pose).size();
+                assert_eq!(at_rest.status, Status::Solved);
+                let left = Demand { wanted, ..demand }.task_error(machine, &session.state().pose).size();
                 assert!(
                     left <= 1e-10 + 1e-12 * machine.reach && done.outcome.is_some(),
                     "{}: {left} mm left, {:?}",
@@ -360,10 +366,10 @@ fn run(trial: &Trial, tally: &mut Tally) {
 }
 
 /// Draws `count` machines and says what became of them.
-fn search(count: u32) -> Tally {
+fn search(count: u32, machine: impl Strategy<Value = RandomMachine>) -> Tally {
     let tally = std::cell::RefCell::new(Tally::default());
     let slow = std::env::var_os("RANDOM_MACHINES_TIMES").is_some();
-    let outcome = TestRunner::new(Config { max_shrink_time: 60_000, ..cases(count) }).run(&trial(), |trial| {
+    let outcome = TestRunner::new(Config { max_shrink_time: 60_000, ..cases(count) }).run(&trial(machine), |trial| {
         let began = std::time::Instant::now();
         if let Some(f) = std::env::var_os("RANDOM_MACHINES_LAST") {
             std::fs::write(f, format!("{:?}\n{}", trial, trial.toml)).unwrap();
@@ -382,8 +388,14 @@ fn search(count: u32) -> Tally {
 
 #[test]
 fn random_machines_are_solved_or_say_why_not() {
-    let tally = search(30);
+    let tally = search(30, random_machine());
     // The search is worth nothing if nearly all machines are refused or singular.
+    assert!(2 * tally.accepted > tally.drawn && 4 * tally.solved > tally.reached, "{tally:?}");
+}
+
+#[test]
+fn random_arms_with_modules_are_solved_or_say_why_not() {
+    let tally = search(30, random_arm());
     assert!(2 * tally.accepted > tally.drawn && 4 * tally.solved > tally.reached, "{tally:?}");
 }
 
@@ -391,6 +403,6 @@ fn random_machines_are_solved_or_say_why_not() {
 #[test]
 #[ignore = "takes minutes"]
 fn many_random_machines_are_solved_or_say_why_not() {
-    let tally = search(1000);
+    let tally = search(1000, random_machine());
     assert!(2 * tally.accepted > tally.drawn && 4 * tally.solved > tally.reached, "{tally:?}");
 }

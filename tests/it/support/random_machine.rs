@@ -156,7 +156,7 @@ fn module(depth: usize) -> BoxedStrategy<Kind> {
     prop_oneof![2 => rigid, 1 => nested, 1 => swung].prop_map(Module).boxed()
 }
 
-/// A leg of these elements; of `among` legs, about one has masses and frames among them, some with springs.
+/// A leg of these elements; one beside `plain` that have not has masses and frames among them, some with springs.
 fn hung(elements: BoxedStrategy<Vec<Element>>, plain: u32) -> impl Strategy<Value = Leg> {
     let extra = || element(prop_oneof![Just(Kind::Mass), Just(Kind::Frame)]);
     let nothing = Just((Vec::new(), Vec::new()));
@@ -187,6 +187,30 @@ pub fn random_machine() -> impl Strategy<Value = RandomMachine> {
     (legs, prop::bool::weighted(0.4), shares(), controls, couplings, weight).prop_map(
         |(legs, is_aligned, home, controls, couplings, weight)| RandomMachine {
             legs,
+            couplings,
+            weight,
+            is_aligned,
+            home,
+            controls,
+        },
+    )
+}
+
+/// A serial arm with a closed loop in it, or on a parallel machine, most often with weight.
+pub fn random_arm() -> impl Strategy<Value = RandomMachine> {
+    use Kind::*;
+    let elements = prop_oneof![
+        3 => around_module(vec![Drive, Fixed], module(1), vec![Fixed, Drive, Drive, Fixed, Drive]),
+        2 => around_module(vec![Drive, Fixed, Drive], module(1), vec![Link, Drive, Fixed, Drive, Drive, Drive]),
+        2 => around_module(vec![], module(1), vec![Fixed, Drive, Fixed, Drive, Drive]),
+    ];
+    let controls = Just(vec!["x", "y", "z", "rotation_x", "rotation_y", "rotation_z"]);
+    let couplings = prop_oneof![1 => Just(Vec::new()), 1 => prop::collection::vec(shares(), 1..4)];
+    let weight = prop::option::weighted(0.7, shares());
+    let leg = hung(elements.boxed(), 1);
+    (leg, prop::bool::weighted(0.3), shares(), controls, couplings, weight).prop_map(
+        |(leg, is_aligned, home, controls, couplings, weight)| RandomMachine {
+            legs: vec![leg],
             couplings,
             weight,
             is_aligned,
