@@ -170,13 +170,8 @@ fn a_coupled_arm_is_compensated_by_the_same_joints() {
         for seed in 0..3 {
             let mut pose = pair.plain.home.pose;
             pose.translation += Vector3::from_fn(|i, _| 150.0 * share(seed, i));
-<<<<<<< HEAD
-            let demand =
-                Demand { pose, load: some_load(&pair.plain, 1500.0, seed), target: Target::FullPose, wanted: None };
-=======
             let load = some_load(&pair.plain, 1500.0, seed);
             let demand = Demand { pose, load, target: Target::FullPose, wanted: None };
->>>>>>> 3f1d9be02d9de9767fa6da80a6f91ca20ef96cff
             for method in Method::ALL {
                 let [coupled, plain] = [&pair.coupled, &pair.plain].map(|machine| {
                     let real = machine.with_errors(&errors);

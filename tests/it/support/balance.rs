@@ -181,11 +181,7 @@ pub fn assert_balanced(machine: &Machine, drives: &[f64], load: &Wrench, state: 
         for (i, power) in power.iter().enumerate() {
             let (step, lever) = if turns[i] { (1e-4, reach) } else { (1e-3, 1.0) };
             let slope = energy_slope(machine, drives, &mut state, c, i, step);
-<<<<<<< HEAD
-            let off = (power - slope).abs() / lever;
-=======
             let off = ((power - slope).abs() - rounding / step).max(0.0) / lever;
->>>>>>> 3f1d9be02d9de9767fa6da80a6f91ca20ef96cff
             assert!(
                 off <= BALANCE * scale,
                 "chain {c}, coordinate {i}: {power} N or N·mm against {slope}, of {scale} N"
