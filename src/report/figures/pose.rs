@@ -298,21 +298,21 @@ fn draw_labels(scene: &mut Scene, view: &View, figure: &PoseFigure, mut taken: V
         let shift = MARK + 0.8 * SIZES.tick;
         let x = at[0] + away[0] / reach * (shift + half_width * 0.4);
         let y = at[1] + if away[1] > 0.0 { shift + 0.4 * SIZES.tick } else { -shift };
-        draw_label(scene, &label, at, [x, y], &mut taken);
+        let x = x.clamp(BORDER + half_width, PAGE_WIDTH - BORDER - half_width);
+        draw_label(scene, at, Text::new(label, SIZES.tick, [x, y], Anchor::Middle).bold().with_halo(), &mut taken);
     }
-    let label = "tool tip T";
-    let half_width = text::width(label, SIZES.tick, Weight::Bold) / 2.0;
     let tip = view.place(shown.tool_tip_mm);
-    draw_label(scene, label, tip, [tip[0] + 2.0 * MARK + half_width, tip[1]], &mut taken);
+    let wished = Text::new("tool tip T", SIZES.tick, [tip[0] + 2.0 * MARK, tip[1]], Anchor::Start);
+    draw_label(scene, tip, wished.bold().with_halo(), &mut taken);
 }
 
-/// A label of what stands at `at`: where it is wished, or else at the first place around that is free.
-fn draw_label(scene: &mut Scene, label: &str, [x, y]: Point, wished: Point, taken: &mut Vec<Rect>) {
-    let half_width = text::width(label, SIZES.tick, Weight::Bold) / 2.0;
+/// A label of what stands at a place: as it is wished, or else where around it is free.
+fn draw_label(scene: &mut Scene, [x, y]: Point, wished: Text, taken: &mut Vec<Rect>) {
+    let half_width = text::width(&wished.content, SIZES.tick, Weight::Bold) / 2.0;
     let half_height = text::capital_height(SIZES.tick) / 2.0;
     let text_at = |[x, y]: Point| {
         let x = x.clamp(BORDER + half_width, PAGE_WIDTH - BORDER - half_width);
-        Text::new(label, SIZES.tick, [x, y], Anchor::Middle).bold().with_halo()
+        Text { at: [x, y], anchor: Anchor::Middle, ..wished.clone() }
     };
     let beside = |(distance, [dx, dy]): (f64, [f64; 2])| {
         let far = distance * 2.0 * MARK;
@@ -321,7 +321,7 @@ fn draw_label(scene: &mut Scene, label: &str, [x, y]: Point, wished: Point, take
     let directions =
         [[1.0, 0.0], [-1.0, 0.0], [0.0, -1.0], [0.0, 1.0], [1.0, -1.0], [-1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
     let places = [1.0, 1.8, 3.0].into_iter().flat_map(|distance| directions.map(|direction| (distance, direction)));
-    let texts: Vec<Text> = std::iter::once(wished).chain(places.map(beside)).map(text_at).collect();
+    let texts: Vec<Text> = std::iter::once(wished.clone()).chain(places.map(beside).map(text_at)).collect();
     let covered = |text: &Text| taken.iter().map(|other| text.bounds().overlap(other)).sum::<f64>();
     let best = texts.into_iter().reduce(|best, next| if covered(&next) < covered(&best) { next } else { best });
     if let Some(text) = best {
@@ -381,4 +381,73 @@ fn draw_legend(scene: &mut Scene, figure: &PoseFigure, top: f64) -> f64 {
         x += width + 1.1 * SIZES.tick;
     }
     y + 0.4 * SIZES.tick
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::scene::Item;
+    use super::*;
+    use crate::machine::{Machine, catalogue};
+
+    fn at_home(machine: &Machine) -> PoseFigure {
+        PoseFigure {
+            title: machine.title.clone(),
+            subtitle: String::new(),
+            pose: machine.rigid_skeleton(&machine.home),
+            displaced: None,
+            rails: Vec::new(),
+            workspace: [machine.workspace.min.into(), machine.workspace.max.into()],
+            note: None,
+        }
+    }
+
+    fn texts(figure: &PoseFigure) -> Vec<Text> {
+        let items = scene(figure).unwrap().items.into_iter();
+        items.filter_map(|item| if let Item::Text(text) = item { Some(text) } else { None }).collect()
+    }
+
+    #[test]
+    fn no_label_of_a_machine_of_the_catalogue_covers_another() {
+        for name in catalogue::names() {
+            let machine = Machine::named_or_file(name).unwrap();
+            let texts = texts(&at_home(&machine));
+            let labels = texts.iter().filter(|text| text.content.starts_with("chain ")).count();
+            assert_eq!(labels, machine.chains.len(), "{name}");
+            for (i, text) in texts.iter().enumerate() {
+                for other in &texts[..i] {
+                    let shared = text.bounds().overlap(&other.bounds());
+                    assert!(shared == 0.0, "{name}: \"{}\" over \"{}\"", text.content, other.content);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn springs_and_masses_are_drawn_and_told_where_there_are_any() {
+        let legend = |name: &str| {
+            let machine = Machine::named_or_file(name).unwrap();
+            let texts = texts(&at_home(&machine));
+            ["spring", "mass (diameter: cube root)", "passive joint"]
+                .map(|words| texts.iter().any(|t| t.content == words))
+        };
+        assert_eq!(legend("orthoglide"), [false, false, true]);
+        assert_eq!(legend("kr270"), [false, false, false]);
+        assert_eq!(legend("fanuc_r2000ic"), [false, true, false]);
+        assert_eq!(legend("hybrid_3ups"), [false, true, true]);
+        assert_eq!(legend("tests/machines/robot_6r.toml"), [true, true, false]);
+    }
+
+    #[test]
+    fn what_stands_beside_the_links_is_on_the_page() {
+        for name in ["fanuc_r2000ic", "tests/machines/robot_6r.toml"] {
+            let figure = at_home(&Machine::named_or_file(name).unwrap());
+            let page = scene(&figure).unwrap();
+            let view = View::fitted(&figure, 0.0);
+            let places =
+                figure.pose.masses().map(|mass| mass.position_mm).chain(figure.pose.springs().flatten().copied());
+            for [x, y] in places.map(|place| view.place(place)) {
+                assert!(x > BORDER && x < PAGE_WIDTH - BORDER && y > 0.0 && y < page.height, "{name}: ({x}, {y})");
+            }
+        }
+    }
 }

@@ -221,7 +221,7 @@ function gridView(article, data) {
       };
       traces.push({ type: "scatter3d", mode: "lines", hoverinfo: "skip", line: { color: Theme.colour("c1"), width: 5 }, ...lines(data.machine) });
       if (data.springs.length > 0) {
-        traces.push({ type: "scatter3d", mode: "lines", hoverinfo: "skip", line: { color: Theme.colour("c1"), width: 3, dash: "dot" }, ...lines(data.springs) });
+        traces.push({ type: "scatter3d", mode: "lines", hoverinfo: "skip", line: { color: Theme.colour("c1"), width: 5, dash: "dash" }, ...lines(data.springs) });
       }
       if (data.masses.length > 0) {
         // Discs as wide as the cube root of the mass.
@@ -293,7 +293,8 @@ function gridView(article, data) {
       state.machine = box.checked;
       drawSpace();
     });
-    Controls.labelled(controls, "Machine at home", box).className = "check";
+    const marks = [data.springs.length > 0 ? "springs dashed" : "", data.masses.length > 0 ? "masses as discs" : ""].filter(Boolean);
+    Controls.labelled(controls, ["Machine at home", ...marks].join(", "), box).className = "check";
   }
   Theme.onChange(draw);
   draw();

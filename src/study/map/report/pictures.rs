@@ -167,7 +167,7 @@ impl Pictures {
         let value = |node| self.value(study, node, quantity);
         SliceFigure {
             title: self.quantities[quantity].title.clone(),
-            subtitle: setting(study, &drawn_nodes(&study.grid, &self.slices_z)[..2]),
+            subtitle: setting(study, self.quantities[quantity].source, &drawn_nodes(&study.grid, &self.slices_z)[..2]),
             x_label: "x [mm]".into(),
             y_label: "y [mm]".into(),
             quantity: self.label(quantity),
@@ -182,7 +182,7 @@ impl Pictures {
         let coordinates = |i: usize| self.volume[i].iter().map(|&k| study.grid.axes[i][k]).collect();
         VolumeFigure {
             title: self.quantities[quantity].title.clone(),
-            subtitle: setting(study, &self.volume),
+            subtitle: setting(study, self.quantities[quantity].source, &self.volume),
             axis_labels: ["x [mm]".into(), "y [mm]".into(), "z [mm]".into()],
             quantity: self.label(quantity),
             axes: [0, 1, 2].map(coordinates),
@@ -206,16 +206,18 @@ fn product([x, y, z]: &[Vec<usize>; 3]) -> impl Iterator<Item = [usize; 3]> {
     z.iter().flat_map(move |&k| y.iter().flat_map(move |&j| x.iter().map(move |&i| [i, j, k])))
 }
 
-/// The subtitle of a picture that shows the nodes with the indices `drawn` along the first axes.
-fn setting(study: &WorkspaceMapStudy, drawn: &[Vec<usize>]) -> String {
+/// The subtitle of a picture of what `source` does that shows the nodes with the indices `drawn` along the first axes.
+fn setting(study: &WorkspaceMapStudy, source: Source, drawn: &[Vec<usize>]) -> String {
     let [nx, ny, nz] = study.grid.counts();
     let thinned = thinned_words(&study.grid, drawn);
     let MillingForce { radial, tangential, axial, .. } = study.force;
-    let setting = format!(
-        "{}, worst of {}, force {radial} / {tangential} / {axial} N (radial / tangential / axial), \
-         grid {nx} × {ny} × {nz}{thinned}",
-        study.machine.name,
-        counted(study.phis.len(), "tool angle"),
-    );
+    let load = match source {
+        Source::Weight => "without cutting force".into(),
+        _ => format!(
+            "worst of {}, force {radial} / {tangential} / {axial} N (radial / tangential / axial)",
+            counted(study.phis.len(), "tool angle"),
+        ),
+    };
+    let setting = format!("{}, {load}, grid {nx} × {ny} × {nz}{thinned}", study.machine.name);
     typographic(&setting)
 }
