@@ -121,7 +121,10 @@ function gridView(article, data) {
       xaxis: axis(columns, x, { constrain: "domain" }),
       yaxis: axis(rows, y, alike ? { scaleanchor: "x", constrain: "domain" } : {}),
     });
-    Plotly.react(plot, traces, layout, Chart.config);
+    // Axes of equal scale keep the ranges of the slice before.
+    const draw = plot.dataset.normal === String(state.normal) ? Plotly.react : Plotly.newPlot;
+    plot.dataset.normal = state.normal;
+    draw(plot, traces, layout, Chart.config);
     plot.setAttribute("aria-label", "Colour map of " + label() + " " + groupName() + ", " + words);
   }
   // Labels stay on the map.
