@@ -18,7 +18,8 @@ use kinetostat::{
 fn main() {
     // Cargo passes harness options, and `cargo test --benches` only asks that the bench runs.
     let is_test = std::env::args().any(|argument| argument == "--test");
-    let overrides = Overrides { grid: is_test.then_some([2, 2, 1]), points: if is_test { Some(9) } else { Some(361) } };
+    let points = if is_test { Some(9) } else { Some(361) };
+    let overrides = Overrides { grid: is_test.then_some([2, 2, 1]), points, ..Overrides::default() };
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/03_placement_circle");
     let study = Study::open(&folder, &overrides).expect("a valid study");
     let StudyKind::Placement(mut study, ()) = study.kind else { panic!("a placement study") };

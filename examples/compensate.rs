@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Files may be on disk, `Process::open`, or in memory; this process names none.
     let process = Process::from_toml(PROCESS, "process", Folder::in_memory([]), &machine)?;
     let program = ProgramFile::parse(PROGRAM.into(), "quarter.nc".as_ref(), &process.gcode)?;
-    let job = ProgramJob::new(machine, process, program, "quarter.nc")?;
+    let job = ProgramJob::new(process, program, "quarter.nc")?;
 
     let nothing_to_tell = || ();
     let without = job.pass_by(Method::None, &nothing_to_tell, |_, _| Ok(()))?;

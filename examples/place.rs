@@ -14,7 +14,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let out = arguments.next().map_or_else(|| std::env::temp_dir().join("kinetostat_placed"), PathBuf::from);
 
     // A study as it is written in a file; a coarse sweep, to be quick.
-    let overrides = Overrides { grid: Some([3, 3, 2]), points: Some(37) };
+    let overrides = Overrides { grid: Some([3, 3, 2]), points: Some(37), ..Overrides::default() };
     let study = Study::open(&folder, &overrides)?;
     let StudyKind::Placement(placement, ()) = &study.kind else { return Err("expected a placement study".into()) };
 

@@ -27,6 +27,7 @@
 //! | to | use |
 //! |---|---|
 //! | read a machine | [`Machine::named_or_file`], [`Machine::from_toml`] |
+//! | read and set its numbers by name | [`Machine::parameters`], [`Machine::with_parameters`] |
 //! | make a machine file of a URDF | [`urdf::import`] |
 //! | solve a loaded state | [`statics::equilibrium`], many at once [`statics::Batch`] |
 //! | correct a command | [`compensate`] on a [`Session`], a whole path within limits [`compensation::compensate_bounded`] |

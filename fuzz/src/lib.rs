@@ -37,7 +37,7 @@ pub fn process_file(data: &[u8], folder: &Path) {
     static CIRCLE: LazyLock<Toolpath> = LazyLock::new(circle);
     let Ok(text) = std::str::from_utf8(data) else { return };
     match Process::from_toml(text, NAME, folder, &MACHINE) {
-        Ok(process) => match demands(&MACHINE, &process, &CIRCLE, NAME) {
+        Ok(process) => match demands(&process, &CIRCLE, NAME) {
             Ok(demands) => demands.iter().for_each(finite_demand),
             Err(refusal) => named(&refusal.to_string()),
         },

@@ -2,31 +2,46 @@
 
 use clap::Args;
 use kinetostat::{
-    input::error::Result,
-    machine::Geometry,
+    input::error::{Error, Result},
+    machine::Branch,
     study::machine_check::{
         check as check_machine, check_geometry,
         report::{geometry_text, machine_text},
     },
 };
 
-use super::{Ending, print};
+use super::{
+    Ending, choice, print,
+    set::{self, Setting},
+};
 
-/// Validate a machine file and show mobility, reach, round-trip error, stiffness and warnings.
+/// Validate a machine file and show mobility, reach, branches, round-trip error, stiffness and warnings.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Of a machine with drives of unknown stiffness, geometry and reach are shown, and what is needed to go on (exit code 2).
 
 Examples:
   kinetostat check orthoglide
-  kinetostat check my_machine.toml")]
+  kinetostat check my_machine.toml
+  kinetostat check my_machine.toml --set arm.A2.stiffness=3e9
+  kinetostat check kr270 --branch front-up-flip")]
 pub struct CheckArguments {
     /// Machine file, or name of a built-in machine
     machine: String,
+    /// Another number than the file has, by its name (kinetostat machines NAME --parameters); repeatable
+    #[arg(long, value_parser = set::setting, value_name = "NAME=VALUE")]
+    set: Vec<Setting>,
+    /// Branch on which an arm with a spherical wrist is to stand [default: the one of home, and others where it does not reach]
+    #[arg(long, value_parser = choice::branch())]
+    branch: Option<Branch>,
 }
 
 pub fn check(arguments: &CheckArguments) -> Result<Ending> {
-    let geometry = Geometry::named_or_file(&arguments.machine)?;
+    let geometry = set::machine(&arguments.machine, &arguments.set, arguments.branch)?;
+    if !geometry.kinematics().parameter_errors().is_empty() {
+        let problem = "check looks at the machine without errors of its chains: set numbers of its file";
+        return Err(Error::Argument { argument: "--set".into(), problem: problem.into() });
+    }
     if !geometry.unknown().is_empty() {
         print(&geometry_text(&geometry, &check_geometry(&geometry)))?;
     }

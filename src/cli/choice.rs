@@ -2,6 +2,7 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use kinetostat::{
+    machine::{Branch, Elbow, Shoulder, Wrist},
     process::ForceLaw,
     report::{exchange::Format, figures::Colours},
     study::{TEMPLATES, Template},
@@ -60,6 +61,24 @@ pub fn law() -> impl TypedValueParser<Value = ForceLaw> {
             ForceLaw::Rotated => {
                 "A rotation: F_x = F_r cos φ − F_t sin φ, F_y = F_r sin φ + F_t cos φ. What is meant where no law is named"
             }
+        },
+    )
+}
+
+/// `--branch`.
+pub fn branch() -> impl TypedValueParser<Value = Branch> {
+    one_of(
+        &Branch::ALL,
+        |branch| branch.label(),
+        |branch| match (branch.shoulder, branch.elbow, branch.wrist) {
+            (Shoulder::Front, Elbow::Up, Wrist::Noflip) => "Wrist centre in front of axis 1, elbow up, axis 5 positive",
+            (Shoulder::Front, Elbow::Up, Wrist::Flip) => "In front, elbow up, axis 5 negative",
+            (Shoulder::Front, Elbow::Down, Wrist::Noflip) => "In front, elbow down, axis 5 positive",
+            (Shoulder::Front, Elbow::Down, Wrist::Flip) => "In front, elbow down, axis 5 negative",
+            (Shoulder::Back, Elbow::Up, Wrist::Noflip) => "Behind axis 1, elbow bent as up in front, axis 5 positive",
+            (Shoulder::Back, Elbow::Up, Wrist::Flip) => "Behind, elbow bent as up in front, axis 5 negative",
+            (Shoulder::Back, Elbow::Down, Wrist::Noflip) => "Behind, elbow bent as down in front, axis 5 positive",
+            (Shoulder::Back, Elbow::Down, Wrist::Flip) => "Behind, elbow bent as down in front, axis 5 negative",
         },
     )
 }

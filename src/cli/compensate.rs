@@ -7,7 +7,7 @@ use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 use kinetostat::{
     compensation::Method,
     input::error::{Error, Result},
-    machine::Machine,
+    machine::Branch,
     process::file::Process,
     report::{cautions, counted, if_any},
     study::{
@@ -24,7 +24,7 @@ use kinetostat::{
     work::Event,
 };
 
-use super::{Ending, reporting::Reporting};
+use super::{Ending, choice, reporting::Reporting, set};
 
 /// Write the program that makes the loaded tool follow its path, and prove it by simulating what was written.
 #[derive(Debug, Args)]
@@ -37,13 +37,21 @@ Examples:
   kinetostat compensate part.nc --machine orthoglide --process milling.toml --out part_compensated.nc
   kinetostat compensate path.csv --machine my_machine.toml --process milling.toml --method newton --out compensated.csv
   kinetostat compensate part.nc --machine orthoglide --process limited.toml --method bounded --out part_bounded.nc
-  kinetostat compensate path.csv --machine orthoglide --process milling.toml --measured pass1.csv --out mirrored.csv")]
+  kinetostat compensate path.csv --machine orthoglide --process milling.toml --measured pass1.csv --out mirrored.csv
+  kinetostat compensate path.csv --machine kr270 --branch front-up-noflip --process milling.toml --out compensated.csv")]
 pub struct CompensateArguments {
     /// Program: a polyline (.csv) or G-code (any other name)
     path: PathBuf,
     /// Built-in machine or machine file
     #[arg(long, short)]
     machine: String,
+    /// Hold a drive at a position, mm or degrees as a pendant shows it: one that the task does not need (a rail), or one under the
+    /// workpiece; repeatable
+    #[arg(long, value_parser = set::setting, value_name = "DRIVE=VALUE")]
+    hold: Vec<set::Setting>,
+    /// Branch on which an arm with a spherical wrist is to stand [default: the one of home, and others where it does not reach]
+    #[arg(long, value_parser = choice::branch())]
+    branch: Option<Branch>,
     /// Process file: placement, cutting force, chain errors, limits
     #[arg(long, short)]
     process: PathBuf,
@@ -71,10 +79,11 @@ pub struct CompensateArguments {
 pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let reporting = &arguments.reporting;
     reporting.start_log()?;
-    let machine = Machine::named_or_file(&arguments.machine)?;
+    let machine = set::machine(&arguments.machine, &[], arguments.branch)?.machine()?;
+    let machine = set::held(&machine, &arguments.hold)?;
     let process = Process::open(&arguments.process, &machine)?;
     let chosen = chosen(arguments)?;
-    let job = ProgramJob::open(machine, process, &arguments.path)?;
+    let job = ProgramJob::open(process, &arguments.path)?;
     let measured = arguments.measured.as_deref().map(|file| measured(file, &job)).transpose()?;
     // When all inputs are read: none of them is written over.
     let files = ProgramFiles::prepare(&arguments.out)?;
@@ -238,10 +247,10 @@ fn measured(file: &Path, job: &ProgramJob) -> Result<Vec<kinetostat::spatial::Po
 fn header(job: &ProgramJob) -> String {
     let cutting = job.path.points().iter().filter(|point| point.cutting).count();
     let machine = &job.machine;
-    let facts = facts_text(&job.process.facts(machine));
+    let facts = facts_text(&job.process.facts());
     let outside =
         cautions::outside_workspace(machine, "point", job.demands.iter().map(|demand| demand.pose.translation));
-    let cautions = cautions::large_errors(machine, &job.process.errors) + &outside;
+    let cautions = cautions::carried(machine) + &cautions::large_errors(machine, &job.process.errors) + &outside;
     format!(
         "{}: {}, {cutting} of them cutting, path length {:.1} mm\n{facts}{cautions}",
         job.machine.title,

@@ -1,19 +1,22 @@
-//! `kinetostat machines`: the built-in machines, and machine files made from those of other programs.
+//! `kinetostat machines`: the built-in machines, the numbers of a machine, machine files to begin with, and their schema.
+
+mod parameters;
+mod template;
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{ArgGroup, Args};
 use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 use kinetostat::{
     input::error::{Error, Result},
-    machine::{Machine, catalogue},
+    machine::{Machine, catalogue, file_schema},
     report::{OutputFile, prepare_beside, write_beside},
     urdf::{DriveStiffness, ImportOptions, import_file},
 };
 
-use super::{Ending, any_numbers, numbers, print, say};
+use super::{Ending, any_numbers, numbers, print, print_json, say};
 
-/// List the built-in machines, print the file of one as a start for your own, or make one from a URDF.
+/// List the built-in machines, print the file of one as a start for your own, write a new one, or make one from a URDF.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 A URDF gives geometry, travel, largest torques and, where they are plausible, masses. The machine file goes to standard output or
@@ -23,13 +26,33 @@ which a URDF cannot say, is written as \"unknown\": `check` shows such a machine
 Examples:
   kinetostat machines
   kinetostat machines --show orthoglide > my_machine.toml
+  kinetostat machines --new serial --out my_robot.toml
+  kinetostat machines orthoglide --parameters
+  kinetostat machines --schema > machine.schema.json
   kinetostat machines --import robot.urdf --tool 0,0,250 --tip tool0 --out my_robot.toml
   kinetostat machines --import robot.urdf --tool 0,0,250,0,90,0 --stiffness 3.8e6,6.6e6,3.9e6,5.6e5,6.6e5,4.7e5
   kinetostat machines --import robot.urdf --tool 0,0,250 --like my_machine.toml")]
+#[command(group(ArgGroup::new("written").args(["new", "import"]).multiple(true)))]
+#[command(group(ArgGroup::new("what").args(["name", "show", "new", "schema", "import"])))]
 pub struct MachinesArguments {
+    /// Machine whose numbers are asked for: built in, or a file
+    #[arg(requires = "parameters")]
+    name: Option<String>,
+    /// List its numbers by name, with unit and grade
+    #[arg(long, requires = "name")]
+    parameters: bool,
+    /// Print them as JSON
+    #[arg(long, requires = "parameters")]
+    json: bool,
     /// Print the machine file of this machine
-    #[arg(long, value_name = "NAME", conflicts_with = "import")]
+    #[arg(long, value_name = "NAME")]
     show: Option<String>,
+    /// Write a commented machine file to begin with, of this kind
+    #[arg(long, value_name = "KIND", value_parser = template::kinds())]
+    new: Option<&'static str>,
+    /// Print the JSON Schema of machine files, for editors
+    #[arg(long)]
+    schema: bool,
     /// Make a machine file from this URDF
     #[arg(long, value_name = "URDF", requires = "tool")]
     import: Option<PathBuf>,
@@ -47,7 +70,7 @@ pub struct MachinesArguments {
     #[arg(long, value_parser = any_numbers, value_name = "K1,K2,…", requires = "import")]
     stiffness: Option<std::vec::Vec<f64>>,
     /// Write the machine file here, where nothing may be, instead of to standard output
-    #[arg(long, value_name = "FILE", requires = "import")]
+    #[arg(long, value_name = "FILE", requires = "written")]
     out: Option<PathBuf>,
 }
 
@@ -63,10 +86,13 @@ fn tool(text: &str) -> std::result::Result<Tool, String> {
 }
 
 pub fn machines(arguments: &MachinesArguments) -> Result<Ending> {
-    match (&arguments.show, &arguments.import) {
-        (Some(name), _) => show(name)?,
-        (None, Some(urdf)) => import(urdf, arguments)?,
-        (None, None) => list()?,
+    match arguments {
+        MachinesArguments { name: Some(name), json, .. } => parameters::list(name, *json)?,
+        MachinesArguments { show: Some(name), .. } => show(name)?,
+        MachinesArguments { new: Some(kind), .. } => written(&template::text(kind), arguments.out.as_deref())?,
+        MachinesArguments { schema: true, .. } => print_json(file_schema().as_value())?,
+        MachinesArguments { import: Some(urdf), .. } => import(urdf, arguments)?,
+        _ => list()?,
     }
     Ok(Ending::Complete)
 }
@@ -77,8 +103,11 @@ fn show(name: &str) -> Result<()> {
         let problem = format!("no built-in machine \"{name}\"; there are: {names}");
         return Err(Error::Argument { argument: "--show".into(), problem });
     };
-    print(entry.toml)
+    print(&entry.toml.replacen(SCHEMA_HERE, template::SCHEMA, 1))
 }
+
+/// Where built-in machine files, in their folder, say that their schema is.
+const SCHEMA_HERE: &str = "#:schema ../../../docs/machine.schema.json";
 
 fn list() -> Result<()> {
     let mut table = Table::new();
@@ -92,7 +121,7 @@ fn list() -> Result<()> {
 }
 
 fn import(urdf: &Path, arguments: &MachinesArguments) -> Result<()> {
-    let name = arguments.out.as_deref().map(new_file).transpose()?;
+    arguments.out.as_deref().map(new_file).transpose()?;
     let stiffness = match (&arguments.like, &arguments.stiffness) {
         (Some(name), _) => DriveStiffness::Like(Machine::named_or_file(name)?),
         (None, Some(values)) => DriveStiffness::Given(values.clone()),
@@ -103,8 +132,14 @@ fn import(urdf: &Path, arguments: &MachinesArguments) -> Result<()> {
     for note in &imported.notes {
         say(&format!("note: {note}"));
     }
-    let (Some(file), Some(name)) = (&arguments.out, name) else { return print(&imported.toml) };
-    write_beside(file, vec![OutputFile::new(name, imported.toml)])?;
+    written(&imported.toml, arguments.out.as_deref())
+}
+
+/// Prints a machine file, or writes it where nothing is yet.
+fn written(toml: &str, out: Option<&Path>) -> Result<()> {
+    let Some(file) = out else { return print(toml) };
+    let name = new_file(file)?;
+    write_beside(file, vec![OutputFile::new(name, toml)])?;
     let shown = file.display();
     print(&format!("Written to {shown}. Next:\n  kinetostat check {shown}\n"))
 }

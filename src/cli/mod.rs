@@ -11,6 +11,7 @@ mod progress;
 mod report;
 mod reporting;
 mod run;
+mod set;
 mod upgrade;
 
 use std::io::{ErrorKind, Write};

@@ -4,7 +4,7 @@ use clap::{ArgGroup, Args};
 use kinetostat::{
     compensation::Target,
     input::error::{Error, Result},
-    machine::{ChainError, Machine},
+    machine::{Branch, ChainError, Machine, Motion},
     process::{ForceLaw, MillingForce},
     spatial::{Pose, Wrench},
     statics::Status,
@@ -18,8 +18,12 @@ use kinetostat::{
     },
 };
 use nalgebra::Vector3;
+use serde_json::Value;
 
-use super::{Ending, any_numbers, choice, number, numbers, print, print_json, say};
+use super::{
+    Ending, any_numbers, choice, number, numbers, print, print_json, say,
+    set::{self, Setting},
+};
 
 /// Solve one location: how far the tool moves there and what to command instead.
 #[derive(Debug, Args)]
@@ -33,7 +37,10 @@ Examples:
   kinetostat point --machine orthoglide --at Q1 --phi 130 --law printed
   kinetostat point --machine orthoglide --at Q0 --wrench 215,-10,-25,1000,21500,0 --json
   kinetostat point --machine robot.toml --pose 1600,200,900,0,180,30 --wrench 0,0,-500,0,0,0 --full-pose
-  kinetostat point --machine robot.toml --joints 0,-20,110,0,40,0")]
+  kinetostat point --machine kr270 --pose 1600,200,900,0,180,30 --branch front-up-flip
+  kinetostat point --machine robot.toml --joints 0,-20,110,0,40,0
+  kinetostat point --machine orthoglide --at Q1 --phi 130 --set leg.foot.height=22 --set x.turn=0.5
+  kinetostat point --machine cell.toml --at Q0 --wrench 300,0,0,0,0,0 --hold rail=500 --hold table=30")]
 pub struct PointArguments {
     /// Built-in machine or machine file
     #[arg(long, short)]
@@ -50,6 +57,9 @@ pub struct PointArguments {
     /// Positions of the drives instead, in the order of the machine, as a pendant shows them: mm or degrees
     #[arg(long, value_parser = any_numbers, allow_hyphen_values = true, value_name = "J1,J2,…")]
     joints: Option<std::vec::Vec<f64>>,
+    /// Branch on which an arm with a spherical wrist is to stand [default: the one of home, and others where it does not reach]
+    #[arg(long, value_parser = choice::branch(), conflicts_with = "joints")]
+    branch: Option<Branch>,
     /// Tool angle φ of the milling force in degrees
     #[arg(long, value_parser = number, allow_hyphen_values = true, conflicts_with = "wrench")]
     phi: Option<f64>,
@@ -65,6 +75,13 @@ pub struct PointArguments {
     /// Assembly error of each chain: turn about its drive's axis in degrees
     #[arg(long, value_parser = any_numbers, allow_hyphen_values = true, value_name = "DEG,DEG,…")]
     assembly: Option<std::vec::Vec<f64>>,
+    /// Another number of the machine, by its name (kinetostat machines NAME --parameters), or an error of a chain; repeatable
+    #[arg(long, value_parser = set::setting, value_name = "NAME=VALUE")]
+    set: Vec<Setting>,
+    /// Hold a drive at a position, mm or degrees as a pendant shows it: one that the task does not need (a rail), or one under the
+    /// workpiece; repeatable
+    #[arg(long, value_parser = set::setting, value_name = "DRIVE=VALUE")]
+    hold: Vec<Setting>,
     /// Compensate the platform point P instead of the tool tip
     #[arg(long)]
     platform: bool,
@@ -77,10 +94,17 @@ pub struct PointArguments {
 }
 
 pub fn point(arguments: &PointArguments) -> Result<Ending> {
-    let machine = Machine::named_or_file(&arguments.machine)?;
+    let changed = set::machine(&arguments.machine, &arguments.set, arguments.branch)?.machine()?;
+    let set_errors = changed.parameter_errors();
+    if arguments.assembly.is_some() && !set_errors.is_empty() {
+        let problem = "errors of chains are given by --assembly or by --set, not by both".into();
+        return Err(Error::Argument { argument: "--set".into(), problem });
+    }
+    let machine = if set_errors.is_empty() { changed } else { changed.nominal()? };
+    let machine = set::held(&machine, &arguments.hold)?;
     let place = place(arguments, &machine)?;
     let assembly_deg = assembly(arguments, &machine)?;
-    let errors = machine.assembly_errors(&assembly_deg);
+    let errors = if set_errors.is_empty() { machine.assembly_errors(&assembly_deg) } else { set_errors };
     let question = PointQuestion {
         machines: Machines::new(&machine, &errors)?,
         errors,
@@ -96,7 +120,7 @@ pub fn point(arguments: &PointArguments) -> Result<Ending> {
     let answer = match solve(&question) {
         Ok(answer) => answer,
         Err(unreachable) if arguments.json => {
-            print_json(&unreachable_json(&question, &assembly_deg, &unreachable))?;
+            print_json(&with_settings(unreachable_json(&question, &assembly_deg, &unreachable), arguments))?;
             say(&format!("unreachable: {unreachable}"));
             return Ok(Ending::SomeUnsolved);
         }
@@ -106,12 +130,25 @@ pub fn point(arguments: &PointArguments) -> Result<Ending> {
         }
     };
     if arguments.json {
-        print_json(&point_json(&answer, &assembly_deg))?;
+        print_json(&with_settings(point_json(&answer, &assembly_deg), arguments))?;
     } else {
+        for (name, value) in &arguments.set {
+            print(&format!("with {name} = {value}\n"))?;
+        }
         print(&point_text(&answer))?;
     }
     let solved = answer.loaded.status == Status::Solved && answer.compensated.is_ok();
     Ok(if solved { Ending::Complete } else { Ending::SomeUnsolved })
+}
+
+/// What `--set` changed, among what is told of the question.
+fn with_settings(mut json: Value, arguments: &PointArguments) -> Value {
+    if !arguments.set.is_empty() {
+        let set: serde_json::Map<String, Value> =
+            arguments.set.iter().map(|(name, value)| (name.clone(), Value::from(*value))).collect();
+        json["set"] = set.into();
+    }
+    json
 }
 
 fn place(arguments: &PointArguments, machine: &Machine) -> Result<Place> {
@@ -127,7 +164,18 @@ fn place(arguments: &PointArguments, machine: &Machine) -> Result<Place> {
             return Err(Error::Argument { argument: "--joints".into(), problem });
         }
         let drives = joints.iter().zip(machine.drives()).map(|(value, (_, drive))| drive.motion.from_shown(*value));
-        return Ok(Place::Drives(drives.collect()));
+        let drives: Vec<f64> = drives.collect();
+        if let Some(&(held, at)) = machine.held.iter().find(|&&(index, value)| drives[index] != value) {
+            let motion = machine.drives().nth(held).map_or(Motion::Prismatic, |(_, drive)| drive.motion);
+            let problem = format!(
+                "drive {} is held at {}, got {}",
+                machine.drive_labels()[held],
+                motion.position_words(motion.shown(at)),
+                motion.position_words(joints[held])
+            );
+            return Err(Error::Argument { argument: "--joints".into(), problem });
+        }
+        return Ok(Place::Drives(drives));
     }
     position(arguments, machine).map(Place::Position)
 }

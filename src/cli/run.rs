@@ -10,6 +10,7 @@ use std::{
 use clap::Args;
 use kinetostat::{
     input::error::{Error, Result, Way},
+    machine::Branch,
     report::{exchange::Format, figures::Colours},
     study::{Begin, Finished, FolderRun, Overrides, RunOptions, Study},
 };
@@ -29,6 +30,7 @@ Examples:
   kinetostat run studies/*                                     (all of them, one after another)
   kinetostat run studies/01_workspace_map --grid 21            (21 points along each axis)
   kinetostat run studies/01_workspace_map --grid 5,5,3 --out /tmp/quick --threads 1
+  kinetostat run studies/07_robot_arm --branch front-up-flip
   kinetostat run studies/01_workspace_map --colours cividis
   kinetostat run studies/01_workspace_map --format csv,parquet,vti  (built with --features parquet,vtk)
   kinetostat run studies/01_workspace_map --grid 101 --resume  (go on where Ctrl-C, or a power cut, stopped it)
@@ -47,6 +49,9 @@ pub struct RunArguments {
     /// Points along the circle of a path study, instead of the study's
     #[arg(long)]
     points: Option<usize>,
+    /// Branch on which an arm with a spherical wrist is to stand, instead of the study's
+    #[arg(long, value_parser = choice::branch())]
+    branch: Option<Branch>,
     /// Folder for the results of a single study [default: results/<name of the study's folder>]
     #[arg(long)]
     out: Option<PathBuf>,
@@ -88,7 +93,7 @@ pub fn run(arguments: &RunArguments) -> Result<Ending> {
         let problem = format!("{} can hold the results of one study, got {}", out.display(), arguments.studies.len());
         return Err(Error::Argument { argument: "--out".into(), problem });
     }
-    let overrides = Overrides { grid: arguments.grid, points: arguments.points };
+    let overrides = Overrides { grid: arguments.grid, points: arguments.points, branch: arguments.branch };
     let opened = arguments.studies.iter().map(|path| Study::open(path, &overrides));
     let studies: Vec<Study> = opened.collect::<Result<_>>().map_err(in_options)?;
     for (i, study) in studies.iter().enumerate() {

@@ -24,13 +24,13 @@ use crate::{
 /// same `batch` in the same places again save work.
 pub fn compensate_batch(
     sessions: &mut [&mut Session],
-    demands: &[Demand],
+    asked: &[Demand],
     method: Method,
     batch: &mut Batch,
 ) -> Vec<Compensation> {
-    debug_assert_eq!(sessions.len(), demands.len());
-    let zeroed: Vec<_> = sessions.iter_mut().zip(demands).map(|(session, demand)| session.zeroed(demand)).collect();
-    let all = zeroed.iter().zip(demands).map(|(zeroed, demand)| *zeroed.as_ref().unwrap_or(demand));
+    debug_assert_eq!(sessions.len(), asked.len());
+    let zeroed: Vec<_> = sessions.iter_mut().zip(asked).map(|(session, demand)| session.zeroed(demand)).collect();
+    let all = zeroed.iter().zip(asked).map(|(zeroed, demand)| *zeroed.as_ref().unwrap_or(demand));
     let demands: &[Demand] = &all.collect::<Vec<_>>();
     let histories: Vec<History> = demands.iter().map(|_| History::default()).collect();
     let outcomes = match method {
@@ -38,14 +38,14 @@ pub fn compensate_batch(
         _ => vec![None; sessions.len()],
     };
     let mut answers = Vec::with_capacity(sessions.len());
-    let answered = sessions.iter_mut().zip(demands).zip(outcomes).zip(histories).zip(zeroed);
-    for ((((session, demand), outcome), history), zeroed) in answered {
+    let answered = sessions.iter_mut().zip(asked.iter().zip(demands)).zip(outcomes).zip(histories).zip(zeroed);
+    for ((((session, (asked, demand)), outcome), history), zeroed) in answered {
         if let Err(status) = zeroed {
             answers.push(session.conclude(demand, Err(status), Vec::new()));
             continue;
         }
         let Some(outcome) = outcome else {
-            answers.push(compensate(session, demand, method));
+            answers.push(compensate(session, asked, method));
             continue;
         };
         let mut progress = Progress::new();

@@ -13,6 +13,7 @@ mod linear;
 mod matrix_free;
 mod outcome;
 mod session;
+mod workpiece;
 
 use nalgebra::Vector6;
 use serde::Serialize;

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    machine::{Machine, Unreachable},
+    machine::{Machine, PostureChange, Unreachable},
     statics,
 };
 
@@ -26,8 +26,24 @@ pub enum CompensationStatus {
     },
     /// The modified target cannot be reached by the nominal machine.
     Unreachable(Unreachable),
+    /// The machine cannot be led here from an earlier point of the path: it stands in another posture.
+    ChangesPosture {
+        /// How it changes.
+        change: PostureChange,
+        /// P in O at the earlier point, mm.
+        before_mm: Vector3<f64>,
+        /// P in O here, mm.
+        here_mm: Vector3<f64>,
+    },
     /// The loaded machine has no stable equilibrium at a command.
     NoEquilibrium(statics::Status),
+    /// What carries the workpiece has no stable equilibrium under the load.
+    Workpiece {
+        /// How its equilibrium ended.
+        status: statics::Status,
+        /// Why, in words.
+        reason: String,
+    },
     /// The drives have no influence on a controlled coordinate.
     Singular,
     /// The method needs a stiffness of the platform, and the machine is rigid in some directions.
@@ -44,7 +60,8 @@ impl CompensationStatus {
             CompensationStatus::Diverged => "diverged",
             CompensationStatus::BadStepLength { .. } => "bad_step_length",
             CompensationStatus::Unreachable(_) => "unreachable",
-            CompensationStatus::NoEquilibrium(status) => status.label(),
+            CompensationStatus::ChangesPosture { .. } => "changes_posture",
+            CompensationStatus::NoEquilibrium(status) | CompensationStatus::Workpiece { status, .. } => status.label(),
             CompensationStatus::Singular => "uncontrollable",
             CompensationStatus::Rigid => "rigid",
         }
@@ -63,7 +80,12 @@ impl CompensationStatus {
             CompensationStatus::Diverged => "the error grew".into(),
             CompensationStatus::BadStepLength { alpha } => format!("the step length must be in (0, 1], got {alpha}"),
             CompensationStatus::Unreachable(unreachable) => unreachable.to_string(),
+            CompensationStatus::ChangesPosture { change, before_mm, here_mm } => {
+                let at = |p: &Vector3<f64>| format!("({:.3}, {:.3}, {:.3})", p.x, p.y, p.z);
+                format!("{change} on the way from P at {} to P at {} mm", at(before_mm), at(here_mm))
+            }
             CompensationStatus::NoEquilibrium(status) => status.reason(machine),
+            CompensationStatus::Workpiece { reason, .. } => reason.clone(),
             CompensationStatus::Rigid => {
                 "this method moves the platform against the stiffness of all chains, and the machine is rigid in some directions".into()
             }

@@ -5,6 +5,7 @@ use nalgebra::{Vector3, Vector6};
 use super::{
     demand::Demand,
     outcome::{Compensation, CompensationStatus},
+    workpiece::Workpiece,
 };
 use crate::{
     machine::{Configuration, Machine, Unreachable, Zeroed},
@@ -71,6 +72,8 @@ pub struct Session {
     pub(super) state: State,
     /// The pose last asked to be zeroed at, and where the nominal machine stands then under its weight alone.
     rest: Option<(Pose, Pose)>,
+    /// What carries the workpiece, if it can move or bend.
+    workpiece: Option<Workpiece>,
 }
 
 impl Session {
@@ -86,6 +89,7 @@ impl Session {
             drives: nominal.home.drives.clone(),
             state: State::rigid(nominal, &nominal.home),
             rest: None,
+            workpiece: Workpiece::new(nominal, real),
         }
     }
 
@@ -110,11 +114,23 @@ impl Session {
     }
 
     /// `demand` with what is wanted: where the nominal machine stands under its weight alone at the command, if it is zeroed
-    /// at rest; else the pose that is commanded.
+    /// at rest; else the pose that is commanded. Where the workpiece is carried, that pose goes with it as the load moves it.
+    ///
+    /// Of a demand as it was asked; what is wanted is not moved twice.
     ///
     /// # Errors
-    /// The pose cannot be commanded, or the machine does not stand there under its weight.
+    /// The pose cannot be commanded, or the machine does not stand there under its weight, or the workpiece's carrier under the
+    /// load.
     pub fn zeroed(&mut self, demand: &Demand) -> Result<Demand, CompensationStatus> {
+        let unmoved = self.zeroed_machine(demand)?;
+        let Some(workpiece) = &mut self.workpiece else { return Ok(unmoved) };
+        let at_rest = demand.wanted.is_none() && self.nominal.zeroed == Zeroed::AtRest;
+        let moved = workpiece.moved(demand, self.nominal.tool_tip, at_rest, &self.settings.equilibrium)?;
+        Ok(Demand { wanted: Some(moved.compose(unmoved.wanted())), ..unmoved })
+    }
+
+    /// As [`Session::zeroed`], as if the workpiece stood fast.
+    fn zeroed_machine(&mut self, demand: &Demand) -> Result<Demand, CompensationStatus> {
         if demand.wanted.is_some() || self.nominal.zeroed != Zeroed::AtRest || !self.nominal.has_weight() {
             return Ok(*demand);
         }
@@ -286,8 +302,8 @@ impl Session {
     }
 
     /// The result where `demand` is not even asked of the machine: it cannot be met.
-    pub fn refuse(&self, demand: &Demand, unreachable: Unreachable) -> Compensation {
-        self.conclude(demand, Err(CompensationStatus::Unreachable(unreachable)), Vec::new())
+    pub fn refuse(&self, demand: &Demand, reason: CompensationStatus) -> Compensation {
+        self.conclude(demand, Err(reason), Vec::new())
     }
 
     /// The result at the present command and equilibrium.

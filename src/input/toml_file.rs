@@ -53,9 +53,12 @@ fn in_words(error: &toml::de::Error, text: &str) -> String {
     let found = found
         .replace("unknown variant", "unknown value")
         .replace("unknown field", "unknown key")
-        .replace("missing field", "missing key");
+        .replace("missing field", "missing key")
+        .replace("invalid type: map", "invalid type: table")
+        .replace("wanted string or table", "wrong type, expected a word in quotes or a table");
     match expected {
         "" => found,
+        "a string" => format!("{found}, expected a text in quotes"),
         "f64" => format!("{found}, expected a number"),
         "u32" | "usize" => format!("{found}, expected a whole number, 0 or more"),
         table if table.starts_with("struct ") => format!("{found}, expected a table"),

@@ -108,6 +108,8 @@ impl Motion {
             Motion::Prismatic => 3,
             Motion::Revolute => 4,
         };
+        // What is nothing has no sign.
+        let value = if value.abs() < 0.5 * 0.1f64.powi(decimals as i32) { 0.0 } else { value };
         format!("{value:.decimals$}{}", self.position_suffix())
     }
 }

@@ -114,6 +114,13 @@ impl Machine {
     ///
     /// Its `home`, limits and names stay those of the nominal machine, by which it is commanded.
     pub fn with_errors(&self, errors: &[ChainError]) -> Machine {
+        let mut real = self.with_errors_unnoted(errors);
+        real.written.build_in(errors);
+        real
+    }
+
+    /// As [`Machine::with_errors`]; other parameters ([`Machine::with_parameters`]) would lose them.
+    pub(super) fn with_errors_unnoted(&self, errors: &[ChainError]) -> Machine {
         let mut real = self.clone();
         for (chain, error) in real.chains.iter_mut().zip(errors) {
             error.apply(chain);

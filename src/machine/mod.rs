@@ -5,16 +5,25 @@
 //! errors make another machine of it ([`Machine::with_errors`]): commands are computed with the nominal one, what happens
 //! is computed with the real one.
 
+mod branch;
+mod carrier;
 pub mod catalogue;
 mod chain;
+mod conditioning;
+mod element_names;
 mod errors;
+mod held;
 mod kinematics;
 mod led_point;
 mod mobility;
+mod other_tool;
+mod parameters;
 mod provenance;
 mod redundancy;
 mod resolve;
 mod route;
+#[cfg(feature = "cli")]
+mod schema;
 mod section;
 mod skeleton;
 pub(crate) mod spec;
@@ -29,14 +38,19 @@ use std::{
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
+pub use branch::{Branch, Clearance, Elbow, Posture, PostureChange, Shoulder, Wrist};
 pub use chain::{Chain, Coupling, Drive, Motion, MoveScrew, PassiveJoint, Spring, SpringLaw};
 pub use errors::ChainError;
 pub use kinematics::{Configuration, Unreachable};
 pub use mobility::Mobility;
+pub use parameters::{Parameter, Unit};
 pub use provenance::{Grade, Provenance};
 pub use route::{Anchor, Loop, Mass, PointSpring, Route, Step};
+#[cfg(feature = "cli")]
+pub use schema::file_schema;
 pub use section::{Material, Section, beam_stiffness, parallelogram_terms};
 pub use skeleton::{ChainSkeleton, JointMark, MassMark, Polyline, Skeleton};
+pub(crate) use spec::OtherToolSpec;
 pub use task_space::{OutsideWorkspace, UncontrolledDifference};
 pub use unknown::{Geometry, UnknownStiffness};
 
@@ -185,6 +199,18 @@ pub struct Model {
     /// Whether rotations of the platform that the drives do not control change as it moves. A path then asks for the pose in
     /// which the machine stands with the path's point on it, see [`Machine::lead`].
     pub turns_with_position: bool,
+    /// Drives that stay where they are told and take no part in the task, with their positions, mm or rad: see
+    /// [`Machine::with_drives_held`].
+    pub held: Vec<(usize, f64)>,
+    /// What carries the workpiece, if it can move or bend: a machine of one chain from O to the workpiece frame W, whose P is the
+    /// origin of W and whose home is where its drives stand.
+    pub carrier: Option<Machine>,
+    /// What it is if it is a six-axis arm with a spherical wrist.
+    arm: Option<Box<branch::Arm>>,
+    /// The branch that was chosen for it ([`Machine::on_branch`]); `None` where any will do.
+    pub branch: Option<Branch>,
+    /// What it was made of: see [`Machine::parameters`].
+    written: parameters::Written,
 }
 
 fn no_machine(problem: &str) -> Error {
@@ -231,6 +257,8 @@ impl Machine {
         let mut machine = self.clone();
         if machine.has_weight() {
             machine.gravity = Vector3::zeros();
+            machine.written.without_gravity();
+            machine.carrier = machine.carrier.as_ref().map(Machine::weightless);
         }
         machine
     }
@@ -240,9 +268,10 @@ impl Machine {
         self.tool_compliance.as_ref()?.try_inverse()
     }
 
-    /// Whether it has a mass, and gravity acts on it.
+    /// Whether it, or what carries the workpiece, has a mass, and gravity acts on it.
     pub fn has_weight(&self) -> bool {
-        let has_mass = self.platform_mass.is_some() || self.chains.iter().any(|chain| chain.route.has_mass());
+        let own = self.chains.iter().chain(self.carrier.iter().flat_map(|carrier| &carrier.chains));
+        let has_mass = self.platform_mass.is_some() || own.into_iter().any(|chain| chain.route.has_mass());
         has_mass && self.gravity != Vector3::zeros()
     }
 

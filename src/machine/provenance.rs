@@ -1,9 +1,10 @@
 //! Where the numbers of a machine come from, and how far they may be trusted.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 /// How far a number may be trusted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Grade {
     /// In a paper or a standard.
@@ -37,4 +38,19 @@ pub struct Provenance {
     pub grade: Grade,
     /// Who says so.
     pub source: String,
+    /// Names of these numbers, or what the names begin with; empty where only `what` says it.
+    pub parameters: Vec<String>,
+}
+
+impl Provenance {
+    /// How many letters of `parameter` it names: all or its beginning, up to a dot; `None` if it is about others.
+    pub(super) fn names(&self, parameter: &str) -> Option<usize> {
+        let fitting = self.parameters.iter().filter(|pattern| is_named(parameter, pattern));
+        fitting.map(String::len).max()
+    }
+}
+
+/// Whether `pattern` is the name of a parameter, or its beginning up to a dot.
+pub(super) fn is_named(parameter: &str, pattern: &str) -> bool {
+    parameter.strip_prefix(pattern).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }

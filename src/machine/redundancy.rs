@@ -182,7 +182,7 @@ impl Closure<'_> {
     /// The task met from `at`, whatever the way there.
     pub(super) fn met(&mut self, mut at: Configuration, command: &Command<'_>) -> Option<Configuration> {
         for _ in 0..3 {
-            at = self.newton(&at, command).at;
+            at = self.approach(&at, command);
             self.linearise(&at, command);
             if self.residual.amax() < CLOSURE_ROUNDING * self.machine.reach {
                 return Some(at);
@@ -198,7 +198,10 @@ impl Machine {
     pub(super) fn nearest_to_home(&self, at: Configuration, target: &Pose) -> Configuration {
         let mut closure = Closure::new(self);
         let mut at = closure.towards_home(at, target);
-        for _ in 0..self.redundancy {
+        for &(drive, value) in &self.held {
+            at.drives[drive] = value;
+        }
+        for _ in self.held.len()..self.redundancy {
             let beyond = self.drives().zip(&at.drives).enumerate().find_map(|(d, ((_, drive), rho))| {
                 let (low, high) = drive.travel?;
                 (!(low..=high).contains(rho)).then(|| (d, rho.clamp(low, high)))

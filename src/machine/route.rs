@@ -66,6 +66,13 @@ pub struct PointSpring {
     pub preload: f64,
 }
 
+impl PointSpring {
+    /// Tension that would be left at length zero, N; without any, the spring is as regular where its ends meet as elsewhere.
+    pub fn tension_at_zero_length(&self) -> f64 {
+        self.preload - self.stiffness * self.free_length
+    }
+}
+
 /// Another way between two frames of a route. It and the part of the route between them are a parallel module.
 #[derive(Debug, Clone)]
 pub struct Loop {

@@ -8,7 +8,7 @@ use serde::{
 };
 
 use super::{
-    Machine, resolve,
+    Branch, Machine, Parameter, resolve,
     spec::{ChainSpec, ElementSpec, MachineSpec},
 };
 #[cfg(feature = "study")]
@@ -42,6 +42,17 @@ impl StiffnessSpec {
 impl<'de> Deserialize<'de> for StiffnessSpec {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
         deserializer.deserialize_any(NumberOrUnknown)
+    }
+}
+
+#[cfg(feature = "cli")]
+impl schemars::JsonSchema for StiffnessSpec {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Stiffness".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({ "anyOf": [{ "type": "number", "exclusiveMinimum": 0 }, { "const": UNKNOWN }] })
     }
 }
 
@@ -97,8 +108,30 @@ impl Geometry {
     /// Checks a machine given as TOML text; `origin` names it in error messages.
     pub fn from_toml(text: &str, origin: &str) -> Result<Self> {
         let spec: MachineSpec = crate::input::toml_file::parse(text, origin)?;
-        let machine = resolve::machine(&spec, origin)?;
-        Ok(Self { origin: origin.into(), machine, unknown: unknown(&spec) })
+        let unknown = unknown(&spec);
+        Ok(Self { origin: origin.into(), machine: resolve::machine(spec, origin)?, unknown })
+    }
+
+    /// Its numbers, see [`Machine::parameters`]; what is unknown has no value.
+    pub fn parameters(&self) -> Vec<Parameter> {
+        self.machine.parameters()
+    }
+
+    /// As [`Machine::with_parameters`]; what was unknown may become known.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn with_parameters<N: AsRef<str>>(&self, values: &[(N, f64)]) -> Result<Self> {
+        let machine = self.machine.with_parameters(values)?;
+        Ok(Self { origin: self.origin.clone(), unknown: unknown(machine.written.spec()), machine })
+    }
+
+    /// As [`Machine::on_branch`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn on_branch(self, branch: Branch) -> Result<Self> {
+        Ok(Self { machine: self.machine.on_branch(branch)?, ..self })
     }
 
     /// A built-in machine by name, or the machine of a file by path.

@@ -30,6 +30,10 @@ impl Machine {
     /// Another way to `target`, to which the straight line from home does not lead because of `straight`.
     pub(super) fn way_around(&self, target: &Pose, straight: Unreachable) -> Result<Configuration, Unreachable> {
         let is_finite = target.translation.iter().chain(target.rotation.iter()).all(|entry| entry.is_finite());
+        // All postures of an arm are known; those of one that its rail carries are sought.
+        if let (Some(chosen), 0, true) = (self.branch, self.redundancy, is_finite) {
+            return self.posture_on(chosen, target, straight);
+        }
         let (found, tried) = match (self.chains.len(), &straight) {
             _ if !is_finite => return Err(straight),
             // Slides alone have one posture.
@@ -121,13 +125,9 @@ impl Machine {
     fn nearest_posture(&self, starts: &[Vec<f64>], target: &Pose) -> Option<Configuration> {
         let mut closure = Closure::new(self);
         let found = starts.iter().filter_map(|drives| {
-            let start = self.posture(drives);
+            let start = self.serial_posture(drives);
             let mut met = closure.met(start, &Command::Task(target))?;
-            for (turn, (rho, home)) in self.full_turns().zip(met.drives.iter_mut().zip(&self.home.drives)) {
-                if let Some(turn) = turn {
-                    *rho -= ((*rho - home) / turn).round() * turn;
-                }
-            }
+            self.turn_nearest_to_home(&mut met);
             self.within_limits(met, target).ok()
         });
         let measured: Vec<(f64, Configuration)> = found.map(|at| (self.way_from_home(&at), at)).collect();
@@ -139,7 +139,7 @@ impl Machine {
     }
 
     /// A serial machine with its drives at `drives`.
-    fn posture(&self, drives: &[f64]) -> Configuration {
+    pub(super) fn serial_posture(&self, drives: &[f64]) -> Configuration {
         let chain = &self.chains[0];
         let mut values = vec![0.0; chain.virtual_count];
         chain.add_joints(drives, &mut values);

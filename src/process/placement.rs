@@ -22,7 +22,8 @@ pub enum PathReference {
     PlatformPoint,
 }
 
-/// Pose of the workpiece frame W in the base frame O, and whose positions a path gives. By default W is O.
+/// Pose of the workpiece frame W in the base frame O, or in the frame of the workpiece carrier of a machine that has one, and whose
+/// positions a path gives. By default W is that frame.
 ///
 /// The tool keeps the direction it has in W: where W is tilted, the platform tilts with it. Yaw turns the workpiece about
 /// the tool's axis, which the platform need not follow.
@@ -102,6 +103,21 @@ impl Placed {
     pub fn platform_pose(&self, position_mm: Vector3<f64>) -> Pose {
         let arm = self.orientation * self.reference;
         Pose { rotation: self.orientation, translation: self.workpiece.transform(position_mm) - arm }
+    }
+
+    /// The same placement on a carrier whose frame stands at `carrier` (`X_OC`): the workpiece goes with it and the tool does not,
+    /// so that moving the carrier moves and turns the workpiece under the tool.
+    #[must_use]
+    pub fn carried(&self, carrier: &Pose) -> Self {
+        let workpiece = carrier.compose(&self.workpiece);
+        let axis = workpiece.rotation.tr_mul(&(self.orientation * self.tool.rotation.column(2)));
+        Self { workpiece, tool_axes: frame_about(axis.normalize()), ..*self }
+    }
+
+    /// `X_OW`.
+    #[must_use]
+    pub fn workpiece(&self) -> &Pose {
+        &self.workpiece
     }
 
     /// The same placement where the platform has the orientation `rotation` (`R_OP`), because its drives do not control it.

@@ -5,8 +5,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{PathReference, Placement, cutting::PathLoad};
-use crate::toolpath::Toolpath;
+use super::{PathReference, cutting::PathLoad};
+use crate::{spatial::Pose, toolpath::Toolpath};
 
 /// An axis-aligned box, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -69,21 +69,20 @@ impl Extent {
         (self.min - point).sup(&(point - self.max)).max()
     }
 
-    /// Whether this box, placed in O by `placement` (its axes are those of W), and the box `other` of O have more than
+    /// Whether this box, with `workpiece`, `X_OW` (its axes are those of W), and the box `other` of O have more than
     /// their surface in common.
     #[must_use]
-    pub fn overlaps(&self, placement: &Placement, other: &Extent) -> bool {
-        self.gap(placement, other) < -TOUCH_MM
+    pub fn overlaps(&self, workpiece: &Pose, other: &Extent) -> bool {
+        self.gap(workpiece, other) < -TOUCH_MM
     }
 
-    /// How far this box, placed in O by `placement`, may be moved along the unit vector `way` of O before it overlaps the
+    /// How far this box, with `workpiece`, `X_OW`, may be moved along the unit vector `way` of O before it overlaps the
     /// box `other` of O, mm; infinite if it never does.
-    pub fn way_to(&self, placement: &Placement, way: &Vector3<f64>, other: &Extent) -> f64 {
-        let pose = placement.pose();
-        let (own, theirs) = (self.corners().map(|corner| pose.transform(corner)), other.corners());
+    pub fn way_to(&self, workpiece: &Pose, way: &Vector3<f64>, other: &Extent) -> f64 {
+        let (own, theirs) = (self.corners().map(|corner| workpiece.transform(corner)), other.corners());
         // The boxes overlap while the projections on all axes do.
         let (mut begin, mut end) = (f64::NEG_INFINITY, f64::INFINITY);
-        for axis in axes(&pose.rotation) {
+        for axis in axes(&workpiece.rotation) {
             let (a, b) = (shadow(&own, &axis), shadow(&theirs, &axis));
             let (first, last) = (b.0 - a.1, b.1 - a.0);
             let speed = axis.dot(way);
@@ -100,13 +99,12 @@ impl Extent {
         if begin + TOUCH_MM < end && end > TOUCH_MM { begin.max(0.0) } else { f64::INFINITY }
     }
 
-    /// The widest gap that an axis of this box, placed in O by `placement` (its axes are those of W), an axis of the box
+    /// The widest gap that an axis of this box, with `workpiece`, `X_OW` (its axes are those of W), an axis of the box
     /// `other` of O, or a cross product of two shows between them, mm: no more than their distance, and above 0 if and
     /// only if they are apart. Less than 0: how far one must at least be moved out of the other.
-    pub fn gap(&self, placement: &Placement, other: &Extent) -> f64 {
-        let pose = placement.pose();
-        let (own, theirs) = (self.corners().map(|corner| pose.transform(corner)), other.corners());
-        axes(&pose.rotation)
+    pub fn gap(&self, workpiece: &Pose, other: &Extent) -> f64 {
+        let (own, theirs) = (self.corners().map(|corner| workpiece.transform(corner)), other.corners());
+        axes(&workpiece.rotation)
             .map(|axis| between(shadow(&own, &axis), shadow(&theirs, &axis)))
             .fold(f64::NEG_INFINITY, f64::max)
     }
@@ -148,12 +146,12 @@ mod tests {
         Extent { min: Vector3::from(centre) - half, max: Vector3::from(centre) + half }
     }
 
-    fn at(x: f64, y: f64, z: f64, yaw_rad: f64) -> Placement {
+    fn at(x: f64, y: f64, z: f64, yaw_rad: f64) -> Pose {
         tilted([x, y, z], [0.0, 0.0, yaw_rad])
     }
 
-    fn tilted(origin: [f64; 3], roll_pitch_yaw: [f64; 3]) -> Placement {
-        Placement { origin_mm: origin.into(), roll_pitch_yaw: roll_pitch_yaw.into(), ..Placement::default() }
+    fn tilted(origin: [f64; 3], roll_pitch_yaw: [f64; 3]) -> Pose {
+        Pose { translation: origin.into(), ..Pose::from_roll_pitch_yaw(roll_pitch_yaw.into()) }
     }
 
     #[test]

@@ -39,6 +39,18 @@ pub fn zeroed(machine: &Machine) -> String {
     format!("Deflections of {} are measured {from}.\n", machine.name)
 }
 
+/// That deflections are those from the workpiece, where its carrier bends as well, and where drives are held.
+pub fn carried(machine: &Machine) -> String {
+    let mut text = String::new();
+    if let Some(carrier) = &machine.carrier {
+        text += &format!(
+            "Deflections are of the tool from the workpiece: its carrier {} bears the opposite load and bends as well.\n",
+            carrier.name
+        );
+    }
+    text + &machine.held_words().map_or_else(String::new, |words| format!("Held: {words}.\n"))
+}
+
 /// A sentence for each chain of `machine` that `errors` turn far.
 pub fn large_errors(machine: &Machine, errors: &[ChainError]) -> String {
     let mut text = String::new();

@@ -12,7 +12,7 @@ use crate::{
     input::error::Result,
     machine::Machine,
     spatial::Pose,
-    study::settings,
+    study::{led_along::LedAlong, settings},
     work::{Event, Work},
 };
 
@@ -27,6 +27,9 @@ pub struct PathCase<'a> {
     pub nominal: &'a Machine,
     /// The machine that answers.
     pub real: &'a Machine,
+    /// What is wanted at the points before, in path order; where the machine stands there decides in which posture it begins. Empty
+    /// at the beginning of the path.
+    pub before: &'a [Demand],
     /// What is wanted at each point, in path order.
     pub demands: &'a [Demand],
 }
@@ -251,30 +254,30 @@ fn block<E>(
     done: &(dyn Fn() -> std::result::Result<(), E> + Sync),
 ) -> std::result::Result<Vec<PathAnswer>, E> {
     let mut session = Session::new(case.nominal, case.real, settings());
-    let mut near = case.nominal.home.clone();
+    // What decides the posture in which the block begins.
+    let passed = match start {
+        0 => &case.before[case.before.len().saturating_sub(BLOCK)..],
+        start => &case.demands[start - BLOCK..start],
+    };
+    let mut led = LedAlong::after(case.nominal, passed);
     let answer = |(i, demand): (usize, &Demand)| {
-        let nominal = case
-            .nominal
-            .inverse_kinematics_from(&near, &demand.pose)
-            .or_else(|_| case.nominal.inverse_kinematics(&demand.pose));
-        let asked = nominal.as_ref().map_or(Ok(()), |at| case.nominal.check_led(&demand.pose, at));
+        let (nominal, asked) = led.step(demand);
         let found = match (asked, commands) {
-            (Err(unreachable), _) => session.refuse(demand, unreachable),
+            (Err(reason), _) => session.refuse(demand, reason),
             (Ok(()), Commands::Method(method)) => compensate(&mut session, demand, *method),
             (Ok(()), Commands::Program(poses)) => {
                 let simulated = simulate(&mut session, demand, &poses[i]);
                 // The controller leads the same point of the platform.
                 match case.nominal.check_led(&poses[i], session.command()) {
-                    Err(unreachable) if simulated.outcome.is_some() => session.refuse(demand, unreachable),
+                    Err(unreachable) if simulated.outcome.is_some() => {
+                        session.refuse(demand, CompensationStatus::Unreachable(unreachable))
+                    }
                     _ => simulated,
                 }
             }
             (Ok(()), Commands::Drives(drives)) => simulate_drives(&mut session, demand, &drives[i]),
         };
-        let nominal_drives = nominal.as_ref().map(|at| at.drives.clone()).unwrap_or_default();
-        if let Ok(at) = nominal {
-            near = at;
-        }
+        let nominal_drives = nominal.map(|at| at.drives).unwrap_or_default();
         done()?;
         Ok(PathAnswer {
             is_settled: found.outcome.is_some(),

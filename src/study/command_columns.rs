@@ -27,9 +27,11 @@ pub fn pose_cells(pose: Option<&Pose>) -> Row {
     cells(pose.translation.iter().chain(&turn).copied()).collect()
 }
 
-/// Columns of drive positions: by the nominal inverse kinematics of the wanted pose, and as commanded instead.
+/// Columns of drive positions: by the nominal inverse kinematics of the wanted pose, and as commanded instead; then those of the
+/// workpiece carrier, which are held.
 pub fn drive_columns(machine: &Machine) -> impl Iterator<Item = String> {
-    ["rho_nominal", "rho_compensated"].into_iter().flat_map(|what| position_columns(machine, what))
+    let own = ["rho_nominal", "rho_compensated"].into_iter().flat_map(|what| position_columns(machine, what));
+    own.chain(machine.carrier.iter().flat_map(|carrier| position_columns(carrier, "rho_held")))
 }
 
 /// The cells of [`drive_columns`]; those of the command only with `with_command`.
@@ -41,5 +43,6 @@ pub fn drive_cells(machine: &Machine, answer: &PathAnswer, with_command: bool) -
         row.extend(cells(shown_positions(machine, &answer.drives)));
     }
     row.resize(2 * count, Cell::Missing);
+    row.extend(machine.carrier.iter().flat_map(|carrier| cells(shown_positions(carrier, &carrier.home.drives))));
     row
 }

@@ -46,9 +46,13 @@ impl<'a> Led<'a> {
     }
 }
 
-/// The placement on the machine, oriented as at home.
+/// The placement on the machine, or on its workpiece carrier, with the platform oriented as at home.
 pub(super) fn placed(machine: &Machine, placement: &Placement) -> Placed {
-    placement.on(&machine.home.pose.rotation, &machine.tool())
+    let placed = placement.on(&machine.home.pose.rotation, &machine.tool());
+    match &machine.carrier {
+        Some(carrier) => placed.carried(&carrier.home.pose),
+        None => placed,
+    }
 }
 
 /// What is wanted at each point of a path: its pose, and the cutting force as a wrench at P. `origin` names the path in
@@ -56,10 +60,10 @@ pub(super) fn placed(machine: &Machine, placement: &Placement) -> Placed {
 ///
 /// # Errors
 /// A path that lacks what the cutting force needs.
-pub fn demands(machine: &Machine, process: &Process, path: &Toolpath, origin: &str) -> Result<Vec<Demand>> {
+pub fn demands(process: &Process, path: &Toolpath, origin: &str) -> Result<Vec<Demand>> {
     let fault = |source: LoadError| Error::Argument { argument: origin.to_string(), problem: source.to_string() };
     let loads = process.cutting.loads(path).map_err(fault)?;
-    Ok(demands_under(machine, &process.placement, process.target, path, &loads))
+    Ok(demands_under(&process.machine, &process.placement, process.target, path, &loads))
 }
 
 /// What is wanted at each point of a path that is placed by `placement`, under `loads`; along axes that the drives do not

@@ -14,6 +14,7 @@ pub mod demands;
 mod failure;
 #[cfg(feature = "report")]
 mod into_folder;
+mod led_along;
 pub mod machine_check;
 mod over_workspace;
 pub mod point;
@@ -81,8 +82,9 @@ impl Study {
         let (folder, check) = (folder.into(), Check::new(origin));
         let spec: StudySpec = crate::input::toml_file::parse(text, origin)?;
         let (header, asked) = spec.split(&check)?;
-        let (machine, machine_text) = resolve::header(&header, &folder, &check)?;
-        let inputs = Inputs::of_file(origin, text).and(Inputs::of(&header.machine, machine_text));
+        let (machine, machine_text) = resolve::header(&header, &folder, overrides, &check)?;
+        let set = overrides.branch.map_or_else(Inputs::default, |branch| Inputs::of("branch", branch.label()));
+        let inputs = Inputs::of_file(origin, text).and(Inputs::of(&header.machine, machine_text)).and(set);
         let given = Given {
             machine,
             folder: &folder,

@@ -20,6 +20,8 @@ const PHI_STEP_DEG: f64 = 10.0;
 
 /// What acts on a machine everywhere in its workspace.
 pub(super) struct Acting {
+    /// The nominal machine with the tool of the process.
+    pub machine: Machine,
     pub force: MillingForce,
     /// Tool angles φ of one turn, rad.
     pub phis: Vec<f64>,
@@ -60,6 +62,7 @@ pub(super) fn acting(given: &Given<'_>, own: OwnKeys) -> Result<Acting> {
     let MillingSpec { radial_force, tangential_force, axial_force, law, .. } = *spec;
     let force = MillingForce { radial: radial_force, tangential: tangential_force, axial: axial_force, law };
     Ok(Acting {
+        machine: given.machine.clone(),
         force: force.checked(&check)?,
         phis: tool_angles(spec.phi_step_deg.unwrap_or(PHI_STEP_DEG), &check.key("phi_step_deg"))?,
         errors: chain_errors(given.header.chain_error.as_deref().unwrap_or_default(), &given.machine, &top)?,
@@ -91,6 +94,7 @@ fn of_process(given: &Given<'_>, own: &OwnKeys) -> Result<Acting> {
         force: frame.force,
         phis: tool_angles(own.phi_step_deg.unwrap_or(PHI_STEP_DEG), &given.check.key("phi_step_deg"))?,
         errors: process.errors,
+        machine: process.machine,
         target: process.target,
         inputs: process.inputs,
     })

@@ -10,7 +10,7 @@ use crate::{
         check::Check,
         error::{Error, Result},
     },
-    machine::Machine,
+    machine::{Branch, Machine},
     process::Process,
     study::spec::{Header, ProcessRef, SCHEMA},
 };
@@ -79,6 +79,8 @@ pub struct Overrides {
     pub grid: Option<[usize; 3]>,
     /// Points along a circle.
     pub points: Option<usize>,
+    /// The branch on which an arm is to stand.
+    pub branch: Option<Branch>,
 }
 
 impl Overrides {
@@ -222,6 +224,9 @@ macro_rules! questions {
             schema: u32,
             question: String,
             machine: String,
+            branch: Option<String>,
+            #[serde(default)]
+            held: std::collections::BTreeMap<String, f64>,
             process: Option<spec::ProcessRef>,
             milling: Option<spec::MillingSpec>,
             chain_error: Option<Vec<crate::process::file::chain_errors::ChainErrorSpec>>,
@@ -235,6 +240,8 @@ macro_rules! questions {
                     schema: self.schema,
                     question: self.question,
                     machine: self.machine,
+                    branch: self.branch,
+                    held: self.held,
                     process: self.process,
                     milling: self.milling,
                     chain_error: self.chain_error,

@@ -2,14 +2,26 @@
 
 use std::path::Path;
 
-use super::spec::{Header, SCHEMA, SCHEMAS};
+use super::{
+    Overrides,
+    spec::{Header, SCHEMA, SCHEMAS},
+};
 use crate::{
-    input::{Folder, check::Check, error::Result},
-    machine::{Machine, catalogue},
+    input::{
+        Folder,
+        check::Check,
+        error::{Error, Result},
+    },
+    machine::{Branch, Machine, catalogue},
 };
 
 /// Checks the keys of a study of any kind; its machine and the text of the machine's file.
-pub(super) fn header(header: &Header, folder: &Folder, check: &Check) -> Result<(Machine, String)> {
+pub(super) fn header(
+    header: &Header,
+    folder: &Folder,
+    overrides: &Overrides,
+    check: &Check,
+) -> Result<(Machine, String)> {
     if !SCHEMAS.contains(&header.schema) {
         let problem = format!("this program reads versions 1 and {SCHEMA}, got {}", header.schema);
         return check.key("schema").fail(problem);
@@ -18,7 +30,31 @@ pub(super) fn header(header: &Header, folder: &Folder, check: &Check) -> Result<
         return check.key("question").fail("must be a sentence, which is printed with the answer, got none".into());
     }
     dialect(header, check)?;
-    machine(&header.machine, folder, &check.key("machine"))
+    let (machine, text) = machine(&header.machine, folder, &check.key("machine"))?;
+    let machine = on_branch(machine, header.branch.as_deref(), overrides, &check.key("branch"))?;
+    Ok((held(&machine, header, &check.key("held"))?, text))
+}
+
+/// The machine with the drives held that the study holds.
+fn held(machine: &Machine, header: &Header, check: &Check) -> Result<Machine> {
+    let positions: Vec<(&String, f64)> = header.held.iter().map(|(name, value)| (name, *value)).collect();
+    machine.with_drives_held(&positions).or_else(|error| match error {
+        Error::Argument { argument, problem } => check.key(&argument).fail(problem),
+        other => Err(other),
+    })
+}
+
+/// The machine on the branch of the study, or on that which is set for one run.
+fn on_branch(machine: Machine, word: Option<&str>, overrides: &Overrides, check: &Check) -> Result<Machine> {
+    let (place, chosen) = match (overrides.branch, word) {
+        (Some(branch), _) => (Overrides::place("branch"), Ok(branch)),
+        (None, Some(word)) => (check.clone(), word.parse()),
+        (None, None) => return Ok(machine),
+    };
+    chosen.and_then(|branch: Branch| machine.on_branch(branch)).or_else(|error| match error {
+        Error::Argument { problem, .. } => place.fail(problem),
+        other => Err(other),
+    })
 }
 
 /// Refuses keys of the other schema.

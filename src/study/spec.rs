@@ -1,6 +1,8 @@
 //! What study files of several kinds hold, as written: raw, units in the keys, unknown keys refused. The rest stands with
 //! its question. Checked by [`super::Study`].
 
+use std::collections::BTreeMap;
+
 use serde::{
     Deserialize, Deserializer,
     de::{MapAccess, Visitor, value::MapAccessDeserializer},
@@ -25,6 +27,10 @@ pub struct Header {
     pub question: String,
     /// A built-in machine, or a machine file relative to the study's folder.
     pub machine: String,
+    /// The branch on which an arm is to stand, such as `front-up-noflip`; any if not given.
+    pub branch: Option<String>,
+    /// Drives that are told where to stand, mm or degrees, by name.
+    pub held: BTreeMap<String, f64>,
     /// Force, chain errors, placement and what else is said of a process.
     pub process: Option<ProcessRef>,
     /// Of schema 1: the cutting force of a workspace map or superposition study.

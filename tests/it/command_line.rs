@@ -184,7 +184,10 @@ fn point_prints_the_reference_states_with_their_keys() {
 }
 
 /// Keys of `point --json` that reference states have not.
-const NEW_IN_POINT: [&str; 16] = [
+const NEW_IN_POINT: [&str; 19] = [
+    "branch",
+    "clearance",
+    "conditioning",
     "schema",
     "drives",
     "status",

@@ -4,9 +4,9 @@ use std::{
     collections::BTreeSet,
     fs::{self, File},
     path::Path,
-    process::{Command, Output},
 };
 
+use crate::support::command::kinetostat;
 use parquet::{
     file::reader::{FileReader, SerializedFileReader},
     record::Field,
@@ -14,10 +14,6 @@ use parquet::{
 use serde_json::Value;
 
 const STUDIES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/studies");
-
-fn kinetostat(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_kinetostat")).args(arguments).output().unwrap()
-}
 
 /// Runs a study into `folder`; what it prints.
 fn run(study: &str, folder: &Path, more: &[&str]) -> String {

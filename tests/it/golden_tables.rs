@@ -62,14 +62,17 @@ fn swept(study: &PlacementStudy) -> String {
 
 #[test]
 fn placement_of_the_circle_is_the_golden_one() {
-    let study = placement_study("03_placement_circle", &Overrides { grid: Some([3, 3, 2]), points: Some(37) });
+    let study = placement_study(
+        "03_placement_circle",
+        &Overrides { grid: Some([3, 3, 2]), points: Some(37), ..Overrides::default() },
+    );
     check("03_placement_circle_candidates", &ranked(&study), PLACEMENT_TOLERANCE);
     check("03_placement_circle_sweep", &swept(&study), PLACEMENT_TOLERANCE);
 }
 
 #[test]
 fn placement_of_the_pocket_is_the_golden_one() {
-    let study = placement_study("04_placement_pocket", &Overrides { grid: Some([2, 2, 1]), points: None });
+    let study = placement_study("04_placement_pocket", &Overrides { grid: Some([2, 2, 1]), ..Overrides::default() });
     check("04_placement_pocket_candidates", &ranked(&study), PLACEMENT_TOLERANCE);
     check("04_placement_pocket_sweep", &swept(&study), PLACEMENT_TOLERANCE);
 }

@@ -1,14 +1,9 @@
 //! `kinetostat run` of a placement study and `kinetostat compare`, end to end.
 
-use std::process::{Command, Output};
-
+use crate::support::command::kinetostat;
 use serde_json::Value;
 
 const STUDIES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/studies");
-
-fn kinetostat(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_kinetostat")).args(arguments).output().unwrap()
-}
 
 fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()

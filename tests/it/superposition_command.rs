@@ -1,19 +1,11 @@
 //! `kinetostat run` of a superposition study, end to end.
 
-use std::{
-    collections::BTreeSet,
-    fs,
-    path::Path,
-    process::{Command, Output},
-};
+use std::{collections::BTreeSet, fs, path::Path};
 
+use crate::support::command::kinetostat;
 use serde_json::Value;
 
 const STUDY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/studies/05_superposition");
-
-fn kinetostat(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_kinetostat")).args(arguments).output().unwrap()
-}
 
 fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()

@@ -94,7 +94,7 @@ fn forces_of_a_process_follow_the_real_tool() {
     ] {
         let machine = arm(rotation, "");
         let process = Process::from_toml(process, "process.toml", Path::new("."), &machine).unwrap();
-        let demands = demands(&machine, &process, &path, "path.csv").unwrap();
+        let demands = demands(&process, &path, "path.csv").unwrap();
         assert!((demands[0].load.force - wanted).norm() < 1e-6, "{rotation}: {}", demands[0].load.force);
     }
 }

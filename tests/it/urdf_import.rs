@@ -8,9 +8,9 @@ use std::{
     collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
-    process::Command,
 };
 
+use crate::support::command::told;
 use kinetostat::{
     Machine,
     machine::Geometry,
@@ -376,12 +376,6 @@ fn tips_are_named() {
 
 // The command.
 
-fn kinetostat(arguments: &[&str]) -> (Option<i32>, String, String) {
-    let run = Command::new(env!("CARGO_BIN_EXE_kinetostat")).args(arguments).output().unwrap();
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    (run.status.code(), text(run.stdout), text(run.stderr))
-}
-
 #[test]
 fn the_command_writes_the_file_and_check_says_what_is_needed_to_go_on() {
     let urdf = folder().join("imported/six_axes.urdf");
@@ -389,13 +383,13 @@ fn the_command_writes_the_file_and_check_says_what_is_needed_to_go_on() {
     let out = tempfile::tempdir().unwrap();
     let file = out.path().join("six.toml");
     let file = file.to_str().unwrap();
-    let (code, printed, notes) = kinetostat(&["machines", "--import", urdf, "--tool", "0,-10,150"]);
+    let (code, printed, notes) = told(&["machines", "--import", urdf, "--tool", "0,-10,150"]);
     assert_eq!(code, Some(0), "{notes}");
     assert!(notes.lines().all(|line| line.starts_with("note: ")) && notes.contains("stiffness unknown"), "{notes}");
-    let (code, said, _) = kinetostat(&["machines", "--import", urdf, "--tool", "0,-10,150", "--out", file]);
+    let (code, said, _) = told(&["machines", "--import", urdf, "--tool", "0,-10,150", "--out", file]);
     assert_eq!((code, said), (Some(0), format!("Written to {file}. Next:\n  kinetostat check {file}\n")));
     assert_eq!(fs::read_to_string(file).unwrap(), printed);
-    let (code, found, error) = kinetostat(&["check", file]);
+    let (code, found, error) = told(&["check", file]);
     assert_eq!(code, Some(2));
     for expected in ["6 drives", "reach at home", "places reached     9 of 9", "stiffness          unknown of a1, a2"] {
         assert!(found.contains(expected), "{expected}\n{found}");
@@ -404,7 +398,7 @@ fn the_command_writes_the_file_and_check_says_what_is_needed_to_go_on() {
         assert!(error.contains(&format!("revolute_drive.stiffness_Nmm_per_rad of drive a{number}")), "{error}");
     }
     assert!(error.contains("unknown, expected a number; a URDF can be imported again with --stiffness or --like"));
-    let (code, said, error) = kinetostat(&["machines", "--import", urdf, "--tool", "0,0,1", "--out", file]);
+    let (code, said, error) = told(&["machines", "--import", urdf, "--tool", "0,0,1", "--out", file]);
     assert_eq!((code, said.as_str()), (Some(2), ""));
     assert!(error.contains("exists already and was left as it is"), "{error}");
     assert_eq!(fs::read_to_string(file).unwrap(), printed);
@@ -412,11 +406,10 @@ fn the_command_writes_the_file_and_check_says_what_is_needed_to_go_on() {
     let known = out.path().join("known.toml");
     let known = known.to_str().unwrap();
     let import = ["machines", "--import", urdf, "--tool", "0,0,150,0,90,0", "--stiffness", stiffness, "--out", known];
-    assert_eq!(kinetostat(&import).0, Some(0));
-    let (code, found, _) = kinetostat(&["check", known]);
+    assert_eq!(told(&import).0, Some(0));
+    let (code, found, _) = told(&["check", known]);
     assert!(code == Some(0) && found.contains("tool stiffness"), "{found}");
-    let (code, found, error) =
-        kinetostat(&["point", "-m", known, "--wrench", "100,0,0,0,0,0", "--position", "950,0,1500"]);
+    let (code, found, error) = told(&["point", "-m", known, "--wrench", "100,0,0,0,0,0", "--position", "950,0,1500"]);
     assert!(code < Some(2), "{found}{error}");
 }
 
@@ -434,7 +427,7 @@ fn arguments_that_make_no_sense_are_refused() {
         (&["--import", urdf, "--tool", "1,2,3", "--like", "nothing"], "no built-in machine \"nothing\""),
         (&["--import", "/no/such.urdf", "--tool", "1,2,3"], "/no/such.urdf: cannot be read"),
     ] {
-        let (code, printed, error) = kinetostat(&[&["machines"], arguments].concat());
+        let (code, printed, error) = told(&[&["machines"], arguments].concat());
         assert_eq!((code, printed.as_str()), (Some(2), ""), "{arguments:?}");
         assert!(error.contains(expected), "{arguments:?}: {error}");
     }

@@ -79,11 +79,11 @@ fn weight_energy_of_a_pendulum_is_its_height() {
 
 // ---- springs between points -----------------------------------------------------------------------------------------
 
-/// A slide along x with the end of a spring, the other end `beside` it; `spring`: stiffness, free length, preload.
-fn slide(beside: f64, [stiffness, free, preload]: [f64; 3]) -> Machine {
+/// A slide along x with the end of a spring, the other end at (x, y); `spring`: stiffness, free length, preload.
+fn slide([x, y]: [f64; 2], [stiffness, free, preload]: [f64; 3]) -> Machine {
     let slide = r#"{ prismatic_drive = { name = "slide", axis = "x", stiffness_N_per_mm = 100.0 } }"#;
     let spring = format!(
-        r#"{{ spring = {{ from = {{ frame = "end" }}, to = {{ frame = "O", at_mm = [0.0, {beside:?}, 0.0] }}, stiffness_N_per_mm = {stiffness:?}, free_length_mm = {free:?}, preload_N = {preload:?} }} }}"#
+        r#"{{ spring = {{ from = {{ frame = "end" }}, to = {{ frame = "O", at_mm = [{x:?}, {y:?}, 0.0] }}, stiffness_N_per_mm = {stiffness:?}, free_length_mm = {free:?}, preload_N = {preload:?} }} }}"#
     );
     machine("slide", [0.0; 3], r#""x""#, &[Leg::new("slide", &[slide, r#"{ frame = "end" }"#, &spring], "")])
 }
@@ -92,7 +92,7 @@ fn slide(beside: f64, [stiffness, free, preload]: [f64; 3]) -> Machine {
 fn a_preloaded_spring_pulls_by_its_law() {
     for law in [[40.0, 60.0, 0.0], [40.0, 60.0, 700.0], [40.0, 90.0, -300.0], [25.0, 0.0, 0.0], [25.0, 0.0, 300.0]] {
         let [stiffness, free, preload] = law;
-        let machine = slide(50.0, law);
+        let machine = slide([0.0, 50.0], law);
         for drive in [-120.0, -20.0, 35.0, 90.0] {
             let (state, outcome) = loaded(&machine, &[drive], &Wrench::zero());
             assert_eq!(outcome.status, Status::Solved, "{law:?} at {drive}");
@@ -111,7 +111,7 @@ fn a_preloaded_spring_pulls_by_its_law() {
 /// Where the ends of a spring meet, its direction is not determined; one without a free length has no force there.
 #[test]
 fn a_spring_of_free_length_zero_may_have_its_ends_meet() {
-    let machine = slide(0.0, [25.0, 0.0, 0.0]);
+    let machine = slide([0.0, 0.0], [25.0, 0.0, 0.0]);
     for drive in [0.0, 8.0, -3.0] {
         let (state, outcome) = loaded(&machine, &[drive], &Wrench::zero());
         assert_eq!(outcome.status, Status::Solved, "{drive}");
@@ -119,12 +119,12 @@ fn a_spring_of_free_length_zero_may_have_its_ends_meet() {
         near("compliance", outcome.compliance.unwrap()[(0, 0)], 1.0 / 125.0, 1e-9);
     }
     // A string pulled taut by 5 N has no equilibrium that could be named where its ends meet, and is no panic.
-    let taut = slide(0.0, [25.0, 0.0, 5.0]);
-    let (_, outcome) = loaded(&taut, &[0.0], &Wrench::zero());
+    let taut = slide([3.0, 0.0], [25.0, 0.0, 5.0]);
+    let (_, outcome) = loaded(&taut, &[3.0], &Wrench::zero());
     assert!(!outcome.is_equilibrium(), "{:?}", outcome.status);
-    let (state, outcome) = loaded(&taut, &[8.0], &Wrench::zero());
+    let (state, outcome) = loaded(&taut, &[11.0], &Wrench::zero());
     assert_eq!(outcome.status, Status::Solved);
-    near("place", state.pose.translation.x, (800.0 - 5.0) / 125.0, 1e-9);
+    near("place", state.pose.translation.x, (1100.0 + 75.0 - 5.0) / 125.0, 1e-9);
 }
 
 #[test]

@@ -53,10 +53,10 @@ impl Simulator {
         Self { session: Session::new(nominal, real, settings), with_forces }
     }
 
-    /// The point of `demand`, near the point simulated last; the reason if it cannot be reached or has no equilibrium.
-    pub fn point(&mut self, demand: &Demand) -> Result<Point, CompensationStatus> {
-        let demand = &self.session.zeroed(demand)?;
-        let exact = compensate(&mut self.session, demand, Method::Direct);
+    /// The point `asked` for, near the point simulated last; the reason if it cannot be reached or has no equilibrium.
+    pub fn point(&mut self, asked: &Demand) -> Result<Point, CompensationStatus> {
+        let demand = &self.session.zeroed(asked)?;
+        let exact = compensate(&mut self.session, asked, Method::Direct);
         let exact_state = self.session.state.clone();
         self.session.go_to(&demand.pose)?;
         let command = self.session.command.clone();

@@ -4,7 +4,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Vector3};
 
 use super::{Configuration, Unreachable};
 use crate::{
-    lanes::{dot, subtract},
+    lanes::subtract,
     machine::{Chain, Coordinate, Machine, Motion, MoveScrew, Route},
     spatial::{Pose, product, rotation_exp, rotation_log},
 };
@@ -16,8 +16,8 @@ pub(in crate::machine) const CLOSURE_ROUNDING: f64 = 1e-12;
 const MAX_ITERATIONS: usize = 12;
 /// A chain with a smaller gap is closed as far as a user is concerned, mm.
 const CLOSED_MM: f64 = 1e-3;
-/// A pivot below this fraction of the largest is zero.
-const RANK_TOLERANCE: f64 = 1e-9;
+/// A solution is on the branch of the start if all later steps together are no longer than this share of the first.
+const NEAR: f64 = 0.5;
 /// Largest change of a rotation within one continuation step, rad.
 const MAX_STEP_ROTATION: f64 = 0.5;
 
@@ -44,15 +44,6 @@ pub(in crate::machine) enum Command<'a> {
     Task(&'a Pose),
     /// The drives.
     Drives(&'a [f64]),
-}
-
-/// Singularities that a way may not pass.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::machine) enum Barriers {
-    /// Those in which the drives do not hold the platform, and those in which they cannot move it in some way.
-    All,
-    /// Only the former: drives that are commanded pass the others.
-    OfDrives,
 }
 
 /// Where a search stopped.
@@ -105,14 +96,14 @@ pub(in crate::machine) struct Closure<'a> {
     walks: Vec<Walk>,
     pub jacobian: DMatrix<f64>,
     pub residual: DVector<f64>,
-    /// Drives of a redundant machine that stay where they are: index and value, mm or rad.
+    /// Drives of a redundant machine that stay where they are: index and value, mm or rad; first those of [`Machine::held`](crate::machine::Model::held).
     pub held: Vec<(usize, f64)>,
 }
 
 impl<'a> Closure<'a> {
     pub fn new(machine: &'a Machine) -> Self {
         Self {
-            held: Vec::new(),
+            held: machine.held.clone(),
             machine,
             values: Vec::new(),
             walks: Vec::new(),
@@ -238,9 +229,18 @@ impl<'a> Closure<'a> {
         }
     }
 
-    /// Damped Newton from `start`; the configuration where it stops, and whether it is a solution close enough to the
-    /// first-order prediction to lie on the same branch.
+    /// Damped Newton from `start`, ended where its result can no longer be a solution close enough to the first-order prediction to
+    /// lie on the same branch; the configuration where it stops, and whether it is one.
     pub fn newton(&mut self, start: &Configuration, command: &Command<'_>) -> Reached {
+        self.iterate(start, command, true)
+    }
+
+    /// Where damped Newton from `start` stops, on whatever branch.
+    pub fn approach(&mut self, start: &Configuration, command: &Command<'_>) -> Configuration {
+        self.iterate(start, command, false).at
+    }
+
+    fn iterate(&mut self, start: &Configuration, command: &Command<'_>, only_on_branch: bool) -> Reached {
         let reach = self.machine.reach;
         let mut at = start.clone();
         let (mut damping, mut best) = (1e-12, f64::INFINITY);
@@ -253,9 +253,12 @@ impl<'a> Closure<'a> {
             let error = self.residual.amax();
             let stalled = error < CLOSURE_ROUNDING * reach && error > 0.3 * best;
             if error < CLOSURE_TOLERANCE * reach || stalled {
-                let on_branch = iteration <= 1 || later_steps <= 0.5 * first_step;
+                let on_branch = iteration <= 1 || later_steps <= NEAR * first_step;
                 let accepted = on_branch && self.rotation_change(start, &at) < MAX_STEP_ROTATION;
                 return Reached { at, solved: accepted };
+            }
+            if only_on_branch && iteration > 1 && later_steps > NEAR * first_step {
+                return Reached { at, solved: false };
             }
             damping = if error < best { (damping * 0.1f64).max(1e-14) } else { (damping * 100.0).max(1e-6) };
             best = best.min(error);
@@ -301,7 +304,7 @@ impl<'a> Closure<'a> {
     }
 
     /// Motion of each drive, then of each passive joint.
-    fn motions(&self) -> impl Iterator<Item = Motion> {
+    pub(super) fn motions(&self) -> impl Iterator<Item = Motion> {
         let machine = self.machine;
         let passive = machine.chains.iter().flat_map(|chain| chain.passive.iter().map(|joint| joint.motion));
         machine.drives().map(|(_, drive)| drive.motion).chain(passive)
@@ -321,47 +324,6 @@ impl<'a> Closure<'a> {
             |c: &Configuration| -> Vec<f64> { c.drives.iter().chain(c.passive.iter().flatten()).copied().collect() };
         let changes = values(from).into_iter().zip(values(to)).zip(self.motions());
         changes.filter(|(_, motion)| *motion == Motion::Revolute).fold(0.0, |most, ((a, b), _)| most.max((a - b).abs()))
-    }
-
-    /// Whether a singularity lies between two near configurations: the determinant of the linearised problem changes sign,
-    /// with the drives commanded (parallel singularity) or with the task commanded (the end of a chain's reach).
-    ///
-    /// The problem has more equations than unknowns where the machine is over-constrained; its determinant is taken on
-    /// the column space at `from`. A machine with idle joints is always singular, and is not judged; one that is singular at
-    /// `from` and not at home does not lead on.
-    pub(super) fn passes_singularity(&mut self, from: &Configuration, to: &Configuration, barriers: Barriers) -> bool {
-        let by_drives = (Command::Drives(&from.drives), Command::Drives(&to.drives));
-        let by_task = (Command::Task(&from.pose), Command::Task(&to.pose));
-        let both = [by_drives, by_task];
-        let asked = match barriers {
-            Barriers::All => &both[..],
-            Barriers::OfDrives => &both[..1],
-        };
-        asked.iter().any(|(before, after)| {
-            self.linearise(from, before);
-            if self.jacobian.nrows() < self.jacobian.ncols() {
-                return false;
-            }
-            let mut triangle = self.jacobian.clone();
-            self.linearise(to, after);
-            let mut projected = self.jacobian.clone();
-            let pivots = make_triangular(&mut triangle, &mut projected);
-            if is_singular(&pivots) {
-                return !self.is_singular_at_home(before);
-            }
-            projected.resize_vertically_mut(pivots.len(), 0.0);
-            projected.determinant() * pivots.iter().map(|p| p.signum()).product::<f64>() < 0.0
-        })
-    }
-
-    /// Whether the linearised problem is singular at home for commands such as this one.
-    fn is_singular_at_home(&mut self, command: &Command<'_>) -> bool {
-        let home = &self.machine.home;
-        match command {
-            Command::Drives(_) => self.linearise(home, &Command::Drives(&home.drives)),
-            Command::Task(_) => self.linearise(home, &Command::Task(&home.pose)),
-        }
-        self.jacobian.nrows() < self.jacobian.ncols() || is_singular(&self.jacobian.clone().qr().unpack_r().diagonal())
     }
 
     /// Why `command` is not met, as seen at `at`, where the search stopped: the chain that closes worst, and its gap.
@@ -397,35 +359,6 @@ fn factorised(mut matrix: DMatrix<f64>) -> Option<Cholesky<f64, Dyn>> {
         }
     }
     Some(Cholesky::pack_dirty(matrix))
-}
-
-/// Turns the columns of `matrix` so that it becomes an upper triangle, and those of `other` along with them; the diagonal.
-/// As nalgebra's decomposition, whose inner functions are not inlined; what is below the triangle holds no numbers.
-fn make_triangular(matrix: &mut DMatrix<f64>, other: &mut DMatrix<f64>) -> DVector<f64> {
-    let (rows, count) = matrix.shape();
-    let mut pivots = DVector::zeros(count);
-    for j in 0..count {
-        let (first, later) = matrix.as_mut_slice().split_at_mut((j + 1) * rows);
-        let mirror = &mut first[j * rows + j..];
-        let (head, norm) = (mirror[0], dot(mirror, mirror).sqrt());
-        if norm == 0.0 {
-            continue;
-        }
-        let diagonal = if head > 0.0 { -norm } else { norm };
-        mirror[0] = head - diagonal;
-        let weight = 1.0 / (norm * (norm + head.abs()));
-        for column in later.chunks_exact_mut(rows).chain(other.as_mut_slice().chunks_exact_mut(rows)) {
-            let along = weight * dot(mirror, &column[j..]);
-            subtract(&mut column[j..], along, mirror);
-        }
-        pivots[j] = diagonal;
-    }
-    pivots
-}
-
-/// Whether the triangle with these diagonal entries has a pivot that is zero.
-fn is_singular(pivots: &DVector<f64>) -> bool {
-    pivots.amin() < RANK_TOLERANCE * pivots.amax()
 }
 
 impl Machine {

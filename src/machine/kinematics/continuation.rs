@@ -2,12 +2,16 @@
 
 use super::{
     Configuration, Unreachable,
-    closure::{Barriers, Closure, Command, Reached},
+    closure::{Closure, Command, Reached},
+    singularity::Barriers,
 };
 use crate::machine::Machine;
 
 /// The shortest step, as a share of the whole way.
 pub(super) const MIN_STEP: f64 = 1.0 / 1024.0;
+
+/// A search for the nearest configuration goes on as long as each part of it leaves less than this share of the gap.
+const CLOSER: f64 = 0.99;
 
 impl Machine {
     /// Follows a one-parameter family of commands from s = 0 (solved by `start`) to s = 1 with adaptive steps, down to
@@ -43,9 +47,14 @@ impl Machine {
             return Ok(reached.at);
         }
         let mut closure = Closure::new(self);
-        let mut nearest = reached.at;
+        let (mut nearest, mut gap) = (reached.at, f64::INFINITY);
         for _ in 0..8 {
-            nearest = closure.newton(&nearest, command).at;
+            nearest = closure.approach(&nearest, command);
+            let left = closure.residual.norm();
+            if left.is_nan() || left > CLOSER * gap {
+                break;
+            }
+            gap = left;
         }
         Err(closure.why_not(&nearest, command))
     }

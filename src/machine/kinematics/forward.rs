@@ -4,8 +4,9 @@ use std::f64::consts::TAU;
 
 use super::{
     Configuration, Unreachable,
-    closure::{Barriers, CLOSURE_ROUNDING, Closure, Command},
+    closure::{CLOSURE_ROUNDING, Closure, Command},
     continuation::MIN_STEP,
+    singularity::Barriers,
 };
 use crate::machine::{Machine, Motion};
 
@@ -37,7 +38,7 @@ impl Machine {
         let command = Command::Task(&self.home.pose);
         let mut at = self.home.clone();
         for _ in 0..20 {
-            at = closure.newton(&at, &command).at;
+            at = closure.approach(&at, &command);
             closure.linearise(&at, &command);
             if closure.residual.amax() < CLOSURE_ROUNDING * self.reach {
                 self.unwind(&mut at);

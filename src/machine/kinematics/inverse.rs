@@ -4,8 +4,9 @@ use nalgebra::DMatrix;
 
 use super::{
     Configuration, Unreachable,
-    closure::{Barriers, Closure, Command},
+    closure::{Closure, Command},
     continuation::MIN_STEP,
+    singularity::Barriers,
 };
 use crate::{
     machine::{Coordinate, Machine},
@@ -26,8 +27,10 @@ impl Machine {
     /// taken a full turn back or on where that brings them within their travel. Where the drives control more than the
     /// task asks for, they stand as near to home as they can, see [`Machine::redundancy`](crate::machine::Model::redundancy).
     ///
+    /// An arm for which a branch was chosen ([`Machine::on_branch`]) stands on that branch only.
+    ///
     /// # Errors
-    /// [`Unreachable`] if no such configuration is found, or only beyond a limit.
+    /// [`Unreachable`] if no such configuration is found, or only beyond a limit or on another branch.
     pub fn inverse_kinematics(&self, target: &Pose) -> Result<Configuration, Unreachable> {
         self.inverse_kinematics_from(&self.home, target).or_else(|straight| self.way_around(target, straight))
     }

@@ -20,12 +20,27 @@ impl Machine {
         at: Configuration,
         target: &Pose,
     ) -> Result<Configuration, Unreachable> {
-        let mut at = if self.redundancy > 0 { self.nearest_to_home(at, target) } else { at };
-        if self.check_limits(&at).is_err() {
-            self.turn_within_travel(&mut at);
-        }
+        let at = self.freed(at, target);
         self.check_limits(&at)?;
         Ok(at)
+    }
+
+    /// As [`Machine::within_limits`], whether or not a limit is violated all the same.
+    pub(in crate::machine) fn freed(&self, at: Configuration, target: &Pose) -> Configuration {
+        let mut at = if self.redundancy > 0 { self.nearest_to_home(at, target) } else { at };
+        if self.check_travel(&at).is_err() {
+            self.turn_within_travel(&mut at);
+        }
+        at
+    }
+
+    /// Takes hinge drives as many full turns back or on as bring them nearest to home.
+    pub(in crate::machine) fn turn_nearest_to_home(&self, at: &mut Configuration) {
+        for (turn, (rho, home)) in self.full_turns().zip(at.drives.iter_mut().zip(&self.home.drives)) {
+            if let Some(turn) = turn {
+                *rho -= ((*rho - home) / turn).round() * turn;
+            }
+        }
     }
 
     /// Takes hinge drives beyond their travel a full turn back or on where that brings them within.
@@ -41,14 +56,33 @@ impl Machine {
         }
     }
 
-    /// Whether a drive's travel or a passive joint is limited.
+    /// Takes hinge drives that are beyond their travel as many full turns back or on as bring them nearest to its middle.
+    pub(in crate::machine) fn turn_nearest_to_travel(&self, at: &mut Configuration) {
+        for (((_, drive), turn), rho) in self.drives().zip(self.full_turns()).zip(&mut at.drives) {
+            if let (Some((low, high)), Some(turn)) = (drive.travel, turn)
+                && beyond(*rho, low, high) > 0.0
+            {
+                *rho -= ((*rho - 0.5 * (low + high)) / turn).round() * turn;
+            }
+        }
+    }
+
+    /// Whether a drive's travel, a passive joint or the branch is limited.
     pub(crate) fn has_limits(&self) -> bool {
         let drives = self.drives().any(|(_, drive)| drive.travel.is_some());
-        drives || self.chains.iter().flat_map(|chain| &chain.passive).any(|joint| joint.limits.is_some())
+        drives
+            || self.branch.is_some()
+            || self.chains.iter().flat_map(|chain| &chain.passive).any(|joint| joint.limits.is_some())
+    }
+
+    /// Travel and joint limits at a configuration, and the branch that was chosen.
+    pub(crate) fn check_limits(&self, at: &Configuration) -> Result<(), Unreachable> {
+        self.check_travel(at)?;
+        self.check_branch(at)
     }
 
     /// Travel and joint limits at a configuration.
-    pub(crate) fn check_limits(&self, at: &Configuration) -> Result<(), Unreachable> {
+    pub(in crate::machine) fn check_travel(&self, at: &Configuration) -> Result<(), Unreachable> {
         for ((c, drive), &rho) in self.drives().zip(&at.drives) {
             if let Some((low, high)) = drive.travel
                 && beyond(rho, low, high) > 0.0

@@ -11,6 +11,7 @@ mod continuation;
 mod forward;
 mod inverse;
 mod limits;
+mod singularity;
 
 use std::borrow::Cow;
 
@@ -18,7 +19,7 @@ use serde::{Deserialize, Serialize};
 
 pub(super) use closure::{CLOSURE_ROUNDING, Closure, Command, reach};
 
-use super::{Chain, task_space::shown};
+use super::{Branch, Chain, task_space::shown};
 use crate::spatial::Pose;
 
 /// A rigid configuration of the machine.
@@ -102,6 +103,24 @@ pub enum Unreachable {
         high: f64,
         /// `mm` or `deg`.
         unit: Cow<'static, str>,
+    },
+    /// The machine stands there on another branch than the one that was chosen.
+    #[error("on branch {stands}; {chosen} is asked for")]
+    OtherBranch {
+        /// The branch there.
+        stands: Branch,
+        /// The branch chosen.
+        chosen: Branch,
+    },
+    /// Only other branches than the one that was chosen reach there within travel.
+    #[error("not on branch {chosen}: {reason}; within travel there: {branches}")]
+    OnOtherBranches {
+        /// Why the branch chosen does not.
+        reason: Box<Unreachable>,
+        /// The branch chosen.
+        chosen: Branch,
+        /// Those that do.
+        branches: String,
     },
     /// A passive joint would leave its limits.
     #[error("joint {joint} of chain {chain} at {value:.3} {unit}, limits {low:.3} to {high:.3} {unit}")]

@@ -193,17 +193,21 @@ impl ChainBuilder<'_> {
                 self.passive_move(Motion::Revolute, axis(joint.axis), index, 1.0);
             }
             ElementSpec::Beam(beam) => {
-                self.beam(format!("{}beam (element {number})", self.prefix), beam, &check.key("beam"))?
+                let name = self.spring_name(beam.name.as_deref(), "beam", number);
+                self.beam(name, beam, &check.key("beam"))?
             }
             ElementSpec::Link(link) => {
-                self.link(format!("{}link (element {number})", self.prefix), link, &check.key("link"))?
+                let name = self.spring_name(link.name.as_deref(), "link", number);
+                self.link(name, link, &check.key("link"))?
             }
             ElementSpec::Parallelogram(spec) => self.parallelogram(spec, &check.key("parallelogram"))?,
             ElementSpec::UniversalJoint(joint) => {
                 let check = check.key("universal_joint");
                 let limits = joint.limits_deg.map(|limits| limits.to_vec());
-                if axis(joint.axes[0]) == axis(joint.axes[1]) {
-                    return check.key("axes").fail("must be two different axes".into());
+                let [first, second] = joint.axes.map(axis);
+                if first == second {
+                    let got = ["x", "y", "z"][first.index()];
+                    return check.key("axes").fail(format!("must be two different axes, got {got} twice"));
                 }
                 self.hinges(&joint.name, &joint.axes, &joint.home_deg, limits, &check)?;
             }
@@ -219,6 +223,14 @@ impl ChainBuilder<'_> {
             ElementSpec::Module(module) => self.module(module, &check.key("module"))?,
         }
         Ok(())
+    }
+
+    /// Name of an elastic link in tables: its own, or its kind and place in the chain.
+    fn spring_name(&self, own: Option<&str>, kind: &str, number: usize) -> String {
+        match own {
+            Some(own) => format!("{}{own}", self.prefix),
+            None => format!("{}{kind} (element {number})", self.prefix),
+        }
     }
 
     /// Crossed hinges, named after their axes.

@@ -39,9 +39,9 @@ pub(super) fn resolve(chain: &Chain, shown: &[Shown]) -> Result<Option<Box<Coupl
                 return check.fail(format!("no drive of this chain has this name; there are: {}", known.join(", ")));
             };
             if chain.drives[joint].motion != motion {
-                let problem =
-                    format!("is {}, and the drive itself is {}", chain.drives[joint].motion.label(), motion.label());
-                return check.fail(problem);
+                let word = |motion| if motion == Motion::Prismatic { "slide" } else { "hinge" };
+                let (other, own) = (word(chain.drives[joint].motion), word(motion));
+                return check.fail(format!("is a {other}, the drive itself a {own}: expected drives of one kind"));
             }
             by_joints[(*drive, joint)] = check.finite_scalar(factor)?;
         }

@@ -5,7 +5,7 @@ use crate::{
     input::{check::Check, error::Result},
     machine::{
         Anchor, Mass, PointSpring, Step,
-        spec::{AnchorSpec, MassSpec},
+        spec::{AnchorSpec, NamedMassSpec},
     },
 };
 
@@ -21,7 +21,7 @@ impl ChainBuilder<'_> {
         self.route.steps.iter().filter(|step| matches!(step, Step::Frame)).count() - 1
     }
 
-    pub fn mass(&mut self, mass: &MassSpec, check: &Check) -> Result<()> {
+    pub fn mass(&mut self, mass: &NamedMassSpec, check: &Check) -> Result<()> {
         let kilograms = check.key("kg").positive(mass.kg)?;
         let at = check.key("at_mm").finite(mass.at_mm)?;
         let frame = self.frame_reached();
@@ -31,7 +31,10 @@ impl ChainBuilder<'_> {
 
     pub fn name_frame(&mut self, name: &str, check: &Check) -> Result<()> {
         check.identifier(name)?;
-        check.unique(name, self.frames.iter().map(|(name, _)| name.as_str()).chain([BASE]))?;
+        if name == BASE {
+            return check.fail(format!("\"{BASE}\" is the machine's base: expected another name"));
+        }
+        check.unique(name, self.frames.iter().map(|(name, _)| name.as_str()))?;
         let frame = self.frame_reached();
         self.frames.push((name.into(), frame));
         Ok(())

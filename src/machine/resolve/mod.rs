@@ -1,5 +1,7 @@
 //! From a machine file as written to a checked machine.
 
+mod at_home;
+mod carrier;
 mod chain;
 mod coupling;
 mod hung;
@@ -11,17 +13,24 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::{
     Chain, Coordinate, Machine, Model, NamedPoint, PlatformMass, Provenance, ToolAxisSource, WorkspaceBox, Zeroed,
+    branch::Arm,
+    element_names,
     kinematics::{self, Configuration},
+    parameters::{self, GRAVITY, Written},
     section::Material,
-    spec::{CoordinateSpec, FrameSpec, MachineSpec, MassSpec, MaterialSpec, ZeroedSpec},
+    spec::{
+        BeamSpec, ChainSpec, CoordinateSpec, ElementSpec, FixedSpec, FrameSpec, LinkSpec, MachineSpec, MassSpec,
+        MaterialSpec, ModuleSpec, NamedMassSpec, ZeroedSpec,
+    },
 };
 use crate::{
     input::{check::Check, error::Result},
     spatial::{Pose, frame_about},
 };
 
-/// Checks `spec` and assembles the machine at home; `origin` names the file in errors.
-pub(super) fn machine(spec: &MachineSpec, origin: &str) -> Result<Machine> {
+/// Checks `written` and assembles the machine at home; `origin` names the file in errors.
+pub(super) fn machine(written: MachineSpec, origin: &str) -> Result<Machine> {
+    let spec = &written;
     let check = Check::new(origin);
     check.schema(spec.schema)?;
     check.key("name").identifier(&spec.name)?;
@@ -50,6 +59,10 @@ pub(super) fn machine(spec: &MachineSpec, origin: &str) -> Result<Machine> {
         reach: kinematics::reach(&chains, &Configuration::start(&chains, home_pose)),
         redundancy: 0,
         turns_with_position: false,
+        held: Vec::new(),
+        carrier: None,
+        arm: None,
+        branch: None,
         chains,
         tool_tip,
         tool_axes: frame_about(tool_axis),
@@ -65,6 +78,7 @@ pub(super) fn machine(spec: &MachineSpec, origin: &str) -> Result<Machine> {
             ZeroedSpec::Weightless => Zeroed::Weightless,
             ZeroedSpec::AtHome => Zeroed::AtHome,
         },
+        written: Written::new(written, origin),
     });
     machine.home = match machine.assemble_at_home() {
         Ok(home) => home,
@@ -74,6 +88,12 @@ pub(super) fn machine(spec: &MachineSpec, origin: &str) -> Result<Machine> {
     machine.reach = kinematics::reach(&machine.chains, &machine.home);
     machine.redundancy = machine.redundancy_at_home();
     machine.turns_with_position = machine.turns_beside_home();
+    machine.arm = Arm::of(&machine).map(Box::new);
+    at_home::check(&machine, machine.written.spec(), &check)?;
+    if let Some(written) = machine.written.spec().workpiece_carrier.clone() {
+        let check = check.key("workpiece_carrier");
+        machine.carrier = Some(carrier::carrier(&written, machine.written.spec(), &machine, &check)?);
+    }
     Ok(machine)
 }
 
@@ -82,9 +102,46 @@ fn provenance(spec: &MachineSpec, check: &Check) -> Result<Vec<Provenance>> {
         let check = check.key(&format!("provenance[{i}]"));
         check.key("what").readable(&told.what)?;
         check.key("source").readable(&told.source)?;
-        Ok(Provenance { what: told.what.clone(), grade: told.grade, source: told.source.clone() })
+        for (n, pattern) in told.parameters.iter().enumerate() {
+            parameters::names_some(spec, pattern, &check.key("parameters").item(n))?;
+        }
+        Ok(Provenance {
+            what: told.what.clone(),
+            grade: told.grade,
+            source: told.source.clone(),
+            parameters: told.parameters.clone(),
+        })
     });
     told.collect()
+}
+
+/// Names of the two ends of a chain among parameters.
+const ENDS: [&str; 2] = ["base", "end"];
+
+/// Names that elements are given where they need none.
+fn element_names(design: &ChainSpec, check: &Check) -> Result<()> {
+    let names = element_names::names(&design.elements);
+    for (i, element) in design.elements.iter().enumerate() {
+        let given = match element {
+            ElementSpec::Fixed(FixedSpec { name, .. })
+            | ElementSpec::Beam(BeamSpec { name, .. })
+            | ElementSpec::Link(LinkSpec { name, .. })
+            | ElementSpec::Mass(NamedMassSpec { name, .. })
+            | ElementSpec::Module(ModuleSpec { name, .. }) => name,
+            _ => continue,
+        };
+        let Some(name) = given else { continue };
+        let kind = element_names::kind_and_name(element).0;
+        let check = check.key(&format!("elements[{i}].{kind}.name"));
+        check.identifier(name)?;
+        if ENDS.contains(&name.as_str()) {
+            return check.fail(format!("\"{name}\" is the name of an end of every chain: expected another one"));
+        }
+        let others = names.iter().zip(&design.elements).enumerate();
+        let others = others.filter(|&(other, (_, element))| other != i && !matches!(element, ElementSpec::Frame(_)));
+        check.unique(name, others.map(|(_, (name, _))| name.as_str()))?;
+    }
+    Ok(())
 }
 
 fn elastic_constants(name: &str, spec: &MaterialSpec, check: &Check) -> Result<Material> {
@@ -94,9 +151,6 @@ fn elastic_constants(name: &str, spec: &MaterialSpec, check: &Check) -> Result<M
         shear_modulus: check.key("shear_modulus_N_per_mm2").positive(spec.shear_modulus)?,
     })
 }
-
-/// Acceleration of gravity on Earth where a machine file says nothing, m/s², in O.
-const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 
 /// The strongest gravity that is not a mistake of the unit, m/s².
 const STRONGEST_GRAVITY: f64 = 100.0;
@@ -183,10 +237,14 @@ fn points(spec: &MachineSpec, check: &Check) -> Result<Vec<NamedPoint>> {
 
 fn mounted_chains(spec: &MachineSpec, check: &Check) -> Result<Vec<Chain>> {
     for (i, chain) in spec.chain.iter().enumerate() {
-        let check = check.key(&format!("chain[{i}].name"));
+        let check_design = check.key(&format!("chain[{i}]"));
+        let check = check_design.key("name");
         check.readable(&chain.name)?;
+        element_names(chain, &check_design)?;
         check.unique(&chain.name, spec.chain[..i].iter().map(|c| c.name.as_str()))?;
-        if !spec.mount.iter().any(|mount| mount.chain == chain.name) && !module::is_used(spec, &chain.name) {
+        let carries = spec.workpiece_carrier.as_ref().is_some_and(|carrier| carrier.chain == chain.name);
+        let is_mounted = carries || spec.mount.iter().any(|mount| mount.chain == chain.name);
+        if !is_mounted && !module::is_used(spec, &chain.name) {
             return check.fail(format!("chain \"{}\" is not mounted; add a [[mount]] or remove it", chain.name));
         }
     }

@@ -20,6 +20,10 @@ use crate::{
 /// A checked process for one machine.
 #[derive(Debug, Clone)]
 pub struct Process {
+    /// The machine it is for, with the tool of the process.
+    pub machine: Machine,
+    /// Whether the tool is another than the machine file's.
+    pub has_own_tool: bool,
     /// Where the workpiece stands, and whose positions the path gives.
     pub placement: Placement,
     /// Whether the file gives the origin of the workpiece; if not, it is that of the base frame.
@@ -115,17 +119,19 @@ impl Process {
         Ok(path)
     }
 
-    /// Where the workpiece stands, what is cut, and what of its paths `machine` does not control, as labels and words.
-    pub fn facts(&self, machine: &Machine) -> Vec<(&'static str, String)> {
+    /// Where the workpiece stands, what is cut, and what of its paths the machine does not control, as labels and words.
+    pub fn facts(&self) -> Vec<(&'static str, String)> {
         let mut facts = vec![("workpiece", self.place_words()), ("counts as cutting", self.cutting_rule.words())];
-        facts.extend(machine.uncontrolled_words().map(|words| (NOT_CONTROLLED, words)));
+        facts.extend(self.has_own_tool.then(|| ("tool", self.machine.tool_words())));
+        facts.extend(self.machine.uncontrolled_words().map(|words| (NOT_CONTROLLED, words)));
         facts
     }
 
-    /// Where the workpiece stands.
+    /// Where the workpiece stands: in the base of the machine, or on its carrier.
     pub fn place_words(&self) -> String {
         let Placement { origin_mm, roll_pitch_yaw, reference } = &self.placement;
-        let mut words = format!("origin at ({}, {}, {}) mm of the base", origin_mm.x, origin_mm.y, origin_mm.z);
+        let place = self.machine.carrier.as_ref().map_or("base", |carrier| &carrier.name);
+        let mut words = format!("origin at ({}, {}, {}) mm of the {place}", origin_mm.x, origin_mm.y, origin_mm.z);
         if !self.is_placed {
             words += ", assumed: the process gives no placement.origin_mm";
         }

@@ -56,7 +56,13 @@ fn process(
 ) -> Result<Process> {
     let (cutting, table) = force(&spec.force, folder, &check.key("force"))?;
     let check_gcode = check.key("gcode");
+    let machine = match &spec.tool {
+        Some(tool) => &machine.with_tool(tool, &check.key("tool"))?,
+        None => machine,
+    };
     Ok(Process {
+        machine: machine.clone(),
+        has_own_tool: spec.tool.is_some(),
         placement: placement(&spec.placement, machine, &check.key("placement"))?,
         is_placed: spec.placement.origin_mm.is_some(),
         cutting,

@@ -5,6 +5,7 @@ use serde::Deserialize;
 use super::chain_errors::ChainErrorSpec;
 use crate::{
     compensation::{ErrorNorm, Target},
+    machine::OtherToolSpec,
     process::{ForceLaw, PathReference},
 };
 
@@ -17,6 +18,8 @@ pub struct ProcessSpec {
     /// Where the workpiece stands; at the machine's base frame if not given.
     #[serde(default)]
     pub placement: PlacementSpec,
+    /// Another tool than the machine file's.
+    pub tool: Option<OtherToolSpec>,
     /// The cutting force; none if not given.
     #[serde(default)]
     pub force: ForceSpec,

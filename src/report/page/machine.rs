@@ -61,7 +61,8 @@ fn fact(told: &Provenance) -> Fact {
 impl MachineDescription {
     /// Describes `machine`.
     pub fn new(machine: &Machine) -> Self {
-        let home = machine.rigid_skeleton(&machine.home);
+        let mut home = machine.rigid_skeleton(&machine.home);
+        home.chains.extend(machine.carrier.iter().flat_map(|carrier| carrier.rigid_skeleton(&carrier.home).chains));
         let mut rails = Vec::new();
         for ((chain, drive), range) in machine.drives().zip(machine.drive_ranges()) {
             let mut joints = home.chains[chain].joints.iter();

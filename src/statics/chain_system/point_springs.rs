@@ -22,7 +22,7 @@ impl<R: Real> ChainSystem<R> {
             let (far, last) = self.anchored(&spring.to);
             let way = far - near;
             let stiffness = R::splat(spring.stiffness);
-            let left = spring.preload - spring.stiffness * spring.free_length;
+            let left = spring.tension_at_zero_length();
             let (mut across, mut direction) = (stiffness, Vec3::zero());
             if left != 0.0 {
                 let per_length = R::splat(1.0) / way.norm();

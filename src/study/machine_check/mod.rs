@@ -1,19 +1,29 @@
 //! What a designer wants to know of a machine before trusting it.
 
+mod compliance;
+mod payload;
+mod reach;
 #[cfg(feature = "report")]
 pub mod report;
+mod survey;
+mod units;
 
 use nalgebra::{Matrix6, Vector3, Vector6};
 use serde::Serialize;
 
+use self::{compliance::compliance, reach::spans, survey::survey};
+pub use self::{
+    payload::Payload,
+    reach::Span,
+    survey::{Droop, Softest, Survey},
+};
+
 use crate::{
-    machine::{Coordinate, Drive, Geometry, Machine, Mobility, SpringLaw, ToolAxisSource},
-    spatial::{Wrench, rotation_log},
-    statics::{
-        State, Status, Workspace, chain_stiffnesses, deformation_energies, equilibrium, principal_stiffnesses,
-        rigid_wrenches, tool_compliance, unloaded_compliance, unloaded_stiffness,
+    machine::{
+        Branch, Chain, Clearance, Coordinate, Drive, Geometry, Machine, Mobility, Posture, SpringLaw, ToolAxisSource,
     },
-    study::sources::TO_ROUNDING,
+    spatial::rotation_log,
+    statics::{State, Status, Workspace, chain_stiffnesses, rigid_wrenches, unloaded_compliance, unloaded_stiffness},
 };
 
 /// Findings about a machine.
@@ -25,8 +35,16 @@ pub struct Findings {
     pub home_drives: Vec<f64>,
     /// Each named point and corner of the workspace: its name, position in mm, and what the inverse kinematics says.
     pub reached: Vec<(String, Vector3<f64>, Result<(), String>)>,
+    /// How far P can go from home along x, y and z, mm, oriented as at home; `None` along an axis that the drives do not control.
+    pub spans: [Option<Span>; 3],
     /// Largest error of forward after inverse kinematics over the reached places: mm, and rad.
     pub round_trip: (f64, f64),
+    /// Distance to singularity at home, see [`Machine::conditioning`].
+    pub conditioning: f64,
+    /// How far an arm at home is from the singularities between its branches.
+    pub clearance: Option<Clearance>,
+    /// How an arm would stand in the home pose on each of its branches; `None` where that does not reach. Empty for other machines.
+    pub branches: Vec<(Branch, Option<Posture>)>,
     /// Unloaded stiffness at home; `None` where the machine is rigid in some direction or singular.
     pub stiffness: Option<Matrix6<f64>>,
     /// Unloaded compliance at home; `None` where the platform is free.
@@ -37,6 +55,8 @@ pub struct Findings {
     pub tool_stiffness: Option<[f64; 3]>,
     /// Share of each elastic element in the compliance of the tool tip at home, all directions together; sums to 1.
     pub compliance_shares: Vec<(String, f64)>,
+    /// What is found over the workspace; `None` where only the geometry is known.
+    pub survey: Option<Survey>,
     /// What looks wrong.
     pub warnings: Vec<String>,
 }
@@ -64,6 +84,11 @@ const FAR_SOFTER: f64 = 100.0;
 /// Largest difference between the home sought and the home found that is not worth a word: rad, and fraction of the reach.
 const HOME_TOLERANCE: f64 = 1e-5;
 
+/// The machine's reach or the diagonal of its workspace, whichever is larger, mm.
+fn size(machine: &Machine) -> f64 {
+    machine.reach.max((machine.workspace.max - machine.workspace.min).norm())
+}
+
 /// Examines `machine` at home, at its named points and at the corners of its workspace.
 pub fn check(machine: &Machine) -> Findings {
     let mut findings = geometric(machine);
@@ -77,10 +102,15 @@ pub fn check(machine: &Machine) -> Findings {
         (rigid_wrenches(&compliance, machine.reach), rigid.map(|(chain, _)| chain.name.clone()).collect())
     });
     findings.rigid = rigid.unwrap_or_default();
-    let (tool_stiffness, compliance_shares, status) = compliance(machine, &mut workspace);
-    findings.tool_stiffness = tool_stiffness;
-    findings.compliance_shares = compliance_shares;
+    let mut status = Status::Solved;
+    // What the weight bends is not the load's.
+    match compliance(&machine.weightless(), &machine.home, &mut workspace) {
+        Ok(at_home) => (findings.tool_stiffness, findings.compliance_shares) = (at_home.stiffness, at_home.shares),
+        Err(failed) => status = failed,
+    }
+    findings.survey = Some(survey(machine, &mut workspace));
     findings.warnings = warnings(machine, &findings, &status);
+    findings.warnings.extend(units::questions(machine, &findings));
     findings
 }
 
@@ -99,14 +129,29 @@ fn geometric(machine: &Machine) -> Findings {
         mobility: machine.mobility(&machine.home),
         home_drives: machine.home.drives.clone(),
         reached,
+        spans: spans(machine),
         round_trip,
+        conditioning: machine.conditioning(&machine.home),
+        clearance: machine.clearance(&machine.home),
+        branches: branches(machine),
         stiffness: None,
         compliance: None,
         rigid: Default::default(),
         tool_stiffness: None,
         compliance_shares: Vec::new(),
+        survey: None,
         warnings: Vec::new(),
     }
+}
+
+/// How the machine would stand in the home pose on each branch.
+fn branches(machine: &Machine) -> Vec<(Branch, Option<Posture>)> {
+    if machine.branch_of(&machine.home).is_none() {
+        return Vec::new();
+    }
+    let postures = machine.postures_at(&machine.home.pose);
+    let on = |branch: Branch| (branch, postures.iter().find(|posture| posture.branch == branch).cloned());
+    Branch::ALL.into_iter().map(on).collect()
 }
 
 /// A place, its position, and what the inverse kinematics says of it.
@@ -137,47 +182,6 @@ fn places(machine: &Machine) -> (Vec<Place>, (f64, f64)) {
         (name, position, reached)
     };
     (places.into_iter().map(visit).collect(), worst)
-}
-
-/// The force by which elements' shares in the compliance of the tool are told, N.
-const FORCE_N: f64 = 1.0;
-
-/// Principal stiffnesses of the tool tip and each element's share in its compliance, from a force along x, y and z.
-fn compliance(machine: &Machine, workspace: &mut Workspace) -> (Option<[f64; 3]>, Vec<(String, f64)>, Status) {
-    // What the weight bends is not the load's.
-    let machine = &machine.weightless();
-    let home = &machine.home;
-    let lever = home.pose.rotation * machine.tool_tip;
-    let mut shares: Vec<(String, f64)> = Vec::new();
-    let mut tip = None;
-    let mut status = Status::Solved;
-    for axis in 0..3 {
-        let mut force = Vector3::zeros();
-        force[axis] = FORCE_N;
-        let load = Wrench { force, moment: lever.cross(&force) };
-        let mut rest = State::rigid(machine, home);
-        equilibrium(machine, &home.drives, &Wrench::zero(), &mut rest, workspace, &TO_ROUNDING);
-        let mut state = rest.clone();
-        let outcome = equilibrium(machine, &home.drives, &load, &mut state, workspace, &TO_ROUNDING);
-        status = outcome.status.clone();
-        if outcome.status != Status::Solved {
-            return (None, Vec::new(), status);
-        }
-        tip = outcome.compliance.map(|compliance| principal_stiffnesses(&tool_compliance(&compliance, lever)));
-        for (index, (name, energy)) in
-            deformation_energies(machine, &home.drives, &rest, &state).into_iter().enumerate()
-        {
-            match shares.get_mut(index) {
-                Some((_, sum)) => *sum += energy,
-                None => shares.push((name, energy)),
-            }
-        }
-    }
-    let total: f64 = shares.iter().map(|(_, energy)| energy).sum();
-    for (_, share) in &mut shares {
-        *share /= total;
-    }
-    (tip, shares, status)
 }
 
 /// Says where the platform stands if that is not the home pose of the machine file.
@@ -306,6 +310,15 @@ fn may_be_too_soft(machine: &Machine, findings: &Findings, element: &str) -> boo
     drives(true).any(|own| softest(own).is_some_and(|other| own.stiffness < other / FAR_SOFTER))
 }
 
+/// Springs between two points, as findings name them: one that is soft beside what it spans has next to no share either.
+fn spring_names(machine: &Machine) -> Vec<String> {
+    let of = |chain: &Chain| -> Vec<String> {
+        let springs = chain.route.with_loops().into_iter().flat_map(|route| &route.point_springs);
+        springs.map(|spring| format!("{} {}", chain.name, spring.name)).collect()
+    };
+    machine.chains.iter().flat_map(of).collect()
+}
+
 fn warnings(machine: &Machine, findings: &Findings, status: &Status) -> Vec<String> {
     let mut warnings = Vec::new();
     if *status != Status::Solved {
@@ -331,10 +344,24 @@ fn warnings(machine: &Machine, findings: &Findings, status: &Status) -> Vec<Stri
             ));
         }
     }
+    let springs = spring_names(machine);
     for (name, share) in &findings.compliance_shares {
-        if (UNMOVED_SHARE..NEGLIGIBLE_SHARE).contains(share) {
+        if (UNMOVED_SHARE..NEGLIGIBLE_SHARE).contains(share) && !springs.contains(name) {
             warnings.push(format!(
                 "{name}: makes {share:.1e} of the tool's compliance; is its stiffness 1000 times too large (unit)?"
+            ));
+        }
+    }
+    if let Some(survey) = &findings.survey {
+        if let Some((count, reason)) = survey.droop.as_ref().and_then(|droop| droop.without.as_ref()) {
+            let places = survey.reached;
+            warnings.push(format!("weight: at {count} of {places} places it has no stable equilibrium ({reason})"));
+        }
+        if let Some(payload) = survey.payload.as_ref().filter(|payload| payload.kilograms == 0.0) {
+            let [x, y, z]: [f64; 3] = payload.position_mm.into();
+            warnings.push(format!(
+                "{}: cannot hold the machine's own weight at ({x}, {y}, {z}) mm within its limit; is that 1000 times too small (unit)?",
+                payload.drive
             ));
         }
     }

@@ -210,7 +210,8 @@ fn part(
     work: &Work,
 ) -> Result<(PathPart, LeftByMethods)> {
     let first = points.start;
-    let case = case(machines, Source::All, &study.demands[points.clone()]);
+    let (before, rest) = study.demands.split_at(points.start);
+    let case = case(machines, Source::All, before, &rest[..points.len()]);
     let left = |(index, &method): (usize, &Method)| {
         kept(&case, first, method, &work.part(&format!("method {index}")), |answer| Left::of(&answer, &study.machine))
     };
@@ -221,15 +222,15 @@ fn part(
     Ok((part?, left?))
 }
 
-fn case<'a>(machines: &'a Machines, source: Source, demands: &'a [Demand]) -> PathCase<'a> {
-    PathCase { nominal: &machines.nominal, real: machines.answering(source), demands }
+fn case<'a>(machines: &'a Machines, source: Source, before: &'a [Demand], demands: &'a [Demand]) -> PathCase<'a> {
+    PathCase { nominal: &machines.nominal, real: machines.answering(source), before, demands }
 }
 
 fn sources(study: &PathStudy, machines: &Machines, points: Range<usize>, work: &Work) -> Result<PathPart> {
     let first = points.start;
     let along = |source: Source| -> Result<SourceAlongPath> {
         let demands: Vec<Demand> = study.demands[points.clone()].iter().map(|demand| source.demand(demand)).collect();
-        let case = case(machines, source, &demands);
+        let case = case(machines, source, &study.demands[..first], &demands);
         let pass = |method, command: &str| -> Result<Vec<PathAnswer>> {
             kept(&case, first, method, &work.part(source.label()).part(command), |answer| answer)
         };

@@ -9,7 +9,7 @@ use crate::{
     process::Process,
     study::{
         Given, Overrides, ProgramFile, Resolved,
-        demands::demands,
+        demands::{demands, placed},
         path::{
             PathStudy, Shown, Station,
             spec::{LineSpec, PathSpec},
@@ -33,7 +33,7 @@ pub(super) fn resolve(spec: &PathSpec, given: &Given<'_>) -> Result<Resolved<Pat
 
 /// A path that stands at `check`, cut by `process`.
 pub(crate) fn path(spec: &PathSpec, process: &Process, given: &Given<'_>, check: &Check) -> Result<PathStudy> {
-    let machine = &given.machine;
+    let machine = &process.machine;
     let toolpath = match &spec.line {
         Some(line) if spec.circle.is_none() && spec.file.is_none() => self::line(line, process, &check.key("line"))?,
         Some(_) => return check.key("line").fail("give exactly one of circle, line and file".into()),
@@ -41,14 +41,14 @@ pub(crate) fn path(spec: &PathSpec, process: &Process, given: &Given<'_>, check:
     };
     let origin = spec.file.as_ref().map_or_else(|| check.place(), |file| given.folder.path(file).display().to_string());
     let toolpath = process.with_cuts(toolpath, &origin)?;
-    let demands = demands(machine, process, &toolpath, &origin)?;
+    let demands = demands(process, &toolpath, &origin)?;
     Ok(PathStudy {
         errors: process.errors.clone(),
-        stations: stations(machine, process, &toolpath, &demands),
+        stations: stations(process, &toolpath, &demands),
         demands,
         methods: methods(spec, &check.key("methods"))?,
         begins_twice: spec.file.is_some() && toolpath.begins_twice(),
-        facts: process.facts(machine),
+        facts: process.facts(),
         machine: machine.clone(),
     })
 }
@@ -116,15 +116,24 @@ fn circle(spec: &CircleSpec, machine: &Machine, overrides: &Overrides, check: &C
     circle.toolpath().or_else(|fault| check.fail(fault.to_string()))
 }
 
-/// Position of the machine's point called `name`, mm.
+/// Position of the machine's point called `name`, mm, of a machine whose workpiece stands in its base.
 pub(crate) fn named_point(machine: &Machine, name: &str, check: &Check) -> Result<Vector3<f64>> {
     match machine.point(name) {
+        Some(_) if machine.carrier.is_some() => check.fail(on_carrier(machine, name)),
         Some(point) => Ok(point.position),
         None => {
             let known = machine.points.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
             check.fail(format!("the machine has no point \"{name}\"; there are: {known}"))
         }
     }
+}
+
+/// Why a named point of `machine` is no place on its workpiece carrier.
+pub(crate) fn on_carrier(machine: &Machine, name: &str) -> String {
+    let carrier = machine.carrier.as_ref().map_or("", |carrier| carrier.name.as_str());
+    format!(
+        "point \"{name}\" is a place in the base, and the workpiece lies on the carrier {carrier}: expected coordinates on it"
+    )
 }
 
 fn methods(spec: &PathSpec, check: &Check) -> Result<Vec<Method>> {
@@ -141,8 +150,8 @@ fn methods(spec: &PathSpec, check: &Check) -> Result<Vec<Method>> {
 
 /// φ is the heading about the tool's axis less a quarter turn: on a circle counter-clockwise about it, the polar angle of
 /// the point.
-fn stations(machine: &Machine, process: &Process, path: &Toolpath, demands: &[Demand]) -> Vec<Station> {
-    let placed = process.placement.on(&machine.home.pose.rotation, &machine.tool());
+fn stations(process: &Process, path: &Toolpath, demands: &[Demand]) -> Vec<Station> {
+    let placed = placed(&process.machine, &process.placement);
     let station = |(point, demand): (&PathPoint, &Demand)| {
         let heading = placed.turned(&demand.pose.rotation).tool_axes().tr_mul(&point.tangent).xy().try_normalize(1e-6);
         Station {

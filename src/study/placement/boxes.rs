@@ -12,8 +12,8 @@ use crate::study::Failure;
 impl Evaluator {
     pub(super) fn check_boxes(&self, site: &Site) -> Result<(), Failure> {
         let study = &self.study;
-        let placement = study.placement(site);
-        let is_hit = |by: f64| study.forbidden.iter().find(|b| study.extent.overlaps(&placement, &b.extent.grown(by)));
+        let workpiece = study.workpiece(site);
+        let is_hit = |by: f64| study.forbidden.iter().find(|b| study.extent.overlaps(&workpiece, &b.extent.grown(by)));
         let reason = match (is_hit(0.0), is_hit(study.clearance_mm)) {
             (Some(forbidden), _) => format!("the workpiece would stand in the forbidden box \"{}\"", forbidden.name),
             (None, Some(forbidden)) => format!(
@@ -46,9 +46,9 @@ impl Evaluator {
     /// By how much forbidden boxes and the workspace box are not kept, mm.
     pub(super) fn box_violation(&self, site: &Site) -> f64 {
         let study = &self.study;
-        let placement = study.placement(site);
+        let workpiece = study.workpiece(site);
         let boxes = study.forbidden.iter().map(|b| b.extent.grown(study.clearance_mm));
-        let inside = boxes.filter(|b| study.extent.overlaps(&placement, b)).map(|b| -study.extent.gap(&placement, &b));
+        let inside = boxes.filter(|b| study.extent.overlaps(&workpiece, b)).map(|b| -study.extent.gap(&workpiece, &b));
         let machine = &study.machine;
         let outside = study.features.iter().flat_map(|job| self.demands(site, job)).filter_map(|demand| {
             let outside = machine.outside_workspace(demand.pose.translation)?;
@@ -66,20 +66,21 @@ impl Evaluator {
     /// How far the workpiece may at least move before it meets a box, mm; 0 where it touches one.
     pub(super) fn gap(&self, site: &Site) -> f64 {
         let study = &self.study;
-        let placement = study.placement(site);
-        let boxes = study.forbidden.iter().map(|b| study.extent.gap(&placement, &b.extent.grown(study.clearance_mm)));
+        let workpiece = study.workpiece(site);
+        let boxes = study.forbidden.iter().map(|b| study.extent.gap(&workpiece, &b.extent.grown(study.clearance_mm)));
         let workspace = &study.machine.workspace;
         let inside = |p: &Vector3<f64>| (p - workspace.min).inf(&(workspace.max - p)).min();
         let gap = boxes.chain(self.positions(site).iter().map(inside)).fold(f64::INFINITY, f64::min);
         gap.max(0.0)
     }
 
-    /// How far the workpiece may be moved along the unit vector `way` of O before it meets a box, mm.
+    /// How far the workpiece may be moved along the unit vector `way`, of O or of the workpiece carrier, before it meets a box, mm.
     pub(super) fn free_translation(&self, site: &Site, way: &Vector3<f64>) -> f64 {
         let study = &self.study;
-        let placement = study.placement(site);
+        let workpiece = study.workpiece(site);
         let boxes = study.forbidden.iter().map(|b| b.extent.grown(study.clearance_mm));
-        let boxes = boxes.map(|b| study.extent.way_to(&placement, way, &b));
+        let way = &study.machine.carrier.as_ref().map_or(*way, |carrier| carrier.home.pose.rotation * way);
+        let boxes = boxes.map(|b| study.extent.way_to(&workpiece, way, &b));
         let workspace = &study.machine.workspace;
         let left = |p: &Vector3<f64>| {
             let moves = |i: &usize| way[*i] != 0.0 && study.machine.controls_translation(*i);
@@ -95,9 +96,11 @@ impl Evaluator {
     /// The largest distance of a point of the workpiece, or of its paths, from the origin of W, mm.
     pub(super) fn radius(&self) -> f64 {
         let corners = self.study.extent.corners().into_iter().map(|corner| corner.norm());
-        let points = self.study.features.iter().flat_map(|job| job.feature.path.points());
         // Where a path gives positions of the tool tip, P moves about W with its tool, whose direction W turns.
-        let tool = self.study.machine.tool_tip.norm();
-        corners.chain(points.map(|point| point.position_mm.norm() + tool)).fold(0.0, f64::max)
+        let points = self.study.features.iter().flat_map(|job| {
+            let tool = job.machine().tool_tip.norm();
+            job.feature.path.points().iter().map(move |point| point.position_mm.norm() + tool)
+        });
+        corners.chain(points).fold(0.0, f64::max)
     }
 }

@@ -141,7 +141,7 @@ impl Evaluator {
     pub(super) fn demands(&self, site: &Site, job: &FeatureJob) -> Vec<Demand> {
         let feature = &job.feature;
         let placement = site.placement(feature.reference);
-        demands_under(&self.study.machine, &placement, job.target, &feature.path, &feature.loads)
+        demands_under(job.machine(), &placement, job.target, &feature.path, &feature.loads)
     }
 
     /// The rigid machine reaches every point for which `asked` (feature, point) is true.
@@ -159,8 +159,8 @@ impl Evaluator {
         asked: impl Fn(usize, usize) -> bool,
         mut note: impl FnMut(&Configuration),
     ) -> Result<(), Failure> {
-        let machine = &self.study.machine;
         for (f, job) in self.study.features.iter().enumerate() {
+            let machine = job.machine();
             let mut near = machine.home.clone();
             for (k, demand) in self.demands(&partial.site, job).iter().enumerate().filter(|(k, _)| asked(f, *k)) {
                 let reached = machine.inverse_kinematics_from(&near, &demand.pose);
@@ -193,9 +193,9 @@ impl Evaluator {
 
     /// By how much the rigid machine does not reach the path within its limits, mm or degrees.
     fn limit_violation(&self, site: &Site) -> f64 {
-        let machine = &self.study.machine;
         let mut most: f64 = 0.0;
         for job in &self.study.features {
+            let machine = job.machine();
             let mut near = machine.home.clone();
             for demand in self.demands(site, job) {
                 let reached = machine.unlimited_inverse_kinematics_from(&near, &demand.pose);
@@ -388,7 +388,7 @@ impl Evaluator {
         let mut all = Corrected::default();
         for (f, (prepared, job)) in self.features.iter().zip(&self.study.features).enumerate() {
             let demands = self.demands(&partial.site, job);
-            match correct(&self.study.machine, &prepared.machines.real, &demands, job, &prepared.shares) {
+            match correct(job.machine(), &prepared.machines.real, &demands, job, &prepared.shares) {
                 Ok(corrected) => {
                     corrected.normalised(prepared.share).enter(&mut evaluation.features[f]);
                     all = all.merged(&corrected);

@@ -147,7 +147,7 @@ fn middles(evaluator: &Evaluator, study: &PlacementStudy, turned: &Site, axis: u
     if high <= low {
         return vec![(low, false)];
     }
-    let pose = study.placement(turned).pose();
+    let pose = study.workpiece(turned);
     let own = |extent: &Extent| {
         let along = extent.corners().map(|corner| pose.transform(corner)[axis]);
         along.into_iter().fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v), high.max(v)))

@@ -49,8 +49,9 @@ use crate::{
     compensation::Target,
     input::error::Result,
     machine::{ChainError, Machine},
-    process::{CuttingRule, Extent, Feature, ForbiddenBox, Placement, file::CorrectionLimits},
-    study::Machines,
+    process::{CuttingRule, Extent, Feature, ForbiddenBox, PathReference, file::CorrectionLimits},
+    spatial::Pose,
+    study::{Machines, demands::placed},
     work::{Event, Stage, Work},
 };
 
@@ -69,6 +70,13 @@ pub struct FeatureJob {
     pub target: Target,
     /// Which moves of its path cut.
     pub cuts: CuttingRule,
+}
+
+impl FeatureJob {
+    /// The nominal machine with the feature's tool.
+    pub fn machine(&self) -> &Machine {
+        &self.machines.nominal
+    }
 }
 
 /// A named place.
@@ -180,9 +188,9 @@ impl PlacementStudy {
         self.bounds.free().into_iter().all(is_same)
     }
 
-    /// The placement of the workpiece at `site`; its box is placed as its paths are.
-    fn placement(&self, site: &Site) -> Placement {
-        site.placement(self.features.first().map(|job| job.feature.reference).unwrap_or_default())
+    /// `X_OW` at `site`.
+    fn workpiece(&self, site: &Site) -> Pose {
+        *placed(&self.machine, &site.placement(PathReference::default())).workpiece()
     }
 
     /// Named places for one feature, judged by its worst deflection; nothing is sought.

@@ -19,7 +19,7 @@ use crate::{
     study::{
         Given, Machines, Overrides, Resolved,
         over_workspace::grid_input,
-        path::resolve::{check_total, named_point, points_of, program_input, toolpath},
+        path::resolve::{check_total, named_point, on_carrier, points_of, program_input, toolpath},
         placement::spec::{
             BoundsSpec, CandidateSpec, FeatureSpec, FixedSpec, ForbiddenSpec, ObjectiveSpec, PlacementStudySpec,
             SearchSpec,
@@ -40,15 +40,17 @@ const MAX_ITERATIONS: usize = 10_000;
 
 /// Checks a placement study.
 pub(super) fn resolve(spec: &PlacementStudySpec, given: &Given<'_>) -> Result<Resolved<PlacementStudy>> {
-    let (machine, overrides, check) = (&given.machine, given.overrides, &given.check);
+    let (overrides, check) = (given.overrides, &given.check);
     let (features, today, inputs) = features(&spec.feature, given)?;
+    // Places of the tool tip are told of the first feature's tool.
+    let machine = features[0].machine();
     let reference = features[0].feature.reference;
     let bounds = bounds(&spec.bounds, &spec.fixed, machine, check)?;
     let extent = match &spec.workpiece {
         Some(spec) => {
             let check = check.key("workpiece");
             let extent = extent(spec.min_mm, spec.max_mm, &check)?;
-            holds_paths(&extent, &features, machine, &check)?;
+            holds_paths(&extent, &features, &check)?;
             extent
         }
         None => around(&features),
@@ -66,8 +68,8 @@ pub(super) fn resolve(spec: &PlacementStudySpec, given: &Given<'_>) -> Result<Re
         candidates: candidates(&spec.candidate, today, machine, reference, check)?,
         bounds,
         extent,
-        features,
         machine: machine.clone(),
+        features,
     };
     let inputs = inputs.and(grid_input(study.grid.counts()));
     Ok(Resolved { study, shown: (), inputs })
@@ -127,11 +129,11 @@ fn feature(spec: &FeatureSpec, given: &Given<'_>, check: &Check) -> Result<(Feat
         reference: process.placement.reference,
         tolerance_mm: check.key("tolerance_mm").positive(spec.tolerance_mm)?,
     };
-    within_limits::check(&given.machine, &process.limits)
+    within_limits::check(&process.machine, &process.limits)
         .or_else(|problem| given.process_place(spec.process.as_deref()).key("limits").fail(problem))?;
     let today = Candidate::of_process(&process);
     let cuts = process.cutting_rule;
-    let machines = Machines::new(&given.machine, &process.errors)?;
+    let machines = Machines::new(&process.machine, &process.errors)?;
     let job =
         FeatureJob { feature, machines, errors: process.errors, limits: process.limits, target: process.target, cuts };
     Ok((job, today, inputs))
@@ -149,14 +151,14 @@ fn extent(min: [f64; 3], max: [f64; 3], check: &Check) -> Result<Extent> {
 }
 
 /// The box of the workpiece holds every point that the tool cuts on the way to, but for the side from which the tool comes.
-fn holds_paths(extent: &Extent, features: &[FeatureJob], machine: &Machine, check: &Check) -> Result<()> {
-    let tool = machine.home.pose.rotation * machine.tool_tip;
-    // Without a length of the tool, either side along z may be the one it comes from.
-    let comes_from = |axis: usize, side: f64| match tool.norm() > 0.0 {
-        true => side * tool[axis] < -0.5 * tool.norm(),
-        false => axis == 2,
-    };
+fn holds_paths(extent: &Extent, features: &[FeatureJob], check: &Check) -> Result<()> {
     for job in features {
+        let tool = job.machine().home.pose.rotation * job.machine().tool_tip;
+        // Without a length of the tool, either side along z may be the one it comes from.
+        let comes_from = |axis: usize, side: f64| match tool.norm() > 0.0 {
+            true => side * tool[axis] < -0.5 * tool.norm(),
+            false => axis == 2,
+        };
         let points = job.feature.path.points();
         let never_cuts = points.iter().all(|point| !point.cutting);
         for (k, point) in points.iter().enumerate().filter(|(_, point)| point.cutting || never_cuts) {
@@ -400,6 +402,7 @@ pub fn place(text: &str, origin: &str, machine: &Machine, reference: PathReferen
             ));
         }
         Err(_) => match machine.point(text) {
+            Some(_) if machine.carrier.is_some() => return fault(on_carrier(machine, text)),
             Some(point) => Site::new(at_point(machine, reference, point.position), 0.0),
             None => {
                 let known = machine.points.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");

@@ -47,11 +47,12 @@ pub(super) fn traces(
 }
 
 fn trace(evaluator: &Evaluator, study: &PlacementStudy, entry: &Entry, index: usize) -> Trace {
-    let (machine, job) = (&study.machine, &study.features[index]);
+    let job = &study.features[index];
+    let machine = job.machine();
     let feature = &job.feature;
     let placement = entry.site.placement(feature.reference);
     let demands = demands_under(machine, &placement, job.target, &feature.path, &feature.loads);
-    let case = PathCase { nominal: machine, real: evaluator.real(index), demands: &demands };
+    let case = PathCase { nominal: machine, real: evaluator.real(index), before: &[], demands: &demands };
     let errors = |method| {
         let answers = run(&case, &Commands::Method(method), &|| {});
         answers.iter().map(PathAnswer::settled_error).collect::<Vec<_>>()

@@ -3,7 +3,7 @@
 use super::tally::{Needs, Seen};
 use crate::{
     compensation::{Compensation, CompensationStatus, Demand, Method, Session, compensate},
-    machine::{Machine, Motion, Unreachable},
+    machine::{Configuration, Machine, Motion, PostureChange, Unreachable},
     study::{Failure, Machines, Source},
 };
 
@@ -56,6 +56,8 @@ pub(super) struct Walk<'a> {
     /// Where drives, joints and forces stand within their limits, −1 to 1, point by point; `None` if nobody asks.
     pub shares: Option<Vec<f64>>,
     both: Session,
+    /// Where the nominal machine stands at the first point, if it can change its branch.
+    first: Option<Configuration>,
     /// The cutting force on the nominal machine, and the unloaded real machine.
     apart: Vec<(Source, Session)>,
 }
@@ -77,6 +79,7 @@ impl<'a> Walk<'a> {
             exact,
             shares: None,
             both: session(Source::All),
+            first: None,
             apart: Source::parts(&machines.nominal)
                 .iter()
                 .filter(|_| needs.departure)
@@ -88,6 +91,7 @@ impl<'a> Walk<'a> {
     /// What happens at one point.
     pub fn visit(&mut self, demand: &Demand) -> Result<Seen, Refusal> {
         let plain = solved(self.nominal, compensate(&mut self.both, demand, Method::None))?;
+        self.keep_branch()?;
         self.note_limits();
         let mut seen = Seen { deflection: plain.position_error.norm(), ..Seen::default() };
         if self.needs.stability {
@@ -105,6 +109,26 @@ impl<'a> Walk<'a> {
             self.correct(demand, &plain, &mut seen)?;
         }
         Ok(seen)
+    }
+
+    /// Refuses a point at which the machine stands on another branch than at the first: no path leads there.
+    fn keep_branch(&mut self) -> Result<(), Refusal> {
+        if self.nominal.branch_of(&self.nominal.home).is_none() {
+            return Ok(());
+        }
+        let here = self.both.command();
+        let Some(first) = &self.first else {
+            self.first = Some(here.clone());
+            return Ok(());
+        };
+        match self.nominal.posture_change(first, here, true) {
+            Some(change @ PostureChange::Branch { .. }) => {
+                let (before_mm, here_mm) = (first.pose.translation, here.pose.translation);
+                let status = CompensationStatus::ChangesPosture { change, before_mm, here_mm };
+                Err(refusal(&status, status.reason(self.nominal)))
+            }
+            _ => Ok(()),
+        }
     }
 
     fn correct(&mut self, demand: &Demand, plain: &Compensation, seen: &mut Seen) -> Result<(), Refusal> {

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::{
     compensation::{CompensationStatus, Demand, Method, Target, compensate},
-    machine::{ChainError, Configuration, Machine, Unreachable},
+    machine::{Branch, ChainError, Clearance, Configuration, Machine, Unreachable},
     process::MillingForce,
     spatial::{Pose, Wrench},
     statics::{Outcome, Solution, State, Workspace, equilibrium, unloaded_stiffness},
@@ -100,6 +100,10 @@ pub struct PointAnswer {
     pub tool: Pose,
     /// Nominal inverse kinematics.
     pub nominal: Configuration,
+    /// Distance to singularity there, see [`Machine::conditioning`].
+    pub conditioning: f64,
+    /// The branch on which an arm stands there, and how far it is from the singularities between its branches.
+    pub branch: Option<(Branch, Clearance)>,
     /// The pose of P from which displacements are measured: where the machine is zeroed; the reason if it does not stand there.
     pub zero: Result<Pose, Failure>,
     /// Displacement of the tool tip by the weight of the nominal machine, against the rigid model, mm; `None` without weight.
@@ -156,10 +160,11 @@ pub fn solve(question: &PointQuestion) -> Result<PointAnswer, Unreachable> {
             let mut session = machines.session(Source::Weight);
             session.stand(&nominal, &State::rigid(machine, &nominal));
             let sunk = compensate(&mut session, &Source::Weight.demand(&demand), Method::None);
-            let moved = machine.tool_displacement(&nominal.pose, &session.state().pose);
-            if sunk.status.is_success() { Ok(moved) } else { Err(failed(sunk.status)) }
+            if sunk.status.is_success() { Ok(sunk.tool_displacement) } else { Err(failed(sunk.status)) }
         }),
         stiffness_unloaded: unloaded_stiffness(machine, &nominal, &mut workspace),
+        conditioning: machine.conditioning(&nominal),
+        branch: machine.branch_of(&nominal).zip(machine.clearance(&nominal)),
         question: question.clone(),
         wrench,
         tool,

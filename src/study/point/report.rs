@@ -14,7 +14,7 @@ use crate::{
     statics::Status,
     study::{
         Failure,
-        machine_check::report::tool_axis_words,
+        machine_check::report::{clearance_words, conditioning_words, tool_axis_words},
         point::{PointAnswer, PointLoad, PointQuestion},
         status_of,
     },
@@ -99,9 +99,17 @@ fn blank(question: &PointQuestion, assembly_deg: &[f64]) -> Map<String, Value> {
     object.insert("drives".into(), json!(drives(machine)));
     object.insert("position_mm".into(), json!(question.place.position().map(array)));
     object.insert("zeroed".into(), json!(machine.has_weight().then(|| machine.zeroed.label())));
+    let held: Map<String, Value> =
+        machine.held_drives().into_iter().map(|(label, value, _)| (label, json!(value))).collect();
+    if !held.is_empty() {
+        object.insert("held".into(), held.into());
+    }
     object.insert("phi_deg".into(), json!(phi_deg));
     object.insert("assembly_deg".into(), json!(assembly_deg));
     for key in [
+        "branch",
+        "clearance",
+        "conditioning",
         "tool_axis",
         "force_tool_frame_N",
         "wrench_N_Nmm",
@@ -146,7 +154,8 @@ pub fn unreachable_json(question: &PointQuestion, assembly_deg: &[f64], unreacha
 
 /// One object with the keys of `tests/reference/orthoglide.json`, where drives are slides, and `schema`, `drives`,
 /// `status`, `reason`, `iterations`, `residual` and what is left after compensation; `tool_axis`, the direction from the
-/// spindle to the tool tip in O axes, and `force_tool_frame_N`, the force in axes of the tool frame.
+/// spindle to the tool tip in O axes, and `force_tool_frame_N`, the force in axes of the tool frame; `conditioning`
+/// ([`Machine::conditioning`]) and, of arms, `branch` and `clearance` ([`Machine::clearance`]).
 ///
 /// Keys of drive values end with their unit: `_mm` and `_N` of slides, `_deg` and `_Nmm` of hinges (`actuator_torque_Nmm`).
 /// A machine with both has both, each with null where a drive is of the other kind. `assembly_deg` is passed through. Keys
@@ -157,6 +166,9 @@ pub fn point_json(answer: &PointAnswer, assembly_deg: &[f64]) -> Value {
     let is_solved = loaded.status == Status::Solved;
     for (key, value) in [
         ("tool_axis", json!(array(answer.tool.rotation.column(2).into()))),
+        ("branch", json!(answer.branch.map(|(branch, _)| branch.label()))),
+        ("clearance", json!(answer.branch.map(|(_, clearance)| clearance))),
+        ("conditioning", json!(answer.conditioning)),
         ("force_tool_frame_N", json!(array(force_on_tool(answer)))),
         ("wrench_N_Nmm", json!(answer.wrench.to_array())),
         ("stiffness_unloaded", json!(answer.stiffness_unloaded.as_ref().map(rows))),
@@ -223,6 +235,9 @@ pub fn point_text(answer: &PointAnswer) -> String {
     for sentence in cautions::zeroed(machine).lines() {
         text += &format!("  zero                      {sentence}\n");
     }
+    for sentence in cautions::carried(machine).lines() {
+        text += &format!("  workpiece                 {sentence}\n");
+    }
     for sentence in cautions::large_errors(machine, &answer.question.errors).lines() {
         text += &format!("  large error               {sentence}\n");
     }
@@ -231,6 +246,10 @@ pub fn point_text(answer: &PointAnswer) -> String {
         triple(answer.tool.rotation.column(2).into(), 3),
         tool_axis_words(machine.tool_axis_source)
     );
+    text += &format!("  singularity               {}\n", conditioning_words(answer.conditioning));
+    if let Some((branch, clearance)) = &answer.branch {
+        text += &format!("  branch                    {branch}: {}\n", clearance_words(clearance));
+    }
     if let PointLoad::Milling(force, phi) = answer.question.load {
         text += &format!("  tool angle                {:.1}°\n", phi.to_degrees());
         text += &format!(

@@ -28,7 +28,7 @@ use crate::{
 /// A program ready to be compensated on a machine.
 #[derive(Debug, Clone)]
 pub struct ProgramJob {
-    /// The nominal machine.
+    /// The nominal machine with the tool of the process.
     pub machine: Machine,
     /// The machine with its errors.
     pub real: Machine,
@@ -106,10 +106,10 @@ impl ProgramJob {
     ///
     /// # Errors
     /// As [`ProgramFile::read`] and [`ProgramJob::new`].
-    pub fn open(machine: Machine, process: Process, file: &Path) -> Result<Self> {
-        can_be_written(&machine, &process)?;
+    pub fn open(process: Process, file: &Path) -> Result<Self> {
+        can_be_written(&process)?;
         let program = ProgramFile::read(file, &process.gcode)?;
-        Self::new(machine, process, program, &file.display().to_string())
+        Self::new(process, program, &file.display().to_string())
     }
 
     /// `program`, called `name` in errors, with the cutting force along it.
@@ -117,24 +117,24 @@ impl ProgramJob {
     /// # Errors
     /// A target that a program cannot command, a program that moves nowhere or has too many points, or a path that lacks what
     /// the cutting force needs.
-    pub fn new(machine: Machine, process: Process, program: ProgramFile, name: &str) -> Result<Self> {
-        can_be_written(&machine, &process)?;
+    pub fn new(process: Process, program: ProgramFile, name: &str) -> Result<Self> {
+        can_be_written(&process)?;
+        let machine = process.machine.clone();
         let path = program.toolpath(process.sampling)?;
         if path.is_empty() {
             let problem = "moves nowhere: a program with at least one motion is expected".into();
             return Err(Error::Argument { argument: name.into(), problem });
         }
         let path = process.with_cuts(path, name)?;
-        let demands = demands(&machine, &process, &path, name)?;
+        let demands = demands(&process, &path, name)?;
         let real = machine.with_errors(&process.errors);
         Ok(Self { real, machine, process, file: program, path, demands })
     }
 
     /// The path position that commands `target`. Along axes that are not controlled it is that of the program.
     pub fn commanded(&self, point: &PathPoint, target: Pose) -> Vector3<f64> {
-        let placement = &self.process.placement;
-        let placed = placed(&self.machine, placement);
-        let workpiece = placement.pose();
+        let placed = placed(&self.machine, &self.process.placement);
+        let workpiece = placed.workpiece();
         let (mut position, own) = (target.transform(placed.reference()), workpiece.transform(point.position_mm));
         for axis in self.machine.uncontrolled_axes() {
             position[axis] = own[axis];
@@ -150,7 +150,7 @@ impl ProgramJob {
     }
 
     fn case(&self) -> PathCase<'_> {
-        PathCase { nominal: &self.machine, real: &self.real, demands: &self.demands }
+        PathCase { nominal: &self.machine, real: &self.real, before: &[], demands: &self.demands }
     }
 
     /// One pass over the program; `take` gets the index of the first of some points that follow one another, and their
@@ -237,8 +237,10 @@ impl ProgramJob {
 }
 
 /// A program commands positions, not orientations.
-fn can_be_written(machine: &Machine, process: &Process) -> Result<()> {
-    if process.target == Target::FullPose && machine.controls.iter().any(|c| matches!(c, Coordinate::Rotation(_))) {
+fn can_be_written(process: &Process) -> Result<()> {
+    if process.target == Target::FullPose
+        && process.machine.controls.iter().any(|c| matches!(c, Coordinate::Rotation(_)))
+    {
         let problem = "full_pose cannot be written: a program commands positions, not orientations".into();
         return Err(Error::Argument { argument: "compensate.target".into(), problem });
     }

@@ -21,10 +21,18 @@ const STEPS: std::ops::RangeInclusive<usize> = 2..=100;
 
 pub(super) fn resolve(spec: &SuperpositionSpec, given: &Given<'_>) -> Result<Resolved<SuperpositionStudy>> {
     given.overrides.refuse_points(given.name)?;
-    let Acting { force, phis, errors, not_used, inputs, .. } =
+    if let Some(carrier) = &given.machine.carrier {
+        let problem = format!(
+            "the workpiece carrier {} of machine {} bends as well, which this question does not take apart: expected a \
+             machine without [workpiece_carrier]",
+            carrier.name, given.machine.name
+        );
+        return given.check.root().key("machine").fail(problem);
+    }
+    let Acting { machine, force, phis, errors, not_used, inputs, .. } =
         acting(given, OwnKeys { phi_step_deg: spec.phi_step_deg, compensate: None, uses_target: false })?;
-    let (own, machine) = (&given.check, &given.machine);
-    let corners = map_box(spec.min_mm, spec.max_mm, machine, own)?;
+    let own = &given.check;
+    let corners = map_box(spec.min_mm, spec.max_mm, &machine, own)?;
     let grid = box_grid(corners, spec.grid, given.overrides, (MAX_POINTS, own))?;
     let slices_z = slice_heights(&spec.slices_z_mm, corners, own)?;
     let tolerance = own.key("tolerance_mm").positive(spec.tolerance_mm)?;
@@ -44,11 +52,11 @@ pub(super) fn resolve(spec: &SuperpositionSpec, given: &Given<'_>) -> Result<Res
         force,
         phis,
         grid,
-        locations: locations(spec.location.as_deref(), machine, own)?,
+        locations: locations(spec.location.as_deref(), &machine, own)?,
         tolerance,
         scales: scales(&spec.scales, &own.key("scales"))?,
         largest_factor,
-        machine: machine.clone(),
+        machine,
     };
     Ok(Resolved { study, shown: Shown { slices_z }, inputs })
 }

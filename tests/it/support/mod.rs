@@ -2,6 +2,7 @@
 
 pub mod arm;
 pub mod balance;
+pub mod command;
 pub mod engine;
 pub mod golden;
 pub mod machines;

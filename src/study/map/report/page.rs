@@ -49,6 +49,7 @@ fn setting(study: &WorkspaceMapStudy) -> Vec<Fact> {
         Fact::new("grid", format!("{nx} × {ny} × {nz} positions of P, x {}, y {}, z {}", span(0), span(1), span(2))),
         Fact::new("put right by compensation", study.target.words()),
     ];
+    facts.extend(study.machine.held_words().map(|words| Fact::new("held", words)));
     facts.extend(error_facts(&study.machine, &study.errors));
     facts
 }

@@ -122,6 +122,7 @@ impl Summary {
         text += &self.uncorrected_sentence();
         text += &cautions::not_used(&study.not_used);
         text += &cautions::zeroed(&study.machine);
+        text += &cautions::carried(&study.machine);
         text += &cautions::large_errors(&study.machine, &study.errors);
         text += &cautions::outside_workspace(
             &study.machine,

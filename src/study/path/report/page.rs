@@ -48,6 +48,7 @@ fn setting(study: &PathStudy, shown: &Shown) -> Vec<Fact> {
     if let Some(demand) = study.demands.first() {
         facts.push(Fact::new("put right by compensation", demand.target.words()));
     }
+    facts.extend(study.machine.held_words().map(|words| Fact::new("held", words)));
     facts.extend(error_facts(&study.machine, &study.errors));
     facts
 }

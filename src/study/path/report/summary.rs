@@ -105,6 +105,7 @@ impl Summary {
         let mut text = format!("{}: a path of {last:.1} mm, {}.\n", study.machine.title, counted(points, "point"));
         text += &facts_text(&study.facts);
         text += &cautions::zeroed(&study.machine);
+        text += &cautions::carried(&study.machine);
         text += &cautions::large_errors(&study.machine, &study.errors);
         text += &cautions::outside_workspace(
             &study.machine,

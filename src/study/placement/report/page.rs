@@ -1,7 +1,6 @@
 //! What the page of a placement study shows.
 
 use crate::{
-    machine::Machine,
     process::{Placement, file::NOT_CONTROLLED},
     report::{
         page::{
@@ -10,8 +9,11 @@ use crate::{
         },
         words::{counted, typographic},
     },
-    study::placement::{
-        CLEARANCE_MM, COORDINATES, Entry, FeatureJob, Found, Metric, PlacementResults, PlacementStudy, UNITS,
+    study::{
+        demands::placed,
+        placement::{
+            CLEARANCE_MM, COORDINATES, Entry, FeatureJob, Found, Metric, PlacementResults, PlacementStudy, UNITS,
+        },
     },
 };
 
@@ -59,7 +61,7 @@ fn setting(study: &PlacementStudy) -> Vec<Fact> {
     let is_alike = study.features.windows(2).all(|pair| pair[0].errors == pair[1].errors);
     for (index, job) in study.features.iter().enumerate() {
         let name = &job.feature.name;
-        facts.push(Fact::new(format!("feature {name}"), feature(&study.machine, job)));
+        facts.push(Fact::new(format!("feature {name}"), feature(job)));
         let errors = error_facts(&study.machine, &job.errors);
         match is_alike {
             true if index + 1 == study.features.len() => facts.extend(errors),
@@ -68,6 +70,7 @@ fn setting(study: &PlacementStudy) -> Vec<Fact> {
         }
     }
     facts.extend(study.machine.uncontrolled_words().map(|words| Fact::new(NOT_CONTROLLED, words)));
+    facts.extend(study.machine.held_words().map(|words| Fact::new("held", words)));
     facts.push(Fact::new("P on all paths within", {
         let (low, high) = (corner(study.machine.workspace.min), corner(study.machine.workspace.max));
         format!("{low} to {high} mm, the machine's workspace box")
@@ -84,9 +87,9 @@ fn setting(study: &PlacementStudy) -> Vec<Fact> {
     facts
 }
 
-fn feature(machine: &Machine, job: &FeatureJob) -> String {
-    let feature = &job.feature;
-    let placed = Placement::default().on(&machine.home.pose.rotation, &machine.tool());
+fn feature(job: &FeatureJob) -> String {
+    let (machine, feature) = (job.machine(), &job.feature);
+    let placed = placed(machine, &Placement::default());
     let loads = feature.path.points().iter().zip(&feature.loads);
     let forces = loads.map(|(point, load)| load.on_tool(point.tangent, placed.tool_axes()).force_N.norm());
     let most = forces.fold(0.0, f64::max);

@@ -5,7 +5,10 @@ use serde_json::{Map, Value, json};
 
 use crate::{
     process::file::NOT_CONTROLLED,
-    report::words::{counted, position, signed, typographic},
+    report::{
+        cautions,
+        words::{counted, position, signed, typographic},
+    },
     study::{
         path::report::facts_text,
         placement::{
@@ -95,7 +98,7 @@ pub fn summary_text(results: &PlacementResults) -> String {
         counted(points, "path point"),
         study.objective.words(&study.machine),
         counted(results.cells.len(), "place"),
-        uncontrolled_text(study),
+        cautions::carried(&study.machine) + &uncontrolled_text(study),
         coarseness(results),
         recommendation(results)
     )

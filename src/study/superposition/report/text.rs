@@ -41,6 +41,7 @@ pub fn summary_text(study: &SuperpositionStudy, summary: &Summary, locations: &[
     );
     text += &cautions::not_used(&study.not_used);
     text += &cautions::zeroed(&study.machine);
+    text += &cautions::carried(&study.machine);
     text += &cautions::large_errors(&study.machine, &study.errors);
     text += &cautions::outside_workspace(
         &study.machine,

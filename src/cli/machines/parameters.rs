@@ -1,0 +1,30 @@
+//! `kinetostat machines NAME --parameters`: the numbers of a machine by name.
+
+use comfy_table::{CellAlignment, Table, presets::UTF8_HORIZONTAL_ONLY};
+use kinetostat::{
+    input::error::Result,
+    machine::{Geometry, Grade, Parameter},
+};
+use serde_json::json;
+
+use crate::cli::{print, print_json};
+
+/// Lists the numbers of the machine called so, or of this file.
+pub fn list(name: &str, as_json: bool) -> Result<()> {
+    let geometry = Geometry::named_or_file(name)?;
+    let parameters = geometry.parameters();
+    if as_json {
+        return print_json(&json!({ "machine": geometry.kinematics().name, "parameters": parameters }));
+    }
+    let mut table = Table::new();
+    table.load_style(UTF8_HORIZONTAL_ONLY).set_header(["name", "value", "unit", "grade"]);
+    if let Some(column) = table.column_mut(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    for Parameter { name, value, unit, grade, .. } in parameters {
+        let value = value.map_or_else(|| "unknown".into(), |value| format!("{value:?}"));
+        let grade = grade.map_or("", Grade::label);
+        table.add_row([name, value, unit.to_string(), grade.into()]);
+    }
+    print(&format!("{table}\n"))
+}

@@ -1,0 +1,114 @@
+//! The joints of a six-axis arm with a spherical wrist on all its branches, in closed form: the wrist centre gives joints 1 to 3, the
+//! orientation that is left the others.
+
+use nalgebra::{Matrix3, Rotation2, Vector2, Vector3};
+
+use super::arm::{Arm, Axis};
+use crate::spatial::Pose;
+
+/// A cosine beyond ±1 by no more is one.
+const ROUNDING: f64 = 1e-12;
+/// A vector shorter than this share of itself across an axis has no direction there.
+const NO_DIRECTION: f64 = 1e-9;
+
+impl Arm {
+    /// Joints 1 to 6 of each posture that puts P on `target`, rad, hinges between −π and π; `free`: where joints 4 and 6 stand if
+    /// the wrist is straight and only their sum is determined. Two postures for each place of joints 1 to 3.
+    pub fn solutions(&self, target: &Pose, free: f64) -> Vec<[f64; 6]> {
+        let centre = target.compose(&self.zero.inverse()).transform(self.wrist_centre);
+        let mut found = Vec::with_capacity(8);
+        for side in [1.0, -1.0] {
+            let Some(first) = self.first_joint(centre, side) else { continue };
+            for bend in [1.0, -1.0] {
+                let Some([second, third]) = self.arm_joints(centre, first, bend) else { continue };
+                let turned = self.axes[0].turn(first) * self.axes[1].turn(second) * self.axes[2].turn(third);
+                let left = turned.matrix().transpose() * target.rotation * self.zero.rotation.transpose();
+                let wrists = self.wrist_joints(&left, free).into_iter().flatten();
+                found.extend(wrists.map(|[fourth, fifth, sixth]| [first, second, third, fourth, fifth, sixth]));
+            }
+        }
+        found
+    }
+
+    /// Joint 1 with the wrist centre in front of axis 1 (`side` = 1) or behind it (−1).
+    fn first_joint(&self, centre: Vector3<f64>, side: f64) -> Option<f64> {
+        let axis = &self.axes[0];
+        let beside = axis.direction.cross(&self.ahead);
+        let plane = |point: Vector3<f64>| {
+            let from = point - axis.point;
+            Vector2::new(self.ahead.dot(&from), beside.dot(&from))
+        };
+        let there = plane(centre);
+        // The turn about axis 1 leaves the wrist centre beside the arm's plane by as much as at zero.
+        let offset = plane(self.wrist_centre).y;
+        let distance = there.norm();
+        let squared = distance * distance - offset * offset;
+        if squared < -ROUNDING * distance * distance {
+            return None;
+        }
+        Some(wrapped(angle_of(there) - angle_of(Vector2::new(side * squared.max(0.0).sqrt(), offset))))
+    }
+
+    /// Joints 2 and 3 with the elbow bent up (`bend` = 1) or down (−1), joint 1 at `first`.
+    fn arm_joints(&self, centre: Vector3<f64>, first: f64, bend: f64) -> Option<[f64; 2]> {
+        let [base, shoulder, elbow] = [&self.axes[0], &self.axes[1], &self.axes[2]];
+        let back = base.turn(-first) * (centre - base.point) + base.point;
+        let (target, upper, fore) =
+            (self.in_plane(back - shoulder.point), self.in_plane(self.upper_arm()), self.in_plane(self.forearm()));
+        let product = 2.0 * upper.norm() * fore.norm();
+        let cosine = (target.norm_squared() - upper.norm_squared() - fore.norm_squared()) / product;
+        if cosine.abs() > 1.0 + ROUNDING {
+            return None;
+        }
+        let third = bend * cosine.clamp(-1.0, 1.0).acos() - angle_of(fore) + angle_of(upper);
+        let second = angle_of(target) - angle_of(upper + Rotation2::new(third) * fore);
+        Some([self.sense_across(shoulder) * wrapped(second), self.sense_across(elbow) * wrapped(third)])
+    }
+
+    /// Joints 4 to 6 that turn by `rotation`: axis 6 is put in its direction by joints 4 and 5, in two ways.
+    fn wrist_joints(&self, rotation: &Matrix3<f64>, free: f64) -> [Option<[f64; 3]>; 2] {
+        let [fourth, fifth, sixth] = [&self.axes[3], &self.axes[4], &self.axes[5]];
+        let (a4, a5, a6) = (fourth.direction, fifth.direction, sixth.direction);
+        let led = rotation * a6;
+        // a4·(R5 a6) = mean + cosine·cos q5 + sine·sin q5
+        let mean = a4.dot(&a5) * a5.dot(&a6);
+        let (cosine, sine) = (a4.dot(&a6) - mean, a4.dot(&a5.cross(&a6)));
+        let share = (a4.dot(&led) - mean) / cosine.hypot(sine);
+        [1.0, -1.0].map(|side| {
+            if share.abs() > 1.0 + ROUNDING {
+                return None;
+            }
+            let q5 = wrapped(sine.atan2(cosine) + side * share.clamp(-1.0, 1.0).acos());
+            let bent = fifth.turn(q5) * a6;
+            let q4 = turn_about(fourth, bent, led).unwrap_or(free);
+            let beside = a6.cross(&smallest_axis(a6));
+            let last = (fourth.turn(q4) * fifth.turn(q5)).inverse() * (rotation * beside);
+            Some([q4, q5, turn_about(sixth, beside, last)?])
+        })
+    }
+}
+
+/// The turn about `axis` that takes `from` to `to`; `None` where they lie along it.
+fn turn_about(axis: &Axis, from: Vector3<f64>, to: Vector3<f64>) -> Option<f64> {
+    let along = axis.direction;
+    let across = |vector: Vector3<f64>| vector - along * along.dot(&vector);
+    let (from, to) = (across(from), across(to));
+    let is_determined = from.norm().min(to.norm()) > NO_DIRECTION;
+    is_determined.then(|| along.dot(&from.cross(&to)).atan2(from.dot(&to)))
+}
+
+/// The axis that `direction` leans to least.
+fn smallest_axis(direction: Vector3<f64>) -> Vector3<f64> {
+    let mut axis = Vector3::zeros();
+    axis[direction.iamin()] = 1.0;
+    axis
+}
+
+fn angle_of(vector: Vector2<f64>) -> f64 {
+    vector.y.atan2(vector.x)
+}
+
+/// The same angle between −π and π.
+fn wrapped(angle: f64) -> f64 {
+    angle.sin().atan2(angle.cos())
+}

@@ -1,0 +1,178 @@
+//! Drives that are told where to stand, whatever the task: a rail before an arm, the drives under a workpiece.
+
+use super::{Coordinate, Drive, Machine};
+use crate::{
+    input::error::{Error, Result},
+    spatial::{Pose, rotation_exp},
+};
+
+/// How far the machine is moved to see whether the other drives meet its task, as a share of its reach.
+const TRIAL: f64 = 1e-4;
+
+/// A drive that can be held.
+struct Holdable {
+    label: String,
+    drive: Drive,
+    /// Its place among the drives of the machine, or of the workpiece carrier.
+    index: usize,
+    carries: bool,
+}
+
+impl Machine {
+    /// This machine with drives that stay at these positions (mm or degrees) instead of serving the task; a drive is named by its
+    /// label in tables ([`Machine::drive_labels`]), or by its own name if no other has it. Drives of the workpiece carrier
+    /// that are not named stay where they are.
+    ///
+    /// Home is with these drives where they are held and the others as near to their home as they can with the platform
+    /// turned as before; it moves with a rail.
+    ///
+    /// # Errors
+    /// A drive that is unknown, ambiguous or named twice, a position beyond its travel, and drives without which the task cannot be
+    /// met; messages begin with the name.
+    pub fn with_drives_held<N: AsRef<str>>(&self, positions: &[(N, f64)]) -> Result<Machine> {
+        let mut machine = self.clone();
+        let all = self.holdable();
+        let mut carried = self.carrier.as_ref().map_or_else(Vec::new, |carrier| carrier.home.drives.clone());
+        let mut named: Vec<&str> = Vec::new();
+        for (name, value) in positions {
+            let name = name.as_ref();
+            let found = find(&all, name)?;
+            if named.contains(&found.label.as_str()) {
+                return Err(refused(name, "is held twice".into()));
+            }
+            named.push(&found.label);
+            let position = within_travel(&found.drive, name, *value)?;
+            match found.carries {
+                true => carried[found.index] = position,
+                false => {
+                    machine.held.retain(|(index, _)| *index != found.index);
+                    machine.held.push((found.index, position));
+                }
+            }
+            machine.written.held.retain(|(other, _)| *other != found.label);
+            machine.written.held.push((found.label.clone(), *value));
+        }
+        if let Some(carrier) = &mut machine.carrier {
+            carrier.home = carrier.serial_posture(&carried);
+        }
+        if machine.held != self.held {
+            machine.hold_at_home(&named.join(", "))?;
+        }
+        Ok(machine)
+    }
+
+    /// Labels and positions (mm or degrees, as shown) of the drives that are told where to stand: those held, and all of the
+    /// workpiece carrier.
+    pub fn held_drives(&self) -> Vec<(String, f64, &Drive)> {
+        let labels = self.drive_labels();
+        let drives: Vec<&Drive> = self.drives().map(|(_, drive)| drive).collect();
+        let own = self.held.iter().map(|&(index, value)| (labels[index].clone(), value, drives[index]));
+        let carried = self.carrier.iter().flat_map(|carrier| {
+            let positions = carrier.drive_labels().into_iter().zip(carrier.home.drives.iter().copied());
+            positions.zip(carrier.drives()).map(|((label, value), (_, drive))| (label, value, drive))
+        });
+        // The way through radians must not show.
+        let shown = |drive: &Drive, value: f64| (drive.motion.shown(value) * 1e9).round() / 1e9;
+        own.chain(carried).map(|(label, value, drive)| (label, shown(drive, value), drive)).collect()
+    }
+
+    /// [`Machine::held_drives`] in words; `None` if there are none.
+    pub fn held_words(&self) -> Option<String> {
+        let held = self.held_drives().into_iter();
+        let held = held.map(|(label, value, drive)| format!("{label} at {value}{}", drive.motion.position_suffix()));
+        let words = held.collect::<Vec<_>>().join(", ");
+        (!words.is_empty()).then_some(words)
+    }
+
+    fn holdable(&self) -> Vec<Holdable> {
+        let of = |machine: &Machine, carries: bool| -> Vec<Holdable> {
+            let drives = machine.drives().zip(machine.drive_labels()).enumerate();
+            let holdable = |(index, ((_, drive), label)): (usize, ((usize, &Drive), String))| Holdable {
+                label,
+                drive: drive.clone(),
+                index,
+                carries,
+            };
+            drives.map(holdable).collect()
+        };
+        let mut all = of(self, false);
+        all.extend(self.carrier.iter().flat_map(|carrier| of(carrier, true)));
+        all
+    }
+
+    /// Moves home to where the drives held stand, and sees whether the others meet the task there.
+    fn hold_at_home(&mut self, named: &str) -> Result<()> {
+        if self.held.len() > self.redundancy {
+            let spare = match self.redundancy {
+                0 => "no drive more than its task needs".into(),
+                count => format!("{count} more than its task needs"),
+            };
+            let problem = format!("machine {} has {spare}, and {} would be held", self.name, self.held.len());
+            return Err(refused(named, problem));
+        }
+        let mut drives = self.home.drives.clone();
+        for &(drive, value) in &self.held {
+            drives[drive] = value;
+        }
+        let at = self.forward_kinematics(&drives).map_err(|why| refused(named, format!("held there: {why}")))?;
+        let pose = Pose { rotation: self.home.pose.rotation, ..at.pose };
+        self.home = at;
+        let home = self.inverse_kinematics_from(&self.home, &pose);
+        self.home = home.map_err(|why| refused(named, format!("held there, home cannot be met: {why}")))?;
+        for coordinate in self.controls.clone() {
+            let mut beside = self.home.pose;
+            match coordinate {
+                Coordinate::Translation(axis) => beside.translation[axis] += TRIAL * self.reach,
+                Coordinate::Rotation(axis) => {
+                    let mut turn = nalgebra::Vector3::zeros();
+                    turn[axis] = TRIAL;
+                    beside.rotation *= rotation_exp(turn);
+                }
+            }
+            if self.unlimited_inverse_kinematics_from(&self.home, &beside).is_err() {
+                let problem = format!("held there, the other drives cannot control {}", coordinate.name());
+                return Err(refused(named, problem));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn refused(name: &str, problem: String) -> Error {
+    Error::Argument { argument: name.into(), problem }
+}
+
+/// The drive with this label, or the only one of this name.
+fn find<'a>(all: &'a [Holdable], name: &str) -> Result<&'a Holdable> {
+    if let Some(found) = all.iter().find(|drive| drive.label == name) {
+        return Ok(found);
+    }
+    let mut alike = all.iter().filter(|drive| drive.drive.name == name);
+    match (alike.next(), alike.next()) {
+        (Some(found), None) => Ok(found),
+        (Some(first), Some(second)) => Err(refused(
+            name,
+            format!("several drives are called so: expected {}, {} or another label", first.label, second.label),
+        )),
+        (None, _) => {
+            let known = all.iter().map(|drive| drive.label.as_str()).collect::<Vec<_>>().join(", ");
+            Err(refused(name, format!("no drive is called so; there are: {known}")))
+        }
+    }
+}
+
+/// The position in mm or rad that shows `value`.
+fn within_travel(drive: &Drive, name: &str, value: f64) -> Result<f64> {
+    let unit = drive.motion.position_unit();
+    if !value.is_finite() {
+        return Err(refused(name, format!("must be a number in {unit}, got {value}")));
+    }
+    let position = drive.motion.from_shown(value);
+    match drive.travel {
+        Some((low, high)) if !(low..=high).contains(&position) => {
+            let (low, high) = (drive.motion.shown(low), drive.motion.shown(high));
+            Err(refused(name, format!("must be within its travel of {low} to {high} {unit}, got {value}")))
+        }
+        _ => Ok(position),
+    }
+}

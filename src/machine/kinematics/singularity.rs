@@ -1,0 +1,297 @@
+//! Whether a way from one configuration to another leads through a singularity.
+//!
+//! The linearised problem has the columns twist of P, drives and passive joints. Passive joints move the rows of their own
+//! chain alone, so they are eliminated chain by chain; what is left has as many columns as P and the drives have coordinates.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::{
+    Configuration,
+    closure::{Closure, Command},
+};
+use crate::{
+    lanes::{dot, subtract},
+    machine::Machine,
+};
+
+/// A pivot below this fraction of the largest is zero.
+const RANK_TOLERANCE: f64 = 1e-9;
+
+/// Singularities that a way may not pass.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::machine) enum Barriers {
+    /// Those in which the drives do not hold the platform, and those in which they cannot move it in some way.
+    All,
+    /// Only the former: drives that are commanded pass the others.
+    OfDrives,
+}
+
+impl Closure<'_> {
+    /// Whether a singularity lies between two near configurations: the determinant of the linearised problem changes sign,
+    /// with the drives commanded (parallel singularity) or with the task commanded (the end of a chain's reach).
+    ///
+    /// The problem has more equations than unknowns where the machine is over-constrained; its determinant is taken on
+    /// the column space at `from`. A machine with idle joints is always singular, and is not judged; one that is singular at
+    /// `from` and not at home does not lead on.
+    pub(super) fn passes_singularity(&mut self, from: &Configuration, to: &Configuration, barriers: Barriers) -> bool {
+        self.linearise(from, &Command::Task(&from.pose));
+        let here = self.jacobian.clone();
+        self.linearise(to, &Command::Task(&to.pose));
+        let closures = here.nrows() - self.machine.controls.len();
+        let mut chains = self.machine.chains.iter();
+        let is_idle = chains.any(|chain| chain.passive.len() > 6 * (1 + chain.route.loop_count()));
+        let is_judged = |commanded: usize| !is_idle && closures + commanded >= here.ncols();
+        let drives = self.machine.drive_count();
+        let by_drives = is_judged(drives);
+        let by_task = barriers == Barriers::All && is_judged(self.machine.controls.len());
+        if !by_drives && !by_task {
+            return false;
+        }
+        let Some(left) = Left::of(self.machine, [&here, &self.jacobian], closures) else {
+            return self.passes_by_whole_problem(from, to, by_drives, by_task);
+        };
+        let changes = |commanded: usize, row: &dyn Fn(usize, usize, usize) -> f64| left.sign_change(commanded, row);
+        let driven = by_drives.then(|| changes(drives, &|_, i, j| if j == 6 + i { 1.0 } else { 0.0 }));
+        let tasked = by_task.then(|| {
+            let matrices = [&here, &self.jacobian];
+            changes(self.machine.controls.len(), &|end, i, j| matrices[end][(closures + i, j)])
+        });
+        let mut passes = |change: Option<Change>, command: &Command<'_>| match change {
+            None | Some(Change::None) => false,
+            Some(Change::OfSign) => true,
+            Some(Change::FromSingular) => !self.is_singular_at_home(command),
+        };
+        passes(driven, &Command::Drives(&from.drives)) || passes(tasked, &Command::Task(&from.pose))
+    }
+
+    /// The same without eliminating passive joints: where the chain of some stands as it cannot at both ends, such as stretched.
+    fn passes_by_whole_problem(
+        &mut self,
+        from: &Configuration,
+        to: &Configuration,
+        by_drives: bool,
+        by_task: bool,
+    ) -> bool {
+        let driven = (Command::Drives(&from.drives), Command::Drives(&to.drives));
+        let tasked = (Command::Task(&from.pose), Command::Task(&to.pose));
+        [(by_drives, driven), (by_task, tasked)].iter().filter(|(is_asked, _)| *is_asked).any(|(_, (before, after))| {
+            self.linearise(from, before);
+            let count = self.jacobian.ncols();
+            let mut both = self.jacobian.clone().resize_horizontally(2 * count, 0.0);
+            self.linearise(to, after);
+            both.columns_mut(count, count).copy_from(&self.jacobian);
+            let pivots = make_triangular(&mut both, count);
+            if is_singular(pivots.iter()) {
+                return !self.is_singular_at_home(before);
+            }
+            let there = both.view((0, count), (count, count)).into_owned().determinant();
+            there * signs(pivots.iter()) < 0.0
+        })
+    }
+
+    /// Whether the linearised problem is singular at home for commands such as this one.
+    fn is_singular_at_home(&mut self, command: &Command<'_>) -> bool {
+        let home = &self.machine.home;
+        match command {
+            Command::Drives(_) => self.linearise(home, &Command::Drives(&home.drives)),
+            Command::Task(_) => self.linearise(home, &Command::Task(&home.pose)),
+        }
+        self.jacobian.nrows() < self.jacobian.ncols()
+            || is_singular(self.jacobian.clone().qr().unpack_r().diagonal().iter())
+    }
+}
+
+/// What becomes of the sign of a determinant on a way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Change {
+    None,
+    OfSign,
+    /// The way begins at a singularity.
+    FromSingular,
+}
+
+/// The closure equations at both ends of a way, without passive joints.
+struct Left {
+    /// Columns: twist of P and drives at the first end, then at the second.
+    rows: DMatrix<f64>,
+    /// Pivots of the passive joints at the first end.
+    pivots: Vec<f64>,
+    /// Sign of the determinants of the passive joints at both ends.
+    sign: f64,
+}
+
+impl Left {
+    /// From the linearised problems at both ends, the first `closures` rows; `None` where passive joints at the second end
+    /// cannot be eliminated by the equations that do so at the first.
+    fn of(machine: &Machine, ends: [&DMatrix<f64>; 2], closures: usize) -> Option<Self> {
+        let others = 6 + machine.drive_count();
+        let passive = ends[0].ncols() - others;
+        let mut left = Self {
+            rows: DMatrix::zeros(closures - passive, 2 * others),
+            pivots: Vec::with_capacity(passive),
+            sign: 1.0,
+        };
+        let (mut row, mut joint, mut own_row) = (0, others, 0);
+        for chain in &machine.chains {
+            let (equations, joints) = (6 * (1 + chain.route.loop_count()), chain.passive.len());
+            // Joints at both ends, then the others at both ends.
+            let mut block = DMatrix::zeros(equations, 2 * (joints + others));
+            for (end, matrix) in ends.iter().enumerate() {
+                let (own, other) = (end * joints, 2 * joints + end * others);
+                block.columns_mut(own, joints).copy_from(&matrix.view((row, joint), (equations, joints)));
+                block.columns_mut(other, others).copy_from(&matrix.view((row, 0), (equations, others)));
+            }
+            let pivots = make_triangular(&mut block, joints);
+            left.sign *= signs(pivots.iter()) * eliminate(&mut block, joints, others)?;
+            left.pivots.extend(pivots.iter());
+            let rest = equations - joints;
+            left.rows.rows_mut(own_row, rest).copy_from(&block.view((joints, 2 * joints), (rest, 2 * others)));
+            (row, joint, own_row) = (row + equations, joint + joints, own_row + rest);
+        }
+        Some(left)
+    }
+
+    /// What becomes of the sign of the determinant with `commanded` rows more: their entry at an end (0, 1), row and column.
+    fn sign_change(&self, commanded: usize, entry: &dyn Fn(usize, usize, usize) -> f64) -> Change {
+        let (closures, others) = (self.rows.nrows(), self.rows.ncols() / 2);
+        let mut matrix = DMatrix::zeros(closures + commanded, 2 * others);
+        matrix.rows_mut(0, closures).copy_from(&self.rows);
+        for end in 0..2 {
+            for j in 0..others {
+                for i in 0..commanded {
+                    matrix[(closures + i, end * others + j)] = entry(end, i, j);
+                }
+            }
+        }
+        let pivots = make_triangular(&mut matrix, others);
+        if is_singular(self.pivots.iter().chain(pivots.iter())) {
+            return Change::FromSingular;
+        }
+        let there = matrix.view((0, others), (others, others)).into_owned().determinant();
+        if self.sign * signs(pivots.iter()) * there < 0.0 { Change::OfSign } else { Change::None }
+    }
+}
+
+/// Eliminates the joints at the second end, columns `joints` to `2 joints`, from the rows below the first `joints` by those;
+/// the sign of their determinant. `others`: columns behind those of the joints, at each end.
+fn eliminate(block: &mut DMatrix<f64>, joints: usize, others: usize) -> Option<f64> {
+    let rows = block.nrows();
+    let largest = block.view((0, joints), (joints, joints)).amax();
+    let mut sign = 1.0;
+    for k in 0..joints {
+        let column = joints + k;
+        let size = |row: &usize| block[(*row, column)].abs();
+        let pivot_row = (k..joints).max_by(|a, b| size(a).total_cmp(&size(b)))?;
+        if pivot_row != k {
+            block.swap_rows(k, pivot_row);
+            sign = -sign;
+        }
+        let pivot = block[(k, column)];
+        if pivot.is_nan() || pivot.abs() <= RANK_TOLERANCE * largest {
+            return None;
+        }
+        sign *= pivot.signum();
+        let (first, later) = block.as_mut_slice().split_at_mut((column + 1) * rows);
+        let factors = &mut first[column * rows + k + 1..];
+        factors.iter_mut().for_each(|factor| *factor /= pivot);
+        let (own, other) = later.split_at_mut((joints - k - 1) * rows);
+        for column in own.chunks_exact_mut(rows).chain(other.chunks_exact_mut(rows).skip(others)) {
+            let share = column[k];
+            subtract(&mut column[k + 1..], share, factors);
+        }
+    }
+    Some(sign)
+}
+
+/// Turns the first `count` columns of `matrix` so that they become an upper triangle, and all others along with them; the
+/// diagonal. What is below the triangle holds no numbers.
+fn make_triangular(matrix: &mut DMatrix<f64>, count: usize) -> DVector<f64> {
+    let rows = matrix.nrows();
+    let mut pivots = DVector::zeros(count);
+    for j in 0..count {
+        let (first, later) = matrix.as_mut_slice().split_at_mut((j + 1) * rows);
+        let mirror = &mut first[j * rows + j..];
+        let (head, norm) = (mirror[0], dot(mirror, mirror).sqrt());
+        if norm == 0.0 {
+            continue;
+        }
+        let diagonal = if head > 0.0 { -norm } else { norm };
+        mirror[0] = head - diagonal;
+        let weight = 1.0 / (norm * (norm + head.abs()));
+        for column in later.chunks_exact_mut(rows) {
+            let along = weight * dot(mirror, &column[j..]);
+            subtract(&mut column[j..], along, mirror);
+        }
+        pivots[j] = diagonal;
+    }
+    pivots
+}
+
+fn signs<'p>(pivots: impl Iterator<Item = &'p f64>) -> f64 {
+    pivots.map(|pivot| pivot.signum()).product()
+}
+
+/// Whether the triangle with these diagonal entries has a pivot that is zero.
+fn is_singular<'p>(pivots: impl Iterator<Item = &'p f64>) -> bool {
+    let (least, largest) = pivots
+        .fold((f64::INFINITY, 0.0f64), |(least, largest), pivot| (least.min(pivot.abs()), largest.max(pivot.abs())));
+    least < RANK_TOLERANCE * largest
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::{
+        machine::catalogue,
+        spatial::{Pose, product, rotation_exp},
+    };
+
+    /// Home with every coordinate moved: up to `size` of the reach or rad.
+    fn moved(machine: &Machine, size: f64, shares: &mut impl Iterator<Item = f64>) -> Configuration {
+        let mut next = || size * shares.next().unwrap_or(0.0);
+        let mut at = machine.home.clone();
+        let turn = Vector3::from_fn(|_, _| next());
+        at.pose = Pose {
+            rotation: product(&rotation_exp(turn), &at.pose.rotation),
+            translation: at.pose.translation + Vector3::from_fn(|_, _| next() * machine.reach),
+        };
+        let closure = Closure::new(machine);
+        let units: Vec<f64> = closure.motions().map(|motion| machine.reach / closure.unit(motion)).collect();
+        for (value, unit) in at.drives.iter_mut().chain(at.passive.iter_mut().flatten()).zip(units) {
+            *value += next() * unit;
+        }
+        at
+    }
+
+    fn closure_rows(machine: &Machine) -> usize {
+        machine.closure_jacobian(&machine.home).nrows()
+    }
+
+    fn passive(machine: &Machine) -> usize {
+        machine.chains.iter().map(|chain| chain.passive.len()).sum()
+    }
+
+    proptest! {
+        #[test]
+        fn chains_one_by_one_say_what_the_whole_problem_says(
+            which in 0..catalogue::names().count(),
+            sizes in [0.0..0.3f64, 0.0..0.3f64],
+            shares in proptest::collection::vec(-1.0..1.0f64, 200),
+        ) {
+            let machine = Machine::named(catalogue::names().nth(which).unwrap()).unwrap();
+            let mut shares = shares.into_iter();
+            let from = moved(&machine, sizes[0], &mut shares);
+            let to = moved(&machine, sizes[1], &mut shares);
+            let mut closure = Closure::new(&machine);
+            let is_judged = |commanded: usize| {
+                closure_rows(&machine) + commanded >= 6 + machine.drive_count() + passive(&machine)
+            };
+            let asked = [is_judged(machine.drive_count()), is_judged(machine.controls.len())];
+            let expected = closure.passes_by_whole_problem(&from, &to, asked[0], asked[1]);
+            prop_assert_eq!(closure.passes_singularity(&from, &to, Barriers::All), expected, "{}", machine.name);
+        }
+    }
+}

@@ -1,0 +1,278 @@
+//! Every number of a machine under one name, read and set without touching its file.
+//!
+//! A name says where the number stands: `arm.A2.stiffness` is the stiffness of the element A2 of the chain design arm,
+//! `leg.foot.height` the height of the section of its beam foot, `leg.beam_2.length` the length of its second beam, which has
+//! no name of its own; `x.base.position.z` belongs to the mount x, `platform.tool_tip.z`, `gravity.z` and
+//! `material.steel.youngs_modulus` to the machine. Vectors have components x, y, z, intervals min and max, the matrix of a link
+//! its upper triangle (`leg.link_1.stiffness.x_ry`). Errors of a chain, zero unless set, are the mount's: `x.turn` about the axis
+//! of its first drive, `x.base.translation.y`, `x.base.turn.y`, the same of its `end`, and the zero of a drive, `x.rail.offset`.
+
+mod mount_errors;
+mod nearest;
+mod unit;
+mod walk;
+
+use std::sync::Arc;
+
+use serde::Serialize;
+
+pub use unit::Unit;
+pub(super) use walk::GRAVITY;
+
+use self::{
+    mount_errors::MountErrors,
+    nearest::nearest,
+    walk::{Found, walk},
+};
+use super::{ChainError, Grade, Machine, provenance::is_named, resolve, spec::MachineSpec};
+use crate::input::{
+    check::{Check, LARGEST},
+    error::{Error, Result},
+};
+
+/// A number of a machine.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Parameter {
+    /// Its name, which no other has.
+    pub name: String,
+    /// Its value in [`Self::unit`]; `None` where the machine file calls it unknown.
+    pub value: Option<f64>,
+    /// mm, degrees, N and their products, as in machine files.
+    pub unit: Unit,
+    /// Where the machine file has it, vectors and matrices as a whole; `None` for an error of a chain.
+    pub key: Option<String>,
+    /// How far it may be trusted, where `[[provenance]]` names it.
+    pub grade: Option<Grade>,
+}
+
+/// What a machine was made of.
+#[derive(Debug, Clone)]
+pub(super) struct Written {
+    spec: Arc<MachineSpec>,
+    origin: Arc<str>,
+    /// Errors set as parameters, one entry for each chain; empty where none is set.
+    errors: Vec<(MountErrors, ChainError)>,
+    /// Errors built in otherwise, in this order.
+    built_in: Vec<Vec<ChainError>>,
+    /// Drives held, by name, in shown units.
+    pub held: Vec<(String, f64)>,
+}
+
+impl Written {
+    pub fn new(spec: MachineSpec, origin: &str) -> Self {
+        Self { spec: Arc::new(spec), origin: origin.into(), errors: Vec::new(), built_in: Vec::new(), held: Vec::new() }
+    }
+
+    pub fn spec(&self) -> &MachineSpec {
+        &self.spec
+    }
+
+    pub fn build_in(&mut self, errors: &[ChainError]) {
+        self.built_in.push(errors.to_vec());
+    }
+
+    pub fn without_gravity(&mut self) {
+        Arc::make_mut(&mut self.spec).gravity = Some([0.0; 3]);
+    }
+}
+
+/// Values to be set, and which of them have been found, with their keys.
+struct Setting<'a> {
+    name: &'a str,
+    value: f64,
+    found: bool,
+    key: String,
+}
+
+impl Machine {
+    /// Its numbers: those of the machine file but for named points, those that have a usual value where the file leaves them
+    /// out, and the errors of its chains.
+    ///
+    /// Errors that [`Machine::with_errors`] has built in are not among them.
+    pub fn parameters(&self) -> Vec<Parameter> {
+        let mut parameters = Vec::new();
+        let grade = |name: &str| {
+            let named = self.provenance.iter().filter_map(|about| about.names(name).map(|part| (part, about.grade)));
+            named.max_by_key(|(part, _)| *part).map(|(_, grade)| grade)
+        };
+        walk(&mut MachineSpec::clone(&self.written.spec), &mut |Found { name, key, unit, slot }| {
+            let (value, key, grade) = (slot.value(), Some(key.into()), grade(name));
+            parameters.push(Parameter { name: name.into(), value, unit, key, grade });
+        });
+        for (errors, chain) in self.mount_errors().iter_mut().zip(&self.chains) {
+            errors.walk(chain, &mut |name, unit, value| {
+                parameters.push(Parameter { name, value: Some(*value), unit, key: None, grade: None });
+            });
+        }
+        parameters
+    }
+
+    /// The parameter called `name`.
+    ///
+    /// # Errors
+    /// There is none; the message has the nearest names.
+    pub fn parameter(&self, name: &str) -> Result<Parameter> {
+        let mut all = self.parameters();
+        match all.iter().position(|parameter| parameter.name == name) {
+            Some(index) => Ok(all.swap_remove(index)),
+            None => Err(unknown(name, &all.into_iter().map(|parameter| parameter.name).collect::<Vec<_>>())),
+        }
+    }
+
+    /// This machine with other numbers, checked and assembled anew; all others stay, and so does the branch that was chosen.
+    ///
+    /// Errors of chains are built in as by [`Machine::with_errors`]: what is commanded by the machine without them
+    /// ([`Machine::nominal`]) is answered by this one.
+    ///
+    /// # Errors
+    /// A name that is unknown or given twice, or a value that makes no machine; messages begin with the name. With these numbers, the
+    /// branch that was chosen ([`Machine::on_branch`]) is not within travel at home.
+    pub fn with_parameters<N: AsRef<str>>(&self, values: &[(N, f64)]) -> Result<Machine> {
+        let mut settings: Vec<Setting<'_>> = Vec::new();
+        for (name, value) in values {
+            let name = name.as_ref();
+            if settings.iter().any(|other| other.name == name) {
+                return Err(refused(name, "is set twice".into()));
+            }
+            settings.push(Setting { name, value: *value, found: false, key: String::new() });
+        }
+        let mut spec = MachineSpec::clone(&self.written.spec);
+        walk(&mut spec, &mut |Found { name, key, mut slot, .. }| {
+            if let Some(setting) = settings.iter_mut().find(|setting| setting.name == name) {
+                slot.set(setting.value);
+                (setting.found, setting.key) = (true, key.into());
+            }
+        });
+        let mut errors = self.mount_errors();
+        for (errors, chain) in errors.iter_mut().zip(&self.chains) {
+            errors.walk(chain, &mut |name, _, value| {
+                if let Some(setting) = settings.iter_mut().find(|setting| !setting.found && setting.name == name) {
+                    (*value, setting.found) = (setting.value, true);
+                }
+            });
+        }
+        if let Some(setting) = settings.iter().find(|setting| !setting.found) {
+            let names: Vec<String> = self.parameters().into_iter().map(|parameter| parameter.name).collect();
+            return Err(unknown(setting.name, &names));
+        }
+        if let Some(setting) = settings.iter().find(|setting| setting.value.is_nan() || setting.value.abs() > LARGEST) {
+            let problem = format!("must be a number between {:e} and {LARGEST:e}, got {:?}", -LARGEST, setting.value);
+            return Err(refused(setting.name, problem));
+        }
+        let machine = self.resolved(spec).map_err(|error| by_name(error, &settings))?;
+        machine.with_all_errors(errors, &settings, &self.written.built_in)
+    }
+
+    /// This machine made of another file, with the errors that it has.
+    ///
+    /// # Errors
+    /// What is written makes no machine.
+    pub(super) fn remade(&self, spec: MachineSpec) -> Result<Machine> {
+        self.resolved(spec)?.with_all_errors(self.mount_errors(), &[], &self.written.built_in)
+    }
+
+    /// The machine of a file on the branch of this one, with the same drives held.
+    fn resolved(&self, spec: MachineSpec) -> Result<Machine> {
+        resolve::machine(spec, &self.written.origin)?.on(self.branch)?.with_drives_held(&self.written.held)
+    }
+
+    fn with_all_errors(
+        self,
+        own: Vec<MountErrors>,
+        settings: &[Setting<'_>],
+        built_in: &[Vec<ChainError>],
+    ) -> Result<Machine> {
+        let machine = self.with_mount_errors(own, settings)?;
+        Ok(built_in.iter().fold(machine, |machine, errors| machine.with_errors(errors)))
+    }
+
+    /// The machine without errors of chains, by which this one is commanded.
+    ///
+    /// # Errors
+    /// None, as long as its numbers make a machine whose drives can be held where they are.
+    pub fn nominal(&self) -> Result<Machine> {
+        self.resolved(MachineSpec::clone(&self.written.spec))
+    }
+
+    /// Errors of its chains that are set as parameters, for [`Machine::with_errors`]; empty where none is.
+    pub fn parameter_errors(&self) -> Vec<ChainError> {
+        self.written.errors.iter().map(|(_, error)| error.clone()).collect()
+    }
+
+    fn mount_errors(&self) -> Vec<MountErrors> {
+        match self.written.errors.is_empty() {
+            true => self.chains.iter().map(MountErrors::none).collect(),
+            false => self.written.errors.iter().map(|(errors, _)| errors.clone()).collect(),
+        }
+    }
+
+    fn with_mount_errors(self, errors: Vec<MountErrors>, settings: &[Setting<'_>]) -> Result<Machine> {
+        if errors.iter().zip(&self.chains).all(|(errors, chain)| errors.is_none(chain)) {
+            return Ok(self);
+        }
+        let chain_errors: Vec<ChainError> =
+            errors.iter().zip(&self.chains).map(|(errors, chain)| errors.chain_error(chain)).collect();
+        for (error, chain) in chain_errors.iter().zip(&self.chains) {
+            let is_own = |setting: &&Setting<'_>| setting.key.is_empty() && is_named(setting.name, &chain.name);
+            let turns = [error.base.angular.norm(), error.end.angular.norm()];
+            if let Some(problem) = turns.into_iter().find_map(ChainError::too_large) {
+                return Err(refused(&named(settings.iter().filter(is_own)), problem));
+            }
+        }
+        let mut machine = self.with_errors_unnoted(&chain_errors);
+        machine.written.errors = errors.into_iter().zip(chain_errors).collect();
+        Ok(machine)
+    }
+}
+
+/// Refuses a `pattern` in which no parameter of `spec` is named.
+pub(super) fn names_some(spec: &MachineSpec, pattern: &str, check: &Check) -> Result<()> {
+    let mut names = Vec::new();
+    walk(&mut spec.clone(), &mut |found| names.push(found.name.to_string()));
+    if names.iter().any(|name| is_named(name, pattern)) {
+        return Ok(());
+    }
+    check.fail(format!("\"{pattern}\" is no parameter and no beginning of one{}", beside(pattern, &names)))
+}
+
+fn refused(name: &str, problem: String) -> Error {
+    Error::Argument { argument: name.into(), problem }
+}
+
+fn unknown(name: &str, names: &[String]) -> Error {
+    refused(name, format!("no parameter is called so{}", beside(name, names)))
+}
+
+fn beside(name: &str, names: &[String]) -> String {
+    let near = nearest(name, names);
+    if !near.is_empty() {
+        return format!("; there are: {}", near.join(", "));
+    }
+    let some: Vec<&str> = names.iter().step_by(names.len().div_ceil(4).max(1)).map(String::as_str).collect();
+    format!("; there are {}, such as {}", names.len(), some.join(", "))
+}
+
+/// Names of settings, not too many.
+fn named<'s>(settings: impl Iterator<Item = &'s Setting<'s>>) -> String {
+    let mut names: Vec<&str> = settings.map(|setting| setting.name).collect();
+    let count = names.len();
+    names.truncate(3);
+    match count - names.len() {
+        0 => names.join(", "),
+        more => format!("{} and {more} more", names.join(", ")),
+    }
+}
+
+/// An error of a machine file in the names of the parameters that were set.
+fn by_name(error: Error, settings: &[Setting<'_>]) -> Error {
+    let Error::Value { file, key, problem } = error else { return error };
+    let is_within = |part: &str, whole: &str| {
+        part.strip_prefix(whole).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+    };
+    let at_fault: Vec<&Setting<'_>> =
+        settings.iter().filter(|set| is_within(&set.key, &key) || is_within(&key, &set.key)).collect();
+    if at_fault.is_empty() {
+        return refused(&named(settings.iter()), format!("{file}: {key}: {problem}"));
+    }
+    refused(&named(at_fault.into_iter()), problem)
+}

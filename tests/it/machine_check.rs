@@ -1,0 +1,148 @@
+//! What `check` finds of a machine: reach, droop, payload, where its compliance comes from, and numbers in another unit.
+
+use kinetostat::{
+    machine::Machine,
+    study::machine_check::{Findings, Payload, check},
+};
+
+use crate::support::engine::machine_from;
+
+const G: f64 = 9.81;
+
+fn near(what: &str, found: f64, expected: f64, tolerance: f64) {
+    assert!((found - expected).abs() <= tolerance * expected.abs().max(1.0), "{what}: {found} instead of {expected}");
+}
+
+/// Three slides with travel of ±200 mm, the last along z, that carry 20 kg; `keys`: more of the last.
+fn gantry(keys: &str) -> Machine {
+    machine_from(&format!(
+        r#"
+schema = 1
+name = "gantry"
+title = "three slides"
+workspace = {{ min_mm = [-100.0, -50.0, 0.0], max_mm = [100.0, 50.0, 60.0] }}
+home = {{ position_mm = [0.0, 0.0, 0.0] }}
+[platform]
+tool_tip_mm = [0.0, 0.0, 0.0]
+controls = ["x", "y", "z"]
+mass = {{ kg = 20.0 }}
+[[chain]]
+name = "arm"
+elements = [
+  {{ prismatic_drive = {{ name = "X", axis = "x", stiffness_N_per_mm = 4000.0, travel_mm = [-200.0, 200.0] }} }},
+  {{ prismatic_drive = {{ name = "Y", axis = "y", stiffness_N_per_mm = 2000.0, travel_mm = [-200.0, 150.0] }} }},
+  {{ prismatic_drive = {{ name = "Z", axis = "z", stiffness_N_per_mm = 1000.0, travel_mm = [-200.0, 200.0]{keys} }} }},
+]
+[[mount]]
+name = "arm"
+chain = "arm"
+"#
+    ))
+}
+
+/// A beam on a hinge about y with this stiffness and limit.
+fn beam_on_a_hinge(stiffness: f64, limit: f64) -> Machine {
+    machine_from(&format!(
+        r#"
+schema = 1
+name = "hinge"
+title = "a beam on a hinge"
+workspace = {{ min_mm = [500.0, 0.0, 0.0], max_mm = [500.0, 0.0, 0.0] }}
+home = {{ position_mm = [500.0, 0.0, 0.0] }}
+[platform]
+tool_tip_mm = [0.0, 0.0, 0.0]
+controls = ["z"]
+[[chain]]
+name = "arm"
+elements = [
+  {{ revolute_drive = {{ name = "A", axis = "y", stiffness_Nmm_per_rad = {stiffness:?}, torque_limit_Nmm = {limit:?}, travel_deg = [-60.0, 60.0] }} }},
+  {{ fixed = {{ translation_mm = [500.0, 0.0, 0.0] }} }},
+]
+[[mount]]
+name = "arm"
+chain = "arm"
+"#
+    ))
+}
+
+fn payload(findings: &Findings) -> &Payload {
+    findings.survey.as_ref().unwrap().payload.as_ref().expect("a payload")
+}
+
+#[test]
+fn reach_is_the_travel_of_slides() {
+    let findings = check(&gantry(""));
+    let spans = findings.spans.map(|span| span.expect("controlled"));
+    for (found, expected) in spans.as_flattened().iter().zip([-200.0, 200.0, -200.0, 150.0, -200.0, 200.0]) {
+        near("span", *found, expected, 0.1);
+    }
+    // A machine that does not control x and y says nothing of them.
+    let hinge = check(&beam_on_a_hinge(1e8, 1e5));
+    assert!(hinge.spans[0].is_none() && hinge.spans[1].is_none());
+}
+
+#[test]
+fn droop_is_weight_over_stiffness_everywhere() {
+    let survey = check(&gantry("")).survey.unwrap();
+    assert_eq!((survey.counts, survey.reached), ([5, 5, 5], 125));
+    for droop in survey.droop.unwrap().range_mm {
+        near("droop", droop, 20.0 * G / 1000.0, 1e-9);
+    }
+    let softest = survey.softest.unwrap();
+    near("softest", softest.tool_stiffness_n_per_mm[0], 1000.0, 1e-6);
+    let shares: f64 = softest.compliance_shares.iter().map(|(_, share)| share).sum();
+    near("sum of shares", shares, 1.0, 1e-12);
+    near("share of Z", softest.compliance_shares[2].1, 4.0 / 7.0, 1e-9);
+    assert!(survey.payload.is_none(), "no drive has a limit");
+}
+
+#[test]
+fn payload_is_what_the_limit_leaves_beside_the_own_weight() {
+    let findings = check(&gantry(", force_limit_N = 500.0"));
+    let held = payload(&findings);
+    near("payload", held.kilograms, 500.0 / G - 20.0, 1e-6);
+    assert_eq!(held.drive, "arm_Z");
+    // A limit on a drive that carries nothing is none.
+    let sideways = gantry(", force_limit_N = 500.0").with_parameters(&[("gravity.x", G), ("gravity.z", 0.0)]).unwrap();
+    assert!(check(&sideways).survey.unwrap().payload.is_none());
+}
+
+#[test]
+fn payload_of_a_bent_arm_counts_how_far_it_bends() {
+    let (stiffness, limit) = (4e5, 1e5);
+    let findings = check(&beam_on_a_hinge(stiffness, limit));
+    let lever = 500.0 * (limit / stiffness).cos();
+    near("payload", payload(&findings).kilograms, limit / (G * lever), 1e-6);
+}
+
+#[test]
+fn a_drive_too_weak_for_the_machine_itself_is_asked_about() {
+    let findings = check(&gantry(", force_limit_N = 0.5"));
+    assert_eq!(payload(&findings).kilograms, 0.0);
+    let asked = "arm_Z: cannot hold the machine's own weight at (-100, -50, 0) mm within its limit; is that 1000 times too small (unit)?";
+    assert!(findings.warnings.iter().any(|warning| warning == asked), "{:#?}", findings.warnings);
+}
+
+/// Warnings of a machine of the catalogue with one number changed by a factor.
+fn asked_of(name: &str, parameter: &str, factor: f64) -> Vec<String> {
+    let machine = Machine::named_or_file(name).unwrap();
+    let value = machine.parameter(parameter).unwrap().value.unwrap();
+    check(&machine.with_parameters(&[(parameter, value * factor)]).unwrap()).warnings
+}
+
+#[test]
+fn numbers_a_thousand_times_off_are_asked_about() {
+    let cases = [
+        ("kr270", "arm.A2.stiffness", 1e-3, "arm.A2.stiffness = "),
+        ("kr270", "arm.A5.stiffness", 1e3, "arm.A5.stiffness = "),
+        ("hexapod", "material.steel.youngs_modulus", 1e-3, "material.steel.youngs_modulus = 210"),
+        ("hybrid_3ups", "material.steel.youngs_modulus", 1e6, "material.steel.youngs_modulus = 210000000000"),
+        ("fanuc_r2000ic", "platform.mass.kg", 1e3, "platform.mass.kg = 41450"),
+        ("fanuc_r2000ic", "platform.mass.kg", 1e3, "weight moves the tool by "),
+        ("fanuc_r2000ic", "gravity.z", 3.2808, "gravity_m_per_s2: its length is 32.185 m/s²"),
+    ];
+    for (name, parameter, factor, begin) in cases {
+        let warnings = asked_of(name, parameter, factor);
+        assert!(warnings.iter().any(|warning| warning.starts_with(begin)), "{name} {parameter}: {warnings:#?}");
+    }
+}
