@@ -4,6 +4,7 @@ use nalgebra::DMatrix;
 use serde::Serialize;
 
 use super::{Configuration, Coordinate, Machine};
+use crate::spatial::{RankRevealing, rank};
 
 /// Counts of the rigid machine at a configuration, from the ranks of its closure equations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -18,7 +19,7 @@ pub struct Mobility {
     pub uncontrolled: usize,
 }
 
-/// A singular value below this fraction of the largest counts as zero.
+/// A pivot below this fraction of the largest counts as zero.
 const RANK_TOLERANCE: f64 = 1e-9;
 
 impl Machine {
@@ -26,13 +27,14 @@ impl Machine {
     pub fn mobility(&self, at: &Configuration) -> Mobility {
         let jacobian = self.closure_jacobian(at);
         let (equations, unknowns) = jacobian.shape();
-        let rank = rank(&jacobian);
+        let rank_of = |matrix: &DMatrix<f64>| rank(matrix, RANK_TOLERANCE);
+        let rank = rank_of(&jacobian);
         // A platform twist is independent of the others if fixing the platform removes it.
         let joints_only = jacobian.columns(6, unknowns - 6).into_owned();
-        let platform = (unknowns - rank) - (unknowns - 6 - self::rank(&joints_only));
+        let platform = (unknowns - rank) - (unknowns - 6 - rank_of(&joints_only));
         let mut locked = jacobian.clone();
         locked.columns_mut(6, self.drive_count()).fill(0.0);
-        let uncontrolled = unknowns - self.drive_count() - self::rank(&locked);
+        let uncontrolled = unknowns - self.drive_count() - rank_of(&locked);
         Mobility { mechanism: unknowns - rank, platform, over_constraint: equations - rank, uncontrolled }
     }
 }
@@ -67,15 +69,7 @@ impl Machine {
 
     /// A basis of the platform's twists that the chains allow: mm, and rad times the reach.
     fn platform_motions(&self, at: &Configuration) -> DMatrix<f64> {
-        let jacobian = self.closure_jacobian(at);
-        let (rows, columns) = jacobian.shape();
-        // With as many rows as columns the decomposition has the whole null space.
-        let square = jacobian.insert_rows(rows, columns.saturating_sub(rows), 0.0);
-        let svd = square.svd(false, true);
-        let least = RANK_TOLERANCE * svd.singular_values.amax();
-        let free: Vec<usize> = (0..columns).filter(|&i| svd.singular_values[i] <= least).collect();
-        let motions = svd.v_t.map(|v_t| v_t.select_rows(&free).columns(0, 6).transpose());
-        motions.unwrap_or_else(|| DMatrix::zeros(6, 0))
+        RankRevealing::new(self.closure_jacobian(at), RANK_TOLERANCE).null_space().rows(0, 6).into_owned()
     }
 
     fn rank_of(&self, coordinates: &[Coordinate], motions: &DMatrix<f64>, at: &Configuration) -> usize {
@@ -94,9 +88,3 @@ impl Machine {
 
 /// A coordinate that moves by less than this share of a motion of the whole mechanism is held.
 pub(super) const MOVES: f64 = 1e-7;
-
-fn rank(matrix: &DMatrix<f64>) -> usize {
-    let values = matrix.singular_values();
-    let largest = values.amax();
-    values.iter().filter(|&&value| value > RANK_TOLERANCE * largest).count()
-}

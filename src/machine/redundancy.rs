@@ -5,18 +5,16 @@
 //! drive motions left, `P B d = −P e`, the shortest is taken, hinges in mm at the machine's reach. Motions in the null space
 //! of `P B` are free: along them the drives go towards home.
 
-use nalgebra::{DMatrix, DVector, Dyn, SVD};
+use nalgebra::{DMatrix, DVector};
 
 use super::{
     Configuration, Machine,
     kinematics::{CLOSURE_ROUNDING, Closure, Command},
 };
-use crate::spatial::Pose;
+use crate::spatial::{Pose, RankRevealing};
 
-/// A singular value below this fraction of the largest is zero.
+/// A pivot below this fraction of the largest is zero.
 const RANK_TOLERANCE: f64 = 1e-9;
-/// Singular values are found in so many iterations or not at all.
-const MAX_SVD_ITERATIONS: usize = 500;
 /// Steps towards home, and halvings of each.
 const MAX_STEPS: usize = 60;
 const HALVINGS: usize = 6;
@@ -26,31 +24,9 @@ const NEAREST: f64 = 1e-12;
 /// A drive is moved to the end of its travel in steps of this share of the machine's reach.
 const LONGEST_HOLD: f64 = 0.1;
 
-type Decomposed = SVD<f64, Dyn, Dyn>;
-
 /// `None` where the entries are not finite.
-fn decompose(matrix: DMatrix<f64>) -> Option<Decomposed> {
-    let is_finite = matrix.iter().all(|entry| entry.is_finite());
-    if is_finite { matrix.try_svd(true, true, f64::EPSILON, MAX_SVD_ITERATIONS) } else { None }
-}
-
-/// Columns of U and rows of Vᵀ that belong to singular values that are not zero, and these values.
-fn regular_part(svd: &Decomposed) -> Option<(DMatrix<f64>, DVector<f64>, DMatrix<f64>)> {
-    let least = RANK_TOLERANCE * svd.singular_values.amax();
-    let kept: Vec<usize> = (0..svd.singular_values.len()).filter(|&i| svd.singular_values[i] > least).collect();
-    let (u, v_t) = (svd.u.as_ref()?, svd.v_t.as_ref()?);
-    let values = DVector::from_iterator(kept.len(), kept.iter().map(|&i| svd.singular_values[i]));
-    Some((u.select_columns(&kept), values, v_t.select_rows(&kept)))
-}
-
-/// `V Σ⁻¹ Uᵀ right`.
-fn solve(part: &(DMatrix<f64>, DVector<f64>, DMatrix<f64>), right: &DMatrix<f64>) -> DMatrix<f64> {
-    let (u, values, v_t) = part;
-    let mut coordinates = u.transpose() * right;
-    for (mut row, value) in coordinates.row_iter_mut().zip(values) {
-        row /= *value;
-    }
-    v_t.transpose() * coordinates
+fn decompose(matrix: DMatrix<f64>) -> Option<RankRevealing> {
+    matrix.iter().all(|entry| entry.is_finite()).then(|| RankRevealing::new(matrix, RANK_TOLERANCE))
 }
 
 impl Closure<'_> {
@@ -63,21 +39,23 @@ impl Closure<'_> {
         for &(drive, _) in &self.held {
             by_drives.column_mut(drive).fill(0.0);
         }
-        let rest = regular_part(&decompose(rest)?)?;
-        let project = |m: &DMatrix<f64>| m - &rest.0 * (rest.0.transpose() * m);
-        let drives = regular_part(&decompose(project(&by_drives))?)?;
-        let mut motion = solve(&drives, &project(right));
+        let rest = decompose(rest)?;
+        let reached = rest.columns();
+        let project = |m: &DMatrix<f64>| m - &reached * reached.tr_mul(m);
+        let drives = decompose(project(&by_drives))?;
+        let mut motion = drives.solve(&project(right))?;
         let mut free_length = 0.0;
         if let Some(free) = free {
             let mut free = free.clone();
             for &(drive, _) in &self.held {
                 free[drive] = 0.0;
             }
-            let free = &free - drives.2.transpose() * (&drives.2 * &free);
+            let needed = drives.rows();
+            let free = &free - &needed * needed.tr_mul(&free);
             free_length = free.norm();
             motion += &free;
         }
-        let others = solve(&rest, &(right - by_drives * &motion));
+        let others = rest.solve(&(right - by_drives * &motion))?;
         Some((motion, others, free_length))
     }
 

@@ -1,4 +1,4 @@
-//! Poses, twists, wrenches and their transport. Pure algebra; knows no machine.
+//! Poses, twists, wrenches and their transport, and what of linear algebra a library lacks. Pure algebra; knows no machine.
 //!
 //! Notation is Drake's monogram notation: `X_AB` is the pose of frame B in frame A, `p_AB_C` the position of B's origin
 //! from A's origin expressed in C, `R_AB` a rotation matrix. A [`Twist`] is the velocity of a point together with the
@@ -8,10 +8,12 @@
 mod frame;
 mod grid;
 mod pose;
+mod rank_revealing;
 mod screw;
 
 pub use frame::frame_about;
 pub use grid::Grid;
 pub use pose::{Axis, Pose, rotation_exp, rotation_log};
 pub(crate) use pose::{image, product};
+pub(crate) use rank_revealing::{RankRevealing, rank};
 pub use screw::{Twist, Wrench, larger, skew};

@@ -1,12 +1,15 @@
 //! The same linear system without condensation: for chains that are not elastic in six directions (a serial arm with few
-//! springs, rigid legs), have idle joints, or have buckled. Slower; pivots by singular values.
+//! springs, rigid legs), have idle joints, or have buckled. Slower; pivots by a factorisation that shows the rank.
 
 use nalgebra::{DMatrix, DVector, Matrix6, Matrix6xX, Vector6};
 
 use super::{chain_system::ChainSystem, equilibrium::Status};
-use crate::{machine::Chain, spatial::skew};
+use crate::{
+    machine::Chain,
+    spatial::{RankRevealing, rank, skew},
+};
 
-/// A singular value or eigenvalue below this fraction of the largest, after equilibration, is zero.
+/// A pivot or eigenvalue below this fraction of the largest, after equilibration, is zero.
 const RANK_TOLERANCE: f64 = 1e-12;
 /// An unknown with a smaller part in a motion of unit length does not move.
 const LEAST_PART: f64 = 1e-6;
@@ -48,7 +51,7 @@ impl FullSystem {
         self.first[self.first.len() - 1]
     }
 
-    /// Whether singular values and eigenvalues can be computed: their iterations do not end otherwise.
+    /// Whether eigenvalues can be computed: their iterations do not end otherwise.
     fn is_finite(&self) -> bool {
         self.matrix.iter().all(|entry| entry.is_finite())
     }
@@ -61,12 +64,11 @@ impl FullSystem {
         for (mut row, scale) in right.row_iter_mut().zip(self.scale.iter()) {
             row *= *scale;
         }
-        let svd = self.matrix.clone().svd(true, true);
-        let tolerance = RANK_TOLERANCE * svd.singular_values.max();
-        let mut solution = svd.solve(&right, tolerance).ok()?;
-        // The singular vectors are good to rounding of the largest unknown only: one refinement serves the small ones.
+        let factors = RankRevealing::new(self.matrix.clone(), RANK_TOLERANCE);
+        let mut solution = factors.solve(&right)?;
+        // Factors are good to rounding of the largest unknown only: one refinement serves the small ones.
         let rest = &right - &self.matrix * &solution;
-        solution += svd.solve(&rest, tolerance).ok()?;
+        solution += factors.solve(&rest)?;
         for (mut row, scale) in solution.row_iter_mut().zip(self.scale.iter()) {
             row *= *scale;
         }
@@ -91,14 +93,15 @@ impl FullSystem {
             })
         };
         let is_idle = moves_freely(&|row| !closures.contains(&row));
-        let status = if negative_count(&eigen.eigenvalues, zero) > rank_of_rows(&symmetric, &closures) {
-            let buckled = (0..chains.len()).find(|&chain| self.buckles(chains, chain));
-            buckled.map_or(Status::Unstable, |chain| Status::Buckled { chain })
-        } else if moves_freely(&|row| row >= self.platform()) {
-            Status::Singular
-        } else {
-            Status::Solved
-        };
+        let status =
+            if negative_count(&eigen.eigenvalues, zero) > rank(&symmetric.select_rows(&closures), RANK_TOLERANCE) {
+                let buckled = (0..chains.len()).find(|&chain| self.buckles(chains, chain));
+                buckled.map_or(Status::Unstable, |chain| Status::Buckled { chain })
+            } else if moves_freely(&|row| row >= self.platform()) {
+                Status::Singular
+            } else {
+                Status::Solved
+            };
         (status, is_idle)
     }
 
@@ -113,17 +116,13 @@ impl FullSystem {
         let own = self.matrix.view((start, start), (size, size)).into_owned();
         let closures: Vec<usize> = self.closure_rows(chains, chain).iter().map(|row| row - start).collect();
         let eigenvalues = own.symmetric_eigenvalues();
-        negative_count(&eigenvalues, RANK_TOLERANCE * eigenvalues.amax()) > rank_of_rows(&own, &closures)
+        negative_count(&eigenvalues, RANK_TOLERANCE * eigenvalues.amax())
+            > rank(&own.select_rows(&closures), RANK_TOLERANCE)
     }
 }
 
 fn negative_count(eigenvalues: &DVector<f64>, zero: f64) -> usize {
     eigenvalues.iter().filter(|&&value| value < -zero).count()
-}
-
-fn rank_of_rows(matrix: &DMatrix<f64>, rows: &[usize]) -> usize {
-    let values = matrix.select_rows(rows).singular_values();
-    values.iter().filter(|&&value| value > RANK_TOLERANCE * values.max()).count()
 }
 
 /// Symmetric scaling that brings the largest entry of each row near 1 (Ruiz's iteration).
