@@ -1,6 +1,6 @@
 //! A machine being commanded point after point: nominal inverse kinematics, loaded equilibrium, task error.
 
-use nalgebra::{Vector3, Vector6};
+use nalgebra::{Matrix3, Vector3, Vector6};
 
 use super::{
     demand::Demand,
@@ -127,6 +127,16 @@ impl Session {
         let at_rest = demand.wanted.is_none() && self.nominal.zeroed == Zeroed::AtRest;
         let moved = workpiece.moved(demand, self.nominal.tool_tip, at_rest, &self.settings.equilibrium)?;
         Ok(Demand { wanted: Some(moved.compose(unmoved.wanted())), ..unmoved })
+    }
+
+    /// Compliance of the workpiece where the tool touches it under the load of `demand`: displacement in O per force, mm/N; zero where
+    /// it stands fast.
+    ///
+    /// # Errors
+    /// The workpiece's carrier has no stable equilibrium.
+    pub fn workpiece_compliance(&mut self, demand: &Demand) -> Result<Matrix3<f64>, CompensationStatus> {
+        let Some(workpiece) = &mut self.workpiece else { return Ok(Matrix3::zeros()) };
+        workpiece.compliance(demand, self.nominal.tool_tip, &self.settings.equilibrium)
     }
 
     /// As [`Session::zeroed`], as if the workpiece stood fast.

@@ -3,13 +3,13 @@
 //! The tool bears a load that is given; the workpiece bears the opposite one at the same point. Nothing of the tool's motion enters,
 //! so its carrier settles first, with the engine of the machine, and tells where the tool is wanted.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::{demand::Demand, outcome::CompensationStatus};
 use crate::{
     machine::Machine,
     spatial::{Pose, Wrench},
-    statics::{self, State, Workspace, equilibrium},
+    statics::{self, Outcome, State, Workspace, equilibrium, tool_compliance},
 };
 
 /// A workpiece carrier, nominal and as it answers.
@@ -40,17 +40,37 @@ impl Workpiece {
         at_rest: bool,
         settings: &statics::Settings,
     ) -> Result<Pose, CompensationStatus> {
-        let lever = demand.pose.rotation * tool_tip;
-        let touched = demand.pose.translation + lever;
-        let on_tool = demand.load.shift(lever);
-        let load = Wrench { force: -on_tool.force, moment: -on_tool.moment };
+        let (touched, load) = on_workpiece(demand, tool_tip);
         let before = match at_rest {
-            true => settled(&mut self.nominal, touched, &Wrench::zero(), &mut self.workspace, settings)?,
+            true => settled(&mut self.nominal, touched, &Wrench::zero(), &mut self.workspace, settings)?.0,
             false => Pose { translation: touched, ..self.real.home.pose },
         };
-        let after = settled(&mut self.real, touched, &load, &mut self.workspace, settings)?;
+        let (after, _) = settled(&mut self.real, touched, &load, &mut self.workspace, settings)?;
         Ok(after.compose(&before.inverse()))
     }
+
+    /// Compliance of the workpiece where the tool of `demand` touches it under its load: displacement in O per force, mm/N.
+    ///
+    /// # Errors
+    /// The carrier has no stable equilibrium.
+    pub fn compliance(
+        &mut self,
+        demand: &Demand,
+        tool_tip: Vector3<f64>,
+        settings: &statics::Settings,
+    ) -> Result<Matrix3<f64>, CompensationStatus> {
+        let (touched, load) = on_workpiece(demand, tool_tip);
+        let (_, outcome) = settled(&mut self.real, touched, &load, &mut self.workspace, settings)?;
+        let compliance = outcome.compliance.map(|compliance| tool_compliance(&compliance, Vector3::zeros()));
+        Ok(compliance.unwrap_or_else(Matrix3::zeros))
+    }
+}
+
+/// Where the tool of `demand` touches (O, mm), and the load on the workpiece there.
+fn on_workpiece(demand: &Demand, tool_tip: Vector3<f64>) -> (Vector3<f64>, Wrench) {
+    let lever = demand.pose.rotation * tool_tip;
+    let on_tool = demand.load.shift(lever);
+    (demand.pose.translation + lever, Wrench { force: -on_tool.force, moment: -on_tool.moment })
 }
 
 /// Where the point of a `carrier` that is `touched` (O, mm) without load settles under a dead wrench there.
@@ -60,11 +80,12 @@ fn settled(
     load: &Wrench,
     workspace: &mut Workspace,
     settings: &statics::Settings,
-) -> Result<Pose, CompensationStatus> {
+) -> Result<(Pose, Outcome), CompensationStatus> {
     let at = carrier.touched_at(touched);
     let mut state = State::rigid(carrier, &at);
-    match equilibrium(carrier, &at.drives, load, &mut state, workspace, settings).status {
-        statics::Status::Solved => Ok(state.pose),
+    let outcome = equilibrium(carrier, &at.drives, load, &mut state, workspace, settings);
+    match outcome.status {
+        statics::Status::Solved => Ok((state.pose, outcome)),
         status => {
             let reason = format!("workpiece carrier {}: {}", carrier.name, status.reason(carrier));
             Err(CompensationStatus::Workpiece { status, reason })

@@ -1,6 +1,6 @@
 //! Everything a solved state tells, in physical terms.
 
-use nalgebra::{Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use serde::Serialize;
 
 use super::{
@@ -91,11 +91,12 @@ impl Solution {
         }
     }
 
-    /// Principal stiffnesses of the tool tip, ascending, N/mm: the inverse eigenvalues of its compliance. `None` where the
-    /// platform is free or not solved.
-    pub fn tool_stiffnesses(&self, machine: &Machine) -> Option<[f64; 3]> {
+    /// Principal stiffnesses of the tool tip, ascending, N/mm: the inverse eigenvalues of its compliance and that of the workpiece
+    /// (`carried`: displacement in O per force where the tool touches it, mm/N; zero where it stands fast). `None` where the platform
+    /// is free or not solved.
+    pub fn tool_stiffnesses(&self, machine: &Machine, carried: &Matrix3<f64>) -> Option<[f64; 3]> {
         let lever = self.pose.rotation * machine.tool_tip;
-        self.compliance.map(|compliance| principal_stiffnesses(&tool_compliance(&compliance, lever)))
+        self.compliance.map(|compliance| principal_stiffnesses(&(tool_compliance(&compliance, lever) + carried)))
     }
 
     /// Forces of all drives in machine order, N or N·mm.

@@ -6,9 +6,9 @@ use kinetostat::{
     compensation::{Compensation, Demand, Method, Session, Target, compensate},
     machine::Machine,
     spatial::{Pose, Wrench},
-    study::{Machines, Source, settings},
+    study::{Machines, Source, machine_check::check, settings},
 };
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 const KR270: &str = include_str!("../machines/kr270.toml");
 
@@ -41,12 +41,17 @@ chain = "arm"
     )
 }
 
-/// A machine with a carrier of these elements.
-fn carried(machine: &str, base: &str, elements: &str) -> Machine {
-    machine_from(&format!(
+/// The file of a machine with a carrier of these elements.
+fn machine_text(machine: &str, base: &str, elements: &str) -> String {
+    format!(
         "{machine}\n[[chain]]\nname = \"under\"\nelements = [{elements}]\n\
          [workpiece_carrier]\nname = \"table\"\nchain = \"under\"\n{base}"
-    ))
+    )
+}
+
+/// That machine.
+fn carried(machine: &str, base: &str, elements: &str) -> Machine {
+    machine_from(&machine_text(machine, base, elements))
 }
 
 fn session(machine: &Machine) -> Session {
@@ -118,6 +123,29 @@ fn a_slide_under_the_workpiece_is_in_series_with_that_of_the_machine() {
     let (all_before, _) = answer(&soft, &demand, Method::Direct);
     for (a, b) in corrected.drives.iter().zip(&all_before.drives) {
         assert!((a - b).abs() < 1e-9);
+    }
+    // And the tool has the stiffness of both, wherever it is told.
+    let both = 1.0 / (1.0 / 2e3 + 1.0 / 5e3);
+    let carried = session(&machine).workpiece_compliance(&demand).unwrap();
+    assert!((carried - Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, 1.0 / 2e3))).amax() < 1e-15, "{carried}");
+    let findings = check(&machine);
+    for [least, ..] in
+        [findings.tool_stiffness, findings.survey.and_then(|s| s.softest).map(|s| s.tool_stiffness_n_per_mm)]
+            .map(|found| found.expect("elastic"))
+    {
+        assert!((least / both - 1.0).abs() < 1e-6, "{least}");
+    }
+    let least = map_column(&machine_text(&slides(5e3), "", slide), "stiffness_min_N_per_mm");
+    assert!(least.iter().all(|least| (least / both - 1.0).abs() < 1e-3), "{least:?}");
+}
+
+#[test]
+fn the_droop_of_a_carrier_is_seen_from_the_tool() {
+    let slide = r#"{ prismatic_drive = { name = "Z", axis = "z", stiffness_N_per_mm = 2e3 } },
+        { mass = { kg = 100.0, at_mm = [0.0, 0.0, 0.0] } }"#;
+    let droop = check(&carried(&slides(5e3), "", slide)).survey.and_then(|survey| survey.droop).expect("has weight");
+    for found in droop.range_mm {
+        assert!((found - 100.0 * 9.81 / 2e3).abs() < 1e-6, "{found}");
     }
 }
 
@@ -371,6 +399,22 @@ fn run(table: &str) -> (tempfile::TempDir, String) {
         told(&["run", folder.path().to_str().unwrap(), "--out", out.to_str().unwrap(), "--threads", "1"]);
     assert_eq!(code, Some(0), "{text}{said}");
     (folder, text + &said)
+}
+
+/// Numbers of a map of a machine, from its cutting force.
+fn map_column(machine: &str, name: &str) -> Vec<f64> {
+    let folder = tempfile::tempdir().unwrap();
+    let study = "schema = 2\nquestion = \"How far?\"\nmachine = \"machine.toml\"\n[process.force.path_frame]\n\
+                 radial_force_N = 215.0\ntangential_force_N = -10.0\naxial_force_N = -25.0\n\
+                 [workspace_map]\ngrid = [2, 2, 2]\nslices_z_mm = [0.0]\nphi_step_deg = 90.0\n";
+    std::fs::write(folder.path().join("study.toml"), study).unwrap();
+    std::fs::write(folder.path().join("machine.toml"), machine).unwrap();
+    let out = folder.path().join("out");
+    let (code, text, said) =
+        told(&["run", folder.path().to_str().unwrap(), "--out", out.to_str().unwrap(), "--no-figures"]);
+    assert_eq!(code, Some(0), "{text}{said}");
+    let numbers = column(&folder, "map.csv", "source").into_iter().zip(column(&folder, "map.csv", name));
+    numbers.filter(|(source, _)| source == "cutting").map(|(_, number)| number.parse().unwrap()).collect()
 }
 
 fn column(folder: &tempfile::TempDir, table: &str, name: &str) -> Vec<String> {

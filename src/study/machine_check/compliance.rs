@@ -38,12 +38,16 @@ pub(super) fn compliance(
         force[axis] = FORCE_N;
         let load = Wrench { force, moment: lever.cross(&force) };
         let (outcome, mut energies) = taken_up(machine, at, &load, workspace)?;
+        let mut of_tip = outcome.compliance.map(|compliance| tool_compliance(&compliance, lever));
         if let Some(carrier) = &mut carrier {
             let (at, load) =
                 (carrier.touched_at(at.pose.translation + lever), Wrench { force: -force, moment: Vector3::zeros() });
-            energies.extend(taken_up(carrier, &at, &load, &mut Workspace::new(carrier))?.1);
+            let (outcome, of_carrier) = taken_up(carrier, &at, &load, &mut Workspace::new(carrier))?;
+            energies.extend(of_carrier);
+            let carried = outcome.compliance.map(|compliance| tool_compliance(&compliance, Vector3::zeros()));
+            of_tip = of_tip.zip(carried).map(|(tip, carried)| tip + carried);
         }
-        stiffness = outcome.compliance.map(|compliance| principal_stiffnesses(&tool_compliance(&compliance, lever)));
+        stiffness = of_tip.map(|compliance| principal_stiffnesses(&compliance));
         for (index, (name, energy)) in energies.into_iter().enumerate() {
             match shares.get_mut(index) {
                 Some((_, sum)) => *sum += energy,

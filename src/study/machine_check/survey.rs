@@ -37,13 +37,13 @@ pub struct Survey {
 pub struct Softest {
     /// Of P, mm.
     pub position_mm: Vector3<f64>,
-    /// Principal stiffnesses of the tool tip, N/mm, ascending.
+    /// Principal stiffnesses of the tool tip against the workpiece, N/mm, ascending.
     pub tool_stiffness_n_per_mm: [f64; 3],
     /// Share of each elastic element in the compliance of the tool tip, as at home.
     pub compliance_shares: Vec<(String, f64)>,
 }
 
-/// How far the weight moves the tool tip from where the rigid machine has it.
+/// How far the weight moves the tool tip from where the rigid machine has it, seen from the workpiece where that is carried.
 #[derive(Debug, Clone, Serialize)]
 pub struct Droop {
     /// Least and largest distance, mm.
@@ -71,10 +71,18 @@ pub(super) fn survey(machine: &Machine, workspace: &mut Workspace) -> Survey {
 
 fn softest(machine: &Machine, places: &[Configuration], workspace: &mut Workspace) -> Option<Softest> {
     let mut softest: Option<(f64, &Configuration)> = None;
+    let mut carrier = machine.carrier.clone();
     for at in places {
         let lever = at.pose.rotation * machine.tool_tip;
         let Some(compliance) = unloaded_compliance(machine, at, workspace) else { continue };
-        let [least, ..] = principal_stiffnesses(&tool_compliance(&compliance, lever));
+        let mut of_tip = tool_compliance(&compliance, lever);
+        if let Some(carrier) = &mut carrier {
+            let touched = carrier.touched_at(at.pose.translation + lever);
+            let carried = unloaded_compliance(carrier, &touched, &mut Workspace::new(carrier));
+            let Some(carried) = carried else { continue };
+            of_tip += tool_compliance(&carried, Vector3::zeros());
+        }
+        let [least, ..] = principal_stiffnesses(&of_tip);
         if least.is_finite() && softest.is_none_or(|(softer, _)| least < softer) {
             softest = Some((least, at));
         }
@@ -92,6 +100,7 @@ fn droop(machine: &Machine, places: &[Configuration], workspace: &mut Workspace)
     if !machine.has_weight() || places.is_empty() {
         return None;
     }
+    let mut carrier = machine.carrier.clone();
     let mut droop = Droop { range_mm: [f64::INFINITY, 0.0], position_mm: places[0].pose.translation, without: None };
     for at in places {
         let mut state = State::rigid(machine, at);
@@ -100,7 +109,19 @@ fn droop(machine: &Machine, places: &[Configuration], workspace: &mut Workspace)
             droop.without.get_or_insert_with(|| (0, outcome.status.reason(machine))).0 += 1;
             continue;
         }
-        let moved = machine.tool_displacement(&at.pose, &state.pose).norm();
+        let mut moved = machine.tool_displacement(&at.pose, &state.pose);
+        if let Some(carrier) = &mut carrier {
+            let touched = carrier.touched_at(at.pose.translation + at.pose.rotation * machine.tool_tip);
+            let mut state = State::rigid(carrier, &touched);
+            let mut own = Workspace::new(carrier);
+            let outcome = equilibrium(carrier, &touched.drives, &Wrench::zero(), &mut state, &mut own, &TO_ROUNDING);
+            if !outcome.is_equilibrium() {
+                droop.without.get_or_insert_with(|| (0, outcome.status.reason(carrier))).0 += 1;
+                continue;
+            }
+            moved -= state.pose.translation - touched.pose.translation;
+        }
+        let moved = moved.norm();
         let [least, largest] = &mut droop.range_mm;
         *least = least.min(moved);
         if moved > *largest {

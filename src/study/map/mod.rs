@@ -9,7 +9,7 @@ pub(crate) mod spec;
 
 use std::ops::Range;
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -289,12 +289,13 @@ fn turn(
     let machine = &study.machine;
     let mut tallies: Vec<Result<Tally, Failure>> =
         configurations.iter().map(|_| Ok(Tally::new(machine, phis.len()))).collect();
+    let demand_at = |phi: Option<f64>, i: usize| {
+        let pose = configurations[i].pose;
+        let load = phi.map_or(Wrench::zero(), |phi| study.force.wrench(phi, &machine.tool_at(&pose.rotation)));
+        source.demand(&Demand { pose, load, target: study.target, wanted: None })
+    };
     for (index, &phi) in phis.iter().enumerate() {
-        let demand = |i: usize| {
-            let pose = configurations[i].pose;
-            let load = phi.map_or(Wrench::zero(), |phi| study.force.wrench(phi, &machine.tool_at(&pose.rotation)));
-            source.demand(&Demand { pose, load, target: study.target, wanted: None })
-        };
+        let demand = |i: usize| demand_at(phi, i);
         let command = |sessions: &mut [Session], batch: &mut Batch, method, places: &[usize]| {
             let answers = command(sessions, batch, method, places, demand);
             let judged = answers.into_iter().map(|answer| judged(machine, phi, answer));
@@ -320,7 +321,15 @@ fn turn(
             }
         }
     }
-    tallies.into_iter().map(|tally| tally.and_then(Tally::conclude)).collect()
+    let conclude = |(i, tally): (usize, Result<Tally, Failure>)| {
+        let tally = tally?;
+        let phi = tally.worst.as_ref().and_then(|worst| worst.phi);
+        match group.plain[i].workpiece_compliance(&demand_at(phi, i)) {
+            Ok(carried) => tally.conclude(&carried),
+            Err(status) => Err(Failure { status: status.label().into(), reason: status.reason(machine) }),
+        }
+    };
+    tallies.into_iter().enumerate().map(conclude).collect()
 }
 
 /// Indices of the points without failure so far whose tally `is_wanted`.
@@ -409,7 +418,8 @@ impl Tally {
         }
     }
 
-    fn conclude(self) -> Result<Turn, Failure> {
+    /// `carried`: compliance of the workpiece under the load with the largest displacement, mm/N.
+    fn conclude(self, carried: &Matrix3<f64>) -> Result<Turn, Failure> {
         let Some(worst) = self.worst else {
             return Err(Failure { status: "not_converged".into(), reason: "there is no load".into() });
         };
@@ -420,7 +430,7 @@ impl Tally {
             delta_rho: self.delta_rho,
             left_mm: self.left,
             drive_force: self.drive_force,
-            principal_stiffness_n_per_mm: tool_stiffnesses(worst.outcome.as_ref(), worst.lever),
+            principal_stiffness_n_per_mm: tool_stiffnesses(worst.outcome.as_ref(), worst.lever, carried),
             departure_vector_mm: None,
         };
         Ok(Turn { displacements: self.displacements, effect })
@@ -437,8 +447,8 @@ fn index_of_largest(displacements: &[Vector3<f64>]) -> usize {
     largest
 }
 
-/// Inverse eigenvalues of the tool tip's compliance, ascending, N/mm; 0 where the tip is free.
-fn tool_stiffnesses(outcome: Option<&Outcome>, lever: Vector3<f64>) -> [f64; 3] {
+/// Inverse eigenvalues of the compliance between tool tip and workpiece, ascending, N/mm; 0 where the tip is free.
+fn tool_stiffnesses(outcome: Option<&Outcome>, lever: Vector3<f64>, carried: &Matrix3<f64>) -> [f64; 3] {
     let Some(compliance) = outcome.and_then(|outcome| outcome.compliance) else { return [0.0; 3] };
-    statics::principal_stiffnesses(&tool_compliance(&compliance, lever))
+    statics::principal_stiffnesses(&(tool_compliance(&compliance, lever) + carried))
 }

@@ -112,6 +112,9 @@ pub struct PointAnswer {
     pub stiffness_unloaded: Option<Matrix6<f64>>,
     /// Equilibrium at the nominal command; the status says whether it is one.
     pub loaded: Solution,
+    /// Principal stiffnesses of the tool tip against the workpiece there, ascending, N/mm; `None` where the platform is free or there is
+    /// no equilibrium.
+    pub tool_stiffness: Option<[f64; 3]>,
     /// Equilibrium at the compensated command, or why there is none.
     pub compensated: Result<Commanded, Failure>,
 }
@@ -139,7 +142,9 @@ pub fn solve(question: &PointQuestion) -> Result<PointAnswer, Unreachable> {
     let loaded = describe(&nominal.drives, &state, &outcome, &mut workspace);
     let demand = Demand { pose: nominal.pose, load: wrench, target: question.target, wanted: None };
     let failed = |status: CompensationStatus| Failure { status: status.label().into(), reason: status.reason(machine) };
-    let zeroed = machines.session(Source::All).zeroed(&demand);
+    let mut asked = machines.session(Source::All);
+    let zeroed = asked.zeroed(&demand);
+    let carried = asked.workpiece_compliance(&demand).ok();
     let compensated = if outcome.is_equilibrium() {
         let mut session = machines.session(Source::All);
         session.stand(&nominal, &state);
@@ -169,6 +174,7 @@ pub fn solve(question: &PointQuestion) -> Result<PointAnswer, Unreachable> {
         wrench,
         tool,
         nominal,
+        tool_stiffness: carried.and_then(|carried| loaded.tool_stiffnesses(real, &carried)),
         loaded,
         compensated,
     })

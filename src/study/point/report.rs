@@ -308,7 +308,7 @@ pub fn point_text(answer: &PointAnswer) -> String {
         triple(loaded.pose.translation - answer.nominal.pose.translation, 4),
         triple(turn * 1e3, 3)
     );
-    if let Some([least, middle, most]) = loaded.tool_stiffnesses(machine) {
+    if let Some([least, middle, most]) = answer.tool_stiffness {
         text += &format!(
             "  tool stiffness            {least:.1}, {middle:.1}, {most:.1} N/mm (principal, of the tool tip)\n"
         );
