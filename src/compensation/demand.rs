@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, Matrix6, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    machine::{Coordinate, Machine},
+    machine::{Coordinate, ExternalAxes, Machine},
     spatial::{Pose, Twist, Wrench, image, product, rotation_exp, rotation_log, skew},
     statics::TaskError,
 };
@@ -44,6 +44,8 @@ pub struct Demand {
     pub target: Target,
     /// Where P should stand; `None`: at `pose`, or where the machine is zeroed for it, see [`Zeroed`](crate::machine::Zeroed).
     pub wanted: Option<Pose>,
+    /// Where the external axes stand; `None`: where those of the machine do.
+    pub external: Option<ExternalAxes>,
 }
 
 impl Demand {

@@ -8,7 +8,7 @@ use super::{
     workpiece::Workpiece,
 };
 use crate::{
-    machine::{Configuration, Machine, Unreachable, Zeroed},
+    machine::{Configuration, ExternalAxes, Machine, Unreachable, Zeroed},
     spatial::{Pose, Wrench, product, rotation_log},
     statics::{self, Outcome, State, TaskError, Workspace, equilibrium},
 };
@@ -74,6 +74,9 @@ pub struct Session {
     rest: Option<(Pose, Pose)>,
     /// What carries the workpiece, if it can move or bend.
     workpiece: Option<Workpiece>,
+    /// The nominal machine with its external axes as it came, and where a demand has moved them.
+    as_it_came: Machine,
+    external: ExternalAxes,
 }
 
 impl Session {
@@ -90,7 +93,23 @@ impl Session {
             state: State::rigid(nominal, &nominal.home),
             rest: None,
             workpiece: Workpiece::new(nominal, real),
+            as_it_came: nominal.clone(),
+            external: nominal.external_axes(),
         }
+    }
+
+    /// Moves the external axes to where `demand` has them.
+    fn move_external(&mut self, demand: &Demand) -> Result<(), CompensationStatus> {
+        let axes = demand.external.unwrap_or_else(|| self.as_it_came.external_axes());
+        if axes == self.external {
+            return Ok(());
+        }
+        self.nominal = self.as_it_came.standing(&axes).map_err(CompensationStatus::Unreachable)?;
+        if let Some(workpiece) = &mut self.workpiece {
+            workpiece.stand(&self.nominal);
+        }
+        (self.external, self.rest) = (axes, None);
+        Ok(())
     }
 
     /// Task error accepted, mm.
@@ -122,6 +141,7 @@ impl Session {
     /// The pose cannot be commanded, or the machine does not stand there under its weight, or the workpiece's carrier under the
     /// load.
     pub fn zeroed(&mut self, demand: &Demand) -> Result<Demand, CompensationStatus> {
+        self.move_external(demand)?;
         let unmoved = self.zeroed_machine(demand)?;
         let Some(workpiece) = &mut self.workpiece else { return Ok(unmoved) };
         let at_rest = demand.wanted.is_none() && self.nominal.zeroed == Zeroed::AtRest;

@@ -27,6 +27,13 @@ impl Workpiece {
         Some(Self { workspace: Workspace::new(&real), nominal, real })
     }
 
+    /// Has the carrier stand as that of `machine` does.
+    pub fn stand(&mut self, machine: &Machine) {
+        let Some(carrier) = &machine.carrier else { return };
+        self.nominal.home.clone_from(&carrier.home);
+        self.real.home.clone_from(&carrier.home);
+    }
+
     /// How the load of `demand` has moved the workpiece in O: a pose `X` that takes what it carried from where it was to `X` times
     /// that. It was where the nominal carrier rests under its weight, if it is zeroed `at_rest`, or else where the rigid one stands.
     /// `tool_tip`: `p_PT` in platform axes, mm.

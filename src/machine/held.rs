@@ -61,6 +61,19 @@ impl Machine {
         Ok(machine)
     }
 
+    /// The label of the drive that is called `name`, by its label or, if no other has it, by its own name; of the workpiece carrier as well.
+    ///
+    /// # Errors
+    /// No drive, or several.
+    pub(crate) fn drive_label(&self, name: &str) -> Result<String> {
+        find(&self.holdable(), name).map(|found| found.label.clone())
+    }
+
+    /// Labels of the drives that [`Machine::with_drives_held`] was told where to hold.
+    pub(crate) fn told_drives(&self) -> impl Iterator<Item = &str> {
+        self.written.held.iter().map(|(label, _)| label.as_str())
+    }
+
     /// Labels and positions (mm or degrees, as shown) of the drives that are told where to stand: those held, and all of the
     /// workpiece carrier.
     pub fn held_drives(&self) -> Vec<(String, f64, &Drive)> {
@@ -79,7 +92,13 @@ impl Machine {
     /// [`Machine::held_drives`] in words; `None` if there are none.
     pub fn held_words(&self) -> Option<String> {
         let held = self.held_drives().into_iter();
-        let held = held.map(|(label, value, drive)| format!("{label} at {value}{}", drive.motion.position_suffix()));
+        let held = held.map(|(label, value, drive)| {
+            let unit = drive.motion.position_suffix();
+            match self.written.along_path.iter().find(|(own, _)| *own == label) {
+                Some((_, [low, high])) => format!("{label} at {low} to {high}{unit} as the path says"),
+                None => format!("{label} at {value}{unit}"),
+            }
+        });
         let words = held.collect::<Vec<_>>().join(", ");
         (!words.is_empty()).then_some(words)
     }
@@ -101,7 +120,7 @@ impl Machine {
     }
 
     /// Moves home to where the drives held stand, and sees whether the others meet the task there.
-    fn hold_at_home(&mut self, named: &str) -> Result<()> {
+    pub(super) fn hold_at_home(&mut self, named: &str) -> Result<()> {
         if self.held.len() > self.redundancy {
             let spare = match self.redundancy {
                 0 => "no drive more than its task needs".into(),

@@ -1,6 +1,7 @@
 //! Columns of commands: where P and its drives are told to be, without and with compensation.
 
 use crate::{
+    compensation::Demand,
     machine::Machine,
     report::{
         exchange::{Cell, Row, cells},
@@ -28,14 +29,14 @@ pub fn pose_cells(pose: Option<&Pose>) -> Row {
 }
 
 /// Columns of drive positions: by the nominal inverse kinematics of the wanted pose, and as commanded instead; then those of the
-/// workpiece carrier, which are held.
+/// workpiece carrier, where they stand.
 pub fn drive_columns(machine: &Machine) -> impl Iterator<Item = String> {
     let own = ["rho_nominal", "rho_compensated"].into_iter().flat_map(|what| position_columns(machine, what));
     own.chain(machine.carrier.iter().flat_map(|carrier| position_columns(carrier, "rho_held")))
 }
 
 /// The cells of [`drive_columns`]; those of the command only with `with_command`.
-pub fn drive_cells(machine: &Machine, answer: &PathAnswer, with_command: bool) -> Row {
+pub fn drive_cells(machine: &Machine, demand: &Demand, answer: &PathAnswer, with_command: bool) -> Row {
     let count = machine.drive_count();
     let mut row: Row = cells(shown_positions(machine, &answer.nominal_drives)).collect();
     row.resize(count, Cell::Missing);
@@ -43,6 +44,7 @@ pub fn drive_cells(machine: &Machine, answer: &PathAnswer, with_command: bool) -
         row.extend(cells(shown_positions(machine, &answer.drives)));
     }
     row.resize(2 * count, Cell::Missing);
-    row.extend(machine.carrier.iter().flat_map(|carrier| cells(shown_positions(carrier, &carrier.home.drives))));
+    let there = demand.external.map_or_else(|| machine.clone(), |axes| machine.carried(&axes));
+    row.extend(there.carrier.iter().flat_map(|carrier| cells(shown_positions(carrier, &carrier.home.drives))));
     row
 }

@@ -62,7 +62,7 @@ mod tests {
         let bent = deflected_pose(
             &machine,
             &errors,
-            &Demand { pose, load, target: Target::ToolTip, wanted: None },
+            &Demand { pose, load, target: Target::ToolTip, wanted: None, external: None },
             "at Q1".into(),
         )
         .unwrap();

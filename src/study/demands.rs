@@ -5,37 +5,53 @@ use nalgebra::Vector3;
 use crate::{
     compensation::{Demand, Target},
     input::error::{Error, Result},
-    machine::{Configuration, Machine},
+    machine::{Configuration, ExternalAxes, Machine},
     process::{
         Placed, Placement,
         cutting::{LoadError, PathLoad},
         file::Process,
     },
     spatial::Pose,
+    study::external_axes::along,
     toolpath::{PathPoint, Toolpath},
 };
 
 /// The machine being led along positions of a path, each from the one before.
 pub(super) struct Led<'a> {
     machine: &'a Machine,
+    placement: &'a Placement,
+    placed: Placed,
+    external: Option<ExternalAxes>,
     near: Configuration,
 }
 
 impl<'a> Led<'a> {
-    pub fn new(machine: &'a Machine) -> Self {
-        Self { machine, near: machine.home.clone() }
+    /// A machine at home, and where the workpiece is.
+    pub fn new(machine: &'a Machine, placement: &'a Placement) -> Self {
+        let placed = placed(machine, placement);
+        Self { machine, placement, placed, external: None, near: machine.home.clone() }
+    }
+
+    /// Where the workpiece is with the external axes at `external`.
+    pub fn placed(&mut self, external: Option<ExternalAxes>) -> &Placed {
+        if external != self.external {
+            let carrier = external.map_or_else(|| self.machine.clone(), |axes| self.machine.carried(&axes));
+            self.placed = placed(&carrier, self.placement);
+            self.external = external;
+        }
+        &self.placed
     }
 
     /// The pose `X_OP` to ask for so that the path's point stands at `position_mm` (W, mm) as far as the drives control its
     /// translations. Where the platform turns with its position this is the pose in which the machine stands there; what
     /// it cannot reach keeps the orientation of home, and is refused when it is asked for.
-    pub fn pose(&mut self, placed: &Placed, position_mm: Vector3<f64>) -> Pose {
-        let asked = placed.platform_pose(position_mm);
+    pub fn pose(&mut self, position_mm: Vector3<f64>, external: Option<ExternalAxes>) -> Pose {
+        let asked = self.placed(external).platform_pose(position_mm);
         let controlled = Pose { translation: self.machine.as_controlled(asked.translation), ..asked };
         if !self.machine.turns_with_position {
             return controlled;
         }
-        match self.machine.lead(placed.reference(), &asked, &self.near) {
+        match self.machine.lead(self.placed.reference(), &asked, &self.near) {
             Ok(at) => {
                 self.near = at;
                 let Pose { rotation, translation } = self.near.pose;
@@ -75,12 +91,14 @@ pub fn demands_under(
     path: &Toolpath,
     loads: &[PathLoad],
 ) -> Vec<Demand> {
-    let placed = placed(machine, placement);
-    let mut led = Led::new(machine);
+    let mut led = Led::new(machine, placement);
+    let external = along(machine, path);
     let demand = |(point, load): (&PathPoint, &PathLoad)| {
-        let pose = led.pose(&placed, point.position_mm);
-        let there = placed.turned(&pose.rotation);
-        Demand { pose, load: there.wrench(&load.on_tool(point.tangent, there.tool_axes())), target, wanted: None }
+        let external = external(point);
+        let pose = led.pose(point.position_mm, external);
+        let there = led.placed(external).turned(&pose.rotation);
+        let load = there.wrench(&load.on_tool(point.tangent, there.tool_axes()));
+        Demand { pose, load, target, wanted: None, external }
     };
     path.points().iter().zip(loads).map(demand).collect()
 }

@@ -2,12 +2,15 @@
 
 use crate::{
     compensation::{CompensationStatus, Demand},
-    machine::{Configuration, Machine},
+    machine::{Configuration, ExternalAxes, Machine, Unreachable},
 };
 
 /// A machine on its way along a path.
 pub(super) struct LedAlong<'a> {
-    nominal: &'a Machine,
+    as_it_came: &'a Machine,
+    /// With its external axes where the last demand has them.
+    nominal: Machine,
+    external: ExternalAxes,
     /// From where the next point is sought.
     near: Configuration,
     /// Where the machine stands at the point before: `near`, but at the beginning. `None` there, and of machines that have one posture.
@@ -17,7 +20,13 @@ pub(super) struct LedAlong<'a> {
 impl<'a> LedAlong<'a> {
     /// A machine at home, its way along the points `passed` behind it. What it commands from here on is what it would without them.
     pub fn after(nominal: &'a Machine, passed: &[Demand]) -> Self {
-        let mut led = Self { nominal, near: nominal.home.clone(), before: None };
+        let mut led = Self {
+            as_it_came: nominal,
+            nominal: nominal.clone(),
+            external: nominal.external_axes(),
+            near: nominal.home.clone(),
+            before: None,
+        };
         if nominal.may_change_posture() {
             for demand in passed {
                 let _ = led.step(demand);
@@ -30,6 +39,9 @@ impl<'a> LedAlong<'a> {
     /// The configuration at the next point, if it can be reached, and why the machine cannot be led there, if it cannot: also where it
     /// would stand in another posture than at the point before.
     pub fn step(&mut self, demand: &Demand) -> (Option<Configuration>, Result<(), CompensationStatus>) {
+        if let Err(unreachable) = self.move_external(demand) {
+            return (None, Err(CompensationStatus::Unreachable(unreachable)));
+        }
         let is_from_before = self.before.as_ref() == Some(&self.near);
         let straight = self.nominal.inverse_kinematics_from(&self.near, &demand.pose);
         let is_led = straight.is_ok();
@@ -44,6 +56,15 @@ impl<'a> LedAlong<'a> {
             Err(unreachable) => Err(CompensationStatus::Unreachable(unreachable)),
         };
         (Some(at), kept)
+    }
+
+    fn move_external(&mut self, demand: &Demand) -> Result<(), Unreachable> {
+        let axes = demand.external.unwrap_or_else(|| self.as_it_came.external_axes());
+        if axes != self.external {
+            self.nominal = self.as_it_came.standing(&axes)?;
+            self.external = axes;
+        }
+        Ok(())
     }
 
     /// Whether the machine at `at`, which meets `demand`, stands in the posture of the point before. `is_led`: whether the straight line

@@ -11,6 +11,7 @@ mod command_columns;
 #[cfg(feature = "report")]
 mod deflected_pose;
 pub mod demands;
+mod external_axes;
 mod failure;
 #[cfg(feature = "report")]
 mod into_folder;

@@ -251,7 +251,13 @@ fn zeroed_at_home(nominal: &Machine) -> Result<Machine> {
     }
     let home = &nominal.home;
     let mut session = Session::new(nominal, nominal, settings());
-    let demand = Demand { pose: home.pose, load: Wrench::zero(), target: Target::FullPose, wanted: Some(home.pose) };
+    let demand = Demand {
+        pose: home.pose,
+        load: Wrench::zero(),
+        target: Target::FullPose,
+        wanted: Some(home.pose),
+        external: None,
+    };
     let held = compensate(&mut session, &demand, Method::Direct);
     if !held.status.is_success() {
         let problem =

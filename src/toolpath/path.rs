@@ -3,6 +3,8 @@
 use nalgebra::Vector3;
 use thiserror::Error;
 
+use crate::machine::ExternalAxes;
+
 /// The largest coordinate of a path, mm: beyond any machine.
 pub(crate) const MAX_COORDINATE_MM: f64 = 1e6;
 
@@ -43,6 +45,9 @@ pub struct PathPoint {
     pub spindle_rev_per_min: Option<f64>,
     /// Cutting load here, if the path brings it along.
     pub load: Option<Load>,
+    /// Where the external axes stand that the path commands, in the order of [`Toolpath::external_axes`], mm or degrees as their
+    /// names say.
+    pub external: [f64; ExternalAxes::MOST],
     /// Where the point came from.
     pub source: PointSource,
 }
@@ -51,6 +56,7 @@ pub struct PathPoint {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Toolpath {
     points: Vec<PathPoint>,
+    external_axes: Vec<String>,
 }
 
 impl Toolpath {
@@ -59,7 +65,19 @@ impl Toolpath {
     pub(crate) fn assemble(mut points: Vec<PathPoint>) -> Toolpath {
         fill_tangents(points.iter_mut().rev());
         fill_tangents(points.iter_mut());
-        Toolpath { points }
+        Toolpath { points, external_axes: Vec::new() }
+    }
+
+    /// The same path, which commands these external axes.
+    pub(crate) fn with_external_axes(mut self, names: &[String]) -> Toolpath {
+        self.external_axes = names.into();
+        self
+    }
+
+    /// Names of the external axes that the path commands, with their units: `external_table_deg`.
+    #[must_use]
+    pub fn external_axes(&self) -> &[String] {
+        &self.external_axes
     }
 
     /// The points, in order.

@@ -38,7 +38,7 @@ impl Case {
             let phi = std::f64::consts::TAU * k as f64 / points as f64;
             let position = Vector3::from(centre) + 25.0 * Vector3::new(phi.cos(), phi.sin(), 0.0);
             let load = force.wrench(phi, &nominal.tool());
-            Demand { pose: nominal.pose_at(position), load, target: Target::ToolTip, wanted: None }
+            Demand { pose: nominal.pose_at(position), load, target: Target::ToolTip, wanted: None, external: None }
         };
         let demands = (0..points).map(demand).collect();
         Self { nominal, real, demands }

@@ -283,7 +283,8 @@ fn upwards(machine: &Machine, points: usize, changes: usize) -> Vec<Demand> {
         if is_below(middle) { low = middle } else { high = middle }
     }
     let at = |point: usize| pose(low + 0.5 * (point as f64 - changes as f64 + 0.5));
-    let demand = |point| Demand { pose: at(point), load: Wrench::zero(), target: Target::ToolTip, wanted: None };
+    let demand =
+        |point| Demand { pose: at(point), load: Wrench::zero(), target: Target::ToolTip, wanted: None, external: None };
     (0..points).map(demand).collect()
 }
 

@@ -26,7 +26,7 @@ fn machines() -> (Machine, Machine) {
 
 fn demand(machine: &Machine, position: [f64; 3], phi_deg: f64, target: Target) -> Demand {
     let load = MillingForce::PAPER.wrench(phi_deg.to_radians(), &machine.tool());
-    Demand { pose: machine.pose_at(position.into()), load, target, wanted: None }
+    Demand { pose: machine.pose_at(position.into()), load, target, wanted: None, external: None }
 }
 
 fn solve(nominal: &Machine, real: &Machine, demand: &Demand, method: Method) -> Compensation {

@@ -22,7 +22,7 @@ fn demand(machine: &Machine, target: Target) -> Demand {
     let turned = Pose::from_rotation_vector(Vector3::new(0.1, -0.05, 0.2));
     let rotation = machine.home.pose.rotation * turned.rotation;
     let pose = Pose { rotation, translation: machine.home.pose.translation + Vector3::new(-60.0, 80.0, 30.0) };
-    Demand { pose, load: Wrench::new([300.0, -200.0, -400.0, 2e4, 1e4, -5e3]), target, wanted: None }
+    Demand { pose, load: Wrench::new([300.0, -200.0, -400.0, 2e4, 1e4, -5e3]), target, wanted: None, external: None }
 }
 
 fn solve(method: Method, target: Target) -> (Compensation, Pose, Pose) {

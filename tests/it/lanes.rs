@@ -195,6 +195,7 @@ fn sessions_compensated_together_end_as_each_alone() {
                             load,
                             target: Target::ToolTip,
                             wanted: None,
+                            external: None,
                         }
                     };
                     let demands: Vec<Demand> = positions.iter().enumerate().map(demand).collect();
@@ -237,7 +238,7 @@ fn weight_springs_and_modules_are_compensated_in_lanes() {
             let mut batch = Batch::at_level(&real, level);
             let demand = |(seed, at): (usize, &Configuration)| {
                 let load = some_load(&nominal, 800.0, seed);
-                Demand { pose: at.pose, load, target: Target::FullPose, wanted: None }
+                Demand { pose: at.pose, load, target: Target::FullPose, wanted: None, external: None }
             };
             let demands: Vec<Demand> = places.iter().enumerate().map(demand).collect();
             let tasks: Vec<_> = demands

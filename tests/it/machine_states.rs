@@ -125,7 +125,7 @@ fn compensated_drives_are_met() {
             let target = Target::FullPose;
             let done = compensate(
                 &mut session,
-                &Demand { pose: case.at.pose, load: case.load, target, wanted: Some(case.at.pose) },
+                &Demand { pose: case.at.pose, load: case.load, target, wanted: Some(case.at.pose), external: None },
                 method,
             );
             assert!(done.status.is_success(), "{}: {:?}", case.label, done.status);

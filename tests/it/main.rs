@@ -19,6 +19,7 @@ mod energy;
 mod equivalent_machines;
 #[cfg(all(feature = "parquet", feature = "vtk"))]
 mod exchange;
+mod external_axes;
 mod foreign_machines;
 mod frame_invariance;
 mod fuzz_corpus;

@@ -90,8 +90,13 @@ fn the_tool_of_a_tilted_workpiece_and_its_force_tilt_with_it() {
         let tip = workpiece.transform(Vector3::new(x, y, z));
         let force = workpiece.rotation * Vector3::new(fx, fy, fz);
         let load = Wrench { force, moment: lever.cross(&force) };
-        let demand =
-            Demand { pose: Pose { rotation, translation: tip - lever }, load, target: Target::ToolTip, wanted: None };
+        let demand = Demand {
+            pose: Pose { rotation, translation: tip - lever },
+            load,
+            target: Target::ToolTip,
+            wanted: None,
+            external: None,
+        };
         compensate(&mut session, &demand, Method::None).position_error.norm()
     });
     let worst = errors.into_iter().fold(0.0, f64::max);

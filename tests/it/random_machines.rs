@@ -256,7 +256,7 @@ fn check_compensation(machine: &Machine, trial: &Trial, at: &Configuration) {
     let at_rest = equilibrium(machine, &at.drives, &Wrench::zero(), &mut rest, &mut Workspace::new(machine), &settings);
     let wanted = Some(if machine.has_weight() { rest.pose } else { at.pose });
     for target in [Target::ToolTip, Target::FullPose] {
-        let demand = Demand { pose: at.pose, load: trial.load(), target, wanted: None };
+        let demand = Demand { pose: at.pose, load: trial.load(), target, wanted: None, external: None };
         for method in Method::ALL {
             let settings = compensation::CompensationSettings {
                 max_iterations: 30,

@@ -174,7 +174,7 @@ fn every_method_puts_the_tool_of_a_redundant_machine_right_by_the_same_command()
             for position in places() {
                 let pose = machine.inverse_kinematics(&machine.pose_at(position)).unwrap().pose;
                 let load = Wrench::new([800.0, -500.0, 600.0, -1e5, 2e5, 5e4]);
-                let demand = Demand { pose, load, target, wanted: None };
+                let demand = Demand { pose, load, target, wanted: None, external: None };
                 let settings = compensation::CompensationSettings { tolerance: 5e-12, ..Default::default() };
                 let mut reference: Option<Vec<f64>> = None;
                 for method in [
@@ -215,6 +215,7 @@ fn corrections_of_a_redundant_machine_do_not_depend_on_the_path_before() {
                 load: Wrench::new([500.0, 300.0, -200.0, 0.0, 0.0, 0.0]),
                 target: Target::ToolTip,
                 wanted: None,
+                external: None,
             }
         };
         let settings = compensation::CompensationSettings { tolerance: 1e-12, ..Default::default() };
@@ -242,6 +243,7 @@ fn a_whole_path_of_a_redundant_machine_is_corrected_within_limits() {
                     load: Wrench::new([500.0, 300.0, -200.0, 0.0, 0.0, 0.0]),
                     target: Target::ToolTip,
                     wanted: None,
+                    external: None,
                 }
             })
             .collect();

@@ -134,7 +134,8 @@ fn stiffness_is_met() {
 fn compensated_drives_are_met() {
     for case in Case::all("orthoglide") {
         let mut session = Session::new(&case.nominal, &case.real, CompensationSettings::default());
-        let demand = Demand { pose: case.at.pose, load: case.load, target: Target::ToolTip, wanted: None };
+        let demand =
+            Demand { pose: case.at.pose, load: case.load, target: Target::ToolTip, wanted: None, external: None };
         let done = compensate(&mut session, &demand, Method::Direct);
         assert_eq!(done.status, CompensationStatus::Converged, "{}: error {:e} mm", case.label(), done.task_error());
         case.expect("rho_compensated_mm", &done.drives, Within::Absolute(1e-8));

@@ -171,7 +171,7 @@ fn a_coupled_arm_is_compensated_by_the_same_joints() {
             let mut pose = pair.plain.home.pose;
             pose.translation += Vector3::from_fn(|i, _| 150.0 * share(seed, i));
             let load = some_load(&pair.plain, 1500.0, seed);
-            let demand = Demand { pose, load, target: Target::FullPose, wanted: None };
+            let demand = Demand { pose, load, target: Target::FullPose, wanted: None, external: None };
             for method in Method::ALL {
                 let [coupled, plain] = [&pair.coupled, &pair.plain].map(|machine| {
                     let real = machine.with_errors(&errors);

@@ -63,7 +63,7 @@ fn on_tip(machine: &Machine, position: [f64; 3], force: [f64; 3]) -> Demand {
     let pose = machine.pose_at(position.into());
     let lever = pose.rotation * machine.tool_tip;
     let load = Wrench { force: force.into(), moment: Vector3::zeros() }.shift(-lever);
-    Demand { pose, load, target: Target::ToolTip, wanted: None }
+    Demand { pose, load, target: Target::ToolTip, wanted: None, external: None }
 }
 
 fn answer(machine: &Machine, demand: &Demand, method: Method) -> (Compensation, Pose) {
@@ -192,7 +192,7 @@ fn cell_demand(machine: &Machine, by: &Pose) -> Demand {
     let lever = pose.rotation * machine.tool_tip;
     let force = by.rotation * Vector3::new(700.0, -400.0, 900.0);
     let load = Wrench { force, moment: Vector3::zeros() }.shift(-lever);
-    Demand { pose, load, target: Target::FullPose, wanted: None }
+    Demand { pose, load, target: Target::FullPose, wanted: None, external: None }
 }
 
 #[test]

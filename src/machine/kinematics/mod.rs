@@ -88,6 +88,12 @@ pub enum Unreachable {
         /// How far the point is from where it is asked for, mm.
         beside_mm: f64,
     },
+    /// The drives that serve the task cannot meet it where the external axes stand.
+    #[error("external axes: {reason}")]
+    External {
+        /// Why, in words.
+        reason: String,
+    },
     /// A drive would leave its travel.
     #[error("drive {drive} of chain {chain} at {value:.3} {unit}, travel {low:.3} to {high:.3} {unit}")]
     Travel {

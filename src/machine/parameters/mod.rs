@@ -56,11 +56,20 @@ pub(super) struct Written {
     built_in: Vec<Vec<ChainError>>,
     /// Drives held, by name, in shown units.
     pub held: Vec<(String, f64)>,
+    /// Those of them that a path moves, and between which positions.
+    pub along_path: Vec<(String, [f64; 2])>,
 }
 
 impl Written {
     pub fn new(spec: MachineSpec, origin: &str) -> Self {
-        Self { spec: Arc::new(spec), origin: origin.into(), errors: Vec::new(), built_in: Vec::new(), held: Vec::new() }
+        Self {
+            spec: Arc::new(spec),
+            origin: origin.into(),
+            errors: Vec::new(),
+            built_in: Vec::new(),
+            held: Vec::new(),
+            along_path: Vec::new(),
+        }
     }
 
     pub fn spec(&self) -> &MachineSpec {

@@ -292,7 +292,7 @@ fn turn(
     let demand_at = |phi: Option<f64>, i: usize| {
         let pose = configurations[i].pose;
         let load = phi.map_or(Wrench::zero(), |phi| study.force.wrench(phi, &machine.tool_at(&pose.rotation)));
-        source.demand(&Demand { pose, load, target: study.target, wanted: None })
+        source.demand(&Demand { pose, load, target: study.target, wanted: None, external: None })
     };
     for (index, &phi) in phis.iter().enumerate() {
         let demand = |i: usize| demand_at(phi, i);

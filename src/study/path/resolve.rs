@@ -9,7 +9,8 @@ use crate::{
     process::Process,
     study::{
         Given, Overrides, ProgramFile, Resolved,
-        demands::{demands, placed},
+        demands::{Led, demands},
+        external_axes::held_along,
         path::{
             PathStudy, Shown, Station,
             spec::{LineSpec, PathSpec},
@@ -33,7 +34,6 @@ pub(super) fn resolve(spec: &PathSpec, given: &Given<'_>) -> Result<Resolved<Pat
 
 /// A path that stands at `check`, cut by `process`.
 pub(crate) fn path(spec: &PathSpec, process: &Process, given: &Given<'_>, check: &Check) -> Result<PathStudy> {
-    let machine = &process.machine;
     let toolpath = match &spec.line {
         Some(line) if spec.circle.is_none() && spec.file.is_none() => self::line(line, process, &check.key("line"))?,
         Some(_) => return check.key("line").fail("give exactly one of circle, line and file".into()),
@@ -41,6 +41,7 @@ pub(crate) fn path(spec: &PathSpec, process: &Process, given: &Given<'_>, check:
     };
     let origin = spec.file.as_ref().map_or_else(|| check.place(), |file| given.folder.path(file).display().to_string());
     let toolpath = process.with_cuts(toolpath, &origin)?;
+    let process = &Process { machine: held_along(&process.machine, &toolpath, &origin)?, ..process.clone() };
     let demands = demands(process, &toolpath, &origin)?;
     Ok(PathStudy {
         errors: process.errors.clone(),
@@ -49,7 +50,7 @@ pub(crate) fn path(spec: &PathSpec, process: &Process, given: &Given<'_>, check:
         methods: methods(spec, &check.key("methods"))?,
         begins_twice: spec.file.is_some() && toolpath.begins_twice(),
         facts: process.facts(),
-        machine: machine.clone(),
+        machine: process.machine.clone(),
     })
 }
 
@@ -151,8 +152,9 @@ fn methods(spec: &PathSpec, check: &Check) -> Result<Vec<Method>> {
 /// φ is the heading about the tool's axis less a quarter turn: on a circle counter-clockwise about it, the polar angle of
 /// the point.
 fn stations(process: &Process, path: &Toolpath, demands: &[Demand]) -> Vec<Station> {
-    let placed = placed(&process.machine, &process.placement);
+    let mut led = Led::new(&process.machine, &process.placement);
     let station = |(point, demand): (&PathPoint, &Demand)| {
+        let placed = led.placed(demand.external);
         let heading = placed.turned(&demand.pose.rotation).tool_axes().tr_mul(&point.tangent).xy().try_normalize(1e-6);
         Station {
             arc_length_mm: point.arc_length_mm,

@@ -117,6 +117,11 @@ fn feature(spec: &FeatureSpec, given: &Given<'_>, check: &Check) -> Result<(Feat
         return check.key("file").fail("moves nowhere: a program with at least one motion is expected".into());
     }
     let origin = spec.file.as_ref().map_or_else(|| check.place(), |file| folder.path(file).display().to_string());
+    if let [first, ..] = path.external_axes() {
+        let problem =
+            format!("commands {first}: a place is sought for one position of such a drive, expected [held] instead");
+        return Err(Error::Argument { argument: origin, problem });
+    }
     let path = process.with_cuts(path, &origin)?;
     let fault = |source: LoadError| Error::Argument { argument: origin.clone(), problem: source.to_string() };
     let loads = process.cutting.loads(&path).map_err(fault)?;

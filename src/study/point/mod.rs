@@ -140,7 +140,7 @@ pub fn solve(question: &PointQuestion) -> Result<PointAnswer, Unreachable> {
         Solution::new(real, drives, &wrench, state, outcome, workspace)
     };
     let loaded = describe(&nominal.drives, &state, &outcome, &mut workspace);
-    let demand = Demand { pose: nominal.pose, load: wrench, target: question.target, wanted: None };
+    let demand = Demand { pose: nominal.pose, load: wrench, target: question.target, wanted: None, external: None };
     let failed = |status: CompensationStatus| Failure { status: status.label().into(), reason: status.reason(machine) };
     let mut asked = machines.session(Source::All);
     let zeroed = asked.zeroed(&demand);

@@ -20,7 +20,8 @@ use crate::{
     study::{
         ProgramFile,
         along_path::{Commands, Left, PathAnswer, PathCase, PathSummary, PathSums, run_in_parts},
-        demands::{Led, demands, placed},
+        demands::{Led, demands},
+        external_axes::held_along,
     },
     toolpath::{PathPoint, Toolpath},
 };
@@ -79,7 +80,7 @@ impl Corrected {
             let k = self.positions.len();
             let point = &job.path.points()[k];
             let target = answer.target.filter(|_| answer.status.is_success());
-            let position = target.map(|pose| job.commanded(point, pose));
+            let position = target.map(|pose| job.commanded(k, pose));
             match position {
                 Some(_) => {}
                 None if point.cutting => self.failures.push((k, answer.status.reason(&job.machine))),
@@ -119,23 +120,26 @@ impl ProgramJob {
     /// the cutting force needs.
     pub fn new(process: Process, program: ProgramFile, name: &str) -> Result<Self> {
         can_be_written(&process)?;
-        let machine = process.machine.clone();
         let path = program.toolpath(process.sampling)?;
         if path.is_empty() {
             let problem = "moves nowhere: a program with at least one motion is expected".into();
             return Err(Error::Argument { argument: name.into(), problem });
         }
         let path = process.with_cuts(path, name)?;
+        let process = Process { machine: held_along(&process.machine, &path, name)?, ..process };
+        let machine = process.machine.clone();
         let demands = demands(&process, &path, name)?;
         let real = machine.with_errors(&process.errors);
         Ok(Self { real, machine, process, file: program, path, demands })
     }
 
-    /// The path position that commands `target`. Along axes that are not controlled it is that of the program.
-    pub fn commanded(&self, point: &PathPoint, target: Pose) -> Vector3<f64> {
-        let placed = placed(&self.machine, &self.process.placement);
+    /// The path position that commands `target` at point `k`. Along axes that are not controlled it is that of the program.
+    pub fn commanded(&self, k: usize, target: Pose) -> Vector3<f64> {
+        let mut led = Led::new(&self.machine, &self.process.placement);
+        let placed = led.placed(self.demands[k].external);
         let workpiece = placed.workpiece();
-        let (mut position, own) = (target.transform(placed.reference()), workpiece.transform(point.position_mm));
+        let own = workpiece.transform(self.path.points()[k].position_mm);
+        let mut position = target.transform(placed.reference());
         for axis in self.machine.uncontrolled_axes() {
             position[axis] = own[axis];
         }
@@ -144,9 +148,8 @@ impl ProgramJob {
 
     /// The poses of P that positions of the program command one after another, as far as the drives control them.
     fn poses(&self, positions: impl Iterator<Item = Vector3<f64>>) -> Vec<Pose> {
-        let placed = placed(&self.machine, &self.process.placement);
-        let mut led = Led::new(&self.machine);
-        positions.map(|position| led.pose(&placed, position)).collect()
+        let mut led = Led::new(&self.machine, &self.process.placement);
+        positions.zip(&self.demands).map(|(position, demand)| led.pose(position, demand.external)).collect()
     }
 
     fn case(&self) -> PathCase<'_> {

@@ -64,7 +64,7 @@ pub fn program_table(
         let mut row: Row = vec![k.into(), job.file.line_of(point.source.segment).into()];
         row.extend([point.arc_length_mm.into(), usize::from(point.cutting).into()]);
         row.extend(cells(point.position_mm.iter().copied()));
-        let commanded = answer.target.map(|pose| job.commanded(point, pose));
+        let commanded = answer.target.map(|pose| job.commanded(k, pose));
         row.extend((0..3).map(|i| commanded.map(|p| p[i]).into()));
         row.push(before[k].into());
         let shown = |value: f64| Cell::from(answer.is_settled.then_some(value));
@@ -78,7 +78,7 @@ pub fn program_table(
         ]);
         row.extend(pose_cells(Some(&job.demands[k].pose)));
         row.extend(pose_cells(answer.target.as_ref()));
-        row.extend(drive_cells(machine, answer, answer.is_settled));
+        row.extend(drive_cells(machine, &job.demands[k], answer, answer.is_settled));
         row.extend(shown_positions(machine, &answer.delta_rho()).iter().map(|v| shown(*v)));
         row.resize(width - machine.drive_count(), Cell::Missing);
         row.extend(answer.drive_forces.iter().map(|v| shown(*v)));

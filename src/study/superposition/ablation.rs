@@ -112,7 +112,8 @@ impl AtRest {
         let (nominal, real) = (without_tool(&case.study.machine), without_tool(machine));
         let mut session = Session::new(&nominal, &real, CompensationSettings::default());
         session.stand(&case.at, &State::rigid(&nominal, &case.at));
-        let demand = Demand { pose: *pose, load: Wrench::zero(), target: Target::FullPose, wanted: Some(*pose) };
+        let demand =
+            Demand { pose: *pose, load: Wrench::zero(), target: Target::FullPose, wanted: Some(*pose), external: None };
         let done = compensate(&mut session, &demand, Method::Direct);
         if !done.status.is_success() {
             let reason =

@@ -114,6 +114,7 @@ impl Motion {
                 feed_mm_per_min: self.modal.feed_mm_per_min.filter(|_| cutting),
                 spindle_rev_per_min: self.modal.spindle_rev_per_min,
                 load: None,
+                external: Default::default(),
                 source: PointSource { segment, parameter },
             });
         }

@@ -1,5 +1,14 @@
 //! The columns a polyline file may have.
 
+use std::borrow::Cow;
+
+/// What names of columns of external axes begin with, and what they end with.
+const EXTERNAL: &str = "external_";
+const UNITS: [&str; 2] = ["_mm", "_deg"];
+
+/// Columns of external axes, in words.
+pub(super) const EXTERNAL_WORDS: &str = "external_DRIVE_mm or external_DRIVE_deg";
+
 /// A column of a polyline file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Column {
@@ -11,11 +20,13 @@ pub(super) enum Column {
     Force(usize),
     /// Component 0, 1 or 2.
     Moment(usize),
+    /// The k-th external axis of the file.
+    External(usize),
     Cutting,
 }
 
 impl Column {
-    /// Every column, in the order they are written.
+    /// Every column but external axes, in the order they are written.
     pub const ALL: [Column; 12] = [
         Column::Position(0),
         Column::Position(1),
@@ -31,21 +42,30 @@ impl Column {
         Column::Cutting,
     ];
 
-    /// Its name in the header.
-    pub fn name(self) -> &'static str {
+    /// Its name in the header of a file with these external axes.
+    pub fn name(self, external: &[String]) -> Cow<'static, str> {
         match self {
-            Column::Position(axis) => ["x_mm", "y_mm", "z_mm"][axis],
-            Column::Feed => "feed_mm_per_min",
-            Column::Spindle => "spindle_rev_per_min",
-            Column::Force(axis) => ["force_x_N", "force_y_N", "force_z_N"][axis],
-            Column::Moment(axis) => ["moment_x_Nmm", "moment_y_Nmm", "moment_z_Nmm"][axis],
-            Column::Cutting => "cutting",
+            Column::Position(axis) => ["x_mm", "y_mm", "z_mm"][axis].into(),
+            Column::Feed => "feed_mm_per_min".into(),
+            Column::Spindle => "spindle_rev_per_min".into(),
+            Column::Force(axis) => ["force_x_N", "force_y_N", "force_z_N"][axis].into(),
+            Column::Moment(axis) => ["moment_x_Nmm", "moment_y_Nmm", "moment_z_Nmm"][axis].into(),
+            Column::External(index) => external[index].clone().into(),
+            Column::Cutting => "cutting".into(),
         }
     }
 
-    /// The column of this name.
-    pub fn named(name: &str) -> Option<Column> {
-        Column::ALL.into_iter().find(|column| column.name() == name)
+    /// The column of this name, which joins `external` if it is an external axis that is not among them.
+    pub fn named(name: &str, external: &mut Vec<String>) -> Option<Column> {
+        let drive = name.strip_prefix(EXTERNAL).and_then(|rest| UNITS.iter().find_map(|unit| rest.strip_suffix(unit)));
+        if drive.is_some_and(|drive| !drive.is_empty()) {
+            let known = external.iter().position(|own| own == name).unwrap_or(external.len());
+            if known == external.len() {
+                external.push(name.to_owned());
+            }
+            return Some(Column::External(known));
+        }
+        Column::ALL.into_iter().find(|column| column.name(&[]) == name)
     }
 
     /// The columns that must be there if this one is.
@@ -54,7 +74,7 @@ impl Column {
             Column::Position(_) => [0, 1, 2].map(Column::Position),
             Column::Force(_) => [0, 1, 2].map(Column::Force),
             Column::Moment(_) => [0, 1, 2].map(Column::Moment),
-            Column::Feed | Column::Spindle | Column::Cutting => [self; 3],
+            Column::Feed | Column::Spindle | Column::External(_) | Column::Cutting => [self; 3],
         }
     }
 
@@ -66,6 +86,7 @@ impl Column {
             Column::Spindle => "a spindle speed in rev/min, from 0 to 1e9",
             Column::Force(_) => "a force in N, up to 1e12",
             Column::Moment(_) => "a moment in N·mm, up to 1e12",
+            Column::External(_) => "a position of a drive in mm or degrees, up to 1e6",
             Column::Cutting => "0 or 1",
         }
     }
@@ -74,7 +95,7 @@ impl Column {
     pub fn value(self, text: &str) -> Option<f64> {
         let value = text.parse::<f64>().ok()?;
         let fits = match self {
-            Column::Position(_) => value.abs() <= crate::toolpath::path::MAX_COORDINATE_MM,
+            Column::Position(_) | Column::External(_) => value.abs() <= crate::toolpath::path::MAX_COORDINATE_MM,
             Column::Feed | Column::Spindle => (0.0..=1e9).contains(&value),
             Column::Force(_) | Column::Moment(_) => value.abs() <= 1e12,
             Column::Cutting => value == 0.0 || value == 1.0,

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::toolpath::Sampling;
+use crate::{machine::ExternalAxes, toolpath::Sampling};
 
 /// A polyline file that cannot be read: which file and line, and why.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -37,13 +37,19 @@ pub enum PolylineFault {
     #[error("second column `{name}`; expected one")]
     RepeatedColumn {
         /// The name.
-        name: &'static str,
+        name: String,
+    },
+    /// More external axes than a path commands.
+    #[error("{count} external axes; expected at most {most}", most = ExternalAxes::MOST)]
+    TooManyAxes {
+        /// How many there are.
+        count: usize,
     },
     /// A column that must be there.
     #[error("no column `{name}`; expected it {because}")]
     MissingColumn {
         /// Its name.
-        name: &'static str,
+        name: String,
         /// Why it must.
         because: &'static str,
     },
@@ -59,7 +65,7 @@ pub enum PolylineFault {
     #[error("{column} = `{value}`; expected {expected}")]
     Value {
         /// The column's name.
-        column: &'static str,
+        column: String,
         /// The value as written.
         value: String,
         /// What the column holds.

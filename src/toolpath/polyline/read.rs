@@ -7,12 +7,13 @@ use nalgebra::Vector3;
 
 use crate::{
     input::csv_rows::{self, Row, line_number},
+    machine::ExternalAxes,
     toolpath::{
         Load, NumberFormat, PathPoint, PointSource, Sampling, Toolpath, number,
         path::direction,
         polyline::{
             Polyline,
-            column::Column,
+            column::{Column, EXTERNAL_WORDS},
             error::{PolylineError, PolylineFault},
         },
     },
@@ -31,8 +32,8 @@ impl Polyline {
             line: line_number(&source, at),
             fault,
         })?;
-        let Parsed { columns, rows, points, decimals } = parsed;
-        let path = Toolpath::assemble(points);
+        let Parsed { columns, external, rows, points, decimals } = parsed;
+        let path = Toolpath::assemble(points).with_external_axes(&external);
         Ok(Polyline { name: name.to_owned(), source, columns, rows, path, own_format: NumberFormat::seen(decimals, 0) })
     }
 }
@@ -42,6 +43,8 @@ type At<T> = Result<T, (usize, PolylineFault)>;
 
 struct Parsed {
     columns: Vec<Column>,
+    /// Names of the external axes.
+    external: Vec<String>,
     rows: Vec<Range<usize>>,
     points: Vec<PathPoint>,
     /// The most decimals of a coordinate.
@@ -53,7 +56,7 @@ fn parse(source: &[u8]) -> At<Parsed> {
     let Some((header, rows)) = rows.split_first() else {
         return Err((0, PolylineFault::NoPoints));
     };
-    let columns = header_columns(&header.fields).map_err(|fault| (header.span.start, fault))?;
+    let (columns, external) = header_columns(&header.fields).map_err(|fault| (header.span.start, fault))?;
     if rows.is_empty() {
         return Err((source.len(), PolylineFault::NoPoints));
     }
@@ -63,25 +66,26 @@ fn parse(source: &[u8]) -> At<Parsed> {
     let mut points = Vec::with_capacity(rows.len());
     let mut decimals = 0;
     for Row { fields, span } in rows {
-        let values = values(&columns, fields).map_err(|fault| (span.start, fault))?;
+        let values = values(&columns, &external, fields).map_err(|fault| (span.start, fault))?;
         points.push(point(&columns, &values, points.len()));
         decimals = decimals.max(most_decimals(&columns, fields));
     }
     measure(&mut points);
-    Ok(Parsed { columns, rows: rows.iter().map(|row| row.span.clone()).collect(), points, decimals })
+    Ok(Parsed { columns, external, rows: rows.iter().map(|row| row.span.clone()).collect(), points, decimals })
 }
 
-fn header_columns(header: &ByteRecord) -> Result<Vec<Column>, PolylineFault> {
-    let mut columns = Vec::new();
+/// The columns of the file, and the names of its external axes.
+fn header_columns(header: &ByteRecord) -> Result<(Vec<Column>, Vec<String>), PolylineFault> {
+    let (mut columns, mut external) = (Vec::new(), Vec::new());
     for name in header {
         let name = String::from_utf8_lossy(name);
-        let Some(column) = Column::named(&name) else {
-            let optional: Vec<_> = Column::ALL[3..].iter().map(|column| column.name()).collect();
-            let optional = optional.join(", ");
+        let Some(column) = Column::named(&name, &mut external) else {
+            let optional = Column::ALL[3..].iter().map(|column| column.name(&external));
+            let optional = optional.chain([EXTERNAL_WORDS.into()]).collect::<Vec<_>>().join(", ");
             return Err(PolylineFault::UnknownColumn { name: name.into_owned(), optional });
         };
         if columns.contains(&column) {
-            return Err(PolylineFault::RepeatedColumn { name: column.name() });
+            return Err(PolylineFault::RepeatedColumn { name: name.into_owned() });
         }
         columns.push(column);
     }
@@ -89,21 +93,24 @@ fn header_columns(header: &ByteRecord) -> Result<Vec<Column>, PolylineFault> {
     let always = [0, 1, 2].map(|axis| (Column::Position(axis), "in every file"));
     for (column, because) in always.into_iter().chain(with_others) {
         if !columns.contains(&column) {
-            return Err(PolylineFault::MissingColumn { name: column.name(), because });
+            return Err(PolylineFault::MissingColumn { name: column.name(&external).into_owned(), because });
         }
     }
-    Ok(columns)
+    if external.len() > ExternalAxes::MOST {
+        return Err(PolylineFault::TooManyAxes { count: external.len() });
+    }
+    Ok((columns, external))
 }
 
 /// The numbers of a row, in the order of `columns`.
-fn values(columns: &[Column], record: &ByteRecord) -> Result<Vec<f64>, PolylineFault> {
+fn values(columns: &[Column], external: &[String], record: &ByteRecord) -> Result<Vec<f64>, PolylineFault> {
     if record.len() != columns.len() {
         return Err(PolylineFault::Width { found: record.len(), expected: columns.len() });
     }
     let value = |(column, field): (&Column, &[u8])| {
         let read = std::str::from_utf8(field).ok().and_then(|text| column.value(text));
         read.ok_or_else(|| PolylineFault::Value {
-            column: column.name(),
+            column: column.name(external).into_owned(),
             value: String::from_utf8_lossy(field).into_owned(),
             expected: column.expected(),
         })
@@ -134,6 +141,7 @@ fn point(columns: &[Column], values: &[f64], segment: usize) -> PathPoint {
         feed_mm_per_min: value(Column::Feed),
         spindle_rev_per_min: value(Column::Spindle),
         load,
+        external: std::array::from_fn(|axis| value(Column::External(axis)).unwrap_or(0.0)),
         source: PointSource { segment, parameter: 1.0 },
     }
 }
@@ -205,7 +213,7 @@ mod tests {
             message("x_mm,y_mm,z\n1,2,3\n"),
             "path.csv:1: unknown column `z`; expected x_mm, y_mm, z_mm and any of feed_mm_per_min, \
              spindle_rev_per_min, force_x_N, force_y_N, force_z_N, moment_x_Nmm, moment_y_Nmm, \
-             moment_z_Nmm, cutting"
+             moment_z_Nmm, cutting, external_DRIVE_mm or external_DRIVE_deg"
         );
         assert_eq!(message("x_mm,y_mm,x_mm\n1,2,3\n"), "path.csv:1: second column `x_mm`; expected one");
         assert_eq!(message("x_mm,y_mm\n1,2\n"), "path.csv:1: no column `z_mm`; expected it in every file");

@@ -43,7 +43,7 @@ impl Polyline {
             }
             points.push(*end);
         }
-        Ok(Toolpath::assemble(points))
+        Ok(Toolpath::assemble(points).with_external_axes(self.path.external_axes()))
     }
 }
 
@@ -58,6 +58,7 @@ fn between(start: &PathPoint, end: &PathPoint, t: f64) -> PathPoint {
         tangent: direction(end.position_mm - start.position_mm),
         arc_length_mm: start.arc_length_mm + (end.arc_length_mm - start.arc_length_mm) * t,
         load: start.load.zip(end.load).map(load),
+        external: std::array::from_fn(|axis| start.external[axis] + (end.external[axis] - start.external[axis]) * t),
         source: PointSource { parameter: t, ..end.source },
         ..*end
     }

@@ -62,11 +62,7 @@ impl Polyline {
                 for k in first..last {
                     let position = corrected_mm[k].map(|c| fixed(c, format.mm_decimals()));
                     let cells = [0, 1, 2].map(|axis| Some(position[axis].clone()));
-                    out.extend(self.row(
-                        &self.source[row.clone()],
-                        &cells,
-                        points[k].load.as_ref().map(|_| &points[k]),
-                    ));
+                    out.extend(self.row(&self.source[row.clone()], &cells, Some(&points[k])));
                     out.extend_from_slice(self.line_ending());
                     pieces.push(1);
                 }
@@ -83,15 +79,15 @@ impl Polyline {
         Ok(RewrittenPolyline { bytes: out, pieces })
     }
 
-    /// The row `text` with the coordinates in `moved` in place of its own, and with the forces and moments of `loaded`.
-    fn row(&self, text: &[u8], moved: &[Option<String>; 3], loaded: Option<&PathPoint>) -> Vec<u8> {
+    /// The row `text` with the coordinates in `moved` in place of its own, and with the forces, moments and external axes of `inserted`.
+    fn row(&self, text: &[u8], moved: &[Option<String>; 3], inserted: Option<&PathPoint>) -> Vec<u8> {
         let mut reader = ReaderBuilder::new().has_headers(false).from_reader(text);
         let record = reader.byte_records().flatten().next().unwrap_or_default();
         let fields = self.columns.iter().zip(record.iter().map(on_one_line)).map(|(column, field)| {
             let own = match column {
                 Column::Position(axis) => moved[*axis].clone(),
-                Column::Force(_) | Column::Moment(_) => {
-                    loaded.and_then(|point| value(point, *column)).map(|value| value.to_string())
+                Column::Force(_) | Column::Moment(_) | Column::External(_) => {
+                    inserted.and_then(|point| value(point, *column)).map(|value| value.to_string())
                 }
                 Column::Feed | Column::Spindle | Column::Cutting => None,
             };
@@ -179,8 +175,10 @@ pub fn write(path: &Toolpath, positions_mm: &[Vector3<f64>], format: NumberForma
         Column::Cutting => some_idle,
         column => everywhere(column),
     };
-    let columns: Vec<Column> = Column::ALL.into_iter().filter(wanted).collect();
-    let mut rows = vec![columns.iter().map(|column| column.name().to_owned()).collect::<Vec<_>>()];
+    let external = path.external_axes();
+    let beside = (0..external.len()).map(Column::External);
+    let columns: Vec<Column> = Column::ALL.into_iter().filter(wanted).chain(beside).collect();
+    let mut rows = vec![columns.iter().map(|column| column.name(external).into_owned()).collect::<Vec<_>>()];
     for (point, position) in points.iter().zip(positions_mm) {
         let text = |column: &Column| match column {
             Column::Position(axis) => fixed(position[*axis], format.mm_decimals()),
@@ -204,6 +202,7 @@ fn value(point: &PathPoint, column: Column) -> Option<f64> {
         Column::Spindle => point.spindle_rev_per_min,
         Column::Force(axis) => point.load.map(|load| load.force_N[axis]),
         Column::Moment(axis) => point.load.map(|load| load.moment_Nmm[axis]),
+        Column::External(axis) => Some(point.external[axis]),
         Column::Cutting => Some(f64::from(u8::from(point.cutting))),
     }
 }

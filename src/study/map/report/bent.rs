@@ -22,7 +22,7 @@ pub fn bent(study: &WorkspaceMapStudy) -> Option<DeflectedPose> {
         let pose = at.pose;
         for &phi in &study.phis {
             let load = study.force.wrench(phi, &machine.tool_at(&pose.rotation));
-            let demand = Demand { pose, load, target: study.target, wanted: None };
+            let demand = Demand { pose, load, target: study.target, wanted: None, external: None };
             let place = format!("at {name}, tool angle {:.0}°", phi.to_degrees());
             let Some(bent) = deflected_pose(machine, &study.errors, &demand, place) else { continue };
             let size = |bent: &DeflectedPose| bent.tool_displacement_mm.norm();

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::{
+    compensation::Demand,
     machine::Machine,
     report::{
         exchange::{Cell, Column, Row, Table, cells, counts, numbers, texts},
@@ -34,7 +35,7 @@ fn row(study: &PathStudy, part: &PathPart, k: usize, source: Source) -> Row {
     row.push(compensated.status.reason(machine).into());
     displacement(part.displacement(source, k), &mut row);
     row.extend(pose_cells(Some(&demand.pose)));
-    command(machine, compensated, &mut row);
+    command(machine, demand, compensated, &mut row);
     row
 }
 
@@ -70,18 +71,18 @@ fn displacement(error: Option<Vector3<f64>>, row: &mut Row) {
     }
 }
 
-fn command(machine: &Machine, answer: &PathAnswer, row: &mut Row) {
+fn command(machine: &Machine, demand: &Demand, answer: &PathAnswer, row: &mut Row) {
     let drive_count = machine.drive_count();
     let Some(target) = answer.target.filter(|_| answer.status.is_success()) else {
         row.extend(std::iter::repeat_n(Cell::Missing, 10));
-        row.extend(drive_cells(machine, answer, false));
+        row.extend(drive_cells(machine, demand, answer, false));
         row.extend(std::iter::repeat_n(Cell::Missing, 2 * drive_count));
         return;
     };
     row.extend(pose_cells(Some(&target)));
     row.extend(cells(answer.leftover_rotation.iter().map(|v| v.to_degrees())));
     row.push(answer.position_error.norm().into());
-    row.extend(drive_cells(machine, answer, true));
+    row.extend(drive_cells(machine, demand, answer, true));
     row.extend(cells(shown_positions(machine, &answer.delta_rho())));
     row.extend(cells(answer.drive_forces.iter().copied()));
 }
