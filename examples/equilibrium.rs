@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut state = State::rigid(&machine, &commanded);
     let mut workspace = Workspace::new(&machine);
     let outcome = equilibrium(&machine, &commanded.drives, &load, &mut state, &mut workspace, &Settings::default());
-    let found = Solution::new(&machine, &commanded.drives, &load, &state, &outcome, &mut workspace);
+    let found = Solution::new(&machine, &commanded.drives, &state, &outcome, &mut workspace);
 
     println!("{:?} after {} iterations", outcome.status, outcome.iterations);
     let moved = machine.tool_displacement(&commanded.pose, &state.pose);

@@ -105,6 +105,12 @@ pub fn point(arguments: &PointArguments) -> Result<Ending> {
     let place = place(arguments, &machine)?;
     let assembly_deg = assembly(arguments, &machine)?;
     let errors = if set_errors.is_empty() { machine.assembly_errors(&assembly_deg) } else { set_errors };
+    if arguments.platform && machine.tool_compliance.is_some() {
+        let problem =
+            "what is between P and the tool tip bends, so that P is not where the tool is: expected the tool tip"
+                .into();
+        return Err(Error::Argument { argument: "--platform".into(), problem });
+    }
     let question = PointQuestion {
         machines: Machines::new(&machine, &errors)?,
         errors,

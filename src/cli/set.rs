@@ -16,7 +16,7 @@ pub fn setting(text: &str) -> std::result::Result<Setting, String> {
     let Some((name, value)) = text.rsplit_once('=') else {
         return Err(format!("\"{text}\" is not of the form NAME=VALUE"));
     };
-    let value = number(value).map_err(|_| format!("\"{value}\" is not a number"))?;
+    let value = number(value)?;
     Ok((name.trim().into(), value))
 }
 

@@ -161,7 +161,7 @@ impl Session {
 
     /// As [`Session::zeroed`], as if the workpiece stood fast.
     fn zeroed_machine(&mut self, demand: &Demand) -> Result<Demand, CompensationStatus> {
-        if demand.wanted.is_some() || self.nominal.zeroed != Zeroed::AtRest || !self.nominal.has_weight() {
+        if demand.wanted.is_some() || self.nominal.zeroed != Zeroed::AtRest || self.nominal.own_forces().is_none() {
             return Ok(*demand);
         }
         let rest = match self.rest {

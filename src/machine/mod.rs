@@ -99,14 +99,14 @@ pub struct PlatformMass {
     pub at: Vector3<f64>,
 }
 
-/// From where deflections of a machine with weight are measured.
+/// From where deflections of a machine with weight or springs are measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Zeroed {
-    /// From where it stands under its weight alone: it was zeroed there.
+    /// From where it stands without a load, under its weight and springs: it was zeroed there.
     AtRest,
-    /// From where it would stand without weight.
+    /// From where the rigid model stands, without weight and springs.
     Weightless,
-    /// From where the rigid model stands, with drives offset so that it stands there at home under its weight.
+    /// From where the rigid model stands, with drives offset so that it stands there at home under its weight and springs.
     AtHome,
 }
 
@@ -275,6 +275,27 @@ impl Machine {
         let own = self.chains.iter().chain(self.carrier.iter().flat_map(|carrier| &carrier.chains));
         let has_mass = self.platform_mass.is_some() || own.into_iter().any(|chain| chain.route.has_mass());
         has_mass && self.gravity != Vector3::zeros()
+    }
+
+    /// Whether it, or what carries the workpiece, has springs between points or in passive joints.
+    pub fn has_springs(&self) -> bool {
+        let mut own = self.chains.iter().chain(self.carrier.iter().flat_map(|carrier| &carrier.chains));
+        let is_sprung = |route: &Route| !route.point_springs.is_empty();
+        own.any(|chain| {
+            chain.passive.iter().any(|joint| joint.stiffness > 0.0)
+                || chain.route.with_loops().into_iter().any(is_sprung)
+        })
+    }
+
+    /// What moves it without a load, in words: its weight, its springs or both; `None` if nothing does, so that it rests where the rigid
+    /// model stands.
+    pub fn own_forces(&self) -> Option<&'static str> {
+        match (self.has_weight(), self.has_springs()) {
+            (true, true) => Some("weight and springs"),
+            (true, false) => Some("weight"),
+            (false, true) => Some("springs"),
+            (false, false) => None,
+        }
     }
 
     /// Drives of all chains in order, with the index of their chain.

@@ -21,6 +21,9 @@ const HALVINGS: usize = 6;
 /// What is left to go towards home where the drives count as nearest to it, as a fraction of the machine's reach.
 const NEAREST: f64 = 1e-12;
 
+/// Equations are changed as they should be if this share is missing at most.
+const MET: f64 = 1e-6;
+
 /// A drive is moved to the end of its travel in steps of this share of the machine's reach.
 const LONGEST_HOLD: f64 = 0.1;
 
@@ -88,9 +91,13 @@ impl Closure<'_> {
         Some((self.joined(&drives, &rest), free_length))
     }
 
-    /// Shortest motions of the drives, mm, that change the equations by the columns of `right`.
+    /// Shortest motions of the drives, mm, that change the equations by the columns of `right`; `None` where nothing does.
     pub(super) fn least_motions(&self, right: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-        self.split(right, None).map(|(drives, ..)| drives)
+        let (drives, rest, _) = self.split(right, None)?;
+        let drive_count = drives.nrows();
+        let changed = self.jacobian.columns(6, drive_count) * &drives
+            + self.jacobian.clone().remove_columns(6, drive_count) * rest;
+        ((changed - right).amax() <= MET * right.amax()).then_some(drives)
     }
 
     /// Way of a drive from where it stands to `value`, mm.

@@ -132,10 +132,10 @@ pub struct CutterSpec {
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum ZeroedSpec {
-    /// From where the machine stands under its weight.
+    /// From where the machine stands under its weight and springs.
     #[default]
     AtRest,
-    /// From where it would stand without weight.
+    /// From where the rigid model stands, without weight and springs.
     Weightless,
     /// From where the rigid model stands, drives offset so that the tool is there at home.
     AtHome,
@@ -410,10 +410,10 @@ pub struct PrismaticDriveSpec {
     /// Stiffness of what follows, such as a screw: in series with `stiffness`; rigid if not given.
     #[serde(rename = "shaft_stiffness_N_per_mm")]
     pub shaft_stiffness: Option<f64>,
-    /// Position from which home is sought; 0 if not given.
+    /// Position from which home is sought, as shown; 0 if not given.
     #[serde(default)]
     pub home_mm: f64,
-    /// Smallest and largest position; none if not given.
+    /// Smallest and largest position, as shown; none if not given.
     pub travel_mm: Option<[f64; 2]>,
     /// Largest force either way; none if not given.
     #[serde(rename = "force_limit_N")]
@@ -442,10 +442,10 @@ pub struct RevoluteDriveSpec {
     /// Stiffness of what follows the gear, such as a shaft: in series with `stiffness`; rigid if not given.
     #[serde(rename = "shaft_stiffness_Nmm_per_rad")]
     pub shaft_stiffness: Option<f64>,
-    /// Angle from which home is sought; 0 if not given.
+    /// Angle from which home is sought, as shown; 0 if not given.
     #[serde(default)]
     pub home_deg: f64,
-    /// Smallest and largest angle; none if not given.
+    /// Smallest and largest angle, as shown; none if not given.
     pub travel_deg: Option<[f64; 2]>,
     /// Largest torque either way; none if not given.
     #[serde(rename = "torque_limit_Nmm")]

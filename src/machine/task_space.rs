@@ -2,15 +2,19 @@
 
 use std::fmt;
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use super::{Configuration, Coordinate, Machine, Unreachable};
+use crate::spatial::rotation_log;
 
 /// Names of the axes of O.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// A difference below this share of the machine's reach is none: machine files are written with so many digits.
 pub(super) const SAME_PLACE: f64 = 1e-6;
+
+/// Orientations nearer to each other are the same, rad: angles are given with so many digits.
+const SAME_ORIENTATION: f64 = 1e-5;
 
 /// A position between the corners of the workspace box but for rounding, as a share of the machine's reach.
 const ROUNDING: f64 = 1e-9;
@@ -110,6 +114,24 @@ impl Machine {
             axis: AXES[difference.axis].into(),
             asked: shown(difference.asked),
             stands: shown(difference.stands),
+            controls: self.controls.iter().map(|c| c.name()).collect::<Vec<_>>().join(", "),
+        })
+    }
+
+    /// Whether the platform stands at `at` as it was `asked` to be turned (`R_OP`).
+    ///
+    /// # Errors
+    /// [`Unreachable::OtherOrientation`].
+    pub fn check_orientation(&self, asked: &Matrix3<f64>, at: &Configuration) -> Result<(), Unreachable> {
+        let apart = rotation_log(&(asked.transpose() * at.pose.rotation)).norm();
+        if apart <= SAME_ORIENTATION {
+            return Ok(());
+        }
+        let angles = Rotation3::from_matrix_unchecked(at.pose.rotation).euler_angles();
+        let [roll, pitch, yaw] = <[f64; 3]>::from(angles).map(|angle| shown(angle.to_degrees()) + 0.0);
+        Err(Unreachable::OtherOrientation {
+            apart_deg: apart.to_degrees(),
+            stands: format!("({roll}, {pitch}, {yaw})"),
             controls: self.controls.iter().map(|c| c.name()).collect::<Vec<_>>().join(", "),
         })
     }

@@ -26,15 +26,15 @@ pub fn outside_workspace(machine: &Machine, noun: &str, positions: impl Iterator
     }
 }
 
-/// From where deflections of `machine` are measured, if it has weight.
+/// From where deflections of `machine` are measured, if it has weight or springs.
 pub fn zeroed(machine: &Machine) -> String {
-    if !machine.has_weight() {
-        return String::new();
-    }
+    let Some(own) = machine.own_forces() else { return String::new() };
     let from = match machine.zeroed {
-        Zeroed::AtRest => "from where it rests under its weight, as it was zeroed there (zeroed = \"at_rest\")",
-        Zeroed::Weightless => "from where it would stand without weight (zeroed = \"weightless\")",
-        Zeroed::AtHome => "from the rigid model, its drives zeroed under its weight at home (zeroed = \"at_home\")",
+        Zeroed::AtRest => format!("from where it rests under its {own}, as it was zeroed there (zeroed = \"at_rest\")"),
+        Zeroed::Weightless => format!("from the rigid model, without {own} (zeroed = \"weightless\")"),
+        Zeroed::AtHome => {
+            format!("from the rigid model, its drives zeroed under its {own} at home (zeroed = \"at_home\")")
+        }
     };
     format!("Deflections of {} are measured {from}.\n", machine.name)
 }

@@ -43,6 +43,7 @@ pub fn wrench_at_pose(
     }
     // The tool carries what is sought, so it bends by it: Newton's method on the wrench.
     let mut wrench = Wrench::zero();
+    let mut last = f64::INFINITY;
     for _ in 0..settings.max_iterations {
         let (body, own) = tool::held(machine, pose, &wrench);
         let mut force = wrench_on_body(machine, drives, &body, state, workspace, settings)?;
@@ -54,8 +55,12 @@ pub fn wrench_at_pose(
         if !wrench.norm(machine.reach).is_finite() {
             return None;
         }
-        if Wrench::from_vector(&change).norm(machine.reach) <= settings.tolerance * wrench.norm(machine.reach).max(1.0)
-        {
+        let changed = Wrench::from_vector(&change).norm(machine.reach);
+        let is_found = changed <= settings.tolerance * wrench.norm(machine.reach).max(1.0);
+        // The wrench of a stiff machine is known to rounding of its pose: it is found where it no longer comes nearer.
+        let is_rounding = changed >= 0.5 * last && is_short(&force.stiffness, &left, machine.reach, settings.tolerance);
+        last = changed;
+        if is_found || is_rounding {
             (state.pose, state.body) = (*pose, Some(body));
             force.stiffness = in_series * force.stiffness;
             force.drive_wrench = in_series * force.drive_wrench;
@@ -63,6 +68,12 @@ pub fn wrench_at_pose(
         }
     }
     None
+}
+
+/// Whether a body that is out of balance by `left` is so by a displacement below `tolerance` times the machine's reach.
+fn is_short(stiffness: &Matrix6<f64>, left: &Vector6<f64>, reach: f64, tolerance: f64) -> bool {
+    let Some(twist) = stiffness.lu().solve(left) else { return false };
+    twist.fixed_rows::<3>(0).amax().max(twist.fixed_rows::<3>(3).amax() * reach) <= tolerance * reach
 }
 
 /// The same with P held by the platform's body.

@@ -57,17 +57,12 @@ pub struct Solution {
 }
 
 impl Solution {
-    /// Describes `state`, which solves `machine` under `load` with drives at `drives`, as `outcome` reports.
-    pub fn new(
-        machine: &Machine,
-        drives: &[f64],
-        load: &Wrench,
-        state: &State,
-        outcome: &Outcome,
-        workspace: &mut Workspace,
-    ) -> Self {
+    /// Describes `state`, which solves `machine` with drives at `drives`, as `outcome` reports.
+    pub fn new(machine: &Machine, drives: &[f64], state: &State, outcome: &Outcome, workspace: &mut Workspace) -> Self {
         let stiffnesses = chain_stiffnesses(machine, drives, state, workspace);
-        let twist: Option<Vector6<f64>> = outcome.compliance.map(|compliance| compliance * load.to_vector());
+        let total: Option<Matrix6<f64>> = stiffnesses.iter().copied().sum();
+        let carried: Vector6<f64> = state.chains.iter().map(|own| own.wrench.to_vector()).sum();
+        let twist = total.and_then(|total| total.lu().solve(&carried));
         let chains = machine.chains.iter().zip(&state.chains).zip(stiffnesses).map(|((chain, own), stiffness)| {
             let share = stiffness.zip(twist).map(|(stiffness, twist)| stiffness * twist);
             ChainSolution {

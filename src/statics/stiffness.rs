@@ -92,6 +92,9 @@ pub fn rigid_wrenches(compliance: &Matrix6<f64>, reach: f64) -> Vec<Vector6<f64>
 /// An eigenvalue of a compliance below this fraction of the largest is that of a rigid direction.
 const RIGID: f64 = 1e-12;
 
+/// A point that yields less is rigid: the stiffest spring that a machine may have, mm/N.
+const RIGID_MM_PER_N: f64 = 1e-18;
+
 /// Compliance of a point fixed to the platform at `offset` mm from P (O axes): its displacement per force acting on it,
 /// mm/N, from the compliance of P.
 pub fn tool_compliance(compliance: &Matrix6<f64>, offset: nalgebra::Vector3<f64>) -> Matrix3<f64> {
@@ -106,7 +109,7 @@ pub fn tool_compliance(compliance: &Matrix6<f64>, offset: nalgebra::Vector3<f64>
 pub fn principal_stiffnesses(compliance: &Matrix3<f64>) -> [f64; 3] {
     let symmetric = (compliance + compliance.transpose()) * 0.5;
     let compliances = symmetric.symmetric_eigenvalues();
-    let least = RIGID * compliances.amax();
+    let least = (RIGID * compliances.amax()).max(RIGID_MM_PER_N);
     let mut stiffnesses: [f64; 3] = compliances.map(|c| if c.abs() <= least { f64::INFINITY } else { 1.0 / c }).into();
     stiffnesses.sort_by(f64::total_cmp);
     stiffnesses

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::{
     compensation::{CompensationSettings, Demand, Method, Session, Target, compensate},
     input::error::{Error, Result},
-    machine::{ChainError, Machine, Zeroed},
+    machine::{ChainError, Configuration, Machine, Zeroed},
     spatial::Wrench,
     statics::{self, Batch},
 };
@@ -16,20 +16,20 @@ use crate::{
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Source {
-    /// The cutting force on the nominal machine.
+    /// The cutting force on the nominal machine, from where that rests.
     Cutting,
-    /// The weight of the nominal machine, against the rigid model.
+    /// Weight and springs of the nominal machine, against the rigid model.
     Weight,
-    /// The chain errors of the unloaded real machine.
+    /// The chain errors of the unloaded real machine, from where the nominal one rests.
     Errors,
-    /// All at once: what happens. Weight is a part of it unless the machine was zeroed under its weight.
+    /// All at once: what happens. Weight and springs are a part of it unless the machine was zeroed at rest.
     All,
 }
 
 impl Source {
     /// The sources of a machine, in table order: of one without weight, all others.
     pub fn of(machine: &Machine) -> &'static [Source] {
-        Self::of_count(if machine.has_weight() { 4 } else { 3 })
+        Self::of_count(if machine.own_forces().is_some() { 4 } else { 3 })
     }
 
     fn of_count(count: usize) -> &'static [Source] {
@@ -41,7 +41,7 @@ impl Source {
 
     /// The sources whose sum superposition takes for all of them.
     pub fn parts(machine: &Machine) -> &'static [Source] {
-        match machine.has_weight() && machine.zeroed != Zeroed::AtRest {
+        match machine.own_forces().is_some() && machine.zeroed != Zeroed::AtRest {
             true => &[Source::Cutting, Source::Weight, Source::Errors],
             false => &[Source::Cutting, Source::Errors],
         }
@@ -69,14 +69,21 @@ impl Source {
 
     /// The beginning of a sentence that says how far the tool is moved.
     #[cfg(feature = "report")]
-    pub(crate) fn moves(self, machine: &Machine) -> &'static str {
+    pub(crate) fn moves(self, machine: &Machine) -> String {
+        let own = machine.own_forces().unwrap_or("weight");
         match self {
-            Source::Cutting => "The cutting force alone moves the tool",
-            Source::Weight if machine.zeroed == Zeroed::AtRest => "Its weight, which is taken as zeroed, moves it",
-            Source::Weight => "Weight alone moves it",
-            Source::Errors => "Chain errors alone move it",
-            Source::All if Self::parts(machine).len() > 2 => "All together move it",
-            Source::All => "Both together move it",
+            Source::Cutting => "The cutting force alone moves the tool".into(),
+            Source::Weight if machine.zeroed == Zeroed::AtRest => {
+                format!(
+                    "Its {own}, which {} taken as zeroed, {}",
+                    if own == "weight" { "is" } else { "are" },
+                    moves(own)
+                )
+            }
+            Source::Weight => format!("Its {own} alone {}", moves(own)),
+            Source::Errors => "Chain errors alone move it".into(),
+            Source::All if Self::parts(machine).len() > 2 => "All together move it".into(),
+            Source::All => "Both together move it".into(),
         }
     }
 
@@ -84,6 +91,11 @@ impl Source {
     pub fn has_cutting_force(self) -> bool {
         matches!(self, Source::Cutting | Source::All)
     }
+}
+
+#[cfg(feature = "report")]
+fn moves(own_forces: &str) -> &'static str {
+    if own_forces == "weight" { "moves it" } else { "move it" }
 }
 
 /// A value for each source of a machine, in table order.
@@ -191,10 +203,11 @@ impl<T: Default> Gathered<T> {
 pub struct Machines {
     /// Commands.
     pub nominal: Machine,
+    /// The same, zeroed where it rests.
+    at_rest: Machine,
     /// Answers for all at once: it has the chain errors, its weight, and the drives' offsets if it was zeroed at home.
     pub real: Machine,
-    /// Answer for cutting, weight and chain errors alone.
-    cutting: Machine,
+    /// Answer for weight and chain errors alone.
     weight: Machine,
     errors: Machine,
 }
@@ -206,27 +219,39 @@ impl Machines {
     /// The machine is zeroed at home, and no drives hold it there under its weight.
     pub fn new(nominal: &Machine, errors: &[ChainError]) -> Result<Self> {
         let weight = zeroed_at_home(nominal)?;
-        let is_zeroed_at_rest = nominal.zeroed == Zeroed::AtRest;
-        let cutting = if is_zeroed_at_rest { nominal.clone() } else { nominal.weightless() };
-        let perfect = Self { real: weight.clone(), errors: cutting.clone(), cutting, weight, nominal: nominal.clone() };
+        let mut at_rest = nominal.clone();
+        if at_rest.zeroed != Zeroed::AtRest {
+            at_rest.zeroed = Zeroed::AtRest;
+        }
+        let perfect = Self { real: weight.clone(), errors: at_rest.clone(), at_rest, weight, nominal: nominal.clone() };
         Ok(perfect.with_errors(errors))
     }
 
     /// The same machine with other errors of its chains.
     pub fn with_errors(&self, errors: &[ChainError]) -> Self {
-        let is_zeroed_at_rest = self.nominal.zeroed == Zeroed::AtRest;
-        let alone = self.nominal.with_errors(errors);
-        Self {
-            real: self.weight.with_errors(errors),
-            errors: if is_zeroed_at_rest { alone } else { alone.weightless() },
-            ..self.clone()
+        Self { real: self.weight.with_errors(errors), errors: self.at_rest.with_errors(errors), ..self.clone() }
+    }
+
+    /// The same machines at home at `at`: drives to spare stand as near to it as they can.
+    pub(crate) fn at_home_at(&self, at: &Configuration) -> Self {
+        let mut machines = self.clone();
+        machines.nominal.home.clone_from(at);
+        machines.at_rest.home.clone_from(at);
+        machines
+    }
+
+    /// The machine that commands what `source` is asked for: cutting and chain errors act from where it rests, whatever it is zeroed to.
+    pub fn commanding(&self, source: Source) -> &Machine {
+        match source {
+            Source::Cutting | Source::Errors => &self.at_rest,
+            Source::Weight | Source::All => &self.nominal,
         }
     }
 
     /// The machine that answers for `source`.
     pub fn answering(&self, source: Source) -> &Machine {
         match source {
-            Source::Cutting => &self.cutting,
+            Source::Cutting => &self.at_rest,
             Source::Weight => &self.weight,
             Source::Errors => &self.errors,
             Source::All => &self.real,
@@ -235,7 +260,7 @@ impl Machines {
 
     /// A session that answers for `source`, standing at home.
     pub fn session(&self, source: Source) -> Session {
-        Session::new(&self.nominal, self.answering(source), settings())
+        Session::new(self.commanding(source), self.answering(source), settings())
     }
 
     /// Storage for many cases of what answers for `source`.
@@ -244,9 +269,10 @@ impl Machines {
     }
 }
 
-/// The machine as zeroing at home leaves it: its drives offset so that it stands there under its weight as the rigid model does.
+/// The machine as zeroing at home leaves it: its drives offset so that it stands there under its weight and springs as the rigid
+/// model does.
 fn zeroed_at_home(nominal: &Machine) -> Result<Machine> {
-    if nominal.zeroed != Zeroed::AtHome || !nominal.has_weight() {
+    if nominal.zeroed != Zeroed::AtHome || nominal.own_forces().is_none() {
         return Ok(nominal.clone());
     }
     let home = &nominal.home;

@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, Matrix6, SMatrix, Vector3, Vector6};
 
 fn solution(machine: &Machine, load: &Wrench) -> (State, Outcome, Solution) {
     let (state, outcome) = settle(machine, &machine.home, load);
-    let solution = Solution::new(machine, &machine.home.drives, load, &state, &outcome, &mut Workspace::new(machine));
+    let solution = Solution::new(machine, &machine.home.drives, &state, &outcome, &mut Workspace::new(machine));
     (state, outcome, solution)
 }
 

@@ -41,6 +41,7 @@ mod machine_states;
 mod measured_robot;
 mod new_study;
 mod own_files;
+mod own_forces;
 mod parameters;
 mod path_study;
 mod placement;

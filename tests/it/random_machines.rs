@@ -141,7 +141,7 @@ fn check_equilibrium(machine: &Machine, trial: &Trial, at: &Configuration) -> bo
             );
         }
         assert_eq!(outcome.status.reason(machine).is_empty(), is_solved, "{:?}", outcome.status);
-        let solution = Solution::new(answering, &at.drives, &load, &state, &outcome, &mut workspace);
+        let solution = Solution::new(answering, &at.drives, &state, &outcome, &mut workspace);
         finite("drive forces", &solution.drive_forces());
         finite("stability", solution.stability.iter());
         finite(

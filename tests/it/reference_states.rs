@@ -82,7 +82,7 @@ fn equilibria_are_met() {
         for case in Case::all(machine) {
             let mut workspace = Workspace::new(&case.real);
             let (state, outcome) = case.solve(&mut workspace);
-            let solution = Solution::new(&case.real, &case.at.drives, &case.load, &state, &outcome, &mut workspace);
+            let solution = Solution::new(&case.real, &case.at.drives, &state, &outcome, &mut workspace);
             let [nominal, force] = match machine {
                 "rotary_delta" => ["rho_nominal_rad", "actuator_torque_Nmm"],
                 _ => ["rho_nominal_mm", "actuator_force_N"],

@@ -239,7 +239,7 @@ proptest! {
         for (name, ..) in CATALOGUE {
             let loaded = Loaded::new(name, s, p, d);
             let solution = Solution::new(
-                &loaded.machine, &loaded.at.drives, &loaded.load, &loaded.state, &loaded.outcome,
+                &loaded.machine, &loaded.at.drives, &loaded.state, &loaded.outcome,
                 &mut Workspace::new(&loaded.machine),
             );
             let reach = loaded.machine.reach;

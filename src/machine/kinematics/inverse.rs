@@ -10,8 +10,11 @@ use super::{
 };
 use crate::{
     machine::{Coordinate, Machine},
-    spatial::{Pose, rotation_exp, rotation_log},
+    spatial::{Pose, RankRevealing, rotation_exp, rotation_log},
 };
+
+/// A pivot below this fraction of the largest is zero: the drives do not hold the platform.
+const RANK_TOLERANCE: f64 = 1e-12;
 
 /// Where a straight way ends is found to this share of the machine's reach, but to no less than this share of the way.
 const WAY_END: f64 = 1e-4;
@@ -84,7 +87,7 @@ impl Machine {
 
     /// Derivative of the drives by the controlled task coordinates at `at`: one row per drive (mm, rad), one column per
     /// coordinate (mm, rad about the axes of the platform). Redundant drives move as little as they can, slides in mm and
-    /// hinges in mm at the machine's reach. `None` at the end of a chain's reach.
+    /// hinges in mm at the machine's reach. `None` in a singularity, as at the end of a chain's reach.
     pub fn drive_jacobian(&self, at: &Configuration) -> Option<DMatrix<f64>> {
         let mut closure = Closure::new(self);
         closure.linearise(at, &Command::Task(&at.pose));
@@ -99,10 +102,11 @@ impl Machine {
         let mut by_task = if self.redundancy > 0 {
             closure.least_motions(&right)?
         } else {
-            let transposed = closure.jacobian.transpose();
-            let factor = (&transposed * &closure.jacobian).cholesky()?;
-            let unknowns = factor.solve(&(transposed * right));
-            unknowns.rows(6, self.drive_count()).into_owned()
+            let factored = RankRevealing::new(closure.jacobian.clone(), RANK_TOLERANCE);
+            if factored.rank() < closure.jacobian.ncols() {
+                return None;
+            }
+            factored.solve(&right)?.rows(6, self.drive_count()).into_owned()
         };
         for (mut row, (_, drive)) in by_task.row_iter_mut().zip(self.drives()) {
             row /= closure.unit(drive.motion);

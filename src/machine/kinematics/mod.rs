@@ -79,6 +79,18 @@ pub enum Unreachable {
         /// The coordinates that are controlled.
         controls: String,
     },
+    /// An orientation is asked for that the drives cannot turn the platform to.
+    #[error(
+        "orientation: {apart_deg:.3} degrees from the one in which the platform stands there, roll, pitch and yaw {stands}; it controls {controls}"
+    )]
+    OtherOrientation {
+        /// The angle between them, degrees.
+        apart_deg: f64,
+        /// The roll, pitch and yaw of the platform there, degrees.
+        stands: String,
+        /// The coordinates that are controlled.
+        controls: String,
+    },
     /// The platform turns with its position, and the point that is to be led is not where it should be.
     #[error(
         "the platform turns with its position: no place of it was found that puts the point of the path where it is asked for \

@@ -73,6 +73,8 @@ struct ExplorerData<'a> {
     machine: Vec<&'a Polyline>,
     springs: Vec<&'a Polyline>,
     masses: Vec<&'a MassMark>,
+    /// From P to T, mm.
+    tool: [[f64; 3]; 2],
 }
 
 #[derive(Debug, Serialize)]
@@ -182,6 +184,7 @@ fn explorer_view(explorer: &Explorer, data: &Dataset, description: &Description)
         machine: lines.collect(),
         springs: home.springs().collect(),
         masses: home.masses().collect(),
+        tool: [home.platform_mm, home.tool_tip_mm],
     });
     ExplorerView { title: explorer.title.clone(), shape: explorer.shape, note: note(explorer, data, precision), json }
 }

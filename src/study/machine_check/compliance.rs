@@ -18,7 +18,7 @@ const FORCE_N: f64 = 1.0;
 pub(super) struct Compliance {
     /// Principal stiffnesses, N/mm, ascending; `None` where the platform is free.
     pub stiffness: Option<[f64; 3]>,
-    /// Share of each elastic element, all directions together; sums to 1.
+    /// Share of each elastic element, all directions together; sums to 1. None where the tip is rigid.
     pub shares: Vec<(String, f64)>,
 }
 
@@ -56,6 +56,9 @@ pub(super) fn compliance(
         }
     }
     let total: f64 = shares.iter().map(|(_, energy)| energy).sum();
+    if stiffness.is_some_and(|[least, ..]: [f64; 3]| least.is_infinite()) || total == 0.0 {
+        shares.clear();
+    }
     for (_, share) in &mut shares {
         *share /= total;
     }

@@ -68,7 +68,7 @@ const NEGLIGIBLE_SHARE: f64 = 1e-5;
 
 /// An element with a smaller share does not move the tool tip for its place, whatever its stiffness: a wrist axis through
 /// the tip.
-const UNMOVED_SHARE: f64 = 1e-15;
+const UNMOVED_SHARE: f64 = 1e-7;
 
 /// A tool that leans less from an axis of the platform is along it, degrees.
 const SKEW_TOOL_DEG: f64 = 0.1;

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use serde::Serialize;
 
 use crate::{
-    machine::{Configuration, Machine},
+    machine::{Configuration, Machine, Motion},
     spatial::Wrench,
     statics::{State, Workspace, drive_forces, equilibrium},
     study::sources::TO_ROUNDING,
@@ -14,8 +14,8 @@ use crate::{
 const TRIAL_KG: f64 = 1.0;
 /// The mass is corrected this often for how far it bends the machine.
 const CORRECTIONS: usize = 4;
-/// A drive whose force grows less by a kilogram does not carry it, as a share of its limit.
-const NOT_CARRIED: f64 = 1e-9;
+/// A drive whose force grows less by a kilogram does not carry it, as a share of that kilogram's weight, of a hinge at the machine's reach.
+const NOT_CARRIED: f64 = 1e-6;
 
 /// What the tool tip can carry where it can carry least.
 #[derive(Debug, Clone, Serialize)]
@@ -59,15 +59,16 @@ pub(super) fn payload(machine: &Machine, places: &[Configuration], workspace: &m
 fn held_beyond(machine: &Machine, at: &Configuration, kilograms: f64, workspace: &mut Workspace) -> Option<Held> {
     let start = forces(machine, at, kilograms, workspace)?;
     let more = forces(machine, at, kilograms + TRIAL_KG, workspace)?;
-    let limits = machine.drives().map(|(_, drive)| drive.force_limit);
+    let limits = machine.drives().map(|(_, drive)| (drive.force_limit, drive.motion));
     let mut least: Option<Held> = None;
-    for (drive, limit) in limits.enumerate() {
+    for (drive, (limit, motion)) in limits.enumerate() {
         let Some(limit) = limit else { continue };
+        let lever = if motion == Motion::Revolute { machine.reach } else { 1.0 };
         if kilograms == 0.0 && start[drive].abs() > limit {
             return Some((0.0, drive));
         }
         let per_kilogram = (more[drive] - start[drive]) / TRIAL_KG;
-        if per_kilogram.abs() <= NOT_CARRIED * limit {
+        if per_kilogram.abs() <= NOT_CARRIED * machine.gravity.norm() * lever {
             continue;
         }
         let mass = (kilograms + (limit - start[drive] * per_kilogram.signum()) / per_kilogram.abs()).max(0.0);

@@ -14,7 +14,7 @@ use crate::{
 /// The findings as text.
 pub fn machine_text(machine: &Machine, findings: &Findings) -> String {
     let mut text = rigid_text(machine, findings);
-    text += &stiffness_text(findings);
+    text += &stiffness_text(machine, findings);
     text += &survey_text(findings);
     text += &shares_text(machine, findings);
     text + &provenance_text(machine) + &warnings_text(findings)
@@ -35,6 +35,9 @@ fn shares_text(machine: &Machine, findings: &Findings) -> String {
         Some(_) => "where its compliance from the workpiece is",
         None => "where the tool's compliance comes from",
     };
+    if findings.compliance_shares.is_empty() {
+        return String::new();
+    }
     let mut text = match softest {
         Some(_) => format!("  {title:<42} at home   softest\n"),
         None => format!("  {title:<42} at home\n"),
@@ -56,7 +59,9 @@ fn survey_text(findings: &Findings) -> String {
     if let Some(Softest { position_mm, tool_stiffness_n_per_mm: [least, ..], .. }) = softest {
         text += &format!("    softest          {least:.1} N/mm {}\n", place(position_mm));
     }
-    if let Some(Droop { range_mm: [least, largest], position_mm, .. }) = droop {
+    if let Some(Droop { range_mm: [least, largest], position_mm, .. }) = droop
+        && least.is_finite()
+    {
         text += &format!(
             "    droop by weight  {least:.3} to {largest:.3} mm of the tool tip from the rigid machine, most {}\n",
             place(position_mm)
@@ -67,6 +72,7 @@ fn survey_text(findings: &Findings) -> String {
             "    payload          {kilograms:.1} kg at the tool tip, at rest, beside its own weight: {drive} is then at its limit {}\n",
             place(position_mm)
         ),
+        None if *reached == 0 => String::new(),
         None => "    payload          not told: no drive with a force or torque limit carries it\n".into(),
     };
     text
@@ -85,6 +91,9 @@ fn spans_text(findings: &Findings) -> String {
         span.as_ref().map(|[back, forth]| format!("{axis} {} to {}", end(*back), end(*forth)))
     };
     let spans: Vec<String> = ["x", "y", "z"].into_iter().zip(&findings.spans).filter_map(along).collect();
+    if spans.is_empty() {
+        return String::new();
+    }
     format!("  from home          {} mm, one axis at a time, oriented as at home\n", spans.join(", "))
 }
 
@@ -227,12 +236,16 @@ fn direction(v: Vector3<f64>) -> String {
     format!("({x}, {y}, {z})")
 }
 
-fn stiffness_text(findings: &Findings) -> String {
+fn stiffness_text(machine: &Machine, findings: &Findings) -> String {
     let mut text = String::new();
     match findings.tool_stiffness {
         Some(principal) => {
             let shown = principal.map(|k| if k.is_infinite() { "rigid".into() } else { format!("{k:.1}") });
-            text += &format!("  tool stiffness     {} N/mm (principal, of the tool tip, at home)\n", shown.join(", "));
+            let without = if machine.has_weight() { ", without weight" } else { "" };
+            text += &format!(
+                "  tool stiffness     {} N/mm (principal, of the tool tip, at home{without})\n",
+                shown.join(", ")
+            );
         }
         None => text += "  tool stiffness     none: the platform is free or unstable at home\n",
     }

@@ -10,7 +10,7 @@ use super::{
 use crate::{
     machine::{Configuration, Machine},
     spatial::{Grid, Wrench},
-    statics::{State, Workspace, equilibrium, principal_stiffnesses, tool_compliance, unloaded_compliance},
+    statics::{State, Status, Workspace, equilibrium, principal_stiffnesses, tool_compliance, unloaded_compliance},
     study::sources::TO_ROUNDING,
 };
 
@@ -105,7 +105,7 @@ fn droop(machine: &Machine, places: &[Configuration], workspace: &mut Workspace)
     for at in places {
         let mut state = State::rigid(machine, at);
         let outcome = equilibrium(machine, &at.drives, &Wrench::zero(), &mut state, workspace, &TO_ROUNDING);
-        if !outcome.is_equilibrium() {
+        if outcome.status != Status::Solved {
             droop.without.get_or_insert_with(|| (0, outcome.status.reason(machine))).0 += 1;
             continue;
         }
@@ -115,7 +115,7 @@ fn droop(machine: &Machine, places: &[Configuration], workspace: &mut Workspace)
             let mut state = State::rigid(carrier, &touched);
             let mut own = Workspace::new(carrier);
             let outcome = equilibrium(carrier, &touched.drives, &Wrench::zero(), &mut state, &mut own, &TO_ROUNDING);
-            if !outcome.is_equilibrium() {
+            if outcome.status != Status::Solved {
                 droop.without.get_or_insert_with(|| (0, outcome.status.reason(carrier))).0 += 1;
                 continue;
             }

@@ -51,6 +51,7 @@ impl Place {
             Place::Pose(pose) => {
                 let at = machine.inverse_kinematics(pose)?;
                 machine.check_asked(pose.translation, &at)?;
+                machine.check_orientation(&pose.rotation, &at)?;
                 Ok(at)
             }
             Place::Drives(drives) => {
@@ -106,7 +107,7 @@ pub struct PointAnswer {
     pub branch: Option<(Branch, Clearance)>,
     /// The pose of P from which displacements are measured: where the machine is zeroed; the reason if it does not stand there.
     pub zero: Result<Pose, Failure>,
-    /// Displacement of the tool tip by the weight of the nominal machine, against the rigid model, mm; `None` without weight.
+    /// Displacement of the tool tip by weight and springs of the nominal machine, against the rigid model, mm; `None` without any.
     pub by_weight: Option<Result<Vector3<f64>, Failure>>,
     /// Unloaded stiffness of the nominal machine; `None` where a chain has no 6×6 stiffness.
     pub stiffness_unloaded: Option<Matrix6<f64>>,
@@ -125,9 +126,13 @@ pub struct PointAnswer {
 /// [`Unreachable`] if the nominal machine cannot go there.
 pub fn solve(question: &PointQuestion) -> Result<PointAnswer, Unreachable> {
     let machine = &question.machine;
-    let machines = &question.machines;
-    let real = &machines.real;
     let nominal = question.place.command(machine)?;
+    // Drives to spare stay as near as they can to where they are asked for.
+    let machines = &match question.place {
+        Place::Drives(_) if machine.redundancy > 0 => question.machines.at_home_at(&nominal),
+        _ => question.machines.clone(),
+    };
+    let real = &machines.real;
     let tool = machine.tool_at(&nominal.pose.rotation);
     let wrench = match question.load {
         PointLoad::Milling(force, phi) => force.wrench(phi, &tool),
@@ -137,7 +142,7 @@ pub fn solve(question: &PointQuestion) -> Result<PointAnswer, Unreachable> {
     let mut state = State::rigid(machine, &nominal);
     let outcome = equilibrium(real, &nominal.drives, &wrench, &mut state, &mut workspace, &TO_ROUNDING);
     let describe = |drives: &[f64], state: &State, outcome: &Outcome, workspace: &mut Workspace| {
-        Solution::new(real, drives, &wrench, state, outcome, workspace)
+        Solution::new(real, drives, state, outcome, workspace)
     };
     let loaded = describe(&nominal.drives, &state, &outcome, &mut workspace);
     let demand = Demand { pose: nominal.pose, load: wrench, target: question.target, wanted: None, external: None };
@@ -161,7 +166,7 @@ pub fn solve(question: &PointQuestion) -> Result<PointAnswer, Unreachable> {
     };
     Ok(PointAnswer {
         zero: zeroed.map(|demand| *demand.wanted()).map_err(failed),
-        by_weight: machine.has_weight().then(|| {
+        by_weight: machine.own_forces().is_some().then(|| {
             let mut session = machines.session(Source::Weight);
             session.stand(&nominal, &State::rigid(machine, &nominal));
             let sunk = compensate(&mut session, &Source::Weight.demand(&demand), Method::None);

@@ -98,7 +98,7 @@ fn blank(question: &PointQuestion, assembly_deg: &[f64]) -> Map<String, Value> {
     object.insert("schema".into(), json!(SCHEMA));
     object.insert("drives".into(), json!(drives(machine)));
     object.insert("position_mm".into(), json!(question.place.position().map(array)));
-    object.insert("zeroed".into(), json!(machine.has_weight().then(|| machine.zeroed.label())));
+    object.insert("zeroed".into(), json!(machine.own_forces().map(|_| machine.zeroed.label())));
     let held: Map<String, Value> =
         machine.held_drives().into_iter().map(|(label, value, _)| (label, json!(value))).collect();
     if !held.is_empty() {
@@ -236,7 +236,8 @@ pub fn point_text(answer: &PointAnswer) -> String {
         text += &format!("  zero                      {sentence}\n");
     }
     for sentence in cautions::carried(machine).lines() {
-        text += &format!("  workpiece                 {sentence}\n");
+        let what = if machine.carrier.is_some() { "workpiece" } else { "drives" };
+        text += &format!("  {what:<25} {sentence}\n");
     }
     for sentence in cautions::large_errors(machine, &answer.question.errors).lines() {
         text += &format!("  large error               {sentence}\n");
@@ -302,16 +303,21 @@ pub fn point_text(answer: &PointAnswer) -> String {
         text +=
             &format!("  play at the tool          ±{} mm by backlash and friction of the drives\n", triple(play, 4));
     }
-    let turn = rotation_log(&(loaded.pose.rotation * answer.nominal.pose.rotation.transpose()));
-    text += &format!(
-        "  platform displacement     {} mm, rotation {} mrad\n",
-        triple(loaded.pose.translation - answer.nominal.pose.translation, 4),
-        triple(turn * 1e3, 3)
-    );
-    if let Some([least, middle, most]) = answer.tool_stiffness {
+    if let Ok(zero) = &answer.zero {
+        let turn = rotation_log(&(loaded.pose.rotation * zero.rotation.transpose()));
+        let what = if machine.tool_compliance.is_some() { "P, as the tool has it" } else { "platform displacement" };
         text += &format!(
-            "  tool stiffness            {least:.1}, {middle:.1}, {most:.1} N/mm (principal, of the tool tip)\n"
+            "  {what:<25} {} mm, rotation {} mrad\n",
+            triple(loaded.pose.translation - zero.translation, 4),
+            triple(turn * 1e3, 3)
         );
+    }
+    if let Some([least, middle, most]) = answer.tool_stiffness {
+        let [least, middle, most] = [least, middle, most].map(|stiffness| match stiffness.is_finite() {
+            true => format!("{stiffness:.1}"),
+            false => "rigid".into(),
+        });
+        text += &format!("  tool stiffness            {least}, {middle}, {most} N/mm (principal, of the tool tip)\n");
     }
     text + &drive_table(answer)
 }

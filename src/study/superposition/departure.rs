@@ -176,9 +176,10 @@ pub(super) struct Case<'a> {
     pub machines: &'a Machines,
     /// Nominal inverse kinematics of the command.
     pub at: Configuration,
-    /// Where P of the machine that answers for cutting rests, unloaded: the commanded pose, unless weight acts or passive joints have
-    /// springs.
+    /// Where P of the nominal machine rests, unloaded: the commanded pose, unless weight or springs act.
     pub rest: Pose,
+    /// From where displacement by all is measured: there, or from the commanded pose where weight is one of the sources.
+    zero: Pose,
     /// Displacement by weight, where that is one of the sources.
     weight: Displacement,
 }
@@ -194,11 +195,11 @@ impl<'a> Case<'a> {
             Ok(rig.state.pose)
         };
         let rest = rest_of(machines.answering(Source::Cutting))?;
-        let weight = match Source::parts(machine).contains(&Source::Weight) {
-            true => Displacement::between(machine, &rest, &rest_of(machines.answering(Source::Weight))?),
-            false => Displacement::default(),
+        let (zero, weight) = match Source::parts(machine).contains(&Source::Weight) {
+            true => (at.pose, Displacement::between(machine, &at.pose, &rest_of(machines.answering(Source::Weight))?)),
+            false => (rest, Displacement::default()),
         };
-        Ok(Self { study, machines, at, rest, weight })
+        Ok(Self { study, machines, at, rest, zero, weight })
     }
 
     /// The machines with the errors multiplied by `factor`.
@@ -216,7 +217,8 @@ impl<'a> Case<'a> {
     /// Displacements by the cutting force times `load` and the errors of `real`.
     pub fn displacements(&self, machines: &Machines, load: f64) -> Result<Displacements, Failure> {
         let machine = &self.study.machine;
-        let moved = |pose: &Pose| Displacement::between(machine, &self.rest, pose);
+        let moved_from = |from: Pose| move |pose: &Pose| Displacement::between(machine, &from, pose);
+        let moved = moved_from(self.rest);
         let (loads, phis) = (self.loads(load), &self.study.phis);
         let cutting = Rig::rigid(machines.answering(Source::Cutting), &self.at).turn(&loads, phis)?;
         let mut alone = Rig::rigid(machines.answering(Source::Errors), &self.at);
@@ -230,7 +232,7 @@ impl<'a> Case<'a> {
             weight: self.weight,
             cutting: cutting.iter().map(moved).collect(),
             assembly,
-            both: both.iter().map(moved).collect(),
+            both: both.iter().map(moved_from(self.zero)).collect(),
         })
     }
 

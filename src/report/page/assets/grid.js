@@ -223,6 +223,7 @@ function gridView(article, data) {
         return line;
       };
       traces.push({ type: "scatter3d", mode: "lines", hoverinfo: "skip", line: { color: Theme.colour("c1"), width: 5 }, ...lines(data.machine) });
+      traces.push({ type: "scatter3d", mode: "lines", hoverinfo: "skip", line: { color: Theme.colour("c2"), width: 7 }, ...lines([data.tool]) });
       if (data.springs.length > 0) {
         traces.push({ type: "scatter3d", mode: "lines", hoverinfo: "skip", line: { color: Theme.colour("c1"), width: 5, dash: "dash" }, ...lines(data.springs) });
       }

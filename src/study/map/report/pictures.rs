@@ -53,8 +53,12 @@ fn quantities(machine: &Machine) -> Vec<Quantity> {
     all.push(quantity("deflection_all", together, "worst tool deflection", "mm", Source::All, |_, e| {
         Some(e.deflection_mm)
     }));
-    if machine.has_weight() {
-        let words = "How far the machine's own weight moves the tool";
+    if let Some(own) = machine.own_forces() {
+        let words = match own {
+            "weight" => "How far the machine's own weight moves the tool",
+            "springs" => "How far the machine's own springs move the tool",
+            _ => "How far the machine's own weight and springs move the tool",
+        };
         all.push(quantity("deflection_weight", words, "tool deflection", "mm", Source::Weight, |_, e| {
             Some(e.deflection_mm)
         }));
