@@ -62,8 +62,9 @@ pub struct Session {
     /// When to stop.
     pub settings: CompensationSettings,
     pub(super) workspace: Workspace,
-    /// For the nominal machine, where that is asked.
-    nominal_workspace: Option<Workspace>,
+    /// From whose rest deflections are measured, if the nominal machine is zeroed there.
+    resting: Machine,
+    resting_workspace: Option<Workspace>,
     /// A nominal configuration near the present command; its own unless a method has moved `drives`.
     pub(super) command: Configuration,
     /// Drives at the present command.
@@ -87,7 +88,8 @@ impl Session {
             real: real.clone(),
             settings,
             workspace: Workspace::new(real),
-            nominal_workspace: None,
+            resting: nominal.clone(),
+            resting_workspace: None,
             command: nominal.home.clone(),
             drives: nominal.home.drives.clone(),
             state: State::rigid(nominal, &nominal.home),
@@ -96,6 +98,13 @@ impl Session {
             as_it_came: nominal.clone(),
             external: nominal.external_axes(),
         }
+    }
+
+    /// The same session, in which deflections from rest are those from where `machine` rests at the nominal command: one with the same
+    /// drives as the nominal machine and other offsets of them.
+    #[must_use]
+    pub fn from_rest_of(self, machine: &Machine) -> Self {
+        Self { resting: machine.clone(), ..self }
     }
 
     /// Moves the external axes to where `demand` has them.
@@ -176,9 +185,9 @@ impl Session {
     fn rest_at(&mut self, pose: &Pose) -> Result<Pose, CompensationStatus> {
         let near = self.nominal.inverse_kinematics_from(&self.command, pose);
         let at = near.or_else(|_| self.nominal.inverse_kinematics(pose)).map_err(CompensationStatus::Unreachable)?;
-        let workspace = self.nominal_workspace.get_or_insert_with(|| Workspace::new(&self.nominal));
+        let workspace = self.resting_workspace.get_or_insert_with(|| Workspace::new(&self.resting));
         let (mut state, settings) = (State::rigid(&self.nominal, &at), &self.settings.equilibrium);
-        let outcome = equilibrium(&self.nominal, &at.drives, &Wrench::zero(), &mut state, workspace, settings);
+        let outcome = equilibrium(&self.resting, &at.drives, &Wrench::zero(), &mut state, workspace, settings);
         Self::stable(outcome)?;
         Ok(state.pose)
     }
@@ -257,7 +266,7 @@ impl Session {
         if is_plain || self.command.drives != self.drives {
             return false;
         }
-        let workspace = self.nominal_workspace.get_or_insert_with(|| Workspace::new(&self.nominal));
+        let workspace = self.resting_workspace.get_or_insert_with(|| Workspace::new(&self.resting));
         statics::is_singular_place(&self.nominal, &self.command, workspace)
     }
 

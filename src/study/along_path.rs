@@ -27,6 +27,8 @@ pub struct PathCase<'a> {
     pub nominal: &'a Machine,
     /// The machine that answers.
     pub real: &'a Machine,
+    /// From whose rest deflections are measured, if the nominal machine is zeroed there.
+    pub resting: &'a Machine,
     /// What is wanted at the points before, in path order; where the machine stands there decides in which posture it begins. Empty
     /// at the beginning of the path.
     pub before: &'a [Demand],
@@ -253,7 +255,7 @@ fn block<E>(
     start: usize,
     done: &(dyn Fn() -> std::result::Result<(), E> + Sync),
 ) -> std::result::Result<Vec<PathAnswer>, E> {
-    let mut session = Session::new(case.nominal, case.real, settings());
+    let mut session = Session::new(case.nominal, case.real, settings()).from_rest_of(case.resting);
     // What decides the posture in which the block begins.
     let passed = match start {
         0 => &case.before[case.before.len().saturating_sub(BLOCK)..],

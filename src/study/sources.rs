@@ -205,11 +205,10 @@ pub struct Machines {
     pub nominal: Machine,
     /// The same, zeroed where it rests.
     at_rest: Machine,
-    /// Answers for all at once: it has the chain errors, its weight, and the drives' offsets if it was zeroed at home.
+    /// Answers for chain errors and for all at once: it has those errors, and the drives' offsets if it was zeroed at home.
     pub real: Machine,
-    /// Answer for weight and chain errors alone.
-    weight: Machine,
-    errors: Machine,
+    /// Answers for cutting and weight: it has those offsets alone.
+    zeroed: Machine,
 }
 
 impl Machines {
@@ -218,18 +217,18 @@ impl Machines {
     /// # Errors
     /// The machine is zeroed at home, and no drives hold it there under its weight.
     pub fn new(nominal: &Machine, errors: &[ChainError]) -> Result<Self> {
-        let weight = zeroed_at_home(nominal)?;
+        let zeroed = zeroed_at_home(nominal)?;
         let mut at_rest = nominal.clone();
         if at_rest.zeroed != Zeroed::AtRest {
             at_rest.zeroed = Zeroed::AtRest;
         }
-        let perfect = Self { real: weight.clone(), errors: at_rest.clone(), at_rest, weight, nominal: nominal.clone() };
+        let perfect = Self { real: zeroed.clone(), at_rest, zeroed, nominal: nominal.clone() };
         Ok(perfect.with_errors(errors))
     }
 
     /// The same machine with other errors of its chains.
     pub fn with_errors(&self, errors: &[ChainError]) -> Self {
-        Self { real: self.weight.with_errors(errors), errors: self.at_rest.with_errors(errors), ..self.clone() }
+        Self { real: self.zeroed.with_errors(errors), ..self.clone() }
     }
 
     /// The same machines at home at `at`: drives to spare stand as near to it as they can.
@@ -251,16 +250,19 @@ impl Machines {
     /// The machine that answers for `source`.
     pub fn answering(&self, source: Source) -> &Machine {
         match source {
-            Source::Cutting => &self.at_rest,
-            Source::Weight => &self.weight,
-            Source::Errors => &self.errors,
-            Source::All => &self.real,
+            Source::Cutting | Source::Weight => &self.zeroed,
+            Source::Errors | Source::All => &self.real,
         }
+    }
+
+    /// The machine without chain errors, from whose rest deflections are measured where the commanding one is zeroed at rest.
+    pub fn resting(&self) -> &Machine {
+        &self.zeroed
     }
 
     /// A session that answers for `source`, standing at home.
     pub fn session(&self, source: Source) -> Session {
-        Session::new(self.commanding(source), self.answering(source), settings())
+        Session::new(self.commanding(source), self.answering(source), settings()).from_rest_of(&self.zeroed)
     }
 
     /// Storage for many cases of what answers for `source`.

@@ -239,3 +239,24 @@ fn a_tip_on_the_only_axis_is_rigid_and_has_no_shares() {
     let (_, said, _) = told(&["check", file.to_str().unwrap()]);
     assert!(!said.contains("NaN") && !said.contains("inf") && said.contains("rigid"), "{said}");
 }
+
+#[test]
+fn a_program_at_home_is_right_as_it_is_for_a_machine_zeroed_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name).display().to_string();
+    let program = "x_mm,y_mm,z_mm\n0,0,100.0000\n0,0,108.0000\n";
+    std::fs::write(file("path.csv"), program).unwrap();
+    std::fs::write(file("machine.toml"), balanced("at_home", 100.0)).unwrap();
+    let process =
+        "schema = 1\n[force.path_frame]\nradial_force_N = 0.0\ntangential_force_N = 0.0\naxial_force_N = 0.0\n";
+    std::fs::write(file("process.toml"), process).unwrap();
+    let [path, machine, process, out] = ["path.csv", "machine.toml", "process.toml", "out.csv"].map(file);
+    let (code, text, said) = told(&["compensate", &path, "--machine", &machine, "--process", &process, "--out", &out]);
+    assert_eq!(code, Some(0), "{text}{said}");
+    let written = std::fs::read_to_string(&out).unwrap();
+    let heights: Vec<&str> = written.lines().skip(1).map(|line| line.rsplit(',').next().unwrap()).collect();
+    assert_eq!(heights.first(), Some(&"100.0000"));
+    // 8 mm higher the spring pulls with 8 N less, and the slide gives 8/1001 mm.
+    let last: f64 = heights.last().unwrap().parse().unwrap();
+    assert!((last - (108.0 + 8.0 / 1000.0)).abs() < 2e-4, "{last}");
+}

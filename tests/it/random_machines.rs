@@ -250,11 +250,11 @@ fn check_condensation(machine: &Machine, trial: &Trial, at: &Configuration) -> b
 
 fn check_compensation(machine: &Machine, trial: &Trial, at: &Configuration) {
     let real = machine.with_errors(&trial.chain_errors(machine));
-    // Where the nominal machine rests under its weight.
+    // Where the nominal machine rests under its weight and springs.
     let mut rest = State::rigid(machine, at);
     let settings = Settings::default();
     let at_rest = equilibrium(machine, &at.drives, &Wrench::zero(), &mut rest, &mut Workspace::new(machine), &settings);
-    let wanted = Some(if machine.has_weight() { rest.pose } else { at.pose });
+    let wanted = Some(if machine.own_forces().is_some() { rest.pose } else { at.pose });
     for target in [Target::ToolTip, Target::FullPose] {
         let demand = Demand { pose: at.pose, load: trial.load(), target, wanted: None, external: None };
         for method in Method::ALL {

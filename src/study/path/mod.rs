@@ -223,7 +223,13 @@ fn part(
 }
 
 fn case<'a>(machines: &'a Machines, source: Source, before: &'a [Demand], demands: &'a [Demand]) -> PathCase<'a> {
-    PathCase { nominal: machines.commanding(source), real: machines.answering(source), before, demands }
+    PathCase {
+        nominal: machines.commanding(source),
+        real: machines.answering(source),
+        resting: machines.resting(),
+        before,
+        demands,
+    }
 }
 
 fn sources(study: &PathStudy, machines: &Machines, points: Range<usize>, work: &Work) -> Result<PathPart> {

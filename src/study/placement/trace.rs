@@ -52,7 +52,8 @@ fn trace(evaluator: &Evaluator, study: &PlacementStudy, entry: &Entry, index: us
     let feature = &job.feature;
     let placement = entry.site.placement(feature.reference);
     let demands = demands_under(machine, &placement, job.target, &feature.path, &feature.loads);
-    let case = PathCase { nominal: machine, real: evaluator.real(index), before: &[], demands: &demands };
+    let case =
+        PathCase { nominal: machine, real: evaluator.real(index), resting: machine, before: &[], demands: &demands };
     let errors = |method| {
         let answers = run(&case, &Commands::Method(method), &|| {});
         answers.iter().map(PathAnswer::settled_error).collect::<Vec<_>>()

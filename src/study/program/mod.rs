@@ -18,7 +18,7 @@ use crate::{
     process::file::Process,
     spatial::Pose,
     study::{
-        ProgramFile,
+        Machines, ProgramFile,
         along_path::{Commands, Left, PathAnswer, PathCase, PathSummary, PathSums, run_in_parts},
         demands::{Led, demands},
         external_axes::held_along,
@@ -129,7 +129,7 @@ impl ProgramJob {
         let process = Process { machine: held_along(&process.machine, &path, name)?, ..process };
         let machine = process.machine.clone();
         let demands = demands(&process, &path, name)?;
-        let real = machine.with_errors(&process.errors);
+        let real = Machines::new(&machine, &process.errors)?.real;
         Ok(Self { real, machine, process, file: program, path, demands })
     }
 
@@ -153,7 +153,13 @@ impl ProgramJob {
     }
 
     fn case(&self) -> PathCase<'_> {
-        PathCase { nominal: &self.machine, real: &self.real, before: &[], demands: &self.demands }
+        PathCase {
+            nominal: &self.machine,
+            real: &self.real,
+            resting: &self.machine,
+            before: &[],
+            demands: &self.demands,
+        }
     }
 
     /// One pass over the program; `take` gets the index of the first of some points that follow one another, and their
