@@ -11,8 +11,11 @@ impl ExternalAxes {
     /// The most axes that a path commands.
     pub const MOST: usize = 6;
 
-    /// Has axis `index` stand at `position`.
-    pub(crate) fn set(&mut self, index: usize, position: f64) {
+    /// Has axis `index` stand at `position`, mm or rad.
+    ///
+    /// # Panics
+    /// There are no more than [`ExternalAxes::MOST`].
+    pub fn set(&mut self, index: usize, position: f64) {
         self.0[index] = position;
     }
 }
@@ -31,7 +34,7 @@ impl Machine {
     }
 
     /// The external axis with this label, and its place among all.
-    pub(crate) fn external_axis(&self, label: &str) -> Option<(usize, &Drive)> {
+    pub fn external_axis(&self, label: &str) -> Option<(usize, &Drive)> {
         self.held_drives()
             .into_iter()
             .enumerate()
@@ -40,6 +43,7 @@ impl Machine {
     }
 
     /// Notes for words that a path moves these external axes, by label, between two positions as shown.
+    #[cfg(feature = "study")]
     pub(crate) fn note_moved(&mut self, axes: Vec<(String, [f64; 2])>) {
         self.written.along_path = axes;
     }

@@ -65,12 +65,12 @@ impl Machine {
     ///
     /// # Errors
     /// No drive, or several.
-    pub(crate) fn drive_label(&self, name: &str) -> Result<String> {
+    pub fn drive_label(&self, name: &str) -> Result<String> {
         find(&self.holdable(), name).map(|found| found.label.clone())
     }
 
     /// Labels of the drives that [`Machine::with_drives_held`] was told where to hold.
-    pub(crate) fn told_drives(&self) -> impl Iterator<Item = &str> {
+    pub fn told_drives(&self) -> impl Iterator<Item = &str> {
         self.written.held.iter().map(|(label, _)| label.as_str())
     }
 
