@@ -32,6 +32,11 @@ fn decompose(matrix: DMatrix<f64>) -> Option<RankRevealing> {
     matrix.iter().all(|entry| entry.is_finite()).then(|| RankRevealing::new(matrix, RANK_TOLERANCE))
 }
 
+/// Whether equations that should change by `right` change by `changed`: in a singularity, some do not.
+pub(super) fn is_met(changed: &DMatrix<f64>, right: &DMatrix<f64>) -> bool {
+    (changed - right).amax() <= MET * right.amax()
+}
+
 impl Closure<'_> {
     /// The shortest drive motions that change the equations by `right`, one column each, and the rest of the unknowns.
     /// `free`: a motion of the drives whose part in the null space is added.
@@ -97,7 +102,7 @@ impl Closure<'_> {
         let drive_count = drives.nrows();
         let changed = self.jacobian.columns(6, drive_count) * &drives
             + self.jacobian.clone().remove_columns(6, drive_count) * rest;
-        ((changed - right).amax() <= MET * right.amax()).then_some(drives)
+        is_met(&changed, right).then_some(drives)
     }
 
     /// Way of a drive from where it stands to `value`, mm.

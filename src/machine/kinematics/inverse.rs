@@ -9,12 +9,9 @@ use super::{
     singularity::Barriers,
 };
 use crate::{
-    machine::{Coordinate, Machine},
-    spatial::{Pose, RankRevealing, rotation_exp, rotation_log},
+    machine::{Coordinate, Machine, redundancy::is_met},
+    spatial::{Pose, rotation_exp, rotation_log},
 };
-
-/// A pivot below this fraction of the largest is zero: the drives do not hold the platform.
-const RANK_TOLERANCE: f64 = 1e-12;
 
 /// Where a straight way ends is found to this share of the machine's reach, but to no less than this share of the way.
 const WAY_END: f64 = 1e-4;
@@ -102,11 +99,13 @@ impl Machine {
         let mut by_task = if self.redundancy > 0 {
             closure.least_motions(&right)?
         } else {
-            let factored = RankRevealing::new(closure.jacobian.clone(), RANK_TOLERANCE);
-            if factored.rank() < closure.jacobian.ncols() {
+            let transposed = closure.jacobian.transpose();
+            let factor = (&transposed * &closure.jacobian).cholesky()?;
+            let unknowns = factor.solve(&(transposed * &right));
+            if !is_met(&(&closure.jacobian * &unknowns), &right) {
                 return None;
             }
-            factored.solve(&right)?.rows(6, self.drive_count()).into_owned()
+            unknowns.rows(6, self.drive_count()).into_owned()
         };
         for (mut row, (_, drive)) in by_task.row_iter_mut().zip(self.drives()) {
             row /= closure.unit(drive.motion);
