@@ -12,7 +12,7 @@ use kinetostat::{
         Machines, ProgramFile,
         placement::{
             Candidate, FeatureJob, PlacementStudy, compare as evaluate, place,
-            report::{candidates_table, entries_table, uncontrolled_text},
+            report::{candidates_table, entries_table, known},
         },
     },
 };
@@ -60,7 +60,7 @@ pub fn compare(arguments: &CompareArguments) -> Result<Ending> {
     } else {
         print(&entries_table(&study, &entries))?;
         print(&format!("Counts as cutting: {}.\n", study.features[0].cuts.words()))?;
-        print(&uncontrolled_text(&study))?;
+        print(&known(&study))?;
     }
     let complete = entries.iter().all(|entry| entry.feasible().is_some());
     Ok(if complete { Ending::Complete } else { Ending::SomeUnsolved })

@@ -4,6 +4,7 @@ mod check;
 mod choice;
 mod compare;
 mod compensate;
+mod headline;
 mod machines;
 mod new;
 mod point;
@@ -120,6 +121,15 @@ fn print_json(value: &serde_json::Value) -> Result<()> {
 /// On standard error, for reading; where nobody can be told, the exit code says it.
 pub fn say(text: &str) {
     let _ = writeln!(std::io::stderr(), "{}", visible(text));
+}
+
+/// Prints `text`, already visible, whose styles are kept where they are wanted: on a terminal, and unless NO_COLOR is set.
+fn print_styled(text: &str) -> Result<()> {
+    let choice = anstream::AutoStream::choice(&std::io::stdout());
+    match choice {
+        anstream::ColorChoice::Never => send(&anstream::adapter::strip_str(text).to_string()),
+        _ => send(text),
+    }
 }
 
 /// On standard output. A reader that has gone away, such as `head`, does not stop the program.

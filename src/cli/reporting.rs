@@ -30,6 +30,9 @@ pub struct Reporting {
     /// Print nothing but errors and what --progress json asks for
     #[arg(long, short)]
     quiet: bool,
+    /// Print everything the answer says, and every file that was written
+    #[arg(long, short, conflicts_with = "quiet")]
+    verbose: bool,
     /// How progress is shown on standard error
     #[arg(long, value_enum, default_value = "auto")]
     progress: Form,
@@ -59,6 +62,16 @@ impl Reporting {
     /// Prints `text`, unless the command is to be quiet.
     pub fn print(&self, text: &str) -> Result<()> {
         if self.quiet { Ok(()) } else { super::print(text) }
+    }
+
+    /// Prints `text`, already visible, with its styles, unless the command is to be quiet.
+    pub fn print_styled(&self, text: &str) -> Result<()> {
+        if self.quiet { Ok(()) } else { super::print_styled(text) }
+    }
+
+    /// Whether everything is wanted that there is to say.
+    pub fn is_verbose(&self) -> bool {
+        self.verbose
     }
 
     /// The progress of `total` items called `of`.

@@ -11,13 +11,13 @@ use clap::Args;
 use kinetostat::{
     input::error::{Error, Result, Way},
     machine::Branch,
-    report::{exchange::Format, figures::Colours},
+    report::{exchange::Format, figures::Colours, page::PAGE},
     study::{Begin, Finished, FolderRun, Overrides, RunOptions, Study},
 };
 use serde_json::json;
 
 use super::{
-    Ending, choice,
+    Ending, choice, headline,
     progress::Progress,
     reporting::{Reporting, stop_flag},
 };
@@ -173,7 +173,7 @@ fn run_study(arguments: &RunArguments, run: &FolderRun<'_>) -> Result<Ending> {
     match ended {
         Ok(finished) => {
             let seconds = started.elapsed().as_secs_f64();
-            arguments.reporting.print(&closing(arguments, run, &finished, seconds))?;
+            tell_answer(arguments, run, &finished, seconds)?;
             let threads = pool.current_num_threads();
             tell(&progress, run, &finished, (seconds, threads));
             Ok(if finished.is_complete { Ending::Complete } else { Ending::SomeUnsolved })
@@ -198,16 +198,25 @@ fn run_study(arguments: &RunArguments, run: &FolderRun<'_>) -> Result<Ending> {
     }
 }
 
-/// The answer and the files in which more of it stands.
-fn closing(arguments: &RunArguments, run: &FolderRun<'_>, finished: &Finished, seconds: f64) -> String {
-    let mut closing = format!("{}\n", finished.answer);
-    closing += &format!("{} in {seconds:.1} s. Written to {}:\n", run.study().name, run.out().display());
+/// The answer at a glance and where more of it stands; all of it where everything is wanted.
+fn tell_answer(arguments: &RunArguments, run: &FolderRun<'_>, finished: &Finished, seconds: f64) -> Result<()> {
+    let reporting = &arguments.reporting;
+    reporting.print_styled(&headline::words(&finished.headline, &format!("{seconds:.1} s")))?;
     let names = finished.files.iter().map(|path| path.file_name().unwrap_or_default().to_string_lossy());
-    names.clone().for_each(|name| closing += &format!("  {name}\n"));
+    let out = run.out();
+    let mut closing = String::new();
+    if reporting.is_verbose() {
+        closing += &format!("\n{}\nWritten to {}:\n", finished.details, out.display());
+        names.clone().for_each(|name| closing += &format!("  {name}\n"));
+    } else if arguments.format.contains(&Format::Csv) {
+        closing += &format!("Results in {}, to read as {}\n", out.display(), out.join(PAGE).display());
+    } else {
+        closing += &format!("Results in {}\n", out.display());
+    }
     if arguments.format.contains(&Format::Vti) && !names.into_iter().any(|name| name.ends_with(".vti")) {
         closing += "No .vti: this kind of study has no map over the workspace.\n";
     }
-    closing
+    reporting.print(&closing)
 }
 
 /// The end of the run for the log and for programs that watch.

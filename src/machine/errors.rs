@@ -43,6 +43,11 @@ impl ChainError {
         error
     }
 
+    /// Whether there is none.
+    pub fn is_none(&self) -> bool {
+        self.base == Twist::default() && self.end == Twist::default() && self.drive_offsets.iter().all(|o| *o == 0.0)
+    }
+
     /// The same error multiplied by `factor`.
     pub fn scale(&self, factor: f64) -> Self {
         let scale = |t: Twist| Twist { linear: t.linear * factor, angular: t.angular * factor };

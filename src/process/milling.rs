@@ -55,6 +55,11 @@ impl MillingForce {
     /// The paper's groove: F_r = 215 N, F_t = −10 N, F_z = −25 N, eq. (17) as printed.
     pub const PAPER: Self = Self { radial: 215.0, tangential: -10.0, axial: -25.0, law: ForceLaw::Printed };
 
+    /// Whether there is none.
+    pub fn is_zero(&self) -> bool {
+        [self.radial, self.tangential, self.axial] == [0.0; 3]
+    }
+
     /// Force on the tool tip at angle `phi` rad, axes of the tool frame, N; eq. (17).
     pub fn force(&self, phi: f64) -> Vector3<f64> {
         let (sin, cos) = phi.sin_cos();

@@ -59,12 +59,12 @@ pub struct Output {
     pub summary: Value,
     /// Figures by name.
     pub figures: Vec<(String, Figure)>,
-    /// Setting, answer, views and tables of the page; figures, name and question are filled in.
+    /// First screen, sections, setting, views and tables of the page; figures, name and question are filled in.
     pub page: Description,
     /// The machine bent by the load, if it is drawn.
     pub bent: Option<DeflectedPose>,
-    /// The answer in sentences and small tables.
-    pub answer: String,
+    /// Everything the answer says, in sentences and small tables.
+    pub details: String,
 }
 
 impl Output {
@@ -73,15 +73,12 @@ impl Output {
         self.is_answered.unwrap_or_else(|| self.statuses.iter().all(StatusCount::is_solved))
     }
 
-    /// Says first, in the answer and its summary, how many rows it does not rest on.
+    /// Says, before the answer and in its summary, how many rows it does not rest on.
     fn say_unsolved(&mut self) {
         let statuses = &self.statuses;
         let unsolved: serde_json::Map<String, Value> =
             statuses.iter().filter(|c| !c.is_solved()).map(|c| (c.status.clone(), json!(c.rows))).collect();
-        if let Some(sentence) = StatusCount::unsolved(statuses) {
-            self.page.answer.insert(0, sentence.clone());
-            self.answer.insert_str(0, &format!("{sentence}\n"));
-        }
+        self.page.headline.unsolved = StatusCount::unsolved(statuses);
         self.summary["rows"] = json!(statuses.iter().map(|count| count.rows).sum::<usize>());
         self.summary["rows_unsolved"] = unsolved.into();
     }

@@ -41,6 +41,27 @@ pub fn millimetres(length_mm: f64, decimals: i32, rounding_mm: f64) -> String {
     }
 }
 
+/// A share in per cent: "0 %" and "100 %" are none and all.
+pub fn percent(share: f64) -> String {
+    match 100.0 * share {
+        0.0 => "0 %".into(),
+        100.0 => "100 %".into(),
+        least if least < 0.1 => "less than 0.1 %".into(),
+        most if most > 99.9 => "more than 99.9 %".into(),
+        part if (10.0..90.0).contains(&part) => format!("{part:.0} %"),
+        part => format!("{part:.1} %"),
+    }
+}
+
+/// "a", "a and b", "a, b and c".
+pub fn listed(words: &[&str]) -> String {
+    match words {
+        [] => String::new(),
+        [one] => (*one).into(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}
+
 /// A number in words, or a dash where there is none.
 pub fn if_any<T>(number: Option<T>, words: impl FnOnce(T) -> String) -> String {
     number.map_or_else(|| "–".into(), words)

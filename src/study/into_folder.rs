@@ -11,7 +11,10 @@ use serde::Serialize;
 use super::{Overrides, Study};
 use crate::{
     input::error::{Error, Result, Way},
-    report::{Manifest, Run, StatusCount, clean, exchange::Format, figures::Colours, page::PAGE, prepare, remove},
+    report::{
+        Manifest, Output, Run, StatusCount, clean, exchange::Format, figures::Colours, headline::Headline, page::PAGE,
+        prepare, remove,
+    },
     work::{
         Event, Work,
         checkpoint::{Checkpoint, Found, Origin},
@@ -57,8 +60,10 @@ pub enum Begin {
 /// What a run has left.
 #[derive(Debug, Clone, Serialize)]
 pub struct Finished {
-    /// The answer in sentences and small tables.
-    pub answer: String,
+    /// The answer at a glance.
+    pub headline: Headline,
+    /// Everything it says, in sentences and small tables.
+    pub details: String,
     /// Whether everything that was asked is answered; if not, the tables say what is not and why.
     pub is_complete: bool,
     /// How many rows ended how.
@@ -220,7 +225,8 @@ impl FolderRun<'_> {
         };
         let files = output.write(&run, options.colours, manifest)?;
         let is_complete = output.is_complete();
-        Ok(Finished { answer: output.answer, is_complete, statuses: output.statuses, files })
+        let Output { page, details, statuses, .. } = output;
+        Ok(Finished { headline: page.headline, details, is_complete, statuses, files })
     }
 
     /// The main files of the study. The others are held against the folder before the first of all is written.

@@ -25,6 +25,8 @@ mod question;
 mod resolve;
 #[cfg(feature = "report")]
 mod source_group;
+#[cfg(feature = "report")]
+mod source_words;
 mod sources;
 pub(crate) mod spec;
 #[cfg(feature = "cli")]

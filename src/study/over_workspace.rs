@@ -26,8 +26,10 @@ pub(super) struct Acting {
     /// Tool angles φ of one turn, rad.
     pub phis: Vec<f64>,
     pub errors: Vec<ChainError>,
-    /// What compensation puts right.
+    /// What compensation holds on the path.
     pub target: Target,
+    /// How far the tool may be from where it should be, mm.
+    pub tolerance_mm: Option<f64>,
     /// Tables of the process that the study has no use for.
     pub not_used: Vec<&'static str>,
     /// Files it comes from.
@@ -67,6 +69,7 @@ pub(super) fn acting(given: &Given<'_>, own: OwnKeys) -> Result<Acting> {
         phis: tool_angles(spec.phi_step_deg.unwrap_or(PHI_STEP_DEG), &check.key("phi_step_deg"))?,
         errors: chain_errors(given.header.chain_error.as_deref().unwrap_or_default(), &given.machine, &top)?,
         target: own.compensate.unwrap_or_default(),
+        tolerance_mm: None,
         not_used: Vec::new(),
         inputs: Inputs::default(),
     })
@@ -82,8 +85,12 @@ fn of_process(given: &Given<'_>, own: &OwnKeys) -> Result<Acting> {
         return given.process_place(None).key("force").fail(problem);
     };
     let mut not_used = process.of_paths.clone();
+    // What does not compensate has no error to hold against a tolerance either.
     if !own.uses_target && process.target != Target::default() {
         not_used.push("compensate");
+    }
+    if !own.uses_target && process.tolerance_mm.is_some() {
+        not_used.push("tolerance_mm");
     }
     if let (Some(ProcessRef::Tables(_)), Some(table)) = (&given.header.process, not_used.first()) {
         let problem = format!("{} has no use for it", given.name);
@@ -96,6 +103,7 @@ fn of_process(given: &Given<'_>, own: &OwnKeys) -> Result<Acting> {
         errors: process.errors,
         machine: process.machine,
         target: process.target,
+        tolerance_mm: process.tolerance_mm,
         inputs: process.inputs,
     })
 }

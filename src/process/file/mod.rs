@@ -24,6 +24,8 @@ pub struct Process {
     pub machine: Machine,
     /// Whether the tool is another than the machine file's.
     pub has_own_tool: bool,
+    /// How far the tool may be from where it should be, mm, if the file says it.
+    pub tolerance_mm: Option<f64>,
     /// Where the workpiece stands, and whose positions the path gives.
     pub placement: Placement,
     /// Whether the file gives the origin of the workpiece; if not, it is that of the base frame.

@@ -63,6 +63,7 @@ fn process(
     Ok(Process {
         machine: machine.clone(),
         has_own_tool: spec.tool.is_some(),
+        tolerance_mm: spec.tolerance_mm.map(|given| check.key("tolerance_mm").positive(given)).transpose()?,
         placement: placement(&spec.placement, machine, &check.key("placement"))?,
         is_placed: spec.placement.origin_mm.is_some(),
         cutting,

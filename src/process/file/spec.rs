@@ -15,6 +15,8 @@ use crate::{
 pub struct ProcessSpec {
     /// Version of the file format, 1, in a file; not in a study that holds these tables.
     pub schema: Option<u32>,
+    /// How far the tool may be from where it should be; what is asked of the process is then answered against it.
+    pub tolerance_mm: Option<f64>,
     /// Where the workpiece stands; at the machine's base frame if not given.
     #[serde(default)]
     pub placement: PlacementSpec,

@@ -316,6 +316,7 @@ fn view(
         marks: &explorer.marks,
     });
     ExplorerView {
+        id: String::new(),
         title: explorer.title.clone(),
         shape: explorer.shape,
         note: note(explorer, &data[0], precision),

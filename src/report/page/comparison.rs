@@ -78,7 +78,7 @@ pub fn comparison(folders: &[ResultFolder], out: &Path) -> Result<String> {
         name: folder.description.name.clone(),
         machine: folder.description.machine.title.clone(),
         question: folder.description.question.clone(),
-        answer: folder.description.answer.clone(),
+        answer: vec![folder.description.headline.sentence.clone()],
         folder: folder.path.display().to_string(),
         report: href(out, &folder.path.join("report.html")),
     };

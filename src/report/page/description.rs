@@ -3,16 +3,16 @@
 use serde::{Deserialize, Serialize};
 
 use super::machine::MachineDescription;
-use crate::report::figures::Figure;
+use crate::report::{figures::Figure, headline::Headline};
 
 /// Version of `report.json`.
-pub(crate) const SCHEMA: u32 = 1;
+pub(crate) const SCHEMA: u32 = 2;
 
 /// A result folder in words, and what its files are.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Description {
-    /// Version of this description; 1.
+    /// Version of this description; 2.
     pub schema: u32,
     /// What was computed: `workspace_map`, `path`, `placement`, …
     pub kind: String,
@@ -22,8 +22,10 @@ pub struct Description {
     pub question: String,
     /// Machine, process, errors and limits, a line each.
     pub setting: Vec<Fact>,
-    /// The answer, a paragraph each.
-    pub answer: Vec<String>,
+    /// The first screen.
+    pub headline: Headline,
+    /// What follows it, folded, in the order in which a reader asks.
+    pub sections: Vec<Section>,
     /// The machine.
     pub machine: MachineDescription,
     /// Views of tables in which a reader picks quantity, source and slice.
@@ -66,6 +68,26 @@ pub struct TableNote {
     pub caption: String,
     /// Column whose largest values a page shows first; `None` shows the first rows.
     pub largest_first: Option<String>,
+}
+
+/// A part of the page under a heading.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Section {
+    /// Its heading: a reader's question.
+    pub heading: String,
+    /// What is found there, in a few words.
+    pub hint: String,
+    /// Paragraphs.
+    pub text: Vec<String>,
+    /// Something to copy, such as a command or a table of a file.
+    pub to_copy: Option<String>,
+    /// Titles of its views.
+    pub explorers: Vec<String>,
+    /// Begins of the file names of its figures.
+    pub figures: Vec<String>,
+    /// Files of its tables.
+    pub tables: Vec<String>,
 }
 
 /// A view of a table.
@@ -179,7 +201,8 @@ impl Description {
             name: String::new(),
             question: String::new(),
             setting: Vec::new(),
-            answer: Vec::new(),
+            headline: Headline::default(),
+            sections: Vec::new(),
             machine,
             explorers: Vec::new(),
             figures: Vec::new(),
@@ -199,17 +222,52 @@ impl Description {
         self
     }
 
-    /// With the paragraphs of `text`, one a line.
-    #[must_use]
-    pub fn with_answer(mut self, text: &str) -> Self {
-        self.answer = text.lines().filter(|line| !line.trim().is_empty()).map(String::from).collect();
-        self
-    }
-
     /// As a JSON file.
     pub(crate) fn to_json(&self) -> String {
         // A struct of strings and numbers always serialises.
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
+    }
+}
+
+impl Section {
+    /// A part without contents.
+    pub fn new(heading: &str, hint: &str) -> Self {
+        Self { heading: heading.into(), hint: hint.into(), ..Self::default() }
+    }
+
+    /// With the paragraphs of `text`, one a line.
+    #[must_use]
+    pub fn text(mut self, text: &str) -> Self {
+        self.text.extend(text.lines().map(str::trim).filter(|line| !line.is_empty()).map(String::from));
+        self
+    }
+
+    /// With something to copy.
+    #[must_use]
+    pub fn to_copy(mut self, text: impl Into<String>) -> Self {
+        self.to_copy = Some(text.into());
+        self
+    }
+
+    /// With the views of these titles.
+    #[must_use]
+    pub fn explorers<S: Into<String>>(mut self, titles: impl IntoIterator<Item = S>) -> Self {
+        self.explorers.extend(titles.into_iter().map(Into::into));
+        self
+    }
+
+    /// With the figures whose file names begin so.
+    #[must_use]
+    pub fn figures(mut self, begins: &[&str]) -> Self {
+        self.figures.extend(begins.iter().map(|begin| begin.to_string()));
+        self
+    }
+
+    /// With these tables.
+    #[must_use]
+    pub fn tables<S: Into<String>>(mut self, files: impl IntoIterator<Item = S>) -> Self {
+        self.tables.extend(files.into_iter().map(Into::into));
+        self
     }
 }
 

@@ -22,7 +22,8 @@ mod wins;
 
 pub use comparison::comparison;
 pub use description::{
-    Better, Column, Description, Explorer, Fact, FigureNote, Group, GroupValue, Mark, Quantity, Shape, TableNote,
+    Better, Column, Description, Explorer, Fact, FigureNote, Group, GroupValue, Mark, Quantity, Section, Shape,
+    TableNote,
 };
 pub use folder::ResultFolder;
 pub use machine::DeflectedPose;

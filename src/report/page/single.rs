@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::{
     address::href,
     dataset::{Dataset, MOST_NUMBERS},
-    description::{Column, Description, Explorer, Fact, Mark, Quantity, Shape},
+    description::{Column, Description, Explorer, Fact, Mark, Quantity, Section, Shape},
     folder::ResultFolder,
     packed::{Packed, Precision, data_address, script_json},
     record::{ReasonView, StatusView, count_reasons, facts, statuses},
@@ -27,14 +27,31 @@ const MOST_REASONS: usize = 20;
 #[derive(Debug, Serialize)]
 struct SinglePage<'a> {
     description: &'a Description,
+    /// The picture of the first screen.
+    hero: Option<FigureView>,
+    sections: Vec<SectionView<'a>>,
     machine: FigureView,
-    explorers: Vec<ExplorerView>,
-    figures: Vec<FigureView>,
-    tables: Vec<TableView>,
+    /// What no section takes.
+    rest: Contents,
     statuses: Vec<StatusView>,
     reasons: Vec<ReasonView>,
     more_reasons: usize,
     manifest: Vec<Fact>,
+}
+
+/// A part under a heading.
+#[derive(Debug, Serialize)]
+struct SectionView<'a> {
+    section: &'a Section,
+    contents: Contents,
+}
+
+/// What is shown in a part.
+#[derive(Debug, Default, Serialize)]
+struct Contents {
+    explorers: Vec<ExplorerView>,
+    figures: Vec<FigureView>,
+    tables: Vec<TableView>,
 }
 
 /// An image with its words.
@@ -43,8 +60,13 @@ pub(super) struct FigureView {
     source: String,
     caption: String,
     alternative: String,
-    /// Where the figure lies as a file, if it does.
+    /// Where the figure lies as a file, if it does, and its data.
     href: Option<String>,
+    png: Option<String>,
+    csv: Option<String>,
+    /// File name without extension.
+    #[serde(skip)]
+    stem: String,
 }
 
 /// An interactive view: its words, and its numbers for the script.
@@ -54,6 +76,8 @@ pub(super) struct ExplorerView {
     pub shape: Shape,
     pub note: String,
     pub json: String,
+    /// What its data is called on the page.
+    pub id: String,
 }
 
 /// What the script needs of an explorer.
@@ -95,7 +119,7 @@ pub fn page(folder: &ResultFolder, out: &Path) -> Result<String> {
     let share = MOST_NUMBERS / description.explorers.len().max(1);
     for explorer in &description.explorers {
         let data = Dataset::read(explorer, &folder.table(&explorer.table)?, share)?;
-        explorers.push(explorer_view(explorer, &data, description));
+        explorers.push(explorer_view(explorer, &data, description, explorers.len()));
     }
     let mut tables = Vec::new();
     let mut reasons = Vec::new();
@@ -106,12 +130,16 @@ pub fn page(folder: &ResultFolder, out: &Path) -> Result<String> {
     }
     let more_reasons = reasons.len().saturating_sub(MOST_REASONS);
     reasons.truncate(MOST_REASONS);
+    let mut figures = figures(folder, out)?;
+    let hero = figures.iter().position(|figure| figure.stem == ANSWER).map(|at| figures.remove(at));
+    let mut rest = Contents { explorers, figures, tables };
+    let sections = description.sections.iter().map(|section| SectionView { section, contents: rest.take(section) });
     let context = SinglePage {
         description,
+        hero,
+        sections: sections.collect(),
         machine: drawn(&description.machine.figure())?,
-        explorers,
-        figures: figures(folder, out)?,
-        tables,
+        rest,
         statuses: statuses(&folder.manifest),
         reasons,
         more_reasons,
@@ -119,6 +147,21 @@ pub fn page(folder: &ResultFolder, out: &Path) -> Result<String> {
     };
     render("single.html", &context)
 }
+
+impl Contents {
+    /// What `section` names, taken out.
+    fn take(&mut self, section: &Section) -> Self {
+        let begins = |stem: &str| section.figures.iter().any(|begin| stem.starts_with(begin));
+        Self {
+            explorers: self.explorers.extract_if(.., |view| section.explorers.contains(&view.title)).collect(),
+            figures: self.figures.extract_if(.., |figure| begins(&figure.stem)).collect(),
+            tables: self.tables.extract_if(.., |table| section.tables.contains(&table.file)).collect(),
+        }
+    }
+}
+
+/// File stem of the figure that shows the answer.
+pub(crate) const ANSWER: &str = "answer";
 
 /// A figure drawn for the page alone.
 pub(super) fn drawn(figure: &Figure) -> Result<FigureView> {
@@ -128,6 +171,9 @@ pub(super) fn drawn(figure: &Figure) -> Result<FigureView> {
         caption: figure.caption(),
         alternative: figure.alternative(),
         href: None,
+        png: None,
+        csv: None,
+        stem: String::new(),
     })
 }
 
@@ -137,11 +183,16 @@ fn figures(folder: &ResultFolder, out: &Path) -> Result<Vec<FigureView>> {
     shown
         .map(|note| {
             let name = format!("{}.svg", note.file);
+            let beside = |name: String| Some(href(out, &folder.path.join(name)));
+            let data = format!("{}_data.csv", note.file);
             Ok(FigureView {
                 source: data_address("image/svg+xml", &folder.bytes(&name)?),
                 caption: note.caption.clone(),
                 alternative: note.alternative.clone(),
-                href: Some(href(out, &folder.path.join(&name))),
+                png: beside(format!("{}.png", note.file)),
+                csv: if folder.path.join(&data).is_file() { beside(data) } else { None },
+                href: beside(name),
+                stem: note.file.clone(),
             })
         })
         .collect()
@@ -150,7 +201,7 @@ fn figures(folder: &ResultFolder, out: &Path) -> Result<Vec<FigureView>> {
 /// File stem of the figure of the machine at home.
 pub(crate) const MACHINE_AT_HOME: &str = "machine_at_home";
 
-fn explorer_view(explorer: &Explorer, data: &Dataset, description: &Description) -> ExplorerView {
+fn explorer_view(explorer: &Explorer, data: &Dataset, description: &Description, index: usize) -> ExplorerView {
     let precision = Precision::for_numbers(data.number_count());
     let quantity = |(quantity, groups): (&'_ Quantity, &Vec<Vec<f64>>)| QuantitySeries {
         label: quantity.label.clone(),
@@ -186,7 +237,13 @@ fn explorer_view(explorer: &Explorer, data: &Dataset, description: &Description)
         masses: home.masses().collect(),
         tool: [home.platform_mm, home.tool_tip_mm],
     });
-    ExplorerView { title: explorer.title.clone(), shape: explorer.shape, note: note(explorer, data, precision), json }
+    ExplorerView {
+        title: explorer.title.clone(),
+        shape: explorer.shape,
+        note: note(explorer, data, precision),
+        json,
+        id: format!("data-{index}"),
+    }
 }
 
 struct QuantitySeries {

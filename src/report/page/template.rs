@@ -36,6 +36,7 @@ static TEMPLATES: LazyLock<std::result::Result<Environment<'static>, minijinja::
         None => escape_formatter(out, state, value),
     });
     environment.add_template("base.html", include_str!("assets/base.html"))?;
+    environment.add_template("parts.html", include_str!("assets/parts.html"))?;
     environment.add_template("single.html", include_str!("assets/single.html"))?;
     environment.add_template("comparison.html", include_str!("assets/comparison.html"))?;
     Ok(environment)

@@ -39,6 +39,8 @@ pub struct WorkspaceMapStudy {
     pub phis: Vec<f64>,
     /// What compensation puts right.
     pub target: Target,
+    /// How far the tool may be from where it should be, mm, if the process says it.
+    pub tolerance_mm: Option<f64>,
     /// Tables of the process that the study has no use for.
     pub not_used: Vec<&'static str>,
 }

@@ -15,11 +15,11 @@ const MAX_POINTS: usize = 100_000_000;
 pub(super) fn resolve(spec: &WorkspaceMapSpec, given: &Given<'_>) -> Result<Resolved<WorkspaceMapStudy>> {
     given.overrides.refuse_points(given.name)?;
     let own = OwnKeys { phi_step_deg: spec.phi_step_deg, compensate: spec.compensate, uses_target: true };
-    let Acting { machine, force, phis, errors, target, not_used, inputs } = acting(given, own)?;
+    let Acting { machine, force, phis, errors, target, tolerance_mm, not_used, inputs } = acting(given, own)?;
     let corners = map_box(spec.min_mm, spec.max_mm, &machine, &given.check)?;
     let grid = box_grid(corners, spec.grid, given.overrides, (MAX_POINTS, &given.check))?;
     let slices_z = slice_heights(&spec.slices_z_mm, corners, &given.check)?;
     let inputs = inputs.and(grid_input(grid.counts()));
-    let study = WorkspaceMapStudy { machine, errors, grid, force, phis, target, not_used };
+    let study = WorkspaceMapStudy { machine, errors, grid, force, phis, target, tolerance_mm, not_used };
     Ok(Resolved { study, shown: Shown { slices_z }, inputs })
 }

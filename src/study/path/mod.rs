@@ -46,6 +46,8 @@ pub struct PathStudy {
     pub stations: Vec<Station>,
     /// What is wanted at each, under load.
     pub demands: Vec<Demand>,
+    /// How far the tool may be from its path, mm, if the process says it.
+    pub tolerance_mm: Option<f64>,
     /// Methods compared.
     pub methods: Vec<Method>,
     /// Whether the path is that of a file and its last point is the first once more, so that it is counted only once in what

@@ -47,6 +47,7 @@ pub(crate) fn path(spec: &PathSpec, process: &Process, given: &Given<'_>, check:
         errors: process.errors.clone(),
         stations: stations(process, &toolpath, &demands),
         demands,
+        tolerance_mm: process.tolerance_mm,
         methods: methods(spec, &check.key("methods"))?,
         begins_twice: spec.file.is_some() && toolpath.begins_twice(),
         facts: process.facts(),

@@ -132,7 +132,10 @@ fn feature(spec: &FeatureSpec, given: &Given<'_>, check: &Check) -> Result<(Feat
         path,
         loads,
         reference: process.placement.reference,
-        tolerance_mm: check.key("tolerance_mm").positive(spec.tolerance_mm)?,
+        tolerance_mm: match spec.tolerance_mm.or(process.tolerance_mm) {
+            Some(tolerance) => check.key("tolerance_mm").positive(tolerance)?,
+            None => return check.missing("tolerance_mm"),
+        },
     };
     within_limits::check(&process.machine, &process.limits)
         .or_else(|problem| given.process_place(spec.process.as_deref()).key("limits").fail(problem))?;

@@ -46,8 +46,8 @@ pub struct FeatureSpec {
     pub circle: Option<CircleSpec>,
     /// A program, relative to the study's folder. A feature has this or `circle`.
     pub file: Option<String>,
-    /// How far the tool may be from its path.
-    pub tolerance_mm: f64,
+    /// How far the tool may be from its path; as its process says if not given.
+    pub tolerance_mm: Option<f64>,
 }
 
 /// A box the workpiece must stay out of, in O.

@@ -2,10 +2,10 @@
 
 use serde_json::json;
 
-use super::{Pictures, Summary, bent::bent, image, page, table};
+use super::{Pictures, Summary, Text, bent::bent, headline::headline, image, page, table};
 use crate::{
     input::error::Result,
-    report::{Output, Run, exchange::StreamedTable},
+    report::{Output, Run, exchange::StreamedTable, page::Description},
     study::map::{MapPoint, Shown, WorkspaceMapStudy, run_in_blocks},
 };
 
@@ -21,14 +21,14 @@ pub fn answer(study: &WorkspaceMapStudy, shown: &Shown, run: &Run<'_>) -> Result
     let mut image_points: Option<Vec<MapPoint>> = run.wants_image().then(Vec::new);
     run_in_blocks(study, run.work, |points| {
         for point in &points {
-            summary.add(machine, point);
+            summary.add(study, point);
             pictures.add(machine, point);
         }
         streamed.add(&table(machine, &points))?;
         image_points.iter_mut().for_each(|image| image.extend_from_slice(&points));
         Ok(())
     })?;
-    let answer = summary.text(study);
+    let text = Text::new(&summary, study);
     let mut files = streamed.finish()?;
     if let Some(points) = image_points {
         files.extend(image(study).files(run.out, &[("map".into(), table(machine, &points))])?);
@@ -41,8 +41,8 @@ pub fn answer(study: &WorkspaceMapStudy, shown: &Shown, run: &Run<'_>) -> Result
         streamed: (files, vec![("map".into(), columns)]),
         summary: summary.json(),
         figures: run.drawn(|| pictures.figures(study)),
-        page: page(study).with_answer(&answer),
+        page: Description { headline: headline(&summary, study, &text), ..page(study, &text) },
         bent: run.figures.then(|| bent(study)).flatten(),
-        answer,
+        details: text.whole(),
     })
 }

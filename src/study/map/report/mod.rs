@@ -2,16 +2,19 @@
 
 mod answer;
 mod bent;
+mod headline;
 mod page;
 mod pictures;
 mod summary;
 mod table;
+mod text;
 
 pub use answer::answer;
 pub use page::page;
 pub use pictures::Pictures;
 pub use summary::Summary;
 pub use table::table;
+pub use text::Text;
 
 use crate::{
     report::exchange::{Image, Layer},

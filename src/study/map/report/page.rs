@@ -4,24 +4,47 @@ use crate::{
     process::ForceLaw,
     report::{
         page::{
-            Better, Column, Description, Explorer, Fact, MachineDescription, Mark, Quantity, Shape, TableNote,
+            Better, Column, Description, Explorer, Fact, MachineDescription, Mark, Quantity, Section, Shape, TableNote,
             drive_quantities, error_facts, largest_of_drives,
         },
         words::typographic,
     },
-    study::{machine_check::report::tool_axis_fact, map::WorkspaceMapStudy, source_group::source_group},
+    study::{
+        machine_check::report::tool_axis_fact,
+        map::{WorkspaceMapStudy, report::Text},
+        source_group::source_group,
+    },
 };
 
-/// Setting, views and tables; answer, figures and question are added by the run.
-pub fn page(study: &WorkspaceMapStudy) -> Description {
+/// Sections, setting, views and tables; first screen, figures and question are added by the run.
+pub fn page(study: &WorkspaceMapStudy, text: &Text) -> Description {
     let caption = "One row per grid point and source of error, worst over the tool angle.";
     Description {
         setting: setting(study),
         explorers: vec![explorer(study)],
         tables: vec![TableNote::ranked("map.csv", caption, "deflection_mm")],
+        sections: sections(text),
         ..Description::new("workspace_map", MachineDescription::new(&study.machine))
     }
 }
+
+fn sections(text: &Text) -> Vec<Section> {
+    vec![
+        Section::new("Where does the tool move how far?", "the map, to slice, turn and click")
+            .text(&text.place)
+            .explorers([MAP])
+            .figures(&["slices_deflection_all", "workspace_"]),
+        Section::new("Why?", "cutting force, chain errors and weight one by one; stiffness; what adding them misses")
+            .text(&text.cause)
+            .figures(&["slices_deflection", "slices_stiffness", "slices_departure", "machine_bent"]),
+        Section::new("What to tell the drives?", "the corrections that keep the tool on its path")
+            .text(&text.remedy)
+            .figures(&["slices_delta_rho"]),
+    ]
+}
+
+/// Title of the view of the map.
+const MAP: &str = "Workspace map";
 
 fn setting(study: &WorkspaceMapStudy) -> Vec<Fact> {
     let [nx, ny, nz] = study.grid.counts();
@@ -47,7 +70,7 @@ fn setting(study: &WorkspaceMapStudy) -> Vec<Fact> {
         Fact::new("tool axis", tool_axis_fact(&study.machine)),
         Fact::new("tool angles", format!("{} over a turn; the worst counts", study.phis.len())),
         Fact::new("grid", format!("{nx} × {ny} × {nz} positions of P, x {}, y {}, z {}", span(0), span(1), span(2))),
-        Fact::new("put right by compensation", study.target.words()),
+        Fact::new("compensation holds", study.target.words()),
     ];
     facts.extend(study.machine.held_words().map(|words| Fact::new("held", words)));
     facts.extend(error_facts(&study.machine, &study.errors));
@@ -73,7 +96,7 @@ fn explorer(study: &WorkspaceMapStudy) -> Explorer {
     }
     quantities.extend(drive_quantities(machine, Smaller));
     Explorer {
-        title: "Workspace map".into(),
+        title: MAP.into(),
         table: "map.csv".into(),
         shape: Shape::Grid,
         coordinates: ["x", "y", "z"].map(|axis| Column::new(format!("{axis}_mm"), axis, "mm")).into(),

@@ -1,16 +1,16 @@
-//! The map's answer in sentences and as a small JSON object, from its points one after another.
+//! What a map says, gathered from its points one after another, and as a small JSON object.
 
 use serde_json::{Value, json};
 
 use crate::{
     machine::{Machine, Motion},
     report::{
-        StatusCount, cautions,
-        table::{kind_word, largest_force, largest_position},
-        words::{counted, millimetres, position},
+        StatusCount,
+        table::{largest_force, largest_position},
+        words::position,
     },
     study::{
-        ROUNDING_MM, SOLVED, Source,
+        SOLVED, Source,
         map::{MapPoint, SourceEffect, WorkspaceMapStudy},
         sources::Gathered,
     },
@@ -18,14 +18,14 @@ use crate::{
 
 /// A value and where it occurs.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Found {
-    value: f64,
+pub(super) struct Found {
+    pub value: f64,
     position_mm: [f64; 3],
-    phi_deg: Option<f64>,
+    pub phi_deg: Option<f64>,
 }
 
 impl Found {
-    fn place(&self) -> String {
+    pub fn place(&self) -> String {
         let [x, y, z] = self.position_mm;
         position(x, y, z)
     }
@@ -37,7 +37,7 @@ impl Found {
 
 /// The smallest and the largest value seen, each where it was seen first.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-struct Extremes(Option<[Found; 2]>);
+pub(super) struct Extremes(Option<[Found; 2]>);
 
 impl Extremes {
     fn see(&mut self, found: Found) {
@@ -50,6 +50,11 @@ impl Extremes {
         });
     }
 
+    /// The smallest and the largest.
+    pub fn get(&self) -> Option<[Found; 2]> {
+        self.0
+    }
+
     fn json(&self) -> Option<Value> {
         let [least, most] = self.0?;
         Some(json!({ "smallest": least.json(), "largest": most.json() }))
@@ -58,25 +63,26 @@ impl Extremes {
 
 /// Extremes of one source.
 #[derive(Debug, Clone, Default)]
-struct OfSource {
+pub(super) struct OfSource {
     /// Points whose deflection is known, and those among them without a correction.
-    known: usize,
-    uncorrected: usize,
-    deflection: Extremes,
+    pub known: usize,
+    pub uncorrected: usize,
+    pub deflection: Extremes,
     /// By kind of drive.
-    correction: [Extremes; 2],
+    pub correction: [Extremes; 2],
     /// What corrected drives leave, mm.
-    left: Extremes,
+    pub left: Extremes,
     /// By kind of drive.
-    force: [Extremes; 2],
-    departure: Extremes,
-    departure_over_deflection: Extremes,
+    pub force: [Extremes; 2],
+    pub departure: Extremes,
+    pub departure_over_deflection: Extremes,
 }
 
 /// The best and the worst of fewer of the points are chance.
 const ENOUGH: f64 = 0.05;
 
-fn is_enough(known: usize, points: usize) -> bool {
+/// Whether so many of the points are enough to speak of the best and the worst.
+pub(super) fn is_enough(known: usize, points: usize) -> bool {
     known as f64 >= ENOUGH * points as f64
 }
 
@@ -84,12 +90,28 @@ fn is_enough(known: usize, points: usize) -> bool {
 #[derive(Debug, Clone, Default)]
 pub struct Summary {
     sources: Gathered<OfSource>,
+    points: usize,
+    /// Shares of the box in which the tolerance is kept, and of which that is known.
+    share_within: Option<[f64; 2]>,
+    /// Whether it is kept wherever that is known: shares add up with rounding.
+    are_all_within: bool,
     statuses: Vec<StatusCount>,
 }
 
 impl Summary {
-    /// Takes a point of `machine` into account.
-    pub fn add(&mut self, machine: &Machine, point: &MapPoint) {
+    /// Takes the next point of the map of `study`, in grid order, into account.
+    pub fn add(&mut self, study: &WorkspaceMapStudy, point: &MapPoint) {
+        let machine = &study.machine;
+        if let (Some(tolerance), Some(effect)) = (study.tolerance_mm, point.effect(Source::All)) {
+            // Each grid point stands for the cell around it.
+            let volume = study.grid.cell_share(self.points);
+            let is_within = effect.deflection_mm <= tolerance;
+            self.are_all_within = is_within && (self.are_all_within || self.share_within.is_none());
+            let [within, known] = self.share_within.get_or_insert_default();
+            *known += volume;
+            *within += if is_within { volume } else { 0.0 };
+        }
+        self.points += 1;
         for (source, effect) in point.effects.iter() {
             StatusCount::add(&mut self.statuses, point.status(source));
             let sums = self.sources.at(source);
@@ -110,127 +132,26 @@ impl Summary {
         (solved.map_or(0, |count| count.rows), self.statuses.iter().map(|count| count.rows).sum())
     }
 
-    /// The closing words of a run: how far the tool moves, where, and what must be commanded instead.
-    pub fn text(&self, study: &WorkspaceMapStudy) -> String {
-        let (solved, rows) = self.rows();
-        let mut text = format!(
-            "{}: {}, {}, {solved} of {rows} rows solved.\n",
-            study.machine.title,
-            counted(study.grid.len(), "grid point"),
-            counted(study.phis.len(), "tool angle")
-        );
-        text += &self.uncorrected_sentence();
-        text += &cautions::not_used(&study.not_used);
-        text += &cautions::zeroed(&study.machine);
-        text += &cautions::carried(&study.machine);
-        text += &cautions::large_errors(&study.machine, &study.errors);
-        text += &cautions::outside_workspace(
-            &study.machine,
-            "grid point",
-            (0..study.grid.len()).map(|index| study.grid.position(index)),
-        );
-        text += &self.deflection_sentences(&study.machine, study.grid.len());
-        text += &self.correction_sentences(&study.machine, study.grid.len());
-        text += &self.departure_sentence(study.grid.len());
-        text
+    /// What `source` does.
+    pub(super) fn of(&self, source: Source) -> Option<&OfSource> {
+        self.sources.get(source)
     }
 
-    fn uncorrected_sentence(&self) -> String {
-        match self.sources.iter().map(|(_, sums)| sums.uncorrected).sum() {
-            0 => String::new(),
-            rows => format!("Of {rows} of them only the correction is missing; their deflection is known.\n"),
-        }
+    /// Rows whose correction is missing and whose deflection is known.
+    pub(super) fn uncorrected(&self) -> usize {
+        self.sources.iter().map(|(_, sums)| sums.uncorrected).sum()
     }
 
-    fn deflection_sentences(&self, machine: &Machine, points: usize) -> String {
-        let mut text = String::new();
-        for (source, sums) in self.sources.iter() {
-            let cause = source.moves(machine);
-            let of = match source {
-                Source::Cutting => "by the cutting force alone",
-                Source::Weight => "by weight alone",
-                Source::Errors => "by chain errors alone",
-                Source::All => "by all together",
-            };
-            let Some([least, most]) = sums.deflection.0.filter(|_| is_enough(sums.known, points)) else {
-                text += &format!(
-                    "How far the tool moves {of} is known at {} of {}: too few to speak of best and worst.\n",
-                    sums.known,
-                    counted(points, "grid point")
-                );
-                continue;
-            };
-            let phi = most.phi_deg.map_or_else(String::new, |phi| format!(" (tool angle {phi:.0}°)"));
-            let [low, high] = [least, most].map(|found| millimetres(found.value, 3, ROUNDING_MM));
-            text += &match low == high {
-                true => format!("{cause} by {high} everywhere.\n"),
-                false => {
-                    format!(
-                        "{cause} by {low} at best, at {}, and by {high} at worst, at {}{phi}.\n",
-                        least.place(),
-                        most.place()
-                    )
-                }
-            };
-        }
-        text
+    /// Share of the solved part of the box in which all sources together keep the tolerance; `None` without one, or where
+    /// nothing was solved.
+    pub(super) fn share_within(&self) -> Option<f64> {
+        let [within, known] = self.share_within?;
+        (known > 0.0).then(|| if self.are_all_within { 1.0 } else { within / known })
     }
 
-    /// A sentence for each kind of drive.
-    fn correction_sentences(&self, machine: &Machine, points: usize) -> String {
-        let Some(both) = self.sources.get(Source::All) else { return String::new() };
-        if !is_enough(both.known - both.uncorrected, points) {
-            return String::new();
-        }
-        let sentence = |kind: Motion| {
-            let (Some([least, most]), Some([_, force])) =
-                (both.correction[kind as usize].0, both.force[kind as usize].0)
-            else {
-                return String::new();
-            };
-            let drives = kind_word(machine, kind);
-            let own = if machine.has_mixed_drives() { format!(" of {drives}") } else { String::new() };
-            format!(
-                "To keep the tool on its path under {}, {drives} must be commanded up to {} away from the inverse \
-                 kinematics at best, at {}, and {} at worst, at {}. Drive {}s{own} reach {:.0} {}, at {}.\n",
-                if Source::parts(machine).len() > 2 { "all" } else { "both" },
-                kind.position_words(least.value),
-                least.place(),
-                kind.position_words(most.value),
-                most.place(),
-                kind.force_word(),
-                force.value,
-                kind.shown_force_unit(),
-                force.place()
-            )
-        };
-        machine.drive_kinds().map(sentence).collect::<String>() + &self.left_sentence(machine)
-    }
-
-    /// What no drive can put right.
-    fn left_sentence(&self, machine: &Machine) -> String {
-        let Some(axes) = machine.uncontrolled_names() else { return String::new() };
-        let Some([_, most]) = self.sources.get(Source::All).and_then(|all| all.left.0) else { return String::new() };
-        let left = millimetres(most.value, 3, ROUNDING_MM);
-        format!("No drive can put right {left} of it at worst, at {}: they do not control {axes}.\n", most.place())
-    }
-
-    fn departure_sentence(&self, points: usize) -> String {
-        let Some(both) = self.sources.get(Source::All) else { return String::new() };
-        if !is_enough(both.known, points) {
-            return String::new();
-        }
-        let (Some([_, absolute]), Some([_, relative])) = (both.departure.0, both.departure_over_deflection.0) else {
-            return String::new();
-        };
-        format!(
-            "Adding the effects instead of solving them together is wrong by up to {}, at {}, and by up to \
-             {:.1} % of the deflection, at {}.\n",
-            millimetres(absolute.value, 4, ROUNDING_MM),
-            absolute.place(),
-            100.0 * relative.value,
-            relative.place()
-        )
+    /// Whether the effect of all sources is known at every point.
+    pub(super) fn is_all_known(&self, study: &WorkspaceMapStudy) -> bool {
+        self.of(Source::All).is_some_and(|all| all.known == study.grid.len())
     }
 
     /// Extremes per source; drive corrections and forces in keys that end with their unit.

@@ -2,13 +2,15 @@
 
 use serde_json::json;
 
-use super::{Pictures, Summary, methods_table, methods_text, page, points_columns, points_table};
+use super::{
+    Pictures, Summary, Text, headline::headline, methods_table, methods_text, page, points_columns, points_table,
+};
 use crate::{
     input::error::Result,
     report::{
         Output, Run,
         exchange::{StreamedTable, Table},
-        page::DeflectedPose,
+        page::{DeflectedPose, Description},
     },
     study::{
         deflected_pose::deflected_pose,
@@ -30,7 +32,7 @@ pub fn answer(study: &PathStudy, shown: &Shown, run: &Run<'_>) -> Result<Output>
         pictures.iter_mut().for_each(|pictures| pictures.add(study, &part));
         table.add(&points_table(study, &part))
     })?;
-    let (answer, statuses) = (summary.text(study, shown), summary.statuses());
+    let (text, statuses) = (Text::new(&summary, study, shown), summary.statuses());
     let bent = summary.farthest().filter(|_| run.figures);
     Ok(Output {
         settings: json!({ "points": study.stations.len() }),
@@ -40,9 +42,9 @@ pub fn answer(study: &PathStudy, shown: &Shown, run: &Run<'_>) -> Result<Output>
         streamed: (table.finish()?, vec![("points".into(), Table::new(columns, []))]),
         summary: summary.json(study, &methods),
         figures: pictures.map_or_else(Vec::new, |pictures| pictures.figures(study)),
-        page: page(study, shown).with_answer(&answer),
+        page: Description { headline: headline(&summary, study, shown, &text), ..page(study, shown, &text) },
         bent: bent.and_then(|point| bent_at(study, point)),
-        answer: format!("{answer}\n{}", methods_text(&methods)),
+        details: format!("{}\n{}", text.whole(), methods_text(&methods)),
     })
 }
 

@@ -1,10 +1,12 @@
 //! Reports of a path study, gathered part by part: memory does not grow with the path.
 
 mod answer;
+mod headline;
 mod page;
 mod pictures;
 mod summary;
 mod tables;
+mod text;
 mod thinned;
 
 pub use answer::answer;
@@ -14,3 +16,4 @@ pub use pictures::Pictures;
 pub(crate) use summary::methods_text;
 pub use summary::{Summary, facts_text, failures_text};
 pub(crate) use tables::{methods_table, points_columns, points_table};
+pub use text::Text;

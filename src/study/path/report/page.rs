@@ -4,19 +4,19 @@ use crate::{
     machine::Machine,
     report::{
         page::{
-            Better, Column, Description, Explorer, Fact, MachineDescription, Quantity, Shape, TableNote,
+            Better, Column, Description, Explorer, Fact, MachineDescription, Quantity, Section, Shape, TableNote,
             drive_quantities, error_facts, largest_of_drives,
         },
         words::counted,
     },
     study::{
-        path::{PathStudy, Shown},
+        path::{PathStudy, Shown, report::Text},
         source_group::source_group,
     },
 };
 
-/// Setting, views and tables; answer, figures and question are added by the run.
-pub fn page(study: &PathStudy, shown: &Shown) -> Description {
+/// Sections, setting, views and tables; first screen, figures and question are added by the run.
+pub fn page(study: &PathStudy, shown: &Shown, text: &Text) -> Description {
     let points =
         "One row per point and source of error: displacement without compensation, command and forces with it.";
     Description {
@@ -26,9 +26,31 @@ pub fn page(study: &PathStudy, shown: &Shown) -> Description {
             TableNote::new("methods.csv", "One row per method: corrections it needs and errors it leaves."),
             TableNote::ranked("points.csv", points, "displacement_mm"),
         ],
+        sections: sections(text),
         ..Description::new("path", MachineDescription::new(&study.machine))
     }
 }
+
+fn sections(text: &Text) -> Vec<Section> {
+    vec![
+        Section::new("Where is the tool off how far?", "along the path, and on the part")
+            .text(&text.place)
+            .explorers([ALONG])
+            .figures(&["paths", "displacement"]),
+        Section::new("Why?", "cutting force, chain errors and weight one by one; the machine bent")
+            .text(&text.cause)
+            .figures(&["delta_rho_sources", "machine_bent"]),
+        Section::new("What to tell the drives?", "corrections and drive forces along the path; how each method does")
+            .text(&text.remedy)
+            .explorers([METHODS])
+            .figures(&["delta_rho", "drive_"])
+            .tables(["methods.csv"]),
+    ]
+}
+
+/// Titles of the views.
+const ALONG: &str = "Along the path";
+const METHODS: &str = "Methods of compensation";
 
 fn setting(study: &PathStudy, shown: &Shown) -> Vec<Fact> {
     let length = study.stations.last().map_or(0.0, |station| station.arc_length_mm);
@@ -46,7 +68,7 @@ fn setting(study: &PathStudy, shown: &Shown) -> Vec<Fact> {
         facts.push(Fact::new("force on the tool", "none"));
     }
     if let Some(demand) = study.demands.first() {
-        facts.push(Fact::new("put right by compensation", demand.target.words()));
+        facts.push(Fact::new("compensation holds", demand.target.words()));
     }
     facts.extend(study.machine.held_words().map(|words| Fact::new("held", words)));
     facts.extend(error_facts(&study.machine, &study.errors));
@@ -59,7 +81,7 @@ fn along(study: &PathStudy) -> Explorer {
         vec![Quantity::new(["displacement_mm"], "displacement without compensation", "mm", Better::Smaller)];
     first.extend(largest_of_drives(machine));
     first.push(Quantity::new(["error_left_mm"], "error left by compensation", "mm", Better::Smaller));
-    points_view(machine, "Along the path".into(), "points.csv".into(), first)
+    points_view(machine, ALONG.into(), "points.csv".into(), first)
 }
 
 /// A view of a table of path points: the quantities `first`, then each component of displacement, correction and force.
@@ -83,7 +105,7 @@ pub(crate) fn points_view(machine: &Machine, title: String, table: String, first
 
 fn methods() -> Explorer {
     Explorer {
-        title: "Methods of compensation".into(),
+        title: METHODS.into(),
         table: "methods.csv".into(),
         shape: Shape::Names,
         coordinates: vec![Column::new("method", "method", "")],
@@ -91,8 +113,8 @@ fn methods() -> Explorer {
         quantities: vec![
             Quantity::new(["error_max_mm"], "largest error left", "mm", Better::Smaller),
             Quantity::new(["error_rms_mm"], "rms error left", "mm", Better::Smaller),
-            Quantity::new(["corrections_mean"], "corrections per point", "", Better::Smaller),
-            Quantity::new(["leftover_rotation_max_deg"], "rotation left", "°", Better::Neither),
+            Quantity::new(["corrections_mean"], "steps per point", "", Better::Smaller),
+            Quantity::new(["leftover_rotation_max_deg"], "remaining rotation", "°", Better::Neither),
         ],
         marks: Vec::new(),
     }

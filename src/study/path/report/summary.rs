@@ -1,31 +1,36 @@
-//! A path study's answer in sentences, as a table of methods and as a small JSON object, from its points part by part.
+//! What a path says, gathered from its points part by part, as a table of methods and as a small JSON object.
 
-use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 use serde_json::{Value, json};
 
 use crate::{
     report::{
-        StatusCount, cautions,
-        table::{kind_word, largest_force, largest_position},
+        StatusCount,
+        table::{largest_force, largest_position},
+        text_table::text_table,
         words::{counted, if_any, millimetres},
     },
     study::{
         ROUNDING_MM, Source,
         along_path::PathSummary,
-        path::{MethodAlongPath, PathPart, PathStudy, Shown},
+        path::{MethodAlongPath, PathPart, PathStudy},
         sources::Gathered,
     },
 };
 
 /// The largest value seen and the point it was seen at first.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-struct Largest(Option<(f64, usize)>);
+pub(super) struct Largest(Option<(f64, usize)>);
 
 impl Largest {
     fn see(&mut self, value: f64, point: usize) {
         if self.0.is_none_or(|(most, _)| value > most) {
             self.0 = Some((value, point));
         }
+    }
+
+    /// The value and its point.
+    pub fn get(self) -> Option<(f64, usize)> {
+        self.0
     }
 
     fn json(&self, study: &PathStudy) -> Option<Value> {
@@ -36,17 +41,17 @@ impl Largest {
 
 /// Extremes of one source.
 #[derive(Debug, Clone, Default)]
-struct OfSource {
+pub(super) struct OfSource {
     /// mm.
-    displacement: Largest,
+    pub displacement: Largest,
     /// |Δρ| by kind of drive, mm for slides, degrees for hinges.
-    correction: [Largest; 2],
+    pub correction: [Largest; 2],
     /// What the compensated command leaves, mm.
-    left: Largest,
+    pub left: Largest,
     /// |τ| by kind of drive on the compensated path, N for slides, N·mm for hinges.
-    force: [Largest; 2],
+    pub force: [Largest; 2],
     /// Points that could not be compensated.
-    failed: usize,
+    pub failed: usize,
     statuses: Vec<StatusCount>,
 }
 
@@ -54,11 +59,17 @@ struct OfSource {
 #[derive(Debug, Clone, Default)]
 pub struct Summary {
     sources: Gathered<OfSource>,
+    /// Points at which all sources together keep the tolerance, and at which that is known.
+    within: Option<[usize; 2]>,
+    blame: Vec<(Source, f64)>,
 }
 
 impl Summary {
     /// Takes the next part into account.
     pub fn add(&mut self, study: &PathStudy, part: &PathPart) {
+        for k in part.points() {
+            self.see_all(study, part, k);
+        }
         for &source in part.sources.sources() {
             let sums = self.sources.at(source);
             for k in part.points() {
@@ -80,6 +91,26 @@ impl Summary {
         }
     }
 
+    /// Holds point `k` against the tolerance, and who is to blame if it is the worst so far.
+    fn see_all(&mut self, study: &PathStudy, part: &PathPart, k: usize) {
+        let Some(size) = part.displacement(Source::All, k).map(|d| d.norm()) else { return };
+        if let Some(tolerance) = study.tolerance_mm {
+            let [within, known] = self.within.get_or_insert_default();
+            *known += 1;
+            *within += usize::from(size <= tolerance);
+        }
+        if self.of(Source::All).and_then(|all| all.displacement.get()).is_none_or(|(most, _)| size > most) {
+            let alone = |source: &Source| Some((*source, part.displacement(*source, k)?.norm()));
+            self.blame = Source::parts(&study.machine).iter().filter_map(alone).collect();
+            self.sources.at(Source::All).displacement.see(size, k);
+        }
+    }
+
+    /// Share of the points, of those whose displacement is known, at which the tolerance is kept; `None` without one.
+    pub(super) fn share_within(&self) -> Option<f64> {
+        self.within.map(|[within, known]| within as f64 / known as f64)
+    }
+
     /// Rows per status.
     pub fn statuses(&self) -> Vec<StatusCount> {
         let mut all: Vec<StatusCount> = Vec::new();
@@ -97,50 +128,14 @@ impl Summary {
         self.sources.get(Source::All)?.displacement.0.map(|(_, point)| point)
     }
 
-    /// The closing words of a run.
-    pub fn text(&self, study: &PathStudy, shown: &Shown) -> String {
-        let place = |k| place(study, shown, k);
-        let points = study.stations.len();
-        let last = study.stations.last().map_or(0.0, |s| s.arc_length_mm);
-        let mut text = format!("{}: a path of {last:.1} mm, {}.\n", study.machine.title, counted(points, "point"));
-        text += &facts_text(&study.facts);
-        text += &cautions::zeroed(&study.machine);
-        text += &cautions::carried(&study.machine);
-        text += &cautions::large_errors(&study.machine, &study.errors);
-        text += &cautions::outside_workspace(
-            &study.machine,
-            "path point",
-            study.demands.iter().map(|demand| demand.pose.translation),
-        );
-        for (source, sums) in self.sources.iter() {
-            let Some((size, k)) = sums.displacement.0 else { continue };
-            let cause = source.moves(&study.machine);
-            text += &format!("{cause} by up to {}, {}.\n", millimetres(size, 3, ROUNDING_MM), place(k));
-        }
-        let Some(both) = self.sources.get(Source::All) else { return text };
-        for kind in study.machine.drive_kinds() {
-            let found = (both.correction[kind as usize].0, both.force[kind as usize].0);
-            let (Some((correction, k)), Some((force, kf))) = found else { continue };
-            let drives = kind_word(&study.machine, kind);
-            let own = if study.machine.has_mixed_drives() { format!(" of {drives}") } else { String::new() };
-            text += &format!(
-                "To keep it on its path, {drives} must be commanded up to {} away from the inverse kinematics, {}; drive \
-                 {}s{own} then reach {force:.0} {}, {}.\n",
-                kind.position_words(correction),
-                place(k),
-                kind.force_word(),
-                kind.shown_force_unit(),
-                place(kf)
-            );
-        }
-        if let (Some(axes), Some((left, k))) = (study.machine.uncontrolled_names(), both.left.0) {
-            let left = millimetres(left, 3, ROUNDING_MM);
-            text += &format!("No drive can put right {left} of it, {}: they do not control {axes}.\n", place(k));
-        }
-        if both.failed > 0 {
-            text += &format!("{} of {points} points could not be compensated; the table says why.\n", both.failed);
-        }
-        text
+    /// What `source` does.
+    pub(super) fn of(&self, source: Source) -> Option<&OfSource> {
+        self.sources.get(source)
+    }
+
+    /// What the single sources do, mm, at the point at which all together move the tool farthest.
+    pub(super) fn blame(&self) -> &[(Source, f64)] {
+        &self.blame
     }
 
     /// Extremes per source and the methods.
@@ -175,14 +170,6 @@ impl Summary {
 /// Version of the summary. In 1, keys of corrections and forces had no unit.
 const SCHEMA: u32 = 2;
 
-fn place(study: &PathStudy, shown: &Shown, k: usize) -> String {
-    let station = &study.stations[k];
-    match station.phi_deg.filter(|_| shown.is_circle) {
-        Some(phi) => format!("at tool angle {phi:.0}°"),
-        None => format!("{:.1} mm along the path", station.arc_length_mm),
-    }
-}
-
 /// Where the workpiece stands and what is cut, in sentences.
 pub fn facts_text(facts: &[(impl AsRef<str>, String)]) -> String {
     let sentence = |(label, words): &(_, String)| {
@@ -194,20 +181,21 @@ pub fn facts_text(facts: &[(impl AsRef<str>, String)]) -> String {
 
 /// The methods side by side.
 pub(crate) fn methods_text(methods: &[MethodAlongPath]) -> String {
-    let mut table = Table::new();
-    table.load_style(UTF8_HORIZONTAL_ONLY);
-    table.set_header(["method", "corrections", "max error", "rms error", "failed"]);
+    let mut table = text_table(["method", "steps per point", "largest error", "rms error", "failed"], 1);
     for method in methods {
         let s = &method.summary;
         table.add_row([
             method.method.label(),
             if_any(s.mean_corrections, |mean| format!("{mean:.2}")),
-            if_any(s.max_mm, |max| format!("{max:.2e} mm")),
-            if_any(s.rms_mm, |rms| format!("{rms:.2e} mm")),
+            if_any(s.max_mm, |max| millimetres(max, 4, ROUNDING_MM)),
+            if_any(s.rms_mm, |rms| millimetres(rms, 4, ROUNDING_MM)),
             format!("{} of {}", s.failed, s.points),
         ]);
     }
-    format!("{table}\n{}", failures_text(methods.iter().map(|method| (method.method.label(), &method.summary))))
+    format!(
+        "Methods of compensation: steps each takes per point, and how far the tool then is from the path.\n{table}\n{}",
+        failures_text(methods.iter().map(|method| (method.method.label(), &method.summary)))
+    )
 }
 
 /// Where commands failed: at how many points, and why at the first; nothing for those that did not.

@@ -9,18 +9,22 @@ use crate::{
     },
 };
 
-/// Where to put the workpiece, what that brings and how much room there is.
-pub fn recommendation(results: &PlacementResults) -> String {
-    let Some(best) = &results.best else { return nowhere(results) };
-    let mut text = headline(results, best);
-    text += &comparison(results);
-    text += &found(results, best);
-    text += &room(results);
-    text
+/// What happens at the recommended place, and at the others.
+pub(super) fn place(results: &PlacementResults) -> String {
+    match &results.best {
+        Some(best) => there(results, best) + &comparison(results),
+        None => nowhere(results),
+    }
+}
+
+/// How the place was found, and how much room there is.
+pub(super) fn certainty(results: &PlacementResults) -> String {
+    let Some(best) = &results.best else { return String::new() };
+    found(results, best) + &room(results)
 }
 
 /// Why the workpiece cannot be cut.
-fn nowhere(results: &PlacementResults) -> String {
+pub(super) fn nowhere(results: &PlacementResults) -> String {
     let cell = results.cells.iter().find_map(|cell| match &cell.verdict {
         crate::study::placement::Verdict::Infeasible(failure) => Some((at(&cell.site), &failure.reason)),
         _ => None,
@@ -41,18 +45,18 @@ fn nowhere(results: &PlacementResults) -> String {
 }
 
 /// The recommended entry and what happens there.
-fn best_entry(results: &PlacementResults) -> Option<(&Entry, &Evaluation)> {
+pub(super) fn best_entry(results: &PlacementResults) -> Option<(&Entry, &Evaluation)> {
     let entry = results.entries.get(results.best.as_ref()?.entry)?;
     Some((entry, entry.feasible()?))
 }
 
-fn headline(results: &PlacementResults, best: &Best) -> String {
+fn there(results: &PlacementResults, best: &Best) -> String {
     let machine = &results.study.machine;
-    let mut text = format!("Put the workpiece at {}.", at(&best.site));
+    let mut text = format!("At the recommended place, {}:", at(&best.site));
     let Some((_, evaluation)) = best_entry(results) else { return text + "\n" };
     let value = |metric: Metric| Some(metric.shown(machine, evaluation.metrics.get(metric)?));
     if let (Some(worst), Some(rms)) = (value(Metric::WorstDeflection), value(Metric::RmsDeflection)) {
-        text += &format!(" Without compensation the tool leaves its path by up to {worst} there (rms {rms})");
+        text += &format!(" without compensation the tool leaves its path by up to {worst} (rms {rms})");
         let within = value(Metric::ShareWithin).unwrap_or_default();
         text += &format!("; {within} of the path is within tolerance.");
     }
@@ -60,11 +64,11 @@ fn headline(results: &PlacementResults, best: &Best) -> String {
         let hinges = value(Metric::WorstHingeCorrection).zip(value(Metric::WorstHingeTorque));
         text += &match hinges {
             None => format!(
-                " To keep it on the path, drives must be corrected by up to {correction} and carry up to {force}."
+                " To keep it on its path, correct the drives by up to {correction}; they then carry up to {force}."
             ),
             Some((turn, torque)) => format!(
-                " To keep it on the path, slides must be corrected by up to {correction} and carry up to {force}, \
-                 hinges by up to {turn} and {torque}."
+                " To keep it on its path, correct the slides by up to {correction} and the hinges by up to {turn}; they \
+                 then carry up to {force} and {torque}."
             ),
         };
     }
@@ -79,7 +83,7 @@ fn headline(results: &PlacementResults, best: &Best) -> String {
 }
 
 /// Deflections below this are none, and no other is so many percent larger, mm.
-const NO_DEFLECTION: f64 = 1e-6;
+pub(super) const NO_DEFLECTION: f64 = 1e-6;
 
 /// How much better that is than the other named places.
 fn comparison(results: &PlacementResults) -> String {
@@ -124,7 +128,7 @@ fn better(results: &PlacementResults) -> String {
     let places: Vec<String> = results.entries.iter().filter(ahead).map(reason).collect();
     match places.as_slice() {
         [] => String::new(),
-        places => format!("By the objective better, but not to be had: {}.\n", places.join(", ")),
+        places => format!("Better by the objective, but not possible: {}.\n", places.join(", ")),
     }
 }
 

@@ -3,12 +3,12 @@
 use serde_json::json;
 
 use super::{
-    candidates_table, cell_status, entries_table, figures, front_table, page, refinements_table, summary_json,
-    summary_text, sweep_table,
+    candidates_table, cell_status, entries_table, figures, front_table, headline::headline, page, refinements_table,
+    summary_json, summary_text, sweep_table,
 };
 use crate::{
     input::error::Result,
-    report::{Manifest, Output, Run},
+    report::{Manifest, Output, Run, page::Description},
     study::placement::{self, PlacementStudy},
 };
 
@@ -27,7 +27,6 @@ pub fn answer(study: &PlacementStudy, run: &Run<'_>) -> Result<Output> {
     if !study.objective.pareto.is_empty() {
         tables.push(("pareto".into(), front_table(&results)));
     }
-    let text = summary_text(&results);
     Ok(Output {
         settings: json!({
             "grid": study.grid.counts(),
@@ -43,8 +42,8 @@ pub fn answer(study: &PlacementStudy, run: &Run<'_>) -> Result<Output> {
         streamed: Default::default(),
         summary: summary_json(&results),
         figures: run.drawn(|| figures(&results)),
-        page: page(&results).with_answer(&text),
+        page: Description { headline: headline(&results), ..page(&results) },
         bent: None,
-        answer: format!("{}\n{text}", entries_table(study, entries)),
+        details: format!("{}\n{}", entries_table(study, entries), summary_text(&results)),
     })
 }

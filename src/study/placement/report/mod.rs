@@ -2,15 +2,17 @@
 
 mod advice;
 mod answer;
+mod headline;
 mod page;
 mod pictures;
 mod summary;
 mod tables;
 
-pub use advice::recommendation;
 pub use answer::answer;
 pub use page::page;
 pub use pictures::figures;
-pub use summary::{entries_table, summary_json, summary_text, uncontrolled_text};
+pub use summary::{entries_table, summary_json, summary_text};
+
+pub use headline::known;
 pub use tables::{candidates_table, sweep_table};
 pub(crate) use tables::{cell_status, front_table, refinements_table};

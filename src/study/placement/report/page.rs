@@ -4,7 +4,7 @@ use crate::{
     process::{Placement, file::NOT_CONTROLLED},
     report::{
         page::{
-            Better, Column, Description, Explorer, Fact, MachineDescription, Mark, Quantity, Shape, TableNote,
+            Better, Column, Description, Explorer, Fact, MachineDescription, Mark, Quantity, Section, Shape, TableNote,
             error_facts,
         },
         words::{counted, typographic},
@@ -13,11 +13,12 @@ use crate::{
         demands::placed,
         placement::{
             CLEARANCE_MM, COORDINATES, Entry, FeatureJob, Found, Metric, PlacementResults, PlacementStudy, UNITS,
+            report::{advice, summary},
         },
     },
 };
 
-/// Setting, views and tables; answer, figures and question are added by the run.
+/// Sections, setting, views and tables; first screen, figures and question are added by the run.
 pub fn page(results: &PlacementResults) -> Description {
     let study = &results.study;
     let mut tables = vec![
@@ -36,11 +37,45 @@ pub fn page(results: &PlacementResults) -> Description {
     }
     Description {
         setting: setting(study),
+        sections: sections(results),
         explorers: vec![sweep(results), places(study)],
         tables,
         ..Description::new("placement", MachineDescription::new(&study.machine))
     }
 }
+
+fn sections(results: &PlacementResults) -> Vec<Section> {
+    let mut sections = vec![
+        Section::new("Why here?", "every place that was tried, and the named ones beside it")
+            .text(&advice::place(results))
+            .explorers([SWEEP, PLACES])
+            .figures(&["answer", "map_", "pareto"])
+            .tables(["candidates.csv"]),
+        Section::new("Where on the path is it worst?", "the error along the path here and at a poor place")
+            .figures(&["path_errors", "paths"]),
+        Section::new("How sure is it?", "how it was found, and how far the workpiece may be moved")
+            .text(&(summary::search(results) + &advice::certainty(results))),
+    ];
+    if let Some(best) = &results.best {
+        let heading = "What to do next?";
+        let section = Section::new(heading, "set this place in the process file, compensate the program, check it")
+            .text("This place, for the process file of `kinetostat compensate` and of path studies:");
+        sections.push(section.to_copy(table_of(&best.site)));
+    }
+    sections
+}
+
+/// A place as the table of a process file.
+fn table_of(site: &crate::study::placement::Site) -> String {
+    let [x, y, z, angles @ ..] = site.shown();
+    let turned = COORDINATES[3..].iter().zip(angles).filter(|(_, angle)| *angle != 0.0);
+    let turned: String = turned.map(|(name, angle)| format!("{name}_deg = {angle:?}\n")).collect();
+    format!("[placement]\norigin_mm = [{x:?}, {y:?}, {z:?}]\n{turned}")
+}
+
+/// Titles of the views.
+const SWEEP: &str = "Places of the sweep";
+const PLACES: &str = "Named and found places";
 
 fn corner(p: nalgebra::Vector3<f64>) -> String {
     typographic(&format!("({}, {}, {})", p.x, p.y, p.z))
@@ -49,7 +84,7 @@ fn corner(p: nalgebra::Vector3<f64>) -> String {
 fn setting(study: &PlacementStudy) -> Vec<Fact> {
     let mut facts = vec![
         Fact::new("machine", study.machine.title.clone()),
-        Fact::new("made small", study.objective.words(&study.machine)),
+        Fact::new("objective (minimised)", study.objective.words(&study.machine)),
     ];
     for (i, name) in COORDINATES.iter().enumerate() {
         let shown = |value: f64| if UNITS[i] == "deg" { (value.to_degrees() * 1e9).round() / 1e9 } else { value };
@@ -95,7 +130,7 @@ fn feature(job: &FeatureJob) -> String {
     let most = forces.fold(0.0, f64::max);
     let limits = &job.limits;
     let mut words = format!(
-        "{}, force on the tool up to {most:.1} N, tolerance {} mm, put right: {}, cutting: {}",
+        "{}, force on the tool up to {most:.1} N, tolerance {} mm, compensation holds: {}, cutting: {}",
         counted(feature.path.len(), "point"),
         feature.tolerance_mm,
         job.target.words(),
@@ -138,7 +173,7 @@ fn sweep(results: &PlacementResults) -> Explorer {
     let metrics = Metric::ALL.into_iter().filter(|metric| searched.contains(metric) || free.contains(metric));
     let quantities = std::iter::once(objective()).chain(metrics.map(|metric| quantity(study, metric)));
     Explorer {
-        title: "Places of the sweep".into(),
+        title: SWEEP.into(),
         table: "sweep.csv".into(),
         shape: Shape::Grid,
         coordinates: shown(study).into_iter().map(column).collect(),
@@ -173,7 +208,7 @@ fn places(study: &PlacementStudy) -> Explorer {
     let metrics = metrics.filter(|metric| metric.exists_on(&study.machine));
     let metrics = metrics.filter(|metric| has_limits || !metric.is_bounded());
     Explorer {
-        title: "Named and found places".into(),
+        title: PLACES.into(),
         table: "candidates.csv".into(),
         shape: Shape::Names,
         coordinates: vec![Column::new("name", "place", "")],

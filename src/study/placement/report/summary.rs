@@ -1,19 +1,18 @@
 //! A placement study's ranked table for the screen, its closing words and a small JSON object.
 
-use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 use serde_json::{Map, Value, json};
 
 use crate::{
-    process::file::NOT_CONTROLLED,
     report::{
-        cautions,
+        text_table::text_table,
         words::{counted, position, signed, typographic},
     },
-    study::{
-        path::report::facts_text,
-        placement::{
-            Agreement, COORDINATES, End, Entry, Found, Metric, Metrics, PlacementResults, PlacementStudy, Site, UNITS,
-            Verdict, is_angle, report::advice::recommendation,
+    study::placement::{
+        Agreement, COORDINATES, End, Entry, Found, Metric, Metrics, PlacementResults, PlacementStudy, Site, UNITS,
+        Verdict, is_angle,
+        report::{
+            advice::{certainty, place},
+            headline::known,
         },
     },
 };
@@ -55,14 +54,12 @@ pub fn entries_table(study: &PlacementStudy, entries: &[Entry]) -> String {
     let has_limits = study.features.iter().any(|job| job.limits.is_limited());
     let is_shown = |metric: &Metric| metric.exists_on(machine) && (has_limits || !metric.is_bounded());
     let shown: Vec<Metric> = SHOWN.into_iter().filter(is_shown).collect();
-    let mut table = Table::new();
-    table.load_style(UTF8_HORIZONTAL_ONLY);
     let is_tilted = entries.iter().any(|entry| entry.site.0[4..] != [0.0; 2]);
     let angles = if is_tilted { 3..6 } else { 3..4 };
     let mut header = vec!["place".to_string(), "x, y, z [mm]".into()];
     header.extend(COORDINATES[angles.clone()].iter().map(|name| format!("{name} [°]")));
     header.extend(shown.iter().map(|metric| metric.short_words(machine).into()));
-    table.set_header(header);
+    let mut table = text_table(header, 1);
     for entry in entries {
         let shown_site = entry.site.shown();
         let [x, y, z, ..] = shown_site;
@@ -84,30 +81,26 @@ pub fn entries_table(study: &PlacementStudy, entries: &[Entry]) -> String {
     format!("{table}\n{}", reasons.collect::<String>())
 }
 
-/// The closing words of a run: what was sought, how it was found, and the recommendation.
-pub fn summary_text(results: &PlacementResults) -> String {
+/// What was sought, and how many places were looked at.
+pub(super) fn search(results: &PlacementResults) -> String {
     let study = &results.study;
-    let [complete, given_up, infeasible] = counts(results);
+    let [complete, stopped, infeasible] = counts(results);
     let points: usize = study.features.iter().map(|job| job.feature.path.len()).sum();
     format!(
-        "{}: {}, {}; sought: the least {}.\n\
-         Sweep of {}: {complete} evaluated on all points, {given_up} given up as they cannot win, {infeasible} \
-         where the workpiece cannot be cut.\n{}{}{}",
+        "{}: {}, {}; objective (minimised): {}.\nSweep of {}: {complete} evaluated on the whole path, {stopped} stopped \
+         early because they could not beat the best any more, {infeasible} where the workpiece cannot be cut.\n{}",
         study.machine.title,
         counted(study.features.len(), "feature"),
         counted(points, "path point"),
         study.objective.words(&study.machine),
         counted(results.cells.len(), "place"),
-        cautions::carried(&study.machine) + &uncontrolled_text(study),
-        coarseness(results),
-        recommendation(results)
+        coarseness(results)
     )
 }
 
-/// What of the paths the machine does not control, in a sentence if there is something.
-pub fn uncontrolled_text(study: &PlacementStudy) -> String {
-    let words = study.machine.uncontrolled_words().map(|words| (NOT_CONTROLLED, words));
-    facts_text(words.as_slice())
+/// Everything that is said: what was sought, how it was found, and the recommendation.
+pub fn summary_text(results: &PlacementResults) -> String {
+    known(&results.study) + &search(results) + &place(results) + &certainty(results)
 }
 
 /// What the sweep is too coarse for.
@@ -134,7 +127,7 @@ fn coarseness(results: &PlacementResults) -> String {
 }
 
 /// Places evaluated on all points, given up, and infeasible.
-fn counts(results: &PlacementResults) -> [usize; 3] {
+pub(super) fn counts(results: &PlacementResults) -> [usize; 3] {
     let mut counts = [0; 3];
     for cell in &results.cells {
         counts[match cell.verdict {

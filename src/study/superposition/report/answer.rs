@@ -3,12 +3,12 @@
 use serde_json::json;
 
 use super::{
-    Pictures, Summary, ablation_table, image, largest_factors_table, locations_table, map_table, page, safe_load_table,
-    scaling_table, slopes_table, summary_json, summary_text,
+    Pictures, Summary, ablation_table, headline::headline, image, largest_factors_table, locations_table, map_table,
+    page, safe_load_table, scaling_table, slopes_table, summary_json, summary_text,
 };
 use crate::{
     input::error::Result,
-    report::{Output, Run, StatusCount, exchange::StreamedTable},
+    report::{Output, Run, StatusCount, exchange::StreamedTable, page::Description},
     study::{
         status_of,
         superposition::{DeparturePoint, LocationResult, Shown, SuperpositionStudy, run_locations, run_map},
@@ -48,7 +48,6 @@ pub fn answer(study: &SuperpositionStudy, shown: &Shown, run: &Run<'_>) -> Resul
         let tables = [("map".to_string(), map_table(&points)), ("safe_load".into(), safe_load_table(study, &points))];
         files.extend(image(study).files(run.out, &tables)?);
     }
-    let answer = summary_text(study, &summary, &locations);
     Ok(Output {
         settings: json!({
             "grid": study.grid.counts(),
@@ -69,9 +68,9 @@ pub fn answer(study: &SuperpositionStudy, shown: &Shown, run: &Run<'_>) -> Resul
         streamed: (files, described),
         summary: summary_json(study, &summary, &locations),
         figures: run.drawn(|| pictures.figures(study, &locations)),
-        page: page(study).with_answer(&answer),
+        page: Description { headline: headline(study, &summary), ..page(study, &summary, &locations) },
         bent: None,
-        answer,
+        details: summary_text(study, &summary, &locations),
     })
 }
 

@@ -1,6 +1,7 @@
 //! Reports of a superposition study; the map is gathered point by point, so that memory does not grow with the grid.
 
 mod answer;
+mod headline;
 mod json;
 mod page;
 mod pictures;

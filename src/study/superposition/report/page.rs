@@ -3,32 +3,69 @@
 use crate::{
     report::{
         page::{
-            Better, Column, Description, Explorer, Fact, Group, GroupValue, MachineDescription, Mark, Quantity, Shape,
-            TableNote, error_facts,
+            Better, Column, Description, Explorer, Fact, Group, GroupValue, MachineDescription, Mark, Quantity,
+            Section, Shape, TableNote, error_facts,
         },
-        words::typographic,
+        words::{position, typographic},
     },
-    study::{machine_check::report::tool_axis_fact, superposition::SuperpositionStudy},
+    study::{
+        machine_check::report::tool_axis_fact,
+        superposition::{
+            LocationResult, SuperpositionStudy,
+            report::{Summary, text},
+        },
+    },
 };
 
-/// Setting, views and tables; answer, figures and question are added by the run.
-pub fn page(study: &SuperpositionStudy) -> Description {
+/// Sections, setting, views and tables; first screen, figures and question are added by the run.
+pub fn page(study: &SuperpositionStudy, summary: &Summary, locations: &[LocationResult]) -> Description {
     let departures = "departure of the sum from both at once, worst over the tool angle";
     Description {
         setting: setting(study),
+        sections: sections(study, summary, locations),
         explorers: vec![departure_map(study), safe_map(study)],
         tables: vec![
             TableNote::new("largest_factors.csv", "Largest factors on load, errors and both that keep the tolerance."),
             TableNote::new("locations.csv", &format!("Locations: {departures}.")),
             TableNote::new("slopes.csv", "Exponents with which the departure grows."),
             TableNote::ranked("map.csv", &format!("Grid points: {departures}."), "departure_mm"),
-            TableNote::new("safe_load.csv", "Grid points: whether superposition is safe, and up to which load."),
+            TableNote::new("safe_load.csv", "Grid points: whether adding keeps the tolerance, and up to which load."),
             TableNote::new("scaling.csv", "Departure at each factor on load, errors and both."),
             TableNote::ranked("ablation.csv", "What makes the departure, at each tool angle.", "part_mm"),
         ],
         ..Description::new("superposition", MachineDescription::new(&study.machine))
     }
 }
+
+fn sections(study: &SuperpositionStudy, summary: &Summary, locations: &[LocationResult]) -> Vec<Section> {
+    let meaning = "Departure of superposition: the displacement by each effect alone, added, less that by all at once.";
+    let place = |location: &LocationResult| {
+        let [x, y, z]: [f64; 3] = location.location.position.into();
+        format!("{} at {}", location.location.name, position(x, y, z))
+    };
+    let points = locations.iter().map(place).collect::<Vec<_>>().join(", ");
+    vec![
+        Section::new("Where is adding wrong by how much?", "the map, at the tool tip and at the platform point")
+            .text(meaning)
+            .text(&text::departures(summary))
+            .explorers([DEPARTURE])
+            .figures(&["slices_departure", "slices_ratio", "slices_aggregation"]),
+        Section::new("Up to which load?", "where adding keeps the tolerance, and by how much load may grow")
+            .text(&text::safety(study, summary))
+            .explorers([SAFE])
+            .figures(&["slices_safe", "growth_"])
+            .tables(["largest_factors.csv"]),
+        Section::new("Why?", "what the departure is made of")
+            .text(&format!("Looked at closely: {points}."))
+            .text(&text::causes(locations))
+            .figures(&["ablation"])
+            .tables(["locations.csv", "slopes.csv"]),
+    ]
+}
+
+/// Titles of the views.
+const DEPARTURE: &str = "Departure of superposition";
+const SAFE: &str = "Largest load that keeps the tolerance";
 
 fn setting(study: &SuperpositionStudy) -> Vec<Fact> {
     let [nx, ny, nz] = study.grid.counts();
@@ -89,10 +126,11 @@ fn departure_map(study: &SuperpositionStudy) -> Explorer {
         let column = format!("departure_{axis}_mm");
         quantities.push(Quantity::new([column], &format!("departure along {axis}"), "mm", Better::Neither));
     }
-    Explorer { group: Some(group), quantities, ..grid(study, "How wrong it is to add", "map.csv") }
+    Explorer { group: Some(group), quantities, ..grid(study, DEPARTURE, "map.csv") }
 }
 
 fn safe_map(study: &SuperpositionStudy) -> Explorer {
-    let factor = Quantity::new(["largest_load_factor"], "largest safe factor on the load", "", Better::Larger);
-    Explorer { quantities: vec![factor], ..grid(study, "Where it is safe to add", "safe_load.csv") }
+    let factor =
+        Quantity::new(["largest_load_factor"], "largest load factor that keeps the tolerance", "", Better::Larger);
+    Explorer { quantities: vec![factor], ..grid(study, SAFE, "safe_load.csv") }
 }

@@ -3,7 +3,7 @@
 use crate::{
     report::{
         cautions,
-        words::{counted, millimetres, position, typographic},
+        words::{counted, millimetres, percent, position, typographic},
     },
     study::{
         ROUNDING_MM,
@@ -29,41 +29,36 @@ fn shown(departure_mm: f64) -> String {
     millimetres(departure_mm, 4, ROUNDING_MM)
 }
 
-/// The closing words of a run: how wrong adding is, where and up to which load it is safe, and why it is wrong.
+/// Everything that is said: how wrong adding is, where and up to which load it is safe, and why it is wrong.
 pub fn summary_text(study: &SuperpositionStudy, summary: &Summary, locations: &[LocationResult]) -> String {
-    let mut text = format!(
-        "{}: {} of {} solved, {}. Departure: displacement by the cutting force alone plus that by chain errors alone, less \
-         that by both at once.\n",
-        study.machine.title,
-        summary.solved,
-        counted(study.grid.len(), "grid point"),
-        counted(study.phis.len(), "tool angle")
-    );
-    text += &cautions::not_used(&study.not_used);
-    text += &cautions::zeroed(&study.machine);
-    text += &cautions::carried(&study.machine);
-    text += &cautions::large_errors(&study.machine, &study.errors);
-    text += &cautions::outside_workspace(
-        &study.machine,
-        "grid point",
-        (0..study.grid.len()).map(|index| study.grid.position(index)),
-    );
-    text += &departure_sentences(summary);
-    text += &safe_sentences(study, summary);
-    for location in locations {
-        text += &location_sentences(location);
-    }
-    text + &main_causes(locations)
+    known(study) + &departures(summary) + &safety(study, summary) + &causes(locations)
 }
 
-fn departure_sentences(summary: &Summary) -> String {
+/// What must be known with the answer.
+pub(super) fn known(study: &SuperpositionStudy) -> String {
+    let machine = &study.machine;
+    let positions = (0..study.grid.len()).map(|index| study.grid.position(index));
+    cautions::not_used(&study.not_used)
+        + &cautions::zeroed(machine)
+        + &cautions::carried(machine)
+        + &cautions::large_errors(machine, &study.errors)
+        + &cautions::outside_workspace(machine, "grid point", positions)
+}
+
+/// Where the departure comes from, location by location.
+pub(super) fn causes(locations: &[LocationResult]) -> String {
+    locations.iter().map(location_sentences).collect::<String>() + &main_causes(locations)
+}
+
+/// How far the sum is from the effects at once.
+pub(super) fn departures(summary: &Summary) -> String {
     let mut text = String::new();
     for (followed, name) in [(Followed::Tool, "the tool tip"), (Followed::Platform, "the platform point P")] {
         let by = |measure| Sum::ALL.map(|sum| summary.largest(sum, followed, measure));
         let ([Some(most), aggregated], [Some(share), _]) = (by(Measure::Size), by(Measure::Relative)) else { continue };
         text += &format!(
-            "Superposition is wrong at {name} by up to {}, at {} (tool angle {:.0}°), and by up to {:.1} % of the \
-             largest displacement at the same place, at {}",
+            "Departure of superposition at {name}: up to {}, at {} (tool angle φ = {:.0}°), and up to {:.1} % of the \
+             largest displacement at the same place, at {}; each the largest over all tool angles",
             shown(most.value),
             at(most.position_mm),
             most.worst.phi_deg,
@@ -72,17 +67,17 @@ fn departure_sentences(summary: &Summary) -> String {
         );
         text += &match aggregated {
             Some(most) => format!(
-                "; with linearly aggregated errors, eqs. (14) and (15), by up to {}, at {}.\n",
+                ". With linearly aggregated errors, eqs. (14) and (15): up to {}, at {}.\n",
                 shown(most.value),
                 at(most.position_mm)
             ),
-            None => "; errors cannot be aggregated linearly.\n".into(),
+            None => ". Errors cannot be aggregated linearly.\n".into(),
         };
     }
     if let Some(most) = summary.largest(Sum::Superposition, Followed::Tool, Measure::Ratio) {
         text += &format!(
-            "Where the two effects nearly cancel at a tool angle, the departure is up to {:.1} % of what remains, at {} \
-             (tool angle {:.0}°).\n",
+            "Where the effects nearly cancel at a tool angle, the departure is up to {:.1} % of what remains, at {} (tool \
+             angle φ = {:.0}°).\n",
             100.0 * most.value,
             at(most.position_mm),
             most.worst.ratio_phi_deg.unwrap_or_default()
@@ -91,17 +86,18 @@ fn departure_sentences(summary: &Summary) -> String {
     text
 }
 
-fn safe_sentences(study: &SuperpositionStudy, summary: &Summary) -> String {
+/// Where and up to which load adding keeps the tolerance.
+pub(super) fn safety(study: &SuperpositionStudy, summary: &Summary) -> String {
     let (Some(share), Some([least, most])) = (summary.safe_share(), summary.loads()) else {
         return "Nothing can be said about where superposition is safe: no grid point was solved.\n".into();
     };
     let is_solved = summary.solved == summary.points;
     let (of, there) = if is_solved { ("the box", "") } else { ("the part of the box that was solved", "there ") };
     let mut text = format!(
-        "For a tolerance of {} mm at the tool tip superposition is safe in {:.1} % of {of} at the load of the \
-         study. It is safe everywhere {there}up to ",
+        "At the load of the study, adding keeps the tolerance of {} mm at the tool tip in {} of {of}. It keeps it \
+         everywhere {there}up to ",
         study.tolerance,
-        100.0 * share
+        percent(share)
     );
     text += &match &least.largest {
         LargestFactor::BelowToLimit(factor) => format!("at least {factor:.2} times that load.\n"),
@@ -115,7 +111,7 @@ fn safe_sentences(study: &SuperpositionStudy, summary: &Summary) -> String {
     };
     if summary.ended > 0 {
         text += &format!(
-            "At {} the equilibrium ends before the departure reaches the tolerance.\n",
+            "At {} there is no equilibrium any more before the departure reaches the tolerance.\n",
             counted(summary.ended, "point")
         );
     }
@@ -129,7 +125,7 @@ fn location_sentences(location: &LocationResult) -> String {
         Err(failure) => return format!("{name}: {}: {}.\n", failure.status, failure.reason),
     };
     let tool = &departures.superposition[Followed::Tool as usize];
-    let mut text = format!("{name}: wrong by {} at worst", shown(tool.departure_mm));
+    let mut text = format!("{name}: departure up to {}", shown(tool.departure_mm));
     if tool.simultaneous_mm > ROUNDING_MM {
         text += &format!(
             " ({:.1} % of {})",
@@ -140,7 +136,7 @@ fn location_sentences(location: &LocationResult) -> String {
     text += &growth_words(location);
     let largest = |scaled: Scaled| largest_words(&location.largest[scaled as usize]);
     text += &format!(
-        "; it is safe up to {} × load, {} × errors, {} × both.\n",
+        "; the tolerance is kept up to {} × load, {} × errors, {} × both.\n",
         largest(Scaled::Load),
         largest(Scaled::Errors),
         largest(Scaled::Both)
@@ -148,18 +144,18 @@ fn location_sentences(location: &LocationResult) -> String {
     text + &ablation_sentence(location)
 }
 
-/// The powers with which the departure grows, of the sources for which there is one.
+/// How the departure grows with each of the sources for which that is known.
 fn growth_words(location: &LocationResult) -> String {
     let words = |(scaled, of): (Scaled, &str)| {
         let fit = location.growth[scaled as usize].fit(Sum::Superposition, Followed::Tool)?;
-        Some(format!("{:.2} of {of}", fit.slope))
+        Some(format!("{of}^{:.2}", fit.slope))
     };
-    let scaled = [(Scaled::Load, "the load"), (Scaled::Errors, "the errors"), (Scaled::Both, "both")];
+    let scaled = [(Scaled::Load, "load"), (Scaled::Errors, "errors"), (Scaled::Both, "both")];
     let powers: Vec<String> = scaled.into_iter().filter_map(words).collect();
-    if powers.is_empty() { String::new() } else { format!("; it grows with the power {}", powers.join(", ")) }
+    if powers.is_empty() { String::new() } else { format!("; it grows as {}", powers.join(", ")) }
 }
 
-fn largest_words(largest: &LargestFactor) -> String {
+pub(super) fn largest_words(largest: &LargestFactor) -> String {
     match largest {
         LargestFactor::Reached(factor) => format!("{factor:.2}"),
         LargestFactor::BelowToLimit(factor) => format!("at least {factor:.2}"),
@@ -170,7 +166,7 @@ fn largest_words(largest: &LargestFactor) -> String {
 
 fn ablation_sentence(location: &LocationResult) -> String {
     if let Err(failure) = &location.ablation {
-        return format!("  Its causes cannot be told apart: {}: {}.\n", failure.status, failure.reason);
+        return format!("  The causes cannot be told apart: {}: {}.\n", failure.status, failure.reason);
     }
     let Some((worst, parts)) = worst_ablation(location).and_then(|w| Some((w, contributions(w, Followed::Tool)?)))
     else {

@@ -2,12 +2,14 @@
 
 use serde_json::json;
 
-use super::{figures, page, quoted_table, summary_json, summary_table, summary_text, variants_table};
+use super::{
+    differences, figures, headline::headline, page, quoted_table, summary_json, summary_table, variants_table,
+};
 use crate::{
     input::{check::file_stem, error::Result},
-    report::{Manifest, Output, Run},
+    report::{Manifest, Output, Run, page::Description},
     study::{
-        path::report::points_table,
+        path::report::{facts_text, points_table},
         validation::{self, Shown, ValidationStudy},
     },
 };
@@ -29,7 +31,7 @@ pub fn answer(study: &ValidationStudy, shown: &Shown, run: &Run<'_>) -> Result<O
     for (name, path) in study.cases.iter().zip(&results.paths) {
         tables.push((format!("points_{}", file_stem(name)), points_table(&path.study, &path.whole)));
     }
-    let text = summary_text(&results);
+    let (known, text) = (facts_text(&study.facts()), differences(&results));
     Ok(Output {
         settings: json!({ "points": points }),
         is_answered: None,
@@ -38,8 +40,8 @@ pub fn answer(study: &ValidationStudy, shown: &Shown, run: &Run<'_>) -> Result<O
         streamed: Default::default(),
         summary: summary_json(&results),
         figures: run.drawn(|| figures(&results, shown)),
-        page: page(&results).with_answer(&text),
+        page: Description { headline: headline(&results, &known), ..page(&results, &text) },
         bent: None,
-        answer: format!("{}\n{text}", summary_table(&results)),
+        details: format!("{}\n{text}", summary_table(&results)),
     })
 }

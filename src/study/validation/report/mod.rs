@@ -1,6 +1,7 @@
 //! Reports of a validation study.
 
 mod answer;
+mod headline;
 mod page;
 mod pictures;
 mod summary;
@@ -10,5 +11,5 @@ pub use answer::answer;
 pub use page::page;
 pub use pictures::figures;
 pub(crate) use summary::summary_table;
-pub use summary::{summary_json, summary_text};
+pub use summary::{differences, summary_json};
 pub use tables::{quoted_table, variants_table};

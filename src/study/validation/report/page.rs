@@ -3,13 +3,13 @@
 use crate::{
     report::{
         file_stem,
-        page::{Better, Description, Explorer, Fact, MachineDescription, Quantity, TableNote, error_facts},
+        page::{Better, Description, Explorer, Fact, MachineDescription, Quantity, Section, TableNote, error_facts},
     },
     study::{path::report::points_view, validation::ValidationResults},
 };
 
-/// Setting, views and tables; answer, figures and question are added by the run.
-pub fn page(results: &ValidationResults) -> Description {
+/// Sections, setting, views and tables; first screen, figures and question are added by the run.
+pub fn page(results: &ValidationResults, differences: &str) -> Description {
     let study = &results.study;
     let mut tables = vec![
         TableNote::new("summary.csv", "Numbers quoted and ours, and why they differ."),
@@ -21,10 +21,27 @@ pub fn page(results: &ValidationResults) -> Description {
     }
     Description {
         setting: setting(results),
+        sections: sections(results, differences),
         explorers: study.cases.iter().map(|case| curves(results, case)).collect(),
         tables,
         ..Description::new("validation", MachineDescription::new(&study.machine))
     }
+}
+
+fn sections(results: &ValidationResults, differences: &str) -> Vec<Section> {
+    let study = &results.study;
+    let title = |case: &String| along(case);
+    vec![
+        Section::new("Which numbers agree?", "each number quoted, ours, and why they differ")
+            .text(differences)
+            .tables(["summary.csv"]),
+        Section::new("Figures of the paper", "drawn with our numbers").figures(&["figure_"]),
+        Section::new("Along the paths", "each point, each source of error").explorers(study.cases.iter().map(title)),
+    ]
+}
+
+fn along(case: &str) -> String {
+    format!("Along the circle: {case}")
 }
 
 fn points_file(case: &str) -> String {
@@ -43,7 +60,7 @@ fn setting(results: &ValidationResults) -> Vec<Fact> {
     facts.extend(study.facts().into_iter().map(|(label, words)| Fact::new(label, words)));
     if let Some(path) = study.variants[0].paths.first() {
         if let Some(demand) = path.demands.first() {
-            facts.push(Fact::new("put right by compensation", demand.target.words()));
+            facts.push(Fact::new("compensation holds", demand.target.words()));
         }
         facts.extend(error_facts(&study.machine, &path.errors));
     }
@@ -52,5 +69,5 @@ fn setting(results: &ValidationResults) -> Vec<Fact> {
 
 fn curves(results: &ValidationResults, case: &str) -> Explorer {
     let first = vec![Quantity::new(["displacement_mm"], "displacement |Δt|", "mm", Better::Smaller)];
-    points_view(&results.study.machine, format!("Along the circle: {case}"), points_file(case), first)
+    points_view(&results.study.machine, along(case), points_file(case), first)
 }

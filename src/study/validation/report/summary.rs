@@ -1,21 +1,17 @@
 //! A validation study on the screen and as JSON.
 
-use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 use serde_json::{Value, json};
 
 use crate::{
-    report::words::typographic,
-    study::{
-        path::report::facts_text,
-        validation::{
-            Compared, Quoted, ValidationResults, ValidationStudy,
-            report::tables::{ratio, reason, relation_word},
-        },
+    report::{text_table::text_table, words::typographic},
+    study::validation::{
+        Compared, Quoted, ValidationResults, ValidationStudy,
+        report::tables::{ratio, reason, relation_word},
     },
 };
 
 /// A number of ours, rounded.
-fn shown(quoted: &Quoted, value: f64) -> String {
+pub(super) fn shown(quoted: &Quoted, value: f64) -> String {
     typographic(&match value.abs() {
         0.0 => "0".into(),
         _ if quoted.quantity.is_count() => value.to_string(),
@@ -26,7 +22,7 @@ fn shown(quoted: &Quoted, value: f64) -> String {
 }
 
 /// The quoted number with all its digits.
-fn as_quoted(quoted: &Quoted) -> String {
+pub(super) fn as_quoted(quoted: &Quoted) -> String {
     typographic(&match quoted.value.abs() {
         size if size > 0.0 && size < 1e-3 => format!("{:e}", quoted.value),
         _ => quoted.value.to_string(),
@@ -34,7 +30,7 @@ fn as_quoted(quoted: &Quoted) -> String {
 }
 
 /// The unit behind a number; nothing for pure numbers.
-fn unit(quoted: &Quoted, study: &ValidationStudy) -> String {
+pub(super) fn unit(quoted: &Quoted, study: &ValidationStudy) -> String {
     match quoted.quantity.unit(&study.machine) {
         "1" => String::new(),
         "Nmm" => " N·mm".into(),
@@ -46,10 +42,9 @@ fn unit(quoted: &Quoted, study: &ValidationStudy) -> String {
 /// Quoted numbers and ours for the first variant, then for all variants.
 pub(crate) fn summary_table(results: &ValidationResults) -> String {
     let study = &results.study;
-    let (mut first, mut all) = (Table::new(), Table::new());
-    first.load_style(UTF8_HORIZONTAL_ONLY).set_header(["case", "quantity", "quoted", "ours", "ratio", "agrees"]);
+    let mut first = text_table(["case", "quantity", "quoted", "ours", "ratio", "agrees"], 2);
     let names = study.variants.iter().map(|variant| variant.name.as_str());
-    all.load_style(UTF8_HORIZONTAL_ONLY).set_header(["case", "quantity"].into_iter().chain(names));
+    let mut all = text_table(["case", "quantity"].into_iter().chain(names), 2);
     for (quoted, compared) in study.quoted.iter().zip(&results.compared) {
         let unit = unit(quoted, study);
         let what = [study.cases[quoted.case].clone(), quoted.quantity.label().replace('_', " ")];
@@ -69,18 +64,10 @@ pub(crate) fn summary_table(results: &ValidationResults) -> String {
     format!("{first}\n\n{all}\n")
 }
 
-/// How many numbers agree, and why the others do not.
-pub fn summary_text(results: &ValidationResults) -> String {
+/// Why numbers that do not agree differ, a line each.
+pub fn differences(results: &ValidationResults) -> String {
     let study = &results.study;
-    let agreeing = results.compared.iter().filter(|compared| compared.agrees).count();
-    let mut text = format!(
-        "{}: {} of {} quoted numbers agree with ours ({}).\n",
-        study.machine.title,
-        agreeing,
-        results.compared.len(),
-        study.variants[0].name
-    );
-    text += &facts_text(&study.facts());
+    let mut text = String::new();
     for (quoted, compared) in study.quoted.iter().zip(&results.compared).filter(|(_, compared)| !compared.agrees) {
         let unit = unit(quoted, study);
         let ours = match &compared.ours[0] {

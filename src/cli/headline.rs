@@ -1,0 +1,54 @@
+//! The answer at a glance, for a terminal: the sentence, its numbers, what must be known with them.
+
+use anstyle::{AnsiColor, Style};
+use kinetostat::report::{
+    headline::{Headline, KeyNumber},
+    visible,
+};
+
+const BOLD: Style = Style::new().bold();
+const WARNING: Style = AnsiColor::Yellow.on_default();
+const FAINT: Style = Style::new().dimmed();
+
+/// Widest lines: longer ones are hard to read.
+const WIDEST: usize = 96;
+
+/// The words, with styles as escape sequences. `took` is how long it took.
+pub fn words(headline: &Headline, took: &str) -> String {
+    let width = textwrap::termwidth().min(WIDEST);
+    let mut text = String::new();
+    if let Some(unsolved) = &headline.unsolved {
+        text += &paragraph(&format!("{unsolved} What follows rests on the rest."), "", WARNING, width);
+    }
+    text += &paragraph(&headline.sentence, "", BOLD, width);
+    text.push('\n');
+    let column = headline.numbers.iter().map(|number| number.shown().chars().count()).max().unwrap_or(0);
+    for number in &headline.numbers {
+        text += &key_number(number, column, width);
+    }
+    if !headline.numbers.is_empty() {
+        text.push('\n');
+    }
+    for caution in &headline.cautions {
+        text += &paragraph(caution, "  ", Style::new(), width);
+    }
+    let solved = if headline.unsolved.is_some() { "" } else { ", nothing unsolved" };
+    text + &paragraph(&format!("Computed from {}{solved}, in {took}.", headline.basis), "", FAINT, width)
+}
+
+fn key_number(number: &KeyNumber, column: usize, width: usize) -> String {
+    let indent = " ".repeat(column + 5);
+    let shown = visible(&number.shown()).into_owned();
+    let padding = " ".repeat(column - number.shown().chars().count());
+    let lines = [number.what.as_str(), &number.against].into_iter().filter(|line| !line.is_empty());
+    let wrapped: Vec<String> = lines.map(|line| paragraph(line, &indent, Style::new(), width)).collect();
+    let told = wrapped.concat();
+    format!("  {padding}{BOLD}{shown}{BOLD:#}   {}", told.trim_start_matches(' '))
+}
+
+/// `text` in lines of at most `width` that begin with `indent`.
+fn paragraph(text: &str, indent: &str, style: Style, width: usize) -> String {
+    let options = textwrap::Options::new(width).initial_indent(indent).subsequent_indent(indent);
+    let lines = textwrap::wrap(text, options);
+    lines.iter().map(|line| format!("{style}{}{style:#}\n", visible(line))).collect()
+}
