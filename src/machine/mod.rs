@@ -221,6 +221,12 @@ fn no_machine(problem: &str) -> Error {
 }
 
 impl Machine {
+    /// What machine it is, in a few words: its title up to the first comma or bracket.
+    pub fn short_title(&self) -> &str {
+        let words = self.title.split([',', '(']).next().unwrap_or_default().trim();
+        if words.is_empty() { &self.name } else { words }
+    }
+
     fn of(model: Model) -> Self {
         Self(Arc::new(model))
     }

@@ -3,7 +3,10 @@
 
 use nalgebra::Vector3;
 
-use crate::machine::{ChainError, Machine, Zeroed};
+use crate::{
+    machine::{ChainError, Machine, Zeroed},
+    report::words::signed,
+};
 
 /// Rotations of a chain above this are said, rad.
 const LARGE_ROTATION: f64 = 5.0 * std::f64::consts::PI / 180.0;
@@ -20,7 +23,9 @@ pub fn outside_workspace(machine: &Machine, noun: &str, positions: impl Iterator
     }
     match first {
         Some(first) => {
-            format!("Outside the machine's workspace box: {outside} of {count} {noun}s; the first one: {first}.\n")
+            signed(&format!(
+                "Outside the machine's workspace box: {outside} of {count} {noun}s; the first: {first}.\n"
+            ))
         }
         None => String::new(),
     }

@@ -129,6 +129,15 @@ impl Process {
         facts
     }
 
+    /// What of [`Process::facts`] nobody may have meant: where the workpiece stands if the file does not say it, and what of
+    /// its paths the machine does not control.
+    pub fn assumed(&self) -> Vec<(&'static str, String)> {
+        let mut assumed = Vec::new();
+        assumed.extend((!self.is_placed).then(|| ("workpiece", self.place_words())));
+        assumed.extend(self.machine.uncontrolled_words().map(|words| (NOT_CONTROLLED, words)));
+        assumed
+    }
+
     /// Where the workpiece stands: in the base of the machine, or on its carrier.
     pub fn place_words(&self) -> String {
         let Placement { origin_mm, roll_pitch_yaw, reference } = &self.placement;

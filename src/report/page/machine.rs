@@ -20,6 +20,8 @@ use crate::{
 pub struct MachineDescription {
     /// Short name.
     pub name: String,
+    /// What machine it is, in a few words.
+    pub short_title: String,
     /// One line: what machine it is.
     pub title: String,
     /// Where its numbers come from.
@@ -76,6 +78,7 @@ impl MachineDescription {
         }
         Self {
             name: machine.name.clone(),
+            short_title: machine.short_title().into(),
             title: machine.title.clone(),
             source: machine.source.clone(),
             provenance: machine.provenance.iter().map(fact).collect(),

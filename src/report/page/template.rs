@@ -16,8 +16,9 @@ use crate::{
 /// Styles.
 const STYLE: &str = include_str!("assets/page.css");
 /// Own scripts, in the order they run.
-const SCRIPTS: [&str; 6] = [
+const SCRIPTS: [&str; 7] = [
     include_str!("assets/theme.js"),
+    include_str!("assets/folds.js"),
     include_str!("assets/tables.js"),
     include_str!("assets/data.js"),
     include_str!("assets/grid.js"),

@@ -55,6 +55,8 @@ pub struct PathStudy {
     pub begins_twice: bool,
     /// Where the workpiece stands and what is cut: [`Process::facts`](crate::process::Process::facts).
     pub facts: Vec<(&'static str, String)>,
+    /// What of them nobody may have meant: [`Process::assumed`](crate::process::Process::assumed).
+    pub assumed: Vec<(&'static str, String)>,
 }
 
 /// What pages of a path say of it.

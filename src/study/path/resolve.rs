@@ -51,6 +51,7 @@ pub(crate) fn path(spec: &PathSpec, process: &Process, given: &Given<'_>, check:
         methods: methods(spec, &check.key("methods"))?,
         begins_twice: spec.file.is_some() && toolpath.begins_twice(),
         facts: process.facts(),
+        assumed: process.assumed(),
         machine: process.machine.clone(),
     })
 }

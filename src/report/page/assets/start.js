@@ -7,6 +7,6 @@ document.querySelectorAll(".explorer").forEach((article) => {
     const series = data.quantities.map((quantity) => quantity.series);
     data.cases = [{ name: data.title, is_difference: false, axes: data.axes, names: data.names, notes: data.notes, flags: data.flags, series }];
   }
-  (data.shape === "grid" ? gridView : lineView)(article, data);
+  Folds.whenShown(article, () => (data.shape === "grid" ? gridView : lineView)(article, data));
 });
 document.documentElement.dataset.ready = "true";

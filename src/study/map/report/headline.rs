@@ -22,7 +22,7 @@ pub(super) fn headline(summary: &Summary, study: &WorkspaceMapStudy, text: &Text
     let Some((all, [least, most])) = all.and_then(|all| Some((all, all.deflection.get()?))) else {
         let known = summary.of(Source::All).map_or(0, |all| all.known);
         let sentence = match known {
-            0 => format!("How far the tool of {} moves could be computed at none of the {points}.", study.machine.name),
+            0 => format!("How far the tool of the {} moves could be computed at none of the {points}.", study.machine.short_title()),
             _ => {
                 format!("How far the tool moves is known at only {known} of {points}: too few to say where it is best.")
             }
@@ -31,11 +31,11 @@ pub(super) fn headline(summary: &Summary, study: &WorkspaceMapStudy, text: &Text
     };
     let under = acting(&study.machine, &study.errors, !study.force.is_zero());
     let [low, high] = [least, most].map(|found| millimetres(found.value, 3, ROUNDING_MM));
-    let name = &study.machine.name;
+    let name = study.machine.short_title();
     let sentence = match low == high {
-        true => format!("{under}, the tool of {name} moves by {high} everywhere."),
+        true => format!("{under}, the tool of the {name} moves by {high} everywhere."),
         false => format!(
-            "{under}, the tool of {name} moves by {low} at best and {high} at worst; cut near {}.",
+            "{under}, the tool of the {name} moves by {low} at best and {high} at worst; cut near {}.",
             least.place()
         ),
     };

@@ -21,10 +21,10 @@ use crate::{
 pub(super) fn headline(summary: &Summary, study: &PathStudy, shown: &Shown, text: &Text) -> Headline {
     let length = study.stations.last().map_or(0.0, |station| station.arc_length_mm);
     let basis = format!("a path of {length:.1} mm, {}", counted(study.stations.len(), "point"));
-    let name = &study.machine.name;
+    let name = study.machine.short_title();
     let found = summary.of(Source::All).and_then(|all| Some((all, all.displacement.get()?)));
     let Some((all, (worst, k))) = found else {
-        let sentence = format!("How far the tool of {name} leaves the path could be computed at none of its points.");
+        let sentence = format!("How far the tool of the {name} leaves the path could be computed at none of its points.");
         return Headline::new(sentence, basis).with_cautions(&text.cautions);
     };
     let has_force = study.demands.iter().any(|demand| demand.load != crate::spatial::Wrench::default());
@@ -32,12 +32,12 @@ pub(super) fn headline(summary: &Summary, study: &PathStudy, shown: &Shown, text
     let off = millimetres(worst, 3, ROUNDING_MM);
     let left = all.left.get().map(|(left, _)| millimetres(left, 4, ROUNDING_MM));
     let then = match &left {
-        Some(left) if left == "0 mm" => "; compensated, it stays on it".into(),
+        Some(left) if left == "0 mm" => "; compensated, it stays on the path".into(),
         Some(left) => format!("; compensated, by {left}"),
         None => "; no compensation was found at any point".into(),
     };
     let sentence =
-        format!("{under}, the tool of {name} is off this path by up to {off}, {}{then}.", place(study, shown, k));
+        format!("{under}, the tool of the {name} is off this path by up to {off}, {}{then}.", place(study, shown, k));
     let against = match (study.tolerance_mm, summary.share_within()) {
         (Some(tolerance), Some(share)) => format!("tolerance {tolerance} mm: kept at {} of the points", percent(share)),
         _ => String::new(),

@@ -66,7 +66,7 @@ fn cautions(summary: &Summary, study: &PathStudy) -> String {
         + &cautions::carried(&study.machine)
         + &cautions::large_errors(&study.machine, &study.errors)
         + &cautions::outside_workspace(&study.machine, "path point", positions)
-        + &facts_text(&study.facts)
+        + &facts_text(&study.assumed)
 }
 
 fn displacement(summary: &Summary, study: &PathStudy, shown: &Shown, source: Source) -> String {

@@ -31,7 +31,8 @@ pub fn answer(study: &ValidationStudy, shown: &Shown, run: &Run<'_>) -> Result<O
     for (name, path) in study.cases.iter().zip(&results.paths) {
         tables.push((format!("points_{}", file_stem(name)), points_table(&path.study, &path.whole)));
     }
-    let (known, text) = (facts_text(&study.facts()), differences(&results));
+    let assumed = study.variants[0].paths.first().map_or_else(String::new, |path| facts_text(&path.assumed));
+    let text = differences(&results);
     Ok(Output {
         settings: json!({ "points": points }),
         is_answered: None,
@@ -40,7 +41,7 @@ pub fn answer(study: &ValidationStudy, shown: &Shown, run: &Run<'_>) -> Result<O
         streamed: Default::default(),
         summary: summary_json(&results),
         figures: run.drawn(|| figures(&results, shown)),
-        page: Description { headline: headline(&results, &known), ..page(&results, &text) },
+        page: Description { headline: headline(&results, &assumed), ..page(&results, &text) },
         bent: None,
         details: format!("{}\n{text}", summary_table(&results)),
     })
