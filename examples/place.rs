@@ -41,7 +41,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             println!("{} {} to go", stage.items, stage.of);
         }
     })?;
-    println!("{}", finished.answer);
+    println!("{}", finished.headline.sentence);
     println!("{} files in {}", finished.files.len(), out.display());
     Ok(())
 }

@@ -1,30 +1,36 @@
 //! `kinetostat compensate`: a program that makes the loaded tool follow its path.
 
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    time::Instant,
+};
 
 use clap::Args;
-use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 use kinetostat::{
     compensation::Method,
     input::error::{Error, Result},
     machine::Branch,
     process::file::Process,
-    report::{cautions, counted, if_any},
+    report::{cautions, counted, if_any, millimetres, text_table::text_table},
     study::{
+        ROUNDING_MM,
         along_path::{Commands, PathAnswer},
         path::report::{facts_text, failures_text},
         program::{
             Corrected, Pass, ProgramJob,
             bounded::Exceedances,
             files::ProgramFiles,
-            report::{bounded_text, exceeded_text, program_columns, program_json, program_table},
+            report::{
+                self, Proved, bounded_text, exceeded_text, left_text, program_columns, program_json, program_table,
+                worse_as_written,
+            },
         },
     },
     toolpath::polyline::Polyline,
     work::Event,
 };
 
-use super::{Ending, choice, reporting::Reporting, set};
+use super::{Ending, choice, headline, reporting::Reporting, set};
 
 /// Write the program that makes the loaded tool follow its path, and prove it by simulating what was written.
 #[derive(Debug, Args)]
@@ -79,6 +85,7 @@ pub struct CompensateArguments {
 pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let reporting = &arguments.reporting;
     reporting.start_log()?;
+    let started = Instant::now();
     let machine = set::machine(&arguments.machine, &[], arguments.branch)?.machine()?;
     let machine = set::held(&machine, &arguments.hold)?;
     let process = Process::open(&arguments.process, &machine)?;
@@ -89,7 +96,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let files = ProgramFiles::prepare(&arguments.out)?;
     let compared = compared(arguments, &chosen);
     let name = arguments.path.display().to_string();
-    let progress = reporting.progress(&name, job.path.len() * (compared.len() + 2), "points");
+    let progress = reporting.progress(&name, job.path.len() * (compared.len() + 2 + job.sources()), "points");
     let done = || progress.tell(Event::Computed(1));
     // First what is asked for: where there is no command, the others are of no use.
     let mut corrected = Corrected::new(&job);
@@ -112,14 +119,9 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
         return Ok(Ending::SomeUnsolved);
     }
     let own = own?;
-    let (mut passes, mut before) = (Vec::new(), Vec::new());
-    for (index, &method) in compared.iter().enumerate() {
-        passes.push(job.pass_by(method, &done, |_, answers| {
-            if index == 0 {
-                before.extend(answers.iter().map(|answer| Some(answer.settled_error()?.norm())));
-            }
-            Ok(())
-        })?);
+    let (before, mut passes) = (job.before(&done)?, Vec::new());
+    for &method in &compared {
+        passes.push(job.pass_by(method, &done, |_, _| Ok(()))?);
     }
     let as_written = format!("{}, as written", own.name);
     passes.push(own);
@@ -127,78 +129,63 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let made = files.staging()?;
     let mut points = files.points(made.path(), &program_columns(&job.machine))?;
     let mut exceedances = bounded.as_ref().map(|bounded| Exceedances::new(&job, bounded));
+    let (mut after, mut corrections) = (Vec::with_capacity(job.path.len()), [None; 2]);
     passes.push(job.pass(as_written, &Commands::Program(&written.poses), &done, |first, answers| {
         exceedances.iter_mut().for_each(|exceedances| exceedances.add(first, answers));
+        after.extend(answers.iter().map(PathAnswer::settled_error));
+        answers.iter().filter(|answer| answer.is_settled).for_each(|answer| see(&job, answer, &mut corrections));
         points.add(&program_table(&job, first, answers, &before, bounded.as_ref()))
     })?);
     progress.end();
     let exceeded = exceedances.map(Exceedances::worst);
-    files.write(written.bytes, points.finish()?, program_json(&job, &passes, bounded.as_ref(), exceeded.as_deref()))?;
-    let unsolved = unsolved_as_written(&passes);
-    if let Some(sentence) = &unsolved {
-        reporting.print(sentence)?;
-    }
-    let worse = worse_as_written(&passes, written.rounded_mm);
-    if let Some(sentence) = &worse {
-        reporting.print(sentence)?;
-    }
-    reporting.print(&format!("{}{TABLE}\n{}", header(&job), table(&passes)))?;
-    if let (Some(bounded), Some(exceeded)) = (&bounded, &exceeded) {
+    let proved = Proved {
+        name: &file_name(&arguments.path),
+        before: &before,
+        after: &after,
+        passes: &passes,
+        bounded: bounded.as_ref(),
+        corrections,
+    };
+    let too_much = exceeded.as_deref().map_or_else(String::new, |exceeded| exceeded_text(&job, exceeded));
+    let headline = report::headline(&job, &proved, written.rounded_mm, &too_much);
+    let json = program_json(&job, &passes, bounded.as_ref(), exceeded.as_deref());
+    let page = files.write(
+        (written.bytes, points.finish()?, json),
+        made.path(),
+        |points| report::page(&job, &proved, headline.clone(), points),
+        &report::figures(&job, &proved),
+    )?;
+    let is_wrong = headline.unsolved.is_some() || worse_as_written(&passes, written.rounded_mm).is_some();
+    reporting.print_styled(&headline::words(&headline, &format!("{:.1} s", started.elapsed().as_secs_f64())))?;
+    reporting.print(&format!("\n{}\n{}", TABLE, table(&passes)))?;
+    if let Some(bounded) = &bounded {
         reporting.print(&bounded_text(&job.machine, bounded))?;
-        reporting.print(&exceeded_text(&job, exceeded))?;
     } else if job.process.limits.is_limited() {
         reporting.print("The limits of the process were not looked at: --method bounded keeps them.\n")?;
     }
-    reporting.print(&left_text(&job, &passes))?;
+    let own = passes.iter().rev().nth(1).and_then(|own| own.summary.max_mm);
+    reporting.print(&left_text(&job.machine, own))?;
     if corrected.left_alone > 0 {
         reporting.print(&format!(
             "Left as written, as there is no correction: {} where nothing is cut.\n",
             counted(corrected.left_alone, "position")
         ))?;
     }
-    reporting.print(&format!("Written to {}\n", arguments.out.display()))?;
-    Ok(if unsolved.is_some() || worse.is_some() { Ending::SomeUnsolved } else { Ending::Complete })
+    reporting.print(&format!("Written to {}; read {}\n", arguments.out.display(), page.display()))?;
+    Ok(if is_wrong { Ending::SomeUnsolved } else { Ending::Complete })
 }
 
-/// What no drive can put right, where there is such a thing.
-fn left_text(job: &ProgramJob, passes: &[Pass]) -> String {
-    let left = passes.iter().rev().nth(1).and_then(|own| own.summary.max_mm);
-    let (Some(axes), Some(left)) = (job.machine.uncontrolled_names(), left) else { return String::new() };
-    format!("What is left, up to {}, no drive can put right: they do not control {axes}.\n", millimetres(left))
+/// The largest correction of each kind of drive, in the units of tables.
+fn see(job: &ProgramJob, answer: &PathAnswer, most: &mut [Option<f64>; 2]) {
+    for kind in job.machine.drive_kinds() {
+        let here = report::largest_correction(&job.machine, kind, answer);
+        let most = &mut most[kind as usize];
+        *most = Some(most.map_or(here, |most| most.max(here)));
+    }
 }
 
-/// A program may leave this many times its rounding more than the commands that it was written from.
-const ROUNDINGS: f64 = 10.0;
-
-/// What the answer begins with if the program as written leaves more than its commands do and rounding, by `rounded_mm` at
-/// most, explains.
-fn worse_as_written(passes: &[Pass], rounded_mm: f64) -> Option<String> {
-    let [.., commanded, written] = passes else { return None };
-    let (commanded, written) = (commanded.summary.max_mm?, written.summary.max_mm?);
-    let explained = commanded + ROUNDINGS * rounded_mm + EXACT_MM;
-    let sentence = || {
-        format!(
-            "Do not run the written program: it leaves {}, its commands leave {} and writing them moved none by more than {}.\n",
-            millimetres(written),
-            millimetres(commanded),
-            millimetres(rounded_mm)
-        )
-    };
-    (written > explained).then(sentence)
-}
-
-/// What is left where nothing is rounded, mm.
-const EXACT_MM: f64 = 1e-6;
-
-/// What the answer begins with if points of the last pass, the program as written, have no equilibrium or cannot be reached.
-fn unsolved_as_written(passes: &[Pass]) -> Option<String> {
-    let summary = &passes.last()?.summary;
-    let lost = summary.points - summary.solved;
-    let sentence = format!(
-        "{lost} of {} not solved: the written program fails there; the table of points says why.\n",
-        summary.points
-    );
-    (lost > 0).then_some(sentence)
+fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// How commands are to be found.
@@ -259,34 +246,35 @@ fn header(job: &ProgramJob) -> String {
     )
 }
 
-const TABLE: &str = "Distance of the point put right from the wanted path, where the tool cuts:";
+const TABLE: &str = "Distance of the tool from its path, where it cuts, by what is commanded:";
 
 fn table(passes: &[Pass]) -> String {
-    let mut table = Table::new();
-    table.load_style(UTF8_HORIZONTAL_ONLY);
-    table.set_header(["commands", "max", "rms", "corrections", "rotation left", "points"]);
+    let turns = passes.iter().filter_map(|pass| pass.summary.max_leftover_rotation).any(|angle| angle > 0.0);
+    let mut header = vec!["commands", "largest", "rms", "steps per point", "points solved"];
+    if turns {
+        header.push("leftover rotation");
+    }
+    let mut table = text_table(header, 1);
     for pass in passes {
         let s = &pass.summary;
-        table.add_row([
+        let mut row = vec![
             pass.name.clone(),
-            if_any(s.max_mm, millimetres),
-            if_any(s.rms_mm, millimetres),
+            if_any(s.max_mm, shown),
+            if_any(s.rms_mm, shown),
             if_any(s.mean_corrections, |mean| format!("{mean:.1}")),
-            if_any(s.max_leftover_rotation, |angle| format!("{:.3}°", angle.to_degrees())),
             format!("{} of {}", s.solved, s.points),
-        ]);
+        ];
+        if turns {
+            row.push(if_any(s.max_leftover_rotation, |angle| format!("{:.3}°", angle.to_degrees())));
+        }
+        table.add_row(row);
     }
     let failures = passes.iter().map(|pass| (pass.name.clone(), &pass.summary));
     format!("{table}\n{}", failures_text(failures))
 }
 
-/// A length to a micrometre, or to its order where it is smaller.
-fn millimetres(length: f64) -> String {
-    match length {
-        0.0 => "0 mm".into(),
-        length if length < 1e-3 => format!("{length:.1e} mm"),
-        length => format!("{length:.4} mm"),
-    }
+fn shown(length_mm: f64) -> String {
+    millimetres(length_mm, 4, ROUNDING_MM)
 }
 
 /// Points shown of those that cannot be compensated.

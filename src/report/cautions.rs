@@ -23,9 +23,7 @@ pub fn outside_workspace(machine: &Machine, noun: &str, positions: impl Iterator
     }
     match first {
         Some(first) => {
-            signed(&format!(
-                "Outside the machine's workspace box: {outside} of {count} {noun}s; the first: {first}.\n"
-            ))
+            signed(&format!("Outside the machine's workspace box: {outside} of {count} {noun}s; the first: {first}.\n"))
         }
         None => String::new(),
     }

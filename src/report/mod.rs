@@ -20,7 +20,7 @@ pub use manifest::{Manifest, StatusCount};
 pub use output::{Output, Run};
 pub use replace::may_replace;
 pub use visible::{visible, visible_json};
-pub use words::{counted, if_any};
+pub use words::{counted, if_any, millimetres};
 pub use write::{OutputFile, prepare, prepare_beside, remove, staging, write_all, write_beside};
 pub(crate) use write::{clean, publish, temporary_file};
 

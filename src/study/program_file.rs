@@ -64,6 +64,15 @@ impl ProgramFile {
         }
     }
 
+    /// What stands in that line; a byte that is no letter of UTF-8 is shown as such.
+    pub fn text_of(&self, segment: usize) -> Option<String> {
+        let bytes = match self {
+            ProgramFile::Polyline(polyline) => polyline.content_of(segment)?,
+            ProgramFile::Gcode(program) => program.content_of(segment)?,
+        };
+        Some(String::from_utf8_lossy(bytes).trim().to_string())
+    }
+
     /// The same program through `positions` (workpiece frame, mm, one per point of `path`), and the positions read back
     /// from what was written, rounding included.
     ///

@@ -80,6 +80,8 @@ pub struct Section {
     pub hint: String,
     /// Paragraphs.
     pub text: Vec<String>,
+    /// A table that no file holds.
+    pub small_table: Option<SmallTable>,
     /// Something to copy, such as a command or a table of a file.
     pub to_copy: Option<String>,
     /// Titles of its views.
@@ -88,6 +90,18 @@ pub struct Section {
     pub figures: Vec<String>,
     /// Files of its tables.
     pub tables: Vec<String>,
+}
+
+/// A few rows.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SmallTable {
+    /// What its rows are.
+    pub caption: String,
+    /// Heads of its columns.
+    pub header: Vec<String>,
+    /// Its rows, a text for each column.
+    pub rows: Vec<Vec<String>>,
 }
 
 /// A view of a table.
@@ -239,6 +253,13 @@ impl Section {
     #[must_use]
     pub fn text(mut self, text: &str) -> Self {
         self.text.extend(text.lines().map(str::trim).filter(|line| !line.is_empty()).map(String::from));
+        self
+    }
+
+    /// With a table that no file holds.
+    #[must_use]
+    pub fn small_table(mut self, table: SmallTable) -> Self {
+        self.small_table = Some(table);
         self
     }
 

@@ -23,14 +23,14 @@ mod wins;
 pub use comparison::comparison;
 pub use description::{
     Better, Column, Description, Explorer, Fact, FigureNote, Group, GroupValue, Mark, Quantity, Section, Shape,
-    TableNote,
+    SmallTable, TableNote,
 };
 pub use folder::ResultFolder;
 pub use machine::DeflectedPose;
 pub use machine::MachineDescription;
 pub(crate) use machine::error_facts;
 pub(crate) use single::MACHINE_AT_HOME;
-pub use single::page;
+pub use single::{page, page_with};
 
 use super::table::{columns_of, correction_columns, force_columns, kind_word};
 use crate::machine::{Drive, Machine};

@@ -113,6 +113,14 @@ struct QuantityData<'a> {
 /// # Errors
 /// A file of the folder is missing or not of the expected form.
 pub fn page(folder: &ResultFolder, out: &Path) -> Result<String> {
+    page_with(folder, &[], out)
+}
+
+/// As [`page`], with figures besides those of the folder, by name.
+///
+/// # Errors
+/// As [`page`].
+pub fn page_with(folder: &ResultFolder, besides: &[(String, Figure)], out: &Path) -> Result<String> {
     let description = &folder.description;
     let address = |name: &str| href(out, &folder.path.join(name));
     let mut explorers = Vec::new();
@@ -131,6 +139,9 @@ pub fn page(folder: &ResultFolder, out: &Path) -> Result<String> {
     let more_reasons = reasons.len().saturating_sub(MOST_REASONS);
     reasons.truncate(MOST_REASONS);
     let mut figures = figures(folder, out)?;
+    for (stem, figure) in besides {
+        figures.push(FigureView { stem: stem.clone(), ..drawn(figure)? });
+    }
     let hero = figures.iter().position(|figure| figure.stem == ANSWER).map(|at| figures.remove(at));
     let mut rest = Contents { explorers, figures, tables };
     let sections = description.sections.iter().map(|section| SectionView { section, contents: rest.take(section) });

@@ -19,7 +19,9 @@ use crate::{
     report::{
         OutputFile,
         exchange::{Column, Format, StreamedTable},
+        figures::Figure,
         may_replace,
+        page::{Description, ResultFolder, page_with},
         write::{prepare_beside, staging_beside, write_beside},
     },
 };
@@ -37,7 +39,7 @@ pub struct ProgramFiles {
 }
 
 impl ProgramFiles {
-    /// The program `out` and its two companions. Nothing is written yet.
+    /// The program `out` and its three companions. Nothing is written yet.
     ///
     /// # Errors
     /// They cannot be written, would replace an input, or what is no former result.
@@ -52,7 +54,7 @@ impl ProgramFiles {
         if is_ours {
             files.former = found["files"].as_array().cloned().unwrap_or_default();
         }
-        for name in [files.named(""), files.named(POINTS) + ".csv"] {
+        for name in [files.named(""), files.named(POINTS) + ".csv", files.named(PAGE)] {
             let path = out.with_file_name(&name);
             let is_ours = |hash: String| files.former.contains(&json!({ "name": name, "sha256": hash }));
             may_replace(&path, || File::open(&path).and_then(hash).is_ok_and(is_ours))?;
@@ -76,25 +78,56 @@ impl ProgramFiles {
         StreamedTable::new(made, &self.named(POINTS), columns, &[Format::Csv])
     }
 
-    /// Writes the program, its `points` and its `report`, which also gets what a later command knows the files by.
+    /// Writes the program, its points and its report, which also gets what a later command knows the files by, and the page
+    /// that `describe` describes, given the name of the table of points. `made` is a folder for what is under way. The page.
     ///
     /// # Errors
     /// They cannot be written; what is there then is known as ours.
-    pub fn write(&self, program: Vec<u8>, points: Vec<OutputFile>, mut report: Value) -> Result<()> {
-        let made: Vec<OutputFile> = points.into_iter().chain([OutputFile::new(self.named(""), program)]).collect();
+    pub fn write(
+        &self,
+        (program, points, mut report): (Vec<u8>, Vec<OutputFile>, Value),
+        made: &Path,
+        describe: impl FnOnce(&str) -> Description,
+        figures: &[(String, Figure)],
+    ) -> Result<PathBuf> {
+        report["program"] = json!(env!("CARGO_PKG_NAME"));
+        report["version"] = json!(env!("CARGO_PKG_VERSION"));
+        let page = self.page(&points, &report, made, describe, figures)?;
+        let mut files: Vec<OutputFile> = points;
+        files.push(OutputFile::new(self.named(""), program));
+        files.push(OutputFile::new(self.named(PAGE), page));
         let entry = |file: &OutputFile| Ok(json!({ "name": file.name, "sha256": hash(file.reader()?)? }));
-        let entries = made.iter().map(entry).collect::<IoResult<Vec<Value>>>();
+        let entries = files.iter().map(entry).collect::<IoResult<Vec<Value>>>();
         let entries = entries.map_err(|source| Error::Write { file: self.out.clone(), source })?;
         let mut report_with = |files: &[Value]| {
-            report["program"] = json!(env!("CARGO_PKG_NAME"));
-            report["version"] = json!(env!("CARGO_PKG_VERSION"));
             report["files"] = json!(files);
             OutputFile::new(self.named(REPORT), format!("{report:#}\n"))
         };
         // If this is cut short, the next command finds here whose the files are, the former and the new ones.
         let both = report_with(&[self.former.as_slice(), &entries].concat());
-        let files = [both].into_iter().chain(made).chain([report_with(&entries)]).collect();
-        write_beside(&self.out, files).map(drop)
+        let all = [both].into_iter().chain(files).chain([report_with(&entries)]).collect();
+        write_beside(&self.out, all)?;
+        Ok(self.out.with_file_name(self.named(PAGE)))
+    }
+
+    /// The page, made from a copy of the points in the folder `made`.
+    fn page(
+        &self,
+        points: &[OutputFile],
+        report: &Value,
+        made: &Path,
+        describe: impl FnOnce(&str) -> Description,
+        figures: &[(String, Figure)],
+    ) -> Result<String> {
+        let table = format!("{}.csv", self.named(POINTS));
+        for file in points {
+            let path = made.join(&file.name);
+            let copied = file.reader().and_then(|mut from| std::io::copy(&mut from, &mut File::create(&path)?));
+            copied.map_err(|source| Error::Write { file: path, source })?;
+        }
+        let manifest = json!({ "program": report["program"], "version": report["version"] });
+        let folder = ResultFolder { path: made.to_path_buf(), description: describe(&table), manifest };
+        page_with(&folder, figures, &made.join(self.named(PAGE)))
     }
 
     fn named(&self, suffix: &str) -> String {
@@ -105,6 +138,7 @@ impl ProgramFiles {
 /// Name of the table of points, without the ending that its format gives it.
 const POINTS: &str = ".points";
 const REPORT: &str = ".report.json";
+const PAGE: &str = ".html";
 
 /// SHA-256, hexadecimal.
 fn hash(mut bytes: impl Read) -> IoResult<String> {

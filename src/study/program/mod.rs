@@ -1,5 +1,6 @@
 //! A program for the machine: read, compensated, written back, read again and simulated as written.
 
+pub mod before;
 pub mod bounded;
 #[cfg(feature = "report")]
 pub mod files;
@@ -41,6 +42,8 @@ pub struct ProgramJob {
     pub path: Toolpath,
     /// What is wanted at each, under load.
     pub demands: Vec<Demand>,
+    cuts_nowhere: bool,
+    begins_twice: bool,
 }
 
 /// A pass over the program: what some commands lead to.
@@ -130,7 +133,15 @@ impl ProgramJob {
         let machine = process.machine.clone();
         let demands = demands(&process, &path, name)?;
         let real = Machines::new(&machine, &process.errors)?.real;
-        Ok(Self { real, machine, process, file: program, path, demands })
+        let cuts_nowhere = !path.points().iter().any(|point| point.cutting);
+        let begins_twice = path.begins_twice();
+        Ok(Self { real, machine, process, file: program, path, demands, cuts_nowhere, begins_twice })
+    }
+
+    /// Whether point `k` counts in what is left: the tool cuts there, if it does anywhere, and it is not a closed path's begin,
+    /// which comes once more at its end.
+    pub fn counts(&self, k: usize) -> bool {
+        (self.path.points()[k].cutting || self.cuts_nowhere) && (k > 0 || !self.begins_twice)
     }
 
     /// The path position that commands `target` at point `k`. Along axes that are not controlled it is that of the program.
@@ -174,13 +185,10 @@ impl ProgramJob {
         done: &(dyn Fn() + Sync),
         mut take: impl FnMut(usize, &[PathAnswer]) -> Result<()>,
     ) -> Result<Pass> {
-        let points = self.path.points();
-        let cuts_nowhere = !points.iter().any(|point| point.cutting);
-        let begins_twice = self.path.begins_twice();
         let (mut sums, mut first) = (PathSums::default(), 0);
         run_in_parts(&self.case(), commands, done, |answers| {
-            for (k, (answer, point)) in answers.iter().zip(&points[first..]).enumerate() {
-                if (point.cutting || cuts_nowhere) && (first + k > 0 || !begins_twice) {
+            for (k, answer) in answers.iter().enumerate() {
+                if self.counts(first + k) {
                     sums.add(&Left::of(answer, &self.machine));
                 }
             }

@@ -192,6 +192,12 @@ impl Program {
         self.motions.get(segment).map(|motion| motion.line)
     }
 
+    /// The bytes of the line of a motion block, without its ending.
+    #[must_use]
+    pub fn content_of(&self, segment: usize) -> Option<&[u8]> {
+        self.line_of(segment).map(|line| self.content(line - 1))
+    }
+
     /// The decimals this program itself writes its coordinates with, at most; at least 3 for mm and 4 for inch.
     #[must_use]
     pub fn own_format(&self) -> NumberFormat {

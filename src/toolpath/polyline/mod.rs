@@ -55,6 +55,12 @@ impl Polyline {
         self.rows.get(segment).map(|row| crate::input::csv_rows::line_number(&self.source, row.start))
     }
 
+    /// The bytes of the row of a point, without its line ending.
+    #[must_use]
+    pub fn content_of(&self, segment: usize) -> Option<&[u8]> {
+        self.rows.get(segment).map(|row| &self.source[row.clone()])
+    }
+
     /// The decimals the file writes its positions with, at most, and at least 3.
     #[must_use]
     pub fn own_format(&self) -> NumberFormat {

@@ -22,7 +22,10 @@ pub(super) fn headline(summary: &Summary, study: &WorkspaceMapStudy, text: &Text
     let Some((all, [least, most])) = all.and_then(|all| Some((all, all.deflection.get()?))) else {
         let known = summary.of(Source::All).map_or(0, |all| all.known);
         let sentence = match known {
-            0 => format!("How far the tool of the {} moves could be computed at none of the {points}.", study.machine.short_title()),
+            0 => format!(
+                "How far the tool of the {} moves could be computed at none of the {points}.",
+                study.machine.short_title()
+            ),
             _ => {
                 format!("How far the tool moves is known at only {known} of {points}: too few to say where it is best.")
             }

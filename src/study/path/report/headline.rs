@@ -24,7 +24,8 @@ pub(super) fn headline(summary: &Summary, study: &PathStudy, shown: &Shown, text
     let name = study.machine.short_title();
     let found = summary.of(Source::All).and_then(|all| Some((all, all.displacement.get()?)));
     let Some((all, (worst, k))) = found else {
-        let sentence = format!("How far the tool of the {name} leaves the path could be computed at none of its points.");
+        let sentence =
+            format!("How far the tool of the {name} leaves the path could be computed at none of its points.");
         return Headline::new(sentence, basis).with_cautions(&text.cautions);
     };
     let has_force = study.demands.iter().any(|demand| demand.load != crate::spatial::Wrench::default());

@@ -17,3 +17,4 @@ pub(crate) use summary::methods_text;
 pub use summary::{Summary, facts_text, failures_text};
 pub(crate) use tables::{methods_table, points_columns, points_table};
 pub use text::Text;
+pub(crate) use thinned::{Curve, drawn};

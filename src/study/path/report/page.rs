@@ -114,7 +114,7 @@ fn methods() -> Explorer {
             Quantity::new(["error_max_mm"], "largest error left", "mm", Better::Smaller),
             Quantity::new(["error_rms_mm"], "rms error left", "mm", Better::Smaller),
             Quantity::new(["corrections_mean"], "steps per point", "", Better::Smaller),
-            Quantity::new(["leftover_rotation_max_deg"], "remaining rotation", "°", Better::Neither),
+            Quantity::new(["leftover_rotation_max_deg"], "leftover rotation", "°", Better::Neither),
         ],
         marks: Vec::new(),
     }

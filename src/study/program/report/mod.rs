@@ -1,0 +1,49 @@
+//! Reports of a compensated program: its points, what limits do, what was proved, and a page of it.
+
+mod headline;
+mod json;
+mod lines;
+mod page;
+mod pictures;
+mod tables;
+mod text;
+mod units;
+
+pub use headline::{headline, unsolved_as_written, worse_as_written};
+pub use json::program_json;
+pub use lines::{WorstLine, worst_lines};
+pub use page::page;
+pub use pictures::figures;
+pub use tables::{program_columns, program_table};
+pub use text::{bounded_text, exceeded_text, left_text};
+
+use super::{Pass, before::Before};
+use crate::{
+    compensation::BoundedPath,
+    machine::{Machine, Motion},
+    report::table::largest_position,
+    study::along_path::PathAnswer,
+};
+
+/// Largest correction among the drives of one kind, mm or degrees.
+pub fn largest_correction(machine: &Machine, kind: Motion, answer: &PathAnswer) -> f64 {
+    largest_position(machine, kind, &answer.delta_rho())
+}
+
+/// A program that has been rewritten and proved.
+#[derive(Debug)]
+pub struct Proved<'a> {
+    /// Its file name.
+    pub name: &'a str,
+    /// What the tool does without compensation.
+    pub before: &'a Before,
+    /// Distance of the point held by compensation from where it is wanted, base axes, mm, point by point, as written; `None`
+    /// where the machine does not settle.
+    pub after: &'a [Option<nalgebra::Vector3<f64>>],
+    /// What each kind of commands leaves; that of the written program last.
+    pub passes: &'a [Pass],
+    /// What limits do, if the path was corrected within them.
+    pub bounded: Option<&'a BoundedPath>,
+    /// Largest correction of a drive of each kind, mm and degrees, as written.
+    pub corrections: [Option<f64>; 2],
+}

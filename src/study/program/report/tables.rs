@@ -1,0 +1,109 @@
+//! The points of a compensated program.
+
+use crate::{
+    compensation::{BoundedPath, Side},
+    machine::Machine,
+    report::{
+        exchange::{Cell, Column, Row, Table, cells, counts, numbers, texts},
+        table::{correction_columns, force_columns, shown_positions},
+    },
+    study::{
+        Source,
+        along_path::PathAnswer,
+        command_columns::{drive_cells, drive_columns, pose_cells, pose_columns},
+        program::{ProgramJob, before::Before},
+    },
+};
+
+/// The columns of [`program_table`].
+pub fn program_columns(machine: &Machine) -> Vec<Column> {
+    let quantities = [
+        "x_mm",
+        "y_mm",
+        "z_mm",
+        "commanded_x_mm",
+        "commanded_y_mm",
+        "commanded_z_mm",
+        "error_after_mm",
+        "error_after_x_mm",
+        "error_after_y_mm",
+        "error_after_z_mm",
+        "leftover_rotation_deg",
+    ];
+    let mut columns = counts(["point", "line"]);
+    columns.extend(numbers(["arc_length_mm"]));
+    columns.extend(counts(["cutting"]));
+    columns.extend(numbers(quantities[..6].iter().copied()));
+    columns.extend(numbers(Source::of(machine).iter().map(|source| before_column(*source))));
+    columns.extend(numbers(quantities[6..].iter().copied()));
+    columns.extend(texts(["status", "reason", "limits"]));
+    columns.extend(numbers(["nominal", "commanded"].into_iter().flat_map(pose_columns)));
+    columns.extend(numbers(drive_columns(machine)));
+    columns.extend(numbers(correction_columns(machine).chain(force_columns(machine))));
+    columns
+}
+
+/// The column of the error without compensation under `source`.
+pub(super) fn before_column(source: Source) -> String {
+    match source {
+        Source::All => "error_before_mm".into(),
+        alone => format!("error_before_{}_mm", alone.label()),
+    }
+}
+
+/// One row per point from `first` on: where the tool should be, what is commanded instead (both in the workpiece frame),
+/// the error before (mm, by point of the path) and as written (base axes), the poses of P in O and the drive positions
+/// without and with compensation, drive corrections and forces as written. An empty cell has its reason in `status` and
+/// `reason`. `limits` names the limits that bind, if the path was corrected within limits.
+pub fn program_table(
+    job: &ProgramJob,
+    first: usize,
+    answers: &[PathAnswer],
+    before: &Before,
+    bounded: Option<&BoundedPath>,
+) -> Table {
+    let machine = &job.machine;
+    let columns = program_columns(machine);
+    let width = columns.len();
+    let row = |(k, answer): (usize, &PathAnswer)| {
+        let point = &job.path.points()[k];
+        let mut row: Row = vec![k.into(), job.file.line_of(point.source.segment).into()];
+        row.extend([point.arc_length_mm.into(), usize::from(point.cutting).into()]);
+        row.extend(cells(point.position_mm.iter().copied()));
+        let commanded = answer.target.map(|pose| job.commanded(k, pose));
+        row.extend((0..3).map(|i| commanded.map(|p| p[i]).into()));
+        row.extend(Source::of(machine).iter().map(|source| before.of(*source)[k].map(|error| error.norm()).into()));
+        let shown = |value: f64| Cell::from(answer.is_settled.then_some(value));
+        row.push(shown(answer.position_error.norm()));
+        row.extend(answer.position_error.iter().map(|v| shown(*v)));
+        row.push(shown(answer.leftover_rotation.norm().to_degrees()));
+        row.extend([
+            answer.status.label().into(),
+            answer.status.reason(machine).into(),
+            binding(job, bounded, k).into(),
+        ]);
+        row.extend(pose_cells(Some(&job.demands[k].pose)));
+        row.extend(pose_cells(answer.target.as_ref()));
+        row.extend(drive_cells(machine, &job.demands[k], answer, answer.is_settled));
+        row.extend(shown_positions(machine, &answer.delta_rho()).iter().map(|v| shown(*v)));
+        row.resize(width - machine.drive_count(), Cell::Missing);
+        row.extend(answer.drive_forces.iter().map(|v| shown(*v)));
+        row.resize(width, Cell::Missing);
+        row
+    };
+    Table::new(columns, (first..).zip(answers).map(row))
+}
+
+/// Limits that bind at point `k`, such as `correction x upper`.
+fn binding(job: &ProgramJob, bounded: Option<&BoundedPath>, k: usize) -> String {
+    let labels = job.machine.drive_labels();
+    let corrected = bounded.and_then(|path| path.points[k].corrected());
+    let words = corrected.into_iter().flat_map(|point| &point.binding).map(|binding| {
+        let side = match binding.side {
+            Side::Lower => "lower",
+            Side::Upper => "upper",
+        };
+        format!("{} {} {side}", binding.kind.label(), labels[binding.drive])
+    });
+    words.collect::<Vec<_>>().join("; ")
+}

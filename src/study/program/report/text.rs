@@ -1,0 +1,65 @@
+//! What limits do to a program, in sentences.
+
+use crate::{
+    compensation::BoundedPath,
+    machine::Machine,
+    report::words::{counted, millimetres},
+    study::{
+        ROUNDING_MM,
+        program::{
+            ProgramJob,
+            bounded::Exceeded,
+            report::units::{shown_limit_unit, shown_price},
+        },
+    },
+};
+
+/// Which limits bind and what they cost, in sentences.
+pub fn bounded_text(machine: &Machine, path: &BoundedPath) -> String {
+    let summary = &path.summary;
+    let labels = machine.drive_labels();
+    if summary.prices.is_empty() {
+        return "No limit binds: the corrections without limits keep all of them.\n".into();
+    }
+    let mut text =
+        format!("Limits bind ({}, {}):\n", summary.status.label(), counted(summary.iterations, "linearisation"));
+    for price in &summary.prices {
+        let error_mm = shown_price(machine, price);
+        text += &format!(
+            "  {} of drive {} at {}; the error would fall by {} per {} of relaxation\n",
+            price.kind.label(),
+            labels[price.drive],
+            counted(price.points, "point"),
+            millimetres(error_mm, 4, ROUNDING_MM),
+            shown_limit_unit(machine, price.kind, price.drive),
+        );
+    }
+    text
+}
+
+/// By how much the program as written exceeds limits that its corrections kept, in sentences; nothing if it does not.
+pub fn exceeded_text(job: &ProgramJob, exceeded: &[Exceeded]) -> String {
+    let labels = job.machine.drive_labels();
+    let mut text = String::new();
+    for found in exceeded {
+        let unit = shown_limit_unit(&job.machine, found.kind, found.drive);
+        text += &format!(
+            "As written, rounded to the decimals of the program, the {} of drive {} is {:.6} {unit} at point {}: {:.1e} {unit} \
+             beyond its limit of {} {unit}. More decimals (decimals_mm in [gcode]) or a limit smaller by this much keep it.\n",
+            found.kind.label(),
+            labels[found.drive],
+            found.value,
+            found.point,
+            found.value - found.limit,
+            found.limit
+        );
+    }
+    text
+}
+
+/// What no drive can compensate, where there is such a thing; `left_mm` is left by the commands.
+pub fn left_text(machine: &Machine, left_mm: Option<f64>) -> String {
+    let (Some(axes), Some(left)) = (machine.uncontrolled_names(), left_mm) else { return String::new() };
+    let left = millimetres(left, 4, ROUNDING_MM);
+    format!("Compensation leaves up to {left}: the drives do not control {axes}.\n")
+}
