@@ -22,6 +22,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         // Tool angles, rad: the worst of them counts.
         phis: (0..36).map(|i| f64::from(10 * i).to_radians()).collect(),
         target: Target::ToolTip,
+        tolerance_mm: None,
         not_used: Vec::new(),
         machine,
     };

@@ -246,13 +246,14 @@ fn header(job: &ProgramJob) -> String {
     )
 }
 
-const TABLE: &str = "Distance of the tool from its path, where it cuts, by what is commanded:";
+const TABLE: &str =
+    "Distance of the tool from its path, where it cuts, by what is commanded (steps: corrections per point):";
 
 fn table(passes: &[Pass]) -> String {
     let turns = passes.iter().filter_map(|pass| pass.summary.max_leftover_rotation).any(|angle| angle > 0.0);
-    let mut header = vec!["commands", "largest", "rms", "steps per point", "points solved"];
+    let mut header = vec!["commands", "largest", "rms", "steps", "solved"];
     if turns {
-        header.push("leftover rotation");
+        header.push("turned");
     }
     let mut table = text_table(header, 1);
     for pass in passes {

@@ -6,11 +6,11 @@ mod template;
 use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Args};
-use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
+use comfy_table::ContentArrangement;
 use kinetostat::{
     input::error::{Error, Result},
     machine::{Machine, catalogue, file_schema},
-    report::{OutputFile, prepare_beside, write_beside},
+    report::{OutputFile, prepare_beside, text_table::text_table, write_beside},
     urdf::{DriveStiffness, ImportOptions, import_file},
 };
 
@@ -110,12 +110,12 @@ fn show(name: &str) -> Result<()> {
 const SCHEMA_HERE: &str = "#:schema ../../../docs/machine.schema.json";
 
 fn list() -> Result<()> {
-    let mut table = Table::new();
-    table.load_style(UTF8_HORIZONTAL_ONLY).set_header(["name", "machine", "drives", "named points"]);
+    let mut table = text_table(["name", "machine", "drives", "named points"], 4);
+    table.set_content_arrangement(ContentArrangement::Dynamic).set_width(textwrap::termwidth() as u16);
     for entry in catalogue::ENTRIES {
         let machine = Machine::from_toml(entry.toml, entry.name)?;
         let points = machine.points.iter().map(|point| point.name.as_str()).collect::<Vec<_>>().join(", ");
-        table.add_row([entry.name.to_string(), machine.title.clone(), machine.drive_labels().join(", "), points]);
+        table.add_row([entry.name.to_string(), machine.title.clone(), machine.drive_count().to_string(), points]);
     }
     print(&format!("{table}\n"))
 }

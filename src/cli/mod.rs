@@ -37,7 +37,7 @@ pub struct Arguments {
 const EXAMPLES: &str = "\
 Examples:
   kinetostat run studies/01_workspace_map
-  kinetostat point --machine orthoglide --at Q1 --phi 130 --assembly 1,-1,1
+  kinetostat point --machine orthoglide --at Q1 --phi 130 --chain-errors 1,-1,1
   kinetostat compensate part.nc --machine orthoglide --process milling.toml --out part_compensated.nc
   kinetostat compare --machine orthoglide --process milling.toml --path part.nc --at Q0 --at 50,0,20
   kinetostat report results/01_workspace_map /tmp/stiffer_feet --out comparison.html

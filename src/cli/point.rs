@@ -33,7 +33,7 @@ x axis of the platform across it, φ from x towards y. FR > 0 pushes the tool al
 the spindle. Picture: docs/forces.svg.
 
 Examples:
-  kinetostat point --machine orthoglide --position 126.35,126.35,126.35 --phi 130 --assembly 1,-1,1
+  kinetostat point --machine orthoglide --position 126.35,126.35,126.35 --phi 130 --chain-errors 1,-1,1
   kinetostat point --machine orthoglide --at Q1 --phi 130 --law printed
   kinetostat point --machine orthoglide --at Q0 --wrench 215,-10,-25,1000,21500,0 --json
   kinetostat point --machine robot.toml --pose 1600,200,900,0,180,30 --wrench 0,0,-500,0,0,0 --full-pose
@@ -72,9 +72,9 @@ pub struct PointArguments {
     /// Load at P in base axes instead of the milling force: fx,fy,fz,mx,my,mz in N and N·mm
     #[arg(long, value_parser = numbers::<6>, allow_hyphen_values = true)]
     wrench: Option<[f64; 6]>,
-    /// Assembly error of each chain: turn about its drive's axis in degrees
-    #[arg(long, value_parser = any_numbers, allow_hyphen_values = true, value_name = "DEG,DEG,…")]
-    assembly: Option<std::vec::Vec<f64>>,
+    /// Error of each chain: turn about its drive's axis in degrees
+    #[arg(long, alias = "assembly", value_parser = any_numbers, allow_hyphen_values = true, value_name = "DEG,DEG,…")]
+    chain_errors: Option<std::vec::Vec<f64>>,
     /// Another number of the machine, by its name (kinetostat machines NAME --parameters), or an error of a chain; repeatable
     #[arg(long, value_parser = set::setting, value_name = "NAME=VALUE")]
     set: Vec<Setting>,
@@ -96,15 +96,15 @@ pub struct PointArguments {
 pub fn point(arguments: &PointArguments) -> Result<Ending> {
     let changed = set::machine(&arguments.machine, &arguments.set, arguments.branch)?.machine()?;
     let set_errors = changed.parameter_errors();
-    if arguments.assembly.is_some() && !set_errors.is_empty() {
-        let problem = "errors of chains are given by --assembly or by --set, not by both".into();
+    if arguments.chain_errors.is_some() && !set_errors.is_empty() {
+        let problem = "errors of chains are given by --chain-errors or by --set, not by both".into();
         return Err(Error::Argument { argument: "--set".into(), problem });
     }
     let machine = if set_errors.is_empty() { changed } else { changed.nominal()? };
     let machine = set::held(&machine, &arguments.hold)?;
     let place = place(arguments, &machine)?;
-    let assembly_deg = assembly(arguments, &machine)?;
-    let errors = if set_errors.is_empty() { machine.assembly_errors(&assembly_deg) } else { set_errors };
+    let chain_errors_deg = chain_errors(arguments, &machine)?;
+    let errors = if set_errors.is_empty() { machine.assembly_errors(&chain_errors_deg) } else { set_errors };
     if arguments.platform && machine.tool_compliance.is_some() {
         let problem =
             "what is between P and the tool tip bends, so that P is not where the tool is: expected the tool tip"
@@ -126,7 +126,7 @@ pub fn point(arguments: &PointArguments) -> Result<Ending> {
     let answer = match solve(&question) {
         Ok(answer) => answer,
         Err(unreachable) if arguments.json => {
-            print_json(&with_settings(unreachable_json(&question, &assembly_deg, &unreachable), arguments))?;
+            print_json(&with_settings(unreachable_json(&question, &chain_errors_deg, &unreachable), arguments))?;
             say(&format!("unreachable: {unreachable}"));
             return Ok(Ending::SomeUnsolved);
         }
@@ -136,7 +136,7 @@ pub fn point(arguments: &PointArguments) -> Result<Ending> {
         }
     };
     if arguments.json {
-        print_json(&with_settings(point_json(&answer, &assembly_deg), arguments))?;
+        print_json(&with_settings(point_json(&answer, &chain_errors_deg), arguments))?;
     } else {
         for (name, value) in &arguments.set {
             print(&format!("with {name} = {value}\n"))?;
@@ -199,18 +199,18 @@ fn position(arguments: &PointArguments, machine: &Machine) -> Result<Vector3<f64
     }
 }
 
-fn assembly(arguments: &PointArguments, machine: &Machine) -> Result<Vec<f64>> {
+fn chain_errors(arguments: &PointArguments, machine: &Machine) -> Result<Vec<f64>> {
     let count = machine.chains.len();
-    match &arguments.assembly {
+    match &arguments.chain_errors {
         None => Ok(vec![0.0; count]),
         Some(angles) if angles.len() == count => {
             match angles.iter().find_map(|angle| ChainError::too_large(angle.to_radians())) {
                 None => Ok(angles.clone()),
-                Some(problem) => Err(Error::Argument { argument: "--assembly".into(), problem }),
+                Some(problem) => Err(Error::Argument { argument: "--chain-errors".into(), problem }),
             }
         }
         Some(angles) => Err(Error::Argument {
-            argument: "--assembly".into(),
+            argument: "--chain-errors".into(),
             problem: format!("expected {count} angles, one per chain of {}, got {}", machine.name, angles.len()),
         }),
     }

@@ -92,7 +92,7 @@ impl Headline {
 impl KeyNumber {
     /// A number with its unit, such as `1.712 mm`: what it is, and what it is measured against.
     pub fn new(shown: &str, what: impl Into<String>, against: impl Into<String>) -> Self {
-        let (value, unit) = match shown.split_once(' ') {
+        let (value, unit) = match shown.rsplit_once(' ') {
             Some((value, unit)) => (value, unit),
             None => match shown.strip_suffix('°') {
                 Some(value) => (value, "°"),

@@ -32,14 +32,22 @@ pub fn position(x_mm: f64, y_mm: f64, z_mm: f64) -> String {
     typographic(&format!("({x}, {y}, {z}) mm"))
 }
 
-/// A length in mm to so many decimals, or to two digits where that shows next to nothing; below `rounding_mm` it is none.
+/// A length in mm to so many decimals, or in µm to two digits where that shows next to nothing; below `rounding_mm` it is
+/// none.
 pub fn millimetres(length_mm: f64, decimals: i32, rounding_mm: f64) -> String {
     match length_mm {
         length if length <= rounding_mm => "0 mm".into(),
-        length if length < 10f64.powi(1 - decimals) => typographic(&format!("{length:.1e} mm")),
+        length if length < NANOMETRE => "less than 0.001 µm".into(),
+        length if length < 10f64.powi(1 - decimals) => {
+            let decimals = (1.0 - (1e3 * length).log10().floor()).max(0.0) as usize;
+            format!("{:.decimals$} µm", 1e3 * length)
+        }
         length => format!("{length:.*} mm", decimals as usize),
     }
 }
+
+/// mm.
+const NANOMETRE: f64 = 1e-6;
 
 /// A share in per cent: "0 %" and "100 %" are none and all.
 pub fn percent(share: f64) -> String {
@@ -90,7 +98,9 @@ mod tests {
 
     #[test]
     fn small_lengths_keep_two_digits_and_rounding_is_nothing() {
-        let shown = [0.0, 3e-10, 2.34e-5, 0.0098, 0.012345, 1.0].map(|length| millimetres(length, 3, 1e-9));
-        assert_eq!(shown, ["0 mm", "0 mm", "2.3e\u{2212}5 mm", "9.8e\u{2212}3 mm", "0.012 mm", "1.000 mm"]);
+        let lengths = [0.0, 3e-10, 2e-7, 2.34e-5, 8.2e-4, 0.0098, 0.012345, 1.0];
+        let shown = lengths.map(|length| millimetres(length, 3, 1e-9));
+        let expected = ["0 mm", "0 mm", "less than 0.001 µm", "0.023 µm", "0.82 µm", "9.8 µm", "0.012 mm", "1.000 mm"];
+        assert_eq!(shown, expected);
     }
 }

@@ -117,12 +117,12 @@ fn the_first_screen_says_what_may_not_be_meant() {
     let fivebar = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/machines/fivebar.toml");
     let (code, text) = kinetostat(&["point", "--machine", fivebar, "--position", "20,440,50"]);
     assert!(code == Some(1) && text.contains("z: asked 50 mm, the machine stays at 0 mm"), "{text}");
-    let (code, text) = kinetostat(&["point", "-m", "orthoglide", "--position", "0,0,-90", "--assembly", "12,0,0"]);
+    let (code, text) = kinetostat(&["point", "-m", "orthoglide", "--position", "0,0,-90", "--chain-errors", "12,0,0"]);
     assert!(code == Some(0) && text.contains("outside the workspace     z = -90 mm is outside"), "{text}");
     assert!(text.contains("large error               Chain x is turned by 12.0\u{b0}"), "{text}");
-    let (code, text) = kinetostat(&["point", "-m", "orthoglide", "--at", "Q0", "--assembly", "45,0,0"]);
-    assert!(code == Some(2) && text.contains("--assembly: must be at most 30 deg either way"), "{text}");
-    let (_, text) = kinetostat(&["point", "-m", "orthoglide", "--at", "Q0", "--assembly", "1,-1,1"]);
+    let (code, text) = kinetostat(&["point", "-m", "orthoglide", "--at", "Q0", "--chain-errors", "45,0,0"]);
+    assert!(code == Some(2) && text.contains("--chain-errors: must be at most 30 deg either way"), "{text}");
+    let (_, text) = kinetostat(&["point", "-m", "orthoglide", "--at", "Q0", "--chain-errors", "1,-1,1"]);
     assert!(!text.contains("outside the workspace") && !text.contains("large error"), "{text}");
 }
 

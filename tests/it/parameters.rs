@@ -300,7 +300,7 @@ fn a_point_is_solved_with_numbers_that_are_set() {
         json(&[&["point", "--machine", "orthoglide", "--at", "Q1", "--phi", "130", "--json"][..], more].concat())
     };
     let turned = at(&["--set", "x.turn=1", "--set", "y.turn=-1", "--set", "z.turn=1"]);
-    let assembled = at(&["--assembly", "1,-1,1"]);
+    let assembled = at(&["--chain-errors", "1,-1,1"]);
     assert_eq!(turned["loaded"], assembled["loaded"]);
     assert_eq!(turned["compensated"], assembled["compensated"]);
     assert_eq!(turned["set"]["y.turn"], -1.0);
@@ -345,8 +345,8 @@ fn settings_that_cannot_be_are_refused() {
     with("leg.foot.height=much", "\"much\" is not a number");
     with("leg.foot.height=-3", "--set: leg.foot.height: must be greater than 0, got -3.0");
     refused(
-        &[&point[..], &["x.turn=1", "--assembly", "1,0,0"]].concat(),
-        "--set: errors of chains are given by --assembly or by --set, not by both",
+        &[&point[..], &["x.turn=1", "--chain-errors", "1,0,0"]].concat(),
+        "--set: errors of chains are given by --chain-errors or by --set, not by both",
     );
     refused(
         &["check", "orthoglide", "--set", "x.turn=1"],

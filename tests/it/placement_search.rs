@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::support::placement::{searched, study_in};
 use kinetostat::study::placement::{
     Bounds, End, Entry, Evaluator, Metric, Metrics, PlacementResults, PlacementStudy, Site, SiteGrid, compare,
-    report::{recommendation, summary_text},
+    report::summary_text,
 };
 use rayon::prelude::*;
 
@@ -149,7 +149,7 @@ fn a_window_between_boxes_is_found_however_narrow() {
         assert!(results.ranking.is_empty());
         check_recommendation(&results);
         assert!((results.best.as_ref().unwrap().site.0[0] - 97.0).abs() <= 0.5 * room + 1e-9);
-        assert!(!recommendation(&results).contains("none of the places"));
+        assert!(!summary_text(&results).contains("none of the places"));
     }
 }
 
@@ -289,7 +289,7 @@ fn a_search_cut_short_by_its_iterations_goes_on_and_says_so() {
     let results = searched(&line(30.0, 1000.0, rest));
     let refinement = &results.refinements[0];
     assert!(refinement.continued > 0 && refinement.iterations > 3, "{refinement:?}");
-    let said = recommendation(&results);
+    let said = summary_text(&results);
     assert!(said.contains("used up max_iterations and went on from there"), "{said}");
 }
 
@@ -297,7 +297,7 @@ fn a_search_cut_short_by_its_iterations_goes_on_and_says_so() {
 fn nothing_is_better_than_zero() {
     // Without force and errors nothing deflects.
     let results = searched(&line(30.0, 0.0, ALONG_X));
-    let said = recommendation(&results);
+    let said = summary_text(&results);
     assert!(!said.contains("% better") && !said.contains("inf") && !said.contains("NaN"), "{said}");
 }
 

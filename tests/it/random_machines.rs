@@ -289,6 +289,7 @@ fn check_map(machine: &Machine, trial: &Trial) {
         errors: trial.chain_errors(machine),
         grid: Grid::new(min, max, [2; 3]),
         force: MillingForce::PAPER,
+        tolerance_mm: None,
         not_used: Vec::new(),
         phis: vec![0.0, 2.0],
         target: Target::ToolTip,

@@ -9,7 +9,7 @@ use kinetostat::{
         Overrides, Study, StudyKind,
         validation::{
             Quantity, ValidationResults,
-            report::{figures, page, quoted_table, summary_text, variants_table},
+            report::{differences, figures, page, quoted_table, variants_table},
             run,
         },
     },
@@ -93,13 +93,13 @@ fn an_assumed_origin_and_what_differs_between_processes_are_said() {
                 [[validation.case]]\nname = \"c\"\n\
                 circle = { centre_mm = [50.0, 50.0, 120.0], diameter_mm = 20.0, points = 5 }\n";
     let results = results_of(toml, folder.path(), 5).unwrap();
-    let said = summary_text(&results);
+    let said: String = results.study.facts().iter().map(|(label, words)| format!("{label}: {words}.\n")).collect();
     let assumed =
-        "Workpiece: origin at (0, 0, 0) mm of the base, assumed: the process gives no placement.origin_mm; path";
+        "workpiece: origin at (0, 0, 0) mm of the base, assumed: the process gives no placement.origin_mm; path";
     assert!(said.contains(assumed), "{said}");
-    assert!(said.contains("Workpiece, raised: origin at (0, 0, 20) mm of the base; path"), "{said}");
+    assert!(said.contains("workpiece, raised: origin at (0, 0, 20) mm of the base; path"), "{said}");
     assert_eq!(said.matches("ounts as cutting").count(), 1, "{said}");
-    let page = serde_json::to_string(&page(&results)).unwrap();
+    let page = serde_json::to_string(&page(&results, &differences(&results))).unwrap();
     assert!(page.contains("assumed: the process gives no placement.origin_mm"), "{page}");
 }
 

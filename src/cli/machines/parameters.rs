@@ -1,9 +1,10 @@
 //! `kinetostat machines NAME --parameters`: the numbers of a machine by name.
 
-use comfy_table::{CellAlignment, Table, presets::UTF8_HORIZONTAL_ONLY};
+use comfy_table::CellAlignment;
 use kinetostat::{
     input::error::Result,
     machine::{Geometry, Grade, Parameter},
+    report::text_table::text_table,
 };
 use serde_json::json;
 
@@ -16,8 +17,7 @@ pub fn list(name: &str, as_json: bool) -> Result<()> {
     if as_json {
         return print_json(&json!({ "machine": geometry.kinematics().name, "parameters": parameters }));
     }
-    let mut table = Table::new();
-    table.load_style(UTF8_HORIZONTAL_ONLY).set_header(["name", "value", "unit", "grade"]);
+    let mut table = text_table(["name", "value", "unit", "grade"], 4);
     if let Some(column) = table.column_mut(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }

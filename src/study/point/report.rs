@@ -8,12 +8,13 @@ use crate::{
     report::{
         cautions,
         table::{shown_positions, tidy_degrees},
-        words::counted,
+        text_table::text_table,
+        words::{counted, millimetres, signed},
     },
     spatial::rotation_log,
     statics::Status,
     study::{
-        Failure,
+        Failure, ROUNDING_MM,
         machine_check::report::{clearance_words, conditioning_words, tool_axis_words},
         point::{PointAnswer, PointLoad, PointQuestion},
         status_of,
@@ -47,8 +48,9 @@ fn force_on_tool(answer: &PointAnswer) -> Vector3<f64> {
     }
 }
 
-/// Version of the object of [`point_json`]. In 1, keys of hinges had the units of slides.
-const SCHEMA: u32 = 2;
+/// Version of the object of [`point_json`]. In 1, keys of hinges had the units of slides; in 2, `chain_errors_deg` was called
+/// `assembly_deg`.
+const SCHEMA: u32 = 3;
 
 /// What a drive is and in which units its values are; lists of drive values have this order.
 fn drives(machine: &Machine) -> Vec<Value> {
@@ -88,7 +90,7 @@ fn forces(machine: &Machine, prefix: &str, values: Option<Vec<f64>>) -> Map<Stri
 }
 
 /// What is known of a location before anything is solved there; every other quantity of [`point_json`] is null.
-fn blank(question: &PointQuestion, assembly_deg: &[f64]) -> Map<String, Value> {
+fn blank(question: &PointQuestion, chain_errors_deg: &[f64]) -> Map<String, Value> {
     let machine = &question.machine;
     let phi_deg = match question.load {
         PointLoad::Milling(_, phi) => Some(tidy_degrees(phi.to_degrees())),
@@ -105,7 +107,7 @@ fn blank(question: &PointQuestion, assembly_deg: &[f64]) -> Map<String, Value> {
         object.insert("held".into(), held.into());
     }
     object.insert("phi_deg".into(), json!(phi_deg));
-    object.insert("assembly_deg".into(), json!(assembly_deg));
+    object.insert("chain_errors_deg".into(), json!(chain_errors_deg));
     for key in [
         "branch",
         "clearance",
@@ -139,8 +141,8 @@ fn blank(question: &PointQuestion, assembly_deg: &[f64]) -> Map<String, Value> {
 }
 
 /// The object of [`point_json`] for a location that the machine cannot reach: every quantity is null.
-pub fn unreachable_json(question: &PointQuestion, assembly_deg: &[f64], unreachable: &Unreachable) -> Value {
-    let mut object = blank(question, assembly_deg);
+pub fn unreachable_json(question: &PointQuestion, chain_errors_deg: &[f64], unreachable: &Unreachable) -> Value {
+    let mut object = blank(question, chain_errors_deg);
     let unreachable = Failure::from(unreachable.clone());
     for key in ["status", "compensation_status"] {
         object.insert(key.into(), json!(unreachable.status));
@@ -158,11 +160,11 @@ pub fn unreachable_json(question: &PointQuestion, assembly_deg: &[f64], unreacha
 /// ([`Machine::conditioning`]) and, of arms, `branch` and `clearance` ([`Machine::clearance`]).
 ///
 /// Keys of drive values end with their unit: `_mm` and `_N` of slides, `_deg` and `_Nmm` of hinges (`actuator_torque_Nmm`).
-/// A machine with both has both, each with null where a drive is of the other kind. `assembly_deg` is passed through. Keys
+/// A machine with both has both, each with null where a drive is of the other kind. `chain_errors_deg` is passed through. Keys
 /// whose quantity does not exist in this outcome are null.
-pub fn point_json(answer: &PointAnswer, assembly_deg: &[f64]) -> Value {
+pub fn point_json(answer: &PointAnswer, chain_errors_deg: &[f64]) -> Value {
     let (machine, loaded) = (&answer.question.machine, &answer.loaded);
-    let mut object = blank(&answer.question, assembly_deg);
+    let mut object = blank(&answer.question, chain_errors_deg);
     let is_solved = loaded.status == Status::Solved;
     for (key, value) in [
         ("tool_axis", json!(array(answer.tool.rotation.column(2).into()))),
@@ -222,8 +224,8 @@ fn triple(v: Vector3<f64>, decimals: usize) -> String {
     format!("({x}, {y}, {z})")
 }
 
-/// A summary for reading.
-pub fn point_text(answer: &PointAnswer) -> String {
+/// What was asked, and all that was found.
+fn details(answer: &PointAnswer) -> String {
     let (machine, loaded) = (&answer.question.machine, &answer.loaded);
     let wrench = answer.wrench;
     let mut text = format!("{}\n", machine.title);
@@ -319,17 +321,44 @@ pub fn point_text(answer: &PointAnswer) -> String {
         });
         text += &format!("  tool stiffness            {least}, {middle}, {most} N/mm (principal, of the tool tip)\n");
     }
-    text + &drive_table(answer)
+    text
+}
+
+/// What happens and what to command instead, in a sentence.
+fn answer_text(answer: &PointAnswer) -> String {
+    let machine = &answer.question.machine;
+    let Some(moved) = tool_displacement(answer).filter(|_| answer.loaded.status.is_equilibrium()) else {
+        return format!("How far the tool moves is unknown: {}.\n", answer.loaded.status.reason(machine));
+    };
+    let mut text = format!("The tool moves by {}", millimetres(moved.norm(), 4, ROUNDING_MM));
+    let Some(change) = change(answer) else { return text + "; there is no correction.\n" };
+    let shown = shown_positions(machine, &change);
+    let drives = machine.drive_labels().into_iter().zip(machine.drives()).zip(&shown);
+    let words: Vec<String> = drives
+        .map(|((label, (_, drive)), value)| {
+            let sign = if *value > 0.0 { "+" } else { "" };
+            format!("{label} {sign}{}{}", rounded(*value, 4), drive.motion.position_suffix())
+        })
+        .collect();
+    text += &signed(&format!("; to keep it there, command {}.\n", words.join(", ")));
+    text
+}
+
+/// A summary for reading: the answer, the drives, and what it rests on.
+pub fn point_text(answer: &PointAnswer) -> String {
+    let details = details(answer);
+    match answer.loaded.status.is_equilibrium() {
+        true => format!("{}\n{}\n{details}", answer_text(answer), drive_table(answer)),
+        false => format!("{}\n{details}", answer_text(answer)),
+    }
 }
 
 /// Drives: nominal and compensated commands, what they carry, internal force of their chains.
 fn drive_table(answer: &PointAnswer) -> String {
     let machine = &answer.question.machine;
     let load = machine.drive_kinds().map(Motion::force_word).collect::<Vec<_>>().join(" or ");
-    let mut table = comfy_table::Table::new();
-    table.load_style(comfy_table::presets::UTF8_HORIZONTAL_ONLY);
     let [before, after] = ["before", "after"].map(|when| format!("{load} {when}"));
-    table.set_header(["drive", "ρ nominal", "ρ compensated", "Δρ", &before, &after, "internal force"]);
+    let mut table = text_table(["drive", "nominal ρ", "compensated ρ", "Δρ", &before, &after, "internal"], 1);
     let nominal = shown_positions(machine, &answer.nominal.drives);
     let after = answer.compensated.as_ref().ok();
     let compensated = after.map(|after| shown_positions(machine, &after.drives));

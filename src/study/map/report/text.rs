@@ -25,7 +25,8 @@ pub struct Text {
 }
 
 impl Text {
-    pub(super) fn new(summary: &Summary, study: &WorkspaceMapStudy) -> Self {
+    /// What `summary` of all points of `study` says.
+    pub fn new(summary: &Summary, study: &WorkspaceMapStudy) -> Self {
         Self {
             cautions: cautions(summary, study),
             place: deflection(summary, study, Source::All) + &tolerance(summary, study),

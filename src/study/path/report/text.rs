@@ -28,7 +28,8 @@ pub struct Text {
 }
 
 impl Text {
-    pub(super) fn new(summary: &Summary, study: &PathStudy, shown: &Shown) -> Self {
+    /// What `summary` of all points of `study` says.
+    pub fn new(summary: &Summary, study: &PathStudy, shown: &Shown) -> Self {
         Self {
             cautions: cautions(summary, study),
             place: displacement(summary, study, shown, Source::All) + &tolerance(summary, study),
