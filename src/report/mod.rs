@@ -8,6 +8,7 @@ pub(crate) mod grid_slices;
 mod manifest;
 mod output;
 pub mod page;
+mod recorded;
 mod replace;
 pub(crate) mod table;
 mod visible;
@@ -16,6 +17,7 @@ pub(crate) mod write;
 
 pub use manifest::{Manifest, StatusCount};
 pub use output::{Output, Run};
+pub use recorded::Recorded;
 pub use replace::may_replace;
 pub use visible::{visible, visible_json};
 pub use words::{counted, if_any};

@@ -11,7 +11,9 @@ use serde::Serialize;
 use super::{Overrides, Study};
 use crate::{
     input::error::{Error, Result, Way},
-    report::{Manifest, Run, StatusCount, clean, exchange::Format, figures::Colours, page::PAGE, prepare, remove},
+    report::{
+        Manifest, Recorded, Run, StatusCount, clean, exchange::Format, figures::Colours, page::PAGE, prepare, remove,
+    },
     work::{
         Event, Work,
         checkpoint::{Checkpoint, Found, Origin},
@@ -212,6 +214,7 @@ impl FolderRun<'_> {
             version: env!("CARGO_PKG_VERSION"),
             study: study.name.clone(),
             input_sha256: study.inputs.sha256(),
+            inputs: Recorded::of(&study.inputs),
             seed: None,
             settings: output.settings.clone(),
             statuses: output.statuses.clone(),

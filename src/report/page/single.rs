@@ -61,6 +61,7 @@ pub(super) struct ExplorerView {
 struct ExplorerData<'a> {
     shape: Shape,
     title: &'a str,
+    colours: &'a str,
     coordinates: &'a [Column],
     axes: &'a [Vec<f64>],
     names: &'a [String],
@@ -169,6 +170,7 @@ fn explorer_view(explorer: &Explorer, data: &Dataset, description: &Description)
     let json = script_json(&ExplorerData {
         shape: explorer.shape,
         title: &explorer.title,
+        colours: description.colours(),
         coordinates: &explorer.coordinates,
         axes: &data.axes,
         names: &data.names,

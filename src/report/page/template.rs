@@ -14,7 +14,7 @@ use crate::{
 };
 
 /// Styles.
-const STYLE: &str = include_str!("assets/page.css");
+const STYLE: &str = concat!(include_str!("assets/page.css"), include_str!("assets/comparison.css"));
 /// Own scripts, in the order they run.
 const SCRIPTS: [&str; 6] = [
     include_str!("assets/theme.js"),
