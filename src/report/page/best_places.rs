@@ -63,7 +63,7 @@ impl Compares<'_> {
             verdict.numbers.push(Large {
                 value: percent(value(best, within)).trim_end_matches(" %").to_string(),
                 unit: "%".into(),
-                what: format!("of the path within the study's tolerance in {}", self.letters[best]),
+                what: format!("of the path within the tolerance of its study in {}", self.letters[best]),
                 against: others.collect::<Vec<_>>().join("; "),
             });
         }

@@ -94,7 +94,10 @@ fn sentence(rows: &[Change], is_other_text: bool) -> String {
 }
 
 /// The keys of a result with their values; none of one that has recorded none.
-fn recorded(folder: &ResultFolder) -> Result<BTreeMap<(String, String), String>> {
+///
+/// # Errors
+/// As [`changes`].
+pub(super) fn recorded(folder: &ResultFolder) -> Result<BTreeMap<(String, String), String>> {
     let Some(inputs) = folder.manifest.get("inputs") else { return Ok(BTreeMap::new()) };
     let inputs: Vec<Recorded> = serde_path_to_error::deserialize(inputs).map_err(|fault| Error::Value {
         file: folder.path.join("manifest.json").display().to_string(),

@@ -29,6 +29,7 @@ struct ComparisonPage {
     title: String,
     /// What is compared, over what.
     kind: String,
+    question: String,
     cases: Vec<Case>,
     verdict: Option<Verdict>,
     checks: String,
@@ -94,6 +95,7 @@ pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) 
     };
     let best_places = views.iter().find_map(|aligned| compares(aligned).on_best_places());
     let headline = views.iter().find(|aligned| compares(aligned).quantity().is_some());
+    let is_of_places = best_places.is_some();
     let verdict = best_places.or_else(|| compares(headline?).verdict());
     let picture = views.iter().filter(|aligned| aligned.shared.shape != Shape::Names).find_map(|aligned| {
         let quantity = compares(aligned).quantity()?;
@@ -116,7 +118,8 @@ pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) 
     let manifest = folders.iter().map(|f| facts(&f.manifest).into_iter().map(|fact| (fact.label, fact.value)));
     let context = ComparisonPage {
         title: format!("{} compared", all_names.join(", ")),
-        kind: kind(&first.description.kind, headline),
+        kind: kind(&first.description.kind, headline.filter(|_| !is_of_places)),
+        question: question(folders),
         cases: folders.iter().zip(&letters).map(case).collect(),
         checks: verdict.as_ref().map(|v| super::packed::script_json(&v.checks)).unwrap_or_default(),
         verdict,
@@ -133,6 +136,17 @@ pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) 
         manifest: side_by_side(manifest.map(Iterator::collect).collect()),
     };
     render("comparison.html", &context)
+}
+
+/// The question of all, or what is asked of several.
+fn question(folders: &[ResultFolder]) -> String {
+    let own = |folder: &ResultFolder| folder.description.question.clone();
+    let first = folders.first().map(own).unwrap_or_default();
+    if folders.iter().all(|folder| own(folder) == first) {
+        first
+    } else {
+        "Which of these is better, where, by how much, and does it matter?".into()
+    }
 }
 
 fn kind(kind: &str, headline: Option<&Aligned>) -> String {

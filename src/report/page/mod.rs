@@ -20,6 +20,8 @@ mod machine;
 mod nodes;
 mod packed;
 mod picture;
+mod point_command;
+mod ranking;
 mod record;
 mod side_by_side;
 mod single;

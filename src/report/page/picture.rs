@@ -15,6 +15,8 @@ use crate::report::visible::visible;
 
 /// Width of a drawing, its own units.
 const WIDTH: f64 = 260.0;
+/// Width of one that is not to scale.
+const WIDE: f64 = 460.0;
 const HEIGHT: f64 = 220.0;
 /// Room for the axes.
 const LEFT: f64 = 46.0;
@@ -142,9 +144,8 @@ fn curves(aligned: &Aligned, quantity: usize, winners: &Winners, letters: &[char
         // Writing to a string cannot fail.
         let _ = write!(svg, "<polyline class=\"line w{who}\" points=\"{}\"/>", points.join(" "));
     }
-    let size = Column::new("", q.label.clone(), q.unit.clone());
-    frame.end(&mut svg, [&shared.coordinates[0], &size]);
-    Some(Panel { title: String::new(), svg })
+    frame.end(&mut svg, [&shared.coordinates[0], &Column::new("", "", "")]);
+    Some(Panel { title: super::aligned::in_unit(&q.label, &q.unit), svg })
 }
 
 fn ends(axis: &[f64]) -> [f64; 2] {
@@ -168,15 +169,17 @@ fn cells(axis: &[f64]) -> Vec<[f64; 2]> {
 struct Frame {
     ends: [[f64; 2]; 2],
     size: [f64; 2],
+    width: f64,
 }
 
 impl Frame {
     fn new(ends: [[f64; 2]; 2], is_to_scale: bool) -> Self {
-        let (width, height) = (WIDTH - LEFT - EDGE, HEIGHT - BOTTOM - EDGE);
+        let all = if is_to_scale { WIDTH } else { WIDE };
+        let (width, height) = (all - LEFT - EDGE, HEIGHT - BOTTOM - EDGE);
         let [x, y] = ends.map(|[low, high]| high - low);
         let scale = (width / x).min(height / y);
         let size = if is_to_scale { [x * scale, y * scale] } else { [width, height] };
-        Self { ends, size }
+        Self { ends, size, width: all }
     }
 
     fn x(&self, value: f64) -> f64 {
@@ -195,7 +198,7 @@ impl Frame {
 
     fn begin(&self) -> String {
         let height = self.size[1] + BOTTOM + EDGE;
-        format!("<svg viewBox=\"0 0 {WIDTH:.0} {height:.0}\" role=\"img\" aria-labelledby=\"hero-title\">")
+        format!("<svg viewBox=\"0 0 {:.0} {height:.0}\" role=\"img\" aria-labelledby=\"hero-title\">", self.width)
     }
 
     fn cell(&self, svg: &mut String, class: &str, x: [f64; 2], y: [f64; 2]) {

@@ -151,11 +151,11 @@ impl Compares<'_> {
         if let Some(node) = winners.most(second) {
             let only = if winners.share(second) < 0.2 { "only in" } else { "in" };
             return format!(
-                "{better} in {} of {extent}, {by}; {} {only} {}, most of all at {}.",
+                "{better} in {} of {extent}, {by}; {} {only} {}, most of all {}.",
                 percent(winners.share(first)),
                 self.of_other(quantity, second),
                 percent(winners.share(second)),
-                self.place(&self.aligned.common.parts[0], node)
+                self.at(self.place(&self.aligned.common.parts[0], node))
             );
         }
         match winners.share_same() {
@@ -223,7 +223,7 @@ impl Compares<'_> {
         let which = if q.better == Better::Larger { "smallest" } else { "largest" };
         format!(
             "The {which} {} of {} is {} {}: {}.",
-            q.label,
+            bare(&q.label),
             self.named(best),
             three(of(best)),
             q.unit,
@@ -248,11 +248,24 @@ impl Compares<'_> {
         }
     }
 
+    /// "at (1, 2, 3) mm", "53.2 mm along the path", "with newton".
+    fn at(&self, place: String) -> String {
+        match self.aligned.shared.shape {
+            Shape::Grid => format!("at {place}"),
+            Shape::Curve => place,
+            Shape::Names => format!("with {place}"),
+        }
+    }
+
     pub fn place(&self, data: &Dataset, node: usize) -> String {
         let coordinates = &self.aligned.shared.coordinates;
         let is_position = coordinates.len() == 3 && coordinates.iter().all(|c| c.unit == "mm");
         match data.position(node) {
             Some(at) if is_position && at.len() == 3 => position(at[0], at[1], at[2]),
+            Some(at) if at.len() == 1 => {
+                let column = &coordinates[0];
+                format!("{} {} {}", three(at[0]), column.unit, column.label.replace("length along", "along"))
+            }
             _ => data.place(&self.aligned.shared, node),
         }
     }
@@ -271,7 +284,12 @@ impl Compares<'_> {
             verdict.numbers.push(Large {
                 value: three(value),
                 unit: q.unit.clone(),
-                what: format!("{which} {} in {}, at {}", q.label, self.letters[best], self.place(&data[best], node)),
+                what: format!(
+                    "{which} {} in {}, {}",
+                    bare(&q.label),
+                    self.letters[best],
+                    self.at(self.place(&data[best], node))
+                ),
                 against: others
                     .map(|who| self.than(quantity, value, who, of(&extremes[who]).0))
                     .collect::<Vec<_>>()
@@ -331,7 +349,7 @@ impl Compares<'_> {
             what: match is_nothing {
                 true => "largest difference, but for rounding".into(),
                 false => {
-                    format!("largest difference at one place, at {}", self.place(&self.aligned.common.parts[0], node))
+                    format!("largest difference, {}", self.at(self.place(&self.aligned.common.parts[0], node)))
                 }
             },
             against: match is_length {
@@ -354,6 +372,11 @@ impl Compares<'_> {
             })
             .collect()
     }
+}
+
+/// A quantity without the "worst" or "largest" that it is itself over something else.
+fn bare(label: &str) -> &str {
+    ["worst ", "largest ", "smallest "].iter().find_map(|word| label.strip_prefix(word)).unwrap_or(label)
 }
 
 /// Three significant digits, as large numbers are read.
