@@ -79,7 +79,7 @@ fn sentence(rows: &[Change], is_other_text: bool) -> String {
         return format!("Machine, process and study hold the same values{what}.");
     }
     if rows.len() <= MOST_NAMED {
-        return format!("What differs is {}.", rows.iter().map(name).collect::<Vec<_>>().join("; "));
+        return format!("What differs: {}.", rows.iter().map(name).collect::<Vec<_>>().join("; "));
     }
     let mut parts: Vec<(&str, usize)> = Vec::new();
     for row in rows {
@@ -90,7 +90,7 @@ fn sentence(rows: &[Change], is_other_text: bool) -> String {
     }
     let parts: Vec<String> =
         parts.iter().map(|(part, count)| format!("{} of {part}", counted(*count, "key"))).collect();
-    format!("What differs is {}.", parts.join(", "))
+    format!("What differs: {}.", parts.join(", "))
 }
 
 /// The keys of a result with their values; none of one that has recorded none.

@@ -47,7 +47,8 @@ pub(super) fn picture(aligned: &Aligned, quantity: usize, winners: &Winners, let
     let label = &shared.quantities[quantity].label;
     let group = aligned.group_name(0);
     let of = if group.is_empty() { String::new() } else { format!(", {group}") };
-    let title = format!("Who is best where: {label}{of}");
+    let is_by_place = shared.shape != Shape::Curve || aligned.common.is_whole(&aligned.data);
+    let title = if is_by_place { format!("Who is best where: {label}{of}") } else { format!("{label}{of}") };
     let panels = match shared.shape {
         Shape::Grid => slices(aligned, winners)?,
         Shape::Curve => vec![curves(aligned, quantity, winners, letters)?],
@@ -129,9 +130,9 @@ fn curves(aligned: &Aligned, quantity: usize, winners: &Winners, letters: &[char
     let long = (0..letters.len()).filter_map(|who| own(who).0.last()).copied().fold(0.0, f64::max);
     let frame = Frame::new([[0.0, long.max(1e-9)], [low, if high > low { high } else { low + 1.0 }]], false);
     let mut svg = frame.begin();
-    let common = aligned.common.parts.first()?;
-    for (node, [begin, end]) in common.axes.first().map(|axis| cells(axis)).unwrap_or_default().into_iter().enumerate()
-    {
+    let common = aligned.common.parts.first().filter(|_| aligned.common.is_whole(&aligned.data));
+    let axis = common.and_then(|part| part.axes.first());
+    for (node, [begin, end]) in axis.map(|axis| cells(axis)).unwrap_or_default().into_iter().enumerate() {
         if let Some(class) = class(winners.at[node]) {
             frame.band(&mut svg, &class, [begin.max(0.0), end.min(long)]);
         }

@@ -80,8 +80,9 @@ impl Compares<'_> {
         let mut verdict = Verdict { sentence, ..Verdict::default() };
         self.add_extremes(quantity, best, &extremes, &mut verdict);
         match self.tolerance_mm.filter(|_| self.unit(quantity) == "mm") {
-            Some(tolerance) => self.add_within(quantity, best, tolerance, &mut verdict),
-            None => self.add_difference(quantity, best, &mut verdict),
+            Some(tolerance) => self.add_within(quantity, best, tolerance, by_place, &mut verdict),
+            None if by_place => self.add_difference(quantity, best, &mut verdict),
+            None => {}
         }
         Some(verdict)
     }
@@ -303,7 +304,7 @@ impl Compares<'_> {
     }
 
     /// How much of the winner is within the tolerance, and whether the difference matters.
-    fn add_within(&self, quantity: usize, best: usize, tolerance: f64, verdict: &mut Verdict) {
+    fn add_within(&self, quantity: usize, best: usize, tolerance: f64, by_place: bool, verdict: &mut Verdict) {
         let (data, _) = self.aligned.extremes_of();
         let share = |who: usize| {
             let values = data[who].values[quantity][0].iter().filter(|value| value.is_finite());
@@ -320,7 +321,7 @@ impl Compares<'_> {
                 .join("; "),
         });
         let differences = self.differences(quantity, best);
-        if differences.is_empty() {
+        if differences.is_empty() || !by_place {
             return;
         }
         let matters = differences.iter().filter(|(_, by)| *by > tolerance).count();
@@ -353,7 +354,7 @@ impl Compares<'_> {
                 }
             },
             against: match is_length {
-                true => "no tolerance is given: with --tolerance MM this page says where it matters".into(),
+                true => "no tolerance is given to hold it against".into(),
                 false => String::new(),
             },
         });

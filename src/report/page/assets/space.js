@@ -48,6 +48,25 @@ function spaceView(charts, view, plane) {
     setEye({ x: reach * Math.cos(elevation) * Math.cos(azimuth), y: reach * Math.cos(elevation) * Math.sin(azimuth), z: reach * Math.sin(elevation) });
   }
   let isClickable = false;
+  // A press without a drag picks the point under the pointer.
+  function listen() {
+    isClickable = true;
+    let [under, pressed] = [null, null];
+    space.plot.on("plotly_hover", (event) => {
+      under = event.points.find((other) => other.data.type === "surface") ?? null;
+    });
+    space.plot.on("plotly_unhover", () => {
+      under = null;
+    });
+    space.plot.addEventListener("pointerdown", (event) => {
+      pressed = [event.clientX, event.clientY];
+    }, true);
+    window.addEventListener("pointerup", (event) => {
+      const isStill = pressed && Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) < 4;
+      pressed = null;
+      if (isStill && under) view.choose(state.place.map((value, axis) => [under.x, under.y, under.z][axis] ?? value));
+    }, true);
+  }
   function drawSpace() {
     if (!space || !isSpaceSeen) return;
     const at = view.placeOf(first);
@@ -108,13 +127,7 @@ function spaceView(charts, view, plane) {
       uirevision: "view",
     });
     Plotly.react(space.plot, traces, layout, Object.assign({}, Chart.config, { scrollZoom: true }));
-    if (!isClickable) {
-      isClickable = true;
-      space.plot.on("plotly_click", (event) => {
-        const point = event.points.find((other) => other.data.type === "surface");
-        if (point) view.choose(state.place.map((value, axis) => [point.x, point.y, point.z][axis] ?? value));
-      });
-    }
+    if (!isClickable) listen();
     space.plot.setAttribute("aria-label", "View of the workspace in three dimensions, coloured by " + view.label() + " " + view.groupName());
   }
   let waiting = 0;
