@@ -26,7 +26,7 @@ const Address = (() => {
       if (!views.has(key.split(".")[0])) all.set(key, value);
     });
     views.forEach((view, name) => Object.entries(view.state()).forEach(([key, value]) => all.set(name + "." + key, value)));
-    const hash = String(all) ? "#" + all : "";
+    const hash = String(all) ? "#" + String(all).replaceAll("%2C", ",") : "";
     if (hash === location.hash) return;
     history[settling ? "replaceState" : "pushState"](null, "", hash || location.pathname + location.search);
   }
