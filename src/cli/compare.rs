@@ -1,6 +1,6 @@
-//! `kinetostat compare`: a path at several places, side by side.
+//! `kinetostat compare`: a path at several places, or several results, side by side.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use kinetostat::{
@@ -17,41 +17,61 @@ use kinetostat::{
     },
 };
 
-use super::{Ending, print};
+use super::{
+    Ending, print,
+    report::{ReportArguments, report},
+};
 
-/// Compare places for a workpiece: what its path costs at each.
+/// How far the tool may be from its path if nothing else is said, mm.
+const TOLERANCE_MM: f64 = 0.1;
+
+/// Compare places for a workpiece: what its path costs at each. Or compare results: which is better where.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 A place is a named point of the machine, at which P stands when the path is at its origin, or the origin of the
 workpiece: x,y,z in mm, or x,y,z,yaw or x,y,z,yaw,pitch,roll with angles in degrees. Where the process file gives
 placement.origin_mm, that place is compared as well.
 
+Of result folders, a page is written that compares them, as by `kinetostat report`.
+
 Examples:
   kinetostat compare --machine orthoglide --process milling.toml --path part.nc --at Q0 --at 50,0,20
-  kinetostat compare --machine orthoglide --process milling.toml --path path.csv --at 0,0,0 --at 0,0,0,90 --csv")]
+  kinetostat compare --machine orthoglide --process milling.toml --path path.csv --at 0,0,0 --at 0,0,0,90 --csv
+  kinetostat compare results/before results/after --tolerance 0.05 --out before_and_after.html")]
 pub struct CompareArguments {
+    /// Result folders of one question instead of places; the first is what the others are held against
+    #[arg(num_args = 2.., conflicts_with_all = ["machine", "process", "path", "at", "csv"])]
+    results: Vec<PathBuf>,
+    /// Page to write for result folders [default: comparison.html here]
+    #[arg(long, requires = "results")]
+    out: Option<PathBuf>,
     /// Built-in machine or machine file
-    #[arg(long, short)]
-    machine: String,
+    #[arg(long, short, required_unless_present = "results")]
+    machine: Option<String>,
     /// Process file: cutting force, chain errors, limits; its place is one of those compared. [gcode] decimals are not used
-    #[arg(long, short)]
-    process: PathBuf,
+    #[arg(long, short, required_unless_present = "results")]
+    process: Option<PathBuf>,
     /// Path: a polyline (.csv) or G-code (any other name)
-    #[arg(long)]
-    path: PathBuf,
+    #[arg(long, required_unless_present = "results")]
+    path: Option<PathBuf>,
     /// A place; give several, or none to see that of the process file alone
     #[arg(long, allow_hyphen_values = true, value_name = "NAME|X,Y,Z[,YAW[,PITCH,ROLL]]")]
     at: Vec<String>,
-    /// How far the tool may be from its path, mm, for the share within tolerance
-    #[arg(long, default_value_t = 0.1, value_parser = super::number)]
-    tolerance: f64,
+    /// How far the tool may be from its path, mm, for the share within tolerance; of results, from which difference on one
+    /// matters [default: 0.1; of results, what their studies say]
+    #[arg(long, value_parser = super::number)]
+    tolerance: Option<f64>,
     /// Print a CSV table with all metrics
     #[arg(long)]
     csv: bool,
 }
 
 pub fn compare(arguments: &CompareArguments) -> Result<Ending> {
-    let study = study(arguments)?;
+    let (Some(machine), Some(process), Some(path)) = (&arguments.machine, &arguments.process, &arguments.path) else {
+        let (results, out) = (arguments.results.clone(), arguments.out.clone());
+        return report(&ReportArguments::of(results, out, arguments.tolerance));
+    };
+    let study = study(arguments, machine, process, path)?;
     let entries = evaluate(&study);
     if arguments.csv {
         let bytes = exchange::csv(&candidates_table(&study, &entries))
@@ -66,18 +86,19 @@ pub fn compare(arguments: &CompareArguments) -> Result<Ending> {
     Ok(if complete { Ending::Complete } else { Ending::SomeUnsolved })
 }
 
-fn study(arguments: &CompareArguments) -> Result<PlacementStudy> {
-    let machine = Machine::named_or_file(&arguments.machine)?;
-    let process = Process::open(&arguments.process, &machine)?;
+fn study(arguments: &CompareArguments, machine: &str, process: &Path, file: &Path) -> Result<PlacementStudy> {
+    let machine = Machine::named_or_file(machine)?;
+    let process = Process::open(process, &machine)?;
+    let tolerance_mm = arguments.tolerance.unwrap_or(TOLERANCE_MM);
     let fault = |argument: String, problem: String| Err(Error::Argument { argument, problem });
-    if arguments.tolerance <= 0.0 {
-        return fault("--tolerance".into(), format!("must be greater than 0, got {}", arguments.tolerance));
+    if tolerance_mm <= 0.0 {
+        return fault("--tolerance".into(), format!("must be greater than 0, got {tolerance_mm}"));
     }
-    let path = ProgramFile::read(&arguments.path, &process.gcode)?.toolpath(process.sampling)?;
-    let path = process.with_cuts(path, &arguments.path.display().to_string())?;
+    let path = ProgramFile::read(file, &process.gcode)?.toolpath(process.sampling)?;
+    let path = process.with_cuts(path, &file.display().to_string())?;
     let Some(extent) = Extent::of(path.positions_mm().into_iter()) else {
         let problem = "moves nowhere: a program with at least one motion is expected".into();
-        return fault(arguments.path.display().to_string(), problem);
+        return fault(file.display().to_string(), problem);
     };
     let reference = process.placement.reference;
     let given = arguments.at.iter().map(|text| place(text, "--at", &machine, reference));
@@ -87,14 +108,14 @@ fn study(arguments: &CompareArguments) -> Result<PlacementStudy> {
         return fault("--at".into(), "expected a place, as the process file gives no placement.origin_mm".into());
     }
     let feature = Feature {
-        name: arguments.path.display().to_string(),
-        loads: process.cutting.loads(&path).map_err(|source| Error::Argument {
-            argument: arguments.path.display().to_string(),
-            problem: source.to_string(),
-        })?,
+        name: file.display().to_string(),
+        loads: process
+            .cutting
+            .loads(&path)
+            .map_err(|source| Error::Argument { argument: file.display().to_string(), problem: source.to_string() })?,
         path,
         reference,
-        tolerance_mm: arguments.tolerance,
+        tolerance_mm,
     };
     let cuts = process.cutting_rule;
     let machines = Machines::new(&machine, &process.errors)?;

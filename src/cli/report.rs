@@ -8,7 +8,7 @@ use std::{
 
 use clap::Args;
 use kinetostat::{
-    input::error::Result,
+    input::error::{Error, Result},
     report::{
         Manifest, OutputFile, may_replace,
         page::{GENERATOR, PAGE, ResultFolder, comparison, page},
@@ -24,10 +24,10 @@ use super::{Ending, print};
 Examples:
   kinetostat report results/01_workspace_map                    (writes results/01_workspace_map/report.html)
   kinetostat report results/01_workspace_map /tmp/stiffer_feet  (writes comparison.html)
-  kinetostat report before after --out before_and_after.html
+  kinetostat report before after --out before_and_after.html --tolerance 0.05
 
-Results that are compared must be of one kind: two machines, two processes, before and after a change. The page shows
-them at the same colour scales, their differences, all quantities side by side with ratios, and which is better where.")]
+Results that are compared must be of one kind: two machines, two processes, before and after a change. The page says which
+is better where and by how much, whether that matters, and what differs in machine, process and study, key by key.")]
 pub struct ReportArguments {
     /// Result folders as written by `kinetostat run`; the first is what the others are held against
     #[arg(required = true)]
@@ -35,9 +35,29 @@ pub struct ReportArguments {
     /// Page to write [default: report.html in the folder, or comparison.html here for several folders]
     #[arg(long)]
     out: Option<PathBuf>,
+    /// From which difference on one matters, mm; for several folders [default: tolerance_mm of their studies]
+    #[arg(long, value_name = "MM", value_parser = super::number)]
+    tolerance: Option<f64>,
+}
+
+impl ReportArguments {
+    /// Several result folders on one page.
+    pub fn of(results: Vec<PathBuf>, out: Option<PathBuf>, tolerance: Option<f64>) -> Self {
+        Self { results, out, tolerance }
+    }
 }
 
 pub fn report(arguments: &ReportArguments) -> Result<Ending> {
+    if let Some(tolerance) = arguments.tolerance {
+        let argument = "--tolerance".to_string();
+        if tolerance <= 0.0 {
+            return Err(Error::Argument { argument, problem: format!("must be greater than 0, got {tolerance}") });
+        }
+        if arguments.results.len() < 2 {
+            let problem = "is for the comparison of several result folders, got one".into();
+            return Err(Error::Argument { argument, problem });
+        }
+    }
     let folders = arguments.results.iter().map(|path| ResultFolder::open(path)).collect::<Result<Vec<_>>>()?;
     let out = match (&arguments.out, folders.as_slice()) {
         (Some(out), _) => out.clone(),
@@ -48,7 +68,7 @@ pub fn report(arguments: &ReportArguments) -> Result<Ending> {
     may_replace(&out, || is_page(&out))?;
     let html = match folders.as_slice() {
         [folder] => page(folder, &out)?,
-        several => comparison(several, &out)?,
+        several => comparison(several, &out, arguments.tolerance)?,
     };
     write_beside(&out, vec![OutputFile::new(name, html)])?;
     print(&format!("Written to {}\n", out.display()))?;

@@ -32,6 +32,11 @@ impl Inputs {
         self
     }
 
+    /// Names and texts.
+    pub fn texts(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.0.iter().map(|(name, text)| (name.as_str(), text.as_str()))
+    }
+
     /// SHA-256 of the texts, hexadecimal. File names do not count.
     pub fn sha256(&self) -> String {
         let mut hasher = Sha256::new();

@@ -4,7 +4,7 @@ use std::{ffi::OsStr, path::Path};
 
 use serde::Serialize;
 
-use super::may_replace;
+use super::{Recorded, may_replace};
 use crate::input::{error::Result, file};
 
 /// A longer file is no manifest, bytes.
@@ -62,6 +62,8 @@ pub struct Manifest {
     pub study: String,
     /// SHA-256 of everything that decides the results: study file, machine file, command-line changes.
     pub input_sha256: String,
+    /// The same, key by key.
+    pub inputs: Vec<Recorded>,
     /// Seed of random draws; no draw is made where it is null.
     pub seed: Option<u64>,
     /// Settings in effect.

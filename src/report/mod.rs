@@ -9,6 +9,7 @@ pub mod headline;
 mod manifest;
 mod output;
 pub mod page;
+mod recorded;
 mod replace;
 pub(crate) mod table;
 pub mod text_table;
@@ -18,6 +19,7 @@ pub(crate) mod write;
 
 pub use manifest::{Manifest, StatusCount};
 pub use output::{Output, Run};
+pub use recorded::Recorded;
 pub use replace::may_replace;
 pub use visible::{visible, visible_json};
 pub use words::{counted, if_any, millimetres};

@@ -96,6 +96,7 @@ impl Output {
         self.tables
             .extend(self.figures.iter().filter_map(|(name, figure)| Some((format!("{name}_data"), figure.data()?))));
         self.draw_machine();
+        self.page.colours = (colours != Colours::default()).then(|| colours.label().into());
         // Pages show CSV tables.
         let has_page = formats.contains(&Format::Csv);
         let (mut files, described) = std::mem::take(&mut self.streamed);

@@ -12,8 +12,8 @@ use super::{Overrides, Study};
 use crate::{
     input::error::{Error, Result, Way},
     report::{
-        Manifest, Output, Run, StatusCount, clean, exchange::Format, figures::Colours, headline::Headline, page::PAGE,
-        prepare, remove,
+        Manifest, Output, Recorded, Run, StatusCount, clean, exchange::Format, figures::Colours, headline::Headline,
+        page::PAGE, prepare, remove,
     },
     work::{
         Event, Work,
@@ -217,6 +217,7 @@ impl FolderRun<'_> {
             version: env!("CARGO_PKG_VERSION"),
             study: study.name.clone(),
             input_sha256: study.inputs.sha256(),
+            inputs: Recorded::of(&study.inputs),
             seed: None,
             settings: output.settings.clone(),
             statuses: output.statuses.clone(),

@@ -219,11 +219,12 @@ fn two_maps_are_compared_node_by_node() {
     let body = body(&html);
     for expected in [
         "printed, rotated compared",
-        "differs",
-        "Side by side",
+        "What differs: study milling.law: printed against rotated.",
+        "side by side over 27 grid points",
         "Who is better where",
-        "B / A",
-        "Of 27 nodes, A is better at",
+        "B against A",
+        "Who is best where: worst tool deflection, all at once",
+        "no tolerance is given to hold it against",
     ] {
         assert!(body.contains(expected), "{expected} is missing");
     }
@@ -235,7 +236,12 @@ fn two_maps_are_compared_node_by_node() {
     // The extremes are those of the tables, whose ratio stands beside them.
     let (a, b) = (deflection(&printed, "largest"), deflection(&rotated, "largest"));
     assert!(body.contains(&format!("data-sort=\"{a}\"")) && body.contains(&format!("data-sort=\"{b}\"")));
-    assert!(body.contains(&format!("B over A {:.4}", b / a)), "{a} {b}");
+    assert!(body.contains(&format!("data-sort=\"{:.4}\"", b / a)), "{a} {b}");
+    // The first screen says of which numbers of which tables it is made.
+    let checks = html.split_once("data-checks=\"").unwrap().1.split_once('"').unwrap().0.replace("&quot;", "\"");
+    let checks: Value = serde_json::from_str(&checks.replace("&#x2f;", "/")).unwrap();
+    assert_eq!((checks[0]["file"].as_str(), checks[0]["rule"].as_str()), (Some("printed/map.csv"), Some("max")));
+    assert_eq!((checks[0]["value"].as_f64(), checks[1]["value"].as_f64()), (Some(a), Some(b)));
     let difference = &data["cases"][2]["series"][0][0];
     let (low, high) = (difference["low"].as_f64().unwrap(), difference["high"].as_f64().unwrap());
     assert!(low <= b - a && b - a <= high && low < high, "{low} {} {high}", b - a);
@@ -248,8 +254,9 @@ fn a_result_compared_with_itself_is_the_same_everywhere() {
     let page = folder.path().join("page.html");
     done(&["report", text(&out), text(&out), "--out", text(&page)]);
     let body = body(&fs::read_to_string(&page).unwrap());
-    assert!(body.contains("B over A 1.0000") && body.contains("100.0 % are the same"), "{body:.3000}");
-    assert!(!body.contains("class=\"differs\""));
+    assert!(body.contains("A and B are the same: their worst tool deflection differs nowhere"), "{body:.3000}");
+    assert!(body.contains("Machine, process and study hold the same values."), "{body:.3000}");
+    assert!(!body.contains("class=\"differs\"") && !body.contains("class=\"win "), "{body:.3000}");
 }
 
 #[test]
@@ -263,24 +270,26 @@ fn maps_over_other_nodes_are_compared_as_far_as_they_can_be() {
     };
     let finer = map(folder.path(), "finer", "printed", "3", false);
     let found = compare(&finer);
-    assert!(found.contains("The results have 8 and 27 nodes, 8 of them in common: smallest, mean"), "{found:.3000}");
+    assert!(
+        found.contains("The results have 8 and 27 grid points, 8 of them in common: smallest, mean"),
+        "{found:.3000}"
+    );
     // What only the finer grid has does not count.
     assert!(
-        found.contains("Workspace map, over 8 nodes in common: ") && found.contains("B over A 1.0000"),
+        found.contains("computed over 8 grid points in common") && found.contains("A and B are the same"),
         "{found:.3000}"
     );
     let [own, shared] = [&finer, &coarse].map(|folder| deflection(folder, "smallest"));
     assert!(own < 0.9 * shared, "{own} {shared}");
     let sort = |value: f64| format!("data-sort=\"{value}\"");
     assert!(found.contains(&sort(shared)) && !found.contains(&sort(own)));
-    assert!(found.contains("Of 8 nodes, A is better at 0.0 %"));
     let single = map(folder.path(), "single", "printed", "1", false);
     let found = compare(&single);
     assert!(
-        found.contains("The results have 8 and 1 nodes and none in common: their numbers are not compared"),
+        found.contains("The results have 8 and 1 grid points and none in common: their numbers are not compared"),
         "{found:.3000}"
     );
-    assert!(!found.contains("Side by side") && !found.contains("Who is better where"));
+    assert!(!found.contains("side by side over") && !found.contains("Who is better where"));
 }
 
 #[test]
@@ -295,9 +304,9 @@ fn curves_of_other_points_have_extremes_over_all_of_their_own() {
     let page = folder.path().join("page.html");
     done(&["report", text(&coarse), text(&finer), "--out", text(&page)]);
     let found = body(&fs::read_to_string(&page).unwrap());
-    assert!(found.contains("The results have 5 and 9 nodes, 5 of them in common: differences"), "{found:.3000}");
-    assert!(found.contains("Along the path, over all own nodes: "), "{found:.3000}");
-    assert!(found.contains("Methods of compensation, over 9 nodes: "), "{found:.3000}");
+    assert!(found.contains("The results have 5 and 9 path points, 5 of them in common: differences"), "{found:.3000}");
+    assert!(found.contains("Along the path, side by side over all own path points"), "{found:.3000}");
+    assert!(found.contains("Methods of compensation, side by side over 9 methods"), "{found:.3000}");
 }
 
 #[test]
@@ -354,4 +363,42 @@ fn results_of_two_runs_are_not_one_page() {
     done(&["run", text(&study), "--grid", "2", "--out", text(&out), "--no-figures"]);
     assert!(!manifest().contains("publishing"), "{}", manifest());
     done(&["report", text(&out)]);
+}
+
+#[test]
+fn what_differs_is_told_key_by_key_and_held_against_a_tolerance() {
+    let folder = tempfile::tempdir().unwrap();
+    let short = map(folder.path(), "short", "printed", "2", false);
+    // The same study of the same machine with a longer tool.
+    let study = folder.path().join("studies/short/study.toml");
+    let machine = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/machine/catalogue/orthoglide.toml");
+    let longer = fs::read_to_string(machine)
+        .unwrap()
+        .replace("tool_tip_mm = [0.0, 0.0, 100.0]", "tool_tip_mm = [0.0, 0.0, 150.0]");
+    fs::write(folder.path().join("studies/short/longer.toml"), longer).unwrap();
+    let text_of_study = fs::read_to_string(&study).unwrap();
+    fs::write(&study, text_of_study.replace("machine = \"orthoglide\"", "machine = \"longer.toml\"")).unwrap();
+    let long = folder.path().join("long");
+    done(&["run", text(&folder.path().join("studies/short")), "--grid", "2", "--out", text(&long), "--no-figures"]);
+    let page = folder.path().join("page.html");
+    done(&["compare", text(&short), text(&long), "--tolerance", "0.25", "--out", text(&page)]);
+    let found = body(&fs::read_to_string(&page).unwrap());
+    for expected in [
+        "machine platform.tool_tip_mm: [0.0, 0.0, 100.0] against [0.0, 0.0, 150.0]",
+        "study machine: orthoglide against longer.toml",
+        "of the workspace within 0.25 mm in A",
+        "of 0.25 mm (--tolerance)",
+        "The tool of A",
+    ] {
+        assert!(found.replace("against 0.25 mm", "of 0.25 mm").contains(expected), "{expected}: {found:.4000}");
+    }
+    let refused_of = |arguments: &[&str]| refused(&[arguments, &["--out", text(&page)]].concat());
+    assert!(
+        refused_of(&["compare", text(&short), text(&long), "--tolerance", "0"])
+            .contains("--tolerance: must be greater")
+    );
+    assert!(refused_of(&["report", text(&short), "--tolerance", "1"]).contains("is for the comparison of several"));
+    assert!(
+        refused_of(&["compare", text(&short), text(&long), "--machine", "orthoglide"]).contains("cannot be used with")
+    );
 }

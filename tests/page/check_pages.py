@@ -1,21 +1,30 @@
 #!/usr/bin/env python3
-"""Opens report pages in a real browser and checks what a reader meets.
+"""Opens report pages in a real browser and follows a reader on them.
 
-    check_pages.py PAGE.html... [--screenshots FOLDER]
+    check_pages.py PAGE.html... [--screenshots FOLDER] [--slow-steps]
     check_pages.py results/*/report.html --screenshots results/screenshots
 
-At 1280 and 400 px width, light and dark: no console error, no request beyond the file itself, no horizontal overflow,
-no text or control over another, contrast of at least 4.5 (3 for large text). Quantity, source and slice are switched with
-the keyboard, a table is sorted, the page is printed, and it is opened once more without WebGL.
+At 1280 and 400 px width, light and dark: no console error, no request beyond the file itself, nothing wider than the page,
+no text or control over another, neither on the page nor within a figure, contrast of at least 4.5 (3 for large text). What
+the headline quotes (`data-checks`) is computed again from the CSV files. Quantity, source and slice are switched with the
+keyboard, a point of a map is clicked and found again through its address, "back" goes back, the wheel scrolls the page over
+a map, the view in three dimensions is dragged, a table is sorted over all rows of its file, the page is printed with the
+answer on page 1, and it is opened once more without WebGL. --slow-steps does not hold a slice to 100 ms.
 """
 
 import argparse
+import csv
 import io
+import json
+import math
+import re
 import shutil
 import sys
 from pathlib import Path
+from urllib.parse import unquote
 
 from PIL import Image
+from pypdf import PdfReader
 from playwright.sync_api import sync_playwright
 
 BROWSER = shutil.which("chromium") or "/usr/bin/chromium"
@@ -34,7 +43,7 @@ OVERLAPS = """
   const close = (a, b) => Math.min(a.right, b.right) - Math.max(a.left, b.left) > 1.5
     && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 1.5;
   const groups = [[...document.querySelectorAll(
-    'h1, h2, h3, h4, main p, dt, dd, figcaption, img, select, input, output, .controls span, button, .scroll, .plot, summary')]
+    'h1, h2, h3, h4, main p, dt, dd, figcaption, img, .panel svg, select, input, output, .controls span, button, .scroll, .plot, summary')]
     .filter((element) => !element.parentElement.closest('.scroll, .plot, .contents') && seen(element))];
   for (const plot of document.querySelectorAll('.plot')) {
     groups.push([...plot.querySelectorAll('.xtick text, .ytick text, .xtitle, .ytitle, .cbaxis text, .cbtitle text, .legendtext, .colorbar text')]
@@ -100,6 +109,62 @@ UNNAMED = """
 }).map((e) => e.outerHTML.slice(0, 80))
 """
 
+# Elements that are wider than the page, but for what scrolls or is clipped in a box of its own.
+WIDE = """
+() => {
+  const width = document.documentElement.clientWidth;
+  const found = [];
+  for (const e of document.querySelectorAll('body *')) {
+    if (e.closest('#js-plotly-tester')) continue;
+    if (e.closest('.scroll, .plot, svg, .skip') && !e.matches('.scroll, .plot, svg') || !e.checkVisibility()) continue;
+    const box = e.getBoundingClientRect();
+    if (box.right > width + 1 || box.left < -1 && !e.matches('.skip')) found.push(e.tagName + '.' + e.className + ' to ' + Math.round(box.right) + ' px');
+  }
+  return found.slice(0, 5);
+}
+"""
+
+# Texts of a figure that lie over one another: those of images, laid out once in the page, and those drawn in it.
+FIGURE_TEXTS = """
+async () => {
+  const found = [];
+  const check = (svg, name) => {
+    const texts = [...svg.querySelectorAll('text')].filter((t) => t.textContent.trim());
+    const boxes = texts.map((t) => t.getBoundingClientRect());
+    for (let i = 0; i < texts.length; i++) for (let j = i + 1; j < texts.length; j++) {
+      const [a, b] = [boxes[i], boxes[j]];
+      const across = Math.min(a.right, b.right) - Math.max(a.left, b.left);
+      const down = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
+      const least = (k) => 0.35 * Math.min(a[k], b[k]);
+      if (across > Math.max(1.5, 0.1 * Math.min(a.width, b.width)) && down > Math.max(1.5, least('height')))
+        found.push(name + ': "' + texts[i].textContent.slice(0, 30) + '" over "' + texts[j].textContent.slice(0, 30) + '"');
+    }
+  };
+  document.querySelectorAll('.panel svg').forEach((svg) => check(svg, 'picture'));
+  for (const image of document.querySelectorAll('img[src^="data:image/svg+xml;base64,"]')) {
+    const bytes = Uint8Array.from(atob(image.src.split(',')[1]), (c) => c.charCodeAt(0));
+    const holder = document.createElement('div');
+    holder.style.cssText = 'position: absolute; left: 0; top: 0; width: 900px; visibility: hidden';
+    const parsed = new DOMParser().parseFromString(new TextDecoder().decode(bytes), 'image/svg+xml').documentElement;
+    parsed.querySelectorAll('script').forEach((script) => script.remove());
+    holder.append(document.importNode(parsed, true));
+    document.body.append(holder);
+    check(holder, 'figure ' + image.alt.slice(0, 40));
+    holder.remove();
+  }
+  return found.slice(0, 10);
+}
+"""
+
+# The headline and its numbers; of a page without them, the first paragraph of the answer.
+ANSWER = """
+() => {
+  const parts = [...document.querySelectorAll('.answer > h1, .numbers > .number .value')].map((e) => e.textContent);
+  const paragraph = document.querySelector('.answer p')?.textContent;
+  return parts.length ? parts : paragraph ? [paragraph] : [];
+}
+"""
+
 OVERFLOW = "() => [document.documentElement.scrollWidth, window.innerWidth]"
 SETTLED = "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 120))))"
 
@@ -110,6 +175,7 @@ class Page:
     def __init__(self, browser, file, width, scheme):
         self.name = f"{file} at {width} px, {scheme}"
         self.faults = []
+        self.browser = browser
         self.page = browser.new_page(
             viewport={"width": width, "height": 900}, color_scheme=scheme, device_scale_factor=0.75
         )
@@ -120,7 +186,13 @@ class Page:
         self.address = file.resolve().as_uri()
         self.page.goto(self.address)
         self.page.wait_for_function("document.documentElement.dataset.ready === 'true'", timeout=60000)
+        self.unfold()
         self.scroll_through()
+
+    def unfold(self):
+        """Opens what is folded."""
+        self.page.evaluate("document.querySelectorAll('details').forEach((fold) => { fold.open = true; })")
+        self.settle()
 
     def fault(self, words):
         self.faults.append(f"{self.name}: {words}")
@@ -152,7 +224,7 @@ class Page:
     def check_layout(self):
         needed, given = self.page.evaluate(OVERFLOW)
         self.expect(needed <= given, f"is {needed} px wide in a window of {given} px")
-        for kind, script in [("overlap", OVERLAPS), ("contrast", CONTRASTS), ("no name", UNNAMED)]:
+        for kind, script in [("overlap", OVERLAPS), ("wider than the page", WIDE), ("contrast", CONTRASTS), ("no name", UNNAMED)]:
             for found in self.page.evaluate(script):
                 self.fault(f"{kind}: {found}")
 
@@ -201,23 +273,146 @@ class Page:
                 return
         self.fault("the pointer over a chart shows no value")
 
-    def check_table(self):
-        table = self.page.locator("table.sortable").first
+    def check_headline(self, file):
+        """The numbers that the first screen says it quotes are those of the tables."""
+        text = self.page.evaluate("() => document.querySelector('[data-checks]')?.dataset.checks ?? ''")
+        checks = json.loads(text) if text else []
+        for check in checks:
+            try:
+                value = recomputed(check, file.parent)
+            except (OSError, KeyError, ValueError) as problem:
+                self.fault(f"headline: {check.get('file')} cannot be checked: {problem!r}")
+                continue
+            close = value is not None and math.isclose(value, check["value"], rel_tol=1e-6, abs_tol=1e-12)
+            self.expect(close, f"headline: {check['rule']} of {check['columns']} in {check['file']} is {value}, not {check['value']}")
+        return len(checks)
+
+    def check_figures(self):
+        for found in self.page.evaluate(FIGURE_TEXTS):
+            self.fault(f"overlap in a {found}")
+
+    def check_map(self, slow_steps):
+        """A map is clicked; the address finds the point again; back goes back; the wheel scrolls; the view turns."""
+        plot = self.page.locator(".explorer .plot:has(.heatmaplayer)").first
+        if plot.count() == 0:
+            return
+        view = plot.locator("xpath=ancestor::article[contains(@class, 'explorer')]")
+        layer = plot.locator(".nsewdrag").first
+        layer.scroll_into_view_if_needed()
+        box = layer.bounding_box()
+        scrolled = "() => window.scrollY"
+        before = self.page.evaluate(scrolled)
+        self.page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
+        self.page.mouse.wheel(0, 160)
+        self.page.wait_for_timeout(400)
+        self.expect(self.page.evaluate(scrolled) > before, "the page does not scroll under the wheel over a map")
+        layer.scroll_into_view_if_needed()
+        box = layer.bounding_box()
+        address = self.page.url
+        chosen = view.locator(".chosen")
+        for x, y in [(0.42, 0.47), (0.2, 0.3), (0.7, 0.6)]:
+            self.page.mouse.click(box["x"] + x * box["width"], box["y"] + y * box["height"])
+            self.page.wait_for_timeout(450)
+            if chosen.is_visible():
+                break
+        self.expect(chosen.is_visible(), "a click on a map shows no numbers")
+        self.expect("point=" in unquote(self.page.url), "a point that was clicked is not in the address")
+        if not chosen.is_visible():
+            return
+        self.check_layout()
+        rows = chosen.locator("tbody tr")
+        self.expect(rows.count() > 0, "the point that was clicked has no numbers")
+        heading = chosen.locator("h4").text_content()
+        command = chosen.locator("code")
+        if command.count():
+            self.expect(command.text_content().startswith("kinetostat point "), f"no command: {command.text_content()}")
+            chosen.get_by_role("button", name="Copy the command").click()
+            self.page.wait_for_timeout(100)
+        link = self.page.url
+        self.page.go_back()
+        self.settle()
+        self.expect(self.page.url == address and not chosen.is_visible(), "back does not take the point back")
+        self.page.go_forward()
+        self.settle()
+        self.expect(chosen.is_visible() and chosen.locator("h4").text_content() == heading, "forward does not bring it again")
+        other = self.browser.new_page(viewport=self.page.viewport_size)
+        other.goto(link)
+        other.wait_for_function("document.documentElement.dataset.ready === 'true'", timeout=60000)
+        other.evaluate("document.querySelectorAll('details').forEach((fold) => { fold.open = true; })")
+        other.wait_for_timeout(200)
+        found = other.locator(".chosen h4").first
+        self.expect(found.count() and found.text_content() == heading, "the address leads to another point")
+        other.close()
+        step = view.get_attribute("data-step-ms")
+        self.expect(slow_steps or step is None or float(step) < 100, f"a slice takes {step} ms")
+        chosen.get_by_role("button", name="Close the point").click()
+        self.settle()
+        space = view.locator(".chart.space .plot canvas, .chart.space .plot .nsewdrag").first
+        if space.count():
+            self.check_space(view)
+
+    def check_space(self, view):
+        plot = view.locator(".chart.space .plot")
+        plot.scroll_into_view_if_needed()
+        self.page.wait_for_timeout(500)
+        camera = "(v) => JSON.stringify(v.querySelector('.chart.space .plot')._fullLayout.scene._scene.getCamera())"
+        before = view.evaluate(camera)
+        box = plot.bounding_box()
+        middle = (box["x"] + 0.5 * box["width"], box["y"] + 0.4 * box["height"])
+        self.page.mouse.move(*middle)
+        self.page.mouse.down()
+        self.page.mouse.move(middle[0] + 90, middle[1] + 30, steps=6)
+        self.page.mouse.up()
+        self.page.wait_for_timeout(500)
+        after = view.evaluate(camera)
+        self.expect(after != before, "dragging does not turn the view")
+        up = json.loads(after)["up"]
+        self.expect(abs(up["x"]) < 1e-6 and abs(up["y"]) < 1e-6, f"turning tilts the vertical: {up}")
+        scrolled = self.page.evaluate("window.scrollY")
+        self.page.mouse.wheel(0, -140)
+        self.page.wait_for_timeout(500)
+        self.expect(view.evaluate(camera) == after, "the wheel zooms the view")
+        self.expect(self.page.evaluate("window.scrollY") < scrolled, "the page does not scroll under the wheel over the view")
+
+    def check_table(self, file):
+        table = self.page.locator("table.sortable:visible").first
+        if table.count() == 0:
+            return
         numbers = table.locator("thead th.number button")
         button = numbers.first if numbers.count() else table.locator("thead button").first
         header = button.locator("xpath=..")
         column = header.evaluate("h => h.cellIndex")
         cells = f"t => [...t.tBodies[0].rows].map(r => parseFloat(r.cells[{column}].dataset.sort)).filter(Number.isFinite)"
-        for press, direction in [("click", "ascending"), ("key", "descending")]:
+        seen = set()
+        for press in ["click", "key"]:
             if press == "click":
                 button.click()
             else:
                 button.focus()
                 button.press("Enter")
-            self.expect(header.get_attribute("aria-sort") == direction, f"the table is not sorted {direction}")
+            direction = header.get_attribute("aria-sort")
+            seen.add(direction)
             values = table.evaluate(cells)
             ordered = sorted(values, reverse=direction == "descending")
             self.expect(values == ordered, f"column {column} is not {direction}: {values[:5]}")
+        self.expect(seen == {"ascending", "descending"}, f"the table is sorted {seen}")
+        for ranked in self.page.locator("table.sortable:has(+ script.ranking)").all():
+            self.check_ranking(ranked, file)
+
+    def check_ranking(self, table, file):
+        """A long table is sorted over all rows of its file."""
+        address = table.locator("xpath=ancestor::article").locator("a[href$='.csv']").first.get_attribute("href")
+        header = table.locator("thead th.number").last
+        name = header.text_content().strip()
+        column = header.evaluate("h => h.cellIndex")
+        for _ in range(3):
+            header.locator("button").click()
+            if header.get_attribute("aria-sort") == "descending":
+                break
+        shown = table.evaluate(f"t => t.tBodies[0].rows[0].cells[{column}].dataset.sort")
+        with open(file.parent / unquote(address), newline="", encoding="utf-8") as lines:
+            values = [float(row[name]) for row in csv.DictReader(lines) if is_number(row[name])]
+        self.expect(math.isclose(float(shown), max(values), rel_tol=1e-3, abs_tol=1e-300), f"{address} sorted by {name} begins with {shown}, not {max(values)}")
 
     def check_theme(self):
         ground = "() => getComputedStyle(document.body).backgroundColor"
@@ -239,6 +434,12 @@ class Page:
             self.expect(item.count() == 0 or not item.is_visible(), f"{control} is printed")
         pdf = self.page.pdf(format="A4", print_background=True)
         self.expect(pdf.startswith(b"%PDF"), "is not printed")
+        words = lambda text: re.sub(r"\W+", "", text)
+        first = words(PdfReader(io.BytesIO(pdf)).pages[0].extract_text())
+        answer = self.page.evaluate(ANSWER)
+        self.expect(bool(answer), "has no answer")
+        for part in answer:
+            self.expect(words(part)[:60] in first, f"page 1 of the print does not hold \"{part[:60]}\"")
         self.page.evaluate("window.dispatchEvent(new Event('afterprint'))")
         self.page.emulate_media(media="screen")
         return pdf
@@ -246,6 +447,38 @@ class Page:
     def close(self):
         self.page.close()
         return self.faults
+
+
+def is_number(text):
+    try:
+        return math.isfinite(float(text))
+    except ValueError:
+        return False
+
+
+def rows_of(check, file):
+    """The rows of a table that count, by place: those of the right group whose statuses are answers."""
+    with open(file, newline="", encoding="utf-8") as lines:
+        for row in csv.DictReader(lines):
+            if any(row[column] != cell for column, cell in check.get("where", [])):
+                continue
+            statuses = [row[name] for name in ("status", "correction_status") if name in row]
+            place = tuple(round(float(row[c]), 7) + 0.0 if is_number(row[c]) else row[c] for c in check.get("coordinates", []))
+            yield place, row, all(status in ("solved", "converged") for status in statuses)
+
+
+def recomputed(check, folder):
+    """What a headline quotes, from the tables."""
+    common = [{place for place, _, _ in rows_of(check, folder / unquote(other))} for other in check.get("common", [])]
+    columns = check.get("columns") or [check["column"]]
+    values = []
+    for place, row, is_answer in rows_of(check, folder / unquote(check["file"])):
+        cells = [row[column] for column in columns]
+        if not is_answer or not all(map(is_number, cells)) or any(place not in places for places in common):
+            continue
+        values.append(float(cells[0]) if len(cells) == 1 else max(abs(float(cell)) for cell in cells))
+    rules = {"max": max, "min": min, "mean": lambda all: sum(all) / len(all), "count": len, "first": lambda all: all[0]}
+    return rules[check["rule"]](values) if values else None
 
 
 def save_screenshot(page, file):
@@ -262,9 +495,9 @@ def save_screenshot(page, file):
     image.quantize(256, dither=Image.Dither.NONE).save(file, optimize=True)
 
 
-def check_file(browser, file, screenshots, stem):
+def check_file(browser, file, screenshots, stem, slow_steps):
     faults = []
-    switched = 0
+    switched = quoted = 0
     for width in WIDTHS:
         for scheme in SCHEMES:
             page = Page(browser, file, width, scheme)
@@ -274,15 +507,18 @@ def check_file(browser, file, screenshots, stem):
             if scheme == "light":
                 switched += page.check_views()
                 page.check_layout()
-                page.check_table()
+                page.check_table(file)
             if scheme == "light" and width == WIDTHS[0]:
+                quoted = page.check_headline(file)
+                page.check_figures()
                 page.check_hover()
+                page.check_map(slow_steps)
                 page.check_theme()
                 page.check_print()
             faults += page.close()
     if switched == 0:
         faults.append(f"{file}: no view was switched")
-    return faults, switched
+    return faults, switched, quoted
 
 
 def check_without_webgl(playwright, file):
@@ -300,6 +536,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("pages", nargs="+", type=Path)
     parser.add_argument("--screenshots", type=Path)
+    parser.add_argument("--slow-steps", action="store_true")
     arguments = parser.parse_args()
     if arguments.screenshots:
         arguments.screenshots.mkdir(parents=True, exist_ok=True)
@@ -310,9 +547,9 @@ def main():
         )
         for file in arguments.pages:
             stem = file.parent.resolve().name if file.name == "report.html" else file.stem
-            found, switched = check_file(browser, file, arguments.screenshots, stem)
+            found, switched, quoted = check_file(browser, file, arguments.screenshots, stem, arguments.slow_steps)
             found += check_without_webgl(playwright, file)
-            print(f"{file}: {switched} controls used, {len(found)} faults")
+            print(f"{file}: {switched} controls used, {quoted} quoted numbers, {len(found)} faults")
             faults += found
         browser.close()
     for fault in faults:

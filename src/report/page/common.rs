@@ -31,40 +31,38 @@ impl Common {
 
     /// What smallest, mean and largest values are taken of, and its name: the nodes in common, so that they are of the
     /// same places; of a curve all own ones, since curves of other lengths are other paths and share nodes by chance.
-    pub(crate) fn extremes_of<'a>(&'a self, data: &'a [Dataset], shape: Shape) -> (&'a [Dataset], String) {
+    pub(crate) fn extremes_of<'a>(&'a self, data: &'a [Dataset], shape: Shape, noun: &str) -> (&'a [Dataset], String) {
         match (self.is_whole(data), shape) {
-            (true, _) => (&self.parts, format!("over {}", counted(self.count(), "node"))),
-            (false, Shape::Curve) => (data, "over all own nodes".into()),
-            (false, _) => (&self.parts, format!("over {} in common", counted(self.count(), "node"))),
+            (true, _) => (&self.parts, format!("over {}", counted(self.count(), noun))),
+            (false, Shape::Curve) => (data, format!("over all own {noun}s")),
+            (false, _) => (&self.parts, format!("over {} in common", counted(self.count(), noun))),
         }
     }
 
     /// Whether no result has nodes of its own.
-    fn is_whole(&self, data: &[Dataset]) -> bool {
+    pub fn is_whole(&self, data: &[Dataset]) -> bool {
         data.iter().all(|own| own.node_count() == self.count())
     }
 
-    /// What a reader must know if results have nodes of their own.
-    pub(crate) fn remark(&self, data: &[Dataset], shape: Shape) -> Option<String> {
+    /// What a reader must know if results have nodes, each a `noun`, of their own.
+    pub(crate) fn remark(&self, data: &[Dataset], shape: Shape, noun: &str) -> Option<String> {
         if self.is_whole(data) {
             return None;
         }
         let all = data.iter().map(|own| own.node_count().to_string()).collect::<Vec<_>>().join(" and ");
-        let of_curves = "smallest, mean and largest values are each over all own nodes";
+        let own = format!("The results have {all} {noun}s");
+        let of_curves = format!("smallest, mean and largest values are each over all own {noun}s");
         Some(match (self.count(), shape) {
             (0, Shape::Curve) => {
-                format!(
-                    "The results have {all} nodes and none in common: {of_curves}; nothing is compared node by node."
-                )
+                format!("{own} and none in common: {of_curves}; nothing is compared point by point.")
             }
-            (0, _) => format!("The results have {all} nodes and none in common: their numbers are not compared."),
+            (0, _) => format!("{own} and none in common: their numbers are not compared."),
             (common, Shape::Curve) => format!(
-                "The results have {all} nodes, {common} of them in common: differences and who is better where are \
-                 taken at these; {of_curves}."
+                "{own}, {common} of them in common: differences and who is better where are taken at these; {of_curves}."
             ),
             (common, _) => format!(
-                "The results have {all} nodes, {common} of them in common: smallest, mean and largest values, differences \
-                 and who is better where are taken at these."
+                "{own}, {common} of them in common: smallest, mean and largest values, differences and who is better \
+                 where are taken at these."
             ),
         })
     }

@@ -5,12 +5,19 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::{
-    address::href,
+    address::{href, relative},
+    aligned::Aligned,
+    changes::{Changes, changes, tolerance_mm},
     compared::{Compared, compared},
+    description::Shape,
+    floors::Floors,
     folder::ResultFolder,
+    picture::{Picture, picture},
     record::facts,
     single::{FigureView, drawn},
     template::render,
+    verdict::{Compares, Verdict},
+    winners::Winners,
 };
 use crate::input::error::{Error, Result};
 
@@ -20,12 +27,20 @@ const MOST_RESULTS: usize = 6;
 #[derive(Debug, Serialize)]
 struct ComparisonPage {
     title: String,
+    /// What is compared, over what.
+    kind: String,
+    question: String,
     cases: Vec<Case>,
+    verdict: Option<Verdict>,
+    checks: String,
+    picture: Option<Picture>,
+    changes: Changes,
     machines: Vec<FigureView>,
     setting: Vec<SettingRow>,
-    sentences: Vec<String>,
     explorers: Vec<Compared>,
     notes: Vec<String>,
+    /// How numbers are compared.
+    rules: Vec<String>,
     manifest: Vec<SettingRow>,
 }
 
@@ -49,53 +64,137 @@ struct SettingRow {
     differs: bool,
 }
 
-/// The comparison of `folders`, at least two, as HTML that lies at `out`.
+/// The comparison of `folders`, at least two, as HTML that lies at `out`. `tolerance` says from which difference on one
+/// matters, mm; without it, the tolerance of the first study that has one.
 ///
 /// # Errors
 /// The folders hold results of different kinds or are too many, or a file of theirs cannot be read.
-pub fn comparison(folders: &[ResultFolder], out: &Path) -> Result<String> {
+pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) -> Result<String> {
     let first = check(folders)?;
     let letters: Vec<char> = ('A'..).take(folders.len()).collect();
     let mut notes = Vec::new();
-    let mut explorers = Vec::new();
-    let mut sentences = Vec::new();
+    let mut views = Vec::new();
     for explorer in &first.description.explorers {
-        if let Some(compared) = compared(explorer, folders, &letters, &mut notes, &mut sentences)? {
-            explorers.push(compared);
-        }
+        views.extend(Aligned::read(explorer, folders, &letters, &mut notes)?);
     }
-    let mut machines: Vec<FigureView> = Vec::new();
-    let mut shown = Vec::new();
-    for folder in folders {
-        let machine = &folder.description.machine;
-        if !shown.contains(&machine) {
-            shown.push(machine);
-            machines.push(drawn(&machine.figure())?);
-        }
-    }
+    let mut floors = Floors::default();
+    views.iter().for_each(|aligned| floors.see(&aligned.shared, &aligned.data));
+    let tolerance = match tolerance {
+        Some(given) => Some((given, "--tolerance".to_string())),
+        None => given_tolerance(folders, &letters)?,
+    };
+    let addresses: Vec<String> = folders.iter().map(|folder| href(out, &folder.path)).collect();
+    let names = short_names(folders);
+    let compares = |aligned| Compares {
+        aligned,
+        floors: &floors,
+        letters: &letters,
+        names: &names,
+        tolerance_mm: tolerance.as_ref().map(|(mm, _)| *mm),
+        folders: &addresses,
+    };
+    let best_places = views.iter().find_map(|aligned| compares(aligned).on_best_places());
+    let headline = views.iter().find(|aligned| compares(aligned).quantity().is_some());
+    let is_of_places = best_places.is_some();
+    let verdict = best_places.or_else(|| compares(headline?).verdict());
+    let picture = views.iter().filter(|aligned| aligned.shared.shape != Shape::Names).find_map(|aligned| {
+        let quantity = compares(aligned).quantity()?;
+        let q = &aligned.shared.quantities[quantity];
+        let winners = Winners::new(&aligned.common, quantity, 0, q.better, floors.of(&q.unit))?;
+        picture(aligned, quantity, &winners, &letters)
+            .filter(|_| winners.counted() > 0 || aligned.shared.shape == Shape::Curve)
+    });
     let case = |(folder, letter): (&ResultFolder, &char)| Case {
         letter: *letter,
         name: folder.description.name.clone(),
         machine: folder.description.machine.title.clone(),
         question: folder.description.question.clone(),
         answer: vec![folder.description.headline.sentence.clone()],
-        folder: folder.path.display().to_string(),
+        folder: relative(out, &folder.path),
         report: href(out, &folder.path.join("report.html")),
     };
-    let names: Vec<&str> = folders.iter().map(|folder| folder.description.name.as_str()).collect();
+    let all_names: Vec<&str> = folders.iter().map(|folder| folder.description.name.as_str()).collect();
     let setting = folders.iter().map(|f| f.description.setting.iter().map(|s| (s.label.clone(), s.value.clone())));
     let manifest = folders.iter().map(|f| facts(&f.manifest).into_iter().map(|fact| (fact.label, fact.value)));
     let context = ComparisonPage {
-        title: format!("{} compared", names.join(", ")),
+        title: format!("{} compared", all_names.join(", ")),
+        kind: kind(&first.description.kind, headline.filter(|_| !is_of_places)),
+        question: question(folders),
         cases: folders.iter().zip(&letters).map(case).collect(),
-        machines,
+        checks: verdict.as_ref().map(|v| super::packed::script_json(&v.checks)).unwrap_or_default(),
+        verdict,
+        picture,
+        changes: changes(folders, &letters)?,
+        machines: machines(folders)?,
         setting: side_by_side(setting.map(Iterator::collect).collect()),
-        sentences,
-        explorers,
+        explorers: views
+            .iter()
+            .map(|aligned| compared(aligned, &floors, folders, &letters, first.description.colours()))
+            .collect(),
         notes,
+        rules: rules(&floors, tolerance.as_ref()),
         manifest: side_by_side(manifest.map(Iterator::collect).collect()),
     };
     render("comparison.html", &context)
+}
+
+/// The question of all, or what is asked of several.
+fn question(folders: &[ResultFolder]) -> String {
+    let own = |folder: &ResultFolder| folder.description.question.clone();
+    let first = folders.first().map(own).unwrap_or_default();
+    if folders.iter().all(|folder| own(folder) == first) {
+        first
+    } else {
+        "Which of these is better, where, by how much, and does it matter?".into()
+    }
+}
+
+fn kind(kind: &str, headline: Option<&Aligned>) -> String {
+    let over = headline.map_or_else(String::new, |aligned| {
+        let group = Some(aligned.group_name(0)).filter(|group| !group.is_empty());
+        let group = group.map_or_else(String::new, |group| format!(" · {group}"));
+        format!(" · computed {}{group}", aligned.extremes_of().1)
+    });
+    format!("Comparison · {}{over}", kind.replace('_', " "))
+}
+
+fn rules(floors: &Floors, tolerance: Option<&(f64, String)>) -> Vec<String> {
+    let matters = match tolerance {
+        Some((mm, whose)) => format!("Whether a difference matters is held against {mm} mm ({whose})."),
+        None => "No tolerance is given: with --tolerance MM this page says whether a difference matters.".into(),
+    };
+    vec![floors.words(), matters]
+}
+
+/// The tolerance of the first study that has one, and whose it is.
+fn given_tolerance(folders: &[ResultFolder], letters: &[char]) -> Result<Option<(f64, String)>> {
+    for (folder, letter) in folders.iter().zip(letters) {
+        if let Some(mm) = tolerance_mm(folder)? {
+            return Ok(Some((mm, format!("tolerance_mm of the study of {letter}"))));
+        }
+    }
+    Ok(None)
+}
+
+/// By what results are told apart in a sentence: machines, else studies; nothing where these are the same.
+fn short_names(folders: &[ResultFolder]) -> Vec<String> {
+    let machines: Vec<&str> = folders.iter().map(|f| f.description.machine.name.as_str()).collect();
+    let studies: Vec<&str> = folders.iter().map(|f| f.description.name.as_str()).collect();
+    let are_different = |names: &[&str]| names.iter().enumerate().all(|(i, name)| !names[..i].contains(name));
+    let chosen = [machines, studies].into_iter().find(|names| are_different(names));
+    chosen.map_or_else(Vec::new, |names| names.into_iter().map(String::from).collect())
+}
+
+/// Each machine once.
+fn machines(folders: &[ResultFolder]) -> Result<Vec<FigureView>> {
+    let mut shown = Vec::new();
+    for folder in folders {
+        let machine = &folder.description.machine;
+        if !shown.contains(&machine) {
+            shown.push(machine);
+        }
+    }
+    shown.into_iter().map(|machine| drawn(&machine.figure())).collect()
 }
 
 fn check(folders: &[ResultFolder]) -> Result<&ResultFolder> {
@@ -110,7 +209,8 @@ fn check(folders: &[ResultFolder]) -> Result<&ResultFolder> {
         let (kind, expected) = (&other.description.kind, &first.description.kind);
         if kind != expected {
             let problem = format!(
-                "is a result of kind {kind}, but {} is one of kind {expected}; only results of one kind can be compared",
+                "is a result of kind {kind}, but {} is one of kind {expected}; only results of one kind can be compared: \
+                 give two of kind {kind} or two of kind {expected}",
                 first.path.display()
             );
             return refused(other.path.display().to_string(), problem);

@@ -132,6 +132,20 @@ impl Dataset {
         }
     }
 
+    /// Coordinates of a node; `None` where nodes have names.
+    pub(crate) fn position(&self, node: usize) -> Option<Vec<f64>> {
+        if self.axes.is_empty() {
+            return None;
+        }
+        let mut rest = node;
+        let coordinate = |axis: &Vec<f64>| {
+            let value = axis[rest % axis.len()];
+            rest /= axis.len();
+            value
+        };
+        Some(self.axes.iter().map(coordinate).collect())
+    }
+
     /// The node's place in words, coordinates as in `explorer`.
     pub fn place(&self, explorer: &Explorer, node: usize) -> String {
         if let Some(name) = self.names.get(node) {

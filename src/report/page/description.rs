@@ -3,7 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 use super::machine::MachineDescription;
-use crate::report::{figures::Figure, headline::Headline};
+use crate::report::{
+    figures::{Colours, Figure},
+    headline::Headline,
+};
 
 /// Version of `report.json`.
 pub(crate) const SCHEMA: u32 = 2;
@@ -34,6 +37,9 @@ pub struct Description {
     pub figures: Vec<FigureNote>,
     /// Tables, in the order to be shown.
     pub tables: Vec<TableNote>,
+    /// Colours of maps: `viridis`, `cividis` or `grey`; viridis if not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub colours: Option<String>,
 }
 
 /// One line of the setting.
@@ -221,7 +227,14 @@ impl Description {
             explorers: Vec::new(),
             figures: Vec::new(),
             tables: Vec::new(),
+            colours: None,
         }
+    }
+
+    /// Colours of maps, as a page names them.
+    pub(crate) fn colours(&self) -> &'static str {
+        let named = |colours: &&Colours| Some(colours.label()) == self.colours.as_deref();
+        Colours::ALL.iter().find(named).copied().unwrap_or_default().label()
     }
 
     /// With the figures of the folder, by file stem.

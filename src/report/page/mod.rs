@@ -4,20 +4,31 @@
 //! folder and [`comparison()`] of several.
 
 mod address;
+mod aligned;
+mod best_places;
+mod changes;
+mod check;
 mod columns;
 mod common;
 mod compared;
 mod comparison;
 mod dataset;
 mod description;
+mod floors;
 mod folder;
 mod machine;
 mod nodes;
 mod packed;
+mod picture;
+mod point_command;
+mod ranking;
 mod record;
+mod side_by_side;
 mod single;
 mod table;
 mod template;
+mod verdict;
+mod winners;
 mod wins;
 
 pub use comparison::comparison;

@@ -1,15 +1,17 @@
 //! The report of one result folder.
 
-use std::path::Path;
+use std::{collections::BTreeMap, path::Path};
 
 use serde::Serialize;
 
 use super::{
     address::href,
+    changes::recorded,
     dataset::{Dataset, MOST_NUMBERS},
     description::{Column, Description, Explorer, Fact, Mark, Quantity, Section, Shape},
     folder::ResultFolder,
     packed::{Packed, Precision, data_address, script_json},
+    point_command::{PointCommand, point_commands},
     record::{ReasonView, StatusView, count_reasons, facts, statuses},
     table::TableView,
     template::render,
@@ -85,6 +87,7 @@ pub(super) struct ExplorerView {
 struct ExplorerData<'a> {
     shape: Shape,
     title: &'a str,
+    colours: &'a str,
     coordinates: &'a [Column],
     axes: &'a [Vec<f64>],
     names: &'a [String],
@@ -94,6 +97,9 @@ struct ExplorerData<'a> {
     notes: &'a [String],
     flags: &'a [Vec<(usize, usize)>],
     marks: &'a [Mark],
+    /// What explains a point, by group.
+    commands: Vec<Option<PointCommand>>,
+    command_note: String,
     machine: Vec<&'a Polyline>,
     springs: Vec<&'a Polyline>,
     masses: Vec<&'a MassMark>,
@@ -125,9 +131,10 @@ pub fn page_with(folder: &ResultFolder, besides: &[(String, Figure)], out: &Path
     let address = |name: &str| href(out, &folder.path.join(name));
     let mut explorers = Vec::new();
     let share = MOST_NUMBERS / description.explorers.len().max(1);
+    let keys = recorded(folder)?;
     for explorer in &description.explorers {
         let data = Dataset::read(explorer, &folder.table(&explorer.table)?, share)?;
-        explorers.push(explorer_view(explorer, &data, description, explorers.len()));
+        explorers.push(explorer_view(explorer, &data, description, (&keys, explorers.len())));
     }
     let mut tables = Vec::new();
     let mut reasons = Vec::new();
@@ -212,7 +219,12 @@ fn figures(folder: &ResultFolder, out: &Path) -> Result<Vec<FigureView>> {
 /// File stem of the figure of the machine at home.
 pub(crate) const MACHINE_AT_HOME: &str = "machine_at_home";
 
-fn explorer_view(explorer: &Explorer, data: &Dataset, description: &Description, index: usize) -> ExplorerView {
+fn explorer_view(
+    explorer: &Explorer,
+    data: &Dataset,
+    description: &Description,
+    (keys, index): (&BTreeMap<(String, String), String>, usize),
+) -> ExplorerView {
     let precision = Precision::for_numbers(data.number_count());
     let quantity = |(quantity, groups): (&'_ Quantity, &Vec<Vec<f64>>)| QuantitySeries {
         label: quantity.label.clone(),
@@ -226,11 +238,14 @@ fn explorer_view(explorer: &Explorer, data: &Dataset, description: &Description,
         .map(quantity)
         .filter(|q| q.series.iter().any(Option::is_some))
         .collect();
+    let labels: Vec<&str> = quantities.iter().map(|q| q.label.as_str()).collect();
+    let (commands, command_note) = point_commands(description, explorer, &labels, keys);
     let home = &description.machine.home;
     let lines = home.chains.iter().flat_map(|chain| &chain.links);
     let json = script_json(&ExplorerData {
         shape: explorer.shape,
         title: &explorer.title,
+        colours: description.colours(),
         coordinates: &explorer.coordinates,
         axes: &data.axes,
         names: &data.names,
@@ -243,6 +258,8 @@ fn explorer_view(explorer: &Explorer, data: &Dataset, description: &Description,
         notes: &data.notes,
         flags: &data.flags,
         marks: &explorer.marks,
+        commands,
+        command_note,
         machine: lines.collect(),
         springs: home.springs().collect(),
         masses: home.masses().collect(),

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use csv::StringRecord;
 use serde::Serialize;
 
-use super::description::TableNote;
+use super::{description::TableNote, ranking::ranking};
 use crate::{
     input::error::{Error, Result},
     report::{exchange::text_of, words::typographic},
@@ -88,6 +88,8 @@ pub(super) struct TableView {
     /// Whether all cells of a column are numbers or empty.
     pub numeric: Vec<bool>,
     pub rows: Vec<Vec<Cell>>,
+    /// Which rows stand first in any order, for a script; empty where all rows are here.
+    pub ranking: String,
 }
 
 /// A cell as shown and as sorted by.
@@ -141,7 +143,9 @@ impl TableView {
             cells.clone().any(|cell| !cell.is_empty())
                 && cells.into_iter().all(|cell| cell.is_empty() || cell.parse::<f64>().is_ok())
         };
+        let ranking = if total > MOST_ROWS { ranking(table)? } else { String::new() };
         Ok(Self {
+            ranking,
             file: note.file.clone(),
             href,
             caption: note.caption.clone(),
@@ -155,7 +159,7 @@ impl TableView {
 }
 
 impl Cell {
-    fn new(text: &str) -> Self {
+    pub fn new(text: &str) -> Self {
         let shown = match text.parse::<f64>() {
             Ok(value) => number(value),
             Err(_) => text.to_string(),

@@ -14,13 +14,18 @@ use crate::{
 };
 
 /// Styles.
-const STYLE: &str = include_str!("assets/page.css");
+const STYLE: &str = concat!(include_str!("assets/page.css"), include_str!("assets/comparison.css"));
 /// Own scripts, in the order they run.
-const SCRIPTS: [&str; 7] = [
+const SCRIPTS: [&str; 12] = [
     include_str!("assets/theme.js"),
     include_str!("assets/folds.js"),
     include_str!("assets/tables.js"),
     include_str!("assets/data.js"),
+    include_str!("assets/colours.js"),
+    include_str!("assets/address.js"),
+    include_str!("assets/chosen.js"),
+    include_str!("assets/slice.js"),
+    include_str!("assets/space.js"),
     include_str!("assets/grid.js"),
     include_str!("assets/lines.js"),
     include_str!("assets/start.js"),

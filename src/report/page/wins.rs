@@ -4,12 +4,10 @@ use serde::Serialize;
 
 use super::{
     dataset::Dataset,
-    description::{Better, Explorer},
+    description::{Better, Explorer, Quantity},
+    floors::{percent, same},
     table::number,
 };
-
-/// Values closer than this share of the larger are the same.
-const SAME: f64 = 1e-9;
 
 /// Smallest, mean and largest value of one result.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,22 +48,24 @@ pub(super) struct Wins {
     pub first: String,
     pub second: String,
     pub neither: String,
+    /// The same as numbers, percent.
+    pub shares: [f64; 3],
     /// Where the first is ahead most, and by how much; a dash if nowhere.
     pub first_most: String,
     pub second_most: String,
 }
 
 impl Wins {
-    /// `None` if nothing can be compared, or neither is better by its nature.
+    /// `None` if nothing can be compared, or neither is better by its nature. Differences up to `floor` are rounding.
     pub fn new(
         explorer: &Explorer,
-        unit: &str,
-        better: Better,
+        quantity: &Quantity,
+        floor: f64,
         dataset: &Dataset,
         [first, second]: [&[f64]; 2],
         counts: impl Fn(usize) -> bool,
     ) -> Option<Self> {
-        let sign = match better {
+        let sign = match quantity.better {
             Better::Smaller => 1.0,
             Better::Larger => -1.0,
             Better::Neither => return None,
@@ -77,7 +77,7 @@ impl Wins {
             }
             nodes += 1;
             let ahead = sign * (b - a);
-            if ahead.abs() <= SAME * a.abs().max(b.abs()) {
+            if same(*a, *b, floor) {
                 continue;
             }
             let winner = usize::from(ahead < 0.0);
@@ -89,7 +89,8 @@ impl Wins {
         if nodes == 0 {
             return None;
         }
-        let share = |count: usize| format!("{:.1} %", 100.0 * count as f64 / nodes as f64);
+        let unit = &quantity.unit;
+        let share = |count: usize| percent(count as f64 / nodes as f64);
         let place = |(by, node): (f64, usize)| match by {
             0.0 => "–".to_string(),
             by => format!("{} {unit} at {}", number(by), dataset.place(explorer, node)),
@@ -99,6 +100,7 @@ impl Wins {
             first: share(wins[0]),
             second: share(wins[1]),
             neither: share(nodes - wins[0] - wins[1]),
+            shares: [wins[0], wins[1], nodes - wins[0] - wins[1]].map(|count| 100.0 * count as f64 / nodes as f64),
             first_most: place(most[0]),
             second_most: place(most[1]),
         })

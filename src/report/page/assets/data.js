@@ -41,6 +41,11 @@ const Controls = {
     Controls.labelled(parent, label, select);
     return select;
   },
+  // Whether an option can be picked.
+  offer(select, index, isThere) {
+    select.options[index].hidden = !isThere;
+    select.options[index].disabled = !isThere;
+  },
   slider(parent, label, describe, act) {
     const slider = document.createElement("input");
     slider.type = "range";

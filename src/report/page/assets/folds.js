@@ -1,31 +1,12 @@
-// Folded parts: what is drawn in one is drawn when it is first seen; a link into one opens it; paper shows all of them.
-const Folds = (() => {
+// Paper shows what is folded; what there is to copy is copied by a button.
+(() => {
   const folds = [...document.querySelectorAll("details.fold")];
-  function whenShown(element, draw) {
-    const fold = element.closest("details.fold");
-    if (!fold || fold.open) return draw();
-    const once = () => {
-      if (!fold.open) return;
-      fold.removeEventListener("toggle", once);
-      draw();
-    };
-    fold.addEventListener("toggle", once);
-  }
-  function open(id) {
-    const element = id && document.getElementById(id);
-    const fold = element && element.closest("details.fold");
-    if (fold) fold.open = true;
-  }
   let closed = [];
   window.addEventListener("beforeprint", () => {
     closed = folds.filter((fold) => !fold.open);
     closed.forEach((fold) => (fold.open = true));
   });
   window.addEventListener("afterprint", () => closed.forEach((fold) => (fold.open = false)));
-  document.addEventListener("click", (event) => {
-    const link = event.target.closest('a[href^="#"]');
-    if (link) open(link.getAttribute("href").slice(1));
-  });
   document.querySelectorAll(".copy").forEach((box) => {
     const button = box.querySelector("button");
     button.addEventListener("click", () => {
@@ -47,5 +28,4 @@ const Folds = (() => {
       else select();
     });
   });
-  return { whenShown, open };
 })();

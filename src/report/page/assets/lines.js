@@ -1,5 +1,5 @@
 // Curves over one coordinate, or values by name.
-function lineView(article, data) {
+function lineView(article, data, viewName) {
   const charts = article.querySelector(".charts");
   charts.classList.add("single");
   const readout = article.querySelector(".readout");
@@ -56,11 +56,17 @@ function lineView(article, data) {
     const values = found.flatMap((curve) => Array.from(curve.values).filter(Number.isFinite));
     const low = values.reduce((a, b) => Math.min(a, b), Infinity);
     const high = values.reduce((a, b) => Math.max(a, b), -Infinity);
-    const isLog = mayBeLog && low > 0 && high / low > 2000;
+    const floor = data.floors[state.quantity];
+    const isLog = mayBeLog && low > 0 && high / low > 2000 && high > floor;
     heading.textContent = title + (isLog ? " (logarithmic scale)" : "");
     // Names stand beside the chart, one below the other, where there is room for them.
     const place = isNamed ? namedAxis() : {};
     const size = isLog ? { type: "log", exponentformat: "power", nticks: isNamed ? 4 : 8 } : { rangemode: "tozero", nticks: isNamed ? 4 : 8 };
+    // What is rounding sets no axis.
+    if (isLog && low < floor) size.range = [Math.log10(0.5 * floor), Math.log10(2 * high)];
+    const isNothing = found.length > 0 && Math.max(Math.abs(low), Math.abs(high)) <= floor;
+    if (isNothing) Object.assign(size, { range: low < 0 ? [-10 * floor, 10 * floor] : [0, 10 * floor] });
+    if (isNothing) heading.textContent = title + ": nothing but rounding";
     if (isNamed) plot.style.height = 8 + 2 * Math.max(2, place.tickvals.length) + "rem";
     const placeAxis = Chart.axis(isNamed ? "" : Data.labelled(coordinate.label, coordinate.unit), place);
     const sizeAxis = Chart.axis(Data.labelled(label(), unit()), size);
@@ -89,17 +95,51 @@ function lineView(article, data) {
     });
     readout.textContent = capital(label()) + ", highest: " + (parts.length ? parts.join("; ") : "no numbers") + ".";
   }
-  Controls.select(controls, "Quantity", data.labels.map((text, i) => Data.labelled(text, data.units[i])), (index) => {
+  let groupSelect = null;
+  const quantitySelect = Controls.select(controls, "Quantity", data.labels.map((text, i) => Data.labelled(text, data.units[i])), (index) => {
     state.quantity = index;
-    draw();
+    changed();
   });
   if (data.groups.length > 1) {
     const options = single ? ["all", ...data.groups] : data.groups;
-    Controls.select(controls, capital(data.group_label), options, (index) => {
+    groupSelect = Controls.select(controls, capital(data.group_label), options, (index) => {
       state.group = single ? index - 1 : index;
-      draw();
+      changed();
     });
   }
+  function changed() {
+    showControls();
+    Address.write();
+    draw();
+  }
+  function showControls() {
+    quantitySelect.value = String(state.quantity);
+    const offset = single ? 1 : 0;
+    const has = (group) => data.cases.some((one) => one.series[state.quantity]?.[group]);
+    if (state.group >= 0 && !has(state.group)) state.group = single ? -1 : Math.max(0, data.groups.findIndex((_, group) => has(group)));
+    if (!groupSelect) return;
+    groupSelect.value = String(state.group + offset);
+    data.groups.forEach((_, group) => Controls.offer(groupSelect, group + offset, has(group)));
+  }
+  showControls();
   Theme.onChange(draw);
   draw();
+  const BEGIN = { quantity: 0, group: state.group };
+  Address.join(viewName, {
+    state() {
+      const said = {};
+      if (state.quantity !== BEGIN.quantity) said.quantity = data.labels[state.quantity];
+      if (state.group !== BEGIN.group) said[data.group_label || "group"] = data.groups[state.group] ?? "all";
+      return said;
+    },
+    apply(said) {
+      const quantity = data.labels.indexOf(said.quantity);
+      const group = data.groups.indexOf(said[data.group_label || "group"]);
+      Object.assign(state, BEGIN);
+      if (quantity >= 0) state.quantity = quantity;
+      if (group >= 0) state.group = group;
+      showControls();
+      draw();
+    },
+  });
 }

@@ -1,12 +1,46 @@
-// Each view gets its numbers. A page of one result is a comparison with one case.
-document.querySelectorAll(".explorer").forEach((article) => {
-  const data = JSON.parse(document.getElementById(article.dataset.json).textContent);
-  if (!data.cases) {
-    data.labels = data.quantities.map((quantity) => quantity.label);
-    data.units = data.quantities.map((quantity) => quantity.unit);
-    const series = data.quantities.map((quantity) => quantity.series);
-    data.cases = [{ name: data.title, is_difference: false, axes: data.axes, names: data.names, notes: data.notes, flags: data.flags, series }];
+// Each view gets its numbers when it comes into sight. A page of one result is a comparison with one case.
+(() => {
+  const articles = [...document.querySelectorAll(".explorer")];
+  const begun = new Set();
+  const read = articles.map((article) => {
+    const data = JSON.parse(document.getElementById(article.dataset.json).textContent);
+    if (!data.cases) {
+      data.labels = data.quantities.map((quantity) => quantity.label);
+      data.units = data.quantities.map((quantity) => quantity.unit);
+      const series = data.quantities.map((quantity) => quantity.series);
+      data.cases = [{ name: data.title, is_difference: false, axes: data.axes, names: data.names, notes: data.notes, flags: data.flags, series }];
+    }
+    return data;
+  });
+  // Below a ten-millionth of the largest number of its unit on the page, a number is rounding and sets no axis.
+  const largest = new Map();
+  read.forEach((data) => data.cases.forEach((one) => one.series.forEach((groups, quantity) => groups.filter(Boolean).forEach((packed) => {
+    const unit = data.units[quantity];
+    largest.set(unit, Math.max(largest.get(unit) ?? 0, Math.abs(packed.low), Math.abs(packed.high)));
+  }))));
+  read.forEach((data) => {
+    data.floors = data.floors ?? data.units.map((unit) => 1e-7 * (largest.get(unit) ?? 0));
+  });
+  function begin(index) {
+    const folds = [];
+    for (let fold = articles[index].closest("details"); fold; fold = fold.parentElement.closest("details")) folds.push(fold);
+    if (begun.has(index)) return;
+    if (folds.every((fold) => fold.open)) {
+      begun.add(index);
+      (read[index].shape === "grid" ? gridView : lineView)(articles[index], read[index], String(index));
+    } else {
+      // A chart in a fold has no size until the fold is opened.
+      folds.filter((fold) => !fold.open).forEach((fold) => fold.addEventListener("toggle", () => begin(index), { once: true }));
+    }
   }
-  Folds.whenShown(article, () => (data.shape === "grid" ? gridView : lineView)(article, data));
-});
-document.documentElement.dataset.ready = "true";
+  articles.forEach((_, index) => begin(index));
+  // A link to what lies in a fold opens it.
+  const open = () => {
+    const id = decodeURIComponent(location.hash.slice(1));
+    for (let fold = id && !id.includes("=") ? document.getElementById(id)?.closest("details") : null; fold; fold = fold.parentElement.closest("details")) fold.open = true;
+  };
+  window.addEventListener("hashchange", open);
+  document.querySelectorAll('a[href^="#"]').forEach((link) => link.addEventListener("click", () => setTimeout(open)));
+  open();
+  document.documentElement.dataset.ready = "true";
+})();

@@ -7,7 +7,7 @@ use crate::{
             Better, Column, Description, Explorer, Fact, MachineDescription, Mark, Quantity, Section, Shape, TableNote,
             drive_quantities, error_facts, largest_of_drives,
         },
-        words::typographic,
+        words::{counted, typographic},
     },
     study::{
         machine_check::report::tool_axis_fact,
@@ -70,6 +70,14 @@ fn setting(study: &WorkspaceMapStudy) -> Vec<Fact> {
         Fact::new("tool axis", tool_axis_fact(&study.machine)),
         Fact::new("tool angles", format!("{} over a turn; the worst counts", study.phis.len())),
         Fact::new("grid", format!("{nx} × {ny} × {nz} positions of P, x {}, y {}, z {}", span(0), span(1), span(2))),
+        Fact::new(
+            "best and worst",
+            format!(
+                "over these {} and {}; between grid points, and on a path that bears another force, they are others",
+                counted(study.grid.len(), "grid point"),
+                counted(study.phis.len(), "tool angle")
+            ),
+        ),
         Fact::new("compensation holds", study.target.words()),
     ];
     facts.extend(study.machine.held_words().map(|words| Fact::new("held", words)));

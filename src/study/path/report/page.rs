@@ -58,6 +58,10 @@ fn setting(study: &PathStudy, shown: &Shown) -> Vec<Fact> {
     let mut facts = vec![
         Fact::new("machine", study.machine.title.clone()),
         Fact::new("path", format!("{kind} of {length:.1} mm, {}", counted(study.stations.len(), "point"))),
+        Fact::new(
+            "best and worst",
+            "over these points of this path alone, each at the angle of the force that it has there",
+        ),
     ];
     facts.extend(study.facts.iter().map(|(label, words)| Fact::new(*label, words.clone())));
     let forces = study.demands.iter().map(|demand| demand.load.force.norm());

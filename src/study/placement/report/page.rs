@@ -85,6 +85,7 @@ fn setting(study: &PlacementStudy) -> Vec<Fact> {
     let mut facts = vec![
         Fact::new("machine", study.machine.title.clone()),
         Fact::new("objective (minimised)", study.objective.words(&study.machine)),
+        Fact::new("best and worst", "over the points of the paths at one place; each place has its own"),
     ];
     for (i, name) in COORDINATES.iter().enumerate() {
         let shown = |value: f64| if UNITS[i] == "deg" { (value.to_degrees() * 1e9).round() / 1e9 } else { value };

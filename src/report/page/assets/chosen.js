@@ -1,0 +1,109 @@
+// The machine bent at a point, for whoever can compute it: set `Bending.at` to a function of (data, place, group) that returns
+// lines as `data.machine` holds them, or null. Without it, pages show the machine at home.
+const Bending = { at: null };
+
+// A point of a map that the reader has picked: all its numbers, and the command that explains it.
+function chosenPoint(article, view) {
+  const { data, cases } = view;
+  const box = document.createElement("section");
+  box.className = "chosen";
+  box.hidden = true;
+  box.setAttribute("aria-label", "The point that was picked");
+  article.querySelector(".charts").after(box);
+  const results = cases.filter((one) => !one.is_difference);
+
+  function value(one, quantity, group, at) {
+    const values = Data.unpack(one.series[quantity][group]);
+    return values ? values[view.node(one, at)] : NaN;
+  }
+  function table(place) {
+    const byCase = results.length > 1;
+    const heads = byCase ? results.map((one) => one.name) : data.groups.length ? data.groups : [""];
+    const table = document.createElement("table");
+    const row = (part, cells, tag) => {
+      const line = part.insertRow();
+      cells.forEach((text, index) => {
+        const cell = document.createElement(index === 0 ? "th" : tag);
+        cell.scope = index === 0 && tag === "td" ? "row" : tag === "th" ? "col" : "";
+        if (!cell.scope) cell.removeAttribute("scope");
+        if (index > 0) cell.className = "number";
+        cell.textContent = text;
+        line.append(cell);
+      });
+    };
+    row(table.createTHead(), ["quantity", ...heads], "th");
+    const body = table.createTBody();
+    data.labels.forEach((label, quantity) => {
+      const numbers = byCase
+        ? results.map((one) => value(one, quantity, view.state.group, view.placeAt(one, place)))
+        : heads.map((_, group) => value(results[0], quantity, group, view.placeAt(results[0], place)));
+      if (numbers.some(Number.isFinite)) row(body, [label, ...numbers.map((number) => Data.withUnit(number, data.units[quantity]))], "td");
+    });
+    return table;
+  }
+  function notes(place) {
+    return results.flatMap((one) => {
+      const at = view.node(one, view.placeAt(one, place));
+      return one.flags.flatMap((flags, group) => flags.filter(([node]) => node === at).map(([, note]) => (data.groups[group] ? data.groups[group] + ": " : "") + one.notes[note]));
+    });
+  }
+  // The command of this source, its blanks filled.
+  function command(place) {
+    const template = data.commands?.[view.state.group];
+    if (!template) return null;
+    const at = view.placeAt(results[0], place);
+    const exact = place.slice(0, 3).map((_, axis) => results[0].axes[axis][at[axis]]);
+    const phi = template.phi === null ? NaN : value(results[0], template.phi, view.state.group, at);
+    if (template.text.includes("{phi}") && !Number.isFinite(phi)) return null;
+    return template.text.replace("{position}", exact.map((number) => String(Number(number.toPrecision(12)))).join(",")).replace("{phi}", String(phi));
+  }
+  function copier(text) {
+    const line = document.createElement("div");
+    line.className = "command";
+    const code = document.createElement("code");
+    code.textContent = text;
+    line.append(code);
+    Controls.button(line, "Copy", "Copy the command", async (event) => {
+      const button = event.currentTarget;
+      try {
+        await navigator.clipboard.writeText(text);
+        button.textContent = "Copied";
+      } catch (fault) {
+        // Not every browser lets a file reach the clipboard: then the text is selected, to be copied by hand.
+        getSelection().selectAllChildren(code);
+        button.textContent = "Selected: press Ctrl+C";
+      }
+    });
+    return line;
+  }
+  function show(place) {
+    box.hidden = !place;
+    if (!place) return;
+    const heading = document.createElement("h4");
+    heading.textContent = "At " + place.map((value, axis) => view.along(axis, value)).join(", ");
+    const scroll = document.createElement("div");
+    scroll.className = "scroll";
+    scroll.tabIndex = 0;
+    scroll.setAttribute("role", "region");
+    scroll.setAttribute("aria-label", "All numbers of the point");
+    scroll.append(table(place));
+    const remarks = notes(place).map((text) => {
+      const remark = document.createElement("p");
+      remark.className = "remark";
+      remark.textContent = text;
+      return remark;
+    });
+    const text = command(place);
+    const parts = [heading, ...remarks, scroll];
+    if (text) {
+      const words = document.createElement("p");
+      words.className = "small";
+      words.textContent = "Computed and explained in full by:" + (data.command_note ? " " + data.command_note : "");
+      parts.push(words, copier(text));
+    }
+    const close = document.createElement("div");
+    Controls.button(close, "Close", "Close the point", () => view.choose(null));
+    box.replaceChildren(...parts, close);
+  }
+  return { show };
+}

@@ -1,0 +1,144 @@
+//! The command that explains a point of a map: `kinetostat point` with the machine, force and errors of the study.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::description::{Description, Explorer};
+
+/// A command with blanks: `{position}`, and `{phi}` where the tool's angle counts.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub(super) struct PointCommand {
+    text: String,
+    /// Which quantity of the view is the tool's angle.
+    phi: Option<usize>,
+}
+
+type Keys = BTreeMap<(String, String), String>;
+
+/// The command of each group of `explorer`, whose quantities are shown as `labels`; nothing where the study is not one that
+/// `point` can repeat. Then what the command leaves out.
+pub(super) fn point_commands(
+    description: &Description,
+    explorer: &Explorer,
+    labels: &[&str],
+    keys: &Keys,
+) -> (Vec<Option<PointCommand>>, String) {
+    let sources = explorer.group.iter().flat_map(|group| &group.values).map(|value| value.cells.join(" "));
+    if description.kind != "workspace_map" {
+        return (Vec::new(), String::new());
+    }
+    let phi = labels.iter().position(|label| *label == "tool angle of the worst deflection");
+    let commands: Vec<Option<PointCommand>> = sources.map(|source| command(&source, phi, keys)).collect();
+    (commands, note(keys))
+}
+
+fn command(source: &str, phi: Option<usize>, keys: &Keys) -> Option<PointCommand> {
+    let key = |part: &str, name: &str| keys.get(&(part.to_string(), name.to_string())).map(String::as_str);
+    let mut text = format!("kinetostat point --machine {} --position {{position}}", quoted(key("study", "machine")?));
+    let (has_force, has_errors) = match source {
+        "all" => (true, true),
+        "cutting" => (true, false),
+        "errors" => (false, true),
+        "weight" => (false, false),
+        _ => return None,
+    };
+    if has_force {
+        let force = ["radial_force_N", "tangential_force_N", "axial_force_N"]
+            .map(|name| key("process", &format!("force.path_frame.{name}")));
+        let [Some(radial), Some(tangential), Some(axial)] = force else { return None };
+        phi?;
+        text += &format!(" --phi {{phi}} --force {radial},{tangential},{axial}");
+        text += &key("process", "force.path_frame.law").map_or_else(String::new, |law| format!(" --law {law}"));
+    } else {
+        text += " --wrench 0,0,0,0,0,0";
+    }
+    if has_errors {
+        for (chain, turn) in turns(keys) {
+            text += &format!(" --set {}={turn}", quoted(&format!("{chain}.turn")));
+        }
+    }
+    text += &key("study", "branch").map_or_else(String::new, |branch| format!(" --branch {branch}"));
+    text += match key("process", "compensate.target") {
+        Some("platform") => " --platform",
+        Some("full_pose") => " --full-pose",
+        _ => "",
+    };
+    Some(PointCommand { text, phi: phi.filter(|_| has_force) })
+}
+
+/// The turns of chains about their drives' axes, degrees.
+fn turns(keys: &Keys) -> impl Iterator<Item = (&str, &str)> {
+    keys.iter().filter_map(|((part, key), value)| {
+        let chain = key.strip_prefix("chain_error.")?.strip_suffix(".turn_about_drive_axis_deg")?;
+        (part == "process").then_some((chain, value.as_str()))
+    })
+}
+
+/// What the command does not say.
+fn note(keys: &Keys) -> String {
+    let is_said = |key: &str| {
+        ["force.path_frame.", "compensate.target"].iter().any(|own| key.starts_with(own))
+            || (key.starts_with("chain_error.")
+                && (key.ends_with(".turn_about_drive_axis_deg") || key.ends_with(".chain")))
+            || matches!(key, "schema" | "name" | "title")
+    };
+    let mut left: Vec<&str> = Vec::new();
+    for ((_, key), _) in keys.iter().filter(|((part, key), _)| part == "process" && !is_said(key)) {
+        let table = key.split('.').next().unwrap_or(key);
+        if !left.contains(&table) {
+            left.push(table);
+        }
+    }
+    let mut note = String::new();
+    if !left.is_empty() {
+        note += &format!("It leaves out {} of the process.", left.join(", "));
+    }
+    if keys.get(&("study".into(), "machine".into())).is_some_and(|machine| machine.ends_with(".toml")) {
+        note += " Run it in the folder of the study.";
+    }
+    note.trim().to_string()
+}
+
+/// A word for a shell.
+fn quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-./=".contains(c);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        word.into()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_point_is_asked_for_with_force_and_errors_of_its_source() {
+        let keys: Keys = [
+            ("study", "machine", "my machine.toml"),
+            ("process", "force.path_frame.radial_force_N", "215.0"),
+            ("process", "force.path_frame.tangential_force_N", "-10.0"),
+            ("process", "force.path_frame.axial_force_N", "-25.0"),
+            ("process", "force.path_frame.law", "printed"),
+            ("process", "chain_error.x.chain", "x"),
+            ("process", "chain_error.x.turn_about_drive_axis_deg", "1.0"),
+            ("process", "compensate.target", "tool_tip"),
+            ("process", "tool.tip_mm", "[0, 0, 150]"),
+        ]
+        .map(|(part, key, value)| ((part.into(), key.into()), value.into()))
+        .into();
+        let all = command("all", Some(8), &keys).unwrap();
+        assert_eq!(
+            all.text,
+            "kinetostat point --machine 'my machine.toml' --position {position} --phi {phi} --force 215.0,-10.0,-25.0 \
+             --law printed --set x.turn=1.0"
+        );
+        assert_eq!(all.phi, Some(8));
+        let errors = command("errors", Some(8), &keys).unwrap();
+        assert!(errors.text.ends_with("{position} --wrench 0,0,0,0,0,0 --set x.turn=1.0") && errors.phi.is_none());
+        assert_eq!(command("all", None, &keys), None);
+        assert_eq!(note(&keys), "It leaves out tool of the process. Run it in the folder of the study.");
+    }
+}

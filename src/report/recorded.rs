@@ -1,0 +1,157 @@
+//! What a run was made from, key by key: machine, process and study file flattened, so that two results can be held against
+//! each other.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use toml::Value;
+
+use crate::input::Inputs;
+
+/// Most keys that are recorded of one file: a larger one is known by its hash alone.
+const MOST_KEYS: usize = 4000;
+/// Longest text that is recorded where it stands in no file, such as the size of a grid, bytes.
+const LONGEST_TEXT: usize = 200;
+/// The table of a study that holds what may also stand in a process file.
+const PROCESS: &str = "process";
+
+/// One input of a run.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Recorded {
+    /// What it is to the run: `study`, `machine`, `process`, or its name.
+    pub part: String,
+    /// File name, or the name of what the command line set.
+    pub name: String,
+    /// SHA-256 of its text, hexadecimal.
+    pub sha256: String,
+    /// Its keys with their values as TOML, such as `chain.leg.foot.length_mm`; empty for a file without keys (a path).
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub keys: BTreeMap<String, String>,
+}
+
+impl Recorded {
+    /// The inputs of a study: its file first, its machine second, then processes, paths and what the command line set.
+    pub fn of(inputs: &Inputs) -> Vec<Recorded> {
+        let mut all: Vec<Recorded> = Vec::new();
+        for (index, (name, text)) in inputs.texts().enumerate() {
+            let table = text.parse::<toml::Table>().ok().filter(|_| index < 2 || name.ends_with(".toml"));
+            let part = match (index, &table) {
+                (0, _) => "study",
+                (1, _) => "machine",
+                (_, Some(_)) if all.iter().all(|other| other.part != PROCESS) => PROCESS,
+                _ => name,
+            };
+            let mut keys = BTreeMap::new();
+            match table {
+                Some(table) => flatten("", &Value::Table(table), &mut keys),
+                None if text.len() <= LONGEST_TEXT && !text.trim().contains('\n') => {
+                    keys.insert(String::new(), text.trim().to_string());
+                }
+                None => {}
+            }
+            if keys.len() > MOST_KEYS {
+                keys.clear();
+            }
+            all.push(Recorded { part: part.into(), name: name.into(), sha256: hash(text), keys });
+        }
+        all
+    }
+
+    /// The keys by part, those of a process that stands in the study with those of process files.
+    pub fn by_part(all: &[Recorded]) -> BTreeMap<(String, String), String> {
+        let mut keys = BTreeMap::new();
+        for input in all {
+            for (key, value) in &input.keys {
+                let within = key.strip_prefix(PROCESS).and_then(|rest| rest.strip_prefix('.'));
+                let at = match within.filter(|_| input.part == "study") {
+                    Some(own) => (PROCESS.to_string(), own.to_string()),
+                    None => (input.part.clone(), key.clone()),
+                };
+                keys.insert(at, value.clone());
+            }
+            if input.keys.is_empty() {
+                let value = format!("{} (SHA-256 {})", input.name, &input.sha256[..input.sha256.len().min(12)]);
+                keys.insert((input.part.clone(), String::new()), value);
+            }
+        }
+        keys
+    }
+}
+
+fn hash(text: &str) -> String {
+    Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Adds the keys below `at`. A table in a list goes by its name, if it has one, and else by its number.
+fn flatten(at: &str, value: &Value, keys: &mut BTreeMap<String, String>) {
+    let below = |key: &str| if at.is_empty() { key.to_string() } else { format!("{at}.{key}") };
+    match value {
+        Value::Table(table) if !table.is_empty() => {
+            table.iter().for_each(|(key, inner)| flatten(&below(key), inner, keys));
+        }
+        Value::Array(items) if items.iter().any(Value::is_table) => {
+            let names: Vec<Option<&str>> = items.iter().map(name_of).collect();
+            for (index, item) in items.iter().enumerate() {
+                let is_own = |name: &&str| names.iter().filter(|other| **other == Some(*name)).count() == 1;
+                let number = (index + 1).to_string();
+                flatten(&below(names[index].filter(is_own).unwrap_or(&number)), item, keys);
+            }
+        }
+        plain => {
+            let text = plain.as_str().map_or_else(|| plain.to_string(), |text| text.trim().to_string());
+            keys.insert(at.into(), text);
+        }
+    }
+}
+
+/// The name of a table in a list, also where its only key holds it: `{ beam = { name = "foot", … } }`.
+fn name_of(item: &Value) -> Option<&str> {
+    let table = item.as_table()?;
+    let own = ["name", "chain", "what"].iter().find_map(|key| table.get(*key)?.as_str());
+    let only = table.values().next().filter(|_| table.len() == 1);
+    own.or_else(|| only?.get("name")?.as_str())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn keys(study: &str, machine: &str) -> BTreeMap<(String, String), String> {
+        Recorded::by_part(&Recorded::of(&Inputs::of("study.toml", study).and(Inputs::of("arm", machine))))
+    }
+
+    #[test]
+    fn a_foot_is_found_by_its_name_and_comments_do_not_count() {
+        let machine = |height: f64| {
+            format!(
+                "# a comment of {height}\n[[chain]]\nname = \"leg\"\nelements = [\n  {{ fixed = {{ x = 1 }} }},\n  \
+                 {{ beam = {{ name = \"foot\", section = {{ height_mm = {height:.1} }} }} }} ]\n"
+            )
+        };
+        let (a, b) = (keys("machine = \"arm\"", &machine(20.0)), keys("machine = \"arm\" # same", &machine(22.0)));
+        let changed: Vec<_> = a.iter().filter(|(key, value)| b.get(*key) != Some(value)).collect();
+        let key = ("machine".to_string(), "chain.leg.elements.foot.beam.section.height_mm".to_string());
+        assert_eq!(changed, [(&key, &"20.0".to_string())]);
+        assert_eq!(b[&key], "22.0");
+        assert_eq!(a[&("machine".into(), "chain.leg.elements.1.fixed.x".into())], "1");
+    }
+
+    #[test]
+    fn a_process_is_the_same_in_a_study_and_in_a_file() {
+        let within = keys("[process.force]\nlaw = \"printed\"", "");
+        let study = Inputs::of("study.toml", "process = \"p.toml\"").and(Inputs::of("arm", ""));
+        let apart = Recorded::by_part(&Recorded::of(&study.and(Inputs::of("p.toml", "[force]\nlaw = \"printed\""))));
+        let key = ("process".to_string(), "force.law".to_string());
+        assert_eq!((within[&key].as_str(), apart[&key].as_str()), ("printed", "printed"));
+    }
+
+    #[test]
+    fn a_path_is_known_by_its_hash() {
+        let inputs =
+            Inputs::of("study.toml", "").and(Inputs::of("arm", "")).and(Inputs::of("part.nc", "G0 X1\nG1 X2\n"));
+        let keys = Recorded::by_part(&Recorded::of(&inputs.and(Inputs::of("points of the path", "73"))));
+        assert!(keys[&("part.nc".into(), String::new())].starts_with("part.nc (SHA-256 "));
+        assert_eq!(keys[&("points of the path".into(), String::new())], "73");
+    }
+}
