@@ -2,7 +2,7 @@
 
 use crate::support::golden::same;
 use kinetostat::report::figures::{
-    Colours, CurvePanel, Figure, LineFigure, LineSeries, Mark2, Mark3, PanelCurve, PanelFigure, SliceFigure,
+    Colours, CurvePanel, Figure, LineFigure, LineSeries, Mark2, Mark3, PanelCurve, PanelFigure, Shading, SliceFigure,
     SlicePanel, VolumeFigure,
 };
 
@@ -32,6 +32,8 @@ fn slices() -> Figure {
         panels: vec![panel],
         range: Some((0.0, 1.0)),
         contour: Some(0.5),
+        shading: Shading::Ordered,
+        missing: "no solution".into(),
     })
 }
 

@@ -1,7 +1,7 @@
 //! Figures of the results: plain data in, SVG or PNG bytes out.
 //!
 //! Each kind of figure lays itself out as a scene of lines, shapes, texts and images in floating-point
-//! pixels; `paint` has plotters draw it. The same data give the same bytes.
+//! pixels; `svg` writes it, and `png` has plotters draw it. The same data give the same bytes.
 
 mod alt;
 mod axis;
@@ -13,19 +13,22 @@ mod data;
 mod error;
 mod field;
 mod glyphs;
+mod labels;
 mod lines;
 mod marks;
-mod paint;
 mod panels;
+mod png;
 mod pose;
 mod scene;
+mod simplify;
 mod slices;
 mod style;
+mod svg;
 mod text;
 mod ticks;
 mod volume;
 
-pub use colours::Colours;
+pub use colours::{Colours, Shading};
 pub use error::FigureError;
 pub use lines::{LineFigure, LineSeries};
 pub use panels::{CurvePanel, PanelCurve, PanelFigure};
@@ -55,7 +58,7 @@ impl Figure {
     /// # Errors
     /// When the data contradict each other or cannot be drawn; see [`FigureError`].
     pub fn svg(&self, colours: Colours) -> Result<String, FigureError> {
-        paint::svg(&self.scene(colours)?)
+        svg::svg(&self.scene(colours)?)
     }
 
     /// The figure as a PNG file, 1600 px wide.
@@ -63,7 +66,7 @@ impl Figure {
     /// # Errors
     /// As [`Figure::svg`].
     pub fn png(&self, colours: Colours) -> Result<Vec<u8>, FigureError> {
-        paint::png(&self.scene(colours)?)
+        png::png(&self.scene(colours)?)
     }
 
     fn scene(&self, colours: Colours) -> Result<scene::Scene, FigureError> {

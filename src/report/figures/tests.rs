@@ -23,6 +23,8 @@ fn slices(panels: Vec<SlicePanel>) -> SliceFigure {
         panels,
         range: None,
         contour: None,
+        shading: Shading::Ordered,
+        missing: "no solution".into(),
     }
 }
 

@@ -4,7 +4,7 @@ use crate::{
     machine::{Machine, Motion},
     process::MillingForce,
     report::{
-        figures::{Figure, Mark3, SliceFigure, VolumeFigure},
+        figures::{Figure, Mark3, Shading, SliceFigure, VolumeFigure},
         grid_slices::{drawn, drawn_nodes, panels, thinned_words},
         table::{kind_word, largest_position},
         words::{counted, typographic},
@@ -178,6 +178,8 @@ impl Pictures {
             panels: panels(&study.machine, &study.grid, &self.slices_z, &value),
             range: None,
             contour: None,
+            shading: Shading::Ordered,
+            missing: "no solution".into(),
         }
     }
 

@@ -6,7 +6,8 @@ use crate::{
     report::{
         amplification::amplification,
         figures::{
-            CurvePanel, Figure, LineFigure, LineSeries, Mark2, PanelCurve, PanelFigure, SliceFigure, SlicePanel,
+            CurvePanel, Figure, LineFigure, LineSeries, Mark2, PanelCurve, PanelFigure, Shading, SliceFigure,
+            SlicePanel,
         },
         file_stem,
         words::typographic,
@@ -124,6 +125,8 @@ fn map(results: &PlacementResults, quantity: &str, value: &dyn Fn(&Metrics) -> O
         panels: planes(results).iter().map(panel).collect(),
         range: None,
         contour: None,
+        shading: Shading::Ordered,
+        missing: "no solution".into(),
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::{
     process::MillingForce,
     report::{
-        figures::{Figure, LineFigure, LineSeries, SliceFigure},
+        figures::{Figure, LineFigure, LineSeries, Shading, SliceFigure},
         grid_slices::{drawn_nodes, panels, thinned_words},
         words::{counted, typographic},
     },
@@ -139,6 +139,8 @@ impl Pictures {
             panels: panels(&study.machine, &study.grid, &self.slices_z, &value),
             range: None,
             contour: contour(study),
+            shading: Shading::Ordered,
+            missing: "no solution".into(),
         }
     }
 }
