@@ -8,6 +8,7 @@ pub(crate) mod grid_slices;
 mod manifest;
 mod output;
 pub mod page;
+pub(crate) mod point_words;
 mod replace;
 pub(crate) mod table;
 mod visible;

@@ -33,6 +33,7 @@ fn slices() -> Figure {
         range: Some((0.0, 1.0)),
         contour: Some(0.5),
         shading: Shading::Ordered,
+            remark: String::new(),
         missing: "no solution".into(),
     })
 }

@@ -81,6 +81,13 @@ impl Scale {
         [r, g, b, u8::MAX]
     }
 
+    /// The middle of the one of `count` equal parts of the scale in which a value lies.
+    pub(crate) fn levelled(&self, value: f64, count: f64) -> f64 {
+        let share = (value - self.low) / (self.high - self.low);
+        let level = (share * count).floor().clamp(0.0, count - 1.0);
+        self.low + (level + 0.5) / count * (self.high - self.low)
+    }
+
     /// The colour of an end.
     fn end(&self, value: f64) -> Rgb {
         let [r, g, b, _] = self.colour(value);

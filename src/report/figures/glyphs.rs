@@ -41,7 +41,7 @@ fn id(letter: char, weight: Weight) -> String {
     format!("{prefix}{:x}", letter as u32)
 }
 
-pub(super) fn escaped(content: &str) -> String {
+fn escaped(content: &str) -> String {
     content.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }
 

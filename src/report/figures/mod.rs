@@ -3,6 +3,7 @@
 //! Each kind of figure lays itself out as a scene of lines, shapes, texts and images in floating-point
 //! pixels; `svg` writes it, and `png` has plotters draw it. The same data give the same bytes.
 
+mod agreement;
 mod alt;
 mod axis;
 mod colour_bar;
@@ -13,10 +14,12 @@ mod data;
 mod error;
 mod field;
 mod glyphs;
+mod hatch;
 mod labels;
 mod lines;
 mod marks;
 mod panels;
+mod plan;
 mod png;
 mod pose;
 mod scene;
@@ -25,14 +28,17 @@ mod slices;
 mod style;
 mod svg;
 mod text;
+mod theme;
 mod ticks;
 mod volume;
 
+pub use agreement::{AgreementFigure, AgreementRow, Meant};
 pub use colours::{Colours, Shading};
 pub use error::FigureError;
 pub use lines::{LineFigure, LineSeries};
 pub use panels::{CurvePanel, PanelCurve, PanelFigure};
-pub use pose::PoseFigure;
+pub use plan::{Look, PlanField, PlanFigure, PlanShape};
+pub use pose::{PoseFigure, Solid, Surroundings};
 pub use slices::{Mark2, SliceFigure, SlicePanel};
 pub use volume::{Mark3, VolumeFigure};
 
@@ -47,6 +53,10 @@ pub enum Figure {
     Lines(LineFigure),
     /// Such curves in panels side by side.
     Panels(PanelFigure),
+    /// Shapes over equal axes and a map.
+    Plan(Box<PlanFigure>),
+    /// Quoted numbers against ours.
+    Agreement(AgreementFigure),
     /// A machine as lines.
     Pose(Box<PoseFigure>),
 }
@@ -69,12 +79,19 @@ impl Figure {
         png::png(&self.scene(colours)?)
     }
 
+    /// The document of [`Figure::svg`], as a page shows it: in dark colours where the page is dark.
+    pub(crate) fn for_page(svg: &str) -> String {
+        svg::for_page(svg)
+    }
+
     fn scene(&self, colours: Colours) -> Result<scene::Scene, FigureError> {
         match self {
             Self::Slices(figure) => slices::scene(figure, colours),
             Self::Volume(figure) => volume::scene(figure, colours),
             Self::Lines(figure) => lines::scene(figure),
             Self::Panels(figure) => panels::scene(figure),
+            Self::Plan(figure) => plan::scene(figure, colours),
+            Self::Agreement(figure) => agreement::scene(figure),
             Self::Pose(figure) => pose::scene(figure),
         }
     }

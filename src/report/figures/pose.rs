@@ -2,6 +2,7 @@
 
 use super::error::{FigureError, check_drawable};
 use super::labels::{Occupied, Spot, around};
+use super::plan;
 use super::scene::{Anchor, Point, Rect, Rgb, Scene, Stroke, Text};
 use super::style::{self, BORDER, CURVES, HATCH, INK, MUTED, PAGE_WIDTH, Sizes, WHITE};
 use super::text::{self, Weight};
@@ -30,6 +31,9 @@ const RAIL: Stroke = Stroke { colour: HATCH, width: 9.0, dash: &[] };
 const GHOST: Stroke = Stroke { colour: HATCH, width: 4.0, dash: &[14.0, 12.0] };
 const LINK: Stroke = Stroke { colour: INK, width: 6.0, dash: &[] };
 const TOOL: Stroke = Stroke { colour: CURVES[1], width: 9.0, dash: &[] };
+const PART: Stroke = Stroke { colour: plan::PART[0], width: 4.5, dash: &[] };
+const PATH: Stroke = Stroke { colour: CURVES[1], width: 3.5, dash: &[] };
+const IN_THE_WAY: Stroke = Stroke { colour: plan::IN_THE_WAY, width: 4.5, dash: &[] };
 const BENT: Stroke = Stroke { colour: CURVES[2], width: 6.0, dash: &[] };
 
 /// A machine as lines: chains, joints, springs, masses, the ways of its slides, frames, the workspace box and named points.
@@ -47,8 +51,40 @@ pub struct PoseFigure {
     pub rails: Vec<[[f64; 3]; 2]>,
     /// Lower and upper corner of the workspace of P, mm; equal where there is none.
     pub workspace: [[f64; 3]; 2],
+    /// What stands around it.
+    pub around: Surroundings,
     /// A remark a reader must not miss, for example the amplification.
     pub note: Option<String>,
+}
+
+/// A box that need not be upright.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Solid {
+    /// Its name.
+    pub name: String,
+    /// Corner k lies at the high end along the first, second and third axis where bits 0, 1 and 2 of k are set, mm.
+    pub corners: [[f64; 3]; 8],
+}
+
+/// What stands around a machine, and what it cuts.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Surroundings {
+    /// The room the part takes.
+    pub part: Option<Solid>,
+    /// Boxes that the part must stay out of.
+    pub in_the_way: Vec<Solid>,
+    /// Paths of the tool, mm.
+    pub paths: Vec<Vec<[f64; 3]>>,
+}
+
+impl Surroundings {
+    fn solids(&self) -> impl Iterator<Item = &Solid> {
+        self.part.iter().chain(&self.in_the_way)
+    }
+
+    fn points(&self) -> impl Iterator<Item = [f64; 3]> {
+        self.solids().flat_map(|solid| solid.corners).chain(self.paths.iter().flatten().copied())
+    }
 }
 
 impl PoseFigure {
@@ -63,11 +99,15 @@ impl PoseFigure {
             links.chain(joints).chain(springs).chain(masses).chain(ends).collect::<Vec<_>>()
         };
         let ends = self.rails.iter().flatten().chain(&self.workspace).copied();
-        skeletons.flat_map(of).chain(ends).chain([[0.0; 3]])
+        skeletons.flat_map(of).chain(ends).chain(self.around.points()).chain([[0.0; 3]])
     }
 
     fn has_workspace(&self) -> bool {
         self.workspace[0] != self.workspace[1]
+    }
+
+    fn solid_stroke(&self, solid: &Solid) -> Stroke {
+        if self.around.in_the_way.contains(solid) { IN_THE_WAY } else { PART }
     }
 
     fn largest_mass(&self) -> f64 {
@@ -142,6 +182,7 @@ pub(super) fn scene(figure: &PoseFigure) -> Result<Scene, FigureError> {
     for rail in &figure.rails {
         view.line(&mut scene, rail, RAIL);
     }
+    figure.around.solids().for_each(|solid| draw_solid(&mut scene, &view, solid, figure.solid_stroke(solid)));
     match &figure.displaced {
         None => draw_machine(&mut scene, &view, &figure.pose, LINK, figure.largest_mass()),
         Some(displaced) => {
@@ -149,6 +190,7 @@ pub(super) fn scene(figure: &PoseFigure) -> Result<Scene, FigureError> {
             draw_machine(&mut scene, &view, displaced, BENT, figure.largest_mass());
         }
     }
+    figure.around.paths.iter().for_each(|path| view.line(&mut scene, path, PATH));
     let mut occupied = occupied(&view, figure);
     draw_frame(&mut scene, &view, &mut occupied);
     draw_labels(&mut scene, &view, figure, occupied);
@@ -168,6 +210,12 @@ fn draw_box(scene: &mut Scene, view: &View, workspace: [[f64; 3]; 2]) {
     let corners = box_corners(workspace);
     for (a, b) in (0..8usize).flat_map(|a| [1, 2, 4].map(|bit| (a, a | bit))).filter(|(a, b)| a != b) {
         view.line(scene, &[corners[a], corners[b]], BOX);
+    }
+}
+
+fn draw_solid(scene: &mut Scene, view: &View, solid: &Solid, stroke: Stroke) {
+    for (a, b) in (0..8usize).flat_map(|a| [1, 2, 4].map(|bit| (a, a | bit))).filter(|(a, b)| a != b) {
+        view.line(scene, &[solid.corners[a], solid.corners[b]], stroke);
     }
 }
 
@@ -281,6 +329,11 @@ fn occupied(view: &View, figure: &PoseFigure) -> Occupied {
             occupied.add_line(&points, 8.0);
         }
     }
+    for solid in figure.around.solids() {
+        for (a, b) in (0..8usize).flat_map(|a| [1, 2, 4].map(|bit| (a, a | bit))).filter(|(a, b)| a != b) {
+            occupied.add_line(&[view.place(solid.corners[a]), view.place(solid.corners[b])], 8.0);
+        }
+    }
     for line in &figure.rails {
         occupied.add_line(&line.map(|p| view.place(p)), 9.0);
     }
@@ -299,6 +352,11 @@ fn draw_labels(scene: &mut Scene, view: &View, figure: &PoseFigure, mut occupied
     let shown = figure.displaced.as_ref().unwrap_or(&figure.pose);
     let tip = view.place(shown.tool_tip_mm);
     draw_label(scene, view, &mut occupied, tip, ("tool tip T", INK));
+    for solid in figure.around.solids() {
+        let corners = solid.corners.map(|corner| view.place(corner));
+        let top = corners.into_iter().reduce(|a, b| if b[1] < a[1] { b } else { a }).unwrap_or_default();
+        draw_label(scene, view, &mut occupied, top, (&solid.name, figure.solid_stroke(solid).colour));
+    }
     for chain in &shown.chains {
         let Some(first) = chain.joints.first() else { continue };
         let at = view.place(first.position_mm);
@@ -354,6 +412,12 @@ fn samples(figure: &PoseFigure) -> Vec<Sample<'_>> {
     if !figure.rails.is_empty() {
         samples.push((line(RAIL), "way of a slide"));
     }
+    if figure.around.part.is_some() {
+        samples.push((line(PART), "room of the part"));
+    }
+    if !figure.around.paths.is_empty() {
+        samples.push((line(PATH), "path"));
+    }
     if figure.has_workspace() {
         samples.push((line(BOX), "workspace of P"));
     }
@@ -389,6 +453,7 @@ mod tests {
             displaced: None,
             rails: Vec::new(),
             workspace: [machine.workspace.min.into(), machine.workspace.max.into()],
+            around: Surroundings::default(),
             note: None,
         }
     }

@@ -72,6 +72,8 @@ pub struct SliceFigure {
     pub contour: Option<f64>,
     /// How values become colours.
     pub shading: Shading,
+    /// Said below the figure on a page, not in it: what its marks are.
+    pub remark: String,
     /// What a hatched cell means, for example "no solution".
     pub missing: String,
 }

@@ -16,6 +16,7 @@ use super::scene::{Item, Point, Rect, Rgb, Scene, Stroke, Text};
 use super::simplify::simplified;
 use super::style::{HATCH, WHITE};
 use super::text;
+use super::theme;
 
 /// Units per page pixel.
 const SCALE: f64 = 3.0;
@@ -68,17 +69,19 @@ pub(super) fn svg(scene: &Scene) -> Result<String, FigureError> {
     Ok(out)
 }
 
-/// The document to stand within a page: its identifiers begin with `prefix`, which no other figure there uses, and its words
-/// are `alternative`.
-pub(super) fn within_page(svg: &str, prefix: &str, alternative: &str) -> String {
-    let words = glyphs::escaped(&text::printable(alternative));
-    let mut svg = svg.replace(" id=\"", &format!(" id=\"{prefix}")).replace("href=\"#", &format!("href=\"#{prefix}"));
-    if let (Some(start), Some(end)) = (svg.find("<title>"), svg.find("</title>")) {
-        svg.replace_range(start..end + "</title>".len(), "");
+/// The document as it stands in a page: dark where the page is, light on paper. An embedded image follows the colour scheme of
+/// the element that shows it (Media Queries 5).
+pub(super) fn for_page(svg: &str) -> String {
+    let rule = |(light, dark): &(Rgb, Rgb)| {
+        let (light, dark) = (hex(*light), hex(*dark));
+        format!("[fill=\"{light}\"]{{fill:{dark}}}[stroke=\"{light}\"]{{stroke:{dark}}}")
+    };
+    let rules: String = theme::DARK.iter().map(rule).collect();
+    let style = format!("<style>@media screen and (prefers-color-scheme:dark){{{rules}}}</style>");
+    match svg.find("</title>") {
+        Some(end) => [&svg[..end + "</title>".len()], &style, &svg[end + "</title>".len()..]].concat(),
+        None => svg.to_owned(),
     }
-    // Single letters and numbers are no help to a reader who hears them one after the other.
-    svg = svg.replace("<g role=\"img\" ", "<g ");
-    svg.replacen("<svg ", &format!("<svg role=\"img\" aria-label=\"{words}\" "), 1)
 }
 
 fn rectangle(out: &mut String, rect: Rect, fill: Rgb, opacity: f64) {
@@ -198,11 +201,13 @@ mod tests {
     }
 
     #[test]
-    fn identifiers_within_a_page_do_not_meet_those_of_another_figure() {
-        let mut scene = Scene { title: "a".into(), width: 100.0, height: 50.0, ..Scene::default() };
-        scene.text(Text::new("b", 20.0, [10.0, 30.0], super::super::scene::Anchor::Start));
-        let inner = within_page(&svg(&scene).unwrap(), "f3-", "what \"it\" shows");
-        assert!(inner.starts_with("<svg role=\"img\" aria-label=\"what &quot;it&quot; shows\""), "{inner}");
-        assert!(inner.contains("id=\"f3-r62\"") && inner.contains("href=\"#f3-r62\"") && !inner.contains("<title>"));
+    fn colours_of_a_dark_page_stand_in_what_is_shown_there_alone() {
+        let scene = Scene { title: "a".into(), width: 100.0, height: 50.0, ..Scene::default() };
+        let bare = svg(&scene).unwrap();
+        assert!(bare.contains("fill=\"#ffffff\"") && !bare.contains("<style>"), "{bare}");
+        let shown = for_page(&bare);
+        assert!(shown.contains("prefers-color-scheme:dark"), "{shown}");
+        assert!(shown.contains("[fill=\"#ffffff\"]{fill:#14171b}"), "{shown}");
+        assert_eq!(for_page("<svg/>"), "<svg/>");
     }
 }

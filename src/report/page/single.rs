@@ -124,11 +124,15 @@ pub fn page(folder: &ResultFolder, out: &Path) -> Result<String> {
 pub(super) fn drawn(figure: &Figure) -> Result<FigureView> {
     let fault = |fault: FigureError| Error::Figure { name: "machine".into(), problem: fault.to_string() };
     Ok(FigureView {
-        source: data_address("image/svg+xml", figure.svg(Colours::default()).map_err(fault)?.as_bytes()),
+        source: picture_address(&figure.svg(Colours::default()).map_err(fault)?),
         caption: figure.caption(),
         alternative: figure.alternative(),
         href: None,
     })
+}
+
+fn picture_address(svg: &str) -> String {
+    data_address("image/svg+xml", Figure::for_page(svg).as_bytes())
 }
 
 /// The figures of the folder, but for the machine at home, which every page has.
@@ -138,7 +142,7 @@ fn figures(folder: &ResultFolder, out: &Path) -> Result<Vec<FigureView>> {
         .map(|note| {
             let name = format!("{}.svg", note.file);
             Ok(FigureView {
-                source: data_address("image/svg+xml", &folder.bytes(&name)?),
+                source: picture_address(&String::from_utf8_lossy(&folder.bytes(&name)?)),
                 caption: note.caption.clone(),
                 alternative: note.alternative.clone(),
                 href: Some(href(out, &folder.path.join(&name))),

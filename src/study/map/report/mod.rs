@@ -2,6 +2,7 @@
 
 mod answer;
 mod bent;
+mod extremes;
 mod page;
 mod pictures;
 mod summary;

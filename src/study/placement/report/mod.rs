@@ -4,6 +4,7 @@ mod advice;
 mod answer;
 mod page;
 mod pictures;
+mod recommended;
 mod summary;
 mod tables;
 
