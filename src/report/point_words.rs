@@ -26,7 +26,9 @@ pub(crate) fn point(machine: &Machine, point: &NamedPoint) -> String {
             format!("the corner of the workspace box at the {}, ", ends.join(" and the "))
         }
         _ if middle => "the middle of the workspace box, ".into(),
-        _ if (0..3).all(|i| (low[i]..=high[i]).contains(&point.position[i])) => "a point within the workspace box, ".into(),
+        _ if (0..3).all(|i| (low[i]..=high[i]).contains(&point.position[i])) => {
+            "a point within the workspace box, ".into()
+        }
         _ => "a point outside the workspace box, ".into(),
     };
     let [x, y, z]: [f64; 3] = point.position.into();

@@ -12,8 +12,8 @@ const ROW: f64 = 1.42;
 /// Differences in tolerances at the ends of the axis.
 const ENDS: f64 = 3.0;
 /// Widest column of names and of numbers, as shares of the page.
-const WIDEST: [f64; 2] = [0.46, 0.3];
-const GAP: f64 = 26.0;
+const WIDEST: [f64; 2] = [0.4, 0.27];
+const GAP: f64 = 24.0;
 const MARK: f64 = 13.0;
 /// The band of agreement.
 pub(super) const BAND: Rgb = [214, 232, 224];

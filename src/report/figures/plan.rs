@@ -161,7 +161,8 @@ pub(super) fn scene(figure: &PlanFigure, colours: Colours) -> Result<Scene, Figu
     let plot = plot(figure, top + 0.2 * SIZES.body, if has_bar { bar.width(0.7 * TALLEST) + BAR_GAP } else { 0.0 });
     if let Some((field, scale)) = figure.field.as_ref().zip(scale) {
         let [x, y] = edges(field);
-        let colour = |column: usize, row: usize| field.values[row * field.x.len() + column].map(|value| scale.colour(value));
+        let colour =
+            |column: usize, row: usize| field.values[row * field.x.len() + column].map(|value| scale.colour(value));
         let ([left, bottom], [right, top]) = (plot.place(x[0], y[0]), plot.place(x[x.len() - 1], y[y.len() - 1]));
         let rect = Rect { x: left, y: top, width: right - left, height: bottom - top };
         scene.picture(Picture::new(rect.frame(), &x, &y, colour));
@@ -295,7 +296,13 @@ fn draw_labels(scene: &mut Scene, plot: &Plot, figure: &PlanFigure, mut occupied
 }
 
 /// A label of one or several lines.
-fn write(scene: &mut Scene, occupied: &mut Occupied, bounds: Rect, (at, reach): (Point, f64), (label, colour): (&str, Rgb)) {
+fn write(
+    scene: &mut Scene,
+    occupied: &mut Occupied,
+    bounds: Rect,
+    (at, reach): (Point, f64),
+    (label, colour): (&str, Rgb),
+) {
     let lines: Vec<&str> = label.lines().collect();
     let widest = lines.iter().map(|line| text::width(line, SIZES.tick, Weight::Bold)).fold(0.0, f64::max);
     let height = text::capital_height(SIZES.tick) + lines.len().saturating_sub(1) as f64 * 1.15 * SIZES.tick;

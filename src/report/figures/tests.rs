@@ -24,7 +24,7 @@ fn slices(panels: Vec<SlicePanel>) -> SliceFigure {
         range: None,
         contour: None,
         shading: Shading::Ordered,
-            remark: String::new(),
+        remark: String::new(),
         missing: "no solution".into(),
     }
 }

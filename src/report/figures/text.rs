@@ -122,7 +122,8 @@ pub(super) fn capital_height(size: f64) -> f64 {
 pub(super) fn wrap(content: &str, size: f64, weight: Weight, limit: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     let fits = |line: &str| width(line, size, weight) <= limit;
-    for word in content.split_whitespace() {
+    // No-break spaces hold words together.
+    for word in content.split([' ', '\n', '\t']).filter(|word| !word.is_empty()) {
         match lines.last_mut() {
             Some(line) if fits(&format!("{line} {word}")) => {
                 line.push(' ');

@@ -142,7 +142,7 @@ fn figures(folder: &ResultFolder, out: &Path) -> Result<Vec<FigureView>> {
         .map(|note| {
             let name = format!("{}.svg", note.file);
             Ok(FigureView {
-                source: picture_address(&String::from_utf8_lossy(&folder.bytes(&name)?)),
+                source: picture_address(&folder.text(&name)?),
                 caption: note.caption.clone(),
                 alternative: note.alternative.clone(),
                 href: Some(href(out, &folder.path.join(&name))),

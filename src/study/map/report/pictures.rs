@@ -154,7 +154,15 @@ impl Pictures {
         nodes.sort_unstable();
         nodes.dedup();
         let (quantities, slices_z) = (quantities(&study.machine), shown.slices_z.clone());
-        Self { slices_z, quantities, values: Vec::with_capacity(nodes.len()), nodes, volume, extremes: Extremes::default(), next: 0 }
+        Self {
+            slices_z,
+            quantities,
+            values: Vec::with_capacity(nodes.len()),
+            nodes,
+            volume,
+            extremes: Extremes::default(),
+            next: 0,
+        }
     }
 
     /// Takes the next point, in grid order.
@@ -257,7 +265,7 @@ impl Pictures {
         let points = &study.machine.points;
         let coordinates = |i: usize| self.volume[i].iter().map(|&k| study.grid.axes[i][k]).collect();
         VolumeFigure {
-            title: self.quantities[quantity].title.clone(),
+            title: format!("The workspace, coloured by {}", self.quantities[quantity].label),
             subtitle: setting(study, self.quantities[quantity].source, &self.volume),
             axis_labels: ["x [mm]".into(), "y [mm]".into(), "z [mm]".into()],
             quantity: self.label(quantity),

@@ -130,7 +130,8 @@ impl Pictures {
 
     fn magnified(&self, study: &PathStudy) -> Option<Figure> {
         let points = self.drawn.iter().zip(&self.shifts);
-        let moved = |(&point, shifts): (&usize, &Shifts)| Moved { point, displacement: shifts.displacement[Source::All] };
+        let moved =
+            |(&point, shifts): (&usize, &Shifts)| Moved { point, displacement: shifts.displacement[Source::All] };
         magnified::figure(study, &points.map(moved).collect::<Vec<_>>(), self.worst, self.shown.is_circle)
     }
 

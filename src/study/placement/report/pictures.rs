@@ -36,7 +36,8 @@ pub fn figures(results: &PlacementResults) -> Vec<(String, Figure)> {
             figures.push(("map_objective".into(), Figure::Slices(drawn)));
         }
         for metric in Metric::ALL.into_iter().filter(|metric| study.objective.metrics().contains(metric)) {
-            let drawn = map(results, &with_unit(results, metric), metric.words(&study.machine), &|metrics| metrics.get(metric));
+            let drawn =
+                map(results, &with_unit(results, metric), metric.words(&study.machine), &|metrics| metrics.get(metric));
             figures.push((format!("map_{}", metric.label()), Figure::Slices(drawn)));
         }
     }
@@ -115,7 +116,12 @@ fn plane_title(results: &PlacementResults, plane: &[usize; 6]) -> String {
     typographic(&parts.join(", "))
 }
 
-fn map(results: &PlacementResults, quantity: &str, words: &str, value: &dyn Fn(&Metrics) -> Option<f64>) -> SliceFigure {
+fn map(
+    results: &PlacementResults,
+    quantity: &str,
+    words: &str,
+    value: &dyn Fn(&Metrics) -> Option<f64>,
+) -> SliceFigure {
     let study = &results.study;
     let [xs, ys, ..] = &study.grid.axes;
     let panel = |plane: &[usize; 6]| {
@@ -142,7 +148,7 @@ fn map(results: &PlacementResults, quantity: &str, words: &str, value: &dyn Fn(&
         range: None,
         contour: None,
         shading: Shading::Ordered,
-            remark: String::new(),
+        remark: String::new(),
         missing: IMPOSSIBLE.into(),
     }
 }

@@ -24,7 +24,7 @@ const GHOSTS: usize = 4;
 /// The plan, or `None` where there is nothing to draw.
 pub(super) fn plan(results: &PlacementResults) -> Option<Figure> {
     let study = &results.study;
-    let metric = study.objective.weights.first().map_or(Metric::WorstDeflection, |(metric, _)| *metric);
+    let metric = shown(results);
     let number = |value: f64| typographic(&metric.shown(&study.machine, value));
     let best = results.best.as_ref();
     let mut shapes: Vec<PlanShape> = others(results)
@@ -78,6 +78,16 @@ pub(super) fn plan(results: &PlacementResults) -> Option<Figure> {
     })))
 }
 
+/// The number that places are drawn with: the worst deflection if the objective has it, or else its first one.
+fn shown(results: &PlacementResults) -> Metric {
+    let weights = &results.study.objective.weights;
+    let has = |wanted: Metric| weights.iter().any(|(metric, _)| *metric == wanted);
+    match weights.first() {
+        Some((first, _)) if !has(Metric::WorstDeflection) => *first,
+        _ => Metric::WorstDeflection,
+    }
+}
+
 /// The height of a place and its turn, where it has one.
 fn where_it_stands(site: &Site) -> String {
     let shown = site.shown();
@@ -90,10 +100,7 @@ fn where_it_stands(site: &Site) -> String {
 fn others(results: &PlacementResults) -> Vec<&Entry> {
     let best = results.best.as_ref().map(|best| best.entry);
     let named = results.entries.iter().enumerate().filter(|(index, _)| Some(*index) != best).map(|(_, entry)| entry);
-    named
-        .filter(|entry| entry.found == Found::Named && pictures::is_near(results, &entry.site))
-        .take(GHOSTS)
-        .collect()
+    named.filter(|entry| entry.found == Found::Named && pictures::is_near(results, &entry.site)).take(GHOSTS).collect()
 }
 
 /// The outline of the part at a place, seen along −z.
@@ -173,14 +180,18 @@ fn room(results: &PlacementResults, site: &Site) -> Option<PlanShape> {
 fn room_words(results: &PlacementResults) -> String {
     let mut parts: Vec<String> = Vec::new();
     for (i, name) in COORDINATES.iter().enumerate() {
-        let (scale, unit) = if is_angle(i) { (1f64.to_degrees(), "°") } else { (1.0, " mm") };
+        let (scale, unit) = if is_angle(i) { (1f64.to_degrees(), "°") } else { (1.0, "\u{a0}mm") };
         let way = |direction: f64| {
             let mut rooms = results.flatness.iter();
             let room = rooms.find(|room| room.coordinate == i && room.direction == direction)?;
-            Some(format!("{:.1}", room.distance * scale))
+            let sign = if direction < 0.0 { '−' } else { '+' };
+            Some(match format!("{:.1}", room.distance * scale).as_str() {
+                "0.0" => "0".to_string(),
+                length => format!("{sign}{length}"),
+            })
         };
         if let (Some(down), Some(up)) = (way(-1.0), way(1.0)) {
-            parts.push(format!("{name} −{down} +{up}{unit}"));
+            parts.push(format!("{name}\u{a0}{down}…{up}{unit}"));
         }
     }
     match parts.as_slice() {
@@ -231,11 +242,7 @@ pub(super) fn in_space(results: &PlacementResults) -> Option<Figure> {
     let [x, y, z]: [f64; 3] = entry.site.position_mm().into();
     Some(Figure::Pose(Box::new(PoseFigure {
         title: "The machine and the part at its best place".into(),
-        subtitle: format!(
-            "{}, {}; where the tool is farthest from its path",
-            study.machine.name,
-            position(x, y, z)
-        ),
+        subtitle: format!("{}, {}; where the tool is farthest from its path", study.machine.name, position(x, y, z)),
         pose: bent.commanded,
         displaced: None,
         rails: described.rails,
