@@ -9,6 +9,7 @@ pub mod headline;
 mod manifest;
 mod output;
 pub mod page;
+pub(crate) mod point_words;
 mod recorded;
 mod replace;
 pub(crate) mod table;

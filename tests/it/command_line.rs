@@ -520,12 +520,14 @@ fn a_reader_that_goes_away_is_no_fault_but_a_full_disk_is() {
 
 // A study.
 
-const FIGURES: [&str; 8] = [
+const FIGURES: [&str; 10] = [
+    "answer",
     "slices_deflection_cutting",
     "slices_deflection_all",
     "slices_delta_rho_all",
     "slices_departure_all",
     "slices_stiffness_min_cutting",
+    "slices_worst_angle_all",
     "workspace_deflection_all",
     "machine_at_home",
     "machine_bent",

@@ -1,9 +1,11 @@
 //! Golden figures: small ones of each kind, byte for byte.
 
-use crate::support::golden::same;
+use std::{fs, path::Path};
+
+use crate::support::{command::printed, golden::same};
 use kinetostat::report::figures::{
-    Colours, CurvePanel, Figure, LineFigure, LineSeries, Mark2, Mark3, PanelCurve, PanelFigure, SliceFigure,
-    SlicePanel, VolumeFigure,
+    AgreementFigure, AgreementRow, Colours, CurvePanel, Figure, LineFigure, LineSeries, Look, Mark2, Mark3, Meant,
+    PanelCurve, PanelFigure, PlanField, PlanFigure, PlanShape, Shading, SliceFigure, SlicePanel, VolumeFigure,
 };
 
 fn nodes(count: u8) -> Vec<f64> {
@@ -32,6 +34,9 @@ fn slices() -> Figure {
         panels: vec![panel],
         range: Some((0.0, 1.0)),
         contour: Some(0.5),
+        shading: Shading::Ordered,
+        remark: String::new(),
+        missing: "no solution".into(),
     })
 }
 
@@ -87,6 +92,105 @@ fn panels() -> Figure {
     })
 }
 
+fn plan() -> Figure {
+    let square = |look, label: &str, x: f64, y: f64| PlanShape {
+        look,
+        points: vec![(x, y), (x + 30.0, y), (x + 30.0, y + 20.0), (x, y + 20.0)],
+        label: label.into(),
+    };
+    Figure::Plan(Box::new(PlanFigure {
+        title: "Where the part stands".into(),
+        subtitle: "seen along −z".into(),
+        x_label: "x [mm]".into(),
+        y_label: "y [mm]".into(),
+        quantity: "deflection [mm]".into(),
+        field: Some(PlanField { x: nodes(4), y: nodes(3), values: field(12), missing: "cannot be cut there".into() }),
+        shapes: vec![
+            square(Look::Ghost, "as drawn\n0.5 mm", -10.0, -10.0),
+            square(Look::InTheWay, "clamp", -60.0, -60.0),
+            square(Look::Part, "", 0.0, 0.0),
+            square(Look::Room, "", 10.0, 5.0),
+            PlanShape { look: Look::Path, points: vec![(5.0, 5.0), (25.0, 15.0)], label: String::new() },
+        ],
+        coloured: vec![vec![(-40.0, 30.0, 0.1), (-10.0, 40.0, 0.9)]],
+        marks: vec![(15.0, 10.0, "best\n0.4 mm".into())],
+        note: "room: orange".into(),
+    }))
+}
+
+fn agreement() -> Figure {
+    let row = |label: &str, meant, difference, agrees| AgreementRow {
+        label: label.into(),
+        numbers: "1.7, 1.71 mm".into(),
+        meant,
+        difference,
+        agrees,
+    };
+    Figure::Agreement(AgreementFigure {
+        title: "2 of 4 numbers agree".into(),
+        subtitle: "orthoglide".into(),
+        numbers: "quoted, ours".into(),
+        rows: vec![
+            row("Q0: correction", Meant::About, Some(0.3), true),
+            row("Q1: correction", Meant::AtLeast, Some(7.0), true),
+            row("Q2: correction", Meant::AtMost, Some(1.5), false),
+            row("Q3: correction", Meant::About, None, false),
+        ],
+    })
+}
+
+/// Smallest type size of a figure in points where it is set into a column of 85 mm.
+fn smallest_type(svg: &str) -> f64 {
+    let number = |text: &str| -> f64 { text.split([' ', ')', '"']).next().unwrap().parse().unwrap() };
+    let (_, after) = svg.split_once("viewBox=\"0 0 ").unwrap();
+    let column = 85.0 / 25.4 * 72.0;
+    // Outlines of letters have 256 units to the type size.
+    let sizes = svg.split(" scale(").skip(1).map(|rest| 256.0 * number(rest) * column / number(after));
+    sizes.fold(f64::INFINITY, f64::min)
+}
+
+#[test]
+fn texts_can_be_read_in_a_column() {
+    for figure in [slices(), volume(), lines(), panels(), plan(), agreement()] {
+        let smallest = smallest_type(&figure.svg(Colours::Viridis).unwrap());
+        assert!((7.0..12.0).contains(&smallest), "{smallest} pt in {}", figure.alternative());
+    }
+    for study in ["01_workspace_map", "03_placement_circle", "02_groove_50mm", "05_superposition", "06_paper"] {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, svg) in figures_of(study, folder.path()) {
+            let smallest = smallest_type(&svg);
+            assert!((7.0..12.0).contains(&smallest), "{study}, {name}: {smallest} pt");
+        }
+    }
+}
+
+/// The figures of a study, computed for few points: the answer comes first, and no two have one title.
+fn figures_of(study: &str, out: &Path) -> Vec<(String, String)> {
+    let size = match study {
+        "02_groove_50mm" | "06_paper" => ["--points", "13"],
+        _ => ["--grid", "2"],
+    };
+    let study_folder = format!("studies/{study}");
+    printed(&[&["run", study_folder.as_str(), "--out", out.to_str().unwrap()], &size[..]].concat());
+    let report: serde_json::Value = serde_json::from_slice(&fs::read(out.join("report.json")).unwrap()).unwrap();
+    let notes = report["figures"].as_array().unwrap();
+    assert_eq!(notes[0]["file"], "answer", "{study}");
+    let named = |note: &serde_json::Value| {
+        let file = note["file"].as_str().unwrap().to_string();
+        let svg = fs::read_to_string(out.join(format!("{file}.svg"))).unwrap();
+        (file, svg)
+    };
+    let figures: Vec<(String, String)> = notes.iter().map(named).collect();
+    let mut titles: Vec<&str> = figures.iter().map(|(_, svg)| title(svg)).collect();
+    titles.sort_unstable();
+    assert!(titles.windows(2).all(|pair| pair[0] != pair[1]), "{study}: {titles:?}");
+    figures
+}
+
+fn title(svg: &str) -> &str {
+    svg.split_once("<title>").unwrap().1.split_once("</title>").unwrap().0
+}
+
 #[test]
 fn figures_are_the_golden_ones() {
     for (name, figure, colours) in [
@@ -96,6 +200,8 @@ fn figures_are_the_golden_ones() {
         ("volume", volume(), Colours::Viridis),
         ("lines", lines(), Colours::Viridis),
         ("panels", panels(), Colours::Viridis),
+        ("plan", plan(), Colours::Viridis),
+        ("agreement", agreement(), Colours::Viridis),
     ] {
         same(&format!("figures/{name}.svg"), &figure.svg(colours).unwrap());
     }

@@ -94,7 +94,7 @@ fn a_page_is_one_file_and_is_made_again_byte_for_byte() {
         assert!(!body.contains(address), "{address}");
     }
     let images: Vec<&str> = body.split("<img ").skip(1).map(|tag| tag.split_once('>').unwrap().0).collect();
-    assert_eq!(images.len(), 8, "machine at home, six figures, machine bent");
+    assert_eq!(images.len(), 10, "machine at home, the answer, seven figures, machine bent");
     for image in images {
         let alternative = image.split_once("alt=\"").unwrap().1;
         assert!(!alternative.starts_with('"') && image.contains("src=\"data:image"), "{image:.200}");

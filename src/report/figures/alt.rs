@@ -1,6 +1,6 @@
 //! What a figure shows, in words: its caption, and a text for readers who do not see it.
 
-use super::{Figure, LineFigure, PanelFigure, PoseFigure, SliceFigure, VolumeFigure};
+use super::{AgreementFigure, Figure, LineFigure, PanelFigure, PlanFigure, PoseFigure, SliceFigure, VolumeFigure};
 
 impl Figure {
     /// Title and setting.
@@ -10,9 +10,13 @@ impl Figure {
             Self::Volume(figure) => (&figure.title, &figure.subtitle),
             Self::Lines(figure) => (&figure.title, &figure.subtitle),
             Self::Panels(figure) => (&figure.title, &figure.subtitle),
+            Self::Plan(figure) => (&figure.title, &figure.subtitle),
+            Self::Agreement(figure) => (&figure.title, &figure.subtitle),
             Self::Pose(figure) => (&figure.title, &figure.subtitle),
         };
-        if subtitle.is_empty() { title.clone() } else { format!("{title}. {subtitle}") }
+        let remark = if let Self::Slices(figure) = self { figure.remark.as_str() } else { "" };
+        let parts = [title, subtitle.as_str(), remark].into_iter().filter(|part| !part.is_empty());
+        parts.collect::<Vec<_>>().join(". ")
     }
 
     /// The kind of figure, what is drawn, and its range.
@@ -22,6 +26,8 @@ impl Figure {
             Self::Volume(figure) => volume(figure),
             Self::Lines(figure) => lines(figure),
             Self::Panels(figure) => panels(figure),
+            Self::Plan(figure) => plan(figure),
+            Self::Agreement(figure) => agreement(figure),
             Self::Pose(figure) => pose(figure),
         }
     }
@@ -95,6 +101,29 @@ fn panels(figure: &PanelFigure) -> String {
         names.join(", "),
         panels.join("; ")
     )
+}
+
+fn plan(figure: &PlanFigure) -> String {
+    let shapes = figure.shapes.iter().map(|shape| shape.label.as_str());
+    let marks = figure.marks.iter().map(|mark| mark.2.as_str());
+    let labels: Vec<String> =
+        marks.chain(shapes).filter(|label| !label.is_empty()).map(|label| label.replace('\n', " ")).collect();
+    let values = figure.field.iter().flat_map(|field| field.values.iter().flatten().copied());
+    let values = values.chain(figure.coloured.iter().flatten().map(|point| point.2));
+    let colours = match figure.quantity.as_str() {
+        "" => String::new(),
+        quantity => format!(", coloured by {quantity} {}", range(values)),
+    };
+    let note = if figure.note.is_empty() { String::new() } else { format!(" {}.", figure.note) };
+    format!("Plan over {} and {}{colours}: {}.{note}", figure.x_label, figure.y_label, labels.join("; "))
+}
+
+fn agreement(figure: &AgreementFigure) -> String {
+    let row = |row: &super::AgreementRow| {
+        format!("{}, {}: {}", row.label, row.numbers, if row.agrees { "agrees" } else { "differs" })
+    };
+    let rows: Vec<String> = figure.rows.iter().map(row).collect();
+    format!("Numbers, {}, each as its difference in tolerances. {}.", figure.numbers, rows.join("; "))
 }
 
 fn pose(figure: &PoseFigure) -> String {

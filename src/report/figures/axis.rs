@@ -139,7 +139,6 @@ impl Plot {
             scene.text(Text::new(tick, tick_size, at, Anchor::Middle));
         }
         let label = ticks::label_with_power(label, self.x.ticks.exponent);
-        let size = label_size(&label, size, self.rect.width);
         let at = [self.rect.centre()[0], bottom + depth_below(tick_size) + 1.1 * size];
         scene.text(Text::new(label, size, at, Anchor::Middle));
     }
@@ -153,15 +152,9 @@ impl Plot {
             scene.text(Text::new(tick, tick_size, at, Anchor::End));
         }
         let label = ticks::label_with_power(label, self.y.ticks.exponent);
-        let size = label_size(&label, size, self.rect.height);
         let at = [self.rect.x - self.y.depth_beside(tick_size) - 0.6 * size, self.rect.centre()[1]];
         scene.text(Text::new(label, size, at, Anchor::Middle).upward());
     }
-}
-
-/// Type size at which an axis label is about as long as its axis; labels of short axes may be longer.
-pub(super) fn label_size(label: &str, size: f64, length: f64) -> f64 {
-    text::fitting_size(label, size, Weight::Regular, length.max(6.0 * size))
 }
 
 /// Room for the axis label next to the tick labels.

@@ -1,9 +1,9 @@
 //! The colour scale of a field and its legend.
 
 use super::axis::{self, Axis, Spacing};
-use super::colours::Colours;
+use super::colours::{self, Colours, Shading};
 use super::error::{FigureError, check_drawable};
-use super::field::Picture;
+use super::field::{Picture, Rgba};
 use super::scene::{Anchor, Point, Rect, Rgb, Scene, Text};
 use super::style::outline;
 use super::text::{self, LINE_PITCH, Weight};
@@ -13,14 +13,17 @@ use super::ticks;
 const BAR: f64 = 1.1;
 /// Space between bar and tick labels, and around the quantity.
 const GAP: f64 = 12.0;
-/// Share of its type size down to which the quantity shrinks before it is broken into lines.
-const TIGHTEST: f64 = 0.85;
 /// How far the tips reach into the bar, so that no seam shows.
 const SEAM: f64 = 1.5;
 /// Colours of the bar.
 const SHADES: usize = 128;
-/// What the hatched cells are called.
-const NO_SOLUTION: &str = "no solution";
+/// What the hatched cells are called where nothing else is said.
+pub(super) const NO_SOLUTION: &str = "no solution";
+/// Longest line beside the swatch of hatched cells over the type size.
+const LONGEST: f64 = 6.5;
+/// Grey of a faint field, and its opacity at both ends of the scale.
+const FAINT: u8 = 110;
+const FAINTEST: [f64; 2] = [12.0, 150.0];
 
 /// From values to colours. Values beyond the ends take the end colours.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,6 +33,7 @@ pub(super) struct Scale {
     below: bool,
     above: bool,
     colours: Colours,
+    shading: Shading,
 }
 
 impl Scale {
@@ -37,16 +41,17 @@ impl Scale {
     pub fn new(
         values: impl Iterator<Item = f64>,
         range: Option<(f64, f64)>,
-        colours: Colours,
+        (colours, shading): (Colours, Shading),
     ) -> Result<Option<Self>, FigureError> {
         let found = values.fold(None, |ends: Option<(f64, f64)>, v| match ends {
             Some((low, high)) => Some((low.min(v), high.max(v))),
             None => Some((v, v)),
         });
-        let Some((low, high)) = range else {
+        let turn = (shading == Shading::Cyclic).then_some((0.0, 360.0));
+        let Some((low, high)) = range.or(turn) else {
             return Ok(found.map(|(low, high)| {
                 let (low, high) = ticks::widened(low, high);
-                Self { low, high, below: false, above: false, colours }
+                Self { low, high, below: false, above: false, colours, shading }
             }));
         };
         check_drawable([low, high], || "colour range".into())?;
@@ -55,11 +60,38 @@ impl Scale {
         }
         let (low, high) = ticks::widened(low, high);
         let (least, most) = found.unwrap_or((low, high));
-        Ok(Some(Self { low, high, below: least < low, above: most > high, colours }))
+        let wraps = shading == Shading::Cyclic;
+        let (below, above) = (least < low && !wraps, most > high && !wraps);
+        Ok(Some(Self { low, high, below, above, colours, shading }))
     }
 
-    pub fn colour(&self, value: f64) -> Rgb {
-        self.colours.at((value - self.low) / (self.high - self.low))
+    pub fn colour(&self, value: f64) -> Rgba {
+        let share = ((value - self.low) / (self.high - self.low)).clamp(0.0, 1.0);
+        let [r, g, b] = match self.shading {
+            Shading::Cyclic => colours::of_turn(value / 360.0),
+            Shading::Faint => {
+                let [least, most] = FAINTEST;
+                return [FAINT, FAINT, FAINT, (least + share * (most - least)).round() as u8];
+            }
+            Shading::Ordered if self.low < 0.0 && self.high > 0.0 && self.colours != Colours::Grey => {
+                colours::around_zero(value / self.high.max(-self.low))
+            }
+            Shading::Ordered => self.colours.at(share),
+        };
+        [r, g, b, u8::MAX]
+    }
+
+    /// The middle of the one of `count` equal parts of the scale in which a value lies.
+    pub(crate) fn levelled(&self, value: f64, count: f64) -> f64 {
+        let share = (value - self.low) / (self.high - self.low);
+        let level = (share * count).floor().clamp(0.0, count - 1.0);
+        self.low + (level + 0.5) / count * (self.high - self.low)
+    }
+
+    /// The colour of an end.
+    fn end(&self, value: f64) -> Rgb {
+        let [r, g, b, _] = self.colour(value);
+        [r, g, b]
     }
 }
 
@@ -67,7 +99,8 @@ impl Scale {
 pub(super) struct ColourBar<'a> {
     pub scale: Option<Scale>,
     pub quantity: &'a str,
-    pub missing: bool,
+    /// What hatched cells are called, if there are any.
+    pub missing: Option<&'a str>,
     /// Type size of the quantity.
     pub size: f64,
     /// Type size of the numbers.
@@ -76,7 +109,8 @@ pub(super) struct ColourBar<'a> {
 
 impl ColourBar<'_> {
     fn axis(&self, scale: Scale, length: f64) -> Axis {
-        Axis::vertical(scale.low, scale.high, Spacing::Linear, length, 1.3 * self.tick_size)
+        let spacing = if scale.shading == Shading::Cyclic { Spacing::Angular } else { Spacing::Linear };
+        Axis::vertical(scale.low, scale.high, spacing, length, 1.3 * self.tick_size)
     }
 
     fn thickness(&self) -> f64 {
@@ -85,13 +119,21 @@ impl ColourBar<'_> {
 
     /// Height of the bar itself in a legend of `height`.
     fn bar_height(&self, height: f64) -> f64 {
-        if self.missing { height - 1.8 * self.thickness() } else { height }
+        if self.missing.is_some() { height - self.swatch_height() - 0.7 * self.thickness() } else { height }
+    }
+
+    fn missing_lines(&self) -> Vec<String> {
+        text::wrap(self.missing.unwrap_or_default(), self.tick_size, Weight::Regular, LONGEST * self.tick_size)
+    }
+
+    fn swatch_height(&self) -> f64 {
+        self.thickness().max(self.missing_lines().len() as f64 * LINE_PITCH * self.tick_size)
     }
 
     /// The quantity in lines no longer than `length`.
     fn quantity_lines(&self, axis: &Axis, length: f64) -> Vec<String> {
         let quantity = ticks::label_with_power(self.quantity, axis.ticks.exponent);
-        text::balanced(&quantity, TIGHTEST * self.size, Weight::Regular, length)
+        text::balanced(&quantity, self.size, Weight::Regular, length)
     }
 
     /// Width the legend needs when it is `height` high.
@@ -103,15 +145,16 @@ impl ColourBar<'_> {
             let quantity = self.quantity_lines(&axis, length).len() as f64 * LINE_PITCH * self.size;
             self.thickness() + 3.0 * GAP + numbers + quantity
         });
-        let swatch = self.thickness() + GAP + text::width(NO_SOLUTION, self.tick_size, Weight::Regular);
-        if self.missing { bar.max(swatch) } else { bar }
+        let lines = self.missing_lines();
+        let words = lines.iter().map(|line| text::width(line, self.tick_size, Weight::Regular)).fold(0.0, f64::max);
+        if self.missing.is_some() { bar.max(self.thickness() + GAP + words) } else { bar }
     }
 
     /// Draws the legend with its left upper corner at (`x`, `y`), `height` high.
     pub fn draw(&self, scene: &mut Scene, x: f64, y: f64, height: f64) {
         let side = self.thickness();
-        if self.missing {
-            self.draw_swatch(scene, Rect { x, y: y + height - side, width: side, height: side });
+        if self.missing.is_some() {
+            self.draw_swatch(scene, Rect { x, y: y + height - self.swatch_height(), width: side, height: side });
         }
         if let Some(scale) = self.scale {
             self.draw_bar(scene, scale, Rect { x, y, width: side, height: self.bar_height(height) });
@@ -121,8 +164,11 @@ impl ColourBar<'_> {
     fn draw_swatch(&self, scene: &mut Scene, rect: Rect) {
         scene.picture(Picture::new(rect.frame(), &[0.0, 1.0], &[0.0, 1.0], |_, _| None));
         scene.outline(&rect.corners(), outline());
-        let at = [rect.right() + GAP, rect.centre()[1] + text::capital_height(self.tick_size) / 2.0];
-        scene.text(Text::new(NO_SOLUTION, self.tick_size, at, Anchor::Start));
+        for (row, line) in self.missing_lines().into_iter().enumerate() {
+            let baseline = rect.centre()[1] + text::capital_height(self.tick_size) / 2.0;
+            let at = [rect.right() + GAP, baseline + row as f64 * LINE_PITCH * self.tick_size];
+            scene.text(Text::new(line, self.tick_size, at, Anchor::Start));
+        }
     }
 
     fn draw_bar(&self, scene: &mut Scene, scale: Scale, whole: Rect) {
@@ -136,7 +182,8 @@ impl ColourBar<'_> {
             rect.height -= tip;
         }
         let edges: Vec<f64> = (0..=SHADES).map(|k| k as f64).collect();
-        let shade = |row: usize| scale.colours.at((row as f64 + 0.5) / SHADES as f64);
+        let shade =
+            |row: usize| scale.colour(scale.low + (row as f64 + 0.5) / SHADES as f64 * (scale.high - scale.low));
         scene.picture(Picture::new(rect.frame(), &[0.0, 1.0], &edges, |_, row| Some(shade(row))));
         draw_outline(scene, scale, rect, tip);
         self.draw_numbers(scene, scale, rect, whole);
@@ -153,8 +200,7 @@ impl ColourBar<'_> {
         let numbers = axis::label_width(&axis.ticks, self.tick_size);
         let mut x = rect.right() + 2.0 * GAP + numbers + 0.8 * self.size;
         for line in self.quantity_lines(&axis, whole.height) {
-            let size = text::fitting_size(&line, self.size, Weight::Regular, whole.height);
-            scene.text(Text::new(line, size, [x, whole.centre()[1]], Anchor::Middle).upward());
+            scene.text(Text::new(line, self.size, [x, whole.centre()[1]], Anchor::Middle).upward());
             x += LINE_PITCH * self.size;
         }
     }
@@ -169,14 +215,14 @@ fn draw_outline(scene: &mut Scene, scale: Scale, rect: Rect, tip: f64) {
     if scale.above {
         let top = [middle, rect.y - tip];
         let base = [lower(right_top, SEAM), lower(left_top, SEAM)];
-        scene.convex(vec![left_top, top, right_top, base[0], base[1]], scale.colours.at(1.0));
+        scene.convex(vec![left_top, top, right_top, base[0], base[1]], scale.end(scale.high));
         rim.push(top);
     }
     rim.extend([right_top, right_bottom]);
     if scale.below {
         let bottom = [middle, rect.bottom() + tip];
         let base = [lower(left_bottom, -SEAM), lower(right_bottom, -SEAM)];
-        scene.convex(vec![right_bottom, bottom, left_bottom, base[0], base[1]], scale.colours.at(0.0));
+        scene.convex(vec![right_bottom, bottom, left_bottom, base[0], base[1]], scale.end(scale.low));
         rim.push(bottom);
     }
     rim.push(left_bottom);

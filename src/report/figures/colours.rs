@@ -38,6 +38,46 @@ impl Colours {
     }
 }
 
+/// How the values of a field become colours.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Shading {
+    /// From the smallest to the largest; where values lie on both sides of zero, from blue over white at zero to red.
+    #[default]
+    Ordered,
+    /// Angles in degrees: 0° and 360° have one colour.
+    Cyclic,
+    /// Grey over whatever paper there is, the stronger the larger: a background.
+    Faint,
+}
+
+/// Light at 0 and at 1, over blue to dark and back over red; the stations of `twilight` of Matplotlib (public domain).
+static CYCLIC: LazyLock<LinearGradient> = LazyLock::new(|| {
+    let stations = [
+        [226, 217, 226],
+        [158, 187, 201],
+        [103, 133, 190],
+        [94, 67, 165],
+        [47, 20, 54],
+        [125, 32, 79],
+        [178, 93, 80],
+        [204, 158, 142],
+        [226, 217, 226],
+    ];
+    let colours = stations.map(|[r, g, b]| Color::from_rgba8(r, g, b, 255));
+    let gradient = GradientBuilder::new().colors(&colours).mode(BlendMode::Oklab).build();
+    gradient.unwrap_or_else(|e| unreachable!("nine colours make a gradient: {e}"))
+});
+
+/// The colour of an angle, 0..1 of a turn.
+pub(super) fn of_turn(share: f64) -> Rgb {
+    rgb(&CYCLIC.at((share - share.floor()) as f32))
+}
+
+/// The colour of a value on a scale from −1 to 1 around zero: blue, white, red.
+pub(super) fn around_zero(share: f64) -> Rgb {
+    rgb(&colorgrad::preset::rd_bu().at((0.5 - 0.5 * share.clamp(-1.0, 1.0)) as f32))
+}
+
 static GREY: LazyLock<LinearGradient> = LazyLock::new(|| {
     let ends = [Color::from_rgba8(38, 38, 38, 255), Color::from_rgba8(240, 240, 240, 255)];
     let gradient = GradientBuilder::new().colors(&ends).mode(BlendMode::Oklab).build();
@@ -95,6 +135,15 @@ mod tests {
             assert_eq!(colours.at(-1.0), colours.at(0.0));
             assert_eq!(colours.at(2.0), colours.at(1.0));
         }
+    }
+
+    #[test]
+    fn a_turn_closes_and_zero_is_the_lightest() {
+        assert_eq!(of_turn(0.0), of_turn(1.0));
+        assert!(lightness(of_turn(0.5)) < 20.0 && lightness(of_turn(0.0)) > 85.0);
+        let [low, zero, high] = [-1.0, 0.0, 1.0].map(around_zero);
+        assert!(low[2] > low[0] && high[0] > high[2], "{low:?} {high:?}");
+        assert!(lightness(zero) > 95.0);
     }
 
     #[test]

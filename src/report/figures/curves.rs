@@ -130,7 +130,6 @@ struct Paragraph {
     lines: Vec<String>,
     size: f64,
     weight: Weight,
-    limit: f64,
     width: f64,
 }
 
@@ -138,7 +137,7 @@ impl Paragraph {
     fn new(content: &str, size: f64, weight: Weight, limit: f64) -> Self {
         let lines = text::wrap(content, size, weight, limit);
         let widest = lines.iter().map(|l| text::width(l, size, weight)).fold(0.0, f64::max);
-        Self { lines, size, weight, limit, width: widest.min(limit) }
+        Self { lines, size, weight, width: widest.min(limit) }
     }
 
     fn height(&self) -> f64 {
@@ -147,9 +146,8 @@ impl Paragraph {
 
     fn draw(&self, scene: &mut Scene, corner: Point) {
         for (row, line) in self.lines.iter().enumerate() {
-            let size = text::fitting_size(line, self.size, self.weight, self.limit);
             let baseline = corner[1] + row as f64 * LINE_PITCH * self.size + self.size;
-            let text = Text::new(line, size, [corner[0], baseline], Anchor::Start);
+            let text = Text::new(line, self.size, [corner[0], baseline], Anchor::Start);
             scene.text(Text { weight: self.weight, ..text });
         }
     }

@@ -27,7 +27,7 @@ impl Figure {
     /// machine.
     pub fn data(&self) -> Option<Table> {
         match self {
-            Figure::Slices(_) | Figure::Volume(_) | Figure::Pose(_) => None,
+            Figure::Slices(_) | Figure::Volume(_) | Figure::Plan(_) | Figure::Agreement(_) | Figure::Pose(_) => None,
             Figure::Lines(figure) => {
                 let mut all = Vec::new();
                 for series in &figure.series {

@@ -1,9 +1,12 @@
 //! Values on a grid as coloured cells.
 
-use super::scene::{Point, Rgb};
+use super::scene::Point;
 
 /// Distance of the hatching lines along the sides of a picture in pixels.
-const HATCH_PITCH: f64 = 10.0;
+const HATCH_PITCH: f64 = 22.0;
+
+/// A colour with its opacity, 8 bits per channel.
+pub(super) type Rgba = [u8; 4];
 
 /// Borders of the cells around `nodes`: half-way between neighbours and at the outer nodes themselves, so that the
 /// cells end where the grid ends and the outer cells are half as wide. A lone node gets `lone` on both sides.
@@ -37,7 +40,7 @@ pub(super) struct Picture {
     /// Borders of the columns and of the rows as fractions of `across` and `down`, from 0 to 1.
     borders: [Vec<f64>; 2],
     /// Row by row from the top; cells without a colour are hatched.
-    colours: Vec<Option<Rgb>>,
+    colours: Vec<Option<Rgba>>,
 }
 
 impl Picture {
@@ -46,7 +49,7 @@ impl Picture {
         [origin, across, down]: [Point; 3],
         column_edges: &[f64],
         row_edges: &[f64],
-        colour: impl Fn(usize, usize) -> Option<Rgb>,
+        colour: impl Fn(usize, usize) -> Option<Rgba>,
     ) -> Self {
         let fractions = |edges: &[f64]| -> Vec<f64> {
             let (first, last) = (edges[0], edges[edges.len() - 1]);
@@ -70,10 +73,25 @@ impl Picture {
     }
 
     /// Columns, rows and colour of each cell as fractions of `across` and `down`.
-    pub fn cells(&self) -> impl Iterator<Item = ([f64; 2], [f64; 2], Option<Rgb>)> {
+    pub fn cells(&self) -> impl Iterator<Item = ([f64; 2], [f64; 2], Option<Rgba>)> {
         let [columns, rows] = &self.borders;
         let cells = rows.windows(2).flat_map(|v| columns.windows(2).map(move |u| ([u[0], u[1]], [v[0], v[1]])));
         cells.zip(&self.colours).map(|((u, v), colour)| (u, v, *colour))
+    }
+
+    /// The fewest equal parts of both sides between which the borders of the cells lie, or else many.
+    pub(crate) fn finest(&self) -> [u32; 2] {
+        [0, 1].map(|side| {
+            let borders = &self.borders[side];
+            let most = 2 * borders.len() as u32;
+            let lies_between = |parts: &u32| {
+                borders.iter().all(|border| {
+                    let at = border * f64::from(*parts);
+                    (at - at.round()).abs() < 1e-6
+                })
+            };
+            (1..=most).find(lies_between).unwrap_or(8 * most)
+        })
     }
 
     /// Slanted lines over the cells without a colour.
@@ -126,13 +144,13 @@ mod tests {
     #[test]
     fn rows_start_at_the_top_and_only_missing_cells_are_hatched() {
         let rect = Rect { x: 100.0, y: 0.0, width: 40.0, height: 40.0 };
-        let colour = |column, row| (column != 0 || row != 1).then_some([column as u8, row as u8, 0]);
+        let colour = |column, row| (column != 0 || row != 1).then_some([column as u8, row as u8, 0, 255]);
         let picture = Picture::new(rect.frame(), &[1.0, 2.0, 3.0], &[0.0, 10.0, 40.0], colour);
         let cells: Vec<_> = picture.cells().collect();
         assert_eq!(cells[0], ([0.0, 0.5], [0.0, 0.75], None));
-        assert_eq!(cells[3], ([0.5, 1.0], [0.75, 1.0], Some([1, 0, 0])));
+        assert_eq!(cells[3], ([0.5, 1.0], [0.75, 1.0], Some([1, 0, 0, 255])));
         let hatched = picture.hatching();
-        assert_eq!(hatched[0], [[100.0, 10.0], [110.0, 0.0]]);
+        assert_eq!(hatched[0], [[100.0, 22.0], [120.0, 2.0]]);
         assert!(hatched.iter().flatten().all(|[x, y]| (100.0..=120.0).contains(x) && (0.0..=30.0).contains(y)));
     }
 }

@@ -13,21 +13,21 @@ pub(super) fn svg(texts: &[&Text], scale: f64) -> String {
     let mut outlines = BTreeMap::new();
     let mut lines = String::new();
     for text in texts {
-        let (em, unit) = (scale * text.size, text::units_per_em(text.weight));
+        let em = scale * text.size;
         let [x, y] = text.at.map(|place| decimals(scale * place));
         let turn = if text.upward { " rotate(-90)" } else { "" };
-        let size = em / unit;
-        let [r, g, b] = text.colour;
+        let size = em / GRID;
         let label = escaped(&text.content);
         lines += &format!(
-            "<g role=\"img\" aria-label=\"{label}\" fill=\"#{r:02X}{g:02X}{b:02X}\" \
-             transform=\"translate({x} {y}){turn} scale({size:.5} -{size:.5})\">"
+            "<g role=\"img\" aria-label=\"{label}\" fill=\"{}\" \
+             transform=\"translate({x} {y}){turn} scale({size:.4} -{size:.4})\">",
+            super::svg::hex(text.colour)
         );
         for (letter, pen) in text::pens(&text.content, em, text.weight) {
             let id = id(letter, text.weight);
             if let Some(path) = outline(letter, text.weight) {
                 outlines.entry(id.clone()).or_insert(path);
-                lines += &format!("<use href=\"#{id}\" x=\"{}\"/>", decimals((scale * text.start() + pen) / size));
+                lines += &format!("<use href=\"#{id}\" x=\"{}\"/>", ((scale * text.start() + pen) / size).round());
             }
         }
         lines += "</g>\n";
@@ -51,25 +51,59 @@ fn decimals(value: f64) -> String {
     text.strip_suffix(".0").map_or(text.clone(), String::from)
 }
 
-/// The outline of a letter in font units, y upward; `None` for a blank.
+/// Parts of the type size between which the points of outlines lie: finer than a screen shows.
+const GRID: f64 = 256.0;
+
+/// The outline of a letter on the grid, y upward, as relative path data; `None` for a blank.
 fn outline(letter: char, weight: Weight) -> Option<String> {
     let font = weight.font();
     let curves = font.outline(font.glyph_id(letter))?.curves;
+    let unit = GRID / text::units_per_em(weight);
+    let on_grid = |p: Corner| [p.x, p.y].map(|v| (f64::from(v) * unit).round() as i64);
     let mut path = String::new();
     let mut at: Option<Corner> = None;
+    let mut pen = [0, 0];
+    let mut last = ' ';
+    let mut command = |path: &mut String, letter: char, places: &[Corner]| {
+        if letter != last || letter == 'm' {
+            path.push(letter);
+            last = letter;
+        } else if !path.ends_with(' ') {
+            path.push(' ');
+        }
+        let numbers: Vec<String> = places
+            .iter()
+            .flat_map(|place| {
+                let [x, y] = on_grid(*place);
+                [x - pen[0], y - pen[1]]
+            })
+            .map(|number| number.to_string())
+            .collect();
+        *path += &numbers.join(" ");
+        pen = places.last().map_or(pen, |place| on_grid(*place));
+    };
     for curve in curves {
-        let (from, to, command) = match curve {
-            OutlineCurve::Line(from, to) => (from, to, format!("L{} {}", to.x, to.y)),
-            OutlineCurve::Quad(from, c, to) => (from, to, format!("Q{} {} {} {}", c.x, c.y, to.x, to.y)),
-            OutlineCurve::Cubic(from, c, d, to) => {
-                (from, to, format!("C{} {} {} {} {} {}", c.x, c.y, d.x, d.y, to.x, to.y))
-            }
+        let from = match curve {
+            OutlineCurve::Line(from, _) | OutlineCurve::Quad(from, ..) | OutlineCurve::Cubic(from, ..) => from,
         };
         if at != Some(from) {
-            path += &format!("M{} {}", from.x, from.y);
+            command(&mut path, 'm', &[from]);
         }
-        path += &command;
+        let to = match curve {
+            OutlineCurve::Line(_, to) => {
+                command(&mut path, 'l', &[to]);
+                to
+            }
+            OutlineCurve::Quad(_, c, to) => {
+                command(&mut path, 'q', &[c, to]);
+                to
+            }
+            OutlineCurve::Cubic(_, c, d, to) => {
+                command(&mut path, 'c', &[c, d, to]);
+                to
+            }
+        };
         at = Some(to);
     }
-    (!path.is_empty()).then_some(path)
+    (!path.is_empty()).then(|| path.replace(" -", "-"))
 }

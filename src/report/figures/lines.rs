@@ -7,7 +7,7 @@ use super::scene::{Point, Rect, Scene, Stroke};
 use super::style::{self, BORDER, GRID, PAGE_WIDTH, Sizes};
 use super::ticks;
 
-const SIZES: Sizes = Sizes::COLUMN;
+const SIZES: Sizes = Sizes::FIGURE;
 /// Height of the frame when the axes are free, and the most when they are equal.
 const FRAME_HEIGHT: f64 = 860.0;
 const TALLEST_EQUAL: f64 = 1000.0;

@@ -1,8 +1,9 @@
 //! Figures of the results: plain data in, SVG or PNG bytes out.
 //!
 //! Each kind of figure lays itself out as a scene of lines, shapes, texts and images in floating-point
-//! pixels; `paint` has plotters draw it. The same data give the same bytes.
+//! pixels; `svg` writes it, and `png` has plotters draw it. The same data give the same bytes.
 
+mod agreement;
 mod alt;
 mod axis;
 mod colour_bar;
@@ -13,23 +14,31 @@ mod data;
 mod error;
 mod field;
 mod glyphs;
+mod hatch;
+mod labels;
 mod lines;
 mod marks;
-mod paint;
 mod panels;
+mod plan;
+mod png;
 mod pose;
 mod scene;
+mod simplify;
 mod slices;
 mod style;
+mod svg;
 mod text;
+mod theme;
 mod ticks;
 mod volume;
 
-pub use colours::Colours;
+pub use agreement::{AgreementFigure, AgreementRow, Meant};
+pub use colours::{Colours, Shading};
 pub use error::FigureError;
 pub use lines::{LineFigure, LineSeries};
 pub use panels::{CurvePanel, PanelCurve, PanelFigure};
-pub use pose::PoseFigure;
+pub use plan::{Look, PlanField, PlanFigure, PlanShape};
+pub use pose::{PoseFigure, Solid, Surroundings};
 pub use slices::{Mark2, SliceFigure, SlicePanel};
 pub use volume::{Mark3, VolumeFigure};
 
@@ -44,6 +53,10 @@ pub enum Figure {
     Lines(LineFigure),
     /// Such curves in panels side by side.
     Panels(PanelFigure),
+    /// Shapes over equal axes and a map.
+    Plan(Box<PlanFigure>),
+    /// Quoted numbers against ours.
+    Agreement(AgreementFigure),
     /// A machine as lines.
     Pose(Box<PoseFigure>),
 }
@@ -55,7 +68,7 @@ impl Figure {
     /// # Errors
     /// When the data contradict each other or cannot be drawn; see [`FigureError`].
     pub fn svg(&self, colours: Colours) -> Result<String, FigureError> {
-        paint::svg(&self.scene(colours)?)
+        svg::svg(&self.scene(colours)?)
     }
 
     /// The figure as a PNG file, 1600 px wide.
@@ -63,7 +76,12 @@ impl Figure {
     /// # Errors
     /// As [`Figure::svg`].
     pub fn png(&self, colours: Colours) -> Result<Vec<u8>, FigureError> {
-        paint::png(&self.scene(colours)?)
+        png::png(&self.scene(colours)?)
+    }
+
+    /// The document of [`Figure::svg`], as a page shows it: in dark colours where the page is dark.
+    pub(crate) fn for_page(svg: &str) -> String {
+        svg::for_page(svg)
     }
 
     fn scene(&self, colours: Colours) -> Result<scene::Scene, FigureError> {
@@ -72,6 +90,8 @@ impl Figure {
             Self::Volume(figure) => volume::scene(figure, colours),
             Self::Lines(figure) => lines::scene(figure),
             Self::Panels(figure) => panels::scene(figure),
+            Self::Plan(figure) => plan::scene(figure, colours),
+            Self::Agreement(figure) => agreement::scene(figure),
             Self::Pose(figure) => pose::scene(figure),
         }
     }

@@ -5,13 +5,13 @@ use super::curves::{CurveStyle, Legend};
 use super::error::{FigureError, check_drawable};
 use super::scene::{Anchor, Point, Rect, Scene, Stroke, Text};
 use super::style::{self, BORDER, GRID, PAGE_WIDTH, Sizes};
-use super::text::{self, Weight};
+use super::text::{self, LINE_PITCH, Weight};
 use super::ticks;
 
 /// Most panels in one figure.
 const MOST_PANELS: usize = 6;
 /// Height of a frame with free axes, and the most with equal ones.
-const FRAME_HEIGHT: f64 = 520.0;
+const FRAME_HEIGHT: f64 = 560.0;
 const TALLEST_EQUAL: f64 = 760.0;
 /// Space between the columns.
 const GAP: f64 = 36.0;
@@ -47,7 +47,7 @@ pub struct PanelFigure {
     pub y_label: String,
     /// Names of the curves in the legend, and whether they are dashed; the first one is black.
     pub curves: Vec<(String, bool)>,
-    /// The frames; up to three share a row, four stand in two rows of two.
+    /// The frames, two in a row.
     pub panels: Vec<CurvePanel>,
     /// One unit is equally long on both axes, and in all frames. Otherwise all frames have the same axes.
     pub equal_axes: bool,
@@ -75,11 +75,7 @@ impl PanelFigure {
     }
 
     fn columns(&self) -> usize {
-        match self.panels.len() {
-            n @ 0..=3 => n,
-            4 => 2,
-            _ => 3,
-        }
+        self.panels.len().min(2)
     }
 
     /// Ends of both axes of each panel.
@@ -111,7 +107,7 @@ fn centred(range: (f64, f64), length: f64) -> (f64, f64) {
 
 pub(super) fn scene(figure: &PanelFigure) -> Result<Scene, FigureError> {
     figure.check()?;
-    let sizes = if figure.panels.len() <= 2 { Sizes::COLUMN } else { Sizes::PAGE };
+    let sizes = Sizes::FIGURE;
     let (mut scene, top) = style::page(&figure.title, &figure.subtitle, sizes);
     let longest = |index: usize| {
         let count = |panel: &CurvePanel| panel.curves.get(index).map_or(0, |c| c.pieces.iter().map(Vec::len).sum());
@@ -121,11 +117,12 @@ pub(super) fn scene(figure: &PanelFigure) -> Result<Scene, FigureError> {
     let grid = Layout::new(figure, sizes, top);
     for (index, panel) in figure.panels.iter().enumerate() {
         let plot = grid.plot(index);
-        let title_at = [plot.rect.x, plot.rect.y - 0.45 * sizes.body];
-        let size = text::fitting_size(&panel.title, sizes.body, Weight::Bold, plot.rect.width);
-        scene.text(Text::new(panel.title.clone(), size, title_at, Anchor::Start).bold());
+        for (above, line) in title_lines(panel, plot.rect.width, sizes).into_iter().rev().enumerate() {
+            let title_at = [plot.rect.x, plot.rect.y - (0.45 + above as f64 * LINE_PITCH) * sizes.body];
+            scene.text(Text::new(line, sizes.body, title_at, Anchor::Start).bold());
+        }
         plot.draw_grid(&mut scene, Stroke { colour: GRID, width: 1.5, dash: &[] });
-        let is_lowest = index + grid.columns >= figure.panels.len();
+        let is_lowest = index / grid.columns + 1 == figure.panels.len().div_ceil(grid.columns);
         plot.draw_below(&mut scene, if is_lowest { &figure.x_label } else { "" }, sizes.body, sizes.tick);
         let is_first = index.is_multiple_of(grid.columns);
         plot.draw_beside(&mut scene, if is_first { &figure.y_label } else { "" }, sizes.body, sizes.tick);
@@ -147,6 +144,10 @@ pub(super) fn scene(figure: &PanelFigure) -> Result<Scene, FigureError> {
     Ok(scene)
 }
 
+fn title_lines(panel: &CurvePanel, width: f64, sizes: Sizes) -> Vec<String> {
+    text::wrap(&panel.title, sizes.body, Weight::Bold, width)
+}
+
 /// Where the frames stand.
 struct Layout {
     sizes: Sizes,
@@ -160,6 +161,8 @@ struct Layout {
     x_spacing: Spacing,
     /// Widest room beside a frame for its tick labels.
     beside: f64,
+    /// Room above a frame for its title.
+    title: f64,
 }
 
 impl Layout {
@@ -177,22 +180,25 @@ impl Layout {
             let scale = (width / (x.1 - x.0)).min(TALLEST_EQUAL / (y.1 - y.0));
             (width, height) = (scale * (x.1 - x.0), scale * (y.1 - y.0));
         }
+        let title_rows = figure.panels.iter().map(|panel| title_lines(panel, width, sizes).len()).max().unwrap_or(1);
+        let title = (0.2 + LINE_PITCH * title_rows as f64) * sizes.body;
         Self {
             sizes,
             columns,
             left,
-            top: top + 1.5 * sizes.body,
+            top: top + title,
             width,
             height,
             ranges,
             x_spacing: Spacing::of(&figure.x_label),
             beside,
+            title,
         }
     }
 
     /// Height of a row: its frame, what stands below it, and the title of the next one.
     fn pitch(&self) -> f64 {
-        self.height + axis::depth_below(self.sizes.tick) + axis::label_depth(self.sizes.body) + 1.2 * self.sizes.body
+        self.height + axis::depth_below(self.sizes.tick) + self.title
     }
 
     fn plot(&self, index: usize) -> Plot {
@@ -212,6 +218,8 @@ impl Layout {
     }
 
     fn bottom(&self, figure: &PanelFigure) -> f64 {
-        self.top + figure.panels.len().div_ceil(self.columns) as f64 * self.pitch() - 0.6 * self.sizes.body
+        self.top + figure.panels.len().div_ceil(self.columns) as f64 * self.pitch() - self.title
+            + axis::label_depth(self.sizes.body)
+            + 0.5 * self.sizes.body
     }
 }

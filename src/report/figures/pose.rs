@@ -1,12 +1,14 @@
 //! A machine in one or two poses, seen from above, right and front.
 
 use super::error::{FigureError, check_drawable};
+use super::labels::{Occupied, Spot, around};
+use super::plan;
 use super::scene::{Anchor, Point, Rect, Rgb, Scene, Stroke, Text};
 use super::style::{self, BORDER, CURVES, HATCH, INK, MUTED, PAGE_WIDTH, Sizes, WHITE};
 use super::text::{self, Weight};
 use crate::machine::Skeleton;
 
-const SIZES: Sizes = Sizes::COLUMN;
+const SIZES: Sizes = Sizes::FIGURE;
 /// Direction of view: the eye stands at this azimuth from +x and elevation from the xy plane, in degrees.
 const AZIMUTH: f64 = 32.0;
 const ELEVATION: f64 = 24.0;
@@ -29,6 +31,9 @@ const RAIL: Stroke = Stroke { colour: HATCH, width: 9.0, dash: &[] };
 const GHOST: Stroke = Stroke { colour: HATCH, width: 4.0, dash: &[14.0, 12.0] };
 const LINK: Stroke = Stroke { colour: INK, width: 6.0, dash: &[] };
 const TOOL: Stroke = Stroke { colour: CURVES[1], width: 9.0, dash: &[] };
+const PART: Stroke = Stroke { colour: plan::PART[0], width: 4.5, dash: &[] };
+const PATH: Stroke = Stroke { colour: CURVES[1], width: 3.5, dash: &[] };
+const IN_THE_WAY: Stroke = Stroke { colour: plan::IN_THE_WAY, width: 4.5, dash: &[] };
 const BENT: Stroke = Stroke { colour: CURVES[2], width: 6.0, dash: &[] };
 
 /// A machine as lines: chains, joints, springs, masses, the ways of its slides, frames, the workspace box and named points.
@@ -46,8 +51,40 @@ pub struct PoseFigure {
     pub rails: Vec<[[f64; 3]; 2]>,
     /// Lower and upper corner of the workspace of P, mm; equal where there is none.
     pub workspace: [[f64; 3]; 2],
+    /// What stands around it.
+    pub around: Surroundings,
     /// A remark a reader must not miss, for example the amplification.
     pub note: Option<String>,
+}
+
+/// A box that need not be upright.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Solid {
+    /// Its name.
+    pub name: String,
+    /// Corner k lies at the high end along the first, second and third axis where bits 0, 1 and 2 of k are set, mm.
+    pub corners: [[f64; 3]; 8],
+}
+
+/// What stands around a machine, and what it cuts.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Surroundings {
+    /// The room the part takes.
+    pub part: Option<Solid>,
+    /// Boxes that the part must stay out of.
+    pub in_the_way: Vec<Solid>,
+    /// Paths of the tool, mm.
+    pub paths: Vec<Vec<[f64; 3]>>,
+}
+
+impl Surroundings {
+    fn solids(&self) -> impl Iterator<Item = &Solid> {
+        self.part.iter().chain(&self.in_the_way)
+    }
+
+    fn points(&self) -> impl Iterator<Item = [f64; 3]> {
+        self.solids().flat_map(|solid| solid.corners).chain(self.paths.iter().flatten().copied())
+    }
 }
 
 impl PoseFigure {
@@ -62,11 +99,15 @@ impl PoseFigure {
             links.chain(joints).chain(springs).chain(masses).chain(ends).collect::<Vec<_>>()
         };
         let ends = self.rails.iter().flatten().chain(&self.workspace).copied();
-        skeletons.flat_map(of).chain(ends).chain([[0.0; 3]])
+        skeletons.flat_map(of).chain(ends).chain(self.around.points()).chain([[0.0; 3]])
     }
 
     fn has_workspace(&self) -> bool {
         self.workspace[0] != self.workspace[1]
+    }
+
+    fn solid_stroke(&self, solid: &Solid) -> Stroke {
+        if self.around.in_the_way.contains(solid) { IN_THE_WAY } else { PART }
     }
 
     fn largest_mass(&self) -> f64 {
@@ -80,6 +121,7 @@ struct View {
     up: [f64; 3],
     scale: f64,
     origin: Point,
+    top: f64,
     bottom: f64,
     /// Largest extent of what is shown, mm.
     size: f64,
@@ -93,6 +135,7 @@ impl View {
             up: [-el.sin() * az.cos(), -el.sin() * az.sin(), el.cos()],
             scale: 1.0,
             origin: [0.0, 0.0],
+            top,
             bottom: top,
             size: 1.0,
         };
@@ -139,6 +182,7 @@ pub(super) fn scene(figure: &PoseFigure) -> Result<Scene, FigureError> {
     for rail in &figure.rails {
         view.line(&mut scene, rail, RAIL);
     }
+    figure.around.solids().for_each(|solid| draw_solid(&mut scene, &view, solid, figure.solid_stroke(solid)));
     match &figure.displaced {
         None => draw_machine(&mut scene, &view, &figure.pose, LINK, figure.largest_mass()),
         Some(displaced) => {
@@ -146,9 +190,10 @@ pub(super) fn scene(figure: &PoseFigure) -> Result<Scene, FigureError> {
             draw_machine(&mut scene, &view, displaced, BENT, figure.largest_mass());
         }
     }
-    let mut taken = marks(&view, figure);
-    draw_frame(&mut scene, &view, &mut taken);
-    draw_labels(&mut scene, &view, figure, taken);
+    figure.around.paths.iter().for_each(|path| view.line(&mut scene, path, PATH));
+    let mut occupied = occupied(&view, figure);
+    draw_frame(&mut scene, &view, &mut occupied);
+    draw_labels(&mut scene, &view, figure, occupied);
     let lowest = view.bottom.max(scene.lowest());
     let mut bottom = draw_legend(&mut scene, figure, lowest + 1.6 * SIZES.body);
     if let Some(note) = &figure.note {
@@ -165,6 +210,12 @@ fn draw_box(scene: &mut Scene, view: &View, workspace: [[f64; 3]; 2]) {
     let corners = box_corners(workspace);
     for (a, b) in (0..8usize).flat_map(|a| [1, 2, 4].map(|bit| (a, a | bit))).filter(|(a, b)| a != b) {
         view.line(scene, &[corners[a], corners[b]], BOX);
+    }
+}
+
+fn draw_solid(scene: &mut Scene, view: &View, solid: &Solid, stroke: Stroke) {
+    for (a, b) in (0..8usize).flat_map(|a| [1, 2, 4].map(|bit| (a, a | bit))).filter(|(a, b)| a != b) {
+        view.line(scene, &[solid.corners[a], solid.corners[b]], stroke);
     }
 }
 
@@ -247,87 +298,86 @@ fn draw_mass(scene: &mut Scene, [x, y]: Point, size: f64, colour: Rgb) {
 }
 
 /// Frame O: three arrows with their names.
-fn draw_frame(scene: &mut Scene, view: &View, taken: &mut Vec<Rect>) {
+fn draw_frame(scene: &mut Scene, view: &View, occupied: &mut Occupied) {
+    let mut names = Vec::new();
     for (axis, (name, colour)) in [("x", CURVES[1]), ("y", CURVES[3]), ("z", CURVES[2])].into_iter().enumerate() {
         let mut along = [0.0; 3];
         along[axis] = FRAME * view.size;
         let (start, end) = (view.place([0.0; 3]), view.place(along));
-        let stroke = Stroke { colour, width: 5.0, dash: &[] };
-        scene.line(vec![start, end], stroke);
+        scene.line(vec![start, end], Stroke { colour, width: 5.0, dash: &[] });
         let [dx, dy] = [end[0] - start[0], end[1] - start[1]];
         let reach = dx.hypot(dy).max(1.0);
         let [ux, uy] = [dx / reach * 18.0, dy / reach * 18.0];
         let tip = [end[0] + ux, end[1] + uy];
         scene.convex(vec![tip, [end[0] - 0.5 * uy, end[1] + 0.5 * ux], [end[0] + 0.5 * uy, end[1] - 0.5 * ux]], colour);
-        let at = [end[0] + 2.0 * ux, end[1] + 2.0 * uy + text::capital_height(SIZES.tick) / 2.0];
-        let label = Text::new(name, SIZES.tick, at, Anchor::Middle).bold().coloured(colour).with_halo();
-        taken.push(label.bounds());
-        taken.extend(
-            (0..=8).map(|k| around([start[0] + f64::from(k) / 8.0 * dx, start[1] + f64::from(k) / 8.0 * dy], 5.0)),
-        );
-        scene.text(label);
+        occupied.marks.extend([around(end, [14.0; 2])]);
+        occupied.add_line(&[start, end], 6.0);
+        names.push((name, colour, end));
+    }
+    for (name, colour, end) in names {
+        draw_label(scene, view, occupied, end, (name, colour));
     }
 }
 
-/// A square of half the side `half` around a place.
-fn around([x, y]: Point, half: f64) -> Rect {
-    Rect { x: x - half, y: y - half, width: 2.0 * half, height: 2.0 * half }
-}
-
-/// Where marks of joints and masses stand, which labels leave free.
-fn marks(view: &View, figure: &PoseFigure) -> Vec<Rect> {
+/// What labels keep clear of: marks of joints and masses, and rather also the lines of the machine.
+fn occupied(view: &View, figure: &PoseFigure) -> Occupied {
+    let mut occupied = Occupied::default();
+    for skeleton in std::iter::once(&figure.pose).chain(&figure.displaced) {
+        let tool = [skeleton.platform_mm, skeleton.tool_tip_mm];
+        for line in skeleton.chains.iter().flat_map(|chain| &chain.links).map(Vec::as_slice).chain([&tool[..]]) {
+            let points: Vec<Point> = line.iter().map(|p| view.place(*p)).collect();
+            occupied.add_line(&points, 8.0);
+        }
+    }
+    for solid in figure.around.solids() {
+        for (a, b) in (0..8usize).flat_map(|a| [1, 2, 4].map(|bit| (a, a | bit))).filter(|(a, b)| a != b) {
+            occupied.add_line(&[view.place(solid.corners[a]), view.place(solid.corners[b])], 8.0);
+        }
+    }
+    for line in &figure.rails {
+        occupied.add_line(&line.map(|p| view.place(p)), 9.0);
+    }
     let shown = figure.displaced.as_ref().unwrap_or(&figure.pose);
     let joints = shown.chains.iter().flat_map(|chain| &chain.joints);
-    let joints = joints.map(|joint| around(view.place(joint.position_mm), MARK));
+    occupied.marks.extend(joints.map(|joint| around(view.place(joint.position_mm), [MARK; 2])));
     let size = |kilograms: f64| mass_radius((kilograms / figure.largest_mass()).cbrt());
-    let masses = shown.masses().map(|mass| around(view.place(mass.position_mm), size(mass.kilograms)));
-    joints.chain(masses).chain([around(view.place(shown.tool_tip_mm), MARK)]).collect()
+    let masses = shown.masses().map(|mass| around(view.place(mass.position_mm), [size(mass.kilograms); 2]));
+    occupied.marks.extend(masses);
+    occupied.marks.push(around(view.place(shown.tool_tip_mm), [MARK; 2]));
+    occupied
 }
 
 /// Names of the chains at their first joints, and of the tool tip.
-fn draw_labels(scene: &mut Scene, view: &View, figure: &PoseFigure, mut taken: Vec<Rect>) {
+fn draw_labels(scene: &mut Scene, view: &View, figure: &PoseFigure, mut occupied: Occupied) {
     let shown = figure.displaced.as_ref().unwrap_or(&figure.pose);
-    let centre = view.place(shown.platform_mm);
+    let tip = view.place(shown.tool_tip_mm);
+    draw_label(scene, view, &mut occupied, tip, ("tool tip T", INK));
+    for solid in figure.around.solids() {
+        let corners = solid.corners.map(|corner| view.place(corner));
+        let top = corners.into_iter().reduce(|a, b| if b[1] < a[1] { b } else { a }).unwrap_or_default();
+        draw_label(scene, view, &mut occupied, top, (&solid.name, figure.solid_stroke(solid).colour));
+    }
     for chain in &shown.chains {
         let Some(first) = chain.joints.first() else { continue };
         let at = view.place(first.position_mm);
-        let away = [at[0] - centre[0], at[1] - centre[1]];
-        let reach = away[0].hypot(away[1]).max(1.0);
-        let label = format!("chain {}", chain.name);
-        let half_width = text::width(&label, SIZES.tick, Weight::Bold) / 2.0;
-        let shift = MARK + 0.8 * SIZES.tick;
-        let x = at[0] + away[0] / reach * (shift + half_width * 0.4);
-        let y = at[1] + if away[1] > 0.0 { shift + 0.4 * SIZES.tick } else { -shift };
-        let x = x.clamp(BORDER + half_width, PAGE_WIDTH - BORDER - half_width);
-        draw_label(scene, at, Text::new(label, SIZES.tick, [x, y], Anchor::Middle).bold().with_halo(), &mut taken);
+        draw_label(scene, view, &mut occupied, at, (&format!("chain {}", chain.name), INK));
     }
-    let tip = view.place(shown.tool_tip_mm);
-    let wished = Text::new("tool tip T", SIZES.tick, [tip[0] + 2.0 * MARK, tip[1]], Anchor::Start);
-    draw_label(scene, tip, wished.bold().with_halo(), &mut taken);
 }
 
-/// A label of what stands at a place: as it is wished, or else where around it is free.
-fn draw_label(scene: &mut Scene, [x, y]: Point, wished: Text, taken: &mut Vec<Rect>) {
-    let half_width = text::width(&wished.content, SIZES.tick, Weight::Bold) / 2.0;
-    let half_height = text::capital_height(SIZES.tick) / 2.0;
-    let text_at = |[x, y]: Point| {
-        let x = x.clamp(BORDER + half_width, PAGE_WIDTH - BORDER - half_width);
-        Text { at: [x, y], anchor: Anchor::Middle, ..wished.clone() }
-    };
-    let beside = |(distance, [dx, dy]): (f64, [f64; 2])| {
-        let far = distance * 2.0 * MARK;
-        [x + dx * (half_width + far), y + dy * (half_height + far) + half_height]
-    };
-    let directions =
-        [[1.0, 0.0], [-1.0, 0.0], [0.0, -1.0], [0.0, 1.0], [1.0, -1.0], [-1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
-    let places = [1.0, 1.8, 3.0].into_iter().flat_map(|distance| directions.map(|direction| (distance, direction)));
-    let texts: Vec<Text> = std::iter::once(wished.clone()).chain(places.map(beside).map(text_at)).collect();
-    let covered = |text: &Text| taken.iter().map(|other| text.bounds().overlap(other)).sum::<f64>();
-    let best = texts.into_iter().reduce(|best, next| if covered(&next) < covered(&best) { next } else { best });
-    if let Some(text) = best {
-        taken.push(text.bounds());
-        scene.text(text);
+/// A label beside what stands at a place.
+fn draw_label(scene: &mut Scene, view: &View, occupied: &mut Occupied, at: Point, (words, colour): (&str, Rgb)) {
+    let half = [
+        text::width(words, SIZES.tick, Weight::Bold) / 2.0 + 0.12 * SIZES.tick,
+        text::capital_height(SIZES.tick) / 2.0 + 0.12 * SIZES.tick,
+    ];
+    let page =
+        Rect { x: BORDER, y: view.top, width: PAGE_WIDTH - 2.0 * BORDER, height: view.bottom - view.top + SIZES.tick };
+    let Spot { rect, leader } = occupied.place(at, MARK, half, page);
+    if let Some(leader) = leader {
+        scene.line(leader.to_vec(), Stroke { colour: MUTED, width: 2.0, dash: &[] });
     }
+    let place = [rect.centre()[0], rect.centre()[1] + text::capital_height(SIZES.tick) / 2.0];
+    scene.text(Text::new(words, SIZES.tick, place, Anchor::Middle).bold().coloured(colour).with_halo());
 }
 
 /// One entry of the legend: how it is drawn at a place, and its words.
@@ -361,6 +411,12 @@ fn samples(figure: &PoseFigure) -> Vec<Sample<'_>> {
     }
     if !figure.rails.is_empty() {
         samples.push((line(RAIL), "way of a slide"));
+    }
+    if figure.around.part.is_some() {
+        samples.push((line(PART), "room of the part"));
+    }
+    if !figure.around.paths.is_empty() {
+        samples.push((line(PATH), "path"));
     }
     if figure.has_workspace() {
         samples.push((line(BOX), "workspace of P"));
@@ -397,6 +453,7 @@ mod tests {
             displaced: None,
             rails: Vec::new(),
             workspace: [machine.workspace.min.into(), machine.workspace.max.into()],
+            around: Surroundings::default(),
             note: None,
         }
     }

@@ -2,7 +2,7 @@
 
 use super::axis::{self, Axis, Plot, Spacing};
 use super::colour_bar::{ColourBar, Scale};
-use super::colours::Colours;
+use super::colours::{Colours, Shading};
 use super::contour::contour;
 use super::error::{FigureError, check_ascending, check_drawable, check_grid};
 use super::field::{self, Picture};
@@ -14,7 +14,7 @@ use super::text::{self, LINE_PITCH, Weight};
 /// Most panels in one figure.
 const MOST_PANELS: usize = 6;
 /// Highest panel in a figure of one row, and of two.
-const TALLEST: [f64; 2] = [1050.0, 800.0];
+const TALLEST: [f64; 2] = [1050.0, 640.0];
 /// Smallest side of a panel.
 const SMALLEST: f64 = 60.0;
 /// Lowest colour bar that still carries its ticks.
@@ -64,12 +64,18 @@ pub struct SliceFigure {
     pub y_label: String,
     /// Beside the colour bar, for example "worst tool deflection \[mm\]".
     pub quantity: String,
-    /// One to six maps; up to three share a row, four stand in two rows of two.
+    /// One to six maps, two in a row.
     pub panels: Vec<SlicePanel>,
     /// Ends of the colour scale; `None` takes the smallest and largest value of all panels.
     pub range: Option<(f64, f64)>,
     /// Value on whose level a line is drawn, interpolated between the nodes.
     pub contour: Option<f64>,
+    /// How values become colours.
+    pub shading: Shading,
+    /// Said below the figure on a page, not in it: what its marks are.
+    pub remark: String,
+    /// What a hatched cell means, for example "no solution".
+    pub missing: String,
 }
 
 impl SlicePanel {
@@ -109,12 +115,12 @@ pub(super) fn scene(figure: &SliceFigure, colours: Colours) -> Result<Scene, Fig
     }
     figure.panels.iter().try_for_each(SlicePanel::check)?;
     let values = || figure.panels.iter().flat_map(|p| &p.values);
-    let scale = Scale::new(values().copied().flatten(), figure.range, colours)?;
-    let sizes = if figure.panels.len() <= 2 { Sizes::COLUMN } else { Sizes::PAGE };
+    let scale = Scale::new(values().copied().flatten(), figure.range, (colours, figure.shading))?;
+    let sizes = Sizes::FIGURE;
     let bar = ColourBar {
         scale,
         quantity: &figure.quantity,
-        missing: values().any(Option::is_none),
+        missing: values().any(Option::is_none).then_some(figure.missing.as_str()),
         size: sizes.body,
         tick_size: sizes.tick,
     };
@@ -169,7 +175,7 @@ struct Table {
 impl Table {
     fn new(figure: &SliceFigure, sizes: Sizes, bar_width: f64) -> Self {
         let count = figure.panels.len();
-        let columns = if count == 4 { 2 } else { count.min(3) };
+        let columns = count.min(2);
         let rows = count.div_ceil(columns);
         let extents: Vec<_> = figure.panels.iter().map(SlicePanel::extents).collect();
         let shared = extents.windows(2).all(|pair| pair[0] == pair[1]);
@@ -331,11 +337,10 @@ fn grid_rect(plot: &Plot, column_edges: &[f64], row_edges: &[f64]) -> Rect {
 fn draw_title(scene: &mut Scene, panel: &SlicePanel, place: &Place, sizes: Sizes) {
     let lines = title_lines(panel, place.slot_width, sizes);
     for (above, line) in lines.iter().rev().enumerate() {
-        let size = text::fitting_size(line, sizes.body, Weight::Regular, place.slot_width);
         let at = [
             place.plot.rect.centre()[0],
             place.plot.rect.y - 0.45 * sizes.body - above as f64 * LINE_PITCH * sizes.body,
         ];
-        scene.text(Text::new(line, size, at, Anchor::Middle));
+        scene.text(Text::new(line, sizes.body, at, Anchor::Middle));
     }
 }

@@ -3,20 +3,16 @@
 use super::scene::{Anchor, Rgb, Scene, Stroke, Text};
 use super::text::{self, LINE_PITCH, Weight};
 
-/// Width of every figure in pixels; a 170 mm journal page at 240 dpi.
+/// Width of every figure in pixels; a column of 85 mm at 480 dpi.
 pub(super) const PAGE_WIDTH: f64 = 1600.0;
 /// Blank border of every figure in pixels.
 pub(super) const BORDER: f64 = 28.0;
-
-/// Smallest share of its type size at which a text is rather set in one line than broken into several.
-const TIGHTEST: f64 = 0.84;
 
 pub(super) const WHITE: Rgb = [255, 255, 255];
 pub(super) const INK: Rgb = [26, 26, 26];
 pub(super) const MUTED: Rgb = [80, 80, 80];
 pub(super) const GRID: Rgb = [226, 226, 226];
-pub(super) const MISSING: Rgb = [214, 214, 214];
-pub(super) const HATCH: Rgb = [140, 140, 140];
+pub(super) const HATCH: Rgb = [150, 150, 150];
 
 /// Curve colours, distinguishable by colour-blind readers, yellow left out as too pale for lines.
 ///
@@ -28,6 +24,9 @@ pub(super) const CURVES: [Rgb; 7] =
 pub(super) const DASHES: [&[f64]; 4] =
     [&[20.0, 14.0], &[1.0, 11.0], &[20.0, 12.0, 1.0, 12.0], &[36.0, 14.0, 10.0, 14.0]];
 
+/// Least type size in pixels: 7 pt where a figure is set into a column of 85 mm.
+pub(super) const LEAST: f64 = 47.0;
+
 /// Type sizes in pixels.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sizes {
@@ -37,10 +36,8 @@ pub(super) struct Sizes {
 }
 
 impl Sizes {
-    /// For figures set across a whole page (170 mm): 8.4 pt text.
-    pub const PAGE: Self = Self { title: 34.0, body: 28.0, tick: 26.0 };
-    /// For figures set in one column (85 mm) or a page: 5.5 pt text at column width, 11 pt at page width.
-    pub(crate) const COLUMN: Self = Self { title: 42.0, body: 37.0, tick: 34.0 };
+    /// Of all figures: 8 pt and 7 pt in a column of 85 mm.
+    pub const FIGURE: Self = Self { title: 53.0, body: LEAST, tick: LEAST };
 }
 
 pub(super) fn outline() -> Stroke {
@@ -51,9 +48,9 @@ pub(super) fn outline() -> Stroke {
 pub(super) fn page(title: &str, subtitle: &str, sizes: Sizes) -> (Scene, f64) {
     let mut scene = Scene { title: title.to_owned(), width: PAGE_WIDTH, ..Scene::default() };
     let mut y = BORDER;
-    for (line, size) in lines(title, sizes.title, Weight::Bold) {
+    for line in lines(title, sizes.title, Weight::Bold) {
         y += sizes.title;
-        scene.text(Text::new(line, size, [BORDER, y], Anchor::Start).bold());
+        scene.text(Text::new(line, sizes.title, [BORDER, y], Anchor::Start).bold());
         y += (LINE_PITCH - 1.0) * sizes.title;
     }
     y = paragraph(&mut scene, subtitle, y + 0.1 * sizes.body, sizes.body);
@@ -62,22 +59,15 @@ pub(super) fn page(title: &str, subtitle: &str, sizes: Sizes) -> (Scene, f64) {
 
 /// Wrapped muted text across the page from `y` on; returns the y below it.
 pub(super) fn paragraph(scene: &mut Scene, content: &str, mut y: f64, body: f64) -> f64 {
-    for (line, size) in lines(content, body, Weight::Regular) {
+    for line in lines(content, body, Weight::Regular) {
         y += body;
-        scene.text(Text::new(line, size, [BORDER, y], Anchor::Start).coloured(MUTED));
+        scene.text(Text::new(line, body, [BORDER, y], Anchor::Start).coloured(MUTED));
         y += (LINE_PITCH - 1.0) * body;
     }
     y
 }
 
-/// Lines across the page, each with the type size at which it fits.
-fn lines(content: &str, size: f64, weight: Weight) -> Vec<(String, f64)> {
-    let limit = PAGE_WIDTH - 2.0 * BORDER;
-    let tight = TIGHTEST * size;
-    let broken = if text::width(content, tight, weight) <= limit {
-        text::wrap(content, tight, weight, limit)
-    } else {
-        text::balanced(content, size, weight, limit)
-    };
-    broken.into_iter().map(|line| (line.clone(), text::fitting_size(&line, size, weight, limit))).collect()
+/// Lines across the page.
+fn lines(content: &str, size: f64, weight: Weight) -> Vec<String> {
+    text::balanced(content, size, weight, PAGE_WIDTH - 2.0 * BORDER)
 }

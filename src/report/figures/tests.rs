@@ -23,6 +23,9 @@ fn slices(panels: Vec<SlicePanel>) -> SliceFigure {
         panels,
         range: None,
         contour: None,
+        shading: Shading::Ordered,
+        remark: String::new(),
+        missing: "no solution".into(),
     }
 }
 

@@ -118,16 +118,27 @@ pub(super) fn capital_height(size: f64) -> f64 {
     CAPITAL * size
 }
 
-/// The content in lines no wider than `limit`, broken at spaces; a single longer word keeps its own line.
+/// The content in lines no wider than `limit`, broken at spaces, and within a word that is longer than a line.
 pub(super) fn wrap(content: &str, size: f64, weight: Weight, limit: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
-    for word in content.split_whitespace() {
+    let fits = |line: &str| width(line, size, weight) <= limit;
+    // No-break spaces hold words together.
+    for word in content.split([' ', '\n', '\t']).filter(|word| !word.is_empty()) {
         match lines.last_mut() {
-            Some(line) if width(&format!("{line} {word}"), size, weight) <= limit => {
+            Some(line) if fits(&format!("{line} {word}")) => {
                 line.push(' ');
                 line.push_str(word);
             }
-            _ => lines.push(word.to_owned()),
+            _ if fits(word) => lines.push(word.to_owned()),
+            _ => {
+                lines.push(String::new());
+                for letter in word.chars() {
+                    match lines.last_mut() {
+                        Some(line) if line.is_empty() || fits(&format!("{line}{letter}")) => line.push(letter),
+                        _ => lines.push(letter.to_string()),
+                    }
+                }
+            }
         }
     }
     lines
@@ -138,12 +149,6 @@ pub(super) fn balanced(content: &str, size: f64, weight: Weight, limit: f64) -> 
     let greedy = wrap(content, size, weight, limit);
     let shares = (50..100).map(|percent| wrap(content, size, weight, limit * f64::from(percent) / 100.0));
     shares.into_iter().find(|lines| lines.len() == greedy.len()).unwrap_or(greedy)
-}
-
-/// `size`, or less if the line would be wider than `limit`.
-pub(super) fn fitting_size(content: &str, size: f64, weight: Weight, limit: f64) -> f64 {
-    let natural = width(content, size, weight);
-    if natural > limit { size * limit.max(1.0) / natural } else { size }
 }
 
 #[cfg(test)]
@@ -159,10 +164,11 @@ mod tests {
     }
 
     #[test]
-    fn width_grows_with_size_and_shrinks_to_fit() {
+    fn width_grows_with_size_and_long_words_are_broken() {
         let natural = width("workspace", 20.0, Weight::Regular);
         assert!((width("workspace", 40.0, Weight::Regular) - 2.0 * natural).abs() < 1e-3);
-        let size = fitting_size("workspace", 20.0, Weight::Bold, 50.0);
-        assert!(width("workspace", size, Weight::Bold) <= 50.01);
+        let lines = wrap("a workspace", 20.0, Weight::Bold, 50.0);
+        assert!(lines.iter().all(|line| width(line, 20.0, Weight::Bold) <= 50.0));
+        assert_eq!(lines.concat(), "aworkspace");
     }
 }

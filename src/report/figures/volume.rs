@@ -1,8 +1,8 @@
 //! The workspace in 3-D: the outside of a box of values, seen from above, right and front.
 
 use super::axis::{self, Axis, Spacing};
-use super::colour_bar::{ColourBar, Scale};
-use super::colours::Colours;
+use super::colour_bar::{ColourBar, NO_SOLUTION, Scale};
+use super::colours::{Colours, Shading};
 use super::error::{FigureError, check_ascending, check_drawable, check_grid};
 use super::field::{self, Picture};
 use super::marks::{self, PlacedMark};
@@ -11,7 +11,7 @@ use super::style::{self, BORDER, INK, PAGE_WIDTH, Sizes, WHITE, outline};
 use super::text::{self, Weight};
 use super::ticks;
 
-const SIZES: Sizes = Sizes::COLUMN;
+const SIZES: Sizes = Sizes::FIGURE;
 /// Direction of view: the eye stands at this azimuth from +x and elevation from the xy plane, in degrees.
 const AZIMUTH: f64 = -52.0;
 const ELEVATION: f64 = 27.0;
@@ -88,11 +88,11 @@ impl VolumeFigure {
 
 pub(super) fn scene(figure: &VolumeFigure, colours: Colours) -> Result<Scene, FigureError> {
     figure.check()?;
-    let scale = Scale::new(figure.values.iter().copied().flatten(), figure.range, colours)?;
+    let scale = Scale::new(figure.values.iter().copied().flatten(), figure.range, (colours, Shading::Ordered))?;
     let bar = ColourBar {
         scale,
         quantity: &figure.quantity,
-        missing: figure.values.iter().any(Option::is_none),
+        missing: figure.values.iter().any(Option::is_none).then_some(NO_SOLUTION),
         size: SIZES.body,
         tick_size: SIZES.tick,
     };
@@ -111,7 +111,7 @@ pub(super) fn scene(figure: &VolumeFigure, colours: Colours) -> Result<Scene, Fi
     bar.draw(&mut scene, PAGE_WIDTH - BORDER - bar_width, bar_top, BAR_HEIGHT);
     let mut bottom = scene.lowest();
     if any_hidden {
-        bottom = style::paragraph(&mut scene, HIDDEN_NOTE, bottom + SIZES.body, 0.85 * SIZES.body);
+        bottom = style::paragraph(&mut scene, HIDDEN_NOTE, bottom + SIZES.body, SIZES.body);
     }
     scene.height = bottom + BORDER;
     Ok(scene)
@@ -270,7 +270,7 @@ fn draw_axis(scene: &mut Scene, view: &View, axis: usize, label: &str) {
     let label = ticks::label_with_power(label, scale.ticks.exponent);
     let middle = [(x0 + x1) / 2.0, (y0 + y1) / 2.0];
     if axis == 2 {
-        let size = axis::label_size(&label, SIZES.body, span[1]);
+        let size = SIZES.body;
         let x = middle[0] - scale.depth_beside(SIZES.tick) - 0.6 * size - GAP;
         scene.text(Text::new(label, size, [x, middle[1]], Anchor::Middle).upward());
     } else {
@@ -282,7 +282,7 @@ fn draw_axis(scene: &mut Scene, view: &View, axis: usize, label: &str) {
 /// The label of x or y: beside the numbers at the middle of the edge if the page is wide enough, or else in a row of its
 /// own below the box.
 fn draw_slanted_label(scene: &mut Scene, view: &View, axis: usize, label: &str, middle: Point, numbers: f64) {
-    let size = text::fitting_size(label, SIZES.body, Weight::Regular, 0.4 * PAGE_WIDTH);
+    let size = SIZES.body;
     let half_width = text::width(label, size, Weight::Regular) / 2.0;
     let side = if axis == 0 { -1.0 } else { 1.0 };
     let start = [middle[0] + side * (TICK + 2.0 * GAP + 0.9 * numbers), middle[1] + TICK + 1.2 * SIZES.tick];

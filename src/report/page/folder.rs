@@ -76,13 +76,13 @@ impl ResultFolder {
         Table::open(&self.file(name)?)
     }
 
-    /// A file of the folder, as bytes.
+    /// A text file of the folder.
     ///
     /// # Errors
     /// As [`ResultFolder::table`].
-    pub(super) fn bytes(&self, name: &str) -> Result<Vec<u8>> {
+    pub(super) fn text(&self, name: &str) -> Result<String> {
         let file = self.file(name)?;
-        std::fs::read(&file).map_err(|source| Error::Read { file, source })
+        std::fs::read_to_string(&file).map_err(|source| Error::Read { file, source })
     }
 
     fn file(&self, name: &str) -> Result<PathBuf> {

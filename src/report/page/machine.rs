@@ -8,7 +8,7 @@ use crate::{
     machine::{Chain, ChainError, Drive, Machine, Motion, Provenance, Skeleton},
     report::{
         amplification::amplification,
-        figures::{Figure, PoseFigure},
+        figures::{Figure, PoseFigure, Surroundings},
         table::tidy_degrees,
         words::typographic,
     },
@@ -103,6 +103,7 @@ impl MachineDescription {
             displaced: None,
             rails: self.rails.clone(),
             workspace: self.workspace_mm,
+            around: Surroundings::default(),
             note: None,
         }))
     }
@@ -123,6 +124,7 @@ impl MachineDescription {
             displaced: Some(amplified(&bent.commanded, &bent.settled, factor)),
             rails: self.rails.clone(),
             workspace: self.workspace_mm,
+            around: Surroundings::default(),
             note: Some(format!("displacements drawn {factor} times as large")),
         }))
     }

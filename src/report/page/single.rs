@@ -185,7 +185,7 @@ pub(crate) const ANSWER: &str = "answer";
 pub(super) fn drawn(figure: &Figure) -> Result<FigureView> {
     let fault = |fault: FigureError| Error::Figure { name: "machine".into(), problem: fault.to_string() };
     Ok(FigureView {
-        source: data_address("image/svg+xml", figure.svg(Colours::default()).map_err(fault)?.as_bytes()),
+        source: picture_address(&figure.svg(Colours::default()).map_err(fault)?),
         caption: figure.caption(),
         alternative: figure.alternative(),
         href: None,
@@ -193,6 +193,10 @@ pub(super) fn drawn(figure: &Figure) -> Result<FigureView> {
         csv: None,
         stem: String::new(),
     })
+}
+
+fn picture_address(svg: &str) -> String {
+    data_address("image/svg+xml", Figure::for_page(svg).as_bytes())
 }
 
 /// The figures of the folder, but for the machine at home, which every page has.
@@ -204,7 +208,7 @@ fn figures(folder: &ResultFolder, out: &Path) -> Result<Vec<FigureView>> {
             let beside = |name: String| Some(href(out, &folder.path.join(name)));
             let data = format!("{}_data.csv", note.file);
             Ok(FigureView {
-                source: data_address("image/svg+xml", &folder.bytes(&name)?),
+                source: picture_address(&folder.text(&name)?),
                 caption: note.caption.clone(),
                 alternative: note.alternative.clone(),
                 png: beside(format!("{}.png", note.file)),

@@ -2,6 +2,7 @@
 
 mod answer;
 mod bent;
+mod extremes;
 mod headline;
 mod page;
 mod pictures;

@@ -4,14 +4,18 @@ use crate::{
     machine::{Machine, Motion},
     process::MillingForce,
     report::{
-        figures::{Figure, Mark3, SliceFigure, VolumeFigure},
+        figures::{Figure, Mark2, Mark3, Shading, SliceFigure, SlicePanel, VolumeFigure},
         grid_slices::{drawn, drawn_nodes, panels, thinned_words},
+        point_words,
         table::{kind_word, largest_position},
         words::{counted, typographic},
     },
     study::{
         Source,
-        map::{MapPoint, Shown, SourceEffect, WorkspaceMapStudy},
+        map::{
+            MapPoint, Shown, SourceEffect, WorkspaceMapStudy,
+            report::extremes::{At, Extremes},
+        },
     },
 };
 
@@ -22,6 +26,7 @@ struct Quantity {
     title: String,
     label: String,
     unit: &'static str,
+    shading: Shading,
     source: Source,
     value: fn(&Machine, &SourceEffect) -> Option<f64>,
 }
@@ -33,6 +38,7 @@ fn quantities(machine: &Machine) -> Vec<Quantity> {
         title: title.into(),
         label: label.into(),
         unit,
+        shading: Shading::Ordered,
         source,
         value,
     };
@@ -75,6 +81,15 @@ fn quantities(machine: &Machine) -> Vec<Quantity> {
         Source::Cutting,
         |_, e| Some(e.principal_stiffness_n_per_mm[0]),
     ));
+    let angle = quantity(
+        "worst_angle_all",
+        "At which tool angle the tool is moved most",
+        "tool angle φ",
+        "°",
+        Source::All,
+        |_, e| e.phi_deg,
+    );
+    all.push(Quantity { shading: Shading::Cyclic, ..angle });
     all
 }
 
@@ -93,6 +108,7 @@ fn correction(machine: &Machine, kind: Motion) -> Quantity {
             _ => format!("largest correction of {drives} |Δρ|"),
         },
         unit: kind.shown_position_unit(),
+        shading: Shading::Ordered,
         source: Source::All,
         value: match kind {
             Motion::Prismatic => |machine, e| correction_of(machine, Motion::Prismatic, e),
@@ -121,6 +137,8 @@ pub struct Pictures {
     values: Vec<Vec<Option<f64>>>,
     /// Indices along each axis of the picture in 3-D.
     volume: [Vec<usize>; 3],
+    /// Where the deflection under all sources is smallest and largest.
+    extremes: Extremes,
     /// Index of the next point.
     next: usize,
 }
@@ -136,11 +154,21 @@ impl Pictures {
         nodes.sort_unstable();
         nodes.dedup();
         let (quantities, slices_z) = (quantities(&study.machine), shown.slices_z.clone());
-        Self { slices_z, quantities, values: Vec::with_capacity(nodes.len()), nodes, volume, next: 0 }
+        Self {
+            slices_z,
+            quantities,
+            values: Vec::with_capacity(nodes.len()),
+            nodes,
+            volume,
+            extremes: Extremes::default(),
+            next: 0,
+        }
     }
 
     /// Takes the next point, in grid order.
     pub fn add(&mut self, machine: &Machine, point: &MapPoint) {
+        let deflection = &self.quantities[IN_3D];
+        self.extremes.add(point, point.effect(deflection.source).and_then(|e| (deflection.value)(machine, e)));
         if self.nodes.get(self.values.len()) == Some(&self.next) {
             let value = |quantity: &Quantity| point.effect(quantity.source).and_then(|e| (quantity.value)(machine, e));
             self.values.push(self.quantities.iter().map(value).collect());
@@ -153,13 +181,18 @@ impl Pictures {
         self.values.get(place)?[quantity]
     }
 
-    /// All pictures with their file stems: slices of every quantity, and the workspace in 3-D with the deflection under
+    /// All pictures with their file stems: the answer, slices of every quantity, and the workspace in 3-D with the deflection under
     /// both sources.
     pub fn figures(&self, study: &WorkspaceMapStudy) -> Vec<(String, Figure)> {
         let slices = |(k, quantity): (usize, &Quantity)| {
             (format!("slices_{}", quantity.file_stem), Figure::Slices(self.slices(study, k)))
         };
-        let mut figures: Vec<(String, Figure)> = self.quantities.iter().enumerate().map(slices).collect();
+        let answer = self.answer(study).map(|figure| ("answer".to_string(), Figure::Slices(figure)));
+        let is_drawn = |(k, _): &(usize, &Quantity)| {
+            self.quantities[*k].shading != Shading::Cyclic || self.values.iter().any(|values| values[*k].is_some())
+        };
+        let all = self.quantities.iter().enumerate().filter(is_drawn).map(slices);
+        let mut figures: Vec<(String, Figure)> = answer.into_iter().chain(all).collect();
         if study.grid.counts().iter().all(|&n| n > 1) {
             let name = format!("workspace_{}", self.quantities[IN_3D].file_stem);
             figures.push((name, Figure::Volume(self.volume(study, IN_3D))));
@@ -178,14 +211,61 @@ impl Pictures {
             panels: panels(&study.machine, &study.grid, &self.slices_z, &value),
             range: None,
             contour: None,
+            shading: self.quantities[quantity].shading,
+            remark: if quantity == 0 { point_words::points(&study.machine) } else { String::new() },
+            missing: "no solution".into(),
         }
+    }
+
+    /// The slices through the places where the tool is moved least and most; `None` where nothing is solved.
+    fn answer(&self, study: &WorkspaceMapStudy) -> Option<SliceFigure> {
+        let ends = self.extremes.0?;
+        let [columns, rows, planes] = &self.volume;
+        let [xs, ys, zs] = &study.grid.axes;
+        let plane = |at: &At| {
+            let gap = |&&k: &&usize| (zs[k] - at.position_mm[2]).abs();
+            planes.iter().min_by(|a, b| gap(a).total_cmp(&gap(b))).copied()
+        };
+        let mut heights: Vec<usize> = ends.iter().filter_map(plane).collect();
+        heights.dedup();
+        let panel = |&k: &usize| {
+            let here = ends.iter().zip(["least", "most"]).filter(|(at, _)| plane(at) == Some(k));
+            let nodes = rows.iter().flat_map(|&y| columns.iter().map(move |&x| [x, y, k]));
+            SlicePanel {
+                title: typographic(&format!("z = {:.2} mm", zs[k])),
+                x: columns.iter().map(|&x| xs[x]).collect(),
+                y: rows.iter().map(|&y| ys[y]).collect(),
+                values: nodes.map(|node| self.value(study, node, IN_3D)).collect(),
+                marks: here
+                    .map(|(at, word)| Mark2 {
+                        label: format!("{word} {:.2} mm", at.value),
+                        x: at.position_mm[0],
+                        y: at.position_mm[1],
+                    })
+                    .collect(),
+            }
+        };
+        let drawn = &self.volume[..2];
+        Some(SliceFigure {
+            title: "Where the tool is moved least and most".into(),
+            subtitle: setting(study, self.quantities[IN_3D].source, drawn),
+            x_label: "x [mm]".into(),
+            y_label: "y [mm]".into(),
+            quantity: self.label(IN_3D),
+            panels: heights.iter().map(panel).collect(),
+            range: None,
+            contour: None,
+            shading: Shading::Ordered,
+            remark: String::new(),
+            missing: "no solution".into(),
+        })
     }
 
     fn volume(&self, study: &WorkspaceMapStudy, quantity: usize) -> VolumeFigure {
         let points = &study.machine.points;
         let coordinates = |i: usize| self.volume[i].iter().map(|&k| study.grid.axes[i][k]).collect();
         VolumeFigure {
-            title: self.quantities[quantity].title.clone(),
+            title: format!("The workspace, coloured by {}", self.quantities[quantity].label),
             subtitle: setting(study, self.quantities[quantity].source, &self.volume),
             axis_labels: ["x [mm]".into(), "y [mm]".into(), "z [mm]".into()],
             quantity: self.label(quantity),

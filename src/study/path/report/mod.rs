@@ -2,6 +2,7 @@
 
 mod answer;
 mod headline;
+mod magnified;
 mod page;
 mod pictures;
 mod summary;

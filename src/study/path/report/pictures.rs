@@ -14,7 +14,10 @@ use crate::{
         BySource, Source,
         path::{
             PathPart, PathStudy, Shown, Station,
-            report::thinned::{Curve, drawn, step},
+            report::{
+                magnified::{self, Moved},
+                thinned::{Curve, drawn, step},
+            },
         },
     },
 };
@@ -35,8 +38,8 @@ pub struct Pictures {
     drawn: Vec<usize>,
     /// What is added to the path there.
     shifts: Vec<Shifts>,
-    /// Largest displacement by both sources, mm.
-    largest: f64,
+    /// The largest displacement by all sources and its point, mm.
+    worst: Option<(usize, Vector3<f64>)>,
 }
 
 /// What is added to a point of the path to draw it, O axes, mm.
@@ -62,7 +65,7 @@ impl Pictures {
             force: of_drives(),
             drawn: drawn(&study.wanted()),
             shifts: Vec::new(),
-            largest: 0.0,
+            worst: None,
         }
     }
 
@@ -70,7 +73,11 @@ impl Pictures {
     pub fn add(&mut self, study: &PathStudy, part: &PathPart) {
         for k in part.points() {
             let displacement = BySource::of(&study.machine, |source| part.displacement(source, k));
-            self.largest = displacement[Source::All].map_or(self.largest, |d| self.largest.max(d.norm()));
+            if let Some(moved) = displacement[Source::All] {
+                if self.worst.is_none_or(|(_, most)| moved.norm() > most.norm()) {
+                    self.worst = Some((k, moved));
+                }
+            }
             if self.drawn.get(self.shifts.len()) == Some(&k) {
                 let left = part.compensated(Source::All, k).map(|answer| answer.position_error);
                 let displacement = displacement.clone();
@@ -98,7 +105,9 @@ impl Pictures {
     /// All pictures with their file stems.
     pub fn figures(&self, study: &PathStudy) -> Vec<(String, Figure)> {
         let machine = &study.machine;
-        let mut figures = vec![("displacement".to_string(), self.displacement(study))];
+        let mut figures: Vec<(String, Figure)> =
+            self.magnified(study).into_iter().map(|figure| ("answer".to_string(), figure)).collect();
+        figures.push(("displacement".to_string(), self.displacement(study)));
         figures.extend(machine.drive_kinds().map(|kind| {
             let stem = match machine.has_mixed_drives() {
                 false => "delta_rho".to_string(),
@@ -119,13 +128,22 @@ impl Pictures {
         figures
     }
 
+    fn magnified(&self, study: &PathStudy) -> Option<Figure> {
+        let points = self.drawn.iter().zip(&self.shifts);
+        let moved =
+            |(&point, shifts): (&usize, &Shifts)| Moved { point, displacement: shifts.displacement[Source::All] };
+        magnified::figure(study, &points.map(moved).collect::<Vec<_>>(), self.worst, self.shown.is_circle)
+    }
+
     fn displacement(&self, study: &PathStudy) -> Figure {
         let of_source =
             |(source, curve): (Source, &Curve)| series(self.shown, source.words(), source != Source::All, curve);
         let mut all: Vec<LineSeries> = self.displacement.iter().map(of_source).collect();
-        let sum = if Source::parts(&study.machine).len() == 2 { "sum of the two" } else { "sum of the three" };
+        // Directions differ, and so do the places of the peaks: lengths do not add up.
+        let parts = if Source::parts(&study.machine).len() == 2 { "two" } else { "three" };
+        let sum = format!("vector sum of the {parts}");
         all.push(series(self.shown, sum, true, &self.superposed));
-        self.line_figure(study, "How far the tool leaves its path without compensation", "|Δt| [mm]".into(), all)
+        self.line_figure(study, "Distance from the path without compensation", "|Δt| [mm]".into(), all)
     }
 
     fn corrections(&self, study: &PathStudy, kind: Motion) -> Figure {
@@ -181,7 +199,7 @@ impl Pictures {
     /// The path in the xy-plane: wanted, as the tool goes without compensation, as it is commanded and as it goes then.
     fn paths(&self, study: &PathStudy) -> Figure {
         let wanted = study.wanted();
-        let amplification = amplification(&wanted, self.largest);
+        let amplification = amplification(&wanted, self.worst.map_or(0.0, |(_, most)| most.norm()));
         let drawn = |label: &str, dashed: bool, shift: &dyn Fn(&Shifts) -> Option<Vector3<f64>>| {
             let points = self.drawn.iter().zip(&self.shifts).filter_map(|(&k, shifts)| {
                 let at = wanted[k] + shift(shifts)? * amplification;
@@ -202,7 +220,7 @@ impl Pictures {
             some => format!(", {some} of {} drawn", counted(wanted.len(), "point")),
         };
         Figure::Lines(LineFigure {
-            title: "Paths before and after compensation".into(),
+            title: "Path wanted, real, commanded and compensated".into(),
             subtitle: format!("{}, seen along −z{thinned}", study.machine.name),
             x_label: "x [mm]".into(),
             y_label: "y [mm]".into(),

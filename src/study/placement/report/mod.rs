@@ -5,6 +5,7 @@ mod answer;
 mod headline;
 mod page;
 mod pictures;
+mod recommended;
 mod summary;
 mod tables;
 

@@ -6,31 +6,38 @@ use crate::{
     report::{
         amplification::amplification,
         figures::{
-            CurvePanel, Figure, LineFigure, LineSeries, Mark2, PanelCurve, PanelFigure, SliceFigure, SlicePanel,
+            CurvePanel, Figure, LineFigure, LineSeries, Mark2, PanelCurve, PanelFigure, Shading, SliceFigure,
+            SlicePanel,
         },
         file_stem,
         words::typographic,
     },
-    study::placement::{COORDINATES, Metric, Metrics, PlacementResults, Site, Trace},
+    study::placement::{COORDINATES, Metric, Metrics, PlacementResults, Site, Trace, report::recommended},
 };
 
 /// Most panels of a map.
 const PANELS: usize = 6;
 
-/// All pictures with their file stems: maps of the objective and its metrics, the Pareto front, and the path at the best
+/// What a place without a value is.
+pub(super) const IMPOSSIBLE: &str = "cannot be cut there";
+
+/// All pictures with their file stems: the recommended place, maps of the objective and its metrics, the Pareto front, and the path at the best
 /// and at a poor place.
 pub fn figures(results: &PlacementResults) -> Vec<(String, Figure)> {
     let study = &results.study;
-    let mut figures: Vec<(String, Figure)> = Vec::new();
+    let answer = recommended::plan(results).map(|figure| ("answer".to_string(), figure));
+    let in_space = recommended::in_space(results).map(|figure| ("answer_3d".to_string(), figure));
+    let mut figures: Vec<(String, Figure)> = answer.into_iter().chain(in_space).collect();
     let counts = study.grid.counts();
     if counts[0] > 1 && counts[1] > 1 && !results.ranking.is_empty() {
         if study.objective.weights.len() > 1 {
             let value = |metrics: &Metrics| Some(study.objective.value(metrics)).filter(|value| value.is_finite());
-            let drawn = map(results, "objective (weighted sum)", &value);
+            let drawn = map(results, "objective (weighted sum)", "objective", &value);
             figures.push(("map_objective".into(), Figure::Slices(drawn)));
         }
         for metric in Metric::ALL.into_iter().filter(|metric| study.objective.metrics().contains(metric)) {
-            let drawn = map(results, &with_unit(results, metric), &|metrics| metrics.get(metric));
+            let drawn =
+                map(results, &with_unit(results, metric), metric.words(&study.machine), &|metrics| metrics.get(metric));
             figures.push((format!("map_{}", metric.label()), Figure::Slices(drawn)));
         }
     }
@@ -47,19 +54,36 @@ pub fn figures(results: &PlacementResults) -> Vec<(String, Figure)> {
     figures
 }
 
-fn with_unit(results: &PlacementResults, metric: Metric) -> String {
+pub(super) fn with_unit(results: &PlacementResults, metric: Metric) -> String {
     match metric.shown_unit(&results.study.machine) {
         "" => metric.words(&results.study.machine).into(),
         unit => format!("{} [{unit}]", metric.words(&results.study.machine)),
     }
 }
 
-/// Grid positions along one coordinate, at most [`PANELS`], evenly spread, both ends included.
-fn spread(count: usize) -> Vec<usize> {
+/// Grid positions along one coordinate, at most [`PANELS`], evenly spread, both ends and `kept` included.
+fn spread(count: usize, kept: usize) -> Vec<usize> {
     if count <= PANELS {
         return (0..count).collect();
     }
-    (0..PANELS).map(|k| (k * (count - 1) + (PANELS - 1) / 2) / (PANELS - 1)).collect()
+    let mut positions: Vec<usize> = (0..PANELS).map(|k| (k * (count - 1) + (PANELS - 1) / 2) / (PANELS - 1)).collect();
+    if let Some(nearest) = positions[1..PANELS - 1].iter_mut().min_by_key(|k| k.abs_diff(kept)) {
+        if kept > 0 && kept + 1 < count {
+            *nearest = kept;
+        }
+    }
+    positions
+}
+
+/// Positions along the axes of the grid nearest to the best place; first ones where there is none.
+pub(super) fn at_best(results: &PlacementResults) -> [usize; 6] {
+    let (axes, bounds) = (&results.study.grid.axes, &results.study.bounds);
+    let swept = results.ranking.first().map(|&index| results.cells[index].site);
+    let Some(best) = results.best.as_ref().map(|best| best.site).or(swept) else { return [0; 6] };
+    std::array::from_fn(|i| {
+        let gap = |k: &usize| bounds.distance(i, axes[i][*k], best.0[i]);
+        (0..axes[i].len()).min_by(|a, b| gap(a).total_cmp(&gap(b))).unwrap_or(0)
+    })
 }
 
 /// The coordinate that differs between the planes drawn: the first one besides x and y that the sweep varies.
@@ -67,20 +91,17 @@ fn across(results: &PlacementResults) -> usize {
     (2..COORDINATES.len()).find(|&i| results.study.grid.axes[i].len() > 1).unwrap_or(2)
 }
 
-/// The planes drawn, as positions along the axes of the grid; the coordinates that differ between places but not between
-/// planes are those of the best place.
+/// The planes drawn, as positions along the axes of the grid: that of the best place and others across one coordinate.
 fn planes(results: &PlacementResults) -> Vec<[usize; 6]> {
-    let axes = &results.study.grid.axes;
-    let best = results.ranking.first().map(|&index| results.cells[index].site);
-    let at_best = |i: usize| axes[i].iter().position(|value| best.is_some_and(|site| *value == site.0[i])).unwrap_or(0);
-    let base: [usize; 6] = std::array::from_fn(|i| if i < 2 { 0 } else { at_best(i) });
+    let mut base = at_best(results);
+    (base[0], base[1]) = (0, 0);
     let across = across(results);
     let plane = |k| {
         let mut plane = base;
         plane[across] = k;
         plane
     };
-    spread(axes[across].len()).into_iter().map(plane).collect()
+    spread(results.study.grid.axes[across].len(), base[across]).into_iter().map(plane).collect()
 }
 
 /// A plane in words: its height, and the angles that the sweep varies.
@@ -95,7 +116,12 @@ fn plane_title(results: &PlacementResults, plane: &[usize; 6]) -> String {
     typographic(&parts.join(", "))
 }
 
-fn map(results: &PlacementResults, quantity: &str, value: &dyn Fn(&Metrics) -> Option<f64>) -> SliceFigure {
+fn map(
+    results: &PlacementResults,
+    quantity: &str,
+    words: &str,
+    value: &dyn Fn(&Metrics) -> Option<f64>,
+) -> SliceFigure {
     let study = &results.study;
     let [xs, ys, ..] = &study.grid.axes;
     let panel = |plane: &[usize; 6]| {
@@ -113,43 +139,45 @@ fn map(results: &PlacementResults, quantity: &str, value: &dyn Fn(&Metrics) -> O
         }
     };
     SliceFigure {
-        title: "Where the workpiece should stand".into(),
-        subtitle: format!(
-            "{}, origin of the workpiece; hatched: it cannot be cut there; places given up show a bound",
-            study.machine.name
-        ),
+        title: format!("Where the part may stand: {words}"),
+        subtitle: format!("{}, by the part's origin; places given up show a bound", study.machine.name),
         x_label: "x [mm]".into(),
         y_label: "y [mm]".into(),
         quantity: quantity.into(),
         panels: planes(results).iter().map(panel).collect(),
         range: None,
         contour: None,
+        shading: Shading::Ordered,
+        remark: String::new(),
+        missing: IMPOSSIBLE.into(),
     }
 }
 
 /// Places farther from the bounds than this share of their range are not shown on a map.
 const NEAR: f64 = 0.25;
 
+/// Whether a place lies within the bounds, or little beside them.
+pub(super) fn is_near(results: &PlacementResults, site: &Site) -> bool {
+    let bounds = &results.study.bounds;
+    (0..2).all(|i| {
+        let margin = NEAR * bounds.range(i);
+        (bounds.low[i] - margin..=bounds.high[i] + margin).contains(&site.0[i])
+    })
+}
+
 /// Named places and the best one, on the plane nearest to them.
 fn marks(results: &PlacementResults, plane: &[usize; 6]) -> Vec<Mark2> {
     let across = across(results);
     let values = &results.study.grid.axes[across];
     let is_here = |site: &Site| {
-        let gap = |plane: &[usize; 6]| (values[plane[across]] - site.0[across]).abs();
+        let gap = |plane: &[usize; 6]| results.study.bounds.distance(across, values[plane[across]], site.0[across]);
         planes(results).into_iter().min_by(|a, b| gap(a).total_cmp(&gap(b))) == Some(*plane)
-    };
-    let is_near = |site: &Site| {
-        let bounds = &results.study.bounds;
-        (0..2).all(|i| {
-            let margin = NEAR * bounds.range(i);
-            (bounds.low[i] - margin..=bounds.high[i] + margin).contains(&site.0[i])
-        })
     };
     let named = results.study.candidates.iter().map(|candidate| (candidate.name.clone(), candidate.site));
     let best = results.best.iter().map(|best| ("best".to_string(), best.site));
     named
         .chain(best)
-        .filter(|(_, site)| is_here(site) && is_near(site))
+        .filter(|(_, site)| is_here(site) && is_near(results, site))
         .map(|(label, site)| Mark2 { label, x: site.0[0], y: site.0[1] })
         .collect()
 }

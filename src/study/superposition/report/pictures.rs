@@ -3,9 +3,10 @@
 use crate::{
     process::MillingForce,
     report::{
-        figures::{Figure, LineFigure, LineSeries, SliceFigure},
-        grid_slices::{drawn_nodes, panels, thinned_words},
-        words::{counted, typographic},
+        figures::{Figure, LineFigure, LineSeries, Mark2, Shading, SliceFigure, SlicePanel},
+        grid_slices::{drawn, drawn_nodes, panels, thinned_words},
+        point_words,
+        words::{counted, position, typographic},
     },
     study::superposition::{
         DeparturePoint, LocationResult, Scaled, Shown, SuperpositionStudy,
@@ -34,7 +35,7 @@ fn tolerance_words(study: &SuperpositionStudy) -> String {
 const QUANTITIES: [Quantity; 5] = [
     Quantity {
         file_stem: "departure_tool",
-        title: "How wrong it is to add the effects of cutting force and chain errors",
+        title: "Error of adding at the tool tip T",
         label: "departure of the tool tip [mm]",
         remark: tolerance_words,
         contour: |study| Some(study.tolerance),
@@ -42,7 +43,7 @@ const QUANTITIES: [Quantity; 5] = [
     },
     Quantity {
         file_stem: "departure_platform",
-        title: "How wrong adding is at the platform point P",
+        title: "Error of adding at the platform point P",
         label: "departure of P [mm]",
         remark: |_| String::new(),
         contour: |_| None,
@@ -50,15 +51,15 @@ const QUANTITIES: [Quantity; 5] = [
     },
     Quantity {
         file_stem: "ratio_tool",
-        title: "How wrong adding is, compared with the displacement itself",
-        label: "largest departure / largest displacement of the tool tip [%]",
+        title: "Error of adding as a share of the displacement",
+        label: "departure / displacement, both at their largest [%]",
         remark: |_| String::new(),
         contour: |_| None,
         value: |p| Some(100.0 * p.departures.as_ref().ok()?.superposition[0].relative()?),
     },
     Quantity {
         file_stem: "aggregation_tool",
-        title: "How wrong it is to add linearly aggregated chain errors, eqs. (14), (15)",
+        title: "Error of adding aggregated chain errors, eqs. (14), (15)",
         label: "departure of the tool tip [mm]",
         remark: tolerance_words,
         contour: |study| Some(study.tolerance),
@@ -66,8 +67,8 @@ const QUANTITIES: [Quantity; 5] = [
     },
     Quantity {
         file_stem: "safe_load",
-        title: "Up to which load the effects may be added",
-        label: "largest load / load of the study",
+        title: "Largest load for which adding is safe",
+        label: "largest load / load of the study [1]",
         remark: |study| {
             format!("; line: the load of the study; departure of the tool tip up to {} mm", study.tolerance)
         },
@@ -85,22 +86,38 @@ pub struct Pictures {
     nodes: Vec<usize>,
     /// At each of them, the values of [`QUANTITIES`].
     values: Vec<[Option<f64>; QUANTITIES.len()]>,
+    /// The largest departure of the tool tip, and where it is.
+    largest: Option<(f64, [f64; 3])>,
+    /// Indices along each axis of the nodes from which the slice through it is taken.
+    all: [Vec<usize>; 3],
     /// Index of the next point.
     next: usize,
 }
 
+/// Most nodes along an axis of the slice through the largest departure.
+const MOST_NODES: usize = 41;
+
 impl Pictures {
     /// For the map of `study`, none of its points seen.
     pub fn new(study: &SuperpositionStudy, shown: &Shown) -> Self {
-        let [xs, ys, mut planes] = drawn_nodes(&study.grid, &shown.slices_z);
-        planes.sort_unstable();
-        let rows = planes.iter().flat_map(|&z| ys.iter().map(move |&y| (y, z)));
-        let nodes = rows.flat_map(|(y, z)| xs.iter().map(move |&x| study.grid.index([x, y, z]))).collect();
-        Self { slices_z: shown.slices_z.clone(), nodes, values: Vec::new(), next: 0 }
+        let all = study.grid.counts().map(|count| drawn(count, MOST_NODES));
+        let of = |[xs, ys, planes]: &[Vec<usize>; 3]| -> Vec<usize> {
+            let rows = planes.iter().flat_map(|&z| ys.iter().map(move |&y| (y, z)));
+            rows.flat_map(|(y, z)| xs.iter().map(move |&x| study.grid.index([x, y, z]))).collect()
+        };
+        let mut nodes = [of(&drawn_nodes(&study.grid, &shown.slices_z)), of(&all)].concat();
+        nodes.sort_unstable();
+        nodes.dedup();
+        Self { slices_z: shown.slices_z.clone(), nodes, values: Vec::new(), largest: None, all, next: 0 }
     }
 
     /// Takes the next point, in grid order.
     pub fn add(&mut self, point: &DeparturePoint) {
+        if let Some(value) = (QUANTITIES[0].value)(point).filter(|value| value.is_finite()) {
+            if self.largest.is_none_or(|(most, _)| value > most) {
+                self.largest = Some((value, point.position_mm));
+            }
+        }
         if self.nodes.get(self.values.len()) == Some(&self.next) {
             self.values.push(std::array::from_fn(|k| (QUANTITIES[k].value)(point)));
         }
@@ -113,7 +130,9 @@ impl Pictures {
         let slices = |(k, quantity): (usize, &Quantity)| {
             (format!("slices_{}", quantity.file_stem), Figure::Slices(self.slices(study, k)))
         };
-        let mut figures: Vec<(String, Figure)> = QUANTITIES.iter().enumerate().map(slices).collect();
+        let answer = self.answer(study).map(|figure| ("answer".to_string(), Figure::Slices(figure)));
+        let mut figures: Vec<(String, Figure)> =
+            answer.into_iter().chain(QUANTITIES.iter().enumerate().map(slices)).collect();
         for (index, location) in locations.iter().enumerate() {
             let name = &location.location.name;
             let plain: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
@@ -124,12 +143,14 @@ impl Pictures {
         figures
     }
 
+    fn value(&self, study: &SuperpositionStudy, node: [usize; 3], quantity: usize) -> Option<f64> {
+        let place = self.nodes.binary_search(&study.grid.index(node)).ok()?;
+        self.values.get(place)?[quantity]
+    }
+
     fn slices(&self, study: &SuperpositionStudy, quantity: usize) -> SliceFigure {
         let Quantity { title, label, remark, contour, .. } = &QUANTITIES[quantity];
-        let value = |node| {
-            let place = self.nodes.binary_search(&study.grid.index(node)).ok()?;
-            self.values.get(place)?[quantity]
-        };
+        let value = |node| self.value(study, node, quantity);
         SliceFigure {
             title: (*title).into(),
             subtitle: format!("{}{}", setting(study, &self.slices_z), remark(study)),
@@ -139,7 +160,40 @@ impl Pictures {
             panels: panels(&study.machine, &study.grid, &self.slices_z, &value),
             range: None,
             contour: contour(study),
+            shading: Shading::Ordered,
+            remark: if quantity == 0 { point_words::points(&study.machine) } else { String::new() },
+            missing: "no solution".into(),
         }
+    }
+
+    /// The slice through the place of the largest departure; `None` where nothing is solved.
+    fn answer(&self, study: &SuperpositionStudy) -> Option<SliceFigure> {
+        let (most, [x, y, z]) = self.largest?;
+        let [columns, rows, planes] = &self.all;
+        let [xs, ys, zs] = &study.grid.axes;
+        let gap = |&&k: &&usize| (zs[k] - z).abs();
+        let plane = planes.iter().min_by(|a, b| gap(a).total_cmp(&gap(b))).copied()?;
+        let nodes = rows.iter().flat_map(|&y| columns.iter().map(move |&x| [x, y, plane]));
+        let mark = Mark2 { label: format!("largest {most:.3} mm"), x, y };
+        Some(SliceFigure {
+            title: "Where adding the effects is most wrong".into(),
+            subtitle: format!("{}{}", setting_of(study, &self.all[..2]), tolerance_words(study)),
+            x_label: "x [mm]".into(),
+            y_label: "y [mm]".into(),
+            quantity: QUANTITIES[0].label.into(),
+            panels: vec![SlicePanel {
+                title: typographic(&format!("z = {:.2} mm", zs[plane])),
+                x: columns.iter().map(|&x| xs[x]).collect(),
+                y: rows.iter().map(|&y| ys[y]).collect(),
+                values: nodes.map(|node| self.value(study, node, 0)).collect(),
+                marks: vec![mark],
+            }],
+            range: None,
+            contour: Some(study.tolerance),
+            shading: Shading::Ordered,
+            remark: String::new(),
+            missing: "no solution".into(),
+        })
     }
 }
 
@@ -149,14 +203,25 @@ fn force(study: &SuperpositionStudy) -> String {
 }
 
 fn setting(study: &SuperpositionStudy, slices_z: &[f64]) -> String {
+    setting_of(study, &drawn_nodes(&study.grid, slices_z)[..2])
+}
+
+/// The setting of a slice that shows the nodes with the indices `drawn` along x and y.
+fn setting_of(study: &SuperpositionStudy, drawn: &[Vec<usize>]) -> String {
     let [nx, ny, nz] = study.grid.counts();
     format!(
         "{}, worst of {}, {}, grid {nx} × {ny} × {nz}{}",
         study.machine.name,
         counted(study.phis.len(), "tool angle"),
         force(study),
-        thinned_words(&study.grid, &drawn_nodes(&study.grid, slices_z)[..2])
+        thinned_words(&study.grid, drawn)
     )
+}
+
+/// Where a location is.
+fn place(location: &LocationResult) -> String {
+    let [x, y, z]: [f64; 3] = location.location.position.into();
+    position(x, y, z)
 }
 
 /// Departures of the tool tip over the factor on the sources; `None` where there are none.
@@ -191,12 +256,13 @@ fn growth(study: &SuperpositionStudy, location: &LocationResult) -> Option<LineF
     (!series.is_empty()).then(|| LineFigure {
         title: format!("How the error of adding grows at {}", location.location.name),
         subtitle: format!(
-            "{}, worst of {}, {}; factor 1: load and errors of the study",
+            "{}, {}, worst of {}, {}; factor 1: load and errors of the study",
             study.machine.name,
+            place(location),
             counted(study.phis.len(), "tool angle"),
             force(study)
         ),
-        x_label: "factor on the scaled sources".into(),
+        x_label: "factor on the scaled sources [1]".into(),
         y_label: "departure of the tool tip [mm]".into(),
         series,
         equal_axes: false,
@@ -232,8 +298,9 @@ fn ablation(study: &SuperpositionStudy, location: &LocationResult) -> Option<Lin
     Some(LineFigure {
         title: format!("What makes adding wrong at {}", location.location.name),
         subtitle: format!(
-            "{}, {}; parts along the departure of the tool tip, adding up to it",
+            "{}, {}, {}; parts along the departure of the tool tip, which at each angle add up to it",
             study.machine.name,
+            place(location),
             force(study)
         ),
         x_label: "tool angle φ [°]".into(),

@@ -1,5 +1,6 @@
 //! Reports of a validation study.
 
+mod agreement;
 mod answer;
 mod headline;
 mod page;

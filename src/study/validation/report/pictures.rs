@@ -11,11 +11,11 @@ use crate::{
     study::{
         Source,
         path::PathResults,
-        validation::{FigureKind, Picture, Shown, ValidationResults},
+        validation::{FigureKind, Picture, Shown, ValidationResults, report::agreement},
     },
 };
 
-/// All pictures with their file stems.
+/// All pictures with their file stems: the numbers compared, and what the study asks for.
 pub fn figures(results: &ValidationResults, shown: &Shown) -> Vec<(String, Figure)> {
     let picture = |picture: &Picture| {
         let path = &results.paths[picture.cases[0]];
@@ -27,7 +27,8 @@ pub fn figures(results: &ValidationResults, shown: &Shown) -> Vec<(String, Figur
         };
         picture.file_stems(&results.study.machine).into_iter().zip(drawn)
     };
-    shown.pictures.iter().flat_map(picture).collect()
+    let answer = agreement::figure(results).map(|figure| ("answer".to_string(), figure));
+    answer.into_iter().chain(shown.pictures.iter().flat_map(picture)).collect()
 }
 
 /// Most frames of a picture.

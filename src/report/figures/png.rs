@@ -1,64 +1,67 @@
-//! Draws a scene with plotters, as SVG or PNG.
+//! A scene as a PNG file, drawn by plotters.
 //!
 //! plotters places everything on whole units, and its bitmaps (as of 0.3.7, plotters-rs/plotters#350) smooth only lines one
-//! unit wide and some borders of other shapes. A page pixel is divided into several units, which the SVG shows scaled down
-//! and the PNG averages.
+//! unit wide and some borders of other shapes. A page pixel is divided into several units, which are averaged.
 
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{RgbImage, imageops};
-use plotters::backend::{BitMapBackend, DrawingBackend, SVGBackend};
+use image::{ImageEncoder, RgbImage, RgbaImage, imageops};
+use plotters::backend::{BitMapBackend, DrawingBackend};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, FontTransform, RGBColor, TextStyle};
 
 use super::error::FigureError;
 use super::field::Picture;
-use super::glyphs;
 use super::scene::{Item, Point, Rect, Rgb, Scene, Stroke, Text};
-use super::style::{HATCH, MISSING, WHITE};
+use super::style::WHITE;
+use super::svg::HATCHING;
 use super::text;
 
 /// Units per page pixel.
 const SCALE: f64 = 3.0;
 /// Opacity of the white behind text over colours.
-const BACKING: f64 = 0.75;
-const HATCHING: Stroke = Stroke { colour: HATCH, width: 2.0, dash: &[] };
-/// Upright pictures of more cells are drawn as bitmaps.
-const MOST_POLYGONS: usize = 450;
+const BACKING: f64 = 0.8;
 /// How far polygonal cells reach under their neighbours, in pixels, so that no seams show.
 const SEAM: f64 = 4.0;
-
-/// The scene as an SVG document; texts are outlines with their words as labels.
-pub(super) fn svg(scene: &Scene) -> Result<String, FigureError> {
-    let [width, height] = size(scene);
-    let mut out = String::new();
-    Painter { backend: SVGBackend::with_string(&mut out, (width, height)), raster: false }.draw(scene)?;
-    let root = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" height=\"{}\" viewBox=\"0 0 {width} {height}\" \
-         stroke-linecap=\"round\" stroke-linejoin=\"round\">\n<title>{}</title>",
-        f64::from(width) / SCALE,
-        f64::from(height) / SCALE,
-        text::printable(&scene.title).replace('&', "&amp;").replace('<', "&lt;")
-    );
-    let end = out.find('>').map_or(0, |last| last + 1);
-    out.replace_range(..end, &root);
-    let texts: Vec<&Text> =
-        scene.items.iter().filter_map(|item| if let Item::Text(text) = item { Some(text) } else { None }).collect();
-    let end = out.rfind("</svg>").unwrap_or(out.len());
-    out.insert_str(end, &glyphs::svg(&texts, SCALE));
-    // plotters (as of 0.3.7) writes a media type that only forgiving viewers accept.
-    Ok(out.replace("href=\"data:png;", "href=\"data:image/png;"))
-}
+/// Fewest pixels of an embedded image along a side with several cells: viewers that smooth images blur a cell's border by one.
+const FINE: u32 = 160;
 
 /// The scene as a PNG file.
 pub(super) fn png(scene: &Scene) -> Result<Vec<u8>, FigureError> {
     let [width, height] = size(scene);
     let mut units = RgbImage::new(width, height);
-    Painter { backend: BitMapBackend::with_buffer(&mut units, (width, height)), raster: true }.draw(scene)?;
+    Painter { backend: BitMapBackend::with_buffer(&mut units, (width, height)) }.draw(scene)?;
     let scaled = |length: u32| (f64::from(length) / SCALE) as u32;
     let mut out = Vec::new();
     let page = imageops::thumbnail(&units, scaled(width), scaled(height));
-    let encoder = PngEncoder::new_with_quality(&mut out, CompressionType::Default, FilterType::Adaptive);
+    let encoder = PngEncoder::new_with_quality(&mut out, CompressionType::Best, FilterType::Adaptive);
     page.write_with_encoder(encoder).map_err(failed)?;
+    Ok(out)
+}
+
+/// The cells of a picture as a PNG file, an image to be stretched over its place; cells without a colour are transparent.
+pub(super) fn cells(picture: &Picture) -> Result<Vec<u8>, FigureError> {
+    let [width, height] =
+        picture.finest().map(|parts| parts * FINE.div_ceil(parts).min(if parts > 1 { FINE } else { 1 }));
+    let mut image = RgbaImage::new(width, height);
+    let pixels = |[from, to]: [f64; 2], length: u32| {
+        let at = |share: f64| (share * f64::from(length)).round() as u32;
+        at(from)..at(to)
+    };
+    for (u, v, fill) in picture.cells() {
+        for y in pixels(v, height) {
+            pixels(u, width).for_each(|x| image.put_pixel(x, y, image::Rgba(fill.unwrap_or([0; 4]))));
+        }
+    }
+    let mut out = Vec::new();
+    let encoder = PngEncoder::new_with_quality(&mut out, CompressionType::Best, FilterType::Up);
+    let is_opaque = image.pixels().all(|pixel| pixel.0[3] == u8::MAX);
+    match is_opaque {
+        true => {
+            let opaque: Vec<u8> = image.pixels().flat_map(|pixel| [pixel.0[0], pixel.0[1], pixel.0[2]]).collect();
+            encoder.write_image(&opaque, width, height, image::ColorType::Rgb8).map_err(failed)?;
+        }
+        false => encoder.write_image(&image, width, height, image::ColorType::Rgba8).map_err(failed)?,
+    }
     Ok(out)
 }
 
@@ -84,8 +87,6 @@ fn colour([r, g, b]: Rgb) -> RGBColor {
 
 struct Painter<B> {
     backend: B,
-    /// The backend has only butt ends, and sets letters without regard to the blank at their left.
-    raster: bool,
 }
 
 impl<B: DrawingBackend> Painter<B> {
@@ -118,10 +119,7 @@ impl<B: DrawingBackend> Painter<B> {
         let width = units(stroke.width) as u32;
         let places: Vec<_> = points.iter().copied().map(unit_place).collect();
         let colour = colour(stroke.colour);
-        if !self.raster {
-            return self.backend.draw_path(places, &colour.stroke_width(width)).map_err(failed);
-        }
-        // Filled shapes of the bitmap include both borders.
+        // Filled shapes of the bitmap include both borders, and lines have butt ends.
         let style = colour.stroke_width(width - 1);
         for pair in places.windows(2) {
             self.backend.draw_path([pair[0], pair[1]], &style).map_err(failed)?;
@@ -132,10 +130,6 @@ impl<B: DrawingBackend> Painter<B> {
     fn text(&mut self, text: &Text) -> Result<(), FigureError> {
         if text.halo {
             self.rectangle(text.bounds(), &colour(WHITE).mix(BACKING))?;
-        }
-        if !self.raster {
-            // Follows after all shapes.
-            return Ok(());
         }
         let ink = colour(text.colour);
         let turn = if text.upward { FontTransform::Rotate270 } else { FontTransform::None };
@@ -157,36 +151,21 @@ impl<B: DrawingBackend> Painter<B> {
     }
 
     fn picture(&mut self, picture: &Picture) -> Result<(), FigureError> {
-        let upright = picture.across[1] == 0.0 && picture.down[0] == 0.0;
-        if upright && picture.cells().count() > MOST_POLYGONS {
-            self.bitmap(picture)?;
-        } else {
-            let [right, down] = picture.lengths().map(|length| SEAM / length);
-            for ([u0, u1], [v0, v1], fill) in picture.cells() {
-                let (u1, v1) = ((u1 + right).min(1.0), (v1 + down).min(1.0));
-                let corners = [[u0, v0], [u1, v0], [u1, v1], [u0, v1]];
-                self.convex(&corners.map(|at| picture.place(at)), fill.unwrap_or(MISSING))?;
-            }
+        let [right, down] = picture.lengths().map(|length| SEAM / length);
+        for ([u0, u1], [v0, v1], fill) in picture.cells() {
+            let Some(fill) = fill else { continue };
+            let (u1, v1) = ((u1 + right).min(1.0), (v1 + down).min(1.0));
+            let corners = [[u0, v0], [u1, v0], [u1, v1], [u0, v1]];
+            self.convex(&corners.map(|at| picture.place(at)), on_paper(fill))?;
         }
         picture.hatching().iter().try_for_each(|line| self.line(line, &HATCHING))
     }
+}
 
-    /// An upright picture as one bitmap, in an SVG smaller than an element for each of many cells.
-    fn bitmap(&mut self, picture: &Picture) -> Result<(), FigureError> {
-        let [left, top] = [units(picture.origin[0]), units(picture.origin[1])];
-        let [width, height] = picture.lengths().map(|length| units(length).max(1));
-        let mut pixels = vec![0; 3 * (width * height) as usize];
-        let size = (width as u32, height as u32);
-        let mut bitmap = BitMapBackend::with_buffer(&mut pixels, size);
-        let part = |share: f64, whole: i32| (share * f64::from(whole)).round() as i32;
-        for ([u0, u1], [v0, v1], fill) in picture.cells() {
-            let first = (part(u0, width), part(v0, height));
-            let last = (part(u1, width), part(v1, height));
-            bitmap.draw_rect(first, last, &colour(fill.unwrap_or(MISSING)), true).map_err(failed)?;
-        }
-        drop(bitmap);
-        self.backend.blit_bitmap((left, top), size, &pixels).map_err(failed)
-    }
+/// A colour as it shows on paper.
+fn on_paper([r, g, b, opacity]: [u8; 4]) -> Rgb {
+    let share = f64::from(opacity) / 255.0;
+    [r, g, b].map(|part| (share * f64::from(part) + (1.0 - share) * 255.0).round() as u8)
 }
 
 /// The parts of a polyline that a dash pattern leaves; the whole if the pattern is empty. Dashed lines of plotters (as of

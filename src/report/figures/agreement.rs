@@ -1,0 +1,161 @@
+//! Numbers that somebody quotes against ours, each with what counts as agreement.
+
+use super::axis::{self, Axis, Plot, Spacing};
+use super::error::{FigureError, check_drawable};
+use super::scene::{Anchor, Point, Rect, Rgb, Scene, Stroke, Text};
+use super::style::{self, BORDER, CURVES, GRID, INK, MUTED, PAGE_WIDTH, Sizes, outline};
+use super::text::{self, Weight};
+
+const SIZES: Sizes = Sizes::FIGURE;
+/// Height of a row over the type size.
+const ROW: f64 = 1.42;
+/// Differences in tolerances at the ends of the axis.
+const ENDS: f64 = 3.0;
+/// Widest column of names and of numbers, as shares of the page.
+const WIDEST: [f64; 2] = [0.4, 0.27];
+const GAP: f64 = 24.0;
+const MARK: f64 = 13.0;
+/// The band of agreement.
+pub(super) const BAND: Rgb = [214, 232, 224];
+
+/// What is meant by a quoted number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Meant {
+    /// The number, give or take its tolerance.
+    About,
+    /// No less.
+    AtLeast,
+    /// No more.
+    AtMost,
+}
+
+/// One number.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AgreementRow {
+    /// What it is, in few words.
+    pub label: String,
+    /// Quoted and ours, with their unit.
+    pub numbers: String,
+    /// How it is meant.
+    pub meant: Meant,
+    /// Ours less the quoted one, in tolerances; `None` where there is none.
+    pub difference: Option<f64>,
+    /// Whether they agree.
+    pub agrees: bool,
+}
+
+/// Rows of numbers on one axis: the difference in tolerances.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AgreementFigure {
+    /// What is compared.
+    pub title: String,
+    /// The setting.
+    pub subtitle: String,
+    /// Head of the numbers, for example "quoted, ours".
+    pub numbers: String,
+    /// The numbers, in the order to be shown.
+    pub rows: Vec<AgreementRow>,
+}
+
+pub(super) fn scene(figure: &AgreementFigure) -> Result<Scene, FigureError> {
+    if figure.rows.is_empty() {
+        return Err(FigureError::Empty { what: "figure of agreement".into() });
+    }
+    check_drawable(figure.rows.iter().filter_map(|row| row.difference), || "agreement".into())?;
+    let (mut scene, top) = style::page(&figure.title, &figure.subtitle, SIZES);
+    let (size, room) = (SIZES.body, PAGE_WIDTH - 2.0 * BORDER);
+    let lines = |content: &str, share: f64| text::wrap(content, size, Weight::Regular, share * room);
+    let cells: Vec<[Vec<String>; 2]> =
+        figure.rows.iter().map(|row| [lines(&row.label, WIDEST[0]), lines(&row.numbers, WIDEST[1])]).collect();
+    let width = |column: usize| {
+        let head = if column == 1 { text::width(&figure.numbers, size, Weight::Bold) } else { 0.0 };
+        let all = cells.iter().flat_map(|cell| &cell[column]);
+        all.map(|line| text::width(line, size, Weight::Regular)).fold(head.min(WIDEST[1] * room), f64::max)
+    };
+    let (names, numbers) = (width(0), width(1));
+    let left = BORDER + names + GAP + numbers + GAP;
+    let head = top + ROW * size;
+    scene.text(Text::new(&figure.numbers, size, [left - GAP, top + size], Anchor::End).bold());
+    let heights: Vec<f64> = cells.iter().map(|c| c[0].len().max(c[1].len()) as f64 * ROW * size).collect();
+    let rect = Rect { x: left, y: head, width: PAGE_WIDTH - BORDER - 0.5 * size - left, height: heights.iter().sum() };
+    let plot = Plot {
+        rect,
+        x: Axis::horizontal(-ENDS - 0.3, ENDS + 0.3, Spacing::Linear, rect.width, SIZES.tick),
+        y: Axis::vertical(0.0, 1.0, Spacing::Linear, 1.0, SIZES.tick),
+    };
+    let mut y = head;
+    for ((row, cell), height) in figure.rows.iter().zip(&cells).zip(&heights) {
+        draw_row(&mut scene, &plot, row, cell, (y, *height));
+        y += height;
+    }
+    let zero = plot.place(0.0, 0.0)[0];
+    scene.line(vec![[zero, rect.y], [zero, rect.bottom()]], Stroke { colour: MUTED, width: 2.0, dash: &[8.0, 8.0] });
+    scene.outline(&rect.corners(), outline());
+    plot.draw_below(&mut scene, "", size, SIZES.tick);
+    let below = rect.bottom() + axis::depth_below(SIZES.tick) + 1.2 * size;
+    scene.text(Text::new("(ours − quoted) / tolerance", size, [PAGE_WIDTH - BORDER, below], Anchor::End));
+    scene.height = draw_legend(&mut scene, below + 1.5 * size) + BORDER;
+    Ok(scene)
+}
+
+fn draw_row(scene: &mut Scene, plot: &Plot, row: &AgreementRow, cell: &[Vec<String>; 2], (y, height): (f64, f64)) {
+    let size = SIZES.body;
+    let rect = plot.rect;
+    let place = |difference: f64| plot.place(difference, 0.0)[0];
+    let (from, to) = match row.meant {
+        Meant::About => (place(-1.0), place(1.0)),
+        Meant::AtLeast => (place(0.0), rect.right()),
+        Meant::AtMost => (rect.x, place(0.0)),
+    };
+    let inset = 0.14 * size;
+    let band = Rect { x: from, y: y + inset, width: to - from, height: height - 2.0 * inset };
+    scene.convex(band.corners().to_vec(), BAND);
+    scene.line(vec![[BORDER, y], [rect.right(), y]], Stroke { colour: GRID, width: 2.0, dash: &[] });
+    for (column, anchor, x) in [(0, Anchor::Start, BORDER), (1, Anchor::End, rect.x - GAP)] {
+        for (k, line) in cell[column].iter().enumerate() {
+            let baseline = y + (k as f64 + 0.5) * ROW * size + text::capital_height(size) / 2.0;
+            scene.text(Text::new(line, size, [x, baseline], anchor));
+        }
+    }
+    let middle = y + 0.5 * ROW * size;
+    match row.difference {
+        None => scene.text(Text::new("no number", size, [rect.centre()[0], middle + 0.36 * size], Anchor::Middle)),
+        Some(difference) => draw_mark(scene, [place(difference.clamp(-ENDS, ENDS)), middle], difference, row.agrees),
+    }
+}
+
+/// A disc where the numbers agree, a square on its tip where not, a triangle towards what lies beyond the axis.
+fn draw_mark(scene: &mut Scene, [x, y]: Point, difference: f64, agrees: bool) {
+    let colour = if agrees { CURVES[2] } else { CURVES[1] };
+    let corner = |angle: f64, radius: f64| [x + radius * angle.cos(), y - radius * angle.sin()];
+    let turn = |k: usize, of: usize| std::f64::consts::TAU * k as f64 / of as f64;
+    let corners: Vec<Point> = if difference.abs() > ENDS {
+        let way = difference.signum();
+        vec![[x + 1.5 * MARK * way, y], [x - 0.6 * MARK * way, y - 1.2 * MARK], [x - 0.6 * MARK * way, y + 1.2 * MARK]]
+    } else if agrees {
+        (0..24).map(|k| corner(turn(k, 24), MARK)).collect()
+    } else {
+        (0..4).map(|k| corner(turn(k, 4), 1.35 * MARK)).collect()
+    };
+    scene.convex(corners, colour);
+}
+
+fn draw_legend(scene: &mut Scene, y: f64) -> f64 {
+    let size = SIZES.body;
+    let middle = y - text::capital_height(size) / 2.0;
+    let mut x = BORDER;
+    let mut entry = |scene: &mut Scene, draw: &dyn Fn(&mut Scene, f64), words: &str| {
+        draw(scene, x + 22.0);
+        scene.text(Text::new(words, size, [x + 54.0, y], Anchor::Start).coloured(INK));
+        x += 54.0 + text::width(words, size, Weight::Regular) + 0.8 * size;
+    };
+    entry(scene, &|scene, x| draw_mark(scene, [x, middle], 0.0, true), "agrees");
+    entry(scene, &|scene, x| draw_mark(scene, [x, middle], 0.0, false), "differs");
+    entry(scene, &|scene, x| draw_mark(scene, [x, middle], 2.0 * ENDS, false), "beyond the axis");
+    let swatch = |scene: &mut Scene, x: f64| {
+        let rect = Rect { x: x - 22.0, y: middle - 16.0, width: 44.0, height: 32.0 };
+        scene.convex(rect.corners().to_vec(), BAND);
+    };
+    entry(scene, &swatch, "agreement");
+    y + 0.3 * size
+}

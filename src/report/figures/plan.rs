@@ -1,0 +1,319 @@
+//! What stands where, seen along an axis: a part, its path, what is in the way, over a map.
+
+use super::axis::{self, Axis, Plot, Spacing};
+use super::colour_bar::{ColourBar, Scale};
+use super::colours::{Colours, Shading};
+use super::error::{FigureError, check_ascending, check_drawable, check_grid};
+use super::field::{self, Picture};
+use super::hatch::hatched;
+use super::labels::{Occupied, Spot, around};
+use super::scene::{Anchor, Point, Rect, Rgb, Scene, Stroke, Text};
+use super::style::{self, BORDER, GRID, HATCH, INK, MUTED, PAGE_WIDTH, Sizes, WHITE};
+use super::text::{self, Weight};
+use super::ticks;
+
+const SIZES: Sizes = Sizes::FIGURE;
+/// Highest frame, and shortest side of one.
+const TALLEST: f64 = 1150.0;
+const SHORTEST: f64 = 420.0;
+/// Share of the range left blank on each side.
+const MARGIN: f64 = 0.05;
+const BAR_GAP: f64 = 34.0;
+/// Distance of the lines over what is in the way, in pixels.
+const PITCH: f64 = 17.0;
+/// Radius of a mark.
+const MARK: f64 = 13.0;
+/// Levels of the colours of a line.
+const LEVELS: f64 = 32.0;
+
+/// The part at the place that is recommended, and the room around it.
+pub(super) const PART: [Rgb; 2] = [[11, 79, 138], [219, 232, 245]];
+pub(super) const ROOM: [Rgb; 2] = [[184, 84, 0], [253, 226, 200]];
+pub(super) const IN_THE_WAY: Rgb = [192, 57, 43];
+
+/// How a shape of a plan is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Look {
+    /// A filled area with a strong border.
+    Part,
+    /// A smaller filled area in a colour of its own.
+    Room,
+    /// A dashed border.
+    Ghost,
+    /// A hatched area.
+    InTheWay,
+    /// A line.
+    Path,
+    /// A thin dark line.
+    Wanted,
+}
+
+/// A polygon or a line.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlanShape {
+    /// How it is drawn.
+    pub look: Look,
+    /// Corners in turn, of a convex polygon where it is filled or hatched; or points of a line.
+    pub points: Vec<(f64, f64)>,
+    /// Written beside it; empty for nothing.
+    pub label: String,
+}
+
+/// A map under the shapes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlanField {
+    /// Node coordinates to the right, ascending.
+    pub x: Vec<f64>,
+    /// Node coordinates upward, ascending.
+    pub y: Vec<f64>,
+    /// Row-major values, y outer, x inner; `None` is hatched.
+    pub values: Vec<Option<f64>>,
+    /// What a hatched cell means.
+    pub missing: String,
+}
+
+/// Shapes over axes on which one unit is equally long.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlanFigure {
+    /// What is shown.
+    pub title: String,
+    /// The setting.
+    pub subtitle: String,
+    /// For example "x \[mm\]".
+    pub x_label: String,
+    /// For example "y \[mm\]".
+    pub y_label: String,
+    /// What colours mean, for example "error \[mm\]"; empty without a map and coloured lines.
+    pub quantity: String,
+    /// A faint map below.
+    pub field: Option<PlanField>,
+    /// In drawing order.
+    pub shapes: Vec<PlanShape>,
+    /// Pieces of a line coloured by value: x, y, value.
+    pub coloured: Vec<Vec<(f64, f64, f64)>>,
+    /// Points with their labels.
+    pub marks: Vec<(f64, f64, String)>,
+    /// A remark a reader must not miss.
+    pub note: String,
+}
+
+impl PlanFigure {
+    fn check(&self) -> Result<(), FigureError> {
+        if self.shapes.iter().all(|shape| shape.points.is_empty()) && self.coloured.iter().all(Vec::is_empty) {
+            return Err(FigureError::Empty { what: "plan".into() });
+        }
+        let shapes = self.shapes.iter().flat_map(|shape| &shape.points).flat_map(|p| [p.0, p.1]);
+        let coloured = self.coloured.iter().flatten().flat_map(|p| [p.0, p.1, p.2]);
+        let marks = self.marks.iter().flat_map(|mark| [mark.0, mark.1]);
+        check_drawable(shapes.chain(coloured).chain(marks), || "plan".into())?;
+        self.field.as_ref().map_or(Ok(()), |field| {
+            check_ascending(&field.x, || "plan, x".into())?;
+            check_ascending(&field.y, || "plan, y".into())?;
+            check_grid(&field.values, field.x.len() * field.y.len(), || "plan".into())
+        })
+    }
+
+    fn scale(&self, colours: Colours) -> Result<Option<Scale>, FigureError> {
+        match &self.field {
+            Some(field) => Scale::new(field.values.iter().copied().flatten(), None, (colours, Shading::Faint)),
+            None => Scale::new(self.coloured.iter().flatten().map(|p| p.2), None, (colours, Shading::Ordered)),
+        }
+    }
+
+    /// Ends of both axes.
+    fn extents(&self) -> [(f64, f64); 2] {
+        let shapes = self.shapes.iter().flat_map(|shape| shape.points.iter().copied());
+        let coloured = self.coloured.iter().flatten().map(|p| (p.0, p.1));
+        let marks = self.marks.iter().map(|mark| (mark.0, mark.1));
+        let mut all: Vec<(f64, f64)> = shapes.chain(coloured).chain(marks).collect();
+        if let Some(field) = &self.field {
+            let [x, y] = edges(field);
+            all.extend([(x[0], y[0]), (x[x.len() - 1], y[y.len() - 1])]);
+        }
+        let ends = |values: &mut dyn Iterator<Item = f64>| {
+            let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+            let (low, high) = ticks::widened(low, high);
+            let margin = MARGIN * (high - low);
+            (low - margin, high + margin)
+        };
+        [ends(&mut all.iter().map(|p| p.0)), ends(&mut all.iter().map(|p| p.1))]
+    }
+}
+
+fn edges(field: &PlanField) -> [Vec<f64>; 2] {
+    let lone = field::lone_half_width(&[&field.x, &field.y]);
+    [field::cell_edges(&field.x, lone), field::cell_edges(&field.y, lone)]
+}
+
+pub(super) fn scene(figure: &PlanFigure, colours: Colours) -> Result<Scene, FigureError> {
+    figure.check()?;
+    let scale = figure.scale(colours)?;
+    let missing = figure.field.as_ref().filter(|field| field.values.iter().any(Option::is_none));
+    let bar = ColourBar {
+        scale,
+        quantity: &figure.quantity,
+        missing: missing.map(|field| field.missing.as_str()),
+        size: SIZES.body,
+        tick_size: SIZES.tick,
+    };
+    let (mut scene, top) = style::page(&figure.title, &figure.subtitle, SIZES);
+    let has_bar = scale.is_some();
+    let plot = plot(figure, top + 0.2 * SIZES.body, if has_bar { bar.width(0.7 * TALLEST) + BAR_GAP } else { 0.0 });
+    if let Some((field, scale)) = figure.field.as_ref().zip(scale) {
+        let [x, y] = edges(field);
+        let colour =
+            |column: usize, row: usize| field.values[row * field.x.len() + column].map(|value| scale.colour(value));
+        let ([left, bottom], [right, top]) = (plot.place(x[0], y[0]), plot.place(x[x.len() - 1], y[y.len() - 1]));
+        let rect = Rect { x: left, y: top, width: right - left, height: bottom - top };
+        scene.picture(Picture::new(rect.frame(), &x, &y, colour));
+    } else {
+        plot.draw_grid(&mut scene, Stroke { colour: GRID, width: 1.5, dash: &[] });
+    }
+    let mut occupied = Occupied::default();
+    for shape in &figure.shapes {
+        draw_shape(&mut scene, &plot, shape, &mut occupied);
+    }
+    for piece in &figure.coloured {
+        draw_coloured(&mut scene, &plot, piece, scale, &mut occupied);
+    }
+    plot.draw_frame(&mut scene);
+    plot.draw_below(&mut scene, &figure.x_label, SIZES.body, SIZES.tick);
+    plot.draw_beside(&mut scene, &figure.y_label, SIZES.body, SIZES.tick);
+    draw_labels(&mut scene, &plot, figure, occupied);
+    let height = plot.rect.height.clamp(SHORTEST, 0.7 * TALLEST);
+    if has_bar {
+        bar.draw(&mut scene, plot.rect.right() + BAR_GAP, plot.rect.y, height);
+    }
+    let mut bottom = plot.rect.bottom() + axis::depth_below(SIZES.tick) + axis::label_depth(SIZES.body);
+    bottom = bottom.max(plot.rect.y + height);
+    for line in text::wrap(&figure.note, SIZES.body, Weight::Bold, PAGE_WIDTH - 2.0 * BORDER) {
+        bottom += 1.3 * SIZES.body;
+        scene.text(Text::new(line, SIZES.body, [BORDER, bottom], Anchor::Start).bold());
+    }
+    scene.height = bottom + BORDER;
+    Ok(scene)
+}
+
+fn plot(figure: &PlanFigure, top: f64, beside: f64) -> Plot {
+    let [mut x, mut y] = figure.extents();
+    let numbers = Axis::vertical(y.0, y.1, Spacing::Linear, TALLEST, SIZES.tick).depth_beside(SIZES.tick);
+    let left = BORDER + axis::label_depth(SIZES.body) + numbers;
+    let room = PAGE_WIDTH - left - BORDER - beside.max(SIZES.tick);
+    let scale = (room / (x.1 - x.0)).min(TALLEST / (y.1 - y.0));
+    let widened = |(low, high): (f64, f64), length: f64| {
+        let missing = (length - (high - low)).max(0.0) / 2.0;
+        (low - missing, high + missing)
+    };
+    (x, y) = (widened(x, SHORTEST / scale), widened(y, SHORTEST / scale));
+    let (width, height) = (scale * (x.1 - x.0), scale * (y.1 - y.0));
+    let rect = Rect { x: left + ((room - width) / 2.0).max(0.0), y: top, width, height };
+    Plot {
+        rect,
+        x: Axis::horizontal(x.0, x.1, Spacing::Linear, width, SIZES.tick),
+        y: Axis::vertical(y.0, y.1, Spacing::Linear, height, SIZES.tick),
+    }
+}
+
+fn draw_shape(scene: &mut Scene, plot: &Plot, shape: &PlanShape, occupied: &mut Occupied) {
+    let points: Vec<Point> = shape.points.iter().map(|(x, y)| plot.place(*x, *y)).collect();
+    if points.is_empty() {
+        return;
+    }
+    let line = |colour, width, dash| Stroke { colour, width, dash };
+    match shape.look {
+        Look::Part => {
+            scene.convex(points.clone(), PART[1]);
+            scene.outline(&points, line(PART[0], 6.0, &[]));
+        }
+        Look::Room => {
+            scene.convex(points.clone(), ROOM[1]);
+            scene.outline(&points, line(ROOM[0], 5.0, &[]));
+        }
+        Look::Ghost => scene.outline(&points, line(HATCH, 4.0, &[16.0, 12.0])),
+        Look::InTheWay => {
+            for piece in hatched(&points, PITCH) {
+                scene.line(piece.to_vec(), line(IN_THE_WAY, 2.5, &[]));
+            }
+            scene.outline(&points, line(IN_THE_WAY, 5.0, &[]));
+        }
+        Look::Path => scene.line(points.clone(), line(PART[0], 3.5, &[])),
+        Look::Wanted => scene.line(points.clone(), line(INK, 3.5, &[])),
+    }
+    occupied.add_line(&points, 10.0);
+}
+
+/// A line in the colours of its values, with a dark border that pale colours need.
+fn draw_coloured(
+    scene: &mut Scene,
+    plot: &Plot,
+    piece: &[(f64, f64, f64)],
+    scale: Option<Scale>,
+    occupied: &mut Occupied,
+) {
+    let points: Vec<Point> = piece.iter().map(|(x, y, _)| plot.place(*x, *y)).collect();
+    scene.line(points.clone(), Stroke { colour: INK, width: 14.0, dash: &[] });
+    occupied.add_line(&points, 14.0);
+    let Some(scale) = scale else { return };
+    let colour = |k: usize| {
+        let value = scale.levelled(0.5 * (piece[k].2 + piece[k + 1].2), LEVELS);
+        let [r, g, b, _] = scale.colour(value);
+        [r, g, b]
+    };
+    let mut start = 0;
+    for k in 0..points.len().saturating_sub(1) {
+        let is_last = k + 2 == points.len();
+        if is_last || colour(k + 1) != colour(k) {
+            scene.line(points[start..=k + 1].to_vec(), Stroke { colour: colour(k), width: 10.0, dash: &[] });
+            start = k + 1;
+        }
+    }
+}
+
+/// Names of marks, then of shapes.
+fn draw_labels(scene: &mut Scene, plot: &Plot, figure: &PlanFigure, mut occupied: Occupied) {
+    let places: Vec<Point> = figure.marks.iter().map(|(x, y, _)| plot.place(*x, *y)).collect();
+    for at in &places {
+        scene.circle(*at, MARK, Stroke { colour: WHITE, width: 8.0, dash: &[] });
+        scene.circle(*at, MARK, Stroke { colour: INK, width: 4.0, dash: &[] });
+        occupied.marks.push(around(*at, [MARK + 2.0; 2]));
+    }
+    for (at, (_, _, label)) in places.into_iter().zip(&figure.marks) {
+        write(scene, &mut occupied, plot.rect, (at, MARK), (label, INK));
+    }
+    for shape in figure.shapes.iter().filter(|shape| !shape.label.is_empty() && !shape.points.is_empty()) {
+        let points: Vec<Point> = shape.points.iter().map(|(x, y)| plot.place(*x, *y)).collect();
+        let colour = match shape.look {
+            Look::Part | Look::Path => PART[0],
+            Look::Room => ROOM[0],
+            Look::InTheWay => IN_THE_WAY,
+            Look::Ghost => MUTED,
+            Look::Wanted => INK,
+        };
+        // The highest corner.
+        let top = points.iter().copied().reduce(|a, b| if b[1] < a[1] { b } else { a }).unwrap_or_default();
+        write(scene, &mut occupied, plot.rect, (top, 4.0), (&shape.label, colour));
+    }
+}
+
+/// A label of one or several lines.
+fn write(
+    scene: &mut Scene,
+    occupied: &mut Occupied,
+    bounds: Rect,
+    (at, reach): (Point, f64),
+    (label, colour): (&str, Rgb),
+) {
+    let lines: Vec<&str> = label.lines().collect();
+    let widest = lines.iter().map(|line| text::width(line, SIZES.tick, Weight::Bold)).fold(0.0, f64::max);
+    let height = text::capital_height(SIZES.tick) + lines.len().saturating_sub(1) as f64 * 1.15 * SIZES.tick;
+    let half = [widest / 2.0 + 6.0, height / 2.0 + 7.0];
+    let Spot { rect, leader } = occupied.place(at, reach, half, bounds);
+    if let Some(leader) = leader {
+        scene.line(leader.to_vec(), Stroke { colour: MUTED, width: 2.5, dash: &[] });
+    }
+    for (row, line) in lines.into_iter().enumerate() {
+        let baseline = rect.y + 7.0 + text::capital_height(SIZES.tick) + row as f64 * 1.15 * SIZES.tick;
+        let text = Text::new(line, SIZES.tick, [rect.centre()[0], baseline], Anchor::Middle);
+        scene.text(text.bold().coloured(colour).with_halo());
+    }
+}

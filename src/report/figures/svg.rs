@@ -1,0 +1,213 @@
+//! A scene as an SVG document.
+//!
+//! Colours stand as plain attributes, so that every viewer shows them; a page's styles may turn those of ink and paper for
+//! a dark theme. Maps are small embedded images stretched over their place: an element for each cell would be several times
+//! as long.
+
+use std::fmt::Write as _;
+
+use base64::{Engine, engine::general_purpose::STANDARD};
+
+use super::error::FigureError;
+use super::field::Picture;
+use super::glyphs;
+use super::png;
+use super::scene::{Item, Point, Rect, Rgb, Scene, Stroke, Text};
+use super::simplify::simplified;
+use super::style::{HATCH, WHITE};
+use super::text;
+use super::theme;
+
+/// Units per page pixel.
+const SCALE: f64 = 3.0;
+/// Opacity of the white behind text over colours.
+const BACKING: f64 = 0.8;
+/// The hatching over cells without a value.
+pub(super) const HATCHING: Stroke = Stroke { colour: HATCH, width: 2.0, dash: &[] };
+
+/// The scene as an SVG document; texts are outlines with their words as labels.
+pub(super) fn svg(scene: &Scene) -> Result<String, FigureError> {
+    let [width, height] = [scene.width, scene.height].map(f64::round);
+    let mut out = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {} {}\" \
+         fill=\"none\" stroke-linecap=\"round\" stroke-linejoin=\"round\">\n<title>{}</title>\n",
+        SCALE * width,
+        SCALE * height,
+        text::printable(&scene.title).replace('&', "&amp;").replace('<', "&lt;")
+    );
+    rectangle(&mut out, Rect { x: 0.0, y: 0.0, width, height }, WHITE, 1.0);
+    let mut lines = Lines::default();
+    for item in &scene.items {
+        match item {
+            Item::Line { points, stroke } => {
+                lines.flush_unless(*stroke, &mut out);
+                lines.add(points);
+            }
+            Item::Convex { corners, fill } => {
+                lines.flush(&mut out);
+                let mut pen = Pen::default();
+                pen.line(corners);
+                let _ = writeln!(out, "<path fill=\"{}\" d=\"{}z\"/>", hex(*fill), pen.path);
+            }
+            Item::Picture(picture) => {
+                lines.flush(&mut out);
+                image(&mut out, picture)?;
+                let mut hatching = Lines { stroke: Some(HATCHING), ..Lines::default() };
+                picture.hatching().iter().for_each(|line| hatching.add(line));
+                hatching.flush(&mut out);
+            }
+            Item::Text(_) => {}
+        }
+    }
+    lines.flush(&mut out);
+    let texts = || scene.items.iter().filter_map(|item| if let Item::Text(text) = item { Some(text) } else { None });
+    for text in texts().filter(|text| text.halo) {
+        rectangle(&mut out, text.bounds(), WHITE, BACKING);
+    }
+    out += &glyphs::svg(&texts().collect::<Vec<&Text>>(), SCALE);
+    out += "</svg>\n";
+    Ok(out)
+}
+
+/// The document as it stands in a page: dark where the page is, light on paper. An embedded image follows the colour scheme of
+/// the element that shows it (Media Queries 5).
+pub(super) fn for_page(svg: &str) -> String {
+    let rule = |(light, dark): &(Rgb, Rgb)| {
+        let (light, dark) = (hex(*light), hex(*dark));
+        format!("[fill=\"{light}\"]{{fill:{dark}}}[stroke=\"{light}\"]{{stroke:{dark}}}")
+    };
+    let rules: String = theme::DARK.iter().map(rule).collect();
+    let style = format!("<style>@media screen and (prefers-color-scheme:dark){{{rules}}}</style>");
+    match svg.find("</title>") {
+        Some(end) => [&svg[..end + "</title>".len()], &style, &svg[end + "</title>".len()..]].concat(),
+        None => svg.to_owned(),
+    }
+}
+
+fn rectangle(out: &mut String, rect: Rect, fill: Rgb, opacity: f64) {
+    let [x, y, width, height] = [rect.x, rect.y, rect.width, rect.height].map(|length| units(length));
+    let opacity = if opacity < 1.0 { format!(" opacity=\"{opacity}\"") } else { String::new() };
+    let _ = writeln!(
+        out,
+        "<rect x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" fill=\"{}\"{opacity}/>",
+        hex(fill)
+    );
+}
+
+pub(super) fn hex([r, g, b]: Rgb) -> String {
+    format!("#{r:02x}{g:02x}{b:02x}")
+}
+
+fn units(length: f64) -> i64 {
+    (SCALE * length).round() as i64
+}
+
+/// Writes path data with whole units, relative to where the pen stands.
+#[derive(Default)]
+struct Pen {
+    path: String,
+    at: Option<[i64; 2]>,
+}
+
+impl Pen {
+    fn line(&mut self, points: &[Point]) {
+        let mut places: Vec<[i64; 2]> = simplified(points).iter().map(|p| p.map(units)).collect();
+        places.dedup();
+        for (k, [x, y]) in places.iter().copied().enumerate() {
+            let [dx, dy] = self.at.map_or([x, y], |[x0, y0]| [x - x0, y - y0]);
+            let _ = match k {
+                0 => write!(self.path, "m{}", pair(dx, dy)),
+                1 => write!(self.path, "l{}", pair(dx, dy)),
+                _ if dx < 0 => write!(self.path, "{}", pair(dx, dy)),
+                _ => write!(self.path, " {}", pair(dx, dy)),
+            };
+            self.at = Some([x, y]);
+        }
+        if places.len() == 1 {
+            self.path.push_str("h0");
+        }
+    }
+}
+
+fn pair(x: i64, y: i64) -> String {
+    if y < 0 { format!("{x}{y}") } else { format!("{x} {y}") }
+}
+
+/// Lines of one stroke, which one element holds.
+#[derive(Default)]
+struct Lines {
+    stroke: Option<Stroke>,
+    pen: Pen,
+}
+
+impl Lines {
+    fn add(&mut self, points: &[Point]) {
+        self.pen.line(points);
+    }
+
+    fn flush_unless(&mut self, stroke: Stroke, out: &mut String) {
+        if self.stroke != Some(stroke) {
+            self.flush(out);
+            self.stroke = Some(stroke);
+        }
+    }
+
+    fn flush(&mut self, out: &mut String) {
+        let path = std::mem::take(&mut self.pen).path;
+        let Some(Stroke { colour, width, dash }) = self.stroke.take().filter(|_| !path.is_empty()) else { return };
+        let dash = match dash {
+            [] => String::new(),
+            dash => {
+                let lengths: Vec<String> = dash.iter().map(|length| units(*length).to_string()).collect();
+                format!(" stroke-dasharray=\"{}\"", lengths.join(" "))
+            }
+        };
+        let _ =
+            writeln!(out, "<path stroke=\"{}\" stroke-width=\"{}\"{dash} d=\"{path}\"/>", hex(colour), units(width));
+    }
+}
+
+/// A plane of cells as an image of one pixel for each, or a few, stretched over its parallelogram.
+fn image(out: &mut String, picture: &Picture) -> Result<(), FigureError> {
+    let data = STANDARD.encode(png::cells(picture)?);
+    let number = |value: f64| {
+        let text = format!("{:.1}", SCALE * value);
+        text.strip_suffix(".0").map_or(text.clone(), String::from)
+    };
+    let [across, down, origin] = [picture.across, picture.down, picture.origin].map(|v| v.map(number).join(" "));
+    let _ = writeln!(
+        out,
+        "<image width=\"1\" height=\"1\" preserveAspectRatio=\"none\" image-rendering=\"optimizeSpeed\" \
+         style=\"image-rendering:pixelated\" transform=\"matrix({across} {down} {origin})\" \
+         href=\"data:image/png;base64,{data}\"/>"
+    );
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_of_one_stroke_are_one_element_with_relative_places() {
+        let mut scene = Scene { width: 100.0, height: 50.0, ..Scene::default() };
+        let stroke = Stroke { colour: [1, 2, 3], width: 2.0, dash: &[4.0, 3.0] };
+        scene.line(vec![[1.0, 1.0], [11.0, 1.0], [11.0, 0.0]], stroke);
+        scene.line(vec![[0.0, 0.0], [0.0, 5.0]], stroke);
+        let svg = svg(&scene).unwrap();
+        let path =
+            "<path stroke=\"#010203\" stroke-width=\"6\" stroke-dasharray=\"12 9\" d=\"m3 3l30 0 0-3m-33 0l0 15\"/>";
+        assert!(svg.contains(path), "{svg}");
+    }
+
+    #[test]
+    fn colours_of_a_dark_page_stand_in_what_is_shown_there_alone() {
+        let scene = Scene { title: "a".into(), width: 100.0, height: 50.0, ..Scene::default() };
+        let bare = svg(&scene).unwrap();
+        assert!(bare.contains("fill=\"#ffffff\"") && !bare.contains("<style>"), "{bare}");
+        let shown = for_page(&bare);
+        assert!(shown.contains("prefers-color-scheme:dark"), "{shown}");
+        assert!(shown.contains("[fill=\"#ffffff\"]{fill:#14171b}"), "{shown}");
+        assert_eq!(for_page("<svg/>"), "<svg/>");
+    }
+}
