@@ -246,15 +246,16 @@ impl Pictures {
             }
         };
         let drawn = &self.volume[..2];
+        let line = study.tolerance_mm.map_or_else(String::new, |tolerance| format!("; line: tolerance {tolerance} mm"));
         Some(SliceFigure {
             title: "Where the tool is moved least and most".into(),
-            subtitle: setting(study, self.quantities[IN_3D].source, drawn),
+            subtitle: setting(study, self.quantities[IN_3D].source, drawn) + &line,
             x_label: "x [mm]".into(),
             y_label: "y [mm]".into(),
             quantity: self.label(IN_3D),
             panels: heights.iter().map(panel).collect(),
             range: None,
-            contour: None,
+            contour: study.tolerance_mm,
             shading: Shading::Ordered,
             remark: String::new(),
             missing: "no solution".into(),
