@@ -6,7 +6,7 @@
 
 At 1280 and 400 px width, light and dark: no console error, no request beyond the file itself, nothing wider than the page,
 no text or control over another, neither on the page nor within a figure, contrast of at least 4.5 (3 for large text). What
-the headline quotes (`data-checks`) is computed again from the CSV files. Quantity, source and slice are switched with the
+the headline quotes (`data-checks`, `data-found`) is computed again from the CSV files. Quantity, source and slice are switched with the
 keyboard, a point of a map is clicked and found again through its address, "back" goes back, the wheel scrolls the page over
 a map, the view in three dimensions is dragged, a table is sorted over all rows of its file, the page is printed with the
 answer on page 1, and it is opened once more without WebGL. --slow-steps does not hold a slice to 100 ms.
@@ -159,7 +159,7 @@ async () => {
 # The headline and its numbers; of a page without them, the first paragraph of the answer.
 ANSWER = """
 () => {
-  const parts = [...document.querySelectorAll('.answer > h1, .numbers > .number .value')].map((e) => e.textContent);
+  const parts = [...document.querySelectorAll('.answer > h1, .first h1, .numbers > .number .value')].map((e) => e.textContent);
   const paragraph = document.querySelector('.answer p')?.textContent;
   return parts.length ? parts : paragraph ? [paragraph] : [];
 }
@@ -277,6 +277,10 @@ class Page:
         """The numbers that the first screen says it quotes are those of the tables."""
         text = self.page.evaluate("() => document.querySelector('[data-checks]')?.dataset.checks ?? ''")
         checks = json.loads(text) if text else []
+        for found in self.page.locator("[data-found]").all():
+            found = json.loads(found.get_attribute("data-found"))
+            rule = {"largest": "max", "smallest": "min"}[found.pop("extreme")]
+            checks.append({**found, "where": found["rows"], "rule": rule, "any_status": True})
         for check in checks:
             try:
                 value = recomputed(check, file.parent)
@@ -474,7 +478,7 @@ def recomputed(check, folder):
     values = []
     for place, row, is_answer in rows_of(check, folder / unquote(check["file"])):
         cells = [row[column] for column in columns]
-        if not is_answer or not all(map(is_number, cells)) or any(place not in places for places in common):
+        if not (is_answer or check.get("any_status")) or not all(map(is_number, cells)) or any(place not in places for places in common):
             continue
         values.append(float(cells[0]) if len(cells) == 1 else max(abs(float(cell)) for cell in cells))
     rules = {"max": max, "min": min, "mean": lambda all: sum(all) / len(all), "count": len, "first": lambda all: all[0]}
