@@ -8,7 +8,7 @@ use std::{
 };
 
 use clap::ValueEnum;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanCount, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use kinetostat::{
     report::{counted, visible, visible_json},
     work::{Event, Stage},
@@ -240,5 +240,33 @@ impl Progress {
 }
 
 fn style(of: &str) -> Option<ProgressStyle> {
-    ProgressStyle::with_template(&format!("{{bar:40}} {{pos}}/{{len}} {of}, {{per_sec}}, {{eta}} left {{msg}}")).ok()
+    let template = format!("{{bar:30}} {{human_pos}} of {{human_len}} {of}, {{rate}}, {{eta}} left {{msg}}");
+    let style = ProgressStyle::with_template(&template).ok()?;
+    Some(style.with_key("rate", |state: &ProgressState, out: &mut dyn std::fmt::Write| {
+        // A bar has nobody to tell that a line could not be made.
+        let _ = out.write_str(&rate_words(state.per_sec()));
+    }))
+}
+
+/// A rate to two digits.
+fn rate_words(per_second: f64) -> String {
+    match per_second {
+        slow if slow < 10.0 => format!("{slow:.1} per second"),
+        rate => {
+            let step = 10f64.powf(rate.log10().floor() - 1.0);
+            format!("{} per second", HumanCount(((rate / step).round() * step) as u64))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rates_have_two_digits() {
+        let shown = [0.0, 0.123, 9.87, 12.6, 11_019.3628].map(rate_words);
+        let expected = ["0.0", "0.1", "9.9", "13", "11,000"].map(|rate| format!("{rate} per second"));
+        assert_eq!(shown, expected);
+    }
 }

@@ -76,7 +76,7 @@ fn solve(
     batch: &mut Batch,
 ) -> Vec<Option<Outcome>> {
     let Some(first) = sessions.first() else { return Vec::new() };
-    let (nominal, settings) = (first.nominal.clone(), first.settings.equilibrium);
+    let (nominal, settings) = ((*first.nominal).clone(), first.settings.equilibrium);
     let is_direct = method == Method::Direct;
     let begin = |(session, demand): (&mut &mut Session, &Demand)| match is_direct {
         true => direct::is_near(session, demand) && direct::is_complete(session, demand),

@@ -40,7 +40,7 @@ pub(super) fn is_near(session: &Session, demand: &Demand) -> bool {
 /// Whether all controlled coordinates are put right, and these determine the drives. Where only some are, the others stay
 /// commanded as they were; where there are more drives, they are commanded as the inverse kinematics would.
 pub(super) fn is_complete(session: &Session, demand: &Demand) -> bool {
-    let nominal = session.nominal.clone();
+    let nominal = (*session.nominal).clone();
     nominal.redundancy == 0 && demand.coordinates(&nominal).count() == nominal.controls.len()
 }
 
@@ -68,7 +68,7 @@ pub(super) fn conclude(
 
 /// `None` if the iteration fails.
 fn in_one_iteration(session: &mut Session, demand: &Demand, progress: &mut Progress) -> Option<Outcome> {
-    let nominal = session.nominal.clone();
+    let nominal = (*session.nominal).clone();
     let history = RefCell::new(&mut progress.history);
     let task = |pose: &Pose| {
         let error = demand.task_error(&nominal, pose);

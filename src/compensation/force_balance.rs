@@ -59,7 +59,7 @@ fn solve(
     matrix: Matrix,
     progress: &mut Progress,
 ) -> Result<CompensationStatus, CompensationStatus> {
-    let nominal = session.nominal.clone();
+    let nominal = (*session.nominal).clone();
     let mut shift = Vector6::zeros();
     let mut pose = start(session, demand)?;
     let mut state: Option<State> = None;

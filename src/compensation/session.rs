@@ -8,7 +8,7 @@ use super::{
     workpiece::Workpiece,
 };
 use crate::{
-    machine::{Configuration, ExternalAxes, Machine, Unreachable, Zeroed},
+    machine::{Configuration, Machine, Standing, Unreachable, Zeroed},
     spatial::{Pose, Wrench, product, rotation_log},
     statics::{self, Outcome, State, TaskError, Workspace, equilibrium},
 };
@@ -56,7 +56,7 @@ impl Default for CompensationSettings {
 #[derive(Debug, Clone)]
 pub struct Session {
     /// The nominal machine.
-    pub nominal: Machine,
+    pub(crate) nominal: Standing,
     /// The machine with its errors.
     pub real: Machine,
     /// When to stop.
@@ -75,16 +75,13 @@ pub struct Session {
     rest: Option<(Pose, Pose)>,
     /// What carries the workpiece, if it can move or bend.
     workpiece: Option<Workpiece>,
-    /// The nominal machine with its external axes as it came, and where a demand has moved them.
-    as_it_came: Machine,
-    external: ExternalAxes,
 }
 
 impl Session {
     /// A session standing at home, unloaded.
     pub fn new(nominal: &Machine, real: &Machine, settings: CompensationSettings) -> Self {
         Self {
-            nominal: nominal.clone(),
+            nominal: Standing::new(nominal),
             real: real.clone(),
             settings,
             workspace: Workspace::new(real),
@@ -95,8 +92,6 @@ impl Session {
             state: State::rigid(nominal, &nominal.home),
             rest: None,
             workpiece: Workpiece::new(nominal, real),
-            as_it_came: nominal.clone(),
-            external: nominal.external_axes(),
         }
     }
 
@@ -109,15 +104,12 @@ impl Session {
 
     /// Moves the external axes to where `demand` has them.
     fn move_external(&mut self, demand: &Demand) -> Result<(), CompensationStatus> {
-        let axes = demand.external.unwrap_or_else(|| self.as_it_came.external_axes());
-        if axes == self.external {
-            return Ok(());
+        if self.nominal.move_to(demand.external).map_err(CompensationStatus::Unreachable)? {
+            if let Some(workpiece) = &mut self.workpiece {
+                workpiece.stand(&self.nominal);
+            }
+            self.rest = None;
         }
-        self.nominal = self.as_it_came.standing(&axes).map_err(CompensationStatus::Unreachable)?;
-        if let Some(workpiece) = &mut self.workpiece {
-            workpiece.stand(&self.nominal);
-        }
-        (self.external, self.rest) = (axes, None);
         Ok(())
     }
 

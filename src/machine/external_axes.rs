@@ -20,6 +20,44 @@ impl ExternalAxes {
     }
 }
 
+/// A machine that stands with its external axes where demands have them: made, each time, of the machine as it came, so that it does
+/// not depend on where it stood before.
+#[derive(Debug, Clone)]
+pub(crate) struct Standing {
+    as_it_came: Machine,
+    now: Machine,
+    axes: ExternalAxes,
+}
+
+impl Standing {
+    /// `machine` as it comes.
+    pub fn new(machine: &Machine) -> Self {
+        Self { as_it_came: machine.clone(), now: machine.clone(), axes: machine.external_axes() }
+    }
+
+    /// Moves the external axes to `axes`, or to where they came with. Whether they have moved.
+    ///
+    /// # Errors
+    /// As [`Machine::standing`]; the machine then stands where it did.
+    pub fn move_to(&mut self, axes: Option<ExternalAxes>) -> Result<bool, Unreachable> {
+        let axes = axes.unwrap_or_else(|| self.as_it_came.external_axes());
+        if axes == self.axes {
+            return Ok(false);
+        }
+        self.now = self.as_it_came.standing(&axes)?;
+        self.axes = axes;
+        Ok(true)
+    }
+}
+
+impl std::ops::Deref for Standing {
+    type Target = Machine;
+
+    fn deref(&self) -> &Machine {
+        &self.now
+    }
+}
+
 impl Machine {
     /// How many external axes there are.
     pub fn external_axis_count(&self) -> usize {

@@ -43,6 +43,7 @@ pub use branch::{Branch, Clearance, Elbow, Posture, PostureChange, Shoulder, Wri
 pub use chain::{Chain, Coupling, Drive, Motion, MoveScrew, PassiveJoint, Spring, SpringLaw};
 pub use errors::ChainError;
 pub use external_axes::ExternalAxes;
+pub(crate) use external_axes::Standing;
 pub use kinematics::{Configuration, Unreachable};
 pub use mobility::Mobility;
 pub use parameters::{Parameter, Unit};

@@ -2,31 +2,22 @@
 
 use crate::{
     compensation::{CompensationStatus, Demand},
-    machine::{Configuration, ExternalAxes, Machine, Unreachable},
+    machine::{Configuration, Machine, Standing},
 };
 
 /// A machine on its way along a path.
-pub(super) struct LedAlong<'a> {
-    as_it_came: &'a Machine,
-    /// With its external axes where the last demand has them.
-    nominal: Machine,
-    external: ExternalAxes,
+pub(super) struct LedAlong {
+    nominal: Standing,
     /// From where the next point is sought.
     near: Configuration,
     /// Where the machine stands at the point before: `near`, but at the beginning. `None` there, and of machines that have one posture.
     before: Option<Configuration>,
 }
 
-impl<'a> LedAlong<'a> {
+impl LedAlong {
     /// A machine at home, its way along the points `passed` behind it. What it commands from here on is what it would without them.
-    pub fn after(nominal: &'a Machine, passed: &[Demand]) -> Self {
-        let mut led = Self {
-            as_it_came: nominal,
-            nominal: nominal.clone(),
-            external: nominal.external_axes(),
-            near: nominal.home.clone(),
-            before: None,
-        };
+    pub fn after(nominal: &Machine, passed: &[Demand]) -> Self {
+        let mut led = Self { nominal: Standing::new(nominal), near: nominal.home.clone(), before: None };
         if nominal.may_change_posture() {
             for demand in passed {
                 let _ = led.step(demand);
@@ -39,7 +30,7 @@ impl<'a> LedAlong<'a> {
     /// The configuration at the next point, if it can be reached, and why the machine cannot be led there, if it cannot: also where it
     /// would stand in another posture than at the point before.
     pub fn step(&mut self, demand: &Demand) -> (Option<Configuration>, Result<(), CompensationStatus>) {
-        if let Err(unreachable) = self.move_external(demand) {
+        if let Err(unreachable) = self.nominal.move_to(demand.external) {
             return (None, Err(CompensationStatus::Unreachable(unreachable)));
         }
         let is_from_before = self.before.as_ref() == Some(&self.near);
@@ -56,15 +47,6 @@ impl<'a> LedAlong<'a> {
             Err(unreachable) => Err(CompensationStatus::Unreachable(unreachable)),
         };
         (Some(at), kept)
-    }
-
-    fn move_external(&mut self, demand: &Demand) -> Result<(), Unreachable> {
-        let axes = demand.external.unwrap_or_else(|| self.as_it_came.external_axes());
-        if axes != self.external {
-            self.nominal = self.as_it_came.standing(&axes)?;
-            self.external = axes;
-        }
-        Ok(())
     }
 
     /// Whether the machine at `at`, which meets `demand`, stands in the posture of the point before. `is_led`: whether the straight line

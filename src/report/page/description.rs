@@ -86,8 +86,8 @@ pub struct Section {
     pub hint: String,
     /// Paragraphs.
     pub text: Vec<String>,
-    /// A table that no file holds.
-    pub small_table: Option<SmallTable>,
+    /// Tables that no file holds.
+    pub small_tables: Vec<SmallTable>,
     /// Something to copy, such as a command or a table of a file.
     pub to_copy: Option<String>,
     /// Titles of its views.
@@ -269,10 +269,10 @@ impl Section {
         self
     }
 
-    /// With a table that no file holds.
+    /// With tables that no file holds.
     #[must_use]
-    pub fn small_table(mut self, table: SmallTable) -> Self {
-        self.small_table = Some(table);
+    pub fn small_tables(mut self, tables: impl IntoIterator<Item = SmallTable>) -> Self {
+        self.small_tables.extend(tables);
         self
     }
 

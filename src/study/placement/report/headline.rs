@@ -5,7 +5,7 @@ use crate::{
     report::{
         cautions,
         headline::{Extreme, Headline, InTable, KeyNumber},
-        words::{counted, percent},
+        words::{counted, percent, signed},
     },
     study::{
         path::report::facts_text,
@@ -168,11 +168,11 @@ fn room(results: &PlacementResults) -> Option<KeyNumber> {
     Some(KeyNumber::new(&format!("{distance:.1} mm"), what, none.join("; ")))
 }
 
-fn end(room: &Room) -> &'static str {
-    match room.end {
-        End::Worse => "it gets worse at once",
-        End::Bound => "the bound of the search",
-        End::Infeasible(_) => "it cannot be cut there",
-        End::Nowhere => "nothing ends it",
+fn end(room: &Room) -> String {
+    match &room.end {
+        End::Worse => "it gets worse at once".into(),
+        End::Bound => "the bound of the search".into(),
+        End::Infeasible(reason) => signed(reason),
+        End::Nowhere => "nothing ends it".into(),
     }
 }

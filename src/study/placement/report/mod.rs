@@ -2,6 +2,7 @@
 
 mod advice;
 mod answer;
+mod compromises;
 mod headline;
 mod page;
 mod pictures;

@@ -13,7 +13,7 @@ use crate::{
         demands::placed,
         placement::{
             CLEARANCE_MM, COORDINATES, Entry, FeatureJob, Found, Metric, PlacementResults, PlacementStudy, UNITS,
-            report::{advice, summary},
+            report::{advice, compromises::compromises, summary},
         },
     },
 };
@@ -32,7 +32,7 @@ pub fn page(results: &PlacementResults) -> Description {
     if !study.objective.pareto.is_empty() {
         tables.push(TableNote::new(
             "pareto.csv",
-            "Best compromises: places that no other beats in all these numbers, each polished.",
+            "All compromises: places that no other beats in all these numbers, each refined.",
         ));
     }
     Description {
@@ -48,6 +48,7 @@ fn sections(results: &PlacementResults) -> Vec<Section> {
     let mut sections = vec![
         Section::new("Why here?", "every place that was tried, and the named ones beside it")
             .text(&advice::place(results))
+            .small_tables(compromises(results))
             .explorers([SWEEP, PLACES])
             .figures(&["answer", "map_", "pareto"])
             .tables(["candidates.csv"]),

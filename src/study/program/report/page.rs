@@ -61,7 +61,7 @@ fn worst(job: &ProgramJob, proved: &Proved<'_>) -> Section {
         rows: rows.collect(),
     };
     Section::new("Where is the tool off how far?", "the worst lines, the error along the program and on the part")
-        .small_table(table)
+        .small_tables([table])
         .explorers([ALONG])
         .figures(&["errors", "paths"])
 }
@@ -116,7 +116,7 @@ fn proof(job: &ProgramJob, proved: &Proved<'_>) -> Section {
     Section::new("How is it proved?", "the written program, read back and simulated point by point, beside other ways")
         .text("The last row is the program as it was written, read back, rounding included, and simulated.")
         .text(&left_text(&job.machine, own))
-        .small_table(table)
+        .small_tables([table])
 }
 
 /// Title of the view.
