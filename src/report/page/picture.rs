@@ -9,6 +9,7 @@ use super::{
     aligned::Aligned,
     description::{Column, Shape},
     table::number,
+    verdict::three,
     winners::{At, Winners},
 };
 use crate::report::visible::visible;
@@ -32,6 +33,8 @@ const MOST_POINTS: usize = 300;
 pub(super) struct Picture {
     /// In a line.
     pub title: String,
+    /// Whether places have the colours of their winners.
+    has_key: bool,
     panels: Vec<Panel>,
 }
 
@@ -54,7 +57,33 @@ pub(super) fn picture(aligned: &Aligned, quantity: usize, winners: &Winners, let
         Shape::Curve => vec![curves(aligned, quantity, winners, letters)?],
         Shape::Names => return None,
     };
-    Some(Picture { title, panels })
+    Some(Picture { title, has_key: is_by_place, panels })
+}
+
+/// One bar for each result; `None` if a value is missing.
+pub(super) fn bars(title: String, unit: &str, values: &[f64], letters: &[char]) -> Option<Picture> {
+    let most = values.iter().copied().fold(0.0, f64::max);
+    if most <= 0.0 || values.iter().any(|value| !value.is_finite() || *value < 0.0) {
+        return None;
+    }
+    let (step, room) = (34.0, WIDE - LEFT - 90.0);
+    let height = step * values.len() as f64 + EDGE;
+    let mut svg = format!("<svg viewBox=\"0 0 {WIDE:.0} {height:.0}\" role=\"img\" aria-labelledby=\"hero-title\">");
+    for (who, (value, letter)) in values.iter().zip(letters).enumerate() {
+        let (top, width) = (EDGE + step * who as f64, room * value / most);
+        let (middle, right) = (top + 0.5 * step, LEFT + width + 6.0);
+        let words = escaped(&format!("{} {unit}", three(*value)));
+        // Writing to a string cannot fail.
+        let _ = write!(
+            svg,
+            "<text x=\"{:.1}\" y=\"{middle:.1}\" text-anchor=\"end\">{letter}</text>\
+             <rect class=\"win w{who}\" x=\"{LEFT}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"24\"/>\
+             <text x=\"{right:.1}\" y=\"{middle:.1}\">{words}</text>",
+            LEFT - 6.0
+        );
+    }
+    svg += "</svg>";
+    Some(Picture { title, has_key: false, panels: vec![Panel { title: String::new(), svg }] })
 }
 
 /// Class of a place: whose colour, how strong.
@@ -231,11 +260,11 @@ impl Frame {
             let _ = write!(svg, "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{words}</text>");
         };
         let [[x0, x1], [y0, y1]] = self.ends;
-        text(LEFT, low + 12.0, "start", short(x0));
-        text(right, low + 12.0, "end", short(x1));
+        text(LEFT, low + 12.0, "start", three(x0));
+        text(right, low + 12.0, "end", three(x1));
         text(LEFT + 0.5 * width, low + 26.0, "middle", in_unit(across));
-        text(LEFT - 4.0, low, "end", short(y0));
-        text(LEFT - 4.0, EDGE + 8.0, "end", short(y1));
+        text(LEFT - 4.0, low, "end", three(y0));
+        text(LEFT - 4.0, EDGE + 8.0, "end", three(y1));
         let words = escaped(&in_unit(up));
         let middle = EDGE + 0.5 * height;
         let _ = write!(
@@ -251,8 +280,4 @@ fn escaped(text: &str) -> String {
 
 fn in_unit(column: &Column) -> String {
     super::aligned::in_unit(&column.label, &column.unit)
-}
-
-fn short(value: f64) -> String {
-    super::verdict::three(value)
 }
