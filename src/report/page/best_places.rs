@@ -5,7 +5,8 @@ use super::{
     description::{Better, Shape},
     floors::percent,
     picture::{Picture, bars},
-    verdict::{Compares, Large, Verdict, three},
+    sentences::three,
+    verdict::{Compares, Large, Verdict},
 };
 
 /// What places are judged by.
