@@ -276,7 +276,8 @@ fn maps_over_other_nodes_are_compared_as_far_as_they_can_be() {
     );
     // What only the finer grid has does not count.
     assert!(
-        found.contains("computed over 8 grid points in common") && found.contains("A and B are the same"),
+        found.contains("computed over 8 grid points in common")
+            && found.contains("A (coarse) and B (finer) are the same"),
         "{found:.3000}"
     );
     let [own, shared] = [&finer, &coarse].map(|folder| deflection(folder, "smallest"));

@@ -4,7 +4,9 @@ use super::{
     check::{Check, Checked},
     description::{Better, Shape},
     floors::percent,
-    verdict::{Compares, Large, Verdict, three},
+    picture::{Picture, bars},
+    sentences::three,
+    verdict::{Compares, Large, Verdict},
 };
 
 /// What places are judged by.
@@ -72,6 +74,17 @@ impl Compares<'_> {
             verdict.checks.extend(Check::of(self, objective, who, Checked::Min, objective_value).map(Check::alone));
         }
         Some(verdict)
+    }
+
+    /// What the best places cost, as a picture; `None` as for [`Compares::on_best_places`].
+    pub fn best_places_drawn(&self) -> Option<Picture> {
+        let shared = &self.aligned.shared;
+        let objective = shared.quantities.iter().position(|q| q.label == OBJECTIVE)?;
+        let main = shared.quantities.iter().position(|q| q.unit == "mm" && q.better == Better::Smaller)?;
+        let value = |who: usize| Some(self.aligned.data[who].values[main][0][self.best_row(who, objective)?]);
+        let values: Vec<f64> = (0..self.letters.len()).map(value).collect::<Option<_>>()?;
+        let q = &shared.quantities[main];
+        bars(format!("{} at the best place of each", q.label), &q.unit, &values, self.letters)
     }
 
     /// The row with the smallest objective that is an answer.

@@ -97,12 +97,16 @@ pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) 
     let headline = views.iter().find(|aligned| compares(aligned).quantity().is_some());
     let is_of_places = best_places.is_some();
     let verdict = best_places.or_else(|| compares(headline?).verdict());
-    let picture = views.iter().filter(|aligned| aligned.shared.shape != Shape::Names).find_map(|aligned| {
+    let by_place = views.iter().filter(|aligned| aligned.shared.shape != Shape::Names).find_map(|aligned| {
         let quantity = compares(aligned).quantity()?;
         let q = &aligned.shared.quantities[quantity];
         let winners = Winners::new(&aligned.common, quantity, 0, q.better, floors.of(&q.unit))?;
         picture(aligned, quantity, &winners, &letters)
             .filter(|_| winners.counted() > 0 || aligned.shared.shape == Shape::Curve)
+    });
+    let picture = by_place.or_else(|| {
+        let named = views.iter().filter(|aligned| aligned.shared.shape == Shape::Names);
+        named.filter(|_| is_of_places).find_map(|aligned| compares(aligned).best_places_drawn())
     });
     let case = |(folder, letter): (&ResultFolder, &char)| Case {
         letter: *letter,

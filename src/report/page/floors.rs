@@ -79,7 +79,7 @@ pub(super) fn percent(share: f64) -> String {
         p if p == 0.0 || p == 100.0 => format!("{p:.0} %"),
         p if p < 0.1 => "less than 0.1 %".into(),
         p if p < 1.0 => format!("{p:.1} %"),
-        p if p >= 99.5 && p < 100.0 => format!("{:.1} %", p.min(99.9)),
+        p if (99.5..100.0).contains(&p) => format!("{:.1} %", p.min(99.9)),
         p => format!("{p:.0} %"),
     }
 }

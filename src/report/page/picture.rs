@@ -2,26 +2,17 @@
 
 use std::fmt::Write;
 
-use minijinja::HtmlEscape;
 use serde::Serialize;
 
 use super::{
     aligned::Aligned,
     description::{Column, Shape},
+    frame::{EDGE, Frame, LEFT, WIDE, escaped},
+    sentences::three,
     table::number,
     winners::{At, Winners},
 };
-use crate::report::visible::visible;
 
-/// Width of a drawing, its own units.
-const WIDTH: f64 = 260.0;
-/// Width of one that is not to scale.
-const WIDE: f64 = 460.0;
-const HEIGHT: f64 = 220.0;
-/// Room for the axes.
-const LEFT: f64 = 46.0;
-const BOTTOM: f64 = 34.0;
-const EDGE: f64 = 6.0;
 /// Leads at which colours become stronger.
 const LEADS: [f64; 2] = [0.05, 0.25];
 /// Most points of a curve that are drawn.
@@ -32,6 +23,8 @@ const MOST_POINTS: usize = 300;
 pub(super) struct Picture {
     /// In a line.
     pub title: String,
+    /// Whether places have the colours of their winners.
+    has_key: bool,
     panels: Vec<Panel>,
 }
 
@@ -54,7 +47,33 @@ pub(super) fn picture(aligned: &Aligned, quantity: usize, winners: &Winners, let
         Shape::Curve => vec![curves(aligned, quantity, winners, letters)?],
         Shape::Names => return None,
     };
-    Some(Picture { title, panels })
+    Some(Picture { title, has_key: is_by_place, panels })
+}
+
+/// One bar for each result; `None` if a value is missing.
+pub(super) fn bars(title: String, unit: &str, values: &[f64], letters: &[char]) -> Option<Picture> {
+    let most = values.iter().copied().fold(0.0, f64::max);
+    if most <= 0.0 || values.iter().any(|value| !value.is_finite() || *value < 0.0) {
+        return None;
+    }
+    let (step, room) = (34.0, WIDE - LEFT - 90.0);
+    let height = step * values.len() as f64 + EDGE;
+    let mut svg = format!("<svg viewBox=\"0 0 {WIDE:.0} {height:.0}\" role=\"img\" aria-labelledby=\"hero-title\">");
+    for (who, (value, letter)) in values.iter().zip(letters).enumerate() {
+        let (top, width) = (EDGE + step * who as f64, room * value / most);
+        let (middle, right) = (top + 0.5 * step, LEFT + width + 6.0);
+        let words = escaped(&format!("{} {unit}", three(*value)));
+        // Writing to a string cannot fail.
+        let _ = write!(
+            svg,
+            "<text x=\"{:.1}\" y=\"{middle:.1}\" text-anchor=\"end\">{letter}</text>\
+             <rect class=\"win w{who}\" x=\"{LEFT}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"24\"/>\
+             <text x=\"{right:.1}\" y=\"{middle:.1}\">{words}</text>",
+            LEFT - 6.0
+        );
+    }
+    svg += "</svg>";
+    Some(Picture { title, has_key: false, panels: vec![Panel { title: String::new(), svg }] })
 }
 
 /// Class of a place: whose colour, how strong.
@@ -164,95 +183,4 @@ fn cells(axis: &[f64]) -> Vec<[f64; 2]> {
             [begin, end]
         })
         .collect()
-}
-
-/// From numbers to a drawing.
-struct Frame {
-    ends: [[f64; 2]; 2],
-    size: [f64; 2],
-    width: f64,
-}
-
-impl Frame {
-    fn new(ends: [[f64; 2]; 2], is_to_scale: bool) -> Self {
-        let all = if is_to_scale { WIDTH } else { WIDE };
-        let (width, height) = (all - LEFT - EDGE, HEIGHT - BOTTOM - EDGE);
-        let [x, y] = ends.map(|[low, high]| high - low);
-        let scale = (width / x).min(height / y);
-        let size = if is_to_scale { [x * scale, y * scale] } else { [width, height] };
-        Self { ends, size, width: all }
-    }
-
-    fn x(&self, value: f64) -> f64 {
-        let [low, high] = self.ends[0];
-        LEFT + (value - low) / (high - low) * self.size[0]
-    }
-
-    fn y(&self, value: f64) -> f64 {
-        let [low, high] = self.ends[1];
-        EDGE + (high - value) / (high - low) * self.size[1]
-    }
-
-    fn point(&self, x: f64, y: f64) -> String {
-        format!("{:.1},{:.1}", self.x(x), self.y(y))
-    }
-
-    fn begin(&self) -> String {
-        let height = self.size[1] + BOTTOM + EDGE;
-        format!("<svg viewBox=\"0 0 {:.0} {height:.0}\" role=\"img\" aria-labelledby=\"hero-title\">", self.width)
-    }
-
-    fn cell(&self, svg: &mut String, class: &str, x: [f64; 2], y: [f64; 2]) {
-        let (left, top) = (self.x(x[0]), self.y(y[1]));
-        let (width, height) = (self.x(x[1]) - left, self.y(y[0]) - top);
-        let _ = write!(
-            svg,
-            "<rect class=\"{class}\" x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{height:.1}\"/>"
-        );
-    }
-
-    /// A piece of the strip along the lower edge.
-    fn band(&self, svg: &mut String, class: &str, [begin, end]: [f64; 2]) {
-        let (left, top) = (self.x(begin), EDGE + self.size[1] - 8.0);
-        let width = (self.x(end) - left).max(0.0);
-        let _ =
-            write!(svg, "<rect class=\"{class}\" x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"8\"/>");
-    }
-
-    fn end(&self, svg: &mut String, [across, up]: [&Column; 2]) {
-        let [width, height] = self.size;
-        let (right, low) = (LEFT + width, EDGE + height);
-        let _ = write!(
-            svg,
-            "<rect class=\"frame\" x=\"{LEFT}\" y=\"{EDGE}\" width=\"{width:.1}\" height=\"{height:.1}\"/>"
-        );
-        let mut text = |x: f64, y: f64, anchor: &str, words: String| {
-            let words = escaped(&words);
-            let _ = write!(svg, "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{words}</text>");
-        };
-        let [[x0, x1], [y0, y1]] = self.ends;
-        text(LEFT, low + 12.0, "start", short(x0));
-        text(right, low + 12.0, "end", short(x1));
-        text(LEFT + 0.5 * width, low + 26.0, "middle", in_unit(across));
-        text(LEFT - 4.0, low, "end", short(y0));
-        text(LEFT - 4.0, EDGE + 8.0, "end", short(y1));
-        let words = escaped(&in_unit(up));
-        let middle = EDGE + 0.5 * height;
-        let _ = write!(
-            svg,
-            "<text transform=\"translate(12 {middle:.1}) rotate(-90)\" text-anchor=\"middle\">{words}</text></svg>"
-        );
-    }
-}
-
-fn escaped(text: &str) -> String {
-    HtmlEscape(&visible(text)).to_string()
-}
-
-fn in_unit(column: &Column) -> String {
-    super::aligned::in_unit(&column.label, &column.unit)
-}
-
-fn short(value: f64) -> String {
-    super::verdict::three(value)
 }

@@ -1,5 +1,5 @@
 // The machine bent at a point, for whoever can compute it: set `Bending.at` to a function of (data, place, group) that returns
-// lines as `data.machine` holds them, or null. Without it, pages show the machine at home.
+// lines as `data.machine` holds them, or null, or a promise of these. They are drawn with the point in three dimensions.
 const Bending = { at: null };
 
 // A point of a map that the reader has picked: all its numbers, and the command that explains it.

@@ -27,7 +27,7 @@ const Data = (() => {
     const text = size >= 1e6 || size < 1e-4 ? value.toExponential(3) : String(Number(value.toPrecision(4)));
     return text.replaceAll("-", "\u2212");
   }
-  const withUnit = (value, unit) => number(value) + (unit ? (unit === "\u00b0" ? "" : "\u00a0") + unit : "");
+  const withUnit = (value, unit) => number(value) + (unit && Number.isFinite(value) ? (unit === "\u00b0" ? "" : "\u00a0") + unit : "");
   const labelled = (label, unit) => (unit ? label + " [" + unit + "]" : label);
   return { unpack, number, withUnit, labelled };
 })();

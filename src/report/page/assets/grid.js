@@ -10,7 +10,7 @@ function gridView(article, data, name) {
   const usable = spatial.filter((axis) => [0, 1, 2].filter((other) => other !== axis).every((other) => first.axes[other].length > 1));
   const middle = (axis) => first.axes[axis][Math.floor(first.axes[axis].length / 2)];
   const beginning = () => ({ quantity: 0, group: 0, normal: usable.includes(2) ? 2 : usable[0] ?? 2, place: coordinates.map((_, axis) => middle(axis)), chosen: null });
-  const state = Object.assign(beginning(), { machine: false });
+  const state = Object.assign(beginning(), { machine: false, bent: null });
 
   // Position on an axis nearest to a coordinate.
   function nearest(axis, value) {
@@ -58,12 +58,24 @@ function gridView(article, data, name) {
       chosen.show(place);
       slices.step();
       space.draw();
+      bend();
     },
   };
   const slices = sliceView(charts, view);
   const space = spaceView(charts, view, slices.plane);
   const chosen = chosenPoint(article, view);
 
+  async function bend() {
+    const [place, group] = [state.chosen, state.group];
+    const had = state.bent;
+    state.bent = null;
+    if (had) space.draw();
+    if (!place || !Bending.at) return;
+    const lines = await Bending.at(data, place, group);
+    if (!lines || state.chosen !== place || state.group !== group) return;
+    state.bent = lines;
+    space.draw();
+  }
   function describe() {
     const [columns, rows] = [0, 1, 2].filter((axis) => axis !== state.normal);
     const parts = cases.filter((one) => !one.is_difference).map((one) => {
@@ -93,8 +105,8 @@ function gridView(article, data, name) {
     showControls();
     Address.write();
     draw();
-    if (cases.length > 1) chosen.show(state.chosen);
-    else if (state.chosen) chosen.show(state.chosen);
+    chosen.show(state.chosen);
+    bend();
   }
 
   const quantitySelect = Controls.select(controls, "Quantity", data.labels.map((text, i) => Data.labelled(text, data.units[i])), (index) => {
@@ -189,6 +201,7 @@ function gridView(article, data, name) {
       showControls();
       draw();
       chosen.show(state.chosen);
+      bend();
     },
   });
 }

@@ -99,7 +99,7 @@ function sliceView(charts, view) {
       },
       {
         type: "scatter", mode: "markers", hoverinfo: "skip", cliponaxis: false, x: chosen.x[0], y: chosen.y[0],
-        marker: { size: 16, symbol: "circle-open", color: "#fff", line: { width: 3, color: "#d0006f" } },
+        marker: { size: 12, color: "rgba(255, 255, 255, 0.75)", line: { width: 3.5, color: "#d0006f" } },
       },
     ];
     const axis = (index, more) => Chart.axis(Data.labelled(coordinates[index].label, coordinates[index].unit), Object.assign({ zeroline: false, showgrid: false }, more));

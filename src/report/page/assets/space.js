@@ -95,17 +95,18 @@ function spaceView(charts, view, plane) {
       const [x, y, z] = state.chosen.map((value) => [value]);
       traces.push({ type: "scatter3d", mode: "markers", hoverinfo: "skip", x, y, z, marker: { size: 7, color: "#d0006f", symbol: "circle" } });
     }
+    const lines = (polylines) => {
+      const line = { x: [], y: [], z: [] };
+      polylines.forEach((points) => {
+        [...points, [null, null, null]].forEach((point) => ["x", "y", "z"].forEach((axis, i) => line[axis].push(point[i])));
+      });
+      return line;
+    };
+    if (state.bent) {
+      traces.push({ type: "scatter3d", mode: "lines", hoverinfo: "skip", line: { color: "#d0006f", width: 5 }, ...lines(state.bent) });
+    }
     if (state.machine) {
-      const lines = (polylines) => {
-        const line = { x: [], y: [], z: [] };
-        polylines.forEach((points) => {
-          [...points, [null, null, null]].forEach((point) => ["x", "y", "z"].forEach((axis, i) => line[axis].push(point[i])));
-        });
-        return line;
-      };
       traces.push({ type: "scatter3d", mode: "lines", hoverinfo: "skip", line: { color: Theme.colour("c1"), width: 5 }, ...lines(data.machine) });
-      const bent = state.chosen && Bending.at ? Bending.at(data, state.chosen, state.group) : null;
-      if (bent) traces.push({ type: "scatter3d", mode: "lines", hoverinfo: "skip", line: { color: "#d0006f", width: 5 }, ...lines(bent) });
       traces.push({ type: "scatter3d", mode: "lines", hoverinfo: "skip", line: { color: Theme.colour("c2"), width: 7 }, ...lines([data.tool]) });
       if (data.springs.length > 0) {
         traces.push({ type: "scatter3d", mode: "lines", hoverinfo: "skip", line: { color: Theme.colour("c1"), width: 5, dash: "dash" }, ...lines(data.springs) });
