@@ -73,10 +73,10 @@ impl Pictures {
     pub fn add(&mut self, study: &PathStudy, part: &PathPart) {
         for k in part.points() {
             let displacement = BySource::of(&study.machine, |source| part.displacement(source, k));
-            if let Some(moved) = displacement[Source::All] {
-                if self.worst.is_none_or(|(_, most)| moved.norm() > most.norm()) {
-                    self.worst = Some((k, moved));
-                }
+            if let Some(moved) = displacement[Source::All]
+                && self.worst.is_none_or(|(_, most)| moved.norm() > most.norm())
+            {
+                self.worst = Some((k, moved));
             }
             if self.drawn.get(self.shifts.len()) == Some(&k) {
                 let left = part.compensated(Source::All, k).map(|answer| answer.position_error);

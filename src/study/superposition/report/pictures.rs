@@ -113,10 +113,9 @@ impl Pictures {
 
     /// Takes the next point, in grid order.
     pub fn add(&mut self, point: &DeparturePoint) {
-        if let Some(value) = (QUANTITIES[0].value)(point).filter(|value| value.is_finite()) {
-            if self.largest.is_none_or(|(most, _)| value > most) {
-                self.largest = Some((value, point.position_mm));
-            }
+        let departure = (QUANTITIES[0].value)(point).filter(|value| value.is_finite());
+        if let Some(value) = departure.filter(|value| self.largest.is_none_or(|(most, _)| *value > most)) {
+            self.largest = Some((value, point.position_mm));
         }
         if self.nodes.get(self.values.len()) == Some(&self.next) {
             self.values.push(std::array::from_fn(|k| (QUANTITIES[k].value)(point)));
