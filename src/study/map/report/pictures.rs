@@ -8,10 +8,10 @@ use crate::{
         grid_slices::{drawn, drawn_nodes, panels, thinned_words},
         point_words,
         table::{kind_word, largest_position},
-        words::{counted, typographic},
+        words::{counted, millimetres, typographic},
     },
     study::{
-        Source,
+        ROUNDING_MM, Source,
         map::{
             MapPoint, Shown, SourceEffect, WorkspaceMapStudy,
             report::extremes::{At, Extremes},
@@ -238,7 +238,7 @@ impl Pictures {
                 values: nodes.map(|node| self.value(study, node, IN_3D)).collect(),
                 marks: here
                     .map(|(at, word)| Mark2 {
-                        label: format!("{word} {:.2} mm", at.value),
+                        label: format!("{word} {}", millimetres(at.value, 3, ROUNDING_MM)),
                         x: at.position_mm[0],
                         y: at.position_mm[1],
                     })

@@ -6,9 +6,9 @@ use crate::{
     report::{
         amplification::amplification,
         figures::{Figure, Look, PlanFigure, PlanShape},
-        words::counted,
+        words::{counted, millimetres},
     },
-    study::path::PathStudy,
+    study::{ROUNDING_MM, path::PathStudy},
 };
 
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -73,7 +73,7 @@ pub(super) fn figure(
             label: String::new(),
         }],
         coloured,
-        marks: vec![(x, y, format!("worst {:.3} mm\n{place}", largest.norm()))],
+        marks: vec![(x, y, format!("worst {}\n{place}", millimetres(largest.norm(), 3, ROUNDING_MM)))],
         note: format!("deviations drawn {factor} times as large"),
     })))
 }

@@ -6,13 +6,16 @@ use crate::{
         figures::{Figure, LineFigure, LineSeries, Mark2, Shading, SliceFigure, SlicePanel},
         grid_slices::{drawn, drawn_nodes, panels, thinned_words},
         point_words,
-        words::{counted, position, typographic},
+        words::{counted, millimetres, position, typographic},
     },
-    study::superposition::{
-        DeparturePoint, LocationResult, Scaled, Shown, SuperpositionStudy,
-        ablation::Cause,
-        departure::{Followed, Sum},
-        report::{contributions, words},
+    study::{
+        ROUNDING_MM,
+        superposition::{
+            DeparturePoint, LocationResult, Scaled, Shown, SuperpositionStudy,
+            ablation::Cause,
+            departure::{Followed, Sum},
+            report::{contributions, words},
+        },
     },
 };
 
@@ -173,7 +176,7 @@ impl Pictures {
         let gap = |&&k: &&usize| (zs[k] - z).abs();
         let plane = planes.iter().min_by(|a, b| gap(a).total_cmp(&gap(b))).copied()?;
         let nodes = rows.iter().flat_map(|&y| columns.iter().map(move |&x| [x, y, plane]));
-        let mark = Mark2 { label: format!("largest {most:.3} mm"), x, y };
+        let mark = Mark2 { label: format!("largest {}", millimetres(most, 3, ROUNDING_MM)), x, y };
         Some(SliceFigure {
             title: "Where adding the effects is most wrong".into(),
             subtitle: format!("{}{}", setting_of(study, &self.all[..2]), tolerance_words(study)),
