@@ -187,12 +187,14 @@ impl Pictures {
         let slices = |(k, quantity): (usize, &Quantity)| {
             (format!("slices_{}", quantity.file_stem), Figure::Slices(self.slices(study, k)))
         };
-        let answer = self.answer(study).map(|figure| ("answer".to_string(), Figure::Slices(figure)));
+        let answer = ("answer".to_string(), Figure::Slices(self.answer(study)));
         let is_drawn = |(k, _): &(usize, &Quantity)| {
-            self.quantities[*k].shading != Shading::Cyclic || self.values.iter().any(|values| values[*k].is_some())
+            let is_angle = self.quantities[*k].shading == Shading::Cyclic;
+            // Without a cutting force there is no angle.
+            !is_angle || self.extremes.0.is_none() || self.values.iter().any(|values| values[*k].is_some())
         };
         let all = self.quantities.iter().enumerate().filter(is_drawn).map(slices);
-        let mut figures: Vec<(String, Figure)> = answer.into_iter().chain(all).collect();
+        let mut figures: Vec<(String, Figure)> = std::iter::once(answer).chain(all).collect();
         if study.grid.counts().iter().all(|&n| n > 1) {
             let name = format!("workspace_{}", self.quantities[IN_3D].file_stem);
             figures.push((name, Figure::Volume(self.volume(study, IN_3D))));
@@ -217,9 +219,9 @@ impl Pictures {
         }
     }
 
-    /// The slices through the places where the tool is moved least and most; `None` where nothing is solved.
-    fn answer(&self, study: &WorkspaceMapStudy) -> Option<SliceFigure> {
-        let ends = self.extremes.0?;
+    /// The slices through the places where the tool is moved least and most; where nothing is solved, the lowest one.
+    fn answer(&self, study: &WorkspaceMapStudy) -> SliceFigure {
+        let ends: Vec<At> = self.extremes.0.map_or_else(Vec::new, Vec::from);
         let [columns, rows, planes] = &self.volume;
         let [xs, ys, zs] = &study.grid.axes;
         let plane = |at: &At| {
@@ -228,6 +230,9 @@ impl Pictures {
         };
         let mut heights: Vec<usize> = ends.iter().filter_map(plane).collect();
         heights.dedup();
+        if heights.is_empty() {
+            heights.extend(planes.first());
+        }
         let panel = |&k: &usize| {
             let here = ends.iter().zip(["least", "most"]).filter(|(at, _)| plane(at) == Some(k));
             let nodes = rows.iter().flat_map(|&y| columns.iter().map(move |&x| [x, y, k]));
@@ -246,7 +251,7 @@ impl Pictures {
             }
         };
         let drawn = &self.volume[..2];
-        Some(SliceFigure {
+        SliceFigure {
             title: "Where the tool is moved least and most".into(),
             subtitle: setting(study, self.quantities[IN_3D].source, drawn),
             x_label: "x [mm]".into(),
@@ -258,7 +263,7 @@ impl Pictures {
             shading: Shading::Ordered,
             remark: String::new(),
             missing: "no solution".into(),
-        })
+        }
     }
 
     fn volume(&self, study: &WorkspaceMapStudy, quantity: usize) -> VolumeFigure {

@@ -105,8 +105,7 @@ impl Pictures {
     /// All pictures with their file stems.
     pub fn figures(&self, study: &PathStudy) -> Vec<(String, Figure)> {
         let machine = &study.machine;
-        let mut figures: Vec<(String, Figure)> =
-            self.magnified(study).into_iter().map(|figure| ("answer".to_string(), figure)).collect();
+        let mut figures = vec![("answer".to_string(), self.magnified(study))];
         figures.push(("displacement".to_string(), self.displacement(study)));
         figures.extend(machine.drive_kinds().map(|kind| {
             let stem = match machine.has_mixed_drives() {
@@ -128,7 +127,7 @@ impl Pictures {
         figures
     }
 
-    fn magnified(&self, study: &PathStudy) -> Option<Figure> {
+    fn magnified(&self, study: &PathStudy) -> Figure {
         let points = self.drawn.iter().zip(&self.shifts);
         let moved =
             |(&point, shifts): (&usize, &Shifts)| Moved { point, displacement: shifts.displacement[Source::All] };

@@ -168,15 +168,19 @@ impl Pictures {
         }
     }
 
-    /// The slice through the place of the largest departure; `None` where nothing is solved.
+    /// The slice through the place of the largest departure; where nothing is solved, the lowest one.
     fn answer(&self, study: &SuperpositionStudy) -> Option<SliceFigure> {
-        let (most, [x, y, z]) = self.largest?;
+        let z = self.largest.map_or(f64::NEG_INFINITY, |(_, at)| at[2]);
         let [columns, rows, planes] = &self.all;
         let [xs, ys, zs] = &study.grid.axes;
-        let gap = |&&k: &&usize| (zs[k] - z).abs();
+        let gap = |&&k: &&usize| (zs[k] - z.max(zs[0])).abs();
         let plane = planes.iter().min_by(|a, b| gap(a).total_cmp(&gap(b))).copied()?;
         let nodes = rows.iter().flat_map(|&y| columns.iter().map(move |&x| [x, y, plane]));
-        let mark = Mark2 { label: format!("largest {}", millimetres(most, 3, ROUNDING_MM)), x, y };
+        let mark = |(most, [x, y, _]): (f64, [f64; 3])| Mark2 {
+            label: format!("largest {}", millimetres(most, 3, ROUNDING_MM)),
+            x,
+            y,
+        };
         Some(SliceFigure {
             title: "Where adding the effects is most wrong".into(),
             subtitle: format!("{}{}", setting_of(study, &self.all[..2]), tolerance_words(study)),
@@ -188,7 +192,7 @@ impl Pictures {
                 x: columns.iter().map(|&x| xs[x]).collect(),
                 y: rows.iter().map(|&y| ys[y]).collect(),
                 values: nodes.map(|node| self.value(study, node, 0)).collect(),
-                marks: vec![mark],
+                marks: self.largest.map(mark).into_iter().collect(),
             }],
             range: None,
             contour: Some(study.tolerance),
