@@ -11,7 +11,7 @@ pub(super) fn hatched(corners: &[Point], pitch: f64) -> Vec<[Point; 2]> {
         return Vec::new();
     }
     let first = (low / pitch).ceil() as i64;
-    let last = (high / pitch).floor() as i64;
+    let last = (high / pitch).ceil() as i64 - 1;
     let line = |k: i64| {
         let sum = k as f64 * pitch;
         let sides = corners.iter().zip(corners.iter().cycle().skip(1));

@@ -30,8 +30,8 @@ pub(super) fn draw(scene: &mut Scene, marks: &[PlacedMark<'_>], bounds: Rect, si
         scene.circle(mark.at, radius, if mark.hidden { HIDDEN_RING } else { RING });
     }
     let reach = radius + 2.0;
-    let mut occupied = Occupied::default();
-    occupied.marks = marks.iter().map(|mark| around(mark.at, [reach; 2])).collect();
+    let rings = marks.iter().map(|mark| around(mark.at, [reach; 2])).collect();
+    let mut occupied = Occupied { marks: rings, ..Occupied::default() };
     for mark in marks.iter().filter(|mark| !mark.label.is_empty()) {
         draw_label(scene, &mut occupied, mark, bounds, size);
     }

@@ -223,7 +223,16 @@ fn draw_lines(scene: &mut Scene, view: &View, skeleton: &Skeleton, link: Stroke,
     for line in skeleton.chains.iter().flat_map(|chain| &chain.links) {
         view.line(scene, line, link);
     }
+    for rod in rods(skeleton) {
+        view.line(scene, &rod, link);
+    }
     view.line(scene, &[skeleton.platform_mm, skeleton.tool_tip_mm], tool);
+}
+
+/// From the joint before a slide to the slide, which is as long as it is out: legs that telescope.
+fn rods(skeleton: &Skeleton) -> impl Iterator<Item = [[f64; 3]; 2]> {
+    let pairs = skeleton.chains.iter().flat_map(|chain| chain.joints.windows(2));
+    pairs.filter(|pair| pair[1].slides).map(|pair| [pair[0].position_mm, pair[1].position_mm])
 }
 
 fn draw_machine(scene: &mut Scene, view: &View, skeleton: &Skeleton, link: Stroke, largest_mass: f64) {
@@ -328,6 +337,9 @@ fn occupied(view: &View, figure: &PoseFigure) -> Occupied {
             let points: Vec<Point> = line.iter().map(|p| view.place(*p)).collect();
             occupied.add_line(&points, 8.0);
         }
+    }
+    for rod in std::iter::once(&figure.pose).chain(&figure.displaced).flat_map(rods) {
+        occupied.add_line(&rod.map(|p| view.place(p)), 8.0);
     }
     for solid in figure.around.solids() {
         for (a, b) in (0..8usize).flat_map(|a| [1, 2, 4].map(|bit| (a, a | bit))).filter(|(a, b)| a != b) {

@@ -85,7 +85,7 @@ pub(super) fn for_page(svg: &str) -> String {
 }
 
 fn rectangle(out: &mut String, rect: Rect, fill: Rgb, opacity: f64) {
-    let [x, y, width, height] = [rect.x, rect.y, rect.width, rect.height].map(|length| units(length));
+    let [x, y, width, height] = [rect.x, rect.y, rect.width, rect.height].map(units);
     let opacity = if opacity < 1.0 { format!(" opacity=\"{opacity}\"") } else { String::new() };
     let _ = writeln!(
         out,

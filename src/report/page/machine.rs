@@ -113,7 +113,7 @@ impl MachineDescription {
         let size = bent.tool_displacement_mm.norm();
         let points: Vec<_> = points(&bent.commanded).into_iter().map(Into::into).collect();
         let factor = amplification(&points, size);
-        let [x, y, z]: [f64; 3] = bent.force_n.into();
+        let [x, y, z]: [f64; 3] = bent.force_n.map(|part| part.round() + 0.0).into();
         Figure::Pose(Box::new(PoseFigure {
             title: format!("How the machine bends {}", bent.place),
             subtitle: typographic(&format!(

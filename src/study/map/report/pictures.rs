@@ -8,10 +8,10 @@ use crate::{
         grid_slices::{drawn, drawn_nodes, panels, thinned_words},
         point_words,
         table::{kind_word, largest_position},
-        words::{counted, typographic},
+        words::{counted, millimetres, typographic},
     },
     study::{
-        Source,
+        ROUNDING_MM, Source,
         map::{
             MapPoint, Shown, SourceEffect, WorkspaceMapStudy,
             report::extremes::{At, Extremes},
@@ -187,12 +187,14 @@ impl Pictures {
         let slices = |(k, quantity): (usize, &Quantity)| {
             (format!("slices_{}", quantity.file_stem), Figure::Slices(self.slices(study, k)))
         };
-        let answer = self.answer(study).map(|figure| ("answer".to_string(), Figure::Slices(figure)));
+        let answer = ("answer".to_string(), Figure::Slices(self.answer(study)));
         let is_drawn = |(k, _): &(usize, &Quantity)| {
-            self.quantities[*k].shading != Shading::Cyclic || self.values.iter().any(|values| values[*k].is_some())
+            let is_angle = self.quantities[*k].shading == Shading::Cyclic;
+            // Without a cutting force there is no angle.
+            !is_angle || self.extremes.0.is_none() || self.values.iter().any(|values| values[*k].is_some())
         };
         let all = self.quantities.iter().enumerate().filter(is_drawn).map(slices);
-        let mut figures: Vec<(String, Figure)> = answer.into_iter().chain(all).collect();
+        let mut figures: Vec<(String, Figure)> = std::iter::once(answer).chain(all).collect();
         if study.grid.counts().iter().all(|&n| n > 1) {
             let name = format!("workspace_{}", self.quantities[IN_3D].file_stem);
             figures.push((name, Figure::Volume(self.volume(study, IN_3D))));
@@ -217,9 +219,9 @@ impl Pictures {
         }
     }
 
-    /// The slices through the places where the tool is moved least and most; `None` where nothing is solved.
-    fn answer(&self, study: &WorkspaceMapStudy) -> Option<SliceFigure> {
-        let ends = self.extremes.0?;
+    /// The slices through the places where the tool is moved least and most; where nothing is solved, the lowest one.
+    fn answer(&self, study: &WorkspaceMapStudy) -> SliceFigure {
+        let ends: Vec<At> = self.extremes.0.map_or_else(Vec::new, Vec::from);
         let [columns, rows, planes] = &self.volume;
         let [xs, ys, zs] = &study.grid.axes;
         let plane = |at: &At| {
@@ -228,6 +230,9 @@ impl Pictures {
         };
         let mut heights: Vec<usize> = ends.iter().filter_map(plane).collect();
         heights.dedup();
+        if heights.is_empty() {
+            heights.extend(planes.first());
+        }
         let panel = |&k: &usize| {
             let here = ends.iter().zip(["least", "most"]).filter(|(at, _)| plane(at) == Some(k));
             let nodes = rows.iter().flat_map(|&y| columns.iter().map(move |&x| [x, y, k]));
@@ -238,7 +243,7 @@ impl Pictures {
                 values: nodes.map(|node| self.value(study, node, IN_3D)).collect(),
                 marks: here
                     .map(|(at, word)| Mark2 {
-                        label: format!("{word} {:.2} mm", at.value),
+                        label: format!("{word} {}", millimetres(at.value, 3, ROUNDING_MM)),
                         x: at.position_mm[0],
                         y: at.position_mm[1],
                     })
@@ -247,7 +252,7 @@ impl Pictures {
         };
         let drawn = &self.volume[..2];
         let line = study.tolerance_mm.map_or_else(String::new, |tolerance| format!("; line: tolerance {tolerance} mm"));
-        Some(SliceFigure {
+        SliceFigure {
             title: "Where the tool is moved least and most".into(),
             subtitle: setting(study, self.quantities[IN_3D].source, drawn) + &line,
             x_label: "x [mm]".into(),
@@ -259,7 +264,7 @@ impl Pictures {
             shading: Shading::Ordered,
             remark: String::new(),
             missing: "no solution".into(),
-        })
+        }
     }
 
     fn volume(&self, study: &WorkspaceMapStudy, quantity: usize) -> VolumeFigure {

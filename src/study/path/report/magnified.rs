@@ -6,9 +6,9 @@ use crate::{
     report::{
         amplification::amplification,
         figures::{Figure, Look, PlanFigure, PlanShape},
-        words::counted,
+        words::{counted, millimetres},
     },
-    study::path::PathStudy,
+    study::{ROUNDING_MM, path::PathStudy},
 };
 
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -22,17 +22,16 @@ pub(super) struct Moved {
     pub displacement: Option<Vector3<f64>>,
 }
 
-/// The drawing; `worst` is the point of the path with the largest displacement, and that. `None` where nothing is solved.
+/// The drawing; `worst` is the point of the path with the largest displacement, and that, if any is solved.
 pub(super) fn figure(
     study: &PathStudy,
     drawn: &[Moved],
     worst: Option<(usize, Vector3<f64>)>,
     x_is_angle: bool,
-) -> Option<Figure> {
-    let (farthest, largest) = worst?;
+) -> Figure {
     let wanted = study.wanted();
     let [across, up, along] = view(&wanted);
-    let factor = amplification_in(&wanted, [across, up], largest.norm());
+    let factor = amplification_in(&wanted, [across, up], worst.map_or(0.0, |(_, largest)| largest.norm()));
     let flat = |p: Vector3<f64>| (p[across], p[up]);
     let mut coloured: Vec<Vec<(f64, f64, f64)>> = vec![Vec::new()];
     for moved in drawn {
@@ -49,17 +48,20 @@ pub(super) fn figure(
         all if all == wanted.len() => String::new(),
         some => format!(", {some} of them drawn"),
     };
-    let (x, y) = flat(wanted[farthest] + largest * factor);
-    let station = &study.stations[farthest];
-    let place = match station.phi_deg.filter(|_| x_is_angle) {
-        Some(phi) => format!("tool angle {phi:.0}°"),
-        None => format!("{:.1} mm along", station.arc_length_mm),
+    let mark = |(farthest, largest): (usize, Vector3<f64>)| {
+        let (x, y) = flat(wanted[farthest] + largest * factor);
+        let station = &study.stations[farthest];
+        let place = match station.phi_deg.filter(|_| x_is_angle) {
+            Some(phi) => format!("tool angle {phi:.0}°"),
+            None => format!("{:.1} mm along", station.arc_length_mm),
+        };
+        (x, y, format!("worst {}\n{place}", millimetres(largest.norm(), 3, ROUNDING_MM)))
     };
-    Some(Figure::Plan(Box::new(PlanFigure {
+    Figure::Plan(Box::new(PlanFigure {
         title: "Where the tool goes without compensation".into(),
         subtitle: format!(
             "{}, {}{thinned}, seen along {}; thin: wanted",
-            study.machine.name,
+            study.machine.short_title(),
             counted(study.stations.len(), "point"),
             AXES[along]
         ),
@@ -73,9 +75,12 @@ pub(super) fn figure(
             label: String::new(),
         }],
         coloured,
-        marks: vec![(x, y, format!("worst {:.3} mm\n{place}", largest.norm()))],
-        note: format!("deviations drawn {factor} times as large"),
-    })))
+        marks: worst.map(mark).into_iter().collect(),
+        note: match worst {
+            Some(_) => format!("deviations drawn {factor} times as large"),
+            None => "nothing of the path is solved".into(),
+        },
+    }))
 }
 
 /// The axes to the right, upward and along the view in which the path spreads most; along z where that hides no more than

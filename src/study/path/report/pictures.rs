@@ -73,10 +73,10 @@ impl Pictures {
     pub fn add(&mut self, study: &PathStudy, part: &PathPart) {
         for k in part.points() {
             let displacement = BySource::of(&study.machine, |source| part.displacement(source, k));
-            if let Some(moved) = displacement[Source::All] {
-                if self.worst.is_none_or(|(_, most)| moved.norm() > most.norm()) {
-                    self.worst = Some((k, moved));
-                }
+            if let Some(moved) = displacement[Source::All]
+                && self.worst.is_none_or(|(_, most)| moved.norm() > most.norm())
+            {
+                self.worst = Some((k, moved));
             }
             if self.drawn.get(self.shifts.len()) == Some(&k) {
                 let left = part.compensated(Source::All, k).map(|answer| answer.position_error);
@@ -105,8 +105,7 @@ impl Pictures {
     /// All pictures with their file stems.
     pub fn figures(&self, study: &PathStudy) -> Vec<(String, Figure)> {
         let machine = &study.machine;
-        let mut figures: Vec<(String, Figure)> =
-            self.magnified(study).into_iter().map(|figure| ("answer".to_string(), figure)).collect();
+        let mut figures = vec![("answer".to_string(), self.magnified(study))];
         figures.push(("displacement".to_string(), self.displacement(study)));
         figures.extend(machine.drive_kinds().map(|kind| {
             let stem = match machine.has_mixed_drives() {
@@ -128,7 +127,7 @@ impl Pictures {
         figures
     }
 
-    fn magnified(&self, study: &PathStudy) -> Option<Figure> {
+    fn magnified(&self, study: &PathStudy) -> Figure {
         let points = self.drawn.iter().zip(&self.shifts);
         let moved =
             |(&point, shifts): (&usize, &Shifts)| Moved { point, displacement: shifts.displacement[Source::All] };
@@ -185,7 +184,7 @@ impl Pictures {
         let x_label = if self.shown.is_circle { "tool angle φ [°]" } else { "path length [mm]" };
         Figure::Lines(LineFigure {
             title: title.into(),
-            subtitle: format!("{}, {}{thinned}", study.machine.name, counted(study.stations.len(), "point")),
+            subtitle: format!("{}, {}{thinned}", study.machine.short_title(), counted(study.stations.len(), "point")),
             x_label: x_label.into(),
             y_label,
             series,

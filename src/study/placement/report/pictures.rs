@@ -67,10 +67,9 @@ fn spread(count: usize, kept: usize) -> Vec<usize> {
         return (0..count).collect();
     }
     let mut positions: Vec<usize> = (0..PANELS).map(|k| (k * (count - 1) + (PANELS - 1) / 2) / (PANELS - 1)).collect();
-    if let Some(nearest) = positions[1..PANELS - 1].iter_mut().min_by_key(|k| k.abs_diff(kept)) {
-        if kept > 0 && kept + 1 < count {
-            *nearest = kept;
-        }
+    let between = positions[1..PANELS - 1].iter_mut().min_by_key(|k| k.abs_diff(kept));
+    if let Some(nearest) = between.filter(|_| kept > 0 && kept + 1 < count) {
+        *nearest = kept;
     }
     positions
 }

@@ -242,7 +242,7 @@ pub(super) fn in_space(results: &PlacementResults) -> Option<Figure> {
     let [x, y, z]: [f64; 3] = entry.site.position_mm().into();
     Some(Figure::Pose(Box::new(PoseFigure {
         title: "The machine and the part at its best place".into(),
-        subtitle: format!("{}, {}; where the tool is farthest from its path", study.machine.name, position(x, y, z)),
+        subtitle: format!("{}, {}; where the tool is farthest from its path", study.machine.short_title(), position(x, y, z)),
         pose: bent.commanded,
         displaced: None,
         rails: described.rails,

@@ -6,13 +6,16 @@ use crate::{
         figures::{Figure, LineFigure, LineSeries, Mark2, Shading, SliceFigure, SlicePanel},
         grid_slices::{drawn, drawn_nodes, panels, thinned_words},
         point_words,
-        words::{counted, position, typographic},
+        words::{counted, millimetres, position, typographic},
     },
-    study::superposition::{
-        DeparturePoint, LocationResult, Scaled, Shown, SuperpositionStudy,
-        ablation::Cause,
-        departure::{Followed, Sum},
-        report::{contributions, words},
+    study::{
+        ROUNDING_MM,
+        superposition::{
+            DeparturePoint, LocationResult, Scaled, Shown, SuperpositionStudy,
+            ablation::Cause,
+            departure::{Followed, Sum},
+            report::{contributions, words},
+        },
     },
 };
 
@@ -113,10 +116,9 @@ impl Pictures {
 
     /// Takes the next point, in grid order.
     pub fn add(&mut self, point: &DeparturePoint) {
-        if let Some(value) = (QUANTITIES[0].value)(point).filter(|value| value.is_finite()) {
-            if self.largest.is_none_or(|(most, _)| value > most) {
-                self.largest = Some((value, point.position_mm));
-            }
+        let departure = (QUANTITIES[0].value)(point).filter(|value| value.is_finite());
+        if let Some(value) = departure.filter(|value| self.largest.is_none_or(|(most, _)| *value > most)) {
+            self.largest = Some((value, point.position_mm));
         }
         if self.nodes.get(self.values.len()) == Some(&self.next) {
             self.values.push(std::array::from_fn(|k| (QUANTITIES[k].value)(point)));
@@ -166,15 +168,19 @@ impl Pictures {
         }
     }
 
-    /// The slice through the place of the largest departure; `None` where nothing is solved.
+    /// The slice through the place of the largest departure; where nothing is solved, the lowest one.
     fn answer(&self, study: &SuperpositionStudy) -> Option<SliceFigure> {
-        let (most, [x, y, z]) = self.largest?;
+        let z = self.largest.map_or(f64::NEG_INFINITY, |(_, at)| at[2]);
         let [columns, rows, planes] = &self.all;
         let [xs, ys, zs] = &study.grid.axes;
-        let gap = |&&k: &&usize| (zs[k] - z).abs();
+        let gap = |&&k: &&usize| (zs[k] - z.max(zs[0])).abs();
         let plane = planes.iter().min_by(|a, b| gap(a).total_cmp(&gap(b))).copied()?;
         let nodes = rows.iter().flat_map(|&y| columns.iter().map(move |&x| [x, y, plane]));
-        let mark = Mark2 { label: format!("largest {most:.3} mm"), x, y };
+        let mark = |(most, [x, y, _]): (f64, [f64; 3])| Mark2 {
+            label: format!("largest {}", millimetres(most, 3, ROUNDING_MM)),
+            x,
+            y,
+        };
         Some(SliceFigure {
             title: "Where adding the effects is most wrong".into(),
             subtitle: format!("{}{}", setting_of(study, &self.all[..2]), tolerance_words(study)),
@@ -186,7 +192,7 @@ impl Pictures {
                 x: columns.iter().map(|&x| xs[x]).collect(),
                 y: rows.iter().map(|&y| ys[y]).collect(),
                 values: nodes.map(|node| self.value(study, node, 0)).collect(),
-                marks: vec![mark],
+                marks: self.largest.map(mark).into_iter().collect(),
             }],
             range: None,
             contour: Some(study.tolerance),
@@ -211,7 +217,7 @@ fn setting_of(study: &SuperpositionStudy, drawn: &[Vec<usize>]) -> String {
     let [nx, ny, nz] = study.grid.counts();
     format!(
         "{}, worst of {}, {}, grid {nx} × {ny} × {nz}{}",
-        study.machine.name,
+        study.machine.short_title(),
         counted(study.phis.len(), "tool angle"),
         force(study),
         thinned_words(&study.grid, drawn)
@@ -257,7 +263,7 @@ fn growth(study: &SuperpositionStudy, location: &LocationResult) -> Option<LineF
         title: format!("How the error of adding grows at {}", location.location.name),
         subtitle: format!(
             "{}, {}, worst of {}, {}; factor 1: load and errors of the study",
-            study.machine.name,
+            study.machine.short_title(),
             place(location),
             counted(study.phis.len(), "tool angle"),
             force(study)
@@ -299,7 +305,7 @@ fn ablation(study: &SuperpositionStudy, location: &LocationResult) -> Option<Lin
         title: format!("What makes adding wrong at {}", location.location.name),
         subtitle: format!(
             "{}, {}, {}; parts along the departure of the tool tip, which at each angle add up to it",
-            study.machine.name,
+            study.machine.short_title(),
             place(location),
             force(study)
         ),

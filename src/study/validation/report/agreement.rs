@@ -19,7 +19,7 @@ pub(super) fn figure(results: &ValidationResults) -> Option<Figure> {
     let agreeing = rows.iter().filter(|row| row.agrees).count();
     Some(Figure::Agreement(AgreementFigure {
         title: format!("{agreeing} of {} quoted numbers agree", rows.len()),
-        subtitle: format!("{}; {}", study.machine.name, study.variants[0].name),
+        subtitle: format!("{}; {}", study.machine.short_title(), study.variants[0].name),
         numbers: "quoted, ours".into(),
         rows,
     }))

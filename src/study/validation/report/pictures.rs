@@ -37,7 +37,7 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 
 fn subtitle(results: &ValidationResults, cases: &[usize]) -> String {
     let cases: Vec<&str> = cases.iter().map(|&case| results.study.cases[case].as_str()).collect();
-    format!("{}, {}; {}", results.study.machine.name, cases.join(", "), results.study.variants[0].name)
+    format!("{}, {}; {}", results.study.machine.short_title(), cases.join(", "), results.study.variants[0].name)
 }
 
 /// The wanted path with `error` added at each point.
