@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::machine::MachineDescription;
+use super::{explore::ToTry, machine::MachineDescription};
 use crate::report::figures::Figure;
 
 /// Version of `report.json`.
@@ -32,6 +32,9 @@ pub struct Description {
     pub figures: Vec<FigureNote>,
     /// Tables, in the order to be shown.
     pub tables: Vec<TableNote>,
+    /// What its reader can try.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub to_try: Option<ToTry>,
 }
 
 /// One line of the setting.
@@ -184,6 +187,7 @@ impl Description {
             explorers: Vec::new(),
             figures: Vec::new(),
             tables: Vec::new(),
+            to_try: None,
         }
     }
 

@@ -10,6 +10,7 @@ mod compared;
 mod comparison;
 mod dataset;
 mod description;
+mod explore;
 mod folder;
 mod machine;
 mod nodes;
@@ -24,6 +25,7 @@ pub use comparison::comparison;
 pub use description::{
     Better, Column, Description, Explorer, Fact, FigureNote, Group, GroupValue, Mark, Quantity, Shape, TableNote,
 };
+pub use explore::{ENGINE_SOURCES, ToTry, explore_page};
 pub use folder::ResultFolder;
 pub use machine::DeflectedPose;
 pub use machine::MachineDescription;

@@ -8,6 +8,7 @@ use super::{
     address::href,
     dataset::{Dataset, MOST_NUMBERS},
     description::{Column, Description, Explorer, Fact, Mark, Quantity, Shape},
+    explore::EngineView,
     folder::ResultFolder,
     packed::{Packed, Precision, data_address, script_json},
     record::{ReasonView, StatusView, count_reasons, facts, statuses},
@@ -35,6 +36,7 @@ struct SinglePage<'a> {
     reasons: Vec<ReasonView>,
     more_reasons: usize,
     manifest: Vec<Fact>,
+    engine: Option<EngineView>,
 }
 
 /// An image with its words.
@@ -116,6 +118,7 @@ pub fn page(folder: &ResultFolder, out: &Path) -> Result<String> {
         reasons,
         more_reasons,
         manifest: facts(&folder.manifest),
+        engine: description.to_try.as_ref().map(|to_try| EngineView::new("Try another place", to_try)),
     };
     render("single.html", &context)
 }

@@ -44,5 +44,6 @@ pub fn answer(study: &WorkspaceMapStudy, shown: &Shown, run: &Run<'_>) -> Result
         page: page(study).with_answer(&answer),
         bent: run.figures.then(|| bent(study)).flatten(),
         answer,
+        best_place: None,
     })
 }

@@ -43,6 +43,7 @@ pub fn answer(study: &PathStudy, shown: &Shown, run: &Run<'_>) -> Result<Output>
         page: page(study, shown).with_answer(&answer),
         bent: bent.and_then(|point| bent_at(study, point)),
         answer: format!("{answer}\n{}", methods_text(&methods)),
+        best_place: None,
     })
 }
 

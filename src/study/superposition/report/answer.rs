@@ -72,6 +72,7 @@ pub fn answer(study: &SuperpositionStudy, shown: &Shown, run: &Run<'_>) -> Resul
         page: page(study).with_answer(&answer),
         bent: None,
         answer,
+        best_place: None,
     })
 }
 

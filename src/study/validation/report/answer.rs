@@ -41,5 +41,6 @@ pub fn answer(study: &ValidationStudy, shown: &Shown, run: &Run<'_>) -> Result<O
         page: page(&results).with_answer(&text),
         bent: None,
         answer: format!("{}\n{text}", summary_table(&results)),
+        best_place: None,
     })
 }
