@@ -358,10 +358,11 @@ function explore(section) {
   const views = [];
   // What is near a place on a canvas: part, handle, tool, arrow; null where nothing can be taken hold of.
   function held(view, x, y, reach) {
-    const near = (p) => Math.hypot(view.to(p)[0] - x, view.to(p)[1] - y) < reach;
+    const far = (p) => Math.hypot(view.to(p)[0] - x, view.to(p)[1] - y);
+    const near = (p) => far(p) < reach;
     const marks = live.marks?.[view.name] ?? {};
     if (state.mode === "part") {
-      if (marks.handle && near(marks.handle)) return "handle";
+      if (marks.handle && near(marks.handle) && far(marks.handle) < far(marks.origin)) return "handle";
       if (marks.part && Space.inside(marks.part, [x, y])) return "part";
       return marks.origin && near(marks.origin) ? "part" : null;
     }

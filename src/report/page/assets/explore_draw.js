@@ -34,7 +34,7 @@ function drawScene(view, { state, live, scene, frame, map }) {
     for (const feature of workpiece.features) view.line(feature.points.map((p) => Space.at(frame, p)), colour.muted, 1);
     if (state.mode === "part") errors(view, live, frame, colour);
     marks.origin = frame[3];
-    const reach = 0.62 * Math.max(...[0, 1].map((i) => workpiece.extent[1][i] - workpiece.extent[0][i]), 30 / view.scale);
+    const reach = 0.62 * Math.max(...[0, 1].map((i) => workpiece.extent[1][i] - workpiece.extent[0][i]), 70 / view.scale);
     if (state.mode === "part") {
       view.dot(frame[3], 4, colour.accent);
       if (view.name === "above") {
