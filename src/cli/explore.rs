@@ -53,10 +53,8 @@ pub fn explore(arguments: &ExploreArguments) -> Result<Ending> {
         Some(_) => "Where should this workpiece stand, and what bends when it is cut there?",
         None => "How does this machine bend?",
     };
-    let value = serde_json::to_value(&scene).map_err(|fault| Error::Page {
-        template: "explore.html".into(),
-        problem: fault.to_string(),
-    })?;
+    let value = serde_json::to_value(&scene)
+        .map_err(|fault| Error::Page { template: "explore.html".into(), problem: fault.to_string() })?;
     let page = explore_page(&name.join(" · "), question, value)?;
     write_beside(&out, vec![OutputFile::new(file, page)])?;
     print(&format!("Written to {}\n", out.display()))?;

@@ -12,7 +12,13 @@ use serde_json::Value;
 use super::{Overrides, Study, explore::Scene};
 use crate::{
     input::error::{Error, Result, Way},
-    report::{Manifest, Run, StatusCount, clean, exchange::Format, figures::Colours, page::{PAGE, ToTry}, prepare, remove},
+    report::{
+        Manifest, Run, StatusCount, clean,
+        exchange::Format,
+        figures::Colours,
+        page::{PAGE, ToTry},
+        prepare, remove,
+    },
     work::{
         Event, Work,
         checkpoint::{Checkpoint, Found, Origin},

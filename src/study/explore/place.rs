@@ -105,7 +105,8 @@ impl Explorer {
     }
 
     pub(super) fn workpiece(&self) -> Result<&Workpiece> {
-        let none = || Error::Argument { argument: "place".into(), problem: "there is no workpiece in this scene".into() };
+        let none =
+            || Error::Argument { argument: "place".into(), problem: "there is no workpiece in this scene".into() };
         self.workpiece.as_ref().ok_or_else(none)
     }
 }
@@ -144,7 +145,12 @@ fn shown(point: AlongPoint, machine: &Machine) -> PointShown {
 fn shown_metrics(metrics: &Metrics, machine: &Machine) -> Vec<MetricShown> {
     let shown = |metric: Metric| {
         let value = metrics.get(metric).filter(|value| value.is_finite())?;
-        Some(MetricShown { name: metric.label(), words: metric.words(machine), unit: metric.shown_unit(machine), value })
+        Some(MetricShown {
+            name: metric.label(),
+            words: metric.words(machine),
+            unit: metric.shown_unit(machine),
+            value,
+        })
     };
     Metric::ALL.into_iter().filter_map(shown).collect()
 }

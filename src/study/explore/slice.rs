@@ -97,7 +97,12 @@ impl Explorer {
         Ok(Grid::new(min, max, counts))
     }
 
-    fn node(&self, mut session: Session, at: &Configuration, loads: &[PointLoad]) -> std::result::Result<Node, Failure> {
+    fn node(
+        &self,
+        mut session: Session,
+        at: &Configuration,
+        loads: &[PointLoad],
+    ) -> std::result::Result<Node, Failure> {
         let machine = &self.machine;
         let mut node = Node { displacement: 0.0, correction: Some(0.0), force: 0.0 };
         session.stand(at, &State::rigid(machine, at));

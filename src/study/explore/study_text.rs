@@ -106,9 +106,8 @@ fn placement(mut head: Table, feature: Table, folder: &Folder) -> Result<String>
         written(&whole)
     };
     // What the process says of the place is known once the study has been read.
-    let within = |[x, y]: [[f64; 2]; 2]| {
-        table([("x_mm", x.to_vec()), ("y_mm", y.to_vec()), ("yaw_deg", vec![-180.0, 180.0])])
-    };
+    let within =
+        |[x, y]: [[f64; 2]; 2]| table([("x_mm", x.to_vec()), ("y_mm", y.to_vec()), ("yaw_deg", vec![-180.0, 180.0])]);
     let draft = with(within([[-1.0, 1.0]; 2]), table([("z_mm", 0.0)]), None)?;
     let (_, study) = read(&draft, folder, &Overrides::default())?;
     let (start, bounds) = (start(&study), within(ranges(&study)));
@@ -148,7 +147,8 @@ fn start(study: &PlacementStudy) -> Vector3<f64> {
 fn ranges(study: &PlacementStudy) -> [[f64; 2]; 2] {
     let start = start(study);
     let size = study.machine.workspace.max - study.machine.workspace.min;
-    [0, 1].map(|axis| [start[axis] - 0.5 * size[axis].max(1.0), start[axis] + 0.5 * size[axis].max(1.0)].map(f64::round))
+    [0, 1]
+        .map(|axis| [start[axis] - 0.5 * size[axis].max(1.0), start[axis] + 0.5 * size[axis].max(1.0)].map(f64::round))
 }
 
 impl Explorer {
@@ -172,7 +172,8 @@ impl Explorer {
         let angles = format!("yaw_deg = {yaw:?}\npitch_deg = {pitch:?}\nroll_deg = {roll:?}");
         let set = |(name, value): &(String, f64)| format!("# with {name} = {value:?} of the machine\n");
         let set: String = self.overrides.parameters.iter().map(set).collect();
-        let text = format!("{}\n\n{set}[[placement.candidate]]\nname = \"{name}\"\n{origin}\n{angles}\n", text.trim_end());
+        let text =
+            format!("{}\n\n{set}[[placement.candidate]]\nname = \"{name}\"\n{origin}\n{angles}\n", text.trim_end());
         read(&text, &self.scene.folder(), &self.overrides)?;
         Ok(text)
     }

@@ -139,20 +139,16 @@ impl Explorer {
             force_limit: drive.force_limit,
         });
         let branch = machine.branch.iter().flat_map(|branch| ["--branch".to_string(), branch.label().into()]);
-        let held = machine.held_drives().into_iter().flat_map(|(label, value, _)| ["--hold".into(), format!("{label}={value}")]);
+        let held = machine
+            .held_drives()
+            .into_iter()
+            .flat_map(|(label, value, _)| ["--hold".into(), format!("{label}={value}")]);
         MachineView {
             name: self.scene.machine.clone(),
             title: machine.title.clone(),
             home: machine.rigid_skeleton(&machine.home),
             carrier: machine.carrier.as_ref().map(|carrier| carrier.rigid_skeleton(&carrier.home)),
-            home_pose: [
-                at.translation.x,
-                at.translation.y,
-                at.translation.z,
-                tidy(roll),
-                tidy(pitch),
-                tidy(yaw),
-            ],
+            home_pose: [at.translation.x, at.translation.y, at.translation.z, tidy(roll), tidy(pitch), tidy(yaw)],
             tool: columns(&machine.tool_at(&at.rotation)),
             workspace: corners(self),
             points: machine.points.iter().map(|point| (point.name.clone(), point.position.into())).collect(),

@@ -75,7 +75,10 @@ impl Evaluator {
                     Err(Refusal { failure, .. }) => Some(failure.clone()),
                 };
                 if let (Some(refused), None) = (&refused, &failure) {
-                    failure = Some(self.first_out_of_reach(&partial.site, f, k).unwrap_or_else(|| located(job, k, refused.clone())));
+                    failure = Some(
+                        self.first_out_of_reach(&partial.site, f, k)
+                            .unwrap_or_else(|| located(job, k, refused.clone())),
+                    );
                 }
                 refusals += usize::from(refused.is_some());
                 points.push(point(k, &demands[k], job.machine(), &walk.last, refused));

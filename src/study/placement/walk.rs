@@ -160,12 +160,7 @@ impl<'a> Walk<'a> {
         judged
     }
 
-    fn judge_correction(
-        &mut self,
-        plain: &Compensation,
-        exact: &Compensation,
-        seen: &mut Seen,
-    ) -> Result<(), Refusal> {
+    fn judge_correction(&mut self, plain: &Compensation, exact: &Compensation, seen: &mut Seen) -> Result<(), Refusal> {
         if !exact.status.is_success() {
             seen.is_uncorrected = true;
             return if self.exact == Exact::Needed { Err(uncorrected(self.nominal, &exact.status)) } else { Ok(()) };
