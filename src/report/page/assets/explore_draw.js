@@ -149,7 +149,7 @@ function drawChart(canvas, { state, live }) {
   });
   const tolerance = Math.min(...features.map((f) => f.tolerance_mm));
   const top = 1.08 * Math.max(tolerance, ...before.map(([, y]) => (Number.isFinite(y) ? y : 0)));
-  const [left, right, low, high] = [52, width - 10, height - 34, 16];
+  const [left, right, low, high] = [52, width - 10, height - 34, 28];
   const at = ([x, y]) => [left + ((right - left) * x) / Math.max(offset, 1e-9), low - ((low - high) * y) / top];
   context.font = "12px system-ui, sans-serif";
   context.fillStyle = colour("muted");
