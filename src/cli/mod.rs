@@ -4,6 +4,7 @@ mod check;
 mod choice;
 mod compare;
 mod compensate;
+mod explore;
 mod headline;
 mod machines;
 mod new;
@@ -41,6 +42,7 @@ Examples:
   kinetostat compensate part.nc --machine orthoglide --process milling.toml --out part_compensated.nc
   kinetostat compare --machine orthoglide --process milling.toml --path part.nc --at Q0 --at 50,0,20
   kinetostat report results/01_workspace_map /tmp/stiffer_feet --out comparison.html
+  kinetostat explore orthoglide --path part.nc --process milling.toml
   kinetostat check my_machine.toml
   kinetostat new map my_question
 
@@ -55,6 +57,7 @@ enum Command {
     Compensate(compensate::CompensateArguments),
     Compare(compare::CompareArguments),
     Report(report::ReportArguments),
+    Explore(explore::ExploreArguments),
     Machines(machines::MachinesArguments),
     Check(check::CheckArguments),
     New(new::NewArguments),
@@ -101,6 +104,7 @@ pub fn dispatch(arguments: Arguments) -> Result<Ending> {
         Command::Compensate(arguments) => compensate::compensate(&arguments),
         Command::Compare(arguments) => compare::compare(&arguments),
         Command::Report(arguments) => report::report(&arguments),
+        Command::Explore(arguments) => explore::explore(&arguments),
         Command::Machines(arguments) => machines::machines(&arguments),
         Command::Check(arguments) => check::check(&arguments),
         Command::New(arguments) => new::new(&arguments),

@@ -76,7 +76,7 @@ pub fn report(arguments: &ReportArguments) -> Result<Ending> {
 }
 
 /// Whether `file` is a page that this program wrote: it says so, or the manifest beside it does.
-fn is_page(file: &Path) -> bool {
+pub(super) fn is_page(file: &Path) -> bool {
     let mut begin = Vec::new();
     let read = File::open(file).and_then(|file| file.take(1024).read_to_end(&mut begin));
     let says_so = read.is_ok() && String::from_utf8_lossy(&begin).contains(GENERATOR);

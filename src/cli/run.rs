@@ -93,7 +93,8 @@ pub fn run(arguments: &RunArguments) -> Result<Ending> {
         let problem = format!("{} can hold the results of one study, got {}", out.display(), arguments.studies.len());
         return Err(Error::Argument { argument: "--out".into(), problem });
     }
-    let overrides = Overrides { grid: arguments.grid, points: arguments.points, branch: arguments.branch };
+    let overrides =
+        Overrides { grid: arguments.grid, points: arguments.points, branch: arguments.branch, ..Overrides::default() };
     let opened = arguments.studies.iter().map(|path| Study::open(path, &overrides));
     let studies: Vec<Study> = opened.collect::<Result<_>>().map_err(in_options)?;
     for (i, study) in studies.iter().enumerate() {

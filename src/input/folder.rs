@@ -4,7 +4,7 @@ use std::{
     collections::BTreeMap,
     io::{Error as IoError, ErrorKind},
     path::{Component, Path, PathBuf},
-    sync::Arc,
+    sync::{Arc, Mutex, PoisonError},
 };
 
 use crate::input::error::{Error, Result};
@@ -15,13 +15,35 @@ pub struct Folder {
     path: PathBuf,
     /// The files, if they are in memory.
     memory: Option<Arc<BTreeMap<PathBuf, Vec<u8>>>>,
+    /// Where what is read is noted, if it is.
+    noted: Option<Noted>,
+}
+
+/// The files that were read of a folder.
+#[derive(Debug, Clone)]
+struct Noted {
+    folder: PathBuf,
+    files: Arc<Mutex<BTreeMap<String, Vec<u8>>>>,
 }
 
 impl Folder {
     /// Files in memory, by names relative to the folder, with `/` between the parts of a name.
     pub fn in_memory(files: impl IntoIterator<Item = (String, Vec<u8>)>) -> Self {
         let files = files.into_iter().map(|(name, bytes)| (plain(Path::new(&name)), bytes)).collect();
-        Self { path: PathBuf::new(), memory: Some(Arc::new(files)) }
+        Self { path: PathBuf::new(), memory: Some(Arc::new(files)), noted: None }
+    }
+
+    /// The same folder, which notes every file that is read from now on of it and of folders made of it.
+    #[must_use]
+    pub fn noting(self) -> Self {
+        let noted = Noted { folder: self.path.clone(), files: Arc::default() };
+        Self { noted: Some(noted), ..self }
+    }
+
+    /// The files read since [`Folder::noting`], by names relative to that folder; none where nothing is noted.
+    pub fn noted(&self) -> BTreeMap<String, Vec<u8>> {
+        let files = self.noted.as_ref().map(|noted| noted.files.lock().unwrap_or_else(PoisonError::into_inner).clone());
+        files.unwrap_or_default()
     }
 
     /// The file called `name`, as messages have it.
@@ -37,7 +59,7 @@ impl Folder {
     /// The folder in which the file called `name` is.
     pub fn of(&self, name: &str) -> Self {
         let path = self.path(name).parent().map(Path::to_path_buf).unwrap_or_default();
-        Self { path, memory: self.memory.clone() }
+        Self { path, ..self.clone() }
     }
 
     /// Whether there is a file called `name`.
@@ -67,13 +89,15 @@ impl Folder {
 
     fn read(&self, name: &str, from_disk: impl Fn(&Path) -> Result<Vec<u8>>) -> Result<Vec<u8>> {
         let path = self.path(name);
-        match &self.memory {
-            Some(files) => match files.get(&plain(&path)) {
-                Some(bytes) => Ok(bytes.clone()),
-                None => Err(missing(&path)),
-            },
+        let bytes = match &self.memory {
+            Some(files) => files.get(&plain(&path)).cloned().ok_or_else(|| missing(&path)),
             None => from_disk(&path),
+        }?;
+        if let Some(noted) = &self.noted {
+            let name = path.strip_prefix(&noted.folder).unwrap_or(&path).to_string_lossy().replace('\\', "/");
+            noted.files.lock().unwrap_or_else(PoisonError::into_inner).insert(name, bytes.clone());
         }
+        Ok(bytes)
     }
 }
 
@@ -102,13 +126,13 @@ mod disk {
 
     impl From<&Path> for Folder {
         fn from(path: &Path) -> Self {
-            Self { path: path.to_path_buf(), memory: None }
+            Self { path: path.to_path_buf(), memory: None, noted: None }
         }
     }
 
     impl From<PathBuf> for Folder {
         fn from(path: PathBuf) -> Self {
-            Self { path, memory: None }
+            Self { path, memory: None, noted: None }
         }
     }
 

@@ -1,9 +1,12 @@
 //! TOML files to raw specs, with errors that name file, line and key.
 
+#[cfg(not(target_family = "wasm"))]
 mod exact;
 
 use std::path::Path;
 
+#[cfg(target_family = "wasm")]
+use serde::Deserialize as _;
 use serde::de::DeserializeOwned;
 
 use crate::input::error::{Error, Result};
@@ -33,10 +36,27 @@ pub fn parse<T: DeserializeOwned>(text: &str, origin: &str) -> Result<T> {
         problem: in_words(error, text),
     };
     let deserializer = toml::Deserializer::parse(text).map_err(|error| fault(&error, String::new()))?;
+    #[cfg(target_family = "wasm")]
+    return in_page(deserializer).map_err(|problem| Error::Syntax {
+        file: origin.to_string(),
+        line: None,
+        key: String::new(),
+        problem,
+    });
+    #[cfg(not(target_family = "wasm"))]
     serde_path_to_error::deserialize(exact::Exact(deserializer)).map_err(|error| {
         let key = error.path().to_string();
         fault(error.inner(), key)
     })
+}
+
+/// What a page reads the program has read before: without lines and keys in messages, and with the code for every type
+/// only once, the engine is half as long.
+#[cfg(target_family = "wasm")]
+fn in_page<T: DeserializeOwned>(deserializer: toml::Deserializer<'_>) -> std::result::Result<T, String> {
+    let table = toml::Table::deserialize(deserializer).map_err(|fault| fault.to_string())?;
+    let mut erased = <dyn erased_serde::Deserializer<'_>>::erase(toml::Value::Table(table));
+    erased_serde::deserialize(&mut erased).map_err(|fault| fault.to_string())
 }
 
 /// The parser's message, its programming terms replaced by those of a TOML file.

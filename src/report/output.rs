@@ -65,6 +65,8 @@ pub struct Output {
     pub bent: Option<DeflectedPose>,
     /// Everything the answer says, in sentences and small tables.
     pub details: String,
+    /// The best place of a workpiece, as a page compares others with it: its name, its coordinates and the objective there.
+    pub best_place: Option<Value>,
 }
 
 impl Output {

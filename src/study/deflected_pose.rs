@@ -1,11 +1,10 @@
 //! The machine bent by a load, for a drawing: its lines as commanded and as they settle.
 
 use crate::{
-    compensation::{Demand, Method, compensate},
+    compensation::Demand,
     machine::{ChainError, Machine},
     report::page::DeflectedPose,
-    statics::State,
-    study::{Machines, Source},
+    study::{Machines, settled::settled},
 };
 
 /// How `machine` with `errors` settles at the nominal command of `demand`; `None` where it does not.
@@ -16,32 +15,12 @@ pub(super) fn deflected_pose(
     place: String,
 ) -> Option<DeflectedPose> {
     let machines = Machines::new(machine, errors).ok()?;
-    let at = machine.inverse_kinematics(&demand.pose).ok()?;
-    let mut session = machines.session(Source::All);
-    session.stand(&at, &State::rigid(machine, &at));
-    let answer = compensate(&mut session, demand, Method::None);
-    if !answer.status.is_success() {
-        return None;
-    }
-    let state = session.state();
-    let mut first = 0;
-    let chains: Vec<Vec<f64>> = machines
-        .real
-        .chains
-        .iter()
-        .zip(&state.chains)
-        .map(|(chain, settled)| {
-            let mut values = settled.coordinates.clone();
-            chain.add_joints(&at.drives[first..], &mut values);
-            first += chain.drives.len();
-            values
-        })
-        .collect();
+    let settled = settled(&machines, demand)?;
     Some(DeflectedPose {
         place,
-        commanded: machine.rigid_skeleton(&at),
-        settled: machines.real.skeleton(&chains, &state.pose),
-        tool_displacement_mm: answer.tool_displacement,
+        commanded: settled.commanded,
+        settled: settled.loaded,
+        tool_displacement_mm: settled.tool_displacement_mm,
         force_n: demand.load.force,
     })
 }

@@ -7,13 +7,18 @@ use std::{
 };
 
 use serde::Serialize;
+use serde_json::Value;
 
-use super::{Overrides, Study};
+use super::{Overrides, Study, explore::Scene};
 use crate::{
     input::error::{Error, Result, Way},
     report::{
-        Manifest, Output, Recorded, Run, StatusCount, clean, exchange::Format, figures::Colours, headline::Headline,
-        page::PAGE, prepare, remove,
+        Manifest, Output, Recorded, Run, StatusCount, clean,
+        exchange::Format,
+        figures::Colours,
+        headline::Headline,
+        page::{PAGE, ToTry},
+        prepare, remove,
     },
     work::{
         Event, Work,
@@ -177,6 +182,22 @@ impl Study {
     }
 }
 
+/// What a reader of the page can try: the workpiece at other places, where a study has one.
+fn to_try(study: &Study, best: Option<Value>) -> Result<Option<ToTry>> {
+    let scene = match Scene::of_study(study) {
+        Ok(Some(scene)) => scene,
+        Ok(None) => return Ok(None),
+        // The study has an answer all the same.
+        Err(reason) => return Ok(Some(ToTry::Nothing(format!("Other places cannot be tried here: {reason}.")))),
+    };
+    let fault = |fault: serde_json::Error| Error::Page { template: PAGE.into(), problem: fault.to_string() };
+    let mut scene = serde_json::to_value(&scene).map_err(fault)?;
+    if let Some(best) = best {
+        scene["best"] = best;
+    }
+    Ok(Some(ToTry::Scene(scene)))
+}
+
 impl FolderRun<'_> {
     /// The study.
     pub fn study(&self) -> &Study {
@@ -212,6 +233,7 @@ impl FolderRun<'_> {
         let run = Run { out, formats: &options.formats, figures: options.figures, work };
         let mut output = study.kind.answer(&run)?;
         (output.page.name, output.page.question) = (study.name.clone(), study.question.clone());
+        output.page.to_try = to_try(study, output.best_place.take())?;
         let manifest = Manifest {
             program: env!("CARGO_PKG_NAME"),
             version: env!("CARGO_PKG_VERSION"),

@@ -11,6 +11,7 @@ mod command_columns;
 #[cfg(feature = "report")]
 mod deflected_pose;
 pub mod demands;
+pub mod explore;
 mod external_axes;
 mod failure;
 #[cfg(feature = "report")]
@@ -23,6 +24,7 @@ pub mod program;
 mod program_file;
 mod question;
 mod resolve;
+mod settled;
 #[cfg(feature = "report")]
 mod source_group;
 #[cfg(feature = "report")]
@@ -63,6 +65,17 @@ pub struct Study {
     pub inputs: Inputs,
     /// What to compute.
     pub kind: StudyKind,
+    /// Its text and the files it was read from, by names relative to its folder; see [`explore::Scene`].
+    pub files: StudyFiles,
+}
+
+/// What a study was read from.
+#[derive(Debug, Clone, Default)]
+pub struct StudyFiles {
+    /// The study file.
+    pub text: String,
+    /// The files that it names, and those that they name.
+    pub named: std::collections::BTreeMap<String, Vec<u8>>,
 }
 
 impl Study {
@@ -82,7 +95,7 @@ impl Study {
     /// # Errors
     /// As [`Study::open`].
     pub fn from_toml(text: &str, origin: &str, folder: impl Into<Folder>, overrides: &Overrides) -> Result<Study> {
-        let (folder, check) = (folder.into(), Check::new(origin));
+        let (folder, check) = (folder.into().noting(), Check::new(origin));
         let spec: StudySpec = crate::input::toml_file::parse(text, origin)?;
         let (header, asked) = spec.split(&check)?;
         let (machine, machine_text) = resolve::header(&header, &folder, overrides, &check)?;
@@ -104,6 +117,7 @@ impl Study {
             question: header.question.trim().to_string(),
             inputs: inputs.and(settings),
             kind,
+            files: StudyFiles { text: text.into(), named: folder.noted() },
         })
     }
 }

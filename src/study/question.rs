@@ -81,6 +81,8 @@ pub struct Overrides {
     pub points: Option<usize>,
     /// The branch on which an arm is to stand.
     pub branch: Option<Branch>,
+    /// Other numbers of the machine than its file has, by name; errors of chains are not among them.
+    pub parameters: Vec<(String, f64)>,
 }
 
 impl Overrides {

@@ -31,8 +31,21 @@ pub(super) fn header(
     }
     dialect(header, check)?;
     let (machine, text) = machine(&header.machine, folder, &check.key("machine"))?;
+    let machine = with_parameters(machine, overrides)?;
     let machine = on_branch(machine, header.branch.as_deref(), overrides, &check.key("branch"))?;
     Ok((held(&machine, header, &check.key("held"))?, text))
+}
+
+/// The machine with the numbers that are set for one run.
+fn with_parameters(machine: Machine, overrides: &Overrides) -> Result<Machine> {
+    if overrides.parameters.is_empty() {
+        return Ok(machine);
+    }
+    let changed = machine.with_parameters(&overrides.parameters)?;
+    match changed.parameter_errors().is_empty() {
+        true => Ok(changed),
+        false => Overrides::place("parameters").fail("errors of chains are those of the process".into()),
+    }
 }
 
 /// The machine with the drives held that the study holds.

@@ -16,6 +16,7 @@ mod controls;
 mod convergence;
 mod elastic_tool;
 mod energy;
+mod engine_asset;
 mod equivalent_machines;
 #[cfg(all(feature = "parquet", feature = "vtk"))]
 mod exchange;

@@ -9,7 +9,11 @@ pub struct Entry {
     pub toml: &'static str,
 }
 
+/// The built-in machines; none in a page, which brings its machine along.
+#[cfg(target_family = "wasm")]
+pub const ENTRIES: &[Entry] = &[];
 /// The built-in machines.
+#[cfg(not(target_family = "wasm"))]
 pub const ENTRIES: &[Entry] = &[
     Entry { name: "orthoglide", toml: include_str!("orthoglide.toml") },
     Entry { name: "tripteron", toml: include_str!("tripteron.toml") },

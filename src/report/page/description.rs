@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::machine::MachineDescription;
+use super::{explore::ToTry, machine::MachineDescription};
 use crate::report::{
     figures::{Colours, Figure},
     headline::Headline,
@@ -40,6 +40,9 @@ pub struct Description {
     /// Colours of maps: `viridis`, `cividis` or `grey`; viridis if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub colours: Option<String>,
+    /// What its reader can try.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub to_try: Option<ToTry>,
 }
 
 /// One line of the setting.
@@ -228,6 +231,7 @@ impl Description {
             figures: Vec::new(),
             tables: Vec::new(),
             colours: None,
+            to_try: None,
         }
     }
 

@@ -15,6 +15,7 @@ mod comparison;
 mod dataset;
 mod description;
 mod floors;
+mod explore;
 mod folder;
 mod frame;
 mod machine;
@@ -38,6 +39,7 @@ pub use description::{
     Better, Column, Description, Explorer, Fact, FigureNote, Group, GroupValue, Mark, Quantity, Section, Shape,
     SmallTable, TableNote,
 };
+pub use explore::{ENGINE_SOURCES, ToTry, explore_page};
 pub use folder::ResultFolder;
 pub use machine::DeflectedPose;
 pub use machine::MachineDescription;

@@ -9,6 +9,7 @@ use super::{
     changes::recorded,
     dataset::{Dataset, MOST_NUMBERS},
     description::{Column, Description, Explorer, Fact, Mark, Quantity, Section, Shape},
+    explore::EngineView,
     folder::ResultFolder,
     packed::{Packed, Precision, data_address, script_json},
     point_command::{PointCommand, point_commands},
@@ -39,6 +40,7 @@ struct SinglePage<'a> {
     reasons: Vec<ReasonView>,
     more_reasons: usize,
     manifest: Vec<Fact>,
+    engine: Option<EngineView>,
 }
 
 /// A part under a heading.
@@ -162,6 +164,7 @@ pub fn page_with(folder: &ResultFolder, besides: &[(String, Figure)], out: &Path
         reasons,
         more_reasons,
         manifest: facts(&folder.manifest),
+        engine: description.to_try.as_ref().map(|to_try| EngineView::new("Try another place", to_try)),
     };
     render("single.html", &context)
 }

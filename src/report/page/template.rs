@@ -44,6 +44,8 @@ static TEMPLATES: LazyLock<std::result::Result<Environment<'static>, minijinja::
     environment.add_template("base.html", include_str!("assets/base.html"))?;
     environment.add_template("parts.html", include_str!("assets/parts.html"))?;
     environment.add_template("single.html", include_str!("assets/single.html"))?;
+    environment.add_template("explore_block.html", include_str!("assets/explore_block.html"))?;
+    environment.add_template("explore.html", include_str!("assets/explore.html"))?;
     environment.add_template("comparison.html", include_str!("assets/comparison.html"))?;
     Ok(environment)
 });
@@ -87,7 +89,7 @@ mod tests {
 
     #[test]
     fn scripts_and_styles_cannot_end_their_elements() {
-        for text in SCRIPTS.iter().chain([&PLOTLY]) {
+        for text in SCRIPTS.iter().chain(&crate::report::page::explore::SCRIPTS).chain([&PLOTLY]) {
             assert!(!text.to_ascii_lowercase().contains("</script"));
         }
         assert!(!STYLE.to_ascii_lowercase().contains("</style"));

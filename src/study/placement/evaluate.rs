@@ -32,7 +32,7 @@ pub struct Evaluator {
     /// Whether the exact correction is computed, and whether a place without one is refused. It does not depend on which
     /// metrics are asked for whether the workpiece can be cut at a place.
     exact: Exact,
-    features: Vec<Prepared>,
+    pub(super) features: Vec<Prepared>,
     /// Sum of the shares of all features: 1, but for the grain.
     share: f64,
     levels: usize,
@@ -40,16 +40,16 @@ pub struct Evaluator {
 
 /// What of a feature does not depend on where it stands.
 #[derive(Debug)]
-struct Prepared {
+pub(super) struct Prepared {
     machines: Machines,
     /// Share of each point in the length of all paths, a multiple of [`GRAIN`]; 0 where the tool does not cut.
-    shares: Vec<f64>,
+    pub(super) shares: Vec<f64>,
     /// Sum of the shares.
     share: f64,
     /// Whether each point counts: the tool cuts there.
-    is_counted: Vec<bool>,
+    pub(super) is_counted: Vec<bool>,
     /// Points that count.
-    counted: Vec<usize>,
+    pub(super) counted: Vec<usize>,
     /// Those of them that each level adds, in path order.
     levels: Vec<Vec<usize>>,
     /// Most force of each drive, N or N·mm.
@@ -59,8 +59,8 @@ struct Prepared {
 /// What is known of a placement after some levels.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Partial {
-    site: Site,
-    tallies: Vec<Tally>,
+    pub(super) site: Site,
+    pub(super) tallies: Vec<Tally>,
     level: usize,
 }
 
@@ -125,9 +125,9 @@ impl Evaluator {
     }
 
     /// The same, whether or not the path stays within the machine's workspace box.
-    fn open_anywhere(&self, site: &Site) -> Result<Partial, Failure> {
+    pub(super) fn open_anywhere(&self, site: &Site) -> Result<Partial, Failure> {
         self.check_boxes(site)?;
-        let partial = Partial { site: *site, tallies: vec![Tally::default(); self.features.len()], level: 0 };
+        let partial = self.unopened(site);
         // Only inverse kinematics says where a coordinate stands that the drives do not control.
         let machine = &self.study.machine;
         let is_led = machine.uncontrolled_axes().next().is_none() && !machine.turns_with_position;
@@ -135,6 +135,11 @@ impl Evaluator {
             self.check_reach(&partial, |_, _| true)?;
         }
         Ok(partial)
+    }
+
+    /// An evaluation at `site` of which nothing is known, not even whether the workpiece fits there.
+    pub(super) fn unopened(&self, site: &Site) -> Partial {
+        Partial { site: *site, tallies: vec![Tally::default(); self.features.len()], level: 0 }
     }
 
     /// What is wanted at each point of a feature. Made anew whenever it is needed: a sweep has too many places to keep it.
@@ -148,7 +153,7 @@ impl Evaluator {
     ///
     /// # Errors
     /// The first point it does not reach, and why.
-    fn check_reach(&self, partial: &Partial, asked: impl Fn(usize, usize) -> bool) -> Result<(), Failure> {
+    pub(super) fn check_reach(&self, partial: &Partial, asked: impl Fn(usize, usize) -> bool) -> Result<(), Failure> {
         self.reach(partial, asked, |_| ())
     }
 
@@ -227,7 +232,7 @@ impl Evaluator {
         most
     }
 
-    fn walk(&self, f: usize) -> Walk<'_> {
+    pub(super) fn walk(&self, f: usize) -> Walk<'_> {
         let prepared = &self.features[f];
         let limits = &prepared.force_limits;
         Walk::new(&prepared.machines, self.needs, limits, self.check_forces, self.exact)
@@ -292,7 +297,7 @@ impl Evaluator {
         self.conclude(&partial)
     }
 
-    fn conclude(&self, partial: &Partial) -> Result<Evaluation, Failure> {
+    pub(super) fn conclude(&self, partial: &Partial) -> Result<Evaluation, Failure> {
         let metrics = self.outlook(partial);
         let own = |(tally, prepared): (&Tally, &Prepared)| tally.metrics(&self.needs, prepared.share);
         let features = partial.tallies.iter().zip(&self.features).map(own).collect();

@@ -11,6 +11,7 @@
 //! exact correction exists, with drives within their travel and forces within their limits; whatever the objective is. One
 //! that asks for the correction within limits asks for that instead, which keeps travel and forces itself.
 
+mod along;
 mod bounded;
 mod boxes;
 mod evaluate;
@@ -34,12 +35,15 @@ mod trace;
 mod walk;
 mod way;
 
+pub(crate) use along::stride;
+pub use along::{Along, AlongPoint};
 pub use evaluate::{Evaluation, Evaluator};
 pub use flatness::{End, Room, WORSE};
 pub use gaps::Gaps;
 pub use metric::{Metric, Metrics, Objective};
 pub use outcome::{Agreement, Best, Entry, Found, PlacementResults};
 pub use refine::{Refinement, Start};
+pub(crate) use resolve::at_point;
 pub use resolve::{CLEARANCE_MM, place};
 pub use site::{Bounds, COORDINATES, Site, SiteGrid, UNITS, is_angle};
 pub use sweep::{Cell, Verdict};
@@ -189,7 +193,7 @@ impl PlacementStudy {
     }
 
     /// `X_OW` at `site`.
-    fn workpiece(&self, site: &Site) -> Pose {
+    pub(crate) fn workpiece(&self, site: &Site) -> Pose {
         *placed(&self.machine, &site.placement(PathReference::default())).workpiece()
     }
 

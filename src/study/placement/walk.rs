@@ -18,6 +18,15 @@ pub(super) enum Exact {
     Needed,
 }
 
+/// What the machine with all sources of error did at a point.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Answers {
+    /// At the nominal command.
+    pub plain: Option<Compensation>,
+    /// At the exact correction, if it was sought.
+    pub exact: Option<Compensation>,
+}
+
 /// Why a point cannot be cut.
 #[derive(Debug, Clone)]
 pub(super) struct Refusal {
@@ -55,6 +64,8 @@ pub(super) struct Walk<'a> {
     exact: Exact,
     /// Where drives, joints and forces stand within their limits, −1 to 1, point by point; `None` if nobody asks.
     pub shares: Option<Vec<f64>>,
+    /// What the machine did at the last point.
+    pub last: Answers,
     both: Session,
     /// Where the nominal machine stands at the first point, if it can change its branch.
     first: Option<Configuration>,
@@ -78,6 +89,7 @@ impl<'a> Walk<'a> {
             check_forces,
             exact,
             shares: None,
+            last: Answers::default(),
             both: session(Source::All),
             first: None,
             apart: Source::parts(&machines.nominal)
@@ -90,7 +102,17 @@ impl<'a> Walk<'a> {
 
     /// What happens at one point.
     pub fn visit(&mut self, demand: &Demand) -> Result<Seen, Refusal> {
-        let plain = solved(self.nominal, compensate(&mut self.both, demand, Method::None))?;
+        self.last.exact = None;
+        let plain = compensate(&mut self.both, demand, Method::None);
+        let seen = self.judge(demand, &plain);
+        self.last.plain = Some(plain);
+        seen
+    }
+
+    fn judge(&mut self, demand: &Demand, plain: &Compensation) -> Result<Seen, Refusal> {
+        if !plain.status.is_success() {
+            return Err(refusal(&plain.status, plain.status.reason(self.nominal)));
+        }
         self.keep_branch()?;
         self.note_limits();
         let mut seen = Seen { deflection: plain.position_error.norm(), ..Seen::default() };
@@ -106,7 +128,7 @@ impl<'a> Walk<'a> {
             seen.departure = departure.norm();
         }
         if self.exact != Exact::NotAsked {
-            self.correct(demand, &plain, &mut seen)?;
+            self.correct(demand, plain, &mut seen)?;
         }
         Ok(seen)
     }
@@ -133,6 +155,12 @@ impl<'a> Walk<'a> {
 
     fn correct(&mut self, demand: &Demand, plain: &Compensation, seen: &mut Seen) -> Result<(), Refusal> {
         let exact = compensate(&mut self.both, demand, Method::Direct);
+        let judged = self.judge_correction(plain, &exact, seen);
+        self.last.exact = Some(exact);
+        judged
+    }
+
+    fn judge_correction(&mut self, plain: &Compensation, exact: &Compensation, seen: &mut Seen) -> Result<(), Refusal> {
         if !exact.status.is_success() {
             seen.is_uncorrected = true;
             return if self.exact == Exact::Needed { Err(uncorrected(self.nominal, &exact.status)) } else { Ok(()) };

@@ -32,6 +32,7 @@ pub fn answer(study: &ReachStudy, asked: &Run<'_>) -> Result<Output> {
         .with_answer(&answer),
         bent: None,
         answer,
+        best_place: None,
     })
 }
 

@@ -44,5 +44,6 @@ pub fn answer(study: &WorkspaceMapStudy, shown: &Shown, run: &Run<'_>) -> Result
         page: Description { headline: headline(&summary, study, &text), ..page(study, &text) },
         bent: run.figures.then(|| bent(study)).flatten(),
         details: text.whole(),
+        best_place: None,
     })
 }

@@ -1,6 +1,6 @@
 //! A placement study into its folder.
 
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::{
     candidates_table, cell_status, entries_table, figures, front_table, headline::headline, page, refinements_table,
@@ -9,7 +9,7 @@ use super::{
 use crate::{
     input::error::Result,
     report::{Manifest, Output, Run, page::Description},
-    study::placement::{self, PlacementStudy},
+    study::placement::{self, Best, PlacementResults, PlacementStudy},
 };
 
 /// Seeks the places and makes what is left.
@@ -45,5 +45,10 @@ pub fn answer(study: &PlacementStudy, run: &Run<'_>) -> Result<Output> {
         page: Description { headline: headline(&results), ..page(&results) },
         bent: None,
         details: format!("{}\n{}", entries_table(study, entries), summary_text(&results)),
+        best_place: results.best.as_ref().map(|best| best_place(&results, best)),
     })
+}
+
+fn best_place(results: &PlacementResults, best: &Best) -> Value {
+    json!({ "name": results.entries[best.entry].name, "place": best.site.shown(), "objective": best.value })
 }

@@ -71,6 +71,7 @@ pub fn answer(study: &SuperpositionStudy, shown: &Shown, run: &Run<'_>) -> Resul
         page: Description { headline: headline(study, &summary), ..page(study, &summary, &locations) },
         bent: None,
         details: summary_text(study, &summary, &locations),
+        best_place: None,
     })
 }
 

@@ -44,5 +44,6 @@ pub fn answer(study: &ValidationStudy, shown: &Shown, run: &Run<'_>) -> Result<O
         page: Description { headline: headline(&results, &assumed), ..page(&results, &text) },
         bent: None,
         details: format!("{}\n{text}", summary_table(&results)),
+        best_place: None,
     })
 }

@@ -1,0 +1,80 @@
+//! `kinetostat explore`: a page on which a machine and a workpiece are moved by hand.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use kinetostat::{
+    input::error::{Error, Result},
+    machine::catalogue,
+    report::{OutputFile, may_replace, page::explore_page, prepare_beside, write_beside},
+    study::explore::{Explorer, ProgramAtProcess, Scene},
+};
+
+use super::{Ending, print};
+
+/// Make a page on which the machine bends under your hand, and a workpiece can be dragged to where it is cut best.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+The page is one file that needs no network: the engine of this program computes in it, with the same results. With a path and
+its process, the workpiece can be dragged over the machine, and the error along its path is seen at once; without, the tool
+can be pulled and the workspace mapped.
+
+Examples:
+  kinetostat explore orthoglide
+  kinetostat explore my_machine.toml --out my_machine.html
+  kinetostat explore orthoglide --path part.nc --process milling.toml")]
+pub struct ExploreArguments {
+    /// Built-in machine or machine file
+    machine: String,
+    /// Path of a workpiece: a polyline (.csv) or G-code (any other name)
+    #[arg(long, requires = "process")]
+    path: Option<PathBuf>,
+    /// Process file: cutting force, chain errors, limits, and where the workpiece stands first
+    #[arg(long, requires = "path")]
+    process: Option<PathBuf>,
+    /// How far the tool may be from its path, mm
+    #[arg(long, default_value_t = 0.1, value_parser = super::number, requires = "path")]
+    tolerance: f64,
+    /// The page [default: the machine's name and, with a path, that of its program, then _explore.html, in this folder]
+    #[arg(long, short)]
+    out: Option<PathBuf>,
+}
+
+pub fn explore(arguments: &ExploreArguments) -> Result<Ending> {
+    let scene = scene(arguments)?;
+    // What is wrong with the machine or the process is said here, not by the page.
+    Explorer::open(scene.clone())?;
+    let stem = |name: &PathBuf| name.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let name = std::iter::once(&PathBuf::from(&arguments.machine)).chain(&arguments.path).map(stem).collect::<Vec<_>>();
+    let out = arguments.out.clone().unwrap_or_else(|| format!("{}_explore.html", name.join("_")).into());
+    let file = prepare_beside(&out)?;
+    may_replace(&out, || super::report::is_page(&out))?;
+    let question = match arguments.path {
+        Some(_) => "Where should this workpiece stand, and what bends when it is cut there?",
+        None => "How does this machine bend?",
+    };
+    let value = serde_json::to_value(&scene)
+        .map_err(|fault| Error::Page { template: "explore.html".into(), problem: fault.to_string() })?;
+    let page = explore_page(&name.join(" · "), question, value)?;
+    write_beside(&out, vec![OutputFile::new(file, page)])?;
+    print(&format!("Written to {}\n", out.display()))?;
+    Ok(Ending::Complete)
+}
+
+fn scene(arguments: &ExploreArguments) -> Result<Scene> {
+    let machine = &arguments.machine;
+    match (&arguments.path, &arguments.process) {
+        (Some(program), Some(process)) => {
+            if arguments.tolerance <= 0.0 {
+                let problem = format!("must be greater than 0, got {}", arguments.tolerance);
+                return Err(Error::Argument { argument: "--tolerance".into(), problem });
+            }
+            Scene::of_program(&ProgramAtProcess { machine, process, program, tolerance_mm: Some(arguments.tolerance) })
+        }
+        _ if catalogue::find(machine).is_some() => Ok(Scene::of_machine(machine, None)),
+        _ => {
+            let toml = kinetostat::input::toml_file::read(machine.as_ref())?;
+            Ok(Scene::of_machine(machine, Some(toml)))
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! The engine in a page: the machine and the workpiece, to be moved by hand.
+
+use base64::{Engine as _, engine::general_purpose::STANDARD};
+use serde::Serialize;
+use serde_json::Value;
+
+use super::{packed::script_json, template::render};
+use crate::input::error::Result;
+
+/// The engine as WebAssembly, compressed; `web/README.md` says how it is made.
+const ENGINE: &[u8] = include_bytes!("assets/engine.wasm.gz");
+/// What it was made of.
+pub const ENGINE_SOURCES: &str = include_str!("assets/engine.sources");
+/// Its scripts, in the order they run.
+pub(super) const SCRIPTS: [&str; 5] = [
+    include_str!("assets/engine.js"),
+    include_str!("assets/explore_space.js"),
+    include_str!("assets/explore_draw.js"),
+    include_str!("assets/explore_map.js"),
+    include_str!("assets/explore.js"),
+];
+/// Its styles.
+const STYLE: &str = include_str!("assets/explore.css");
+
+/// What a page of a run lets its reader try, as `report.json` has it.
+#[derive(Debug, Clone, PartialEq, Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum ToTry {
+    /// The scene that the engine opens.
+    Scene(Value),
+    /// Nothing, and why.
+    Nothing(String),
+}
+
+/// What the block of the engine shows.
+#[derive(Debug, Serialize)]
+pub(super) struct EngineView {
+    title: &'static str,
+    reason: Option<String>,
+    scene: String,
+    bytes: String,
+    script: String,
+    style: &'static str,
+}
+
+impl EngineView {
+    pub fn new(title: &'static str, to_try: &ToTry) -> Self {
+        let (reason, scene) = match to_try {
+            ToTry::Scene(scene) => (None, Some(scene)),
+            ToTry::Nothing(reason) => (Some(reason.clone()), None),
+        };
+        Self {
+            title,
+            reason,
+            scene: scene.map(script_json).unwrap_or_default(),
+            bytes: scene.map(|_| STANDARD.encode(ENGINE)).unwrap_or_default(),
+            script: scene.map(|_| SCRIPTS.concat()).unwrap_or_default(),
+            style: STYLE,
+        }
+    }
+}
+
+#[derive(Debug, Serialize)]
+struct ExplorePage<'a> {
+    name: &'a str,
+    question: &'a str,
+    engine: EngineView,
+}
+
+/// A page of nothing but `scene`, which is called `name`; `question` is its heading.
+///
+/// # Errors
+/// The page's template is at fault.
+pub fn explore_page(name: &str, question: &str, scene: Value) -> Result<String> {
+    let engine = EngineView::new("Try", &ToTry::Scene(scene));
+    render("explore.html", &ExplorePage { name, question, engine })
+}
