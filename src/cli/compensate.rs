@@ -157,6 +157,9 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     )?;
     let is_wrong = headline.unsolved.is_some() || worse_as_written(&passes, written.rounded_mm).is_some();
     reporting.print_styled(&headline::words(&headline, &format!("{:.1} s", started.elapsed().as_secs_f64())))?;
+    if reporting.is_verbose() {
+        reporting.print(&format!("\n{}", facts_text(&job.process.facts())))?;
+    }
     reporting.print(&format!("\n{}\n{}", TABLE, table(&passes)))?;
     if let Some(bounded) = &bounded {
         reporting.print(&bounded_text(&job.machine, bounded))?;

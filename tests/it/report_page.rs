@@ -334,8 +334,8 @@ fn what_is_no_result_or_of_another_kind_is_refused() {
         refused(&["report", text(&out)])
     };
     assert!(
-        broken(described.replacen("\"schema\": 1", "\"schema\": 9", 1))
-            .contains("report.json: schema: must be 1, got 9")
+        broken(described.replacen("\"schema\": 2", "\"schema\": 9", 1))
+            .contains("report.json: schema: must be 2, got 9")
     );
     assert!(broken(described.replacen("\"question\"", "\"doubt\"", 1)).contains("unknown field `doubt`"));
     assert!(broken("{".into()).contains("report.json:1: "));
