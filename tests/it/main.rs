@@ -20,6 +20,7 @@ mod engine_asset;
 mod equivalent_machines;
 #[cfg(all(feature = "parquet", feature = "vtk"))]
 mod exchange;
+mod explore;
 mod external_axes;
 mod foreign_machines;
 mod frame_invariance;

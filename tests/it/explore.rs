@@ -1,0 +1,93 @@
+//! What pages are answered is what the command line answers.
+
+use std::path::Path;
+
+use kinetostat::{
+    Evaluator, Machine, Metric, Site, Study, StudyKind, Wrench,
+    compensation::Target,
+    study::{
+        Machines, Overrides,
+        explore::{Explorer, LoadAsked, PlaceAsked, PlaceOfTool, Scene, SliceAsked, ToolAsked},
+        point::{Place, PointLoad, PointQuestion, solve},
+    },
+};
+use nalgebra::Vector3;
+
+const WRENCH: [f64; 6] = [120.0, -40.0, -60.0, 0.0, 500.0, 0.0];
+
+fn displacement(machine: &Machine, position: Vector3<f64>) -> Vector3<f64> {
+    let question = PointQuestion {
+        machine: machine.clone(),
+        machines: Machines::new(machine, &[]).unwrap(),
+        errors: Vec::new(),
+        place: Place::Position(position),
+        load: PointLoad::Wrench(Wrench::new(WRENCH)),
+        target: Target::ToolTip,
+    };
+    let answer = solve(&question).unwrap();
+    machine.tool_displacement(&answer.zero.unwrap(), &answer.loaded.pose)
+}
+
+fn study(folder: &str) -> Study {
+    Study::open(Path::new(folder), &Overrides::default()).unwrap()
+}
+
+#[test]
+fn the_tool_and_a_node_of_a_map_move_as_point_says() {
+    for name in ["orthoglide", "kr270"] {
+        let machine = Machine::named(name).unwrap();
+        let explorer = Explorer::open(Scene::of_machine(name, None)).unwrap();
+        let low = machine.workspace.min;
+        let load = LoadAsked::Wrench(WRENCH);
+        let middle = 0.5 * (low + machine.workspace.max);
+        let at = PlaceOfTool::Position(middle.into());
+        let answer = explorer.tool(&ToolAsked { at, load, assembly_deg: Vec::new() }).unwrap();
+        let expected = displacement(&machine, middle);
+        assert!((Vector3::from(answer.displacement.unwrap()) - expected).norm() < 1e-9, "{name}: {answer:?}");
+        let asked = SliceAsked { axis: 2, level: middle.z, counts: [3, 3], nodes: [4, 5], load };
+        let slice = explorer.slice(&asked).unwrap();
+        assert!((slice.displacement[0].unwrap() - expected.norm()).abs() < 1e-9, "{name}: {slice:?}");
+    }
+}
+
+#[test]
+fn a_changed_stiffness_is_that_of_with_parameters() {
+    let mut explorer = Explorer::open(Scene::of_machine("orthoglide", None)).unwrap();
+    let softer = vec![("leg.rail.stiffness".to_string(), 2e5)];
+    explorer.set(softer.clone()).unwrap();
+    let machine = Machine::named("orthoglide").unwrap().with_parameters(&softer).unwrap();
+    let at = PlaceOfTool::Position([10.0, 20.0, 30.0]);
+    let asked = ToolAsked { at, load: LoadAsked::Wrench(WRENCH), assembly_deg: Vec::new() };
+    let moved = Vector3::from(explorer.tool(&asked).unwrap().displacement.unwrap());
+    assert!((moved - displacement(&machine, Vector3::new(10.0, 20.0, 30.0))).norm() < 1e-9);
+    assert!(explorer.set(vec![("no such number".into(), 1.0)]).is_err());
+}
+
+#[test]
+fn a_place_is_judged_as_its_study_judges_it() {
+    let study = study("studies/03_placement_circle");
+    let scene = Scene::of_study(&study).unwrap().unwrap();
+    let StudyKind::Placement(placement, ()) = &study.kind else { panic!("a placement study") };
+    let explorer = Explorer::open(scene).unwrap();
+    let place = [26.0, 20.0, 30.0, 0.0, 0.0, 0.0];
+    let answer = explorer.place(&PlaceAsked { place, most: None }).unwrap();
+    let evaluator = Evaluator::new(placement, &Metric::ALL);
+    let expected = evaluator.examine(&Site::new(Vector3::new(26.0, 20.0, 30.0), 0.0)).unwrap();
+    assert_eq!(answer.objective, Some(placement.objective.value(&expected.metrics)));
+    for shown in &answer.metrics {
+        assert_eq!(Some(shown.value), expected.metrics.get(Metric::named(shown.name).unwrap()), "{}", shown.name);
+    }
+    // A part of the points knows no more than all of them.
+    let thinned = explorer.place(&PlaceAsked { place, most: Some(20) }).unwrap();
+    assert!(thinned.stride > 1 && thinned.objective.is_none());
+    assert!(thinned.metrics[0].value <= answer.metrics[0].value);
+    let text = explorer.study_file(place).unwrap();
+    assert!(text.contains("by hand 1"));
+}
+
+#[test]
+fn a_path_can_be_put_elsewhere_and_a_map_has_nothing_to_put() {
+    let path = Scene::of_study(&study("studies/02_groove_50mm")).unwrap().unwrap();
+    assert!(Explorer::open(path).unwrap().view().workpiece.is_some());
+    assert!(Scene::of_study(&study("studies/01_workspace_map")).unwrap().is_none());
+}
