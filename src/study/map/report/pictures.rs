@@ -308,6 +308,6 @@ fn setting(study: &WorkspaceMapStudy, source: Source, drawn: &[Vec<usize>]) -> S
             counted(study.phis.len(), "tool angle"),
         ),
     };
-    let setting = format!("{}, {load}, grid {nx} × {ny} × {nz}{thinned}", study.machine.name);
+    let setting = format!("{}, {load}, grid {nx} × {ny} × {nz}{thinned}", study.machine.short_title());
     typographic(&setting)
 }

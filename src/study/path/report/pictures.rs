@@ -220,7 +220,7 @@ impl Pictures {
         };
         Figure::Lines(LineFigure {
             title: "Path wanted, real, commanded and compensated".into(),
-            subtitle: format!("{}, seen along −z{thinned}", study.machine.name),
+            subtitle: format!("{}, seen along −z{thinned}", study.machine.short_title()),
             x_label: "x [mm]".into(),
             y_label: "y [mm]".into(),
             series,

@@ -139,7 +139,7 @@ fn map(
     };
     SliceFigure {
         title: format!("Where the part may stand: {words}"),
-        subtitle: format!("{}, by the part's origin; places given up show a bound", study.machine.name),
+        subtitle: format!("{}, by the part's origin; places given up show a bound", study.machine.short_title()),
         x_label: "x [mm]".into(),
         y_label: "y [mm]".into(),
         quantity: quantity.into(),
@@ -213,7 +213,7 @@ fn pareto(results: &PlacementResults) -> LineFigure {
     series.extend(named);
     LineFigure {
         title: "What one objective costs in the other".into(),
-        subtitle: format!("{}, places no other place beats in every respect, and named ones", study.machine.name),
+        subtitle: format!("{}, places no other place beats in every respect, and named ones", study.machine.short_title()),
         x_label: with_unit(results, metrics[0]),
         y_label: with_unit(results, metrics[1]),
         series: series.into_iter().map(|(label, points)| LineSeries { label, points, dashed: false }).collect(),
@@ -257,7 +257,7 @@ fn errors(results: &PlacementResults, feature: usize) -> PanelFigure {
     };
     PanelFigure {
         title: format!("How far the tool is from its path: {}", study.features[feature].feature.name),
-        subtitle: format!("{}, where the tool cuts, at the best and at a poor place", study.machine.name),
+        subtitle: format!("{}, where the tool cuts, at the best and at a poor place", study.machine.short_title()),
         x_label: "path length [mm]".into(),
         y_label: "distance [mm]".into(),
         curves: vec![("without compensation".into(), false), ("after compensation".into(), true)],
@@ -289,7 +289,7 @@ fn path(results: &PlacementResults, feature: usize) -> PanelFigure {
         title: format!("Predicted path: {}", study.features[feature].feature.name),
         subtitle: format!(
             "{}, where the tool cuts, seen along −z, at the best and at a poor place",
-            study.machine.name
+            study.machine.short_title()
         ),
         x_label: "x [mm]".into(),
         y_label: "y [mm]".into(),

@@ -64,8 +64,8 @@ pub(super) fn plan(results: &PlacementResults) -> Option<Figure> {
             |best| typographic(&format!("The part at its best place, {}", where_it_stands(&best.site))),
         ),
         subtitle: match &field {
-            Some(_) => format!("{}, seen along −z; grey: if the part's origin stood there", study.machine.name),
-            None => format!("{}, seen along −z", study.machine.name),
+            Some(_) => format!("{}, seen along −z; grey: if the part's origin stood there", study.machine.short_title()),
+            None => format!("{}, seen along −z", study.machine.short_title()),
         },
         x_label: "x of the machine [mm]".into(),
         y_label: "y of the machine [mm]".into(),
