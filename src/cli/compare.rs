@@ -58,7 +58,7 @@ pub struct CompareArguments {
     #[arg(long, allow_hyphen_values = true, value_name = "NAME|X,Y,Z[,YAW[,PITCH,ROLL]]")]
     at: Vec<String>,
     /// How far the tool may be from its path, mm, for the share within tolerance; of results, from which difference on one
-    /// matters [default: 0.1; of results, what their studies say]
+    /// matters [default: that of the process, or 0.1; of results, what their studies say]
     #[arg(long, value_parser = super::number)]
     tolerance: Option<f64>,
     /// Print a CSV table with all metrics
@@ -89,7 +89,7 @@ pub fn compare(arguments: &CompareArguments) -> Result<Ending> {
 fn study(arguments: &CompareArguments, machine: &str, process: &Path, file: &Path) -> Result<PlacementStudy> {
     let machine = Machine::named_or_file(machine)?;
     let process = Process::open(process, &machine)?;
-    let tolerance_mm = arguments.tolerance.unwrap_or(TOLERANCE_MM);
+    let tolerance_mm = arguments.tolerance.or(process.tolerance_mm).unwrap_or(TOLERANCE_MM);
     let fault = |argument: String, problem: String| Err(Error::Argument { argument, problem });
     if tolerance_mm <= 0.0 {
         return fault("--tolerance".into(), format!("must be greater than 0, got {tolerance_mm}"));

@@ -36,8 +36,8 @@ use super::{Ending, choice, headline, reporting::Reporting, set};
 #[derive(Debug, Args)]
 #[command(after_help = "\
 The program keeps its format: in G-code only motion words change; comments, line numbers, other words and the feed stay.
-Beside the program, its points and errors are written to OUT.points.csv and OUT.report.json. Files of these names are only
-replaced if they are as this command left them.
+Beside the program, its points and errors are written to OUT.points.csv and OUT.report.json, and a page of what it does to
+OUT.html. Files of these names are only replaced if they are as this command left them.
 
 Examples:
   kinetostat compensate part.nc --machine orthoglide --process milling.toml --out part_compensated.nc

@@ -765,7 +765,10 @@ fn a_box_where_nothing_is_reached_is_still_reported() {
     let study = write_study(folder.path(), "orthoglide", 600.0, 900.0);
     let (statuses, text) = partly_solved(folder.path(), &study);
     assert!(statuses.iter().all(|(status, _)| status == "unreachable"));
-    assert!(text.contains("81 of 81 not solved: 81 unreachable.") && text.contains("at none of the 27 places"), "{text}");
+    assert!(
+        text.contains("81 of 81 not solved: 81 unreachable.") && text.contains("at none of the 27 places"),
+        "{text}"
+    );
 }
 
 #[test]

@@ -56,9 +56,11 @@ fn a_superposition_study_leaves_tables_figures_and_an_answer_the_same_for_any_th
     for (table, rows) in tables.iter().zip([4 * 27, 27, 16, 12, 336, 48, 4 * 36 * 12]) {
         assert_eq!(column(&one, &format!("{table}.csv"), "status").len(), rows, "{table}");
     }
-    for said_of in
-        ["Departure of superposition at the tool tip: up to 0.0260 mm", "adding keeps the tolerance of ", "Q3: departure up to "]
-    {
+    for said_of in [
+        "Departure of superposition at the tool tip: up to 0.0260 mm",
+        "adding keeps the tolerance of ",
+        "Q3: departure up to ",
+    ] {
         assert!(said.contains(said_of), "{said_of} is missing in\n{said}");
     }
     let summary: Value = serde_json::from_slice(&fs::read(one.join("summary.json")).unwrap()).unwrap();

@@ -107,10 +107,12 @@ pub(super) fn recorded(folder: &ResultFolder) -> Result<BTreeMap<(String, String
     Ok(Recorded::by_part(&inputs))
 }
 
-/// The tolerance of the study of `folder`, mm: the smallest, if it has several.
+/// The tolerance of the study of `folder` or of its process, mm: the smallest, if there are several.
 pub(super) fn tolerance_mm(folder: &ResultFolder) -> Result<Option<f64>> {
     let keys = recorded(folder)?;
-    let own = keys.iter().filter(|((part, key), _)| part == "study" && key.rsplit('.').next() == Some("tolerance_mm"));
+    let own = keys.iter().filter(|((part, key), _)| {
+        ["study", "process"].contains(&part.as_str()) && key.rsplit('.').next() == Some("tolerance_mm")
+    });
     Ok(own.filter_map(|(_, value)| value.parse::<f64>().ok()).reduce(f64::min))
 }
 

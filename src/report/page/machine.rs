@@ -206,6 +206,19 @@ pub(crate) fn error_facts(machine: &Machine, errors: &[ChainError]) -> Vec<Fact>
     facts
 }
 
+/// The rotation vector of a frame, degrees, in words: about one of its axes, or about the direction that it has.
+fn rotation_words(frame: &str, rotation: Vector3<f64>) -> String {
+    let about: Vec<usize> = (0..3).filter(|&axis| rotation[axis] != 0.0).collect();
+    typographic(&match about.as_slice() {
+        [axis] => format!("{frame} rotated by {}° about its {} axis", rotation[*axis], ["x", "y", "z"][*axis]),
+        _ => {
+            let angle = rotation.norm();
+            let [x, y, z]: [f64; 3] = (rotation / angle).into();
+            format!("{frame} rotated by {angle:.6}° about ({x:.4}, {y:.4}, {z:.4}) of its axes")
+        }
+    })
+}
+
 fn error_words(chain: &Chain, error: &ChainError) -> Vec<String> {
     let vector = |v: nalgebra::Vector3<f64>, unit: &str| {
         let [x, y, z]: [f64; 3] = v.map(|c| (c * 1e9).round() / 1e9 + 0.0).into();
@@ -217,7 +230,7 @@ fn error_words(chain: &Chain, error: &ChainError) -> Vec<String> {
             parts.push(format!("{frame} shifted by {}", vector(twist.linear, " mm")));
         }
         if twist.angular.norm() > 0.0 {
-            parts.push(format!("{frame} turned by {} about its axes", vector(twist.angular.map(f64::to_degrees), "°")));
+            parts.push(rotation_words(frame, twist.angular.map(|angle| tidy_degrees(angle.to_degrees()) + 0.0)));
         }
     }
     if error.drive_offsets.iter().any(|offset| *offset != 0.0) {

@@ -134,7 +134,11 @@ fn feature(spec: &FeatureSpec, given: &Given<'_>, check: &Check) -> Result<(Feat
         reference: process.placement.reference,
         tolerance_mm: match spec.tolerance_mm.or(process.tolerance_mm) {
             Some(tolerance) => check.key("tolerance_mm").positive(tolerance)?,
-            None => return check.missing("tolerance_mm"),
+            None => {
+                let problem =
+                    "missing: expected how far the tool may be from this path, or tolerance_mm in its process file";
+                return check.key("tolerance_mm").fail(problem.into());
+            }
         },
     };
     within_limits::check(&process.machine, &process.limits)

@@ -43,7 +43,7 @@ pub fn answer(study: &WorkspaceMapStudy, shown: &Shown, run: &Run<'_>) -> Result
         figures: run.drawn(|| pictures.figures(study)),
         page: Description { headline: headline(&summary, study, &text), ..page(study, &text) },
         bent: run.figures.then(|| bent(study)).flatten(),
-        details: text.whole(),
+        details: text.details(),
         best_place: None,
     })
 }

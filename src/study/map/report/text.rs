@@ -35,9 +35,9 @@ impl Text {
         }
     }
 
-    /// All of them.
-    pub fn whole(&self) -> String {
-        [self.cautions.as_str(), &self.place, &self.cause, &self.remedy].concat()
+    /// All but what must be known with the answer.
+    pub fn details(&self) -> String {
+        [self.place.as_str(), &self.cause, &self.remedy].concat()
     }
 }
 
@@ -68,6 +68,9 @@ fn deflection(summary: &Summary, study: &WorkspaceMapStudy, source: Source) -> S
         );
     };
     let phi = most.phi_deg.map_or_else(String::new, |phi| format!(" (tool angle φ = {phi:.0}°)"));
+    if most.value <= ROUNDING_MM {
+        return String::new();
+    }
     let [low, high] = [least, most].map(|found| millimetres(found.value, 3, ROUNDING_MM));
     match low == high {
         true => format!("{cause} by {high} everywhere.\n"),
@@ -107,6 +110,10 @@ fn departure(summary: &Summary, points: usize) -> String {
     else {
         return String::new();
     };
+    if absolute.value <= ROUNDING_MM {
+        return "Departure of superposition (the effects computed one by one and added, less all at once): none.\n"
+            .into();
+    }
     format!(
         "Departure of superposition (the effects computed one by one and added, less all at once): up to {}, at {}, and \
          up to {:.1} % of the deflection, at {}; each taken at the tool angle of the largest deflection.\n",

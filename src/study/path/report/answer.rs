@@ -44,7 +44,7 @@ pub fn answer(study: &PathStudy, shown: &Shown, run: &Run<'_>) -> Result<Output>
         figures: pictures.map_or_else(Vec::new, |pictures| pictures.figures(study)),
         page: Description { headline: headline(&summary, study, shown, &text), ..page(study, shown, &text) },
         bent: bent.and_then(|point| bent_at(study, point)),
-        details: format!("{}\n{}", text.whole(), methods_text(&methods)),
+        details: format!("{}\n{}", text.details(), methods_text(&methods)),
         best_place: None,
     })
 }

@@ -38,9 +38,9 @@ impl Text {
         }
     }
 
-    /// All of them.
-    pub fn whole(&self) -> String {
-        [self.cautions.as_str(), &self.place, &self.cause, &self.remedy].concat()
+    /// All but what must be known with the answer.
+    pub fn details(&self) -> String {
+        [self.place.as_str(), &self.cause, &self.remedy].concat()
     }
 }
 
@@ -72,6 +72,9 @@ fn cautions(summary: &Summary, study: &PathStudy) -> String {
 
 fn displacement(summary: &Summary, study: &PathStudy, shown: &Shown, source: Source) -> String {
     let Some((size, k)) = summary.of(source).and_then(|sums| sums.displacement.get()) else { return String::new() };
+    if size <= ROUNDING_MM {
+        return String::new();
+    }
     let cause = source.moves(&study.machine);
     format!("{cause} by up to {}, {}.\n", millimetres(size, 3, ROUNDING_MM), place(study, shown, k))
 }

@@ -150,15 +150,21 @@ fn after(study: &PlacementStudy, entry: &Entry, evaluation: &Evaluation) -> Opti
 
 /// Room below this is none, mm.
 const NO_ROOM_MM: f64 = 0.05;
+/// The same of angles, degrees.
+const NO_ROOM_DEG: f64 = 0.05;
 
 /// How far the workpiece may be moved before that matters, where that is least, and where it may not be moved at all.
 fn room(results: &PlacementResults) -> Option<KeyNumber> {
-    let ways = results.flatness.iter().filter(|room| !is_angle(room.coordinate));
-    let (blocked, free): (Vec<&Room>, Vec<&Room>) = ways.partition(|room| room.distance < NO_ROOM_MM);
+    let is_none = |room: &&Room| match is_angle(room.coordinate) {
+        true => room.distance < NO_ROOM_DEG.to_radians(),
+        false => room.distance < NO_ROOM_MM,
+    };
+    let (blocked, free): (Vec<&Room>, Vec<&Room>) = results.flatness.iter().partition(is_none);
     let sign = |room: &Room| if room.direction > 0.0 { "+" } else { "\u{2212}" };
     let name = |room: &Room| format!("{}{}", sign(room), COORDINATES[room.coordinate]);
     let none: Vec<String> = blocked.iter().map(|room| format!("none towards {}: {}", name(room), end(room))).collect();
-    let least = free.into_iter().min_by(|a, b| a.distance.total_cmp(&b.distance))?;
+    let free = free.into_iter().filter(|room| !is_angle(room.coordinate));
+    let least = free.min_by(|a, b| a.distance.total_cmp(&b.distance))?;
     // What is said can be done.
     let distance = (10.0 * least.distance).floor() / 10.0;
     let what = match &least.end {

@@ -26,7 +26,7 @@ pub fn page(results: &PlacementResults) -> Description {
             "candidates.csv",
             "Named and found places with all numbers, best first; those that cannot be cut at last, with the reason.",
         ),
-        TableNote::new("sweep.csv", "Places of the sweep; where one was given up, its numbers are bounds."),
+        TableNote::new("sweep.csv", "Places of the sweep; where one was stopped early, its numbers are bounds."),
         TableNote::new("refinements.csv", "Refinements: where each started and ended."),
     ];
     if !study.objective.pareto.is_empty() {

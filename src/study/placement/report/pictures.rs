@@ -139,7 +139,7 @@ fn map(
     };
     SliceFigure {
         title: format!("Where the part may stand: {words}"),
-        subtitle: format!("{}, by the part's origin; places given up show a bound", study.machine.short_title()),
+        subtitle: format!("{}, by the part's origin; places stopped early show a bound", study.machine.short_title()),
         x_label: "x [mm]".into(),
         y_label: "y [mm]".into(),
         quantity: quantity.into(),
@@ -213,7 +213,10 @@ fn pareto(results: &PlacementResults) -> LineFigure {
     series.extend(named);
     LineFigure {
         title: "What one objective costs in the other".into(),
-        subtitle: format!("{}, places no other place beats in every respect, and named ones", study.machine.short_title()),
+        subtitle: format!(
+            "{}, places no other place beats in every respect, and named ones",
+            study.machine.short_title()
+        ),
         x_label: with_unit(results, metrics[0]),
         y_label: with_unit(results, metrics[1]),
         series: series.into_iter().map(|(label, points)| LineSeries { label, points, dashed: false }).collect(),

@@ -64,7 +64,9 @@ pub(super) fn plan(results: &PlacementResults) -> Option<Figure> {
             |best| typographic(&format!("The part at its best place, {}", where_it_stands(&best.site))),
         ),
         subtitle: match &field {
-            Some(_) => format!("{}, seen along −z; grey: if the part's origin stood there", study.machine.short_title()),
+            Some(_) => {
+                format!("{}, seen along −z; grey: if the part's origin stood there", study.machine.short_title())
+            }
             None => format!("{}, seen along −z", study.machine.short_title()),
         },
         x_label: "x of the machine [mm]".into(),
@@ -242,7 +244,11 @@ pub(super) fn in_space(results: &PlacementResults) -> Option<Figure> {
     let [x, y, z]: [f64; 3] = entry.site.position_mm().into();
     Some(Figure::Pose(Box::new(PoseFigure {
         title: "The machine and the part at its best place".into(),
-        subtitle: format!("{}, {}; where the tool is farthest from its path", study.machine.short_title(), position(x, y, z)),
+        subtitle: format!(
+            "{}, {}; where the tool is farthest from its path",
+            study.machine.short_title(),
+            position(x, y, z)
+        ),
         pose: bent.commanded,
         displaced: None,
         rails: described.rails,

@@ -10,10 +10,7 @@ use crate::{
     study::placement::{
         Agreement, COORDINATES, End, Entry, Found, Metric, Metrics, PlacementResults, PlacementStudy, Site, UNITS,
         Verdict, is_angle,
-        report::{
-            advice::{certainty, place},
-            headline::known,
-        },
+        report::advice::{certainty, place},
     },
 };
 
@@ -100,7 +97,7 @@ pub(super) fn search(results: &PlacementResults) -> String {
 
 /// Everything that is said: what was sought, how it was found, and the recommendation.
 pub fn summary_text(results: &PlacementResults) -> String {
-    known(&results.study) + &search(results) + &place(results) + &certainty(results)
+    search(results) + &place(results) + &certainty(results)
 }
 
 /// What the sweep is too coarse for.

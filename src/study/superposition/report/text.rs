@@ -31,7 +31,7 @@ fn shown(departure_mm: f64) -> String {
 
 /// Everything that is said: how wrong adding is, where and up to which load it is safe, and why it is wrong.
 pub fn summary_text(study: &SuperpositionStudy, summary: &Summary, locations: &[LocationResult]) -> String {
-    known(study) + &departures(summary) + &safety(study, summary) + &causes(locations)
+    departures(summary) + &safety(study, summary) + &causes(locations)
 }
 
 /// What must be known with the answer.

@@ -55,7 +55,11 @@ fn farthest(results: &ValidationResults) -> Option<KeyNumber> {
     let ours = compared.ours[0].as_ref().ok()?;
     let unit = unit(quoted, study);
     let percent = 100.0 * (ours / quoted.value - 1.0);
-    let what = format!("farthest off: {} of {}", quoted.quantity.label().replace('_', " "), study.cases[quoted.case]);
+    let what = format!(
+        "farthest off of those meant as about: {} of {}",
+        quoted.quantity.label().replace('_', " "),
+        study.cases[quoted.case]
+    );
     let against = format!("{}{unit} here, {}{unit} quoted", shown(quoted, *ours), as_quoted(quoted));
     Some(KeyNumber::new(&typographic(&format!("{percent:+.0} %")), what, against))
 }
