@@ -88,12 +88,13 @@ fn a_machine_with_springs_alone_says_so() {
                  [workspace_map]\ngrid = [1, 1, 3]\nslices_z_mm = [100.0]\nphi_step_deg = 180.0\n";
     std::fs::write(folder.path().join("study.toml"), study).unwrap();
     let (code, said, _) =
-        told(&["run", folder.path().to_str().unwrap(), "--out", folder.path().join("out").to_str().unwrap()]);
+        told(&["run", "--verbose", folder.path().to_str().unwrap(), "--out", folder.path().join("out").to_str().unwrap()]);
     assert_eq!(code, Some(0), "{said}");
+    let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(said.contains("are measured from the rigid model, without springs (zeroed = \"weightless\")"), "{said}");
     assert!(said.contains("The cutting force alone moves the tool by 0.100 mm"), "{said}");
     assert!(said.contains("Its springs alone move it by 0.989 mm"), "{said}");
-    assert!(said.contains("Chain errors alone move it by 0 mm everywhere"), "{said}");
+    assert!(!said.contains("Chain errors alone"), "{said}");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 "use strict";
 // The machine and the workpiece, moved by hand. Numbers come from the engine; here they are asked for and drawn.
 function explore(section) {
-  const scene = JSON.parse(document.getElementById("scene").textContent);
+  const scene = JSON.parse(document.getElementById("scene-to-try").textContent);
   const find = (name) => section.querySelector(`[data-part="${name}"]`);
   const COORDINATES = [["x", "mm"], ["y", "mm"], ["z", "mm"], ["yaw", "°"], ["pitch", "°"], ["roll", "°"]];
   const FORCES = [["force along x", "N"], ["force along y", "N"], ["force along z", "N"], ["moment about x", "N·mm"], ["moment about y", "N·mm"], ["moment about z", "N·mm"]];
