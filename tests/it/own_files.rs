@@ -148,7 +148,8 @@ fn a_compensated_program_is_replaced_only_as_it_was_left() {
         fs::write(folder.path().join(name), "").unwrap();
     }
     succeeds(&arguments);
-    let all = [".other.nc.partial-abc", ".partial-abc", "out.nc", "out.nc.html", "out.nc.points.csv", "out.nc.report.json"];
+    let all =
+        [".other.nc.partial-abc", ".partial-abc", "out.nc", "out.nc.html", "out.nc.points.csv", "out.nc.report.json"];
     assert_eq!(names(folder.path()), all);
     let first: Vec<_> = all.iter().map(|name| fs::read(folder.path().join(name)).unwrap()).collect();
     succeeds(&arguments);

@@ -87,8 +87,13 @@ fn a_machine_with_springs_alone_says_so() {
                  radial_force_N = 0.0\ntangential_force_N = 0.0\naxial_force_N = -100.0\n\
                  [workspace_map]\ngrid = [1, 1, 3]\nslices_z_mm = [100.0]\nphi_step_deg = 180.0\n";
     std::fs::write(folder.path().join("study.toml"), study).unwrap();
-    let (code, said, _) =
-        told(&["run", "--verbose", folder.path().to_str().unwrap(), "--out", folder.path().join("out").to_str().unwrap()]);
+    let (code, said, _) = told(&[
+        "run",
+        "--verbose",
+        folder.path().to_str().unwrap(),
+        "--out",
+        folder.path().join("out").to_str().unwrap(),
+    ]);
     assert_eq!(code, Some(0), "{said}");
     let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(said.contains("are measured from the rigid model, without springs (zeroed = \"weightless\")"), "{said}");

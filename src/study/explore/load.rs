@@ -70,7 +70,7 @@ impl LoadAsked {
 }
 
 fn check(values: &[f64]) -> Result<()> {
-    match values.iter().find(|value| !(value.abs() <= LARGEST)) {
+    match values.iter().find(|value| value.is_nan() || value.abs() > LARGEST) {
         Some(value) => Err(refused(format!("expected numbers up to {LARGEST:e}, got {value}"))),
         None => Ok(()),
     }

@@ -113,7 +113,7 @@ impl Explorer {
 
 /// A place from numbers as they are shown.
 pub(super) fn site(shown: [f64; 6]) -> Result<Site> {
-    if let Some(value) = shown.iter().find(|value| !(value.abs() <= LARGEST)) {
+    if let Some(value) = shown.iter().find(|value| value.is_nan() || value.abs() > LARGEST) {
         let problem = format!("expected six numbers up to {LARGEST:e}, got {value}");
         return Err(Error::Argument { argument: "place".into(), problem });
     }

@@ -83,7 +83,7 @@ impl Explorer {
 
     fn grid(&self, asked: &SliceAsked) -> Result<Grid> {
         let refused = |problem: String| Err(Error::Argument { argument: "slice".into(), problem });
-        if asked.axis > 2 || !(asked.level.abs() <= LARGEST) {
+        if asked.axis > 2 || asked.level.is_nan() || asked.level.abs() > LARGEST {
             return refused(format!("expected an axis of 0 to 2 and a level, got {} and {}", asked.axis, asked.level));
         }
         let nodes = asked.counts[0].checked_mul(asked.counts[1]);

@@ -176,7 +176,7 @@ fn place(asked: PlaceOfTool) -> Result<Place> {
         PlaceOfTool::Position(numbers) => numbers,
         PlaceOfTool::Pose(numbers) => numbers,
     };
-    if let Some(value) = numbers.iter().find(|value| !(value.abs() <= LARGEST)) {
+    if let Some(value) = numbers.iter().find(|value| value.is_nan() || value.abs() > LARGEST) {
         let problem = format!("expected numbers up to {LARGEST:e}, got {value}");
         return Err(Error::Argument { argument: "at".into(), problem });
     }
