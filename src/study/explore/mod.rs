@@ -2,7 +2,7 @@
 //! and quickly, so that a page can follow a hand that drags them.
 //!
 //! An [`Explorer`] holds the machine, the checked study and everything that need not be made anew between two answers. What it
-//! is asked and what it answers are JSON ([`Explorer::call`]).
+//! is asked and what it answers are JSON ([`call()`]).
 
 mod call;
 mod load;
