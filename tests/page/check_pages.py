@@ -199,6 +199,11 @@ class Page:
         self.page.evaluate("document.querySelectorAll('details').forEach((fold) => { fold.open = true; })")
         self.settle()
 
+    def fold(self):
+        """Folds what a reader finds folded."""
+        self.page.evaluate("document.querySelectorAll('details').forEach((fold) => { fold.open = false; })")
+        self.settle()
+
     def fault(self, words):
         self.faults.append(f"{self.name}: {words}")
 
@@ -519,8 +524,12 @@ def check_file(browser, file, screenshots, stem, step_ms):
         for scheme in SCHEMES:
             page.show_in(scheme)
             page.check_layout()
-            if screenshots and scheme == SCHEMES[0 if is_wide else 1]:
-                save_screenshot(page.page, screenshots / f"{stem}_{width}_{scheme}.png")
+        if screenshots:
+            scheme = SCHEMES[0 if is_wide else 1]
+            page.show_in(scheme)
+            page.fold()
+            save_screenshot(page.page, screenshots / f"{stem}_{width}_{scheme}.png")
+            page.unfold()
         page.show_in(SCHEMES[0])
         switched += page.check_views()
         page.check_layout()
