@@ -733,7 +733,7 @@ fn a_box_beyond_the_machine_gives_unreachable_rows_with_reasons() {
     );
     // First in the answer on the screen, on the page, and in the summary.
     let first = format!("{n} of 81 not solved: {n} unreachable.", n = unreachable.len());
-    assert!(text.find(&first).unwrap() < text.find("Under cutting force").unwrap(), "{text}");
+    assert!(text.find(&first).unwrap() < text.find("How far the tool moves is known").unwrap(), "{text}");
     let read = |name: &str| -> Value {
         serde_json::from_str(&fs::read_to_string(folder.path().join("results_2").join(name)).unwrap()).unwrap()
     };

@@ -93,9 +93,13 @@ fn tolerance(summary: &Summary, study: &WorkspaceMapStudy) -> String {
 
 /// The single sources, and how wrong it is to add them.
 fn cause(summary: &Summary, study: &WorkspaceMapStudy) -> String {
-    let single = Source::parts(&study.machine).iter().map(|source| deflection(summary, study, *source));
-    let mut text: String = single.collect();
-    if !text.is_empty() {
+    let parts = Source::parts(&study.machine);
+    let mut text: String = parts.iter().map(|source| deflection(summary, study, *source)).collect();
+    let moves = |source: &&Source| {
+        let known = summary.of(**source).filter(|sums| is_enough(sums.known, study.grid.len()));
+        known.and_then(|sums| sums.deflection.get()).is_some_and(|[_, most]| most.value > ROUNDING_MM)
+    };
+    if parts.iter().filter(moves).count() > 1 {
         text += "The sources are worst at different places and in different directions: these largest values do not \
                  add up to that of all.\n";
     }
