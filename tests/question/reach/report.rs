@@ -7,7 +7,9 @@ use crate::{
     input::error::Result,
     report::{
         Manifest, Output, Run,
+        counted,
         exchange::{Cell, Table, numbers, texts},
+        headline::Headline,
         page::{Description, MachineDescription, TableNote},
     },
 };
@@ -16,7 +18,7 @@ pub fn answer(study: &ReachStudy, asked: &Run<'_>) -> Result<Output> {
     let ways = run(study, asked.work)?;
     let statuses = Manifest::count(ways.iter().map(status));
     let far = ways.iter().filter(|way| way.way.as_ref().is_ok_and(|way| way.norm() > study.at_most_mm)).count();
-    let answer = format!("{far} of {} points are farther than {} mm from home.\n", ways.len(), study.at_most_mm);
+    let sentence = format!("{far} of {} points are farther than {} mm from home.", ways.len(), study.at_most_mm);
     Ok(Output {
         settings: json!({ "at_most_mm": study.at_most_mm }),
         is_answered: None,
@@ -26,12 +28,12 @@ pub fn answer(study: &ReachStudy, asked: &Run<'_>) -> Result<Output> {
         summary: json!({ "far": far }),
         figures: Vec::new(),
         page: Description {
+            headline: Headline::new(&sentence, counted(ways.len(), "named point")),
             tables: vec![TableNote::new("ways.csv", "One row per named point.")],
             ..Description::new("reach", MachineDescription::new(&study.machine))
-        }
-        .with_answer(&answer),
+        },
         bent: None,
-        answer,
+        details: sentence,
         best_place: None,
     })
 }
