@@ -398,7 +398,8 @@ fn run(table: &str) -> (tempfile::TempDir, String) {
     let (code, text, said) =
         told(&["run", folder.path().to_str().unwrap(), "--out", out.to_str().unwrap(), "--threads", "1"]);
     assert_eq!(code, Some(0), "{text}{said}");
-    (folder, text + &said)
+    let unwrapped = (text + &said).split_whitespace().collect::<Vec<_>>().join(" ");
+    (folder, unwrapped)
 }
 
 /// Numbers of a map of a machine, from its cutting force.
