@@ -6,7 +6,10 @@ use clap::Args;
 use kinetostat::{
     input::error::{Error, Result},
     machine::Machine,
-    process::{Extent, Feature, file::Process},
+    process::{
+        Extent, Feature,
+        file::{Process, TOLERANCE_MM},
+    },
     report::exchange,
     study::{
         Machines, ProgramFile,
@@ -21,9 +24,6 @@ use super::{
     Ending, print,
     report::{ReportArguments, report},
 };
-
-/// How far the tool may be from its path if nothing else is said, mm.
-const TOLERANCE_MM: f64 = 0.1;
 
 /// Compare places for a workpiece: what its path costs at each. Or compare results: which is better where.
 #[derive(Debug, Args)]

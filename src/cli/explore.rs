@@ -32,9 +32,9 @@ pub struct ExploreArguments {
     /// Process file: cutting force, chain errors, limits, and where the workpiece stands first
     #[arg(long, requires = "path")]
     process: Option<PathBuf>,
-    /// How far the tool may be from its path, mm
-    #[arg(long, default_value_t = 0.1, value_parser = super::number, requires = "path")]
-    tolerance: f64,
+    /// How far the tool may be from its path, mm [default: tolerance_mm of the process, or 0.1]
+    #[arg(long, value_parser = super::number, requires = "path")]
+    tolerance: Option<f64>,
     /// The page [default: the machine's name and, with a path, that of its program, then _explore.html, in this folder]
     #[arg(long, short)]
     out: Option<PathBuf>,
@@ -65,11 +65,11 @@ fn scene(arguments: &ExploreArguments) -> Result<Scene> {
     let machine = &arguments.machine;
     match (&arguments.path, &arguments.process) {
         (Some(program), Some(process)) => {
-            if arguments.tolerance <= 0.0 {
-                let problem = format!("must be greater than 0, got {}", arguments.tolerance);
+            if let Some(tolerance) = arguments.tolerance.filter(|tolerance| *tolerance <= 0.0) {
+                let problem = format!("must be greater than 0, got {tolerance}");
                 return Err(Error::Argument { argument: "--tolerance".into(), problem });
             }
-            Scene::of_program(&ProgramAtProcess { machine, process, program, tolerance_mm: Some(arguments.tolerance) })
+            Scene::of_program(&ProgramAtProcess { machine, process, program, tolerance_mm: arguments.tolerance })
         }
         _ if catalogue::find(machine).is_some() => Ok(Scene::of_machine(machine, None)),
         _ => {

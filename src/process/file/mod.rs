@@ -54,6 +54,9 @@ pub struct Process {
     pub inputs: Inputs,
 }
 
+/// How far the tool may be from its path if neither its process nor a command says it, mm.
+pub const TOLERANCE_MM: f64 = 0.1;
+
 /// Label of what a machine does not control.
 pub const NOT_CONTROLLED: &str = "not controlled by this machine";
 

@@ -14,16 +14,13 @@ use crate::{
         toml_file,
     },
     machine::Machine,
-    process::PathReference,
+    process::{PathReference, file::TOLERANCE_MM},
     study::{
         Overrides, StudyFiles,
         placement::{PlacementStudy, at_point},
         spec::SCHEMA,
     },
 };
-
-/// How far the tool may be from a path for which nobody says it, mm.
-const TOLERANCE_MM: f64 = 0.1;
 
 /// A program and the process by which it is cut, as files.
 #[derive(Debug, Clone, Copy)]
@@ -34,7 +31,7 @@ pub struct ProgramAtProcess<'a> {
     pub process: &'a Path,
     /// A polyline or a G-code program.
     pub program: &'a Path,
-    /// How far the tool may be from its path, mm; 0.1 if not given.
+    /// How far the tool may be from its path, mm; as its process says if not given, or else 0.1.
     pub tolerance_mm: Option<f64>,
 }
 
@@ -51,7 +48,9 @@ impl Scene {
         head.insert("process".into(), name(asked.process).into());
         let mut feature = Table::new();
         feature.insert("file".into(), name(asked.program).into());
-        feature.insert("tolerance_mm".into(), asked.tolerance_mm.unwrap_or(TOLERANCE_MM).into());
+        if let Some(tolerance_mm) = asked.tolerance_mm {
+            feature.insert(TOLERANCE.into(), tolerance_mm.into());
+        }
         feature.insert("name".into(), stem(asked.program).into());
         let folder = Folder::from(Path::new("")).noting();
         let text = placement(head, feature, &folder)?;
@@ -82,13 +81,15 @@ pub(super) fn placement_of_path(files: &StudyFiles) -> Result<String> {
         return check.fail("is a line: expected a circle or a program, whose workpiece can be put elsewhere".into());
     }
     feature.insert("name".into(), "path".into());
-    feature.insert("tolerance_mm".into(), TOLERANCE_MM.into());
     let named = files.named.iter().map(|(name, bytes)| (name.clone(), bytes.clone()));
     placement(head, feature, &Folder::in_memory(named))
 }
 
 /// A placement study with the keys `head` that all studies have, for one feature.
-fn placement(mut head: Table, feature: Table, folder: &Folder) -> Result<String> {
+fn placement(mut head: Table, mut feature: Table, folder: &Folder) -> Result<String> {
+    if !feature.contains_key(TOLERANCE) && !process_has_tolerance(&head, &feature, folder)? {
+        feature.insert(TOLERANCE.into(), TOLERANCE_MM.into());
+    }
     head.entry("schema").or_insert_with(|| i64::from(SCHEMA).into());
     head.insert("question".into(), "Where should this workpiece stand?".into());
     let with = |bounds: Table, fixed: Table, candidate: Option<Table>| {
@@ -117,6 +118,17 @@ fn placement(mut head: Table, feature: Table, folder: &Folder) -> Result<String>
         candidate
     });
     with(bounds, table([("z_mm", start.z)]), candidate)
+}
+
+const TOLERANCE: &str = "tolerance_mm";
+
+/// Whether the process of `feature`, or else that of the study with the keys `head`, says how far the tool may be from its path.
+fn process_has_tolerance(head: &Table, feature: &Table, folder: &Folder) -> Result<bool> {
+    Ok(match feature.get("process").or(head.get("process")) {
+        Some(Value::String(file)) => toml_file::parse::<Table>(&folder.text(file)?, file)?.contains_key(TOLERANCE),
+        Some(Value::Table(process)) => process.contains_key(TOLERANCE),
+        _ => false,
+    })
 }
 
 fn table<V: Into<Value>, const N: usize>(entries: [(&str, V); N]) -> Table {
