@@ -45,6 +45,9 @@ pub struct CompareArguments {
     /// Page to write for result folders [default: comparison.html here]
     #[arg(long, requires = "results")]
     out: Option<PathBuf>,
+    /// Replace that page even if it was not written by kinetostat
+    #[arg(long, requires = "results")]
+    force: bool,
     /// Built-in machine or machine file
     #[arg(long, short, required_unless_present = "results")]
     machine: Option<String>,
@@ -69,7 +72,7 @@ pub struct CompareArguments {
 pub fn compare(arguments: &CompareArguments) -> Result<Ending> {
     let (Some(machine), Some(process), Some(path)) = (&arguments.machine, &arguments.process, &arguments.path) else {
         let (results, out) = (arguments.results.clone(), arguments.out.clone());
-        return report(&ReportArguments::of(results, out, arguments.tolerance));
+        return report(&ReportArguments::of(results, out, arguments.force, arguments.tolerance));
     };
     let study = study(arguments, machine, process, path)?;
     let entries = evaluate(&study);

@@ -11,7 +11,7 @@ use kinetostat::{
     input::error::{Error, Result},
     machine::Branch,
     process::file::Process,
-    report::{cautions, counted, if_any, millimetres, text_table::text_table},
+    report::{Foreign, cautions, counted, if_any, millimetres, text_table::text_table},
     study::{
         ROUNDING_MM,
         along_path::{Commands, PathAnswer},
@@ -22,7 +22,7 @@ use kinetostat::{
             files::ProgramFiles,
             report::{
                 self, Proved, bounded_text, exceeded_text, left_text, program_columns, program_json, program_table,
-                worse_as_written,
+                use_text, worse_as_written,
             },
         },
     },
@@ -37,7 +37,7 @@ use super::{Ending, choice, headline, reporting::Reporting, set};
 #[command(after_help = "\
 The program keeps its format: in G-code only motion words change; comments, line numbers, other words and the feed stay.
 Beside the program, its points and errors are written to OUT.points.csv and OUT.report.json, and a page of what it does to
-OUT.html. Files of these names are only replaced if they are as this command left them.
+OUT.html. Files of these names are only replaced if they are as this command left them, or with --force.
 
 Examples:
   kinetostat compensate part.nc --machine orthoglide --process milling.toml --out part_compensated.nc
@@ -64,6 +64,9 @@ pub struct CompensateArguments {
     /// File for the compensated program
     #[arg(long, short)]
     out: PathBuf,
+    /// Replace OUT and the files beside it even if they were not written by this command, or were changed since
+    #[arg(long)]
+    force: bool,
     /// How commands are found: none, linear, mirror, mirror_N (N passes), matrix_free, fixed_matrix, procedure, newton, direct,
     /// or bounded: the whole path at once within the [limits] of the process and the machine
     #[arg(long, default_value = "direct")]
@@ -93,7 +96,14 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let job = ProgramJob::open(process, &arguments.path)?;
     let measured = arguments.measured.as_deref().map(|file| measured(file, &job)).transpose()?;
     // When all inputs are read: none of them is written over.
-    let files = ProgramFiles::prepare(&arguments.out)?;
+    let files = ProgramFiles::prepare(&arguments.out, Foreign::forced(arguments.force))?;
+    let out_of_reach = job.out_of_reach(SHOWN);
+    if !out_of_reach.is_empty() {
+        let problem =
+            "The machine cannot be led along the program; nothing was computed or written. The first points:\n";
+        reporting.print(&refusal(&job, problem, &out_of_reach))?;
+        return Ok(Ending::SomeUnsolved);
+    }
     let compared = compared(arguments, &chosen);
     let name = arguments.path.display().to_string();
     let progress = reporting.progress(&name, job.path.len() * (compared.len() + 2 + job.sources()), "points");
@@ -115,11 +125,18 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     };
     if !corrected.failures.is_empty() {
         progress.end();
-        reporting.print(&refusal(&job, &corrected))?;
+        let count = counted(corrected.failures.len(), "cutting point");
+        let among = match corrected.seen() < job.path.len() {
+            true => format!(" among the first {}", counted(corrected.seen(), "point")),
+            false => String::new(),
+        };
+        let problem = format!("No command for {count}{among}; nothing was written. The first:\n");
+        reporting.print(&refusal(&job, &problem, &corrected.failures))?;
         return Ok(Ending::SomeUnsolved);
     }
     let own = own?;
-    let (before, mut passes) = (job.before(&done)?, Vec::new());
+    let before = job.before(&done)?;
+    let mut passes = vec![before.pass.clone()];
     for &method in &compared {
         passes.push(job.pass_by(method, &done, |_, _| Ok(()))?);
     }
@@ -148,6 +165,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     };
     let too_much = exceeded.as_deref().map_or_else(String::new, |exceeded| exceeded_text(&job, exceeded));
     let headline = report::headline(&job, &proved, written.rounded_mm, &too_much);
+    let used = use_text(&job, &proved);
     let json = program_json(&job, &passes, bounded.as_ref(), exceeded.as_deref());
     let page = files.write(
         (written.bytes, points.finish()?, json),
@@ -174,7 +192,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
             counted(corrected.left_alone, "position")
         ))?;
     }
-    reporting.print(&format!("Written to {}; read {}\n", arguments.out.display(), page.display()))?;
+    reporting.print(&format!("Written to {}; read {}\n\n{used}", arguments.out.display(), page.display()))?;
     Ok(if is_wrong { Ending::SomeUnsolved } else { Ending::Complete })
 }
 
@@ -218,11 +236,11 @@ fn chosen(arguments: &CompensateArguments) -> Result<Chosen> {
     }
 }
 
-/// Methods simulated for comparison: none at all, then what a shop would otherwise use, or all.
+/// Methods simulated for comparison beside none: what a shop would otherwise use, or all.
 fn compared(arguments: &CompensateArguments, chosen: &Chosen) -> Vec<Method> {
     let is_chosen = |method: &Method| matches!(chosen, Chosen::Method(own) if own.label() == method.label());
-    let usual = |method: &Method| matches!(method, Method::None | Method::Linear | Method::Mirror { passes: 1 });
-    let others = Method::ALL.into_iter().filter(|method| !is_chosen(method) || *method == Method::None);
+    let usual = |method: &Method| matches!(method, Method::Linear | Method::Mirror { passes: 1 });
+    let others = Method::ALL.into_iter().filter(|method| *method != Method::None && !is_chosen(method));
     others.filter(|method| arguments.all_methods || usual(method)).collect()
 }
 
@@ -284,12 +302,8 @@ fn shown(length_mm: f64) -> String {
 /// Points shown of those that cannot be compensated.
 const SHOWN: usize = 5;
 
-fn refusal(job: &ProgramJob, corrected: &Corrected) -> String {
-    let (failures, seen) = (&corrected.failures, corrected.seen());
-    let all =
-        if seen < job.path.len() { format!(" among the first {}", counted(seen, "point")) } else { String::new() };
-    let mut text =
-        format!("No command for {}{all}; nothing was written. The first:\n", counted(failures.len(), "cutting point"));
+fn refusal(job: &ProgramJob, problem: &str, failures: &[(usize, String)]) -> String {
+    let mut text = problem.to_string();
     for (point, reason) in failures.iter().take(SHOWN) {
         let at = &job.path.points()[*point];
         let line = job.file.line_of(at.source.segment).map_or_else(String::new, |line| format!("line {line}, "));

@@ -6,7 +6,7 @@ use clap::Args;
 use kinetostat::{
     input::error::{Error, Result},
     machine::catalogue,
-    report::{OutputFile, may_replace, page::explore_page, prepare_beside, write_beside},
+    report::{Foreign, OutputFile, may_replace, page::explore_page, prepare_beside, write_beside},
     study::explore::{Explorer, ProgramAtProcess, Scene},
 };
 
@@ -38,6 +38,9 @@ pub struct ExploreArguments {
     /// The page [default: the machine's name and, with a path, that of its program, then _explore.html, in this folder]
     #[arg(long, short)]
     out: Option<PathBuf>,
+    /// Replace the page even if it was not written by kinetostat
+    #[arg(long)]
+    force: bool,
 }
 
 pub fn explore(arguments: &ExploreArguments) -> Result<Ending> {
@@ -48,7 +51,7 @@ pub fn explore(arguments: &ExploreArguments) -> Result<Ending> {
     let name = std::iter::once(&PathBuf::from(&arguments.machine)).chain(&arguments.path).map(stem).collect::<Vec<_>>();
     let out = arguments.out.clone().unwrap_or_else(|| format!("{}_explore.html", name.join("_")).into());
     let file = prepare_beside(&out)?;
-    may_replace(&out, || super::report::is_page(&out))?;
+    may_replace(&out, Foreign::forced(arguments.force), || super::report::is_page(&out))?;
     let question = match arguments.path {
         Some(_) => "Where should this workpiece stand, and what bends when it is cut there?",
         None => "How does this machine bend?",

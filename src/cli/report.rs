@@ -10,7 +10,7 @@ use clap::Args;
 use kinetostat::{
     input::error::{Error, Result},
     report::{
-        Manifest, OutputFile, may_replace,
+        Foreign, Manifest, OutputFile, may_replace,
         page::{GENERATOR, PAGE, ResultFolder, comparison, page},
         prepare_beside, write_beside,
     },
@@ -35,6 +35,9 @@ pub struct ReportArguments {
     /// Page to write [default: report.html in the folder, or comparison.html here for several folders]
     #[arg(long)]
     out: Option<PathBuf>,
+    /// Replace the page even if it was not written by kinetostat
+    #[arg(long)]
+    force: bool,
     /// From which difference on one matters, mm; for several folders [default: tolerance_mm of their studies]
     #[arg(long, value_name = "MM", value_parser = super::number)]
     tolerance: Option<f64>,
@@ -42,8 +45,8 @@ pub struct ReportArguments {
 
 impl ReportArguments {
     /// Several result folders on one page.
-    pub fn of(results: Vec<PathBuf>, out: Option<PathBuf>, tolerance: Option<f64>) -> Self {
-        Self { results, out, tolerance }
+    pub fn of(results: Vec<PathBuf>, out: Option<PathBuf>, force: bool, tolerance: Option<f64>) -> Self {
+        Self { results, out, force, tolerance }
     }
 }
 
@@ -65,7 +68,7 @@ pub fn report(arguments: &ReportArguments) -> Result<Ending> {
         (None, _) => PathBuf::from("comparison.html"),
     };
     let name = prepare_beside(&out)?;
-    may_replace(&out, || is_page(&out))?;
+    may_replace(&out, Foreign::forced(arguments.force), || is_page(&out))?;
     let html = match folders.as_slice() {
         [folder] => page(folder, &out)?,
         several => comparison(several, &out, arguments.tolerance)?,

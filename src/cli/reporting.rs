@@ -14,7 +14,7 @@ use clap::Args;
 use env_logger::{Builder, Target};
 use kinetostat::{
     input::error::{Error, Result},
-    report::{may_replace, visible},
+    report::{Foreign, may_replace, visible},
 };
 use log::LevelFilter;
 use signal_hook::{
@@ -45,7 +45,7 @@ impl Reporting {
     /// Opens the log, if there is to be one.
     pub fn start_log(&self) -> Result<()> {
         let Some(file) = &self.log else { return Ok(()) };
-        may_replace(file, || is_log(file))?;
+        may_replace(file, Foreign::Kept, || is_log(file))?;
         let opened = OpenOptions::new().create(true).append(true).open(file);
         let opened = opened.map_err(|source| Error::Write { file: file.clone(), source })?;
         let mut builder = Builder::new();

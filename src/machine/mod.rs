@@ -27,6 +27,7 @@ mod route;
 mod schema;
 mod section;
 mod skeleton;
+mod span;
 pub(crate) mod spec;
 mod task_space;
 mod unknown;

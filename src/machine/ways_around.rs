@@ -10,7 +10,7 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::Vector3;
 
 use super::{
-    Configuration, Machine, Motion, MoveScrew, Step, Unreachable,
+    Configuration, Machine, Motion, MoveScrew, Unreachable,
     kinematics::{Closure, Command},
 };
 use crate::spatial::Pose;
@@ -19,7 +19,6 @@ use crate::spatial::Pose;
 const TURNS: [f64; 5] = [PI / 3.0, -PI / 3.0, TAU / 3.0, -TAU / 3.0, PI];
 const SERIAL_FIRST: &str = "the first hinge turned towards it and away from it";
 const SERIAL_ALL: &str = "the first hinge turned towards it and away from it, each other hinge turned by 60, 120 and 180 deg from there and from home";
-const BEYOND_SPAN: &str = "none, as it is farther from the first hinge than the arm is long";
 /// Distance of points beside the straight line, as shares of its length.
 const DETOURS: [f64; 2] = [0.5, 1.0];
 const DETOURS_TRIED: &str = "detours through points beside the straight line, by half its length and by all of it";
@@ -35,36 +34,15 @@ impl Machine {
             return self.posture_on(chosen, target, straight);
         }
         let (found, tried) = match (self.chains.len(), &straight) {
-            _ if !is_finite => return Err(straight),
+            _ if !is_finite || matches!(straight, Unreachable::BeyondSpan { .. }) => return Err(straight),
             // Slides alone have one posture.
             (1, _) if !self.drives().any(|(_, drive)| drive.motion == Motion::Revolute) => return Err(straight),
-            (1, _) if self.chains[0].passive.is_empty() => match self.is_beyond_span(target) {
-                true => (None, BEYOND_SPAN),
-                false => self.other_posture(target),
-            },
+            (1, _) if self.chains[0].passive.is_empty() => self.other_posture(target),
             // A way around is of use where the chains close, but not on this side of a singularity.
             (_, Unreachable::OtherMode) => (self.detour(target), DETOURS_TRIED),
             _ => return Err(straight),
         };
         found.ok_or_else(|| Unreachable::NoWay { straight: Box::new(straight), tried: tried.into() })
-    }
-
-    /// Whether the target is farther from the first hinge of a serial machine, if nothing slides, than the arm is long.
-    fn is_beyond_span(&self, target: &Pose) -> bool {
-        let chain = &self.chains[0];
-        let is_drive = |c: usize| chain.drives.iter().any(|drive| drive.coordinate == c);
-        let (mut start, mut span, mut has_moved) = (chain.route.base, chain.route.attachment.translation.norm(), false);
-        for step in &chain.route.steps {
-            match *step {
-                Step::Fixed(transform) if has_moved => span += transform.translation.norm(),
-                Step::Fixed(transform) => start = start.compose(&transform),
-                Step::Move { motion: Motion::Prismatic, coordinate, .. } if is_drive(coordinate) => return false,
-                Step::Move { coordinate, .. } => has_moved |= is_drive(coordinate),
-                Step::Frame => {}
-            }
-        }
-        let all_controlled = (0..3).all(|axis| self.controls_translation(axis));
-        all_controlled && (target.translation - start.translation).norm() > span * (1.0 + 1e-9)
     }
 
     /// The posture of a serial machine that meets `target` within travel and is nearest to home of those found, and what

@@ -4,7 +4,7 @@ use std::{ffi::OsStr, path::Path};
 
 use serde::Serialize;
 
-use super::{Recorded, may_replace};
+use super::{Foreign, Recorded, may_replace};
 use crate::input::{error::Result, file};
 
 /// A longer file is no manifest, bytes.
@@ -105,11 +105,11 @@ impl Manifest {
     /// Names the file that would be lost.
     pub(crate) fn may_write<'a>(folder: &Path, names: impl Iterator<Item = &'a str>) -> Result<()> {
         let found = Self::found_in(folder);
-        may_replace(&folder.join(Self::FILE), || found.is_some())?;
+        may_replace(&folder.join(Self::FILE), Foreign::Kept, || found.is_some())?;
         let former = found.unwrap_or_default();
-        former.iter().try_for_each(|name| may_replace(&folder.join(name), || true))?;
+        former.iter().try_for_each(|name| may_replace(&folder.join(name), Foreign::Kept, || true))?;
         for name in names {
-            may_replace(&folder.join(name), || former.iter().any(|own| own == name))?;
+            may_replace(&folder.join(name), Foreign::Kept, || former.iter().any(|own| own == name))?;
         }
         Ok(())
     }
@@ -175,9 +175,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let link = folder.path().join("map.csv");
         std::os::unix::fs::symlink("/etc/hostname", &link).unwrap();
-        let error = may_replace(&link, || true).unwrap_err().to_string();
+        let error = may_replace(&link, Foreign::Replaced, || true).unwrap_err().to_string();
         assert!(error.contains("map.csv: cannot be written: is a link"), "{error}");
-        let error = may_replace(Path::new("/dev/null"), || true).unwrap_err().to_string();
+        let error = may_replace(Path::new("/dev/null"), Foreign::Replaced, || true).unwrap_err().to_string();
         assert!(error.contains("/dev/null: cannot be written: is a device"), "{error}");
     }
 }

@@ -21,7 +21,7 @@ pub(crate) mod write;
 pub use manifest::{Manifest, StatusCount};
 pub use output::{Output, Run};
 pub use recorded::Recorded;
-pub use replace::may_replace;
+pub use replace::{Foreign, may_replace};
 pub use visible::{visible, visible_json};
 pub use words::{counted, if_any, millimetres};
 pub use write::{OutputFile, prepare, prepare_beside, remove, staging, write_all, write_beside};

@@ -18,7 +18,7 @@ use crate::{
 
 /// Points that are solved one after another, each from the one before. Blocks are solved in parallel; the division does
 /// not depend on the number of threads, so neither do the results.
-const BLOCK: usize = 256;
+pub(super) const BLOCK: usize = 256;
 
 /// A path to be cut: what is wanted at each point, on which machine.
 #[derive(Debug, Clone, Copy)]

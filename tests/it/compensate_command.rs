@@ -161,13 +161,15 @@ fn a_measured_pass_is_mirrored() {
 #[test]
 fn a_cut_beyond_reach_writes_nothing_and_says_where() {
     let inputs = tempfile::tempdir().unwrap();
-    let program = write(&inputs, "far.nc", "G21 G90\nG0 X0 Y0 Z0\nG1 X400 F500\n");
     let process = write(&inputs, "p.toml", "schema = 1\n[placement]\norigin_mm = [0.0, 0.0, 100.0]\n");
-    let (output, out) = compensate(&program, &process, &[]);
-    assert_eq!(output.status.code(), Some(1));
-    let stdout = text(&output.stdout);
-    assert!(stdout.contains("nothing was written") && stdout.contains("line 3, point"), "{stdout}");
-    assert_eq!(std::fs::read_dir(out.path()).unwrap().count(), 0);
+    for far in ["X400", "X100000", "Y-100000"] {
+        let program = write(&inputs, "far.nc", &format!("G21 G90\nG0 X0 Y0 Z0\nG1 {far} F500\n"));
+        let (output, out) = compensate(&program, &process, &[]);
+        assert_eq!(output.status.code(), Some(1));
+        let stdout = text(&output.stdout);
+        assert!(stdout.contains("nothing was computed or written") && stdout.contains("line 3, point"), "{stdout}");
+        assert_eq!(std::fs::read_dir(out.path()).unwrap().count(), 0);
+    }
 }
 
 #[test]

@@ -165,6 +165,27 @@ fn a_compensated_program_is_replaced_only_as_it_was_left() {
     }
     fs::write(folder.path().join("out.nc.report.json"), "{}").unwrap();
     refused(&arguments, "out.nc.report.json: cannot be written: was not written by kinetostat");
+    succeeds(&[&arguments[..], &["--force"]].concat());
+    let forced: Vec<_> = all.iter().map(|name| fs::read(folder.path().join(name)).unwrap()).collect();
+    assert!(first == forced, "--force replaces what is not its own");
+}
+
+#[test]
+fn what_is_read_only_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out.nc");
+    let (groove, process) = (repository("tests/programs/groove.nc"), repository("tests/programs/process.toml"));
+    let arguments =
+        ["compensate", path(&groove), "--machine", "orthoglide", "--process", path(&process), "--out", path(&out)];
+    succeeds(&arguments);
+    let written = fs::read(&out).unwrap();
+    let mut permissions = fs::metadata(&out).unwrap().permissions();
+    permissions.set_readonly(true);
+    fs::set_permissions(&out, permissions).unwrap();
+    for force in [&[][..], &["--force"]] {
+        refused(&[&arguments[..], force].concat(), "out.nc: cannot be written: is read-only and left as it is");
+    }
+    assert_eq!(fs::read(&out).unwrap(), written);
 }
 
 #[test]

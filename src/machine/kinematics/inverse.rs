@@ -41,6 +41,7 @@ impl Machine {
     /// # Errors
     /// As [`Machine::inverse_kinematics`].
     pub fn inverse_kinematics_from(&self, start: &Configuration, target: &Pose) -> Result<Configuration, Unreachable> {
+        self.within_span(target)?;
         let configuration = self.unlimited_inverse_kinematics_from(start, target)?;
         self.within_limits(configuration, target)
     }

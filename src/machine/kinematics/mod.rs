@@ -44,6 +44,16 @@ pub enum Unreachable {
         /// Its gap where the search stopped, rotations weighted by the machine's reach.
         gap_mm: f64,
     },
+    /// The target is farther from where a chain begins to move than the chain is long.
+    #[error("chain {chain} would have to span {away_mm:.1} mm and is at most {span_mm:.1} mm long")]
+    BeyondSpan {
+        /// The chain.
+        chain: String,
+        /// From where it begins to move to the target, in the controlled coordinates, mm.
+        away_mm: f64,
+        /// The most that it spans, mm.
+        span_mm: f64,
+    },
     /// The chains do not close at the target: the straight way there ends before it.
     #[error("chain {chain} cannot close there; the straight way ends {short_mm:.1} mm before")]
     TooFar {

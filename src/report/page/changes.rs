@@ -7,7 +7,10 @@ use serde::Serialize;
 use super::folder::ResultFolder;
 use crate::{
     input::error::{Error, Result},
-    report::{Recorded, words::counted},
+    report::{
+        Recorded,
+        words::{counted, listed},
+    },
 };
 
 /// Most changes that are named on the first screen.
@@ -89,8 +92,8 @@ fn sentence(rows: &[Change], is_other_text: bool) -> String {
         }
     }
     let parts: Vec<String> =
-        parts.iter().map(|(part, count)| format!("{} of {part}", counted(*count, "key"))).collect();
-    format!("What differs: {}.", parts.join(", "))
+        parts.iter().map(|(part, count)| format!("{} of the {part}", counted(*count, "value"))).collect();
+    format!("They differ in {}, listed under Why.", listed(&parts.iter().map(String::as_str).collect::<Vec<_>>()))
 }
 
 /// The keys of a result with their values; none of one that has recorded none.

@@ -30,6 +30,7 @@ mod side_by_side;
 mod single;
 mod table;
 mod template;
+mod terms;
 mod verdict;
 mod winners;
 mod wins;

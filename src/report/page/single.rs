@@ -16,6 +16,7 @@ use super::{
     record::{ReasonView, StatusView, count_reasons, facts, statuses},
     table::TableView,
     template::render,
+    terms::terms,
 };
 use crate::{
     input::error::{Error, Result},
@@ -32,6 +33,7 @@ struct SinglePage<'a> {
     description: &'a Description,
     /// The picture of the first screen.
     hero: Option<FigureView>,
+    terms: Vec<Fact>,
     sections: Vec<SectionView<'a>>,
     machine: FigureView,
     /// What no section takes.
@@ -157,6 +159,7 @@ pub fn page_with(folder: &ResultFolder, besides: &[(String, Figure)], out: &Path
     let context = SinglePage {
         description,
         hero,
+        terms: terms(description),
         sections: sections.collect(),
         machine: drawn(&description.machine.figure())?,
         rest,

@@ -2,25 +2,29 @@
 
 use nalgebra::Vector3;
 
-use super::ProgramJob;
+use super::{Pass, ProgramJob};
 use crate::{
     compensation::{Demand, Method},
     input::error::Result,
     study::{
         BySource, Machines, Source,
-        along_path::{Commands, PathAnswer, PathCase, run_in_parts},
+        along_path::{Commands, Left, PathAnswer, PathCase, PathSums, run_in_parts},
     },
 };
 
-/// Displacements from the path at the nominal command, base axes, mm, point by point; `None` where the machine does not
-/// settle.
+/// What the tool does at the nominal commands.
 #[derive(Debug, Clone)]
-pub struct Before(BySource<Vec<Option<Vector3<f64>>>>);
+pub struct Before {
+    /// Displacements from the path, base axes, mm, point by point; `None` where the machine does not settle.
+    errors: BySource<Vec<Option<Vector3<f64>>>>,
+    /// Summed up, under all sources: the pass of the method `none`.
+    pub pass: Pass,
+}
 
 impl Before {
     /// Those of `source`.
     pub fn of(&self, source: Source) -> &[Option<Vector3<f64>>] {
-        self.0.get(source).map_or(&[], Vec::as_slice)
+        self.errors.get(source).map_or(&[], Vec::as_slice)
     }
 
     /// The point farthest from the path under all sources, and how far, mm; of those at which the tool cuts, if it does at
@@ -60,6 +64,7 @@ impl ProgramJob {
     /// A machine that does not rest under its weight.
     pub fn before(&self, done: &(dyn Fn() + Sync)) -> Result<Before> {
         let machines = Machines::new(&self.machine, &self.process.errors)?;
+        let mut sums = PathSums::default();
         let of = |source: Source| {
             let demands: Vec<Demand> = self.demands.iter().map(|demand| source.demand(demand)).collect();
             let case = PathCase {
@@ -71,12 +76,17 @@ impl ProgramJob {
             };
             let mut errors = Vec::with_capacity(demands.len());
             let taken = run_in_parts(&case, &Commands::Method(Method::None), done, |answers| {
+                if source == Source::All {
+                    let counted = answers.iter().enumerate().filter(|(k, _)| self.counts(errors.len() + k));
+                    counted.for_each(|(_, answer)| sums.add(&Left::of(answer, &self.machine)));
+                }
                 errors.extend(answers.iter().map(PathAnswer::settled_error));
                 Ok::<(), std::convert::Infallible>(())
             });
             taken.unwrap_or_else(|never| match never {});
             errors
         };
-        Ok(Before(BySource::of(&self.machine, of)))
+        let errors = BySource::of(&self.machine, of);
+        Ok(Before { errors, pass: Pass { name: Method::None.label().into(), summary: sums.summary() } })
     }
 }

@@ -17,7 +17,7 @@ use crate::{
         file,
     },
     report::{
-        OutputFile,
+        Foreign, OutputFile,
         exchange::{Column, Format, StreamedTable},
         figures::Figure,
         may_replace,
@@ -42,22 +42,22 @@ impl ProgramFiles {
     /// The program `out` and its three companions. Nothing is written yet.
     ///
     /// # Errors
-    /// They cannot be written, would replace an input, or what is no former result.
-    pub fn prepare(out: &Path) -> Result<Self> {
+    /// They cannot be written, would replace an input, or what is no former result unless `foreign` says so.
+    pub fn prepare(out: &Path, foreign: Foreign) -> Result<Self> {
         let name = prepare_beside(out)?.to_string();
         let mut files = Self { out: out.to_path_buf(), name, former: Vec::new() };
         let report = out.with_file_name(files.named(REPORT));
         let found = file::bounded(&report, LONGEST).ok().and_then(|text| serde_json::from_slice(&text).ok());
         let found: Value = found.unwrap_or_default();
         let is_ours = found["program"] == env!("CARGO_PKG_NAME");
-        may_replace(&report, || is_ours)?;
+        may_replace(&report, foreign, || is_ours)?;
         if is_ours {
             files.former = found["files"].as_array().cloned().unwrap_or_default();
         }
         for name in [files.named(""), files.named(POINTS) + ".csv", files.named(PAGE)] {
             let path = out.with_file_name(&name);
             let is_ours = |hash: String| files.former.contains(&json!({ "name": name, "sha256": hash }));
-            may_replace(&path, || File::open(&path).and_then(hash).is_ok_and(is_ours))?;
+            may_replace(&path, foreign, || File::open(&path).and_then(hash).is_ok_and(is_ours))?;
         }
         Ok(files)
     }

@@ -4,6 +4,7 @@ pub mod before;
 pub mod bounded;
 #[cfg(feature = "report")]
 pub mod files;
+mod reach;
 #[cfg(feature = "report")]
 pub mod report;
 

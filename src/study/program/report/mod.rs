@@ -8,6 +8,7 @@ mod pictures;
 mod tables;
 mod text;
 mod units;
+mod use_of;
 
 pub use headline::{headline, unsolved_as_written, worse_as_written};
 pub use json::program_json;
@@ -16,6 +17,7 @@ pub use page::page;
 pub use pictures::figures;
 pub use tables::{program_columns, program_table};
 pub use text::{bounded_text, exceeded_text, left_text};
+pub use use_of::use_text;
 
 use super::{Pass, before::Before};
 use crate::{

@@ -1,6 +1,6 @@
 //! What the page of a compensated program shows.
 
-use super::{Proved, bounded_text, left_text, tables::before_column, worst_lines};
+use super::{Proved, bounded_text, left_text, tables::before_column, use_text, worst_lines};
 use crate::{
     report::{
         headline::{Headline, KeyNumber},
@@ -29,7 +29,13 @@ pub fn page(job: &ProgramJob, proved: &Proved<'_>, headline: Headline, points: &
         question: format!("Does the compensated {} keep the tool on its path?", proved.name),
         headline: Headline { numbers, ..headline },
         setting: setting(job),
-        sections: vec![worst(job, proved), cause(job, proved), remedy(job, proved), proof(job, proved)],
+        sections: vec![
+            worst(job, proved),
+            cause(job, proved),
+            remedy(job, proved),
+            to_use(job, proved),
+            proof(job, proved),
+        ],
         explorers: vec![along(job, points)],
         tables: vec![TableNote::ranked(points, caption, &before_column(Source::All))],
         ..Description::new("compensated_program", MachineDescription::new(&job.machine))
@@ -95,6 +101,11 @@ fn remedy(job: &ProgramJob, proved: &Proved<'_>) -> Section {
     Section::new("What do the drives do?", "corrections and forces along the path, limits that bind")
         .text(&text)
         .figures(&["corrections"])
+}
+
+fn to_use(job: &ProgramJob, proved: &Proved<'_>) -> Section {
+    Section::new("How is it used?", "what the program is, how to load it, what to switch off, what a dry run shows")
+        .text(&use_text(job, proved))
 }
 
 fn proof(job: &ProgramJob, proved: &Proved<'_>) -> Section {

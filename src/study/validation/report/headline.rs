@@ -23,7 +23,10 @@ pub(super) fn headline(results: &ValidationResults, cautions: &str) -> Headline 
     let sentence = match agreeing {
         0 => format!("None of the {} agrees with ours.", counted(all, "quoted number")),
         agreeing if agreeing == all => format!("All {} agree with ours.", counted(all, "quoted number")),
-        agreeing => format!("{agreeing} of {} agree with ours.", counted(all, "quoted number")),
+        agreeing => {
+            let (quoted, others) = (counted(all, "quoted number"), all - agreeing - unsolved);
+            format!("{agreeing} of {quoted} agree with ours; {others} differ.")
+        }
     };
     let explained = study.quoted.iter().zip(&results.compared);
     let explained = explained.filter(|(quoted, compared)| !compared.agrees && !quoted.reason.is_empty()).count();
@@ -32,7 +35,7 @@ pub(super) fn headline(results: &ValidationResults, cautions: &str) -> Headline 
     headline = headline.with(KeyNumber::new(
         &agreeing.to_string(),
         format!("of {} agree", counted(all, "number")),
-        "each within the difference that counts as none",
+        "each within its tolerance, in the table below",
     ));
     if differing > 0 {
         let told = format!("{explained} with a reason, below");
@@ -56,7 +59,7 @@ fn farthest(results: &ValidationResults) -> Option<KeyNumber> {
     let unit = unit(quoted, study);
     let percent = 100.0 * (ours / quoted.value - 1.0);
     let what = format!(
-        "farthest off of those meant as about: {} of {}",
+        "largest difference of a quoted value: {} of {}",
         quoted.quantity.label().replace('_', " "),
         study.cases[quoted.case]
     );

@@ -1,0 +1,59 @@
+//! How the written program is used: what it is, how it is loaded, what must be off, and what a dry run shows.
+
+use super::Proved;
+use crate::{
+    process::PathReference,
+    report::words::millimetres,
+    study::{ROUNDING_MM, Source, program::ProgramJob},
+};
+
+/// Rotation that is worth a word, rad.
+const LEAST_TURN: f64 = 1e-6;
+
+/// A sentence a line.
+pub fn use_text(job: &ProgramJob, proved: &Proved<'_>) -> String {
+    let name = proved.name;
+    let point = match job.process.placement.reference {
+        PathReference::ToolTip => "the tool tip",
+        PathReference::PlatformPoint => "the platform point P",
+    };
+    let mut text = format!(
+        "The program commands {point} in the frame of {name}. Positions of moves are changed, all else is as in {name}: \
+         orientation, feed, spindle, tool.\n"
+    );
+    let turned = proved.passes.last().and_then(|written| written.summary.max_leftover_rotation);
+    if let Some(turned) = turned.filter(|angle| *angle > LEAST_TURN) {
+        text += &format!("What bends also turns the tool, by up to {:.3}°, and that is left.\n", turned.to_degrees());
+    }
+    text += &format!("Load it in place of {name}, with the same work offset and the same tool length.\n");
+    text += &switched_off(job);
+    text += &dry_run(job, proved);
+    text
+}
+
+/// What else in the control would correct the same once more.
+fn switched_off(job: &ProgramJob) -> String {
+    let mut off = vec!["corrections for deflection"];
+    if Source::parts(&job.machine).contains(&Source::Weight) {
+        off.push("for sag under weight");
+    }
+    if job.process.errors.iter().any(|errors| !errors.is_none()) {
+        off.push("for the chain errors of the process (kinematic or volumetric error tables that were off when these were measured)");
+    }
+    format!("Switch off in the control what would correct the same twice: {}.\n", off.join(", "))
+}
+
+/// How far from the drawn path the tool is to be where nothing is cut.
+fn dry_run(job: &ProgramJob, proved: &Proved<'_>) -> String {
+    let cutting = proved.before.of(Source::Cutting).iter().enumerate().filter(|(k, _)| job.counts(*k));
+    let largest = cutting.filter_map(|(_, error)| error.as_ref()).map(|error| error.norm()).fold(0.0, f64::max);
+    match largest > ROUNDING_MM {
+        true => format!(
+            "Try it above the part with nothing to cut: the tool is then beside the drawn path by up to {}, since it is sent \
+             against a cutting force that is not there.\n",
+            millimetres(largest, 3, ROUNDING_MM)
+        ),
+        false => "Try it above the part: with no cutting force in the process, the tool then follows the drawn path.\n"
+            .into(),
+    }
+}
