@@ -2,8 +2,11 @@
 //! what compensation may do.
 
 pub mod chain_errors;
+mod force;
+pub(crate) mod force_spec;
 mod resolve;
 pub(crate) mod spec;
+mod tool_force;
 
 use crate::{
     compensation::{ErrorNorm, Target},
