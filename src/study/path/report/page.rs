@@ -10,6 +10,7 @@ use crate::{
         words::counted,
     },
     study::{
+        cutting_force,
         path::{PathStudy, Shown, report::Text},
         source_group::source_group,
     },
@@ -39,7 +40,7 @@ fn sections(text: &Text) -> Vec<Section> {
             .figures(&["paths", "displacement"]),
         Section::new("Why?", "cutting force, chain errors and weight one by one; the machine bent")
             .text(&text.cause)
-            .figures(&["delta_rho_sources", "machine_bent"]),
+            .figures(&["cutting_force", "delta_rho_sources", "machine_bent"]),
         Section::new("What to tell the drives?", "corrections and drive forces along the path; how each method does")
             .text(&text.remedy)
             .explorers([METHODS])
@@ -85,7 +86,9 @@ fn along(study: &PathStudy) -> Explorer {
         vec![Quantity::new(["displacement_mm"], "displacement without compensation", "mm", Better::Smaller)];
     first.extend(largest_of_drives(machine));
     first.push(Quantity::new(["error_left_mm"], "error left by compensation", "mm", Better::Smaller));
-    points_view(machine, ALONG.into(), "points.csv".into(), first)
+    let mut view = points_view(machine, ALONG.into(), "points.csv".into(), first);
+    view.quantities.extend(cutting_force::quantities());
+    view
 }
 
 /// A view of a table of path points: the quantities `first`, then each component of displacement, correction and force.
