@@ -14,7 +14,7 @@ use kinetostat::{
         },
         file::CorrectionLimits,
     },
-    toolpath::{NumberFormat, Sampling, Turn},
+    toolpath::{NumberFormat, Sampling, Toolpath, Turn},
 };
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -198,6 +198,23 @@ fn drilling_takes_its_law_from_kienzle_a_constant_or_a_material() {
     );
     let DrillingLaw::Kienzle { point_angle, thrust_ratio, .. } = given else { panic!() };
     assert!((point_angle - 140f64.to_radians()).abs() < 1e-15 && thrust_ratio == 0.7);
+}
+
+#[test]
+fn each_tool_has_its_own_force_or_that_of_all() {
+    let process = process(
+        "[force.path_frame]\nradial_force_N = 1.0\ntangential_force_N = 2.0\naxial_force_N = 3.0\n\
+         [force_of_tool.3.drilling]\ndiameter_mm = 8.0\nmaterial_constant = 2.41\n",
+    );
+    assert!(matches!(process.force_of_tool(Some(3)), CuttingLaw::Drilling(_)));
+    for tool in [Some(4), None] {
+        assert_eq!(process.force_of_tool(tool), &process.cutting);
+    }
+    let path = Toolpath::line(Vector3::zeros(), Vector3::x(), Sampling::default()).unwrap();
+    assert_eq!(
+        process.loads(&path).unwrap_err().to_string(),
+        "the path does not say which tool cuts, which force_of_tool asks for: expected one force, [force]"
+    );
 }
 
 #[test]

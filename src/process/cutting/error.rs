@@ -38,6 +38,9 @@ pub enum LoadError {
         /// Whether the process has another cutting force.
         other_law: bool,
     },
+    /// Tools have forces of their own, and the path does not say which tool cuts.
+    #[error("the path does not say which tool cuts, which force_of_tool asks for: expected one force, [force]")]
+    ToolNotKnown,
     /// The feed per tooth follows from the feed, and none is in force.
     #[error("no feed in force on move {}: expected one, or {key} in the process", segment + 1)]
     NoFeed {

@@ -1,5 +1,7 @@
 //! The cutting force of a process file, checked.
 
+use std::collections::BTreeMap;
+
 use super::{
     force_spec::{CoefficientsSpec, ForceSpec, PathFrameSpec, SlotMillingSpec, TableSpec},
     tool_force::{drilling, end_milling},
@@ -18,6 +20,27 @@ use crate::{
 
 /// Most teeth accepted.
 const MAX_TEETH: u32 = 100;
+
+/// The cutting forces of single tools, by tool number, and the files they are in.
+pub(super) fn of_tools(
+    specs: &BTreeMap<String, ForceSpec>,
+    folder: &Folder,
+    check: &Check,
+) -> Result<(BTreeMap<u32, CuttingLaw>, Inputs)> {
+    let (mut laws, mut inputs) = (BTreeMap::new(), Inputs::default());
+    for (name, spec) in specs {
+        let check = check.key(name);
+        let Ok(tool) = name.parse() else {
+            return check.fail("is no tool: expected its number, the one after T in a program".into());
+        };
+        let (law, files) = force(spec, folder, &check)?;
+        if laws.insert(tool, law).is_some() {
+            return check.fail(format!("is tool {tool} again, which has a force already"));
+        }
+        inputs = inputs.and(files);
+    }
+    Ok((laws, inputs))
+}
 
 /// The law of the cutting force, and the text of the file it is in besides the process file.
 pub(super) fn force(spec: &ForceSpec, folder: &Folder, check: &Check) -> Result<(CuttingLaw, Inputs)> {

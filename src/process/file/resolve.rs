@@ -10,7 +10,7 @@ use crate::{
         file::{
             CorrectionLimits, Decimals, Process,
             chain_errors::chain_errors,
-            force::force,
+            force::{force, of_tools},
             spec::{CuttingRuleSpec, GcodeSpec, LimitsSpec, PlacementSpec, ProcessSpec, SamplingSpec},
         },
         tilt::Turned,
@@ -45,6 +45,7 @@ fn process(
     key_prefix: &'static str,
 ) -> Result<Process> {
     let (cutting, table) = force(&spec.force, folder, &check.key("force"))?;
+    let (forces_of_tools, tables_of_tools) = of_tools(&spec.force_of_tool, folder, &check.key("force_of_tool"))?;
     let check_gcode = check.key("gcode");
     let machine = match &spec.tool {
         Some(tool) => &machine.with_tool(tool, &check.key("tool"))?,
@@ -57,6 +58,7 @@ fn process(
         placement: placement(&spec.placement, machine, &check.key("placement"))?,
         is_placed: spec.placement.origin_mm.is_some(),
         cutting,
+        forces_of_tools,
         cutting_rule: cutting_rule(&spec.cutting, &check.key("cutting"))?,
         errors: chain_errors(&spec.chain_error, machine, check)?,
         sampling: sampling(&spec.sampling, &check.key("sampling"))?,
@@ -66,7 +68,7 @@ fn process(
         decimals: decimals(&spec.gcode, &check_gcode)?,
         of_paths: spec.of_paths(),
         key_prefix,
-        inputs: table,
+        inputs: table.and(tables_of_tools),
     })
 }
 

@@ -1,5 +1,7 @@
 //! A process file as written: raw, units in the keys, unknown keys refused. Checked by [`crate::process::Process`].
 
+use std::collections::BTreeMap;
+
 use serde::Deserialize;
 
 use super::{chain_errors::ChainErrorSpec, force_spec::ForceSpec};
@@ -25,6 +27,9 @@ pub struct ProcessSpec {
     /// The cutting force; none if not given.
     #[serde(default)]
     pub force: ForceSpec,
+    /// Cutting forces of single tools, by tool number; that of `force` where a tool has none.
+    #[serde(default)]
+    pub force_of_tool: BTreeMap<String, ForceSpec>,
     /// Which moves cut; every move but rapid ones if not given.
     #[serde(default)]
     pub cutting: CuttingRuleSpec,
@@ -50,6 +55,7 @@ impl ProcessSpec {
     pub(crate) fn of_paths(&self) -> Vec<&'static str> {
         let given = [
             ("placement", self.placement != PlacementSpec::default()),
+            ("force_of_tool", !self.force_of_tool.is_empty()),
             ("cutting", self.cutting != CuttingRuleSpec::default()),
             ("sampling", self.sampling != SamplingSpec::default()),
             ("limits", self.limits != LimitsSpec::default()),
