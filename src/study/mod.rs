@@ -9,8 +9,6 @@ pub mod along_path;
 #[cfg(feature = "report")]
 mod command_columns;
 #[cfg(feature = "report")]
-mod cutting_force;
-#[cfg(feature = "report")]
 mod deflected_pose;
 pub mod demands;
 pub mod explore;

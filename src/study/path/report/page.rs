@@ -10,8 +10,10 @@ use crate::{
         words::counted,
     },
     study::{
-        cutting_force,
-        path::{PathStudy, Shown, report::Text},
+        path::{
+            PathStudy, Shown,
+            report::{Text, cutting_force},
+        },
         source_group::source_group,
     },
 };

@@ -11,10 +11,11 @@ use crate::{
         words::counted,
     },
     study::{
-        BySource, Source, cutting_force,
+        BySource, Source,
         path::{
             PathPart, PathStudy, Shown, Station,
             report::{
+                cutting_force,
                 magnified::{self, Moved},
                 thinned::{Curve, drawn, step},
             },

@@ -13,8 +13,7 @@ use crate::{
         Source,
         along_path::PathAnswer,
         command_columns::{drive_cells, drive_columns, pose_cells, pose_columns},
-        cutting_force,
-        path::{MethodAlongPath, PathPart, PathStudy, Station},
+        path::{MethodAlongPath, PathPart, PathStudy, Station, report::cutting_force},
     },
 };
 

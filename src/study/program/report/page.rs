@@ -10,7 +10,7 @@ use crate::{
         },
         words::{counted, if_any, listed, millimetres},
     },
-    study::{ROUNDING_MM, Source, cutting_force, program::ProgramJob},
+    study::{ROUNDING_MM, Source, path::report::cutting_force, program::ProgramJob},
 };
 
 /// Lines of the program that are shown.

@@ -10,8 +10,8 @@ use crate::{
         words::counted,
     },
     study::{
-        Source, cutting_force,
-        path::report::{Curve, drawn},
+        Source,
+        path::report::{Curve, cutting_force, drawn},
         program::ProgramJob,
     },
 };

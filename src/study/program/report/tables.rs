@@ -11,7 +11,7 @@ use crate::{
         Source,
         along_path::PathAnswer,
         command_columns::{drive_cells, drive_columns, pose_cells, pose_columns},
-        cutting_force,
+        path::report::cutting_force,
         program::{ProgramJob, before::Before},
     },
 };

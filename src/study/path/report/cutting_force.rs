@@ -21,7 +21,8 @@ pub fn columns() -> [String; 3] {
 
 /// The cells of [`columns`].
 pub fn force_cells(demand: &Demand) -> Row {
-    cells(demand.load.force.iter().copied()).collect()
+    // No sign before a zero.
+    cells(demand.load.force.iter().map(|force| force + 0.0)).collect()
 }
 
 /// Components of the force as quantities of a view.
