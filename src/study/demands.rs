@@ -78,7 +78,7 @@ pub(super) fn placed(machine: &Machine, placement: &Placement) -> Placed {
 /// A path that lacks what the cutting force needs.
 pub fn demands(process: &Process, path: &Toolpath, origin: &str) -> Result<Vec<Demand>> {
     let fault = |source: LoadError| Error::Argument { argument: origin.to_string(), problem: source.to_string() };
-    let loads = process.cutting.loads(path).map_err(fault)?;
+    let loads = process.loads(path).map_err(fault)?;
     Ok(demands_under(&process.machine, &process.placement, process.target, path, &loads))
 }
 

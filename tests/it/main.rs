@@ -14,6 +14,7 @@ mod compensation_methods;
 mod compensation_six_drives;
 mod controls;
 mod convergence;
+mod cutting_forces;
 mod elastic_tool;
 mod energy;
 mod engine_asset;

@@ -8,10 +8,13 @@ use kinetostat::{
     machine::Machine,
     process::{
         ForceLaw, MillingForce, PathReference, Process,
-        cutting::{CuttingLaw, EdgeForce, PathFrame, SlotMilling, WrenchTable},
+        cutting::{
+            CutDirection, CuttingLaw, DrillingLaw, EdgeForce, EdgeLaw, EndMilling, Kienzle, OverTurn, PathFrame,
+            SlotMilling, WrenchTable,
+        },
         file::CorrectionLimits,
     },
-    toolpath::{NumberFormat, Sampling, Turn},
+    toolpath::{NumberFormat, Sampling, Toolpath, Turn},
 };
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -119,6 +122,99 @@ fn slot_milling_keeps_each_coefficient_in_its_place() {
         spindle: Turn::CounterClockwise,
     };
     assert_eq!(process.cutting, CuttingLaw::SlotMilling(milling));
+}
+
+#[test]
+fn end_milling_takes_its_coefficients_from_a_table_kienzle_or_a_material() {
+    let milling = |keys: &str| {
+        let tables =
+            "[force.end_milling]\ndiameter_mm = 10.0\nteeth = 4\naxial_depth_mm = 5.0\nradial_width_mm = 2.5\n";
+        let process = process(&format!("{tables}{keys}"));
+        let CuttingLaw::EndMilling(milling) = process.cutting else { panic!("{:?}", process.cutting) };
+        milling
+    };
+    let given = milling(
+        "cut = \"down\"\nload = \"peak\"\nspindle = \"counter_clockwise\"\nfeed_per_tooth_mm = 0.05\n\
+         coefficients = { tangential_cutting_N_per_mm2 = 800.0, radial_cutting_N_per_mm2 = 300.0, \
+         axial_cutting_N_per_mm2 = -150.0, radial_edge_N_per_mm = 8.0 }\n",
+    );
+    let edge = EdgeLaw::Linear {
+        tangential: EdgeForce { cutting: 800.0, edge: 0.0 },
+        radial: EdgeForce { cutting: 300.0, edge: 8.0 },
+        axial: EdgeForce { cutting: -150.0, edge: 0.0 },
+    };
+    let wanted = EndMilling {
+        edge,
+        diameter_mm: 10.0,
+        teeth: 4,
+        depth_mm: 5.0,
+        width_mm: 2.5,
+        direction: CutDirection::Down,
+        feed_per_tooth_mm: Some(0.05),
+        spindle: Turn::CounterClockwise,
+        over_turn: OverTurn::Peak,
+    };
+    assert_eq!(given, wanted);
+    assert!(given.force(0.05) == given.peak(0.05) && given.peak(0.05) != given.mean(0.05));
+    let of_table = milling("cut = \"up\"\nmaterial = \"Al 7075-T6\"\n");
+    let EdgeLaw::Linear { tangential, axial, .. } = of_table.edge else { panic!("{of_table:?}") };
+    assert_eq!((tangential.cutting, tangential.edge, axial.cutting), (767.01, 27.7, -222.0));
+    let kienzle = |exponent| EdgeLaw::Kienzle {
+        tangential: Kienzle { specific_force: 2220.0, exponent },
+        radial_ratio: 0.4,
+        axial_ratio: -0.1,
+    };
+    let ratios = "cut = \"up\"\nradial_ratio = 0.4\naxial_ratio = -0.1\n";
+    assert_eq!(milling(&format!("{ratios}material = \"C45E\"\n")).edge, kienzle(0.14));
+    let own = "kienzle = { specific_force_N_per_mm2 = 2220.0, exponent = 0.2 }\n";
+    assert_eq!(milling(&format!("{ratios}{own}")).edge, kienzle(0.2));
+}
+
+#[test]
+fn a_cut_as_wide_as_the_cutter_needs_no_side() {
+    let process = process(
+        "[force.end_milling]\ndiameter_mm = 10.0\nteeth = 4\naxial_depth_mm = 5.0\nradial_width_mm = 10.0\n\
+         material = \"Al 7075-T6\"\n",
+    );
+    let CuttingLaw::EndMilling(milling) = process.cutting else { panic!("{:?}", process.cutting) };
+    assert_eq!((milling.arc().entry, milling.arc().exit), (0.0, std::f64::consts::PI));
+}
+
+#[test]
+fn drilling_takes_its_law_from_kienzle_a_constant_or_a_material() {
+    let law = |keys: &str| {
+        let process = process(&format!("[force.drilling]\ndiameter_mm = 8.0\n{keys}\n"));
+        let CuttingLaw::Drilling(drilling) = process.cutting else { panic!("{:?}", process.cutting) };
+        drilling.law
+    };
+    assert_eq!(law("material_constant = 1.5"), DrillingLaw::MaterialConstant(1.5));
+    assert_eq!(law("material = \"SCM440 269 HB\""), DrillingLaw::MaterialConstant(2.41));
+    let lip = Kienzle { specific_force: 2220.0, exponent: 0.14 };
+    let DrillingLaw::Kienzle { lip: found, point_angle, thrust_ratio } = law("material = \"C45E\"") else { panic!() };
+    assert_eq!((found, thrust_ratio), (lip, 0.5));
+    assert!((point_angle - 118f64.to_radians()).abs() < 1e-15);
+    let given = law(
+        "kienzle = { specific_force_N_per_mm2 = 2220.0, exponent = 0.14 }\npoint_angle_deg = 140.0\nthrust_ratio = 0.7",
+    );
+    let DrillingLaw::Kienzle { point_angle, thrust_ratio, .. } = given else { panic!() };
+    assert!((point_angle - 140f64.to_radians()).abs() < 1e-15 && thrust_ratio == 0.7);
+}
+
+#[test]
+fn each_tool_has_its_own_force_or_that_of_all() {
+    let process = process(
+        "[force.path_frame]\nradial_force_N = 1.0\ntangential_force_N = 2.0\naxial_force_N = 3.0\n\
+         [force_of_tool.3.drilling]\ndiameter_mm = 8.0\nmaterial_constant = 2.41\n",
+    );
+    assert!(matches!(process.force_of_tool(Some(3)), CuttingLaw::Drilling(_)));
+    for tool in [Some(4), None] {
+        assert_eq!(process.force_of_tool(tool), &process.cutting);
+    }
+    let path = Toolpath::line(Vector3::zeros(), Vector3::x(), Sampling::default()).unwrap();
+    assert_eq!(
+        process.loads(&path).unwrap_err().to_string(),
+        "the path does not say which tool cuts, which force_of_tool asks for: expected one force, [force]"
+    );
 }
 
 #[test]

@@ -30,19 +30,28 @@ pub enum LoadError {
     },
     /// The path has loads that nothing uses.
     #[error(
-        "the path brings loads along, but the process has no cutting force: expected force.from_path = true, or a path \
-         without force columns"
+        "the path brings loads along, but the process {}: expected force.from_path = true, or a path without force \
+         columns",
+        if *other_law { "takes the cutting force from elsewhere" } else { "has no cutting force" }
     )]
-    UnusedLoads,
+    UnusedLoads {
+        /// Whether the process has another cutting force.
+        other_law: bool,
+    },
+    /// Tools have forces of their own, and the path does not say which tool cuts.
+    #[error("the path does not say which tool cuts, which force_of_tool asks for: expected one force, [force]")]
+    ToolNotKnown,
     /// The feed per tooth follows from the feed, and none is in force.
-    #[error("no feed in force on move {}: expected one, or feed_per_tooth_mm in the process", segment + 1)]
+    #[error("no feed in force on move {}: expected one, or {key} in the process", segment + 1)]
     NoFeed {
         /// Index of the move.
         segment: usize,
+        /// What the process could give instead.
+        key: &'static str,
     },
     /// The feed per tooth follows from the spindle speed, and the spindle does not turn.
     #[error(
-        "spindle speed {} on move {}: expected one above 0, or feed_per_tooth_mm in the process",
+        "spindle speed {} on move {}: expected one above 0, or {key} in the process",
         rev_per_min.map_or("not given".into(), |speed| format!("{speed} rev/min")),
         segment + 1
     )]
@@ -51,6 +60,8 @@ pub enum LoadError {
         segment: usize,
         /// The speed in force, rev/min.
         rev_per_min: Option<f64>,
+        /// What the process could give instead.
+        key: &'static str,
     },
 }
 

@@ -1,7 +1,7 @@
 //! The cutting force at each point of a toolpath: on the tool, at its tip, in the axes of the workpiece frame W. Forces
 //! are in N, moments about the tool tip in N·mm. [`Placed::wrench`](super::Placed::wrench) turns them into the wrench at P.
 //!
-//! Path frame and slot milling follow the tool. With a the unit vector along the tool from the spindle to its tip, in W
+//! Path frame, milling and drilling follow the tool. With a the unit vector along the tool from the spindle to its tip, in W
 //! ([`Placed::tool_axes`](super::Placed::tool_axes)), and f the direction of motion projected onto the plane normal to a,
 //! the heading, the directions are
 //!
@@ -14,14 +14,27 @@
 //! Seen from the spindle, f × a is to the left. A motion without heading, such as a plunge along the tool's axis, has only
 //! the axial part. Where the tool is not cutting (G0), laws that compute the force give none.
 
+mod arc;
+mod cut_force;
+mod drilling;
+mod edge;
+mod end_milling;
 mod error;
+mod feed;
+pub mod materials;
 mod path_frame;
+mod peak;
 mod slot_milling;
 mod table;
 
+pub use arc::Arc;
+pub use cut_force::CutForce;
+pub use drilling::{Drilling, DrillingLaw};
+pub use edge::{EdgeForce, EdgeLaw, Kienzle};
+pub use end_milling::{CutDirection, EndMilling, OverTurn};
 pub use error::{LoadError, TableError, TableFault};
 pub use path_frame::PathFrame;
-pub use slot_milling::{EdgeForce, SlotMilling};
+pub use slot_milling::SlotMilling;
 pub use table::WrenchTable;
 
 use nalgebra::{Matrix3, Vector3};
@@ -42,6 +55,10 @@ pub enum CuttingLaw {
     FromPath,
     /// A mechanistic model of a full slot, averaged over a turn of the spindle.
     SlotMilling(SlotMilling),
+    /// A mechanistic model of a cut with the side of an end mill.
+    EndMilling(EndMilling),
+    /// Thrust and torque of a twist drill.
+    Drilling(Drilling),
 }
 
 impl CuttingLaw {
@@ -60,22 +77,23 @@ impl CuttingLaw {
             CuttingLaw::None => PathLoad::NONE,
             CuttingLaw::PathFrame(frame) => PathLoad::PathFrame(*frame),
             CuttingLaw::Table(table) => PathLoad::Workpiece(table.load(point.arc_length_mm)?),
-            CuttingLaw::SlotMilling(milling) => PathLoad::MeanForce(milling.mean_force(milling.feed_per_tooth(point)?)),
+            CuttingLaw::SlotMilling(milling) => PathLoad::Milling(milling.force(milling.feed_per_tooth(point)?)),
+            CuttingLaw::EndMilling(milling) => PathLoad::Milling(milling.force(milling.feed_per_tooth(point)?)),
+            CuttingLaw::Drilling(drilling) => PathLoad::Drilling(drilling.force(drilling.feed_per_rev(point)?)),
         })
     }
 
     /// The load at every point of `path`, in order.
     ///
     /// # Errors
-    /// When a table does not cover the lengths at which the path is cutting, when there is no law but the path brings
-    /// loads along, and as [`CuttingLaw::load`].
+    /// When a table does not cover the lengths at which the path is cutting, when the path brings loads along that the law
+    /// does not use, and as [`CuttingLaw::load`].
     pub fn loads(&self, path: &Toolpath) -> Result<Vec<PathLoad>, LoadError> {
-        match self {
-            CuttingLaw::Table(table) => table.covers(path)?,
-            CuttingLaw::None if path.points().iter().any(|point| point.load.is_some()) => {
-                return Err(LoadError::UnusedLoads);
-            }
-            _ => {}
+        if *self != CuttingLaw::FromPath && path.points().iter().any(|point| point.load.is_some()) {
+            return Err(LoadError::UnusedLoads { other_law: *self != CuttingLaw::None });
+        }
+        if let CuttingLaw::Table(table) = self {
+            table.covers(path)?;
         }
         path.points().iter().map(|point| self.load(point)).collect()
     }
@@ -88,8 +106,10 @@ pub enum PathLoad {
     Workpiece(Load),
     /// Constant in the frame of path and tool.
     PathFrame(PathFrame),
-    /// Mean force (F_f, F_n, F_s) of slot milling, N: [`SlotMilling::mean_force`].
-    MeanForce(Vector3<f64>),
+    /// In the directions of feed and tool.
+    Milling(CutForce),
+    /// In the directions of feed and tool, where the tool moves along its axis into the part.
+    Drilling(CutForce),
 }
 
 impl PathLoad {
@@ -101,11 +121,16 @@ impl PathLoad {
     #[must_use]
     pub fn on_tool(&self, tangent: Vector3<f64>, tool_axes: &Matrix3<f64>) -> Load {
         let tangent_of_tool = || tool_axes.tr_mul(&tangent);
-        let at_the_tip = |force: Vector3<f64>| Load { force_N: tool_axes * force, ..NO_LOAD };
+        let of_cut = |cut: &CutForce| {
+            let (force, moment) = cut.on_tool(tangent_of_tool());
+            Load { force_N: tool_axes * force, moment_Nmm: tool_axes * moment }
+        };
         match self {
             PathLoad::Workpiece(load) => *load,
-            PathLoad::PathFrame(frame) => at_the_tip(frame.force(tangent_of_tool())),
-            PathLoad::MeanForce(mean) => at_the_tip(slot_milling::along(*mean, tangent_of_tool())),
+            PathLoad::PathFrame(frame) => Load { force_N: tool_axes * frame.force(tangent_of_tool()), ..NO_LOAD },
+            PathLoad::Milling(cut) => of_cut(cut),
+            PathLoad::Drilling(cut) if drilling::drills(tangent_of_tool()) => of_cut(cut),
+            PathLoad::Drilling(_) => NO_LOAD,
         }
     }
 }
@@ -224,6 +249,13 @@ mod tests {
             "the path brings loads along, but the process has no cutting force: expected force.from_path = true, or a \
              path without force columns"
         );
+        for law in laws() {
+            assert_eq!(
+                law.loads(&path).unwrap_err().to_string(),
+                "the path brings loads along, but the process takes the cutting force from elsewhere: expected \
+                 force.from_path = true, or a path without force columns"
+            );
+        }
         let bare = read("x_mm,y_mm,z_mm,cutting\n0,0,0,0\n1,0,0,1\n");
         assert_eq!(
             CuttingLaw::FromPath.loads(&bare).unwrap_err().to_string(),

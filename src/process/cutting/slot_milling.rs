@@ -4,17 +4,8 @@ use std::f64::consts::PI;
 
 use nalgebra::Vector3;
 
-use super::{LoadError, heading};
+use super::{CutForce, EdgeForce, LoadError, feed};
 use crate::toolpath::{PathPoint, Turn};
-
-/// Coefficients of one component of the force on a tooth: per chip area and per length of edge.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct EdgeForce {
-    /// K_c, N/mm²: times depth and chip thickness.
-    pub cutting: f64,
-    /// K_e, N/mm: times depth.
-    pub edge: f64,
-}
 
 /// Mean force of an end mill cutting a slot as wide as itself.
 ///
@@ -77,26 +68,12 @@ impl SlotMilling {
     /// # Errors
     /// When it follows from the point's feed and spindle speed and one of them is missing.
     pub fn feed_per_tooth(&self, point: &PathPoint) -> Result<f64, LoadError> {
-        if let Some(c) = self.feed_per_tooth_mm {
-            return Ok(c);
-        }
-        let segment = point.source.segment;
-        let feed = point.feed_mm_per_min.ok_or(LoadError::NoFeed { segment })?;
-        match point.spindle_rev_per_min {
-            Some(speed) if speed > 0.0 => Ok(feed / (speed * f64::from(self.teeth))),
-            rev_per_min => Err(LoadError::NoSpindleSpeed { segment, rev_per_min }),
-        }
+        feed::per_tooth(point, self.feed_per_tooth_mm, self.teeth, "feed_per_tooth_mm")
     }
-}
 
-/// The mean force (F_f, F_n, F_s) on a tool moving along the unit vector `tangent`, N; in axes of the tool, whose z axis
-/// points away from the spindle, as is `tangent`.
-pub(super) fn along(mean: Vector3<f64>, tangent: Vector3<f64>) -> Vector3<f64> {
-    let spindle = -Vector3::z();
-    let axial = spindle * mean.z;
-    match heading(tangent) {
-        Some(f) => f * mean.x + spindle.cross(&f) * mean.y + axial,
-        None => axial,
+    /// The mean force at feed per tooth `c` in mm, without torque.
+    pub(super) fn force(&self, c: f64) -> CutForce {
+        CutForce { force_N: self.mean_force(c), torque_Nmm: 0.0 }
     }
 }
 

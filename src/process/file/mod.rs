@@ -2,8 +2,13 @@
 //! what compensation may do.
 
 pub mod chain_errors;
+mod force;
+pub(crate) mod force_spec;
 mod resolve;
 pub(crate) mod spec;
+mod tool_force;
+
+use std::collections::BTreeMap;
 
 use crate::{
     compensation::{ErrorNorm, Target},
@@ -13,7 +18,11 @@ use crate::{
         error::{Error, Result},
     },
     machine::{ChainError, Machine},
-    process::{CuttingRule, PathReference, Placement, cutting::CuttingLaw, file::spec::ProcessSpec},
+    process::{
+        CuttingRule, PathReference, Placement,
+        cutting::{CuttingLaw, LoadError, PathLoad},
+        file::spec::ProcessSpec,
+    },
     toolpath::{FormatError, NumberFormat, Sampling, Toolpath, gcode::GcodeOptions},
 };
 
@@ -30,8 +39,10 @@ pub struct Process {
     pub placement: Placement,
     /// Whether the file gives the origin of the workpiece; if not, it is that of the base frame.
     pub is_placed: bool,
-    /// The cutting force along the path.
+    /// The cutting force along the path, of tools that have none of their own.
     pub cutting: CuttingLaw,
+    /// Cutting forces of single tools, by tool number.
+    pub forces_of_tools: BTreeMap<u32, CuttingLaw>,
     /// Which moves cut.
     pub cutting_rule: CuttingRule,
     /// Errors of each chain of the machine, in its order.
@@ -122,6 +133,24 @@ impl Process {
             return Err(Error::Argument { argument: format!("{}cutting", self.key_prefix), problem });
         }
         Ok(path)
+    }
+
+    /// The cutting force of the tool with this number: its own, or that of all tools without one.
+    #[must_use]
+    pub fn force_of_tool(&self, tool: Option<u32>) -> &CuttingLaw {
+        tool.and_then(|number| self.forces_of_tools.get(&number)).unwrap_or(&self.cutting)
+    }
+
+    /// The load at every point of `path`, in order.
+    ///
+    /// # Errors
+    /// As [`CuttingLaw::loads`], and when tools have forces of their own: points of a path do not say which tool is in the
+    /// spindle.
+    pub fn loads(&self, path: &Toolpath) -> std::result::Result<Vec<PathLoad>, LoadError> {
+        match self.forces_of_tools.is_empty() {
+            true => self.cutting.loads(path),
+            false => Err(LoadError::ToolNotKnown),
+        }
     }
 
     /// Where the workpiece stands, what is cut, and what of its paths the machine does not control, as labels and words.

@@ -3,30 +3,20 @@
 use nalgebra::Vector3;
 
 use crate::{
-    input::{
-        Folder, Inputs,
-        check::Check,
-        error::{Error, Result},
-    },
+    input::{Folder, check::Check, error::Result},
     machine::Machine,
     process::{
-        CuttingRule, MillingForce, Placement,
-        cutting::{CuttingLaw, EdgeForce, PathFrame, SlotMilling, WrenchTable},
+        CuttingRule, Placement,
         file::{
             CorrectionLimits, Decimals, Process,
             chain_errors::chain_errors,
-            spec::{
-                CuttingRuleSpec, ForceSpec, GcodeSpec, LimitsSpec, PathFrameSpec, PlacementSpec, ProcessSpec,
-                SamplingSpec, SlotMillingSpec, SpindleSpec, TableSpec,
-            },
+            force::{force, of_tools},
+            spec::{CuttingRuleSpec, GcodeSpec, LimitsSpec, PlacementSpec, ProcessSpec, SamplingSpec},
         },
         tilt::Turned,
     },
-    toolpath::{NumberFormat, Sampling, Turn, gcode::GcodeOptions},
+    toolpath::{NumberFormat, Sampling, gcode::GcodeOptions},
 };
-
-/// Most teeth accepted.
-const MAX_TEETH: u32 = 100;
 
 /// A process file, all of it.
 pub(super) fn file(spec: &ProcessSpec, check: &Check, folder: &Folder, machine: &Machine) -> Result<Process> {
@@ -55,6 +45,7 @@ fn process(
     key_prefix: &'static str,
 ) -> Result<Process> {
     let (cutting, table) = force(&spec.force, folder, &check.key("force"))?;
+    let (forces_of_tools, tables_of_tools) = of_tools(&spec.force_of_tool, folder, &check.key("force_of_tool"))?;
     let check_gcode = check.key("gcode");
     let machine = match &spec.tool {
         Some(tool) => &machine.with_tool(tool, &check.key("tool"))?,
@@ -67,6 +58,7 @@ fn process(
         placement: placement(&spec.placement, machine, &check.key("placement"))?,
         is_placed: spec.placement.origin_mm.is_some(),
         cutting,
+        forces_of_tools,
         cutting_rule: cutting_rule(&spec.cutting, &check.key("cutting"))?,
         errors: chain_errors(&spec.chain_error, machine, check)?,
         sampling: sampling(&spec.sampling, &check.key("sampling"))?,
@@ -76,7 +68,7 @@ fn process(
         decimals: decimals(&spec.gcode, &check_gcode)?,
         of_paths: spec.of_paths(),
         key_prefix,
-        inputs: table,
+        inputs: table.and(tables_of_tools),
     })
 }
 
@@ -94,81 +86,6 @@ fn placement(spec: &PlacementSpec, machine: &Machine, check: &Check) -> Result<P
         roll_pitch_yaw,
         reference: spec.reference,
     })
-}
-
-/// The law of the cutting force, and the text of the file it is in besides the process file.
-fn force(spec: &ForceSpec, folder: &Folder, check: &Check) -> Result<(CuttingLaw, Inputs)> {
-    let given = [
-        ("path_frame", spec.path_frame.is_some()),
-        ("table", spec.table.is_some()),
-        ("slot_milling", spec.slot_milling.is_some()),
-        ("from_path", spec.from_path),
-    ];
-    let given: Vec<_> = given.iter().filter(|(_, given)| *given).map(|(key, _)| *key).collect();
-    if given.len() > 1 {
-        let problem =
-            format!("give one of path_frame, table, slot_milling and from_path, or none; got {}", given.join(", "));
-        return check.fail(problem);
-    }
-    let law = match spec {
-        ForceSpec { path_frame: Some(spec), .. } => path_frame(spec, &check.key("path_frame"))?,
-        ForceSpec { slot_milling: Some(spec), .. } => slot_milling(spec, &check.key("slot_milling"))?,
-        ForceSpec { table: Some(spec), .. } => return wrench_table(spec, folder, &check.key("table")),
-        ForceSpec { from_path: true, .. } => CuttingLaw::FromPath,
-        _ => CuttingLaw::None,
-    };
-    Ok((law, Inputs::default()))
-}
-
-fn path_frame(spec: &PathFrameSpec, check: &Check) -> Result<CuttingLaw> {
-    let PathFrameSpec { radial_force, tangential_force, axial_force, law } = *spec;
-    let force = MillingForce { radial: radial_force, tangential: tangential_force, axial: axial_force, law };
-    Ok(CuttingLaw::PathFrame(PathFrame { force: force.checked(check)? }))
-}
-
-impl MillingForce {
-    /// The same, if its components, the keys below `check`, are of sensible size.
-    pub(crate) fn checked(self, check: &Check) -> Result<Self> {
-        check.key("radial_force_N").finite_scalar(self.radial)?;
-        check.key("tangential_force_N").finite_scalar(self.tangential)?;
-        check.key("axial_force_N").finite_scalar(self.axial)?;
-        Ok(self)
-    }
-}
-
-fn slot_milling(spec: &SlotMillingSpec, check: &Check) -> Result<CuttingLaw> {
-    let coefficients = |name: &str, cutting: f64, edge: f64| -> Result<EdgeForce> {
-        Ok(EdgeForce {
-            cutting: check.key(&format!("{name}_cutting_N_per_mm2")).finite_scalar(cutting)?,
-            edge: check.key(&format!("{name}_edge_N_per_mm")).finite_scalar(edge)?,
-        })
-    };
-    if !(1..=MAX_TEETH).contains(&spec.teeth) {
-        return check.key("teeth").fail(format!("must be from 1 to {MAX_TEETH}, got {}", spec.teeth));
-    }
-    Ok(CuttingLaw::SlotMilling(SlotMilling {
-        tangential: coefficients("tangential", spec.tangential_cutting, spec.tangential_edge)?,
-        radial: coefficients("radial", spec.radial_cutting, spec.radial_edge)?,
-        axial: coefficients("axial", spec.axial_cutting, spec.axial_edge)?,
-        depth_mm: check.key("axial_depth_mm").positive(spec.axial_depth_mm)?,
-        teeth: spec.teeth,
-        feed_per_tooth_mm: check.key("feed_per_tooth_mm").optional_positive(spec.feed_per_tooth_mm)?,
-        spindle: match spec.spindle {
-            SpindleSpec::Clockwise => Turn::Clockwise,
-            SpindleSpec::CounterClockwise => Turn::CounterClockwise,
-        },
-    }))
-}
-
-fn wrench_table(spec: &TableSpec, folder: &Folder, check: &Check) -> Result<(CuttingLaw, Inputs)> {
-    if !folder.has(&spec.file) {
-        return check.key("file").fail(format!("\"{}\" is not a file in the folder of the process file", spec.file));
-    }
-    let text = folder.bytes(&spec.file)?;
-    let table = WrenchTable::read(&text, &folder.path(&spec.file).display().to_string()).map_err(|error| {
-        Error::Syntax { file: error.file, line: Some(error.line), key: String::new(), problem: error.fault.to_string() }
-    })?;
-    Ok((CuttingLaw::Table(table), Inputs::of(&spec.file, String::from_utf8_lossy(&text))))
 }
 
 fn cutting_rule(spec: &CuttingRuleSpec, check: &Check) -> Result<CuttingRule> {

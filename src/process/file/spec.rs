@@ -1,12 +1,14 @@
 //! A process file as written: raw, units in the keys, unknown keys refused. Checked by [`crate::process::Process`].
 
+use std::collections::BTreeMap;
+
 use serde::Deserialize;
 
-use super::chain_errors::ChainErrorSpec;
+use super::{chain_errors::ChainErrorSpec, force_spec::ForceSpec};
 use crate::{
     compensation::{ErrorNorm, Target},
     machine::OtherToolSpec,
-    process::{ForceLaw, PathReference},
+    process::PathReference,
 };
 
 /// The whole file.
@@ -25,6 +27,9 @@ pub struct ProcessSpec {
     /// The cutting force; none if not given.
     #[serde(default)]
     pub force: ForceSpec,
+    /// Cutting forces of single tools, by tool number; that of `force` where a tool has none.
+    #[serde(default)]
+    pub force_of_tool: BTreeMap<String, ForceSpec>,
     /// Which moves cut; every move but rapid ones if not given.
     #[serde(default)]
     pub cutting: CuttingRuleSpec,
@@ -50,6 +55,7 @@ impl ProcessSpec {
     pub(crate) fn of_paths(&self) -> Vec<&'static str> {
         let given = [
             ("placement", self.placement != PlacementSpec::default()),
+            ("force_of_tool", !self.force_of_tool.is_empty()),
             ("cutting", self.cutting != CuttingRuleSpec::default()),
             ("sampling", self.sampling != SamplingSpec::default()),
             ("limits", self.limits != LimitsSpec::default()),
@@ -78,91 +84,6 @@ pub struct PlacementSpec {
     /// Whose positions the path gives.
     #[serde(default)]
     pub reference: PathReference,
-}
-
-/// The cutting force: at most one of its keys.
-#[derive(Debug, Clone, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ForceSpec {
-    /// Constant in the frame of the path.
-    pub path_frame: Option<PathFrameSpec>,
-    /// Tabulated over the length of the path.
-    pub table: Option<TableSpec>,
-    /// From cutting coefficients.
-    pub slot_milling: Option<SlotMillingSpec>,
-    /// From the force columns of the path itself.
-    #[serde(default)]
-    pub from_path: bool,
-}
-
-/// Constant radial, tangential and axial force, eq. (17), with φ from the direction of motion.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PathFrameSpec {
-    /// F_r.
-    #[serde(rename = "radial_force_N")]
-    pub radial_force: f64,
-    /// F_t.
-    #[serde(rename = "tangential_force_N")]
-    pub tangential_force: f64,
-    /// F_z.
-    #[serde(rename = "axial_force_N")]
-    pub axial_force: f64,
-    /// `rotated` (default) or `printed`, which is no rotation: its force does not turn with the path.
-    #[serde(default)]
-    pub law: ForceLaw,
-}
-
-/// A wrench table in a file.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TableSpec {
-    /// CSV file, relative to the folder of the process file.
-    pub file: String,
-}
-
-/// Slot milling; see [`crate::process::cutting::SlotMilling`].
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SlotMillingSpec {
-    /// K_tc.
-    #[serde(rename = "tangential_cutting_N_per_mm2")]
-    pub tangential_cutting: f64,
-    /// K_rc.
-    #[serde(rename = "radial_cutting_N_per_mm2")]
-    pub radial_cutting: f64,
-    /// K_ac.
-    #[serde(rename = "axial_cutting_N_per_mm2")]
-    pub axial_cutting: f64,
-    /// K_te.
-    #[serde(rename = "tangential_edge_N_per_mm", default)]
-    pub tangential_edge: f64,
-    /// K_re.
-    #[serde(rename = "radial_edge_N_per_mm", default)]
-    pub radial_edge: f64,
-    /// K_ae.
-    #[serde(rename = "axial_edge_N_per_mm", default)]
-    pub axial_edge: f64,
-    /// a.
-    pub axial_depth_mm: f64,
-    /// N.
-    pub teeth: u32,
-    /// c; from feed and spindle speed of the path if not given.
-    pub feed_per_tooth_mm: Option<f64>,
-    /// Which way the spindle turns, seen from the spindle.
-    #[serde(default)]
-    pub spindle: SpindleSpec,
-}
-
-/// Which way the spindle turns, seen from the spindle towards the workpiece.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum SpindleSpec {
-    /// M3.
-    #[default]
-    Clockwise,
-    /// M4.
-    CounterClockwise,
 }
 
 /// Which moves cut, besides that rapid ones do not; see [`crate::process::CuttingRule`].

@@ -1,6 +1,7 @@
 //! Reports of a path study, gathered part by part: memory does not grow with the path.
 
 mod answer;
+pub(crate) mod cutting_force;
 mod headline;
 mod magnified;
 mod page;

@@ -10,7 +10,10 @@ use crate::{
         words::counted,
     },
     study::{
-        path::{PathStudy, Shown, report::Text},
+        path::{
+            PathStudy, Shown,
+            report::{Text, cutting_force},
+        },
         source_group::source_group,
     },
 };
@@ -39,7 +42,7 @@ fn sections(text: &Text) -> Vec<Section> {
             .figures(&["paths", "displacement"]),
         Section::new("Why?", "cutting force, chain errors and weight one by one; the machine bent")
             .text(&text.cause)
-            .figures(&["delta_rho_sources", "machine_bent"]),
+            .figures(&["cutting_force", "delta_rho_sources", "machine_bent"]),
         Section::new("What to tell the drives?", "corrections and drive forces along the path; how each method does")
             .text(&text.remedy)
             .explorers([METHODS])
@@ -85,7 +88,9 @@ fn along(study: &PathStudy) -> Explorer {
         vec![Quantity::new(["displacement_mm"], "displacement without compensation", "mm", Better::Smaller)];
     first.extend(largest_of_drives(machine));
     first.push(Quantity::new(["error_left_mm"], "error left by compensation", "mm", Better::Smaller));
-    points_view(machine, ALONG.into(), "points.csv".into(), first)
+    let mut view = points_view(machine, ALONG.into(), "points.csv".into(), first);
+    view.quantities.extend(cutting_force::quantities());
+    view
 }
 
 /// A view of a table of path points: the quantities `first`, then each component of displacement, correction and force.

@@ -15,6 +15,7 @@ use crate::{
         path::{
             PathPart, PathStudy, Shown, Station,
             report::{
+                cutting_force,
                 magnified::{self, Moved},
                 thinned::{Curve, drawn, step},
             },
@@ -117,6 +118,7 @@ impl Pictures {
         figures.extend(
             machine.drive_kinds().map(|kind| (format!("drive_{}", kind.force_word()), self.forces(study, kind))),
         );
+        figures.extend(self.cutting_force(study).map(|figure| ("cutting_force".to_string(), figure)));
         figures.push(("paths".to_string(), self.paths(study)));
         for kind in machine.drive_kinds() {
             for (drive, label) in drives_of(machine, kind) {
@@ -159,6 +161,16 @@ impl Pictures {
             format!("τ [{}]", kind.shown_force_unit()),
             self.of_drives(study, kind, &self.force),
         )
+    }
+
+    /// Components and size of the cutting force, if there is any.
+    fn cutting_force(&self, study: &PathStudy) -> Option<Figure> {
+        let places = study.stations.iter().map(|station| along(self.shown, station));
+        let curves = cutting_force::curves(places.zip(&study.demands));
+        let of_curve =
+            |(label, curve): &(String, Curve)| series(self.shown, label, label == cutting_force::SIZE, curve);
+        let all: Vec<LineSeries> = curves.iter().map(of_curve).collect();
+        (!all.is_empty()).then(|| self.line_figure(study, cutting_force::TITLE, "force [N]".into(), all))
     }
 
     fn correction_by_source(&self, study: &PathStudy, kind: Motion, drive: usize, label: &str) -> Figure {

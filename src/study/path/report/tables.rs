@@ -13,12 +13,12 @@ use crate::{
         Source,
         along_path::PathAnswer,
         command_columns::{drive_cells, drive_columns, pose_cells, pose_columns},
-        path::{MethodAlongPath, PathPart, PathStudy, Station},
+        path::{MethodAlongPath, PathPart, PathStudy, Station, report::cutting_force},
     },
 };
 
 /// One row per point of `part` and source: where the point put right should be, how far it is moved at the nominal command,
-/// the poses of P in O and the drive positions that are commanded without and with compensation, corrections and drive
+/// the cutting force that the source has, the poses of P in O and the drive positions that are commanded without and with compensation, corrections and drive
 /// forces then, and the rotation left over. `status` and `reason` say why numbers are missing.
 pub(crate) fn points_table(study: &PathStudy, part: &PathPart) -> Table {
     let rows =
@@ -34,6 +34,7 @@ fn row(study: &PathStudy, part: &PathPart, k: usize, source: Source) -> Row {
     row.push(compensated.status.label().into());
     row.push(compensated.status.reason(machine).into());
     displacement(part.displacement(source, k), &mut row);
+    row.extend(cutting_force::force_cells(&source.demand(demand)));
     row.extend(pose_cells(Some(&demand.pose)));
     command(machine, demand, compensated, &mut row);
     row
@@ -47,6 +48,7 @@ pub(crate) fn points_columns(machine: &Machine) -> Vec<Column> {
     columns.extend(numbers(["arc_length_mm", "phi_deg", "wanted_x_mm", "wanted_y_mm", "wanted_z_mm"]));
     columns.extend(texts(["source", "status", "reason"]));
     columns.extend(numbers(displacement));
+    columns.extend(numbers(cutting_force::columns()));
     columns.extend(numbers(["nominal", "commanded"].into_iter().flat_map(pose_columns)));
     columns.extend(numbers(left));
     columns.extend(numbers(drive_columns(machine)));

@@ -10,7 +10,7 @@ use crate::{
         },
         words::{counted, if_any, listed, millimetres},
     },
-    study::{ROUNDING_MM, Source, program::ProgramJob},
+    study::{ROUNDING_MM, Source, path::report::cutting_force, program::ProgramJob},
 };
 
 /// Lines of the program that are shown.
@@ -87,7 +87,7 @@ fn cause(job: &ProgramJob, proved: &Proved<'_>) -> Section {
             listed(&words)
         );
     }
-    Section::new("Why?", "which source is to blame").text(&text).figures(&["sources"])
+    Section::new("Why?", "which source is to blame").text(&text).figures(&["sources", "cutting_force"])
 }
 
 fn remedy(job: &ProgramJob, proved: &Proved<'_>) -> Section {
@@ -146,6 +146,7 @@ fn along(job: &ProgramJob, points: &str) -> Explorer {
     quantities.extend(Source::of(&job.machine).iter().filter(|source| **source != Source::All).map(before));
     quantities.extend(largest_of_drives(&job.machine));
     quantities.extend(drive_quantities(&job.machine, Better::Neither));
+    quantities.extend(cutting_force::quantities());
     Explorer {
         title: ALONG.into(),
         table: points.into(),

@@ -11,18 +11,18 @@ use crate::{
     },
     study::{
         Source,
-        path::report::{Curve, drawn},
+        path::report::{Curve, cutting_force, drawn},
         program::ProgramJob,
     },
 };
 
-/// All pictures by name: the path on the part, errors along it, and those by each source.
+/// All pictures by name: the path on the part, errors along it, those by each source, and the cutting force.
 pub fn figures(job: &ProgramJob, proved: &Proved<'_>) -> Vec<(String, Figure)> {
     let all = proved.before.of(Source::All);
     let mut sources = vec![("all at once".to_string(), all)];
     let alone = Source::of(&job.machine).iter().filter(|source| **source != Source::All);
     sources.extend(alone.map(|source| (format!("{} alone", source.words()), proved.before.of(*source))));
-    vec![
+    let mut figures = vec![
         ("answer".into(), path(job, proved)),
         (
             "errors".into(),
@@ -33,7 +33,9 @@ pub fn figures(job: &ProgramJob, proved: &Proved<'_>) -> Vec<(String, Figure)> {
             ),
         ),
         ("sources".into(), along(job, "What each source does without compensation", &sources)),
-    ]
+    ];
+    figures.extend(force(job).map(|figure| ("cutting_force".into(), figure)));
+    figures
 }
 
 /// Sizes of errors over the length of the path.
@@ -45,12 +47,29 @@ fn along(job: &ProgramJob, title: &str, errors: &[(String, &[Option<Vector3<f64>
         }
         LineSeries { label: label.clone(), points: curve.points(), dashed: label.ends_with("alone") }
     };
+    line_figure(job, title, "distance [mm]", errors.iter().map(curve).collect())
+}
+
+/// Components and size of the cutting force, if there is any.
+fn force(job: &ProgramJob) -> Option<Figure> {
+    let lengths = job.path.points().iter().map(|point| Some(point.arc_length_mm));
+    let curves = cutting_force::curves(lengths.zip(&job.demands));
+    let series = curves.iter().map(|(label, curve)| LineSeries {
+        label: label.clone(),
+        points: curve.points(),
+        dashed: label == cutting_force::SIZE,
+    });
+    (!curves.is_empty()).then(|| line_figure(job, cutting_force::TITLE, "force [N]", series.collect()))
+}
+
+/// Curves over the length of the path.
+fn line_figure(job: &ProgramJob, title: &str, y_label: &str, series: Vec<LineSeries>) -> Figure {
     Figure::Lines(LineFigure {
         title: title.into(),
         subtitle: format!("{}, {}", job.machine.short_title(), counted(job.path.len(), "point")),
         x_label: "length along the path [mm]".into(),
-        y_label: "distance [mm]".into(),
-        series: errors.iter().map(curve).collect(),
+        y_label: y_label.into(),
+        series,
         equal_axes: false,
         log_x: false,
         log_y: false,

@@ -11,6 +11,7 @@ use crate::{
         Source,
         along_path::PathAnswer,
         command_columns::{drive_cells, drive_columns, pose_cells, pose_columns},
+        path::report::cutting_force,
         program::{ProgramJob, before::Before},
     },
 };
@@ -36,6 +37,7 @@ pub fn program_columns(machine: &Machine) -> Vec<Column> {
     columns.extend(numbers(quantities[..6].iter().copied()));
     columns.extend(numbers(Source::of(machine).iter().map(|source| before_column(*source))));
     columns.extend(numbers(quantities[6..].iter().copied()));
+    columns.extend(numbers(cutting_force::columns()));
     columns.extend(texts(["status", "reason", "limits"]));
     columns.extend(numbers(["nominal", "commanded"].into_iter().flat_map(pose_columns)));
     columns.extend(numbers(drive_columns(machine)));
@@ -52,7 +54,7 @@ pub(super) fn before_column(source: Source) -> String {
 }
 
 /// One row per point from `first` on: where the tool should be, what is commanded instead (both in the workpiece frame),
-/// the error before (mm, by point of the path) and as written (base axes), the poses of P in O and the drive positions
+/// the error before (mm, by point of the path) and as written (base axes), the cutting force, the poses of P in O and the drive positions
 /// without and with compensation, drive corrections and forces as written. An empty cell has its reason in `status` and
 /// `reason`. `limits` names the limits that bind, if the path was corrected within limits.
 pub fn program_table(
@@ -77,6 +79,7 @@ pub fn program_table(
         row.push(shown(answer.position_error.norm()));
         row.extend(answer.position_error.iter().map(|v| shown(*v)));
         row.push(shown(answer.leftover_rotation.norm().to_degrees()));
+        row.extend(cutting_force::force_cells(&job.demands[k]));
         row.extend([
             answer.status.label().into(),
             answer.status.reason(machine).into(),

@@ -1,0 +1,98 @@
+//! Thrust and torque of a twist drill that makes a hole of its own diameter.
+
+use nalgebra::Vector3;
+
+use super::{CutForce, Kienzle, LoadError, feed};
+use crate::toolpath::{PathPoint, Turn};
+
+/// How far a move of a drill may be from its axis, as the cosine of the angle: 5°.
+const ALONG_AXIS: f64 = 0.996_194_698_091_745_5;
+
+/// What thrust and torque follow from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum DrillingLaw {
+    /// Two lips that cut by Kienzle's law. With κ half the point angle a lip cuts a chip of thickness `h = f/2 sin κ`, and
+    ///
+    /// ```text
+    /// k_c = k_c1.1 h^(−m_c)     M = k_c f D²/8     F = q k_c f D/2 sin κ
+    /// ```
+    ///
+    /// M is that of both lips at a quarter of the diameter from the axis. q, the thrust as a share of the force of the
+    /// lips, is 0.5 in the formula of Sandvik Coromant's technical guide (drilling, feed force), which is called approximate there.
+    Kienzle {
+        /// The force of a lip against its motion.
+        lip: Kienzle,
+        /// 2 κ, rad.
+        point_angle: f64,
+        /// q.
+        thrust_ratio: f64,
+    },
+    /// A constant K of the material, from tests with twist drills:
+    ///
+    /// ```text
+    /// F = 570 K D f^0.85 N     M = K D² (0.630 + 16.84 f) / 100 N·m      D in mm, f in mm/rev
+    /// ```
+    ///
+    /// Source: Tungaloy, General Catalogue 2020–2021, technical reference, page L068.
+    MaterialConstant(f64),
+}
+
+/// A twist drill in solid material.
+///
+/// The part pushes the drill back with the thrust F and turns it back with the torque M. Both act on moves that lead
+/// along the tool's axis out of the spindle, within 5°: a drill that goes back or aside, also through air, has no load.
+/// Entry, break-through and chips that clog are not in it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Drilling {
+    /// Thrust and torque.
+    pub law: DrillingLaw,
+    /// D, mm.
+    pub diameter_mm: f64,
+    /// f, mm/rev. `None`: from the feed v and spindle speed S of each point, f = v / S.
+    pub feed_per_rev_mm: Option<f64>,
+    /// Which way the spindle turns, seen from the spindle towards the workpiece.
+    pub spindle: Turn,
+}
+
+impl Drilling {
+    /// Thrust in N and torque in N·mm at feed `f` in mm/rev, both above 0.
+    #[must_use]
+    pub fn thrust_and_torque(&self, f: f64) -> (f64, f64) {
+        let d = self.diameter_mm;
+        match self.law {
+            DrillingLaw::Kienzle { lip, point_angle, thrust_ratio } => {
+                let sin = (point_angle / 2.0).sin();
+                let h = f / 2.0 * sin;
+                let specific = lip.on_edge(h) / h;
+                (thrust_ratio * specific * f * d / 2.0 * sin, specific * f * d * d / 8.0)
+            }
+            DrillingLaw::MaterialConstant(k) => {
+                (570.0 * k * d * f.powf(0.85), k * d * d * (0.630 + 16.84 * f) / 100.0 * 1000.0)
+            }
+        }
+    }
+
+    /// Force and torque on the tool at feed `f` in mm/rev.
+    #[must_use]
+    pub fn force(&self, f: f64) -> CutForce {
+        let (thrust, torque) = self.thrust_and_torque(f);
+        let side = match self.spindle {
+            Turn::Clockwise => 1.0,
+            Turn::CounterClockwise => -1.0,
+        };
+        CutForce { force_N: Vector3::new(0.0, 0.0, thrust), torque_Nmm: side * torque }
+    }
+
+    /// f at `point`, mm/rev.
+    ///
+    /// # Errors
+    /// When it follows from the point's feed and spindle speed and one of them is missing.
+    pub fn feed_per_rev(&self, point: &PathPoint) -> Result<f64, LoadError> {
+        feed::per_tooth(point, self.feed_per_rev_mm, 1, "feed_per_rev_mm")
+    }
+}
+
+/// Whether a drill that moves along the unit vector `tangent` (axes of the tool, z out of the spindle) drills.
+pub(super) fn drills(tangent: Vector3<f64>) -> bool {
+    tangent.z >= ALONG_AXIS
+}

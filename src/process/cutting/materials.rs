@@ -1,0 +1,116 @@
+//! Materials with published cutting coefficients, each with its source: `materials.toml` beside this file.
+
+use serde::Deserialize;
+
+use super::{EdgeForce, Kienzle};
+use crate::{
+    input::{error::Result, toml_file},
+    machine::Grade,
+};
+
+/// What is published of a material.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Coefficients {
+    /// Average cutting coefficients of end mills.
+    Milling {
+        /// K_tc and K_te.
+        tangential: EdgeForce,
+        /// K_rc and K_re.
+        radial: EdgeForce,
+        /// K_ac and K_ae.
+        axial: EdgeForce,
+    },
+    /// The main cutting force of turning, by Kienzle's law.
+    Kienzle(Kienzle),
+    /// Material constant of thrust and torque of twist drills.
+    Drilling(f64),
+}
+
+/// A material and where its numbers come from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Material {
+    /// Its name in process files.
+    pub name: String,
+    /// Its numbers.
+    pub coefficients: Coefficients,
+    /// With which tool they were found, where the source says it.
+    pub tool: Option<String>,
+    /// How far they may be trusted.
+    pub grade: Grade,
+    /// Who says so.
+    pub source: String,
+}
+
+/// All materials, in the order of the file.
+///
+/// # Errors
+/// None, unless the file beside this one is not of its form.
+pub fn all() -> Result<Vec<Material>> {
+    let file: FileSpec = toml_file::parse(include_str!("materials.toml"), "materials.toml")?;
+    let force = |[cutting, edge]: [f64; 2]| EdgeForce { cutting, edge };
+    let milling = file.milling.into_iter().map(|spec| Material {
+        coefficients: Coefficients::Milling {
+            tangential: force(spec.tangential),
+            radial: force(spec.radial),
+            axial: force(spec.axial),
+        },
+        tool: Some(spec.tool),
+        name: spec.name,
+        grade: spec.grade,
+        source: spec.source,
+    });
+    let kienzle = file.kienzle.into_iter().map(|spec| Material {
+        coefficients: Coefficients::Kienzle(Kienzle { specific_force: spec.specific_force, exponent: spec.exponent }),
+        tool: None,
+        name: spec.name,
+        grade: spec.grade,
+        source: spec.source,
+    });
+    let drilling = file.drilling.into_iter().map(|spec| Material {
+        coefficients: Coefficients::Drilling(spec.constant),
+        tool: None,
+        name: spec.name,
+        grade: spec.grade,
+        source: spec.source,
+    });
+    Ok(milling.chain(kienzle).chain(drilling).collect())
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FileSpec {
+    milling: Vec<MillingSpec>,
+    kienzle: Vec<KienzleSpec>,
+    drilling: Vec<DrillingSpec>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MillingSpec {
+    name: String,
+    tangential: [f64; 2],
+    radial: [f64; 2],
+    axial: [f64; 2],
+    tool: String,
+    grade: Grade,
+    source: String,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct KienzleSpec {
+    name: String,
+    specific_force: f64,
+    exponent: f64,
+    grade: Grade,
+    source: String,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DrillingSpec {
+    name: String,
+    constant: f64,
+    grade: Grade,
+    source: String,
+}

@@ -1,0 +1,136 @@
+//! The cutting force of a process file, checked.
+
+use std::collections::BTreeMap;
+
+use super::{
+    force_spec::{CoefficientsSpec, ForceSpec, PathFrameSpec, SlotMillingSpec, TableSpec},
+    tool_force::{drilling, end_milling},
+};
+use crate::{
+    input::{
+        Folder, Inputs,
+        check::Check,
+        error::{Error, Result},
+    },
+    process::{
+        MillingForce,
+        cutting::{CuttingLaw, EdgeForce, PathFrame, SlotMilling, WrenchTable},
+    },
+};
+
+/// Most teeth accepted.
+const MAX_TEETH: u32 = 100;
+
+/// The cutting forces of single tools, by tool number, and the files they are in.
+pub(super) fn of_tools(
+    specs: &BTreeMap<String, ForceSpec>,
+    folder: &Folder,
+    check: &Check,
+) -> Result<(BTreeMap<u32, CuttingLaw>, Inputs)> {
+    let (mut laws, mut inputs) = (BTreeMap::new(), Inputs::default());
+    for (name, spec) in specs {
+        let check = check.key(name);
+        let Ok(tool) = name.parse() else {
+            return check.fail("is no tool: expected its number, the one after T in a program".into());
+        };
+        let (law, files) = force(spec, folder, &check)?;
+        if laws.insert(tool, law).is_some() {
+            return check.fail(format!("is tool {tool} again, which has a force already"));
+        }
+        inputs = inputs.and(files);
+    }
+    Ok((laws, inputs))
+}
+
+/// The law of the cutting force, and the text of the file it is in besides the process file.
+pub(super) fn force(spec: &ForceSpec, folder: &Folder, check: &Check) -> Result<(CuttingLaw, Inputs)> {
+    let given = [
+        ("path_frame", spec.path_frame.is_some()),
+        ("table", spec.table.is_some()),
+        ("slot_milling", spec.slot_milling.is_some()),
+        ("end_milling", spec.end_milling.is_some()),
+        ("drilling", spec.drilling.is_some()),
+        ("from_path", spec.from_path),
+    ];
+    let given: Vec<_> = given.iter().filter(|(_, given)| *given).map(|(key, _)| *key).collect();
+    if given.len() > 1 {
+        let problem = format!(
+            "give one of path_frame, table, slot_milling, end_milling, drilling and from_path, or none; got {}",
+            given.join(", ")
+        );
+        return check.fail(problem);
+    }
+    let law = match spec {
+        ForceSpec { path_frame: Some(spec), .. } => path_frame(spec, &check.key("path_frame"))?,
+        ForceSpec { slot_milling: Some(spec), .. } => slot_milling(spec, &check.key("slot_milling"))?,
+        ForceSpec { end_milling: Some(spec), .. } => end_milling(spec, &check.key("end_milling"))?,
+        ForceSpec { drilling: Some(spec), .. } => drilling(spec, &check.key("drilling"))?,
+        ForceSpec { table: Some(spec), .. } => return wrench_table(spec, folder, &check.key("table")),
+        ForceSpec { from_path: true, .. } => CuttingLaw::FromPath,
+        _ => CuttingLaw::None,
+    };
+    Ok((law, Inputs::default()))
+}
+
+fn path_frame(spec: &PathFrameSpec, check: &Check) -> Result<CuttingLaw> {
+    let PathFrameSpec { radial_force, tangential_force, axial_force, law } = *spec;
+    let force = MillingForce { radial: radial_force, tangential: tangential_force, axial: axial_force, law };
+    Ok(CuttingLaw::PathFrame(PathFrame { force: force.checked(check)? }))
+}
+
+impl MillingForce {
+    /// The same, if its components, the keys below `check`, are of sensible size.
+    pub(crate) fn checked(self, check: &Check) -> Result<Self> {
+        check.key("radial_force_N").finite_scalar(self.radial)?;
+        check.key("tangential_force_N").finite_scalar(self.tangential)?;
+        check.key("axial_force_N").finite_scalar(self.axial)?;
+        Ok(self)
+    }
+}
+
+fn slot_milling(spec: &SlotMillingSpec, check: &Check) -> Result<CuttingLaw> {
+    let [tangential, radial, axial] = coefficients(&spec.coefficients(), check)?;
+    Ok(CuttingLaw::SlotMilling(SlotMilling {
+        tangential,
+        radial,
+        axial,
+        teeth: teeth(spec.teeth, check)?,
+        depth_mm: check.key("axial_depth_mm").positive(spec.axial_depth_mm)?,
+        feed_per_tooth_mm: check.key("feed_per_tooth_mm").optional_positive(spec.feed_per_tooth_mm)?,
+        spindle: spec.spindle.turn(),
+    }))
+}
+
+/// Tangential, radial and axial ones.
+pub(super) fn coefficients(spec: &CoefficientsSpec, check: &Check) -> Result<[EdgeForce; 3]> {
+    let force = |name: &str, cutting: f64, edge: f64| -> Result<EdgeForce> {
+        Ok(EdgeForce {
+            cutting: check.key(&format!("{name}_cutting_N_per_mm2")).finite_scalar(cutting)?,
+            edge: check.key(&format!("{name}_edge_N_per_mm")).finite_scalar(edge)?,
+        })
+    };
+    Ok([
+        force("tangential", spec.tangential_cutting, spec.tangential_edge)?,
+        force("radial", spec.radial_cutting, spec.radial_edge)?,
+        force("axial", spec.axial_cutting, spec.axial_edge)?,
+    ])
+}
+
+/// A sensible number of them.
+pub(super) fn teeth(teeth: u32, check: &Check) -> Result<u32> {
+    match (1..=MAX_TEETH).contains(&teeth) {
+        true => Ok(teeth),
+        false => check.key("teeth").fail(format!("must be from 1 to {MAX_TEETH}, got {teeth}")),
+    }
+}
+
+fn wrench_table(spec: &TableSpec, folder: &Folder, check: &Check) -> Result<(CuttingLaw, Inputs)> {
+    if !folder.has(&spec.file) {
+        return check.key("file").fail(format!("\"{}\" is not a file in the folder of the process file", spec.file));
+    }
+    let text = folder.bytes(&spec.file)?;
+    let table = WrenchTable::read(&text, &folder.path(&spec.file).display().to_string()).map_err(|error| {
+        Error::Syntax { file: error.file, line: Some(error.line), key: String::new(), problem: error.fault.to_string() }
+    })?;
+    Ok((CuttingLaw::Table(table), Inputs::of(&spec.file, String::from_utf8_lossy(&text))))
+}

@@ -1,0 +1,167 @@
+//! Force of an end mill or a drill from a process file, checked: its geometry, and coefficients given or of a material.
+
+use std::f64::consts::FRAC_PI_2;
+
+use super::{
+    force::{coefficients, teeth},
+    force_spec::{CutSpec, DrillingSpec, EndMillingSpec, KienzleSpec, OverTurnSpec},
+};
+use crate::{
+    input::{check::Check, error::Result},
+    process::cutting::{
+        CutDirection, CuttingLaw, Drilling, DrillingLaw, EdgeForce, EdgeLaw, EndMilling, Kienzle, OverTurn,
+        materials::{self, Coefficients},
+    },
+};
+
+/// Point angle of a drill if none is given, degrees.
+const POINT_ANGLE_DEG: f64 = 118.0;
+/// q of [`DrillingLaw::Kienzle`] if none is given.
+const THRUST_RATIO: f64 = 0.5;
+
+pub(super) fn end_milling(spec: &EndMillingSpec, check: &Check) -> Result<CuttingLaw> {
+    let diameter_mm = check.key("diameter_mm").positive(spec.diameter_mm)?;
+    let width_mm = check.key("radial_width_mm").positive(spec.radial_width_mm)?;
+    if width_mm > diameter_mm {
+        let problem = format!("must be at most diameter_mm, which is {diameter_mm}, got {width_mm}");
+        return check.key("radial_width_mm").fail(problem);
+    }
+    let direction = match spec.cut {
+        Some(CutSpec::Up) => CutDirection::Up,
+        Some(CutSpec::Down) => CutDirection::Down,
+        None if width_mm == diameter_mm => CutDirection::Up,
+        None => {
+            let problem = "missing: expected \"up\" or \"down\", since the cut is narrower than the cutter";
+            return check.key("cut").fail(problem.into());
+        }
+    };
+    Ok(CuttingLaw::EndMilling(EndMilling {
+        edge: edge(spec, check)?,
+        diameter_mm,
+        teeth: teeth(spec.teeth, check)?,
+        depth_mm: check.key("axial_depth_mm").positive(spec.axial_depth_mm)?,
+        width_mm,
+        direction,
+        feed_per_tooth_mm: check.key("feed_per_tooth_mm").optional_positive(spec.feed_per_tooth_mm)?,
+        spindle: spec.spindle.turn(),
+        over_turn: match spec.load {
+            OverTurnSpec::Mean => OverTurn::Mean,
+            OverTurnSpec::Peak => OverTurn::Peak,
+        },
+    }))
+}
+
+fn edge(spec: &EndMillingSpec, check: &Check) -> Result<EdgeLaw> {
+    let linear = |[tangential, radial, axial]: [EdgeForce; 3]| {
+        if spec.radial_ratio.is_some() || spec.axial_ratio.is_some() {
+            let key = if spec.radial_ratio.is_some() { "radial_ratio" } else { "axial_ratio" };
+            let problem = "belongs to Kienzle's law: these coefficients have a radial and an axial force of their own";
+            return check.key(key).fail(problem.into());
+        }
+        Ok(EdgeLaw::Linear { tangential, radial, axial })
+    };
+    match (&spec.coefficients, &spec.kienzle, &spec.material) {
+        (Some(given), None, None) => linear(coefficients(given, &check.key("coefficients"))?),
+        (None, Some(given), None) => with_ratios(kienzle(given, &check.key("kienzle"))?, spec, check),
+        (None, None, Some(name)) => match material(name, "milling", &check.key("material"))? {
+            Coefficients::Milling { tangential, radial, axial } => linear([tangential, radial, axial]),
+            Coefficients::Kienzle(law) => with_ratios(law, spec, check),
+            Coefficients::Drilling(_) => for_other("drilling", name, "milling", &check.key("material")),
+        },
+        (a, b, c) => {
+            let given = [("coefficients", a.is_some()), ("kienzle", b.is_some()), ("material", c.is_some())];
+            one_of(given, check)
+        }
+    }
+}
+
+fn with_ratios(tangential: Kienzle, spec: &EndMillingSpec, check: &Check) -> Result<EdgeLaw> {
+    let Some(radial_ratio) = spec.radial_ratio else {
+        let problem = "missing: expected the radial force as a share of the tangential one, since Kienzle's law has the \
+                       tangential one alone";
+        return check.key("radial_ratio").fail(problem.into());
+    };
+    Ok(EdgeLaw::Kienzle {
+        tangential,
+        radial_ratio: check.key("radial_ratio").finite_scalar(radial_ratio)?,
+        axial_ratio: check.key("axial_ratio").finite_scalar(spec.axial_ratio.unwrap_or(0.0))?,
+    })
+}
+
+pub(super) fn drilling(spec: &DrillingSpec, check: &Check) -> Result<CuttingLaw> {
+    let constant = |k: f64| {
+        let unused = [("point_angle_deg", spec.point_angle_deg), ("thrust_ratio", spec.thrust_ratio)];
+        match unused.iter().find(|(_, given)| given.is_some()) {
+            Some((key, _)) => {
+                check.key(key).fail("belongs to Kienzle's law: a material constant has no use for it".into())
+            }
+            None => Ok(DrillingLaw::MaterialConstant(k)),
+        }
+    };
+    let law = match (&spec.kienzle, spec.material_constant, &spec.material) {
+        (Some(given), None, None) => lips(kienzle(given, &check.key("kienzle"))?, spec, check)?,
+        (None, Some(given), None) => constant(check.key("material_constant").positive(given)?)?,
+        (None, None, Some(name)) => match material(name, "drilling", &check.key("material"))? {
+            Coefficients::Drilling(k) => constant(k)?,
+            Coefficients::Kienzle(law) => lips(law, spec, check)?,
+            Coefficients::Milling { .. } => return for_other("milling", name, "drilling", &check.key("material")),
+        },
+        (a, b, c) => {
+            let given = [("kienzle", a.is_some()), ("material_constant", b.is_some()), ("material", c.is_some())];
+            return one_of(given, check);
+        }
+    };
+    Ok(CuttingLaw::Drilling(Drilling {
+        law,
+        diameter_mm: check.key("diameter_mm").positive(spec.diameter_mm)?,
+        feed_per_rev_mm: check.key("feed_per_rev_mm").optional_positive(spec.feed_per_rev_mm)?,
+        spindle: spec.spindle.turn(),
+    }))
+}
+
+fn lips(lip: Kienzle, spec: &DrillingSpec, check: &Check) -> Result<DrillingLaw> {
+    let point_angle = spec.point_angle_deg.unwrap_or(POINT_ANGLE_DEG);
+    if !(30.0..=180.0).contains(&point_angle) {
+        return check.key("point_angle_deg").fail(format!("must be from 30 to 180, got {point_angle}"));
+    }
+    Ok(DrillingLaw::Kienzle {
+        lip,
+        point_angle: FRAC_PI_2 * point_angle / 90.0,
+        thrust_ratio: check.key("thrust_ratio").positive(spec.thrust_ratio.unwrap_or(THRUST_RATIO))?,
+    })
+}
+
+fn kienzle(spec: &KienzleSpec, check: &Check) -> Result<Kienzle> {
+    if !(0.0..1.0).contains(&spec.exponent) {
+        return check.key("exponent").fail(format!("must be from 0 to below 1, got {:?}", spec.exponent));
+    }
+    let specific_force = check.key("specific_force_N_per_mm2").positive(spec.specific_force)?;
+    Ok(Kienzle { specific_force, exponent: spec.exponent })
+}
+
+/// What is published of the material `name`; the error names those that have a use in `work`.
+fn material(name: &str, work: &str, check: &Check) -> Result<Coefficients> {
+    let all = materials::all()?;
+    if let Some(found) = all.iter().find(|material| material.name == name) {
+        return Ok(found.coefficients);
+    }
+    let of_use = all.iter().filter(|material| match material.coefficients {
+        Coefficients::Milling { .. } => work == "milling",
+        Coefficients::Drilling(_) => work == "drilling",
+        Coefficients::Kienzle(_) => true,
+    });
+    let names = of_use.map(|material| material.name.as_str()).collect::<Vec<_>>().join("; ");
+    check.fail(format!("no material is called \"{name}\"; for {work} there are: {names}"))
+}
+
+fn for_other<T>(has: &str, name: &str, work: &str, check: &Check) -> Result<T> {
+    check.fail(format!("of \"{name}\" there are numbers for {has}, not for {work}"))
+}
+
+/// The error that not exactly one of three keys is given.
+fn one_of<T>(keys: [(&str, bool); 3], check: &Check) -> Result<T> {
+    let [a, b, c] = keys.map(|(key, _)| key);
+    let given: Vec<&str> = keys.iter().filter(|(_, given)| *given).map(|(key, _)| *key).collect();
+    let got = if given.is_empty() { "none".into() } else { given.join(", ") };
+    check.fail(format!("give one of {a}, {b} and {c}; got {got}"))
+}
