@@ -4,7 +4,7 @@
 //! unit wide and some borders of other shapes. A page pixel is divided into several units, which are averaged.
 
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{ImageEncoder, RgbImage, RgbaImage, imageops};
+use image::{DynamicImage, ImageEncoder, RgbImage, RgbaImage};
 use plotters::backend::{BitMapBackend, DrawingBackend};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, FontTransform, RGBColor, TextStyle};
@@ -32,7 +32,7 @@ pub(super) fn png(scene: &Scene) -> Result<Vec<u8>, FigureError> {
     Painter { backend: BitMapBackend::with_buffer(&mut units, (width, height)) }.draw(scene)?;
     let scaled = |length: u32| (f64::from(length) / SCALE) as u32;
     let mut out = Vec::new();
-    let page = imageops::thumbnail(&units, scaled(width), scaled(height));
+    let page = DynamicImage::from(units).thumbnail_exact(scaled(width), scaled(height)).into_rgb8();
     let encoder = PngEncoder::new_with_quality(&mut out, CompressionType::Best, FilterType::Adaptive);
     page.write_with_encoder(encoder).map_err(failed)?;
     Ok(out)
