@@ -24,7 +24,7 @@ gzip -9 -n -c "$small" > "$out/engine.wasm.gz"
 node sources.mjs > "$out/engine.sources"
 size=$(stat -c %s "$out/engine.wasm.gz")
 echo "engine.wasm.gz: $size bytes"
-if [ "$size" -ge 800000 ]; then
-    echo "the engine must stay below 800000 bytes" >&2
+if [ "$size" -ge 700000 ]; then
+    echo "the engine must stay below 700000 bytes" >&2
     exit 1
 fi

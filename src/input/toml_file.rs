@@ -2,6 +2,8 @@
 
 #[cfg(not(target_family = "wasm"))]
 mod exact;
+#[cfg(any(test, target_family = "wasm"))]
+mod plain;
 
 use std::path::Path;
 
@@ -50,13 +52,11 @@ pub fn parse<T: DeserializeOwned>(text: &str, origin: &str) -> Result<T> {
     })
 }
 
-/// What a page reads the program has read before: without lines and keys in messages, and with the code for every type
-/// only once, the engine is half as long.
+/// What a page reads the program has read before: without lines and keys in messages the engine is much shorter.
 #[cfg(target_family = "wasm")]
 fn in_page<T: DeserializeOwned>(deserializer: toml::Deserializer<'_>) -> std::result::Result<T, String> {
     let table = toml::Table::deserialize(deserializer).map_err(|fault| fault.to_string())?;
-    let mut erased = <dyn erased_serde::Deserializer<'_>>::erase(toml::Value::Table(table));
-    erased_serde::deserialize(&mut erased).map_err(|fault| fault.to_string())
+    T::deserialize(plain::Plain(toml::Value::Table(table))).map_err(|fault| fault.to_string())
 }
 
 /// The parser's message, its programming terms replaced by those of a TOML file.

@@ -1,7 +1,6 @@
 //! Questions and answers as JSON texts.
 
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
 
 use super::{Explorer, PlaceAsked, Scene, SliceAsked, ToolAsked};
 use crate::input::error::{Error, Result};
@@ -37,34 +36,29 @@ pub fn call(explorer: &mut Option<Explorer>, text: &str) -> String {
         Ok(asked) => answer(explorer, asked),
         Err(fault) => Err(Error::Argument { argument: "call".into(), problem: fault.to_string() }),
     };
-    match answered {
-        Ok(answer) => json!({ "answer": answer }).to_string(),
-        Err(error) => json!({ "error": error.to_string() }).to_string(),
-    }
+    answered.unwrap_or_else(|error| serde_json::json!({ "error": error.to_string() }).to_string())
 }
 
-fn answer(explorer: &mut Option<Explorer>, asked: Call) -> Result<Value> {
-    if let Call::Open(scene) = asked {
-        let opened = explorer.insert(Explorer::open(scene)?);
-        return value(&opened.view());
-    }
-    let Some(explorer) = explorer else {
-        return Err(Error::Argument { argument: "call".into(), problem: "there is no scene: expected open".into() });
-    };
+/// What is answered, as the text of its JSON.
+fn answer(explorer: &mut Option<Explorer>, asked: Call) -> Result<String> {
+    let opened = explorer
+        .as_mut()
+        .ok_or_else(|| Error::Argument { argument: "call".into(), problem: "there is no scene: expected open".into() });
     match asked {
-        Call::Open(_) => Ok(Value::Null),
+        Call::Open(scene) => written(&explorer.insert(Explorer::open(scene)?).view()),
         Call::Set { parameters } => {
-            explorer.set(parameters)?;
-            value(&explorer.view())
+            let opened = opened?;
+            opened.set(parameters)?;
+            written(&opened.view())
         }
-        Call::Place(asked) => value(&explorer.place(&asked)?),
-        Call::Tool(asked) => value(&explorer.tool(&asked)?),
-        Call::Slice(asked) => value(&explorer.slice(&asked)?),
-        Call::StudyFile { place } => value(&explorer.study_file(place)?),
+        Call::Place(asked) => written(&opened?.place(&asked)?),
+        Call::Tool(asked) => written(&opened?.tool(&asked)?),
+        Call::Slice(asked) => written(&opened?.slice(&asked)?),
+        Call::StudyFile { place } => written(&opened?.study_file(place)?),
     }
 }
 
-fn value(answer: &impl Serialize) -> Result<Value> {
+fn written(answer: &impl Serialize) -> Result<String> {
     let fault = |fault: serde_json::Error| Error::Argument { argument: "answer".into(), problem: fault.to_string() };
-    serde_json::to_value(answer).map_err(fault)
+    serde_json::to_string(answer).map(|json| format!("{{\"answer\":{json}}}")).map_err(fault)
 }
