@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes the engine of the pages anew: src/report/page/assets/engine.wasm.gz, and engine.sources beside it, which says of what.
+# Makes the engine of the pages anew: src/report/page/assets/engine.wasm.br, and engine.sources beside it, which says of what.
 # Needs rustup's target wasm32-unknown-unknown, Node and npm (for binaryen's wasm-opt).
 #   web/build.sh [FOLDER]     writes into FOLDER instead of the assets
 set -euo pipefail
@@ -20,11 +20,11 @@ trap 'rm -f "$small"' EXIT
 node_modules/.bin/wasm-opt "$made" -Oz --strip-debug --strip-producers --strip-target-features --enable-simd \
     --enable-bulk-memory --enable-nontrapping-float-to-int --enable-sign-ext --enable-mutable-globals --enable-multivalue \
     --enable-reference-types -o "$small"
-gzip -9 -n -c "$small" > "$out/engine.wasm.gz"
+node compress.mjs < "$small" > "$out/engine.wasm.br"
 node sources.mjs > "$out/engine.sources"
-size=$(stat -c %s "$out/engine.wasm.gz")
-echo "engine.wasm.gz: $size bytes"
-if [ "$size" -ge 700000 ]; then
-    echo "the engine must stay below 700000 bytes" >&2
+size=$(stat -c %s "$out/engine.wasm.br")
+echo "engine.wasm.br: $size bytes"
+if [ "$size" -ge 600000 ]; then
+    echo "the engine must stay below 600000 bytes" >&2
     exit 1
 fi

@@ -1,9 +1,9 @@
 // Holds engines against what the program itself answers.
-//   node calls.mjs > calls; cargo run --example explore < calls > native; node check.mjs calls native ENGINE.wasm.gz...
+//   node calls.mjs > calls; cargo run --example explore < calls > native; node check.mjs calls native ENGINE.wasm.br...
 // Numbers must agree to 1e-9 of mm and degrees, and to as many digits where they are large; displacements with the reference
 // states to 1e-8 mm.
 import { readFileSync } from "node:fs";
-import { gunzipSync } from "node:zlib";
+import { brotliDecompressSync } from "node:zlib";
 
 const [calls, native, ...engines] = process.argv.slice(2);
 const lines = (file) => readFileSync(file, "utf8").trim().split("\n").map((line) => JSON.parse(line));
@@ -13,7 +13,7 @@ if (asked.length !== expected.length) throw new Error(`${expected.length} answer
 
 function start(file) {
   const bytes = readFileSync(file);
-  const module = new WebAssembly.Module(file.endsWith(".gz") ? gunzipSync(bytes) : bytes);
+  const module = new WebAssembly.Module(file.endsWith(".br") ? brotliDecompressSync(bytes) : bytes);
   const { allocate, call, answer, memory, start } = new WebAssembly.Instance(module, {}).exports;
   start();
   return (question) => {

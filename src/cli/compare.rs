@@ -43,10 +43,10 @@ pub struct CompareArguments {
     #[arg(num_args = 2.., conflicts_with_all = ["machine", "process", "path", "at", "csv"])]
     results: Vec<PathBuf>,
     /// Page to write for result folders [default: comparison.html here]
-    #[arg(long, requires = "results")]
+    #[arg(long, requires = "results", conflicts_with = "machine")]
     out: Option<PathBuf>,
     /// Replace that page even if it was not written by kinetostat
-    #[arg(long, requires = "results")]
+    #[arg(long, requires = "results", conflicts_with = "machine")]
     force: bool,
     /// Built-in machine or machine file
     #[arg(long, short, required_unless_present = "results")]

@@ -1,13 +1,17 @@
 //! `kinetostat explore`: a page on which a machine and a workpiece are moved by hand.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use kinetostat::{
     input::error::{Error, Result},
-    machine::catalogue,
+    machine::{Machine, catalogue},
+    process::file::Process,
     report::{Foreign, OutputFile, may_replace, page::explore_page, prepare_beside, write_beside},
-    study::explore::{Explorer, ProgramAtProcess, Scene},
+    study::{
+        ProgramFile,
+        explore::{Explorer, ProgramAtProcess, Scene},
+    },
 };
 
 use super::{Ending, print};
@@ -64,6 +68,18 @@ pub fn explore(arguments: &ExploreArguments) -> Result<Ending> {
     Ok(Ending::Complete)
 }
 
+/// Reads what the scene is made of, so that a fault is told of the file that has it and not of the study that is made of them.
+fn check(machine: &str, process: &Path, program: &Path) -> Result<()> {
+    let machine = Machine::named_or_file(machine)?;
+    let process = Process::open(process, &machine)?;
+    let path = ProgramFile::read(program, &process.gcode)?.toolpath(process.sampling)?;
+    if path.is_empty() {
+        let problem = "moves nowhere: a program with at least one motion is expected".into();
+        return Err(Error::Argument { argument: program.display().to_string(), problem });
+    }
+    Ok(())
+}
+
 fn scene(arguments: &ExploreArguments) -> Result<Scene> {
     let machine = &arguments.machine;
     match (&arguments.path, &arguments.process) {
@@ -72,10 +88,12 @@ fn scene(arguments: &ExploreArguments) -> Result<Scene> {
                 let problem = format!("must be greater than 0, got {tolerance}");
                 return Err(Error::Argument { argument: "--tolerance".into(), problem });
             }
+            check(machine, process, program)?;
             Scene::of_program(&ProgramAtProcess { machine, process, program, tolerance_mm: arguments.tolerance })
         }
         _ if catalogue::find(machine).is_some() => Ok(Scene::of_machine(machine, None)),
         _ => {
+            Machine::named_or_file(machine)?;
             let toml = kinetostat::input::toml_file::read(machine.as_ref())?;
             Ok(Scene::of_machine(machine, Some(toml)))
         }

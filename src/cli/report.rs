@@ -10,7 +10,7 @@ use clap::Args;
 use kinetostat::{
     input::error::{Error, Result},
     report::{
-        Foreign, Manifest, OutputFile, may_replace,
+        Foreign, OutputFile, may_replace,
         page::{GENERATOR, PAGE, ResultFolder, comparison, page},
         prepare_beside, write_beside,
     },
@@ -78,14 +78,9 @@ pub fn report(arguments: &ReportArguments) -> Result<Ending> {
     Ok(Ending::Complete)
 }
 
-/// Whether `file` is a page that this program wrote: it says so, or the manifest beside it does.
+/// Whether `file` is a page that this program wrote: it says so.
 pub(super) fn is_page(file: &Path) -> bool {
     let mut begin = Vec::new();
     let read = File::open(file).and_then(|file| file.take(1024).read_to_end(&mut begin));
-    let says_so = read.is_ok() && String::from_utf8_lossy(&begin).contains(GENERATOR);
-    let is_listed = || {
-        let folder = file.parent().unwrap_or(Path::new("."));
-        file.file_name().is_some_and(|name| name == PAGE && Manifest::files_in(folder).iter().any(|own| own == PAGE))
-    };
-    says_so || is_listed()
+    read.is_ok() && String::from_utf8_lossy(&begin).contains(GENERATOR)
 }

@@ -32,16 +32,25 @@ pub(crate) fn read_at_most(file: &Path, most: u64) -> Result<Vec<u8>> {
 /// The bytes of a `file` that may be written over; it may have `most`, a multiple of 1 MiB.
 pub(crate) fn bounded(file: &Path, most: u64) -> Result<Vec<u8>> {
     let fault = |source| Error::Read { file: file.to_path_buf(), source };
-    let kind = std::fs::metadata(file).map_err(fault)?.file_type();
-    if !kind.is_file() && !kind.is_dir() {
-        return Err(fault(IoError::other("is a device or a pipe, expected a file")));
-    }
     let mut bytes = Vec::new();
-    File::open(file).map_err(fault)?.take(most + 1).read_to_end(&mut bytes).map_err(fault)?;
+    open(file)?.take(most + 1).read_to_end(&mut bytes).map_err(fault)?;
     if bytes.len() as u64 > most {
         return Err(fault(IoError::other(format!("longer than {} MiB", most >> 20))));
     }
     Ok(bytes)
+}
+
+/// Opens a `file` that is neither a device nor a pipe.
+///
+/// # Errors
+/// It is one, or cannot be opened.
+pub(crate) fn open(file: &Path) -> Result<File> {
+    let fault = |source| Error::Read { file: file.to_path_buf(), source };
+    let kind = std::fs::metadata(file).map_err(fault)?.file_type();
+    if !kind.is_file() && !kind.is_dir() {
+        return Err(fault(IoError::other("is a device or a pipe, expected a file")));
+    }
+    File::open(file).map_err(fault)
 }
 
 /// Whether `file`, by this name or another, was read as an input since the program began.

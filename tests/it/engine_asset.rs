@@ -58,6 +58,6 @@ fn the_engine_of_the_pages_is_made_of_these_sources() {
     assert_eq!(
         ENGINE_SOURCES.trim(),
         hash,
-        "src/report/page/assets/engine.wasm.gz is made of other sources: web/build.sh makes it anew"
+        "src/report/page/assets/engine.wasm.br is made of other sources: web/build.sh makes it anew"
     );
 }

@@ -3,7 +3,7 @@
 use csv::StringRecord;
 
 use super::{
-    description::{Explorer, GroupValue},
+    description::{Explorer, GroupValue, Shape},
     table::Table,
 };
 use crate::input::error::Result;
@@ -57,6 +57,16 @@ impl Columns {
                 .map(|column| cell(column).abs())
                 .fold(0.0, |most, value| if value.is_nan() || most.is_nan() { f64::NAN } else { most.max(value) }),
         }
+    }
+
+    /// A column of `row` that should hold a number, or nothing, and does not.
+    pub fn no_number(&self, row: &StringRecord, shape: Shape) -> Option<usize> {
+        let is_wrong = |column: usize| {
+            let cell = row.get(column).unwrap_or_default();
+            !cell.is_empty() && !cell.parse::<f64>().is_ok_and(f64::is_finite)
+        };
+        let coordinates = if shape == Shape::Grid { self.coordinates.as_slice() } else { &[] };
+        self.quantities.iter().flatten().chain(coordinates).copied().find(|column| is_wrong(*column))
     }
 
     /// Status and reason of a row that is no plain answer, or whose correction is none.

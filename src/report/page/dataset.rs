@@ -58,7 +58,11 @@ impl Dataset {
         self.values = vec![vec![vec![f64::NAN; count]; groups]; explorer.quantities.len()];
         let mut known_notes: HashMap<String, usize> = HashMap::new();
         let mut line: Vec<f64> = Vec::new();
+        let mut fault = None;
         table.each_row(|row| {
+            if fault.is_none() {
+                fault = columns.no_number(row, explorer.shape).map(|column| table.no_number(row, column));
+            }
             let group = columns.group(explorer, row);
             let Some((group, node)) = group.and_then(|group| Some((group, nodes.of(columns, row, group)?))) else {
                 return;
@@ -84,6 +88,9 @@ impl Dataset {
                 self.flags[group].push((node, index));
             }
         })?;
+        if let Some(fault) = fault {
+            return Err(fault);
+        }
         match explorer.shape {
             Shape::Grid => self.names.clear(),
             Shape::Curve => {

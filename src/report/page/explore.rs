@@ -1,14 +1,20 @@
 //! The engine in a page: the machine and the workpiece, to be moved by hand.
 
+use std::sync::OnceLock;
+
 use base64::{Engine as _, engine::general_purpose::STANDARD};
+use brotli_decompressor::Decompressor;
+use flate2::{Compression, write::GzEncoder};
 use serde::Serialize;
 use serde_json::Value;
 
 use super::{packed::script_json, template::render};
 use crate::input::error::Result;
 
-/// The engine as WebAssembly, compressed; `web/README.md` says how it is made.
-const ENGINE: &[u8] = include_bytes!("assets/engine.wasm.gz");
+/// The engine as WebAssembly, compressed by Brotli; `web/README.md` says how it is made.
+const ENGINE: &[u8] = include_bytes!("assets/engine.wasm.br");
+/// Bytes that are decompressed at once.
+const BUFFER: usize = 1 << 16;
 /// What it was made of.
 pub const ENGINE_SOURCES: &str = include_str!("assets/engine.sources");
 /// Its scripts, in the order they run.
@@ -53,7 +59,7 @@ impl EngineView {
             title,
             reason,
             scene: scene.map(script_json).unwrap_or_default(),
-            bytes: scene.map(|_| STANDARD.encode(ENGINE)).unwrap_or_default(),
+            bytes: scene.map(|_| STANDARD.encode(engine())).unwrap_or_default(),
             script: scene.map(|_| SCRIPTS.concat()).unwrap_or_default(),
             style: STYLE,
         }
@@ -74,4 +80,14 @@ struct ExplorePage<'a> {
 pub fn explore_page(name: &str, question: &str, scene: Value) -> Result<String> {
     let engine = EngineView::new("Try", &ToTry::Scene(scene));
     render("explore.html", &ExplorePage { name, question, engine })
+}
+
+/// The engine as pages have it: compressed by gzip, which browsers can undo.
+fn engine() -> &'static [u8] {
+    static PACKED: OnceLock<Vec<u8>> = OnceLock::new();
+    PACKED.get_or_init(|| {
+        let mut packed = GzEncoder::new(Vec::new(), Compression::best());
+        let written = std::io::copy(&mut Decompressor::new(ENGINE, BUFFER), &mut packed).and_then(|_| packed.finish());
+        written.expect("the engine is part of the program, and memory takes it")
+    })
 }

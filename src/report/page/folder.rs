@@ -9,7 +9,10 @@ use super::{
     table::Table,
 };
 use crate::{
-    input::error::{Error, Result},
+    input::{
+        error::{Error, Result},
+        file,
+    },
     report::Manifest,
 };
 
@@ -37,7 +40,7 @@ impl ResultFolder {
             ));
         }
         for name in ["report.json", "manifest.json"] {
-            if !path.join(name).is_file() {
+            if !path.join(name).exists() {
                 let problem =
                     format!("has no {name}; expected a result folder as written by this version of `kinetostat run`");
                 return Err(not_a_result(problem));
@@ -82,7 +85,7 @@ impl ResultFolder {
     /// As [`ResultFolder::table`].
     pub(super) fn text(&self, name: &str) -> Result<String> {
         let file = self.file(name)?;
-        std::fs::read_to_string(&file).map_err(|source| Error::Read { file, source })
+        read(&file)
     }
 
     fn file(&self, name: &str) -> Result<PathBuf> {
@@ -97,9 +100,16 @@ impl ResultFolder {
     }
 }
 
+/// Most bytes of a file other than a table.
+const LONGEST: u64 = 256 << 20;
+
+fn read(file: &Path) -> Result<String> {
+    let fault = |problem: &str| Error::Read { file: file.to_path_buf(), source: std::io::Error::other(problem) };
+    String::from_utf8(file::bounded(file, LONGEST)?).map_err(|_| fault("is no text in UTF-8"))
+}
+
 fn json(file: &Path) -> Result<Value> {
-    let text = std::fs::read_to_string(file).map_err(|source| Error::Read { file: file.to_path_buf(), source })?;
-    serde_json::from_str(&text).map_err(|fault| Error::Syntax {
+    serde_json::from_str(&read(file)?).map_err(|fault| Error::Syntax {
         file: file.display().to_string(),
         line: Some(fault.line()),
         key: String::new(),

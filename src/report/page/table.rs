@@ -7,7 +7,10 @@ use serde::Serialize;
 
 use super::{description::TableNote, ranking::ranking};
 use crate::{
-    input::error::{Error, Result},
+    input::{
+        error::{Error, Result},
+        file,
+    },
     report::{exchange::text_of, words::typographic},
 };
 
@@ -31,9 +34,7 @@ impl Table {
     }
 
     fn reader(&self) -> Result<csv::Reader<std::fs::File>> {
-        let file = std::fs::File::open(&self.file);
-        let file = file.map_err(|source| Error::Read { file: self.file.clone(), source })?;
-        Ok(csv::Reader::from_reader(file))
+        Ok(csv::Reader::from_reader(file::open(&self.file)?))
     }
 
     fn fault(&self, fault: &csv::Error) -> Error {
@@ -55,11 +56,23 @@ impl Table {
         while reader.read_record(&mut row).map_err(|fault| self.fault(&fault))? {
             // Texts as they were before spreadsheets were thought of.
             if row.iter().any(|cell| cell.starts_with('\'')) {
+                let at = row.position().cloned();
                 row = row.iter().map(text_of).collect();
+                row.set_position(at);
             }
             see(&row);
         }
         Ok(())
+    }
+
+    /// The fault of a `cell` of a row that should hold a number, or nothing.
+    pub(crate) fn no_number(&self, row: &StringRecord, column: usize) -> Error {
+        Error::Syntax {
+            file: self.file.display().to_string(),
+            line: row.position().map(|at| at.line() as usize),
+            key: self.header[column].clone(),
+            problem: format!("expected a number or nothing, got {:?}", row.get(column).unwrap_or_default()),
+        }
     }
 
     /// Index of a column.
