@@ -66,7 +66,7 @@ fn on_tooth(milling: &EndMilling, outward: Vector3<f64>, c: f64) -> (Vector3<f64
     let motion = spindle.cross(&outward);
     let radius = milling.diameter_mm / 2.0;
     // Chips begin where the tooth moves along the feed at the side: up milling has its material there.
-    let beginning = outward.y * spindle.z * -1.0 * radius;
+    let beginning = -outward.y * spindle.z * radius;
     let in_material = match milling.direction {
         CutDirection::Up => beginning > radius - milling.width_mm,
         CutDirection::Down => -beginning > radius - milling.width_mm,
@@ -300,6 +300,36 @@ fn a_missing_feed_names_the_key_of_its_law() {
     let given = Drilling { feed_per_rev_mm: Some(0.1), ..drilling(DrillingLaw::MaterialConstant(1.0)) };
     let given = CuttingLaw::Drilling(given).load(&path.points()[1]).unwrap();
     assert!(matches!(given, PathLoad::Drilling(_)));
+}
+
+#[test]
+fn the_forces_of_the_guides_examples() {
+    // docs/your_force.md: a cut with the side of an end mill, and a hole.
+    let near = |found: f64, quoted: f64, digit: f64| assert!((found - quoted).abs() < digit, "{found} {quoted}");
+    let down = milling(EdgeLaw::Linear {
+        tangential: EdgeForce { cutting: 767.01, edge: 27.7 },
+        radial: EdgeForce { cutting: 168.8, edge: 26.6 },
+        axial: EdgeForce { cutting: -222.0, edge: -0.7 },
+    });
+    let up = EndMilling { direction: CutDirection::Up, ..down };
+    let (mean, peak) = (down.mean(0.075), down.peak(0.075).force_N);
+    for (i, quoted) in [90.31, 188.76, -28.83].into_iter().enumerate() {
+        near(mean.force_N[i], quoted, 0.006);
+    }
+    near(mean.torque_Nmm, 919.0, 0.6);
+    near(up.mean(0.075).force_N.x, -199.74, 0.006);
+    near(up.mean(0.075).force_N.y, 11.88, 0.006);
+    for (i, quoted) in [31.14, 429.58, -75.60].into_iter().enumerate() {
+        near(peak[i], quoted, 0.006);
+    }
+    let (thrust, torque) = drilling(DrillingLaw::MaterialConstant(2.41)).thrust_and_torque(0.15);
+    near(thrust, 2191.1, 0.06);
+    near(torque, 4870.0, 6.0);
+    let lip = Kienzle { specific_force: 2500.0, exponent: 0.26 };
+    let law = DrillingLaw::Kienzle { lip, point_angle: 118f64.to_radians(), thrust_ratio: 0.5 };
+    let (thrust, torque) = drilling(law).thrust_and_torque(0.15);
+    near(thrust, 1312.2, 0.06);
+    near(torque, 6120.0, 6.0);
 }
 
 #[test]
