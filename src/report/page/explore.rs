@@ -12,10 +12,11 @@ const ENGINE: &[u8] = include_bytes!("assets/engine.wasm.gz");
 /// What it was made of.
 pub const ENGINE_SOURCES: &str = include_str!("assets/engine.sources");
 /// Its scripts, in the order they run.
-pub(super) const SCRIPTS: [&str; 5] = [
+pub(super) const SCRIPTS: [&str; 6] = [
     include_str!("assets/engine.js"),
     include_str!("assets/explore_space.js"),
     include_str!("assets/explore_draw.js"),
+    include_str!("assets/bending.js"),
     include_str!("assets/explore_map.js"),
     include_str!("assets/explore.js"),
 ];
@@ -36,6 +37,7 @@ pub enum ToTry {
 #[derive(Debug, Serialize)]
 pub(super) struct EngineView {
     title: &'static str,
+    hint: &'static str,
     reason: Option<String>,
     scene: String,
     bytes: String,
@@ -44,13 +46,15 @@ pub(super) struct EngineView {
 }
 
 impl EngineView {
-    pub fn new(title: &'static str, to_try: &ToTry) -> Self {
+    /// `heading`: its title, and what can be done in a few words.
+    pub fn new((title, hint): (&'static str, &'static str), to_try: &ToTry) -> Self {
         let (reason, scene) = match to_try {
             ToTry::Scene(scene) => (None, Some(scene)),
             ToTry::Nothing(reason) => (Some(reason.clone()), None),
         };
         Self {
             title,
+            hint,
             reason,
             scene: scene.map(script_json).unwrap_or_default(),
             bytes: scene.map(|_| STANDARD.encode(ENGINE)).unwrap_or_default(),
@@ -72,6 +76,6 @@ struct ExplorePage<'a> {
 /// # Errors
 /// The page's template is at fault.
 pub fn explore_page(name: &str, question: &str, scene: Value) -> Result<String> {
-    let engine = EngineView::new("Try", &ToTry::Scene(scene));
+    let engine = EngineView::new(("Try", ""), &ToTry::Scene(scene));
     render("explore.html", &ExplorePage { name, question, engine })
 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use super::{Explorer, PlaceAsked, Scene, SliceAsked, ToolAsked};
+use super::{EffectAsked, Explorer, PlaceAsked, Scene, SliceAsked, ToolAsked};
 use crate::input::error::{Error, Result};
 
 /// What can be asked.
@@ -23,6 +23,8 @@ pub enum Call {
     Tool(ToolAsked),
     /// What happens at the nodes of a plane of the workspace.
     Slice(SliceAsked),
+    /// What a source does at a place of a map.
+    Effect(EffectAsked),
     /// The study file with the workpiece's place among those compared.
     StudyFile {
         /// x, y, z in mm, yaw, pitch and roll in degrees.
@@ -60,6 +62,7 @@ fn answer(explorer: &mut Option<Explorer>, asked: Call) -> Result<Value> {
         Call::Place(asked) => value(&explorer.place(&asked)?),
         Call::Tool(asked) => value(&explorer.tool(&asked)?),
         Call::Slice(asked) => value(&explorer.slice(&asked)?),
+        Call::Effect(asked) => value(&explorer.effect(&asked)?),
         Call::StudyFile { place } => value(&explorer.study_file(place)?),
     }
 }

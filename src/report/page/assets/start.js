@@ -34,6 +34,8 @@
     }
   }
   articles.forEach((_, index) => begin(index));
+  // Paper shows all views; their folds were opened for it just now.
+  window.addEventListener("beforeprint", () => articles.forEach((_, index) => begin(index)));
   // A link to what lies in a fold opens it.
   const open = () => {
     const id = decodeURIComponent(location.hash.slice(1));
