@@ -149,7 +149,7 @@ function spaceView(charts, view, plane) {
     copy.getContext("2d").drawImage(glplot.canvas, 0, 0);
     glplot.canvas.after(copy);
   }
-  window.addEventListener("beforeprint", copyForPaper);
+  window.addEventListener("paper", copyForPaper);
   window.addEventListener("afterprint", () => space?.plot.querySelector("canvas.paper")?.remove());
   let waiting = 0;
   // While slices follow each other quickly, the view waits for the last.
