@@ -480,6 +480,9 @@ class Page:
         for control in ["#theme", ".controls", ".contents"]:
             item = self.page.locator(control).first
             self.expect(item.count() == 0 or not item.is_visible(), f"{control} is printed")
+        spaces = self.page.locator(".chart.space .plot:has(canvas)").evaluate_all(
+            "all => all.map((p) => { const c = p.querySelector('canvas.paper'); return c ? [c.width, c.height] : null; })"
+        )
         pdf = self.page.pdf(format="A4", print_background=True)
         self.expect(pdf.startswith(b"%PDF"), "is not printed")
         words = lambda text: re.sub(r"\W+", "", unicodedata.normalize("NFKC", text))
@@ -488,17 +491,15 @@ class Page:
         self.expect(bool(answer), "has no answer")
         for part in answer:
             self.expect(words(part)[:60] in first, f"page 1 of the print does not hold \"{part[:60]}\"")
-        self.check_printed_space(pdf)
+        self.check_printed_spaces(pdf, spaces)
         self.page.evaluate("window.dispatchEvent(new Event('afterprint'))")
         self.page.emulate_media(media="screen")
         return pdf
 
-    def check_printed_space(self, pdf):
-        """What is drawn in three dimensions is on paper, and not blank."""
-        plots = self.page.locator(".chart.space .plot:has(canvas)")
-        if plots.count() == 0:
+    def check_printed_spaces(self, pdf, sizes):
+        """What is drawn in three dimensions, in pictures of `sizes`, is on paper, and not blank."""
+        if not sizes:
             return
-        sizes = plots.evaluate_all("all => all.map((p) => { const c = p.querySelector('canvas.paper'); return c ? [c.width, c.height] : null; })")
         self.expect(None not in sizes, "the view in three dimensions is not printed")
         images = [image.image for page in PdfReader(io.BytesIO(pdf)).pages for image in page.images]
         for size in filter(None, sizes):
