@@ -57,8 +57,8 @@ fn a_deflection_is_shown_where_its_correction_is_not() {
     let mut study = arm(215.0, "tool_tip");
     // Straight ahead, the first drive stands at 0 and must go to -1 deg; on the right, it cannot go at all.
     let file = Path::new(FOLDER).join("tests/machines/kr270.toml");
-    let text = std::fs::read_to_string(file).unwrap().replace("[-185.0, 185.0]", "[-0.5, 60.0]");
-    study.machine = Machine::from_toml(&text, "kr270.toml").unwrap();
+    let arm = std::fs::read_to_string(file).unwrap().replace("[-185.0, 185.0]", "[-0.5, 60.0]");
+    study.machine = Machine::from_toml(&arm, "kr270.toml").unwrap();
     let map = run(&study, &Work::default()).unwrap();
     for point in &map.points {
         let ahead = point.position_mm[1] == 0.0;
