@@ -1,4 +1,4 @@
-// Questions to the engine, a line each: the reference states of tests/reference, and workpieces of studies.
+// Questions to the engine, a line each: the reference states of tests/reference, workpieces of studies, a map.
 import { readFileSync } from "node:fs";
 import { fileURLToPath } from "node:url";
 
@@ -30,3 +30,5 @@ for (const [folder, files, places] of [
     ask({ call: "place", place });
   }
 }
+ask({ call: "open", machine: "orthoglide", files: { orthoglide: read("src/machine/catalogue/orthoglide.toml") }, study: read("studies/01_workspace_map/study.toml") });
+for (const source of ["all", "cutting", "errors"]) ask({ call: "effect", position: [100, -50, 20], source, phi_deg: source === "errors" ? null : 40 });

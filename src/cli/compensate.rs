@@ -11,9 +11,8 @@ use kinetostat::{
     input::error::{Error, Result},
     machine::Branch,
     process::file::Process,
-    report::{Foreign, cautions, counted, if_any, millimetres, text_table::text_table},
+    report::{Foreign, cautions, counted, if_any, millimetres_in_table, text_table::text_table},
     study::{
-        ROUNDING_MM,
         along_path::{Commands, PathAnswer},
         path::report::{facts_text, failures_text},
         program::{
@@ -296,7 +295,7 @@ fn table(passes: &[Pass]) -> String {
 }
 
 fn shown(length_mm: f64) -> String {
-    millimetres(length_mm, 4, ROUNDING_MM)
+    millimetres_in_table(length_mm, 4)
 }
 
 /// Points shown of those that cannot be compensated.

@@ -3,6 +3,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::words::with_unit;
+
 /// The first screen of an answer.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -111,10 +113,7 @@ impl KeyNumber {
 
     /// With its unit.
     pub fn shown(&self) -> String {
-        match self.unit.as_str() {
-            "" | "°" => format!("{}{}", self.value, self.unit),
-            unit => format!("{} {unit}", self.value),
-        }
+        with_unit(&self.value, &self.unit)
     }
 }
 

@@ -12,6 +12,7 @@ pub mod page;
 pub(crate) mod point_words;
 mod recorded;
 mod replace;
+mod said;
 pub(crate) mod table;
 pub mod text_table;
 mod visible;
@@ -22,8 +23,9 @@ pub use manifest::{Manifest, StatusCount};
 pub use output::{Output, Run};
 pub use recorded::Recorded;
 pub use replace::{Foreign, may_replace};
+pub use said::Said;
 pub use visible::{visible, visible_json};
-pub use words::{counted, if_any, millimetres};
+pub use words::{counted, if_any, millimetres, millimetres_in_table};
 pub use write::{OutputFile, prepare, prepare_beside, remove, staging, write_all, write_beside};
 pub(crate) use write::{clean, publish, temporary_file};
 

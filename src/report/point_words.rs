@@ -1,7 +1,7 @@
 //! What the named points of a machine are, for the first figure that shows them.
 
 use crate::machine::{Machine, NamedPoint};
-use crate::report::words::{position, typographic};
+use crate::report::words::position;
 
 /// Within this share of the workspace box a point lies on its border or in its middle.
 const ON: f64 = 1e-6;
@@ -32,7 +32,7 @@ pub(crate) fn point(machine: &Machine, point: &NamedPoint) -> String {
         _ => "a point outside the workspace box, ".into(),
     };
     let [x, y, z]: [f64; 3] = point.position.into();
-    typographic(&format!("{}: {words}{}", point.name, position(x, y, z)))
+    format!("{}: {words}{}", point.name, position(x, y, z))
 }
 
 /// All points, for the caption of the first figure that shows them; empty without points.

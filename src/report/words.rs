@@ -18,6 +18,14 @@ pub(crate) fn signed(text: &str) -> String {
     shown
 }
 
+/// A number with its unit behind it: "1.5 mm", "90°", "11".
+pub(crate) fn with_unit(number: &str, unit: &str) -> String {
+    match unit {
+        "" | "°" => format!("{number}{unit}"),
+        unit => format!("{number} {unit}"),
+    }
+}
+
 /// "1 point", "2 points".
 pub fn counted(count: usize, noun: &str) -> String {
     if count == 1 { format!("1 {noun}") } else { format!("{count} {noun}s") }
@@ -32,11 +40,11 @@ pub fn position(x_mm: f64, y_mm: f64, z_mm: f64) -> String {
     typographic(&format!("({x}, {y}, {z}) mm"))
 }
 
-/// A length in mm to so many decimals, or in µm to two digits where that shows next to nothing; below `rounding_mm` it is
-/// none.
-pub fn millimetres(length_mm: f64, decimals: i32, rounding_mm: f64) -> String {
+/// A length in mm to so many decimals, or in µm to two digits where that shows next to nothing. What is not exactly none is not
+/// said to be none.
+pub fn millimetres(length_mm: f64, decimals: i32) -> String {
     match length_mm {
-        length if length <= rounding_mm => "0 mm".into(),
+        0.0 => "0 mm".into(),
         length if length < NANOMETRE => "less than 0.001 µm".into(),
         length if length < 10f64.powi(1 - decimals) => {
             let decimals = (1.0 - (1e3 * length).log10().floor()).max(0.0) as usize;
@@ -44,6 +52,11 @@ pub fn millimetres(length_mm: f64, decimals: i32, rounding_mm: f64) -> String {
         }
         length => format!("{length:.*} mm", decimals as usize),
     }
+}
+
+/// The same where there is little room.
+pub fn millimetres_in_table(length_mm: f64, decimals: i32) -> String {
+    millimetres(length_mm, decimals).replace("less than", "<")
 }
 
 /// mm.
@@ -97,10 +110,19 @@ mod tests {
     }
 
     #[test]
-    fn small_lengths_keep_two_digits_and_rounding_is_nothing() {
+    fn small_lengths_keep_two_digits_and_less_than_a_nanometre_is_said_to_be_less() {
         let lengths = [0.0, 3e-10, 2e-7, 2.34e-5, 8.2e-4, 0.0098, 0.012345, 1.0];
-        let shown = lengths.map(|length| millimetres(length, 3, 1e-9));
-        let expected = ["0 mm", "0 mm", "less than 0.001 µm", "0.023 µm", "0.82 µm", "9.8 µm", "0.012 mm", "1.000 mm"];
+        let shown = lengths.map(|length| millimetres(length, 3));
+        let expected = [
+            "0 mm",
+            "less than 0.001 µm",
+            "less than 0.001 µm",
+            "0.023 µm",
+            "0.82 µm",
+            "9.8 µm",
+            "0.012 mm",
+            "1.000 mm",
+        ];
         assert_eq!(shown, expected);
     }
 }

@@ -4,7 +4,7 @@ use crate::{
     compensation::Demand,
     machine::{ChainError, Machine},
     report::page::DeflectedPose,
-    study::{Machines, settled::settled},
+    study::{Machines, Source, settled::settled},
 };
 
 /// How `machine` with `errors` settles at the nominal command of `demand`; `None` where it does not.
@@ -15,7 +15,7 @@ pub(super) fn deflected_pose(
     place: String,
 ) -> Option<DeflectedPose> {
     let machines = Machines::new(machine, errors).ok()?;
-    let settled = settled(&machines, demand)?;
+    let settled = settled(&machines, Source::All, demand).ok()?;
     Some(DeflectedPose {
         place,
         commanded: settled.commanded,

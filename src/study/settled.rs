@@ -1,13 +1,12 @@
 //! Where a loaded machine stands, as lines in space.
 
-#[cfg(feature = "report")]
 use nalgebra::Vector3;
 
 use crate::{
     compensation::{Demand, Method, compensate},
     machine::Skeleton,
     statics::State,
-    study::{Machines, Source},
+    study::{Failure, Machines, Source},
 };
 
 /// A machine at a nominal command, without and under its load.
@@ -15,26 +14,28 @@ use crate::{
 pub(super) struct Settled {
     /// The nominal machine at its command.
     pub commanded: Skeleton,
-    /// The real machine under load.
+    /// The machine that answers for the source, as it settles.
     pub loaded: Skeleton,
     /// Displacement of the tool tip, O axes, mm.
-    #[cfg(feature = "report")]
     pub tool_displacement_mm: Vector3<f64>,
 }
 
-/// How the real machine settles at the nominal command of `demand`; `None` where it does not.
-pub(super) fn settled(machines: &Machines, demand: &Demand) -> Option<Settled> {
-    let at = machines.nominal.inverse_kinematics(&demand.pose).ok()?;
-    let mut session = machines.session(Source::All);
-    session.stand(&at, &State::rigid(&machines.nominal, &at));
-    let answer = compensate(&mut session, demand, Method::None);
+/// How the machine that answers for `source` settles at the nominal command of `demand`.
+///
+/// # Errors
+/// It does not, or cannot go there.
+pub(super) fn settled(machines: &Machines, source: Source, demand: &Demand) -> Result<Settled, Failure> {
+    let (nominal, answering) = (machines.commanding(source), machines.answering(source));
+    let at = nominal.inverse_kinematics(&demand.pose)?;
+    let mut session = machines.session(source);
+    session.stand(&at, &State::rigid(nominal, &at));
+    let answer = compensate(&mut session, &source.demand(demand), Method::None);
     if !answer.status.is_success() {
-        return None;
+        return Err(Failure { status: answer.status.label().into(), reason: answer.status.reason(nominal) });
     }
     let state = session.state();
     let mut first = 0;
-    let chains: Vec<Vec<f64>> = machines
-        .real
+    let chains: Vec<Vec<f64>> = answering
         .chains
         .iter()
         .zip(&state.chains)
@@ -45,10 +46,9 @@ pub(super) fn settled(machines: &Machines, demand: &Demand) -> Option<Settled> {
             values
         })
         .collect();
-    Some(Settled {
-        commanded: machines.nominal.rigid_skeleton(&at),
-        loaded: machines.real.skeleton(&chains, &state.pose),
-        #[cfg(feature = "report")]
+    Ok(Settled {
+        commanded: nominal.rigid_skeleton(&at),
+        loaded: answering.skeleton(&chains, &state.pose),
         tool_displacement_mm: answer.tool_displacement,
     })
 }

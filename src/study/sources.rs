@@ -13,7 +13,7 @@ use crate::{
 };
 
 /// What makes the tool leave its path.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Source {
     /// The cutting force on the nominal machine, from where that rests.

@@ -5,11 +5,15 @@ use std::path::Path;
 use kinetostat::{
     Evaluator, Machine, Metric, Site, Study, StudyKind, Wrench,
     compensation::Target,
+    input::Folder,
+    machine::catalogue,
     study::{
-        Machines, Overrides,
-        explore::{Explorer, LoadAsked, PlaceAsked, PlaceOfTool, Scene, SliceAsked, ToolAsked},
+        Machines, Overrides, Source,
+        explore::{EffectAsked, Explorer, LoadAsked, PlaceAsked, PlaceOfTool, Scene, SliceAsked, ToolAsked},
+        map::run,
         point::{Place, PointLoad, PointQuestion, solve},
     },
+    work::Work,
 };
 use nalgebra::Vector3;
 
@@ -86,8 +90,60 @@ fn a_place_is_judged_as_its_study_judges_it() {
 }
 
 #[test]
-fn a_path_can_be_put_elsewhere_and_a_map_has_nothing_to_put() {
+fn a_path_can_be_put_elsewhere() {
     let path = Scene::of_study(&study("studies/02_groove_50mm")).unwrap().unwrap();
     assert!(Explorer::open(path).unwrap().view().workpiece.is_some());
-    assert!(Scene::of_study(&study("studies/01_workspace_map")).unwrap().is_none());
+    assert!(Scene::of_study(&study("studies/05_superposition")).unwrap().is_none());
+}
+
+/// A map of a machine with weight, zeroed as said.
+fn map_with_weight(zeroed: &str) -> Study {
+    let toml = catalogue::find("fanuc_r2000ic").unwrap().toml;
+    let machine = toml.replace("zeroed = \"at_home\"", &format!("zeroed = \"{zeroed}\""));
+    let text = "schema = 2\nquestion = \"Where?\"\nmachine = \"arm.toml\"\n[process.force.path_frame]\n\
+                radial_force_N = 215.0\ntangential_force_N = -10.0\naxial_force_N = -25.0\n[[process.chain_error]]\n\
+                chain = \"arm\"\nturn_about_drive_axis_deg = 0.1\n[workspace_map]\nslices_z_mm = [1000.0]\n\
+                min_mm = [1300.0, -100.0, 900.0]\nmax_mm = [1500.0, 100.0, 1100.0]\nphi_step_deg = 30.0\n";
+    let folder = Folder::in_memory([("arm.toml".to_string(), machine.into_bytes())]);
+    Study::from_toml(text, "study.toml", folder, &Overrides { grid: Some([2, 1, 2]), ..Overrides::default() }).unwrap()
+}
+
+#[test]
+fn the_bent_machine_of_a_map_is_moved_as_its_table_says() {
+    let overrides = Overrides { grid: Some([2, 2, 1]), ..Overrides::default() };
+    let orthoglide = Study::open(Path::new("studies/01_workspace_map"), &overrides).unwrap();
+    for study in [orthoglide, map_with_weight("at_rest"), map_with_weight("weightless"), map_with_weight("at_home")] {
+        let explorer = Explorer::open(Scene::of_study(&study).unwrap().unwrap()).unwrap();
+        let StudyKind::WorkspaceMap(map, _) = &study.kind else { panic!("a map") };
+        let mut compared = 0;
+        for point in run(map, &Work::default()).unwrap().points {
+            for (source, effect) in point.effects.iter() {
+                let Ok(effect) = effect else { continue };
+                let asked = EffectAsked { position: point.position_mm, source, phi_deg: effect.phi_deg };
+                let answer = explorer.effect(&asked).unwrap();
+                let (before, loaded) = (answer.before.unwrap(), answer.loaded.unwrap());
+                let moved = Vector3::from(answer.displacement.unwrap());
+                let off = (moved - Vector3::from(effect.deflection_vector_mm)).norm();
+                assert!(off < 1e-7, "{source:?} at {:?}: {off}", point.position_mm);
+                let drawn = Vector3::from(loaded.tool_tip_mm) - Vector3::from(before.tool_tip_mm);
+                assert!((drawn - moved).norm() < 1e-7, "{source:?}: drawn {drawn}, moved {moved}");
+                compared += 1;
+            }
+        }
+        assert!(compared >= 12, "{compared}");
+    }
+}
+
+#[test]
+fn what_a_map_cannot_be_asked_is_refused_in_words() {
+    let scene = Scene::of_study(&study("studies/01_workspace_map")).unwrap().unwrap();
+    let explorer = Explorer::open(scene).unwrap();
+    let asked = EffectAsked { position: [0.0; 3], source: Source::All, phi_deg: Some(40.0) };
+    let refused = |asked| explorer.effect(&asked).unwrap_err().to_string();
+    assert!(refused(EffectAsked { phi_deg: None, ..asked }).contains("expected the tool angle"));
+    assert!(refused(EffectAsked { position: [f64::NAN, 0.0, 0.0], ..asked }).contains("position"));
+    let far = explorer.effect(&EffectAsked { position: [1e4, 0.0, 0.0], ..asked }).unwrap();
+    assert!(far.loaded.is_none() && far.status != "solved" && !far.reason.is_empty(), "{far:?}");
+    let alone = Explorer::open(Scene::of_machine("orthoglide", None)).unwrap();
+    assert!(alone.effect(&asked).unwrap_err().to_string().contains("no map"));
 }

@@ -11,7 +11,7 @@ use kinetostat::{
         Overrides, Source, Study, StudyKind,
         path::{
             PathResults, Shown,
-            report::{Summary, Text},
+            report::{Summary, text},
             run,
         },
     },
@@ -100,7 +100,7 @@ fn heights_that_a_planar_machine_does_not_control_are_taken_where_it_stands_and_
     }
     let mut summary = Summary::default();
     summary.add(&deep.study, &deep.whole);
-    let said = Text::new(&summary, &deep.study, &Shown { is_circle: false }).cautions;
+    let said = text(&summary, &deep.study, &Shown { is_circle: false }).cautions;
     let expected = "Not controlled by this machine: z of the base, taken where the machine stands; words of a program for it \
                     stay.\n";
     assert!(said.contains(expected), "{said}");

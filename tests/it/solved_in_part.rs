@@ -10,7 +10,7 @@ use kinetostat::{
         Overrides, Source, Study, StudyKind,
         map::{
             MapPoint, WorkspaceMap, WorkspaceMapStudy,
-            report::{Summary, Text, table},
+            report::{Summary, table, text},
             run,
         },
     },
@@ -57,8 +57,8 @@ fn a_deflection_is_shown_where_its_correction_is_not() {
     let mut study = arm(215.0, "tool_tip");
     // Straight ahead, the first drive stands at 0 and must go to -1 deg; on the right, it cannot go at all.
     let file = Path::new(FOLDER).join("tests/machines/kr270.toml");
-    let text = std::fs::read_to_string(file).unwrap().replace("[-185.0, 185.0]", "[-0.5, 60.0]");
-    study.machine = Machine::from_toml(&text, "kr270.toml").unwrap();
+    let arm = std::fs::read_to_string(file).unwrap().replace("[-185.0, 185.0]", "[-0.5, 60.0]");
+    study.machine = Machine::from_toml(&arm, "kr270.toml").unwrap();
     let map = run(&study, &Work::default()).unwrap();
     for point in &map.points {
         let ahead = point.position_mm[1] == 0.0;
@@ -91,8 +91,8 @@ fn a_deflection_is_shown_where_its_correction_is_not() {
     }
     // Of 9 points on each side and ahead.
     assert_eq!((whole, in_part), (9 + 27, 18));
-    let (text, json) = (Text::new(&summary(&map), &study).cautions, summary(&map).json());
-    assert!(text.contains("At 18 rows the correction is missing; the deflection is known."), "{text}");
+    let (said, json) = (text(&summary(&map), &study).cautions, summary(&map).json());
+    assert!(said.contains("At 18 rows the correction is missing; the deflection is known."), "{said}");
     assert_eq!((json["rows"].as_u64(), json["rows_solved"].as_u64()), (Some(81), Some(36)));
 }
 
@@ -102,9 +102,9 @@ fn what_is_known_at_hardly_any_point_has_no_best_and_worst() {
     // One point in reach of 125.
     study.grid = Grid::new(Vector3::new(1600.0, 0.0, 1000.0), Vector3::new(9000.0, 8000.0, 9000.0), [5, 5, 5]);
     let map = run(&study, &Work::default()).unwrap();
-    let text = Text::new(&summary(&map), &study).details();
+    let said = text(&summary(&map), &study).details();
     let known = map.points.iter().filter(|point| point.effect(Source::All).is_some()).count();
     assert!((1..=6).contains(&known), "{known}");
-    assert!(!text.contains("at the best place"), "{text}");
-    assert!(text.contains(&format!("known at {known} of 125 grid points, too few")), "{text}");
+    assert!(!said.contains("at the best place"), "{said}");
+    assert!(said.contains(&format!("known at {known} of 125 grid points, too few")), "{said}");
 }

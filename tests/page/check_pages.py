@@ -8,8 +8,8 @@ At 1280 and 400 px width, light and dark: no console error, no request beyond th
 no text or control over another, neither on the page nor within a figure, contrast of at least 4.5 (3 for large text). What
 the headline quotes (`data-checks`, `data-found`) is computed again from the CSV files. Quantity, source and slice are switched with the
 keyboard, a point of a map is clicked and found again through its address, "back" goes back, the wheel scrolls the page over
-a map, the view in three dimensions is dragged, a table is sorted over all rows of its file, the page is printed with the
-answer on page 1, and it is opened once more without WebGL. A slice follows the slider within
+a map, where the page draws the machine bent as far as its table says, the view in three dimensions is dragged, a table is
+sorted over all rows of its file, the page is printed with the answer on page 1 and the view in three dimensions in it, and it is opened once more without WebGL. A slice follows the slider within
 --step-ms, 1000 unless told; with --step-ms 100 and nothing else running, 50 000 points pass.
 """
 
@@ -343,6 +343,7 @@ class Page:
         rows = chosen.locator("tbody tr")
         self.expect(rows.count() > 0, "the point that was clicked has no numbers")
         heading = chosen.locator("h4").text_content()
+        self.check_bent(view, chosen)
         command = chosen.locator("code")
         if command.count():
             self.expect(command.text_content().startswith("kinetostat point "), f"no command: {command.text_content()}")
@@ -370,6 +371,33 @@ class Page:
         space = view.locator(".chart.space .plot canvas, .chart.space .plot .nsewdrag").first
         if space.count():
             self.check_space(view)
+
+    def check_bent(self, view, chosen):
+        """A page of a map with the engine draws the machine bent at the place, moved as far as the table says."""
+        asked = "(v) => JSON.parse(document.getElementById(v.dataset.json).textContent).sources?.length > 0"
+        if self.page.locator("#engine").count() == 0 or not view.evaluate(asked):
+            return
+        bent = chosen.locator(".bent")
+        for _ in range(400):
+            if bent.locator("canvas").count() or "cannot" in bent.text_content():
+                break
+            self.page.wait_for_timeout(50)
+        self.expect(bent.locator("canvas").count() == 2, f"the bent machine is not drawn: {bent.text_content()}")
+        if bent.locator("canvas").count() != 2:
+            return
+        self.settle()
+        colours = "(c) => new Set(new Uint32Array(c.getContext('2d').getImageData(0, 0, c.width, c.height).data.buffer)).size"
+        for canvas in bent.locator("canvas").all():
+            self.expect(canvas.evaluate(colours) > 2, "the picture of the bent machine is blank")
+        moved = float(bent.get_attribute("data-moved"))
+        row = chosen.locator("tbody tr").first
+        self.expect("deflection" in row.locator("th").text_content(), "the first number of a place is no deflection")
+        group = max(0, view.evaluate("v => [...v.querySelectorAll('select')][1]?.selectedIndex ?? 0"))
+        told = row.locator("td").nth(group).text_content()
+        shown = self.page.evaluate("(v) => Data.withUnit(v, 'mm')", moved)
+        self.expect(told == shown, f"the machine is moved by {shown}, the table says {told}")
+        self.expect("times as large" in bent.text_content() or "drawn as it is" in bent.text_content(), "no amplification is said")
+        self.check_layout()
 
     def check_space(self, view):
         plot = view.locator(".chart.space .plot")
@@ -452,6 +480,9 @@ class Page:
         for control in ["#theme", ".controls", ".contents"]:
             item = self.page.locator(control).first
             self.expect(item.count() == 0 or not item.is_visible(), f"{control} is printed")
+        spaces = self.page.locator(".chart.space .plot:has(canvas)").evaluate_all(
+            "all => all.map((p) => { const c = p.querySelector('canvas.paper'); return c ? [c.width, c.height] : null; })"
+        )
         pdf = self.page.pdf(format="A4", print_background=True)
         self.expect(pdf.startswith(b"%PDF"), "is not printed")
         words = lambda text: re.sub(r"\W+", "", unicodedata.normalize("NFKC", text))
@@ -460,9 +491,24 @@ class Page:
         self.expect(bool(answer), "has no answer")
         for part in answer:
             self.expect(words(part)[:60] in first, f"page 1 of the print does not hold \"{part[:60]}\"")
+        self.check_printed_spaces(pdf, spaces)
         self.page.evaluate("window.dispatchEvent(new Event('afterprint'))")
         self.page.emulate_media(media="screen")
         return pdf
+
+    def check_printed_spaces(self, pdf, sizes):
+        """What is drawn in three dimensions, in pictures of `sizes`, is on paper, and not blank."""
+        if not sizes:
+            return
+        self.expect(None not in sizes, "the view in three dimensions is not printed")
+        images = [image.image for page in PdfReader(io.BytesIO(pdf)).pages for image in page.images]
+        for size in filter(None, sizes):
+            found = [image for image in images if image and list(image.size) == size]
+            self.expect(bool(found), f"no picture of {size} pixels is in the print, as the view in three dimensions is")
+            for image in found:
+                colours = image.convert("RGB").getcolors(1 << 24) or []
+                blank = max((count for count, _ in colours), default=0)
+                self.expect(len(colours) > 50 and blank < 0.99 * size[0] * size[1], "the printed view in three dimensions is blank")
 
     def close(self):
         self.page.close()

@@ -107,15 +107,7 @@ fn rgb(colour: &Color) -> Rgb {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Relative luminance of an sRGB colour.
-    fn luminance(colour: Rgb) -> f64 {
-        let [r, g, b] = colour.map(|v| {
-            let v = f64::from(v) / 255.0;
-            if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
-        });
-        0.2126 * r + 0.7152 * g + 0.0722 * b
-    }
+    use crate::report::figures::luminance::luminance;
 
     /// CIE lightness, 0..100.
     fn lightness(colour: Rgb) -> f64 {

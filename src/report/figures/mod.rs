@@ -16,7 +16,10 @@ mod field;
 mod glyphs;
 mod hatch;
 mod labels;
+mod legend;
 mod lines;
+#[cfg(test)]
+mod luminance;
 mod marks;
 mod panels;
 mod plan;

@@ -7,6 +7,7 @@ use super::error::{FigureError, check_ascending, check_drawable, check_grid};
 use super::field::{self, Picture};
 use super::hatch::hatched;
 use super::labels::{Occupied, Spot, around};
+use super::legend::{self, Sample};
 use super::scene::{Anchor, Point, Rect, Rgb, Scene, Stroke, Text};
 use super::style::{self, BORDER, GRID, HATCH, INK, MUTED, PAGE_WIDTH, Sizes, WHITE};
 use super::text::{self, Weight};
@@ -46,6 +47,23 @@ pub enum Look {
     Path,
     /// A thin dark line.
     Wanted,
+    /// Where the tool goes without compensation.
+    Before,
+    /// Where it goes with it.
+    After,
+}
+
+impl Look {
+    /// How it is drawn, of lines.
+    fn stroke(self) -> Option<Stroke> {
+        match self {
+            Look::Path => Some(Stroke { colour: PART[0], width: 3.5, dash: &[] }),
+            Look::Wanted => Some(Stroke { colour: INK, width: 3.5, dash: &[] }),
+            Look::Before => Some(legend::BEFORE),
+            Look::After => Some(legend::AFTER),
+            Look::Part | Look::Room | Look::Ghost | Look::InTheWay => None,
+        }
+    }
 }
 
 /// A polygon or a line.
@@ -186,12 +204,32 @@ pub(super) fn scene(figure: &PlanFigure, colours: Colours) -> Result<Scene, Figu
     }
     let mut bottom = plot.rect.bottom() + axis::depth_below(SIZES.tick) + axis::label_depth(SIZES.body);
     bottom = bottom.max(plot.rect.y + height);
+    let samples = samples(figure);
+    if !samples.is_empty() {
+        bottom = legend::draw(&mut scene, samples, SIZES.tick, bottom + 1.6 * SIZES.body);
+    }
     for line in text::wrap(&figure.note, SIZES.body, Weight::Bold, PAGE_WIDTH - 2.0 * BORDER) {
         bottom += 1.3 * SIZES.body;
         scene.text(Text::new(line, SIZES.body, [BORDER, bottom], Anchor::Start).bold());
     }
     scene.height = bottom + BORDER;
     Ok(scene)
+}
+
+/// What lines are, where some show what compensation does.
+fn samples(figure: &PlanFigure) -> Vec<Sample<'_>> {
+    let has = |look: Look| figure.shapes.iter().any(|shape| shape.look == look);
+    if !has(Look::Before) && !has(Look::After) {
+        return Vec::new();
+    }
+    let words = [
+        (Look::Path, "path wanted"),
+        (Look::Wanted, "path wanted"),
+        (Look::Before, legend::BEFORE_WORDS),
+        (Look::After, legend::AFTER_WORDS),
+    ];
+    let sample = |(look, words): (Look, &'static str)| Some((legend::line(look.stroke()?) as _, words));
+    words.into_iter().filter(|(look, _)| has(*look)).filter_map(sample).collect()
 }
 
 fn plot(figure: &PlanFigure, top: f64, beside: f64) -> Plot {
@@ -236,8 +274,9 @@ fn draw_shape(scene: &mut Scene, plot: &Plot, shape: &PlanShape, occupied: &mut 
             }
             scene.outline(&points, line(IN_THE_WAY, 5.0, &[]));
         }
-        Look::Path => scene.line(points.clone(), line(PART[0], 3.5, &[])),
-        Look::Wanted => scene.line(points.clone(), line(INK, 3.5, &[])),
+        Look::Path | Look::Wanted | Look::Before | Look::After => {
+            shape.look.stroke().into_iter().for_each(|stroke| scene.line(points.clone(), stroke));
+        }
     }
     occupied.add_line(&points, 10.0);
 }
@@ -287,7 +326,7 @@ fn draw_labels(scene: &mut Scene, plot: &Plot, figure: &PlanFigure, mut occupied
             Look::Room => ROOM[0],
             Look::InTheWay => IN_THE_WAY,
             Look::Ghost => MUTED,
-            Look::Wanted => INK,
+            Look::Wanted | Look::Before | Look::After => INK,
         };
         // The highest corner.
         let top = points.iter().copied().reduce(|a, b| if b[1] < a[1] { b } else { a }).unwrap_or_default();

@@ -2,6 +2,7 @@
 
 use super::error::{FigureError, check_drawable};
 use super::labels::{Occupied, Spot, around};
+use super::legend::{self, Sample, line};
 use super::plan;
 use super::scene::{Anchor, Point, Rect, Rgb, Scene, Stroke, Text};
 use super::style::{self, BORDER, CURVES, HATCH, INK, MUTED, PAGE_WIDTH, Sizes, WHITE};
@@ -32,7 +33,7 @@ const GHOST: Stroke = Stroke { colour: HATCH, width: 4.0, dash: &[14.0, 12.0] };
 const LINK: Stroke = Stroke { colour: INK, width: 6.0, dash: &[] };
 const TOOL: Stroke = Stroke { colour: CURVES[1], width: 9.0, dash: &[] };
 const PART: Stroke = Stroke { colour: plan::PART[0], width: 4.5, dash: &[] };
-const PATH: Stroke = Stroke { colour: CURVES[1], width: 3.5, dash: &[] };
+const PATH: Stroke = Stroke { colour: INK, width: 3.5, dash: &[] };
 const IN_THE_WAY: Stroke = Stroke { colour: plan::IN_THE_WAY, width: 4.5, dash: &[] };
 const BENT: Stroke = Stroke { colour: CURVES[2], width: 6.0, dash: &[] };
 
@@ -75,6 +76,10 @@ pub struct Surroundings {
     pub in_the_way: Vec<Solid>,
     /// Paths of the tool, mm.
     pub paths: Vec<Vec<[f64; 3]>>,
+    /// Where it goes without compensation, mm; deviations are amplified already.
+    pub before: Vec<Vec<[f64; 3]>>,
+    /// Where it goes with it.
+    pub after: Vec<Vec<[f64; 3]>>,
 }
 
 impl Surroundings {
@@ -83,7 +88,8 @@ impl Surroundings {
     }
 
     fn points(&self) -> impl Iterator<Item = [f64; 3]> {
-        self.solids().flat_map(|solid| solid.corners).chain(self.paths.iter().flatten().copied())
+        let lines = [&self.paths, &self.before, &self.after];
+        self.solids().flat_map(|solid| solid.corners).chain(lines.into_iter().flatten().flatten().copied())
     }
 }
 
@@ -190,12 +196,15 @@ pub(super) fn scene(figure: &PoseFigure) -> Result<Scene, FigureError> {
             draw_machine(&mut scene, &view, displaced, BENT, figure.largest_mass());
         }
     }
-    figure.around.paths.iter().for_each(|path| view.line(&mut scene, path, PATH));
+    let Surroundings { paths, before, after, .. } = &figure.around;
+    for (lines, stroke) in [(paths, PATH), (before, legend::BEFORE), (after, legend::AFTER)] {
+        lines.iter().for_each(|path| view.line(&mut scene, path, stroke));
+    }
     let mut occupied = occupied(&view, figure);
     draw_frame(&mut scene, &view, &mut occupied);
     draw_labels(&mut scene, &view, figure, occupied);
     let lowest = view.bottom.max(scene.lowest());
-    let mut bottom = draw_legend(&mut scene, figure, lowest + 1.6 * SIZES.body);
+    let mut bottom = legend::draw(&mut scene, samples(figure), SIZES.tick, lowest + 1.6 * SIZES.body);
     if let Some(note) = &figure.note {
         for line in text::wrap(note, SIZES.body, Weight::Bold, PAGE_WIDTH - 2.0 * BORDER) {
             bottom += 1.3 * SIZES.body;
@@ -392,16 +401,10 @@ fn draw_label(scene: &mut Scene, view: &View, occupied: &mut Occupied, at: Point
     scene.text(Text::new(words, SIZES.tick, place, Anchor::Middle).bold().coloured(colour).with_halo());
 }
 
-/// One entry of the legend: how it is drawn at a place, and its words.
-type Sample<'a> = (Box<dyn Fn(&mut Scene, Point) + 'a>, &'static str);
-
 fn samples(figure: &PoseFigure) -> Vec<Sample<'_>> {
     let colour = if figure.displaced.is_some() { BENT.colour } else { LINK.colour };
     let joint = move |is_drive| {
         Box::new(move |scene: &mut Scene, [x, y]: Point| draw_joint(scene, [x + 35.0, y], is_drive, colour))
-    };
-    let line = |stroke: Stroke| {
-        Box::new(move |scene: &mut Scene, [x, y]: Point| scene.line(vec![[x, y], [x + 70.0, y]], stroke))
     };
     let mut samples: Vec<Sample<'_>> = Vec::new();
     if figure.displaced.is_some() {
@@ -430,25 +433,16 @@ fn samples(figure: &PoseFigure) -> Vec<Sample<'_>> {
     if !figure.around.paths.is_empty() {
         samples.push((line(PATH), "path"));
     }
+    if !figure.around.before.is_empty() {
+        samples.push((line(legend::BEFORE), legend::BEFORE_WORDS));
+    }
+    if !figure.around.after.is_empty() {
+        samples.push((line(legend::AFTER), legend::AFTER_WORDS));
+    }
     if figure.has_workspace() {
         samples.push((line(BOX), "workspace of P"));
     }
     samples
-}
-
-fn draw_legend(scene: &mut Scene, figure: &PoseFigure, top: f64) -> f64 {
-    let (mut x, mut y) = (BORDER, top);
-    for (draw, words) in samples(figure) {
-        let width = 86.0 + text::width(words, SIZES.tick, Weight::Regular);
-        if x > BORDER && x + width > PAGE_WIDTH - BORDER {
-            x = BORDER;
-            y += 1.5 * SIZES.tick;
-        }
-        draw(scene, [x, y - text::capital_height(SIZES.tick) / 2.0]);
-        scene.text(Text::new(words, SIZES.tick, [x + 86.0, y], Anchor::Start).coloured(MUTED));
-        x += width + 1.1 * SIZES.tick;
-    }
-    y + 0.4 * SIZES.tick
 }
 
 #[cfg(test)]

@@ -30,15 +30,7 @@ pub(super) const DARK: [(Rgb, Rgb); 18] = [
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Relative luminance.
-    fn luminance(colour: Rgb) -> f64 {
-        let [r, g, b] = colour.map(|v| {
-            let v = f64::from(v) / 255.0;
-            if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
-        });
-        0.2126 * r + 0.7152 * g + 0.0722 * b
-    }
+    use crate::report::figures::luminance::luminance;
 
     fn contrast(a: Rgb, b: Rgb) -> f64 {
         let (a, b) = (luminance(a), luminance(b));

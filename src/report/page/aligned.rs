@@ -35,7 +35,7 @@ impl Aligned {
         let mut own: Vec<&Explorer> = Vec::new();
         for (folder, letter) in folders.iter().zip(letters) {
             match folder.description.explorers.iter().find(|e| e.title == explorer.title && e.shape == explorer.shape) {
-                Some(same) if same.coordinates == explorer.coordinates => own.push(same),
+                Some(same) if same.keys() == explorer.keys() => own.push(same),
                 _ => {
                     notes.push(format!("{letter} has no view \"{}\" over the same coordinates.", explorer.title));
                     return Ok(None);

@@ -52,7 +52,7 @@ impl Check {
             r#where: group
                 .map(|(columns, cells)| columns.iter().cloned().zip(cells.iter().cloned()).collect())
                 .unwrap_or_default(),
-            coordinates: shared.coordinates.iter().map(|column| column.column.clone()).collect(),
+            coordinates: shared.keys().iter().map(|column| column.column.clone()).collect(),
             common: others.map(|(_, folder)| table(folder)).collect(),
             rule,
             value,

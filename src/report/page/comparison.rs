@@ -180,12 +180,14 @@ fn given_tolerance(folders: &[ResultFolder], letters: &[char]) -> Result<Option<
     Ok(None)
 }
 
-/// By what results are told apart in a sentence: machines, else studies; nothing where these are the same.
+/// By what results are told apart in a sentence: titles of machines, else their names, else studies; nothing where these are the
+/// same.
 fn short_names(folders: &[ResultFolder]) -> Vec<String> {
+    let titles: Vec<&str> = folders.iter().map(|f| f.description.machine.short_title.as_str()).collect();
     let machines: Vec<&str> = folders.iter().map(|f| f.description.machine.name.as_str()).collect();
     let studies: Vec<&str> = folders.iter().map(|f| f.description.name.as_str()).collect();
     let are_different = |names: &[&str]| names.iter().enumerate().all(|(i, name)| !names[..i].contains(name));
-    let chosen = [machines, studies].into_iter().find(|names| are_different(names));
+    let chosen = [titles, machines, studies].into_iter().find(|names| are_different(names));
     chosen.map_or_else(Vec::new, |names| names.into_iter().map(String::from).collect())
 }
 

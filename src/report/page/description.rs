@@ -123,7 +123,8 @@ pub struct Explorer {
     pub table: String,
     /// How its rows lie.
     pub shape: Shape,
-    /// Columns that say where a row belongs: three or four of a grid (x fastest), one of a curve or of names.
+    /// Columns that say where a row belongs: three or four of a grid (x fastest), one of a curve or of names. A curve may have a second
+    /// one that it can be seen over as well: the label of a quantity.
     pub coordinates: Vec<Column>,
     /// What tells curves or layers over the same coordinates apart, such as the source of error.
     pub group: Option<Group>,
@@ -257,6 +258,14 @@ impl Description {
     pub(crate) fn to_json(&self) -> String {
         // A struct of strings and numbers always serialises.
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
+    }
+}
+
+impl Explorer {
+    /// The columns by which a row is found again: of a curve the first.
+    pub(crate) fn keys(&self) -> &[Column] {
+        let count = if self.shape == Shape::Curve { 1 } else { self.coordinates.len() };
+        &self.coordinates[..count.min(self.coordinates.len())]
     }
 }
 

@@ -18,10 +18,11 @@ const BUFFER: usize = 1 << 16;
 /// What it was made of.
 pub const ENGINE_SOURCES: &str = include_str!("assets/engine.sources");
 /// Its scripts, in the order they run.
-pub(super) const SCRIPTS: [&str; 5] = [
+pub(super) const SCRIPTS: [&str; 6] = [
     include_str!("assets/engine.js"),
     include_str!("assets/explore_space.js"),
     include_str!("assets/explore_draw.js"),
+    include_str!("assets/bending.js"),
     include_str!("assets/explore_map.js"),
     include_str!("assets/explore.js"),
 ];
@@ -42,6 +43,7 @@ pub enum ToTry {
 #[derive(Debug, Serialize)]
 pub(super) struct EngineView {
     title: &'static str,
+    hint: &'static str,
     reason: Option<String>,
     scene: String,
     bytes: String,
@@ -50,13 +52,15 @@ pub(super) struct EngineView {
 }
 
 impl EngineView {
-    pub fn new(title: &'static str, to_try: &ToTry) -> Self {
+    /// `heading`: its title, and what can be done in a few words.
+    pub fn new((title, hint): (&'static str, &'static str), to_try: &ToTry) -> Self {
         let (reason, scene) = match to_try {
             ToTry::Scene(scene) => (None, Some(scene)),
             ToTry::Nothing(reason) => (Some(reason.clone()), None),
         };
         Self {
             title,
+            hint,
             reason,
             scene: scene.map(script_json).unwrap_or_default(),
             bytes: scene.map(|_| STANDARD.encode(engine())).unwrap_or_default(),
@@ -78,7 +82,7 @@ struct ExplorePage<'a> {
 /// # Errors
 /// The page's template is at fault.
 pub fn explore_page(name: &str, question: &str, scene: Value) -> Result<String> {
-    let engine = EngineView::new("Try", &ToTry::Scene(scene));
+    let engine = EngineView::new(("Try", ""), &ToTry::Scene(scene));
     render("explore.html", &ExplorePage { name, question, engine })
 }
 

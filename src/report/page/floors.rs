@@ -1,7 +1,7 @@
 //! Below which size a number is rounding: such numbers have no winner and set no axis.
 
 use super::{dataset::Dataset, description::Explorer, table::number};
-use crate::report::words::typographic;
+use crate::report::words::{typographic, with_unit};
 
 /// Share of the largest size in a unit below which a number of that unit counts as nothing.
 const RESOLVED: f64 = 1e-7;
@@ -31,7 +31,7 @@ impl Floors {
     /// The rule, for readers.
     pub fn words(&self) -> String {
         let named = self.0.iter().filter(|(unit, most)| !unit.is_empty() && *most > 0.0);
-        let floors: Vec<String> = named.map(|(unit, most)| format!("{} {unit}", rounding(RESOLVED * most))).collect();
+        let floors: Vec<String> = named.map(|(unit, most)| with_unit(&rounding(RESOLVED * most), unit)).collect();
         let rule = "What is smaller than a ten-millionth of the largest number compared in the same unit counts as \
                     rounding: it has no winner and sets no axis";
         if floors.is_empty() { format!("{rule}.") } else { format!("{rule} (here {}).", floors.join(", ")) }

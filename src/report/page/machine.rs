@@ -10,7 +10,7 @@ use crate::{
         amplification::amplification,
         figures::{Figure, PoseFigure, Surroundings},
         table::tidy_degrees,
-        words::typographic,
+        words::{signed, typographic},
     },
 };
 
@@ -116,9 +116,9 @@ impl MachineDescription {
         let [x, y, z]: [f64; 3] = bent.force_n.map(|part| part.round() + 0.0).into();
         Figure::Pose(Box::new(PoseFigure {
             title: format!("How the machine bends {}", bent.place),
-            subtitle: typographic(&format!(
+            subtitle: signed(&format!(
                 "{}, force on the tool ({x:.0}, {y:.0}, {z:.0}) N, tool displacement {size:.3} mm",
-                self.name
+                self.short_title
             )),
             pose: bent.commanded.clone(),
             displaced: Some(amplified(&bent.commanded, &bent.settled, factor)),

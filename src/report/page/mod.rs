@@ -45,7 +45,7 @@ pub use folder::ResultFolder;
 pub use machine::DeflectedPose;
 pub use machine::MachineDescription;
 pub(crate) use machine::error_facts;
-pub(crate) use single::MACHINE_AT_HOME;
+pub(crate) use single::{MACHINE_AT_HOME, WORST_ANGLE};
 pub use single::{page, page_with};
 
 use super::table::{columns_of, correction_columns, force_columns, kind_word};

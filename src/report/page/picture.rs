@@ -12,6 +12,7 @@ use super::{
     table::number,
     winners::{At, Winners},
 };
+use crate::report::words::with_unit;
 
 /// Leads at which colours become stronger.
 const LEADS: [f64; 2] = [0.05, 0.25];
@@ -62,7 +63,7 @@ pub(super) fn bars(title: String, unit: &str, values: &[f64], letters: &[char]) 
     for (who, (value, letter)) in values.iter().zip(letters).enumerate() {
         let (top, width) = (EDGE + step * who as f64, room * value / most);
         let (middle, right) = (top + 0.5 * step, LEFT + width + 6.0);
-        let words = escaped(&format!("{} {unit}", three(*value)));
+        let words = escaped(&with_unit(&three(*value), unit));
         // Writing to a string cannot fail.
         let _ = write!(
             svg,
@@ -106,7 +107,8 @@ fn slices(aligned: &Aligned, winners: &Winners) -> Option<Vec<Panel>> {
             at[axis] = level;
         }
         let words = |axis: usize| {
-            format!("{} = {} {}", coordinates[axis].label, number(data.axes[axis][at[axis]]), coordinates[axis].unit)
+            let here = number(data.axes[axis][at[axis]]);
+            format!("{} = {}", coordinates[axis].label, with_unit(&here, &coordinates[axis].unit))
         };
         let fixed: Vec<usize> = (0..data.axes.len()).filter(|axis| *axis != columns && *axis != rows).collect();
         let title =

@@ -16,19 +16,18 @@ pub(super) struct PointCommand {
 
 type Keys = BTreeMap<(String, String), String>;
 
-/// The command of each group of `explorer`, whose quantities are shown as `labels`; nothing where the study is not one that
+/// The command of each group of `explorer`, whose quantity `phi` is the tool's angle; nothing where the study is not one that
 /// `point` can repeat. Then what the command leaves out.
 pub(super) fn point_commands(
     description: &Description,
     explorer: &Explorer,
-    labels: &[&str],
+    phi: Option<usize>,
     keys: &Keys,
 ) -> (Vec<Option<PointCommand>>, String) {
     let sources = explorer.group.iter().flat_map(|group| &group.values).map(|value| value.cells.join(" "));
     if description.kind != "workspace_map" {
         return (Vec::new(), String::new());
     }
-    let phi = labels.iter().position(|label| *label == "tool angle of the worst deflection");
     let commands: Vec<Option<PointCommand>> = sources.map(|source| command(&source, phi, keys)).collect();
     (commands, note(keys))
 }

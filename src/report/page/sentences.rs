@@ -9,7 +9,7 @@ use super::{
     winners::Winners,
     wins::Extremes,
 };
-use crate::report::words::{position, typographic};
+use crate::report::words::{position, typographic, with_unit};
 
 impl Compares<'_> {
     pub(super) fn unit(&self, quantity: usize) -> &str {
@@ -65,11 +65,11 @@ impl Compares<'_> {
         let Some(typical) = winners.typical(first) else {
             let (floor, unit) = (self.floor(quantity), self.unit(quantity));
             return format!(
-                "{} and {} are the same: their {} differs nowhere by more than {} {unit}.",
+                "{} and {} are the same: their {} differs nowhere by more than {}.",
                 self.named(0),
                 self.named(1),
                 self.aligned.shared.quantities[quantity].label,
-                rounding(floor)
+                with_unit(&rounding(floor), unit)
             );
         };
         let better = self.is_better(quantity, first, true);
@@ -127,11 +127,10 @@ impl Compares<'_> {
             .collect();
         let which = if q.better == Better::Larger { "smallest" } else { "largest" };
         format!(
-            "The {which} {} of {} is {} {}: {}.",
+            "The {which} {} of {} is {}: {}.",
             bare(&q.label),
             self.named(best),
-            three(of(best)),
-            q.unit,
+            with_unit(&three(of(best)), &q.unit),
             others.join(", ")
         )
     }
@@ -139,7 +138,7 @@ impl Compares<'_> {
     /// "24 % less than in A (1.71 mm)".
     pub(super) fn than(&self, quantity: usize, value: f64, other: usize, reference: f64) -> String {
         let letter = self.letters[other];
-        let shown = format!("{} {}", three(reference), self.unit(quantity)).trim_end().to_string();
+        let shown = with_unit(&three(reference), self.unit(quantity));
         match against(value, reference, self.floor(quantity)) {
             words if words == "the same" => format!("the same as in {letter}"),
             words if words.ends_with("less") || words.ends_with("more") => {
@@ -169,7 +168,8 @@ impl Compares<'_> {
             Some(at) if is_position && at.len() == 3 => position(at[0], at[1], at[2]),
             Some(at) if at.len() == 1 => {
                 let column = &coordinates[0];
-                format!("{} {} {}", three(at[0]), column.unit, column.label.replace("length along", "along"))
+                let along = column.label.replace("length along", "along");
+                format!("{} {along}", with_unit(&three(at[0]), &column.unit))
             }
             _ => data.place(&self.aligned.shared, node),
         }

@@ -104,6 +104,10 @@ struct ExplorerData<'a> {
     /// What explains a point, by group.
     commands: Vec<Option<PointCommand>>,
     command_note: String,
+    /// What the engine of the page can be asked of each group; none where it has no such answer.
+    sources: Vec<String>,
+    /// Which quantity is the tool's angle.
+    phi: Option<usize>,
     machine: Vec<&'a Polyline>,
     springs: Vec<&'a Polyline>,
     masses: Vec<&'a MassMark>,
@@ -167,9 +171,17 @@ pub fn page_with(folder: &ResultFolder, besides: &[(String, Figure)], out: &Path
         reasons,
         more_reasons,
         manifest: facts(&folder.manifest),
-        engine: description.to_try.as_ref().map(|to_try| EngineView::new("Try another place", to_try)),
+        engine: description.to_try.as_ref().map(|to_try| EngineView::new(trying(description), to_try)),
     };
     render("single.html", &context)
+}
+
+/// What the engine lets a reader try.
+fn trying(description: &Description) -> (&'static str, &'static str) {
+    match description.kind.as_str() {
+        "workspace_map" => ("Try another force", "pull the tool, change a number: computed in this page"),
+        _ => ("Try another place", "move the part, pull the tool, change a number: computed in this page"),
+    }
 }
 
 impl Contents {
@@ -249,7 +261,8 @@ fn explorer_view(
         .filter(|q| q.series.iter().any(Option::is_some))
         .collect();
     let labels: Vec<&str> = quantities.iter().map(|q| q.label.as_str()).collect();
-    let (commands, command_note) = point_commands(description, explorer, &labels, keys);
+    let phi = labels.iter().position(|label| *label == WORST_ANGLE);
+    let (commands, command_note) = point_commands(description, explorer, phi, keys);
     let home = &description.machine.home;
     let lines = home.chains.iter().flat_map(|chain| &chain.links);
     let json = script_json(&ExplorerData {
@@ -270,6 +283,8 @@ fn explorer_view(
         marks: &explorer.marks,
         commands,
         command_note,
+        sources: sources(description, explorer),
+        phi,
         machine: lines.collect(),
         springs: home.springs().collect(),
         masses: home.masses().collect(),
@@ -288,6 +303,15 @@ struct QuantitySeries {
     label: String,
     unit: String,
     series: Vec<Option<Packed>>,
+}
+
+/// Label of the quantity that is the tool's angle.
+pub(crate) const WORST_ANGLE: &str = "tool angle of the worst deflection";
+
+/// The source of each group, of a map.
+fn sources(description: &Description, explorer: &Explorer) -> Vec<String> {
+    let groups = explorer.group.iter().flat_map(|group| &group.values);
+    groups.filter(|_| description.kind == "workspace_map").map(|value| value.cells.join(" ")).collect()
 }
 
 pub(super) fn group_labels(explorer: &Explorer) -> Vec<&str> {

@@ -174,12 +174,16 @@ impl TableView {
 impl Cell {
     pub fn new(text: &str) -> Self {
         let shown = match text.parse::<f64>() {
+            Ok(value) if value != 0.0 && value.abs() < ROUNDING => "≈ 0".into(),
             Ok(value) => number(value),
             Err(_) => text.to_string(),
         };
         Self { text: shown, sort: text.to_string() }
     }
 }
+
+/// Numbers of tables below this are rounding, whatever their unit.
+const ROUNDING: f64 = 1e-12;
 
 /// Five significant digits, whole numbers as they are; a real minus sign.
 pub(super) fn number(value: f64) -> String {

@@ -8,6 +8,7 @@ use super::{
     floors::{percent, same},
     table::number,
 };
+use crate::report::words::with_unit;
 
 /// Smallest, mean and largest value of one result.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -93,7 +94,7 @@ impl Wins {
         let share = |count: usize| percent(count as f64 / nodes as f64);
         let place = |(by, node): (f64, usize)| match by {
             0.0 => "–".to_string(),
-            by => format!("{} {unit} at {}", number(by), dataset.place(explorer, node)),
+            by => format!("{} at {}", with_unit(&number(by), unit), dataset.place(explorer, node)),
         };
         Some(Self {
             nodes,

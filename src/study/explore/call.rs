@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Explorer, PlaceAsked, Scene, SliceAsked, ToolAsked};
+use super::{EffectAsked, Explorer, PlaceAsked, Scene, SliceAsked, ToolAsked};
 use crate::input::error::{Error, Result};
 
 /// What can be asked.
@@ -22,6 +22,8 @@ pub enum Call {
     Tool(ToolAsked),
     /// What happens at the nodes of a plane of the workspace.
     Slice(SliceAsked),
+    /// What a source does at a place of a map.
+    Effect(EffectAsked),
     /// The study file with the workpiece's place among those compared.
     StudyFile {
         /// x, y, z in mm, yaw, pitch and roll in degrees.
@@ -54,6 +56,7 @@ fn answer(explorer: &mut Option<Explorer>, asked: Call) -> Result<String> {
         Call::Place(asked) => written(&opened?.place(&asked)?),
         Call::Tool(asked) => written(&opened?.tool(&asked)?),
         Call::Slice(asked) => written(&opened?.slice(&asked)?),
+        Call::Effect(asked) => written(&opened?.effect(&asked)?),
         Call::StudyFile { place } => written(&opened?.study_file(place)?),
     }
 }

@@ -5,6 +5,7 @@
 //! is asked and what it answers are JSON ([`call()`]).
 
 mod call;
+mod effect;
 mod load;
 mod place;
 mod scene;
@@ -15,6 +16,7 @@ mod tool;
 mod view;
 
 pub use call::{Call, call};
+pub use effect::{EffectAnswer, EffectAsked};
 pub use load::LoadAsked;
 pub use place::{PlaceAnswer, PlaceAsked};
 pub use scene::{BestPlace, Scene};
@@ -22,6 +24,9 @@ pub use slice::{SliceAnswer, SliceAsked};
 pub use study_text::ProgramAtProcess;
 pub use tool::{PlaceOfTool, ToolAnswer, ToolAsked};
 pub use view::View;
+
+use effect::Map;
+use study_file::Asked;
 
 use super::{
     Machines, Overrides,
@@ -37,6 +42,7 @@ pub struct Explorer {
     machine: Machine,
     machines: Machines,
     workpiece: Option<Workpiece>,
+    map: Option<Map>,
 }
 
 /// The workpiece of a scene.
@@ -53,7 +59,7 @@ impl Explorer {
     /// Reads and checks a scene.
     ///
     /// # Errors
-    /// Files that are not of the expected form, or a study that asks for no place of a workpiece.
+    /// Files that are not of the expected form, or a study that is neither of a workpiece's place nor a map.
     pub fn open(scene: Scene) -> Result<Self> {
         Self::with_parameters(scene, Vec::new())
     }
@@ -71,14 +77,14 @@ impl Explorer {
     fn with_parameters(scene: Scene, parameters: Vec<(String, f64)>) -> Result<Self> {
         let overrides = Overrides { parameters, ..Overrides::default() };
         let folder = scene.folder();
-        let (machine, workpiece) = match &scene.study {
-            Some(text) => {
-                let (machine, study) = study_file::read(text, &folder, &overrides)?;
-                (machine, Some(Workpiece::new(study)))
-            }
-            None => (study_file::machine(&scene, &folder, &overrides)?, None),
+        let (machine, workpiece, map) = match &scene.study {
+            Some(text) => match study_file::read(text, &folder, &overrides)? {
+                (machine, Asked::Placement(study)) => (machine, Some(Workpiece::new(*study)), None),
+                (machine, Asked::Map(study)) => (machine, None, Some(Map::new(*study)?)),
+            },
+            None => (study_file::machine(&scene, &folder, &overrides)?, None, None),
         };
-        Ok(Self { machines: Machines::new(&machine, &[])?, machine, workpiece, overrides, scene })
+        Ok(Self { machines: Machines::new(&machine, &[])?, machine, workpiece, map, overrides, scene })
     }
 }
 

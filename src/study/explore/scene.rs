@@ -10,7 +10,7 @@ use crate::{
         Folder,
         error::{Error, Result},
     },
-    machine::catalogue,
+    machine::{Branch, catalogue},
     study::{Study, StudyKind},
 };
 
@@ -26,7 +26,7 @@ pub struct Scene {
     /// Files by the names that the study has for them; those that are no text with their other bytes replaced.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub files: BTreeMap<String, String>,
-    /// A placement study; without one there is no workpiece.
+    /// A placement study or a map; without one there is a machine alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub study: Option<String>,
     /// The best place known.
@@ -53,7 +53,7 @@ impl Scene {
         Self { machine: name.into(), files, study: None, best: None }
     }
 
-    /// The machine and the workpiece of a study of a place or a path; `None` of other studies.
+    /// The machine and the workpiece of a study of a place or a path, the machine and the process of a map; `None` of other studies.
     ///
     /// # Errors
     /// A path whose workpiece cannot be put elsewhere (a line, or one that commands external axes), or files too long to be
@@ -62,6 +62,7 @@ impl Scene {
         let text = match &study.kind {
             StudyKind::Placement(..) => study.files.text.clone(),
             StudyKind::Path(..) => placement_of_path(&study.files)?,
+            StudyKind::WorkspaceMap(map, _) => on_branch(&study.files.text, map.machine.branch)?,
             _ => return Ok(None),
         };
         Self::of_text(&text, &study.files.named).map(Some)
@@ -83,6 +84,14 @@ impl Scene {
     pub(super) fn folder(&self) -> Folder {
         Folder::in_memory(self.files.iter().map(|(name, text)| (name.clone(), text.clone().into_bytes())))
     }
+}
+
+/// The study `text` with the branch on which its machine stands, which the command line may have chosen.
+fn on_branch(text: &str, branch: Option<Branch>) -> Result<String> {
+    let Some(branch) = branch else { return Ok(text.into()) };
+    let mut study: toml::Table = crate::input::toml_file::parse(text, super::STUDY)?;
+    study.insert("branch".into(), branch.label().into());
+    super::study_text::written(&study)
 }
 
 /// The file of a built-in machine.

@@ -1,4 +1,4 @@
-//! A placement study read for a page: the same keys and checks as [`crate::study::Study`] has, without those of other questions.
+//! A placement study or a map read for a page: the same keys and checks as [`crate::study::Study`] has, without those of other questions.
 
 use std::{cell::Cell, collections::BTreeMap};
 
@@ -11,13 +11,14 @@ use crate::{
     process::file::chain_errors::ChainErrorSpec,
     study::{
         Given, Overrides, Question,
+        map::{WorkspaceMapStudy, spec::WorkspaceMapSpec},
         placement::{PlacementStudy, spec::PlacementStudySpec},
         resolve,
         spec::{Header, MillingSpec, ProcessRef, SCHEMA},
     },
 };
 
-/// A placement study as written.
+/// A study as written.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Written {
@@ -30,37 +31,68 @@ struct Written {
     process: Option<ProcessRef>,
     milling: Option<MillingSpec>,
     chain_error: Option<Vec<ChainErrorSpec>>,
-    placement: PlacementStudySpec,
+    placement: Option<PlacementStudySpec>,
+    workspace_map: Option<WorkspaceMapSpec>,
 }
 
-impl Written {
-    fn split(self) -> (Header, PlacementStudySpec) {
-        let Self { schema, question, machine, branch, held, process, milling, chain_error, placement } = self;
-        (Header { schema, question, machine, branch, held, process, milling, chain_error }, placement)
-    }
+/// What a page can ask.
+pub(super) enum Asked {
+    /// Where the workpiece should stand.
+    Placement(Box<PlacementStudy>),
+    /// How far the tool moves.
+    Map(Box<WorkspaceMapStudy>),
 }
 
 /// The study `text`, whose files are in `folder`, and its machine without the tool of a process.
 ///
 /// # Errors
 /// As [`crate::study::Study::from_toml`].
-pub(super) fn read(text: &str, folder: &Folder, overrides: &Overrides) -> Result<(Machine, PlacementStudy)> {
+pub(super) fn read(text: &str, folder: &Folder, overrides: &Overrides) -> Result<(Machine, Asked)> {
+    let written: Written = toml_file::parse(text, STUDY)?;
+    let Written { schema, question, machine, branch, held, process, milling, chain_error, placement, workspace_map } =
+        written;
+    let header = Header { schema, question, machine, branch, held, process, milling, chain_error };
     let check = Check::new(STUDY);
-    let (header, placement) = toml_file::parse::<Written>(text, STUDY)?.split();
     let (machine, _) = resolve::header(&header, folder, overrides, &check)?;
-    let given = Given {
+    let given = |check: Check, name: &'static str| Given {
         machine: machine.clone(),
         folder,
         overrides,
-        check: check.key("placement"),
-        name: PlacementStudy::NAME,
+        check,
+        name,
         header: &header,
         asked_process: Cell::new(false),
         asked_map_keys: Cell::new(false),
     };
-    let resolved = PlacementStudy::resolve(&placement, &given)?;
+    let asked = match (placement, workspace_map) {
+        (Some(spec), None) => {
+            let study = resolved::<PlacementStudy>(&spec, given(check.key("placement"), PlacementStudy::NAME))?;
+            Asked::Placement(Box::new(study))
+        }
+        (None, Some(spec)) => {
+            let study = resolved(&spec, given(check.key("workspace_map"), WorkspaceMapStudy::NAME))?;
+            Asked::Map(Box::new(study))
+        }
+        _ => return check.fail("expected one table, placement or workspace_map".into()),
+    };
+    Ok((machine, asked))
+}
+
+/// The placement study `text`, as [`read`].
+///
+/// # Errors
+/// As [`read`], and of a map.
+pub(super) fn read_placement(text: &str, folder: &Folder, overrides: &Overrides) -> Result<PlacementStudy> {
+    match read(text, folder, overrides)?.1 {
+        Asked::Placement(study) => Ok(*study),
+        Asked::Map(_) => Check::new(STUDY).key("placement").fail("missing".into()),
+    }
+}
+
+fn resolved<Q: Question>(spec: &Q::Spec, given: Given<'_>) -> Result<Q> {
+    let resolved = Q::resolve(spec, &given)?;
     given.refuse_unused()?;
-    Ok((machine, resolved.study))
+    Ok(resolved.study)
 }
 
 /// The machine of a scene without a study.

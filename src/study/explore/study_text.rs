@@ -5,7 +5,7 @@ use std::path::Path;
 use nalgebra::Vector3;
 use toml::{Table, Value};
 
-use super::{Explorer, STUDY, Scene, place::site, study_file::read};
+use super::{Explorer, STUDY, Scene, place::site, study_file::read_placement};
 use crate::{
     input::{
         Folder,
@@ -110,7 +110,7 @@ fn placement(mut head: Table, mut feature: Table, folder: &Folder) -> Result<Str
     let within =
         |[x, y]: [[f64; 2]; 2]| table([("x_mm", x.to_vec()), ("y_mm", y.to_vec()), ("yaw_deg", vec![-180.0, 180.0])]);
     let draft = with(within([[-1.0, 1.0]; 2]), table([("z_mm", 0.0)]), None)?;
-    let (_, study) = read(&draft, folder, &Overrides::default())?;
+    let study = read_placement(&draft, folder, &Overrides::default())?;
     let (start, bounds) = (start(&study), within(ranges(&study)));
     let candidate = study.candidates.is_empty().then(|| {
         let mut candidate = table([("origin_mm", start.as_slice().to_vec())]);
@@ -135,7 +135,7 @@ fn table<V: Into<Value>, const N: usize>(entries: [(&str, V); N]) -> Table {
     entries.into_iter().map(|(key, value)| (key.to_string(), value.into())).collect()
 }
 
-fn written(table: &Table) -> Result<String> {
+pub(super) fn written(table: &Table) -> Result<String> {
     let fault = |fault: toml::ser::Error| Error::Argument { argument: STUDY.into(), problem: fault.to_string() };
     toml::to_string(table).map_err(fault)
 }
@@ -186,7 +186,7 @@ impl Explorer {
         let set: String = self.overrides.parameters.iter().map(set).collect();
         let text =
             format!("{}\n\n{set}[[placement.candidate]]\nname = \"{name}\"\n{origin}\n{angles}\n", text.trim_end());
-        read(&text, &self.scene.folder(), &self.overrides)?;
+        read_placement(&text, &self.scene.folder(), &self.overrides)?;
         Ok(text)
     }
 }

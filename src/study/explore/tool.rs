@@ -14,7 +14,7 @@ use crate::{
     spatial::Pose,
     statics::Status,
     study::{
-        Failure, SOLVED,
+        Failure, SOLVED, Source,
         point::{Place, PointQuestion, solve},
         settled::settled,
     },
@@ -105,9 +105,9 @@ impl Explorer {
             wanted: None,
             external: None,
         };
-        let (commanded, bent) = match settled(&question.machines, &demand) {
-            Some(settled) => (settled.commanded, Some(settled.loaded)),
-            None => (machine.rigid_skeleton(&answer.nominal), None),
+        let (commanded, bent) = match settled(&question.machines, Source::All, &demand) {
+            Ok(settled) => (settled.commanded, Some(settled.loaded)),
+            Err(_) => (machine.rigid_skeleton(&answer.nominal), None),
         };
         let is_solved = answer.loaded.status == Status::Solved;
         let loaded = &answer.loaded;

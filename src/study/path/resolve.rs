@@ -45,7 +45,7 @@ pub(crate) fn path(spec: &PathSpec, process: &Process, given: &Given<'_>, check:
     let demands = demands(process, &toolpath, &origin)?;
     Ok(PathStudy {
         errors: process.errors.clone(),
-        stations: stations(process, &toolpath, &demands),
+        stations: stations(process, toolpath.points(), &demands),
         demands,
         tolerance_mm: process.tolerance_mm,
         methods: methods(spec, &check.key("methods"))?,
@@ -153,7 +153,7 @@ fn methods(spec: &PathSpec, check: &Check) -> Result<Vec<Method>> {
 
 /// φ is the heading about the tool's axis less a quarter turn: on a circle counter-clockwise about it, the polar angle of
 /// the point.
-fn stations(process: &Process, path: &Toolpath, demands: &[Demand]) -> Vec<Station> {
+pub(crate) fn stations(process: &Process, points: &[PathPoint], demands: &[Demand]) -> Vec<Station> {
     let mut led = Led::new(&process.machine, &process.placement);
     let station = |(point, demand): (&PathPoint, &Demand)| {
         let placed = led.placed(demand.external);
@@ -164,7 +164,7 @@ fn stations(process: &Process, path: &Toolpath, demands: &[Demand]) -> Vec<Stati
             cutting: point.cutting,
         }
     };
-    path.points().iter().zip(demands).map(station).collect()
+    points.iter().zip(demands).map(station).collect()
 }
 
 /// An angle in [0, 360), without the rounding of its way through radians.

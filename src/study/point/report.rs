@@ -14,7 +14,7 @@ use crate::{
     spatial::rotation_log,
     statics::Status,
     study::{
-        Failure, ROUNDING_MM,
+        Failure,
         machine_check::report::{clearance_words, conditioning_words, tool_axis_words},
         point::{PointAnswer, PointLoad, PointQuestion},
         status_of,
@@ -330,7 +330,7 @@ fn answer_text(answer: &PointAnswer) -> String {
     let Some(moved) = tool_displacement(answer).filter(|_| answer.loaded.status.is_equilibrium()) else {
         return format!("How far the tool moves is unknown: {}.\n", answer.loaded.status.reason(machine));
     };
-    let mut text = format!("The tool moves by {}", millimetres(moved.norm(), 4, ROUNDING_MM));
+    let mut text = format!("The tool moves by {}", millimetres(moved.norm(), 4));
     let Some(change) = change(answer) else { return text + "; there is no correction.\n" };
     let shown = shown_positions(machine, &change);
     let drives = machine.drive_labels().into_iter().zip(machine.drives()).zip(&shown);

@@ -1,6 +1,13 @@
-// The machine bent at a point, for whoever can compute it: set `Bending.at` to a function of (data, place, group) that returns
-// lines as `data.machine` holds them, or null, or a promise of these. They are drawn with the point in three dimensions.
-const Bending = { at: null };
+// The machine bent at a point, for a page that can compute it: `at` is a function of a place, a source and a tool angle.
+const Bending = {
+  at: null,
+  draw: null,
+  waiting: [],
+  connect(at) {
+    Bending.at = at;
+    Bending.waiting.forEach((begin) => begin());
+  },
+};
 
 // A point of a map that the reader has picked: all its numbers, and the command that explains it.
 function chosenPoint(article, view) {
@@ -76,6 +83,54 @@ function chosenPoint(article, view) {
     });
     return line;
   }
+  // What the engine is asked at a place; null where it cannot be.
+  function question(place) {
+    const source = data.sources?.[view.state.group];
+    if (!source || results.length > 1) return null;
+    const at = view.placeAt(results[0], place);
+    const position = place.slice(0, 3).map((_, axis) => results[0].axes[axis][at[axis]]);
+    return [position, source, data.phi === null ? NaN : value(results[0], data.phi, view.state.group, at)];
+  }
+  const pictures = document.createElement("div");
+  pictures.className = "bent";
+  let paint = [];
+  Theme.onChange(() => paint.forEach((own) => own()));
+  function words(text) {
+    const line = document.createElement("p");
+    line.textContent = text;
+    line.setAttribute("role", "status");
+    return line;
+  }
+  // Says that the machine is being computed, what came of it, or nothing.
+  function showBent(found) {
+    paint = [];
+    pictures.replaceChildren();
+    if (!found) return;
+    if (found.words) return pictures.append(words(found.words));
+    const { answer, factor } = found;
+    const source = data.groups[view.state.group] ? ` (${data.groups[view.state.group]})` : "";
+    if (!answer.loaded) return pictures.append(words(`The machine cannot be drawn here${source}: ${answer.reason}`));
+    const moved = Math.hypot(...answer.displacement);
+    const angle = answer.phi_deg === null ? "" : ` at tool angle ${Data.withUnit(answer.phi_deg, "°")}`;
+    const larger = factor > 1 ? `, drawn ${Data.number(factor)} times as large` : ", drawn as it is";
+    pictures.append(words(`The machine bent here${source}: its tool moves by ${Data.withUnit(moved, "mm")}${angle}${larger}. Grey: before.`));
+    pictures.dataset.moved = moved;
+    const views = document.createElement("div");
+    views.className = "bent-views";
+    pictures.append(views);
+    const s = Math.SQRT1_2;
+    paint = [["From aside", [s, -s, 0], [0.35, 0.35, 0.87]], ["From the front", [1, 0, 0], [0, 0, 1]]].map(([name, right, up]) => {
+      const figure = document.createElement("figure");
+      const canvas = document.createElement("canvas");
+      canvas.setAttribute("role", "img");
+      canvas.setAttribute("aria-label", `${name}: the machine before and bent, ${larger.slice(2)}`);
+      const caption = document.createElement("figcaption");
+      caption.textContent = name;
+      figure.append(canvas, caption);
+      views.append(figure);
+      return Bending.draw(canvas, right, up, found);
+    });
+  }
   function show(place) {
     box.hidden = !place;
     if (!place) return;
@@ -94,7 +149,7 @@ function chosenPoint(article, view) {
       return remark;
     });
     const text = command(place);
-    const parts = [heading, ...remarks, scroll];
+    const parts = [heading, ...remarks, pictures, scroll];
     if (text) {
       const words = document.createElement("p");
       words.className = "small";
@@ -105,5 +160,5 @@ function chosenPoint(article, view) {
     Controls.button(close, "Close", "Close the point", () => view.choose(null));
     box.replaceChildren(...parts, close);
   }
-  return { show };
+  return { show, question, showBent };
 }

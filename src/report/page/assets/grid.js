@@ -70,12 +70,16 @@ function gridView(article, data, name) {
     const had = state.bent;
     state.bent = null;
     if (had) space.draw();
-    if (!place || !Bending.at) return;
-    const lines = await Bending.at(data, place, group);
-    if (!lines || state.chosen !== place || state.group !== group) return;
-    state.bent = lines;
+    const question = place && Bending.at ? chosen.question(place) : null;
+    chosen.showBent(question && { words: "The bent machine is being computed." });
+    if (!question) return;
+    const found = await Bending.at(...question).catch((fault) => ({ words: `The bent machine cannot be computed: ${fault.message}` }));
+    if (state.chosen !== place || state.group !== group) return;
+    state.bent = found.lines ? found : null;
+    chosen.showBent(found);
     space.draw();
   }
+  Bending.waiting.push(bend);
   function describe() {
     const [columns, rows] = [0, 1, 2].filter((axis) => axis !== state.normal);
     const parts = cases.filter((one) => !one.is_difference).map((one) => {

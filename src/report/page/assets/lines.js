@@ -10,7 +10,9 @@ function lineView(article, data, viewName) {
   const isNamed = data.shape === "names";
   const single = cases.length === 1;
   // All groups of a single result at once, or one group of several results.
-  const state = { quantity: 0, group: single && data.groups.length > 1 ? -1 : 0 };
+  // What the curves can be seen over besides their coordinate: the quantity of the second one.
+  const second = isNamed || !single ? -1 : data.labels.indexOf(data.coordinates[1]?.label);
+  const state = { quantity: 0, group: single && data.groups.length > 1 ? -1 : 0, over: 0 };
   const DASHES = ["solid", "dash", "dot", "dashdot", "longdash", "longdashdot"];
   const SYMBOLS = ["circle", "square", "diamond", "triangle-up", "x", "cross"];
   const label = () => data.labels[state.quantity];
@@ -18,28 +20,40 @@ function lineView(article, data, viewName) {
   const places = (one) => (isNamed ? one.names : one.axes[0]);
   const groupIndices = () => (state.group < 0 ? data.groups.map((_, index) => index) : [state.group]);
 
+  // Where each value stands: over the coordinate, or over the second one, in its order.
+  function standing(one, group) {
+    const over = state.over === 1 ? Data.unpack(one.series[second][group]) : null;
+    if (!over) return { x: places(one), order: null };
+    const order = Array.from(over, (_, index) => index).filter((index) => Number.isFinite(over[index])).sort((a, b) => over[a] - over[b] || a - b);
+    return { x: over, order };
+  }
   function curves(list) {
     const found = [];
     list.forEach((one, index) => groupIndices().forEach((group) => {
       const values = Data.unpack(one.series[state.quantity][group]);
-      if (values) found.push({ one, group, values, style: single ? group : index, name: single ? (data.groups[group] ?? "") : one.name });
+      if (values) found.push({ one, group, values, style: single ? group : index, name: single ? (data.groups[group] ?? "") : one.name, ...standing(one, group) });
     }));
     return found;
   }
   function trace(curve) {
-    const x = places(curve.one);
+    const x = curve.x;
+    const picked = (list) => (curve.order ? curve.order.map((index) => list[index]) : list);
+    // Places that share an angle, such as those of a straight line, make no curve.
+    const isCurve = !curve.order || curve.order.every((index, k) => k === 0 || x[index] > x[curve.order[k - 1]]);
     const notes = new Map(curve.one.flags[curve.group] ?? []);
     const colour = Theme.colour("c" + (curve.style % 6));
-    const place = (index) => (isNamed ? Chart.text(x[index]) : coordinate.label + " " + Data.withUnit(x[index], coordinate.unit));
+    const own = places(curve.one);
+    const place = (index) => (isNamed ? Chart.text(x[index]) : coordinate.label + " " + Data.withUnit(own[index], coordinate.unit)
+      + (curve.order ? ", " + data.labels[second] + " " + Data.withUnit(x[index], data.units[second]) : ""));
     const values = Array.from(curve.values, (value) => (Number.isFinite(value) ? value : null));
     return {
-      type: "scatter", name: Chart.text(curve.name), mode: isNamed || x.length < 3 ? "markers" : "lines",
-      x: isNamed ? values : x, y: isNamed ? x.map((name) => allNames.indexOf(name)) : values,
-      line: { color: colour, width: 2.5, dash: DASHES[curve.style % 6] }, marker: { color: colour, size: 12, symbol: SYMBOLS[curve.style % 6] },
-      text: Array.from(curve.values, (value, index) => {
+      type: "scatter", name: Chart.text(curve.name), mode: isNamed || x.length < 3 || !isCurve ? "markers" : "lines",
+      x: isNamed ? values : picked(x), y: isNamed ? x.map((name) => allNames.indexOf(name)) : picked(values),
+      line: { color: colour, width: 2.5, dash: DASHES[curve.style % 6] }, marker: { color: colour, size: isCurve ? 12 : 5, symbol: SYMBOLS[curve.style % 6] },
+      text: picked(Array.from(curve.values, (value, index) => {
         const note = notes.get(index);
         return place(index) + "<br>" + (curve.name ? Chart.text(curve.name) + ": " : "") + "<b>" + Data.withUnit(value, unit()) + "</b>" + (note === undefined ? "" : "<br>" + Chart.text(curve.one.notes[note]));
-      }),
+      })),
       hovertemplate: "%{text}<extra></extra>",
     };
   }
@@ -68,7 +82,8 @@ function lineView(article, data, viewName) {
     if (isNothing) Object.assign(size, { range: low < 0 ? [-10 * floor, 10 * floor] : [0, 10 * floor] });
     if (isNothing) heading.textContent = title + ": nothing but rounding";
     if (isNamed) plot.style.height = 8 + 2 * Math.max(2, place.tickvals.length) + "rem";
-    const placeAxis = Chart.axis(isNamed ? "" : Data.labelled(coordinate.label, coordinate.unit), place);
+    const [along, alongUnit] = state.over === 1 ? [data.labels[second], data.units[second]] : [coordinate.label, coordinate.unit];
+    const placeAxis = Chart.axis(isNamed ? "" : Data.labelled(along, alongUnit), place);
     const sizeAxis = Chart.axis(Data.labelled(label(), unit()), size);
     const layout = Chart.layout({
       hovermode: isNamed ? "closest" : "x", showlegend: found.length > 1, legend: { orientation: "h", y: 1.02, yanchor: "bottom", x: 0 },
@@ -90,7 +105,8 @@ function lineView(article, data, viewName) {
     const parts = found.map((curve) => {
       const best = Array.from(curve.values).reduce((best, value, index, all) => (Number.isFinite(value) && !(value <= all[best]) ? index : best), 0);
       const x = places(curve.one)[best];
-      const where = isNamed ? " for " + x : " at " + Data.withUnit(x, coordinate.unit);
+      const turned = curve.order ? ", " + data.labels[second] + " " + Data.withUnit(curve.x[best], data.units[second]) : "";
+      const where = isNamed ? " for " + x : " at " + Data.withUnit(x, coordinate.unit) + turned;
       return Data.withUnit(curve.values[best], unit()) + where + (curve.name ? " (" + curve.name + ")" : "");
     });
     readout.textContent = capital(label()) + ", highest: " + (parts.length ? parts.join("; ") : "no numbers") + ".";
@@ -107,6 +123,10 @@ function lineView(article, data, viewName) {
       changed();
     });
   }
+  const overSelect = second < 0 ? null : Controls.select(controls, "Over", [coordinate.label, data.labels[second]], (index) => {
+    state.over = index;
+    changed();
+  });
   function changed() {
     showControls();
     Address.write();
@@ -114,6 +134,7 @@ function lineView(article, data, viewName) {
   }
   function showControls() {
     quantitySelect.value = String(state.quantity);
+    if (overSelect) overSelect.value = String(state.over);
     const offset = single ? 1 : 0;
     const has = (group) => data.cases.some((one) => one.series[state.quantity]?.[group]);
     if (state.group >= 0 && !has(state.group)) state.group = single ? -1 : Math.max(0, data.groups.findIndex((_, group) => has(group)));
@@ -124,11 +145,12 @@ function lineView(article, data, viewName) {
   showControls();
   Theme.onChange(draw);
   draw();
-  const BEGIN = { quantity: 0, group: state.group };
+  const BEGIN = { quantity: 0, group: state.group, over: 0 };
   Address.join(viewName, {
     state() {
       const said = {};
       if (state.quantity !== BEGIN.quantity) said.quantity = data.labels[state.quantity];
+      if (state.over !== BEGIN.over) said.over = data.labels[second];
       if (state.group !== BEGIN.group) said[data.group_label || "group"] = data.groups[state.group] ?? "all";
       return said;
     },
@@ -138,6 +160,7 @@ function lineView(article, data, viewName) {
       Object.assign(state, BEGIN);
       if (quantity >= 0) state.quantity = quantity;
       if (group >= 0) state.group = group;
+      if (second >= 0 && said.over === data.labels[second]) state.over = 1;
       showControls();
       draw();
     },

@@ -4,10 +4,11 @@ function spaceView(charts, view, plane) {
   const coordinates = data.coordinates;
   const first = cases[0];
   const isBox = cases.length === 1 && [0, 1, 2].every((axis) => coordinates[axis] && first.axes[axis].length > 1);
+  const TITLE = "Workspace: this slice and the far walls";
   let space = null;
   let isSpaceSeen = false;
   if (isBox) {
-    space = Controls.chart(charts, "Workspace: this slice and the far walls", "space");
+    space = Controls.chart(charts, TITLE, "space");
     if (Chart.hasWebGl()) {
       const turns = document.createElement("div");
       turns.className = "turns";
@@ -103,8 +104,11 @@ function spaceView(charts, view, plane) {
       return line;
     };
     if (state.bent) {
-      traces.push({ type: "scatter3d", mode: "lines", hoverinfo: "skip", line: { color: "#d0006f", width: 5 }, ...lines(state.bent) });
+      const { before, bent } = state.bent.lines;
+      traces.push({ type: "scatter3d", mode: "lines", hoverinfo: "skip", line: { color: Theme.colour("muted"), width: 3 }, ...lines(before) });
+      traces.push({ type: "scatter3d", mode: "lines", hoverinfo: "skip", line: { color: "#d0006f", width: 5 }, ...lines(bent) });
     }
+    space.heading.textContent = TITLE + (state.bent ? `; the machine at the picked point, bent ${Data.number(state.bent.factor)} times as much` : "");
     if (state.machine) {
       traces.push({ type: "scatter3d", mode: "lines", hoverinfo: "skip", line: { color: Theme.colour("c1"), width: 5 }, ...lines(data.machine) });
       traces.push({ type: "scatter3d", mode: "lines", hoverinfo: "skip", line: { color: Theme.colour("c2"), width: 7 }, ...lines([data.tool]) });
@@ -131,6 +135,22 @@ function spaceView(charts, view, plane) {
     if (!isClickable) listen();
     space.plot.setAttribute("aria-label", "View of the workspace in three dimensions, coloured by " + view.label() + " " + view.groupName());
   }
+  // Paper shows no WebGL: a copy of what is drawn lies over it.
+  function copyForPaper() {
+    if (!space) return;
+    isSpaceSeen = true;
+    drawSpace();
+    const { glplot } = space.plot._fullLayout.scene._scene;
+    // What is drawn can be read only right after it was drawn.
+    glplot.redraw();
+    const copy = space.plot.querySelector("canvas.paper") ?? document.createElement("canvas");
+    copy.className = "paper";
+    [copy.width, copy.height] = [glplot.canvas.width, glplot.canvas.height];
+    copy.getContext("2d").drawImage(glplot.canvas, 0, 0);
+    glplot.canvas.after(copy);
+  }
+  window.addEventListener("paper", copyForPaper);
+  window.addEventListener("afterprint", () => space?.plot.querySelector("canvas.paper")?.remove());
   let waiting = 0;
   // While slices follow each other quickly, the view waits for the last.
   function drawSoon() {

@@ -34,6 +34,11 @@
     }
   }
   articles.forEach((_, index) => begin(index));
+  // Paper shows all views; their folds were opened for it just now. Those that begin only now hear of it, too.
+  window.addEventListener("beforeprint", () => {
+    articles.forEach((_, index) => begin(index));
+    window.dispatchEvent(new Event("paper"));
+  });
   // A link to what lies in a fold opens it.
   const open = () => {
     const id = decodeURIComponent(location.hash.slice(1));

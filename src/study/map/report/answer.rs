@@ -2,7 +2,7 @@
 
 use serde_json::json;
 
-use super::{Pictures, Summary, Text, bent::bent, headline::headline, image, page, table};
+use super::{Pictures, Summary, bent::bent, headline::headline, image, page, table, text};
 use crate::{
     input::error::Result,
     report::{Output, Run, exchange::StreamedTable, page::Description},
@@ -28,7 +28,7 @@ pub fn answer(study: &WorkspaceMapStudy, shown: &Shown, run: &Run<'_>) -> Result
         image_points.iter_mut().for_each(|image| image.extend_from_slice(&points));
         Ok(())
     })?;
-    let text = Text::new(&summary, study);
+    let text = text(&summary, study);
     let mut files = streamed.finish()?;
     if let Some(points) = image_points {
         files.extend(image(study).files(run.out, &[("map".into(), table(machine, &points))])?);
@@ -40,7 +40,7 @@ pub fn answer(study: &WorkspaceMapStudy, shown: &Shown, run: &Run<'_>) -> Result
         tables: Vec::new(),
         streamed: (files, vec![("map".into(), columns)]),
         summary: summary.json(),
-        figures: run.drawn(|| pictures.figures(study)),
+        figures: run.drawn(|| pictures.figures(study, &summary)),
         page: Description { headline: headline(&summary, study, &text), ..page(study, &text) },
         bent: run.figures.then(|| bent(study)).flatten(),
         details: text.details(),

@@ -1,12 +1,10 @@
 //! The first screen of a map: how far the tool moves at best and at worst, and what the drives need.
 
-use super::{
-    summary::{Found, OfSource, Summary, is_enough},
-    text::Text,
-};
+use super::summary::{Found, OfSource, Summary, is_enough};
 use crate::{
     machine::Motion,
     report::{
+        Said,
         headline::{Extreme, Headline, InTable, KeyNumber},
         table::{columns_of, correction_columns, kind_word},
         words::{counted, millimetres, percent},
@@ -15,7 +13,7 @@ use crate::{
 };
 
 /// The answer at a glance.
-pub(super) fn headline(summary: &Summary, study: &WorkspaceMapStudy, text: &Text) -> Headline {
+pub(super) fn headline(summary: &Summary, study: &WorkspaceMapStudy, text: &Said) -> Headline {
     let points = counted(study.grid.len(), "place");
     let basis = format!("{points}, {}", counted(study.phis.len(), "tool angle"));
     let all = summary.of(Source::All).filter(|all| is_enough(all.known, study.grid.len()));
@@ -33,7 +31,7 @@ pub(super) fn headline(summary: &Summary, study: &WorkspaceMapStudy, text: &Text
         return Headline::new(sentence, basis).with_cautions(&text.cautions);
     };
     let under = acting(&study.machine, &study.errors, !study.force.is_zero());
-    let [low, high] = [least, most].map(|found| millimetres(found.value, 3, ROUNDING_MM));
+    let [low, high] = [least, most].map(|found| millimetres(found.value, 3));
     let name = study.machine.short_title();
     let sentence = match low == high {
         true => format!("{under}, the tool of the {name} moves by {high} everywhere."),

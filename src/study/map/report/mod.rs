@@ -2,7 +2,6 @@
 
 mod answer;
 mod bent;
-mod extremes;
 mod headline;
 mod page;
 mod pictures;
@@ -15,7 +14,7 @@ pub use page::page;
 pub use pictures::Pictures;
 pub use summary::Summary;
 pub use table::table;
-pub use text::Text;
+pub use text::text;
 
 use crate::{
     report::exchange::{Image, Layer},

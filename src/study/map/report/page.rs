@@ -3,21 +3,18 @@
 use crate::{
     process::ForceLaw,
     report::{
+        Said,
         page::{
             Better, Column, Description, Explorer, Fact, MachineDescription, Mark, Quantity, Section, Shape, TableNote,
-            drive_quantities, error_facts, largest_of_drives,
+            WORST_ANGLE, drive_quantities, error_facts, largest_of_drives,
         },
         words::{counted, typographic},
     },
-    study::{
-        machine_check::report::tool_axis_fact,
-        map::{WorkspaceMapStudy, report::Text},
-        source_group::source_group,
-    },
+    study::{machine_check::report::tool_axis_fact, map::WorkspaceMapStudy, source_group::source_group},
 };
 
 /// Sections, setting, views and tables; first screen, figures and question are added by the run.
-pub fn page(study: &WorkspaceMapStudy, text: &Text) -> Description {
+pub fn page(study: &WorkspaceMapStudy, text: &Said) -> Description {
     let caption = "One row per grid point and source of error, worst over the tool angle.";
     Description {
         setting: setting(study),
@@ -28,7 +25,7 @@ pub fn page(study: &WorkspaceMapStudy, text: &Text) -> Description {
     }
 }
 
-fn sections(text: &Text) -> Vec<Section> {
+fn sections(text: &Said) -> Vec<Section> {
     vec![
         Section::new("Where does the tool move how far?", "the map, to slice, turn and click")
             .text(&text.place)
@@ -96,7 +93,7 @@ fn explorer(study: &WorkspaceMapStudy) -> Explorer {
         Quantity::new(["stiffness_max_N_per_mm"], "largest principal stiffness", "N/mm", Larger),
         Quantity::new(["departure_mm"], "departure of superposition", "mm", Smaller),
         Quantity::new(["departure_over_deflection"], "departure over deflection", "", Smaller),
-        Quantity::new(["deflection_phi_deg"], "tool angle of the worst deflection", "°", Neither),
+        Quantity::new(["deflection_phi_deg"], WORST_ANGLE, "°", Neither),
     ]);
     for axis in ["x", "y", "z"] {
         let column = format!("deflection_{axis}_mm");

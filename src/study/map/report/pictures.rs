@@ -8,13 +8,13 @@ use crate::{
         grid_slices::{drawn, drawn_nodes, panels, thinned_words},
         point_words,
         table::{kind_word, largest_position},
-        words::{counted, millimetres, typographic},
+        words::{counted, millimetres, signed, typographic},
     },
     study::{
-        ROUNDING_MM, Source,
+        Source,
         map::{
             MapPoint, Shown, SourceEffect, WorkspaceMapStudy,
-            report::extremes::{At, Extremes},
+            report::{Summary, summary::Found},
         },
     },
 };
@@ -137,8 +137,6 @@ pub struct Pictures {
     values: Vec<Vec<Option<f64>>>,
     /// Indices along each axis of the picture in 3-D.
     volume: [Vec<usize>; 3],
-    /// Where the deflection under all sources is smallest and largest.
-    extremes: Extremes,
     /// Index of the next point.
     next: usize,
 }
@@ -154,21 +152,11 @@ impl Pictures {
         nodes.sort_unstable();
         nodes.dedup();
         let (quantities, slices_z) = (quantities(&study.machine), shown.slices_z.clone());
-        Self {
-            slices_z,
-            quantities,
-            values: Vec::with_capacity(nodes.len()),
-            nodes,
-            volume,
-            extremes: Extremes::default(),
-            next: 0,
-        }
+        Self { slices_z, quantities, values: Vec::with_capacity(nodes.len()), nodes, volume, next: 0 }
     }
 
     /// Takes the next point, in grid order.
     pub fn add(&mut self, machine: &Machine, point: &MapPoint) {
-        let deflection = &self.quantities[IN_3D];
-        self.extremes.add(point, point.effect(deflection.source).and_then(|e| (deflection.value)(machine, e)));
         if self.nodes.get(self.values.len()) == Some(&self.next) {
             let value = |quantity: &Quantity| point.effect(quantity.source).and_then(|e| (quantity.value)(machine, e));
             self.values.push(self.quantities.iter().map(value).collect());
@@ -182,16 +170,17 @@ impl Pictures {
     }
 
     /// All pictures with their file stems: the answer, slices of every quantity, and the workspace in 3-D with the deflection under
-    /// both sources.
-    pub fn figures(&self, study: &WorkspaceMapStudy) -> Vec<(String, Figure)> {
+    /// both sources. `summary` is that of the same points.
+    pub fn figures(&self, study: &WorkspaceMapStudy, summary: &Summary) -> Vec<(String, Figure)> {
+        let ends = summary.of(Source::All).and_then(|all| all.deflection.get()).map_or_else(Vec::new, Vec::from);
         let slices = |(k, quantity): (usize, &Quantity)| {
             (format!("slices_{}", quantity.file_stem), Figure::Slices(self.slices(study, k)))
         };
-        let answer = ("answer".to_string(), Figure::Slices(self.answer(study)));
+        let answer = ("answer".to_string(), Figure::Slices(self.answer(study, &ends)));
         let is_drawn = |(k, _): &(usize, &Quantity)| {
             let is_angle = self.quantities[*k].shading == Shading::Cyclic;
             // Without a cutting force there is no angle.
-            !is_angle || self.extremes.0.is_none() || self.values.iter().any(|values| values[*k].is_some())
+            !is_angle || ends.is_empty() || self.values.iter().any(|values| values[*k].is_some())
         };
         let all = self.quantities.iter().enumerate().filter(is_drawn).map(slices);
         let mut figures: Vec<(String, Figure)> = std::iter::once(answer).chain(all).collect();
@@ -220,11 +209,10 @@ impl Pictures {
     }
 
     /// The slices through the places where the tool is moved least and most; where nothing is solved, the lowest one.
-    fn answer(&self, study: &WorkspaceMapStudy) -> SliceFigure {
-        let ends: Vec<At> = self.extremes.0.map_or_else(Vec::new, Vec::from);
+    fn answer(&self, study: &WorkspaceMapStudy, ends: &[Found]) -> SliceFigure {
         let [columns, rows, planes] = &self.volume;
         let [xs, ys, zs] = &study.grid.axes;
-        let plane = |at: &At| {
+        let plane = |at: &Found| {
             let gap = |&&k: &&usize| (zs[k] - at.position_mm[2]).abs();
             planes.iter().min_by(|a, b| gap(a).total_cmp(&gap(b))).copied()
         };
@@ -243,7 +231,7 @@ impl Pictures {
                 values: nodes.map(|node| self.value(study, node, IN_3D)).collect(),
                 marks: here
                     .map(|(at, word)| Mark2 {
-                        label: format!("{word} {}", millimetres(at.value, 3, ROUNDING_MM)),
+                        label: format!("{word} {}", millimetres(at.value, 3)),
                         x: at.position_mm[0],
                         y: at.position_mm[1],
                     })
@@ -309,5 +297,5 @@ fn setting(study: &WorkspaceMapStudy, source: Source, drawn: &[Vec<usize>]) -> S
         ),
     };
     let setting = format!("{}, {load}, grid {nx} × {ny} × {nz}{thinned}", study.machine.short_title());
-    typographic(&setting)
+    signed(&setting)
 }

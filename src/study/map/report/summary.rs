@@ -20,7 +20,7 @@ use crate::{
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Found {
     pub value: f64,
-    position_mm: [f64; 3],
+    pub position_mm: [f64; 3],
     pub phi_deg: Option<f64>,
 }
 

@@ -4,40 +4,20 @@ use super::summary::{OfSource, Summary, is_enough};
 use crate::{
     machine::{Machine, Motion},
     report::{
-        cautions,
+        Said, cautions,
         table::kind_word,
         words::{counted, millimetres, percent},
     },
     study::{ROUNDING_MM, Source, map::WorkspaceMapStudy},
 };
 
-/// The sentences, by the question that they answer.
-#[derive(Debug, Clone)]
-pub struct Text {
-    /// What must be known with the answer.
-    pub cautions: String,
-    /// How far the tool moves.
-    pub place: String,
-    /// What the single sources do.
-    pub cause: String,
-    /// What to command instead.
-    pub remedy: String,
-}
-
-impl Text {
-    /// What `summary` of all points of `study` says.
-    pub fn new(summary: &Summary, study: &WorkspaceMapStudy) -> Self {
-        Self {
-            cautions: cautions(summary, study),
-            place: deflection(summary, study, Source::All) + &tolerance(summary, study),
-            cause: cause(summary, study),
-            remedy: corrections(summary, &study.machine, study.grid.len()),
-        }
-    }
-
-    /// All but what must be known with the answer.
-    pub fn details(&self) -> String {
-        [self.place.as_str(), &self.cause, &self.remedy].concat()
+/// What `summary` of all points of `study` says.
+pub fn text(summary: &Summary, study: &WorkspaceMapStudy) -> Said {
+    Said {
+        cautions: cautions(summary, study),
+        place: deflection(summary, study, Source::All) + &tolerance(summary, study),
+        cause: cause(summary, study),
+        remedy: corrections(summary, &study.machine, study.grid.len()),
     }
 }
 
@@ -71,7 +51,7 @@ fn deflection(summary: &Summary, study: &WorkspaceMapStudy, source: Source) -> S
     if most.value <= ROUNDING_MM {
         return String::new();
     }
-    let [low, high] = [least, most].map(|found| millimetres(found.value, 3, ROUNDING_MM));
+    let [low, high] = [least, most].map(|found| millimetres(found.value, 3));
     match low == high {
         true => format!("{cause} by {high} everywhere.\n"),
         false => format!(
@@ -121,7 +101,7 @@ fn departure(summary: &Summary, points: usize) -> String {
     format!(
         "Departure of superposition (the effects computed one by one and added, less all at once): up to {}, at {}, and \
          up to {:.1} % of the deflection, at {}; each taken at the tool angle of the largest deflection.\n",
-        millimetres(absolute.value, 4, ROUNDING_MM),
+        millimetres(absolute.value, 4),
         absolute.place(),
         100.0 * relative.value,
         relative.place()
@@ -162,6 +142,6 @@ fn correction(both: &OfSource, machine: &Machine, kind: Motion) -> String {
 /// What no drive can compensate.
 fn left(both: &OfSource, machine: &Machine) -> String {
     let (Some(axes), Some([_, most])) = (machine.uncontrolled_names(), both.left.get()) else { return String::new() };
-    let left = millimetres(most.value, 3, ROUNDING_MM);
+    let left = millimetres(most.value, 3);
     format!("Compensation leaves up to {left}, at {}: the drives do not control {axes}.\n", most.place())
 }

@@ -3,7 +3,7 @@
 use serde_json::json;
 
 use super::{
-    Pictures, Summary, Text, headline::headline, methods_table, methods_text, page, points_columns, points_table,
+    Pictures, Summary, headline::headline, methods_table, methods_text, page, points_columns, points_table, text,
 };
 use crate::{
     input::error::Result,
@@ -32,7 +32,7 @@ pub fn answer(study: &PathStudy, shown: &Shown, run: &Run<'_>) -> Result<Output>
         pictures.iter_mut().for_each(|pictures| pictures.add(study, &part));
         table.add(&points_table(study, &part))
     })?;
-    let (text, statuses) = (Text::new(&summary, study, shown), summary.statuses());
+    let (text, statuses) = (text(&summary, study, shown), summary.statuses());
     let bent = summary.farthest().filter(|_| run.figures);
     Ok(Output {
         settings: json!({ "points": study.stations.len() }),

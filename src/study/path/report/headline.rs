@@ -2,10 +2,11 @@
 
 use super::{
     summary::{OfSource, Summary},
-    text::{Text, place},
+    text::place,
 };
 use crate::{
     report::{
+        Said,
         headline::{Extreme, Headline, InTable, KeyNumber},
         table::{columns_of, correction_columns, kind_word},
         words::{counted, millimetres, percent},
@@ -18,7 +19,7 @@ use crate::{
 };
 
 /// The answer at a glance.
-pub(super) fn headline(summary: &Summary, study: &PathStudy, shown: &Shown, text: &Text) -> Headline {
+pub(super) fn headline(summary: &Summary, study: &PathStudy, shown: &Shown, text: &Said) -> Headline {
     let length = study.stations.last().map_or(0.0, |station| station.arc_length_mm);
     let basis = format!("a path of {length:.1} mm, {}", counted(study.stations.len(), "point"));
     let name = study.machine.short_title();
@@ -30,11 +31,11 @@ pub(super) fn headline(summary: &Summary, study: &PathStudy, shown: &Shown, text
     };
     let has_force = study.demands.iter().any(|demand| demand.load != crate::spatial::Wrench::default());
     let under = acting(&study.machine, &study.errors, has_force);
-    let off = millimetres(worst, 3, ROUNDING_MM);
-    let left = all.left.get().map(|(left, _)| millimetres(left, 4, ROUNDING_MM));
-    let then = match &left {
-        Some(left) if left == "0 mm" => "; compensated, it stays on the path".into(),
-        Some(left) => format!("; compensated, by {left}"),
+    let off = millimetres(worst, 3);
+    let left = all.left.get().map(|(left, _)| left);
+    let then = match left {
+        Some(left) if left <= ROUNDING_MM => "; compensated, it stays on the path".into(),
+        Some(left) => format!("; compensated, by {}", millimetres(left, 4)),
         None => "; no compensation was found at any point".into(),
     };
     let sentence =
@@ -47,7 +48,7 @@ pub(super) fn headline(summary: &Summary, study: &PathStudy, shown: &Shown, text
     Headline::new(sentence, basis)
         .with_cautions(&text.cautions)
         .with(number.found(in_points(["displacement_mm".into()], worst)))
-        .with_all(left.map(|left| remaining(all, study, &left)))
+        .with_all(left.map(|left| remaining(all, study, left)))
         .with_all(correction(all, study))
 }
 
@@ -56,9 +57,8 @@ fn in_points(columns: impl IntoIterator<Item = String>, value: f64) -> InTable {
 }
 
 /// What compensation leaves.
-fn remaining(all: &OfSource, study: &PathStudy, left: &str) -> KeyNumber {
-    let value = all.left.get().map_or(0.0, |(left, _)| left);
-    let against = study.tolerance_mm.map_or_else(String::new, |tolerance| match value <= tolerance {
+fn remaining(all: &OfSource, study: &PathStudy, left: f64) -> KeyNumber {
+    let against = study.tolerance_mm.map_or_else(String::new, |tolerance| match left <= tolerance {
         true => format!("within the tolerance of {tolerance} mm"),
         false => format!("more than the tolerance of {tolerance} mm"),
     });
@@ -69,7 +69,7 @@ fn remaining(all: &OfSource, study: &PathStudy, left: &str) -> KeyNumber {
             format!("largest distance left at the {} of {points} points that could be compensated", points - failed)
         }
     };
-    KeyNumber::new(left, what, against).found(in_points(["error_left_mm".into()], value))
+    KeyNumber::new(&millimetres(left, 4), what, against).found(in_points(["error_left_mm".into()], left))
 }
 
 /// The largest correction, of slides where there are both kinds of drives, and the force it is made under.

@@ -8,7 +8,7 @@ use crate::{
         figures::{Figure, Look, PlanFigure, PlanShape},
         words::{counted, millimetres},
     },
-    study::{ROUNDING_MM, path::PathStudy},
+    study::path::PathStudy,
 };
 
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -27,7 +27,7 @@ pub(super) fn figure(
     study: &PathStudy,
     drawn: &[Moved],
     worst: Option<(usize, Vector3<f64>)>,
-    x_is_angle: bool,
+    is_circle: bool,
 ) -> Figure {
     let wanted = study.wanted();
     let [across, up, along] = view(&wanted);
@@ -51,11 +51,9 @@ pub(super) fn figure(
     let mark = |(farthest, largest): (usize, Vector3<f64>)| {
         let (x, y) = flat(wanted[farthest] + largest * factor);
         let station = &study.stations[farthest];
-        let place = match station.phi_deg.filter(|_| x_is_angle) {
-            Some(phi) => format!("tool angle {phi:.0}°"),
-            None => format!("{:.1} mm along", station.arc_length_mm),
-        };
-        (x, y, format!("worst {}\n{place}", millimetres(largest.norm(), 3, ROUNDING_MM)))
+        let angle =
+            station.phi_deg.filter(|_| is_circle).map_or_else(String::new, |phi| format!("\ntool angle {phi:.0}°"));
+        (x, y, format!("worst {}\n{:.1} mm along{angle}", millimetres(largest.norm(), 3), station.arc_length_mm))
     };
     Figure::Plan(Box::new(PlanFigure {
         title: "Where the tool goes without compensation".into(),

@@ -13,10 +13,10 @@ mod thinned;
 
 pub use answer::answer;
 pub use page::page;
-pub(crate) use page::points_view;
+pub(crate) use page::{ANGLE, along_columns, points_view};
 pub use pictures::Pictures;
 pub(crate) use summary::methods_text;
 pub use summary::{Summary, facts_text, failures_text};
 pub(crate) use tables::{methods_table, points_columns, points_table};
-pub use text::Text;
+pub use text::text;
 pub(crate) use thinned::{Curve, drawn};

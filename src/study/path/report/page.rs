@@ -3,6 +3,7 @@
 use crate::{
     machine::Machine,
     report::{
+        Said,
         page::{
             Better, Column, Description, Explorer, Fact, MachineDescription, Quantity, Section, Shape, TableNote,
             drive_quantities, error_facts, largest_of_drives,
@@ -10,16 +11,13 @@ use crate::{
         words::counted,
     },
     study::{
-        path::{
-            PathStudy, Shown,
-            report::{Text, cutting_force},
-        },
+        path::{PathStudy, Shown, report::cutting_force},
         source_group::source_group,
     },
 };
 
 /// Sections, setting, views and tables; first screen, figures and question are added by the run.
-pub fn page(study: &PathStudy, shown: &Shown, text: &Text) -> Description {
+pub fn page(study: &PathStudy, shown: &Shown, text: &Said) -> Description {
     let points =
         "One row per point and source of error: displacement without compensation, command and forces with it.";
     Description {
@@ -34,7 +32,7 @@ pub fn page(study: &PathStudy, shown: &Shown, text: &Text) -> Description {
     }
 }
 
-fn sections(text: &Text) -> Vec<Section> {
+fn sections(text: &Said) -> Vec<Section> {
     vec![
         Section::new("Where is the tool off how far?", "along the path, and on the part")
             .text(&text.place)
@@ -101,15 +99,24 @@ pub(crate) fn points_view(machine: &Machine, title: String, table: String, first
         quantities.push(Quantity::new([column], &format!("displacement along {axis}"), "mm", Better::Neither));
     }
     quantities.extend(drive_quantities(machine, Better::Neither));
+    quantities.push(Quantity::new([ANGLE[0]], ANGLE[1], "°", Better::Neither));
     Explorer {
         title,
         table,
         shape: Shape::Curve,
-        coordinates: vec![Column::new("arc_length_mm", "length along the path", "mm")],
+        coordinates: along_columns(),
         group: Some(source_group(machine)),
         quantities,
         marks: Vec::new(),
     }
+}
+
+/// Column and label of the tool angle.
+pub(crate) const ANGLE: [&str; 2] = ["phi_deg", "tool angle φ"];
+
+/// What curves along a path can be seen over.
+pub(crate) fn along_columns() -> Vec<Column> {
+    vec![Column::new("arc_length_mm", "length along the path", "mm"), Column::new(ANGLE[0], ANGLE[1], "°")]
 }
 
 fn methods() -> Explorer {

@@ -7,10 +7,10 @@ use crate::{
         StatusCount,
         table::{largest_force, largest_position},
         text_table::text_table,
-        words::{counted, if_any, millimetres},
+        words::{counted, if_any, millimetres_in_table},
     },
     study::{
-        ROUNDING_MM, Source,
+        Source,
         along_path::PathSummary,
         path::{MethodAlongPath, PathPart, PathStudy},
         sources::Gathered,
@@ -187,8 +187,8 @@ pub(crate) fn methods_text(methods: &[MethodAlongPath]) -> String {
         table.add_row([
             method.method.label(),
             if_any(s.mean_corrections, |mean| format!("{mean:.2}")),
-            if_any(s.max_mm, |max| millimetres(max, 4, ROUNDING_MM)),
-            if_any(s.rms_mm, |rms| millimetres(rms, 4, ROUNDING_MM)),
+            if_any(s.max_mm, |max| millimetres_in_table(max, 4)),
+            if_any(s.rms_mm, |rms| millimetres_in_table(rms, 4)),
             format!("{} of {}", s.failed, s.points),
         ]);
     }

@@ -4,7 +4,7 @@ use super::{summary::Summary, summary::facts_text};
 use crate::{
     machine::Motion,
     report::{
-        cautions,
+        Said, cautions,
         table::kind_word,
         words::{counted, listed, millimetres, percent},
     },
@@ -14,43 +14,22 @@ use crate::{
     },
 };
 
-/// The sentences, by the question that they answer.
-#[derive(Debug, Clone)]
-pub struct Text {
-    /// What must be known with the answer.
-    pub cautions: String,
-    /// How far the tool is off, and where.
-    pub place: String,
-    /// What the single sources do.
-    pub cause: String,
-    /// What to command instead.
-    pub remedy: String,
-}
-
-impl Text {
-    /// What `summary` of all points of `study` says.
-    pub fn new(summary: &Summary, study: &PathStudy, shown: &Shown) -> Self {
-        Self {
-            cautions: cautions(summary, study),
-            place: displacement(summary, study, shown, Source::All) + &tolerance(summary, study),
-            cause: cause(summary, study, shown),
-            remedy: remedy(summary, study, shown),
-        }
-    }
-
-    /// All but what must be known with the answer.
-    pub fn details(&self) -> String {
-        [self.place.as_str(), &self.cause, &self.remedy].concat()
+/// What `summary` of all points of `study` says.
+pub fn text(summary: &Summary, study: &PathStudy, shown: &Shown) -> Said {
+    Said {
+        cautions: cautions(summary, study),
+        place: displacement(summary, study, shown, Source::All) + &tolerance(summary, study),
+        cause: cause(summary, study, shown),
+        remedy: remedy(summary, study, shown),
     }
 }
 
 /// A point of the path in words.
 pub(super) fn place(study: &PathStudy, shown: &Shown, k: usize) -> String {
     let station = &study.stations[k];
-    match station.phi_deg.filter(|_| shown.is_circle) {
-        Some(phi) => format!("at tool angle φ = {phi:.0}°"),
-        None => format!("{:.1} mm along the path", station.arc_length_mm),
-    }
+    let angle = station.phi_deg.filter(|_| shown.is_circle);
+    let angle = angle.map_or_else(String::new, |phi| format!(" (tool angle φ = {phi:.0}°)"));
+    format!("{:.1} mm along the path{angle}", station.arc_length_mm)
 }
 
 fn cautions(summary: &Summary, study: &PathStudy) -> String {
@@ -76,7 +55,7 @@ fn displacement(summary: &Summary, study: &PathStudy, shown: &Shown, source: Sou
         return String::new();
     }
     let cause = source.moves(&study.machine);
-    format!("{cause} by up to {}, {}.\n", millimetres(size, 3, ROUNDING_MM), place(study, shown, k))
+    format!("{cause} by up to {}, {}.\n", millimetres(size, 3), place(study, shown, k))
 }
 
 fn tolerance(summary: &Summary, study: &PathStudy) -> String {
@@ -95,7 +74,7 @@ fn cause(summary: &Summary, study: &PathStudy, shown: &Shown) -> String {
     }
     let blame = summary.blame().iter();
     let blame: Vec<String> =
-        blame.map(|(source, size)| format!("{} {}", source.words(), millimetres(*size, 3, ROUNDING_MM))).collect();
+        blame.map(|(source, size)| format!("{} {}", source.words(), millimetres(*size, 3))).collect();
     if let Some((_, k)) = summary.of(Source::All).and_then(|all| all.displacement.get()).filter(|_| blame.len() > 1) {
         let words: Vec<&str> = blame.iter().map(String::as_str).collect();
         text += &format!(
@@ -127,7 +106,7 @@ fn remedy(summary: &Summary, study: &PathStudy, shown: &Shown) -> String {
     };
     let mut text: String = machine.drive_kinds().filter_map(of).collect();
     if let (Some(axes), Some((left, k))) = (machine.uncontrolled_names(), both.left.get()) {
-        let left = millimetres(left, 3, ROUNDING_MM);
+        let left = millimetres(left, 3);
         text += &format!("Compensation leaves up to {left}, {}: the drives do not control {axes}.\n", place(k));
     }
     text

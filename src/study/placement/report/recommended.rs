@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 use crate::{
     process::Extent,
     report::{
+        amplification::amplification,
         figures::{Figure, Look, PlanField, PlanFigure, PlanShape, PoseFigure, Solid, Surroundings},
         page::MachineDescription,
         words::{position, typographic},
@@ -14,7 +15,7 @@ use crate::{
     study::{
         deflected_pose::deflected_pose,
         demands::demands_under,
-        placement::{COORDINATES, Entry, Found, Metric, PlacementResults, Site, is_angle, report::pictures},
+        placement::{COORDINATES, Entry, Found, Metric, PlacementResults, Site, Trace, is_angle, report::pictures},
     },
 };
 
@@ -43,12 +44,14 @@ pub(super) fn plan(results: &PlacementResults) -> Option<Figure> {
     let mut marks = Vec::new();
     if let Some(best) = best {
         shapes.push(outline(results, &best.site, Look::Part, String::new()));
-        shapes.extend(path(results).into_iter().map(|points| PlanShape {
-            look: Look::Path,
-            points: points.iter().map(|p| (p.x, p.y)).collect(),
-            label: String::new(),
-        }));
         shapes.extend(room(results, &best.site));
+        for (look, way) in [(Look::Path, Way::Wanted), (Look::Before, Way::Before), (Look::After, Way::After)] {
+            shapes.extend(path(results, way).into_iter().map(|points| PlanShape {
+                look,
+                points: points.iter().map(|p| (p.x, p.y)).collect(),
+                label: String::new(),
+            }));
+        }
         let value = results.entries[best.entry].outcome.as_ref().ok().and_then(|e| e.metrics.get(metric));
         let label = value.map_or_else(|| "best".into(), |value| format!("best\n{}", number(value)));
         marks.push((best.site.0[0], best.site.0[1], label));
@@ -76,7 +79,7 @@ pub(super) fn plan(results: &PlacementResults) -> Option<Figure> {
         shapes,
         coloured: Vec::new(),
         marks,
-        note: room_words(results),
+        note: [deviations(results), room_words(results)].into_iter().flatten().collect::<Vec<_>>().join("; "),
     })))
 }
 
@@ -139,19 +142,45 @@ fn hull(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     lower
 }
 
-/// The paths of all features at the best place, in pieces where the tool cuts.
-fn path(results: &PlacementResults) -> Vec<Vec<Vector3<f64>>> {
+/// The traces at the best place.
+fn at_best(results: &PlacementResults) -> impl Iterator<Item = &Trace> {
     let best = results.best.as_ref().map(|best| &results.entries[best.entry].name);
+    results.traces.iter().filter(move |trace| Some(&trace.place) == best)
+}
+
+/// How many times as large errors are drawn.
+fn factor(results: &PlacementResults) -> f64 {
+    let wanted: Vec<Vector3<f64>> = at_best(results).flat_map(|trace| trace.wanted.iter().copied()).collect();
+    let errors = at_best(results).flat_map(|trace| trace.before.iter().flatten());
+    amplification(&wanted, errors.map(Vector3::norm).fold(0.0, f64::max))
+}
+
+/// Where the tool goes.
+#[derive(Debug, Clone, Copy)]
+enum Way {
+    Wanted,
+    Before,
+    After,
+}
+
+/// The paths of all features at the best place, or where the tool goes along them, in pieces where it cuts.
+fn path(results: &PlacementResults, way: Way) -> Vec<Vec<Vector3<f64>>> {
+    let factor = factor(results);
     let mut pieces: Vec<Vec<Vector3<f64>>> = Vec::new();
-    for trace in results.traces.iter().filter(|trace| Some(&trace.place) == best) {
+    for trace in at_best(results) {
         let mut piece: Vec<Vector3<f64>> = Vec::new();
         for (k, at) in trace.wanted.iter().enumerate() {
+            let error = match way {
+                Way::Wanted => Some(Vector3::zeros()),
+                Way::Before => trace.before[k],
+                Way::After => trace.after[k],
+            };
             let leads_on = trace.cutting.get(k + 1) == Some(&true);
-            if !trace.cutting[k] {
+            if !trace.cutting[k] || error.is_none() {
                 pieces.push(std::mem::take(&mut piece));
             }
             if trace.cutting[k] || leads_on {
-                piece.push(*at);
+                piece.extend(error.map(|error| at + factor * error));
             }
         }
         pieces.push(piece);
@@ -178,8 +207,15 @@ fn room(results: &PlacementResults, site: &Site) -> Option<PlanShape> {
     })
 }
 
+/// How large deviations are drawn, where there are any.
+fn deviations(results: &PlacementResults) -> Option<String> {
+    let factor = factor(results);
+    let has_errors = at_best(results).any(|trace| trace.before.iter().any(Option::is_some));
+    has_errors.then(|| format!("deviations drawn {factor} times as large"))
+}
+
 /// The same in words, coordinate by coordinate.
-fn room_words(results: &PlacementResults) -> String {
+fn room_words(results: &PlacementResults) -> Option<String> {
     let mut parts: Vec<String> = Vec::new();
     for (i, name) in COORDINATES.iter().enumerate() {
         let (scale, unit) = if is_angle(i) { (1f64.to_degrees(), "°") } else { (1.0, "\u{a0}mm") };
@@ -197,8 +233,8 @@ fn room_words(results: &PlacementResults) -> String {
         }
     }
     match parts.as_slice() {
-        [] => String::new(),
-        parts => format!("room until it is 5 % worse (orange): {}", parts.join(", ")),
+        [] => None,
+        parts => Some(format!("room until it is 5 % worse (orange): {}", parts.join(", "))),
     }
 }
 
@@ -241,6 +277,7 @@ pub(super) fn in_space(results: &PlacementResults) -> Option<Figure> {
     let described = MachineDescription::new(machine);
     let solid = |name: String, corners: [Vector3<f64>; 8]| Solid { name, corners: corners.map(Into::into) };
     let in_the_way = study.forbidden.iter().map(|forbidden| solid(forbidden.name.clone(), forbidden.extent.corners()));
+    let lines = |way| path(results, way).into_iter().map(|piece| piece.into_iter().map(Into::into).collect()).collect();
     let [x, y, z]: [f64; 3] = entry.site.position_mm().into();
     Some(Figure::Pose(Box::new(PoseFigure {
         title: "The machine and the part at its best place".into(),
@@ -256,9 +293,11 @@ pub(super) fn in_space(results: &PlacementResults) -> Option<Figure> {
         around: Surroundings {
             part: Some(solid("part".into(), corners(&study.extent, &study.workpiece(&best.site)))),
             in_the_way: in_the_way.collect(),
-            paths: path(results).into_iter().map(|piece| piece.into_iter().map(Into::into).collect()).collect(),
+            paths: lines(Way::Wanted),
+            before: lines(Way::Before),
+            after: lines(Way::After),
         },
-        note: None,
+        note: deviations(results),
     })))
 }
 

@@ -10,7 +10,7 @@ use crate::{
         words::{counted, millimetres, percent},
     },
     study::{
-        ROUNDING_MM, Source,
+        Source,
         path::report::facts_text,
         program::{Pass, ProgramJob, before::share_within},
     },
@@ -45,19 +45,20 @@ fn known(job: &ProgramJob) -> String {
 
 fn sentence(job: &ProgramJob, proved: &Proved<'_>) -> String {
     let name = job.machine.short_title();
-    let Some((_, worst)) = proved.before.worst(job) else {
+    let Some((k, worst)) = proved.before.worst(job) else {
         return format!(
             "How far the tool of the {name} leaves {} could be computed at none of its points.",
             proved.name
         );
     };
-    let line =
-        worst_lines(job, proved, 1).first().map_or_else(String::new, |worst| format!(", worst in line {}", worst.line));
-    let off = millimetres(worst, 3, ROUNDING_MM);
+    let along = job.path.points()[k].arc_length_mm;
+    let line = worst_lines(job, proved, 1)
+        .first()
+        .map_or_else(String::new, |worst| format!(", worst in line {}, {along:.1} mm along the path", worst.line));
+    let off = millimetres(worst, 3);
     let left = proved.passes.last().and_then(|pass| pass.summary.max_mm);
-    let then = left.map_or_else(String::new, |left| {
-        format!("; the compensated program leaves {}", millimetres(left, 4, ROUNDING_MM))
-    });
+    let then =
+        left.map_or_else(String::new, |left| format!("; the compensated program leaves {}", millimetres(left, 4)));
     format!("Running {}, the tool of the {name} is off by up to {off}{line}{then}.", proved.name)
 }
 
@@ -74,7 +75,7 @@ fn against(job: &ProgramJob, share: impl FnOnce(f64) -> Option<f64>) -> String {
 
 fn before(job: &ProgramJob, proved: &Proved<'_>) -> Option<KeyNumber> {
     let (_, worst) = proved.before.worst(job)?;
-    let shown = millimetres(worst, 3, ROUNDING_MM);
+    let shown = millimetres(worst, 3);
     let what = "largest distance from the path without compensation, where the tool cuts";
     let number = KeyNumber::new(&shown, what, against(job, |tolerance| proved.before.share_within(job, tolerance)));
     Some(number.found(in_points(before_column(Source::All), worst)))
@@ -82,7 +83,7 @@ fn before(job: &ProgramJob, proved: &Proved<'_>) -> Option<KeyNumber> {
 
 fn after(job: &ProgramJob, proved: &Proved<'_>) -> Option<KeyNumber> {
     let left = proved.passes.last()?.summary.max_mm?;
-    let shown = millimetres(left, 4, ROUNDING_MM);
+    let shown = millimetres(left, 4);
     let what = "largest distance with the compensated program as written, simulated";
     let number = KeyNumber::new(&shown, what, against(job, |tolerance| share_within(job, proved.after, tolerance)));
     Some(number.found(in_points("error_after_mm".into(), left)))
@@ -115,7 +116,7 @@ pub fn worse_as_written(passes: &[Pass], rounded_mm: f64) -> Option<String> {
     let [.., commanded, written] = passes else { return None };
     let (commanded, written) = (commanded.summary.max_mm?, written.summary.max_mm?);
     let explained = commanded + ROUNDINGS * rounded_mm + EXACT_MM;
-    let shown = |length: f64| millimetres(length, 4, ROUNDING_MM);
+    let shown = |length: f64| millimetres(length, 4);
     let sentence = || {
         format!(
             "Do not run the written program: it leaves {}, its commands leave {} and writing them moved none by more than {}.\n",

@@ -5,12 +5,16 @@ use crate::{
     report::{
         headline::{Headline, KeyNumber},
         page::{
-            Better, Column, Description, Explorer, Fact, MachineDescription, Quantity, Section, Shape, SmallTable,
-            TableNote, drive_quantities, error_facts, largest_of_drives,
+            Better, Description, Explorer, Fact, MachineDescription, Quantity, Section, Shape, SmallTable, TableNote,
+            drive_quantities, error_facts, largest_of_drives,
         },
         words::{counted, if_any, listed, millimetres},
     },
-    study::{ROUNDING_MM, Source, path::report::cutting_force, program::ProgramJob},
+    study::{
+        Source,
+        path::report::{ANGLE, along_columns, cutting_force},
+        program::ProgramJob,
+    },
 };
 
 /// Lines of the program that are shown.
@@ -53,7 +57,7 @@ fn setting(job: &ProgramJob) -> Vec<Fact> {
 }
 
 fn shown(length_mm: f64) -> String {
-    millimetres(length_mm, 4, ROUNDING_MM)
+    millimetres(length_mm, 4)
 }
 
 fn worst(job: &ProgramJob, proved: &Proved<'_>) -> Section {
@@ -147,11 +151,12 @@ fn along(job: &ProgramJob, points: &str) -> Explorer {
     quantities.extend(largest_of_drives(&job.machine));
     quantities.extend(drive_quantities(&job.machine, Better::Neither));
     quantities.extend(cutting_force::quantities());
+    quantities.push(Quantity::new([ANGLE[0]], ANGLE[1], "°", Better::Neither));
     Explorer {
         title: ALONG.into(),
         table: points.into(),
         shape: Shape::Curve,
-        coordinates: vec![Column::new("arc_length_mm", "length along the path", "mm")],
+        coordinates: along_columns(),
         group: None,
         quantities,
         marks: Vec::new(),

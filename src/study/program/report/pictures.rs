@@ -6,8 +6,8 @@ use super::Proved;
 use crate::{
     report::{
         amplification::amplification,
-        figures::{Figure, LineFigure, LineSeries},
-        words::counted,
+        figures::{Figure, LineFigure, LineSeries, Look, PlanFigure, PlanShape},
+        words::{counted, millimetres},
     },
     study::{
         Source,
@@ -77,34 +77,50 @@ fn line_figure(job: &ProgramJob, title: &str, y_label: &str, series: Vec<LineSer
     })
 }
 
-/// The path from above: wanted, as the tool goes without compensation and with the program as written.
+/// The path from above: wanted, as the tool goes without compensation and with the program as written, and the line in which it
+/// is off farthest.
 fn path(job: &ProgramJob, proved: &Proved<'_>) -> Figure {
     let wanted: Vec<Vector3<f64>> =
         job.demands.iter().map(|demand| demand.wanted().transform(demand.offset(&job.machine))).collect();
-    let largest = proved.before.worst(job).map_or(0.0, |(_, worst)| worst);
-    let factor = amplification(&wanted, largest);
+    let worst = proved.before.worst(job);
+    let factor = amplification(&wanted, worst.map_or(0.0, |(_, size)| size));
     let shown = drawn(&wanted);
-    let series = |label: &str, dashed: bool, errors: Option<&[Option<Vector3<f64>>]>| {
-        let at = |&k: &usize| {
-            let error = errors.map_or(Some(Vector3::zeros()), |errors| *errors.get(k)?)?;
-            let at = wanted[k] + error * factor;
-            Some((at.x, at.y))
-        };
-        LineSeries { label: label.into(), points: shown.iter().filter_map(at).collect(), dashed }
+    let before = proved.before.of(Source::All);
+    let pieces = |look: Look, errors: Option<&[Option<Vector3<f64>>]>| {
+        let mut pieces: Vec<Vec<(f64, f64)>> = vec![Vec::new()];
+        for &k in &shown {
+            match errors.map_or(Some(Vector3::zeros()), |errors| *errors.get(k)?) {
+                Some(error) => {
+                    let at = wanted[k] + error * factor;
+                    pieces.last_mut().into_iter().for_each(|piece| piece.push((at.x, at.y)));
+                }
+                None => pieces.push(Vec::new()),
+            }
+        }
+        let shape = move |points| PlanShape { look, points, label: String::new() };
+        pieces.into_iter().filter(|piece| !piece.is_empty()).map(shape).collect::<Vec<_>>()
     };
-    Figure::Lines(LineFigure {
+    let mark = |(k, size): (usize, f64)| {
+        let at = wanted[k] + before[k]? * factor;
+        let point = &job.path.points()[k];
+        let line = job.file.line_of(point.source.segment).map_or_else(String::new, |line| format!("line {line}, "));
+        Some((at.x, at.y, format!("worst {}\n{line}{:.1} mm along", millimetres(size, 3), point.arc_length_mm)))
+    };
+    Figure::Plan(Box::new(PlanFigure {
         title: "Where the tool goes before and after".into(),
         subtitle: format!("{}, seen along \u{2212}z of the base", job.machine.short_title()),
         x_label: "x [mm]".into(),
         y_label: "y [mm]".into(),
-        series: vec![
-            series("wanted", false, None),
-            series("before", false, Some(proved.before.of(Source::All))),
-            series("after", true, Some(proved.after)),
-        ],
-        equal_axes: true,
-        log_x: false,
-        log_y: false,
-        closed_note: Some(format!("deviations drawn {factor} times as large")),
-    })
+        quantity: String::new(),
+        field: None,
+        shapes: [
+            pieces(Look::Wanted, None),
+            pieces(Look::Before, Some(before)),
+            pieces(Look::After, Some(proved.after)),
+        ]
+        .concat(),
+        coloured: Vec::new(),
+        marks: worst.and_then(mark).into_iter().collect(),
+        note: format!("deviations drawn {factor} times as large"),
+    }))
 }

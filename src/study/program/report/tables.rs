@@ -11,7 +11,11 @@ use crate::{
         Source,
         along_path::PathAnswer,
         command_columns::{drive_cells, drive_columns, pose_cells, pose_columns},
-        path::report::cutting_force,
+        path::{
+            Station,
+            report::{ANGLE, cutting_force},
+            resolve::stations,
+        },
         program::{ProgramJob, before::Before},
     },
 };
@@ -32,7 +36,7 @@ pub fn program_columns(machine: &Machine) -> Vec<Column> {
         "leftover_rotation_deg",
     ];
     let mut columns = counts(["point", "line"]);
-    columns.extend(numbers(["arc_length_mm"]));
+    columns.extend(numbers(["arc_length_mm", ANGLE[0]]));
     columns.extend(counts(["cutting"]));
     columns.extend(numbers(quantities[..6].iter().copied()));
     columns.extend(numbers(Source::of(machine).iter().map(|source| before_column(*source))));
@@ -53,7 +57,7 @@ pub(super) fn before_column(source: Source) -> String {
     }
 }
 
-/// One row per point from `first` on: where the tool should be, what is commanded instead (both in the workpiece frame),
+/// One row per point from `first` on: the tool angle, where the tool should be, what is commanded instead (both in the workpiece frame),
 /// the error before (mm, by point of the path) and as written (base axes), the cutting force, the poses of P in O and the drive positions
 /// without and with compensation, drive corrections and forces as written. An empty cell has its reason in `status` and
 /// `reason`. `limits` names the limits that bind, if the path was corrected within limits.
@@ -67,10 +71,12 @@ pub fn program_table(
     let machine = &job.machine;
     let columns = program_columns(machine);
     let width = columns.len();
-    let row = |(k, answer): (usize, &PathAnswer)| {
+    let last = first + answers.len();
+    let stations = stations(&job.process, &job.path.points()[first..last], &job.demands[first..last]);
+    let row = |((k, answer), station): ((usize, &PathAnswer), Station)| {
         let point = &job.path.points()[k];
         let mut row: Row = vec![k.into(), job.file.line_of(point.source.segment).into()];
-        row.extend([point.arc_length_mm.into(), usize::from(point.cutting).into()]);
+        row.extend([point.arc_length_mm.into(), station.phi_deg.into(), usize::from(point.cutting).into()]);
         row.extend(cells(point.position_mm.iter().copied()));
         let commanded = answer.target.map(|pose| job.commanded(k, pose));
         row.extend((0..3).map(|i| commanded.map(|p| p[i]).into()));
@@ -94,7 +100,7 @@ pub fn program_table(
         row.resize(width, Cell::Missing);
         row
     };
-    Table::new(columns, (first..).zip(answers).map(row))
+    Table::new(columns, (first..).zip(answers).zip(stations).map(row))
 }
 
 /// Limits that bind at point `k`, such as `correction x upper`.

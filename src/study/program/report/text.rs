@@ -4,13 +4,10 @@ use crate::{
     compensation::BoundedPath,
     machine::Machine,
     report::words::{counted, millimetres},
-    study::{
-        ROUNDING_MM,
-        program::{
-            ProgramJob,
-            bounded::Exceeded,
-            report::units::{shown_limit_unit, shown_price},
-        },
+    study::program::{
+        ProgramJob,
+        bounded::Exceeded,
+        report::units::{shown_limit_unit, shown_price},
     },
 };
 
@@ -30,7 +27,7 @@ pub fn bounded_text(machine: &Machine, path: &BoundedPath) -> String {
             price.kind.label(),
             labels[price.drive],
             counted(price.points, "point"),
-            millimetres(error_mm, 4, ROUNDING_MM),
+            millimetres(error_mm, 4),
             shown_limit_unit(machine, price.kind, price.drive),
         );
     }
@@ -60,6 +57,6 @@ pub fn exceeded_text(job: &ProgramJob, exceeded: &[Exceeded]) -> String {
 /// What no drive can compensate, where there is such a thing; `left_mm` is left by the commands.
 pub fn left_text(machine: &Machine, left_mm: Option<f64>) -> String {
     let (Some(axes), Some(left)) = (machine.uncontrolled_names(), left_mm) else { return String::new() };
-    let left = millimetres(left, 4, ROUNDING_MM);
+    let left = millimetres(left, 4);
     format!("Compensation leaves up to {left}: the drives do not control {axes}.\n")
 }

@@ -51,7 +51,7 @@ fn dry_run(job: &ProgramJob, proved: &Proved<'_>) -> String {
         true => format!(
             "Try it above the part with nothing to cut: the tool is then beside the drawn path by up to {}, since it is sent \
              against a cutting force that is not there.\n",
-            millimetres(largest, 3, ROUNDING_MM)
+            millimetres(largest, 3)
         ),
         false => "Try it above the part: with no cutting force in the process, the tool then follows the drawn path.\n"
             .into(),

@@ -10,7 +10,7 @@ use crate::{
         words::{counted, listed, millimetres, percent, position},
     },
     study::{
-        ROUNDING_MM, Source,
+        Source,
         superposition::{
             SuperpositionStudy,
             departure::{Followed, Sum},
@@ -30,7 +30,7 @@ pub(super) fn headline(study: &SuperpositionStudy, summary: &Summary) -> Headlin
     };
     let parts: Vec<&str> = Source::parts(&study.machine).iter().map(|source| source.words()).collect();
     let effects = listed(&parts);
-    let wrong = millimetres(most.value, 4, ROUNDING_MM);
+    let wrong = millimetres(most.value, 4);
     let relative = most.worst.relative().map_or_else(String::new, |r| format!(" ({:.1} %)", 100.0 * r));
     let tolerance = study.tolerance;
     let verdict = match share {

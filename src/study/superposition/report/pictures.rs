@@ -8,14 +8,11 @@ use crate::{
         point_words,
         words::{counted, millimetres, position, typographic},
     },
-    study::{
-        ROUNDING_MM,
-        superposition::{
-            DeparturePoint, LocationResult, Scaled, Shown, SuperpositionStudy,
-            ablation::Cause,
-            departure::{Followed, Sum},
-            report::{contributions, words},
-        },
+    study::superposition::{
+        DeparturePoint, LocationResult, Scaled, Shown, SuperpositionStudy,
+        ablation::Cause,
+        departure::{Followed, Sum},
+        report::{contributions, words},
     },
 };
 
@@ -176,11 +173,8 @@ impl Pictures {
         let gap = |&&k: &&usize| (zs[k] - z.max(zs[0])).abs();
         let plane = planes.iter().min_by(|a, b| gap(a).total_cmp(&gap(b))).copied()?;
         let nodes = rows.iter().flat_map(|&y| columns.iter().map(move |&x| [x, y, plane]));
-        let mark = |(most, [x, y, _]): (f64, [f64; 3])| Mark2 {
-            label: format!("largest {}", millimetres(most, 3, ROUNDING_MM)),
-            x,
-            y,
-        };
+        let mark =
+            |(most, [x, y, _]): (f64, [f64; 3])| Mark2 { label: format!("largest {}", millimetres(most, 3)), x, y };
         Some(SliceFigure {
             title: "Where adding the effects is most wrong".into(),
             subtitle: format!("{}{}", setting_of(study, &self.all[..2]), tolerance_words(study)),

@@ -26,7 +26,7 @@ fn at([x, y, z]: [f64; 3]) -> String {
 }
 
 fn shown(departure_mm: f64) -> String {
-    millimetres(departure_mm, 4, ROUNDING_MM)
+    millimetres(departure_mm, 4)
 }
 
 /// Everything that is said: how wrong adding is, where and up to which load it is safe, and why it is wrong.
@@ -130,7 +130,7 @@ fn location_sentences(location: &LocationResult) -> String {
         text += &format!(
             " ({:.1} % of {})",
             100.0 * tool.departure_mm / tool.simultaneous_mm,
-            millimetres(tool.simultaneous_mm, 3, ROUNDING_MM)
+            millimetres(tool.simultaneous_mm, 3)
         );
     }
     text += &growth_words(location);

@@ -10,11 +10,16 @@ use crate::{
     },
 };
 
+/// Below this, a number of ours beside a larger one quoted, or beside none, is rounding.
+const NOTHING: f64 = 1e-9;
+
 /// A number of ours, rounded.
 pub(super) fn shown(quoted: &Quoted, value: f64) -> String {
+    let is_larger = quoted.value == 0.0 || quoted.value.abs() > NOTHING;
     typographic(&match value.abs() {
         0.0 => "0".into(),
         _ if quoted.quantity.is_count() => value.to_string(),
+        size if size < NOTHING && is_larger => format!("less than {NOTHING:e}"),
         size if size < 1e-3 => format!("{value:.1e}"),
         size if size < 10.0 => format!("{value:.3}"),
         _ => format!("{value:.1}"),

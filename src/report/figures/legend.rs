@@ -1,0 +1,41 @@
+//! A legend below a drawing: how something is drawn, and what it is.
+
+use super::scene::{Anchor, Point, Rgb, Scene, Stroke, Text};
+use super::style::{BORDER, CURVES, MUTED, PAGE_WIDTH};
+use super::text::{self, Weight};
+
+/// Where the tool goes without compensation and with it.
+pub(super) const BEFORE: Stroke = Stroke { colour: BEFORE_COLOUR, width: 6.0, dash: &[] };
+pub(super) const AFTER: Stroke = Stroke { colour: AFTER_COLOUR, width: 6.0, dash: &[16.0, 12.0] };
+pub(super) const BEFORE_COLOUR: Rgb = CURVES[4];
+pub(super) const AFTER_COLOUR: Rgb = CURVES[3];
+pub(super) const BEFORE_WORDS: &str = "before compensation";
+pub(super) const AFTER_WORDS: &str = "after";
+
+/// Width of what is drawn beside the words.
+pub(super) const WIDTH: f64 = 70.0;
+const GAP: f64 = 16.0;
+
+/// One entry: how it is drawn at a place, and its words.
+pub(super) type Sample<'a> = (Box<dyn Fn(&mut Scene, Point) + 'a>, &'static str);
+
+/// A line as it is drawn.
+pub(super) fn line(stroke: Stroke) -> Box<dyn Fn(&mut Scene, Point)> {
+    Box::new(move |scene: &mut Scene, [x, y]: Point| scene.line(vec![[x, y], [x + WIDTH, y]], stroke))
+}
+
+/// Draws the entries in rows, the first with its baseline at `top`; returns the lower end.
+pub(super) fn draw(scene: &mut Scene, samples: Vec<Sample<'_>>, size: f64, top: f64) -> f64 {
+    let (mut x, mut y) = (BORDER, top);
+    for (draw, words) in samples {
+        let width = WIDTH + GAP + text::width(words, size, Weight::Regular);
+        if x > BORDER && x + width > PAGE_WIDTH - BORDER {
+            x = BORDER;
+            y += 1.5 * size;
+        }
+        draw(scene, [x, y - text::capital_height(size) / 2.0]);
+        scene.text(Text::new(words, size, [x + WIDTH + GAP, y], Anchor::Start).coloured(MUTED));
+        x += width + 1.1 * size;
+    }
+    y + 0.4 * size
+}

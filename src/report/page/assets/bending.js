@@ -1,0 +1,43 @@
+"use strict";
+// The machine bent at a point of a map. The engine is started at the first point that is picked.
+(() => {
+  let engine = null;
+  async function started() {
+    const own = await Engine.start();
+    await own.ask({ call: "open", ...JSON.parse(document.getElementById("scene-to-try").textContent) });
+    return own;
+  }
+  const linesOf = (skeleton) => [...skeleton.chains.flatMap((chain) => chain.links), [skeleton.platform_mm, skeleton.tool_tip_mm]];
+  // A round number by which displacements are drawn larger: the tool's as a twelfth of the machine.
+  function amplified({ before, displacement }) {
+    const points = linesOf(before).flat();
+    const extent = Math.max(...[0, 1, 2].map((i) => Math.max(...points.map((p) => p[i])) - Math.min(...points.map((p) => p[i]))));
+    const wanted = extent / 12 / Math.hypot(...displacement);
+    if (!Number.isFinite(wanted) || wanted <= 1) return 1;
+    const power = 10 ** Math.floor(Math.log10(wanted));
+    return power * [5, 2, 1].find((n) => n * power <= wanted);
+  }
+  // `place` and `phi_deg` of a node, `source` as tables name it.
+  Bending.connect(async (position, source, phi_deg) => {
+    engine = engine ?? started();
+    const { answer } = await (await engine).ask({ call: "effect", position, source, phi_deg: Number.isFinite(phi_deg) ? phi_deg : null });
+    if (!answer.loaded) return { answer };
+    const factor = amplified(answer);
+    const drawn = bent(answer.before, answer.loaded, factor);
+    return { answer, factor, drawn, lines: { before: linesOf(answer.before), bent: linesOf(drawn) } };
+  });
+  Bending.draw = (canvas, right, up, { answer, drawn }) => {
+    const points = [...linesOf(answer.before), ...linesOf(drawn)].flat();
+    const box = [Math.min, Math.max].map((end) => [0, 1, 2].map((i) => end(...points.map((p) => p[i]))));
+    const view = Space.view(canvas, right, up, box);
+    const paint = () => {
+      if (!canvas.isConnected) return;
+      view.clear();
+      lines(view, answer.before, Theme.colour("muted"), 2);
+      lines(view, drawn, Theme.colour("c4"), 2.5);
+      view.dot(drawn.tool_tip_mm, 5, Theme.colour("c4"));
+    };
+    new ResizeObserver(paint).observe(canvas);
+    return paint;
+  };
+})();
