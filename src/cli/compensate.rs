@@ -13,7 +13,7 @@ use kinetostat::{
     process::file::Process,
     report::{cautions, counted, if_any, millimetres, text_table::text_table},
     study::{
-        ROUNDING_MM,
+        ProgramFile, ROUNDING_MM,
         along_path::{Commands, PathAnswer},
         path::report::{facts_text, failures_text},
         program::{
@@ -21,8 +21,8 @@ use kinetostat::{
             bounded::Exceedances,
             files::ProgramFiles,
             report::{
-                self, Proved, bounded_text, exceeded_text, left_text, program_columns, program_json, program_table,
-                worse_as_written,
+                self, Proved, bounded_text, exceeded_text, holes_text, left_text, program_columns, program_json,
+                program_table, worse_as_written,
             },
         },
     },
@@ -64,6 +64,9 @@ pub struct CompensateArguments {
     /// File for the compensated program
     #[arg(long, short)]
     out: PathBuf,
+    /// Write the program out as the motion it makes before correcting it: subprograms, loops, jumps, variables and expressions
+    #[arg(long)]
+    expand: bool,
     /// How commands are found: none, linear, mirror, mirror_N (N passes), matrix_free, fixed_matrix, procedure, newton, direct,
     /// or bounded: the whole path at once within the [limits] of the process and the machine
     #[arg(long, default_value = "direct")]
@@ -90,7 +93,13 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let machine = set::held(&machine, &arguments.hold)?;
     let process = Process::open(&arguments.process, &machine)?;
     let chosen = chosen(arguments)?;
-    let job = ProgramJob::open(process, &arguments.path)?;
+    let job = match arguments.expand {
+        true => {
+            let program = ProgramFile::read_expanded(&arguments.path, &process.gcode)?;
+            ProgramJob::new(process, program, &arguments.path.display().to_string())?
+        }
+        false => ProgramJob::open(process, &arguments.path)?,
+    };
     let measured = arguments.measured.as_deref().map(|file| measured(file, &job)).transpose()?;
     // When all inputs are read: none of them is written over.
     let files = ProgramFiles::prepare(&arguments.out)?;
@@ -149,6 +158,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let too_much = exceeded.as_deref().map_or_else(String::new, |exceeded| exceeded_text(&job, exceeded));
     let headline = report::headline(&job, &proved, written.rounded_mm, &too_much);
     let json = program_json(&job, &passes, bounded.as_ref(), exceeded.as_deref());
+    let written_in_holes_mm = written.in_holes_mm;
     let page = files.write(
         (written.bytes, points.finish()?, json),
         made.path(),
@@ -168,6 +178,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     }
     let own = passes.iter().rev().nth(1).and_then(|own| own.summary.max_mm);
     reporting.print(&left_text(&job.machine, own))?;
+    reporting.print(&holes_text(written_in_holes_mm))?;
     if corrected.left_alone > 0 {
         reporting.print(&format!(
             "Left as written, as there is no correction: {} where nothing is cut.\n",
