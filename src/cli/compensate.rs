@@ -13,6 +13,7 @@ use kinetostat::{
     process::file::Process,
     report::{Foreign, cautions, counted, if_any, millimetres_in_table, text_table::text_table},
     study::{
+        ProgramFile,
         along_path::{Commands, PathAnswer},
         path::report::{facts_text, failures_text},
         program::{
@@ -20,8 +21,8 @@ use kinetostat::{
             bounded::Exceedances,
             files::ProgramFiles,
             report::{
-                self, Proved, bounded_text, exceeded_text, left_text, program_columns, program_json, program_table,
-                use_text, worse_as_written,
+                self, Proved, bounded_text, exceeded_text, holes_text, left_text, program_columns, program_json,
+                program_table, use_text, worse_as_written,
             },
         },
     },
@@ -66,6 +67,9 @@ pub struct CompensateArguments {
     /// Replace OUT and the files beside it even if they were not written by this command, or were changed since
     #[arg(long)]
     force: bool,
+    /// Write the program out as the motion it makes before correcting it: subprograms, loops, jumps, variables and expressions
+    #[arg(long)]
+    expand: bool,
     /// How commands are found: none, linear, mirror, mirror_N (N passes), matrix_free, fixed_matrix, procedure, newton, direct,
     /// or bounded: the whole path at once within the [limits] of the process and the machine
     #[arg(long, default_value = "direct")]
@@ -92,7 +96,13 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let machine = set::held(&machine, &arguments.hold)?;
     let process = Process::open(&arguments.process, &machine)?;
     let chosen = chosen(arguments)?;
-    let job = ProgramJob::open(process, &arguments.path)?;
+    let job = match arguments.expand {
+        true => {
+            let program = ProgramFile::read_expanded(&arguments.path, &process.gcode)?;
+            ProgramJob::new(process, program, &arguments.path.display().to_string())?
+        }
+        false => ProgramJob::open(process, &arguments.path)?,
+    };
     let measured = arguments.measured.as_deref().map(|file| measured(file, &job)).transpose()?;
     // When all inputs are read: none of them is written over.
     let files = ProgramFiles::prepare(&arguments.out, Foreign::forced(arguments.force))?;
@@ -166,6 +176,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let headline = report::headline(&job, &proved, written.rounded_mm, &too_much);
     let used = use_text(&job, &proved);
     let json = program_json(&job, &passes, bounded.as_ref(), exceeded.as_deref());
+    let written_in_holes_mm = written.in_holes_mm;
     let page = files.write(
         (written.bytes, points.finish()?, json),
         made.path(),
@@ -185,6 +196,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     }
     let own = passes.iter().rev().nth(1).and_then(|own| own.summary.max_mm);
     reporting.print(&left_text(&job.machine, own))?;
+    reporting.print(&holes_text(written_in_holes_mm))?;
     if corrected.left_alone > 0 {
         reporting.print(&format!(
             "Left as written, as there is no correction: {} where nothing is cut.\n",

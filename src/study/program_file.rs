@@ -32,14 +32,28 @@ impl ProgramFile {
         Self::parse(crate::input::file::read(file)?, file, options)
     }
 
+    /// The same, G-code written out as the motion it makes: what it calls is sought beside it.
+    ///
+    /// # Errors
+    /// As [`ProgramFile::read`], and what cannot be written out.
+    pub fn read_expanded(file: &Path, options: &GcodeOptions) -> Result<Self> {
+        if is_csv(file) {
+            return Self::read(file, options);
+        }
+        let folder = file.parent().unwrap_or(Path::new(""));
+        let beside = |name: &str| crate::input::file::read(&folder.join(name)).ok();
+        let bytes = crate::input::file::read(file)?;
+        let program = Program::parse_expanded(&bytes, &file.display().to_string(), options, &beside)?;
+        Ok(ProgramFile::Gcode(Box::new(program)))
+    }
+
     /// The program that `bytes` of a `file` are, as [`ProgramFile::read`].
     ///
     /// # Errors
     /// Bytes that are not of the expected form.
     pub fn parse(bytes: Vec<u8>, file: &Path, options: &GcodeOptions) -> Result<Self> {
         let name = file.display().to_string();
-        let is_csv = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"));
-        Ok(match is_csv {
+        Ok(match is_csv(file) {
             true => ProgramFile::Polyline(Polyline::read(bytes, &name)?),
             false => ProgramFile::Gcode(Box::new(Program::parse(bytes, &name, options)?)),
         })
@@ -61,6 +75,14 @@ impl ProgramFile {
         match self {
             ProgramFile::Polyline(polyline) => polyline.line_of(segment),
             ProgramFile::Gcode(program) => program.line_of(segment),
+        }
+    }
+
+    /// Whether a point's move is a hole of a cycle.
+    pub fn is_hole(&self, segment: usize) -> bool {
+        match self {
+            ProgramFile::Polyline(_) => false,
+            ProgramFile::Gcode(program) => program.is_hole(segment),
         }
     }
 
@@ -97,4 +119,8 @@ impl ProgramFile {
             }
         }
     }
+}
+
+fn is_csv(file: &Path) -> bool {
+    file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
 }

@@ -32,6 +32,9 @@ impl NumberFormat {
     /// The most decimals a format may have.
     pub const MAX_DECIMALS: u8 = 9;
 
+    /// Half of the last place that any format has.
+    pub(crate) const FINEST: f64 = 0.5e-9;
+
     /// `mm` decimals in metric programs and CSV files, `inch` decimals in inch programs.
     ///
     /// # Errors
@@ -80,6 +83,15 @@ pub(crate) fn fixed(value: f64, decimals: u8) -> String {
         Some(digits) if digits.bytes().all(|b| matches!(b, b'0' | b'.')) => digits.to_owned(),
         _ => text,
     }
+}
+
+/// `value` with as many decimals as it takes, `decimals` at least.
+pub(crate) fn shortest(value: f64, decimals: u8) -> String {
+    let mut text = fixed(value, NumberFormat::MAX_DECIMALS);
+    while text.ends_with('0') && decimals_in(&text) > usize::from(decimals) {
+        text.pop();
+    }
+    text
 }
 
 /// The size of one unit of the last of `decimals` decimals.

@@ -59,7 +59,11 @@ fn meets(program: &Program, path: &Toolpath, goals: &[Vector3<f64>]) -> Result<(
     let text = String::from_utf8_lossy(written.bytes());
     let back = written.read_back().map_err(|e| TestCaseError::fail(format!("{e}\n{text}")))?;
     prop_assert_eq!(back.len(), path.len());
-    for (a, b) in back.positions_mm().iter().zip(goals) {
+    for ((a, b), point) in back.positions_mm().iter().zip(goals).zip(path.points()) {
+        // Holes of cycles have the correction of their bottoms.
+        if program.is_hole(point.source.segment) && point.source.parameter != 0.75 {
+            continue;
+        }
         // One unit of the last of five decimals of an inch.
         prop_assert!((a - b).amax() <= 2.55e-4, "{}\n{text}", (a - b).amax());
     }
@@ -76,8 +80,49 @@ fn line() -> impl Strategy<Value = String> {
     let word = (prop::sample::select(vec!["X", "Y", "Z", "X", "Y", "I", "J", "K", "R", "F", "S", "x", "y"]), number)
         .prop_map(|(letter, number)| format!("{letter}{number}"));
     let fixed = prop::sample::select(vec![
-        "G0", "G1", "G2", "G3", "g01", "G02", "G17", "G18", "G19", "G20", "G21", "G90", "G91", "G90.1", "G91.1", "G28",
-        "G54", "M3", "M5", "M9", "(é)", "; ü", "/", "%", "N7", "G80", "G4 P1", "G53",
+        "G0",
+        "G1",
+        "G2",
+        "G3",
+        "g01",
+        "G02",
+        "G17",
+        "G18",
+        "G19",
+        "G20",
+        "G21",
+        "G90",
+        "G91",
+        "G90.1",
+        "G91.1",
+        "G28",
+        "G54",
+        "G55",
+        "G52 X2",
+        "G92 X1 Y2",
+        "G92.1",
+        "G10 L2 P1 X5",
+        "G10 L2 P2 X7 Y1 Z0",
+        "G10 L20 P1 Y3",
+        "G93",
+        "G94",
+        "A5",
+        "G98",
+        "G99",
+        "G81 R2 Z-1",
+        "G83 X1 R1 Z0 Q1",
+        "X 5",
+        "M3",
+        "M5",
+        "M9",
+        "(é)",
+        "; ü",
+        "/",
+        "%",
+        "N7",
+        "G80",
+        "G4 P1",
+        "G53",
     ])
     .prop_map(str::to_owned);
     let ending = prop::sample::select(vec!["\n", "\r\n", "\n", ""]);

@@ -2,7 +2,7 @@
 
 use kinetostat::toolpath::{
     NumberFormat, Sampling, Toolpath,
-    gcode::{GcodeOptions, Program, Rewritten},
+    gcode::{ArcCentres, GcodeOptions, LengthUnit, Program, Rewritten, WorkOffset},
 };
 use nalgebra::Vector3;
 
@@ -21,7 +21,10 @@ fn programs() -> Vec<(String, Vec<u8>)> {
 
 fn options() -> GcodeOptions {
     let mut options = GcodeOptions::default();
-    options.work_offsets_mm[1] = Some(Vector3::new(100.0, -20.0, 3.5));
+    for (name, zero) in [("G55", [100.0, -20.0, 3.5]), ("G59.1", [80.0, 1.0, 0.0]), ("G54.1 P7", [-5.0, 0.0, 0.25])] {
+        options.work_offsets_mm.insert(name.parse::<WorkOffset>().unwrap(), Vector3::from(zero));
+    }
+    options.work_offsets_mm.insert("G56".parse::<WorkOffset>().unwrap(), Vector3::zeros());
     options
 }
 
@@ -283,4 +286,113 @@ fn block_delete_marks_stay_on_every_line_of_their_block() {
         rewritten(source, wave, coarse),
         "G21 G90\nG0 X0 Y0 Z0.50\n /2 G1 X5.00 Z-0.50 F100\n /2X10 Z0.50\n/G28 Z0\n"
     );
+}
+
+#[test]
+fn what_comes_before_a_known_place_stays_and_is_named() {
+    let (name, source) = programs().into_iter().find(|(name, _)| name == "unknown_start.nc").unwrap();
+    let (program, path) = parse(&name, &source);
+    assert_eq!(program.notes().not_located, [4, 5, 6, 11]);
+    assert_eq!(path.points()[0].position_mm, Vector3::new(0.0, 0.0, -1.0));
+    let (written, _) = moved(&program, &path, NumberFormat::default(), |_| Vector3::new(0.5, 0.0, 0.25));
+    let text = text(&written);
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(
+        lines[3..8],
+        [
+            "G1 X12. F300",
+            "G91 G1 Y2.",
+            "G90 G0 X0. Y0.",
+            "G1 X0.5000 Z-0.7500 F100 (now Z as well)",
+            "G1 X20.5000 F300"
+        ]
+    );
+    assert_eq!(lines[10..12], ["G0 X5. Y5. (left as it is)", "G0 X5.5000 Z2.2500"]);
+}
+
+#[test]
+fn a_unit_that_is_not_said_is_noted() {
+    let unit =
+        |source: &str, options: &GcodeOptions| Program::parse(source, "part.nc", options).unwrap().notes().unit_taken;
+    let millimetre = Some((LengthUnit::Millimetre, 2));
+    assert_eq!(unit("M3\nG0 X0 Y0 Z0\n", &GcodeOptions::default()), millimetre);
+    assert_eq!(unit("G21\nG0 X0 Y0 Z0\n", &GcodeOptions::default()), None);
+    let given = GcodeOptions { unit: Some(LengthUnit::Inch), ..GcodeOptions::default() };
+    assert_eq!(unit("M3\nG0 X0 Y0 Z0\n", &given), None);
+}
+
+#[test]
+fn a_zero_said_of_a_corrected_place_moves_with_the_correction() {
+    let source = "G21 G90\nG0 X0 Y0 Z0\nG1 X10 F9\nG92 X0 Y5\nX10\nG92.1\nX5\n";
+    let coarse = Sampling::new(10.0, 100.0).unwrap();
+    assert_eq!(
+        rewritten(source, |p| Vector3::new(0.01 * p.x, 0.0, 0.0), coarse),
+        "G21 G90\nG0 X0 Y0 Z0\nG1 X10.10 F9\nG92 X0.10 Y5\nX10.20\nG92.1\nX5.05\n"
+    );
+}
+
+#[test]
+fn offsets_of_the_program_place_its_parts() {
+    let ends = |name: &str| {
+        let source = programs().into_iter().find(|(n, _)| n == name).unwrap().1;
+        parse(name, &source)
+            .1
+            .points()
+            .iter()
+            .filter(|p| p.source.parameter == 1.0)
+            .map(|p| p.position_mm)
+            .collect::<Vec<_>>()
+    };
+    let at = Vector3::new;
+    assert_eq!(
+        ends("offsets_g10.nc")[4..],
+        [
+            at(100.0, 10.0, 5.0),
+            at(100.0, 10.0, -0.5),
+            at(120.0, 13.0, -0.5),
+            at(128.0, 13.0, -0.5),
+            at(128.0, 13.0, 5.5)
+        ]
+    );
+    assert_eq!(
+        ends("origin_g92.nc"),
+        [
+            at(10.0, 10.0, 4.0),
+            at(10.0, 10.0, -1.0),
+            at(20.0, 10.0, -1.0),
+            at(20.0, 30.0, -1.0),
+            at(35.0, 30.0, -1.0),
+            at(35.0, 42.0, -1.0),
+            at(35.0, 42.0, 5.0)
+        ]
+    );
+    assert_eq!(ends("local_g52.nc")[1..4], [at(40.0, -10.0, 5.0), at(40.0, -10.0, -1.0), at(50.0, -7.0, -1.0)]);
+}
+
+#[test]
+fn feed_by_time_is_shared_among_the_lines_of_a_block() {
+    let source = "G21 G90\nG0 X0 Y0 Z0\nG93 G1 X15 F2.5\n";
+    let program = Program::parse(source, "part.nc", &options()).unwrap();
+    let path = program.toolpath(Sampling::new(10.0, 5.0).unwrap()).unwrap();
+    assert_eq!(path.points()[1].feed_mm_per_min, Some(37.5));
+    assert_eq!(
+        rewritten(source, wave, Sampling::new(10.0, 5.0).unwrap()),
+        "G21 G90\nG0 X0 Y0 Z0.50\nG93 G1 X5.00 Z-0.50 F7.5\nX10.00 Z0.50 F7.5\nX15 Z-0.50 F7.5\n"
+    );
+}
+
+#[test]
+fn feed_by_turn_needs_the_turns() {
+    let path = parse("a.nc", b"G0 X0 Y0 Z0\nG95 S500 G1 X5 F0.5\nG96 S80 X6\n").1;
+    assert_eq!(path.points()[1].feed_mm_per_min, Some(250.0));
+    assert_eq!(path.points().last().unwrap().feed_mm_per_min, None);
+    assert_eq!(path.points().last().unwrap().spindle_rev_per_min, None);
+}
+
+#[test]
+fn centres_can_be_absolute_from_the_start() {
+    let options = GcodeOptions { arc_centres: ArcCentres::Absolute, ..GcodeOptions::default() };
+    let program = Program::parse("G0 X10 Y0 Z0\nG3 X0 Y10 I0 J0 F9\n", "part.nc", &options).unwrap();
+    let path = program.toolpath(sampling()).unwrap();
+    assert!(path.points().iter().all(|p| (p.position_mm.norm() - 10.0).abs() < 1e-9));
 }

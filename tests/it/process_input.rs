@@ -91,9 +91,10 @@ fn every_key_arrives_in_the_program_s_units() {
     };
     assert_eq!(process.limits, limits);
     assert_eq!(process.target, Target::PlatformPoint);
-    assert_eq!(process.gcode.work_offsets_mm[0], Some(Vector3::new(10.0, 20.0, 30.0)));
-    assert_eq!(process.gcode.work_offsets_mm[1..5], [None; 4]);
-    assert_eq!(process.gcode.work_offsets_mm[5], Some(Vector3::new(-1.0, 0.0, 0.0)));
+    let offsets: Vec<(String, Vector3<f64>)> =
+        process.gcode.work_offsets_mm.iter().map(|(offset, zero)| (offset.to_string(), *zero)).collect();
+    let expected = [("G54", [10.0, 20.0, 30.0]), ("G59", [-1.0, 0.0, 0.0])];
+    assert_eq!(offsets, expected.map(|(name, zero)| (name.to_string(), Vector3::from(zero))));
     assert_eq!(process.decimals.format(NumberFormat::new(3, 5).unwrap()), NumberFormat::new(6, 5));
 }
 

@@ -1,5 +1,7 @@
 //! From a process file as written to a checked process.
 
+use std::collections::BTreeMap;
+
 use nalgebra::Vector3;
 
 use crate::{
@@ -15,7 +17,10 @@ use crate::{
         },
         tilt::Turned,
     },
-    toolpath::{NumberFormat, Sampling, gcode::GcodeOptions},
+    toolpath::{
+        NumberFormat, Sampling,
+        gcode::{GcodeOptions, WorkOffset},
+    },
 };
 
 /// A process file, all of it.
@@ -122,15 +127,27 @@ fn limits(spec: &LimitsSpec, check: &Check) -> Result<CorrectionLimits> {
 }
 
 fn gcode_options(spec: &GcodeSpec, check: &Check) -> Result<GcodeOptions> {
-    let mut options = GcodeOptions::default();
     let given = [spec.g54_mm, spec.g55_mm, spec.g56_mm, spec.g57_mm, spec.g58_mm, spec.g59_mm];
-    for (index, (offset, given)) in options.work_offsets_mm.iter_mut().zip(given).enumerate() {
-        if let Some(given) = given {
-            let zero: Vector3<f64> = check.key(&format!("g{}_mm", 54 + index)).finite(given)?;
-            *offset = Some(zero);
+    let mut work_offsets_mm = BTreeMap::new();
+    for (number, given) in (1..).zip(given) {
+        if let (Some(offset), Some(given)) = (WorkOffset::numbered(number), given) {
+            work_offsets_mm.insert(offset, check.key(&format!("g{}_mm", 53 + number)).finite(given)?);
         }
     }
-    Ok(options)
+    for (name, given) in &spec.offsets_mm {
+        let check = check.key(&format!("offsets_mm.\"{name}\""));
+        match name.parse::<WorkOffset>() {
+            Ok(offset) if !offset.has_own_key() => work_offsets_mm.insert(offset, check.finite(*given)?),
+            _ => return check.fail("must be G59.1 to G59.3 or G54.1 P1 to G54.1 P300".into()),
+        };
+    }
+    Ok(GcodeOptions {
+        unit: spec.unit,
+        start_mm: spec.start_mm.map(|start| check.key("start_mm").finite(start)).transpose()?,
+        work_offsets_mm,
+        block_delete: spec.block_delete,
+        arc_centres: spec.arc_centres,
+    })
 }
 
 fn decimals(spec: &GcodeSpec, check: &Check) -> Result<Decimals> {

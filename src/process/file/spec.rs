@@ -9,6 +9,7 @@ use crate::{
     compensation::{ErrorNorm, Target},
     machine::OtherToolSpec,
     process::PathReference,
+    toolpath::gcode::{ArcCentres, BlockDelete, LengthUnit},
 };
 
 /// The whole file.
@@ -137,7 +138,7 @@ pub struct CompensateTable {
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GcodeSpec {
-    /// Zero of G54 in W; W itself if not given.
+    /// Zero of G54 in W; W itself if not given, unless the program begins with another.
     pub g54_mm: Option<[f64; 3]>,
     /// Zero of G55 in W; not known if not given, like those that follow.
     pub g55_mm: Option<[f64; 3]>,
@@ -149,6 +150,19 @@ pub struct GcodeSpec {
     pub g58_mm: Option<[f64; 3]>,
     /// Zero of G59 in W.
     pub g59_mm: Option<[f64; 3]>,
+    /// Zeros of the others in W, by name: `G59.1`, `G54.1 P7`.
+    #[serde(default)]
+    pub offsets_mm: BTreeMap<String, [f64; 3]>,
+    /// Where the tool is before the program begins, W; not known if not given.
+    pub start_mm: Option<[f64; 3]>,
+    /// The unit before the first G20 or G21; mm if not given.
+    pub unit: Option<LengthUnit>,
+    /// Whether lines with a leading `/` run or are skipped.
+    #[serde(default)]
+    pub block_delete: BlockDelete,
+    /// What I, J and K lead from before the first G90.1 or G91.1.
+    #[serde(default)]
+    pub arc_centres: ArcCentres,
     /// Decimals of coordinates written in mm; those of the program if not given.
     pub decimals_mm: Option<u8>,
     /// Decimals of coordinates written in inches; those of the program if not given.

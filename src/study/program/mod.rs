@@ -104,6 +104,9 @@ pub struct Written {
     pub poses: Vec<Pose>,
     /// The farthest that writing has moved a position, mm.
     pub rounded_mm: f64,
+    /// The same for the ways in and out of holes of cycles, which all have the correction of the bottom; `None` if there are
+    /// no such holes.
+    pub in_holes_mm: Option<f64>,
 }
 
 impl ProgramJob {
@@ -126,8 +129,13 @@ impl ProgramJob {
         can_be_written(&process)?;
         let path = program.toolpath(process.sampling)?;
         if path.is_empty() {
-            let problem = "moves nowhere: a program with at least one motion is expected".into();
-            return Err(Error::Argument { argument: name.into(), problem });
+            let problem = match &program {
+                ProgramFile::Gcode(program) if !program.notes().not_located.is_empty() => {
+                    "moves nowhere known: a G0 or G1 to a position in X, Y and Z is expected, or start_mm in [gcode]"
+                }
+                _ => "moves nowhere: a program with at least one motion is expected",
+            };
+            return Err(Error::Argument { argument: name.into(), problem: problem.into() });
         }
         let path = process.with_cuts(path, name)?;
         let process = Process { machine: held_along(&process.machine, &path, name)?, ..process };
@@ -248,9 +256,15 @@ impl ProgramJob {
     /// The program cannot be rewritten.
     pub fn write(&self, corrected: &Corrected) -> Result<Written> {
         let (bytes, back) = self.file.rewritten(&self.path, &corrected.positions, self.process.decimals)?;
-        let moved = corrected.positions.iter().zip(&back).map(|(wanted, written)| (written - wanted).norm());
-        let rounded_mm = moved.fold(0.0, f64::max);
-        Ok(Written { bytes, poses: self.poses(back.into_iter()), rounded_mm })
+        let (mut rounded_mm, mut in_holes_mm) = (0.0, None);
+        for (point, (wanted, written)) in self.path.points().iter().zip(corrected.positions.iter().zip(&back)) {
+            let moved = (written - wanted).norm();
+            rounded_mm = f64::max(rounded_mm, moved);
+            if self.file.is_hole(point.source.segment) {
+                in_holes_mm = Some(in_holes_mm.map_or(moved, |most| f64::max(most, moved)));
+            }
+        }
+        Ok(Written { bytes, poses: self.poses(back.into_iter()), rounded_mm, in_holes_mm })
     }
 }
 

@@ -119,6 +119,15 @@ impl<'a> LineEdit<'a> {
         }
     }
 
+    /// Adds a word behind the last of X, Y, Z and R.
+    pub fn add_last(&mut self, letter: char, number: &str) {
+        let text = self.style.word(letter, number);
+        let last = self.words.iter().rposition(|word| is_axis_word(word) || word.letter == 'R');
+        if let Some(slot) = self.slots.get_mut(last.unwrap_or_default()) {
+            slot.after.push(text);
+        }
+    }
+
     /// Makes the line's motion word `code`, adding one before the coordinates if the line has none.
     pub fn set_motion(&mut self, code: MotionCode) {
         let text = self.style.motion(code);

@@ -4,7 +4,9 @@ use std::ops::Range;
 
 use thiserror::Error;
 
-use crate::toolpath::{Sampling, path::MAX_COORDINATE_MM};
+use crate::toolpath::{Sampling, gcode::WorkOffset, path::MAX_COORDINATE_MM};
+
+pub use crate::toolpath::gcode::refused::{ArcFault, Unsupported};
 
 /// A program that cannot be followed: where, at which word, why, and what was expected.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -34,8 +36,15 @@ pub enum Fault {
     /// A character no word can hold.
     #[error("unexpected character; expected words such as X10.5, or a comment in ( ) or after ;")]
     Character,
+    /// Words of another language than ISO code.
+    #[error(
+        "not ISO code but another language, such as Sinumerik's or Heidenhain's, which is not read; expected words such as X10.5"
+    )]
+    Language,
     /// A variable, an expression or an assignment.
-    #[error("variables and expressions are not supported; expected plain numbers")]
+    #[error(
+        "variables and expressions are not read; expected plain numbers, or --expand, which writes the program out"
+    )]
     Variable,
     /// A line checksum, which a changed line would break.
     #[error("line checksums are not supported; expected the line without `*` and the number after it")]
@@ -74,7 +83,7 @@ pub enum Fault {
         other: String,
     },
     /// A coordinate, but no motion in force.
-    #[error("coordinate without a motion; expected G0, G1, G2 or G3 on this line or before it")]
+    #[error("coordinate without a motion; expected G0, G1, G2, G3 or a cycle on this line or before it")]
     NoMotion,
     /// A coordinate on a line whose G word does not move to it.
     #[error("coordinate on a line with {word}, which is no motion to it; expected it on a line of its own")]
@@ -82,21 +91,35 @@ pub enum Fault {
         /// The word that claims the line.
         word: &'static str,
     },
-    /// A move that needs to know where it starts, and does not.
+    /// G92 or G10 L20 at a place that is not known any more.
     #[error(
-        "starts at an unknown {axes}{since}; expected a G0 to a position in X, Y and Z before it, or a given start"
+        "sets the origin where {axis} is not known{since}; expected a move to a position before it, or start_mm in [gcode]"
     )]
-    UnknownStart {
-        /// The axes, such as "X, Z".
-        axes: String,
-        /// Why they are not known: " after line 12", or nothing at the program's start.
+    OriginAtUnknown {
+        /// X, Y or Z.
+        axis: &'static str,
+        /// Why it is not known: " after line 12", or nothing.
         since: String,
+    },
+    /// G52 and G92 together.
+    #[error("G52 and G92 in force together mean different things to different controls; expected one of them")]
+    LocalAndShift,
+    /// A G10 whose meaning is not known.
+    #[error("this G10 is not read; expected L2 or L20 with P and coordinates in G90, or data of tools")]
+    Data,
+    /// A, B or C that does not stand still.
+    #[error("turns {letter}, which stood at {from}; expected rotary axes that keep one value")]
+    Rotary {
+        /// A, B or C.
+        letter: char,
+        /// Where it stood, as the program says.
+        from: f64,
     },
     /// I, J, K or R on a line that is no arc.
     #[error("arc word on a line that is no arc; expected G2 or G3 in force")]
     NotAnArc,
     /// P or Q on a line with no word it could belong to.
-    #[error("parameter that belongs to no word; expected G4, G64 or an M word on the line")]
+    #[error("parameter that belongs to no word; expected the G or M word on the line")]
     StrayParameter,
     /// Only the selected plane's two centre words mean anything.
     #[error("centre word outside the selected plane; expected {expected} in {plane}")]
@@ -129,10 +152,86 @@ pub enum Fault {
     #[error("{0}")]
     Arc(ArcFault),
     /// A work offset that was not given.
-    #[error("its work offset is not known; expected an offset for {word} among the options")]
+    #[error(
+        "how {offset} stands to the work offset before it is not known; expected its zero in [gcode] of the process file, or \
+         G10 L2 for both"
+    )]
     NoWorkOffset {
-        /// G54 to G59.
-        word: &'static str,
+        /// Which one.
+        offset: WorkOffset,
+    },
+    /// G54.1 without the number of a work offset.
+    #[error("names no work offset; expected P1 to P300 on the line")]
+    NoExtended,
+    /// An expression that is none.
+    #[error("not an expression that can be evaluated; expected {expected}")]
+    Expression {
+        /// What should stand there.
+        expected: &'static str,
+    },
+    /// A variable that nothing was assigned to.
+    #[error("a variable without a value; expected one that the program has assigned before")]
+    NoValue,
+    /// A division by zero and the like.
+    #[error("its value is no number; expected a finite one")]
+    NotFinite,
+    /// A variable of the machine.
+    #[error("depends on the state of the machine; expected variables #1 to #999 and names that the program assigns")]
+    MachineState,
+    /// A jump without an aim.
+    #[error(
+        "its other end is not in the program; expected the label, or the word that ends or begins the same loop, branch or subprogram"
+    )]
+    NoLabel,
+    /// A call of what is not there.
+    #[error("subprogram {name} is neither in the file nor beside it; expected O{name}, or a file of this name")]
+    NoSubprogram {
+        /// Its name.
+        name: String,
+    },
+    /// A program that goes on and on.
+    #[error("the program has run {most} lines and has not ended; expected one that ends")]
+    TooManySteps {
+        /// How many were run.
+        most: usize,
+    },
+    /// Subprograms that call themselves.
+    #[error("calls are more than {most} deep; expected subprograms that do not call themselves")]
+    TooDeep {
+        /// The most.
+        most: usize,
+    },
+    /// M99 where nothing was called.
+    #[error("ends a subprogram where none was called, or repeats the main program for ever; expected M2 or M30")]
+    NoCall,
+    /// A subprogram that does not come back.
+    #[error("the subprogram ends here without M99 or endsub; expected one of them")]
+    NoReturn,
+    /// A call on a line that moves.
+    #[error("a call on a line with coordinates; expected it on a line of its own")]
+    CallWithMotion,
+    /// G93 and no F.
+    #[error("feed by time (G93) without an F on the line; expected one on each line with G1, G2 or G3")]
+    NoInverseTime,
+    /// A cycle before its height or depth is said.
+    #[error("cycle G{number} without {letter}; expected R and Z on this line or one before it")]
+    CycleWithout {
+        /// The number after G.
+        number: u32,
+        /// R or Z.
+        letter: char,
+    },
+    /// A cycle in G18 or G19.
+    #[error("cycles are read in G17 only; expected the cycle written out as G0 and G1 moves")]
+    CyclePlane,
+    /// A series of holes in G91 and G99.
+    #[error("a second hole in G91 and G99 has another R on other controls; expected G90 or G98")]
+    CycleSteps,
+    /// More repetitions than anybody drills.
+    #[error("expected at most {most} repetitions")]
+    TooManyRepeats {
+        /// The most.
+        most: u32,
     },
     /// A feed or spindle speed below what it can be.
     #[error("expected {expected}")]
@@ -143,10 +242,10 @@ pub enum Fault {
     /// A coordinate no machine has.
     #[error("coordinate beyond {most} mm; expected a position on the machine", most = Fault::MAX_COORDINATE_MM)]
     TooFar,
-    /// Something after the end of the program.
-    #[error("after the end of the program in line {end}; expected only comments and %")]
+    /// A motion after the end of the program.
+    #[error("a motion after the end of the program in line {end}; expected none")]
     AfterEnd {
-        /// The line with M2 or M30.
+        /// The line with M2, M30 or the second %.
         end: usize,
     },
     /// More points than a path may have.
@@ -159,85 +258,6 @@ impl Fault {
     pub const MAX_DIGITS: usize = 17;
     /// The largest coordinate followed, mm.
     pub const MAX_COORDINATE_MM: f64 = MAX_COORDINATE_MM;
-}
-
-/// A feature of the language that cannot be followed, so that ignoring it would cut something else.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-pub enum Unsupported {
-    /// G41, G42 and their kin.
-    #[error("cutter radius compensation is not supported; expected the path of the tool centre with G40")]
-    CutterCompensation,
-    /// G73, G74, G76, G81 to G89.
-    #[error("canned cycles are not supported; expected the cycle written out as G0 and G1 moves")]
-    CannedCycle,
-    /// G10, G52, G92 and their kin.
-    #[error("changing the origin inside a program is not supported; expected work offsets G54 to G59 given as options")]
-    Origin,
-    /// G59.1 to G59.3.
-    #[error("more than six work offsets are not supported; expected G54 to G59")]
-    ManyOffsets,
-    /// G16, G50, G51, G68: polar, scaled and rotated coordinates.
-    #[error("polar, scaled or rotated coordinates are not supported; expected plain coordinates")]
-    Transform,
-    /// G93.
-    #[error("inverse-time feed is not supported; expected feed in units per minute, G94")]
-    InverseTimeFeed,
-    /// G95.
-    #[error("feed per revolution is not supported; expected feed in units per minute, G94")]
-    FeedPerRevolution,
-    /// G96.
-    #[error("constant surface speed is not supported; expected spindle speed in rev/min, G97")]
-    SurfaceSpeed,
-    /// G5, G6, G33, G38 and other motions.
-    #[error("this motion is not supported; expected G0, G1, G2 or G3")]
-    Motion,
-    /// G28 or G30 with a parameter, G43.1, G44 and other variants.
-    #[error("this G word is not supported; expected a word of a 3-axis mill program")]
-    UnknownG,
-    /// A, B, C.
-    #[error("rotary axes are not supported; expected X, Y and Z only")]
-    RotaryAxis,
-    /// U, V, W.
-    #[error("secondary axes are not supported; expected X, Y and Z only")]
-    SecondaryAxis,
-    /// M97, M98, M99, O words after the first.
-    #[error("subprograms are not supported; expected one program with its calls written out")]
-    Subprogram,
-    /// Any other letter.
-    #[error("this word is not supported; expected one of D F G H I J K M N O P Q R S T X Y Z")]
-    Letter,
-    /// G53 with an arc in force.
-    #[error("machine coordinates with an arc are not supported; expected G53 with G0 or G1")]
-    MachineArc,
-}
-
-/// An arc whose words do not make an arc.
-#[derive(Clone, Copy, Debug, PartialEq, Error)]
-pub enum ArcFault {
-    /// Start and end at different distances from the centre.
-    #[error(
-        "arc starts {start_mm:.4} mm and ends {end_mm:.4} mm from its centre; expected equal radii to 0.005 mm or 0.1 %"
-    )]
-    Radii {
-        /// Distance from centre to start, mm.
-        start_mm: f64,
-        /// Distance from centre to end, mm.
-        end_mm: f64,
-    },
-    /// The centre is the start.
-    #[error("arc of radius zero; expected a centre away from the start")]
-    NoRadius,
-    /// A radius too small to reach the end.
-    #[error("radius {radius_mm:.4} mm cannot reach an end {chord_mm:.4} mm away; expected at least half the distance")]
-    TooShort {
-        /// The radius given, mm.
-        radius_mm: f64,
-        /// Distance from start to end in the plane, mm.
-        chord_mm: f64,
-    },
-    /// A radius and no distance: any centre would do.
-    #[error("radius form with its end at its start has no definite centre; expected a full circle by its centre")]
-    NoChord,
 }
 
 /// A fault at a place in a line, before file and line are known.

@@ -4,67 +4,121 @@ use nalgebra::Vector3;
 
 use crate::toolpath::gcode::{
     GcodeOptions,
-    arc::{Arc, Centre},
-    error::{ArcFault, Fault, Refusal, Unsupported},
+    cycle::Cycle,
+    error::{Fault, Refusal, Unsupported},
     lex::Word,
-    modal::{Distance, GWord, Modal, MotionCode, WORK_OFFSETS, plane_names},
-    motion::{Geometry, Known, Motion, located},
+    modal::{Distance, FeedMode, GWord, Modal, MotionCode},
+    motion::{Known, Motion},
+    notes::Notes,
+    offsets::{Offsets, WorkOffset},
     request::Request,
 };
 
 /// Follows a program line by line.
-pub(crate) struct Interpreter<'a> {
-    options: &'a GcodeOptions,
-    modal: Modal,
-    position: Known,
+pub(crate) struct Interpreter {
+    pub(super) modal: Modal,
+    pub(super) offsets: Offsets,
+    pub(super) position: Known,
+    /// The cycle in force.
+    pub(super) cycle: Option<Cycle>,
+    /// Axes of which a position was known at some time.
+    pub(super) ever_known: [bool; 3],
     /// The line that made the position unknown again, if one did.
     lost_in: Option<usize>,
-    /// The line with M2 or M30.
+    /// The line with M2, M30 or the second %.
     ended_in: Option<usize>,
+    /// Where A, B and C stand.
+    rotary: [Option<f64>; 3],
     named: bool,
+    unit_said: bool,
+    pub notes: Notes,
 }
 
 /// What a line does to the tool.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Effect {
     /// The motion word on the line.
     pub motion_word: Option<MotionCode>,
-    /// The motion it makes.
-    pub motion: Option<Motion>,
+    /// The motions it makes: one, or the holes of a cycle.
+    pub motions: Vec<Motion>,
+    /// Where the tool is that the coordinates of the line are said of (G92, G10 L20).
+    pub origin_at: Option<OriginAt>,
 }
 
-impl<'a> Interpreter<'a> {
-    pub fn new(options: &'a GcodeOptions) -> Interpreter<'a> {
+/// A line that sets a zero by where the tool is.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct OriginAt {
+    /// The place, by axis that the line has a coordinate for.
+    pub place: Known,
+    /// mm in a unit of the line.
+    pub unit_mm: f64,
+    /// The words of the line.
+    pub words: Vec<Word>,
+}
+
+impl Interpreter {
+    pub fn new(options: &GcodeOptions) -> Interpreter {
+        let unit = options.unit.unwrap_or_default();
+        let start = options.start_mm.map_or([None; 3], |p| [Some(p.x), Some(p.y), Some(p.z)]);
         Interpreter {
-            options,
-            modal: Modal::at_start(options.unit),
-            position: options.start_mm.map_or([None; 3], |p| [Some(p.x), Some(p.y), Some(p.z)]),
+            modal: Modal::at_start(unit, options.arc_centres.into()),
+            offsets: Offsets::new(options),
+            position: start,
+            cycle: None,
+            ever_known: start.map(|p| p.is_some()),
             lost_in: None,
             ended_in: None,
+            rotary: [None; 3],
             named: false,
+            unit_said: options.unit.is_some(),
+            notes: Notes::default(),
         }
+    }
+
+    /// The program ends in line `number`.
+    pub fn end_in(&mut self, number: usize) {
+        self.ended_in.get_or_insert(number);
+    }
+
+    /// Whether the program has ended.
+    pub fn has_ended(&self) -> bool {
+        self.ended_in.is_some()
     }
 
     /// Follows the words of line `number` (from 1).
     pub fn line(&mut self, number: usize, words: Vec<Word>) -> Result<Effect, Refusal> {
-        if let (Some(end), Some(word)) = (self.ended_in, words.first()) {
-            return Err(word.refuse(Fault::AfterEnd { end }));
+        if let Some(end) = self.ended_in {
+            let moving = words.iter().find(|word| moves(word));
+            return moving.map_or(Ok(Effect::default()), |word| Err(word.refuse(Fault::AfterEnd { end })));
         }
         let request = Request::of(&words)?;
         self.program_number(&request)?;
         self.apply_modal(&request)?;
-        let motion_word = request.motion_word();
-        let motion = if request.g(GWord::Home).is_some() || request.g(GWord::Machine).is_some() {
+        request.check_parameters(matches!(self.modal.motion, Some(MotionCode::Cycle(_))))?;
+        self.turn(&request)?;
+        let mut effect = Effect { motion_word: request.motion_word(), ..Effect::default() };
+        if request.g(GWord::Home).is_some() || request.g(GWord::Machine).is_some() {
             self.leave(number, &request)?;
-            None
+        } else if let Some((word, setting)) = request.setting() {
+            effect.origin_at = self.set(&request, word, setting)?;
+        } else if matches!(self.modal.motion, Some(MotionCode::Cycle(_))) && request.g(GWord::Dwell).is_none() {
+            effect.motions = self.drill(number, &request)?;
         } else {
-            self.motion(number, &request)?
-        };
+            effect.motions = self.motion(number, &request)?.into_iter().collect();
+        }
         if request.ends_program {
             self.ended_in = Some(number);
         }
-        let motion = motion.map(|motion| Motion { words, ..motion });
-        Ok(Effect { motion_word, motion })
+        if effect.motions.iter().any(Motion::is_lost) {
+            self.notes.not_located.push(number);
+        }
+        for motion in &mut effect.motions {
+            motion.words.clone_from(&words);
+        }
+        if let Some(origin_at) = &mut effect.origin_at {
+            origin_at.words = words;
+        }
+        Ok(effect)
     }
 
     /// A program has one number; a second one begins a subprogram.
@@ -80,36 +134,69 @@ impl<'a> Interpreter<'a> {
 
     /// Everything that stays in force, in the order RS-274 controllers take it: units before feed.
     fn apply_modal(&mut self, request: &Request) -> Result<(), Refusal> {
+        if request.g(GWord::CancelMotion).is_some() {
+            self.modal.motion = None;
+            self.cycle = None;
+        }
         for &(word, g) in &request.g_words {
             match g {
-                GWord::Motion(code) => self.modal.motion = Some(code),
-                GWord::CancelMotion => self.modal.motion = None,
+                GWord::Motion(code) => {
+                    self.modal.motion = Some(code);
+                    self.cycle = self.cycle.filter(|_| matches!(code, MotionCode::Cycle(_)));
+                }
+                GWord::ReturnsToClear(clear) => self.modal.returns_to_clear = clear,
                 GWord::Plane(plane) => self.modal.plane = plane,
-                GWord::Unit(unit) => self.modal.unit = unit,
+                GWord::Unit(unit) => {
+                    self.modal.unit = unit;
+                    self.unit_said = true;
+                }
                 GWord::Distance(distance) => self.modal.distance = distance,
                 GWord::Centres(distance) => self.modal.centres = distance,
-                GWord::WorkOffset(index) => {
-                    self.modal.work_offset = index;
-                    self.origin(word)?;
+                GWord::WorkOffset(offset) => self.offsets.activate(work_offset(word, offset, request)?),
+                GWord::Feed(mode) if mode != self.modal.feed_mode => {
+                    self.modal.feed_mode = mode;
+                    self.modal.feed = None;
                 }
-                GWord::Dwell | GWord::Home | GWord::Machine | GWord::PathControl | GWord::Passive(_) => {}
+                GWord::CountsTurns(counts) if counts != self.modal.counts_turns => {
+                    self.modal.counts_turns = counts;
+                    self.modal.spindle = None;
+                }
+                _ => {}
             }
         }
         if let Some(word) = request.letter('F') {
-            let expected = "a feed of 0 to 1e9 per minute";
-            self.modal.feed_mm_per_min = Some(speed(word, expected)? * self.modal.unit.mm());
+            let mm = if self.modal.feed_mode == FeedMode::InverseTime { 1.0 } else { self.modal.unit.mm() };
+            self.modal.feed = Some(speed(word, "a feed of 0 to 1e9")? * mm);
         }
         if let Some(word) = request.letter('S') {
-            self.modal.spindle_rev_per_min = Some(speed(word, "a spindle speed of 0 to 1e9 rev/min")?);
+            self.modal.spindle = Some(speed(word, "a spindle speed of 0 to 1e9")?);
+        }
+        Ok(())
+    }
+
+    /// A, B and C may be named, but must stand still.
+    fn turn(&mut self, request: &Request) -> Result<(), Refusal> {
+        for (axis, letter) in ['A', 'B', 'C'].into_iter().enumerate() {
+            let Some(word) = request.letter(letter) else { continue };
+            let stood = self.rotary[axis];
+            let turned = match self.modal.distance {
+                _ if request.setting().is_some() => stood.is_some_and(|stood| stood != word.value),
+                Distance::Absolute => stood.is_some_and(|stood| stood != word.value),
+                Distance::Incremental => word.value != 0.0 && request.g(GWord::Home).is_none(),
+            };
+            if turned {
+                return Err(word.refuse(Fault::Rotary { letter, from: stood.unwrap_or(0.0) }));
+            }
+            if self.modal.distance == Distance::Absolute {
+                self.rotary[axis] = Some(word.value);
+            }
         }
         Ok(())
     }
 
     /// Zero of the coordinates in force; `word` is blamed if it was not given.
-    fn origin(&self, word: &Word) -> Result<Vector3<f64>, Refusal> {
-        let index = self.modal.work_offset;
-        self.options.work_offsets_mm[index]
-            .ok_or_else(|| word.refuse(Fault::NoWorkOffset { word: WORK_OFFSETS[index] }))
+    pub(super) fn origin(&mut self, word: &Word) -> Result<Vector3<f64>, Refusal> {
+        self.offsets.origin().map_err(|fault| word.refuse(fault))
     }
 
     /// A move to a place outside the workpiece frame (G28, G30, G53): it is copied as it is, and where it ends is
@@ -122,131 +209,51 @@ impl<'a> Interpreter<'a> {
             return Err(word.refuse(Fault::Unsupported(Unsupported::MachineArc)));
         }
         let all = home && axes.iter().all(Option::is_none);
-        for (axis, word) in axes.into_iter().enumerate() {
-            if all || word.is_some() {
-                self.position[axis] = None;
-                self.lost_in = Some(number);
-            }
-        }
+        self.lose(number, axes.map(|word| all || word.is_some()));
         Ok(())
     }
 
-    /// The motion the line makes, if it has a coordinate or, for arcs, a centre.
-    fn motion(&mut self, line: usize, request: &Request) -> Result<Option<Motion>, Refusal> {
-        let axes = request.axes();
-        let is_arc = matches!(self.modal.motion, Some(MotionCode::Arc(_)));
-        if !is_arc {
-            request.refuse_arc_words()?;
+    /// Where the tool is along `axes` is not known after line `number`.
+    pub fn lose(&mut self, number: usize, axes: [bool; 3]) {
+        for (axis, _) in axes.into_iter().enumerate().filter(|(_, lost)| *lost) {
+            self.position[axis] = None;
+            self.lost_in = Some(number);
         }
-        let coordinate = axes.iter().flatten().copied().next();
-        let Some(first) = coordinate.or_else(|| request.arc_words().next()) else {
-            return Ok(None);
-        };
-        if request.g(GWord::Dwell).is_some() {
-            return Err(first.refuse(Fault::NotACoordinate { word: "G4" }));
+    }
+
+    /// " after line 12", if a line made the position unknown.
+    pub(super) fn since(&self) -> String {
+        self.lost_in.map_or_else(String::new, |line| format!(" after line {line}"))
+    }
+
+    /// A length is read with the unit in force.
+    pub(super) fn take_unit(&mut self, line: usize) {
+        if !std::mem::replace(&mut self.unit_said, true) {
+            self.notes.unit_taken = Some((self.modal.unit, line));
         }
-        let blame = request.g_words.iter().find(|(_, g)| matches!(g, GWord::Motion(_)));
-        let blame = blame.map_or(first, |(word, _)| *word);
-        let code = self.modal.motion.ok_or_else(|| first.refuse(Fault::NoMotion))?;
-        let origin = self.origin(blame)?;
-        let start = self.position;
-        let end = self.end(axes, origin, blame)?;
-        let centre = match code {
-            MotionCode::Arc(_) => Some(self.centre(request, origin, blame)?),
-            MotionCode::Rapid | MotionCode::Line => None,
-        };
-        let geometry = self.geometry(code, start, end, centre, blame)?;
+    }
+
+    /// The tool is at `end`.
+    pub(super) fn arrive(&mut self, end: Known) {
         self.position = end;
-        let (modal, span) = (self.modal, blame.span.clone());
-        Ok(Some(Motion { line, modal, code, origin, start, end, centre, geometry, words: Vec::new(), span }))
-    }
-
-    /// Where the coordinates on the line lead to.
-    fn end(&self, axes: [Option<&Word>; 3], origin: Vector3<f64>, blame: &Word) -> Result<Known, Refusal> {
-        let mut end = self.position;
-        for (axis, word) in axes.into_iter().enumerate() {
-            let Some(word) = word else { continue };
-            let value = word.value * self.modal.unit.mm();
-            let to = match self.modal.distance {
-                Distance::Absolute => value + origin[axis],
-                Distance::Incremental => {
-                    let from = self.position[axis].ok_or_else(|| blame.refuse(self.unknown_start()))?;
-                    value + from
-                }
-            };
-            if to.abs() > Fault::MAX_COORDINATE_MM {
-                return Err(word.refuse(Fault::TooFar));
-            }
-            end[axis] = Some(to);
+        for axis in 0..3 {
+            self.ever_known[axis] |= end[axis].is_some();
         }
-        Ok(end)
-    }
-
-    /// The centre of an arc as its words give it.
-    fn centre(&self, request: &Request, origin: Vector3<f64>, blame: &Word) -> Result<Centre, Refusal> {
-        let [first, second, normal] = self.modal.plane.axes();
-        let (plane, expected) = plane_names(self.modal.plane);
-        let words = request.centres();
-        if let Some(word) = words[normal] {
-            return Err(word.refuse(Fault::CentreOutsidePlane { expected, plane }));
-        }
-        let unit = self.modal.unit.mm();
-        let given = [words[first], words[second]];
-        for word in given.into_iter().flatten().chain(request.letter('R')) {
-            if word.value.abs() * unit > Fault::MAX_COORDINATE_MM {
-                return Err(word.refuse(Fault::TooFar));
-            }
-        }
-        let values = given.map(|word| word.map(|word| word.value * unit));
-        match (values, request.letter('R'), self.modal.centres) {
-            ([None, None], Some(word), _) => Ok(Centre::Radius(word.value * unit)),
-            ([None, None], None, _) => Err(blame.refuse(Fault::NoCentre { expected, plane })),
-            (_, Some(word), _) => Err(word.refuse(Fault::CentreAndRadius)),
-            ([i, j], None, Distance::Incremental) => Ok(Centre::FromStart([i.unwrap_or(0.0), j.unwrap_or(0.0)])),
-            ([Some(i), Some(j)], None, Distance::Absolute) => Ok(Centre::At([i + origin[first], j + origin[second]])),
-            (_, None, Distance::Absolute) => Err(blame.refuse(Fault::HalfCentre { expected, plane })),
-        }
-    }
-
-    /// The way the motion takes. Only a rapid move may start anywhere.
-    fn geometry(
-        &self,
-        code: MotionCode,
-        start: Known,
-        end: Known,
-        centre: Option<Centre>,
-        blame: &Word,
-    ) -> Result<Geometry, Refusal> {
-        match (located(start), located(end), code) {
-            (_, None, MotionCode::Rapid) => Ok(Geometry::Unlocated),
-            (None, Some(end), MotionCode::Rapid) => Ok(Geometry::Arrival(end)),
-            (Some(start), Some(end), _) => {
-                route(code, self.modal, start, end, centre).map_err(|fault| blame.refuse(Fault::Arc(fault)))
-            }
-            _ => Err(blame.refuse(self.unknown_start())),
-        }
-    }
-
-    fn unknown_start(&self) -> Fault {
-        let unknown = ["X", "Y", "Z"].into_iter().zip(self.position);
-        let axes: Vec<&str> = unknown.filter(|(_, p)| p.is_none()).map(|(axis, _)| axis).collect();
-        let since = self.lost_in.map_or_else(String::new, |line| format!(" after line {line}"));
-        Fault::UnknownStart { axes: axes.join(", "), since }
     }
 }
 
-/// The way from `start` to `end` that a controller takes: straight, or round the centre.
-pub(crate) fn route(
-    code: MotionCode,
-    modal: Modal,
-    start: Vector3<f64>,
-    end: Vector3<f64>,
-    centre: Option<Centre>,
-) -> Result<Geometry, ArcFault> {
-    match (code, centre) {
-        (MotionCode::Arc(turn), Some(centre)) => Ok(Geometry::Arc(Arc::new(modal.plane, turn, start, end, centre)?)),
-        _ => Ok(Geometry::Line(start, end)),
+/// Which work offset a word with its P selects.
+fn work_offset(word: &Word, offset: Option<WorkOffset>, request: &Request) -> Result<WorkOffset, Refusal> {
+    if let Some(offset) = offset {
+        return Ok(offset);
     }
+    let number = request.letter('P').map(Word::whole).transpose()?;
+    number.and_then(WorkOffset::extended).ok_or_else(|| word.refuse(Fault::NoExtended))
+}
+
+/// Whether a line after the end with this word would move the tool.
+fn moves(word: &Word) -> bool {
+    matches!(word.letter, 'X' | 'Y' | 'Z' | 'I' | 'J' | 'K') || (word.letter == 'M' && word.value == 98.0)
 }
 
 fn speed(word: &Word, expected: &'static str) -> Result<f64, Refusal> {

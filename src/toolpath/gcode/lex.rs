@@ -48,18 +48,41 @@ impl Word {
 /// The words in `text`, a line with its comments blanked out, in order.
 pub(crate) fn words(text: &str) -> Result<Vec<Word>, Refusal> {
     guard(text)?;
+    let (joined, letters) = joined(text);
+    let text = joined.as_str();
     let snippet = snippet_parser(text).map_err(|e| not_a_word(text, e.location.offset))?;
     let mut words = Vec::new();
     for line in snippet.iter() {
         // The lexer gives a letter without number its own kind of token, a flag.
         if let Some(flag) = line.iter_flags().next() {
-            return Err(Refusal::new(flag.span().into(), Fault::NotAWord));
+            return Err(not_a_word(text, flag.span().0));
         }
         for field in line.iter_fields() {
-            words.push(word(text, field.span().into())?);
+            let mut word = word(text, field.span().into())?;
+            if let Ok(index) = letters.binary_search_by_key(&word.span.start, |(_, to)| *to) {
+                word.span.start = letters[index].0;
+            }
+            words.push(word);
         }
     }
     Ok(words)
+}
+
+/// `text` with letters that blanks part from their numbers (`X 10`) moved to them, and from where to where.
+fn joined(text: &str) -> (String, Vec<(usize, usize)>) {
+    let mut bytes = text.as_bytes().to_vec();
+    let mut moved = Vec::new();
+    for from in 0..bytes.len() {
+        let rest = &text.as_bytes()[from + 1..];
+        let blanks = rest.iter().take_while(|b| **b == b' ').count();
+        let alone = from == 0 || !text.as_bytes()[from - 1].is_ascii_alphabetic();
+        let number = rest.get(blanks).is_some_and(|b| b.is_ascii_digit() || matches!(b, b'+' | b'-' | b'.'));
+        if bytes[from].is_ascii_alphabetic() && alone && blanks > 0 && number {
+            bytes.swap(from, from + blanks);
+            moved.push((from, from + blanks));
+        }
+    }
+    (String::from_utf8_lossy(&bytes).into_owned(), moved)
 }
 
 /// The word at `span`. The lexer takes several letters before a number as one name; a word has one.
@@ -69,7 +92,7 @@ fn word(text: &str, span: Range<usize>) -> Result<Word, Refusal> {
     // Read from the text, not from the lexer's decimal: this conversion rounds correctly.
     match (letter, written.get(1..).map(str::parse)) {
         (Some(letter), Some(Ok(value))) => Ok(Word { letter: letter.to_ascii_uppercase(), value, span }),
-        _ => Err(Refusal::new(span, Fault::NotAWord)),
+        _ => Err(not_a_word(text, span.start)),
     }
 }
 
@@ -93,7 +116,44 @@ fn guard(text: &str) -> Result<(), Refusal> {
 fn not_a_word(text: &str, at: usize) -> Refusal {
     let start = text[..at].rfind(' ').map_or(0, |p| p + 1);
     let end = text[at..].find(' ').map_or(text.len(), |p| at + p);
-    Refusal::new(start..end, Fault::NotAWord)
+    Refusal::new(start..end, what_instead(text, start))
+}
+
+/// What else text that is no word may be: that of another language or a macro.
+fn what_instead(text: &str, start: usize) -> Fault {
+    const MACRO: [&str; 24] = [
+        "IF",
+        "THEN",
+        "GOTO",
+        "WHILE",
+        "DO",
+        "END",
+        "SUB",
+        "ENDSUB",
+        "CALL",
+        "RETURN",
+        "ELSE",
+        "ELSEIF",
+        "ENDIF",
+        "ENDWHILE",
+        "REPEAT",
+        "ENDREPEAT",
+        "BREAK",
+        "CONTINUE",
+        "SETVN",
+        "POPEN",
+        "DPRNT",
+        "PCLOS",
+        "BPRNT",
+        "O",
+    ];
+    let name: String = text[start..].chars().take_while(char::is_ascii_alphabetic).collect::<String>().to_uppercase();
+    let o_word = text.trim_start().starts_with(['o', 'O']);
+    match name.len() {
+        _ if MACRO.contains(&name.as_str()) && (name != "O" || o_word) => Fault::Variable,
+        3.. => Fault::Language,
+        _ => Fault::NotAWord,
+    }
 }
 
 #[cfg(test)]
@@ -105,6 +165,22 @@ mod tests {
         let words = words("  g01X-.5y+3.Z123456.789012").unwrap();
         let seen: Vec<_> = words.iter().map(|w| (w.letter, w.value, w.span.clone())).collect();
         assert_eq!(seen, [('G', 1.0, 2..5), ('X', -0.5, 5..9), ('Y', 3.0, 9..13), ('Z', 123456.789012, 13..27)]);
+    }
+
+    #[test]
+    fn blanks_may_part_a_letter_from_its_number() {
+        let words = words("G 1 X  10.5Y -2").unwrap();
+        let seen: Vec<_> = words.iter().map(|w| (w.letter, w.value, w.span.clone())).collect();
+        assert_eq!(seen, [('G', 1.0, 0..3), ('X', 10.5, 4..11), ('Y', -2.0, 11..15)]);
+    }
+
+    #[test]
+    fn other_languages_are_told_apart() {
+        let fault = |text: &str| super::words(text).unwrap_err().fault;
+        assert_eq!(fault("N10 TRAORI"), Fault::Language);
+        assert_eq!(fault("MSG"), Fault::Language);
+        assert_eq!(fault("O100 sub"), Fault::Variable);
+        assert_eq!(fault("GOTO 100"), Fault::Variable);
     }
 
     #[test]
@@ -122,7 +198,6 @@ mod tests {
             ("G1 X Y5", 3..4),
             ("G1 XY5", 3..6),
             ("G1 X+-1.0 Y1", 3..9),
-            ("G1 X 10", 5..7),
             ("5", 0..1),
             ("G1 X--1", 3..7),
             ("X1.2.3", 0..6),

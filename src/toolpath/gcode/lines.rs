@@ -9,7 +9,7 @@ use crate::toolpath::gcode::error::{Fault, Refusal};
 pub(crate) struct Line {
     /// The line without its ending.
     pub content: Range<usize>,
-    /// Its ending: `\n`, `\r\n`, `\r`, or nothing at the end of the file.
+    /// Its ending: `\n`, `\r\n`, `\r\r\n`, `\r`, or nothing at the end of the file.
     pub ending: Range<usize>,
 }
 
@@ -22,6 +22,7 @@ pub(crate) fn split(source: &[u8]) -> Vec<Line> {
         let length = rest.iter().position(|b| matches!(b, b'\r' | b'\n')).unwrap_or(rest.len());
         let end = start + length;
         let next = match &source[end..] {
+            [b'\r', b'\r', b'\n', ..] => end + 3,
             [b'\r', b'\n', ..] => end + 2,
             [_, ..] => end + 1,
             [] => end,
@@ -37,6 +38,11 @@ pub(crate) fn split(source: &[u8]) -> Vec<Line> {
 pub(crate) enum Code {
     /// A `%` that opens or closes the program.
     Percent,
+    /// A command to a Grbl control (`$`, `?`, `!`, `~`), no code.
+    Command {
+        /// Whether it may move the machine: `$H`, `$J=`.
+        moves: bool,
+    },
     /// Words, at their own places in the line; all else is blanks.
     Words {
         text: String,
@@ -51,9 +57,15 @@ pub(crate) enum Code {
 /// ASCII letters, digits, signs, points and blanks: all that the lexer is then asked about.
 pub(crate) fn code(line: &[u8]) -> Result<Code, Refusal> {
     let mut text = String::with_capacity(line.len());
-    let mut prefix = line.iter().take_while(|b| is_blank(**b)).count();
-    if line.get(prefix) == Some(&b'%') {
-        return Ok(Code::Percent);
+    let mut prefix = blanks(line);
+    match line.get(prefix) {
+        Some(b'%') => return Ok(Code::Percent),
+        Some(b'$') => {
+            let moves = line.get(prefix + 1).is_some_and(|b| matches!(b.to_ascii_uppercase(), b'H' | b'J'));
+            return Ok(Code::Command { moves });
+        }
+        Some(b'?' | b'!' | b'~') => return Ok(Code::Command { moves: false }),
+        _ => {}
     }
     if is_deletable(line) {
         // A digit after the slash is the number of the delete switch.
@@ -66,6 +78,8 @@ pub(crate) fn code(line: &[u8]) -> Result<Code, Refusal> {
             b'(' => text.extend(std::iter::repeat_n(' ', comment_length(line, at)?)),
             b';' => text.extend(std::iter::repeat_n(' ', line.len() - at)),
             _ if is_blank(byte) => text.push(' '),
+            // A program number, as tapes have it.
+            b':' if text.trim().is_empty() && line.get(at + 1).is_some_and(u8::is_ascii_digit) => text.push('O'),
             b'+' | b'-' | b'.' => text.push(char::from(byte)),
             _ if byte.is_ascii_alphanumeric() => text.push(char::from(byte)),
             _ => return Err(unexpected(line, at)),
@@ -76,11 +90,20 @@ pub(crate) fn code(line: &[u8]) -> Result<Code, Refusal> {
 
 /// Whether the line begins with a block-delete mark.
 pub(crate) fn is_deletable(line: &[u8]) -> bool {
-    line.iter().find(|b| !is_blank(**b)) == Some(&b'/')
+    line.get(blanks(line)) == Some(&b'/')
 }
 
+/// Length of what is blank at the beginning of `line`; the byte-order mark of a file in UTF-8 is.
+fn blanks(line: &[u8]) -> usize {
+    let mark = if line.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 };
+    mark + line[mark..].iter().take_while(|b| is_blank(**b)).count()
+}
+
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
+/// Blanks, and what tapes and old file systems leave: NUL, form feed, the codes of a reader, end of file.
 fn is_blank(byte: u8) -> bool {
-    matches!(byte, b' ' | b'\t')
+    matches!(byte, b' ' | b'\t' | 0 | 0x0b | 0x0c | 0x11..=0x14 | 0x1a)
 }
 
 /// Length of the comment that opens at `at`, its parentheses included.
@@ -94,8 +117,11 @@ fn comment_length(line: &[u8], at: usize) -> Result<usize, Refusal> {
 /// Why the byte at `at` cannot be code, quoting the word-like text it stands in.
 fn unexpected(line: &[u8], at: usize) -> Refusal {
     let fault = match line[at] {
+        // `X=10` is Sinumerik's; in a macro, what is assigned has a `#`.
+        b'=' if !line.contains(&b'#') => Fault::Language,
         b'#' | b'[' | b']' | b'=' | b'<' | b'>' => Fault::Variable,
         b'*' => Fault::Checksum,
+        b'"' => Fault::Language,
         _ => Fault::Character,
     };
     let bounds = |b: &u8| is_blank(*b) || matches!(b, b'(' | b';');
@@ -116,7 +142,7 @@ mod tests {
             lines.iter().flat_map(|l| [&source[l.content.clone()], &source[l.ending.clone()]].concat()).collect();
         assert_eq!(joined, source);
         let contents: Vec<_> = lines.iter().map(|l| &source[l.content.clone()]).collect();
-        assert_eq!(contents, [&b"a"[..], b"b", b"", b"c", b"", b"", b"d"]);
+        assert_eq!(contents, [&b"a"[..], b"b", b"", b"c", b"", b"d"]);
         assert!(split(b"").is_empty());
     }
 
@@ -127,6 +153,10 @@ mod tests {
         assert_eq!(text.trim_end(), "    G1        X1.5");
         assert_eq!((text.len(), prefix), (line.len(), 3));
         assert_eq!(code(b"  % main"), Ok(Code::Percent));
+        assert_eq!(code(b"$H"), Ok(Code::Command { moves: true }));
+        assert_eq!(code(b"?"), Ok(Code::Command { moves: false }));
+        let Ok(Code::Words { text, prefix }) = code(b"\xef\xbb\xbf:1000") else { panic!() };
+        assert_eq!((text.as_str(), prefix), ("   O1000", 3));
         assert!(code(b"(\xff\xfe)").is_ok());
     }
 }

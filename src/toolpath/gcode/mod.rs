@@ -5,82 +5,67 @@
 //!
 //! | followed | meaning |
 //! |---|---|
-//! | G0 G1 G2 G3, G80 | rapid, line, arcs (helical too; centre by I J K or radius by R), no motion |
+//! | G0 G1 G2 G3 | rapid, line, arcs (helical too; centre by I J K or radius by R) |
+//! | G73 G74 G81 … G86 G89, G98 G99, G80 | cycles, where they end, no cycle |
 //! | G17 G18 G19 | plane of arcs |
 //! | G20 G21 | inch, mm |
-//! | G54 … G59 | work offsets, given in [`GcodeOptions`] |
+//! | G54 … G59.3, G54.1 P, G10 L2 L20, G52, G92 … G92.3 | zeros of the coordinates, see [`GcodeOptions::work_offsets_mm`] |
 //! | G90 G91, G90.1 G91.1 | absolute or incremental coordinates, and arc centres |
-//! | F, S | feed per minute, spindle speed |
-//! | G28 G30 G53 | copied as they are; the axes they move are unknown until a G0 gives them again |
-//! | G4 G15 G40 G43 G49 G61 G61.1 G64 G69 G94 G97 G98 G99; D H M N O P Q T | copied as they are |
+//! | F with G93 G94 G95, S with G96 G97 | feed, spindle speed |
+//! | A B C | must keep one value |
+//! | G28 G30 G53; `$H` `$J` | copied as they are; the axes they move are unknown until a G0 or G1 gives them again |
+//! | other G, D E H M N O P Q T words that do not move the tip; `$` `?` `!` `~` lines | copied as they are |
 //! | `( )`, `;`, `%`, `/`, blank lines | copied as they are; [`BlockDelete`] says whether `/` lines count |
 //!
 //! Decisions, where controllers differ:
 //! - Numbers without a decimal point are whole units: `X10` is 10 mm in G21.
-//! - Before the first word that says otherwise: G17, G54, G90, G91.1, G94, [`GcodeOptions::unit`], no motion.
+//! - Before the first word that says otherwise: G17, G54, G90, G91.1, G94, G97, G98, [`GcodeOptions::unit`], no motion.
 //! - Coordinates are those of the tool tip; G43 and G49 do not move the path.
-//! - A tool change (M6) leaves the tool where it was. M2 and M30 end the program; words after them are refused.
+//! - A tool change (M6) leaves the tool where it was. M2, M30 and the second % end the program; motions after them are refused.
 //! - The unit on a line applies to the F on the same line.
 //! - A rapid move is one path point, its end. Controllers need not drive it straight.
+//! - Where the tool is is not known until G0 and G1 have given X, Y and Z: motions before stay as they are ([`Notes`]).
 
 mod arc;
+mod check;
+mod cycle;
 mod edit;
 mod error;
+mod expand;
+mod follow;
 mod interpret;
 mod lex;
 mod lines;
 mod modal;
 mod motion;
+mod notes;
+mod offsets;
+mod options;
 mod place;
+mod refused;
 mod request;
 mod rewrite;
+mod settings;
+mod write_holes;
 mod writer;
 
 pub use error::{ArcFault, Fault, GcodeError, Unsupported};
+pub use expand::Beside;
 pub use modal::LengthUnit;
+pub use notes::Notes;
+pub use offsets::WorkOffset;
+pub use options::{ArcCentres, BlockDelete, GcodeOptions};
 pub use rewrite::{RewriteError, Rewritten};
 
-use nalgebra::Vector3;
+use std::ops::Range;
 
-use interpret::{Effect, Interpreter};
+use expand::WrittenOut;
+use interpret::{Effect, Interpreter, OriginAt};
 use lines::{Code, Line};
 use modal::MotionCode;
 use motion::Motion;
 
 use crate::toolpath::{NumberFormat, PathPoint, Sampling, Toolpath, number};
-
-/// What a program does not say itself.
-#[derive(Clone, Debug, PartialEq)]
-pub struct GcodeOptions {
-    /// The unit before the first G20 or G21; mm by default.
-    pub unit: LengthUnit,
-    /// Where the tool is before the program begins, mm in the workpiece frame; by default not known, so that the
-    /// program must first go somewhere by G0.
-    pub start_mm: Option<Vector3<f64>>,
-    /// The zeros of G54 to G59, mm in the workpiece frame. By default G54 is the workpiece frame itself and the
-    /// others are not known; a program that uses one that is not known is refused.
-    pub work_offsets_mm: [Option<Vector3<f64>>; 6],
-    /// What becomes of lines with a leading `/`.
-    pub block_delete: BlockDelete,
-}
-
-impl Default for GcodeOptions {
-    fn default() -> GcodeOptions {
-        let mut work_offsets_mm = [None; 6];
-        work_offsets_mm[0] = Some(Vector3::zeros());
-        GcodeOptions { unit: LengthUnit::Millimetre, start_mm: None, work_offsets_mm, block_delete: BlockDelete::Run }
-    }
-}
-
-/// The position of the machine's block-delete switch.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum BlockDelete {
-    /// Off: lines with a leading `/` run.
-    #[default]
-    Run,
-    /// On: they are skipped, and copied as they are. The rewritten program is right with the switch on only.
-    Skip,
-}
 
 /// A program that has been read and followed.
 #[derive(Clone, Debug)]
@@ -93,6 +78,9 @@ pub struct Program {
     blocks: Vec<Block>,
     motions: Vec<Motion>,
     own_format: NumberFormat,
+    notes: Notes,
+    /// Of a program written out, where its lines come from.
+    written_out: Option<WrittenOut>,
 }
 
 /// A line that has to do with motion.
@@ -102,8 +90,10 @@ struct Block {
     line: usize,
     /// The motion word on it.
     motion_word: Option<MotionCode>,
-    /// Index of the motion it makes.
-    motion: Option<usize>,
+    /// Indices of the motions it makes: one, or the holes of a cycle.
+    motions: Range<usize>,
+    /// The zero it sets by where the tool is.
+    origin_at: Option<OriginAt>,
     /// Length of its leading blanks and block-delete mark, if it has such a mark; of the blanks otherwise.
     prefix: usize,
 }
@@ -125,9 +115,36 @@ impl Program {
             blocks: Vec::new(),
             motions: Vec::new(),
             own_format: NumberFormat::default(),
+            notes: Notes::default(),
+            written_out: None,
         };
         program.follow()?;
         program.own_format = program.decimals_seen();
+        Ok(program)
+    }
+
+    /// Writes the program out as the motion it makes (calls, loops, jumps and expressions followed), then reads that as
+    /// [`Program::parse`] does. A comment at its top says so. Lines in messages are those of the files they come from;
+    /// `beside` gives the files beside the program that it may call.
+    ///
+    /// # Errors
+    /// What cannot be evaluated, and as [`Program::parse`].
+    pub fn parse_expanded(
+        source: &[u8],
+        name: &str,
+        options: &GcodeOptions,
+        beside: &Beside<'_>,
+    ) -> Result<Program, GcodeError> {
+        let (bytes, written_out) = expand::expand(source, name, options.block_delete, beside)?;
+        let mut program = Program::parse(bytes, name, options).map_err(|error| written_out.located(error))?;
+        for line in &mut program.notes.not_located {
+            *line = written_out.line_of(*line);
+        }
+        if let Some((_, line)) = &mut program.notes.unit_taken {
+            *line = written_out.line_of(*line);
+        }
+        program.notes.written_out = Some([written_out.lines, written_out.origins.len()]);
+        program.written_out = Some(written_out);
         Ok(program)
     }
 
@@ -141,31 +158,36 @@ impl Program {
                 continue;
             }
             let located = |refusal: error::Refusal| refusal.locate(&self.name, line + 1, content);
-            match lines::code(content).map_err(located)? {
+            let code = lines::code(content);
+            // Behind the end, text need not be code.
+            if interpreter.has_ended() && !matches!(&code, Ok(Code::Words { text, .. }) if lex::words(text).is_ok()) {
+                continue;
+            }
+            match code.map_err(located)? {
                 Code::Percent => percents += 1,
+                Code::Command { moves } => interpreter.lose(line + 1, [moves; 3]),
                 Code::Words { text, prefix } => {
                     let words = lex::words(&text).map_err(located)?;
                     let effect = interpreter.line(line + 1, words).map_err(located)?;
                     self.keep(line, prefix, effect);
                 }
             }
-            // What follows the second % is not part of the program.
             if percents == 2 {
-                break;
+                interpreter.end_in(line + 1);
             }
         }
+        self.notes = interpreter.notes;
         Ok(())
     }
 
     fn keep(&mut self, line: usize, prefix: usize, effect: Effect) {
-        if effect.motion_word.is_none() && effect.motion.is_none() {
+        if effect == Effect::default() {
             return;
         }
-        let motion = effect.motion.map(|motion| {
-            self.motions.push(motion);
-            self.motions.len() - 1
-        });
-        self.blocks.push(Block { line, motion_word: effect.motion_word, motion, prefix });
+        let first = self.motions.len();
+        self.motions.extend(effect.motions);
+        let motions = first..self.motions.len();
+        self.blocks.push(Block { line, motion_word: effect.motion_word, motions, origin_at: effect.origin_at, prefix });
     }
 
     /// The program's name as given.
@@ -180,6 +202,18 @@ impl Program {
         &self.source
     }
 
+    /// What was taken for granted, and which lines stay as they are.
+    #[must_use]
+    pub fn notes(&self) -> &Notes {
+        &self.notes
+    }
+
+    /// Whether a motion is a hole of a cycle.
+    #[must_use]
+    pub fn is_hole(&self, segment: usize) -> bool {
+        self.motions.get(segment).is_some_and(|motion| matches!(motion.geometry, motion::Geometry::Hole(_)))
+    }
+
     /// How many motion blocks the program has; [`PointSource::segment`](crate::toolpath::PointSource) counts them.
     #[must_use]
     pub fn motion_count(&self) -> usize {
@@ -189,13 +223,14 @@ impl Program {
     /// The line, from 1, of a motion block.
     #[must_use]
     pub fn line_of(&self, segment: usize) -> Option<usize> {
-        self.motions.get(segment).map(|motion| motion.line)
+        let line = self.motions.get(segment).map(|motion| motion.line);
+        line.map(|line| self.written_out.as_ref().map_or(line, |written_out| written_out.line_of(line)))
     }
 
     /// The bytes of the line of a motion block, without its ending.
     #[must_use]
     pub fn content_of(&self, segment: usize) -> Option<&[u8]> {
-        self.line_of(segment).map(|line| self.content(line - 1))
+        self.motions.get(segment).map(|motion| self.content(motion.line - 1))
     }
 
     /// The decimals this program itself writes its coordinates with, at most; at least 3 for mm and 4 for inch.
@@ -232,9 +267,9 @@ impl Program {
     }
 
     fn refused(&self, segment: usize, fault: Fault) -> GcodeError {
-        let line = self.line_of(segment).unwrap_or(1);
-        let span = self.motions[segment].span.clone();
-        error::Refusal::new(span, fault).locate(&self.name, line, self.content(line - 1))
+        let Motion { line, span, .. } = &self.motions[segment];
+        let refused = error::Refusal::new(span.clone(), fault).locate(&self.name, *line, self.content(line - 1));
+        self.written_out.as_ref().map_or(refused.clone(), |written_out| written_out.located(refused))
     }
 
     /// The bytes of line `index` (from 0), without its ending.
@@ -245,7 +280,7 @@ impl Program {
     fn decimals_seen(&self) -> NumberFormat {
         let (mut mm, mut inch) = (0, 0);
         for block in &self.blocks {
-            let Some(motion) = block.motion.map(|index| &self.motions[index]) else {
+            let Some(motion) = self.motions[block.motions.clone()].first() else {
                 continue;
             };
             let content = self.content(block.line);
@@ -253,7 +288,7 @@ impl Program {
                 LengthUnit::Millimetre => &mut mm,
                 LengthUnit::Inch => &mut inch,
             };
-            for word in motion.words.iter().filter(|word| matches!(word.letter, 'X' | 'Y' | 'Z')) {
+            for word in motion.words.iter().filter(|word| matches!(word.letter, 'X' | 'Y' | 'Z' | 'R')) {
                 let text = String::from_utf8_lossy(&content[word.span.clone()]);
                 *seen = number::decimals_in(&text).max(*seen);
             }

@@ -1,20 +1,25 @@
 //! The state words leave behind for later lines, and which words there are.
 
+use serde::Deserialize;
+
 use crate::toolpath::{
     Plane, Turn,
     gcode::{
         error::{Fault, Refusal, Unsupported},
         lex::Word,
+        offsets::WorkOffset,
     },
 };
 
 /// The length unit of a program's coordinates.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Deserialize)]
 pub enum LengthUnit {
     /// Millimetres (G21).
     #[default]
+    #[serde(rename = "mm")]
     Millimetre,
     /// Inches of 25.4 mm (G20).
+    #[serde(rename = "inch")]
     Inch,
 }
 
@@ -25,6 +30,15 @@ impl LengthUnit {
         match self {
             LengthUnit::Millimetre => 1.0,
             LengthUnit::Inch => 25.4,
+        }
+    }
+
+    /// Its name: mm or inch.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            LengthUnit::Millimetre => "mm",
+            LengthUnit::Inch => "inch",
         }
     }
 }
@@ -38,6 +52,8 @@ pub(crate) enum MotionCode {
     Line,
     /// G2, G3.
     Arc(Turn),
+    /// G73, G74, G81 to G86, G89.
+    Cycle(u32),
 }
 
 impl MotionCode {
@@ -48,6 +64,7 @@ impl MotionCode {
             MotionCode::Line => 1,
             MotionCode::Arc(Turn::Clockwise) => 2,
             MotionCode::Arc(Turn::CounterClockwise) => 3,
+            MotionCode::Cycle(number) => number,
         }
     }
 }
@@ -71,24 +88,56 @@ pub(crate) struct Modal {
     pub distance: Distance,
     /// Meaning of I, J, K.
     pub centres: Distance,
-    /// 0 for G54 to 5 for G59.
-    pub work_offset: usize,
-    pub feed_mm_per_min: Option<f64>,
-    pub spindle_rev_per_min: Option<f64>,
+    /// G99: cycles end at their plane R; otherwise (G98) where they began.
+    pub returns_to_clear: bool,
+    pub feed_mode: FeedMode,
+    /// S in rev/min (G97), not a surface speed (G96).
+    pub counts_turns: bool,
+    /// The number after F, inches made mm unless it is one over a time.
+    pub feed: Option<f64>,
+    /// The number after S.
+    pub spindle: Option<f64>,
+}
+
+/// What F is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum FeedMode {
+    /// G93: one over the minutes of the block.
+    InverseTime,
+    /// G94.
+    PerMinute,
+    /// G95.
+    PerRevolution,
 }
 
 impl Modal {
-    /// The state a controller starts in: G17, G54, G90, G91.1, G94, no motion in force.
-    pub fn at_start(unit: LengthUnit) -> Modal {
+    /// The state a controller starts in: G17, G90, G94, G97, G98, no motion in force.
+    pub fn at_start(unit: LengthUnit, centres: Distance) -> Modal {
         Modal {
             motion: None,
             plane: Plane::Xy,
             unit,
             distance: Distance::Absolute,
-            centres: Distance::Incremental,
-            work_offset: 0,
-            feed_mm_per_min: None,
-            spindle_rev_per_min: None,
+            centres,
+            returns_to_clear: false,
+            feed_mode: FeedMode::PerMinute,
+            counts_turns: true,
+            feed: None,
+            spindle: None,
+        }
+    }
+
+    /// Spindle speed, if S gives it.
+    pub fn spindle_rev_per_min(&self) -> Option<f64> {
+        self.spindle.filter(|_| self.counts_turns)
+    }
+
+    /// Feed along `length_mm` of motion, mm/min, if F gives it.
+    pub fn feed_mm_per_min(&self, length_mm: f64) -> Option<f64> {
+        match self.feed_mode {
+            FeedMode::PerMinute => self.feed,
+            FeedMode::PerRevolution => Some(self.feed? * self.spindle_rev_per_min()?),
+            FeedMode::InverseTime => self.feed.map(|per_minute| per_minute * length_mm),
         }
     }
 }
@@ -104,7 +153,17 @@ pub(crate) enum GWord {
     Unit(LengthUnit),
     Distance(Distance),
     Centres(Distance),
-    WorkOffset(usize),
+    /// G54 to G59.3, and G54.1, whose P says which.
+    WorkOffset(Option<WorkOffset>),
+    Feed(FeedMode),
+    /// G97, or G96.
+    CountsTurns(bool),
+    /// G99, or G98.
+    ReturnsToClear(bool),
+    /// Words whose coordinates are no motion.
+    Setting(Setting),
+    /// G5, G5.1, G8, G187: smoothing; they carry P, Q, E or R, and no coordinates.
+    Smoothing,
     /// G4.
     Dwell,
     /// G28, G30.
@@ -113,10 +172,27 @@ pub(crate) enum GWord {
     Machine,
     /// G61, G64: they may carry a P.
     PathControl,
-    /// Those that only need their group, which no other word of the line may share: tool length (G43, G49), radius
-    /// compensation off (G40), feed per minute (G94), spindle in rev/min (G97), return level (G98, G99), polar
-    /// coordinates and rotation off (G15, G69).
+    /// Those that only need their group, which no other word of the line may share: tool length (G43, G44, G49), radius
+    /// compensation off (G40), exact stop (G9), polar coordinates, scaling, mirroring, macros and rotation off (G15, G50,
+    /// G50.1, G67, G69).
     Passive(&'static str),
+}
+
+/// A word that sets something by its coordinates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Setting {
+    /// G10.
+    Data,
+    /// G52.
+    Local,
+    /// G92.
+    Origin,
+    /// G92.1, G92.2: the origin of G92 no longer counts; kept for G92.3 if so.
+    OriginOff { keeps: bool },
+    /// G92.3.
+    OriginOn,
+    /// G43.1: a tool length.
+    Length,
 }
 
 impl GWord {
@@ -139,35 +215,61 @@ impl GWord {
             190 => GWord::Plane(Plane::Yz),
             200 => GWord::Unit(LengthUnit::Inch),
             210 => GWord::Unit(LengthUnit::Millimetre),
+            50 | 51 | 80 | 1870 => GWord::Smoothing,
+            90 => GWord::Passive("exact stop"),
+            100 => GWord::Setting(Setting::Data),
             280 | 300 => GWord::Home,
             400 => GWord::Passive("radius compensation"),
-            430 | 490 => GWord::Passive("tool length"),
+            430 | 440 | 490 => GWord::Passive("tool length"),
+            431 => GWord::Setting(Setting::Length),
+            500 => GWord::Passive("scaling"),
+            501 => GWord::Passive("mirroring"),
+            520 => GWord::Setting(Setting::Local),
             530 => GWord::Machine,
-            540 | 550 | 560 | 570 | 580 | 590 => GWord::WorkOffset((tenths as usize - 540) / 10),
+            541 | 1540 => GWord::WorkOffset(None),
+            540..=593 => GWord::WorkOffset(Some(WorkOffset::of_tenths(tenths)?)),
             610 | 611 | 640 => GWord::PathControl,
+            670 => GWord::Passive("macro"),
             690 => GWord::Passive("rotation"),
+            920 => GWord::Setting(Setting::Origin),
+            921 | 922 => GWord::Setting(Setting::OriginOff { keeps: tenths == 922 }),
+            923 => GWord::Setting(Setting::OriginOn),
             800 => GWord::CancelMotion,
             900 => GWord::Distance(Distance::Absolute),
             910 => GWord::Distance(Distance::Incremental),
             901 => GWord::Centres(Distance::Absolute),
             911 => GWord::Centres(Distance::Incremental),
-            940 => GWord::Passive("feed mode"),
-            970 => GWord::Passive("spindle mode"),
-            980 | 990 => GWord::Passive("return level"),
+            930 => GWord::Feed(FeedMode::InverseTime),
+            940 => GWord::Feed(FeedMode::PerMinute),
+            950 => GWord::Feed(FeedMode::PerRevolution),
+            960 | 970 => GWord::CountsTurns(tenths == 970),
+            730 | 740 | 810 | 820 | 830 | 840 | 850 | 860 | 890 => GWord::Motion(MotionCode::Cycle(tenths / 10)),
+            980 | 990 => GWord::ReturnsToClear(tenths == 990),
             _ => return None,
         })
+    }
+
+    /// Whether P and Q may belong to it.
+    pub fn takes_p(&self) -> bool {
+        matches!(self, GWord::Dwell | GWord::PathControl | GWord::WorkOffset(None))
     }
 
     /// The modal group: a line has one word of each.
     pub fn group(self) -> &'static str {
         match self {
-            GWord::Motion(_) | GWord::CancelMotion => "motion",
+            GWord::Motion(_) => "motion",
+            // A safety line has it beside G0.
+            GWord::CancelMotion => "end of cycles",
             GWord::Plane(_) => "plane",
             GWord::Unit(_) => "unit",
             GWord::Distance(_) => "distance",
             GWord::Centres(_) => "centres",
             GWord::WorkOffset(_) => "work offset",
-            GWord::Dwell | GWord::Home | GWord::Machine => "once",
+            GWord::Feed(_) => "feed mode",
+            GWord::CountsTurns(_) => "spindle mode",
+            GWord::Dwell | GWord::Home | GWord::Machine | GWord::Setting(_) => "once",
+            GWord::ReturnsToClear(_) => "return level",
+            GWord::Smoothing => "smoothing",
             GWord::PathControl => "path control",
             GWord::Passive(group) => group,
         }
@@ -179,19 +281,13 @@ fn unsupported(tenths: u32) -> Unsupported {
     match tenths {
         410..=429 => Unsupported::CutterCompensation,
         730..=769 | 810..=899 => Unsupported::CannedCycle,
-        100..=109 | 520..=529 | 920..=929 => Unsupported::Origin,
-        541..=599 => Unsupported::ManyOffsets,
-        160 | 500..=519 | 680..=689 => Unsupported::Transform,
-        930 => Unsupported::InverseTimeFeed,
-        950 => Unsupported::FeedPerRevolution,
-        960 => Unsupported::SurfaceSpeed,
-        50..=69 | 330..=339 | 380..=389 => Unsupported::Motion,
+        434 | 435 => Unsupported::ToolCentrePoint,
+        160 | 510..=519 | 680..=689 => Unsupported::Transform,
+        650..=669 => Unsupported::Subprogram,
+        310 | 360 | 370 | 52..=69 | 330..=339 | 380..=389 => Unsupported::Motion,
         _ => Unsupported::UnknownG,
     }
 }
-
-/// The names of the work offsets, by their index.
-pub(crate) const WORK_OFFSETS: [&str; 6] = ["G54", "G55", "G56", "G57", "G58", "G59"];
 
 /// The names of a plane and of its two centre words.
 pub(crate) fn plane_names(plane: Plane) -> (&'static str, &'static str) {

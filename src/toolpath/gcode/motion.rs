@@ -8,6 +8,7 @@ use crate::toolpath::{
     PathPoint, PointSource, Sampling,
     gcode::{
         arc::{Arc, Centre},
+        cycle::Hole,
         lex::Word,
         modal::{Modal, MotionCode},
     },
@@ -36,6 +37,8 @@ pub(crate) enum Geometry {
     Line(Vector3<f64>, Vector3<f64>),
     /// Round.
     Arc(Arc),
+    /// Into a hole and out again.
+    Hole(Hole),
 }
 
 impl Geometry {
@@ -49,6 +52,7 @@ impl Geometry {
                 Some((position, direction(end - start)))
             }
             Geometry::Arc(arc) => Some(arc.at(t)),
+            Geometry::Hole(hole) => Some(hole.at(t)),
         }
     }
 
@@ -58,6 +62,7 @@ impl Geometry {
             Geometry::Unlocated | Geometry::Arrival(_) => 0.0,
             Geometry::Line(start, end) => (end - start).norm(),
             Geometry::Arc(arc) => arc.length(),
+            Geometry::Hole(hole) => hole.length_to(1.0),
         }
     }
 }
@@ -85,12 +90,19 @@ pub(crate) struct Motion {
 }
 
 impl Motion {
+    /// Whether it moves the tool from or to a place that is not known; a cycle that drills nothing (L0) does not move it.
+    pub fn is_lost(&self) -> bool {
+        let drills_nothing = matches!(self.code, MotionCode::Cycle(_)) && self.start == self.end;
+        self.geometry == Geometry::Unlocated && !drills_nothing
+    }
+
     /// Into how many pieces the motion is split; `None` when into more than a path may have points. A rapid move is
     /// never split: controllers need not drive it straight, and nothing is cut on the way.
     pub fn pieces(&self, sampling: Sampling) -> Option<usize> {
         match (&self.geometry, self.code) {
             (Geometry::Unlocated, _) => Some(0),
             (Geometry::Arrival(_), _) | (_, MotionCode::Rapid) => Some(1),
+            (Geometry::Hole(hole), _) => Some(3 + sampling.line_pieces((hole.bottom - hole.clear).norm())?),
             (Geometry::Line(..), _) => sampling.line_pieces(self.geometry.length()),
             (Geometry::Arc(arc), _) => sampling.arc_pieces(arc.radius(), arc.sweep_rad(), arc.length()),
         }
@@ -100,19 +112,25 @@ impl Motion {
     pub fn sample(&self, segment: usize, pieces: usize, points: &mut Vec<PathPoint>) {
         let before = points.last().map_or(0.0, |point| point.arc_length_mm);
         let length = self.geometry.length();
-        let cutting = self.code != MotionCode::Rapid;
-        for k in 1..=pieces {
-            let parameter = k as f64 / pieces as f64;
+        let parameters: Vec<f64> = match self.geometry {
+            Geometry::Hole(_) => Hole::parameters(pieces).collect(),
+            _ => (1..=pieces).map(|k| k as f64 / pieces as f64).collect(),
+        };
+        for parameter in parameters {
+            let (so_far, cutting) = match &self.geometry {
+                Geometry::Hole(hole) => (hole.length_to(parameter), Hole::feeds_at(parameter)),
+                _ => (length * parameter, self.code != MotionCode::Rapid),
+            };
             let Some((position_mm, tangent)) = self.geometry.at(parameter) else {
                 return;
             };
             points.push(PathPoint {
                 position_mm,
                 tangent,
-                arc_length_mm: before + length * parameter,
+                arc_length_mm: before + so_far,
                 cutting,
-                feed_mm_per_min: self.modal.feed_mm_per_min.filter(|_| cutting),
-                spindle_rev_per_min: self.modal.spindle_rev_per_min,
+                feed_mm_per_min: self.modal.feed_mm_per_min(length).filter(|_| cutting),
+                spindle_rev_per_min: self.modal.spindle_rev_per_min(),
                 load: None,
                 external: Default::default(),
                 source: PointSource { segment, parameter },

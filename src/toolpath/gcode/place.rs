@@ -34,6 +34,11 @@ impl Place {
         Place { mm: modal.unit.mm(), distance: modal.distance, origin, decimals }
     }
 
+    /// mm in a unit of the line.
+    pub fn mm(self) -> f64 {
+        self.mm
+    }
+
     /// One unit of the last decimal, mm.
     pub fn unit_mm(self) -> f64 {
         last_place(self.decimals) * self.mm

@@ -3,7 +3,7 @@
 use crate::toolpath::gcode::{
     error::{Fault, Refusal, Unsupported},
     lex::Word,
-    modal::{GWord, MotionCode},
+    modal::{GWord, MotionCode, Setting},
 };
 
 /// What one line asks for, before any state is looked at.
@@ -32,7 +32,6 @@ impl<'w> Request<'w> {
                 }
             }
         }
-        request.check_parameters()?;
         Ok(request)
     }
 
@@ -48,22 +47,38 @@ impl<'w> Request<'w> {
 
     fn add_m(&mut self, word: &Word) -> Result<(), Refusal> {
         match word.whole()? {
-            97..=99 => return Err(word.refuse(Fault::Unsupported(Unsupported::Subprogram))),
+            97..=99 | 198 => return Err(word.refuse(Fault::Unsupported(Unsupported::Subprogram))),
             2 | 30 => self.ends_program = true,
             _ => {}
         }
         Ok(())
     }
 
-    /// P and Q must have a word to belong to.
-    fn check_parameters(&self) -> Result<(), Refusal> {
-        let owned = self.words.iter().any(|word| word.letter == 'M')
-            || self.g(GWord::Dwell).is_some()
-            || self.g(GWord::PathControl).is_some();
-        match self.letter('P').or_else(|| self.letter('Q')) {
-            Some(word) if !owned => Err(word.refuse(Fault::StrayParameter)),
-            _ => Ok(()),
+    /// E, L, P and Q must have a word to belong to; `in_cycle` says whether a cycle is in force.
+    pub fn check_parameters(&self, in_cycle: bool) -> Result<(), Refusal> {
+        let m = self.words.iter().any(|word| word.letter == 'M');
+        let g = |test: fn(&GWord) -> bool| self.g_words.iter().any(|(_, g)| test(g));
+        let setting = self.setting().is_some();
+        let smoothing = g(|g| *g == GWord::Smoothing);
+        for (letter, owned) in [
+            ('E', m || smoothing),
+            ('L', in_cycle || setting),
+            ('P', in_cycle || setting || smoothing || m || g(GWord::takes_p)),
+            ('Q', in_cycle || smoothing || m || g(GWord::takes_p)),
+        ] {
+            if let Some(word) = self.letter(letter).filter(|_| !owned) {
+                return Err(word.refuse(Fault::StrayParameter));
+            }
         }
+        Ok(())
+    }
+
+    /// The word whose coordinates set something.
+    pub fn setting(&self) -> Option<(&'w Word, Setting)> {
+        self.g_words.iter().find_map(|(word, g)| match g {
+            GWord::Setting(setting) => Some((*word, *setting)),
+            _ => None,
+        })
     }
 
     /// The word with this letter, which is not G or M.
@@ -82,6 +97,11 @@ impl<'w> Request<'w> {
             GWord::Motion(code) => Some(*code),
             _ => None,
         })
+    }
+
+    /// The word itself.
+    pub fn motion_word_itself(&self) -> Option<&'w Word> {
+        self.g_words.iter().find(|(_, g)| matches!(g, GWord::Motion(_))).map(|(word, _)| *word)
     }
 
     /// The X, Y and Z words.
@@ -108,9 +128,7 @@ impl<'w> Request<'w> {
 /// Refuses letters that have no meaning here.
 fn check_letter(word: &Word) -> Result<(), Refusal> {
     let unsupported = match word.letter {
-        'A' | 'B' | 'C' => Unsupported::RotaryAxis,
         'U' | 'V' | 'W' => Unsupported::SecondaryAxis,
-        'E' | 'L' => Unsupported::Letter,
         _ => return Ok(()),
     };
     Err(word.refuse(Fault::Unsupported(unsupported)))

@@ -9,6 +9,7 @@ use crate::toolpath::{
         GcodeOptions, Program,
         edit::Style,
         error::GcodeError,
+        modal::MotionCode,
         motion::Geometry,
         writer::{Targets, Writer},
     },
@@ -77,6 +78,8 @@ impl Program {
     /// none does, it becomes a sequence of G1 blocks with one point each. Of a block that stays, only the numbers
     /// change that must, by more than half a unit of the last decimal: without correction the bytes are the same.
     ///
+    /// A hole of a cycle stays one: its X, Y and Z are those of its corrected bottom and R that of its corrected beginning.
+    ///
     /// Of a block that is split, the first line keeps the line number, comments, feed and all other words; M words
     /// that act at the end of a block (M0, M1, M2, M5, M9, M30, M60) go to its last line. An axis word keeps its text on the
     /// first line or the last where it leads there as it is. Later lines that rely on a
@@ -97,16 +100,27 @@ impl Program {
         let mut blocks = self.blocks.iter().peekable();
         for index in 0..self.lines.len() {
             match blocks.next_if(|block| block.line == index) {
-                Some(block) => match block.motion {
-                    Some(segment) => {
-                        let (first, last) = groups[segment];
-                        let targets =
-                            Targets { points: &path.points()[first..last], corrected: &corrected_mm[first..last] };
-                        writer.motion(block, &self.motions[segment], targets);
+                Some(block) => match self.motions[block.motions.clone()].first().map(|motion| motion.code) {
+                    Some(code) => {
+                        let targets = groups[block.motions.clone()].iter().map(|&(first, last)| Targets {
+                            points: &path.points()[first..last],
+                            corrected: &corrected_mm[first..last],
+                        });
+                        let motions = &self.motions[block.motions.clone()];
+                        match code {
+                            MotionCode::Cycle(_) => writer.holes(block, motions, &targets.collect::<Vec<_>>()),
+                            _ => motions
+                                .iter()
+                                .zip(targets)
+                                .for_each(|(motion, targets)| writer.motion(block, motion, targets)),
+                        }
                     }
                     None => {
-                        writer.copy(index);
-                        writer.motion_word = block.motion_word;
+                        match &block.origin_at {
+                            Some(origin_at) => writer.origin(block, origin_at),
+                            None => writer.copy(index),
+                        }
+                        writer.motion_word = block.motion_word.or(writer.motion_word);
                     }
                 },
                 None => writer.copy(index),
@@ -152,9 +166,7 @@ impl Program {
         self.blocks
             .iter()
             .rev()
-            .filter_map(|block| Some((block, block.motion?)))
-            .fold(Style::PLAIN, |style, (block, motion)| {
-                style.on_line(self.content(block.line), &self.motions[motion].words)
-            })
+            .filter_map(|block| Some((block, self.motions[block.motions.clone()].first()?)))
+            .fold(Style::PLAIN, |style, (block, motion)| style.on_line(self.content(block.line), &motion.words))
     }
 }

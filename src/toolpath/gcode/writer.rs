@@ -6,13 +6,17 @@ use crate::toolpath::{
     NumberFormat, PathPoint,
     gcode::{
         Block, Program,
+        check::Check,
         edit::{LineEdit, Style, is_arc_word},
-        interpret::route,
+        follow::route,
+        interpret::OriginAt,
         lex::Word,
-        modal::{LengthUnit, MotionCode},
-        motion::{Geometry, Known, Motion, located},
+        modal::{FeedMode, LengthUnit, MotionCode},
+        motion::{Known, Motion, located},
         place::{Place, Reached},
+        write_holes::Drilled,
     },
+    number::shortest,
 };
 
 /// The points of one motion and where they should be.
@@ -30,17 +34,19 @@ struct Kept {
 
 /// The program as far as it is written.
 pub(super) struct Writer<'p> {
-    program: &'p Program,
+    pub(super) program: &'p Program,
     format: NumberFormat,
-    style: Style,
+    pub(super) style: Style,
     newline: &'p [u8],
     pub out: Vec<u8>,
     /// How many path points each motion written stands for.
     pub pieces: Vec<usize>,
     /// Where the words written so far have led, as a controller adds them up.
-    tracked: Known,
+    pub(super) tracked: Known,
+    /// The cycle in force, as it is written.
+    pub(super) drilled: Drilled,
     /// One unit of the last decimal of the block written last, mm: the next one starts from its rounding.
-    unit_before_mm: f64,
+    pub(super) unit_before_mm: f64,
     /// The motion in force at the end of what is written.
     pub motion_word: Option<MotionCode>,
 }
@@ -56,6 +62,7 @@ impl<'p> Writer<'p> {
             out: Vec::with_capacity(program.source.len() * 2),
             pieces: Vec::new(),
             tracked: [None; 3],
+            drilled: Drilled::default(),
             unit_before_mm: 0.0,
             motion_word: None,
         }
@@ -69,11 +76,7 @@ impl<'p> Writer<'p> {
 
     /// Writes a motion block, as one block if one will do.
     pub fn motion(&mut self, block: &Block, motion: &Motion, targets: Targets) {
-        for axis in 0..3 {
-            // Both sides know an axis or neither does; before the first word, the tool is at the given start.
-            let known = self.tracked[axis].or(motion.start[axis]);
-            self.tracked[axis] = motion.start[axis].and(known);
-        }
+        self.begin(motion);
         let place = self.place(motion);
         if targets.points.is_empty() {
             let axes = place.as_they_are(motion, self.tracked);
@@ -89,12 +92,37 @@ impl<'p> Writer<'p> {
         self.unit_before_mm = place.unit_mm();
     }
 
-    fn place(&self, motion: &Motion) -> Place {
-        let decimals = match motion.modal.unit {
-            LengthUnit::Millimetre => self.format.mm_decimals(),
-            LengthUnit::Inch => self.format.inch_decimals(),
-        };
-        Place::new(&motion.modal, motion.origin, decimals)
+    /// Writes a line that sets a zero by where the tool is, so that the zero stays where the program has it.
+    pub fn origin(&mut self, block: &Block, origin: &OriginAt) {
+        let content = self.program.content(block.line);
+        let mut edit = LineEdit::new(content, &origin.words, self.style);
+        for axis in 0..3 {
+            let (Some(place), Some(here)) = (origin.place[axis], self.tracked[axis]) else { continue };
+            let index = edit.find(|word| word.letter == ['X', 'Y', 'Z'][axis]);
+            // Nothing that could add up is left of the difference.
+            if let Some(index) = index.filter(|_| (here - place).abs() > NumberFormat::FINEST) {
+                let value = origin.words[index].value + (here - place) / origin.unit_mm;
+                edit.set_number(index, &shortest(value, self.decimals(origin.unit_mm)));
+            }
+        }
+        self.out.extend(edit.render());
+        self.end_line(block, true);
+    }
+
+    fn decimals(&self, unit_mm: f64) -> u8 {
+        if unit_mm == LengthUnit::Inch.mm() { self.format.inch_decimals() } else { self.format.mm_decimals() }
+    }
+
+    /// Both sides know an axis or neither does; before the first word, the tool is at the given start.
+    pub(super) fn begin(&mut self, motion: &Motion) {
+        for axis in 0..3 {
+            let known = self.tracked[axis].or(motion.start[axis]);
+            self.tracked[axis] = motion.start[axis].and(known);
+        }
+    }
+
+    pub(super) fn place(&self, motion: &Motion) -> Place {
+        Place::new(&motion.modal, motion.origin, self.decimals(motion.modal.unit.mm()))
     }
 
     /// The one block that passes all targets, if there is one.
@@ -160,6 +188,12 @@ impl<'p> Writer<'p> {
             edit.set_motion(MotionCode::Line);
         }
         self.motion_word = Some(MotionCode::Line);
+        // Each of the lines takes its part of the time.
+        let feed = motion.modal.feed.filter(|_| motion.modal.feed_mode == FeedMode::InverseTime);
+        let feed = feed.map(|feed| shortest(feed * corrected.len() as f64, 1));
+        if let (Some(feed), Some(index)) = (&feed, edit.find(|word| word.letter == 'F')) {
+            edit.set_number(index, feed);
+        }
         let mut at_end = Vec::new();
         let parameters_at_end = motion.words.iter().filter(|word| takes_parameters(word)).all(acts_at_end);
         for (index, word) in motion.words.iter().enumerate() {
@@ -181,6 +215,7 @@ impl<'p> Writer<'p> {
             } else {
                 let mut words: Vec<String> =
                     numbers.iter().map(|(axis, number)| style.word(['X', 'Y', 'Z'][*axis], number)).collect();
+                words.extend(feed.as_ref().map(|feed| style.word('F', feed)));
                 if last {
                     words.append(&mut at_end);
                 }
@@ -231,7 +266,7 @@ impl<'p> Writer<'p> {
     }
 
     /// Ends a line of `block`: the last with the ending it had, the others with the program's.
-    fn end_line(&mut self, block: &Block, last: bool) {
+    pub(super) fn end_line(&mut self, block: &Block, last: bool) {
         let own = &self.program.source[self.program.lines[block.line].ending.clone()];
         self.out.extend_from_slice(if last || !own.is_empty() { own } else { self.newline });
     }
@@ -244,7 +279,7 @@ fn makes_helix(motion: &Motion, nominal: Vector3<f64>, written: Vector3<f64>) ->
 }
 
 /// Puts an axis number on the line, in its word or a new one.
-fn put_axis(edit: &mut LineEdit, axis: usize, number: &str) {
+pub(super) fn put_axis(edit: &mut LineEdit, axis: usize, number: &str) {
     let letter = ['X', 'Y', 'Z'][axis];
     match edit.find(|word| word.letter == letter) {
         Some(index) => edit.set_number(index, number),
@@ -260,30 +295,4 @@ fn takes_parameters(word: &Word) -> bool {
 /// M words that a controller runs after the motion of their block.
 fn acts_at_end(word: &Word) -> bool {
     word.letter == 'M' && matches!(word.whole(), Ok(0 | 1 | 2 | 5 | 9 | 30 | 60))
-}
-
-/// Whether a way passes where it should.
-struct Check<'a> {
-    /// The way as programmed.
-    nominal: &'a Geometry,
-    /// The way that would be written.
-    candidate: &'a Geometry,
-    /// How far off each coordinate may be, mm.
-    tolerance: f64,
-}
-
-impl Check<'_> {
-    /// Whether it passes the point with parameter and correction `here`, and goes there from the point `before` on
-    /// the programmed way moved by the mean of the two corrections: an arc could pass both the other way round.
-    fn passes(&self, before: (f64, Vector3<f64>), here: (f64, Vector3<f64>)) -> bool {
-        let between = (f64::midpoint(before.0, here.0), (before.1 + here.1) / 2.0);
-        self.at(here) && (matches!(self.candidate, Geometry::Line(..)) || self.at(between))
-    }
-
-    fn at(&self, (t, correction): (f64, Vector3<f64>)) -> bool {
-        match (self.nominal.at(t), self.candidate.at(t)) {
-            (Some((nominal, _)), Some((candidate, _))) => (candidate - nominal - correction).amax() <= self.tolerance,
-            _ => false,
-        }
-    }
 }

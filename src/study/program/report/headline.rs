@@ -1,6 +1,6 @@
 //! The first screen of a compensated program: how far the tool was off, and what the written program leaves.
 
-use super::{Proved, tables::before_column, worst_lines};
+use super::{Proved, notes::notes_text, tables::before_column, worst_lines};
 use crate::{
     machine::Motion,
     report::{
@@ -41,6 +41,7 @@ fn known(job: &ProgramJob) -> String {
         + &cautions::large_errors(machine, &job.process.errors)
         + &cautions::outside_workspace(machine, "point", positions)
         + &facts_text(&job.process.assumed())
+        + &notes_text(job)
 }
 
 fn sentence(job: &ProgramJob, proved: &Proved<'_>) -> String {

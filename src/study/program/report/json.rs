@@ -4,11 +4,15 @@ use serde_json::{Value, json};
 
 use crate::{
     compensation::BoundedPath,
-    study::program::{
-        Pass, ProgramJob,
-        bounded::Exceeded,
-        report::units::{limit_unit, shown_price},
+    study::{
+        ProgramFile,
+        program::{
+            Pass, ProgramJob,
+            bounded::Exceeded,
+            report::units::{limit_unit, shown_price},
+        },
     },
+    toolpath::gcode::Notes,
 };
 
 fn exceeded_json(job: &ProgramJob, exceeded: &[Exceeded]) -> Vec<Value> {
@@ -65,6 +69,10 @@ pub fn program_json(
     bounded: Option<&BoundedPath>,
     exceeded: Option<&[Exceeded]>,
 ) -> Value {
+    let notes = match &job.file {
+        ProgramFile::Gcode(program) => program.notes().clone(),
+        ProgramFile::Polyline(_) => Notes::default(),
+    };
     let passes: Vec<Value> = passes
         .iter()
         .map(|pass| {
@@ -92,6 +100,8 @@ pub fn program_json(
         "limits_exceeded_as_written": exceeded.map(|exceeded| exceeded_json(job, exceeded)),
         "workpiece": job.process.place_words(),
         "counts_as_cutting": job.process.cutting_rule.words(),
+        "unit_taken": notes.unit_taken.map(|(unit, _)| unit.name()),
+        "lines_left_as_written": notes.not_located,
         "axes_left_as_written": job.machine.uncontrolled_axes().map(|axis| ["x", "y", "z"][axis]).collect::<Vec<_>>(),
     })
 }

@@ -3,6 +3,7 @@
 mod headline;
 mod json;
 mod lines;
+mod notes;
 mod page;
 mod pictures;
 mod tables;
@@ -16,7 +17,7 @@ pub use lines::{WorstLine, worst_lines};
 pub use page::page;
 pub use pictures::figures;
 pub use tables::{program_columns, program_table};
-pub use text::{bounded_text, exceeded_text, left_text};
+pub use text::{bounded_text, exceeded_text, holes_text, left_text};
 pub use use_of::use_text;
 
 use super::{Pass, before::Before};

@@ -60,3 +60,11 @@ pub fn left_text(machine: &Machine, left_mm: Option<f64>) -> String {
     let left = millimetres(left, 4);
     format!("Compensation leaves up to {left}: the drives do not control {axes}.\n")
 }
+
+/// How far writing holes of cycles has moved positions on their ways, where there are any.
+pub fn holes_text(in_holes_mm: Option<f64>) -> String {
+    in_holes_mm.map_or_else(String::new, |most| {
+        let most = millimetres(most, 4);
+        format!("Holes of cycles have the correction of their bottoms: on the ways in and out, it differs by up to {most}.\n")
+    })
+}

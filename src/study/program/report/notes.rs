@@ -1,0 +1,67 @@
+//! What must be known of a G-code program: what was taken for granted, and which lines stay as they are.
+
+use crate::{
+    report::words::{counted, listed},
+    study::{ProgramFile, program::ProgramJob},
+    toolpath::gcode::Notes,
+};
+
+/// Lines that are named; of more, only the number is said.
+const NAMED: usize = 8;
+
+/// What of the program nobody may have meant, in sentences; nothing for a polyline.
+pub fn notes_text(job: &ProgramJob) -> String {
+    match &job.file {
+        ProgramFile::Gcode(program) => text(program.notes()),
+        ProgramFile::Polyline(_) => String::new(),
+    }
+}
+
+fn text(notes: &Notes) -> String {
+    let mut text = String::new();
+    if let Some((unit, line)) = notes.unit_taken {
+        text += &format!(
+            "The program names no unit before line {line}: {} is taken; G20, G21 or unit in [gcode] says which it is.\n",
+            unit.name()
+        );
+    }
+    if let Some([lines, written]) = notes.written_out {
+        text += &format!("Written out: {written} lines for the {lines} of the program.\n");
+    }
+    let lines = &notes.not_located;
+    if !lines.is_empty() {
+        let mut names: Vec<String> = lines.iter().take(NAMED).map(usize::to_string).collect();
+        if lines.len() > NAMED {
+            names.push(format!("{} more", lines.len() - NAMED));
+        }
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        text += &format!(
+            "Left as written: {}, {} {}, where it is not known in X, Y and Z where the tool is; start_mm in [gcode] says \
+             where the program begins.\n",
+            counted(lines.len(), "motion"),
+            if lines.len() == 1 { "line" } else { "lines" },
+            listed(&names)
+        );
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::toolpath::gcode::LengthUnit;
+
+    #[test]
+    fn lines_and_units_are_named() {
+        let notes = Notes { unit_taken: Some((LengthUnit::Inch, 3)), not_located: vec![3, 5], ..Notes::default() };
+        assert_eq!(
+            text(&notes),
+            "The program names no unit before line 3: inch is taken; G20, G21 or unit in [gcode] says which it is.\n\
+             Left as written: 2 motions, lines 3 and 5, where it is not known in X, Y and Z where the tool is; start_mm in \
+             [gcode] says where the program begins.\n"
+        );
+        assert_eq!(text(&Notes::default()), "");
+        let many = text(&Notes { not_located: (1..20).collect(), ..Notes::default() });
+        assert!(many.contains("19 motions, lines 1, 2, 3, 4, 5, 6, 7, 8 and 11 more,"), "{many}");
+    }
+}

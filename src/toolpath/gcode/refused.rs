@@ -1,0 +1,64 @@
+//! Features of the language that are refused by name, and arcs that are none.
+
+use thiserror::Error;
+
+/// A feature of the language that cannot be followed, so that ignoring it would cut something else.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum Unsupported {
+    /// G41, G42 and their kin.
+    #[error("cutter radius compensation is not supported; expected the path of the tool centre with G40")]
+    CutterCompensation,
+    /// G75 to G79, G87, G88.
+    #[error("this canned cycle is not supported; expected the cycle written out as G0 and G1 moves")]
+    CannedCycle,
+    /// G16, G50, G51, G68: polar, scaled and rotated coordinates.
+    #[error("polar, scaled or rotated coordinates are not supported; expected plain coordinates")]
+    Transform,
+    /// G43.4, G43.5.
+    #[error("tool centre point control of rotary axes is not supported; expected rotary axes that stand still and G43")]
+    ToolCentrePoint,
+    /// G5, G6, G33, G38 and other motions.
+    #[error("this motion is not supported; expected G0, G1, G2 or G3")]
+    Motion,
+    /// Any other G word.
+    #[error("this G word is not supported; expected a word of a 3-axis mill program")]
+    UnknownG,
+    /// U, V, W.
+    #[error("secondary axes are not supported; expected X, Y and Z only")]
+    SecondaryAxis,
+    /// M97, M98, M99, O words after the first.
+    #[error("subprograms are not read; expected one program, or --expand, which writes its calls out")]
+    Subprogram,
+    /// G53 with an arc in force.
+    #[error("machine coordinates with an arc are not supported; expected G53 with G0 or G1")]
+    MachineArc,
+}
+
+/// An arc whose words do not make an arc.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum ArcFault {
+    /// Start and end at different distances from the centre.
+    #[error(
+        "arc starts {start_mm:.4} mm and ends {end_mm:.4} mm from its centre; expected equal radii to 0.005 mm or 0.1 %"
+    )]
+    Radii {
+        /// Distance from centre to start, mm.
+        start_mm: f64,
+        /// Distance from centre to end, mm.
+        end_mm: f64,
+    },
+    /// The centre is the start.
+    #[error("arc of radius zero; expected a centre away from the start")]
+    NoRadius,
+    /// A radius too small to reach the end.
+    #[error("radius {radius_mm:.4} mm cannot reach an end {chord_mm:.4} mm away; expected at least half the distance")]
+    TooShort {
+        /// The radius given, mm.
+        radius_mm: f64,
+        /// Distance from start to end in the plane, mm.
+        chord_mm: f64,
+    },
+    /// A radius and no distance: any centre would do.
+    #[error("radius form with its end at its start has no definite centre; expected a full circle by its centre")]
+    NoChord,
+}

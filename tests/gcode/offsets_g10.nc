@@ -1,0 +1,18 @@
+(two parts: the program says where both are)
+G21 G90
+G10 L2 P3 X-400 Y-250 Z-100
+G10 L2 P4 X-300 Y-240 Z-99.5
+G10 L1 P3 Z80
+G56
+G0 X0 Y0 Z5
+G1 Z-1 F150
+X20 Y2
+G0 Z5
+G57
+G0 X0 Y0
+G1 Z-1
+X20 Y3
+G10 L20 P4 X0
+G1 X8
+G0 Z5
+M2

@@ -1,0 +1,13 @@
+(fixtures in a row)
+G21 G90
+G54.1 P7
+G0 X0 Y0 Z5
+G1 Z-1 F150
+X20 Y2
+G0 Z5
+G59.1
+G0 X0 Y0
+G1 Z-1
+X20 Y3
+G0 Z5
+M2

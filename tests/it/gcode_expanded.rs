@@ -1,0 +1,158 @@
+//! Programs with calls, loops, jumps and expressions, written out as the motion they make.
+
+use kinetostat::toolpath::{
+    NumberFormat, Sampling,
+    gcode::{BlockDelete, GcodeError, GcodeOptions, Program},
+};
+use nalgebra::Vector3;
+
+fn expanded(source: &str) -> Result<Program, GcodeError> {
+    let beside = |name: &str| match name {
+        "O0200" => Some(b"%\nO0200\nG91 X1\nM99\n%\n".to_vec()),
+        "step.ngc" => Some(b"o<step> sub\nG91 G1 Y[#1]\no<step> endsub\n".to_vec()),
+        "broken" => Some(b"O300\nG1 X#7\nM99\n".to_vec()),
+        _ => None,
+    };
+    Program::parse_expanded(source.as_bytes(), "part.nc", &GcodeOptions::default(), &beside)
+}
+
+/// The lines that a program is written out in, without its header.
+fn lines(source: &str) -> Vec<String> {
+    let program = expanded(source).unwrap_or_else(|error| panic!("{error}"));
+    let text = String::from_utf8(program.source().to_vec()).unwrap();
+    let (header, lines): (Vec<_>, Vec<_>) =
+        text.lines().map(String::from).partition(|line| line.starts_with("(written"));
+    let counted = format!("(written out by kinetostat: {} lines for {})", lines.len() + 1, source.lines().count());
+    assert_eq!(header, [counted]);
+    lines
+}
+
+fn refusal(source: &str) -> String {
+    expanded(source).expect_err("expected a refusal").to_string()
+}
+
+#[test]
+fn calls_are_written_out_as_often_as_they_are_made() {
+    assert_eq!(
+        lines(
+            "%\nO1\nG0 X0 Y0 Z0\nM98 P100 L2\nM98 P0200\nG90 M97 P50\nM30\nO100 (a step)\nG91 G1 X5 F9 (cut)\nM99\nN50 Y7\nM99\n%\n"
+        ),
+        ["%", "O1", "G0 X0 Y0 Z0", "G91 G1 X5 F9 (cut)", "G91 G1 X5 F9 (cut)", "G91 X1", "N50 Y7", "M30", "%"]
+    );
+}
+
+#[test]
+fn loops_and_jumps_of_macros_are_followed() {
+    let source = "G0 X0 Y0 Z0\n#100=0 #101=2.5\nWHILE [#100 LT 3] DO 1\nG1 X[#100*#101] F100 (pass)\n#100=[#100+1]\nEND 1\n\
+                  IF [#100 EQ 3] GOTO 20\nG1 X99\nN20 IF [#100 GT 5] THEN #101=9\nG1 Y-#101\nM30\n";
+    assert_eq!(
+        lines(source),
+        ["G0 X0 Y0 Z0", "G1 X0.0 F100 (pass)", "G1 X2.5 F100 (pass)", "G1 X5.0 F100 (pass)", "G1 Y-2.5", "M30"]
+    );
+}
+
+#[test]
+fn o_words_are_followed() {
+    let source = "o<hole> sub\n  G1 X#1 F[#2]\n  o10 if [#1 GT 5]\n    Z#<_deep>\n  o10 elseif [#1 GT 3]\n    Z-9\n  o10 else\n    Z9\n  \
+                  o10 endif\no<hole> endsub [#1*2]\n#<_deep> = -2\nG0 X0 Y0 Z0\no<hole> call [6] [100]\no<hole> call [4] [100]\n\
+                  o<hole> call [1] [50]\nX#<_value>\no20 repeat [2]\nG91 Y1\no20 endrepeat\n#5=0\no30 while [#5 LT 9]\n#5=[#5+1]\n\
+                  o31 if [#5 EQ 2]\no30 break\no31 endif\nX#5\no30 endwhile\no40 do\n#5=[#5-1]\no40 while [#5 GT 0]\n\
+                  o<step> call [0.25]\nM2\n";
+    let found = lines(source);
+    let code: Vec<&str> = found.iter().map(|line| line.trim()).collect();
+    assert_eq!(
+        code,
+        [
+            "G0 X0 Y0 Z0",
+            "G1 X6.0 F100.0",
+            "Z-2.0",
+            "G1 X4.0 F100.0",
+            "Z-9",
+            "G1 X1.0 F50.0",
+            "Z9",
+            "X2.0",
+            "G91 Y1",
+            "G91 Y1",
+            "X1.0",
+            "G91 G1 Y0.25",
+            "M2"
+        ]
+    );
+}
+
+#[test]
+fn what_depends_on_the_machine_or_does_not_end_is_refused_with_its_line() {
+    let values =
+        "depends on the state of the machine; expected variables #1 to #999 and names that the program assigns";
+    for (source, expected) in [
+        ("G0 X0\nG1 X#5061\n", format!("part.nc:2:4: `X#5061`: {values}")),
+        ("#3000=1\n", format!("part.nc:1:1: `#3000=1`: {values}")),
+        (
+            "G1 X#7\n",
+            "part.nc:1:4: `X#7`: a variable without a value; expected one that the program has assigned before".into(),
+        ),
+        (
+            "N1 G0 X0\nGOTO 1\n",
+            "part.nc:1:4: `G0 X0`: the program has run 1000000 lines and has not ended; expected one that ends".into(),
+        ),
+        (
+            "O1\nM98 P7\n",
+            "part.nc:2:1: `M98 P7`: subprogram 7 is neither in the file nor beside it; expected O7, or a file of this name".into(),
+        ),
+        (
+            "O1\nM98 P1\n",
+            "part.nc:2:1: `M98 P1`: calls are more than 50 deep; expected subprograms that do not call themselves".into(),
+        ),
+        (
+            "G0 X0\nGOTO 9\n",
+            "part.nc:2:1: `GOTO 9`: its other end is not in the program; expected the label, or the word that ends or begins the \
+             same loop, branch or subprogram"
+                .into(),
+        ),
+        (
+            "O1\nM98 P300\nM30\nO300\nG0 X0 Y0 Z0\nG1 X5 U3\nM99\n",
+            "part.nc:6:7: `U3`: secondary axes are not supported; expected X, Y and Z only".into(),
+        ),
+    ] {
+        let found = refusal(source);
+        assert_eq!(found, expected, "{source}");
+    }
+    let plain = |source: &str| Program::parse(source, "part.nc", &GcodeOptions::default()).unwrap_err().to_string();
+    assert!(plain("#1=5\n").ends_with("expected plain numbers, or --expand, which writes the program out"));
+    assert!(plain("M98 P1\n").ends_with("expected one program, or --expand, which writes its calls out"));
+}
+
+#[test]
+fn lines_are_those_of_the_program_and_what_is_written_is_read_back() {
+    let program = expanded("O1\nG21\nG0 X0 Y0 Z0\nM98 P100 L3\nM30\nO100\nG91 G1 X5 F9\nM99\n").unwrap();
+    let path = program.toolpath(Sampling::new(1.0, 100.0).unwrap()).unwrap();
+    let lines: Vec<_> = (0..4).map(|segment| program.line_of(segment).unwrap()).collect();
+    assert_eq!(lines, [3, 7, 7, 7]);
+    assert_eq!(program.notes().written_out, Some([8, 8]));
+    let goals: Vec<_> = path.positions_mm().iter().map(|p| p + Vector3::new(0.01 * p.x, 0.0, 0.0)).collect();
+    let written = program.rewrite(&path, &goals, NumberFormat::default()).unwrap();
+    for (back, goal) in written.read_back().unwrap().positions_mm().iter().zip(goals) {
+        assert!((back - goal).amax() <= 1e-4);
+    }
+}
+
+#[test]
+fn any_text_is_written_out_or_refused() {
+    use proptest::prelude::*;
+    let mut runner = proptest::test_runner::TestRunner::new(ProptestConfig {
+        cases: 512,
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    });
+    let text = "(o1 (if|sub|while|endwhile|endsub|call|repeat|endrepeat)|#[1-4]=|\\[|\\]|[GXMPNLO#][0-9]{0,3}|[+*/<>-]|M98 P1|M99|EQ|GOTO 1|\n| ){0,40}";
+    runner
+        .run(&text, |source| {
+            let none = |_: &str| None;
+            let options = GcodeOptions { block_delete: BlockDelete::Run, ..GcodeOptions::default() };
+            if let Ok(program) = Program::parse_expanded(source.as_bytes(), "any.nc", &options, &none) {
+                prop_assert!(!program.source().is_empty());
+            }
+            Ok(())
+        })
+        .unwrap();
+}
