@@ -63,7 +63,9 @@ impl Map {
         let demand = Demand { pose, load, target: study.target, wanted: None, external: None };
         let found = settled(machines, asked.source, &demand)?;
         let commanding = machines.commanding(asked.source);
-        let rests = commanding.zeroed == Zeroed::AtRest && commanding.own_forces().is_some();
+        // Weight itself is measured from the rigid machine.
+        let is_load = asked.source != Source::Weight;
+        let rests = is_load && commanding.zeroed == Zeroed::AtRest && commanding.own_forces().is_some();
         let before = if rests { settled(machines, Source::Weight, &demand)?.loaded } else { found.commanded };
         Ok(EffectAnswer {
             status: SOLVED.into(),
