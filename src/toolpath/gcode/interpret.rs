@@ -236,8 +236,8 @@ impl Interpreter {
     /// The tool is at `end`.
     pub(super) fn arrive(&mut self, end: Known) {
         self.position = end;
-        for axis in 0..3 {
-            self.ever_known[axis] |= end[axis].is_some();
+        for (known, at) in self.ever_known.iter_mut().zip(end) {
+            *known |= at.is_some();
         }
     }
 }

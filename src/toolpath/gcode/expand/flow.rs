@@ -33,7 +33,7 @@ impl Run<'_> {
                 return Err(Fault::Expression { expected: "GOTO or THEN" });
             }
             if is_true {
-                let rest = SourceLine::new(line.code[reader.at..].as_bytes());
+                let rest = SourceLine::new(&line.code.as_bytes()[reader.at..]);
                 evaluated(&rest, &mut self.variables).map_err(|(_, fault)| fault)?;
             }
             return Ok(Next::Line);
@@ -70,8 +70,11 @@ impl Run<'_> {
             }
             "IF" => {
                 let is_true = reader.bracket()?.is_some_and(|value| value != 0.0);
+                if is_true {
+                    return Ok(Next::Line);
+                }
                 let mut next = here;
-                while !is_true {
+                loop {
                     next = self.source().o_after(next + 1, name, &["ELSEIF", "ELSE", "ENDIF"]).ok_or_else(missing)?;
                     let branch = &self.source().lines[next];
                     if branch.keyword() != "ELSEIF" {
@@ -82,7 +85,6 @@ impl Run<'_> {
                         return Ok(Next::At(next + 1));
                     }
                 }
-                Ok(Next::Line)
             }
             // The end of a branch that was taken.
             "ELSEIF" | "ELSE" => Ok(Next::At(after(&["ENDIF"])? + 1)),

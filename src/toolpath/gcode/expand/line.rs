@@ -70,11 +70,11 @@ impl SourceLine {
     /// The number after `letter`, evaluated.
     pub fn number(&self, letter: char, variables: &Variables) -> Result<Option<f64>, Fault> {
         let (text, mut depth) = (self.code.as_bytes(), 0);
-        for at in self.begin..text.len() {
-            match text[at] {
+        for (at, &byte) in text.iter().enumerate().skip(self.begin) {
+            match byte {
                 b'[' | b'<' => depth += 1,
                 b']' | b'>' => depth -= 1,
-                byte if depth == 0 && char::from(byte) == letter => {
+                _ if depth == 0 && char::from(byte) == letter => {
                     return Reader::new(&self.code, at + 1, variables).number().map(Some);
                 }
                 _ => {}
