@@ -36,7 +36,8 @@ pub(super) fn headline(summary: &Summary, study: &WorkspaceMapStudy, text: &Said
     let sentence = match low == high {
         true => format!("{under}, the tool of the {name} moves by {high} everywhere."),
         false => format!(
-            "{under}, the tool of the {name} moves by {low} at best and {high} at worst; cut near {}.",
+            "{under}, the tool of the {name} moves by {low} at best and {high} at worst; {} near {}.",
+            kept(summary, study).unwrap_or_else(|| "cut".into()),
             least.place()
         ),
     };
@@ -45,6 +46,17 @@ pub(super) fn headline(summary: &Summary, study: &WorkspaceMapStudy, text: &Said
         .with(worst(summary, study, (least, most), &high))
         .with_all((low != high).then(|| best(study, least, &low)))
         .with_all(correction(all, study))
+}
+
+/// Where the tolerance is kept, if there is one, up to the place that is best.
+fn kept(summary: &Summary, study: &WorkspaceMapStudy) -> Option<String> {
+    let tolerance = study.tolerance_mm?;
+    let share = summary.share_within()?;
+    Some(match share {
+        0.0 => format!("{tolerance} mm is kept nowhere, least missed"),
+        1.0 => format!("{tolerance} mm is kept everywhere, best"),
+        share => format!("{tolerance} mm is kept in {} of the box,", percent(share)),
+    })
 }
 
 fn in_map(columns: impl IntoIterator<Item = String>, extreme: Extreme, value: f64) -> InTable {

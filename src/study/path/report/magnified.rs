@@ -75,7 +75,9 @@ pub(super) fn figure(
         coloured,
         marks: worst.map(mark).into_iter().collect(),
         note: match worst {
-            Some(_) => format!("deviations drawn {factor} times as large"),
+            Some(_) => {
+                format!("deviations drawn {factor} times as large; those along {} show in the colour only", AXES[along])
+            }
             None => "nothing of the path is solved".into(),
         },
     }))

@@ -121,6 +121,6 @@ fn path(job: &ProgramJob, proved: &Proved<'_>) -> Figure {
         .concat(),
         coloured: Vec::new(),
         marks: worst.and_then(mark).into_iter().collect(),
-        note: format!("deviations drawn {factor} times as large"),
+        note: format!("deviations drawn {factor} times as large; those along z do not show here"),
     }))
 }
