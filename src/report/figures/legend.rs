@@ -16,11 +16,13 @@ pub(super) const AFTER_WORDS: &str = "after";
 pub(super) const WIDTH: f64 = 70.0;
 const GAP: f64 = 16.0;
 
-/// One entry: how it is drawn at a place, and its words.
-pub(super) type Sample<'a> = (Box<dyn Fn(&mut Scene, Point) + 'a>, &'static str);
+/// How an entry is drawn at a place.
+type Draw<'a> = Box<dyn Fn(&mut Scene, Point) + 'a>;
+/// One entry: how it is drawn, and its words.
+pub(super) type Sample<'a> = (Draw<'a>, &'static str);
 
 /// A line as it is drawn.
-pub(super) fn line(stroke: Stroke) -> Box<dyn Fn(&mut Scene, Point)> {
+pub(super) fn line(stroke: Stroke) -> Draw<'static> {
     Box::new(move |scene: &mut Scene, [x, y]: Point| scene.line(vec![[x, y], [x + WIDTH, y]], stroke))
 }
 
