@@ -136,6 +136,9 @@ proptest! {
                 Err(Unreachable::TooFar { short_mm, .. }) => {
                     prop_assert!(short_mm.is_finite() && short_mm > 0.5 * far * machine.reach, "{short_mm}");
                 }
+                Err(Unreachable::BeyondSpan { away_mm, span_mm, .. }) => {
+                    prop_assert!(away_mm > span_mm && away_mm > 0.5 * far * machine.reach, "{away_mm}, {span_mm}");
+                }
                 other => prop_assert!(false, "{name}, {far} reaches away: {other:?}"),
             }
         }
@@ -157,15 +160,22 @@ fn a_target_beyond_the_legs_names_a_chain_and_how_far_before_it_the_way_ends() {
 #[test]
 fn the_way_left_to_places_beyond_an_arm_grows_with_them_and_what_was_tried_is_said() {
     let arm = machine_from(include_str!("../machines/kr270.toml"));
-    let reasons = [2700.0, 3200.0, 4000.0, 5000.0, 9000.0].map(|x| {
-        let refused = arm.inverse_kinematics(&arm.pose_at(Vector3::new(x, 0.0, 1000.0))).unwrap_err();
+    let refused = |x: f64| arm.inverse_kinematics(&arm.pose_at(Vector3::new(x, 0.0, 1000.0))).unwrap_err();
+    let ends = [2700.0, 2750.0, 2800.0].map(|x| {
+        let refused = refused(x);
         let Unreachable::NoWay { straight, tried } = &refused else { panic!("{refused}") };
         assert!(!tried.is_empty(), "{refused}");
         let Unreachable::TooFar { short_mm, .. } = **straight else { panic!("{refused}") };
         x - short_mm
     });
     // All on one line from home, which ends where it ends.
-    assert!(reasons.iter().all(|end| (end - reasons[0]).abs() < 0.5), "{reasons:?}");
+    assert!(ends.iter().all(|end| (end - ends[0]).abs() < 0.5), "{ends:?}");
+    // Beyond the length of the arm nothing need be tried.
+    let beyond = [5000.0, 9000.0].map(|x| match refused(x) {
+        Unreachable::BeyondSpan { away_mm, span_mm, .. } => away_mm - span_mm,
+        other => panic!("{other}"),
+    });
+    assert!(beyond[0] > 0.0 && (beyond[1] - beyond[0] - 4000.0).abs() < 200.0, "{beyond:?}");
 }
 
 #[test]

@@ -403,3 +403,19 @@ fn what_differs_is_told_key_by_key_and_held_against_a_tolerance() {
         refused_of(&["compare", text(&short), text(&long), "--machine", "orthoglide"]).contains("cannot be used with")
     );
 }
+
+#[test]
+fn a_cell_that_is_no_number_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = map(folder.path(), "map", "rotated", "2", false);
+    let table = out.join("map.csv");
+    let text_of_table = std::fs::read_to_string(&table).unwrap();
+    let (head, rows) = text_of_table.split_once('\n').unwrap();
+    let column = head.split(',').position(|name| name == "deflection_mm").unwrap();
+    let mut cells: Vec<&str> = rows.lines().next().unwrap().split(',').collect();
+    cells[column] = "abc";
+    let others = rows.split_once('\n').unwrap().1;
+    std::fs::write(&table, format!("{head}\n{}\n{others}", cells.join(","))).unwrap();
+    let said = refused(&["report", text(&out)]);
+    assert!(said.contains("map.csv:2: deflection_mm: expected a number or nothing, got \"abc\""), "{said}");
+}

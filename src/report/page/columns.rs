@@ -63,7 +63,7 @@ impl Columns {
     pub fn no_number(&self, row: &StringRecord, shape: Shape) -> Option<usize> {
         let is_wrong = |column: usize| {
             let cell = row.get(column).unwrap_or_default();
-            !cell.is_empty() && !cell.parse::<f64>().is_ok_and(f64::is_finite)
+            !cell.is_empty() && !cell.parse::<f64>().is_ok_and(|number| !number.is_nan())
         };
         let coordinates = if shape == Shape::Grid { self.coordinates.as_slice() } else { &[] };
         self.quantities.iter().flatten().chain(coordinates).copied().find(|column| is_wrong(*column))

@@ -147,7 +147,9 @@ fn what_instead(text: &str, start: usize) -> Fault {
         "BPRNT",
         "O",
     ];
-    let name: String = text[start..].chars().take_while(char::is_ascii_alphabetic).collect::<String>().to_uppercase();
+    let name_at = |at: usize| -> String { text[at..].chars().take_while(char::is_ascii_alphabetic).collect() };
+    let before = || text[..start].trim_end().rfind(' ').map_or(0, |p| p + 1);
+    let name = Some(name_at(start)).filter(|name| !name.is_empty()).unwrap_or_else(|| name_at(before())).to_uppercase();
     let o_word = text.trim_start().starts_with(['o', 'O']);
     match name.len() {
         _ if MACRO.contains(&name.as_str()) && (name != "O" || o_word) => Fault::Variable,
