@@ -203,7 +203,8 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
             counted(corrected.left_alone, "position")
         ))?;
     }
-    reporting.print(&format!("Written to {}; read {}\n\n{used}", arguments.out.display(), page.display()))?;
+    reporting.print(&format!("Written to {}; read {}\n\n", arguments.out.display(), page.display()))?;
+    reporting.print_styled(&headline::sentences(&used))?;
     Ok(if is_wrong { Ending::SomeUnsolved } else { Ending::Complete })
 }
 

@@ -36,6 +36,12 @@ pub fn words(headline: &Headline, took: &str) -> String {
     text + &paragraph(&format!("Computed from {}{solved}, in {took}.", headline.basis), "", FAINT, width)
 }
 
+/// Sentences, one a line, as wide as the words above them.
+pub fn sentences(text: &str) -> String {
+    let width = textwrap::termwidth().min(WIDEST);
+    text.lines().map(|line| paragraph(line, "", Style::new(), width)).collect()
+}
+
 fn key_number(number: &KeyNumber, column: usize, width: usize) -> String {
     let indent = " ".repeat(column + 5);
     let shown = visible(&number.shown()).into_owned();

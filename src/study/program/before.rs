@@ -87,6 +87,6 @@ impl ProgramJob {
             errors
         };
         let errors = BySource::of(&self.machine, of);
-        Ok(Before { errors, pass: Pass { name: Method::None.label().into(), summary: sums.summary() } })
+        Ok(Before { errors, pass: Pass { name: Method::None.label(), summary: sums.summary() } })
     }
 }
