@@ -27,6 +27,9 @@ pub struct Description {
     pub setting: Vec<Fact>,
     /// The first screen.
     pub headline: Headline,
+    /// Words of the first screen that mean something of their own in this question.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub terms: Vec<Fact>,
     /// What follows it, folded, in the order in which a reader asks.
     pub sections: Vec<Section>,
     /// The machine.
@@ -226,6 +229,7 @@ impl Description {
             question: String::new(),
             setting: Vec::new(),
             headline: Headline::default(),
+            terms: Vec::new(),
             sections: Vec::new(),
             machine,
             explorers: Vec::new(),

@@ -47,6 +47,11 @@ impl ResultFolder {
             }
         }
         let manifest: Value = json(&path.join("manifest.json"))?;
+        if manifest["program"] != env!("CARGO_PKG_NAME") {
+            let problem = format!("must be \"{}\", got {}", env!("CARGO_PKG_NAME"), manifest["program"]);
+            let file = path.join("manifest.json").display().to_string();
+            return Err(Error::Value { file, key: "program".into(), problem });
+        }
         if Manifest::is_publishing(&manifest) {
             return Err(not_a_result(
                 "a run was cut short while it put its results here: some files are of that run, others of the one \

@@ -28,6 +28,7 @@ pub(super) fn terms(description: &Description) -> Vec<Fact> {
     let used = TERMS.iter().filter(|(_, begin, _)| text.to_lowercase().contains(begin));
     let mut terms: Vec<Fact> =
         used.map(|(term, _, meaning)| Fact { label: (*term).into(), value: (*meaning).into() }).collect();
+    terms.extend(description.terms.iter().cloned());
     let machine = &description.machine;
     if text.contains("workspace box") {
         let [low, high] = machine.workspace_mm;

@@ -18,6 +18,7 @@ pub fn page(study: &WorkspaceMapStudy, text: &Said) -> Description {
     let caption = "One row per grid point and source of error, worst over the tool angle.";
     Description {
         setting: setting(study),
+        terms: vec![Fact::new("Positions", "of the platform point P, from the origin of the machine's base")],
         explorers: vec![explorer(study)],
         tables: vec![TableNote::ranked("map.csv", caption, "deflection_mm")],
         sections: sections(text),

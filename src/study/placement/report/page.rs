@@ -1,6 +1,7 @@
 //! What the page of a placement study shows.
 
 use crate::{
+    machine::Machine,
     process::{Placement, file::NOT_CONTROLLED},
     report::{
         page::{
@@ -37,6 +38,7 @@ pub fn page(results: &PlacementResults) -> Description {
     }
     Description {
         setting: setting(study),
+        terms: vec![Fact::new("Positions", positions(&study.machine))],
         sections: sections(results),
         explorers: vec![sweep(results), places(study)],
         tables,
@@ -80,6 +82,12 @@ const PLACES: &str = "Named and found places";
 
 fn corner(p: nalgebra::Vector3<f64>) -> String {
     typographic(&format!("({}, {}, {})", p.x, p.y, p.z))
+}
+
+/// What positions of the first screen are of.
+fn positions(machine: &Machine) -> String {
+    let carrier = machine.carrier.as_ref().map_or("the machine's base", |carrier| carrier.name.as_str());
+    format!("of the part's origin, from the origin of {carrier}")
 }
 
 fn setting(study: &PlacementStudy) -> Vec<Fact> {

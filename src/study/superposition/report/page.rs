@@ -22,6 +22,7 @@ pub fn page(study: &SuperpositionStudy, summary: &Summary, locations: &[Location
     let departures = "departure of the sum from both at once, worst over the tool angle";
     Description {
         setting: setting(study),
+        terms: vec![Fact::new("Positions", "of the platform point P, from the origin of the machine's base")],
         sections: sections(study, summary, locations),
         explorers: vec![departure_map(study), safe_map(study)],
         tables: vec![
