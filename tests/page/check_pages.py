@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Opens report pages in a real browser and follows a reader on them.
 
-    check_pages.py PAGE.html... [--screenshots FOLDER] [--step-ms MS]
+    check_pages.py PAGE.html... [--screenshots FOLDER] [--step-ms MS] [--brief]
     check_pages.py results/*/report.html --screenshots results/screenshots
 
 At 1280 and 400 px width, light and dark: no console error, no request beyond the file itself, nothing wider than the page,
@@ -10,7 +10,8 @@ the headline quotes (`data-checks`, `data-found`) is computed again from the CSV
 keyboard, a point of a map is clicked and found again through its address, "back" goes back, the wheel scrolls the page over
 a map, where the page draws the machine bent as far as its table says, the view in three dimensions is dragged, a table is
 sorted over all rows of its file, the page is printed with the answer on page 1 and the view in three dimensions in it, and it is opened once more without WebGL. A slice follows the slider within
---step-ms, 1000 unless told; with --step-ms 100 and nothing else running, 50 000 points pass.
+--step-ms, 1000 unless told; with --step-ms 100 and nothing else running, 50 000 points pass. --brief leaves out what is the same on every page of a kind: the
+views at 400 px, the switch of the theme, the print, and the page without WebGL.
 """
 
 import argparse
@@ -561,7 +562,7 @@ def save_screenshot(page, file):
     image.quantize(256, dither=Image.Dither.NONE).save(file, optimize=True)
 
 
-def check_file(browser, file, screenshots, stem, step_ms):
+def check_file(browser, file, screenshots, stem, step_ms, is_brief):
     faults = []
     switched = quoted = 0
     for width in WIDTHS:
@@ -576,6 +577,9 @@ def check_file(browser, file, screenshots, stem, step_ms):
             page.fold()
             save_screenshot(page.page, screenshots / f"{stem}_{width}_{scheme}.png")
             page.unfold()
+        if is_brief and not is_wide:
+            faults += page.close()
+            continue
         page.show_in(SCHEMES[0])
         switched += page.check_views()
         page.check_layout()
@@ -585,8 +589,9 @@ def check_file(browser, file, screenshots, stem, step_ms):
             page.check_figures()
             page.check_hover()
             page.check_map(step_ms)
-            page.check_theme()
-            page.check_print()
+            if not is_brief:
+                page.check_theme()
+                page.check_print()
         faults += page.close()
     if switched == 0:
         faults.append(f"{file}: no view was switched")
@@ -604,16 +609,17 @@ def check_without_webgl(playwright, file):
     return [f"without WebGL, {fault}" for fault in faults]
 
 
-def check_one(file, screenshots, step_ms):
+def check_one(file, screenshots, step_ms, is_brief):
     """All that is wrong with a page, and a line that says what was done."""
     stem = file.parent.resolve().name if file.name == "report.html" else file.stem
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(
             executable_path=BROWSER, args=["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
         )
-        faults, switched, quoted = check_file(browser, file, screenshots, stem, step_ms)
+        faults, switched, quoted = check_file(browser, file, screenshots, stem, step_ms, is_brief)
         browser.close()
-        faults += check_without_webgl(playwright, file)
+        if not is_brief:
+            faults += check_without_webgl(playwright, file)
     return faults, f"{file}: {switched} controls used, {quoted} quoted numbers, {len(faults)} faults"
 
 
@@ -622,13 +628,14 @@ def main():
     parser.add_argument("pages", nargs="+", type=Path)
     parser.add_argument("--screenshots", type=Path)
     parser.add_argument("--step-ms", type=float, default=1000.0, help="longest time for the next slice of a map")
+    parser.add_argument("--brief", action="store_true", help="leave out what is the same on every page of a kind")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="pages checked at a time")
     arguments = parser.parse_args()
     if arguments.screenshots:
         arguments.screenshots.mkdir(parents=True, exist_ok=True)
     faults = []
     with ProcessPoolExecutor(arguments.jobs) as pool:
-        checks = [pool.submit(check_one, file, arguments.screenshots, arguments.step_ms) for file in arguments.pages]
+        checks = [pool.submit(check_one, file, arguments.screenshots, arguments.step_ms, arguments.brief) for file in arguments.pages]
         for check in checks:
             found, line = check.result()
             print(line, flush=True)
