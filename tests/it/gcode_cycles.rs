@@ -1,5 +1,6 @@
 //! Canned cycles: read as the motion they make, and kept as cycles when their holes move.
 
+use crate::support::programs::programs_in;
 use kinetostat::toolpath::{
     NumberFormat, Sampling, Toolpath,
     gcode::{GcodeOptions, Program},
@@ -7,13 +8,7 @@ use kinetostat::toolpath::{
 use nalgebra::Vector3;
 
 fn programs() -> Vec<(String, Vec<u8>)> {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/gcode_cycles");
-    let mut programs: Vec<_> = std::fs::read_dir(folder)
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .map(|path| (path.file_name().unwrap().to_string_lossy().into_owned(), std::fs::read(&path).unwrap()))
-        .collect();
-    programs.sort();
+    let programs = programs_in("tests/gcode_cycles");
     assert_eq!(programs.len(), 4);
     programs
 }

@@ -1,5 +1,6 @@
 //! Programs of many styles, read, moved and written back.
 
+use crate::support::programs::programs_in;
 use kinetostat::toolpath::{
     NumberFormat, Sampling, Toolpath,
     gcode::{ArcCentres, GcodeOptions, LengthUnit, Program, Rewritten, WorkOffset},
@@ -8,13 +9,7 @@ use nalgebra::Vector3;
 
 /// Every program in `tests/gcode`, with its name.
 fn programs() -> Vec<(String, Vec<u8>)> {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/gcode");
-    let mut programs: Vec<_> = std::fs::read_dir(folder)
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .map(|path| (path.file_name().unwrap().to_string_lossy().into_owned(), std::fs::read(&path).unwrap()))
-        .collect();
-    programs.sort();
+    let programs = programs_in("tests/gcode");
     assert!(programs.len() >= 14, "{} programs", programs.len());
     programs
 }

@@ -25,7 +25,8 @@ pub(super) fn terms(description: &Description) -> Vec<Fact> {
     let texts = [&description.question, &headline.sentence, &headline.basis].into_iter();
     let text: Vec<&str> = texts.chain(numbers).chain(&headline.cautions).map(String::as_str).collect();
     let text = text.join(" ");
-    let used = TERMS.iter().filter(|(_, begin, _)| text.to_lowercase().contains(begin));
+    let lower_case = text.to_lowercase();
+    let used = TERMS.iter().filter(|(_, begin, _)| lower_case.contains(begin));
     let mut terms: Vec<Fact> =
         used.map(|(term, _, meaning)| Fact { label: (*term).into(), value: (*meaning).into() }).collect();
     terms.extend(description.terms.iter().cloned());

@@ -8,6 +8,7 @@ pub mod golden;
 pub mod machines;
 pub mod placement;
 pub mod planar;
+pub mod programs;
 pub mod random_machine;
 
 use serde_json::Value;
