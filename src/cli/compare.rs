@@ -113,7 +113,6 @@ fn study(arguments: &CompareArguments, machine: &str, process: &Path, file: &Pat
     let feature = Feature {
         name: file.display().to_string(),
         loads: process
-            .cutting
             .loads(&path)
             .map_err(|source| Error::Argument { argument: file.display().to_string(), problem: source.to_string() })?,
         path,

@@ -147,6 +147,8 @@ fn cutting_point(position_mm: Vector3<f64>, tangent: Vector3<f64>, arc_length_mm
         cutting: true,
         feed_mm_per_min: None,
         spindle_rev_per_min: None,
+        tool: None,
+        feature: None,
         load: None,
         external: Default::default(),
         source: PointSource { segment: 0, parameter },

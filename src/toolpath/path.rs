@@ -43,6 +43,11 @@ pub struct PathPoint {
     pub feed_mm_per_min: Option<f64>,
     /// Spindle speed last programmed, rev/min.
     pub spindle_rev_per_min: Option<f64>,
+    /// Number of the tool in the spindle, if the path says it.
+    pub tool: Option<u32>,
+    /// Feature of the program on the way here, as an index into
+    /// [`GcodeOptions::features`](crate::toolpath::gcode::GcodeOptions::features).
+    pub feature: Option<u16>,
     /// Cutting load here, if the path brings it along.
     pub load: Option<Load>,
     /// Where the external axes stand that the path commands, in the order of [`Toolpath::external_axes`], mm or degrees as their

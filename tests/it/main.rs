@@ -23,6 +23,7 @@ mod equivalent_machines;
 mod exchange;
 mod explore;
 mod external_axes;
+mod forces_of_tools;
 mod foreign_machines;
 mod frame_invariance;
 mod fuzz_corpus;

@@ -202,23 +202,6 @@ fn drilling_takes_its_law_from_kienzle_a_constant_or_a_material() {
 }
 
 #[test]
-fn each_tool_has_its_own_force_or_that_of_all() {
-    let process = process(
-        "[force.path_frame]\nradial_force_N = 1.0\ntangential_force_N = 2.0\naxial_force_N = 3.0\n\
-         [force_of_tool.3.drilling]\ndiameter_mm = 8.0\nmaterial_constant = 2.41\n",
-    );
-    assert!(matches!(process.force_of_tool(Some(3)), CuttingLaw::Drilling(_)));
-    for tool in [Some(4), None] {
-        assert_eq!(process.force_of_tool(tool), &process.cutting);
-    }
-    let path = Toolpath::line(Vector3::zeros(), Vector3::x(), Sampling::default()).unwrap();
-    assert_eq!(
-        process.loads(&path).unwrap_err().to_string(),
-        "the path does not say which tool cuts, which force_of_tool asks for: expected one force, [force]"
-    );
-}
-
-#[test]
 fn a_table_is_read_from_the_folder_and_is_part_of_the_inputs() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("process.toml");

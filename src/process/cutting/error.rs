@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 /// A point of a path that lacks what the law of the cutting force needs.
-#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[derive(Debug, Clone, PartialEq, Error)]
 pub enum LoadError {
     /// The tool cuts where a wrench table has no rows.
     #[error(
@@ -39,8 +39,31 @@ pub enum LoadError {
         other_law: bool,
     },
     /// Tools have forces of their own, and the path does not say which tool cuts.
-    #[error("the path does not say which tool cuts, which force_of_tool asks for: expected one force, [force]")]
+    #[error(
+        "the path does not say which tool cuts, which force_of_tool asks for: expected a program with T, or one force, [force]"
+    )]
     ToolNotKnown,
+    /// Something is cut with a tool that has no force, and others have.
+    #[error(
+        "{} cuts on move {} and has no force: expected {}, or [force] for all that have none of their own",
+        tool.map_or("a tool without number".into(), |number| format!("tool {number}")),
+        segment + 1,
+        tool.map_or("T before it".into(), |number| format!("[force_of_tool.{number}]"))
+    )]
+    NoForce {
+        /// Its number, if the path says it.
+        tool: Option<u32>,
+        /// Index of the move.
+        segment: usize,
+    },
+    /// A feature has a force and nothing is cut in it.
+    #[error(
+        "nothing is cut in the feature \"{text}\" of force_of_feature: expected a line of the program with this text"
+    )]
+    NoSuchFeature {
+        /// The text that begins it.
+        text: String,
+    },
     /// The feed per tooth follows from the feed, and none is in force.
     #[error("no feed in force on move {}: expected one, or {key} in the process", segment + 1)]
     NoFeed {

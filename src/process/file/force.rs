@@ -14,32 +14,55 @@ use crate::{
     },
     process::{
         MillingForce,
-        cutting::{CuttingLaw, EdgeForce, PathFrame, SlotMilling, WrenchTable},
+        cutting::{CuttingLaw, EdgeForce, OwnForces, PathFrame, SlotMilling, WrenchTable},
     },
 };
 
 /// Most teeth accepted.
 const MAX_TEETH: u32 = 100;
 
-/// The cutting forces of single tools, by tool number, and the files they are in.
-pub(super) fn of_tools(
-    specs: &BTreeMap<String, ForceSpec>,
+/// The cutting forces of single tools and features, and the files they are in.
+pub(super) fn own_forces(
+    of_tool: &BTreeMap<String, ForceSpec>,
+    of_feature: &BTreeMap<String, ForceSpec>,
     folder: &Folder,
-    check: &Check,
-) -> Result<(BTreeMap<u32, CuttingLaw>, Inputs)> {
-    let (mut laws, mut inputs) = (BTreeMap::new(), Inputs::default());
-    for (name, spec) in specs {
-        let check = check.key(name);
+    top: &Check,
+) -> Result<(OwnForces, Inputs)> {
+    let (mut own, mut inputs) = (OwnForces::default(), Inputs::default());
+    for (name, spec) in of_tool {
+        let check = top.key("force_of_tool").key(name);
         let Ok(tool) = name.parse() else {
             return check.fail("is no tool: expected its number, the one after T in a program".into());
         };
-        let (law, files) = force(spec, folder, &check)?;
-        if laws.insert(tool, law).is_some() {
+        let (law, files) = given(spec, folder, &check)?;
+        if own.of_tools.insert(tool, law).is_some() {
             return check.fail(format!("is tool {tool} again, which has a force already"));
         }
         inputs = inputs.and(files);
     }
-    Ok((laws, inputs))
+    for (text, spec) in of_feature {
+        let check = top.key("force_of_feature").key(&format!("{text:?}"));
+        if text.trim() != text || text.is_empty() {
+            return check.fail("is no text: expected one without blanks around it".into());
+        }
+        if let Some((same, _)) = own.of_features.iter().find(|(other, _)| other.eq_ignore_ascii_case(text)) {
+            return check.fail(format!("is the same as \"{same}\": upper and lower case are not told apart"));
+        }
+        let (law, files) = given(spec, folder, &check)?;
+        own.of_features.push((text.clone(), law));
+        inputs = inputs.and(files);
+    }
+    Ok((own, inputs))
+}
+
+/// As [`force`], and not without any.
+fn given(spec: &ForceSpec, folder: &Folder, check: &Check) -> Result<(CuttingLaw, Inputs)> {
+    match force(spec, folder, check)? {
+        (CuttingLaw::None, _) => {
+            check.fail("has no force: expected a table such as path_frame or drilling in it".into())
+        }
+        found => Ok(found),
+    }
 }
 
 /// The law of the cutting force, and the text of the file it is in besides the process file.

@@ -8,8 +8,6 @@ mod resolve;
 pub(crate) mod spec;
 mod tool_force;
 
-use std::collections::BTreeMap;
-
 use crate::{
     compensation::{ErrorNorm, Target},
     input::{
@@ -20,7 +18,7 @@ use crate::{
     machine::{ChainError, Machine},
     process::{
         CuttingRule, PathReference, Placement,
-        cutting::{CuttingLaw, LoadError, PathLoad},
+        cutting::{CuttingLaw, LoadError, OwnForces, PathLoad},
         file::spec::ProcessSpec,
     },
     toolpath::{FormatError, NumberFormat, Sampling, Toolpath, gcode::GcodeOptions},
@@ -39,10 +37,10 @@ pub struct Process {
     pub placement: Placement,
     /// Whether the file gives the origin of the workpiece; if not, it is that of the base frame.
     pub is_placed: bool,
-    /// The cutting force along the path, of tools that have none of their own.
+    /// The cutting force along the path, where tool and feature have none of their own.
     pub cutting: CuttingLaw,
-    /// Cutting forces of single tools, by tool number.
-    pub forces_of_tools: BTreeMap<u32, CuttingLaw>,
+    /// Cutting forces of single tools and features.
+    pub own_forces: OwnForces,
     /// Which moves cut.
     pub cutting_rule: CuttingRule,
     /// Errors of each chain of the machine, in its order.
@@ -135,27 +133,18 @@ impl Process {
         Ok(path)
     }
 
-    /// The cutting force of the tool with this number: its own, or that of all tools without one.
-    #[must_use]
-    pub fn force_of_tool(&self, tool: Option<u32>) -> &CuttingLaw {
-        tool.and_then(|number| self.forces_of_tools.get(&number)).unwrap_or(&self.cutting)
-    }
-
     /// The load at every point of `path`, in order.
     ///
     /// # Errors
-    /// As [`CuttingLaw::loads`], and when tools have forces of their own: points of a path do not say which tool is in the
-    /// spindle.
+    /// As [`OwnForces::loads`].
     pub fn loads(&self, path: &Toolpath) -> std::result::Result<Vec<PathLoad>, LoadError> {
-        match self.forces_of_tools.is_empty() {
-            true => self.cutting.loads(path),
-            false => Err(LoadError::ToolNotKnown),
-        }
+        self.own_forces.loads(&self.cutting, path)
     }
 
     /// Where the workpiece stands, what is cut, and what of its paths the machine does not control, as labels and words.
     pub fn facts(&self) -> Vec<(&'static str, String)> {
         let mut facts = vec![("workpiece", self.place_words()), ("counts as cutting", self.cutting_rule.words())];
+        facts.extend((!self.own_forces.is_empty()).then(|| ("cutting force", self.own_forces.words())));
         facts.extend(self.has_own_tool.then(|| ("tool", self.machine.tool_words())));
         facts.extend(self.machine.uncontrolled_words().map(|words| (NOT_CONTROLLED, words)));
         facts

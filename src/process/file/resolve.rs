@@ -12,7 +12,7 @@ use crate::{
         file::{
             CorrectionLimits, Decimals, Process,
             chain_errors::chain_errors,
-            force::{force, of_tools},
+            force::{force, own_forces},
             spec::{CuttingRuleSpec, GcodeSpec, LimitsSpec, PlacementSpec, ProcessSpec, SamplingSpec},
         },
         tilt::Turned,
@@ -50,7 +50,8 @@ fn process(
     key_prefix: &'static str,
 ) -> Result<Process> {
     let (cutting, table) = force(&spec.force, folder, &check.key("force"))?;
-    let (forces_of_tools, tables_of_tools) = of_tools(&spec.force_of_tool, folder, &check.key("force_of_tool"))?;
+    let (own_forces, own_tables) = own_forces(&spec.force_of_tool, &spec.force_of_feature, folder, check)?;
+    let features = own_forces.of_features.iter().map(|(text, _)| text.clone()).collect();
     let check_gcode = check.key("gcode");
     let machine = match &spec.tool {
         Some(tool) => &machine.with_tool(tool, &check.key("tool"))?,
@@ -63,17 +64,17 @@ fn process(
         placement: placement(&spec.placement, machine, &check.key("placement"))?,
         is_placed: spec.placement.origin_mm.is_some(),
         cutting,
-        forces_of_tools,
+        own_forces,
         cutting_rule: cutting_rule(&spec.cutting, &check.key("cutting"))?,
         errors: chain_errors(&spec.chain_error, machine, check)?,
         sampling: sampling(&spec.sampling, &check.key("sampling"))?,
         limits: limits(&spec.limits, &check.key("limits"))?,
         target: spec.compensate.target,
-        gcode: gcode_options(&spec.gcode, &check_gcode)?,
+        gcode: GcodeOptions { features, ..gcode_options(&spec.gcode, &check_gcode)? },
         decimals: decimals(&spec.gcode, &check_gcode)?,
         of_paths: spec.of_paths(),
         key_prefix,
-        inputs: table.and(tables_of_tools),
+        inputs: table.and(own_tables),
     })
 }
 
@@ -147,6 +148,7 @@ fn gcode_options(spec: &GcodeSpec, check: &Check) -> Result<GcodeOptions> {
         work_offsets_mm,
         block_delete: spec.block_delete,
         arc_centres: spec.arc_centres,
+        features: Vec::new(),
     })
 }
 

@@ -31,6 +31,9 @@ pub struct ProcessSpec {
     /// Cutting forces of single tools, by tool number; that of `force` where a tool has none.
     #[serde(default)]
     pub force_of_tool: BTreeMap<String, ForceSpec>,
+    /// Cutting forces of features of a program, by a text in the line that begins them.
+    #[serde(default)]
+    pub force_of_feature: BTreeMap<String, ForceSpec>,
     /// Which moves cut; every move but rapid ones if not given.
     #[serde(default)]
     pub cutting: CuttingRuleSpec,
@@ -57,6 +60,7 @@ impl ProcessSpec {
         let given = [
             ("placement", self.placement != PlacementSpec::default()),
             ("force_of_tool", !self.force_of_tool.is_empty()),
+            ("force_of_feature", !self.force_of_feature.is_empty()),
             ("cutting", self.cutting != CuttingRuleSpec::default()),
             ("sampling", self.sampling != SamplingSpec::default()),
             ("limits", self.limits != LimitsSpec::default()),

@@ -27,6 +27,11 @@ pub(crate) struct Interpreter {
     lost_in: Option<usize>,
     /// The line with M2, M30 or the second %.
     ended_in: Option<usize>,
+    /// The number after T, and whether an M6 has been.
+    selected: Option<u32>,
+    tool_changed: bool,
+    /// The feature that the next line begins.
+    begun: Option<u16>,
     /// Where A, B and C stand.
     rotary: [Option<f64>; 3],
     named: bool,
@@ -68,6 +73,9 @@ impl Interpreter {
             ever_known: start.map(|p| p.is_some()),
             lost_in: None,
             ended_in: None,
+            selected: None,
+            tool_changed: false,
+            begun: None,
             rotary: [None; 3],
             named: false,
             unit_said: options.unit.is_some(),
@@ -94,6 +102,7 @@ impl Interpreter {
         let request = Request::of(&words)?;
         self.program_number(&request)?;
         self.apply_modal(&request)?;
+        self.take_tool(&request)?;
         request.check_parameters(matches!(self.modal.motion, Some(MotionCode::Cycle(_))))?;
         self.turn(&request)?;
         let mut effect = Effect { motion_word: request.motion_word(), ..Effect::default() };
@@ -171,6 +180,27 @@ impl Interpreter {
         if let Some(word) = request.letter('S') {
             self.modal.spindle = Some(speed(word, "a spindle speed of 0 to 1e9")?);
         }
+        Ok(())
+    }
+
+    /// The next line begins this feature.
+    pub fn begin_feature(&mut self, feature: u16) {
+        self.begun = Some(feature);
+    }
+
+    /// Which tool is in the spindle, and which feature of the program the line is in.
+    fn take_tool(&mut self, request: &Request) -> Result<(), Refusal> {
+        if let Some(word) = request.letter('T') {
+            self.selected = Some(word.whole()?);
+        }
+        if request.changes_tool {
+            self.tool_changed = true;
+            self.modal.feature = None;
+        }
+        if request.changes_tool || !self.tool_changed {
+            self.modal.tool = self.selected;
+        }
+        self.modal.feature = self.begun.take().or(self.modal.feature);
         Ok(())
     }
 

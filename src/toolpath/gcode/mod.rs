@@ -21,7 +21,8 @@
 //! - Numbers without a decimal point are whole units: `X10` is 10 mm in G21.
 //! - Before the first word that says otherwise: G17, G54, G90, G91.1, G94, G97, G98, [`GcodeOptions::unit`], no motion.
 //! - Coordinates are those of the tool tip; G43 and G49 do not move the path.
-//! - A tool change (M6) leaves the tool where it was. M2, M30 and the second % end the program; motions after them are refused.
+//! - A tool change (M6) leaves the tool where it was, and puts the tool of the last T into the spindle; before the first M6,
+//!   that of the last T is there. M2, M30 and the second % end the program; motions after them are refused.
 //! - The unit on a line applies to the F on the same line.
 //! - A rapid move is one path point, its end. Controllers need not drive it straight.
 //! - Where the tool is is not known until G0 and G1 have given X, Y and Z: motions before stay as they are ([`Notes`]).
@@ -32,6 +33,7 @@ mod cycle;
 mod edit;
 mod error;
 mod expand;
+mod features;
 mod follow;
 mod interpret;
 mod lex;
@@ -162,6 +164,9 @@ impl Program {
             // Behind the end, text need not be code.
             if interpreter.has_ended() && !matches!(&code, Ok(Code::Words { text, .. }) if lex::words(text).is_ok()) {
                 continue;
+            }
+            if let Some(feature) = features::begun(&options.features, content) {
+                interpreter.begin_feature(feature);
             }
             match code.map_err(located)? {
                 Code::Percent => percents += 1,

@@ -97,6 +97,10 @@ pub(crate) struct Modal {
     pub feed: Option<f64>,
     /// The number after S.
     pub spindle: Option<f64>,
+    /// The tool in the spindle: that of the last M6, or before the first that of the last T.
+    pub tool: Option<u32>,
+    /// The feature the line is in, an index into [`GcodeOptions::features`](super::GcodeOptions::features).
+    pub feature: Option<u16>,
 }
 
 /// What F is.
@@ -124,6 +128,8 @@ impl Modal {
             counts_turns: true,
             feed: None,
             spindle: None,
+            tool: None,
+            feature: None,
         }
     }
 

@@ -131,6 +131,8 @@ impl Motion {
                 cutting,
                 feed_mm_per_min: self.modal.feed_mm_per_min(length).filter(|_| cutting),
                 spindle_rev_per_min: self.modal.spindle_rev_per_min(),
+                tool: self.modal.tool,
+                feature: self.modal.feature,
                 load: None,
                 external: Default::default(),
                 source: PointSource { segment, parameter },

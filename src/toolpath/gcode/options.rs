@@ -26,6 +26,9 @@ pub struct GcodeOptions {
     pub block_delete: BlockDelete,
     /// The meaning of I, J and K before the first G90.1 or G91.1.
     pub arc_centres: ArcCentres,
+    /// Texts that begin a feature of the program where a line, comments included, has one of them; of several, the longest.
+    /// It ends at the next or at a tool change.
+    pub features: Vec<String>,
 }
 
 /// The position of the machine's block-delete switch.

@@ -14,12 +14,14 @@ pub(crate) struct Request<'w> {
     pub g_words: Vec<(&'w Word, GWord)>,
     /// Whether M2 or M30 is among the words.
     pub ends_program: bool,
+    /// Whether M6 is among the words.
+    pub changes_tool: bool,
 }
 
 impl<'w> Request<'w> {
     /// Sorts `words` and refuses what no state could make right.
     pub fn of(words: &'w [Word]) -> Result<Request<'w>, Refusal> {
-        let mut request = Request { words, g_words: Vec::new(), ends_program: false };
+        let mut request = Request { words, g_words: Vec::new(), ends_program: false, changes_tool: false };
         for (at, word) in words.iter().enumerate() {
             match word.letter {
                 'G' => request.add_g(word)?,
@@ -49,6 +51,7 @@ impl<'w> Request<'w> {
         match word.whole()? {
             97..=99 | 198 => return Err(word.refuse(Fault::Unsupported(Unsupported::Subprogram))),
             2 | 30 => self.ends_program = true,
+            6 => self.changes_tool = true,
             _ => {}
         }
         Ok(())

@@ -140,6 +140,8 @@ fn point(columns: &[Column], values: &[f64], segment: usize) -> PathPoint {
         cutting: value(Column::Cutting) != Some(0.0),
         feed_mm_per_min: value(Column::Feed),
         spindle_rev_per_min: value(Column::Spindle),
+        tool: None,
+        feature: None,
         load,
         external: std::array::from_fn(|axis| value(Column::External(axis)).unwrap_or(0.0)),
         source: PointSource { segment, parameter: 1.0 },
