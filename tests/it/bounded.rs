@@ -506,3 +506,32 @@ fn paths_of_2000_points_are_solved() {
         }
     }
 }
+
+#[test]
+fn the_worst_point_is_never_worse_than_without_correction() {
+    let mut binding = 0;
+    for machine in [Case::orthoglide, Case::tripteron] {
+        // Forces that turn round from point to point, as in the corners of a small square.
+        for turning in [1, 2, 5] {
+            let mut case = machine(24);
+            for (k, demand) in case.demands.iter_mut().enumerate() {
+                if (k / turning) % 2 == 1 {
+                    demand.load.force = -demand.load.force;
+                    demand.load.moment = -demand.load.moment;
+                }
+                demand.load.force *= 1.0 + k as f64 / 8.0;
+            }
+            let (wanted, before) = (case.wanted(), case.errors(&case.commands()).into_iter().fold(0.0, f64::max));
+            for share in [0.02, 0.1, 0.3] {
+                for limits in [change(share * largest_change(&wanted)), correction(share * largest(&wanted))] {
+                    for objective in [ErrorNorm::Rms, ErrorNorm::Worst] {
+                        let after = case.solve(&limits, objective).unwrap().summary.after;
+                        assert!(after.worst <= before * (1.0 + 1e-12), "{share} {objective:?}: {after:?}, {before}");
+                        binding += usize::from(after.worst > 0.9 * before);
+                    }
+                }
+            }
+        }
+    }
+    assert!(binding > 10, "{binding}");
+}

@@ -14,7 +14,7 @@ use kinetostat::{
         },
         file::CorrectionLimits,
     },
-    toolpath::{NumberFormat, Sampling, Toolpath, Turn},
+    toolpath::{NumberFormat, Sampling, Turn},
 };
 use nalgebra::Vector3;
 use proptest::prelude::*;

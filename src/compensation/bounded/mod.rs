@@ -16,6 +16,9 @@
 //! iterate, until the nonlinear errors stop improving. Where no limit binds the unbounded corrections are returned as
 //! [`Method::Direct`](super::Method::Direct) finds them. Where the drives control more than is put right, the rest is
 //! free: the drives move as little as serves the errors.
+//!
+//! The least root mean square may cost the worst point more than all corrections would gain it. It then is sought once more
+//! under `‖e_k‖ ≤ max ‖e_k(ρ_k⁰)‖`, from no correction, unless that is outside the limits.
 
 mod error;
 mod limits;
@@ -106,9 +109,23 @@ pub fn compensate_bounded(
     let commands: Vec<&[f64]> = points.iter().map(|point| point.command.drives.as_slice()).collect();
     let bounds = Bounds::new(limits, nominal, index, &commands)?;
     let (points, bounds, simulator) = (&points[..], &bounds, &mut simulator);
-    let mut search = Search { points, limits, bounds, machine: nominal, simulator, objective, settings, progress };
-    let found = search.run()?;
+    let mut search =
+        Search { points, limits, bounds, machine: nominal, simulator, objective, largest: None, settings, progress };
+    let mut found = search.run()?;
+    // The least root mean square may leave more at the worst point than there was.
+    if let Some(largest) = largest_uncorrected(points)
+        && found.iterate.errors.worst > largest
+        && let Some(below) = search.run_below(largest)?
+    {
+        found = below;
+    }
     Ok(conclude(nominal, points, bounds, found, objective, reasons))
+}
+
+/// The largest error without correction, mm, if every point has an equilibrium there.
+fn largest_uncorrected(points: &[Point]) -> Option<f64> {
+    let errors = points.iter().map(|point| point.uncorrected.as_ref().map(|answer| answer.error.norm()));
+    errors.collect::<Option<Vec<f64>>>().map(|errors| errors.into_iter().fold(0.0, f64::max))
 }
 
 /// The machine with drives of unlimited travel. Redundant drives keep theirs: it decides where they stand.

@@ -54,6 +54,8 @@ pub(super) struct Search<'a, 'm> {
     pub machine: &'m Machine,
     pub simulator: &'a mut Simulator,
     pub objective: ErrorNorm,
+    /// No error may be larger, mm; of the root mean square.
+    pub largest: Option<f64>,
     pub settings: &'a BoundedSettings,
     pub progress: &'a dyn Fn(usize),
 }
@@ -61,10 +63,32 @@ pub(super) struct Search<'a, 'm> {
 impl Search<'_, '_> {
     /// The best corrections within the limits.
     pub fn run(&mut self) -> Result<Found, BoundedError> {
-        let mut found = self.start()?;
-        if found.status == BoundedStatus::Unbounded {
-            return Ok(found);
+        let found = self.start()?;
+        match found.status {
+            BoundedStatus::Unbounded => Ok(found),
+            _ => self.run_from(found),
         }
+    }
+
+    /// The best corrections within the limits that leave no error larger than `largest`, mm; `None` if no corrections at all
+    /// are not within the limits or leave a larger one.
+    pub fn run_below(&mut self, largest: f64) -> Result<Option<Found>, BoundedError> {
+        let known = self.known();
+        let none = vec![0.0; known.corrections.len()];
+        let mut within = none.clone();
+        self.bounds.project(&mut within);
+        if within != none {
+            return Ok(None);
+        }
+        let Ok(start) = self.simulate(none, &known) else { return Ok(None) };
+        if start.excess > self.settings.force_tolerance || start.errors.worst > largest {
+            return Ok(None);
+        }
+        self.largest = Some(largest);
+        self.run_from(found(start, BoundedStatus::Slow)).map(Some)
+    }
+
+    fn run_from(&mut self, mut found: Found) -> Result<Found, BoundedError> {
         while found.iterations < self.settings.max_iterations {
             found.iterations += 1;
             let is_over = self.iterate(&mut found)?;
@@ -80,18 +104,22 @@ impl Search<'_, '_> {
         Ok(found)
     }
 
+    /// The unbounded corrections, or none where there are no such; they need not be within the limits.
+    fn known(&self) -> Iterate {
+        let known: Vec<&Answer> = self.points.iter().filter_map(Point::best_known).collect();
+        let wanted = self.points.iter().zip(&known).flat_map(|(point, answer)| point.corrections(&answer.drives));
+        let excess = self.bounds.force_excess(known.iter().map(|answer| answer.forces.as_slice()));
+        iterate(wanted.collect(), known.into_iter().cloned().collect(), excess)
+    }
+
     /// The unbounded corrections, moved into the limits on correction, travel and change; from no corrections, moved
     /// likewise, if the machine has no equilibrium there.
     fn start(&mut self) -> Result<Found, BoundedError> {
-        let known: Vec<&Answer> = self.points.iter().filter_map(Point::best_known).collect();
-        let wanted: Vec<f64> =
-            self.points.iter().zip(&known).flat_map(|(point, answer)| point.corrections(&answer.drives)).collect();
-        let mut corrections = wanted.clone();
+        let known = self.known();
+        let mut corrections = known.corrections.clone();
         self.bounds.project(&mut corrections);
-        let excess = self.bounds.force_excess(known.iter().map(|answer| answer.forces.as_slice()));
-        let known = iterate(wanted, known.into_iter().cloned().collect(), excess);
         let is_exact = self.points.iter().all(|point| point.exact.is_some());
-        let (is_inside, keeps_forces) = (corrections == known.corrections, excess <= 0.0);
+        let (is_inside, keeps_forces) = (corrections == known.corrections, known.excess <= 0.0);
         let mut none = vec![0.0; corrections.len()];
         let start = match self.simulate(corrections, &known) {
             Ok(start) => start,
@@ -101,14 +129,7 @@ impl Search<'_, '_> {
             }
         };
         let is_unbounded = is_exact && is_inside && keeps_forces;
-        Ok(Found {
-            iterate: start,
-            status: if is_unbounded { BoundedStatus::Unbounded } else { BoundedStatus::Slow },
-            binding: Vec::new(),
-            iterations: 0,
-            convex_iterations: 0,
-            is_accurate: true,
-        })
+        Ok(found(start, if is_unbounded { BoundedStatus::Unbounded } else { BoundedStatus::Slow }))
     }
 
     /// Simulates the path at `corrections`, near the equilibria of `near`.
@@ -141,6 +162,8 @@ impl Search<'_, '_> {
         let program = Program::new(&now.answers, &now.corrections, &bounds);
         let aimed = match self.aim(&program) {
             Ok(aimed) => Some(aimed),
+            // There are none with smaller errors than those reached, or none that can be told from them.
+            Err(_) if self.largest.is_some() => return Ok(Some(BoundedStatus::Stalled)),
             Err(Failure::Infeasible) if self.bounds.limit_forces() => None,
             Err(Failure::Infeasible) => return Err(BoundedError::Convex { status: "PrimalInfeasible".into() }),
             // What has been reached keeps all limits.
@@ -183,7 +206,10 @@ impl Search<'_, '_> {
     /// sum of squares: so the points that are not the worst are as good as they can be, and the solution is unique.
     fn aim(&self, program: &Program<'_>) -> Result<Solved, Failure> {
         match self.objective {
-            ErrorNorm::Rms => program.solve(Goal::Squares),
+            ErrorNorm::Rms => match self.largest {
+                Some(largest) => program.solve(Goal::Within(largest * (1.0 - STAGE_SLACK))),
+                None => program.solve(Goal::Squares),
+            },
             ErrorNorm::Worst => {
                 let first = program.solve(Goal::Largest)?;
                 let within = first.extra * (1.0 + STAGE_SLACK) + SAME_LENGTH;
@@ -221,6 +247,7 @@ impl Search<'_, '_> {
         }
         let (new, old) = (&next.errors, &now.errors);
         next.excess <= tolerance
+            && self.largest.is_none_or(|largest| new.worst <= largest)
             && match self.objective {
                 ErrorNorm::Rms => new.rms < old.rms,
                 // Within what the second stage gives away, the sum of squares decides.
@@ -314,6 +341,11 @@ impl Search<'_, '_> {
         let program = Program::new(&iterate.answers, &iterate.corrections, &bounds);
         program.solve(Goal::Excess).is_ok_and(|solved| solved.extra <= self.settings.force_tolerance)
     }
+}
+
+/// `start`, before anything was searched from it.
+fn found(start: Iterate, status: BoundedStatus) -> Found {
+    Found { iterate: start, status, binding: Vec::new(), iterations: 0, convex_iterations: 0, is_accurate: true }
 }
 
 fn iterate(corrections: Vec<f64>, answers: Vec<Answer>, excess: f64) -> Iterate {

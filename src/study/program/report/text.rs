@@ -31,7 +31,27 @@ pub fn bounded_text(machine: &Machine, path: &BoundedPath) -> String {
             shown_limit_unit(machine, price.kind, price.drive),
         );
     }
-    text
+    text + &forced_text(machine, path)
+}
+
+/// That limits force more error on the worst point than there is without correction, and which; nothing if they do not.
+fn forced_text(machine: &Machine, path: &BoundedPath) -> String {
+    let corrected = path.points.iter().enumerate().filter_map(|(k, point)| Some((k, point.corrected()?)));
+    let worst = corrected.max_by(|(_, a), (_, b)| a.error.total_cmp(&b.error));
+    let before = path.summary.before.worst;
+    let Some((k, worst)) = worst.filter(|(_, worst)| worst.error > before * (1.0 + 1e-9)) else {
+        return String::new();
+    };
+    let labels = machine.drive_labels();
+    let limits = worst.binding.iter().map(|limit| format!("{} of drive {}", limit.kind.label(), labels[limit.drive]));
+    let mut limits: Vec<String> = limits.collect();
+    limits.dedup();
+    let limits = if limits.is_empty() { "limits of points near it".into() } else { limits.join(", ") };
+    format!(
+        "At point {k} the limits force more error than there is without correction anywhere: {}, not {} ({limits}).\n",
+        millimetres(worst.error, 4),
+        millimetres(before, 4)
+    )
 }
 
 /// By how much the program as written exceeds limits that its corrections kept, in sentences; nothing if it does not.
