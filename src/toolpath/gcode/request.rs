@@ -1,6 +1,7 @@
 //! The words of one line, sorted by what they ask for.
 
 use crate::toolpath::gcode::{
+    Dialect,
     error::{Fault, Refusal, Unsupported},
     lex::Word,
     modal::{GWord, MotionCode, Setting},
@@ -18,13 +19,14 @@ pub(crate) struct Request<'w> {
 
 impl<'w> Request<'w> {
     /// Sorts `words` and refuses what no state could make right.
-    pub fn of(words: &'w [Word]) -> Result<Request<'w>, Refusal> {
+    pub fn of(words: &'w [Word], dialect: Dialect) -> Result<Request<'w>, Refusal> {
         let mut request = Request { words, g_words: Vec::new(), ends_program: false };
         for (at, word) in words.iter().enumerate() {
-            match word.letter {
-                'G' => request.add_g(word)?,
-                'M' => request.add_m(word)?,
-                letter => {
+            match (word.asks, word.letter) {
+                (Some(vocable), _) => request.add_g(word, vocable.asks)?,
+                (None, 'G') => request.add_g(word, dialect.g_word(word)?)?,
+                (None, 'M') => request.add_m(word)?,
+                (None, letter) => {
                     check_letter(word)?;
                     if words[..at].iter().any(|other| other.letter == letter) {
                         return Err(word.refuse(Fault::Repeated { letter }));
@@ -35,10 +37,12 @@ impl<'w> Request<'w> {
         Ok(request)
     }
 
-    fn add_g(&mut self, word: &'w Word) -> Result<(), Refusal> {
-        let g = GWord::of(word)?;
-        if let Some((other, _)) = self.g_words.iter().find(|(_, other)| other.group() == g.group()) {
-            let other = format!("G{}", other.value);
+    fn add_g(&mut self, word: &'w Word, g: GWord) -> Result<(), Refusal> {
+        self.ends_program |= g == GWord::End;
+        let any_number = matches!(g, GWord::End | GWord::Auxiliary);
+        let same_group = |(_, other): &&(&Word, GWord)| !any_number && other.group() == g.group();
+        if let Some((other, _)) = self.g_words.iter().find(same_group) {
+            let other = other.asks.map_or_else(|| format!("G{}", other.value), |vocable| vocable.name.to_owned());
             return Err(word.refuse(Fault::Conflict { other }));
         }
         self.g_words.push((word, g));
@@ -71,6 +75,11 @@ impl<'w> Request<'w> {
             }
         }
         Ok(())
+    }
+
+    /// Whether the line leads to a place outside the workpiece frame.
+    pub fn leaves(&self) -> bool {
+        self.g_words.iter().any(|(_, g)| matches!(g, GWord::Home | GWord::Machine | GWord::Retract))
     }
 
     /// The word whose coordinates set something.
