@@ -39,9 +39,10 @@ impl<'w> Request<'w> {
 
     fn add_g(&mut self, word: &'w Word, g: GWord) -> Result<(), Refusal> {
         self.ends_program |= g == GWord::End;
-        let any_number = matches!(g, GWord::End | GWord::Auxiliary);
-        let same_group = |(_, other): &&(&Word, GWord)| !any_number && other.group() == g.group();
-        if let Some((other, _)) = self.g_words.iter().find(same_group) {
+        if matches!(g, GWord::End | GWord::Auxiliary) {
+            return Ok(());
+        }
+        if let Some((other, _)) = self.g_words.iter().find(|(_, other)| other.group() == g.group()) {
             let other = other.asks.map_or_else(|| format!("G{}", other.value), |vocable| vocable.name.to_owned());
             return Err(word.refuse(Fault::Conflict { other }));
         }

@@ -199,6 +199,8 @@ impl Program {
             .iter()
             .rev()
             .filter_map(|block| Some((block, self.motions[block.motions.clone()].first()?)))
-            .fold(Style::plain(self.dialect), |style, (block, motion)| style.on_line(self.content(block.line), &motion.words))
+            .fold(Style::plain(self.dialect), |style, (block, motion)| {
+                style.on_line(self.content(block.line), &motion.words)
+            })
     }
 }

@@ -7,8 +7,8 @@ use crate::toolpath::gcode::{
 };
 
 impl Dialect {
-    /// The dialect of a program: Heidenhain's has `BEGIN PGM`; Sinumerik's has `%_N_`, addresses and names with `=`, or names that
-    /// no other has (`MSG(…)`, `TRANS`, `CYCLE81(…)`); others are ISO.
+    /// The dialect of a program: Heidenhain's has `BEGIN PGM`; Sinumerik's has `%_N_`, addresses and names with `=`, or names and
+    /// G words that no other has (`MSG(…)`, `TRANS`, `CYCLE81(…)`, `G710`); others are ISO.
     #[must_use]
     pub fn of(source: &[u8]) -> Dialect {
         let lines = lines::split(source);
@@ -49,17 +49,15 @@ fn shows_sinumerik(line: &[u8]) -> bool {
             if scan.closed(b'(', b')').is_err() {
                 return false;
             }
-        } else if byte.is_ascii_alphabetic() || byte == b'_' {
+        } else if byte.is_ascii_alphabetic() {
             let letters = scan.letters();
             let name = match letters.len() {
                 2.. => letters + &String::from_utf8_lossy(&scan.line[scan.run(|byte| byte.is_ascii_alphanumeric())]),
                 _ => letters,
             };
-            scan.run(|byte| byte.is_ascii_digit() || byte == b'.');
-            if scan.takes(b'=') {
-                return true;
-            }
-            if sinumerik_words::is_own(&name, scan.peek() == Some(b'(')) {
+            let number = scan.run(|byte| byte.is_ascii_digit() || byte == b'.');
+            let is_own_g = name == "G" && sinumerik_words::is_own_g(&scan.upper(number));
+            if is_own_g || scan.takes(b'=') || sinumerik_words::is_own(&name, scan.peek() == Some(b'(')) {
                 return true;
             }
         } else {
@@ -81,6 +79,7 @@ mod tests {
             ("%_N_A_MPF\nG0 X1\n", Dialect::Sinumerik),
             ("G1 X=10\n", Dialect::Sinumerik),
             ("N10 G2 X1 Y1 CR = 5\n", Dialect::Sinumerik),
+            ("N10 G54 G710\n", Dialect::Sinumerik),
             ("N10 S1=900 M1=3\n", Dialect::Sinumerik),
             ("N10 MSG(\"roughing\")\n", Dialect::Sinumerik),
             ("TRAORI\n", Dialect::Sinumerik),
@@ -89,6 +88,7 @@ mod tests {
             ("#1=5\n#<depth>=2\nIF [#1 GT 2] GOTO 5\n", Dialect::Iso),
             ("(MSG, hello)\n$J=G91 X1\n", Dialect::Iso),
             ("G1 X1*36\nN5 G28 Z0\n%\n", Dialect::Iso),
+            ("__ X_\n", Dialect::Iso),
             ("", Dialect::Iso),
         ] {
             assert_eq!(Dialect::of(source.as_bytes()), dialect, "{source}");

@@ -36,8 +36,7 @@ static END: Vocable = Vocable { name: "END PGM", asks: GWord::End };
 static TOOL_Z: Vocable = Vocable { name: "Z", asks: GWord::Plane(Plane::Xy) };
 static TOOL_Y: Vocable = Vocable { name: "Y", asks: GWord::Plane(Plane::Zx) };
 static TOOL_X: Vocable = Vocable { name: "X", asks: GWord::Plane(Plane::Yz) };
-static SHIFT: Vocable =
-    Vocable { name: "CYCL DEF 7", asks: GWord::Setting(Setting::Translation { afresh: false }) };
+static SHIFT: Vocable = Vocable { name: "CYCL DEF 7", asks: GWord::Setting(Setting::Translation { afresh: false }) };
 static PRESET: Vocable = Vocable { name: "CYCL DEF 247", asks: GWord::Preset };
 
 impl Reader {
@@ -142,7 +141,7 @@ impl Reader {
                         self.tool_feed = Some(value);
                     }
                     let letter = if letters == "S" { 'S' } else { 'F' };
-                    words.push(heidenhain_words::word(letter, value, start, number));
+                    words.push(heidenhain_words::word(letter, value, start, number)?);
                     continue;
                 }
                 "U" | "V" | "W" => {
@@ -213,7 +212,7 @@ fn preset(mut scan: Scan) -> Result<Vec<Word>, Refusal> {
     }
     scan.next();
     let (value, number) = scan.number()?.ok_or_else(|| scan.refuse(at, heidenhain_words::no_number(&scan)))?;
-    Ok(vec![Word { asks: Some(&PRESET), ..heidenhain_words::word('G', value, at, number) }])
+    Ok(vec![Word { asks: Some(&PRESET), ..heidenhain_words::word('G', value, at, number)? }])
 }
 
 fn ends_with(scan: &Scan, word: &str) -> bool {

@@ -42,10 +42,11 @@ static PER_TURN: Vocable = Vocable { name: "M136", asks: GWord::Feed(FeedMode::P
 static PER_MINUTE: Vocable = Vocable { name: "M137", asks: GWord::Feed(FeedMode::PerMinute) };
 
 /// The word `letter` from `start` to the end of its `number`.
-pub(super) fn word(letter: char, value: f64, start: usize, number: Range<usize>) -> Word {
-    let before = u8::try_from(number.start - start).unwrap_or(u8::MAX);
-    // Blanks beyond that belong to the number.
-    Word { around: [before, 0], ..Word::plain(letter, value, start..number.end) }
+pub(super) fn word(letter: char, value: f64, start: usize, number: Range<usize>) -> Result<Word, Refusal> {
+    let word = Word::plain(letter, value, start..number.end);
+    // Nobody writes a number that far from its letter.
+    let before = u8::try_from(number.start - start).map_err(|_| word.refuse(Fault::NotAWord))?;
+    Ok(Word { around: [before, 0], ..word })
 }
 
 /// Why no number comes next: a parameter, or nothing.
@@ -99,7 +100,7 @@ fn axis(letters: &str) -> Option<(char, Option<Distance>)> {
 fn coordinate(scan: &mut Scan, letter: char, distance: Option<Distance>, start: usize) -> Result<Word, Refusal> {
     scan.next();
     let (value, number) = scan.number()?.ok_or_else(|| scan.refuse(start, no_number(scan)))?;
-    Ok(Word { distance, ..word(letter, value, start, number) })
+    Ok(Word { distance, ..word(letter, value, start, number)? })
 }
 
 struct Block<'a> {
@@ -166,7 +167,7 @@ impl Block<'_> {
     fn radius(&mut self, start: usize) -> Result<(), Refusal> {
         match self.scan.number()? {
             Some((value, number)) if self.verb == Verb::ArcByRadius && value != 0.0 => {
-                self.words.push(word('R', value, start, number));
+                self.words.push(word('R', value, start, number)?);
                 Ok(())
             }
             Some((0.0, _)) => Ok(()),
@@ -192,7 +193,7 @@ impl Block<'_> {
         match (kind.as_str(), self.tool_feed) {
             ("MAX", _) if self.is_arc() => return Err(self.scan.refuse(start, Foreign::RapidArc)),
             ("MAX", _) => self.is_rapid = true,
-            ("AUTO", Some(feed)) => self.words.push(word('F', feed, start, self.scan.at..self.scan.at)),
+            ("AUTO", Some(feed)) => self.words.push(word('F', feed, start, self.scan.at..self.scan.at)?),
             ("AUTO", None) => {
                 let feed = Word::plain('G', 0.0, start..self.scan.at);
                 self.words.push(Word { asks: Some(&FEED_OF_TOOL), ..feed });
@@ -200,7 +201,7 @@ impl Block<'_> {
             _ => {
                 self.scan.next();
                 match self.scan.number()? {
-                    Some((value, number)) => self.words.push(word('F', value, start, number)),
+                    Some((value, number)) => self.words.push(word('F', value, start, number)?),
                     None if no_number(&self.scan) == Foreign::Parameter => {
                         return Err(self.scan.refuse(start, Foreign::Parameter));
                     }
@@ -215,7 +216,7 @@ impl Block<'_> {
     fn m_function(&mut self, start: usize) -> Result<(), Refusal> {
         self.scan.next();
         let Some((value, number)) = self.scan.number()? else { return Ok(()) };
-        let mut word = word('M', value, start, number);
+        let mut word = word('M', value, start, number)?;
         let asks = match word.whole()? {
             2 | 30 => &END,
             91 | 92 => &MACHINE,

@@ -144,6 +144,7 @@ impl Language {
 
 /// That a program is not in ISO code and cannot be written out.
 pub(super) fn not_written_out(source: &[u8], name: &str, dialect: Dialect) -> GcodeError {
-    let first = lines::split(source).into_iter().next().map_or(Cow::Borrowed(&b""[..]), |line| source[line.content].into());
+    let first =
+        lines::split(source).into_iter().next().map_or(Cow::Borrowed(&b""[..]), |line| source[line.content].into());
     Refusal::new(0..first.len(), Fault::NotWrittenOut).locate(name, 1, &first).read_as(dialect)
 }

@@ -161,7 +161,8 @@ impl Block<'_> {
         let ends = if closes { self.scan.takes(b')') } else { true };
         let span = start..self.scan.at;
         let exponent = self.scan.line[self.scan.at..].get(..2).is_some_and(|next| next.eq_ignore_ascii_case(b"EX"));
-        if !ends || exponent || matches!(self.scan.next(), Some(b'+' | b'-' | b'*' | b'/' | b'[' | b'=' | b'<' | b'>')) {
+        if !ends || exponent || matches!(self.scan.next(), Some(b'+' | b'-' | b'*' | b'/' | b'[' | b'=' | b'<' | b'>'))
+        {
             return Err(self.scan.refuse(start, Foreign::Parameter));
         }
         let (before, behind) = (number.start - span.start, span.end - number.end);

@@ -119,7 +119,10 @@ pub(super) fn assigned(name: &str) -> Result<Assigned, Foreign> {
 
 /// Whether a letter is followed by a plain number only: those that ISO has as well.
 pub(super) fn is_letter(letter: char) -> bool {
-    matches!(letter, 'A' | 'B' | 'C' | 'D' | 'F' | 'G' | 'H' | 'I' | 'J' | 'K' | 'M' | 'N' | 'S' | 'T' | 'X' | 'Y' | 'Z')
+    matches!(
+        letter,
+        'A' | 'B' | 'C' | 'D' | 'F' | 'G' | 'H' | 'I' | 'J' | 'K' | 'M' | 'N' | 'S' | 'T' | 'X' | 'Y' | 'Z'
+    )
 }
 
 /// Whether no other control has `name`, which stands in upper case and with arguments behind it or not.
@@ -127,4 +130,9 @@ pub(super) fn is_own(called: &str, has_arguments: bool) -> bool {
     let flow = ["IF", "ELSE", "ENDIF", "GOTO", "REPEAT", "WHILE", "ENDWHILE", "REAL", "INT", "RET", "CT"];
     let is_known = name(called, has_arguments).is_ok() || !matches!(refused(called), Foreign::Call);
     called.len() > 1 && is_known && !flow.contains(&called)
+}
+
+/// Whether no other control has a G word of this number.
+pub(super) fn is_own_g(number: &str) -> bool {
+    matches!(number.parse(), Ok(153 | 500 | 505..=599 | 641..=645 | 700 | 710))
 }
