@@ -67,7 +67,10 @@ pub struct CompensateArguments {
     /// Replace OUT and the files beside it even if they were not written by this command, or were changed since
     #[arg(long)]
     force: bool,
-    /// Write the program out as the motion it makes before correcting it: subprograms, loops, jumps, variables and expressions
+    /// Language of a program that is no CSV [default: as [gcode] of the process says, or auto]
+    #[arg(long, value_parser = choice::dialect())]
+    dialect: Option<choice::ChosenDialect>,
+    /// Write the program (ISO code) out as the motion it makes before correcting it: subprograms, loops, jumps, variables and expressions
     #[arg(long)]
     expand: bool,
     /// How commands are found: none, linear, mirror, mirror_N (N passes), matrix_free, fixed_matrix, procedure, newton, direct,
@@ -94,7 +97,10 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let started = Instant::now();
     let machine = set::machine(&arguments.machine, &[], arguments.branch)?.machine()?;
     let machine = set::held(&machine, &arguments.hold)?;
-    let process = Process::open(&arguments.process, &machine)?;
+    let mut process = Process::open(&arguments.process, &machine)?;
+    if let Some(choice::ChosenDialect(dialect)) = arguments.dialect {
+        process.gcode.dialect = dialect;
+    }
     let chosen = chosen(arguments)?;
     let job = match arguments.expand {
         true => {

@@ -2,7 +2,7 @@
 
 use kinetostat::toolpath::{
     NumberFormat, Sampling,
-    gcode::{BlockDelete, GcodeOptions, Program},
+    gcode::{BlockDelete, Dialect, GcodeOptions, Program},
 };
 use nalgebra::Vector3;
 
@@ -215,15 +215,18 @@ fn rotary_axes_may_be_named_but_not_turned() {
 
 #[test]
 fn other_languages_are_named() {
-    let other = "not ISO code but another language, such as Sinumerik's or Heidenhain's, which is not read; expected words \
-                 such as X10.5";
+    let other = "not ISO code but another language, such as Sinumerik's or Heidenhain's; expected words such as X10.5, or the \
+                 dialect it is in";
+    let options = GcodeOptions { dialect: Some(Dialect::Iso), ..GcodeOptions::default() };
     for (line, found) in [
         ("N5 TRAORI", "4: `TRAORI`"),
         ("MSG(\"x\")", "1: `MSG`"),
         ("G1 X=10", "4: `X=10`"),
         ("T=\"D10\"", "1: `T=\"D10\"`"),
     ] {
-        assert_eq!(third(line), format!("part.nc:3:{found}: {other}"));
+        let source = format!("G21 G90 G17 F100\nG0 X0 Y0 Z0\n{line}\n");
+        let refusal = Program::parse(source, "part.nc", &options).unwrap_err().to_string();
+        assert_eq!(refusal, format!("part.nc:3:{found}: {other}"));
     }
 }
 

@@ -139,10 +139,15 @@ fn gcode_options(spec: &GcodeSpec, check: &Check) -> Result<GcodeOptions> {
         let check = check.key(&format!("offsets_mm.\"{name}\""));
         match name.parse::<WorkOffset>() {
             Ok(offset) if !offset.has_own_key() => work_offsets_mm.insert(offset, check.finite(*given)?),
-            _ => return check.fail("must be G59.1 to G59.3 or G54.1 P1 to G54.1 P300".into()),
+            _ => {
+                return check.fail(
+                    "must be G59.1 to G59.3, G54.1 P1 to G54.1 P300, G500, G505 to G599 or preset 0 and so on".into(),
+                );
+            }
         };
     }
     Ok(GcodeOptions {
+        dialect: spec.dialect,
         unit: spec.unit,
         start_mm: spec.start_mm.map(|start| check.key("start_mm").finite(start)).transpose()?,
         work_offsets_mm,

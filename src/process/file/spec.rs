@@ -9,7 +9,7 @@ use crate::{
     compensation::{ErrorNorm, Target},
     machine::OtherToolSpec,
     process::PathReference,
-    toolpath::gcode::{ArcCentres, BlockDelete, LengthUnit},
+    toolpath::gcode::{ArcCentres, BlockDelete, Dialect, LengthUnit},
 };
 
 /// The whole file.
@@ -142,6 +142,8 @@ pub struct CompensateTable {
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GcodeSpec {
+    /// The dialect of programs; what their text shows if not given.
+    pub dialect: Option<Dialect>,
     /// Zero of G54 in W; W itself if not given, unless the program begins with another.
     pub g54_mm: Option<[f64; 3]>,
     /// Zero of G55 in W; not known if not given, like those that follow.

@@ -1,6 +1,6 @@
 //! Changing words of a line and nothing else of it.
 
-use crate::toolpath::gcode::{lex::Word, modal::MotionCode};
+use crate::toolpath::gcode::{Dialect, lex::Word, modal::MotionCode};
 
 /// How an author writes words, so that new words look like their neighbours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,11 +11,54 @@ pub(crate) struct Style {
     pub lower: bool,
     /// Two-digit motion words: `G01`.
     pub padded: bool,
+    pub numbers: Numbers,
+    pub dialect: Dialect,
+}
+
+/// How numbers of coordinates are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Numbers {
+    /// A plus before numbers above 0: `X+5`.
+    pub plus: bool,
+    /// A comma instead of the point: `X5,25`.
+    pub comma: bool,
+    /// `X=5`.
+    pub equals: bool,
+}
+
+impl Numbers {
+    /// Those of one line; what the line does not show is taken from `self`.
+    fn on_line(self, content: &[u8], words: &[Word]) -> Numbers {
+        let mut numbers = self;
+        for word in words.iter().filter(|word| is_axis_word(word)) {
+            let number = &content[word.number()];
+            match number.first() {
+                Some(b'+') => numbers.plus = true,
+                Some(b'-') | None => {}
+                Some(_) => numbers.plus = false,
+            }
+            if let Some(mark) = number.iter().find(|b| matches!(b, b',' | b'.')) {
+                numbers.comma = *mark == b',';
+            }
+            numbers.equals = content[word.span.start..word.number().start].contains(&b'=');
+        }
+        numbers
+    }
+
+    /// `number`, which is written with a point, without plus and without blanks, unless it is one of the line.
+    fn write(self, number: &str) -> String {
+        let plus = if self.plus && !number.starts_with(['+', '-']) { "+" } else { "" };
+        let number = format!("{plus}{number}");
+        if self.comma { number.replace('.', ",") } else { number }
+    }
 }
 
 impl Style {
     /// What everyone can read: `G1 X5`.
-    pub const PLAIN: Style = Style { spaced: true, lower: false, padded: false };
+    pub fn plain(dialect: Dialect) -> Style {
+        let numbers = Numbers { plus: dialect == Dialect::Heidenhain, comma: false, equals: false };
+        Style { spaced: true, lower: false, padded: false, numbers, dialect }
+    }
 
     /// The style of one line; what the line does not show is taken from `self`.
     pub fn on_line(self, content: &[u8], words: &[Word]) -> Style {
@@ -30,6 +73,7 @@ impl Style {
         if let Some(word) = motion {
             style.padded = word.span.len() == 3 && content[word.span.start + 1] == b'0';
         }
+        style.numbers = self.numbers.on_line(content, words);
         style
     }
 
@@ -39,9 +83,24 @@ impl Style {
         format!("{letter}{number}")
     }
 
+    /// The word of a coordinate.
+    pub fn axis(self, axis: usize, number: &str) -> String {
+        let equals = if self.numbers.equals { "=" } else { "" };
+        self.word(['X', 'Y', 'Z'][axis], &format!("{equals}{}", self.numbers.write(number)))
+    }
+
+    /// What a new line begins with that is a straight line as well.
+    pub fn next_line(self) -> Option<String> {
+        (self.dialect == Dialect::Heidenhain).then(|| self.motion(MotionCode::Line))
+    }
+
     /// A motion word.
     pub fn motion(self, code: MotionCode) -> String {
         let number = code.number();
+        if self.dialect == Dialect::Heidenhain {
+            // Arcs stay as they are or become lines.
+            return if self.lower { "l".into() } else { "L".into() };
+        }
         self.word('G', &if self.padded { format!("{number:02}") } else { number.to_string() })
     }
 
@@ -88,9 +147,11 @@ impl<'a> LineEdit<'a> {
 
     /// Puts `number` in the place of the number of word `index`.
     pub fn set_number(&mut self, index: usize, number: &str) {
+        let word = &self.words[index];
         if let Some(text) = &mut self.slots[index].text {
-            text.truncate(1);
-            text.push_str(number);
+            let number = if is_axis_word(word) { self.style.numbers.write(number) } else { number.to_owned() };
+            let end = text.len() - usize::from(word.around[1]);
+            text.replace_range(usize::from(word.around[0])..end, &number);
         }
     }
 
@@ -103,7 +164,7 @@ impl<'a> LineEdit<'a> {
     /// order X Y Z; or else behind the motion word; or else where the arc words are.
     pub fn add_axis(&mut self, axis: usize, number: &str) {
         const LETTERS: [char; 3] = ['X', 'Y', 'Z'];
-        let text = self.style.word(LETTERS[axis], number);
+        let text = self.style.axis(axis, number);
         let place = |letter: char| self.find(|word| word.letter == letter);
         let lower = LETTERS[..axis].iter().rev().find_map(|letter| place(*letter));
         let higher = LETTERS[axis + 1..].iter().find_map(|letter| place(*letter));
@@ -131,7 +192,9 @@ impl<'a> LineEdit<'a> {
     /// Makes the line's motion word `code`, adding one before the coordinates if the line has none.
     pub fn set_motion(&mut self, code: MotionCode) {
         let text = self.style.motion(code);
-        if let Some(index) = self.find(is_motion_word) {
+        if let Some(index) = self.find(|word| is_motion_word(word) && word.asks.is_some()) {
+            self.slots[index].text = Some(text);
+        } else if let Some(index) = self.find(is_motion_word) {
             self.set_number(index, &text[1..]);
         } else if let Some(index) = self.find(|word| is_axis_word(word) || is_arc_word(word)) {
             self.slots[index].before.insert(0, text);
@@ -165,9 +228,19 @@ pub(crate) fn is_axis_word(word: &Word) -> bool {
     matches!(word.letter, 'X' | 'Y' | 'Z')
 }
 
-/// I, J, K or R.
+/// I, J, K or R, or Heidenhain's DR.
 pub(crate) fn is_arc_word(word: &Word) -> bool {
-    matches!(word.letter, 'I' | 'J' | 'K' | 'R')
+    matches!(word.letter, 'I' | 'J' | 'K' | 'R' | Word::SENSE)
+}
+
+/// Words that P and Q may belong to.
+pub(crate) fn takes_parameters(word: &Word) -> bool {
+    word.letter == 'M' || (word.letter == 'G' && matches!(word.tenths(), Some(40 | 610 | 611 | 640)))
+}
+
+/// M words that a controller runs after the motion of their block.
+pub(crate) fn acts_at_end(word: &Word) -> bool {
+    word.letter == 'M' && matches!(word.whole(), Ok(0 | 1 | 2 | 5 | 9 | 30 | 60))
 }
 
 #[cfg(test)]
@@ -178,7 +251,7 @@ mod tests {
 
     fn edit(line: &str, change: impl Fn(&mut LineEdit)) -> String {
         let words = lex::words(&line.replace("(c)", "   ")).unwrap();
-        let mut edit = LineEdit::new(line.as_bytes(), &words, Style::PLAIN);
+        let mut edit = LineEdit::new(line.as_bytes(), &words, Style::plain(Dialect::Iso));
         change(&mut edit);
         String::from_utf8(edit.render()).unwrap()
     }

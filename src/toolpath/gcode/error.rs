@@ -1,16 +1,22 @@
 //! What can be wrong with a program, said so that the line can be found and mended.
 
-use std::ops::Range;
-
 use thiserror::Error;
 
-use crate::toolpath::{Sampling, gcode::WorkOffset, path::MAX_COORDINATE_MM};
+use crate::toolpath::{
+    Sampling,
+    gcode::{Dialect, WorkOffset},
+    path::MAX_COORDINATE_MM,
+};
 
-pub use crate::toolpath::gcode::refused::{ArcFault, Unsupported};
+pub(crate) use crate::toolpath::gcode::refused::Refusal;
+pub use crate::toolpath::gcode::{
+    dialect::Foreign,
+    refused::{ArcFault, Unsupported},
+};
 
 /// A program that cannot be followed: where, at which word, why, and what was expected.
 #[derive(Clone, Debug, PartialEq, Error)]
-#[error("{file}:{line}:{column}: `{found}`: {fault}")]
+#[error("{file}:{line}:{column}: `{found}`: {fault}{}", dialect.read_as())]
 pub struct GcodeError {
     /// The program's name as given.
     pub file: String,
@@ -22,6 +28,15 @@ pub struct GcodeError {
     pub found: String,
     /// What is wrong with it and what was expected.
     pub fault: Fault,
+    /// The dialect it was read as.
+    pub dialect: Dialect,
+}
+
+impl GcodeError {
+    /// The same, of a program that was read as `dialect`.
+    pub(crate) fn read_as(self, dialect: Dialect) -> GcodeError {
+        GcodeError { dialect, ..self }
+    }
 }
 
 impl From<GcodeError> for crate::input::error::Error {
@@ -38,9 +53,15 @@ pub enum Fault {
     Character,
     /// Words of another language than ISO code.
     #[error(
-        "not ISO code but another language, such as Sinumerik's or Heidenhain's, which is not read; expected words such as X10.5"
+        "not ISO code but another language, such as Sinumerik's or Heidenhain's; expected words such as X10.5, or the dialect it is in"
     )]
     Language,
+    /// What another dialect has and what is not followed of it.
+    #[error("{0}")]
+    Foreign(Foreign),
+    /// A program of another dialect that is to be written out.
+    #[error("only ISO programs are written out; expected one, or no --expand")]
+    NotWrittenOut,
     /// A variable, an expression or an assignment.
     #[error(
         "variables and expressions are not read; expected plain numbers, or --expand, which writes the program out"
@@ -145,6 +166,15 @@ pub enum Fault {
         /// G17, G18 or G19.
         plane: &'static str,
     },
+    /// An arc whose centre words are of two kinds.
+    #[error("one centre word from the start and one from the zero; expected both of one kind")]
+    MixedCentre,
+    /// A CC with one coordinate, or with one outside the plane.
+    #[error("expected both coordinates of the plane that TOOL CALL chooses by the axis of the tool, or none")]
+    PoleAxes,
+    /// Heidenhain's C without CC.
+    #[error("arc without a centre; expected CC with its coordinates before it")]
+    NoPole,
     /// An arc with both centre and radius.
     #[error("arc with a radius and a centre; expected one of them")]
     CentreAndRadius,
@@ -153,8 +183,8 @@ pub enum Fault {
     Arc(ArcFault),
     /// A work offset that was not given.
     #[error(
-        "how {offset} stands to the work offset before it is not known; expected its zero in [gcode] of the process file, or \
-         G10 L2 for both"
+        "how {offset} stands to the work offset before it is not known; expected its zero in [gcode] of the process file{}",
+        offset.by_the_program()
     )]
     NoWorkOffset {
         /// Which one.
@@ -258,31 +288,4 @@ impl Fault {
     pub const MAX_DIGITS: usize = 17;
     /// The largest coordinate followed, mm.
     pub const MAX_COORDINATE_MM: f64 = MAX_COORDINATE_MM;
-}
-
-/// A fault at a place in a line, before file and line are known.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Refusal {
-    /// Bytes of the line the fault is about.
-    pub span: Range<usize>,
-    pub fault: Fault,
-}
-
-impl Refusal {
-    pub fn new(span: Range<usize>, fault: Fault) -> Refusal {
-        Refusal { span, fault }
-    }
-
-    /// The error, with the file, the line number from 1, and the line's own bytes to quote from.
-    pub fn locate(self, file: &str, line: usize, content: &[u8]) -> GcodeError {
-        let before = content.get(..self.span.start).unwrap_or_default();
-        let found = content.get(self.span).unwrap_or_default();
-        GcodeError {
-            file: file.to_owned(),
-            line,
-            column: String::from_utf8_lossy(before).chars().count() + 1,
-            found: String::from_utf8_lossy(found).into_owned(),
-            fault: self.fault,
-        }
-    }
 }

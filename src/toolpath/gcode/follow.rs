@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::toolpath::gcode::{
+    Dialect,
     arc::{Arc, Centre},
     error::{ArcFault, Fault, Refusal, Unsupported},
     interpret::Interpreter,
@@ -57,7 +58,7 @@ impl Interpreter {
         for (axis, word) in axes.into_iter().enumerate() {
             let Some(word) = word else { continue };
             let value = word.value * self.modal.unit.mm();
-            let to = match self.modal.distance {
+            let to = match word.distance.unwrap_or(self.modal.distance) {
                 Distance::Absolute => Some(value + origin[axis]),
                 Distance::Incremental => self.position[axis].map(|from| value + from),
             };
@@ -86,8 +87,18 @@ impl Interpreter {
             }
         }
         let values = given.map(|word| word.map(|word| word.value * unit));
-        match (values, request.letter('R'), self.modal.centres) {
+        let centres = given.map(|word| word.map(|word| word.distance.unwrap_or(self.modal.centres)));
+        if let [Some(first), Some(second)] = centres
+            && first != second
+        {
+            return Err(blame.refuse(Fault::MixedCentre));
+        }
+        let centres = centres[0].or(centres[1]).unwrap_or(self.modal.centres);
+        match (values, request.letter('R'), centres) {
             ([None, None], Some(word), _) => Ok(Centre::Radius(word.value * unit)),
+            ([None, None], None, _) if self.dialect == Dialect::Heidenhain => {
+                self.pole.map(Centre::Pole).ok_or_else(|| blame.refuse(Fault::NoPole))
+            }
             ([None, None], None, _) => Err(blame.refuse(Fault::NoCentre { expected, plane })),
             (_, Some(word), _) => Err(word.refuse(Fault::CentreAndRadius)),
             ([i, j], None, Distance::Incremental) => Ok(Centre::FromStart([i.unwrap_or(0.0), j.unwrap_or(0.0)])),

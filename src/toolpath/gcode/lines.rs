@@ -57,20 +57,16 @@ pub(crate) enum Code {
 /// ASCII letters, digits, signs, points and blanks: all that the lexer is then asked about.
 pub(crate) fn code(line: &[u8]) -> Result<Code, Refusal> {
     let mut text = String::with_capacity(line.len());
-    let mut prefix = blanks(line);
-    match line.get(prefix) {
+    match line.get(blanks(line)) {
         Some(b'%') => return Ok(Code::Percent),
         Some(b'$') => {
-            let moves = line.get(prefix + 1).is_some_and(|b| matches!(b.to_ascii_uppercase(), b'H' | b'J'));
+            let moves = line.get(blanks(line) + 1).is_some_and(|b| matches!(b.to_ascii_uppercase(), b'H' | b'J'));
             return Ok(Code::Command { moves });
         }
         Some(b'?' | b'!' | b'~') => return Ok(Code::Command { moves: false }),
         _ => {}
     }
-    if is_deletable(line) {
-        // A digit after the slash is the number of the delete switch.
-        prefix += 1 + usize::from(line.get(prefix + 1).is_some_and(u8::is_ascii_digit));
-    }
+    let prefix = prefix(line);
     text.extend(std::iter::repeat_n(' ', prefix));
     while let Some(&byte) = line.get(text.len()) {
         let at = text.len();
@@ -88,13 +84,23 @@ pub(crate) fn code(line: &[u8]) -> Result<Code, Refusal> {
     Ok(Code::Words { text, prefix })
 }
 
+/// Length of the leading blanks and block-delete mark.
+pub(crate) fn prefix(line: &[u8]) -> usize {
+    let blanks = blanks(line);
+    if !is_deletable(line) {
+        return blanks;
+    }
+    // A digit after the slash is the number of the delete switch.
+    blanks + 1 + usize::from(line.get(blanks + 1).is_some_and(u8::is_ascii_digit))
+}
+
 /// Whether the line begins with a block-delete mark.
 pub(crate) fn is_deletable(line: &[u8]) -> bool {
     line.get(blanks(line)) == Some(&b'/')
 }
 
 /// Length of what is blank at the beginning of `line`; the byte-order mark of a file in UTF-8 is.
-fn blanks(line: &[u8]) -> usize {
+pub(crate) fn blanks(line: &[u8]) -> usize {
     let mark = if line.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 };
     mark + line[mark..].iter().take_while(|b| is_blank(**b)).count()
 }
@@ -102,7 +108,7 @@ fn blanks(line: &[u8]) -> usize {
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// Blanks, and what tapes and old file systems leave: NUL, form feed, the codes of a reader, end of file.
-fn is_blank(byte: u8) -> bool {
+pub(crate) fn is_blank(byte: u8) -> bool {
     matches!(byte, b' ' | b'\t' | 0 | 0x0b | 0x0c | 0x11..=0x14 | 0x1a)
 }
 

@@ -30,6 +30,7 @@
 mod arc;
 mod check;
 mod cycle;
+mod dialect;
 mod edit;
 mod error;
 mod expand;
@@ -44,36 +45,42 @@ mod notes;
 mod offsets;
 mod options;
 mod place;
+mod pole;
 mod refused;
 mod request;
 mod rewrite;
 mod settings;
+mod unit;
 mod write_holes;
 mod writer;
 
+pub use dialect::{Dialect, Foreign};
 pub use error::{ArcFault, Fault, GcodeError, Unsupported};
 pub use expand::Beside;
-pub use modal::LengthUnit;
 pub use notes::Notes;
 pub use offsets::WorkOffset;
 pub use options::{ArcCentres, BlockDelete, GcodeOptions};
 pub use rewrite::{RewriteError, Rewritten};
+pub use unit::LengthUnit;
 
 use std::ops::Range;
 
+use dialect::{Language, Statement};
 use expand::WrittenOut;
 use interpret::{Effect, Interpreter, OriginAt};
-use lines::{Code, Line};
+use lines::Line;
 use modal::MotionCode;
 use motion::Motion;
+use pole::Pole;
 
-use crate::toolpath::{NumberFormat, PathPoint, Sampling, Toolpath, number};
+use crate::toolpath::{NumberFormat, PathPoint, Sampling, Toolpath};
 
 /// A program that has been read and followed.
 #[derive(Clone, Debug)]
 pub struct Program {
     name: String,
     options: GcodeOptions,
+    dialect: Dialect,
     source: Vec<u8>,
     lines: Vec<Line>,
     /// The lines with a motion word or a motion, in order.
@@ -96,7 +103,9 @@ struct Block {
     motions: Range<usize>,
     /// The zero it sets by where the tool is.
     origin_at: Option<OriginAt>,
-    /// Length of its leading blanks and block-delete mark, if it has such a mark; of the blanks otherwise.
+    /// The centre of arcs that it sets.
+    pole: Option<Pole>,
+    /// Length of what new lines of it begin with as well: blanks and block-delete mark, in Heidenhain's dialect the number.
     prefix: usize,
 }
 
@@ -109,9 +118,11 @@ impl Program {
     pub fn parse(source: impl Into<Vec<u8>>, name: &str, options: &GcodeOptions) -> Result<Program, GcodeError> {
         let source = source.into();
         let lines = lines::split(&source);
+        let dialect = options.dialect.unwrap_or_else(|| Dialect::of(&source));
         let mut program = Program {
             name: name.to_owned(),
-            options: options.clone(),
+            options: GcodeOptions { dialect: Some(dialect), ..options.clone() },
+            dialect,
             source,
             lines,
             blocks: Vec::new(),
@@ -137,8 +148,13 @@ impl Program {
         options: &GcodeOptions,
         beside: &Beside<'_>,
     ) -> Result<Program, GcodeError> {
+        let dialect = options.dialect.unwrap_or_else(|| Dialect::of(source));
+        if dialect != Dialect::Iso {
+            return Err(dialect::not_written_out(source, name, dialect));
+        }
         let (bytes, written_out) = expand::expand(source, name, options.block_delete, beside)?;
-        let mut program = Program::parse(bytes, name, options).map_err(|error| written_out.located(error))?;
+        let options = GcodeOptions { dialect: Some(Dialect::Iso), ..options.clone() };
+        let mut program = Program::parse(bytes, name, &options).map_err(|error| written_out.located(error))?;
         for line in &mut program.notes.not_located {
             *line = written_out.line_of(*line);
         }
@@ -152,27 +168,27 @@ impl Program {
 
     fn follow(&mut self) -> Result<(), GcodeError> {
         let options = self.options.clone();
-        let mut interpreter = Interpreter::new(&options);
+        let mut interpreter = Interpreter::new(&options, self.dialect);
+        let mut language = Language::new(self.dialect);
         let mut percents = 0;
         for line in 0..self.lines.len() {
             let content = self.content(line);
             if options.block_delete == BlockDelete::Skip && lines::is_deletable(content) {
                 continue;
             }
-            let located = |refusal: error::Refusal| refusal.locate(&self.name, line + 1, content);
-            let code = lines::code(content);
+            let located = |refusal: error::Refusal| refusal.locate(&self.name, line + 1, content).read_as(self.dialect);
+            let statement = language.statement(content);
             // Behind the end, text need not be code.
-            if interpreter.has_ended() && !matches!(&code, Ok(Code::Words { text, .. }) if lex::words(text).is_ok()) {
+            if interpreter.has_ended() && !matches!(statement, Ok(Statement::Words { .. })) {
                 continue;
             }
             if let Some(feature) = features::begun(&options.features, content) {
                 interpreter.begin_feature(feature);
             }
-            match code.map_err(located)? {
-                Code::Percent => percents += 1,
-                Code::Command { moves } => interpreter.lose(line + 1, [moves; 3]),
-                Code::Words { text, prefix } => {
-                    let words = lex::words(&text).map_err(located)?;
+            match statement.map_err(located)? {
+                Statement::Percent => percents += 1,
+                Statement::Command { moves } => interpreter.lose(line + 1, [moves; 3]),
+                Statement::Words { words, prefix } => {
                     let effect = interpreter.line(line + 1, words).map_err(located)?;
                     self.keep(line, prefix, effect);
                 }
@@ -192,7 +208,8 @@ impl Program {
         let first = self.motions.len();
         self.motions.extend(effect.motions);
         let motions = first..self.motions.len();
-        self.blocks.push(Block { line, motion_word: effect.motion_word, motions, origin_at: effect.origin_at, prefix });
+        let Effect { motion_word, origin_at, pole, .. } = effect;
+        self.blocks.push(Block { line, motion_word, motions, origin_at, pole, prefix });
     }
 
     /// The program's name as given.
@@ -207,7 +224,7 @@ impl Program {
         &self.source
     }
 
-    /// What was taken for granted, and which lines stay as they are.
+    /// The dialect it was read as, what was taken for granted, and which lines stay as they are.
     #[must_use]
     pub fn notes(&self) -> &Notes {
         &self.notes
@@ -274,30 +291,12 @@ impl Program {
     fn refused(&self, segment: usize, fault: Fault) -> GcodeError {
         let Motion { line, span, .. } = &self.motions[segment];
         let refused = error::Refusal::new(span.clone(), fault).locate(&self.name, *line, self.content(line - 1));
+        let refused = refused.read_as(self.dialect);
         self.written_out.as_ref().map_or(refused.clone(), |written_out| written_out.located(refused))
     }
 
     /// The bytes of line `index` (from 0), without its ending.
     fn content(&self, index: usize) -> &[u8] {
         &self.source[self.lines[index].content.clone()]
-    }
-
-    fn decimals_seen(&self) -> NumberFormat {
-        let (mut mm, mut inch) = (0, 0);
-        for block in &self.blocks {
-            let Some(motion) = self.motions[block.motions.clone()].first() else {
-                continue;
-            };
-            let content = self.content(block.line);
-            let seen = match motion.modal.unit {
-                LengthUnit::Millimetre => &mut mm,
-                LengthUnit::Inch => &mut inch,
-            };
-            for word in motion.words.iter().filter(|word| matches!(word.letter, 'X' | 'Y' | 'Z' | 'R')) {
-                let text = String::from_utf8_lossy(&content[word.span.clone()]);
-                *seen = number::decimals_in(&text).max(*seen);
-            }
-        }
-        NumberFormat::seen(mm, inch)
     }
 }

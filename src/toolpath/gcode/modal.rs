@@ -1,7 +1,5 @@
 //! The state words leave behind for later lines, and which words there are.
 
-use serde::Deserialize;
-
 use crate::toolpath::{
     Plane, Turn,
     gcode::{
@@ -11,37 +9,7 @@ use crate::toolpath::{
     },
 };
 
-/// The length unit of a program's coordinates.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Deserialize)]
-pub enum LengthUnit {
-    /// Millimetres (G21).
-    #[default]
-    #[serde(rename = "mm")]
-    Millimetre,
-    /// Inches of 25.4 mm (G20).
-    #[serde(rename = "inch")]
-    Inch,
-}
-
-impl LengthUnit {
-    /// How many mm one unit is.
-    #[must_use]
-    pub fn mm(self) -> f64 {
-        match self {
-            LengthUnit::Millimetre => 1.0,
-            LengthUnit::Inch => 25.4,
-        }
-    }
-
-    /// Its name: mm or inch.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            LengthUnit::Millimetre => "mm",
-            LengthUnit::Inch => "inch",
-        }
-    }
-}
+pub use crate::toolpath::gcode::unit::LengthUnit;
 
 /// The motion in force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,6 +59,8 @@ pub(crate) struct Modal {
     /// G99: cycles end at their plane R; otherwise (G98) where they began.
     pub returns_to_clear: bool,
     pub feed_mode: FeedMode,
+    /// mm in a unit of F, unless it is one over a time.
+    pub feed_unit_mm: f64,
     /// S in rev/min (G97), not a surface speed (G96).
     pub counts_turns: bool,
     /// The number after F, inches made mm unless it is one over a time.
@@ -125,6 +95,7 @@ impl Modal {
             centres,
             returns_to_clear: false,
             feed_mode: FeedMode::PerMinute,
+            feed_unit_mm: unit.mm(),
             counts_turns: true,
             feed: None,
             spindle: None,
@@ -157,10 +128,14 @@ pub(crate) enum GWord {
     CancelMotion,
     Plane(Plane),
     Unit(LengthUnit),
+    /// The unit of coordinates alone, not that of the feed.
+    UnitOfCoordinates(LengthUnit),
     Distance(Distance),
     Centres(Distance),
     /// G54 to G59.3, and G54.1, whose P says which.
     WorkOffset(Option<WorkOffset>),
+    /// A preset of Heidenhain's table, whose number the word has.
+    Preset,
     Feed(FeedMode),
     /// G97, or G96.
     CountsTurns(bool),
@@ -176,6 +151,14 @@ pub(crate) enum GWord {
     Home,
     /// G53.
     Machine,
+    /// Away from the workpiece along the tool, to a place that the program does not say.
+    Retract,
+    /// The feed of the tool's call or table, which the program does not say.
+    FeedOfTool,
+    /// The end of the program.
+    End,
+    /// Other words for the machine, any number of them on a line.
+    Auxiliary,
     /// G61, G64: they may carry a P.
     PathControl,
     /// Those that only need their group, which no other word of the line may share: tool length (G43, G44, G49), radius
@@ -199,6 +182,17 @@ pub(crate) enum Setting {
     OriginOn,
     /// G43.1: a tool length.
     Length,
+    /// The zero moves on from that of the work offset: to the coordinates, those left out to 0 if it is set `afresh`, or by them.
+    Translation { afresh: bool },
+    /// The centre of arcs that follow.
+    Pole,
+}
+
+/// A word of another dialect than ISO that is no G word.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Vocable {
+    pub name: &'static str,
+    pub asks: GWord,
 }
 
 impl GWord {
@@ -267,16 +261,18 @@ impl GWord {
             // A safety line has it beside G0.
             GWord::CancelMotion => "end of cycles",
             GWord::Plane(_) => "plane",
-            GWord::Unit(_) => "unit",
+            GWord::Unit(_) | GWord::UnitOfCoordinates(_) => "unit",
             GWord::Distance(_) => "distance",
             GWord::Centres(_) => "centres",
-            GWord::WorkOffset(_) => "work offset",
+            GWord::WorkOffset(_) | GWord::Preset => "work offset",
+            GWord::FeedOfTool => "feed",
             GWord::Feed(_) => "feed mode",
             GWord::CountsTurns(_) => "spindle mode",
-            GWord::Dwell | GWord::Home | GWord::Machine | GWord::Setting(_) => "once",
+            GWord::Dwell | GWord::Home | GWord::Machine | GWord::Retract | GWord::Setting(_) => "once",
             GWord::ReturnsToClear(_) => "return level",
             GWord::Smoothing => "smoothing",
             GWord::PathControl => "path control",
+            GWord::End | GWord::Auxiliary => "auxiliary",
             GWord::Passive(group) => group,
         }
     }

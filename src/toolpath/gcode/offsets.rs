@@ -19,6 +19,10 @@ enum Name {
     Own(u8),
     /// G54.1 P1 and so on.
     Extended(u16),
+    /// Sinumerik's G500, G505 to G599.
+    Settable(u16),
+    /// Those of Heidenhain's preset table.
+    Preset(u32),
 }
 
 /// The most that G54.1 P goes to.
@@ -39,6 +43,25 @@ impl WorkOffset {
     pub fn extended(number: u32) -> Option<WorkOffset> {
         let number = u16::try_from(number).ok().filter(|number| (1..=MOST_EXTENDED).contains(number));
         number.map(|number| WorkOffset(Name::Extended(number)))
+    }
+
+    /// Sinumerik's G`number`, if it is one of G500 and G505 to G599.
+    pub(crate) fn settable(number: u32) -> Option<WorkOffset> {
+        let number = u16::try_from(number).ok().filter(|number| matches!(number, 500 | 505..=599));
+        number.map(|number| WorkOffset(Name::Settable(number)))
+    }
+
+    /// That in line `number` of Heidenhain's preset table.
+    pub(crate) fn preset(number: u32) -> WorkOffset {
+        WorkOffset(Name::Preset(number))
+    }
+
+    /// What of the program may say where it is, for messages.
+    pub(crate) fn by_the_program(self) -> &'static str {
+        match self.0 {
+            Name::Own(_) | Name::Extended(_) => ", or G10 L2 for both",
+            Name::Settable(_) | Name::Preset(_) => "",
+        }
     }
 
     /// Whether it is one of G54 to G59, which have keys of their own in process files.
@@ -62,6 +85,8 @@ impl fmt::Display for WorkOffset {
             Name::Own(number @ 1..=6) => write!(f, "G{}", 53 + number),
             Name::Own(number) => write!(f, "G59.{}", number - 6),
             Name::Extended(number) => write!(f, "G54.1 P{number}"),
+            Name::Settable(number) => write!(f, "G{number}"),
+            Name::Preset(number) => write!(f, "preset {number}"),
         }
     }
 }
@@ -71,8 +96,11 @@ impl FromStr for WorkOffset {
 
     /// As it is displayed.
     fn from_str(name: &str) -> Result<WorkOffset, ()> {
-        let found = match name.strip_prefix("G54.1 P") {
-            Some(number) => number.parse().ok().and_then(WorkOffset::extended),
+        let number = |prefix: &str| name.strip_prefix(prefix).and_then(|number| number.parse().ok());
+        let settable = || number("G").and_then(WorkOffset::settable);
+        let others = || number("preset ").map(WorkOffset::preset).or_else(settable);
+        let found = match number("G54.1 P").and_then(WorkOffset::extended).or_else(others) {
+            Some(offset) => Some(offset),
             None => (1..=9).filter_map(WorkOffset::numbered).find(|offset| offset.to_string() == name),
         };
         found.ok_or(())
@@ -205,6 +233,11 @@ impl Offsets {
     /// G52: the zero moves to `value` from that of the work offset.
     pub fn set_local(&mut self, axis: usize, value: f64) {
         self.local[axis] = value;
+    }
+
+    /// The zero moves on by `value`.
+    pub fn add_local(&mut self, axis: usize, value: f64) {
+        self.local[axis] += value;
     }
 
     /// G92.1, G92.2.

@@ -1,6 +1,10 @@
-//! Features of the language that are refused by name, and arcs that are none.
+//! Features of the language that are refused by name, arcs that are none, and faults at their places in a line.
+
+use std::ops::Range;
 
 use thiserror::Error;
+
+use crate::toolpath::gcode::{Dialect, Fault, GcodeError};
 
 /// A feature of the language that cannot be followed, so that ignoring it would cut something else.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
@@ -61,4 +65,32 @@ pub enum ArcFault {
     /// A radius and no distance: any centre would do.
     #[error("radius form with its end at its start has no definite centre; expected a full circle by its centre")]
     NoChord,
+}
+
+/// A fault at a place in a line, before file and line are known.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Refusal {
+    /// Bytes of the line the fault is about.
+    pub span: Range<usize>,
+    pub fault: Fault,
+}
+
+impl Refusal {
+    pub fn new(span: Range<usize>, fault: Fault) -> Refusal {
+        Refusal { span, fault }
+    }
+
+    /// The error, with the file, the line number from 1, and the line's own bytes to quote from.
+    pub fn locate(self, file: &str, line: usize, content: &[u8]) -> GcodeError {
+        let before = content.get(..self.span.start).unwrap_or_default();
+        let found = content.get(self.span).unwrap_or_default();
+        GcodeError {
+            file: file.to_owned(),
+            line,
+            column: String::from_utf8_lossy(before).chars().count() + 1,
+            found: String::from_utf8_lossy(found).into_owned(),
+            fault: self.fault,
+            dialect: Dialect::Iso,
+        }
+    }
 }

@@ -1,6 +1,7 @@
 //! The words of one line, sorted by what they ask for.
 
 use crate::toolpath::gcode::{
+    Dialect,
     error::{Fault, Refusal, Unsupported},
     lex::Word,
     modal::{GWord, MotionCode, Setting},
@@ -20,13 +21,15 @@ pub(crate) struct Request<'w> {
 
 impl<'w> Request<'w> {
     /// Sorts `words` and refuses what no state could make right.
-    pub fn of(words: &'w [Word]) -> Result<Request<'w>, Refusal> {
-        let mut request = Request { words, g_words: Vec::new(), ends_program: false, changes_tool: false };
+    pub fn of(words: &'w [Word], dialect: Dialect) -> Result<Request<'w>, Refusal> {
+        let changes_tool = words.iter().any(|word| word.letter == 'M' && word.value == 6.0);
+        let mut request = Request { words, g_words: Vec::new(), ends_program: false, changes_tool };
         for (at, word) in words.iter().enumerate() {
-            match word.letter {
-                'G' => request.add_g(word)?,
-                'M' => request.add_m(word)?,
-                letter => {
+            match (word.asks, word.letter) {
+                (Some(vocable), _) => request.add_g(word, vocable.asks)?,
+                (None, 'G') => request.add_g(word, dialect.g_word(word)?)?,
+                (None, 'M') => request.add_m(word)?,
+                (None, letter) => {
                     check_letter(word)?;
                     if words[..at].iter().any(|other| other.letter == letter) {
                         return Err(word.refuse(Fault::Repeated { letter }));
@@ -37,10 +40,13 @@ impl<'w> Request<'w> {
         Ok(request)
     }
 
-    fn add_g(&mut self, word: &'w Word) -> Result<(), Refusal> {
-        let g = GWord::of(word)?;
+    fn add_g(&mut self, word: &'w Word, g: GWord) -> Result<(), Refusal> {
+        self.ends_program |= g == GWord::End;
+        if matches!(g, GWord::End | GWord::Auxiliary) {
+            return Ok(());
+        }
         if let Some((other, _)) = self.g_words.iter().find(|(_, other)| other.group() == g.group()) {
-            let other = format!("G{}", other.value);
+            let other = other.asks.map_or_else(|| format!("G{}", other.value), |vocable| vocable.name.to_owned());
             return Err(word.refuse(Fault::Conflict { other }));
         }
         self.g_words.push((word, g));
@@ -51,7 +57,6 @@ impl<'w> Request<'w> {
         match word.whole()? {
             97..=99 | 198 => return Err(word.refuse(Fault::Unsupported(Unsupported::Subprogram))),
             2 | 30 => self.ends_program = true,
-            6 => self.changes_tool = true,
             _ => {}
         }
         Ok(())
@@ -74,6 +79,11 @@ impl<'w> Request<'w> {
             }
         }
         Ok(())
+    }
+
+    /// Whether the line leads to a place outside the workpiece frame.
+    pub fn leaves(&self) -> bool {
+        self.g_words.iter().any(|(_, g)| matches!(g, GWord::Home | GWord::Machine | GWord::Retract))
     }
 
     /// The word whose coordinates set something.

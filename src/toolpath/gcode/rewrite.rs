@@ -6,13 +6,15 @@ use thiserror::Error;
 use crate::toolpath::{
     NumberFormat, PositionsError, Toolpath,
     gcode::{
-        GcodeOptions, Program,
+        Block, GcodeOptions, LengthUnit, Program,
         edit::Style,
         error::GcodeError,
         modal::MotionCode,
         motion::Geometry,
+        pole::Pole,
         writer::{Targets, Writer},
     },
+    number,
     path::check_positions,
 };
 
@@ -97,6 +99,13 @@ impl Program {
         check_positions(path, corrected_mm)?;
         let groups = self.group(path)?;
         let mut writer = Writer::new(self, format);
+        let arcs = self.arcs_about_poles();
+        let moved_with = |block: &Block, pole: &Pole| {
+            let arc = arcs[arcs.partition_point(|arc| *arc < block.motions.start)..].first();
+            let group = arc.filter(|arc| pole.is_of(&self.motions[**arc])).map(|arc| groups[*arc]);
+            let last = group.and_then(|(first, last)| (first..last).next_back());
+            last.map_or_else(Vector3::zeros, |last| corrected_mm[last] - path.points()[last].position_mm)
+        };
         let mut blocks = self.blocks.iter().peekable();
         for index in 0..self.lines.len() {
             match blocks.next_if(|block| block.line == index) {
@@ -118,7 +127,10 @@ impl Program {
                     None => {
                         match &block.origin_at {
                             Some(origin_at) => writer.origin(block, origin_at),
-                            None => writer.copy(index),
+                            None => match &block.pole {
+                                Some(pole) => writer.pole(block, pole, moved_with(block, pole)),
+                                None => writer.copy(index),
+                            },
                         }
                         writer.motion_word = block.motion_word.or(writer.motion_word);
                     }
@@ -127,7 +139,7 @@ impl Program {
             }
         }
         Ok(Rewritten {
-            bytes: writer.out,
+            bytes: self.dialect.numbered(&self.source, writer.out),
             pieces: writer.pieces,
             name: self.name.clone(),
             options: self.options.clone(),
@@ -161,12 +173,34 @@ impl Program {
         if next == points.len() { Ok(groups) } else { Err(foreign()) }
     }
 
+    /// The decimals of its coordinates.
+    pub(super) fn decimals_seen(&self) -> NumberFormat {
+        let (mut mm, mut inch) = (0, 0);
+        for block in &self.blocks {
+            let Some(motion) = self.motions[block.motions.clone()].first() else {
+                continue;
+            };
+            let content = self.content(block.line);
+            let seen = match motion.modal.unit {
+                LengthUnit::Millimetre => &mut mm,
+                LengthUnit::Inch => &mut inch,
+            };
+            for word in motion.words.iter().filter(|word| matches!(word.letter, 'X' | 'Y' | 'Z' | 'R')) {
+                let text = String::from_utf8_lossy(&content[word.number()]);
+                *seen = number::decimals_in(&text).max(*seen);
+            }
+        }
+        NumberFormat::seen(mm, inch)
+    }
+
     /// How this program's author writes words.
     pub(super) fn style(&self) -> Style {
         self.blocks
             .iter()
             .rev()
             .filter_map(|block| Some((block, self.motions[block.motions.clone()].first()?)))
-            .fold(Style::PLAIN, |style, (block, motion)| style.on_line(self.content(block.line), &motion.words))
+            .fold(Style::plain(self.dialect), |style, (block, motion)| {
+                style.on_line(self.content(block.line), &motion.words)
+            })
     }
 }

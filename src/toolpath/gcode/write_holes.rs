@@ -128,10 +128,7 @@ impl Writer<'_> {
         let mut drilled = self.drilled;
         drilled.initial = drilled.initial.filter(|_| !is_first).or(level);
         drilled = drilled.with(motion, place.mm());
-        let [x, y] = [0, 1].map(|axis| match place.as_it_is(motion, self.tracked, axis) {
-            Some(at) if place.same(at, goal.bottom[axis]) => Reached { number: None, at: Some(at) },
-            _ => place.write(axis, self.tracked[axis], goal.bottom[axis]),
-        });
+        let [x, y] = [0, 1].map(|axis| place.reach(&motion.words, self.tracked, axis, goal.bottom[axis]));
         let steps = motion.modal.distance == Distance::Incremental;
         let height = |number: Option<f64>, from: Option<f64>, goal: f64| {
             let base = if steps { from } else { Some(motion.origin.z) };

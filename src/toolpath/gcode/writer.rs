@@ -6,11 +6,11 @@ use crate::toolpath::{
     NumberFormat, PathPoint,
     gcode::{
         Block, Program,
+        arc::Centre,
         check::Check,
-        edit::{LineEdit, Style, is_arc_word},
+        edit::{LineEdit, Style, acts_at_end, is_arc_word, takes_parameters},
         follow::route,
         interpret::OriginAt,
-        lex::Word,
         modal::{FeedMode, LengthUnit, MotionCode},
         motion::{Known, Motion, located},
         place::{Place, Reached},
@@ -43,6 +43,8 @@ pub(super) struct Writer<'p> {
     pub pieces: Vec<usize>,
     /// Where the words written so far have led, as a controller adds them up.
     pub(super) tracked: Known,
+    /// The centre of arcs that give none, as it is written.
+    pub(super) pole: Option<[f64; 2]>,
     /// The cycle in force, as it is written.
     pub(super) drilled: Drilled,
     /// One unit of the last decimal of the block written last, mm: the next one starts from its rounding.
@@ -62,6 +64,7 @@ impl<'p> Writer<'p> {
             out: Vec::with_capacity(program.source.len() * 2),
             pieces: Vec::new(),
             tracked: [None; 3],
+            pole: None,
             drilled: Drilled::default(),
             unit_before_mm: 0.0,
             motion_word: None,
@@ -109,7 +112,7 @@ impl<'p> Writer<'p> {
         self.end_line(block, true);
     }
 
-    fn decimals(&self, unit_mm: f64) -> u8 {
+    pub(super) fn decimals(&self, unit_mm: f64) -> u8 {
         if unit_mm == LengthUnit::Inch.mm() { self.format.inch_decimals() } else { self.format.mm_decimals() }
     }
 
@@ -122,13 +125,13 @@ impl<'p> Writer<'p> {
     }
 
     pub(super) fn place(&self, motion: &Motion) -> Place {
-        Place::new(&motion.modal, motion.origin, self.decimals(motion.modal.unit.mm()))
+        Place::new(&motion.modal, &motion.words, motion.origin, self.decimals(motion.modal.unit.mm()))
     }
 
     /// The one block that passes all targets, if there is one.
     fn keep(&self, motion: &Motion, place: Place, targets: Targets) -> Option<Kept> {
         let goal = targets.corrected.last()?;
-        let axes = place.end(motion, self.tracked, goal);
+        let axes = place.end(&motion.words, self.tracked, goal);
         let end = located(axes.each_ref().map(|reached| reached.at))?;
         let (Some(start), Some(nominal_start)) = (located(self.tracked), located(motion.start)) else {
             // Coming from nowhere known, only the end matters.
@@ -139,6 +142,7 @@ impl<'p> Writer<'p> {
             return None;
         }
         let (centre, centre_words) = place.centre(motion, end - nominal_end);
+        let centre = if let Some(Centre::Pole(_)) = centre { self.pole.map(Centre::Pole) } else { centre };
         let candidate = route(motion.code, motion.modal, start, end, centre).ok()?;
         let check = Check {
             nominal: &motion.geometry,
@@ -208,13 +212,14 @@ impl<'p> Writer<'p> {
         let mut first_line = Some(edit);
         for (k, goal) in corrected.iter().enumerate() {
             let last = k + 1 == corrected.len();
+            let place = if first_line.is_some() { place } else { place.on_new_line(&motion.modal) };
             let numbers = self.step(motion, content, place, goal, [first_line.is_some(), last]);
             if let Some(mut edit) = first_line.take() {
                 numbers.iter().for_each(|(axis, number)| put_axis(&mut edit, *axis, number));
                 self.out.extend(edit.render());
             } else {
-                let mut words: Vec<String> =
-                    numbers.iter().map(|(axis, number)| style.word(['X', 'Y', 'Z'][*axis], number)).collect();
+                let mut words: Vec<String> = style.next_line().into_iter().collect();
+                words.extend(numbers.iter().map(|(axis, number)| style.axis(*axis, number)));
                 words.extend(feed.as_ref().map(|feed| style.word('F', feed)));
                 if last {
                     words.append(&mut at_end);
@@ -241,8 +246,8 @@ impl<'p> Writer<'p> {
             let word = motion.words.iter().find(|word| word.letter == ['X', 'Y', 'Z'][axis]);
             let here = self.tracked[axis];
             let own = word.filter(|_| first || last).and_then(|word| {
-                let at = place.as_it_is(motion, self.tracked, axis).filter(|at| place.same(*at, goal[axis]))?;
-                Some((String::from_utf8_lossy(&content[word.span.clone()][1..]).into_owned(), at))
+                let at = place.as_it_is(&motion.words, self.tracked, axis).filter(|at| place.same(*at, goal[axis]))?;
+                Some((String::from_utf8_lossy(&content[word.number()]).into_owned(), at))
             });
             match own {
                 Some((number, at)) if first || here != Some(at) => {
@@ -285,14 +290,4 @@ pub(super) fn put_axis(edit: &mut LineEdit, axis: usize, number: &str) {
         Some(index) => edit.set_number(index, number),
         None => edit.add_axis(axis, number),
     }
-}
-
-/// Words that P and Q may belong to.
-fn takes_parameters(word: &Word) -> bool {
-    word.letter == 'M' || (word.letter == 'G' && matches!(word.tenths(), Some(40 | 610 | 611 | 640)))
-}
-
-/// M words that a controller runs after the motion of their block.
-fn acts_at_end(word: &Word) -> bool {
-    word.letter == 'M' && matches!(word.whole(), Ok(0 | 1 | 2 | 5 | 9 | 30 | 60))
 }
