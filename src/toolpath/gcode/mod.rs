@@ -36,6 +36,7 @@ mod follow;
 mod interpret;
 mod lex;
 mod lines;
+mod macro_fault;
 mod modal;
 mod motion;
 mod notes;
@@ -49,7 +50,7 @@ mod settings;
 mod write_holes;
 mod writer;
 
-pub use error::{ArcFault, Fault, GcodeError, Unsupported};
+pub use error::{ArcFault, Fault, GcodeError, MacroFault, Unsupported};
 pub use expand::Beside;
 pub use modal::LengthUnit;
 pub use notes::Notes;
@@ -120,31 +121,6 @@ impl Program {
         };
         program.follow()?;
         program.own_format = program.decimals_seen();
-        Ok(program)
-    }
-
-    /// Writes the program out as the motion it makes (calls, loops, jumps and expressions followed), then reads that as
-    /// [`Program::parse`] does. A comment at its top says so. Lines in messages are those of the files they come from;
-    /// `beside` gives the files beside the program that it may call.
-    ///
-    /// # Errors
-    /// What cannot be evaluated, and as [`Program::parse`].
-    pub fn parse_expanded(
-        source: &[u8],
-        name: &str,
-        options: &GcodeOptions,
-        beside: &Beside<'_>,
-    ) -> Result<Program, GcodeError> {
-        let (bytes, written_out) = expand::expand(source, name, options.block_delete, beside)?;
-        let mut program = Program::parse(bytes, name, options).map_err(|error| written_out.located(error))?;
-        for line in &mut program.notes.not_located {
-            *line = written_out.line_of(*line);
-        }
-        if let Some((_, line)) = &mut program.notes.unit_taken {
-            *line = written_out.line_of(*line);
-        }
-        program.notes.written_out = Some([written_out.lines, written_out.origins.len()]);
-        program.written_out = Some(written_out);
         Ok(program)
     }
 

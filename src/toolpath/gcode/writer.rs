@@ -293,6 +293,6 @@ fn takes_parameters(word: &Word) -> bool {
 }
 
 /// M words that a controller runs after the motion of their block.
-fn acts_at_end(word: &Word) -> bool {
+pub(super) fn acts_at_end(word: &Word) -> bool {
     word.letter == 'M' && matches!(word.whole(), Ok(0 | 1 | 2 | 5 | 9 | 30 | 60))
 }

@@ -1,7 +1,9 @@
 //! One line of a program with macros: what steers the flow, what is assigned, and words with their values.
 
+use std::ops::Range;
+
 use crate::toolpath::gcode::{
-    error::Fault,
+    error::{Fault, MacroFault},
     expand::{expression::Reader, variables::Variables},
 };
 
@@ -67,21 +69,59 @@ impl SourceLine {
         self.o_name.is_some() && self.rest().is_empty()
     }
 
-    /// The number after `letter`, evaluated.
-    pub fn number(&self, letter: char, variables: &Variables) -> Result<Option<f64>, Fault> {
-        let (text, mut depth) = (self.code.as_bytes(), 0);
-        for (at, &byte) in text.iter().enumerate().skip(self.begin) {
-            match byte {
-                b'[' | b'<' => depth += 1,
-                b']' | b'>' => depth -= 1,
-                _ if depth == 0 && char::from(byte) == letter => {
-                    return Reader::new(&self.code, at + 1, variables).number().map(Some);
+    /// The words of a line that assigns nothing: each letter with its number, evaluated, and the bytes they stand in; `None` is
+    /// Fanuc's null.
+    pub fn words(&self, variables: &Variables) -> Result<Vec<CalledWord>, (usize, Fault)> {
+        let text = self.code.as_bytes();
+        let (mut words, mut at) = (Vec::new(), self.begin);
+        while at < text.len() {
+            match text[at] {
+                b' ' => at += 1,
+                letter if letter.is_ascii_alphabetic() => {
+                    let mut reader = Reader::new(&self.code, at + 1, variables);
+                    let value = reader.value().map_err(|fault| (at, fault))?;
+                    words.push(CalledWord { letter: char::from(letter), value, span: at..reader.at });
+                    at = reader.at;
                 }
-                _ => {}
+                _ => return Err((at, Fault::Character)),
             }
         }
-        Ok(None)
+        Ok(words)
     }
+
+    /// Whether it has a word of `letter` with one of these numbers, written plainly: `M98`, `M 098`, `G65`.
+    pub fn has(&self, letter: u8, numbers: &[f64]) -> bool {
+        (self.begin..self.code.len()).filter(|at| self.code.as_bytes()[*at] == letter).any(|at| {
+            let digits = self.code[at + 1..].trim_start();
+            let length = digits.bytes().take_while(|b| b.is_ascii_digit() || *b == b'.').count();
+            digits[..length].parse::<f64>().is_ok_and(|number| numbers.contains(&number))
+        })
+    }
+
+    /// Whether it has no code, not even a % or an O.
+    pub fn is_bare(&self) -> bool {
+        self.code.trim().is_empty() && !self.bytes.trim_ascii_start().starts_with(b"%")
+    }
+
+    /// Its bytes without those of `words`, and without anything if no other word but N is left.
+    pub fn without(&self, words: &[CalledWord]) -> Option<SourceLine> {
+        let mut bytes = self.bytes.clone();
+        let mut code = self.code.clone().into_bytes();
+        for word in words {
+            bytes[word.span.clone()].fill(b' ');
+            code[word.span.clone()].fill(b' ');
+        }
+        let is_left = code[self.begin..].iter().any(|b| *b != b' ');
+        is_left.then(|| SourceLine::new(bytes.trim_ascii_end()))
+    }
+}
+
+/// A word of a line that calls something.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct CalledWord {
+    pub letter: char,
+    pub value: Option<f64>,
+    pub span: Range<usize>,
 }
 
 /// The code of a line, as long as it is in bytes: comments and what is no ASCII are blanks.
@@ -119,7 +159,7 @@ pub(super) fn evaluated(line: &SourceLine, variables: &mut Variables) -> Result<
                 let mut reader = Reader::new(&line.code, at + 1, variables);
                 let assignment = reader.name().and_then(|name| match reader.takes("=") {
                     true => reader.value().map(|value| (name, value)),
-                    false => Err(Fault::Expression { expected: "= after a variable" }),
+                    false => Err(Fault::Macro(MacroFault::Expression { expected: "= after a variable" })),
                 });
                 assigned.push(assignment.map_err(|fault| (at, fault))?);
                 out.extend_from_slice(&line.bytes[from..at]);
