@@ -13,7 +13,6 @@ use kinetostat::{
     process::file::Process,
     report::{Foreign, cautions, counted, if_any, millimetres_in_table, text_table::text_table},
     study::{
-        ProgramFile,
         along_path::{Commands, PathAnswer},
         path::report::{facts_text, failures_text},
         program::{
@@ -67,7 +66,8 @@ pub struct CompensateArguments {
     /// Replace OUT and the files beside it even if they were not written by this command, or were changed since
     #[arg(long)]
     force: bool,
-    /// Write the program out as the motion it makes before correcting it: subprograms, loops, jumps, variables and expressions
+    /// Write the program out as the motion it makes before correcting it: subprograms, loops, jumps, expressions, cycles; as
+    /// expand in [gcode] of the process file does
     #[arg(long)]
     expand: bool,
     /// How commands are found: none, linear, mirror, mirror_N (N passes), matrix_free, fixed_matrix, procedure, newton, direct,
@@ -94,15 +94,10 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let started = Instant::now();
     let machine = set::machine(&arguments.machine, &[], arguments.branch)?.machine()?;
     let machine = set::held(&machine, &arguments.hold)?;
-    let process = Process::open(&arguments.process, &machine)?;
+    let mut process = Process::open(&arguments.process, &machine)?;
+    process.gcode.expand |= arguments.expand;
     let chosen = chosen(arguments)?;
-    let job = match arguments.expand {
-        true => {
-            let program = ProgramFile::read_expanded(&arguments.path, &process.gcode)?;
-            ProgramJob::new(process, program, &arguments.path.display().to_string())?
-        }
-        false => ProgramJob::open(process, &arguments.path)?,
-    };
+    let job = ProgramJob::open(process, &arguments.path)?;
     let measured = arguments.measured.as_deref().map(|file| measured(file, &job)).transpose()?;
     // When all inputs are read: none of them is written over.
     let files = ProgramFiles::prepare(&arguments.out, Foreign::forced(arguments.force))?;

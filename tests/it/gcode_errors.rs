@@ -43,7 +43,7 @@ fn features_that_cannot_be_followed_are_refused_by_name() {
         ("G33 Z-5 K1", "part.nc:3:1: `G33`: this motion is not supported; expected G0, G1, G2 or G3"),
         (
             "M98 P100",
-            "part.nc:3:1: `M98`: subprograms are not read; expected one program, or --expand, which writes its calls out",
+            "part.nc:3:1: `M98`: subprograms are not read; expected one program, or expand in [gcode] of the process file (--expand), which writes it out",
         ),
         (
             "G77 X5",
@@ -60,12 +60,12 @@ fn features_that_cannot_be_followed_are_refused_by_name() {
     }
     for m in ["M97 P1", "M99", "M198 P1"] {
         let name = m.split(' ').next().unwrap();
-        let expected = "subprograms are not read; expected one program, or --expand, which writes its calls out";
+        let expected = "subprograms are not read; expected one program, or expand in [gcode] of the process file (--expand), which writes it out";
         assert_eq!(third(m), format!("part.nc:3:1: `{name}`: {expected}"));
     }
     assert_eq!(
         refusal("O1\nG21\nO2\n"),
-        "part.nc:3:1: `O2`: subprograms are not read; expected one program, or --expand, which writes its calls out"
+        "part.nc:3:1: `O2`: subprograms are not read; expected one program, or expand in [gcode] of the process file (--expand), which writes it out"
     );
 }
 
@@ -74,11 +74,11 @@ fn text_that_is_no_word_is_refused() {
     for (line, expected) in [
         (
             "#100=5",
-            "part.nc:3:1: `#100=5`: variables and expressions are not read; expected plain numbers, or --expand, which writes the program out",
+            "part.nc:3:1: `#100=5`: variables and expressions are not read; expected plain numbers, or expand in [gcode] of the process file (--expand), which writes it out",
         ),
         (
             "G1 X[1+2]",
-            "part.nc:3:4: `X[1+2]`: variables and expressions are not read; expected plain numbers, or --expand, which writes the program out",
+            "part.nc:3:4: `X[1+2]`: variables and expressions are not read; expected plain numbers, or expand in [gcode] of the process file (--expand), which writes it out",
         ),
         ("G1 X5 (open", "part.nc:3:7: `(open`: comment is not closed; expected `)` on the same line"),
         ("G1 X Y5", "part.nc:3:4: `X`: not a word; expected a letter followed by a number, such as X10.5"),

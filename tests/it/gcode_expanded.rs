@@ -37,7 +37,7 @@ fn calls_are_written_out_as_often_as_they_are_made() {
         lines(
             "%\nO1\nG0 X0 Y0 Z0\nM98 P100 L2\nM98 P0200\nG90 M97 P50\nM30\nO100 (a step)\nG91 G1 X5 F9 (cut)\nM99\nN50 Y7\nM99\n%\n"
         ),
-        ["%", "O1", "G0 X0 Y0 Z0", "G91 G1 X5 F9 (cut)", "G91 G1 X5 F9 (cut)", "G91 X1", "N50 Y7", "M30", "%"]
+        ["%", "O1", "G0 X0 Y0 Z0", "G91 G1 X5 F9 (cut)", "G91 G1 X5 F9 (cut)", "G91 X1", "G90", "N50 Y7", "M30", "%"]
     );
 }
 
@@ -118,8 +118,16 @@ fn what_depends_on_the_machine_or_does_not_end_is_refused_with_its_line() {
         assert_eq!(found, expected, "{source}");
     }
     let plain = |source: &str| Program::parse(source, "part.nc", &GcodeOptions::default()).unwrap_err().to_string();
-    assert!(plain("#1=5\n").ends_with("expected plain numbers, or --expand, which writes the program out"));
-    assert!(plain("M98 P1\n").ends_with("expected one program, or --expand, which writes its calls out"));
+    assert!(
+        plain("#1=5\n").ends_with(
+            "expected plain numbers, or expand in [gcode] of the process file (--expand), which writes it out"
+        )
+    );
+    assert!(
+        plain("M98 P1\n").ends_with(
+            "expected one program, or expand in [gcode] of the process file (--expand), which writes it out"
+        )
+    );
 }
 
 #[test]

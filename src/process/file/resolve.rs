@@ -138,7 +138,7 @@ fn gcode_options(spec: &GcodeSpec, check: &Check) -> Result<GcodeOptions> {
         let check = check.key(&format!("offsets_mm.\"{name}\""));
         match name.parse::<WorkOffset>() {
             Ok(offset) if !offset.has_own_key() => work_offsets_mm.insert(offset, check.finite(*given)?),
-            _ => return check.fail("must be G59.1 to G59.3 or G54.1 P1 to G54.1 P300".into()),
+            _ => return check.fail("must be G59.1 to G59.3, G54.1 P1 to G54.1 P300, or G15 H1 to G15 H300".into()),
         };
     }
     Ok(GcodeOptions {
@@ -147,6 +147,7 @@ fn gcode_options(spec: &GcodeSpec, check: &Check) -> Result<GcodeOptions> {
         work_offsets_mm,
         block_delete: spec.block_delete,
         arc_centres: spec.arc_centres,
+        expand: spec.expand,
     })
 }
 

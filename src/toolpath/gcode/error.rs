@@ -46,7 +46,8 @@ pub enum Fault {
     Language,
     /// A variable, an expression or an assignment.
     #[error(
-        "variables and expressions are not read; expected plain numbers, or --expand, which writes the program out"
+        "variables and expressions are not read; expected plain numbers, or expand in [gcode] of the process file (--expand), which \
+         writes it out"
     )]
     Variable,
     /// A line checksum, which a changed line would break.
@@ -117,6 +118,15 @@ pub enum Fault {
         letter: char,
         /// Where it stood, as the program says.
         from: f64,
+    },
+    /// A or C with a feed, where no G0 has said that there is such an axis.
+    #[error(
+        "{letter} with a feed is an axis on some controls and an angle or a chamfer on others; expected a G0 with {letter} before, \
+         or the line without it"
+    )]
+    Chamfer {
+        /// A or C.
+        letter: char,
     },
     /// I, J, K or R on a line that is no arc.
     #[error("arc word on a line that is no arc; expected G2 or G3 in force")]

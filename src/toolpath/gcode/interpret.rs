@@ -152,6 +152,12 @@ impl Interpreter {
                 }
                 GWord::Distance(distance) => self.modal.distance = distance,
                 GWord::Centres(distance) => self.modal.centres = distance,
+                GWord::PolarOff => {
+                    if let Some(word) = request.letter('H') {
+                        let offset = WorkOffset::of_okuma(word.whole()?);
+                        self.offsets.activate(offset.ok_or_else(|| word.refuse(Fault::NoExtended))?);
+                    }
+                }
                 GWord::WorkOffset(offset) => self.offsets.activate(work_offset(word, offset, request)?),
                 GWord::Feed(mode) if mode != self.modal.feed_mode => {
                     self.modal.feed_mode = mode;
@@ -186,6 +192,11 @@ impl Interpreter {
             };
             if turned {
                 return Err(word.refuse(Fault::Rotary { letter, from: stood.unwrap_or(0.0) }));
+            }
+            let feeds = matches!(self.modal.motion, Some(MotionCode::Line | MotionCode::Arc(_)));
+            let goes = request.axes().iter().any(Option::is_some);
+            if letter != 'B' && stood.is_none() && word.value != 0.0 && feeds && goes {
+                return Err(word.refuse(Fault::Chamfer { letter }));
             }
             if self.modal.distance == Distance::Absolute {
                 self.rotary[axis] = Some(word.value);

@@ -50,7 +50,9 @@ pub enum MacroFault {
     #[error("the subprogram ends here without M99 or endsub; expected one of them")]
     NoReturn,
     /// A word of a call that is not read.
-    #[error("{letter} of a call is not read: controls differ in what it means; expected P, L and, after G65, arguments")]
+    #[error(
+        "{letter} of a call is not read: controls differ in what it means; expected P, L and, after G65, arguments"
+    )]
     CallWord {
         /// The letter.
         letter: char,

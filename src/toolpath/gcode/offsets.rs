@@ -17,8 +17,10 @@ pub struct WorkOffset(Name);
 enum Name {
     /// G54 to G59, G59.1 to G59.3, from 1 to 9 as G10 counts them.
     Own(u8),
-    /// G54.1 P1 and so on.
+    /// G54.1 P1 and so on, G110 to G129 of Haas.
     Extended(u16),
+    /// G15 H1 and so on, of Okuma.
+    Numbered(u16),
 }
 
 /// The most that G54.1 P goes to.
@@ -41,6 +43,13 @@ impl WorkOffset {
         number.map(|number| WorkOffset(Name::Extended(number)))
     }
 
+    /// The one of G15 H`number`.
+    #[must_use]
+    pub fn of_okuma(number: u32) -> Option<WorkOffset> {
+        let number = u16::try_from(number).ok().filter(|number| (1..=MOST_EXTENDED).contains(number));
+        number.map(|number| WorkOffset(Name::Numbered(number)))
+    }
+
     /// Whether it is one of G54 to G59, which have keys of their own in process files.
     pub(crate) fn has_own_key(self) -> bool {
         matches!(self.0, Name::Own(1..=6))
@@ -51,6 +60,7 @@ impl WorkOffset {
         match tenths {
             540 | 550 | 560 | 570 | 580 | 590 => WorkOffset::numbered((tenths - 530) / 10),
             591..=593 => WorkOffset::numbered(tenths - 584),
+            1100..=1290 if tenths % 10 == 0 => WorkOffset::extended((tenths - 1090) / 10),
             _ => None,
         }
     }
@@ -62,6 +72,7 @@ impl fmt::Display for WorkOffset {
             Name::Own(number @ 1..=6) => write!(f, "G{}", 53 + number),
             Name::Own(number) => write!(f, "G59.{}", number - 6),
             Name::Extended(number) => write!(f, "G54.1 P{number}"),
+            Name::Numbered(number) => write!(f, "G15 H{number}"),
         }
     }
 }
@@ -71,9 +82,10 @@ impl FromStr for WorkOffset {
 
     /// As it is displayed.
     fn from_str(name: &str) -> Result<WorkOffset, ()> {
-        let found = match name.strip_prefix("G54.1 P") {
-            Some(number) => number.parse().ok().and_then(WorkOffset::extended),
-            None => (1..=9).filter_map(WorkOffset::numbered).find(|offset| offset.to_string() == name),
+        let found = match (name.strip_prefix("G54.1 P"), name.strip_prefix("G15 H")) {
+            (Some(number), _) => number.parse().ok().and_then(WorkOffset::extended),
+            (_, Some(number)) => number.parse().ok().and_then(WorkOffset::of_okuma),
+            _ => (1..=9).filter_map(WorkOffset::numbered).find(|offset| offset.to_string() == name),
         };
         found.ok_or(())
     }

@@ -26,6 +26,8 @@ pub struct GcodeOptions {
     pub block_delete: BlockDelete,
     /// The meaning of I, J and K before the first G90.1 or G91.1.
     pub arc_centres: ArcCentres,
+    /// Whether whoever reads the file is to write it out first, by [`Program::parse_expanded`](super::Program::parse_expanded).
+    pub expand: bool,
 }
 
 /// The position of the machine's block-delete switch.

@@ -128,7 +128,7 @@ impl<'w> Request<'w> {
 /// Refuses letters that have no meaning here.
 fn check_letter(word: &Word) -> Result<(), Refusal> {
     let unsupported = match word.letter {
-        'U' | 'V' | 'W' => Unsupported::SecondaryAxis,
+        'U' | 'V' | 'W' if word.value != 0.0 => Unsupported::SecondaryAxis,
         _ => return Ok(()),
     };
     Err(word.refuse(Fault::Unsupported(unsupported)))

@@ -57,7 +57,8 @@ impl Run<'_> {
         let p = p.ok_or_else(|| at(Fault::Macro(MacroFault::Expression { expected: "P on the line" })))?;
         let (begin, times) = match call.value {
             Some(97.0) => {
-                let label = self.source().label(self.here.line, p).ok_or_else(|| at(Fault::Macro(MacroFault::NoLabel)))?;
+                let label =
+                    self.source().label(self.here.line, p).ok_or_else(|| at(Fault::Macro(MacroFault::NoLabel)))?;
                 (Origin { line: label, ..self.here }, l)
             }
             m => {
@@ -126,7 +127,10 @@ impl Run<'_> {
                     call.left = 1;
                     self.end_call().map_err(at)?;
                 }
-                self.source().label(self.here.line.saturating_sub(1), label).map(Next::At).ok_or_else(|| at(Fault::Macro(MacroFault::NoLabel)))
+                self.source()
+                    .label(self.here.line.saturating_sub(1), label)
+                    .map(Next::At)
+                    .ok_or_else(|| at(Fault::Macro(MacroFault::NoLabel)))
             }
         }
     }
@@ -145,6 +149,7 @@ impl Run<'_> {
             }
         }
         let bare = name.trim_matches(['<', '>']);
+        let is_name = !bare.is_empty() && !bare.contains(['/', '\\']);
         let stems = [
             bare.to_lowercase(),
             bare.to_owned(),
@@ -154,7 +159,7 @@ impl Run<'_> {
             format!("O{bare:0>4}"),
             format!("o{bare:0>4}"),
         ];
-        for name in stems.iter().flat_map(|stem| ENDS.map(|end| format!("{stem}{end}"))) {
+        for name in stems.iter().filter(|_| is_name).flat_map(|stem| ENDS.map(|end| format!("{stem}{end}"))) {
             let file = match self.files.iter().skip(1).position(|file| *file == name) {
                 Some(read) => read + 1,
                 None => {

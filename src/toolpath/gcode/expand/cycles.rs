@@ -62,9 +62,9 @@ impl Program {
             };
             let block = blocks.next_if(|(_, block)| block.line == index);
             let lines = match block.filter(|(number, _)| written_out.contains(number)) {
-                Some((_, block)) => self.moves_of(block, &mut kept).map_err(|refusal| {
-                    refusal.locate(&self.name, index + 1, self.content(index))
-                })?,
+                Some((_, block)) => self
+                    .moves_of(block, &mut kept)
+                    .map_err(|refusal| refusal.locate(&self.name, index + 1, self.content(index)))?,
                 None => vec![self.content(index).to_vec()],
             };
             for line in lines {
@@ -171,7 +171,8 @@ impl Kept {
             *self = Kept::default();
         }
         let word = |letter| motion.words.iter().find(|word| word.letter == letter);
-        let text = |word: &Word| String::from_utf8_lossy(&content[word.span.start + 1..word.span.end]).trim().to_owned();
+        let text =
+            |word: &Word| String::from_utf8_lossy(&content[word.span.start + 1..word.span.end]).trim().to_owned();
         self.dwell = word('P').map(|word| (text(word), motion.code.number())).or(self.dwell.take());
         let peck = |word: &Word| (word.value * motion.modal.unit.mm(), text(word).contains('.'));
         self.peck_mm = word('Q').map(peck).or(self.peck_mm);
@@ -194,7 +195,10 @@ impl Kept {
         if let (73 | 83, Some((peck, has_point))) = (code, self.peck_mm) {
             check_peck(motion, peck, has_point, clear - bottom)?;
             // What is left of the hole's depth is measured by how many pecks are done: they do not add up.
-            for deep in (1..).map(|pecks| clear - f64::from(pecks) * peck).take_while(|deep| deep - bottom > NumberFormat::FINEST) {
+            for deep in (1..)
+                .map(|pecks| clear - f64::from(pecks) * peck)
+                .take_while(|deep| deep - bottom > NumberFormat::FINEST)
+            {
                 let above = deep + CLEARANCE_MM;
                 moves.push(Move::Feed(deep));
                 if code == 83 || above > clear {

@@ -1,6 +1,9 @@
 //! Expressions of macros and what they are worth: LinuxCNC's and Fanuc's, angles in degrees.
 
-use crate::toolpath::gcode::{error::{Fault, MacroFault}, expand::variables::Variables};
+use crate::toolpath::gcode::{
+    error::{Fault, MacroFault},
+    expand::variables::Variables,
+};
 
 /// What two values may differ by and be equal, as for LinuxCNC.
 const EQUAL: f64 = 1e-6;
@@ -102,7 +105,8 @@ impl<'t> Reader<'t> {
     pub fn name(&mut self) -> Result<String, Fault> {
         if self.peek() == Some(b'<') {
             let rest = &self.text[self.at + 1..];
-            let length = rest.iter().position(|b| *b == b'>').ok_or(Fault::Macro(MacroFault::Expression { expected: ">" }))?;
+            let length =
+                rest.iter().position(|b| *b == b'>').ok_or(Fault::Macro(MacroFault::Expression { expected: ">" }))?;
             self.at += length + 2;
             return Ok(String::from_utf8_lossy(&rest[..length]).replace(' ', ""));
         }

@@ -17,13 +17,18 @@ impl Run<'_> {
     pub(super) fn flow(&mut self, line: &SourceLine) -> Result<Next, Fault> {
         let from = line.code.len() - line.code[line.begin..].trim_start().len();
         let mut reader = Reader::new(&line.code, from, &self.variables);
-        let labelled =
-            |number: f64| self.source().label(self.here.line, number as u32).map(Next::At).ok_or(Fault::Macro(MacroFault::NoLabel));
+        let labelled = |number: f64| {
+            self.source().label(self.here.line, number as u32).map(Next::At).ok_or(Fault::Macro(MacroFault::NoLabel))
+        };
         if reader.takes("GOTO") {
             return labelled(reader.number()?);
         }
         if let Some(number) = end_number(line) {
-            return self.source().do_before(self.here.line, number).map(Next::At).ok_or(Fault::Macro(MacroFault::NoLabel));
+            return self
+                .source()
+                .do_before(self.here.line, number)
+                .map(Next::At)
+                .ok_or(Fault::Macro(MacroFault::NoLabel));
         }
         if reader.takes("IF") {
             let is_true = reader.bracket()?.is_some_and(|value| value != 0.0);
@@ -39,7 +44,9 @@ impl Run<'_> {
             }
             return Ok(Next::Line);
         }
-        let Some(number) = do_number(line) else { return Err(Fault::Macro(MacroFault::Expression { expected: "DO and a number" })) };
+        let Some(number) = do_number(line) else {
+            return Err(Fault::Macro(MacroFault::Expression { expected: "DO and a number" }));
+        };
         let is_true = !reader.takes("WHILE") || reader.bracket()?.is_some_and(|value| value != 0.0);
         let after = self.source().end_after(self.here.line, number).ok_or(Fault::Macro(MacroFault::NoLabel))?;
         Ok(if is_true { Next::Line } else { Next::At(after + 1) })
@@ -132,7 +139,9 @@ impl Run<'_> {
                 }
                 Ok(Next::At(end + 1))
             }
-            _ => Err(Fault::Macro(MacroFault::Expression { expected: "a word such as sub, call, if, while, repeat or do" })),
+            _ => Err(Fault::Macro(MacroFault::Expression {
+                expected: "a word such as sub, call, if, while, repeat or do",
+            })),
         }
     }
 }

@@ -99,7 +99,11 @@ impl<'a> Run<'a> {
     fn not_back(&self) -> GcodeError {
         let last = self.source().lines.last();
         let bytes = last.map_or(&[][..], |line| &line.bytes);
-        Refusal::new(0..bytes.len(), Fault::Macro(MacroFault::NoReturn)).locate(&self.files[self.here.file], self.here.line, bytes)
+        Refusal::new(0..bytes.len(), Fault::Macro(MacroFault::NoReturn)).locate(
+            &self.files[self.here.file],
+            self.here.line,
+            bytes,
+        )
     }
 
     pub(super) fn source(&self) -> &Source {
