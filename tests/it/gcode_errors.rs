@@ -1,5 +1,6 @@
 //! What is refused, and in which words.
 
+use crate::support::programs::programs_in;
 use kinetostat::toolpath::{
     NumberFormat, Sampling,
     gcode::{BlockDelete, GcodeOptions, Program},
@@ -9,6 +10,22 @@ use nalgebra::Vector3;
 fn refusal(source: impl Into<Vec<u8>>) -> String {
     let program = Program::parse(source, "part.nc", &GcodeOptions::default());
     program.expect_err("expected a refusal").to_string()
+}
+
+#[test]
+fn every_program_to_refuse_is_refused_in_the_words_that_it_begins_with() {
+    let programs = programs_in("tests/gcode_refused");
+    assert!(programs.len() >= 50, "{} programs", programs.len());
+    for (name, source) in programs {
+        let first = String::from_utf8(source.clone()).unwrap().lines().next().unwrap().to_owned();
+        let expected = first.strip_prefix("; ").unwrap();
+        let options = GcodeOptions::default();
+        let (expected, read) = match expected.strip_prefix("--expand ") {
+            Some(expected) => (expected, Program::parse_expanded(&source, &name, &options, &|_| None)),
+            None => (expected, Program::parse(source, &name, &options)),
+        };
+        assert_eq!(read.expect_err(&name).to_string(), expected);
+    }
 }
 
 /// Refusal of a line that follows two good ones.

@@ -16,7 +16,12 @@ fn programs() -> Vec<(String, Vec<u8>)> {
 
 fn options() -> GcodeOptions {
     let mut options = GcodeOptions::default();
-    for (name, zero) in [("G55", [100.0, -20.0, 3.5]), ("G59.1", [80.0, 1.0, 0.0]), ("G54.1 P7", [-5.0, 0.0, 0.25])] {
+    for (name, zero) in [
+        ("G55", [100.0, -20.0, 3.5]),
+        ("G59.1", [80.0, 1.0, 0.0]),
+        ("G54.1 P7", [-5.0, 0.0, 0.25]),
+        ("G15 H3", [40.0, 0.0, 0.0]),
+    ] {
         options.work_offsets_mm.insert(name.parse::<WorkOffset>().unwrap(), Vector3::from(zero));
     }
     options.work_offsets_mm.insert("G56".parse::<WorkOffset>().unwrap(), Vector3::zeros());

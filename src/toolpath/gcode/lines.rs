@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::toolpath::gcode::error::{Fault, Refusal};
+use crate::toolpath::gcode::error::{Fault, Refusal, Unsupported};
 
 /// One line of the source, as byte ranges into it.
 #[derive(Clone, Debug, PartialEq)]
@@ -90,7 +90,12 @@ pub(crate) fn code(line: &[u8]) -> Result<Code, Refusal> {
 
 /// Whether the line begins with a block-delete mark.
 pub(crate) fn is_deletable(line: &[u8]) -> bool {
-    line.get(blanks(line)) == Some(&b'/')
+    first(line) == Some(b'/')
+}
+
+/// The first byte that is not blank.
+pub(crate) fn first(line: &[u8]) -> Option<u8> {
+    line.get(blanks(line)).copied()
 }
 
 /// Length of what is blank at the beginning of `line`; the byte-order mark of a file in UTF-8 is.
@@ -121,6 +126,7 @@ fn unexpected(line: &[u8], at: usize) -> Refusal {
         b'=' if !line.contains(&b'#') => Fault::Language,
         b'#' | b'[' | b']' | b'=' | b'<' | b'>' => Fault::Variable,
         b'*' => Fault::Checksum,
+        b',' => Fault::Unsupported(Unsupported::Corner),
         b'"' => Fault::Language,
         _ => Fault::Character,
     };

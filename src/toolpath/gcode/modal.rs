@@ -231,7 +231,8 @@ impl GWord {
             520 => GWord::Setting(Setting::Local),
             530 => GWord::Machine,
             541 | 1540 => GWord::WorkOffset(None),
-            540..=593 | 1100..=1290 => GWord::WorkOffset(Some(WorkOffset::of_tenths(tenths)?)),
+            // G112 and G113 are polar coordinates to Fanuc.
+            540..=593 | 1100 | 1110 | 1140..=1290 => GWord::WorkOffset(Some(WorkOffset::of_tenths(tenths)?)),
             610 | 611 | 640 => GWord::PathControl,
             670 => GWord::Passive("macro"),
             690 => GWord::Passive("rotation"),

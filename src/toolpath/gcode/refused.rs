@@ -26,6 +26,11 @@ pub enum Unsupported {
     /// U, V, W.
     #[error("secondary axes are not supported; expected X, Y and Z only")]
     SecondaryAxis,
+    /// `,R` and `,C`.
+    #[error(
+        "corners that the control rounds or bevels (,R ,C) are not supported; expected the corner written as moves"
+    )]
+    Corner,
     /// M97, M98, M99, O words after the first.
     #[error(
         "subprograms are not read; expected one program, or expand in [gcode] of the process file (--expand), which writes it out"

@@ -85,6 +85,11 @@ impl<'t> Reader<'t> {
         found
     }
 
+    /// What is assigned: Fanuc's needs no brackets.
+    pub fn expression(&mut self) -> Found {
+        self.binary(0)
+    }
+
     /// `[ … ]`.
     pub fn bracket(&mut self) -> Found {
         self.expect("[")?;
@@ -187,6 +192,10 @@ fn apply(operator: &str, left: Option<f64>, right: Option<f64>) -> Result<f64, F
         _ => return Err(Fault::Macro(MacroFault::NoValue)),
     };
     let equal = (a - b).abs() < EQUAL;
+    // Fanuc's work on bits, LinuxCNC's on truths: of 0 and 1 they are the same.
+    if matches!(operator, "AND" | "OR" | "XOR") && [a, b].iter().any(|value| *value != 0.0 && *value != 1.0) {
+        return Err(Fault::Macro(MacroFault::Expression { expected: "AND, OR and XOR of comparisons" }));
+    }
     match operator {
         "AND" => truth(a != 0.0 && b != 0.0),
         "OR" => truth(a != 0.0 || b != 0.0),

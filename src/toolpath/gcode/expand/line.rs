@@ -5,6 +5,7 @@ use std::ops::Range;
 use crate::toolpath::gcode::{
     error::{Fault, MacroFault},
     expand::{expression::Reader, variables::Variables},
+    lines,
 };
 
 /// A line as it is steered by.
@@ -98,21 +99,25 @@ impl SourceLine {
         })
     }
 
-    /// Whether it has no code, not even a % or an O.
-    pub fn is_bare(&self) -> bool {
-        self.code.trim().is_empty() && !self.bytes.trim_ascii_start().starts_with(b"%")
+    /// Whether it is a % that opens or closes the program.
+    pub fn is_mark(&self) -> bool {
+        lines::first(&self.bytes) == Some(b'%')
     }
 
-    /// Its bytes without those of `words`, and without anything if no other word but N is left.
+    /// Whether it has no code, not even a % or an O.
+    pub fn is_bare(&self) -> bool {
+        self.code.trim().is_empty() && !self.is_mark()
+    }
+
+    /// The line without `words`, which are in order, if any other word but N is left.
     pub fn without(&self, words: &[CalledWord]) -> Option<SourceLine> {
         let mut bytes = self.bytes.clone();
-        let mut code = self.code.clone().into_bytes();
-        for word in words {
-            bytes[word.span.clone()].fill(b' ');
-            code[word.span.clone()].fill(b' ');
+        for word in words.iter().rev() {
+            let blanks = bytes[..word.span.start].iter().rev().take_while(|b| **b == b' ').count();
+            bytes.drain(word.span.start - blanks..word.span.end);
         }
-        let is_left = code[self.begin..].iter().any(|b| *b != b' ');
-        is_left.then(|| SourceLine::new(bytes.trim_ascii_end()))
+        let rest = SourceLine::new(bytes.trim_ascii_end());
+        (!rest.rest().is_empty()).then_some(rest)
     }
 }
 
@@ -127,7 +132,7 @@ pub(super) struct CalledWord {
 /// The code of a line, as long as it is in bytes: comments and what is no ASCII are blanks.
 fn code(bytes: &[u8]) -> String {
     let (mut text, mut in_comment) = (String::with_capacity(bytes.len()), false);
-    if bytes.trim_ascii_start().first().is_some_and(|b| matches!(b, b'%' | b'$' | b'?' | b'!' | b'~')) {
+    if lines::first(bytes).is_some_and(|b| matches!(b, b'%' | b'$' | b'?' | b'!' | b'~')) {
         return text;
     }
     for &byte in bytes {
@@ -158,7 +163,7 @@ pub(super) fn evaluated(line: &SourceLine, variables: &mut Variables) -> Result<
             b'#' => {
                 let mut reader = Reader::new(&line.code, at + 1, variables);
                 let assignment = reader.name().and_then(|name| match reader.takes("=") {
-                    true => reader.value().map(|value| (name, value)),
+                    true => reader.expression().map(|value| (name, value)),
                     false => Err(Fault::Macro(MacroFault::Expression { expected: "= after a variable" })),
                 });
                 assigned.push(assignment.map_err(|fault| (at, fault))?);

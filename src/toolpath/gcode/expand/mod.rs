@@ -10,7 +10,7 @@ mod line;
 mod run;
 mod variables;
 
-use crate::toolpath::gcode::{BlockDelete, GcodeOptions, Program, error::GcodeError};
+use crate::toolpath::gcode::{BlockDelete, GcodeOptions, Program, error::GcodeError, lines};
 
 /// Gives the bytes of a file beside the program, if there is one of this name.
 pub type Beside<'a> = dyn Fn(&str) -> Option<Vec<u8>> + 'a;
@@ -45,7 +45,7 @@ impl WrittenOut {
 
     /// Adds the comment to `bytes` that says what they are, behind a % that they begin with.
     pub fn sign(&mut self, bytes: &mut Vec<u8>) {
-        let has_mark = bytes.trim_ascii_start().starts_with(b"%");
+        let has_mark = lines::first(bytes) == Some(b'%');
         let at = if has_mark { bytes.iter().position(|b| *b == b'\n').map_or(0, |at| at + 1) } else { 0 };
         let header = format!("(written out by kinetostat: {} lines for {})\n", self.origins.len() + 1, self.lines);
         bytes.splice(at..at, header.into_bytes());

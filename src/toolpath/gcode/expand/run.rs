@@ -116,7 +116,7 @@ impl<'a> Run<'a> {
             return Ok(Next::Line);
         }
         // Behind code, a % ends the program or is that of a file called.
-        if line.bytes.trim_ascii_start().starts_with(b"%") {
+        if line.is_mark() {
             let opens = self.is_first();
             if opens && self.calls.is_empty() {
                 self.write(line.bytes.clone());
@@ -127,7 +127,7 @@ impl<'a> Run<'a> {
         let at = |fault| (line.begin, fault);
         let keyword = line.keyword();
         match (&line.o_name, keyword) {
-            (Some(_), "") => self.program(line).map_err(at),
+            (Some(_), "") => self.program(line).map_err(|fault| (0, fault)),
             (Some(name), _) => self.o_word(line, name).map_err(at),
             (None, "IF" | "GOTO" | "WHILE" | "DO" | "END") => self.flow(line).map_err(at),
             _ => self.words(line),
