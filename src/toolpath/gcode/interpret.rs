@@ -11,7 +11,7 @@ use crate::toolpath::gcode::{
     motion::{Known, Motion},
     notes::Notes,
     offsets::{Offsets, WorkOffset},
-    request::Request,
+    request::{Request, that_count},
 };
 
 /// Follows a program line by line.
@@ -91,7 +91,7 @@ impl Interpreter {
             let moving = words.iter().find(|word| moves(word));
             return moving.map_or(Ok(Effect::default()), |word| Err(word.refuse(Fault::AfterEnd { end })));
         }
-        let request = Request::of(&words)?;
+        let request = Request::of(that_count(&words))?;
         self.program_number(&request)?;
         self.apply_modal(&request)?;
         request.check_parameters(matches!(self.modal.motion, Some(MotionCode::Cycle(_))))?;

@@ -72,9 +72,11 @@ pub(crate) fn code(line: &[u8]) -> Result<Code, Refusal> {
         prefix += 1 + usize::from(line.get(prefix + 1).is_some_and(u8::is_ascii_digit));
     }
     text.extend(std::iter::repeat_n(' ', prefix));
+    let message = message(line, prefix);
     while let Some(&byte) = line.get(text.len()) {
         let at = text.len();
         match byte {
+            _ if message.is_some_and(|begin| at >= begin) => text.push(' '),
             b'(' => text.extend(std::iter::repeat_n(' ', comment_length(line, at)?)),
             b';' => text.extend(std::iter::repeat_n(' ', line.len() - at)),
             _ if is_blank(byte) => text.push(' '),
@@ -86,6 +88,19 @@ pub(crate) fn code(line: &[u8]) -> Result<Code, Refusal> {
         }
     }
     Ok(Code::Words { text, prefix })
+}
+
+/// Where the text of a message begins (M117, M118), if the line has one.
+fn message(line: &[u8], prefix: usize) -> Option<usize> {
+    let digits = |from: usize| line[from..].iter().take_while(|b| b.is_ascii_digit()).count();
+    let skip = |from: usize| from + line[from..].iter().take_while(|b| is_blank(**b)).count();
+    let mut at = prefix;
+    if matches!(line.get(at), Some(b'N' | b'n')) {
+        at = skip(at + 1 + digits(at + 1));
+    }
+    let end = at + 4;
+    let is_message = line.get(at..end).is_some_and(|word| matches!(&word.to_ascii_uppercase()[..], b"M117" | b"M118"));
+    (is_message && digits(end) == 0).then_some(end)
 }
 
 /// Whether the line begins with a block-delete mark.
@@ -161,6 +176,8 @@ mod tests {
         assert_eq!(code(b"  % main"), Ok(Code::Percent));
         assert_eq!(code(b"$H"), Ok(Code::Command { moves: true }));
         assert_eq!(code(b"?"), Ok(Code::Command { moves: false }));
+        let Ok(Code::Words { text, .. }) = code(b"N5 M117 Ready, 100 %!") else { panic!() };
+        assert_eq!(text.trim_end(), "N5 M117");
         let Ok(Code::Words { text, prefix }) = code(b"\xef\xbb\xbf:1000") else { panic!() };
         assert_eq!((text.as_str(), prefix), ("   O1000", 3));
         assert!(code(b"(\xff\xfe)").is_ok());

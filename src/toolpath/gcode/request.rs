@@ -54,14 +54,13 @@ impl<'w> Request<'w> {
         Ok(())
     }
 
-    /// E, L, P and Q must have a word to belong to; `in_cycle` says whether a cycle is in force.
+    /// L, P and Q must have a word to belong to; `in_cycle` says whether a cycle is in force.
     pub fn check_parameters(&self, in_cycle: bool) -> Result<(), Refusal> {
         let m = self.words.iter().any(|word| word.letter == 'M');
         let g = |test: fn(&GWord) -> bool| self.g_words.iter().any(|(_, g)| test(g));
         let setting = self.setting().is_some();
         let smoothing = g(|g| *g == GWord::Smoothing);
         for (letter, owned) in [
-            ('E', m || smoothing),
             ('L', in_cycle || setting),
             ('P', in_cycle || setting || smoothing || m || g(GWord::takes_p)),
             ('Q', in_cycle || smoothing || m || g(GWord::takes_p)),
@@ -122,6 +121,22 @@ impl<'w> Request<'w> {
     /// Refuses I, J, K and R where there is no arc.
     pub fn refuse_arc_words(&self) -> Result<(), Refusal> {
         self.arc_words().next().map_or(Ok(()), |word| Err(word.refuse(Fault::NotAnArc)))
+    }
+}
+
+/// The words of a line that count: of a line that sets a machine (Marlin's M92, M104 … M299), the others are parameters of M.
+pub(crate) fn that_count(words: &[Word]) -> &[Word] {
+    let first = words.iter().position(|word| word.letter != 'N');
+    let has = |letters: &[char]| words.iter().any(|word| letters.contains(&word.letter));
+    let sets = |word: &Word| match word.whole() {
+        Ok(92 | 200..=299) => !has(&['G']),
+        // LinuxCNC has these for its users, and a coordinate beside them is one.
+        Ok(104..=109 | 140 | 190) => !has(&['G', 'X', 'Y', 'Z']),
+        _ => false,
+    };
+    match first {
+        Some(at) if words[at].letter == 'M' && sets(&words[at]) => &words[..=at],
+        _ => words,
     }
 }
 
