@@ -126,12 +126,22 @@ fn is_blank(byte: u8) -> bool {
     matches!(byte, b' ' | b'\t' | 0 | 0x0b | 0x0c | 0x11..=0x14 | 0x1a)
 }
 
-/// Length of the comment that opens at `at`, its parentheses included.
-fn comment_length(line: &[u8], at: usize) -> Result<usize, Refusal> {
-    match line[at..].iter().position(|&b| b == b')') {
-        Some(close) => Ok(close + 1),
-        None => Err(Refusal::new(at..line.len(), Fault::OpenComment)),
+/// Length of the comment that opens at `at`, its parentheses included. It ends at the first that closes; of a comment within
+/// it, the parenthesis that would close both may follow.
+pub(crate) fn comment_length(line: &[u8], at: usize) -> Result<usize, Refusal> {
+    let rest = &line[at..];
+    let Some(close) = rest.iter().position(|&b| b == b')') else {
+        return Err(Refusal::new(at..line.len(), Fault::OpenComment));
+    };
+    let mut length = close + 1;
+    for _ in 1..rest[..close].iter().filter(|b| **b == b'(').count() {
+        let blanks = rest[length..].iter().take_while(|b| is_blank(**b)).count();
+        match rest.get(length + blanks) {
+            Some(b')') => length += blanks + 1,
+            _ => break,
+        }
     }
+    Ok(length)
 }
 
 /// Why the byte at `at` cannot be code, quoting the word-like text it stands in.
@@ -181,5 +191,8 @@ mod tests {
         let Ok(Code::Words { text, prefix }) = code(b"\xef\xbb\xbf:1000") else { panic!() };
         assert_eq!((text.as_str(), prefix), ("   O1000", 3));
         assert!(code(b"(\xff\xfe)").is_ok());
+        let Ok(Code::Words { text, .. }) = code(b"(a (b (c)) ) X5") else { panic!() };
+        assert_eq!(text, "             X5");
+        assert!(code(b"(a (b) X5)").is_err());
     }
 }

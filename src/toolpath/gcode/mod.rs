@@ -19,7 +19,7 @@
 //!
 //! Decisions, where controllers differ:
 //! - Numbers without a decimal point are whole units: `X10` is 10 mm in G21.
-//! - Before the first word that says otherwise: G17, G54, G90, G91.1, G94, G97, G98, [`GcodeOptions::unit`], no motion.
+//! - Before the first word that says otherwise: G0, G17, G54, G90, G91.1, G94, G97, G98, [`GcodeOptions::unit`].
 //! - Coordinates are those of the tool tip; G43 and G49 do not move the path.
 //! - A tool change (M6) leaves the tool where it was. M2, M30 and the second % end the program; motions after them are refused.
 //! - The unit on a line applies to the F on the same line.

@@ -111,10 +111,10 @@ pub(crate) enum FeedMode {
 }
 
 impl Modal {
-    /// The state a controller starts in: G17, G90, G94, G97, G98, no motion in force.
+    /// The state a controller starts in: G0, G17, G90, G94, G97, G98. Some start in G1, which goes the same way.
     pub fn at_start(unit: LengthUnit, centres: Distance) -> Modal {
         Modal {
-            motion: None,
+            motion: Some(MotionCode::Rapid),
             plane: Plane::Xy,
             unit,
             distance: Distance::Absolute,

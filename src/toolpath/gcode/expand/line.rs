@@ -131,21 +131,21 @@ pub(super) struct CalledWord {
 
 /// The code of a line, as long as it is in bytes: comments and what is no ASCII are blanks.
 fn code(bytes: &[u8]) -> String {
-    let (mut text, mut in_comment) = (String::with_capacity(bytes.len()), false);
+    let mut text = String::with_capacity(bytes.len());
     if lines::first(bytes).is_some_and(|b| matches!(b, b'%' | b'$' | b'?' | b'!' | b'~')) {
         return text;
     }
-    for &byte in bytes {
+    while let Some(&byte) = bytes.get(text.len()) {
         match byte {
-            b'(' => in_comment = true,
-            b';' if !in_comment => break,
-            _ => {}
+            b'(' => {
+                let at = text.len();
+                let length = lines::comment_length(bytes, at).unwrap_or(bytes.len() - at);
+                text.extend(std::iter::repeat_n(' ', length));
+            }
+            b';' => break,
+            b' '..=b'~' => text.push(char::from(byte.to_ascii_uppercase())),
+            _ => text.push(' '),
         }
-        text.push(match byte {
-            _ if in_comment || !(b' '..=b'~').contains(&byte) => ' ',
-            _ => char::from(byte.to_ascii_uppercase()),
-        });
-        in_comment &= byte != b')';
     }
     text
 }
