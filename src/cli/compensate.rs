@@ -13,7 +13,6 @@ use kinetostat::{
     process::file::Process,
     report::{Foreign, cautions, counted, if_any, millimetres_in_table, text_table::text_table},
     study::{
-        ProgramFile,
         along_path::{Commands, PathAnswer},
         path::report::{facts_text, failures_text},
         program::{
@@ -70,7 +69,8 @@ pub struct CompensateArguments {
     /// Language of a program that is no CSV [default: as [gcode] of the process says, or auto]
     #[arg(long, value_parser = choice::dialect())]
     dialect: Option<choice::ChosenDialect>,
-    /// Write the program (ISO code) out as the motion it makes before correcting it: subprograms, loops, jumps, variables and expressions
+    /// Write the program (ISO code) out as the motion it makes before correcting it: subprograms, loops, jumps, expressions, cycles; as
+    /// expand in [gcode] of the process file does
     #[arg(long)]
     expand: bool,
     /// How commands are found: none, linear, mirror, mirror_N (N passes), matrix_free, fixed_matrix, procedure, newton, direct,
@@ -101,14 +101,9 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     if let Some(choice::ChosenDialect(dialect)) = arguments.dialect {
         process.gcode.dialect = dialect;
     }
+    process.gcode.expand |= arguments.expand;
     let chosen = chosen(arguments)?;
-    let job = match arguments.expand {
-        true => {
-            let program = ProgramFile::read_expanded(&arguments.path, &process.gcode)?;
-            ProgramJob::new(process, program, &arguments.path.display().to_string())?
-        }
-        false => ProgramJob::open(process, &arguments.path)?,
-    };
+    let job = ProgramJob::open(process, &arguments.path)?;
     let measured = arguments.measured.as_deref().map(|file| measured(file, &job)).transpose()?;
     // When all inputs are read: none of them is written over.
     let files = ProgramFiles::prepare(&arguments.out, Foreign::forced(arguments.force))?;

@@ -5,11 +5,11 @@ use std::path::Path;
 use nalgebra::Vector3;
 
 use crate::{
-    input::error::Result,
+    input::{Folder, error::Result},
     process::file::Decimals,
     toolpath::{
         Sampling, Toolpath,
-        gcode::{GcodeOptions, Program},
+        gcode::{Beside, GcodeOptions, Program},
         polyline::Polyline,
     },
 };
@@ -24,39 +24,44 @@ pub enum ProgramFile {
 }
 
 impl ProgramFile {
-    /// Reads `file`: a polyline if its name ends in `.csv`, G-code otherwise.
+    /// Reads `file`: a polyline if its name ends in `.csv`, G-code otherwise, written out first if `options` say so. What it
+    /// calls is sought beside it.
     ///
     /// # Errors
     /// A file that cannot be read or is not of the expected form.
     pub fn read(file: &Path, options: &GcodeOptions) -> Result<Self> {
-        Self::parse(crate::input::file::read(file)?, file, options)
-    }
-
-    /// The same, G-code written out as the motion it makes: what it calls is sought beside it.
-    ///
-    /// # Errors
-    /// As [`ProgramFile::read`], and what cannot be written out.
-    pub fn read_expanded(file: &Path, options: &GcodeOptions) -> Result<Self> {
-        if is_csv(file) {
-            return Self::read(file, options);
+        let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        match file.parent() {
+            Some(folder) if file.ends_with(&name) => Self::in_folder(&Folder::from(folder), &name, options),
+            _ => Self::parse(crate::input::file::read(file)?, file, options, &|_| None),
         }
-        let folder = file.parent().unwrap_or(Path::new(""));
-        let beside = |name: &str| crate::input::file::read(&folder.join(name)).ok();
-        let bytes = crate::input::file::read(file)?;
-        let program = Program::parse_expanded(&bytes, &file.display().to_string(), options, &beside)?;
-        Ok(ProgramFile::Gcode(Box::new(program)))
     }
 
-    /// The program that `bytes` of a `file` are, as [`ProgramFile::read`].
+    /// The same of the file called `name` in `folder`.
     ///
     /// # Errors
-    /// Bytes that are not of the expected form.
-    pub fn parse(bytes: Vec<u8>, file: &Path, options: &GcodeOptions) -> Result<Self> {
+    /// As [`ProgramFile::read`].
+    pub fn in_folder(folder: &Folder, name: &str, options: &GcodeOptions) -> Result<Self> {
+        let around = folder.of(name);
+        let beside = |name: &str| around.has(name).then(|| around.bytes(name).ok()).flatten();
+        Self::parse(folder.bytes(name)?, &folder.path(name), options, &beside)
+    }
+
+    fn parse(bytes: Vec<u8>, file: &Path, options: &GcodeOptions, beside: &Beside<'_>) -> Result<Self> {
         let name = file.display().to_string();
-        Ok(match is_csv(file) {
-            true => ProgramFile::Polyline(Polyline::read(bytes, &name)?),
-            false => ProgramFile::Gcode(Box::new(Program::parse(bytes, &name, options)?)),
+        Ok(match (is_csv(file), options.expand) {
+            (true, _) => ProgramFile::Polyline(Polyline::read(bytes, &name)?),
+            (false, true) => ProgramFile::Gcode(Box::new(Program::parse_expanded(&bytes, &name, options, beside)?)),
+            (false, false) => ProgramFile::Gcode(Box::new(Program::parse(bytes, &name, options)?)),
         })
+    }
+
+    /// The program written out, if it was.
+    pub(crate) fn written_out(&self) -> Option<&[u8]> {
+        match self {
+            ProgramFile::Gcode(program) if program.notes().written_out.is_some() => Some(program.source()),
+            _ => None,
+        }
     }
 
     /// Its points in the workpiece frame; lines and arcs are split as `sampling` says.

@@ -35,6 +35,7 @@ mod gcode_errors;
 mod gcode_expanded;
 mod gcode_properties;
 mod gcode_round_trip;
+mod gcode_second_reading;
 mod golden_figures;
 mod golden_tables;
 mod hung_machines;

@@ -141,7 +141,7 @@ fn gcode_options(spec: &GcodeSpec, check: &Check) -> Result<GcodeOptions> {
             Ok(offset) if !offset.has_own_key() => work_offsets_mm.insert(offset, check.finite(*given)?),
             _ => {
                 return check.fail(
-                    "must be G59.1 to G59.3, G54.1 P1 to G54.1 P300, G500, G505 to G599 or preset 0 and so on".into(),
+                    "must be G59.1 to G59.3, G54.1 P1 to G54.1 P300, G15 H1 to G15 H300, G500, G505 to G599 or preset 0 and so on".into(),
                 );
             }
         };
@@ -154,6 +154,7 @@ fn gcode_options(spec: &GcodeSpec, check: &Check) -> Result<GcodeOptions> {
         block_delete: spec.block_delete,
         arc_centres: spec.arc_centres,
         features: Vec::new(),
+        expand: spec.expand,
     })
 }
 

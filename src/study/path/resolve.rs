@@ -27,7 +27,7 @@ pub(super) fn resolve(spec: &PathSpec, given: &Given<'_>) -> Result<Resolved<Pat
     let process = given.process(spec.process.as_deref(), &given.check)?;
     let study = path(spec, &process, given, &given.check)?;
     let points = Inputs::of("points of the path", study.stations.len().to_string());
-    let program = program_input(spec.file.as_deref(), given.folder)?;
+    let program = program_input(spec.file.as_deref(), &process, given.folder)?;
     let inputs = process.inputs.and(program).and(points);
     Ok(Resolved { study, shown: Shown { is_circle: spec.circle.is_some() }, inputs })
 }
@@ -57,9 +57,16 @@ pub(crate) fn path(spec: &PathSpec, process: &Process, given: &Given<'_>, check:
 }
 
 /// The program a path is read from; nothing for a circle, which stands in the study.
-pub(crate) fn program_input(file: Option<&str>, folder: &Folder) -> Result<Inputs> {
+pub(crate) fn program_input(file: Option<&str>, process: &Process, folder: &Folder) -> Result<Inputs> {
     let Some(file) = file else { return Ok(Inputs::default()) };
-    Ok(Inputs::of(file, String::from_utf8_lossy(&folder.bytes(file)?)))
+    let inputs = Inputs::of(file, String::from_utf8_lossy(&folder.bytes(file)?));
+    if !process.gcode.expand {
+        return Ok(inputs);
+    }
+    // What it calls beside it counts as well.
+    let program = ProgramFile::in_folder(folder, file, &process.gcode)?;
+    let written_out = program.written_out().map(|bytes| Inputs::of(file, String::from_utf8_lossy(bytes)));
+    Ok(inputs.and(written_out.unwrap_or_default()))
 }
 
 /// A circle, or a program relative to `folder`.
@@ -75,10 +82,7 @@ pub(crate) fn toolpath(
         (None, Some(_)) if given.overrides.points.is_some() => {
             Overrides::place("points").fail("the points of a path from a file are those of the file".into())
         }
-        (None, Some(file)) => {
-            let name = given.folder.path(file);
-            ProgramFile::parse(given.folder.bytes(file)?, &name, &process.gcode)?.toolpath(process.sampling)
-        }
+        (None, Some(file)) => ProgramFile::in_folder(given.folder, file, &process.gcode)?.toolpath(process.sampling),
         _ => check.key("circle").fail("give exactly one of circle and file".into()),
     }
 }

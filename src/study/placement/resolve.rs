@@ -126,7 +126,7 @@ fn feature(spec: &FeatureSpec, given: &Given<'_>, check: &Check) -> Result<(Feat
     let fault = |source: LoadError| Error::Argument { argument: origin.clone(), problem: source.to_string() };
     let loads = process.loads(&path).map_err(fault)?;
     let points = Inputs::of(format!("points of {}", spec.name), path.len().to_string());
-    let inputs = process.inputs.clone().and(program_input(spec.file.as_deref(), folder)?).and(points);
+    let inputs = process.inputs.clone().and(program_input(spec.file.as_deref(), &process, folder)?).and(points);
     let feature = Feature {
         name: spec.name.clone(),
         path,

@@ -160,6 +160,11 @@ impl<'a> LineEdit<'a> {
         self.slots[index].text.take()
     }
 
+    /// Puts `text` in the place of word `index`.
+    pub fn put(&mut self, index: usize, text: String) {
+        self.slots[index].text = Some(text);
+    }
+
     /// Adds an axis word (0 = X, 1 = Y, 2 = Z) that the line does not have: next to the other axis words in the
     /// order X Y Z; or else behind the motion word; or else where the arc words are.
     pub fn add_axis(&mut self, axis: usize, number: &str) {

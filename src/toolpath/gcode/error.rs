@@ -11,6 +11,7 @@ use crate::toolpath::{
 pub(crate) use crate::toolpath::gcode::refused::Refusal;
 pub use crate::toolpath::gcode::{
     dialect::Foreign,
+    macro_fault::MacroFault,
     refused::{ArcFault, Unsupported},
 };
 
@@ -64,7 +65,8 @@ pub enum Fault {
     NotWrittenOut,
     /// A variable, an expression or an assignment.
     #[error(
-        "variables and expressions are not read; expected plain numbers, or --expand, which writes the program out"
+        "variables and expressions are not read; expected plain numbers, or expand in [gcode] of the process file (--expand), which \
+         writes it out"
     )]
     Variable,
     /// A line checksum, which a changed line would break.
@@ -136,6 +138,15 @@ pub enum Fault {
         /// Where it stood, as the program says.
         from: f64,
     },
+    /// A or C with a feed, where no G0 has said that there is such an axis.
+    #[error(
+        "{letter} with a feed is an axis on some controls and an angle or a chamfer on others; expected a G0 with {letter} before, \
+         or the line without it"
+    )]
+    Chamfer {
+        /// A or C.
+        letter: char,
+    },
     /// I, J, K or R on a line that is no arc.
     #[error("arc word on a line that is no arc; expected G2 or G3 in force")]
     NotAnArc,
@@ -193,53 +204,9 @@ pub enum Fault {
     /// G54.1 without the number of a work offset.
     #[error("names no work offset; expected P1 to P300 on the line")]
     NoExtended,
-    /// An expression that is none.
-    #[error("not an expression that can be evaluated; expected {expected}")]
-    Expression {
-        /// What should stand there.
-        expected: &'static str,
-    },
-    /// A variable that nothing was assigned to.
-    #[error("a variable without a value; expected one that the program has assigned before")]
-    NoValue,
-    /// A division by zero and the like.
-    #[error("its value is no number; expected a finite one")]
-    NotFinite,
-    /// A variable of the machine.
-    #[error("depends on the state of the machine; expected variables #1 to #999 and names that the program assigns")]
-    MachineState,
-    /// A jump without an aim.
-    #[error(
-        "its other end is not in the program; expected the label, or the word that ends or begins the same loop, branch or subprogram"
-    )]
-    NoLabel,
-    /// A call of what is not there.
-    #[error("subprogram {name} is neither in the file nor beside it; expected O{name}, or a file of this name")]
-    NoSubprogram {
-        /// Its name.
-        name: String,
-    },
-    /// A program that goes on and on.
-    #[error("the program has run {most} lines and has not ended; expected one that ends")]
-    TooManySteps {
-        /// How many were run.
-        most: usize,
-    },
-    /// Subprograms that call themselves.
-    #[error("calls are more than {most} deep; expected subprograms that do not call themselves")]
-    TooDeep {
-        /// The most.
-        most: usize,
-    },
-    /// M99 where nothing was called.
-    #[error("ends a subprogram where none was called, or repeats the main program for ever; expected M2 or M30")]
-    NoCall,
-    /// A subprogram that does not come back.
-    #[error("the subprogram ends here without M99 or endsub; expected one of them")]
-    NoReturn,
-    /// A call on a line that moves.
-    #[error("a call on a line with coordinates; expected it on a line of its own")]
-    CallWithMotion,
+    /// A macro or call that cannot be followed.
+    #[error("{0}")]
+    Macro(MacroFault),
     /// G93 and no F.
     #[error("feed by time (G93) without an F on the line; expected one on each line with G1, G2 or G3")]
     NoInverseTime,
@@ -250,6 +217,14 @@ pub enum Fault {
         number: u32,
         /// R or Z.
         letter: char,
+    },
+    /// A peck that is none, or more than the hole is deep.
+    #[error(
+        "not a peck of a hole {depth_mm:.3} mm deep; expected Q above 0, at least 1/10000 of the depth, and with a point if it is more"
+    )]
+    Peck {
+        /// From the plane R to the bottom, mm.
+        depth_mm: f64,
     },
     /// A cycle in G18 or G19.
     #[error("cycles are read in G17 only; expected the cycle written out as G0 and G1 moves")]

@@ -2,15 +2,18 @@
 
 use nalgebra::Vector3;
 
-use crate::toolpath::gcode::{
-    Dialect,
-    arc::{Arc, Centre},
-    error::{ArcFault, Fault, Refusal, Unsupported},
-    interpret::Interpreter,
-    lex::Word,
-    modal::{Distance, FeedMode, GWord, Modal, MotionCode, plane_names},
-    motion::{Geometry, Known, Motion, located},
-    request::Request,
+use crate::toolpath::{
+    Plane,
+    gcode::{
+        Dialect,
+        arc::{Arc, Centre},
+        error::{ArcFault, Fault, Refusal, Unsupported},
+        interpret::Interpreter,
+        lex::Word,
+        modal::{Distance, FeedMode, GWord, Modal, MotionCode},
+        motion::{Geometry, Known, Motion, located},
+        request::Request,
+    },
 };
 
 impl Interpreter {
@@ -145,5 +148,14 @@ pub(crate) fn route(
     match (code, centre) {
         (MotionCode::Arc(turn), Some(centre)) => Ok(Geometry::Arc(Arc::new(modal.plane, turn, start, end, centre)?)),
         _ => Ok(Geometry::Line(start, end)),
+    }
+}
+
+/// The names of a plane and of its two centre words.
+fn plane_names(plane: Plane) -> (&'static str, &'static str) {
+    match plane {
+        Plane::Xy => ("G17", "I and J"),
+        Plane::Zx => ("G18", "I and K"),
+        Plane::Yz => ("G19", "J and K"),
     }
 }

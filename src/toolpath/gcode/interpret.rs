@@ -12,7 +12,7 @@ use crate::toolpath::gcode::{
     notes::Notes,
     offsets::{Offsets, WorkOffset},
     pole::Pole,
-    request::Request,
+    request::{Request, that_count},
 };
 
 /// Follows a program line by line.
@@ -107,7 +107,7 @@ impl Interpreter {
             let moving = words.iter().find(|word| moves(word));
             return moving.map_or(Ok(Effect::default()), |word| Err(word.refuse(Fault::AfterEnd { end })));
         }
-        let request = Request::of(&words, self.dialect)?;
+        let request = Request::of(that_count(&words), self.dialect)?;
         self.program_number(&request)?;
         self.apply_modal(&request)?;
         self.take_tool(&request)?;
@@ -176,6 +176,12 @@ impl Interpreter {
                 }
                 GWord::Distance(distance) => self.modal.distance = distance,
                 GWord::Centres(distance) => self.modal.centres = distance,
+                GWord::PolarOff => {
+                    if let Some(word) = request.letter('H') {
+                        let offset = WorkOffset::of_okuma(word.whole()?);
+                        self.offsets.activate(offset.ok_or_else(|| word.refuse(Fault::NoExtended))?);
+                    }
+                }
                 GWord::WorkOffset(offset) => self.offsets.activate(work_offset(word, offset, request)?),
                 GWord::Preset => self.offsets.activate(WorkOffset::preset(word.whole()?)),
                 GWord::FeedOfTool => self.modal.feed = None,
@@ -234,6 +240,11 @@ impl Interpreter {
             };
             if turned {
                 return Err(word.refuse(Fault::Rotary { letter, from: stood.unwrap_or(0.0) }));
+            }
+            let feeds = matches!(self.modal.motion, Some(MotionCode::Line | MotionCode::Arc(_)));
+            let goes = request.axes().iter().any(Option::is_some);
+            if letter != 'B' && stood.is_none() && word.value != 0.0 && feeds && goes {
+                return Err(word.refuse(Fault::Chamfer { letter }));
             }
             if distance == Distance::Absolute {
                 self.rotary[axis] = Some(word.value);

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::toolpath::gcode::error::{Fault, Refusal};
+use crate::toolpath::gcode::error::{Fault, Refusal, Unsupported};
 
 /// One line of the source, as byte ranges into it.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,9 +68,11 @@ pub(crate) fn code(line: &[u8]) -> Result<Code, Refusal> {
     }
     let prefix = prefix(line);
     text.extend(std::iter::repeat_n(' ', prefix));
+    let message = message(line, prefix);
     while let Some(&byte) = line.get(text.len()) {
         let at = text.len();
         match byte {
+            _ if message.is_some_and(|begin| at >= begin) => text.push(' '),
             b'(' => text.extend(std::iter::repeat_n(' ', comment_length(line, at)?)),
             b';' => text.extend(std::iter::repeat_n(' ', line.len() - at)),
             _ if is_blank(byte) => text.push(' '),
@@ -94,9 +96,27 @@ pub(crate) fn prefix(line: &[u8]) -> usize {
     blanks + 1 + usize::from(line.get(blanks + 1).is_some_and(u8::is_ascii_digit))
 }
 
+/// Where the text of a message begins (M117, M118), if the line has one.
+fn message(line: &[u8], prefix: usize) -> Option<usize> {
+    let digits = |from: usize| line[from..].iter().take_while(|b| b.is_ascii_digit()).count();
+    let skip = |from: usize| from + line[from..].iter().take_while(|b| is_blank(**b)).count();
+    let mut at = prefix;
+    if matches!(line.get(at), Some(b'N' | b'n')) {
+        at = skip(at + 1 + digits(at + 1));
+    }
+    let end = at + 4;
+    let is_message = line.get(at..end).is_some_and(|word| matches!(&word.to_ascii_uppercase()[..], b"M117" | b"M118"));
+    (is_message && digits(end) == 0).then_some(end)
+}
+
 /// Whether the line begins with a block-delete mark.
 pub(crate) fn is_deletable(line: &[u8]) -> bool {
-    line.get(blanks(line)) == Some(&b'/')
+    first(line) == Some(b'/')
+}
+
+/// The first byte that is not blank.
+pub(crate) fn first(line: &[u8]) -> Option<u8> {
+    line.get(blanks(line)).copied()
 }
 
 /// Length of what is blank at the beginning of `line`; the byte-order mark of a file in UTF-8 is.
@@ -112,12 +132,22 @@ pub(crate) fn is_blank(byte: u8) -> bool {
     matches!(byte, b' ' | b'\t' | 0 | 0x0b | 0x0c | 0x11..=0x14 | 0x1a)
 }
 
-/// Length of the comment that opens at `at`, its parentheses included.
-fn comment_length(line: &[u8], at: usize) -> Result<usize, Refusal> {
-    match line[at..].iter().position(|&b| b == b')') {
-        Some(close) => Ok(close + 1),
-        None => Err(Refusal::new(at..line.len(), Fault::OpenComment)),
+/// Length of the comment that opens at `at`, its parentheses included. It ends at the first that closes; of a comment within
+/// it, the parenthesis that would close both may follow.
+pub(crate) fn comment_length(line: &[u8], at: usize) -> Result<usize, Refusal> {
+    let rest = &line[at..];
+    let Some(close) = rest.iter().position(|&b| b == b')') else {
+        return Err(Refusal::new(at..line.len(), Fault::OpenComment));
+    };
+    let mut length = close + 1;
+    for _ in 1..rest[..close].iter().filter(|b| **b == b'(').count() {
+        let blanks = rest[length..].iter().take_while(|b| is_blank(**b)).count();
+        match rest.get(length + blanks) {
+            Some(b')') => length += blanks + 1,
+            _ => break,
+        }
     }
+    Ok(length)
 }
 
 /// Why the byte at `at` cannot be code, quoting the word-like text it stands in.
@@ -127,6 +157,7 @@ fn unexpected(line: &[u8], at: usize) -> Refusal {
         b'=' if !line.contains(&b'#') => Fault::Language,
         b'#' | b'[' | b']' | b'=' | b'<' | b'>' => Fault::Variable,
         b'*' => Fault::Checksum,
+        b',' => Fault::Unsupported(Unsupported::Corner),
         b'"' => Fault::Language,
         _ => Fault::Character,
     };
@@ -161,8 +192,13 @@ mod tests {
         assert_eq!(code(b"  % main"), Ok(Code::Percent));
         assert_eq!(code(b"$H"), Ok(Code::Command { moves: true }));
         assert_eq!(code(b"?"), Ok(Code::Command { moves: false }));
+        let Ok(Code::Words { text, .. }) = code(b"N5 M117 Ready, 100 %!") else { panic!() };
+        assert_eq!(text.trim_end(), "N5 M117");
         let Ok(Code::Words { text, prefix }) = code(b"\xef\xbb\xbf:1000") else { panic!() };
         assert_eq!((text.as_str(), prefix), ("   O1000", 3));
         assert!(code(b"(\xff\xfe)").is_ok());
+        let Ok(Code::Words { text, .. }) = code(b"(a (b (c)) ) X5") else { panic!() };
+        assert_eq!(text, "             X5");
+        assert!(code(b"(a (b) X5)").is_err());
     }
 }

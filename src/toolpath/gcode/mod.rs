@@ -19,7 +19,7 @@
 //!
 //! Decisions, where controllers differ:
 //! - Numbers without a decimal point are whole units: `X10` is 10 mm in G21.
-//! - Before the first word that says otherwise: G17, G54, G90, G91.1, G94, G97, G98, [`GcodeOptions::unit`], no motion.
+//! - Before the first word that says otherwise: G0, G17, G54, G90, G91.1, G94, G97, G98, [`GcodeOptions::unit`].
 //! - Coordinates are those of the tool tip; G43 and G49 do not move the path.
 //! - A tool change (M6) leaves the tool where it was, and puts the tool of the last T into the spindle; before the first M6,
 //!   that of the last T is there. M2, M30 and the second % end the program; motions after them are refused.
@@ -39,6 +39,7 @@ mod follow;
 mod interpret;
 mod lex;
 mod lines;
+mod macro_fault;
 mod modal;
 mod motion;
 mod notes;
@@ -55,7 +56,7 @@ mod write_holes;
 mod writer;
 
 pub use dialect::{Dialect, Foreign};
-pub use error::{ArcFault, Fault, GcodeError, Unsupported};
+pub use error::{ArcFault, Fault, GcodeError, MacroFault, Unsupported};
 pub use expand::Beside;
 pub use notes::Notes;
 pub use offsets::WorkOffset;
@@ -133,36 +134,6 @@ impl Program {
         };
         program.follow()?;
         program.own_format = program.decimals_seen();
-        Ok(program)
-    }
-
-    /// Writes the program out as the motion it makes (calls, loops, jumps and expressions followed), then reads that as
-    /// [`Program::parse`] does. A comment at its top says so. Lines in messages are those of the files they come from;
-    /// `beside` gives the files beside the program that it may call.
-    ///
-    /// # Errors
-    /// What cannot be evaluated, and as [`Program::parse`].
-    pub fn parse_expanded(
-        source: &[u8],
-        name: &str,
-        options: &GcodeOptions,
-        beside: &Beside<'_>,
-    ) -> Result<Program, GcodeError> {
-        let dialect = options.dialect.unwrap_or_else(|| Dialect::of(source));
-        if dialect != Dialect::Iso {
-            return Err(dialect::not_written_out(source, name, dialect));
-        }
-        let (bytes, written_out) = expand::expand(source, name, options.block_delete, beside)?;
-        let options = GcodeOptions { dialect: Some(Dialect::Iso), ..options.clone() };
-        let mut program = Program::parse(bytes, name, &options).map_err(|error| written_out.located(error))?;
-        for line in &mut program.notes.not_located {
-            *line = written_out.line_of(*line);
-        }
-        if let Some((_, line)) = &mut program.notes.unit_taken {
-            *line = written_out.line_of(*line);
-        }
-        program.notes.written_out = Some([written_out.lines, written_out.origins.len()]);
-        program.written_out = Some(written_out);
         Ok(program)
     }
 

@@ -20,7 +20,7 @@ pub(crate) enum MotionCode {
     Line,
     /// G2, G3.
     Arc(Turn),
-    /// G73, G74, G81 to G86, G89.
+    /// G73, G74, G76, G81 to G86, G89.
     Cycle(u32),
 }
 
@@ -85,10 +85,10 @@ pub(crate) enum FeedMode {
 }
 
 impl Modal {
-    /// The state a controller starts in: G17, G90, G94, G97, G98, no motion in force.
+    /// The state a controller starts in: G0, G17, G90, G94, G97, G98. Some start in G1, which goes the same way.
     pub fn at_start(unit: LengthUnit, centres: Distance) -> Modal {
         Modal {
-            motion: None,
+            motion: Some(MotionCode::Rapid),
             plane: Plane::Xy,
             unit,
             distance: Distance::Absolute,
@@ -147,8 +147,10 @@ pub(crate) enum GWord {
     Smoothing,
     /// G4.
     Dwell,
-    /// G28, G30.
+    /// G28, G30, G28.2.
     Home,
+    /// G15, which with H selects a work offset of Okuma's.
+    PolarOff,
     /// G53.
     Machine,
     /// Away from the workpiece along the tool, to a place that the program does not say.
@@ -162,8 +164,7 @@ pub(crate) enum GWord {
     /// G61, G64: they may carry a P.
     PathControl,
     /// Those that only need their group, which no other word of the line may share: tool length (G43, G44, G49), radius
-    /// compensation off (G40), exact stop (G9), polar coordinates, scaling, mirroring, macros and rotation off (G15, G50,
-    /// G50.1, G67, G69).
+    /// compensation off (G40), exact stop (G9), scaling, mirroring, macros and rotation off (G50, G50.1, G67, G69).
     Passive(&'static str),
 }
 
@@ -182,6 +183,8 @@ pub(crate) enum Setting {
     OriginOn,
     /// G43.1: a tool length.
     Length,
+    /// G28.1, G30.1: where the machine stands is kept for G28 and G30.
+    Stored,
     /// The zero moves on from that of the work offset: to the coordinates, those left out to 0 if it is set `afresh`, or by them.
     Translation { afresh: bool },
     /// The centre of arcs that follow.
@@ -209,7 +212,7 @@ impl GWord {
             20 => GWord::Motion(MotionCode::Arc(Turn::Clockwise)),
             30 => GWord::Motion(MotionCode::Arc(Turn::CounterClockwise)),
             40 => GWord::Dwell,
-            150 => GWord::Passive("polar"),
+            150 => GWord::PolarOff,
             170 => GWord::Plane(Plane::Xy),
             180 => GWord::Plane(Plane::Zx),
             190 => GWord::Plane(Plane::Yz),
@@ -218,7 +221,8 @@ impl GWord {
             50 | 51 | 80 | 1870 => GWord::Smoothing,
             90 => GWord::Passive("exact stop"),
             100 => GWord::Setting(Setting::Data),
-            280 | 300 => GWord::Home,
+            280 | 282 | 300 => GWord::Home,
+            281 | 301 => GWord::Setting(Setting::Stored),
             400 => GWord::Passive("radius compensation"),
             430 | 440 | 490 => GWord::Passive("tool length"),
             431 => GWord::Setting(Setting::Length),
@@ -227,7 +231,8 @@ impl GWord {
             520 => GWord::Setting(Setting::Local),
             530 => GWord::Machine,
             541 | 1540 => GWord::WorkOffset(None),
-            540..=593 => GWord::WorkOffset(Some(WorkOffset::of_tenths(tenths)?)),
+            // G112 and G113 are polar coordinates to Fanuc.
+            540..=593 | 1100 | 1110 | 1140..=1290 => GWord::WorkOffset(Some(WorkOffset::of_tenths(tenths)?)),
             610 | 611 | 640 => GWord::PathControl,
             670 => GWord::Passive("macro"),
             690 => GWord::Passive("rotation"),
@@ -243,7 +248,7 @@ impl GWord {
             940 => GWord::Feed(FeedMode::PerMinute),
             950 => GWord::Feed(FeedMode::PerRevolution),
             960 | 970 => GWord::CountsTurns(tenths == 970),
-            730 | 740 | 810 | 820 | 830 | 840 | 850 | 860 | 890 => GWord::Motion(MotionCode::Cycle(tenths / 10)),
+            730 | 740 | 760 | 810 | 820 | 830 | 840 | 850 | 860 | 890 => GWord::Motion(MotionCode::Cycle(tenths / 10)),
             980 | 990 => GWord::ReturnsToClear(tenths == 990),
             _ => return None,
         })
@@ -273,6 +278,7 @@ impl GWord {
             GWord::Smoothing => "smoothing",
             GWord::PathControl => "path control",
             GWord::End | GWord::Auxiliary => "auxiliary",
+            GWord::PolarOff => "polar",
             GWord::Passive(group) => group,
         }
     }
@@ -288,14 +294,5 @@ fn unsupported(tenths: u32) -> Unsupported {
         650..=669 => Unsupported::Subprogram,
         310 | 360 | 370 | 52..=69 | 330..=339 | 380..=389 => Unsupported::Motion,
         _ => Unsupported::UnknownG,
-    }
-}
-
-/// The names of a plane and of its two centre words.
-pub(crate) fn plane_names(plane: Plane) -> (&'static str, &'static str) {
-    match plane {
-        Plane::Xy => ("G17", "I and J"),
-        Plane::Zx => ("G18", "I and K"),
-        Plane::Yz => ("G19", "J and K"),
     }
 }

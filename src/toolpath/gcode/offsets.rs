@@ -17,12 +17,14 @@ pub struct WorkOffset(Name);
 enum Name {
     /// G54 to G59, G59.1 to G59.3, from 1 to 9 as G10 counts them.
     Own(u8),
-    /// G54.1 P1 and so on.
+    /// G54.1 P1 and so on, G110 to G129 of Haas.
     Extended(u16),
     /// Sinumerik's G500, G505 to G599.
     Settable(u16),
     /// Those of Heidenhain's preset table.
     Preset(u32),
+    /// G15 H1 and so on, of Okuma.
+    Numbered(u16),
 }
 
 /// The most that G54.1 P goes to.
@@ -59,9 +61,16 @@ impl WorkOffset {
     /// What of the program may say where it is, for messages.
     pub(crate) fn by_the_program(self) -> &'static str {
         match self.0 {
-            Name::Own(_) | Name::Extended(_) => ", or G10 L2 for both",
+            Name::Own(_) | Name::Extended(_) | Name::Numbered(_) => ", or G10 L2 for both",
             Name::Settable(_) | Name::Preset(_) => "",
         }
+    }
+
+    /// The one of G15 H`number`.
+    #[must_use]
+    pub fn of_okuma(number: u32) -> Option<WorkOffset> {
+        let number = u16::try_from(number).ok().filter(|number| (1..=MOST_EXTENDED).contains(number));
+        number.map(|number| WorkOffset(Name::Numbered(number)))
     }
 
     /// Whether it is one of G54 to G59, which have keys of their own in process files.
@@ -74,6 +83,7 @@ impl WorkOffset {
         match tenths {
             540 | 550 | 560 | 570 | 580 | 590 => WorkOffset::numbered((tenths - 530) / 10),
             591..=593 => WorkOffset::numbered(tenths - 584),
+            1100..=1290 if tenths % 10 == 0 => WorkOffset::extended((tenths - 1090) / 10),
             _ => None,
         }
     }
@@ -87,6 +97,7 @@ impl fmt::Display for WorkOffset {
             Name::Extended(number) => write!(f, "G54.1 P{number}"),
             Name::Settable(number) => write!(f, "G{number}"),
             Name::Preset(number) => write!(f, "preset {number}"),
+            Name::Numbered(number) => write!(f, "G15 H{number}"),
         }
     }
 }
@@ -97,8 +108,9 @@ impl FromStr for WorkOffset {
     /// As it is displayed.
     fn from_str(name: &str) -> Result<WorkOffset, ()> {
         let number = |prefix: &str| name.strip_prefix(prefix).and_then(|number| number.parse().ok());
+        let okuma = || number("G15 H").and_then(WorkOffset::of_okuma);
         let settable = || number("G").and_then(WorkOffset::settable);
-        let others = || number("preset ").map(WorkOffset::preset).or_else(settable);
+        let others = || number("preset ").map(WorkOffset::preset).or_else(okuma).or_else(settable);
         let found = match number("G54.1 P").and_then(WorkOffset::extended).or_else(others) {
             Some(offset) => Some(offset),
             None => (1..=9).filter_map(WorkOffset::numbered).find(|offset| offset.to_string() == name),

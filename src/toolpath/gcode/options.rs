@@ -32,6 +32,8 @@ pub struct GcodeOptions {
     /// Texts that begin a feature of the program where a line, comments included, has one of them; of several, the longest.
     /// It ends at the next or at a tool change.
     pub features: Vec<String>,
+    /// Whether whoever reads the file is to write it out first, by [`Program::parse_expanded`](super::Program::parse_expanded).
+    pub expand: bool,
 }
 
 /// The position of the machine's block-delete switch.

@@ -12,7 +12,7 @@ pub enum Unsupported {
     /// G41, G42 and their kin.
     #[error("cutter radius compensation is not supported; expected the path of the tool centre with G40")]
     CutterCompensation,
-    /// G75 to G79, G87, G88.
+    /// G75, G77 to G79, G87, G88, G76 of threads.
     #[error("this canned cycle is not supported; expected the cycle written out as G0 and G1 moves")]
     CannedCycle,
     /// G16, G50, G51, G68: polar, scaled and rotated coordinates.
@@ -30,8 +30,15 @@ pub enum Unsupported {
     /// U, V, W.
     #[error("secondary axes are not supported; expected X, Y and Z only")]
     SecondaryAxis,
+    /// `,R` and `,C`.
+    #[error(
+        "corners that the control rounds or bevels (,R ,C) are not supported; expected the corner written as moves"
+    )]
+    Corner,
     /// M97, M98, M99, O words after the first.
-    #[error("subprograms are not read; expected one program, or --expand, which writes its calls out")]
+    #[error(
+        "subprograms are not read; expected one program, or expand in [gcode] of the process file (--expand), which writes it out"
+    )]
     Subprogram,
     /// G53 with an arc in force.
     #[error("machine coordinates with an arc are not supported; expected G53 with G0 or G1")]

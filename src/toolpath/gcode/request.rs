@@ -62,14 +62,13 @@ impl<'w> Request<'w> {
         Ok(())
     }
 
-    /// E, L, P and Q must have a word to belong to; `in_cycle` says whether a cycle is in force.
+    /// L, P and Q must have a word to belong to; `in_cycle` says whether a cycle is in force.
     pub fn check_parameters(&self, in_cycle: bool) -> Result<(), Refusal> {
         let m = self.words.iter().any(|word| word.letter == 'M');
         let g = |test: fn(&GWord) -> bool| self.g_words.iter().any(|(_, g)| test(g));
         let setting = self.setting().is_some();
         let smoothing = g(|g| *g == GWord::Smoothing);
         for (letter, owned) in [
-            ('E', m || smoothing),
             ('L', in_cycle || setting),
             ('P', in_cycle || setting || smoothing || m || g(GWord::takes_p)),
             ('Q', in_cycle || smoothing || m || g(GWord::takes_p)),
@@ -138,10 +137,26 @@ impl<'w> Request<'w> {
     }
 }
 
+/// The words of a line that count: of a line that sets a machine (Marlin's M92, M104 … M299), the others are parameters of M.
+pub(crate) fn that_count(words: &[Word]) -> &[Word] {
+    let first = words.iter().position(|word| word.letter != 'N');
+    let has = |letters: &[char]| words.iter().any(|word| letters.contains(&word.letter));
+    let sets = |word: &Word| match word.whole() {
+        Ok(92 | 200..=299) => !has(&['G']),
+        // LinuxCNC has these for its users, and a coordinate beside them is one.
+        Ok(104..=109 | 140 | 190) => !has(&['G', 'X', 'Y', 'Z']),
+        _ => false,
+    };
+    match first {
+        Some(at) if words[at].letter == 'M' && sets(&words[at]) => &words[..=at],
+        _ => words,
+    }
+}
+
 /// Refuses letters that have no meaning here.
 fn check_letter(word: &Word) -> Result<(), Refusal> {
     let unsupported = match word.letter {
-        'U' | 'V' | 'W' => Unsupported::SecondaryAxis,
+        'U' | 'V' | 'W' if word.value != 0.0 => Unsupported::SecondaryAxis,
         _ => return Ok(()),
     };
     Err(word.refuse(Fault::Unsupported(unsupported)))

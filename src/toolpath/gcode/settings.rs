@@ -21,7 +21,7 @@ impl Interpreter {
     ) -> Result<Option<OriginAt>, Refusal> {
         let mixed = || Err(word.refuse(Fault::LocalAndShift));
         match setting {
-            Setting::Length => {}
+            Setting::Length | Setting::Stored => {}
             Setting::Data => return self.data(request, word),
             Setting::Local if self.offsets.is_shifted() => return mixed(),
             Setting::Local => {
