@@ -112,7 +112,7 @@ fn features(specs: &[FeatureSpec], given: &Given<'_>) -> Result<(Vec<FeatureJob>
 fn feature(spec: &FeatureSpec, given: &Given<'_>, check: &Check) -> Result<(FeatureJob, Option<Candidate>, Inputs)> {
     let folder = given.folder;
     let process = given.process(spec.process.as_deref(), check)?;
-    let path = toolpath(spec.circle.as_ref(), spec.file.as_deref(), &process, given, check)?;
+    let (path, _) = toolpath(spec.circle.as_ref(), spec.file.as_deref(), &process, given, check)?;
     if path.is_empty() {
         return check.key("file").fail("moves nowhere: a program with at least one motion is expected".into());
     }

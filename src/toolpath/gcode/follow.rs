@@ -36,6 +36,10 @@ impl Interpreter {
         if request.g(GWord::Smoothing).is_some() {
             return Err(first.refuse(Fault::Unsupported(Unsupported::Motion)));
         }
+        // Its coordinates name axes, or set the origin of a lathe.
+        if request.g(GWord::Passive("scaling")).or(request.g(GWord::Passive("mirroring"))).is_some() {
+            return Err(first.refuse(Fault::NotACoordinate { word: "G50" }));
+        }
         self.take_unit(line);
         let blame = request.motion_word_itself().unwrap_or(first);
         let code = self.modal.motion.ok_or_else(|| first.refuse(Fault::NoMotion))?;

@@ -6,14 +6,14 @@
 //! | followed | meaning |
 //! |---|---|
 //! | G0 G1 G2 G3 | rapid, line, arcs (helical too; centre by I J K or radius by R) |
-//! | G73 G74 G81 … G86 G89, G98 G99, G80 | cycles, where they end, no cycle |
+//! | G73 G74 G76 G81 … G86 G89, G98 G99, G80 | cycles, where they end, no cycle |
 //! | G17 G18 G19 | plane of arcs |
 //! | G20 G21 | inch, mm |
-//! | G54 … G59.3, G54.1 P, G10 L2 L20, G52, G92 … G92.3 | zeros of the coordinates, see [`GcodeOptions::work_offsets_mm`] |
+//! | G54 … G59.3, G54.1 P, G110 … G129, G15 H, G10 L2 L20, G52, G92 … G92.3 | zeros of the coordinates, see [`GcodeOptions::work_offsets_mm`] |
 //! | G90 G91, G90.1 G91.1 | absolute or incremental coordinates, and arc centres |
 //! | F with G93 G94 G95, S with G96 G97 | feed, spindle speed |
-//! | A B C | must keep one value |
-//! | G28 G30 G53; `$H` `$J` | copied as they are; the axes they move are unknown until a G0 or G1 gives them again |
+//! | A B C | must keep one value; U V W must be 0 |
+//! | G28 G28.2 G30 G53; `$H` `$J` | copied as they are; the axes they move are unknown until a G0 or G1 gives them again |
 //! | other G, D E H M N O P Q T words that do not move the tip; `$` `?` `!` `~` lines | copied as they are |
 //! | `( )`, `;`, `%`, `/`, blank lines | copied as they are; [`BlockDelete`] says whether `/` lines count |
 //!

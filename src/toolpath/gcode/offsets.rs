@@ -83,7 +83,7 @@ impl WorkOffset {
         match tenths {
             540 | 550 | 560 | 570 | 580 | 590 => WorkOffset::numbered((tenths - 530) / 10),
             591..=593 => WorkOffset::numbered(tenths - 584),
-            1100..=1290 if tenths % 10 == 0 => WorkOffset::extended((tenths - 1090) / 10),
+            1100..=1290 if tenths.is_multiple_of(10) => WorkOffset::extended((tenths - 1090) / 10),
             _ => None,
         }
     }

@@ -143,19 +143,15 @@ impl Reading {
         } else if has(52.0) {
             (0..3).for_each(|k| self.local[k] = given[k].unwrap_or(self.local[k]));
         } else if has(92.0) {
-            for k in 0..3 {
-                if let Some(value) = given[k] {
-                    self.shift[k] = self.place[k] - value - self.offsets[self.active][k] - self.local[k];
-                }
+            for (k, value) in given.into_iter().enumerate().filter_map(|(k, value)| Some((k, value?))) {
+                self.shift[k] = self.place[k] - value - self.offsets[self.active][k] - self.local[k];
             }
         } else if self.motion >= 81 {
             self.drill(given, value('R').map(|r| r * self.unit), value('L').unwrap_or(1.0) as usize);
         } else if given.iter().any(Option::is_some) || value('I').or(value('J')).or(value('K')).is_some() {
             let from = self.place;
-            for k in 0..3 {
-                if let Some(value) = given[k] {
-                    self.place[k] = value + if self.steps_mode { from[k] } else { self.origin(k) };
-                }
+            for (k, value) in given.into_iter().enumerate().filter_map(|(k, value)| Some((k, value?))) {
+                self.place[k] = value + if self.steps_mode { from[k] } else { self.origin(k) };
             }
             let step = match self.motion {
                 0 | 1 => Step::To(self.place),
@@ -201,10 +197,8 @@ impl Reading {
             let initial = *self.initial.get_or_insert(self.place[2]);
             let start = self.place[2];
             let mut up = self.place;
-            for k in 0..2 {
-                if let Some(value) = given[k] {
-                    self.place[k] = value + if self.steps_mode { self.place[k] } else { self.origin(k) };
-                }
+            for (k, value) in given.into_iter().enumerate().take(2).filter_map(|(k, value)| Some((k, value?))) {
+                self.place[k] = value + if self.steps_mode { self.place[k] } else { self.origin(k) };
             }
             let clear = self.r + if self.steps_mode { start } else { self.origin(2) };
             let bottom = self.z + if self.steps_mode { clear } else { self.origin(2) };

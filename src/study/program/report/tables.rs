@@ -72,7 +72,8 @@ pub fn program_table(
     let columns = program_columns(machine);
     let width = columns.len();
     let last = first + answers.len();
-    let stations = stations(&job.process, &job.path.points()[first..last], &job.demands[first..last]);
+    let points = &job.path.points()[first..last];
+    let stations = stations(&job.process, points, &job.demands[first..last], Some(&job.file));
     let row = |((k, answer), station): ((usize, &PathAnswer), Station)| {
         let point = &job.path.points()[k];
         let mut row: Row = vec![k.into(), job.file.line_of(point.source.segment).into()];
