@@ -157,7 +157,7 @@ fn a_split_block_of_sinumerik_keeps_its_way_of_writing() {
             wave
         ),
         "G710 G90\nG0 X=0 Y=0 Z=0.50\nN7 G01 X=5.00 Z=-0.50 F=200 M3 ; cut\nX=10.00 Z=0.50\nX=15 Z=-0.50 M9\n\
-         X=IC(5.00) Y=AC(0) Z=0.50\nX=25.00 Z=-0.50\nG1 X28.54 Y-1.46 Z0.50\nX30 Y-5\nG1 X=35 Y=0 Z=-0.50\n"
+         X=IC(5.00) Y=AC(0) Z=0.50\nX=25.00 Z=-0.50\nG1 X28.54 Y-1.46 Z0.50\nX30 Y-5\nG1 X=32.50 Y=-2.50 Z=-0.50\nX=35 Y=0\n"
     );
 }
 

@@ -65,9 +65,10 @@ pub(crate) struct OriginAt {
 impl Interpreter {
     pub fn new(options: &GcodeOptions, dialect: Dialect) -> Interpreter {
         let unit = options.unit.unwrap_or_default();
+        let centres = if dialect == Dialect::Iso { options.arc_centres.into() } else { Distance::Incremental };
         let start = options.start_mm.map_or([None; 3], |p| [Some(p.x), Some(p.y), Some(p.z)]);
         Interpreter {
-            modal: Modal::at_start(unit, options.arc_centres.into()),
+            modal: Modal::at_start(unit, centres),
             offsets: Offsets::new(options),
             position: start,
             dialect,

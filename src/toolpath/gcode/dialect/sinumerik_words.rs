@@ -62,7 +62,7 @@ pub(super) fn name(name: &str, has_arguments: bool) -> Result<Name, Foreign> {
         "TRANS" => Name::Word(&TRANS),
         "ATRANS" => Name::Word(&ATRANS),
         "RET" => Name::Word(&RET),
-        "MSG" | "WORKPIECE" | "CYCLE832" | "SETMS" if has_arguments => Name::Passive,
+        "MSG" | "WORKPIECE" | "CYCLE832" | "SETMS" | "FGROUP" if has_arguments => Name::Passive,
         "CFC" | "CFTCP" | "CFIN" | "NORM" | "KONT" | "KONTC" | "KONTT" | "BRISK" | "SOFT" | "DRIVE" | "BRISKA"
         | "SOFTA" | "CUT2D" | "CUT2DF" | "FFWON" | "FFWOF" | "COMPON" | "COMPOF" | "COMPCAD" | "COMPCURV"
         | "COMPSURF" | "DIAMOF" | "STOPRE" | "FIFOCTRL" | "STARTFIFO" | "STOPFIFO" | "DYNNORM" | "DYNPOS"
