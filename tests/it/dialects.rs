@@ -75,6 +75,20 @@ fn heidenhains_moves_lead_where_they_say() {
 }
 
 #[test]
+fn a_preset_ends_the_datum_shift() {
+    let mut options = GcodeOptions::default();
+    for (name, x) in [("preset 1", 100.0), ("preset 2", 200.0)] {
+        options.work_offsets_mm.insert(name.parse().unwrap(), Vector3::new(x, 0.0, 0.0));
+    }
+    let source = "BEGIN PGM A MM\nCYCL DEF 247 DATUM SETTING ~\n  Q339=+1 ;NUMBER\nL X+1 Y+0 Z+0 FMAX\nCYCL DEF 7.0\n\
+                  CYCL DEF 7.1 X+10\nL X+1\nCYCL DEF 247 Q339=+2\nL X+1\n";
+    let path =
+        Program::parse(source, "part.h", &options).unwrap().toolpath(Sampling::new(10.0, 500.0).unwrap()).unwrap();
+    let xs: Vec<f64> = path.points().iter().map(|point| point.position_mm.x).collect();
+    assert_eq!(xs, [101.0, 111.0, 201.0]);
+}
+
+#[test]
 fn feeds_of_heidenhain_are_those_of_the_block_the_tool_or_none() {
     let feeds = |source: &str| -> Vec<Option<f64>> {
         let (_, path) = parse(source);

@@ -169,7 +169,10 @@ impl Interpreter {
                 GWord::Distance(distance) => self.modal.distance = distance,
                 GWord::Centres(distance) => self.modal.centres = distance,
                 GWord::WorkOffset(offset) => self.offsets.activate(work_offset(word, offset, request)?),
-                GWord::Preset => self.offsets.activate(WorkOffset::preset(word.whole()?)),
+                GWord::Preset => {
+                    self.offsets.activate(WorkOffset::preset(word.whole()?));
+                    (0..3).for_each(|axis| self.offsets.set_local(axis, 0.0));
+                }
                 GWord::FeedOfTool => self.modal.feed = None,
                 GWord::Feed(mode) if mode != self.modal.feed_mode => {
                     self.modal.feed_mode = mode;

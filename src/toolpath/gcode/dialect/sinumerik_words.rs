@@ -132,7 +132,7 @@ pub(super) fn is_own(called: &str, has_arguments: bool) -> bool {
     called.len() > 1 && is_known && !flow.contains(&called)
 }
 
-/// Whether no other control has a G word of this number.
+/// Whether no other mill has a G word of this number.
 pub(super) fn is_own_g(number: &str) -> bool {
-    matches!(number.parse(), Ok(153 | 500 | 505..=599 | 641..=645 | 700 | 710))
+    matches!(number.parse(), Ok(70 | 71 | 153 | 500 | 505..=599 | 641..=645 | 700 | 710))
 }
