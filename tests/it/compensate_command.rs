@@ -103,6 +103,42 @@ fn nothing_to_correct_leaves_the_same_bytes() {
 }
 
 #[test]
+fn a_program_keeps_the_dialect_that_it_shows_or_that_is_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let heidenhain = "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S1000 F200\n2 L X+0 Y+0 Z+0 FMAX\n3 L X+20\n4 END PGM A MM\n";
+    let plain = "G0 X0 Y0 Z0\nG2 X20 Y0 I10 J0 F200\nG54 G1 X5 D1\n";
+    let process = "schema = 1\n[force.path_frame]\nradial_force_N = 100.0\ntangential_force_N = -10.0\naxial_force_N = -25.0\n[gcode]\n";
+    let process = |dialect: &str| write(&folder, "process.toml", &format!("{process}{dialect}\n"));
+    let said = |sentence: &str, output: &Output| unwrapped(&text(&output.stdout)).contains(sentence);
+    let program = write(&folder, "a.h", heidenhain);
+    let (output, out) = compensate(&program, &process(""), &[]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(said("Read as a Heidenhain program, and written as one.", &output), "{}", text(&output.stdout));
+    assert_eq!(report(&out)["dialect"], "heidenhain");
+    let written = std::fs::read_to_string(out.path().join("out.nc")).unwrap();
+    assert!(written.starts_with("0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S1000 F200\n2 L X"), "{written}");
+    let page = std::fs::read_to_string(out.path().join("out.nc.html")).unwrap();
+    assert!(page.contains("Read as a Heidenhain program, and written as one."));
+
+    let program = write(&folder, "plain.nc", plain);
+    for (key, arguments, read_as) in [
+        ("", &[][..], "iso"),
+        ("dialect = \"sinumerik\"", &[], "sinumerik"),
+        ("dialect = \"sinumerik\"", &["--dialect", "auto"], "iso"),
+        ("dialect = \"heidenhain\"", &["--dialect", "sinumerik"], "sinumerik"),
+    ] {
+        let (output, out) = compensate(&program, &process(key), arguments);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        assert_eq!(report(&out)["dialect"], read_as, "{key} {arguments:?}");
+        assert_eq!(said("Read as a Sinumerik program", &output), read_as == "sinumerik");
+    }
+    let (output, _) = compensate(&program, &process(""), &["--dialect", "heidenhain"]);
+    let message = unwrapped(&text(&output.stderr));
+    assert!(message.contains("plain.nc:1:1: `G0 X0 Y0 Z0`: not a statement that is read"), "{message}");
+    assert!(message.ends_with("(read as Heidenhain)"), "{message}");
+}
+
+#[test]
 fn every_method_is_named_and_proved() {
     let more = ["--all-methods", "--method", "newton"];
     let (output, out) = compensate(&folder().join("groove.nc"), &folder().join("process.toml"), &more);

@@ -88,6 +88,12 @@ fn what_sinumerik_has_and_is_not_followed_is_named() {
         ("T=\"MILL", "3: `\"MILL`", "not closed; expected \" on the same line"),
         ("G92 X0", "1: `G92`", "this G word is not supported; expected a word of a 3-axis mill program"),
         ("G1 X5 U3", "7: `U3`", "secondary axes are not supported; expected X, Y and Z only"),
+        (
+            "G4 X5",
+            "4: `X5`",
+            "coordinate on a line with G4, which is no motion to it; expected it on a line of its own",
+        ),
+        ("TRANS C30", "7: `C30`", "turns C, which stood at 0; expected rotary axes that keep one value"),
         ("G1 X5 C30\nC40", "", "turns C, which stood at 30; expected rotary axes that keep one value"),
         ("G1 X5 X=6", "7: `X=6`", "second X word on the line; expected one"),
         ("G1 X5 I2", "7: `I2`", "arc word on a line that is no arc; expected G2 or G3 in force"),

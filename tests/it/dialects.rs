@@ -75,6 +75,20 @@ fn heidenhains_moves_lead_where_they_say() {
 }
 
 #[test]
+fn a_preset_ends_the_datum_shift() {
+    let mut options = GcodeOptions::default();
+    for (name, x) in [("preset 1", 100.0), ("preset 2", 200.0)] {
+        options.work_offsets_mm.insert(name.parse().unwrap(), Vector3::new(x, 0.0, 0.0));
+    }
+    let source = "BEGIN PGM A MM\nCYCL DEF 247 DATUM SETTING ~\n  Q339=+1 ;NUMBER\nL X+1 Y+0 Z+0 FMAX\nCYCL DEF 7.0\n\
+                  CYCL DEF 7.1 X+10\nL X+1\nCYCL DEF 247 Q339=+2\nL X+1\n";
+    let path =
+        Program::parse(source, "part.h", &options).unwrap().toolpath(Sampling::new(10.0, 500.0).unwrap()).unwrap();
+    let xs: Vec<f64> = path.points().iter().map(|point| point.position_mm.x).collect();
+    assert_eq!(xs, [101.0, 111.0, 201.0]);
+}
+
+#[test]
 fn feeds_of_heidenhain_are_those_of_the_block_the_tool_or_none() {
     let feeds = |source: &str| -> Vec<Option<f64>> {
         let (_, path) = parse(source);
@@ -157,7 +171,7 @@ fn a_split_block_of_sinumerik_keeps_its_way_of_writing() {
             wave
         ),
         "G710 G90\nG0 X=0 Y=0 Z=0.50\nN7 G01 X=5.00 Z=-0.50 F=200 M3 ; cut\nX=10.00 Z=0.50\nX=15 Z=-0.50 M9\n\
-         X=IC(5.00) Y=AC(0) Z=0.50\nX=25.00 Z=-0.50\nG1 X28.54 Y-1.46 Z0.50\nX30 Y-5\nG1 X=35 Y=0 Z=-0.50\n"
+         X=IC(5.00) Y=AC(0) Z=0.50\nX=25.00 Z=-0.50\nG1 X28.54 Y-1.46 Z0.50\nX30 Y-5\nG1 X=32.50 Y=-2.50 Z=-0.50\nX=35 Y=0\n"
     );
 }
 

@@ -70,9 +70,10 @@ pub(crate) struct OriginAt {
 impl Interpreter {
     pub fn new(options: &GcodeOptions, dialect: Dialect) -> Interpreter {
         let unit = options.unit.unwrap_or_default();
+        let centres = if dialect == Dialect::Iso { options.arc_centres.into() } else { Distance::Incremental };
         let start = options.start_mm.map_or([None; 3], |p| [Some(p.x), Some(p.y), Some(p.z)]);
         Interpreter {
-            modal: Modal::at_start(unit, options.arc_centres.into()),
+            modal: Modal::at_start(unit, centres),
             offsets: Offsets::new(options),
             position: start,
             dialect,
@@ -183,7 +184,10 @@ impl Interpreter {
                     }
                 }
                 GWord::WorkOffset(offset) => self.offsets.activate(work_offset(word, offset, request)?),
-                GWord::Preset => self.offsets.activate(WorkOffset::preset(word.whole()?)),
+                GWord::Preset => {
+                    self.offsets.activate(WorkOffset::preset(word.whole()?));
+                    (0..3).for_each(|axis| self.offsets.set_local(axis, 0.0));
+                }
                 GWord::FeedOfTool => self.modal.feed = None,
                 GWord::Feed(mode) if mode != self.modal.feed_mode => {
                     self.modal.feed_mode = mode;

@@ -1,7 +1,7 @@
 //! G-code programs of 3-axis mills: read, followed, and written back with moved points.
 //!
-//! What is followed is the RS-274 subset a 3-axis mill uses. Everything else is refused by name; nothing that could
-//! change where the tool goes is ignored.
+//! What is followed of ISO code is the RS-274 subset a 3-axis mill uses; of other dialects ([`Dialect`]) it is in the user
+//! guide. Everything else is refused by name; nothing that could change where the tool goes is ignored.
 //!
 //! | followed | meaning |
 //! |---|---|

@@ -54,6 +54,11 @@ impl Interpreter {
 
     /// The zero moves by the coordinates, or to them; those left out stay, or are 0 if it is set `afresh`.
     fn translate(&mut self, request: &Request, afresh: bool) -> Result<(), Refusal> {
+        if let Some(word) =
+            ['A', 'B', 'C'].into_iter().find_map(|letter| request.letter(letter)).filter(|w| w.value != 0.0)
+        {
+            return Err(word.refuse(Fault::Rotary { letter: word.letter, from: 0.0 }));
+        }
         for axis in (0..3).filter(|_| afresh) {
             self.offsets.set_local(axis, 0.0);
         }

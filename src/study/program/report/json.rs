@@ -12,7 +12,7 @@ use crate::{
             report::units::{limit_unit, shown_price},
         },
     },
-    toolpath::gcode::Notes,
+    toolpath::gcode::{Dialect, Notes},
 };
 
 fn exceeded_json(job: &ProgramJob, exceeded: &[Exceeded]) -> Vec<Value> {
@@ -69,9 +69,9 @@ pub fn program_json(
     bounded: Option<&BoundedPath>,
     exceeded: Option<&[Exceeded]>,
 ) -> Value {
-    let notes = match &job.file {
-        ProgramFile::Gcode(program) => program.notes().clone(),
-        ProgramFile::Polyline(_) => Notes::default(),
+    let (notes, dialect) = match &job.file {
+        ProgramFile::Gcode(program) => (program.notes().clone(), Some(program.notes().dialect)),
+        ProgramFile::Polyline(_) => (Notes::default(), None),
     };
     let passes: Vec<Value> = passes
         .iter()
@@ -100,6 +100,7 @@ pub fn program_json(
         "limits_exceeded_as_written": exceeded.map(|exceeded| exceeded_json(job, exceeded)),
         "workpiece": job.process.place_words(),
         "counts_as_cutting": job.process.cutting_rule.words(),
+        "dialect": dialect.map(Dialect::label),
         "unit_taken": notes.unit_taken.map(|(unit, _)| unit.name()),
         "lines_left_as_written": notes.not_located,
         "axes_left_as_written": job.machine.uncontrolled_axes().map(|axis| ["x", "y", "z"][axis]).collect::<Vec<_>>(),

@@ -11,11 +11,10 @@ impl Dialect {
     /// G words that no other has (`MSG(…)`, `TRANS`, `CYCLE81(…)`, `G710`); others are ISO.
     #[must_use]
     pub fn of(source: &[u8]) -> Dialect {
-        let lines = lines::split(source);
-        let contents = || lines.iter().map(|line| &source[line.content.clone()]);
-        if contents().any(begins_heidenhain) {
+        let lines = || source.split(|byte| matches!(byte, b'\r' | b'\n'));
+        if lines().any(begins_heidenhain) {
             Dialect::Heidenhain
-        } else if contents().any(shows_sinumerik) {
+        } else if lines().any(shows_sinumerik) {
             Dialect::Sinumerik
         } else {
             Dialect::Iso
@@ -80,6 +79,7 @@ mod tests {
             ("G1 X=10\n", Dialect::Sinumerik),
             ("N10 G2 X1 Y1 CR = 5\n", Dialect::Sinumerik),
             ("N10 G54 G710\n", Dialect::Sinumerik),
+            ("N10 G17 G71 G90\n", Dialect::Sinumerik),
             ("N10 S1=900 M1=3\n", Dialect::Sinumerik),
             ("N10 MSG(\"roughing\")\n", Dialect::Sinumerik),
             ("TRAORI\n", Dialect::Sinumerik),

@@ -133,7 +133,8 @@ impl Block<'_> {
             "U" | "V" | "W" | "IU" | "IV" | "IW" => {
                 return refuse(&self.scan, Fault::Unsupported(Unsupported::SecondaryAxis));
             }
-            "MB" => {
+            // How far M140 goes, and how far M120 looks ahead.
+            "MB" | "LA" => {
                 if self.scan.next().is_some_and(|byte| byte.is_ascii_alphabetic()) {
                     self.scan.letters();
                 } else {

@@ -219,6 +219,9 @@ impl Block<'_> {
             return Err(refusal);
         }
         if has([4, 4]) {
+            if let Some(word) = self.words.iter().find(|word| matches!(word.letter, 'X' | 'Y' | 'Z')) {
+                return Err(word.refuse(Fault::NotACoordinate { word: "G4" }));
+            }
             // F is how long, in seconds, and S how many turns.
             self.words.retain(|word| !matches!(word.letter, 'F' | 'S'));
         }

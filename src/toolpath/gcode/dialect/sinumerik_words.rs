@@ -62,7 +62,7 @@ pub(super) fn name(name: &str, has_arguments: bool) -> Result<Name, Foreign> {
         "TRANS" => Name::Word(&TRANS),
         "ATRANS" => Name::Word(&ATRANS),
         "RET" => Name::Word(&RET),
-        "MSG" | "WORKPIECE" | "CYCLE832" | "SETMS" if has_arguments => Name::Passive,
+        "MSG" | "WORKPIECE" | "CYCLE832" | "SETMS" | "FGROUP" if has_arguments => Name::Passive,
         "CFC" | "CFTCP" | "CFIN" | "NORM" | "KONT" | "KONTC" | "KONTT" | "BRISK" | "SOFT" | "DRIVE" | "BRISKA"
         | "SOFTA" | "CUT2D" | "CUT2DF" | "FFWON" | "FFWOF" | "COMPON" | "COMPOF" | "COMPCAD" | "COMPCURV"
         | "COMPSURF" | "DIAMOF" | "STOPRE" | "FIFOCTRL" | "STARTFIFO" | "STOPFIFO" | "DYNNORM" | "DYNPOS"
@@ -132,7 +132,7 @@ pub(super) fn is_own(called: &str, has_arguments: bool) -> bool {
     called.len() > 1 && is_known && !flow.contains(&called)
 }
 
-/// Whether no other control has a G word of this number.
+/// Whether no other mill has a G word of this number.
 pub(super) fn is_own_g(number: &str) -> bool {
-    matches!(number.parse(), Ok(153 | 500 | 505..=599 | 641..=645 | 700 | 710))
+    matches!(number.parse(), Ok(70 | 71 | 153 | 500 | 505..=599 | 641..=645 | 700 | 710))
 }
