@@ -23,7 +23,10 @@ use crate::{
         cutting::{CuttingLaw, LoadError, PathLoad},
         file::spec::ProcessSpec,
     },
-    toolpath::{FormatError, NumberFormat, Sampling, Toolpath, gcode::GcodeOptions},
+    toolpath::{
+        FormatError, NumberFormat, Sampling, Toolpath,
+        gcode::{GcodeOptions, Writing},
+    },
 };
 
 /// A checked process for one machine.
@@ -57,6 +60,10 @@ pub struct Process {
     pub gcode: GcodeOptions,
     /// How written coordinates are rounded.
     pub decimals: Decimals,
+    /// How far from corrected points the arcs and lines may pass that a block of G-code is written as, mm.
+    pub write_tolerance_mm: f64,
+    /// Whether a flat arc may be written as a helical one.
+    pub helical_arcs: bool,
     /// Tables that only a toolpath has a use for and that say something.
     pub of_paths: Vec<&'static str>,
     /// What its keys begin with in the file that they stand in: nothing in a process file, `process.` in a study.
@@ -67,6 +74,10 @@ pub struct Process {
 
 /// How far the tool may be from its path if neither its process nor a command says it, mm.
 pub const TOLERANCE_MM: f64 = 0.1;
+
+/// How far from corrected points a program may be written if neither its process nor its tolerance asks for less, mm: two units of
+/// the last decimal that programs usually have.
+pub const WRITE_TOLERANCE_MM: f64 = 0.002;
 
 /// Label of what a machine does not control.
 pub const NOT_CONTROLLED: &str = "not controlled by this machine";
@@ -112,6 +123,15 @@ impl Decimals {
 }
 
 impl Process {
+    /// How a program is written whose own decimals are `own`.
+    ///
+    /// # Errors
+    /// As [`Decimals::format`].
+    pub fn writing(&self, own: NumberFormat) -> std::result::Result<Writing, FormatError> {
+        let helical_arcs = self.helical_arcs;
+        Ok(Writing { helical_arcs, ..Writing::within(self.write_tolerance_mm, self.decimals.format(own)?) })
+    }
+
     /// `path` with what cuts marked as the file says; `origin` names the path in errors.
     ///
     /// # Errors

@@ -10,7 +10,7 @@ use crate::{
     process::{
         CuttingRule, Placement,
         file::{
-            CorrectionLimits, Decimals, Process,
+            CorrectionLimits, Decimals, Process, WRITE_TOLERANCE_MM,
             chain_errors::chain_errors,
             force::{force, of_tools},
             spec::{CuttingRuleSpec, GcodeSpec, LimitsSpec, PlacementSpec, ProcessSpec, SamplingSpec},
@@ -71,6 +71,8 @@ fn process(
         target: spec.compensate.target,
         gcode: gcode_options(&spec.gcode, &check_gcode)?,
         decimals: decimals(&spec.gcode, &check_gcode)?,
+        write_tolerance_mm: write_tolerance(spec, &check_gcode)?,
+        helical_arcs: spec.gcode.helical_arcs.unwrap_or(true),
         of_paths: spec.of_paths(),
         key_prefix,
         inputs: table.and(tables_of_tools),
@@ -157,4 +159,15 @@ fn decimals(spec: &GcodeSpec, check: &Check) -> Result<Decimals> {
         }
     }
     Ok(Decimals { mm: spec.decimals_mm, inch: spec.decimals_inch })
+}
+
+/// A given one, or what hides in the tolerance of the process.
+fn write_tolerance(spec: &ProcessSpec, check: &Check) -> Result<f64> {
+    match spec.gcode.write_tolerance_mm {
+        Some(given) => match given.is_finite() && given >= 0.0 {
+            true => Ok(given),
+            false => check.key("write_tolerance_mm").fail(format!("must be 0 or more, got {given}")),
+        },
+        None => Ok(spec.tolerance_mm.map_or(WRITE_TOLERANCE_MM, |tolerance| WRITE_TOLERANCE_MM.min(tolerance / 10.0))),
+    }
 }

@@ -27,11 +27,13 @@
 //! - Where the tool is is not known until G0 and G1 have given X, Y and Z: motions before stay as they are ([`Notes`]).
 
 mod arc;
+mod blocks;
 mod check;
 mod cycle;
 mod edit;
 mod error;
 mod expand;
+mod fit;
 mod follow;
 mod interpret;
 mod lex;
@@ -46,9 +48,12 @@ mod refused;
 mod request;
 mod rewrite;
 mod settings;
+mod split;
 mod write_holes;
 mod writer;
+mod writing;
 
+pub use blocks::Move;
 pub use error::{ArcFault, Fault, GcodeError, Unsupported};
 pub use expand::Beside;
 pub use modal::LengthUnit;
@@ -56,6 +61,7 @@ pub use notes::Notes;
 pub use offsets::WorkOffset;
 pub use options::{ArcCentres, BlockDelete, GcodeOptions};
 pub use rewrite::{RewriteError, Rewritten};
+pub use writing::Writing;
 
 use std::ops::Range;
 
@@ -65,7 +71,7 @@ use lines::{Code, Line};
 use modal::MotionCode;
 use motion::Motion;
 
-use crate::toolpath::{NumberFormat, PathPoint, Sampling, Toolpath, number};
+use crate::toolpath::{NumberFormat, PathPoint, Sampling, Toolpath};
 
 /// A program that has been read and followed.
 #[derive(Clone, Debug)]
@@ -245,17 +251,16 @@ impl Program {
     /// # Errors
     /// When the path would have more than [`Sampling::MAX_POINTS`] points, or an arc leaves the range of coordinates.
     pub fn toolpath(&self, sampling: Sampling) -> Result<Toolpath, GcodeError> {
-        self.sample(|_, motion| motion.pieces(sampling))
+        self.sample(|_, motion| Some(motion.parameters(motion.pieces(sampling)?)))
     }
 
-    /// The path with each motion split into as many pieces as `pieces` says.
-    fn sample(&self, pieces: impl Fn(usize, &Motion) -> Option<usize>) -> Result<Toolpath, GcodeError> {
+    /// The path with the points of each motion where `parameters` says.
+    fn sample(&self, mut parameters: impl FnMut(usize, &Motion) -> Option<Vec<f64>>) -> Result<Toolpath, GcodeError> {
         let mut points: Vec<PathPoint> = Vec::new();
         for (segment, motion) in self.motions.iter().enumerate() {
-            let count = pieces(segment, motion);
             let first = points.len();
-            match count.filter(|count| first + count <= Sampling::MAX_POINTS) {
-                Some(count) => motion.sample(segment, count, &mut points),
+            match parameters(segment, motion).filter(|own| first + own.len() <= Sampling::MAX_POINTS) {
+                Some(own) => motion.sample(segment, &own, &mut points),
                 None => return Err(self.refused(segment, Fault::TooManyPoints)),
             }
             // The ends of an arc are within the range; what lies between need not be.
@@ -275,24 +280,5 @@ impl Program {
     /// The bytes of line `index` (from 0), without its ending.
     fn content(&self, index: usize) -> &[u8] {
         &self.source[self.lines[index].content.clone()]
-    }
-
-    fn decimals_seen(&self) -> NumberFormat {
-        let (mut mm, mut inch) = (0, 0);
-        for block in &self.blocks {
-            let Some(motion) = self.motions[block.motions.clone()].first() else {
-                continue;
-            };
-            let content = self.content(block.line);
-            let seen = match motion.modal.unit {
-                LengthUnit::Millimetre => &mut mm,
-                LengthUnit::Inch => &mut inch,
-            };
-            for word in motion.words.iter().filter(|word| matches!(word.letter, 'X' | 'Y' | 'Z' | 'R')) {
-                let text = String::from_utf8_lossy(&content[word.span.clone()]);
-                *seen = number::decimals_in(&text).max(*seen);
-            }
-        }
-        NumberFormat::seen(mm, inch)
     }
 }
