@@ -56,6 +56,9 @@ pub struct Process {
     pub limits: CorrectionLimits,
     /// What compensation puts right.
     pub target: Target,
+    /// Along a program, the length behind a corner over which the cutting force goes over from one move to the next, mm; at 0 it
+    /// jumps.
+    pub corner_mm: f64,
     /// What a G-code program does not say itself.
     pub gcode: GcodeOptions,
     /// How written coordinates are rounded.
@@ -78,6 +81,10 @@ pub const TOLERANCE_MM: f64 = 0.1;
 /// How far from corrected points a program may be written if neither its process nor its tolerance asks for less, mm: two units of
 /// the last decimal that programs usually have.
 pub const WRITE_TOLERANCE_MM: f64 = 0.002;
+
+/// The length behind a corner over which the cutting force turns, if a process does not give it, mm: about twice of what the
+/// machines here deflect by at most, so that a corrected program does not step back there.
+pub const CORNER_MM: f64 = 2.0;
 
 /// Label of what a machine does not control.
 pub const NOT_CONTROLLED: &str = "not controlled by this machine";

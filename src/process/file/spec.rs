@@ -132,6 +132,8 @@ pub struct CompensateTable {
     /// The point brought onto the path.
     #[serde(default)]
     pub target: Target,
+    /// Along a program, the length behind a corner over which the cutting force goes over from one move to the next; 2.
+    pub corner_mm: Option<f64>,
 }
 
 /// What a G-code program does not say itself.

@@ -3,6 +3,7 @@
 pub mod before;
 pub mod blocks;
 pub mod bounded;
+mod corners;
 #[cfg(feature = "report")]
 pub mod files;
 mod reach;
@@ -14,6 +15,7 @@ use std::path::Path;
 use nalgebra::Vector3;
 use serde::Serialize;
 
+use self::corners::go_round_corners;
 use crate::{
     compensation::{Demand, Method, Target},
     input::error::{Error, Result},
@@ -145,7 +147,9 @@ impl ProgramJob {
         let path = process.with_cuts(path, name)?;
         let process = Process { machine: held_along(&process.machine, &path, name)?, ..process };
         let machine = process.machine.clone();
-        let demands = demands(&process, &path, name)?;
+        let mut demands = demands(&process, &path, name)?;
+        go_round_corners(&process, &path, &mut demands)
+            .map_err(|source| Error::Argument { argument: name.into(), problem: source.to_string() })?;
         let real = Machines::new(&machine, &process.errors)?.real;
         let cuts_nowhere = !path.points().iter().any(|point| point.cutting);
         let begins_twice = path.begins_twice();

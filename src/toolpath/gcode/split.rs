@@ -90,11 +90,14 @@ impl Writer<'_> {
         self.end_line(block, is_last);
     }
 
-    /// The piece that passes most of the first points of `left`: sought in steps that double, then between the last two. A line to
-    /// the first point always does.
+    /// The piece that passes most of the first points of `left`: all of a block, or sought in steps that double, then between the
+    /// last two. A line to the first point always does.
     fn longest(&self, splitting: Splitting, left: Stretch, is_first: bool) -> Piece {
         let most = if self.writing.tolerance_mm > 0.0 { left.points.len() } else { 1 };
         let attempt = |count: usize| self.piece(splitting, left.first(count), [is_first, count == left.points.len()]);
+        if is_first && let Some(piece) = attempt(most) {
+            return piece;
+        }
         let mut best = attempt(1).unwrap_or_else(|| {
             let (axes, at) = self.step(splitting, &left.corrected[0], [is_first, left.points.len() == 1]);
             Piece { code: MotionCode::Line, axes, centre: Vec::new(), at, places: vec![1.0] }
