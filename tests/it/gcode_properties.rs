@@ -55,7 +55,7 @@ fn stepped(p: &Vector3<f64>) -> Vector3<f64> {
 
 /// Writes the program with its points at `goals`, exactly and within tolerances, reads it back and compares.
 fn meets(program: &Program, path: &Toolpath, goals: &[Vector3<f64>]) -> Result<(), TestCaseError> {
-    [0.0, 0.002, 0.1].into_iter().try_for_each(|tolerance_mm| meets_within(program, path, goals, tolerance_mm))
+    [0.0, 0.01].into_iter().try_for_each(|tolerance_mm| meets_within(program, path, goals, tolerance_mm))
 }
 
 fn meets_within(
