@@ -20,8 +20,8 @@ use kinetostat::{
             bounded::Exceedances,
             files::ProgramFiles,
             report::{
-                self, Proved, bounded_text, exceeded_text, holes_text, left_text, program_columns, program_json,
-                program_table, use_text, worse_as_written,
+                self, Proved, blocks_text, bounded_text, exceeded_text, holes_text, left_text, program_columns,
+                program_json, program_table, use_text, worse_as_written,
             },
         },
     },
@@ -172,11 +172,13 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
         passes: &passes,
         bounded: bounded.as_ref(),
         corrections,
+        blocks: written.blocks.as_ref(),
     };
     let too_much = exceeded.as_deref().map_or_else(String::new, |exceeded| exceeded_text(&job, exceeded));
     let headline = report::headline(&job, &proved, written.rounded_mm, &too_much);
     let used = use_text(&job, &proved);
-    let json = program_json(&job, &passes, bounded.as_ref(), exceeded.as_deref());
+    let blocks = blocks_text(&job, written.blocks.as_ref());
+    let json = program_json(&job, &passes, bounded.as_ref(), exceeded.as_deref(), written.blocks.as_ref());
     let written_in_holes_mm = written.in_holes_mm;
     let page = files.write(
         (written.bytes, points.finish()?, json),
@@ -198,6 +200,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let own = passes.iter().rev().nth(1).and_then(|own| own.summary.max_mm);
     reporting.print(&left_text(&job.machine, own))?;
     reporting.print(&holes_text(written_in_holes_mm))?;
+    reporting.print_styled(&headline::sentences(&blocks))?;
     if corrected.left_alone > 0 {
         reporting.print(&format!(
             "Left as written, as there is no correction: {} where nothing is cut.\n",

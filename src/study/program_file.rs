@@ -6,7 +6,8 @@ use nalgebra::Vector3;
 
 use crate::{
     input::{Folder, error::Result},
-    process::file::Decimals,
+    process::file::Process,
+    study::program::blocks::{Blocks, BlocksBeforeAfter},
     toolpath::{
         Sampling, Toolpath,
         gcode::{Beside, GcodeOptions, Program},
@@ -100,30 +101,39 @@ impl ProgramFile {
         Some(String::from_utf8_lossy(bytes).trim().to_string())
     }
 
-    /// The same program through `positions` (workpiece frame, mm, one per point of `path`), and the positions read back
-    /// from what was written, rounding included.
+    /// The same program through `positions` (workpiece frame, mm, one per point of `path`), written as `process` says, and what
+    /// reading it gives.
     ///
     /// # Errors
     /// Positions that are no positions, or a written program that does not read back.
-    pub fn rewritten(
-        &self,
-        path: &Toolpath,
-        positions: &[Vector3<f64>],
-        decimals: Decimals,
-    ) -> Result<(Vec<u8>, Vec<Vector3<f64>>)> {
+    pub fn rewritten(&self, path: &Toolpath, positions: &[Vector3<f64>], process: &Process) -> Result<Rewritten> {
         match self {
             ProgramFile::Polyline(polyline) => {
-                let rewritten = polyline.rewrite_sampled(path, positions, decimals.format(polyline.own_format())?)?;
+                let format = process.decimals.format(polyline.own_format())?;
+                let rewritten = polyline.rewrite_sampled(path, positions, format)?;
                 let back = rewritten.read_back()?.positions_mm();
-                Ok((rewritten.into_bytes(), back))
+                Ok(Rewritten { bytes: rewritten.into_bytes(), back, blocks: None })
             }
             ProgramFile::Gcode(program) => {
-                let rewritten = program.rewrite(path, positions, decimals.format(program.own_format())?)?;
-                let back = rewritten.read_back()?.positions_mm();
-                Ok((rewritten.into_bytes(), back))
+                let rewritten = program.rewrite(path, positions, process.writing(program.own_format())?)?;
+                let written = rewritten.read()?;
+                let back = rewritten.path_of(&written)?.positions_mm();
+                let blocks = BlocksBeforeAfter { before: Blocks::of(program), after: Blocks::of(&written) };
+                Ok(Rewritten { bytes: rewritten.into_bytes(), back, blocks: Some(blocks) })
             }
         }
     }
+}
+
+/// A program that has been written and read.
+#[derive(Debug, Clone)]
+pub struct Rewritten {
+    /// Its bytes.
+    pub bytes: Vec<u8>,
+    /// Where it passes each point, workpiece frame, mm, rounding included.
+    pub back: Vec<Vector3<f64>>,
+    /// What its blocks and those of the program as it was ask of a control; `None` for polylines.
+    pub blocks: Option<BlocksBeforeAfter>,
 }
 
 fn is_csv(file: &Path) -> bool {

@@ -49,7 +49,7 @@ fn write(folder: &tempfile::TempDir, name: &str, text: &str) -> PathBuf {
 }
 
 #[test]
-fn written_program_keeps_the_tool_on_its_path_to_the_last_decimal() {
+fn written_program_keeps_the_tool_on_its_path() {
     let (output, out) = compensate(&folder().join("groove.nc"), &folder().join("process.toml"), &[]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let report = report(&out);
@@ -60,8 +60,8 @@ fn written_program_keeps_the_tool_on_its_path_to_the_last_decimal() {
     assert_eq!(exact["commands"], "direct");
     assert!(error_max(exact) < 1e-8);
     assert_eq!(written["commands"], "direct, as written");
-    // Three decimals: half a micrometre along each axis, times what the machine makes of it.
-    assert!(error_max(written) < 1.5e-3, "{written}");
+    // The write tolerance, times what the machine makes of it.
+    assert!(error_max(written) < 2.5e-3, "{written}");
     let stdout = text(&output.stdout);
     assert!(stdout.contains("direct, as written"), "{stdout}");
     assert!(text(&output.stderr).is_empty(), "no progress in a pipe");
@@ -244,8 +244,8 @@ fn limits_bind_where_they_must_and_are_kept() {
     let mut table = csv::Reader::from_path(out.path().join("out.nc.points.csv")).unwrap();
     let column = table.headers().unwrap().iter().position(|name| name == "delta_rho_x_mm").unwrap();
     let largest = table.records().map(|row| row.unwrap()[column].parse::<f64>().unwrap().abs()).fold(0.0, f64::max);
-    // Rounded to three decimals when it was written.
-    assert!((1.49..1.5015).contains(&largest), "{largest}");
+    // Within 0.002 mm when it was written.
+    assert!((1.49..1.504).contains(&largest), "{largest}");
 
     let (output, out) = compensate(&folder().join("groove.nc"), &limited("max_correction_mm = 5.0"), &bounded);
     assert!(text(&output.stdout).contains("No limit binds"), "{}", text(&output.stdout));
@@ -481,10 +481,7 @@ fn a_limit_exceeded_by_rounding_is_said_with_its_size() {
     let (output, out) = compensate_on("orthoglide", ("groove.nc", &groove), &process, &["--method", "bounded"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let said = unwrapped(&text(&output.stdout));
-    assert!(
-        said.contains("the correction of drive x is 1.50") && said.contains("beyond its limit of 1.5 mm"),
-        "{said}"
-    );
+    assert!(said.contains("the correction of drive x is 1.5") && said.contains("beyond its limit of 1.5 mm"), "{said}");
     let exceeded = report(&out)["limits_exceeded_as_written"].clone();
     let excess = exceeded[0]["excess"].as_f64().unwrap();
     assert!(excess > 0.0 && excess < 0.02, "{exceeded}");

@@ -10,7 +10,7 @@ use crate::{
     process::{
         CuttingRule, Placement,
         file::{
-            CorrectionLimits, Decimals, Process,
+            CORNER_MM, CorrectionLimits, Decimals, Process, WRITE_TOLERANCE_MM,
             chain_errors::chain_errors,
             force::{force, own_forces},
             spec::{CuttingRuleSpec, GcodeSpec, LimitsSpec, PlacementSpec, ProcessSpec, SamplingSpec},
@@ -70,8 +70,11 @@ fn process(
         sampling: sampling(&spec.sampling, &check.key("sampling"))?,
         limits: limits(&spec.limits, &check.key("limits"))?,
         target: spec.compensate.target,
+        corner_mm: not_negative(&check.key("compensate"), "corner_mm", spec.compensate.corner_mm.unwrap_or(CORNER_MM))?,
         gcode: GcodeOptions { features, ..gcode_options(&spec.gcode, &check_gcode)? },
         decimals: decimals(&spec.gcode, &check_gcode)?,
+        write_tolerance_mm: write_tolerance(spec, &check_gcode)?,
+        helical_arcs: spec.gcode.helical_arcs.unwrap_or(true),
         of_paths: spec.of_paths(),
         key_prefix,
         inputs: table.and(own_tables),
@@ -165,4 +168,19 @@ fn decimals(spec: &GcodeSpec, check: &Check) -> Result<Decimals> {
         }
     }
     Ok(Decimals { mm: spec.decimals_mm, inch: spec.decimals_inch })
+}
+
+/// A given one, or what hides in the tolerance of the process.
+fn write_tolerance(spec: &ProcessSpec, check: &Check) -> Result<f64> {
+    match spec.gcode.write_tolerance_mm {
+        Some(given) => not_negative(check, "write_tolerance_mm", given),
+        None => Ok(spec.tolerance_mm.map_or(WRITE_TOLERANCE_MM, |tolerance| WRITE_TOLERANCE_MM.min(tolerance / 10.0))),
+    }
+}
+
+fn not_negative(check: &Check, key: &str, given: f64) -> Result<f64> {
+    match given.is_finite() && given >= 0.0 {
+        true => Ok(given),
+        false => check.key(key).fail(format!("must be a finite number, 0 or more, got {given}")),
+    }
 }

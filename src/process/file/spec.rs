@@ -136,6 +136,8 @@ pub struct CompensateTable {
     /// The point brought onto the path.
     #[serde(default)]
     pub target: Target,
+    /// Along a program, the length behind a corner over which the cutting force goes over from one move to the next; 2.
+    pub corner_mm: Option<f64>,
 }
 
 /// What a G-code program does not say itself.
@@ -176,4 +178,9 @@ pub struct GcodeSpec {
     pub decimals_mm: Option<u8>,
     /// Decimals of coordinates written in inches; those of the program if not given.
     pub decimals_inch: Option<u8>,
+    /// How far from corrected points the arcs and lines may pass that a block is written as; 0.002, or a tenth of `tolerance_mm` if
+    /// that is less.
+    pub write_tolerance_mm: Option<f64>,
+    /// Whether a flat arc may be written as a helical one; true if not given.
+    pub helical_arcs: Option<bool>,
 }

@@ -1,7 +1,9 @@
 //! A program for the machine: read, compensated, written back, read again and simulated as written.
 
 pub mod before;
+pub mod blocks;
 pub mod bounded;
+mod corners;
 #[cfg(feature = "report")]
 pub mod files;
 mod reach;
@@ -13,6 +15,7 @@ use std::path::Path;
 use nalgebra::Vector3;
 use serde::Serialize;
 
+use self::corners::go_round_corners;
 use crate::{
     compensation::{Demand, Method, Target},
     input::error::{Error, Result},
@@ -24,6 +27,8 @@ use crate::{
         along_path::{Commands, Left, PathAnswer, PathCase, PathSummary, PathSums, run_in_parts},
         demands::{Led, demands},
         external_axes::held_along,
+        program::blocks::BlocksBeforeAfter,
+        program_file::Rewritten,
     },
     toolpath::{PathPoint, Toolpath},
 };
@@ -107,6 +112,8 @@ pub struct Written {
     /// The same for the ways in and out of holes of cycles, which all have the correction of the bottom; `None` if there are
     /// no such holes.
     pub in_holes_mm: Option<f64>,
+    /// What the blocks of a G-code program ask of a control, before and as written.
+    pub blocks: Option<BlocksBeforeAfter>,
 }
 
 impl ProgramJob {
@@ -140,7 +147,9 @@ impl ProgramJob {
         let path = process.with_cuts(path, name)?;
         let process = Process { machine: held_along(&process.machine, &path, name)?, ..process };
         let machine = process.machine.clone();
-        let demands = demands(&process, &path, name)?;
+        let mut demands = demands(&process, &path, name)?;
+        go_round_corners(&process, &path, &mut demands)
+            .map_err(|source| Error::Argument { argument: name.into(), problem: source.to_string() })?;
         let real = Machines::new(&machine, &process.errors)?.real;
         let cuts_nowhere = !path.points().iter().any(|point| point.cutting);
         let begins_twice = path.begins_twice();
@@ -255,7 +264,7 @@ impl ProgramJob {
     /// # Errors
     /// The program cannot be rewritten.
     pub fn write(&self, corrected: &Corrected) -> Result<Written> {
-        let (bytes, back) = self.file.rewritten(&self.path, &corrected.positions, self.process.decimals)?;
+        let Rewritten { bytes, back, blocks } = self.file.rewritten(&self.path, &corrected.positions, &self.process)?;
         let (mut rounded_mm, mut in_holes_mm) = (0.0, None);
         for (point, (wanted, written)) in self.path.points().iter().zip(corrected.positions.iter().zip(&back)) {
             let moved = (written - wanted).norm();
@@ -264,7 +273,7 @@ impl ProgramJob {
                 in_holes_mm = Some(in_holes_mm.map_or(moved, |most| f64::max(most, moved)));
             }
         }
-        Ok(Written { bytes, poses: self.poses(back.into_iter()), rounded_mm, in_holes_mm })
+        Ok(Written { bytes, poses: self.poses(back.into_iter()), rounded_mm, in_holes_mm, blocks })
     }
 }
 

@@ -194,6 +194,19 @@ impl<'a> LineEdit<'a> {
         }
     }
 
+    /// Puts the number of an arc word in its word, or adds the word: in the order I J K, or else behind the axis words.
+    pub fn put_arc(&mut self, letter: char, number: &str) {
+        let text = self.style.word(letter, number);
+        let of = |letters: &[char]| self.find(|word| letters.contains(&word.letter));
+        let place = (of(&[letter]), of(if letter == 'K' { &['I', 'J'] } else { &['I'] }), of(&['J', 'K']));
+        match place {
+            (Some(index), ..) => self.set_number(index, number),
+            (None, Some(index), _) if letter != 'I' => self.slots[index].after.push(text),
+            (None, _, Some(index)) if letter != 'K' => self.slots[index].before.push(text),
+            _ => self.add_last(letter, number),
+        }
+    }
+
     /// Makes the line's motion word `code`, adding one before the coordinates if the line has none.
     pub fn set_motion(&mut self, code: MotionCode) {
         let text = self.style.motion(code);

@@ -28,6 +28,7 @@
 //! - Where the tool is is not known until G0 and G1 have given X, Y and Z: motions before stay as they are ([`Notes`]).
 
 mod arc;
+mod blocks;
 mod check;
 mod cycle;
 mod dialect;
@@ -35,6 +36,7 @@ mod edit;
 mod error;
 mod expand;
 mod features;
+mod fit;
 mod follow;
 mod interpret;
 mod lex;
@@ -51,10 +53,13 @@ mod refused;
 mod request;
 mod rewrite;
 mod settings;
+mod split;
 mod unit;
 mod write_holes;
 mod writer;
+mod writing;
 
+pub use blocks::Move;
 pub use dialect::{Dialect, Foreign};
 pub use error::{ArcFault, Fault, GcodeError, MacroFault, Unsupported};
 pub use expand::Beside;
@@ -63,6 +68,7 @@ pub use offsets::WorkOffset;
 pub use options::{ArcCentres, BlockDelete, GcodeOptions};
 pub use rewrite::{RewriteError, Rewritten};
 pub use unit::LengthUnit;
+pub use writing::Writing;
 
 use std::ops::Range;
 
@@ -238,17 +244,16 @@ impl Program {
     /// # Errors
     /// When the path would have more than [`Sampling::MAX_POINTS`] points, or an arc leaves the range of coordinates.
     pub fn toolpath(&self, sampling: Sampling) -> Result<Toolpath, GcodeError> {
-        self.sample(|_, motion| motion.pieces(sampling))
+        self.sample(|_, motion| Some(motion.parameters(motion.pieces(sampling)?)))
     }
 
-    /// The path with each motion split into as many pieces as `pieces` says.
-    fn sample(&self, pieces: impl Fn(usize, &Motion) -> Option<usize>) -> Result<Toolpath, GcodeError> {
+    /// The path with the points of each motion where `parameters` says.
+    fn sample(&self, mut parameters: impl FnMut(usize, &Motion) -> Option<Vec<f64>>) -> Result<Toolpath, GcodeError> {
         let mut points: Vec<PathPoint> = Vec::new();
         for (segment, motion) in self.motions.iter().enumerate() {
-            let count = pieces(segment, motion);
             let first = points.len();
-            match count.filter(|count| first + count <= Sampling::MAX_POINTS) {
-                Some(count) => motion.sample(segment, count, &mut points),
+            match parameters(segment, motion).filter(|own| first + own.len() <= Sampling::MAX_POINTS) {
+                Some(own) => motion.sample(segment, &own, &mut points),
                 None => return Err(self.refused(segment, Fault::TooManyPoints)),
             }
             // The ends of an arc are within the range; what lies between need not be.

@@ -116,4 +116,40 @@ impl Place {
         }
         (Some(Centre::At(at)), numbers)
     }
+
+    /// The words that give an arc from `start` about `at` its centre, in the form of those of `motion`, and the centre as they
+    /// say it. `is_long`: the arc turns by more than half a turn.
+    pub fn write_centre(
+        self,
+        motion: &Motion,
+        start: &Vector3<f64>,
+        at: [f64; 2],
+        is_long: bool,
+    ) -> Option<(Centre, Vec<(char, String)>)> {
+        let axes = motion.modal.plane.axes();
+        let from_start = [0, 1].map(|k| at[k] - start[axes[k]]);
+        let number = |mm: f64| {
+            let number = fixed(mm / self.mm, self.decimals);
+            number.parse::<f64>().ok().map(|value| (number, value * self.mm))
+        };
+        let letters = [0, 1].map(|k| ['I', 'J', 'K'][axes[k]]);
+        match motion.centre? {
+            // One centre for several arcs.
+            Centre::Pole(_) => None,
+            Centre::Radius(_) => {
+                let radius = from_start[0].hypot(from_start[1]);
+                let (text, radius) = number(if is_long { -radius } else { radius })?;
+                Some((Centre::Radius(radius), vec![('R', text)]))
+            }
+            Centre::FromStart(_) => {
+                let [(i, x), (j, y)] = [number(from_start[0])?, number(from_start[1])?];
+                Some((Centre::FromStart([x, y]), vec![(letters[0], i), (letters[1], j)]))
+            }
+            Centre::At(_) => {
+                let zero = [0, 1].map(|k| self.origin[axes[k]]);
+                let [(i, x), (j, y)] = [number(at[0] - zero[0])?, number(at[1] - zero[1])?];
+                Some((Centre::At([x + zero[0], y + zero[1]]), vec![(letters[0], i), (letters[1], j)]))
+            }
+        }
+    }
 }

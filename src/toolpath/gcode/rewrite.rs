@@ -4,9 +4,9 @@ use nalgebra::Vector3;
 use thiserror::Error;
 
 use crate::toolpath::{
-    NumberFormat, PositionsError, Toolpath,
+    PositionsError, Toolpath,
     gcode::{
-        Block, GcodeOptions, LengthUnit, Program,
+        Block, GcodeOptions, Program, Writing,
         edit::Style,
         error::GcodeError,
         modal::MotionCode,
@@ -14,7 +14,6 @@ use crate::toolpath::{
         pole::Pole,
         writer::{Targets, Writer},
     },
-    number,
     path::check_positions,
 };
 
@@ -24,6 +23,12 @@ pub enum RewriteError {
     /// The positions do not fit the path.
     #[error(transparent)]
     Positions(#[from] PositionsError),
+    /// The tolerance is none.
+    #[error("write tolerance {tolerance_mm} mm: expected a finite number, 0 or more")]
+    Tolerance {
+        /// What was given, mm.
+        tolerance_mm: f64,
+    },
     /// The path was not sampled from this program.
     #[error("the path does not belong to program {program}: expected a path sampled from it")]
     ForeignPath {
@@ -44,6 +49,8 @@ pub struct Rewritten {
     bytes: Vec<u8>,
     /// How many path points each motion of the written program stands for.
     pieces: Vec<usize>,
+    /// Where on its motion each of them lies, from 0 to 1.
+    places: Vec<f64>,
     name: String,
     options: GcodeOptions,
 }
@@ -61,24 +68,46 @@ impl Rewritten {
         self.bytes
     }
 
-    /// Reads the written program as a controller would, and gives its path with point k where point k of the
-    /// original path was: the same number of points, in the same order.
+    /// The written program, read as a controller would.
+    ///
+    /// # Errors
+    /// When it cannot be followed.
+    pub fn read(&self) -> Result<Program, GcodeError> {
+        Program::parse(self.bytes.clone(), &self.name, &self.options)
+    }
+
+    /// The path of the written program, point k where point k of the original path is passed: the same number of points, in
+    /// the same order.
     ///
     /// # Errors
     /// When the written program cannot be followed.
     pub fn read_back(&self) -> Result<Toolpath, GcodeError> {
-        let program = Program::parse(self.bytes.clone(), &self.name, &self.options)?;
-        program.sample(|segment, _| self.pieces.get(segment).copied())
+        self.path_of(&self.read()?)
+    }
+
+    /// The same of the written program once it has been read.
+    ///
+    /// # Errors
+    /// When it is another program.
+    pub fn path_of(&self, written: &Program) -> Result<Toolpath, GcodeError> {
+        let mut places = self.places.as_slice();
+        written.sample(|segment, _| {
+            let (own, rest) = places.split_at_checked(*self.pieces.get(segment)?)?;
+            places = rest;
+            Some(own.to_vec())
+        })
     }
 }
 
 impl Program {
     /// The program with the points of `path` moved to `corrected_mm`, positions in the workpiece frame.
     ///
-    /// `path` is what [`Program::toolpath`] gave. A motion block stays one block where one block of its kind passes
-    /// all its corrected points to one unit of the last decimal of `format`; where the correction varies so that
-    /// none does, it becomes a sequence of G1 blocks with one point each. Of a block that stays, only the numbers
-    /// change that must, by more than half a unit of the last decimal: without correction the bytes are the same.
+    /// `path` is what [`Program::toolpath`] gave. A motion block stays one block where one block of its kind passes all its
+    /// corrected points to one unit of the last decimal, or within the tolerance; where the correction varies so that none does,
+    /// it becomes a sequence of blocks, each of which passes as many points within the tolerance as it can: arcs of the same
+    /// plane and turn, with the words for centres that the block has, where an arc does, lines otherwise. Blocks end at
+    /// corrected points, to half a unit of the last decimal. Of a block that stays, only the numbers change that must, by more than half
+    /// a unit of the last decimal: without correction the bytes are the same.
     ///
     /// A hole of a cycle stays one: its X, Y and Z are those of its corrected bottom and R that of its corrected beginning.
     ///
@@ -89,16 +118,16 @@ impl Program {
     /// have led, so that rounding does not add up.
     ///
     /// # Errors
-    /// When there is not one finite position for every point, or `path` is from another program.
+    /// When there is not one finite position for every point, `path` is from another program, or the tolerance is none.
     pub fn rewrite(
         &self,
         path: &Toolpath,
         corrected_mm: &[Vector3<f64>],
-        format: NumberFormat,
+        writing: impl Into<Writing>,
     ) -> Result<Rewritten, RewriteError> {
         check_positions(path, corrected_mm)?;
         let groups = self.group(path)?;
-        let mut writer = Writer::new(self, format);
+        let mut writer = Writer::new(self, writing.into().checked()?);
         let arcs = self.arcs_about_poles();
         let moved_with = |block: &Block, pole: &Pole| {
             let arc = arcs[arcs.partition_point(|arc| *arc < block.motions.start)..].first();
@@ -141,6 +170,7 @@ impl Program {
         Ok(Rewritten {
             bytes: self.dialect.numbered(&self.source, writer.out),
             pieces: writer.pieces,
+            places: writer.places,
             name: self.name.clone(),
             options: self.options.clone(),
         })
@@ -171,26 +201,6 @@ impl Program {
             groups.push((first, next));
         }
         if next == points.len() { Ok(groups) } else { Err(foreign()) }
-    }
-
-    /// The decimals of its coordinates.
-    pub(super) fn decimals_seen(&self) -> NumberFormat {
-        let (mut mm, mut inch) = (0, 0);
-        for block in &self.blocks {
-            let Some(motion) = self.motions[block.motions.clone()].first() else {
-                continue;
-            };
-            let content = self.content(block.line);
-            let seen = match motion.modal.unit {
-                LengthUnit::Millimetre => &mut mm,
-                LengthUnit::Inch => &mut inch,
-            };
-            for word in motion.words.iter().filter(|word| matches!(word.letter, 'X' | 'Y' | 'Z' | 'R')) {
-                let text = String::from_utf8_lossy(&content[word.number()]);
-                *seen = number::decimals_in(&text).max(*seen);
-            }
-        }
-        NumberFormat::seen(mm, inch)
     }
 
     /// How this program's author writes words.

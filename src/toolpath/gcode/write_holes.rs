@@ -74,7 +74,9 @@ impl Writer<'_> {
             as_it_is &= written.is_kept();
             (self.tracked, self.drilled) = (written.tracked, written.drilled);
         }
-        self.pieces.extend(targets.iter().map(|targets| targets.points.len()));
+        for (motion, targets) in motions.iter().zip(targets) {
+            self.stands_for(&motion.parameters(targets.points.len()));
+        }
         self.unit_before_mm = place.unit_mm();
         if as_it_is {
             return self.copy(block.line);

@@ -8,6 +8,7 @@ use crate::{
         ProgramFile,
         program::{
             Pass, ProgramJob,
+            blocks::BlocksBeforeAfter,
             bounded::Exceeded,
             report::units::{limit_unit, shown_price},
         },
@@ -62,12 +63,13 @@ fn bounded_json(job: &ProgramJob, path: &BoundedPath) -> Value {
 const SCHEMA: u32 = 2;
 
 /// What each pass leaves, over the points at which the tool cuts. `exceeded`: limits as the program was written; `None` where
-/// nobody looked.
+/// nobody looked. `blocks`: of a G-code program.
 pub fn program_json(
     job: &ProgramJob,
     passes: &[Pass],
     bounded: Option<&BoundedPath>,
     exceeded: Option<&[Exceeded]>,
+    blocks: Option<&BlocksBeforeAfter>,
 ) -> Value {
     let (notes, dialect) = match &job.file {
         ProgramFile::Gcode(program) => (program.notes().clone(), Some(program.notes().dialect)),
@@ -98,6 +100,8 @@ pub fn program_json(
         "passes": passes,
         "bounded": bounded.map(|path| bounded_json(job, path)),
         "limits_exceeded_as_written": exceeded.map(|exceeded| exceeded_json(job, exceeded)),
+        "write_tolerance_mm": blocks.map(|_| job.process.write_tolerance_mm),
+        "blocks": blocks,
         "workpiece": job.process.place_words(),
         "counts_as_cutting": job.process.cutting_rule.words(),
         "dialect": dialect.map(Dialect::label),

@@ -1,5 +1,6 @@
 //! Reports of a compensated program: its points, what limits do, what was proved, and a page of it.
 
+mod blocks;
 mod headline;
 mod json;
 mod lines;
@@ -11,6 +12,7 @@ mod text;
 mod units;
 mod use_of;
 
+pub use blocks::blocks_text;
 pub use headline::{headline, unsolved_as_written, worse_as_written};
 pub use json::program_json;
 pub use lines::{WorstLine, worst_lines};
@@ -20,7 +22,7 @@ pub use tables::{program_columns, program_table};
 pub use text::{bounded_text, exceeded_text, holes_text, left_text};
 pub use use_of::use_text;
 
-use super::{Pass, before::Before};
+use super::{Pass, before::Before, blocks::BlocksBeforeAfter};
 use crate::{
     compensation::BoundedPath,
     machine::{Machine, Motion},
@@ -49,4 +51,6 @@ pub struct Proved<'a> {
     pub bounded: Option<&'a BoundedPath>,
     /// Largest correction of a drive of each kind, mm and degrees, as written.
     pub corrections: [Option<f64>; 2],
+    /// What the blocks of a G-code program ask of a control.
+    pub blocks: Option<&'a BlocksBeforeAfter>,
 }

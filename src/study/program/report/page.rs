@@ -1,6 +1,12 @@
 //! What the page of a compensated program shows.
 
-use super::{Proved, bounded_text, left_text, tables::before_column, use_text, worst_lines};
+use super::{
+    Proved,
+    blocks::{blocks_table, written_text},
+    bounded_text, left_text,
+    tables::before_column,
+    use_text, worst_lines,
+};
 use crate::{
     report::{
         headline::{Headline, KeyNumber},
@@ -110,6 +116,8 @@ fn remedy(job: &ProgramJob, proved: &Proved<'_>) -> Section {
 fn to_use(job: &ProgramJob, proved: &Proved<'_>) -> Section {
     Section::new("How is it used?", "what the program is, how to load it, what to switch off, what a dry run shows")
         .text(&use_text(job, proved))
+        .text(&written_text(job, proved.blocks))
+        .small_tables(proved.blocks.map(blocks_table))
 }
 
 fn proof(job: &ProgramJob, proved: &Proved<'_>) -> Section {
