@@ -6,6 +6,7 @@
 //! A study is a folder with a `study.toml`; its inputs are named relative to that folder.
 
 pub mod along_path;
+pub mod blocks;
 #[cfg(feature = "report")]
 mod command_columns;
 #[cfg(feature = "report")]

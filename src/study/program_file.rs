@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use crate::{
     input::{Folder, error::Result},
     process::file::Process,
-    study::program::blocks::{Blocks, BlocksBeforeAfter},
+    study::blocks::{Blocks, BlocksBeforeAfter},
     toolpath::{
         Sampling, Toolpath,
         gcode::{Beside, GcodeOptions, Program},

@@ -8,10 +8,8 @@ use kinetostat::{
     process::Process,
     study::{
         ProgramFile,
-        program::{
-            Corrected, ProgramJob, Written,
-            blocks::{Blocks, BlocksBeforeAfter},
-        },
+        blocks::{Blocks, BlocksBeforeAfter},
+        program::{Corrected, ProgramJob, Written},
     },
     toolpath::gcode::Program,
 };

@@ -1,7 +1,6 @@
 //! A program for the machine: read, compensated, written back, read again and simulated as written.
 
 pub mod before;
-pub mod blocks;
 pub mod bounded;
 mod corners;
 #[cfg(feature = "report")]
@@ -25,9 +24,9 @@ use crate::{
     study::{
         Machines, ProgramFile,
         along_path::{Commands, Left, PathAnswer, PathCase, PathSummary, PathSums, run_in_parts},
+        blocks::BlocksBeforeAfter,
         demands::{Led, demands},
         external_axes::held_along,
-        program::blocks::BlocksBeforeAfter,
         program_file::Rewritten,
     },
     toolpath::{PathPoint, Toolpath},

@@ -63,7 +63,7 @@ impl Geometry {
         for _ in 0..MOST_STEPS {
             let (position, tangent) = self.at(t)?;
             let step = (goal - position).dot(&tangent) / length;
-            if !(step.abs() * length > NEAR_MM) {
+            if step.is_nan() || step.abs() * length <= NEAR_MM {
                 break;
             }
             t = (t + step).clamp(0.0, 1.0);

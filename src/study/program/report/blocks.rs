@@ -2,9 +2,9 @@
 
 use crate::{
     report::{page::SmallTable, words::counted},
-    study::program::{
-        ProgramJob,
+    study::{
         blocks::{Blocks, BlocksBeforeAfter, Spread},
+        program::ProgramJob,
     },
 };
 

@@ -6,9 +6,9 @@ use crate::{
     compensation::BoundedPath,
     study::{
         ProgramFile,
+        blocks::BlocksBeforeAfter,
         program::{
             Pass, ProgramJob,
-            blocks::BlocksBeforeAfter,
             bounded::Exceeded,
             report::units::{limit_unit, shown_price},
         },

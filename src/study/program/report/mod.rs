@@ -22,12 +22,12 @@ pub use tables::{program_columns, program_table};
 pub use text::{bounded_text, exceeded_text, holes_text, left_text};
 pub use use_of::use_text;
 
-use super::{Pass, before::Before, blocks::BlocksBeforeAfter};
+use super::{Pass, before::Before};
 use crate::{
     compensation::BoundedPath,
     machine::{Machine, Motion},
     report::table::largest_position,
-    study::along_path::PathAnswer,
+    study::{along_path::PathAnswer, blocks::BlocksBeforeAfter},
 };
 
 /// Largest correction among the drives of one kind, mm or degrees.
