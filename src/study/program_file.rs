@@ -70,6 +70,17 @@ impl ProgramFile {
         }
     }
 
+    /// As [`ProgramFile::toolpath`], of a program that may have [`Program::MAX_POINTS`] points.
+    ///
+    /// # Errors
+    /// As [`ProgramFile::toolpath`].
+    pub fn long_toolpath(&self, sampling: Sampling) -> Result<Toolpath> {
+        match self {
+            ProgramFile::Polyline(_) => self.toolpath(sampling),
+            ProgramFile::Gcode(program) => Ok(program.toolpath_up_to(sampling, Program::MAX_POINTS)?),
+        }
+    }
+
     /// Line of the file that a point's move stands in, from 1, where it is known.
     pub fn line_of(&self, segment: usize) -> Option<usize> {
         match self {
@@ -114,7 +125,7 @@ impl ProgramFile {
             }
             ProgramFile::Gcode(program) => {
                 let rewritten = program.rewrite(path, positions, decimals.format(program.own_format())?)?;
-                let back = rewritten.read_back()?.positions_mm();
+                let back = rewritten.read_back_mm()?;
                 Ok((rewritten.into_bytes(), back))
             }
         }

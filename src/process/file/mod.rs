@@ -23,7 +23,7 @@ use crate::{
         cutting::{CuttingLaw, LoadError, PathLoad},
         file::spec::ProcessSpec,
     },
-    toolpath::{FormatError, NumberFormat, Sampling, Toolpath, gcode::GcodeOptions},
+    toolpath::{FormatError, NumberFormat, PathPoint, Sampling, Toolpath, gcode::GcodeOptions},
 };
 
 /// A checked process for one machine.
@@ -147,10 +147,28 @@ impl Process {
     /// As [`CuttingLaw::loads`], and when tools have forces of their own: points of a path do not say which tool is in the
     /// spindle.
     pub fn loads(&self, path: &Toolpath) -> std::result::Result<Vec<PathLoad>, LoadError> {
-        match self.forces_of_tools.is_empty() {
-            true => self.cutting.loads(path),
-            false => Err(LoadError::ToolNotKnown),
+        self.check_loads(path)?;
+        path.points().iter().map(|point| self.load(point)).collect()
+    }
+
+    /// Whether there is a load at every point of `path`, for which [`Process::load`] may then be asked.
+    ///
+    /// # Errors
+    /// As [`Process::loads`].
+    pub fn check_loads(&self, path: &Toolpath) -> std::result::Result<(), LoadError> {
+        if !self.forces_of_tools.is_empty() {
+            return Err(LoadError::ToolNotKnown);
         }
+        self.cutting.check(path)?;
+        path.points().iter().try_for_each(|point| self.load(point).map(drop))
+    }
+
+    /// The load at a point of a path.
+    ///
+    /// # Errors
+    /// As [`CuttingLaw::load`].
+    pub fn load(&self, point: &PathPoint) -> std::result::Result<PathLoad, LoadError> {
+        self.cutting.load(point)
     }
 
     /// Where the workpiece stands, what is cut, and what of its paths the machine does not control, as labels and words.

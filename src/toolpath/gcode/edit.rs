@@ -19,18 +19,7 @@ impl Style {
 
     /// The style of one line; what the line does not show is taken from `self`.
     pub fn on_line(self, content: &[u8], words: &[Word]) -> Style {
-        let mut style = self;
-        if words.len() > 1 {
-            style.spaced = words.windows(2).any(|pair| pair[0].span.end < pair[1].span.start);
-        }
-        if let Some(word) = words.iter().find(|word| word.letter != 'N') {
-            style.lower = content[word.span.start].is_ascii_lowercase();
-        }
-        let motion = words.iter().find(|word| word.letter == 'G' && word.value < 4.0);
-        if let Some(word) = motion {
-            style.padded = word.span.len() == 3 && content[word.span.start + 1] == b'0';
-        }
-        style
+        ShownStyle::default().or_on_line(content, words).over(self)
     }
 
     /// A word of this letter, which is given in upper case, and number.
@@ -48,6 +37,38 @@ impl Style {
     /// What stands between two words.
     pub fn separator(self) -> &'static str {
         if self.spaced { " " } else { "" }
+    }
+}
+
+/// A style as far as lines show it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct ShownStyle {
+    spaced: Option<bool>,
+    lower: Option<bool>,
+    padded: Option<bool>,
+}
+
+impl ShownStyle {
+    /// With what the lines before do not show as this one does.
+    pub fn or_on_line(self, content: &[u8], words: &[Word]) -> ShownStyle {
+        let spaced = || words.windows(2).any(|pair| pair[0].span.end < pair[1].span.start);
+        let first = || words.iter().find(|word| word.letter != 'N');
+        let motion = || words.iter().find(|word| word.letter == 'G' && word.value < 4.0);
+        let is_padded = |word: &Word| word.span.len() == 3 && content[word.span.start + 1] == b'0';
+        ShownStyle {
+            spaced: self.spaced.or_else(|| (words.len() > 1).then(spaced)),
+            lower: self.lower.or_else(|| first().map(|word| content[word.span.start].is_ascii_lowercase())),
+            padded: self.padded.or_else(|| motion().map(is_padded)),
+        }
+    }
+
+    /// The style, what no line shows taken from `style`.
+    pub fn over(self, style: Style) -> Style {
+        Style {
+            spaced: self.spaced.unwrap_or(style.spaced),
+            lower: self.lower.unwrap_or(style.lower),
+            padded: self.padded.unwrap_or(style.padded),
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use thiserror::Error;
 
-use crate::toolpath::{Sampling, gcode::WorkOffset, path::MAX_COORDINATE_MM};
+use crate::toolpath::{gcode::WorkOffset, path::MAX_COORDINATE_MM};
 
 pub use crate::toolpath::gcode::refused::{ArcFault, Unsupported};
 
@@ -249,8 +249,11 @@ pub enum Fault {
         end: usize,
     },
     /// More points than a path may have.
-    #[error("path of more than {most} points; expected a coarser sampling or a shorter program", most = Sampling::MAX_POINTS)]
-    TooManyPoints,
+    #[error("path of more than {most} points; expected a coarser sampling or a shorter program")]
+    TooManyPoints {
+        /// The most.
+        most: usize,
+    },
 }
 
 impl Fault {

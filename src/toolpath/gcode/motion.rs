@@ -108,9 +108,9 @@ impl Motion {
         }
     }
 
-    /// Adds the ends of the `pieces` equal pieces of the motion to `points`; `segment` is its index in the program.
-    pub fn sample(&self, segment: usize, pieces: usize, points: &mut Vec<PathPoint>) {
-        let before = points.last().map_or(0.0, |point| point.arc_length_mm);
+    /// Adds the ends of the `pieces` equal pieces of the motion to `points`; `segment` is its index in the program and
+    /// `before_mm` the length of the path before it.
+    pub fn sample(&self, segment: usize, pieces: usize, before_mm: f64, points: &mut Vec<PathPoint>) {
         let length = self.geometry.length();
         let parameters: Vec<f64> = match self.geometry {
             Geometry::Hole(_) => Hole::parameters(pieces).collect(),
@@ -127,7 +127,7 @@ impl Motion {
             points.push(PathPoint {
                 position_mm,
                 tangent,
-                arc_length_mm: before + so_far,
+                arc_length_mm: before_mm + so_far,
                 cutting,
                 feed_mm_per_min: self.modal.feed_mm_per_min(length).filter(|_| cutting),
                 spindle_rev_per_min: self.modal.spindle_rev_per_min(),
