@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::toolpath::gcode::{Move, Program};
+use crate::toolpath::gcode::{GcodeError, Move, Program};
 
 /// What the lines and arcs of a program that are driven with the feed ask of a control.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -40,21 +40,24 @@ pub struct BlocksBeforeAfter {
 
 impl Blocks {
     /// Those of `program`.
-    pub fn of(program: &Program) -> Self {
-        let moves: Vec<Move> = program.moves().collect();
-        Self {
-            lines: program.line_count(),
-            moves: moves.len(),
-            per_second: Spread::of(moves.iter().filter_map(|one| one.seconds).map(f64::recip)),
-            turns_deg: Spread::of(moves.iter().filter_map(|one| one.turn_rad).map(f64::to_degrees)),
-        }
+    ///
+    /// # Errors
+    /// When it cannot be followed.
+    pub fn of(program: &Program) -> Result<Self, GcodeError> {
+        let (mut moves, mut per_second, mut turns_deg) = (0, Vec::new(), Vec::new());
+        program.each_move(|one: Move| {
+            moves += 1;
+            per_second.extend(one.seconds.map(f64::recip));
+            turns_deg.extend(one.turn_rad.map(f64::to_degrees));
+        })?;
+        let lines = program.line_count();
+        Ok(Self { lines, moves, per_second: Spread::of(per_second), turns_deg: Spread::of(turns_deg) })
     }
 }
 
 impl Spread {
     /// Of `values`; `None` if there are none. A percentile is the least value that as many are not above.
-    pub fn of(values: impl Iterator<Item = f64>) -> Option<Self> {
-        let mut values: Vec<f64> = values.collect();
+    pub fn of(mut values: Vec<f64>) -> Option<Self> {
         values.sort_by(f64::total_cmp);
         let at = |percent: usize| values.get((values.len() * percent).div_ceil(100).saturating_sub(1)).copied();
         Some(Self { p50: at(50)?, p95: at(95)?, max: *values.last()? })
@@ -67,7 +70,7 @@ mod tests {
 
     #[test]
     fn percentiles_are_values() {
-        let spread = |values: &[f64]| Spread::of(values.iter().copied());
+        let spread = |values: &[f64]| Spread::of(values.to_vec());
         assert_eq!(spread(&[]), None);
         assert_eq!(spread(&[2.0]), Some(Spread { p50: 2.0, p95: 2.0, max: 2.0 }));
         let hundred: Vec<f64> = (1..=100).rev().map(f64::from).collect();
@@ -77,7 +80,7 @@ mod tests {
     #[test]
     fn a_square_turns_by_right_angles_at_the_rate_of_its_sides() {
         let program = "G21 G90\nG0 X0 Y0 Z0\nG1 X10 F600\nY10\nX0\nY0 F1200\nG0 Z5\n";
-        let blocks = Blocks::of(&Program::parse(program, "square.nc", &Default::default()).unwrap());
+        let blocks = Blocks::of(&Program::parse(program, "square.nc", &Default::default()).unwrap()).unwrap();
         assert_eq!((blocks.lines, blocks.moves), (7, 4));
         assert_eq!(blocks.per_second, Some(Spread { p50: 1.0, p95: 2.0, max: 2.0 }));
         let turns = blocks.turns_deg.unwrap();

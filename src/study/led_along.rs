@@ -5,8 +5,24 @@ use crate::{
     machine::{Configuration, Machine, Standing},
 };
 
+/// Where the nominal machine stands at a point of a path, if it reaches it, and why it cannot be led there, if it cannot.
+pub(super) struct LedPoint {
+    pub at: Option<Configuration>,
+    pub asked: Result<(), CompensationStatus>,
+}
+
+/// `nominal` led along `demands`, its way along the points `passed` behind it.
+pub(super) fn led_along(nominal: &Machine, passed: &[Demand], demands: &[Demand]) -> Vec<LedPoint> {
+    let mut led = LedAlong::after(nominal, passed);
+    let point = |demand| {
+        let (at, asked) = led.step(demand);
+        LedPoint { at, asked }
+    };
+    demands.iter().map(point).collect()
+}
+
 /// A machine on its way along a path.
-pub(super) struct LedAlong {
+struct LedAlong {
     nominal: Standing,
     /// From where the next point is sought.
     near: Configuration,

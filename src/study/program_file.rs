@@ -76,6 +76,17 @@ impl ProgramFile {
         }
     }
 
+    /// As [`ProgramFile::toolpath`], of a program that may have [`Program::MAX_POINTS`] points.
+    ///
+    /// # Errors
+    /// As [`ProgramFile::toolpath`].
+    pub fn long_toolpath(&self, sampling: Sampling) -> Result<Toolpath> {
+        match self {
+            ProgramFile::Polyline(_) => self.toolpath(sampling),
+            ProgramFile::Gcode(program) => Ok(program.toolpath_up_to(sampling, Program::MAX_POINTS)?),
+        }
+    }
+
     /// Line of the file that a point's move stands in, from 1, where it is known.
     pub fn line_of(&self, segment: usize) -> Option<usize> {
         match self {
@@ -117,8 +128,8 @@ impl ProgramFile {
             ProgramFile::Gcode(program) => {
                 let rewritten = program.rewrite(path, positions, process.writing(program.own_format())?)?;
                 let written = rewritten.read()?;
-                let back = rewritten.path_of(&written)?.positions_mm();
-                let blocks = BlocksBeforeAfter { before: Blocks::of(program), after: Blocks::of(&written) };
+                let back = rewritten.positions_of(&written)?;
+                let blocks = BlocksBeforeAfter { before: Blocks::of(program)?, after: Blocks::of(&written)? };
                 Ok(Rewritten { bytes: rewritten.into_bytes(), back, blocks: Some(blocks) })
             }
         }

@@ -46,6 +46,7 @@ mod labels;
 mod lanes;
 mod library;
 mod list_lengths;
+mod long_program;
 mod machine_check;
 mod machine_files;
 mod machine_states;

@@ -9,7 +9,7 @@ use kinetostat::{
     study::{
         ProgramFile,
         blocks::{Blocks, BlocksBeforeAfter},
-        program::{Corrected, ProgramJob, Written},
+        program::{Corrected, Part, ProgramJob, Written},
     },
     toolpath::gcode::Program,
 };
@@ -45,8 +45,8 @@ fn force(times: f64) -> String {
 
 fn written(job: &ProgramJob) -> (Written, BlocksBeforeAfter) {
     let mut corrected = Corrected::new(job);
-    let take = |_: usize, answers: &[_]| {
-        corrected.add(job, answers);
+    let take = |part: &Part<'_>, answers: &[_]| {
+        corrected.add(job, part, answers);
         Ok(())
     };
     job.pass_by(Method::Direct, &|| (), take).unwrap();
@@ -61,7 +61,7 @@ fn program(name: &str) -> Vec<u8> {
 }
 
 const OFFSETS: &str = "[gcode]\ng55_mm = [100.0, -20.0, 3.5]\ng56_mm = [0.0, 0.0, 0.0]\noffsets_mm = { \"G59.1\" = \
-                       [80.0, 1.0, 0.0], \"G54.1 P7\" = [-5.0, 0.0, 0.25] }\n";
+                       [80.0, 1.0, 0.0], \"G54.1 P7\" = [-5.0, 0.0, 0.25], \"G15 H3\" = [40.0, 0.0, 0.0] }\n";
 
 #[test]
 fn written_programs_are_hardly_longer() {
@@ -146,8 +146,13 @@ fn wrenches(corner: &str) -> Vec<(f64, Vector6<f64>)> {
     let machine = Machine::named("orthoglide").unwrap();
     let program = b"G21 G90\nG0 X0 Y0 Z0\nG1 X10 F100\nY10\nY0\n";
     let job = job(&machine, &format!("{}[compensate]\n{corner}", force(1.0)), program, "corner.nc");
-    let points = job.path.points().iter().zip(&job.demands);
-    points.map(|(point, demand)| (point.arc_length_mm, demand.load.to_vector())).collect()
+    let mut wrenches = Vec::new();
+    for part in job.parts() {
+        let part = part.unwrap();
+        let points = part.points.iter().zip(part.demands());
+        wrenches.extend(points.map(|(point, demand)| (point.arc_length_mm, demand.load.to_vector())));
+    }
+    wrenches
 }
 
 #[test]

@@ -22,7 +22,7 @@ use crate::{
         file::spec::ProcessSpec,
     },
     toolpath::{
-        FormatError, NumberFormat, Sampling, Toolpath,
+        FormatError, NumberFormat, PathPoint, Sampling, Toolpath,
         gcode::{GcodeOptions, Writing},
     },
 };
@@ -163,9 +163,27 @@ impl Process {
     /// The load at every point of `path`, in order.
     ///
     /// # Errors
-    /// As [`OwnForces::loads`].
+    /// As [`OwnForces::check`] and [`CuttingLaw::load`].
     pub fn loads(&self, path: &Toolpath) -> std::result::Result<Vec<PathLoad>, LoadError> {
-        self.own_forces.loads(&self.cutting, path)
+        self.check_loads(path)?;
+        path.points().iter().map(|point| self.load(point)).collect()
+    }
+
+    /// Whether there is a load at every point of `path`, for which [`Process::load`] may then be asked.
+    ///
+    /// # Errors
+    /// As [`Process::loads`].
+    pub fn check_loads(&self, path: &Toolpath) -> std::result::Result<(), LoadError> {
+        self.own_forces.check(&self.cutting, path)?;
+        path.points().iter().try_for_each(|point| self.load(point).map(drop))
+    }
+
+    /// The load at a point of a path.
+    ///
+    /// # Errors
+    /// As [`CuttingLaw::load`].
+    pub fn load(&self, point: &PathPoint) -> std::result::Result<PathLoad, LoadError> {
+        self.own_forces.at(point).unwrap_or(&self.cutting).load(point)
     }
 
     /// Where the workpiece stands, what is cut, and what of its paths the machine does not control, as labels and words.

@@ -20,8 +20,6 @@ use crate::{
 
 /// A jump of the wrench.
 struct Corner {
-    /// Index of the point in the corner.
-    point: usize,
     /// Length of the path up to it, mm.
     at_mm: f64,
     jump: Vector6<f64>,
@@ -30,64 +28,66 @@ struct Corner {
 /// A smaller jump is rounding, in N and N·mm.
 const LEAST_JUMP: f64 = 1e-9;
 
-/// Spreads the jumps of the wrenches in `demands` of `path` over the length that the process gives. Loads that come with the path or from a
-/// table stay, and so does where cutting begins and ends.
-///
-/// # Errors
-/// A path that lacks what the cutting force needs.
-pub(super) fn go_round_corners(
-    process: &Process,
-    path: &Toolpath,
-    demands: &mut [Demand],
-) -> std::result::Result<(), LoadError> {
-    let length = process.corner_mm;
-    if length == 0.0 {
-        return Ok(());
-    }
-    let corners = corners(process, path, &process.loads(path)?, demands);
-    // Sums of J and of J times its place, of the corners before each.
-    let mut sums = vec![(Vector6::zeros(), Vector6::zeros())];
-    let mut sum = sums[0];
-    for corner in &corners {
-        sum = (sum.0 + corner.jump, sum.1 + corner.jump * corner.at_mm);
-        sums.push(sum);
-    }
-    let (mut begin, mut here, mut run_begin) = (0, 0, 0);
-    for (k, (point, demand)) in path.points().iter().zip(demands.iter_mut()).enumerate() {
-        if !point.cutting {
-            run_begin = k + 1;
-            continue;
-        }
-        let at = point.arc_length_mm;
-        let passed = |corner: &Corner| corner.point < run_begin || corner.at_mm <= at - length;
-        begin += corners[begin..].iter().take_while(|corner| passed(corner)).count();
-        here = here.max(begin);
-        here += corners[here..].iter().take_while(|corner| corner.point < k).count();
-        if here > begin {
-            let (jumps, moments) = (sums[here].0 - sums[begin].0, sums[here].1 - sums[begin].1);
-            let missing = jumps * (1.0 - at / length) + moments / length;
-            demand.load = Wrench::from_vector(&(demand.load.to_vector() - missing));
-        }
-    }
-    Ok(())
+/// The corners of a path, its points taken one after another.
+pub(super) struct Corners<'a> {
+    process: &'a Process,
+    path: &'a Toolpath,
+    led: Led<'a>,
+    /// Those less than the length behind which the process gives.
+    behind: Vec<Corner>,
 }
 
-/// Where the wrench jumps, in the order of the path.
-fn corners(process: &Process, path: &Toolpath, loads: &[PathLoad], demands: &[Demand]) -> Vec<Corner> {
-    let mut led = Led::new(&process.machine, &process.placement);
-    let follows = |load: &PathLoad| !matches!(load, PathLoad::Workpiece(_));
-    let corner = |(point, pair): (usize, &[PathPoint])| {
-        let [from, to] = pair else { return None };
-        let is_corner = from.cutting && to.cutting && from.source.segment != to.source.segment;
-        if !is_corner || !loads[point..=point + 1].iter().all(follows) {
-            return None;
+impl<'a> Corners<'a> {
+    /// Those of `path`, none of its points taken.
+    pub fn new(process: &'a Process, path: &'a Toolpath) -> Self {
+        Self { process, path, led: Led::new(&process.machine, &process.placement), behind: Vec::new() }
+    }
+
+    /// `demand` of the next point, that with the index `k`, the jumps of the wrench behind it spread over the length that the process
+    /// gives. Loads that come with the path or from a table stay, and so does where cutting begins and ends.
+    ///
+    /// # Errors
+    /// A path that lacks what the cutting force needs.
+    pub fn rounded(&mut self, k: usize, demand: Demand) -> Result<Demand, LoadError> {
+        let (length, point) = (self.process.corner_mm, &self.path.points()[k]);
+        if length == 0.0 {
+            return Ok(demand);
         }
-        let there = led.placed(demands[point].external).turned(&demands[point].pose.rotation);
-        let departing = loads[point + 1].on_tool(departure(from, to), there.tool_axes());
-        let jump = there.wrench(&departing).to_vector() - demands[point].load.to_vector();
-        (jump.amax() > LEAST_JUMP).then_some(Corner { point, at_mm: from.arc_length_mm, jump })
-    };
-    path.points().windows(2).enumerate().filter_map(corner).collect()
+        if !point.cutting {
+            self.behind.clear();
+            return Ok(demand);
+        }
+        let at = point.arc_length_mm;
+        self.behind.retain(|corner| corner.at_mm > at - length);
+        let mut rounded = demand;
+        if !self.behind.is_empty() {
+            let missing = |corner: &Corner| corner.jump * (1.0 - (at - corner.at_mm) / length);
+            let missing: Vector6<f64> = self.behind.iter().map(missing).sum();
+            rounded.load = Wrench::from_vector(&(demand.load.to_vector() - missing));
+        }
+        let corner = self.corner(k, &demand)?;
+        self.behind.extend(corner);
+        Ok(rounded)
+    }
+
+    /// The corner in point `k`, if the wrench jumps there.
+    fn corner(&mut self, k: usize, demand: &Demand) -> Result<Option<Corner>, LoadError> {
+        let Some([from, to]) = self.path.points().get(k..k + 2).and_then(|pair| <&[PathPoint; 2]>::try_from(pair).ok())
+        else {
+            return Ok(None);
+        };
+        if !to.cutting || from.source.segment == to.source.segment {
+            return Ok(None);
+        }
+        let (arriving, departing) = (self.process.load(from)?, self.process.load(to)?);
+        if [arriving, departing].iter().any(|load| matches!(load, PathLoad::Workpiece(_))) {
+            return Ok(None);
+        }
+        let there = self.led.placed(demand.external).turned(&demand.pose.rotation);
+        let departing = departing.on_tool(departure(from, to), there.tool_axes());
+        let jump = there.wrench(&departing).to_vector() - demand.load.to_vector();
+        Ok((jump.amax() > LEAST_JUMP).then_some(Corner { at_mm: from.arc_length_mm, jump }))
+    }
 }
 
 /// The direction in which a move begins that leads to its first point `to`: the chord halves the angle to the direction there, as it does

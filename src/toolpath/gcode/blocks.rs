@@ -1,7 +1,7 @@
 //! The blocks of a program as a control runs them: how long each takes, and by how much the motion turns between two.
 
 use crate::toolpath::gcode::{
-    Program,
+    GcodeError, Program,
     modal::MotionCode,
     motion::{Geometry, Motion},
 };
@@ -23,19 +23,34 @@ impl Program {
         self.lines.len()
     }
 
-    /// Its lines and arcs that are driven with the feed; holes of cycles are not among them.
-    pub fn moves(&self) -> impl Iterator<Item = Move> + '_ {
-        let before = std::iter::once(None).chain(self.motions.iter().map(Some));
-        before.zip(&self.motions).filter(|(_, motion)| is_fed(motion)).map(|(before, motion)| {
-            let length = motion.geometry.length();
-            let feed = motion.modal.feed_mm_per_min(length).filter(|feed| *feed > 0.0 && length > 0.0);
-            let turn_rad = before.filter(|before| is_fed(before)).and_then(|before| {
-                let (arrival, departure) = (before.geometry.at(1.0)?.1, motion.geometry.at(0.0)?.1);
-                (arrival.norm() > 0.0 && departure.norm() > 0.0).then(|| arrival.angle(&departure))
-            });
-            Move { seconds: feed.map(|feed| 60.0 * length / feed), turn_rad }
-        })
+    /// Gives its lines and arcs that are driven with the feed to `take`; holes of cycles are not among them.
+    ///
+    /// # Errors
+    /// When it cannot be followed.
+    pub fn each_move(&self, mut take: impl FnMut(Move)) -> Result<(), GcodeError> {
+        let mut before: Option<Motion> = None;
+        self.walk(|block| {
+            for motion in &block.motions {
+                if is_fed(motion) {
+                    take(driven(motion, before.as_ref().filter(|before| is_fed(before))));
+                }
+                before = Some(motion.clone());
+            }
+            Ok::<(), GcodeError>(())
+        })?;
+        Ok(())
     }
+}
+
+/// `motion` behind the one `before`, if that is driven with the feed, too.
+fn driven(motion: &Motion, before: Option<&Motion>) -> Move {
+    let length = motion.geometry.length();
+    let feed = motion.modal.feed_mm_per_min(length).filter(|feed| *feed > 0.0 && length > 0.0);
+    let turn_rad = before.and_then(|before| {
+        let (arrival, departure) = (before.geometry.at(1.0)?.1, motion.geometry.at(0.0)?.1);
+        (arrival.norm() > 0.0 && departure.norm() > 0.0).then(|| arrival.angle(&departure))
+    });
+    Move { seconds: feed.map(|feed| 60.0 * length / feed), turn_rad }
 }
 
 fn is_fed(motion: &Motion) -> bool {

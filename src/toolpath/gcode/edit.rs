@@ -27,24 +27,6 @@ pub(crate) struct Numbers {
 }
 
 impl Numbers {
-    /// Those of one line; what the line does not show is taken from `self`.
-    fn on_line(self, content: &[u8], words: &[Word]) -> Numbers {
-        let mut numbers = self;
-        for word in words.iter().filter(|word| is_axis_word(word)) {
-            let number = &content[word.number()];
-            match number.first() {
-                Some(b'+') => numbers.plus = true,
-                Some(b'-') | None => {}
-                Some(_) => numbers.plus = false,
-            }
-            if let Some(mark) = number.iter().find(|b| matches!(b, b',' | b'.')) {
-                numbers.comma = *mark == b',';
-            }
-            numbers.equals = content[word.span.start..word.number().start].contains(&b'=');
-        }
-        numbers
-    }
-
     /// `number`, which is written with a point, without plus and without blanks, unless it is one of the line.
     fn write(self, number: &str) -> String {
         let plus = if self.plus && !number.starts_with(['+', '-']) { "+" } else { "" };
@@ -62,19 +44,7 @@ impl Style {
 
     /// The style of one line; what the line does not show is taken from `self`.
     pub fn on_line(self, content: &[u8], words: &[Word]) -> Style {
-        let mut style = self;
-        if words.len() > 1 {
-            style.spaced = words.windows(2).any(|pair| pair[0].span.end < pair[1].span.start);
-        }
-        if let Some(word) = words.iter().find(|word| word.letter != 'N') {
-            style.lower = content[word.span.start].is_ascii_lowercase();
-        }
-        let motion = words.iter().find(|word| word.letter == 'G' && word.value < 4.0);
-        if let Some(word) = motion {
-            style.padded = word.span.len() == 3 && content[word.span.start + 1] == b'0';
-        }
-        style.numbers = self.numbers.on_line(content, words);
-        style
+        ShownStyle::default().or_on_line(content, words).over(self)
     }
 
     /// A word of this letter, which is given in upper case, and number.
@@ -107,6 +77,57 @@ impl Style {
     /// What stands between two words.
     pub fn separator(self) -> &'static str {
         if self.spaced { " " } else { "" }
+    }
+}
+
+/// A style as far as lines show it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct ShownStyle {
+    spaced: Option<bool>,
+    lower: Option<bool>,
+    padded: Option<bool>,
+    plus: Option<bool>,
+    comma: Option<bool>,
+    equals: Option<bool>,
+}
+
+impl ShownStyle {
+    /// With what the lines before do not show as this one does.
+    pub fn or_on_line(self, content: &[u8], words: &[Word]) -> ShownStyle {
+        let spaced = || words.windows(2).any(|pair| pair[0].span.end < pair[1].span.start);
+        let first = || words.iter().find(|word| word.letter != 'N');
+        let motion = || words.iter().find(|word| word.letter == 'G' && word.value < 4.0);
+        let is_padded = |word: &Word| word.span.len() == 3 && content[word.span.start + 1] == b'0';
+        let axes = || words.iter().rev().filter(|word| is_axis_word(word));
+        let plus = |word: &Word| match content[word.number()].first() {
+            Some(b'-') | None => None,
+            first => Some(first == Some(&b'+')),
+        };
+        let mark = |word: &Word| content[word.number()].iter().find(|b| matches!(b, b',' | b'.'));
+        let equals = |word: &Word| content[word.span.start..word.number().start].contains(&b'=');
+        ShownStyle {
+            spaced: self.spaced.or_else(|| (words.len() > 1).then(spaced)),
+            lower: self.lower.or_else(|| first().map(|word| content[word.span.start].is_ascii_lowercase())),
+            padded: self.padded.or_else(|| motion().map(is_padded)),
+            plus: self.plus.or_else(|| axes().find_map(plus)),
+            comma: self.comma.or_else(|| axes().find_map(mark).map(|mark| *mark == b',')),
+            equals: self.equals.or_else(|| axes().next().map(equals)),
+        }
+    }
+
+    /// The style, what no line shows taken from `style`.
+    pub fn over(self, style: Style) -> Style {
+        Style {
+            spaced: self.spaced.unwrap_or(style.spaced),
+            lower: self.lower.unwrap_or(style.lower),
+            padded: self.padded.unwrap_or(style.padded),
+            numbers: Numbers {
+                plus: self.plus.unwrap_or(style.numbers.plus),
+                comma: self.comma.unwrap_or(style.numbers.comma),
+                equals: self.equals.unwrap_or(style.numbers.equals),
+            },
+            dialect: style.dialect,
+        }
     }
 }
 

@@ -3,7 +3,6 @@
 use thiserror::Error;
 
 use crate::toolpath::{
-    Sampling,
     gcode::{Dialect, WorkOffset},
     path::MAX_COORDINATE_MM,
 };
@@ -254,8 +253,11 @@ pub enum Fault {
         end: usize,
     },
     /// More points than a path may have.
-    #[error("path of more than {most} points; expected a coarser sampling or a shorter program", most = Sampling::MAX_POINTS)]
-    TooManyPoints,
+    #[error("path of more than {most} points; expected a coarser sampling or a shorter program")]
+    TooManyPoints {
+        /// The most.
+        most: usize,
+    },
 }
 
 impl Fault {

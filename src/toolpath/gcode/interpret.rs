@@ -247,7 +247,8 @@ impl Interpreter {
             }
             let feeds = matches!(self.modal.motion, Some(MotionCode::Line | MotionCode::Arc(_)));
             let goes = request.axes().iter().any(Option::is_some);
-            if letter != 'B' && stood.is_none() && word.value != 0.0 && feeds && goes {
+            let may_be_chamfer = self.dialect == Dialect::Iso && letter != 'B';
+            if may_be_chamfer && stood.is_none() && word.value != 0.0 && feeds && goes {
                 return Err(word.refuse(Fault::Chamfer { letter }));
             }
             if distance == Distance::Absolute {

@@ -4,33 +4,48 @@ use std::ops::Range;
 
 use crate::toolpath::gcode::error::{Fault, Refusal, Unsupported};
 
-/// One line of the source, as byte ranges into it.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Line {
-    /// The line without its ending.
-    pub content: Range<usize>,
-    /// Its ending: `\n`, `\r\n`, `\r\r\n`, `\r`, or nothing at the end of the file.
-    pub ending: Range<usize>,
+/// The lines of a source, as byte ranges into it that cover it without gap: copying them gives it back.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Lines {
+    /// Of each line, where its content ends and where its ending does.
+    ends: Vec<[usize; 2]>,
 }
 
-/// Splits `source` into lines. The ranges cover it without gap, so that copying them gives it back.
-pub(crate) fn split(source: &[u8]) -> Vec<Line> {
-    let mut lines = Vec::new();
-    let mut start = 0;
-    while start < source.len() {
-        let rest = &source[start..];
-        let length = rest.iter().position(|b| matches!(b, b'\r' | b'\n')).unwrap_or(rest.len());
-        let end = start + length;
-        let next = match &source[end..] {
-            [b'\r', b'\r', b'\n', ..] => end + 3,
-            [b'\r', b'\n', ..] => end + 2,
-            [_, ..] => end + 1,
-            [] => end,
-        };
-        lines.push(Line { content: start..end, ending: end..next });
-        start = next;
+impl Lines {
+    pub fn of(source: &[u8]) -> Lines {
+        let mut ends = Vec::new();
+        let mut start = 0;
+        while start < source.len() {
+            let rest = &source[start..];
+            let length = rest.iter().position(|b| matches!(b, b'\r' | b'\n')).unwrap_or(rest.len());
+            let end = start + length;
+            let next = match &source[end..] {
+                [b'\r', b'\r', b'\n', ..] => end + 3,
+                [b'\r', b'\n', ..] => end + 2,
+                [_, ..] => end + 1,
+                [] => end,
+            };
+            ends.push([end, next]);
+            start = next;
+        }
+        Lines { ends }
     }
-    lines
+
+    pub fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// Line `index` (from 0) without its ending.
+    pub fn content(&self, index: usize) -> Range<usize> {
+        let start = index.checked_sub(1).map_or(0, |before| self.ends[before][1]);
+        start..self.ends[index][0]
+    }
+
+    /// Its ending: `\n`, `\r\n`, `\r\r\n`, `\r`, or nothing at the end of the file.
+    pub fn ending(&self, index: usize) -> Range<usize> {
+        let [content, ending] = self.ends[index];
+        content..ending
+    }
 }
 
 /// What a line holds once its comments are out of the way.
@@ -174,13 +189,14 @@ mod tests {
     #[test]
     fn lines_cover_the_source_whatever_their_endings() {
         let source = b"a\r\nb\n\rc\r\r\n\nd";
-        let lines = split(source);
+        let lines = Lines::of(source);
+        let all = || 0..lines.len();
         let joined: Vec<u8> =
-            lines.iter().flat_map(|l| [&source[l.content.clone()], &source[l.ending.clone()]].concat()).collect();
+            all().flat_map(|l| [&source[lines.content(l)], &source[lines.ending(l)]].concat()).collect();
         assert_eq!(joined, source);
-        let contents: Vec<_> = lines.iter().map(|l| &source[l.content.clone()]).collect();
+        let contents: Vec<_> = all().map(|l| &source[lines.content(l)]).collect();
         assert_eq!(contents, [&b"a"[..], b"b", b"", b"c", b"", b"d"]);
-        assert!(split(b"").is_empty());
+        assert_eq!(Lines::of(b"").len(), 0);
     }
 
     #[test]

@@ -55,6 +55,7 @@ mod rewrite;
 mod settings;
 mod split;
 mod unit;
+mod walk;
 mod write_holes;
 mod writer;
 mod writing;
@@ -70,53 +71,39 @@ pub use rewrite::{RewriteError, Rewritten};
 pub use unit::LengthUnit;
 pub use writing::Writing;
 
-use std::ops::Range;
-
-use dialect::{Language, Statement};
+use edit::Style;
 use expand::WrittenOut;
-use interpret::{Effect, Interpreter, OriginAt};
-use lines::Line;
-use modal::MotionCode;
+use lines::Lines;
 use motion::Motion;
-use pole::Pole;
+use walk::MotionAt;
 
 use crate::toolpath::{NumberFormat, PathPoint, Sampling, Toolpath};
 
-/// A program that has been read and followed.
+/// A program that has been read and followed. It is held as its bytes: what a line does is found anew whenever the program
+/// is walked through.
 #[derive(Clone, Debug)]
 pub struct Program {
     name: String,
     options: GcodeOptions,
     dialect: Dialect,
     source: Vec<u8>,
-    lines: Vec<Line>,
-    /// The lines with a motion word or a motion, in order.
-    blocks: Vec<Block>,
-    motions: Vec<Motion>,
+    lines: Lines,
+    /// Where its motions are, in order.
+    motions: Vec<MotionAt>,
+    /// Of each line that sets a centre of arcs, the first motion behind it that is an arc about it.
+    arcs_of_poles: Vec<Option<usize>>,
     own_format: NumberFormat,
+    /// How its author writes words.
+    style: Style,
     notes: Notes,
     /// Of a program written out, where its lines come from.
     written_out: Option<WrittenOut>,
 }
 
-/// A line that has to do with motion.
-#[derive(Clone, Debug)]
-struct Block {
-    /// Index of the line, from 0.
-    line: usize,
-    /// The motion word on it.
-    motion_word: Option<MotionCode>,
-    /// Indices of the motions it makes: one, or the holes of a cycle.
-    motions: Range<usize>,
-    /// The zero it sets by where the tool is.
-    origin_at: Option<OriginAt>,
-    /// The centre of arcs that it sets.
-    pole: Option<Pole>,
-    /// Length of what new lines of it begin with as well: blanks and block-delete mark, in Heidenhain's dialect the number.
-    prefix: usize,
-}
-
 impl Program {
+    /// The most points that may be asked for of the path of a program.
+    pub const MAX_POINTS: usize = Sampling::MAX_PIECES;
+
     /// Reads and follows a program. `name` is its file name, for messages; `source` is its bytes: comments may be in
     /// any encoding, all else is ASCII.
     ///
@@ -124,7 +111,7 @@ impl Program {
     /// When the program has a word that cannot be followed, or a motion that cannot be.
     pub fn parse(source: impl Into<Vec<u8>>, name: &str, options: &GcodeOptions) -> Result<Program, GcodeError> {
         let source = source.into();
-        let lines = lines::split(&source);
+        let lines = Lines::of(&source);
         let dialect = options.dialect.unwrap_or_else(|| Dialect::of(&source));
         let mut program = Program {
             name: name.to_owned(),
@@ -132,61 +119,15 @@ impl Program {
             dialect,
             source,
             lines,
-            blocks: Vec::new(),
             motions: Vec::new(),
+            arcs_of_poles: Vec::new(),
             own_format: NumberFormat::default(),
+            style: Style::plain(dialect),
             notes: Notes::default(),
             written_out: None,
         };
-        program.follow()?;
-        program.own_format = program.decimals_seen();
+        program.survey()?;
         Ok(program)
-    }
-
-    fn follow(&mut self) -> Result<(), GcodeError> {
-        let options = self.options.clone();
-        let mut interpreter = Interpreter::new(&options, self.dialect);
-        let mut language = Language::new(self.dialect);
-        let mut percents = 0;
-        for line in 0..self.lines.len() {
-            let content = self.content(line);
-            if options.block_delete == BlockDelete::Skip && lines::is_deletable(content) {
-                continue;
-            }
-            let located = |refusal: error::Refusal| refusal.locate(&self.name, line + 1, content).read_as(self.dialect);
-            let statement = language.statement(content);
-            // Behind the end, text need not be code.
-            if interpreter.has_ended() && !matches!(statement, Ok(Statement::Words { .. })) {
-                continue;
-            }
-            if let Some(feature) = features::begun(&options.features, content) {
-                interpreter.begin_feature(feature);
-            }
-            match statement.map_err(located)? {
-                Statement::Percent => percents += 1,
-                Statement::Command { moves } => interpreter.lose(line + 1, [moves; 3]),
-                Statement::Words { words, prefix } => {
-                    let effect = interpreter.line(line + 1, words).map_err(located)?;
-                    self.keep(line, prefix, effect);
-                }
-            }
-            if percents == 2 {
-                interpreter.end_in(line + 1);
-            }
-        }
-        self.notes = interpreter.notes;
-        Ok(())
-    }
-
-    fn keep(&mut self, line: usize, prefix: usize, effect: Effect) {
-        if effect == Effect::default() {
-            return;
-        }
-        let first = self.motions.len();
-        self.motions.extend(effect.motions);
-        let motions = first..self.motions.len();
-        let Effect { motion_word, origin_at, pole, .. } = effect;
-        self.blocks.push(Block { line, motion_word, motions, origin_at, pole, prefix });
     }
 
     /// The program's name as given.
@@ -210,7 +151,7 @@ impl Program {
     /// Whether a motion is a hole of a cycle.
     #[must_use]
     pub fn is_hole(&self, segment: usize) -> bool {
-        self.motions.get(segment).is_some_and(|motion| matches!(motion.geometry, motion::Geometry::Hole(_)))
+        self.motions.get(segment).is_some_and(|motion| motion.is_hole)
     }
 
     /// How many motion blocks the program has; [`PointSource::segment`](crate::toolpath::PointSource) counts them.
@@ -244,35 +185,59 @@ impl Program {
     /// # Errors
     /// When the path would have more than [`Sampling::MAX_POINTS`] points, or an arc leaves the range of coordinates.
     pub fn toolpath(&self, sampling: Sampling) -> Result<Toolpath, GcodeError> {
-        self.sample(|_, motion| Some(motion.parameters(motion.pieces(sampling)?)))
+        self.toolpath_up_to(sampling, Sampling::MAX_POINTS)
     }
 
-    /// The path with the points of each motion where `parameters` says.
-    fn sample(&self, mut parameters: impl FnMut(usize, &Motion) -> Option<Vec<f64>>) -> Result<Toolpath, GcodeError> {
-        let mut points: Vec<PathPoint> = Vec::new();
-        for (segment, motion) in self.motions.iter().enumerate() {
-            let first = points.len();
-            match parameters(segment, motion).filter(|own| first + own.len() <= Sampling::MAX_POINTS) {
-                Some(own) => motion.sample(segment, &own, &mut points),
-                None => return Err(self.refused(segment, Fault::TooManyPoints)),
-            }
-            // The ends of an arc are within the range; what lies between need not be.
-            if points[first..].iter().any(|point| point.position_mm.amax() > Fault::MAX_COORDINATE_MM) {
-                return Err(self.refused(segment, Fault::TooFar));
-            }
-        }
+    /// As [`Program::toolpath`], of at most `most` points, up to [`Program::MAX_POINTS`].
+    ///
+    /// # Errors
+    /// When the path would have more points, or an arc leaves the range of coordinates.
+    pub fn toolpath_up_to(&self, sampling: Sampling, most: usize) -> Result<Toolpath, GcodeError> {
+        let mut points = Vec::with_capacity(self.motions.len());
+        let parameters = |_, motion: &Motion| Some(motion.parameters(motion.pieces(sampling)?));
+        self.sample(most, parameters, |point| points.push(*point))?;
         Ok(Toolpath::assemble(points))
     }
 
-    fn refused(&self, segment: usize, fault: Fault) -> GcodeError {
-        let Motion { line, span, .. } = &self.motions[segment];
-        let refused = error::Refusal::new(span.clone(), fault).locate(&self.name, *line, self.content(line - 1));
+    /// The points of the path, at most `most`, those of each motion where `parameters` says; a tangent that is not known is
+    /// zero.
+    fn sample(
+        &self,
+        most: usize,
+        mut parameters: impl FnMut(usize, &Motion) -> Option<Vec<f64>>,
+        mut take: impl FnMut(&PathPoint),
+    ) -> Result<(), GcodeError> {
+        let (mut segment, mut count, mut length_mm) = (0, 0, 0.0);
+        let mut points: Vec<PathPoint> = Vec::new();
+        self.walk(|block| {
+            for motion in &block.motions {
+                let own = parameters(segment, motion).filter(|own| count + own.len() <= most);
+                let own = own.ok_or_else(|| self.refused(motion, Fault::TooManyPoints { most }))?;
+                points.clear();
+                motion.sample(segment, &own, length_mm, &mut points);
+                // The ends of an arc are within the range; what lies between need not be.
+                if points.iter().any(|point| point.position_mm.amax() > Fault::MAX_COORDINATE_MM) {
+                    return Err(self.refused(motion, Fault::TooFar));
+                }
+                points.iter().for_each(&mut take);
+                length_mm = points.last().map_or(length_mm, |point| point.arc_length_mm);
+                count += points.len();
+                segment += 1;
+            }
+            Ok(())
+        })?;
+        Ok(())
+    }
+
+    fn refused(&self, motion: &Motion, fault: Fault) -> GcodeError {
+        let (line, span) = (motion.line, motion.span.clone());
+        let refused = error::Refusal::new(span, fault).locate(&self.name, line, self.content(line - 1));
         let refused = refused.read_as(self.dialect);
         self.written_out.as_ref().map_or(refused.clone(), |written_out| written_out.located(refused))
     }
 
     /// The bytes of line `index` (from 0), without its ending.
     fn content(&self, index: usize) -> &[u8] {
-        &self.source[self.lines[index].content.clone()]
+        &self.source[self.lines.content(index)]
     }
 }

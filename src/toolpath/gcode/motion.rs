@@ -144,9 +144,9 @@ impl Motion {
         }
     }
 
-    /// Adds the points of the motion at `parameters` to `points`; `segment` is its index in the program.
-    pub fn sample(&self, segment: usize, parameters: &[f64], points: &mut Vec<PathPoint>) {
-        let before = points.last().map_or(0.0, |point| point.arc_length_mm);
+    /// Adds the points of the motion at `parameters` to `points`; `segment` is its index in the program and `before_mm` the
+    /// length of the path before it.
+    pub fn sample(&self, segment: usize, parameters: &[f64], before_mm: f64, points: &mut Vec<PathPoint>) {
         let length = self.geometry.length();
         for &parameter in parameters {
             let (so_far, cutting) = match &self.geometry {
@@ -159,7 +159,7 @@ impl Motion {
             points.push(PathPoint {
                 position_mm,
                 tangent,
-                arc_length_mm: before + so_far,
+                arc_length_mm: before_mm + so_far,
                 cutting,
                 feed_mm_per_min: self.modal.feed_mm_per_min(length).filter(|_| cutting),
                 spindle_rev_per_min: self.modal.spindle_rev_per_min(),

@@ -3,7 +3,6 @@
 use nalgebra::Vector3;
 
 use crate::toolpath::gcode::{
-    Block, Program,
     arc::Centre,
     edit::LineEdit,
     error::{Fault, Refusal},
@@ -13,6 +12,7 @@ use crate::toolpath::gcode::{
     motion::{Known, Motion},
     place::Place,
     request::Request,
+    walk::Block,
     writer::{Writer, put_axis},
 };
 
@@ -49,14 +49,6 @@ impl Interpreter {
         let place = at[first].zip(at[second]).map(|(first, second)| [first, second]);
         self.pole = place;
         Ok(Pole { place, start: self.position, modal: self.modal, origin, words: Vec::new() })
-    }
-}
-
-impl Program {
-    /// Indices of the motions that are arcs about centres of lines before them.
-    pub(super) fn arcs_about_poles(&self) -> Vec<usize> {
-        let is_about = |motion: &Motion| matches!(motion.centre, Some(Centre::Pole(_)));
-        self.motions.iter().enumerate().filter(|(_, motion)| is_about(motion)).map(|(index, _)| index).collect()
     }
 }
 

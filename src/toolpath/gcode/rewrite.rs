@@ -4,14 +4,12 @@ use nalgebra::Vector3;
 use thiserror::Error;
 
 use crate::toolpath::{
-    PositionsError, Toolpath,
+    PathPoint, PositionsError, Toolpath,
     gcode::{
-        Block, GcodeOptions, Program, Writing,
-        edit::Style,
+        GcodeOptions, Program, Writing,
         error::GcodeError,
         modal::MotionCode,
-        motion::Geometry,
-        pole::Pole,
+        motion::{Geometry, Motion},
         writer::{Targets, Writer},
     },
     path::check_positions,
@@ -29,6 +27,9 @@ pub enum RewriteError {
         /// What was given, mm.
         tolerance_mm: f64,
     },
+    /// The program cannot be followed.
+    #[error(transparent)]
+    Program(#[from] GcodeError),
     /// The path was not sampled from this program.
     #[error("the path does not belong to program {program}: expected a path sampled from it")]
     ForeignPath {
@@ -90,12 +91,29 @@ impl Rewritten {
     /// # Errors
     /// When it is another program.
     pub fn path_of(&self, written: &Program) -> Result<Toolpath, GcodeError> {
+        let mut points = Vec::with_capacity(self.places.len());
+        self.each_of(written, |point| points.push(*point))?;
+        Ok(Toolpath::assemble(points))
+    }
+
+    /// As [`Rewritten::path_of`], the positions alone (workpiece frame, mm).
+    ///
+    /// # Errors
+    /// When it is another program.
+    pub fn positions_of(&self, written: &Program) -> Result<Vec<Vector3<f64>>, GcodeError> {
+        let mut positions = Vec::with_capacity(self.places.len());
+        self.each_of(written, |point| positions.push(point.position_mm))?;
+        Ok(positions)
+    }
+
+    fn each_of(&self, written: &Program, take: impl FnMut(&PathPoint)) -> Result<(), GcodeError> {
         let mut places = self.places.as_slice();
-        written.sample(|segment, _| {
+        let own = |segment: usize, _: &Motion| {
             let (own, rest) = places.split_at_checked(*self.pieces.get(segment)?)?;
             places = rest;
             Some(own.to_vec())
-        })
+        };
+        written.sample(Program::MAX_POINTS, own, take)
     }
 }
 
@@ -126,46 +144,49 @@ impl Program {
         writing: impl Into<Writing>,
     ) -> Result<Rewritten, RewriteError> {
         check_positions(path, corrected_mm)?;
-        let groups = self.group(path)?;
         let mut writer = Writer::new(self, writing.into().checked()?);
-        let arcs = self.arcs_about_poles();
-        let moved_with = |block: &Block, pole: &Pole| {
-            let arc = arcs[arcs.partition_point(|arc| *arc < block.motions.start)..].first();
-            let group = arc.filter(|arc| pole.is_of(&self.motions[**arc])).map(|arc| groups[*arc]);
-            let last = group.and_then(|(first, last)| (first..last).next_back());
+        let (mut segment, mut next, mut line) = (0, 0, 0);
+        let mut arcs_of_poles = self.arcs_of_poles.iter();
+        let moved_with = |arc: Option<usize>| {
+            let behind = arc.map(|arc| path.points().partition_point(|point| point.source.segment <= arc));
+            let last = behind
+                .and_then(|behind| behind.checked_sub(1))
+                .filter(|last| Some(path.points()[*last].source.segment) == arc);
             last.map_or_else(Vector3::zeros, |last| corrected_mm[last] - path.points()[last].position_mm)
         };
-        let mut blocks = self.blocks.iter().peekable();
-        for index in 0..self.lines.len() {
-            match blocks.next_if(|block| block.line == index) {
-                Some(block) => match self.motions[block.motions.clone()].first().map(|motion| motion.code) {
-                    Some(code) => {
-                        let targets = groups[block.motions.clone()].iter().map(|&(first, last)| Targets {
-                            points: &path.points()[first..last],
-                            corrected: &corrected_mm[first..last],
-                        });
-                        let motions = &self.motions[block.motions.clone()];
-                        match code {
-                            MotionCode::Cycle(_) => writer.holes(block, motions, &targets.collect::<Vec<_>>()),
-                            _ => motions
-                                .iter()
-                                .zip(targets)
-                                .for_each(|(motion, targets)| writer.motion(block, motion, targets)),
-                        }
-                    }
-                    None => {
-                        match &block.origin_at {
-                            Some(origin_at) => writer.origin(block, origin_at),
-                            None => match &block.pole {
-                                Some(pole) => writer.pole(block, pole, moved_with(block, pole)),
-                                None => writer.copy(index),
-                            },
-                        }
-                        writer.motion_word = block.motion_word.or(writer.motion_word);
-                    }
-                },
-                None => writer.copy(index),
+        self.walk(|block| {
+            (line..block.line).for_each(|index| writer.copy(index));
+            line = block.line + 1;
+            let mut targets = Vec::with_capacity(block.motions.len());
+            for motion in &block.motions {
+                let points = next..self.end_of(motion, segment, next, path)?;
+                targets
+                    .push(Targets { points: &path.points()[points.clone()], corrected: &corrected_mm[points.clone()] });
+                (segment, next) = (segment + 1, points.end);
             }
+            match (block.motions.first().map(|motion| motion.code), &block.origin_at) {
+                (Some(MotionCode::Cycle(_)), _) => writer.holes(block, &block.motions, &targets),
+                (Some(_), _) => {
+                    let motions = block.motions.iter().zip(targets);
+                    motions.for_each(|(motion, targets)| writer.motion(block, motion, targets));
+                }
+                (None, origin_at) => {
+                    match (origin_at, &block.pole) {
+                        (Some(origin_at), _) => writer.origin(block, origin_at),
+                        (None, Some(pole)) => {
+                            let arc = arcs_of_poles.next().copied().flatten();
+                            writer.pole(block, pole, moved_with(arc));
+                        }
+                        (None, None) => writer.copy(block.line),
+                    }
+                    writer.motion_word = block.motion_word.or(writer.motion_word);
+                }
+            }
+            Ok::<(), RewriteError>(())
+        })?;
+        (line..self.lines.len()).for_each(|index| writer.copy(index));
+        if next != path.len() {
+            return Err(self.foreign());
         }
         Ok(Rewritten {
             bytes: self.dialect.numbered(&self.source, writer.out),
@@ -176,41 +197,25 @@ impl Program {
         })
     }
 
-    /// The range of points of each motion, after checking that they are its points.
-    fn group(&self, path: &Toolpath) -> Result<Vec<(usize, usize)>, RewriteError> {
-        let foreign = || RewriteError::ForeignPath { program: self.name.clone() };
-        let points = path.points();
-        let mut next = 0;
-        let mut groups = Vec::with_capacity(self.motions.len());
-        for (segment, motion) in self.motions.iter().enumerate() {
-            let first = next;
-            while points.get(next).is_some_and(|point| point.source.segment == segment) {
-                let here = motion.geometry.at(points[next].source.parameter);
-                if here.map(|(position, _)| position) != Some(points[next].position_mm) {
-                    return Err(foreign());
-                }
-                next += 1;
-            }
-            let complete = match motion.geometry {
-                Geometry::Unlocated => next == first,
-                _ => next > first && points[next - 1].source.parameter == 1.0,
-            };
-            if !complete {
-                return Err(foreign());
-            }
-            groups.push((first, next));
-        }
-        if next == points.len() { Ok(groups) } else { Err(foreign()) }
+    fn foreign(&self) -> RewriteError {
+        RewriteError::ForeignPath { program: self.name.clone() }
     }
 
-    /// How this program's author writes words.
-    pub(super) fn style(&self) -> Style {
-        self.blocks
-            .iter()
-            .rev()
-            .filter_map(|block| Some((block, self.motions[block.motions.clone()].first()?)))
-            .fold(Style::plain(self.dialect), |style, (block, motion)| {
-                style.on_line(self.content(block.line), &motion.words)
-            })
+    /// Where the points end that `motion`, the `segment`-th, has in `path` from `first` on, after checking that they are its.
+    fn end_of(&self, motion: &Motion, segment: usize, first: usize, path: &Toolpath) -> Result<usize, RewriteError> {
+        let points = path.points();
+        let mut next = first;
+        while let Some(point) = points.get(next).filter(|point| point.source.segment == segment) {
+            let here = motion.geometry.at(point.source.parameter);
+            if here.map(|(position, _)| position) != Some(point.position_mm) {
+                return Err(self.foreign());
+            }
+            next += 1;
+        }
+        let complete = match motion.geometry {
+            Geometry::Unlocated => next == first,
+            _ => next > first && points[next - 1].source.parameter == 1.0,
+        };
+        if complete { Ok(next) } else { Err(self.foreign()) }
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::toolpath::{
     gcode::{
-        Block, Dialect,
+        Dialect,
         arc::{Arc, Centre},
         check::Stretch,
         edit::{LineEdit, acts_at_end, is_arc_word, takes_parameters},
@@ -13,6 +13,7 @@ use crate::toolpath::{
         modal::{FeedMode, MotionCode},
         motion::{Geometry, Known, Motion, located},
         place::Place,
+        walk::Block,
         writer::{Writer, put_axis},
     },
     number::shortest,

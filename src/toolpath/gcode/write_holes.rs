@@ -3,12 +3,12 @@
 use nalgebra::Vector3;
 
 use crate::toolpath::gcode::{
-    Block,
     cycle::Hole,
     edit::LineEdit,
     modal::Distance,
     motion::{Geometry, Known, Motion},
     place::{Place, Reached},
+    walk::Block,
     writer::{Targets, Writer, put_axis},
 };
 

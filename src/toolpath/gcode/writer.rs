@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use crate::toolpath::{
     NumberFormat, PathPoint,
     gcode::{
-        Block, LengthUnit, Program, Writing,
+        LengthUnit, Program, Writing,
         arc::Centre,
         check::{Allowed, Stretch},
         edit::{LineEdit, Style},
@@ -14,6 +14,7 @@ use crate::toolpath::{
         modal::MotionCode,
         motion::{Known, Motion, located},
         place::{Place, Reached},
+        walk::Block,
         write_holes::Drilled,
     },
     number::shortest,
@@ -59,14 +60,14 @@ pub(super) struct Writer<'p> {
 
 impl<'p> Writer<'p> {
     pub fn new(program: &'p Program, writing: Writing) -> Writer<'p> {
-        let endings = program.lines.iter().map(|line| &program.source[line.ending.clone()]);
+        let mut endings = (0..program.lines.len()).map(|line| &program.source[program.lines.ending(line)]);
         Writer {
             program,
             writing,
-            style: program.style(),
-            newline: endings.into_iter().find(|ending| !ending.is_empty()).unwrap_or(b"\n"),
-            out: Vec::with_capacity(program.source.len() * 2),
-            pieces: Vec::new(),
+            style: program.style,
+            newline: endings.find(|ending| !ending.is_empty()).unwrap_or(b"\n"),
+            out: Vec::with_capacity(program.source.len()),
+            pieces: Vec::with_capacity(program.motions.len()),
             places: Vec::new(),
             tracked: [None; 3],
             pole: None,
@@ -78,8 +79,8 @@ impl<'p> Writer<'p> {
 
     /// Copies line `index` as it is.
     pub fn copy(&mut self, index: usize) {
-        let line = &self.program.lines[index];
-        self.out.extend_from_slice(&self.program.source[line.content.start..line.ending.end]);
+        let lines = &self.program.lines;
+        self.out.extend_from_slice(&self.program.source[lines.content(index).start..lines.ending(index).end]);
     }
 
     /// Writes a motion block, as one block if one will do.
@@ -201,7 +202,7 @@ impl<'p> Writer<'p> {
 
     /// Ends a line of `block`: the last with the ending it had, the others with the program's.
     pub(super) fn end_line(&mut self, block: &Block, last: bool) {
-        let own = &self.program.source[self.program.lines[block.line].ending.clone()];
+        let own = &self.program.source[self.program.lines.ending(block.line)];
         self.out.extend_from_slice(if last || !own.is_empty() { own } else { self.newline });
     }
 }

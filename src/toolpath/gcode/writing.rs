@@ -1,10 +1,6 @@
 //! How a program with moved points is to be written.
 
-use crate::toolpath::{
-    NumberFormat,
-    gcode::{LengthUnit, Program, RewriteError},
-    number,
-};
+use crate::toolpath::{NumberFormat, gcode::RewriteError};
 
 /// Decimals, and how far from its points a program may be written.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,27 +33,5 @@ impl Writing {
 impl From<NumberFormat> for Writing {
     fn from(format: NumberFormat) -> Writing {
         Writing::within(0.0, format)
-    }
-}
-
-impl Program {
-    /// The most decimals that coordinates of the program have.
-    pub(super) fn decimals_seen(&self) -> NumberFormat {
-        let (mut mm, mut inch) = (0, 0);
-        for block in &self.blocks {
-            let Some(motion) = self.motions[block.motions.clone()].first() else {
-                continue;
-            };
-            let content = self.content(block.line);
-            let seen = match motion.modal.unit {
-                LengthUnit::Millimetre => &mut mm,
-                LengthUnit::Inch => &mut inch,
-            };
-            for word in motion.words.iter().filter(|word| matches!(word.letter, 'X' | 'Y' | 'Z' | 'R')) {
-                let text = String::from_utf8_lossy(&content[word.number()]);
-                *seen = number::decimals_in(&text).max(*seen);
-            }
-        }
-        NumberFormat::seen(mm, inch)
     }
 }

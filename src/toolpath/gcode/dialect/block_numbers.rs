@@ -2,19 +2,19 @@
 
 use std::ops::Range;
 
-use crate::toolpath::gcode::lines;
+use crate::toolpath::gcode::lines::{self, Lines};
 
 /// `written`, in which the lines that a block was split into begin with the number of the block: each of them is counted on, and
 /// so are all that follow. Numbers are not what jumps go to. A program of as many lines as `source` is as it was.
 pub(super) fn rising(source: &[u8], written: Vec<u8>) -> Vec<u8> {
-    let lines = lines::split(&written);
-    if lines.len() == lines::split(source).len() {
+    let lines = Lines::of(&written);
+    if lines.len() == Lines::of(source).len() {
         return written;
     }
     let mut out = Vec::with_capacity(written.len() + lines.len());
     let (mut before, mut added) = (None, 0);
-    for line in lines {
-        let content = &written[line.content];
+    for line in 0..lines.len() {
+        let content = &written[lines.content(line)];
         match number(content) {
             Some((range, number)) => {
                 added += u64::from(before == Some(number));
@@ -25,7 +25,7 @@ pub(super) fn rising(source: &[u8], written: Vec<u8>) -> Vec<u8> {
             }
             None => out.extend_from_slice(content),
         }
-        out.extend_from_slice(&written[line.ending]);
+        out.extend_from_slice(&written[lines.ending(line)]);
     }
     out
 }

@@ -12,15 +12,13 @@ mod sinumerik_words;
 
 pub use foreign::Foreign;
 
-use std::borrow::Cow;
-
 use serde::Deserialize;
 
 use crate::toolpath::gcode::{
     LengthUnit,
     error::{Fault, GcodeError, Refusal},
     lex::{self, Word},
-    lines::{self, Code},
+    lines::{self, Code, Lines},
     modal::GWord,
 };
 
@@ -144,7 +142,7 @@ impl Language {
 
 /// That a program is not in ISO code and cannot be written out.
 pub(super) fn not_written_out(source: &[u8], name: &str, dialect: Dialect) -> GcodeError {
-    let first =
-        lines::split(source).into_iter().next().map_or(Cow::Borrowed(&b""[..]), |line| source[line.content].into());
-    Refusal::new(0..first.len(), Fault::NotWrittenOut).locate(name, 1, &first).read_as(dialect)
+    let lines = Lines::of(source);
+    let first = if lines.len() > 0 { &source[lines.content(0)] } else { &[] };
+    Refusal::new(0..first.len(), Fault::NotWrittenOut).locate(name, 1, first).read_as(dialect)
 }

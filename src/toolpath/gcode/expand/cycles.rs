@@ -5,7 +5,7 @@
 
 use crate::toolpath::{
     gcode::{
-        Block, Program,
+        Program,
         cycle::Hole,
         edit::LineEdit,
         edit::acts_at_end,
@@ -13,6 +13,7 @@ use crate::toolpath::{
         lex::Word,
         modal::{Distance, FeedMode, MotionCode},
         motion::{Geometry, Motion},
+        walk::Block,
     },
     number::{NumberFormat, shortest},
 };
@@ -47,16 +48,16 @@ impl Program {
     /// # Errors
     /// A peck that is none.
     pub(in crate::toolpath::gcode) fn without_cycles(&self) -> Result<Option<WithoutCycles>, GcodeError> {
-        let written_out = self.series_to_write_out();
+        let blocks = self.all_blocks()?;
+        let written_out = series_to_write_out(&blocks);
         if written_out.is_empty() {
             return Ok(None);
         }
         let (mut bytes, mut origins) = (Vec::new(), Vec::new());
         let mut kept = Kept::default();
-        let mut blocks = self.blocks.iter().enumerate().peekable();
+        let mut blocks = blocks.iter().enumerate().peekable();
         for index in 0..self.lines.len() {
-            let line = &self.lines[index];
-            let ending = match &self.source[line.ending.clone()] {
+            let ending = match &self.source[self.lines.ending(index)] {
                 [] => b"\n",
                 own => own,
             };
@@ -76,43 +77,12 @@ impl Program {
         Ok(Some((bytes, origins)))
     }
 
-    /// Indices of the blocks of all series of holes that can be written out.
-    fn series_to_write_out(&self) -> Vec<usize> {
-        let mut series: Vec<Vec<usize>> = Vec::new();
-        let mut goes_on = false;
-        for (number, block) in self.blocks.iter().enumerate() {
-            let motions = &self.motions[block.motions.clone()];
-            let Some(Motion { code: MotionCode::Cycle(_), .. }) = motions.first() else {
-                goes_on &= motions.is_empty() && block.motion_word.is_none();
-                continue;
-            };
-            let begins = motions.iter().any(|motion| matches!(motion.geometry, Geometry::Hole(hole) if hole.is_first));
-            let has_holes = |block: &usize| self.motions[self.blocks[*block].motions.clone()].iter().any(is_hole);
-            match series.last_mut() {
-                Some(last) if goes_on && !(begins && last.iter().any(has_holes)) => last.push(number),
-                _ => series.push(vec![number]),
-            }
-            goes_on = true;
-        }
-        let can_be = |block: &usize| {
-            let motions = &self.motions[self.blocks[*block].motions.clone()];
-            motions.iter().all(|motion| {
-                !motion.is_lost()
-                    && matches!(motion.code, MotionCode::Cycle(73 | 81 | 82 | 83 | 85 | 89))
-                    && motion.modal.feed_mode != FeedMode::InverseTime
-                    && !motion.words.iter().any(|word| matches!(word.letter, 'I' | 'J'))
-            })
-        };
-        series.into_iter().filter(|blocks| blocks.iter().all(can_be)).flatten().collect()
-    }
-
     /// The lines that do what the cycle of `block` does.
     fn moves_of(&self, block: &Block, kept: &mut Kept) -> Result<Vec<Vec<u8>>, Refusal> {
         let content = self.content(block.line);
-        let motions = &self.motions[block.motions.clone()];
-        let Some(first) = motions.first() else { return Ok(vec![content.to_vec()]) };
+        let Some(first) = block.motions.first() else { return Ok(vec![content.to_vec()]) };
         kept.take(content, first);
-        let mut edit = LineEdit::new(content, &first.words, self.style());
+        let mut edit = LineEdit::new(content, &first.words, self.style);
         let style = edit.style();
         let over: Vec<String> = first
             .words
@@ -121,7 +91,7 @@ impl Program {
             .map(|word| String::from_utf8_lossy(&content[word.span.clone()]).into_owned())
             .collect();
         let mut lines = Vec::new();
-        for motion in motions {
+        for motion in &block.motions {
             let Geometry::Hole(hole) = &motion.geometry else { continue };
             let mut height = hole.start.z;
             for step in kept.moves(motion, hole, !over.is_empty())? {
@@ -162,6 +132,35 @@ impl Program {
         }
         Ok(written)
     }
+}
+
+/// Indices of those of `blocks` of all series of holes that can be written out.
+fn series_to_write_out(blocks: &[Block]) -> Vec<usize> {
+    let mut series: Vec<Vec<usize>> = Vec::new();
+    let mut goes_on = false;
+    for (number, block) in blocks.iter().enumerate() {
+        let motions = &block.motions;
+        let Some(Motion { code: MotionCode::Cycle(_), .. }) = motions.first() else {
+            goes_on &= motions.is_empty() && block.motion_word.is_none();
+            continue;
+        };
+        let begins = motions.iter().any(|motion| matches!(motion.geometry, Geometry::Hole(hole) if hole.is_first));
+        let has_holes = |block: &usize| blocks[*block].motions.iter().any(is_hole);
+        match series.last_mut() {
+            Some(last) if goes_on && !(begins && last.iter().any(has_holes)) => last.push(number),
+            _ => series.push(vec![number]),
+        }
+        goes_on = true;
+    }
+    let can_be = |block: &usize| {
+        blocks[*block].motions.iter().all(|motion| {
+            !motion.is_lost()
+                && matches!(motion.code, MotionCode::Cycle(73 | 81 | 82 | 83 | 85 | 89))
+                && motion.modal.feed_mode != FeedMode::InverseTime
+                && !motion.words.iter().any(|word| matches!(word.letter, 'I' | 'J'))
+        })
+    };
+    series.into_iter().filter(|blocks| blocks.iter().all(can_be)).flatten().collect()
 }
 
 impl Kept {

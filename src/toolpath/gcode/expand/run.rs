@@ -10,7 +10,7 @@ use crate::toolpath::gcode::{
         line::{SourceLine, evaluated},
         variables::Variables,
     },
-    lines,
+    lines::{self, Lines},
 };
 
 /// The most lines that are run.
@@ -193,10 +193,10 @@ impl<'a> Run<'a> {
 
 impl Source {
     pub fn new(bytes: &[u8]) -> Source {
-        let lines = lines::split(bytes);
+        let lines = Lines::of(bytes);
         Source {
-            endings: lines.iter().map(|line| bytes[line.ending.clone()].to_vec()).collect(),
-            lines: lines.iter().map(|line| SourceLine::new(&bytes[line.content.clone()])).collect(),
+            endings: (0..lines.len()).map(|line| bytes[lines.ending(line)].to_vec()).collect(),
+            lines: (0..lines.len()).map(|line| SourceLine::new(&bytes[lines.content(line)])).collect(),
         }
     }
 }
