@@ -232,8 +232,8 @@ fn rotary_axes_may_be_named_but_not_turned() {
 
 #[test]
 fn other_languages_are_named() {
-    let other = "not ISO code but another language, such as Sinumerik's or Heidenhain's; expected words such as X10.5, or the \
-                 dialect it is in";
+    let other = "not ISO code but another language, such as Sinumerik's or Heidenhain's; expected words such as X10.5, or \
+                 --dialect, which says what it is";
     let options = GcodeOptions { dialect: Some(Dialect::Iso), ..GcodeOptions::default() };
     for (line, found) in [
         ("N5 TRAORI", "4: `TRAORI`"),

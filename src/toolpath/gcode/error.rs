@@ -53,7 +53,7 @@ pub enum Fault {
     Character,
     /// Words of another language than ISO code.
     #[error(
-        "not ISO code but another language, such as Sinumerik's or Heidenhain's; expected words such as X10.5, or the dialect it is in"
+        "not ISO code but another language, such as Sinumerik's or Heidenhain's; expected words such as X10.5, or --dialect, which says what it is"
     )]
     Language,
     /// What another dialect has and what is not followed of it.

@@ -21,7 +21,7 @@ impl Interpreter {
     pub(super) fn motion(&mut self, line: usize, request: &Request) -> Result<Option<Motion>, Refusal> {
         let axes = request.axes();
         let is_arc = matches!(self.modal.motion, Some(MotionCode::Arc(_)));
-        if !is_arc {
+        if !is_arc || request.g(GWord::Dwell).is_some() {
             self.refuse_arc_words(request)?;
         }
         let coordinate = axes.iter().flatten().copied().next();

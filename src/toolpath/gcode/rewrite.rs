@@ -135,6 +135,9 @@ impl Program {
     /// motion in force get the word back. Incremental coordinates lead from where the rounded words before them
     /// have led, so that rounding does not add up.
     ///
+    /// In Heidenhain's dialect the sequence is of L blocks; if they are numbered, all that follow are counted on. A CC moves with
+    /// the first arc about it.
+    ///
     /// # Errors
     /// When there is not one finite position for every point, `path` is from another program, or the tolerance is none.
     pub fn rewrite(

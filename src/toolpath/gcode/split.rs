@@ -210,7 +210,7 @@ fn set_aside(edit: &mut LineEdit, motion: &Motion, code: MotionCode, others_foll
     let mut at_end = Vec::new();
     let parameters_at_end = motion.words.iter().filter(|word| takes_parameters(word)).all(acts_at_end);
     for (index, word) in motion.words.iter().enumerate() {
-        let moves = acts_at_end(word) || (parameters_at_end && matches!(word.letter, 'P' | 'Q'));
+        let moves = acts_at_end(word) || (parameters_at_end && matches!(word.letter, 'E' | 'P' | 'Q'));
         if is_arc_word(word) && code == MotionCode::Line {
             edit.remove(index);
         } else if others_follow && moves {
