@@ -34,7 +34,7 @@ impl ProgramFile {
         let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
         match file.parent() {
             Some(folder) if file.ends_with(&name) => Self::in_folder(&Folder::from(folder), &name, options),
-            _ => Self::parse(crate::input::file::read(file)?, file, options, &|_| None),
+            _ => Self::parse(crate::input::file::read(file)?, file, options),
         }
     }
 
@@ -45,10 +45,18 @@ impl ProgramFile {
     pub fn in_folder(folder: &Folder, name: &str, options: &GcodeOptions) -> Result<Self> {
         let around = folder.of(name);
         let beside = |name: &str| around.has(name).then(|| around.bytes(name).ok()).flatten();
-        Self::parse(folder.bytes(name)?, &folder.path(name), options, &beside)
+        Self::parse_beside(folder.bytes(name)?, &folder.path(name), options, &beside)
     }
 
-    fn parse(bytes: Vec<u8>, file: &Path, options: &GcodeOptions, beside: &Beside<'_>) -> Result<Self> {
+    /// The program that `bytes` of a `file` are, as [`ProgramFile::read`], with nothing beside it.
+    ///
+    /// # Errors
+    /// Bytes that are not of the expected form.
+    pub fn parse(bytes: Vec<u8>, file: &Path, options: &GcodeOptions) -> Result<Self> {
+        Self::parse_beside(bytes, file, options, &|_| None)
+    }
+
+    fn parse_beside(bytes: Vec<u8>, file: &Path, options: &GcodeOptions, beside: &Beside<'_>) -> Result<Self> {
         let name = file.display().to_string();
         Ok(match (is_csv(file), options.expand) {
             (true, _) => ProgramFile::Polyline(Polyline::read(bytes, &name)?),
