@@ -112,7 +112,7 @@ pub fn run_in_parts<E>(
     for part in parts(case.demands.len()) {
         let blocks = part.into_par_iter().step_by(BLOCK);
         let blocks = blocks.map(|start| {
-            let answers = block(case, commands, start, &case.led_block(start), &done);
+            let answers = block(case, commands, start, &case.led_block(start).collect::<Vec<_>>(), &done);
             answers.unwrap_or_else(|never| match never {})
         });
         take(blocks.flatten_iter().collect())?;
@@ -122,7 +122,7 @@ pub fn run_in_parts<E>(
 
 /// The nominal machine of `case` led along its points, for [`run_where_led`].
 pub(super) fn lead(case: &PathCase<'_>) -> Vec<Vec<LedPoint>> {
-    (0..case.demands.len()).into_par_iter().step_by(BLOCK).map(|start| case.led_block(start)).collect()
+    (0..case.demands.len()).into_par_iter().step_by(BLOCK).map(|start| case.led_block(start).collect()).collect()
 }
 
 /// As [`run`], of a machine that was led along the same poses before.
@@ -171,7 +171,8 @@ pub(super) fn kept<T: Serialize + DeserializeOwned + Send>(
                 work.tell(Event::Computed(1));
                 work.check()
             };
-            let answers = block(case, &Commands::Method(method), start, &case.led_block(start), &done)?;
+            let led: Vec<LedPoint> = case.led_block(start).collect();
+            let answers = block(case, &Commands::Method(method), start, &led, &done)?;
             let unsolved = answers.iter().filter(|answer| !answer.is_settled).count();
             if unsolved > 0 {
                 work.tell(Event::Unsolved(unsolved));
@@ -185,7 +186,7 @@ pub(super) fn kept<T: Serialize + DeserializeOwned + Send>(
 
 impl PathCase<'_> {
     /// The nominal machine led along the block that begins at `start`.
-    fn led_block(&self, start: usize) -> Vec<LedPoint> {
+    pub(super) fn led_block(&self, start: usize) -> impl Iterator<Item = LedPoint> + use<'_> {
         // What decides the posture in which the block begins.
         let passed = match start {
             0 => &self.before[self.before.len().saturating_sub(BLOCK)..],

@@ -11,14 +11,17 @@ pub(super) struct LedPoint {
     pub asked: Result<(), CompensationStatus>,
 }
 
-/// `nominal` led along `demands`, its way along the points `passed` behind it.
-pub(super) fn led_along(nominal: &Machine, passed: &[Demand], demands: &[Demand]) -> Vec<LedPoint> {
+/// `nominal` led along `demands`, its way along the points `passed` behind it: point after point as they are asked for.
+pub(super) fn led_along<'a>(
+    nominal: &Machine,
+    passed: &[Demand],
+    demands: &'a [Demand],
+) -> impl Iterator<Item = LedPoint> + use<'a> {
     let mut led = LedAlong::after(nominal, passed);
-    let point = |demand| {
+    demands.iter().map(move |demand| {
         let (at, asked) = led.step(demand);
         LedPoint { at, asked }
-    };
-    demands.iter().map(point).collect()
+    })
 }
 
 /// A machine on its way along a path.

@@ -1,7 +1,9 @@
 //! Whether the machine can be led along a program at all: asked before anything bends.
 
+use rayon::prelude::*;
+
 use super::{Part, ProgramJob};
-use crate::{input::error::Result, study::along_path::lead};
+use crate::{input::error::Result, study::along_path::BLOCK};
 
 impl ProgramJob {
     /// The first points at which the tool cuts and to which the rigid machine cannot be led: index and reason. Their number is at most
@@ -22,12 +24,19 @@ impl ProgramJob {
     }
 
     fn out_of_reach_in(&self, part: &Part<'_>, most: usize) -> Vec<(usize, String)> {
-        let led = lead(&part.case([&self.machine, &self.real, &self.machine]));
-        let points = led.into_iter().flatten().zip(part.points).enumerate();
-        let out = points.filter(|(_, (_, point))| point.cutting).filter_map(|(k, (led, _))| {
-            let status = led.asked.err()?;
-            Some((part.first + k, status.reason(&self.machine)))
-        });
-        out.take(most).collect()
+        let case = part.case([&self.machine, &self.real, &self.machine]);
+        let of_block = |start: usize| {
+            let points = case.led_block(start).zip(&part.points[start..]).enumerate();
+            let out = points.filter(|(_, (_, point))| point.cutting).filter_map(move |(k, (led, _))| {
+                let status = led.asked.err()?;
+                Some((part.first + start + k, status.reason(&self.machine)))
+            });
+            // Lazily: what is out of reach takes longest.
+            out.take(most)
+        };
+        let blocks = (0..part.points.len()).into_par_iter().step_by(BLOCK);
+        let mut found: Vec<_> = blocks.flat_map_iter(of_block).collect();
+        found.truncate(most);
+        found
     }
 }
