@@ -78,7 +78,7 @@ pub const TOLERANCE_MM: f64 = 0.1;
 
 /// How far from corrected points a program may be written if neither its process nor its tolerance asks for less, mm: two units of
 /// the last decimal that programs usually have.
-pub const WRITE_TOLERANCE_MM: f64 = 0.002;
+pub const WRITE_TOLERANCE_MM: f64 = 0.005;
 
 /// The length behind a corner over which the cutting force turns, if a process does not give it, mm: about twice of what the
 /// machines here deflect by at most, so that a corrected program does not step back there.

@@ -178,7 +178,7 @@ pub struct GcodeSpec {
     pub decimals_mm: Option<u8>,
     /// Decimals of coordinates written in inches; those of the program if not given.
     pub decimals_inch: Option<u8>,
-    /// How far from corrected points the arcs and lines may pass that a block is written as; 0.002, or a tenth of `tolerance_mm` if
+    /// How far from corrected points the arcs and lines may pass that a block is written as; 0.005, or a tenth of `tolerance_mm` if
     /// that is less.
     pub write_tolerance_mm: Option<f64>,
     /// Whether a flat arc may be written as a helical one; true if not given.
