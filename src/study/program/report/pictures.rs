@@ -45,7 +45,7 @@ fn along(job: &ProgramJob, title: &str, errors: &[(String, &[Option<Vector3<f64>
         for (k, (point, error)) in job.path.points().iter().zip(*errors).enumerate() {
             error.iter().for_each(|error| curve.add(k, point.arc_length_mm, error.norm()));
         }
-        LineSeries { label: label.clone(), points: curve.points(), dashed: label.ends_with("alone") }
+        LineSeries { label: label.clone(), points: curve.points(), dashed: label.ends_with("alone"), band: Vec::new() }
     };
     line_figure(job, title, "distance [mm]", errors.iter().map(curve).collect())
 }
@@ -58,6 +58,7 @@ fn force(job: &ProgramJob) -> Option<Figure> {
         label: label.clone(),
         points: curve.points(),
         dashed: label == cutting_force::SIZE,
+        band: Vec::new(),
     });
     (!curves.is_empty()).then(|| line_figure(job, cutting_force::TITLE, "force [N]", series.collect()))
 }
