@@ -8,8 +8,7 @@ use kinetostat::{
     Folder, Machine, Method, Process,
     study::{
         ProgramFile,
-        along_path::Commands,
-        program::{Corrected, ProgramJob},
+        program::{Corrected, ProgramCommands, ProgramJob},
     },
 };
 
@@ -41,8 +40,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // Commands that put every point right.
     let mut corrected = Corrected::new(&job);
-    let commanded = job.pass_by(Method::Direct, &nothing_to_tell, |_, answers| {
-        corrected.add(&job, answers);
+    let commanded = job.pass_by(Method::Direct, &nothing_to_tell, |part, answers| {
+        corrected.add(&job, part, answers);
         Ok(())
     })?;
     if let Some((point, reason)) = corrected.failures.first() {
@@ -51,7 +50,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // The program with these commands, and what it does as it is written, rounding included.
     let written = job.write(&corrected)?;
-    let proof = job.pass("as written", &Commands::Program(&written.poses), &nothing_to_tell, |_, _| Ok(()))?;
+    let proof =
+        job.pass("as written", &ProgramCommands::Positions(&written.positions), &nothing_to_tell, |_, _| Ok(()))?;
 
     println!("{}", String::from_utf8_lossy(&written.bytes));
     for pass in [&without, &commanded, &proof] {

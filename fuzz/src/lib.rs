@@ -12,7 +12,7 @@ use kinetostat::{
     study::{Overrides, Study, StudyKind, demands::demands, machine_check, map},
     toolpath::{
         Circle, Plane, Sampling, Toolpath, Turn,
-        gcode::{GcodeOptions, Program},
+        gcode::{Dialect, GcodeOptions, Program},
         polyline::Polyline,
     },
     work::Work,
@@ -72,9 +72,25 @@ pub fn path_csv(data: &[u8]) {
     near(&back.toolpath().positions_mm(), &moved, 10f64.powi(-i32::from(format.mm_decimals())));
 }
 
-/// A program; an accepted one is written back as it is, byte for byte, and moved.
+/// A program in ISO code.
 pub fn gcode(data: &[u8]) {
-    let program = match Program::parse(data, NAME, &GcodeOptions::default()) {
+    program(data, Dialect::Iso);
+}
+
+/// A program of Sinumerik.
+pub fn sinumerik(data: &[u8]) {
+    program(data, Dialect::Sinumerik);
+}
+
+/// A program of Heidenhain.
+pub fn heidenhain(data: &[u8]) {
+    program(data, Dialect::Heidenhain);
+}
+
+/// A program; an accepted one is written back as it is, byte for byte, and moved.
+fn program(data: &[u8], dialect: Dialect) {
+    let options = GcodeOptions { dialect: Some(dialect), ..GcodeOptions::default() };
+    let program = match Program::parse(data, NAME, &options) {
         Ok(program) => program,
         Err(refusal) => return named(&refusal.to_string()),
     };

@@ -6,6 +6,7 @@ use kinetostat::{
     process::ForceLaw,
     report::{exchange::Format, figures::Colours},
     study::{TEMPLATES, Template},
+    toolpath::gcode::Dialect,
 };
 
 /// One of `all`, each with its name and what it is.
@@ -61,6 +62,30 @@ pub fn law() -> impl TypedValueParser<Value = ForceLaw> {
             ForceLaw::Rotated => {
                 "A rotation: F_x = F_r cos φ − F_t sin φ, F_y = F_r sin φ + F_t cos φ. What is meant where no law is named"
             }
+        },
+    )
+}
+
+/// A dialect of programs; none is what the program shows.
+#[derive(Clone, Copy, Debug)]
+pub struct ChosenDialect(pub Option<Dialect>);
+
+/// `--dialect`.
+pub fn dialect() -> impl TypedValueParser<Value = ChosenDialect> {
+    const ALL: [ChosenDialect; 4] = [
+        ChosenDialect(None),
+        ChosenDialect(Some(Dialect::Iso)),
+        ChosenDialect(Some(Dialect::Sinumerik)),
+        ChosenDialect(Some(Dialect::Heidenhain)),
+    ];
+    one_of(
+        &ALL,
+        |chosen| chosen.0.map_or("auto", Dialect::label),
+        |chosen| match chosen.0 {
+            None => "What the text of the program shows",
+            Some(Dialect::Iso) => "ISO code as Fanuc, Haas, LinuxCNC and Grbl read it",
+            Some(Dialect::Sinumerik) => "Siemens Sinumerik 840D and its kin",
+            Some(Dialect::Heidenhain) => "Heidenhain's conversational language (Klartext)",
         },
     )
 }

@@ -13,16 +13,15 @@ use kinetostat::{
     process::file::Process,
     report::{Foreign, cautions, counted, if_any, millimetres_in_table, text_table::text_table},
     study::{
-        ProgramFile,
-        along_path::{Commands, PathAnswer},
+        along_path::PathAnswer,
         path::report::{facts_text, failures_text},
         program::{
-            Corrected, Pass, ProgramJob,
+            Corrected, Part, Pass, ProgramCommands, ProgramJob, Written,
             bounded::Exceedances,
             files::ProgramFiles,
             report::{
-                self, Proved, bounded_text, exceeded_text, holes_text, left_text, program_columns, program_json,
-                program_table, use_text, worse_as_written,
+                self, Findings, Proved, blocks_text, bounded_text, exceeded_text, holes_text, left_text,
+                program_columns, program_json, program_table, use_text, worse_as_written,
             },
         },
     },
@@ -67,7 +66,11 @@ pub struct CompensateArguments {
     /// Replace OUT and the files beside it even if they were not written by this command, or were changed since
     #[arg(long)]
     force: bool,
-    /// Write the program out as the motion it makes before correcting it: subprograms, loops, jumps, variables and expressions
+    /// Language of a program that is no CSV [default: as [gcode] of the process says, or auto]
+    #[arg(long, value_parser = choice::dialect())]
+    dialect: Option<choice::ChosenDialect>,
+    /// Write the program (ISO code) out as the motion it makes before correcting it: subprograms, loops, jumps, expressions, cycles; as
+    /// expand in [gcode] of the process file does
     #[arg(long)]
     expand: bool,
     /// How commands are found: none, linear, mirror, mirror_N (N passes), matrix_free, fixed_matrix, procedure, newton, direct,
@@ -94,38 +97,39 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let started = Instant::now();
     let machine = set::machine(&arguments.machine, &[], arguments.branch)?.machine()?;
     let machine = set::held(&machine, &arguments.hold)?;
-    let process = Process::open(&arguments.process, &machine)?;
+    let mut process = Process::open(&arguments.process, &machine)?;
+    if let Some(choice::ChosenDialect(dialect)) = arguments.dialect {
+        process.gcode.dialect = dialect;
+    }
+    process.gcode.expand |= arguments.expand;
     let chosen = chosen(arguments)?;
-    let job = match arguments.expand {
-        true => {
-            let program = ProgramFile::read_expanded(&arguments.path, &process.gcode)?;
-            ProgramJob::new(process, program, &arguments.path.display().to_string())?
-        }
-        false => ProgramJob::open(process, &arguments.path)?,
-    };
+    let job = ProgramJob::open(process, &arguments.path)?;
     let measured = arguments.measured.as_deref().map(|file| measured(file, &job)).transpose()?;
     // When all inputs are read: none of them is written over.
     let files = ProgramFiles::prepare(&arguments.out, Foreign::forced(arguments.force))?;
-    let out_of_reach = job.out_of_reach(SHOWN);
+    let compared = compared(arguments, &chosen);
+    // The way there, what is asked for, and all that proves it.
+    let passes = 2 + compared.len() + job.proof_passes();
+    let name = arguments.path.display().to_string();
+    let progress = reporting.progress(&name, passes * job.path.len(), &format!("points in {passes} passes"));
+    let out_of_reach = job.out_of_reach(SHOWN, |points| progress.tell(Event::Computed(points)))?;
     if !out_of_reach.is_empty() {
+        progress.end();
         let problem =
             "The machine cannot be led along the program; nothing was computed or written. The first points:\n";
-        reporting.print(&refusal(&job, problem, &out_of_reach))?;
+        reporting.print(&refusal(&job, problem, &out_of_reach)?)?;
         return Ok(Ending::SomeUnsolved);
     }
-    let compared = compared(arguments, &chosen);
-    let name = arguments.path.display().to_string();
-    let progress = reporting.progress(&name, job.path.len() * (compared.len() + 2 + job.sources()), "points");
     let done = || progress.tell(Event::Computed(1));
     // First what is asked for: where there is no command, the others are of no use.
     let mut corrected = Corrected::new(&job);
-    let take = |_, answers: &[PathAnswer]| {
-        corrected.add(&job, answers);
+    let take = |part: &Part<'_>, answers: &[PathAnswer]| {
+        corrected.add(&job, part, answers);
         if corrected.failures.is_empty() { Ok(()) } else { Err(Error::Stopped) }
     };
     let mut bounded = None;
     let own = match (&measured, chosen) {
-        (Some(poses), _) => job.pass("mirror of the measured pass", &Commands::Program(poses), &done, take),
+        (Some(went), _) => job.pass("mirror of the measured pass", &ProgramCommands::Positions(went), &done, take),
         (None, Chosen::Method(method)) => job.pass_by(method, &done, take),
         (None, Chosen::Bounded) => job.bounded_pass(&done, take).map(|found| {
             bounded = Some(found.path);
@@ -140,67 +144,67 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
             false => String::new(),
         };
         let problem = format!("No command for {count}{among}; nothing was written. The first:\n");
-        reporting.print(&refusal(&job, &problem, &corrected.failures))?;
+        reporting.print(&refusal(&job, &problem, &corrected.failures)?)?;
         return Ok(Ending::SomeUnsolved);
     }
     let own = own?;
-    let before = job.before(&done)?;
-    let mut passes = vec![before.pass.clone()];
-    for &method in &compared {
-        passes.push(job.pass_by(method, &done, |_, _| Ok(()))?);
-    }
-    let as_written = format!("{}, as written", own.name);
-    passes.push(own);
     let written = job.write(&corrected)?;
+    let left_alone = corrected.left_alone;
+    drop(corrected);
     let made = files.staging()?;
     let mut points = files.points(made.path(), &program_columns(&job.machine))?;
     let mut exceedances = bounded.as_ref().map(|bounded| Exceedances::new(&job, bounded));
-    let (mut after, mut corrections) = (Vec::with_capacity(job.path.len()), [None; 2]);
-    passes.push(job.pass(as_written, &Commands::Program(&written.poses), &done, |first, answers| {
-        exceedances.iter_mut().for_each(|exceedances| exceedances.add(first, answers));
-        after.extend(answers.iter().map(PathAnswer::settled_error));
-        answers.iter().filter(|answer| answer.is_settled).for_each(|answer| see(&job, answer, &mut corrections));
-        points.add(&program_table(&job, first, answers, &before, bounded.as_ref()))
-    })?);
+    let (mut findings, mut corrections) = (Findings::new(&job)?, [None; 2]);
+    let as_written = format!("{}, as written", own.name);
+    let proof = job.prove((as_written, &written), &compared, &done, |proved| {
+        let settled = proved.written.iter().filter(|answer| answer.is_settled);
+        settled.for_each(|answer| see(&job, answer, &mut corrections));
+        exceedances.iter_mut().for_each(|exceedances| exceedances.add(proved.part.first, proved.written));
+        findings.add(&job, proved);
+        points.add(&program_table(&job, proved, bounded.as_ref()))
+    })?;
+    let passes: Vec<Pass> = [proof.none].into_iter().chain(proof.others).chain([own, proof.as_written]).collect();
     progress.end();
     let exceeded = exceedances.map(Exceedances::worst);
     let proved = Proved {
         name: &file_name(&arguments.path),
-        before: &before,
-        after: &after,
+        findings: &findings,
         passes: &passes,
         bounded: bounded.as_ref(),
         corrections,
+        blocks: written.blocks.as_ref(),
     };
     let too_much = exceeded.as_deref().map_or_else(String::new, |exceeded| exceeded_text(&job, exceeded));
-    let headline = report::headline(&job, &proved, written.rounded_mm, &too_much);
+    let headline = report::headline(&job, &proved, written.rounded_mm, &too_much)?;
     let used = use_text(&job, &proved);
-    let json = program_json(&job, &passes, bounded.as_ref(), exceeded.as_deref());
-    let written_in_holes_mm = written.in_holes_mm;
-    let page = files.write(
-        (written.bytes, points.finish()?, json),
-        made.path(),
-        |points| report::page(&job, &proved, headline.clone(), points),
-        &report::figures(&job, &proved),
-    )?;
-    let is_wrong = headline.unsolved.is_some() || worse_as_written(&passes, written.rounded_mm).is_some();
+    let blocks = blocks_text(&job, written.blocks.as_ref());
+    let json = program_json(&job, &passes, bounded.as_ref(), exceeded.as_deref(), written.blocks.as_ref());
+    let figures = report::figures(&job, &proved);
+    let page = report::page(&job, &proved, headline.clone(), &files.points_name());
+    let Written { bytes, positions, rounded_mm, in_holes_mm, .. } = written;
+    let (machine, process) = (job.machine.clone(), job.process.clone());
+    // A page takes memory; nothing more is asked of the points.
+    drop((job, findings, positions));
+    let page = files.write((bytes, points.finish()?, json), made.path(), (page, &figures))?;
+    let is_wrong = headline.unsolved.is_some() || worse_as_written(&passes, rounded_mm).is_some();
     reporting.print_styled(&headline::words(&headline, &format!("{:.1} s", started.elapsed().as_secs_f64())))?;
     if reporting.is_verbose() {
-        reporting.print(&format!("\n{}", facts_text(&job.process.facts())))?;
+        reporting.print(&format!("\n{}", facts_text(&process.facts())))?;
     }
     reporting.print(&format!("\n{}\n{}", TABLE, table(&passes)))?;
     if let Some(bounded) = &bounded {
-        reporting.print(&bounded_text(&job.machine, bounded))?;
-    } else if job.process.limits.is_limited() {
+        reporting.print(&bounded_text(&machine, bounded))?;
+    } else if process.limits.is_limited() {
         reporting.print("The limits of the process were not looked at: --method bounded keeps them.\n")?;
     }
     let own = passes.iter().rev().nth(1).and_then(|own| own.summary.max_mm);
-    reporting.print(&left_text(&job.machine, own))?;
-    reporting.print(&holes_text(written_in_holes_mm))?;
-    if corrected.left_alone > 0 {
+    reporting.print(&left_text(&machine, own))?;
+    reporting.print(&holes_text(in_holes_mm))?;
+    reporting.print_styled(&headline::sentences(&blocks))?;
+    if left_alone > 0 {
         reporting.print(&format!(
             "Left as written, as there is no correction: {} where nothing is cut.\n",
-            counted(corrected.left_alone, "position")
+            counted(left_alone, "position")
         ))?;
     }
     reporting.print(&format!("Written to {}; read {}\n\n", arguments.out.display(), page.display()))?;
@@ -256,7 +260,7 @@ fn compared(arguments: &CompensateArguments, chosen: &Chosen) -> Vec<Method> {
     others.filter(|method| arguments.all_methods || usual(method)).collect()
 }
 
-fn measured(file: &Path, job: &ProgramJob) -> Result<Vec<kinetostat::spatial::Pose>> {
+fn measured(file: &Path, job: &ProgramJob) -> Result<Vec<nalgebra::Vector3<f64>>> {
     let bytes = kinetostat::input::file::read(file)?;
     let went = Polyline::read(bytes, &file.display().to_string())?.toolpath().positions_mm();
     let went =
@@ -264,19 +268,18 @@ fn measured(file: &Path, job: &ProgramJob) -> Result<Vec<kinetostat::spatial::Po
     Ok(job.mirrored(&went))
 }
 
-fn header(job: &ProgramJob) -> String {
+fn header(job: &ProgramJob) -> Result<String> {
     let cutting = job.path.points().iter().filter(|point| point.cutting).count();
     let machine = &job.machine;
     let facts = facts_text(&job.process.facts());
-    let outside =
-        cautions::outside_workspace(machine, "point", job.demands.iter().map(|demand| demand.pose.translation));
+    let outside = report::outside_workspace(job)?;
     let cautions = cautions::carried(machine) + &cautions::large_errors(machine, &job.process.errors) + &outside;
-    format!(
+    Ok(format!(
         "{}: {}, {cutting} of them cutting, path length {:.1} mm\n{facts}{cautions}",
         job.machine.title,
         counted(job.path.len(), "point"),
         job.path.length_mm()
-    )
+    ))
 }
 
 const TABLE: &str =
@@ -314,7 +317,7 @@ fn shown(length_mm: f64) -> String {
 /// Points shown of those that cannot be compensated.
 const SHOWN: usize = 5;
 
-fn refusal(job: &ProgramJob, problem: &str, failures: &[(usize, String)]) -> String {
+fn refusal(job: &ProgramJob, problem: &str, failures: &[(usize, String)]) -> Result<String> {
     let mut text = problem.to_string();
     for (point, reason) in failures.iter().take(SHOWN) {
         let at = &job.path.points()[*point];
@@ -322,5 +325,5 @@ fn refusal(job: &ProgramJob, problem: &str, failures: &[(usize, String)]) -> Str
         let [x, y, z]: [f64; 3] = at.position_mm.into();
         text += &format!("  {line}point {point} at ({x:.3}, {y:.3}, {z:.3}) mm: {reason}\n");
     }
-    header(job) + &text
+    Ok(header(job)? + &text)
 }

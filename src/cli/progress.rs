@@ -44,7 +44,7 @@ pub struct Progress {
     is_quiet: bool,
     study: String,
     /// What is counted.
-    of: &'static str,
+    of: String,
     total: usize,
     state: Mutex<State>,
 }
@@ -66,7 +66,7 @@ struct State {
 
 impl Progress {
     /// Of `total` items that are called `of`; `is_quiet` where nothing is to be said but errors.
-    pub fn start((form, is_quiet): (Form, bool), study: &str, total: usize, of: &'static str) -> Self {
+    pub fn start((form, is_quiet): (Form, bool), study: &str, total: usize, of: &str) -> Self {
         let is_drawn = form == Form::Auto && std::io::stderr().is_terminal();
         let target = if is_drawn { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(Some(total as u64), target);
@@ -86,7 +86,8 @@ impl Progress {
             json_at: now,
             logged_at: now,
         };
-        let progress = Self { bar, form, is_quiet, study: study.into(), of, total, state: Mutex::new(state) };
+        let progress =
+            Self { bar, form, is_quiet, study: study.into(), of: of.into(), total, state: Mutex::new(state) };
         progress.line(json!({ "event": "started", "study": study, "total": total, "of": of }));
         log::info!("{study}: {total} {of} to compute");
         progress
@@ -188,10 +189,10 @@ impl Progress {
     }
 
     /// Items done, of how many, and what they are called, in the present stage.
-    fn counted(&self, state: &State) -> (usize, usize, &'static str) {
+    fn counted(&self, state: &State) -> (usize, usize, &str) {
         match state.stage {
             Some((stage, done)) => (done, stage.items, stage.of),
-            None => (state.computed + state.kept, self.total, self.of),
+            None => (state.computed + state.kept, self.total, &self.of),
         }
     }
 

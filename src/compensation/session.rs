@@ -75,6 +75,15 @@ pub struct Session {
     rest: Option<(Pose, Pose)>,
     /// What carries the workpiece, if it can move or bend.
     workpiece: Option<Workpiece>,
+    known: Option<Known>,
+}
+
+/// What the nominal inverse kinematics gives for `pose`, sought from `from`.
+#[derive(Debug, Clone)]
+struct Known {
+    from: Configuration,
+    pose: Pose,
+    at: Configuration,
 }
 
 impl Session {
@@ -92,6 +101,7 @@ impl Session {
             state: State::rigid(nominal, &nominal.home),
             rest: None,
             workpiece: Workpiece::new(nominal, real),
+            known: None,
         }
     }
 
@@ -102,6 +112,19 @@ impl Session {
         Self { resting: machine.clone(), ..self }
     }
 
+    /// Tells the session what the inverse kinematics of its nominal machine gives for `pose` if it is sought from `from`: that need
+    /// not be computed again.
+    pub fn know(&mut self, from: &Configuration, pose: &Pose, at: &Configuration) {
+        match &mut self.known {
+            Some(known) => {
+                known.from.clone_from(from);
+                known.pose = *pose;
+                known.at.clone_from(at);
+            }
+            None => self.known = Some(Known { from: from.clone(), pose: *pose, at: at.clone() }),
+        }
+    }
+
     /// Moves the external axes to where `demand` has them.
     fn move_external(&mut self, demand: &Demand) -> Result<(), CompensationStatus> {
         if self.nominal.move_to(demand.external).map_err(CompensationStatus::Unreachable)? {
@@ -109,6 +132,7 @@ impl Session {
                 workpiece.stand(&self.nominal);
             }
             self.rest = None;
+            self.known = None;
         }
         Ok(())
     }
@@ -213,7 +237,12 @@ impl Session {
 
     /// Commands the nominal machine to `pose`.
     pub(super) fn go_to(&mut self, pose: &Pose) -> Result<(), CompensationStatus> {
-        if self.command.pose != *pose {
+        let known = self.known.as_ref().filter(|known| known.pose == *pose && known.from == self.command);
+        if self.command.pose != *pose
+            && let Some(known) = known
+        {
+            self.command.clone_from(&known.at);
+        } else if self.command.pose != *pose {
             let near = self.nominal.inverse_kinematics_from(&self.command, pose);
             self.command = match near {
                 Ok(configuration) => configuration,

@@ -11,13 +11,13 @@ use std::{
 
 use crate::input::error::{Error, Result};
 
-/// A longer file is no program, polyline or wrench table, bytes: 2 million lines of 64.
-const MAX_LENGTH: u64 = 128 << 20;
+/// A longer file is no program, polyline or wrench table, bytes: 20 million lines of 53.
+const MAX_LENGTH: u64 = 1 << 30;
 
 /// The bytes of a program, polyline or wrench table.
 ///
 /// # Errors
-/// A file that cannot be read or is longer than 128 MiB; anything that is no file.
+/// A file that cannot be read or is longer than 1 GiB; anything that is no file.
 pub fn read(file: &Path) -> Result<Vec<u8>> {
     read_at_most(file, MAX_LENGTH)
 }

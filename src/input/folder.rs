@@ -74,7 +74,7 @@ impl Folder {
     /// The bytes of a program, polyline or wrench table.
     ///
     /// # Errors
-    /// No such file, or one that cannot be read or is longer than 128 MiB.
+    /// No such file, or one that cannot be read or is longer than 1 GiB.
     pub fn bytes(&self, name: &str) -> Result<Vec<u8>> {
         self.read(name, read_program)
     }

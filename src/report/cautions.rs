@@ -4,7 +4,7 @@
 use nalgebra::Vector3;
 
 use crate::{
-    machine::{ChainError, Machine, Zeroed},
+    machine::{ChainError, Machine, OutsideWorkspace, Zeroed},
     report::words::signed,
 };
 
@@ -13,19 +13,38 @@ const LARGE_ROTATION: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
 /// A sentence if `positions` of P (O, mm), each of which is a `noun`, are not all inside the machine's workspace box.
 pub fn outside_workspace(machine: &Machine, noun: &str, positions: impl Iterator<Item = Vector3<f64>>) -> String {
-    let (mut count, mut outside, mut first) = (0, 0, None);
-    for position in positions {
-        count += 1;
+    let mut outside = Outside::default();
+    positions.for_each(|position| outside.add(machine, position));
+    outside.words(noun)
+}
+
+/// Positions outside a machine's workspace box, counted one by one.
+#[derive(Debug, Default)]
+pub(crate) struct Outside {
+    count: usize,
+    outside: usize,
+    first: Option<OutsideWorkspace>,
+}
+
+impl Outside {
+    /// Takes a position of P (O, mm).
+    pub fn add(&mut self, machine: &Machine, position: Vector3<f64>) {
+        self.count += 1;
         if let Some(found) = machine.outside_workspace(position) {
-            outside += 1;
-            first.get_or_insert(found);
+            self.outside += 1;
+            self.first.get_or_insert(found);
         }
     }
-    match first {
-        Some(first) => {
-            signed(&format!("Outside the machine's workspace box: {outside} of {count} {noun}s; the first: {first}.\n"))
+
+    /// A sentence if there are any; each position is a `noun`.
+    pub fn words(&self, noun: &str) -> String {
+        let Self { count, outside, first } = self;
+        match first {
+            Some(first) => signed(&format!(
+                "Outside the machine's workspace box: {outside} of {count} {noun}s; the first: {first}.\n"
+            )),
+            None => String::new(),
         }
-        None => String::new(),
     }
 }
 

@@ -7,12 +7,16 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
+pub use super::path_sums::{Left, PathSummary, PathSums};
 use crate::{
     compensation::{CompensationStatus, Demand, Method, Session, compensate, simulate, simulate_drives},
     input::error::Result,
     machine::Machine,
     spatial::Pose,
-    study::{led_along::LedAlong, settings},
+    study::{
+        led_along::{LedPoint, led_along},
+        settings,
+    },
     work::{Event, Work},
 };
 
@@ -71,101 +75,6 @@ impl PathAnswer {
     }
 }
 
-/// What a command leaves at one point: all that is kept where only sums are wanted.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Left {
-    /// Why the command does not do what was asked of the method, if it does not.
-    failure: Option<Box<str>>,
-    /// Whether the machine settles.
-    is_settled: bool,
-    corrections: usize,
-    /// Square of the distance of the point put right from where it is wanted, mm².
-    squared_error: f64,
-    /// rad.
-    leftover_rotation: f64,
-}
-
-impl Left {
-    /// What `answer` of `machine` leaves.
-    pub fn of(answer: &PathAnswer, machine: &Machine) -> Self {
-        Self {
-            failure: (!answer.status.is_success()).then(|| answer.status.reason(machine).into()),
-            is_settled: answer.is_settled,
-            corrections: answer.corrections,
-            squared_error: answer.position_error.norm_squared(),
-            leftover_rotation: answer.leftover_rotation.norm(),
-        }
-    }
-}
-
-/// Errors along a path. What is taken over solved points is `None` where there are none.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct PathSummary {
-    /// Points with a command and an equilibrium.
-    pub solved: usize,
-    /// All points.
-    pub points: usize,
-    /// Points whose command failed, or is not as good as asked.
-    pub failed: usize,
-    /// Why the first of them failed.
-    pub first_failure: Option<Box<str>>,
-    /// Largest distance of the point put right from where it is wanted, over the solved points, mm.
-    pub max_mm: Option<f64>,
-    /// Root mean square of that distance, mm.
-    pub rms_mm: Option<f64>,
-    /// Corrections per point, mean.
-    pub mean_corrections: Option<f64>,
-    /// Largest rotation left over, rad.
-    pub max_leftover_rotation: Option<f64>,
-}
-
-/// Sums from which a [`PathSummary`] is made, point after point in the order of the path.
-#[derive(Debug, Clone, Default)]
-pub struct PathSums {
-    solved: usize,
-    points: usize,
-    failed: usize,
-    first_failure: Option<Box<str>>,
-    squared_errors: f64,
-    largest_squared_error: f64,
-    corrections: usize,
-    max_leftover_rotation: f64,
-}
-
-impl PathSums {
-    /// Adds a point.
-    pub fn add(&mut self, left: &Left) {
-        self.points += 1;
-        self.failed += usize::from(left.failure.is_some());
-        if self.first_failure.is_none() {
-            self.first_failure.clone_from(&left.failure);
-        }
-        if left.is_settled {
-            self.solved += 1;
-            self.squared_errors += left.squared_error;
-            self.largest_squared_error = self.largest_squared_error.max(left.squared_error);
-            self.corrections += left.corrections;
-            self.max_leftover_rotation = self.max_leftover_rotation.max(left.leftover_rotation);
-        }
-    }
-
-    /// What they come to.
-    pub fn summary(&self) -> PathSummary {
-        let known = |value: f64| (self.solved > 0).then_some(value);
-        let mean = |sum: f64| sum / self.solved as f64;
-        PathSummary {
-            solved: self.solved,
-            points: self.points,
-            failed: self.failed,
-            first_failure: self.first_failure.clone(),
-            max_mm: known(self.largest_squared_error.sqrt()),
-            rms_mm: known(mean(self.squared_errors).sqrt()),
-            mean_corrections: known(mean(self.corrections as f64)),
-            max_leftover_rotation: known(self.max_leftover_rotation),
-        }
-    }
-}
-
 /// How each point of a path gets its command.
 #[derive(Debug, Clone, Copy)]
 pub enum Commands<'a> {
@@ -202,10 +111,36 @@ pub fn run_in_parts<E>(
     };
     for part in parts(case.demands.len()) {
         let blocks = part.into_par_iter().step_by(BLOCK);
-        let blocks = blocks.map(|start| block(case, commands, start, &done).unwrap_or_else(|never| match never {}));
+        let blocks = blocks.map(|start| {
+            let answers = block(case, commands, start, &case.led_block(start).collect::<Vec<_>>(), &done);
+            answers.unwrap_or_else(|never| match never {})
+        });
         take(blocks.flatten_iter().collect())?;
     }
     Ok(())
+}
+
+/// The nominal machine of `case` led along its points, for [`run_where_led`].
+pub(super) fn lead(case: &PathCase<'_>) -> Vec<Vec<LedPoint>> {
+    (0..case.demands.len()).into_par_iter().step_by(BLOCK).map(|start| case.led_block(start).collect()).collect()
+}
+
+/// As [`run`], of a machine that was led along the same poses before.
+pub(super) fn run_where_led(
+    case: &PathCase<'_>,
+    commands: &Commands<'_>,
+    led: &[Vec<LedPoint>],
+    done: &(dyn Fn() + Sync),
+) -> Vec<PathAnswer> {
+    let done = || {
+        done();
+        Ok::<(), Infallible>(())
+    };
+    let blocks = led
+        .par_iter()
+        .enumerate()
+        .map(|(k, led)| block(case, commands, k * BLOCK, led, &done).unwrap_or_else(|never| match never {}));
+    blocks.flatten_iter().collect()
 }
 
 /// As [`run_in_parts`], all answers at once.
@@ -236,7 +171,8 @@ pub(super) fn kept<T: Serialize + DeserializeOwned + Send>(
                 work.tell(Event::Computed(1));
                 work.check()
             };
-            let answers = block(case, &Commands::Method(method), start, &done)?;
+            let led: Vec<LedPoint> = case.led_block(start).collect();
+            let answers = block(case, &Commands::Method(method), start, &led, &done)?;
             let unsolved = answers.iter().filter(|answer| !answer.is_settled).count();
             if unsolved > 0 {
                 work.tell(Event::Unsolved(unsolved));
@@ -248,24 +184,36 @@ pub(super) fn kept<T: Serialize + DeserializeOwned + Send>(
     Ok(blocks.collect::<Result<Vec<Vec<T>>>>()?.into_iter().flatten().collect())
 }
 
-/// The points from `start` on that are solved one after another. `done` is called after each and may end the block.
-fn block<E>(
-    case: &PathCase<'_>,
+impl PathCase<'_> {
+    /// The nominal machine led along the block that begins at `start`.
+    pub(super) fn led_block(&self, start: usize) -> impl Iterator<Item = LedPoint> + use<'_> {
+        // What decides the posture in which the block begins.
+        let passed = match start {
+            0 => &self.before[self.before.len().saturating_sub(BLOCK)..],
+            start => &self.demands[start - BLOCK..start],
+        };
+        led_along(self.nominal, passed, &self.demands[start..self.demands.len().min(start + BLOCK)])
+    }
+}
+
+/// The points from `start` on that are solved one after another, at which the nominal machine stands as `led` says. `done` is called
+/// after each and may end the block.
+fn block<'l, E>(
+    case: &PathCase<'l>,
     commands: &Commands<'_>,
     start: usize,
+    led: &'l [LedPoint],
     done: &(dyn Fn() -> std::result::Result<(), E> + Sync),
 ) -> std::result::Result<Vec<PathAnswer>, E> {
     let mut session = Session::new(case.nominal, case.real, settings()).from_rest_of(case.resting);
-    // What decides the posture in which the block begins.
-    let passed = match start {
-        0 => &case.before[case.before.len().saturating_sub(BLOCK)..],
-        start => &case.demands[start - BLOCK..start],
-    };
-    let mut led = LedAlong::after(case.nominal, passed);
-    let answer = |(i, demand): (usize, &Demand)| {
-        let (nominal, asked) = led.step(demand);
-        let found = match (asked, commands) {
-            (Err(reason), _) => session.refuse(demand, reason),
+    let mut near = &case.nominal.home;
+    let answer = |((i, demand), led): ((usize, &Demand), &'l LedPoint)| {
+        if let (Some(at), None) = (&led.at, demand.external) {
+            session.know(near, &demand.pose, at);
+            near = at;
+        }
+        let found = match (&led.asked, commands) {
+            (Err(reason), _) => session.refuse(demand, reason.clone()),
             (Ok(()), Commands::Method(method)) => compensate(&mut session, demand, *method),
             (Ok(()), Commands::Program(poses)) => {
                 let simulated = simulate(&mut session, demand, &poses[i]);
@@ -279,7 +227,7 @@ fn block<E>(
             }
             (Ok(()), Commands::Drives(drives)) => simulate_drives(&mut session, demand, &drives[i]),
         };
-        let nominal_drives = nominal.map(|at| at.drives).unwrap_or_default();
+        let nominal_drives = led.at.as_ref().map(|at| at.drives.clone()).unwrap_or_default();
         done()?;
         Ok(PathAnswer {
             is_settled: found.outcome.is_some(),
@@ -293,5 +241,5 @@ fn block<E>(
             drive_forces: found.drive_forces,
         })
     };
-    case.demands.iter().enumerate().skip(start).take(BLOCK).map(answer).collect()
+    case.demands.iter().enumerate().skip(start).zip(led).map(answer).collect()
 }

@@ -91,14 +91,24 @@ pub fn demands_under(
     path: &Toolpath,
     loads: &[PathLoad],
 ) -> Vec<Demand> {
+    let mut demand = demanding(machine, placement, target, path);
+    path.points().iter().zip(loads).map(|(point, load)| demand(point, load)).collect()
+}
+
+/// As [`demands_under`], asked for points of `path` one after another.
+pub(super) fn demanding<'a>(
+    machine: &'a Machine,
+    placement: &'a Placement,
+    target: Target,
+    path: &'a Toolpath,
+) -> impl FnMut(&PathPoint, &PathLoad) -> Demand + use<'a> {
     let mut led = Led::new(machine, placement);
     let external = along(machine, path);
-    let demand = |(point, load): (&PathPoint, &PathLoad)| {
+    move |point, load| {
         let external = external(point);
         let pose = led.pose(point.position_mm, external);
         let there = led.placed(external).turned(&pose.rotation);
         let load = there.wrench(&load.on_tool(point.tangent, there.tool_axes()));
         Demand { pose, load, target, wanted: None, external }
-    };
-    path.points().iter().zip(loads).map(demand).collect()
+    }
 }

@@ -5,8 +5,27 @@ use crate::{
     machine::{Configuration, Machine, Standing},
 };
 
+/// Where the nominal machine stands at a point of a path, if it reaches it, and why it cannot be led there, if it cannot.
+pub(super) struct LedPoint {
+    pub at: Option<Configuration>,
+    pub asked: Result<(), CompensationStatus>,
+}
+
+/// `nominal` led along `demands`, its way along the points `passed` behind it: point after point as they are asked for.
+pub(super) fn led_along<'a>(
+    nominal: &Machine,
+    passed: &[Demand],
+    demands: &'a [Demand],
+) -> impl Iterator<Item = LedPoint> + use<'a> {
+    let mut led = LedAlong::after(nominal, passed);
+    demands.iter().map(move |demand| {
+        let (at, asked) = led.step(demand);
+        LedPoint { at, asked }
+    })
+}
+
 /// A machine on its way along a path.
-pub(super) struct LedAlong {
+struct LedAlong {
     nominal: Standing,
     /// From where the next point is sought.
     near: Configuration,

@@ -6,6 +6,7 @@
 //! A study is a folder with a `study.toml`; its inputs are named relative to that folder.
 
 pub mod along_path;
+pub mod blocks;
 #[cfg(feature = "report")]
 mod command_columns;
 #[cfg(feature = "report")]
@@ -19,6 +20,7 @@ mod into_folder;
 mod led_along;
 pub mod machine_check;
 mod over_workspace;
+mod path_sums;
 pub mod point;
 pub mod program;
 mod program_file;

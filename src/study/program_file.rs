@@ -5,11 +5,12 @@ use std::path::Path;
 use nalgebra::Vector3;
 
 use crate::{
-    input::error::Result,
-    process::file::Decimals,
+    input::{Folder, error::Result},
+    process::file::Process,
+    study::blocks::{Blocks, BlocksBeforeAfter},
     toolpath::{
         Sampling, Toolpath,
-        gcode::{GcodeOptions, Program},
+        gcode::{Beside, GcodeOptions, Program},
         polyline::Polyline,
     },
 };
@@ -24,39 +25,52 @@ pub enum ProgramFile {
 }
 
 impl ProgramFile {
-    /// Reads `file`: a polyline if its name ends in `.csv`, G-code otherwise.
+    /// Reads `file`: a polyline if its name ends in `.csv`, G-code otherwise, written out first if `options` say so. What it
+    /// calls is sought beside it.
     ///
     /// # Errors
     /// A file that cannot be read or is not of the expected form.
     pub fn read(file: &Path, options: &GcodeOptions) -> Result<Self> {
-        Self::parse(crate::input::file::read(file)?, file, options)
+        let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        match file.parent() {
+            Some(folder) if file.ends_with(&name) => Self::in_folder(&Folder::from(folder), &name, options),
+            _ => Self::parse(crate::input::file::read(file)?, file, options),
+        }
     }
 
-    /// The same, G-code written out as the motion it makes: what it calls is sought beside it.
+    /// The same of the file called `name` in `folder`.
     ///
     /// # Errors
-    /// As [`ProgramFile::read`], and what cannot be written out.
-    pub fn read_expanded(file: &Path, options: &GcodeOptions) -> Result<Self> {
-        if is_csv(file) {
-            return Self::read(file, options);
-        }
-        let folder = file.parent().unwrap_or(Path::new(""));
-        let beside = |name: &str| crate::input::file::read(&folder.join(name)).ok();
-        let bytes = crate::input::file::read(file)?;
-        let program = Program::parse_expanded(&bytes, &file.display().to_string(), options, &beside)?;
-        Ok(ProgramFile::Gcode(Box::new(program)))
+    /// As [`ProgramFile::read`].
+    pub fn in_folder(folder: &Folder, name: &str, options: &GcodeOptions) -> Result<Self> {
+        let around = folder.of(name);
+        let beside = |name: &str| around.has(name).then(|| around.bytes(name).ok()).flatten();
+        Self::parse_beside(folder.bytes(name)?, &folder.path(name), options, &beside)
     }
 
-    /// The program that `bytes` of a `file` are, as [`ProgramFile::read`].
+    /// The program that `bytes` of a `file` are, as [`ProgramFile::read`], with nothing beside it.
     ///
     /// # Errors
     /// Bytes that are not of the expected form.
     pub fn parse(bytes: Vec<u8>, file: &Path, options: &GcodeOptions) -> Result<Self> {
+        Self::parse_beside(bytes, file, options, &|_| None)
+    }
+
+    fn parse_beside(bytes: Vec<u8>, file: &Path, options: &GcodeOptions, beside: &Beside<'_>) -> Result<Self> {
         let name = file.display().to_string();
-        Ok(match is_csv(file) {
-            true => ProgramFile::Polyline(Polyline::read(bytes, &name)?),
-            false => ProgramFile::Gcode(Box::new(Program::parse(bytes, &name, options)?)),
+        Ok(match (is_csv(file), options.expand) {
+            (true, _) => ProgramFile::Polyline(Polyline::read(bytes, &name)?),
+            (false, true) => ProgramFile::Gcode(Box::new(Program::parse_expanded(&bytes, &name, options, beside)?)),
+            (false, false) => ProgramFile::Gcode(Box::new(Program::parse(bytes, &name, options)?)),
         })
+    }
+
+    /// The program written out, if it was.
+    pub(crate) fn written_out(&self) -> Option<&[u8]> {
+        match self {
+            ProgramFile::Gcode(program) if program.notes().written_out.is_some() => Some(program.source()),
+            _ => None,
+        }
     }
 
     /// Its points in the workpiece frame; lines and arcs are split as `sampling` says.
@@ -67,6 +81,17 @@ impl ProgramFile {
         match self {
             ProgramFile::Polyline(polyline) => Ok(polyline.sampled(sampling)?),
             ProgramFile::Gcode(program) => Ok(program.toolpath(sampling)?),
+        }
+    }
+
+    /// As [`ProgramFile::toolpath`], of a program that may have [`Program::MAX_POINTS`] points.
+    ///
+    /// # Errors
+    /// As [`ProgramFile::toolpath`].
+    pub fn long_toolpath(&self, sampling: Sampling) -> Result<Toolpath> {
+        match self {
+            ProgramFile::Polyline(_) => self.toolpath(sampling),
+            ProgramFile::Gcode(program) => Ok(program.toolpath_up_to(sampling, Program::MAX_POINTS)?),
         }
     }
 
@@ -95,30 +120,39 @@ impl ProgramFile {
         Some(String::from_utf8_lossy(bytes).trim().to_string())
     }
 
-    /// The same program through `positions` (workpiece frame, mm, one per point of `path`), and the positions read back
-    /// from what was written, rounding included.
+    /// The same program through `positions` (workpiece frame, mm, one per point of `path`), written as `process` says, and what
+    /// reading it gives.
     ///
     /// # Errors
     /// Positions that are no positions, or a written program that does not read back.
-    pub fn rewritten(
-        &self,
-        path: &Toolpath,
-        positions: &[Vector3<f64>],
-        decimals: Decimals,
-    ) -> Result<(Vec<u8>, Vec<Vector3<f64>>)> {
+    pub fn rewritten(&self, path: &Toolpath, positions: &[Vector3<f64>], process: &Process) -> Result<Rewritten> {
         match self {
             ProgramFile::Polyline(polyline) => {
-                let rewritten = polyline.rewrite_sampled(path, positions, decimals.format(polyline.own_format())?)?;
+                let format = process.decimals.format(polyline.own_format())?;
+                let rewritten = polyline.rewrite_sampled(path, positions, format)?;
                 let back = rewritten.read_back()?.positions_mm();
-                Ok((rewritten.into_bytes(), back))
+                Ok(Rewritten { bytes: rewritten.into_bytes(), back, blocks: None })
             }
             ProgramFile::Gcode(program) => {
-                let rewritten = program.rewrite(path, positions, decimals.format(program.own_format())?)?;
-                let back = rewritten.read_back()?.positions_mm();
-                Ok((rewritten.into_bytes(), back))
+                let rewritten = program.rewrite(path, positions, process.writing(program.own_format())?)?;
+                let written = rewritten.read()?;
+                let back = rewritten.positions_of(&written)?;
+                let blocks = BlocksBeforeAfter { before: Blocks::of(program)?, after: Blocks::of(&written)? };
+                Ok(Rewritten { bytes: rewritten.into_bytes(), back, blocks: Some(blocks) })
             }
         }
     }
+}
+
+/// A program that has been written and read.
+#[derive(Debug, Clone)]
+pub struct Rewritten {
+    /// Its bytes.
+    pub bytes: Vec<u8>,
+    /// Where it passes each point, workpiece frame, mm, rounding included.
+    pub back: Vec<Vector3<f64>>,
+    /// What its blocks and those of the program as it was ask of a control; `None` for polylines.
+    pub blocks: Option<BlocksBeforeAfter>,
 }
 
 fn is_csv(file: &Path) -> bool {

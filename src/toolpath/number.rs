@@ -99,9 +99,9 @@ pub(crate) fn last_place(decimals: u8) -> f64 {
     10f64.powi(-i32::from(decimals))
 }
 
-/// How many decimals the number written as `text` has.
+/// How many decimals the number written as `text` has, with a point or a comma.
 pub(crate) fn decimals_in(text: &str) -> usize {
-    text.find('.').map_or(0, |dot| text.len() - dot - 1)
+    text.find(['.', ',']).map_or(0, |dot| text.len() - dot - 1)
 }
 
 #[cfg(test)]

@@ -24,6 +24,8 @@ pub struct SamplingError {
 impl Sampling {
     /// The most points one path may have. A path that needs more is refused instead of filling the memory.
     pub const MAX_POINTS: usize = 2_000_000;
+    /// The most pieces that a move is split into.
+    pub(crate) const MAX_PIECES: usize = 20_000_000;
 
     /// `chordal_tolerance_mm`: the most an arc may stand off the chord between two neighbouring points;
     /// `max_segment_mm`: the longest piece, of lines and arcs alike, measured along the path.
@@ -51,7 +53,7 @@ impl Sampling {
         self.max_segment_mm
     }
 
-    /// Into how many pieces a line of `length_mm` is split; `None` when into more than [`Sampling::MAX_POINTS`].
+    /// Into how many pieces a line of `length_mm` is split; `None` when into more than [`Sampling::MAX_PIECES`].
     pub(crate) fn line_pieces(self, length_mm: f64) -> Option<usize> {
         // The slack keeps a length that is a multiple of the piece from gaining one by rounding.
         pieces((length_mm / self.max_segment_mm) * (1.0 - 1e-12))
@@ -70,10 +72,10 @@ impl Sampling {
     }
 }
 
-/// `ratio` rounded up, at least 1; `None` above [`Sampling::MAX_POINTS`] or when it is no number.
+/// `ratio` rounded up, at least 1; `None` above [`Sampling::MAX_PIECES`] or when it is no number.
 fn pieces(ratio: f64) -> Option<usize> {
     let count = ratio.ceil().max(1.0);
-    (ratio.is_finite() && count <= Sampling::MAX_POINTS as f64).then_some(count as usize)
+    (ratio.is_finite() && count <= Sampling::MAX_PIECES as f64).then_some(count as usize)
 }
 
 impl Default for Sampling {

@@ -98,6 +98,18 @@ fn before_the_first_change_the_last_tool_named_is_in_the_spindle() {
 }
 
 #[test]
+fn other_languages_call_their_tools_too() {
+    let force = "[force_of_tool.3.path_frame]\nradial_force_N = 7.0\ntangential_force_N = 0.0\naxial_force_N = 0.0\n";
+    for source in [
+        "0 BEGIN PGM A MM\n1 TOOL CALL 3 Z S2000\n2 L X+0 Y+0 Z+0 R0 FMAX M3\n3 L X+5 R0 F100\n4 END PGM A MM\n",
+        "N10 G90 G71 G17\nN20 T3 D1\nN30 M6\nN40 G0 X0 Y0 Z0\nN50 G1 X=5 F100\nN60 M30\n",
+        "N10 G90 G71 G17\nN20 T=3 D1\nN40 G0 X0 Y0 Z0\nN50 G1 X=5 F100\nN60 M30\n",
+    ] {
+        assert_eq!(forces(force, source), [[0.0, -7.0, 0.0]], "{source}");
+    }
+}
+
+#[test]
 fn others_have_the_force_of_all() {
     let all = "[force.path_frame]\nradial_force_N = 1.0\ntangential_force_N = 0.0\naxial_force_N = 0.0\n";
     let source = PROGRAM.replace("T1 M6", "T9 M6");

@@ -15,7 +15,8 @@ use kinetostat::{
     machine::{Machine, catalogue},
     study::{Overrides, Study},
     toolpath::{
-        gcode::{GcodeOptions, Program},
+        Sampling,
+        gcode::{Dialect, GcodeOptions, Program},
         polyline::Polyline,
     },
 };
@@ -78,6 +79,8 @@ fn polylines() {
 #[test]
 fn programs() {
     run("gcode", targets::gcode);
+    run("sinumerik", targets::sinumerik);
+    run("heidenhain", targets::heidenhain);
 }
 
 /// The refusal of a machine file, which must come at once.
@@ -133,10 +136,23 @@ fn long_lines_and_many_rows_take_no_time() {
     let long_line = "M1 ".repeat(300_000);
     let digits = format!("G0 X{}", "1".repeat(1_000_000));
     let comment = format!("({}", "(".repeat(1_000_000));
-    for source in [long_line, digits, comment] {
-        if let Err(refusal) = Program::parse(source, "p.nc", &options) {
-            let message = refusal.to_string();
-            assert!(message.starts_with("p.nc:1"), "{}", &message[..60]);
+    let brackets = format!("MSG{}", "(".repeat(1_000_000));
+    let words = format!("L {}", "X+1 ".repeat(300_000));
+    let centres = format!("BEGIN PGM A MM\nL X+0 Y+0 Z+0\n{}", "CC X+1 Y+1\n".repeat(100_000));
+    for source in [long_line, digits, comment, brackets, words, centres] {
+        for dialect in Dialect::ALL {
+            let options = GcodeOptions { dialect: Some(dialect), ..options.clone() };
+            match Program::parse(source.clone(), "p.nc", &options) {
+                Ok(program) => {
+                    let path = program.toolpath(Sampling::default()).unwrap();
+                    let written = program.rewrite(&path, &path.positions_mm(), program.own_format()).unwrap();
+                    assert!(written.bytes() == source.as_bytes());
+                }
+                Err(refusal) => {
+                    let message = refusal.to_string();
+                    assert!(message.starts_with("p.nc:1"), "{}", &message[..60]);
+                }
+            }
         }
     }
     for source in [",".repeat(1_000_000), "\"".repeat(1_000_001), format!("x_mm,y_mm,{}", "z".repeat(1_000_000))] {
@@ -302,12 +318,14 @@ fn changed_inputs() {
     let inputs = folder("inputs");
     let process = |data: &[u8]| targets::process_file(data, &inputs);
     let study = |data: &[u8]| targets::study_file(data, &inputs);
-    let targets: [(&str, One<'_>); 5] = [
+    let targets: [(&str, One<'_>); 7] = [
         ("machine_file", &targets::machine_file),
         ("process_file", &process),
         ("study_file", &study),
         ("path_csv", &targets::path_csv),
         ("gcode", &targets::gcode),
+        ("sinumerik", &targets::sinumerik),
+        ("heidenhain", &targets::heidenhain),
     ];
     let mut failed = Vec::new();
     for (target, one) in targets {

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 
 fn programs() -> Vec<(String, Vec<u8>)> {
     let programs = programs_in("tests/gcode_cycles");
-    assert_eq!(programs.len(), 4);
+    assert_eq!(programs.len(), 6);
     programs
 }
 
@@ -65,7 +65,8 @@ fn below_the_plane_r_the_tool_first_rises() {
 
 #[test]
 fn steps_and_repetitions_are_counted_as_in_incremental_programs() {
-    let (_, path) = parse(programs()[3].1.clone());
+    let (_, source) = programs().into_iter().find(|(name, _)| name == "steps.nc").unwrap();
+    let (_, path) = parse(source);
     let bottoms: Vec<_> = path.points().iter().filter(|p| p.cutting).map(|p| p.position_mm).collect();
     let expected = [
         [10.0, 2.0, -7.0],

@@ -1,14 +1,31 @@
 //! What is refused, and in which words.
 
+use crate::support::programs::programs_in;
 use kinetostat::toolpath::{
     NumberFormat, Sampling,
-    gcode::{BlockDelete, GcodeOptions, Program},
+    gcode::{BlockDelete, Dialect, GcodeOptions, Program},
 };
 use nalgebra::Vector3;
 
 fn refusal(source: impl Into<Vec<u8>>) -> String {
     let program = Program::parse(source, "part.nc", &GcodeOptions::default());
     program.expect_err("expected a refusal").to_string()
+}
+
+#[test]
+fn every_program_to_refuse_is_refused_in_the_words_that_it_begins_with() {
+    let programs = programs_in("tests/gcode_refused");
+    assert!(programs.len() >= 50, "{} programs", programs.len());
+    for (name, source) in programs {
+        let first = String::from_utf8(source.clone()).unwrap().lines().next().unwrap().to_owned();
+        let expected = first.strip_prefix("; ").unwrap();
+        let options = GcodeOptions::default();
+        let (expected, read) = match expected.strip_prefix("--expand ") {
+            Some(expected) => (expected, Program::parse_expanded(&source, &name, &options, &|_| None)),
+            None => (expected, Program::parse(source, &name, &options)),
+        };
+        assert_eq!(read.expect_err(&name).to_string(), expected);
+    }
 }
 
 /// Refusal of a line that follows two good ones.
@@ -43,7 +60,7 @@ fn features_that_cannot_be_followed_are_refused_by_name() {
         ("G33 Z-5 K1", "part.nc:3:1: `G33`: this motion is not supported; expected G0, G1, G2 or G3"),
         (
             "M98 P100",
-            "part.nc:3:1: `M98`: subprograms are not read; expected one program, or --expand, which writes its calls out",
+            "part.nc:3:1: `M98`: subprograms are not read; expected one program, or expand in [gcode] of the process file (--expand), which writes it out",
         ),
         (
             "G77 X5",
@@ -60,12 +77,12 @@ fn features_that_cannot_be_followed_are_refused_by_name() {
     }
     for m in ["M97 P1", "M99", "M198 P1"] {
         let name = m.split(' ').next().unwrap();
-        let expected = "subprograms are not read; expected one program, or --expand, which writes its calls out";
+        let expected = "subprograms are not read; expected one program, or expand in [gcode] of the process file (--expand), which writes it out";
         assert_eq!(third(m), format!("part.nc:3:1: `{name}`: {expected}"));
     }
     assert_eq!(
         refusal("O1\nG21\nO2\n"),
-        "part.nc:3:1: `O2`: subprograms are not read; expected one program, or --expand, which writes its calls out"
+        "part.nc:3:1: `O2`: subprograms are not read; expected one program, or expand in [gcode] of the process file (--expand), which writes it out"
     );
 }
 
@@ -74,11 +91,11 @@ fn text_that_is_no_word_is_refused() {
     for (line, expected) in [
         (
             "#100=5",
-            "part.nc:3:1: `#100=5`: variables and expressions are not read; expected plain numbers, or --expand, which writes the program out",
+            "part.nc:3:1: `#100=5`: variables and expressions are not read; expected plain numbers, or expand in [gcode] of the process file (--expand), which writes it out",
         ),
         (
             "G1 X[1+2]",
-            "part.nc:3:4: `X[1+2]`: variables and expressions are not read; expected plain numbers, or --expand, which writes the program out",
+            "part.nc:3:4: `X[1+2]`: variables and expressions are not read; expected plain numbers, or expand in [gcode] of the process file (--expand), which writes it out",
         ),
         ("G1 X5 (open", "part.nc:3:7: `(open`: comment is not closed; expected `)` on the same line"),
         ("G1 X Y5", "part.nc:3:4: `X`: not a word; expected a letter followed by a number, such as X10.5"),
@@ -215,15 +232,18 @@ fn rotary_axes_may_be_named_but_not_turned() {
 
 #[test]
 fn other_languages_are_named() {
-    let other = "not ISO code but another language, such as Sinumerik's or Heidenhain's, which is not read; expected words \
-                 such as X10.5";
+    let other = "not ISO code but another language, such as Sinumerik's or Heidenhain's; expected words such as X10.5, or \
+                 --dialect, which says what it is";
+    let options = GcodeOptions { dialect: Some(Dialect::Iso), ..GcodeOptions::default() };
     for (line, found) in [
         ("N5 TRAORI", "4: `TRAORI`"),
         ("MSG(\"x\")", "1: `MSG`"),
         ("G1 X=10", "4: `X=10`"),
         ("T=\"D10\"", "1: `T=\"D10\"`"),
     ] {
-        assert_eq!(third(line), format!("part.nc:3:{found}: {other}"));
+        let source = format!("G21 G90 G17 F100\nG0 X0 Y0 Z0\n{line}\n");
+        let refusal = Program::parse(source, "part.nc", &options).unwrap_err().to_string();
+        assert_eq!(refusal, format!("part.nc:3:{found}: {other}"));
     }
 }
 

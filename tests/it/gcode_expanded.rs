@@ -1,5 +1,8 @@
 //! Programs with calls, loops, jumps and expressions, written out as the motion they make.
 
+use std::path::Path;
+
+use crate::support::programs::programs_in;
 use kinetostat::toolpath::{
     NumberFormat, Sampling,
     gcode::{BlockDelete, GcodeError, GcodeOptions, Program},
@@ -37,7 +40,7 @@ fn calls_are_written_out_as_often_as_they_are_made() {
         lines(
             "%\nO1\nG0 X0 Y0 Z0\nM98 P100 L2\nM98 P0200\nG90 M97 P50\nM30\nO100 (a step)\nG91 G1 X5 F9 (cut)\nM99\nN50 Y7\nM99\n%\n"
         ),
-        ["%", "O1", "G0 X0 Y0 Z0", "G91 G1 X5 F9 (cut)", "G91 G1 X5 F9 (cut)", "G91 X1", "N50 Y7", "M30", "%"]
+        ["%", "O1", "G0 X0 Y0 Z0", "G91 G1 X5 F9 (cut)", "G91 G1 X5 F9 (cut)", "G91 X1", "G90", "N50 Y7", "M30", "%"]
     );
 }
 
@@ -118,8 +121,16 @@ fn what_depends_on_the_machine_or_does_not_end_is_refused_with_its_line() {
         assert_eq!(found, expected, "{source}");
     }
     let plain = |source: &str| Program::parse(source, "part.nc", &GcodeOptions::default()).unwrap_err().to_string();
-    assert!(plain("#1=5\n").ends_with("expected plain numbers, or --expand, which writes the program out"));
-    assert!(plain("M98 P1\n").ends_with("expected one program, or --expand, which writes its calls out"));
+    assert!(
+        plain("#1=5\n").ends_with(
+            "expected plain numbers, or expand in [gcode] of the process file (--expand), which writes it out"
+        )
+    );
+    assert!(
+        plain("M98 P1\n").ends_with(
+            "expected one program, or expand in [gcode] of the process file (--expand), which writes it out"
+        )
+    );
 }
 
 #[test]
@@ -134,6 +145,97 @@ fn lines_are_those_of_the_program_and_what_is_written_is_read_back() {
     for (back, goal) in written.read_back().unwrap().positions_mm().iter().zip(goals) {
         assert!((back - goal).amax() <= 1e-4);
     }
+}
+
+/// Programs to write out, each with what is expected of it in a folder beside; others are called by them.
+#[test]
+fn programs_are_written_out_as_expected() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/gcode_expanded");
+    let beside = |name: &str| std::fs::read(folder.join(name)).ok();
+    let update = std::env::var_os("UPDATE_GOLDEN").is_some();
+    let expected = programs_in("tests/gcode_expanded/expected");
+    assert!(expected.len() >= 12, "{} programs", expected.len());
+    for (name, expected) in expected {
+        let source = std::fs::read(folder.join(&name)).unwrap();
+        let program = Program::parse_expanded(&source, &name, &GcodeOptions::default(), &beside).unwrap();
+        if update {
+            std::fs::write(folder.join("expected").join(&name), program.source()).unwrap();
+        } else {
+            assert_eq!(String::from_utf8_lossy(program.source()), String::from_utf8_lossy(&expected), "{name}");
+        }
+        let path = program.toolpath(Sampling::new(0.05, 2.0).unwrap()).unwrap();
+        let same = program.rewrite(&path, &path.positions_mm(), NumberFormat::default()).unwrap();
+        assert_eq!(same.bytes(), program.source(), "{name}");
+        // The same program, when it is read as it was written out.
+        let again = Program::parse(program.source(), &name, &GcodeOptions::default()).unwrap();
+        let positions = again.toolpath(Sampling::new(0.05, 2.0).unwrap()).unwrap().positions_mm();
+        assert_eq!(positions, path.positions_mm(), "{name}");
+        let goals: Vec<_> = path.positions_mm().iter().map(|p| p + Vector3::new(0.02, 0.01 * p.x.sin(), 0.1)).collect();
+        let written = program.rewrite(&path, &goals, NumberFormat::default()).unwrap();
+        for ((back, goal), point) in written.read_back().unwrap().positions_mm().iter().zip(goals).zip(path.points()) {
+            let is_way_to_hole = program.is_hole(point.source.segment) && point.source.parameter != 0.75;
+            assert!(is_way_to_hole || (back - goal).amax() <= 2.6e-4, "{name}: {back} {goal}");
+        }
+    }
+}
+
+#[test]
+fn cycles_written_out_go_where_cycles_go() {
+    for (name, source) in programs_in("tests/gcode_cycles") {
+        let corners = |program: Program| -> Vec<Vector3<f64>> {
+            let path = program.toolpath(Sampling::new(0.05, 1e4).unwrap()).unwrap();
+            let mut corners: Vec<Vector3<f64>> = Vec::new();
+            for point in path.points().iter().filter(|point| point.cutting) {
+                if corners.last().is_none_or(|last| (last - point.position_mm).amax() > 1e-6) {
+                    corners.push(point.position_mm);
+                }
+            }
+            corners
+        };
+        let options = GcodeOptions::default();
+        let bottoms = corners(Program::parse(source.clone(), &name, &options).unwrap());
+        let moves = corners(Program::parse_expanded(&source, &name, &options, &|_| None).unwrap());
+        let mut moves = moves.iter();
+        for bottom in bottoms {
+            assert!(moves.any(|place| (place - bottom).amax() < 1e-7), "{name}: {bottom}");
+        }
+    }
+}
+
+#[test]
+fn pecks_come_back_as_far_as_their_cycle_says() {
+    assert_eq!(
+        lines("G21 G90 G0 X0 Y0 Z9\nG99 G83 X5 Z-5 R1 Q2.5 P250 F60 M8\nG98 G73 X7 Q4. M9\nG80\nM2\n"),
+        [
+            "G21 G90 G0 X0 Y0 Z9",
+            "G99 G0 X5 F60 M8",
+            "G0 Z1.0",
+            "G1 Z-1.5",
+            "G0 Z1.0",
+            "G0 Z-1.246",
+            "G1 Z-4.0",
+            "G0 Z1.0",
+            "G0 Z-3.746",
+            "G1 Z-5.0",
+            "G4 P250",
+            "G0 Z1.0",
+            "G98 G0 X7",
+            "G1 Z-3.0",
+            "G0 Z-2.746",
+            "G1 Z-5.0",
+            "G0 Z9.0 M9",
+            "G80",
+            "M2"
+        ]
+    );
+}
+
+#[test]
+fn words_beside_a_call_come_before_it() {
+    assert_eq!(
+        lines("G0 X0 Y0 Z0\nG91 X7 M98 P100 L2 (go)\nM30\nO100\nY1\nZ2 M99\n")[1..],
+        ["G91 X7 (go)", "Y1", "Z2", "Y1", "Z2", "M30"]
+    );
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use kinetostat::toolpath::{
     NumberFormat, Sampling, Toolpath,
-    gcode::{GcodeOptions, Program},
+    gcode::{GcodeOptions, Program, Writing},
     polyline::{self, Polyline},
 };
 use nalgebra::Vector3;
@@ -53,9 +53,19 @@ fn stepped(p: &Vector3<f64>) -> Vector3<f64> {
     if p.x > 3.0 { p.add_scalar(0.1) } else { *p }
 }
 
-/// Writes the program with its points at `goals`, reads it back and compares.
+/// Writes the program with its points at `goals`, exactly and within tolerances, reads it back and compares.
 fn meets(program: &Program, path: &Toolpath, goals: &[Vector3<f64>]) -> Result<(), TestCaseError> {
-    let written = program.rewrite(path, goals, NumberFormat::default()).unwrap();
+    [0.0, 0.01].into_iter().try_for_each(|tolerance_mm| meets_within(program, path, goals, tolerance_mm))
+}
+
+fn meets_within(
+    program: &Program,
+    path: &Toolpath,
+    goals: &[Vector3<f64>],
+    tolerance_mm: f64,
+) -> Result<(), TestCaseError> {
+    let writing = Writing::within(tolerance_mm, NumberFormat::default());
+    let written = program.rewrite(path, goals, writing).unwrap();
     let text = String::from_utf8_lossy(written.bytes());
     let back = written.read_back().map_err(|e| TestCaseError::fail(format!("{e}\n{text}")))?;
     prop_assert_eq!(back.len(), path.len());
@@ -65,7 +75,8 @@ fn meets(program: &Program, path: &Toolpath, goals: &[Vector3<f64>]) -> Result<(
             continue;
         }
         // One unit of the last of five decimals of an inch.
-        prop_assert!((a - b).amax() <= 2.55e-4, "{}\n{text}", (a - b).amax());
+        let is_met = (a - b).amax() <= 2.55e-4 || (a - b).norm() <= tolerance_mm;
+        prop_assert!(is_met, "{} at {tolerance_mm}\n{text}", (a - b).amax());
     }
     Ok(())
 }

@@ -3,20 +3,30 @@
 use crate::support::programs::programs_in;
 use kinetostat::toolpath::{
     NumberFormat, Sampling, Toolpath,
-    gcode::{ArcCentres, GcodeOptions, LengthUnit, Program, Rewritten, WorkOffset},
+    gcode::{ArcCentres, Dialect, GcodeOptions, LengthUnit, Program, Rewritten, WorkOffset},
 };
 use nalgebra::Vector3;
 
-/// Every program in `tests/gcode`, with its name.
+/// Every program in `tests/gcode` and `tests/dialects`, with its name.
 fn programs() -> Vec<(String, Vec<u8>)> {
-    let programs = programs_in("tests/gcode");
-    assert!(programs.len() >= 14, "{} programs", programs.len());
-    programs
+    let folders = ["tests/gcode", "tests/dialects/sinumerik", "tests/dialects/heidenhain"].map(programs_in);
+    assert!(folders.iter().all(|programs| programs.len() >= 10));
+    folders.concat()
 }
 
 fn options() -> GcodeOptions {
     let mut options = GcodeOptions::default();
-    for (name, zero) in [("G55", [100.0, -20.0, 3.5]), ("G59.1", [80.0, 1.0, 0.0]), ("G54.1 P7", [-5.0, 0.0, 0.25])] {
+    for (name, zero) in [
+        ("G55", [100.0, -20.0, 3.5]),
+        ("G59.1", [80.0, 1.0, 0.0]),
+        ("G54.1 P7", [-5.0, 0.0, 0.25]),
+        ("G15 H3", [40.0, 0.0, 0.0]),
+        ("G505", [7.0, 8.0, -1.0]),
+        ("G599", [0.0, 0.5, 0.0]),
+        ("G500", [-300.0, -200.0, 9.0]),
+        ("preset 1", [0.0, 0.0, 1.0]),
+        ("preset 2", [70.0, 0.0, 0.5]),
+    ] {
         options.work_offsets_mm.insert(name.parse::<WorkOffset>().unwrap(), Vector3::from(zero));
     }
     options.work_offsets_mm.insert("G56".parse::<WorkOffset>().unwrap(), Vector3::zeros());
@@ -123,7 +133,7 @@ fn comments_and_lines_without_motion_survive() {
         let (program, path) = parse(&name, &source);
         let (written, _) = moved(&program, &path, NumberFormat::default(), bend);
         let mut rest = written.bytes();
-        for comment in comments(&source) {
+        for comment in comments(&source, program.notes().dialect) {
             let at = rest.windows(comment.len()).position(|window| window == comment);
             let at = at.unwrap_or_else(|| panic!("{name}: {:?}", String::from_utf8_lossy(comment)));
             rest = &rest[at + comment.len()..];
@@ -137,13 +147,14 @@ fn comments_and_lines_without_motion_survive() {
 }
 
 /// The comments of a program, in order, with their marks.
-fn comments(source: &[u8]) -> Vec<&[u8]> {
+fn comments(source: &[u8], dialect: Dialect) -> Vec<&[u8]> {
     let mut comments = Vec::new();
     for line in source.split(|b| matches!(b, b'\r' | b'\n')) {
         let mut at = 0;
         while at < line.len() {
             let length = match line[at] {
-                b'(' => line[at..].iter().position(|b| *b == b')').unwrap() + 1,
+                b'"' if dialect == Dialect::Sinumerik => line[at + 1..].iter().position(|b| *b == b'"').unwrap() + 2,
+                b'(' if dialect == Dialect::Iso => line[at..].iter().position(|b| *b == b')').unwrap() + 1,
                 b';' => line.len() - at,
                 _ => 0,
             };

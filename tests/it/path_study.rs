@@ -91,6 +91,41 @@ fn along(machine: &str, rows: &[&str]) -> PathResults {
 }
 
 #[test]
+fn a_program_that_calls_others_is_written_out_if_the_process_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    let study = || {
+        let toml = "schema = 2\nquestion = \"q\"\nmachine = \"orthoglide\"\nprocess = \"process.toml\"\n[path]\nfile = \"main.nc\"\n\
+                    methods = [\"none\"]\n";
+        Study::from_toml(toml, "study.toml", folder.path(), &Overrides::default())
+    };
+    let process = |expand: bool| {
+        let force = "radial_force_N = 215.0\ntangential_force_N = -10.0\naxial_force_N = -25.0";
+        write("process.toml", &format!("schema = 1\n[force.path_frame]\n{force}\n[gcode]\nexpand = {expand}\n"));
+    };
+    write("main.nc", "G21 G90\nG0 X0 Y0 Z0\nG1 X5 F300\nM98 P70\nG1 X0\nM30\n");
+    write("O0070.nc", "O70\nG1 Y20\nX40\nM99\n");
+    process(false);
+    let refused = study().map(|_| ()).unwrap_err().to_string();
+    assert!(refused.ends_with("main.nc:4:1: `M98`: subprograms are not read; expected one program, or expand in [gcode] of the process file (--expand), which writes it out"), "{refused}");
+    process(true);
+    let opened = study().unwrap();
+    let before = opened.inputs.sha256();
+    let StudyKind::Path(path, _) = &opened.kind else { panic!("a path study") };
+    let lines: std::collections::BTreeSet<_> = path.stations.iter().map(|station| station.line.unwrap()).collect();
+    // Lines 2 and 3 of the subprogram, 2, 3 and 5 of the program.
+    assert_eq!(lines.into_iter().collect::<Vec<_>>(), [2, 3, 5]);
+    let found = results(study().unwrap());
+    let mut summary = Summary::default();
+    summary.add(&found.study, &found.whole);
+    let said = text(&summary, &found.study, &Shown { is_circle: false }).place;
+    assert!(said.contains("mm, line "), "{said}");
+    // What is called decides the results.
+    write("O0070.nc", "O70\nG1 Y20\nX41\nM99\n");
+    assert_ne!(study().unwrap().inputs.sha256(), before);
+}
+
+#[test]
 fn heights_that_a_planar_machine_does_not_control_are_taken_where_it_stands_and_that_is_said() {
     let planar = format!("{}/tests/machines/rrr3.toml", env!("CARGO_MANIFEST_DIR"));
     let (deep, level) = (along(&planar, &["10,5,-1.5", "-20,5,-1.5"]), along(&planar, &["10,5,60", "-20,5,60"]));

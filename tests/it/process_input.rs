@@ -38,6 +38,7 @@ fn an_empty_process_is_no_force_on_a_perfect_machine() {
     assert_eq!(process.errors, vec![Default::default(); 3]);
     assert_eq!(process.sampling, Sampling::default());
     assert_eq!(process.limits, CorrectionLimits::default());
+    assert_eq!((process.corner_mm, process.write_tolerance_mm, process.helical_arcs), (2.0, 0.002, true));
     assert_eq!(process.target, Target::ToolTip);
     assert_eq!(process.gcode, Default::default());
     let own = NumberFormat::new(3, 5).unwrap();
@@ -69,10 +70,13 @@ fn every_key_arrives_in_the_program_s_units() {
         objective = "worst"
         [compensate]
         target = "platform_point"
+        corner_mm = 0.5
         [gcode]
         g54_mm = [10.0, 20.0, 30.0]
         g59_mm = [-1.0, 0.0, 0.0]
         decimals_mm = 6
+        write_tolerance_mm = 0.01
+        helical_arcs = false
         "#,
     );
     assert_eq!(process.placement.origin_mm, Vector3::new(1.0, -2.0, 3.0));
@@ -91,11 +95,21 @@ fn every_key_arrives_in_the_program_s_units() {
     };
     assert_eq!(process.limits, limits);
     assert_eq!(process.target, Target::PlatformPoint);
+    assert_eq!((process.corner_mm, process.write_tolerance_mm, process.helical_arcs), (0.5, 0.01, false));
     let offsets: Vec<(String, Vector3<f64>)> =
         process.gcode.work_offsets_mm.iter().map(|(offset, zero)| (offset.to_string(), *zero)).collect();
     let expected = [("G54", [10.0, 20.0, 30.0]), ("G59", [-1.0, 0.0, 0.0])];
     assert_eq!(offsets, expected.map(|(name, zero)| (name.to_string(), Vector3::from(zero))));
     assert_eq!(process.decimals.format(NumberFormat::new(3, 5).unwrap()), NumberFormat::new(6, 5));
+}
+
+#[test]
+fn programs_are_written_closer_where_the_tolerance_is_small() {
+    for (tolerance, written) in [("0.005", 0.0005), ("0.02", 0.002), ("0.5", 0.002)] {
+        assert_eq!(process(&format!("tolerance_mm = {tolerance}")).write_tolerance_mm, written, "{tolerance}");
+    }
+    let given = "tolerance_mm = 0.005\n[gcode]\nwrite_tolerance_mm = 0.0";
+    assert_eq!(process(given).write_tolerance_mm, 0.0);
 }
 
 #[test]

@@ -91,13 +91,23 @@ impl CuttingLaw {
     /// When a table does not cover the lengths at which the path is cutting, when the path brings loads along that the law
     /// does not use, and as [`CuttingLaw::load`].
     pub fn loads(&self, path: &Toolpath) -> Result<Vec<PathLoad>, LoadError> {
+        self.check(path)?;
+        path.points().iter().map(|point| self.load(point)).collect()
+    }
+
+    /// Whether the law suits `path` as a whole.
+    ///
+    /// # Errors
+    /// When a table does not cover the lengths at which the path is cutting, or the path brings loads along that the law does not
+    /// use.
+    pub fn check(&self, path: &Toolpath) -> Result<(), LoadError> {
         if *self != CuttingLaw::FromPath && path.points().iter().any(|point| point.load.is_some()) {
             return Err(LoadError::UnusedLoads { other_law: *self != CuttingLaw::None });
         }
         if let CuttingLaw::Table(table) = self {
             table.covers(path)?;
         }
-        path.points().iter().map(|point| self.load(point)).collect()
+        Ok(())
     }
 }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::{
-    process::cutting::{CuttingLaw, LoadError, PathLoad},
+    process::cutting::{CuttingLaw, LoadError},
     toolpath::{PathPoint, Toolpath},
 };
 
@@ -31,20 +31,15 @@ impl OwnForces {
         of_feature.map(|(_, law)| law).or_else(of_tool)
     }
 
-    /// The load at every point of `path`, in order; `others` is the force where there is none of its own.
+    /// Whether `path` as a whole suits these forces, `others` where there is none of its own.
     ///
     /// # Errors
-    /// As [`CuttingLaw::load`] and [`CuttingLaw::loads`]; a path that does not say which tool cuts, a tool without any force, a feature in
-    /// which nothing is cut.
-    pub fn loads(&self, others: &CuttingLaw, path: &Toolpath) -> Result<Vec<PathLoad>, LoadError> {
+    /// As [`CuttingLaw::check`]; a path that does not say which tool cuts, a tool without any force, a feature in which nothing is
+    /// cut.
+    pub fn check(&self, others: &CuttingLaw, path: &Toolpath) -> Result<(), LoadError> {
         if self.is_empty() {
-            return others.loads(path);
+            return others.check(path);
         }
-        self.check(others, path)?;
-        path.points().iter().map(|point| self.at(point).unwrap_or(others).load(point)).collect()
-    }
-
-    fn check(&self, others: &CuttingLaw, path: &Toolpath) -> Result<(), LoadError> {
         let mut laws = self.of_tools.values().chain(self.of_features.iter().map(|(_, law)| law)).chain([others]);
         if !laws.any(|law| *law == CuttingLaw::FromPath) && path.points().iter().any(|point| point.load.is_some()) {
             return Err(LoadError::UnusedLoads { other_law: true });

@@ -21,7 +21,10 @@ use crate::{
         cutting::{CuttingLaw, LoadError, OwnForces, PathLoad},
         file::spec::ProcessSpec,
     },
-    toolpath::{FormatError, NumberFormat, Sampling, Toolpath, gcode::GcodeOptions},
+    toolpath::{
+        FormatError, NumberFormat, PathPoint, Sampling, Toolpath,
+        gcode::{GcodeOptions, Writing},
+    },
 };
 
 /// A checked process for one machine.
@@ -51,10 +54,17 @@ pub struct Process {
     pub limits: CorrectionLimits,
     /// What compensation puts right.
     pub target: Target,
+    /// Along a program, the length behind a corner over which the cutting force goes over from one move to the next, mm; at 0 it
+    /// jumps.
+    pub corner_mm: f64,
     /// What a G-code program does not say itself.
     pub gcode: GcodeOptions,
     /// How written coordinates are rounded.
     pub decimals: Decimals,
+    /// How far from corrected points the arcs and lines may pass that a block of G-code is written as, mm.
+    pub write_tolerance_mm: f64,
+    /// Whether a flat arc may be written as a helical one.
+    pub helical_arcs: bool,
     /// Tables that only a toolpath has a use for and that say something.
     pub of_paths: Vec<&'static str>,
     /// What its keys begin with in the file that they stand in: nothing in a process file, `process.` in a study.
@@ -65,6 +75,14 @@ pub struct Process {
 
 /// How far the tool may be from its path if neither its process nor a command says it, mm.
 pub const TOLERANCE_MM: f64 = 0.1;
+
+/// How far from corrected points a program may be written if neither its process nor its tolerance asks for less, mm: two units of
+/// the last decimal that programs usually have.
+pub const WRITE_TOLERANCE_MM: f64 = 0.002;
+
+/// The length behind a corner over which the cutting force turns, if a process does not give it, mm: about twice of what the
+/// machines here deflect by at most, so that a corrected program does not step back there.
+pub const CORNER_MM: f64 = 2.0;
 
 /// Label of what a machine does not control.
 pub const NOT_CONTROLLED: &str = "not controlled by this machine";
@@ -110,6 +128,15 @@ impl Decimals {
 }
 
 impl Process {
+    /// How a program is written whose own decimals are `own`.
+    ///
+    /// # Errors
+    /// As [`Decimals::format`].
+    pub fn writing(&self, own: NumberFormat) -> std::result::Result<Writing, FormatError> {
+        let helical_arcs = self.helical_arcs;
+        Ok(Writing { helical_arcs, ..Writing::within(self.write_tolerance_mm, self.decimals.format(own)?) })
+    }
+
     /// `path` with what cuts marked as the file says; `origin` names the path in errors.
     ///
     /// # Errors
@@ -136,9 +163,27 @@ impl Process {
     /// The load at every point of `path`, in order.
     ///
     /// # Errors
-    /// As [`OwnForces::loads`].
+    /// As [`OwnForces::check`] and [`CuttingLaw::load`].
     pub fn loads(&self, path: &Toolpath) -> std::result::Result<Vec<PathLoad>, LoadError> {
-        self.own_forces.loads(&self.cutting, path)
+        self.check_loads(path)?;
+        path.points().iter().map(|point| self.load(point)).collect()
+    }
+
+    /// Whether there is a load at every point of `path`, for which [`Process::load`] may then be asked.
+    ///
+    /// # Errors
+    /// As [`Process::loads`].
+    pub fn check_loads(&self, path: &Toolpath) -> std::result::Result<(), LoadError> {
+        self.own_forces.check(&self.cutting, path)?;
+        path.points().iter().try_for_each(|point| self.load(point).map(drop))
+    }
+
+    /// The load at a point of a path.
+    ///
+    /// # Errors
+    /// As [`CuttingLaw::load`].
+    pub fn load(&self, point: &PathPoint) -> std::result::Result<PathLoad, LoadError> {
+        self.own_forces.at(point).unwrap_or(&self.cutting).load(point)
     }
 
     /// Where the workpiece stands, what is cut, and what of its paths the machine does not control, as labels and words.

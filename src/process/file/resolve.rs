@@ -10,7 +10,7 @@ use crate::{
     process::{
         CuttingRule, Placement,
         file::{
-            CorrectionLimits, Decimals, Process,
+            CORNER_MM, CorrectionLimits, Decimals, Process, WRITE_TOLERANCE_MM,
             chain_errors::chain_errors,
             force::{force, own_forces},
             spec::{CuttingRuleSpec, GcodeSpec, LimitsSpec, PlacementSpec, ProcessSpec, SamplingSpec},
@@ -70,8 +70,11 @@ fn process(
         sampling: sampling(&spec.sampling, &check.key("sampling"))?,
         limits: limits(&spec.limits, &check.key("limits"))?,
         target: spec.compensate.target,
+        corner_mm: not_negative(&check.key("compensate"), "corner_mm", spec.compensate.corner_mm.unwrap_or(CORNER_MM))?,
         gcode: GcodeOptions { features, ..gcode_options(&spec.gcode, &check_gcode)? },
         decimals: decimals(&spec.gcode, &check_gcode)?,
+        write_tolerance_mm: write_tolerance(spec, &check_gcode)?,
+        helical_arcs: spec.gcode.helical_arcs.unwrap_or(true),
         of_paths: spec.of_paths(),
         key_prefix,
         inputs: table.and(own_tables),
@@ -139,16 +142,22 @@ fn gcode_options(spec: &GcodeSpec, check: &Check) -> Result<GcodeOptions> {
         let check = check.key(&format!("offsets_mm.\"{name}\""));
         match name.parse::<WorkOffset>() {
             Ok(offset) if !offset.has_own_key() => work_offsets_mm.insert(offset, check.finite(*given)?),
-            _ => return check.fail("must be G59.1 to G59.3 or G54.1 P1 to G54.1 P300".into()),
+            _ => {
+                return check.fail(
+                    "must be G59.1 to G59.3, G54.1 P1 to G54.1 P300, G15 H1 to G15 H300, G500, G505 to G599 or preset 0 and so on".into(),
+                );
+            }
         };
     }
     Ok(GcodeOptions {
+        dialect: spec.dialect,
         unit: spec.unit,
         start_mm: spec.start_mm.map(|start| check.key("start_mm").finite(start)).transpose()?,
         work_offsets_mm,
         block_delete: spec.block_delete,
         arc_centres: spec.arc_centres,
         features: Vec::new(),
+        expand: spec.expand,
     })
 }
 
@@ -159,4 +168,19 @@ fn decimals(spec: &GcodeSpec, check: &Check) -> Result<Decimals> {
         }
     }
     Ok(Decimals { mm: spec.decimals_mm, inch: spec.decimals_inch })
+}
+
+/// A given one, or what hides in the tolerance of the process.
+fn write_tolerance(spec: &ProcessSpec, check: &Check) -> Result<f64> {
+    match spec.gcode.write_tolerance_mm {
+        Some(given) => not_negative(check, "write_tolerance_mm", given),
+        None => Ok(spec.tolerance_mm.map_or(WRITE_TOLERANCE_MM, |tolerance| WRITE_TOLERANCE_MM.min(tolerance / 10.0))),
+    }
+}
+
+fn not_negative(check: &Check, key: &str, given: f64) -> Result<f64> {
+    match given.is_finite() && given >= 0.0 {
+        true => Ok(given),
+        false => check.key(key).fail(format!("must be a finite number, 0 or more, got {given}")),
+    }
 }

@@ -9,7 +9,7 @@ use crate::{
     compensation::{ErrorNorm, Target},
     machine::OtherToolSpec,
     process::PathReference,
-    toolpath::gcode::{ArcCentres, BlockDelete, LengthUnit},
+    toolpath::gcode::{ArcCentres, BlockDelete, Dialect, LengthUnit},
 };
 
 /// The whole file.
@@ -136,12 +136,16 @@ pub struct CompensateTable {
     /// The point brought onto the path.
     #[serde(default)]
     pub target: Target,
+    /// Along a program, the length behind a corner over which the cutting force goes over from one move to the next; 2.
+    pub corner_mm: Option<f64>,
 }
 
 /// What a G-code program does not say itself.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GcodeSpec {
+    /// The dialect of programs; what their text shows if not given.
+    pub dialect: Option<Dialect>,
     /// Zero of G54 in W; W itself if not given, unless the program begins with another.
     pub g54_mm: Option<[f64; 3]>,
     /// Zero of G55 in W; not known if not given, like those that follow.
@@ -167,8 +171,16 @@ pub struct GcodeSpec {
     /// What I, J and K lead from before the first G90.1 or G91.1.
     #[serde(default)]
     pub arc_centres: ArcCentres,
+    /// Whether programs are written out as the motion that they make before they are read.
+    #[serde(default)]
+    pub expand: bool,
     /// Decimals of coordinates written in mm; those of the program if not given.
     pub decimals_mm: Option<u8>,
     /// Decimals of coordinates written in inches; those of the program if not given.
     pub decimals_inch: Option<u8>,
+    /// How far from corrected points the arcs and lines may pass that a block is written as; 0.002, or a tenth of `tolerance_mm` if
+    /// that is less.
+    pub write_tolerance_mm: Option<f64>,
+    /// Whether a flat arc may be written as a helical one; true if not given.
+    pub helical_arcs: Option<bool>,
 }

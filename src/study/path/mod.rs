@@ -33,6 +33,9 @@ pub struct Station {
     pub phi_deg: Option<f64>,
     /// Whether the tool cuts on the way here.
     pub cutting: bool,
+    /// Line of the program that leads here, from 1; `None` of a path that is in no file.
+    #[serde(skip)]
+    pub line: Option<usize>,
 }
 
 /// A checked path study.

@@ -27,15 +27,17 @@ pub(super) fn resolve(spec: &PathSpec, given: &Given<'_>) -> Result<Resolved<Pat
     let process = given.process(spec.process.as_deref(), &given.check)?;
     let study = path(spec, &process, given, &given.check)?;
     let points = Inputs::of("points of the path", study.stations.len().to_string());
-    let program = program_input(spec.file.as_deref(), given.folder)?;
+    let program = program_input(spec.file.as_deref(), &process, given.folder)?;
     let inputs = process.inputs.and(program).and(points);
     Ok(Resolved { study, shown: Shown { is_circle: spec.circle.is_some() }, inputs })
 }
 
 /// A path that stands at `check`, cut by `process`.
 pub(crate) fn path(spec: &PathSpec, process: &Process, given: &Given<'_>, check: &Check) -> Result<PathStudy> {
-    let toolpath = match &spec.line {
-        Some(line) if spec.circle.is_none() && spec.file.is_none() => self::line(line, process, &check.key("line"))?,
+    let (toolpath, program) = match &spec.line {
+        Some(line) if spec.circle.is_none() && spec.file.is_none() => {
+            (self::line(line, process, &check.key("line"))?, None)
+        }
         Some(_) => return check.key("line").fail("give exactly one of circle, line and file".into()),
         None => toolpath(spec.circle.as_ref(), spec.file.as_deref(), process, given, check)?,
     };
@@ -45,7 +47,7 @@ pub(crate) fn path(spec: &PathSpec, process: &Process, given: &Given<'_>, check:
     let demands = demands(process, &toolpath, &origin)?;
     Ok(PathStudy {
         errors: process.errors.clone(),
-        stations: stations(process, toolpath.points(), &demands),
+        stations: stations(process, toolpath.points(), &demands, program.as_ref()),
         demands,
         tolerance_mm: process.tolerance_mm,
         methods: methods(spec, &check.key("methods"))?,
@@ -57,27 +59,36 @@ pub(crate) fn path(spec: &PathSpec, process: &Process, given: &Given<'_>, check:
 }
 
 /// The program a path is read from; nothing for a circle, which stands in the study.
-pub(crate) fn program_input(file: Option<&str>, folder: &Folder) -> Result<Inputs> {
+pub(crate) fn program_input(file: Option<&str>, process: &Process, folder: &Folder) -> Result<Inputs> {
     let Some(file) = file else { return Ok(Inputs::default()) };
-    Ok(Inputs::of(file, String::from_utf8_lossy(&folder.bytes(file)?)))
+    let inputs = Inputs::of(file, String::from_utf8_lossy(&folder.bytes(file)?));
+    if !process.gcode.expand {
+        return Ok(inputs);
+    }
+    // What it calls beside it counts as well.
+    let program = ProgramFile::in_folder(folder, file, &process.gcode)?;
+    let written_out = program.written_out().map(|bytes| Inputs::of(file, String::from_utf8_lossy(bytes)));
+    Ok(inputs.and(written_out.unwrap_or_default()))
 }
 
-/// A circle, or a program relative to `folder`.
+/// A circle, or the path of a program relative to the folder, and the program.
 pub(crate) fn toolpath(
     circle: Option<&CircleSpec>,
     file: Option<&str>,
     process: &Process,
     given: &Given<'_>,
     check: &Check,
-) -> Result<Toolpath> {
+) -> Result<(Toolpath, Option<ProgramFile>)> {
     match (circle, file) {
-        (Some(circle), None) => self::circle(circle, &given.machine, given.overrides, &check.key("circle")),
+        (Some(circle), None) => {
+            Ok((self::circle(circle, &given.machine, given.overrides, &check.key("circle"))?, None))
+        }
         (None, Some(_)) if given.overrides.points.is_some() => {
             Overrides::place("points").fail("the points of a path from a file are those of the file".into())
         }
         (None, Some(file)) => {
-            let name = given.folder.path(file);
-            ProgramFile::parse(given.folder.bytes(file)?, &name, &process.gcode)?.toolpath(process.sampling)
+            let program = ProgramFile::in_folder(given.folder, file, &process.gcode)?;
+            Ok((program.toolpath(process.sampling)?, Some(program)))
         }
         _ => check.key("circle").fail("give exactly one of circle and file".into()),
     }
@@ -153,7 +164,12 @@ fn methods(spec: &PathSpec, check: &Check) -> Result<Vec<Method>> {
 
 /// φ is the heading about the tool's axis less a quarter turn: on a circle counter-clockwise about it, the polar angle of
 /// the point.
-pub(crate) fn stations(process: &Process, points: &[PathPoint], demands: &[Demand]) -> Vec<Station> {
+pub(crate) fn stations(
+    process: &Process,
+    points: &[PathPoint],
+    demands: &[Demand],
+    program: Option<&ProgramFile>,
+) -> Vec<Station> {
     let mut led = Led::new(&process.machine, &process.placement);
     let station = |(point, demand): (&PathPoint, &Demand)| {
         let placed = led.placed(demand.external);
@@ -162,6 +178,7 @@ pub(crate) fn stations(process: &Process, points: &[PathPoint], demands: &[Deman
             arc_length_mm: point.arc_length_mm,
             phi_deg: heading.map(|h| tidy(h.y.atan2(h.x).to_degrees() - 90.0)),
             cutting: point.cutting,
+            line: program.and_then(|program| program.line_of(point.source.segment)),
         }
     };
     points.iter().zip(demands).map(station).collect()

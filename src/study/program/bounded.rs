@@ -1,13 +1,10 @@
 //! A program corrected within the limits of its process, and where it exceeds them as it is written.
 
-use super::{Pass, ProgramJob};
+use super::{Part, Pass, ProgramCommands, ProgramJob};
 use crate::{
     compensation::{BoundedPath, BoundedPoint, LimitKind},
     input::error::Result,
-    study::{
-        along_path::{Commands, PathAnswer},
-        within_limits::correct,
-    },
+    study::{along_path::PathAnswer, within_limits::correct},
 };
 
 /// A pass within limits, and what the limits do.
@@ -98,16 +95,15 @@ impl ProgramJob {
     /// `done` and `take` are those of [`ProgramJob::pass`].
     ///
     /// # Errors
-    /// Limits that do not fit the machine, or that exclude one another: named with point, drive and values.
+    /// Too many points to be corrected at once, limits that do not fit the machine, or that exclude one another: named with point, drive and values.
     pub fn bounded_pass(
         &self,
         done: &(dyn Fn() + Sync),
-        take: impl FnMut(usize, &[PathAnswer]) -> Result<()>,
+        take: impl FnMut(&Part<'_>, &[PathAnswer]) -> Result<()>,
     ) -> Result<BoundedPass> {
-        let path = correct(&self.machine, &self.real, &self.demands, &self.process.limits)?;
-        let drives: Vec<Vec<f64>> =
-            path.points.iter().zip(&self.demands).map(|(point, _)| self.drives(point)).collect();
-        let pass = self.pass("bounded", &Commands::Drives(&drives), done, take)?;
+        let path = correct(&self.machine, &self.real, &self.all_demands()?, &self.process.limits)?;
+        let drives: Vec<Vec<f64>> = path.points.iter().map(|point| self.drives(point)).collect();
+        let pass = self.pass("bounded", &ProgramCommands::Drives(&drives), done, take)?;
         Ok(BoundedPass { pass, path })
     }
 

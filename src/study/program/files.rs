@@ -54,7 +54,7 @@ impl ProgramFiles {
         if is_ours {
             files.former = found["files"].as_array().cloned().unwrap_or_default();
         }
-        for name in [files.named(""), files.named(POINTS) + ".csv", files.named(PAGE)] {
+        for name in [files.named(""), files.points_name(), files.named(PAGE)] {
             let path = out.with_file_name(&name);
             let is_ours = |hash: String| files.former.contains(&json!({ "name": name, "sha256": hash }));
             may_replace(&path, foreign, || File::open(&path).and_then(hash).is_ok_and(is_ours))?;
@@ -78,8 +78,13 @@ impl ProgramFiles {
         StreamedTable::new(made, &self.named(POINTS), columns, &[Format::Csv])
     }
 
+    /// The file name of the table of points.
+    pub fn points_name(&self) -> String {
+        format!("{}.csv", self.named(POINTS))
+    }
+
     /// Writes the program, its points and its report, which also gets what a later command knows the files by, and the page
-    /// that `describe` describes, given the name of the table of points. `made` is a folder for what is under way. The page.
+    /// that `description` describes, with `figures`. `made` is a folder for what is under way. The page.
     ///
     /// # Errors
     /// They cannot be written; what is there then is known as ours.
@@ -87,12 +92,11 @@ impl ProgramFiles {
         &self,
         (program, points, mut report): (Vec<u8>, Vec<OutputFile>, Value),
         made: &Path,
-        describe: impl FnOnce(&str) -> Description,
-        figures: &[(String, Figure)],
+        (description, figures): (Description, &[(String, Figure)]),
     ) -> Result<PathBuf> {
         report["program"] = json!(env!("CARGO_PKG_NAME"));
         report["version"] = json!(env!("CARGO_PKG_VERSION"));
-        let page = self.page(&points, &report, made, describe, figures)?;
+        let page = self.page(&points, &report, made, (description, figures))?;
         let mut files: Vec<OutputFile> = points;
         files.push(OutputFile::new(self.named(""), program));
         files.push(OutputFile::new(self.named(PAGE), page));
@@ -116,17 +120,15 @@ impl ProgramFiles {
         points: &[OutputFile],
         report: &Value,
         made: &Path,
-        describe: impl FnOnce(&str) -> Description,
-        figures: &[(String, Figure)],
+        (description, figures): (Description, &[(String, Figure)]),
     ) -> Result<String> {
-        let table = format!("{}.csv", self.named(POINTS));
         for file in points {
             let path = made.join(&file.name);
             let copied = file.reader().and_then(|mut from| std::io::copy(&mut from, &mut File::create(&path)?));
             copied.map_err(|source| Error::Write { file: path, source })?;
         }
         let manifest = json!({ "program": report["program"], "version": report["version"] });
-        let folder = ResultFolder { path: made.to_path_buf(), description: describe(&table), manifest };
+        let folder = ResultFolder { path: made.to_path_buf(), description, manifest };
         page_with(&folder, figures, &made.join(self.named(PAGE)))
     }
 

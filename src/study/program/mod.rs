@@ -1,9 +1,12 @@
 //! A program for the machine: read, compensated, written back, read again and simulated as written.
 
-pub mod before;
 pub mod bounded;
+mod corners;
+mod corrected;
 #[cfg(feature = "report")]
 pub mod files;
+mod part;
+mod prove;
 mod reach;
 #[cfg(feature = "report")]
 pub mod report;
@@ -13,19 +16,24 @@ use std::path::Path;
 use nalgebra::Vector3;
 use serde::Serialize;
 
+use self::corners::Corners;
+pub use corrected::{Corrected, Written};
+pub use part::Part;
+pub use prove::{Proof, ProvedPart};
+
 use crate::{
     compensation::{Demand, Method, Target},
     input::error::{Error, Result},
     machine::{Coordinate, Machine},
-    process::file::Process,
+    process::{cutting::LoadError, file::Process},
     spatial::Pose,
     study::{
         Machines, ProgramFile,
-        along_path::{Commands, Left, PathAnswer, PathCase, PathSummary, PathSums, run_in_parts},
+        along_path::{Commands, Left, PathAnswer, PathSummary, PathSums, lead, run_where_led},
         demands::{Led, demands},
         external_axes::held_along,
     },
-    toolpath::{PathPoint, Toolpath},
+    toolpath::Toolpath,
 };
 
 /// A program ready to be compensated on a machine.
@@ -41,10 +49,24 @@ pub struct ProgramJob {
     pub file: ProgramFile,
     /// Its points.
     pub path: Toolpath,
-    /// What is wanted at each, under load.
-    pub demands: Vec<Demand>,
+    /// Its name in errors.
+    name: String,
+    /// What is wanted at each point, if that is not found again whenever it is needed: a platform that turns with its position is led
+    /// from point to point, which takes long.
+    kept: Option<Vec<Demand>>,
     cuts_nowhere: bool,
     begins_twice: bool,
+}
+
+/// How the points of a program get their commands.
+#[derive(Debug, Clone, Copy)]
+pub enum ProgramCommands<'a> {
+    /// By a compensation method.
+    Method(Method),
+    /// From a program: the position commanded at each point, workpiece frame, mm.
+    Positions(&'a [Vector3<f64>]),
+    /// Drive positions at each point, mm or rad.
+    Drives(&'a [Vec<f64>]),
 }
 
 /// A pass over the program: what some commands lead to.
@@ -54,59 +76,6 @@ pub struct Pass {
     pub name: String,
     /// Summed up over the points at which the tool cuts.
     pub summary: PathSummary,
-}
-
-/// Where the tool is sent, gathered point after point.
-#[derive(Debug, Clone)]
-pub struct Corrected {
-    /// Workpiece frame, mm; as in the path where there is no command.
-    positions: Vec<Vector3<f64>>,
-    /// Points at which the tool cuts but that have no command: index and reason.
-    pub failures: Vec<(usize, String)>,
-    /// Points not cut at (rapid moves) that could not be compensated and are left as they were.
-    pub left_alone: usize,
-}
-
-impl Corrected {
-    /// For `job`, none of its points seen.
-    pub fn new(job: &ProgramJob) -> Self {
-        Self { positions: Vec::with_capacity(job.path.len()), failures: Vec::new(), left_alone: 0 }
-    }
-
-    /// Points seen.
-    pub fn seen(&self) -> usize {
-        self.positions.len()
-    }
-
-    /// Takes the next answers of the pass that is to be written.
-    pub fn add(&mut self, job: &ProgramJob, answers: &[PathAnswer]) {
-        for answer in answers {
-            let k = self.positions.len();
-            let point = &job.path.points()[k];
-            let target = answer.target.filter(|_| answer.status.is_success());
-            let position = target.map(|pose| job.commanded(k, pose));
-            match position {
-                Some(_) => {}
-                None if point.cutting => self.failures.push((k, answer.status.reason(&job.machine))),
-                None => self.left_alone += 1,
-            }
-            self.positions.push(position.unwrap_or(point.position_mm));
-        }
-    }
-}
-
-/// The compensated program.
-#[derive(Debug, Clone)]
-pub struct Written {
-    /// The program's text.
-    pub bytes: Vec<u8>,
-    /// Poses of P that it commands, read back from the text.
-    pub poses: Vec<Pose>,
-    /// The farthest that writing has moved a position, mm.
-    pub rounded_mm: f64,
-    /// The same for the ways in and out of holes of cycles, which all have the correction of the bottom; `None` if there are
-    /// no such holes.
-    pub in_holes_mm: Option<f64>,
 }
 
 impl ProgramJob {
@@ -127,7 +96,7 @@ impl ProgramJob {
     /// the cutting force needs.
     pub fn new(process: Process, program: ProgramFile, name: &str) -> Result<Self> {
         can_be_written(&process)?;
-        let path = program.toolpath(process.sampling)?;
+        let path = program.long_toolpath(process.sampling)?;
         if path.is_empty() {
             let problem = match &program {
                 ProgramFile::Gcode(program) if !program.notes().not_located.is_empty() => {
@@ -140,11 +109,24 @@ impl ProgramJob {
         let path = process.with_cuts(path, name)?;
         let process = Process { machine: held_along(&process.machine, &path, name)?, ..process };
         let machine = process.machine.clone();
-        let demands = demands(&process, &path, name)?;
+        let kept = match machine.turns_with_position {
+            true => {
+                let (mut kept, mut corners) = (demands(&process, &path, name)?, Corners::new(&process, &path));
+                for (k, demand) in kept.iter_mut().enumerate() {
+                    *demand = corners.rounded(k, *demand).map_err(|fault| load_fault(name, &fault))?;
+                }
+                Some(kept)
+            }
+            false => {
+                process.check_loads(&path).map_err(|fault| load_fault(name, &fault))?;
+                None
+            }
+        };
         let real = Machines::new(&machine, &process.errors)?.real;
         let cuts_nowhere = !path.points().iter().any(|point| point.cutting);
         let begins_twice = path.begins_twice();
-        Ok(Self { real, machine, process, file: program, path, demands, cuts_nowhere, begins_twice })
+        let name = name.to_string();
+        Ok(Self { real, machine, process, file: program, path, name, kept, cuts_nowhere, begins_twice })
     }
 
     /// Whether point `k` counts in what is left: the tool cuts there, if it does anywhere, and it is not a closed path's begin,
@@ -153,59 +135,58 @@ impl ProgramJob {
         (self.path.points()[k].cutting || self.cuts_nowhere) && (k > 0 || !self.begins_twice)
     }
 
-    /// The path position that commands `target` at point `k`. Along axes that are not controlled it is that of the program.
-    pub fn commanded(&self, k: usize, target: Pose) -> Vector3<f64> {
-        let mut led = Led::new(&self.machine, &self.process.placement);
-        let placed = led.placed(self.demands[k].external);
-        let workpiece = placed.workpiece();
-        let own = workpiece.transform(self.path.points()[k].position_mm);
-        let mut position = target.transform(placed.reference());
-        for axis in self.machine.uncontrolled_axes() {
-            position[axis] = own[axis];
-        }
-        workpiece.inverse().transform(position)
+    /// The machine at home, to be led along the program.
+    fn led(&self) -> Led<'_> {
+        Led::new(&self.machine, &self.process.placement)
     }
 
-    /// The poses of P that positions of the program command one after another, as far as the drives control them.
-    fn poses(&self, positions: impl Iterator<Item = Vector3<f64>>) -> Vec<Pose> {
-        let mut led = Led::new(&self.machine, &self.process.placement);
-        positions.zip(&self.demands).map(|(position, demand)| led.pose(position, demand.external)).collect()
-    }
-
-    fn case(&self) -> PathCase<'_> {
-        PathCase {
-            nominal: &self.machine,
-            real: &self.real,
-            resting: &self.machine,
-            before: &[],
-            demands: &self.demands,
-        }
-    }
-
-    /// One pass over the program; `take` gets the index of the first of some points that follow one another, and their
-    /// answers. `done` is called after each point.
+    /// One pass over the program; `take` gets some points that follow one another, and their answers. `done` is called after each
+    /// point.
     ///
     /// # Errors
     /// Of `take`.
     pub fn pass(
         &self,
         name: impl Into<String>,
-        commands: &Commands<'_>,
+        commands: &ProgramCommands<'_>,
         done: &(dyn Fn() + Sync),
-        mut take: impl FnMut(usize, &[PathAnswer]) -> Result<()>,
+        mut take: impl FnMut(&Part<'_>, &[PathAnswer]) -> Result<()>,
     ) -> Result<Pass> {
-        let (mut sums, mut first) = (PathSums::default(), 0);
-        run_in_parts(&self.case(), commands, done, |answers| {
-            for (k, answer) in answers.iter().enumerate() {
-                if self.counts(first + k) {
-                    sums.add(&Left::of(answer, &self.machine));
-                }
-            }
-            take(first, &answers)?;
-            first += answers.len();
-            Ok::<(), Error>(())
-        })?;
+        let (mut sums, mut led) = (PathSums::default(), self.led());
+        for part in self.parts() {
+            let part = part?;
+            let case = part.case([&self.machine, &self.real, &self.machine]);
+            let answers =
+                self.answers(&part, &mut led, commands, &|commands| run_where_led(&case, commands, &lead(&case), done));
+            self.sum_up(&mut sums, part.first, &answers);
+            take(&part, &answers)?;
+        }
         Ok(Pass { name: name.into(), summary: sums.summary() })
+    }
+
+    /// What `run` answers to `commands` at the points of `part`, as poses if they are positions; `led` comes from the part before.
+    fn answers(
+        &self,
+        part: &Part<'_>,
+        led: &mut Led<'_>,
+        commands: &ProgramCommands<'_>,
+        run: &dyn Fn(&Commands<'_>) -> Vec<PathAnswer>,
+    ) -> Vec<PathAnswer> {
+        match commands {
+            ProgramCommands::Method(method) => run(&Commands::Method(*method)),
+            ProgramCommands::Drives(drives) => run(&Commands::Drives(&drives[part.range()])),
+            ProgramCommands::Positions(positions) => {
+                let asked = positions[part.range()].iter().zip(part.demands());
+                let poses: Vec<Pose> = asked.map(|(position, demand)| led.pose(*position, demand.external)).collect();
+                run(&Commands::Program(&poses))
+            }
+        }
+    }
+
+    /// Adds those of `answers`, from point `first` on, that count.
+    fn sum_up(&self, sums: &mut PathSums, first: usize, answers: &[PathAnswer]) {
+        let counted = answers.iter().enumerate().filter(|(k, _)| self.counts(first + k));
+        counted.for_each(|(_, answer)| sums.add(&Left::of(answer, &self.machine)));
     }
 
     /// One pass by a method.
@@ -216,56 +197,14 @@ impl ProgramJob {
         &self,
         method: Method,
         done: &(dyn Fn() + Sync),
-        take: impl FnMut(usize, &[PathAnswer]) -> Result<()>,
+        take: impl FnMut(&Part<'_>, &[PathAnswer]) -> Result<()>,
     ) -> Result<Pass> {
-        self.pass(method.label(), &Commands::Method(method), done, take)
+        self.pass(method.label(), &ProgramCommands::Method(method), done, take)
     }
+}
 
-    /// Where the tool went at each point of the path from where it went in a pass, `measured` (workpiece frame, mm): one
-    /// position per point of the path, or per row of a polyline file, between which the deviation is interpolated.
-    ///
-    /// # Errors
-    /// Neither as many positions as points nor as rows; in words.
-    pub fn measured(&self, measured: Vec<Vector3<f64>>) -> std::result::Result<Vec<Vector3<f64>>, String> {
-        let points = self.path.len();
-        let nominal = match &self.file {
-            _ if measured.len() == points => return Ok(measured),
-            ProgramFile::Polyline(polyline) => polyline.toolpath().positions_mm(),
-            ProgramFile::Gcode(_) => return Err(counts(measured.len(), points, points)),
-        };
-        if measured.len() != nominal.len() {
-            return Err(counts(measured.len(), points, nominal.len()));
-        }
-        let deviation = |row: usize| measured[row] - nominal[row];
-        let went = |point: &PathPoint| {
-            let row = point.source.segment;
-            point.position_mm + deviation(row.saturating_sub(1)).lerp(&deviation(row), point.source.parameter)
-        };
-        Ok(self.path.points().iter().map(went).collect())
-    }
-
-    /// Poses of P that mirror a measured pass at the wanted path, Figure 2. `measured`: where the tool went, workpiece
-    /// frame, mm, one position per point of the path.
-    pub fn mirrored(&self, measured: &[Vector3<f64>]) -> Vec<Pose> {
-        self.poses(self.path.points().iter().zip(measured).map(|(point, went)| point.position_mm * 2.0 - went))
-    }
-
-    /// Writes the program that sends the tool where `corrected` says, and reads it back.
-    ///
-    /// # Errors
-    /// The program cannot be rewritten.
-    pub fn write(&self, corrected: &Corrected) -> Result<Written> {
-        let (bytes, back) = self.file.rewritten(&self.path, &corrected.positions, self.process.decimals)?;
-        let (mut rounded_mm, mut in_holes_mm) = (0.0, None);
-        for (point, (wanted, written)) in self.path.points().iter().zip(corrected.positions.iter().zip(&back)) {
-            let moved = (written - wanted).norm();
-            rounded_mm = f64::max(rounded_mm, moved);
-            if self.file.is_hole(point.source.segment) {
-                in_holes_mm = Some(in_holes_mm.map_or(moved, |most| f64::max(most, moved)));
-            }
-        }
-        Ok(Written { bytes, poses: self.poses(back.into_iter()), rounded_mm, in_holes_mm })
-    }
+fn load_fault(name: &str, fault: &LoadError) -> Error {
+    Error::Argument { argument: name.into(), problem: fault.to_string() }
 }
 
 /// A program commands positions, not orientations.
@@ -277,14 +216,4 @@ fn can_be_written(process: &Process) -> Result<()> {
         return Err(Error::Argument { argument: "compensate.target".into(), problem });
     }
     Ok(())
-}
-
-fn counts(found: usize, points: usize, rows: usize) -> String {
-    match points == rows {
-        true => format!("has {found} positions, but the path has {points} points: expected one for each"),
-        false => format!(
-            "has {found} positions, but the path has {rows} rows, split into {points} points: expected one for each row, or \
-             for each point"
-        ),
-    }
 }

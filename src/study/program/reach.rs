@@ -2,38 +2,41 @@
 
 use rayon::prelude::*;
 
-use super::ProgramJob;
-use crate::{
-    compensation::Demand,
-    study::{
-        along_path::{BLOCK, parts},
-        led_along::LedAlong,
-    },
-};
+use super::{Part, ProgramJob};
+use crate::{input::error::Result, study::along_path::BLOCK};
 
 impl ProgramJob {
     /// The first points at which the tool cuts and to which the rigid machine cannot be led: index and reason. Their number is at most
-    /// `most`, and nothing is looked at far beyond them.
-    pub fn out_of_reach(&self, most: usize) -> Vec<(usize, String)> {
-        for part in parts(self.demands.len()) {
-            let blocks = part.into_par_iter().step_by(BLOCK);
-            let mut found: Vec<_> = blocks.flat_map_iter(|start| self.out_of_reach_from(start, most)).collect();
+    /// `most`, and nothing is looked at far beyond them. `done` is called with the number of points looked at, after each part.
+    ///
+    /// # Errors
+    /// As [`ProgramJob::parts`].
+    pub fn out_of_reach(&self, most: usize, mut done: impl FnMut(usize)) -> Result<Vec<(usize, String)>> {
+        for part in self.parts() {
+            let part = part?;
+            let found = self.out_of_reach_in(&part, most);
+            done(part.points.len());
             if !found.is_empty() {
-                found.truncate(most);
-                return found;
+                return Ok(found);
             }
         }
-        Vec::new()
+        Ok(Vec::new())
     }
 
-    /// As [`ProgramJob::out_of_reach`], of the block that begins at `start`.
-    fn out_of_reach_from(&self, start: usize, most: usize) -> Vec<(usize, String)> {
-        let mut led = LedAlong::after(&self.machine, &self.demands[start.saturating_sub(BLOCK)..start]);
-        let reason = |(k, demand): (usize, &Demand)| {
-            let (_, asked) = led.step(demand);
-            let status = asked.err().filter(|_| self.path.points()[k].cutting)?;
-            Some((k, status.reason(&self.machine)))
+    fn out_of_reach_in(&self, part: &Part<'_>, most: usize) -> Vec<(usize, String)> {
+        let case = part.case([&self.machine, &self.real, &self.machine]);
+        let of_block = |start: usize| {
+            let points = case.led_block(start).zip(&part.points[start..]).enumerate();
+            let out = points.filter(|(_, (_, point))| point.cutting).filter_map(move |(k, (led, _))| {
+                let status = led.asked.err()?;
+                Some((part.first + start + k, status.reason(&self.machine)))
+            });
+            // Lazily: what is out of reach takes longest.
+            out.take(most)
         };
-        self.demands.iter().enumerate().skip(start).take(BLOCK).filter_map(reason).take(most).collect()
+        let blocks = (0..part.points.len()).into_par_iter().step_by(BLOCK);
+        let mut found: Vec<_> = blocks.flat_map_iter(of_block).collect();
+        found.truncate(most);
+        found
     }
 }

@@ -13,6 +13,8 @@ pub(crate) enum Centre {
     FromStart([f64; 2]),
     /// In the workpiece frame (G90.1).
     At([f64; 2]),
+    /// The same, said by a line before it (Heidenhain's CC).
+    Pole([f64; 2]),
     /// By the radius: positive for the shorter of the two arcs, negative for the longer.
     Radius(f64),
 }
@@ -52,7 +54,7 @@ impl Arc {
         let from = [start[first], start[second]];
         let to = [end[first], end[second]];
         let centre = match centre {
-            Centre::At(centre) => centre,
+            Centre::At(centre) | Centre::Pole(centre) => centre,
             Centre::FromStart(offset) => [from[0] + offset[0], from[1] + offset[1]],
             Centre::Radius(radius) => centre_by_radius(from, to, radius, turn)?,
         };

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use crate::toolpath::{
     Plane,
     gcode::{
-        error::{Fault, Refusal},
+        error::{Fault, Refusal, Unsupported},
         interpret::Interpreter,
         lex::Word,
         modal::{Distance, MotionCode},
@@ -95,6 +95,11 @@ impl Interpreter {
             return Ok(Vec::new());
         };
         let blame = request.motion_word_itself().unwrap_or(first);
+        // Of LinuxCNC and of lathes it is a cycle of threads.
+        let is_thread = number == 76 && ['I', 'J', 'E', 'H'].iter().any(|letter| request.letter(*letter).is_some());
+        if is_thread {
+            return Err(blame.refuse(Fault::Unsupported(Unsupported::CannedCycle)));
+        }
         if self.modal.plane != Plane::Xy {
             return Err(blame.refuse(Fault::CyclePlane));
         }

@@ -1,6 +1,6 @@
 //! Changing words of a line and nothing else of it.
 
-use crate::toolpath::gcode::{lex::Word, modal::MotionCode};
+use crate::toolpath::gcode::{Dialect, lex::Word, modal::MotionCode};
 
 /// How an author writes words, so that new words look like their neighbours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,26 +11,40 @@ pub(crate) struct Style {
     pub lower: bool,
     /// Two-digit motion words: `G01`.
     pub padded: bool,
+    pub numbers: Numbers,
+    pub dialect: Dialect,
+}
+
+/// How numbers of coordinates are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Numbers {
+    /// A plus before numbers above 0: `X+5`.
+    pub plus: bool,
+    /// A comma instead of the point: `X5,25`.
+    pub comma: bool,
+    /// `X=5`.
+    pub equals: bool,
+}
+
+impl Numbers {
+    /// `number`, which is written with a point, without plus and without blanks, unless it is one of the line.
+    fn write(self, number: &str) -> String {
+        let plus = if self.plus && !number.starts_with(['+', '-']) { "+" } else { "" };
+        let number = format!("{plus}{number}");
+        if self.comma { number.replace('.', ",") } else { number }
+    }
 }
 
 impl Style {
     /// What everyone can read: `G1 X5`.
-    pub const PLAIN: Style = Style { spaced: true, lower: false, padded: false };
+    pub fn plain(dialect: Dialect) -> Style {
+        let numbers = Numbers { plus: dialect == Dialect::Heidenhain, comma: false, equals: false };
+        Style { spaced: true, lower: false, padded: false, numbers, dialect }
+    }
 
     /// The style of one line; what the line does not show is taken from `self`.
     pub fn on_line(self, content: &[u8], words: &[Word]) -> Style {
-        let mut style = self;
-        if words.len() > 1 {
-            style.spaced = words.windows(2).any(|pair| pair[0].span.end < pair[1].span.start);
-        }
-        if let Some(word) = words.iter().find(|word| word.letter != 'N') {
-            style.lower = content[word.span.start].is_ascii_lowercase();
-        }
-        let motion = words.iter().find(|word| word.letter == 'G' && word.value < 4.0);
-        if let Some(word) = motion {
-            style.padded = word.span.len() == 3 && content[word.span.start + 1] == b'0';
-        }
-        style
+        ShownStyle::default().or_on_line(content, words).over(self)
     }
 
     /// A word of this letter, which is given in upper case, and number.
@@ -39,15 +53,81 @@ impl Style {
         format!("{letter}{number}")
     }
 
+    /// The word of a coordinate.
+    pub fn axis(self, axis: usize, number: &str) -> String {
+        let equals = if self.numbers.equals { "=" } else { "" };
+        self.word(['X', 'Y', 'Z'][axis], &format!("{equals}{}", self.numbers.write(number)))
+    }
+
+    /// What a new line begins with that is a straight line as well.
+    pub fn next_line(self) -> Option<String> {
+        (self.dialect == Dialect::Heidenhain).then(|| self.motion(MotionCode::Line))
+    }
+
     /// A motion word.
     pub fn motion(self, code: MotionCode) -> String {
         let number = code.number();
+        if self.dialect == Dialect::Heidenhain {
+            // Arcs stay as they are or become lines.
+            return if self.lower { "l".into() } else { "L".into() };
+        }
         self.word('G', &if self.padded { format!("{number:02}") } else { number.to_string() })
     }
 
     /// What stands between two words.
     pub fn separator(self) -> &'static str {
         if self.spaced { " " } else { "" }
+    }
+}
+
+/// A style as far as lines show it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct ShownStyle {
+    spaced: Option<bool>,
+    lower: Option<bool>,
+    padded: Option<bool>,
+    plus: Option<bool>,
+    comma: Option<bool>,
+    equals: Option<bool>,
+}
+
+impl ShownStyle {
+    /// With what the lines before do not show as this one does.
+    pub fn or_on_line(self, content: &[u8], words: &[Word]) -> ShownStyle {
+        let spaced = || words.windows(2).any(|pair| pair[0].span.end < pair[1].span.start);
+        let first = || words.iter().find(|word| word.letter != 'N');
+        let motion = || words.iter().find(|word| word.letter == 'G' && word.value < 4.0);
+        let is_padded = |word: &Word| word.span.len() == 3 && content[word.span.start + 1] == b'0';
+        let axes = || words.iter().rev().filter(|word| is_axis_word(word));
+        let plus = |word: &Word| match content[word.number()].first() {
+            Some(b'-') | None => None,
+            first => Some(first == Some(&b'+')),
+        };
+        let mark = |word: &Word| content[word.number()].iter().find(|b| matches!(b, b',' | b'.'));
+        let equals = |word: &Word| content[word.span.start..word.number().start].contains(&b'=');
+        ShownStyle {
+            spaced: self.spaced.or_else(|| (words.len() > 1).then(spaced)),
+            lower: self.lower.or_else(|| first().map(|word| content[word.span.start].is_ascii_lowercase())),
+            padded: self.padded.or_else(|| motion().map(is_padded)),
+            plus: self.plus.or_else(|| axes().find_map(plus)),
+            comma: self.comma.or_else(|| axes().find_map(mark).map(|mark| *mark == b',')),
+            equals: self.equals.or_else(|| axes().next().map(equals)),
+        }
+    }
+
+    /// The style, what no line shows taken from `style`.
+    pub fn over(self, style: Style) -> Style {
+        Style {
+            spaced: self.spaced.unwrap_or(style.spaced),
+            lower: self.lower.unwrap_or(style.lower),
+            padded: self.padded.unwrap_or(style.padded),
+            numbers: Numbers {
+                plus: self.plus.unwrap_or(style.numbers.plus),
+                comma: self.comma.unwrap_or(style.numbers.comma),
+                equals: self.equals.unwrap_or(style.numbers.equals),
+            },
+            dialect: style.dialect,
+        }
     }
 }
 
@@ -88,9 +168,11 @@ impl<'a> LineEdit<'a> {
 
     /// Puts `number` in the place of the number of word `index`.
     pub fn set_number(&mut self, index: usize, number: &str) {
+        let word = &self.words[index];
         if let Some(text) = &mut self.slots[index].text {
-            text.truncate(1);
-            text.push_str(number);
+            let number = if is_axis_word(word) { self.style.numbers.write(number) } else { number.to_owned() };
+            let end = text.len() - usize::from(word.around[1]);
+            text.replace_range(usize::from(word.around[0])..end, &number);
         }
     }
 
@@ -99,11 +181,16 @@ impl<'a> LineEdit<'a> {
         self.slots[index].text.take()
     }
 
+    /// Puts `text` in the place of word `index`.
+    pub fn put(&mut self, index: usize, text: String) {
+        self.slots[index].text = Some(text);
+    }
+
     /// Adds an axis word (0 = X, 1 = Y, 2 = Z) that the line does not have: next to the other axis words in the
     /// order X Y Z; or else behind the motion word; or else where the arc words are.
     pub fn add_axis(&mut self, axis: usize, number: &str) {
         const LETTERS: [char; 3] = ['X', 'Y', 'Z'];
-        let text = self.style.word(LETTERS[axis], number);
+        let text = self.style.axis(axis, number);
         let place = |letter: char| self.find(|word| word.letter == letter);
         let lower = LETTERS[..axis].iter().rev().find_map(|letter| place(*letter));
         let higher = LETTERS[axis + 1..].iter().find_map(|letter| place(*letter));
@@ -128,10 +215,25 @@ impl<'a> LineEdit<'a> {
         }
     }
 
+    /// Puts the number of an arc word in its word, or adds the word: in the order I J K, or else behind the axis words.
+    pub fn put_arc(&mut self, letter: char, number: &str) {
+        let text = self.style.word(letter, number);
+        let of = |letters: &[char]| self.find(|word| letters.contains(&word.letter));
+        let place = (of(&[letter]), of(if letter == 'K' { &['I', 'J'] } else { &['I'] }), of(&['J', 'K']));
+        match place {
+            (Some(index), ..) => self.set_number(index, number),
+            (None, Some(index), _) if letter != 'I' => self.slots[index].after.push(text),
+            (None, _, Some(index)) if letter != 'K' => self.slots[index].before.push(text),
+            _ => self.add_last(letter, number),
+        }
+    }
+
     /// Makes the line's motion word `code`, adding one before the coordinates if the line has none.
     pub fn set_motion(&mut self, code: MotionCode) {
         let text = self.style.motion(code);
-        if let Some(index) = self.find(is_motion_word) {
+        if let Some(index) = self.find(|word| is_motion_word(word) && word.asks.is_some()) {
+            self.slots[index].text = Some(text);
+        } else if let Some(index) = self.find(is_motion_word) {
             self.set_number(index, &text[1..]);
         } else if let Some(index) = self.find(|word| is_axis_word(word) || is_arc_word(word)) {
             self.slots[index].before.insert(0, text);
@@ -165,9 +267,19 @@ pub(crate) fn is_axis_word(word: &Word) -> bool {
     matches!(word.letter, 'X' | 'Y' | 'Z')
 }
 
-/// I, J, K or R.
+/// I, J, K or R, or Heidenhain's DR.
 pub(crate) fn is_arc_word(word: &Word) -> bool {
-    matches!(word.letter, 'I' | 'J' | 'K' | 'R')
+    matches!(word.letter, 'I' | 'J' | 'K' | 'R' | Word::SENSE)
+}
+
+/// Words that P and Q may belong to.
+pub(crate) fn takes_parameters(word: &Word) -> bool {
+    word.letter == 'M' || (word.letter == 'G' && matches!(word.tenths(), Some(40 | 610 | 611 | 640)))
+}
+
+/// M words that a controller runs after the motion of their block.
+pub(crate) fn acts_at_end(word: &Word) -> bool {
+    word.letter == 'M' && matches!(word.whole(), Ok(0 | 1 | 2 | 5 | 9 | 30 | 60))
 }
 
 #[cfg(test)]
@@ -178,7 +290,7 @@ mod tests {
 
     fn edit(line: &str, change: impl Fn(&mut LineEdit)) -> String {
         let words = lex::words(&line.replace("(c)", "   ")).unwrap();
-        let mut edit = LineEdit::new(line.as_bytes(), &words, Style::PLAIN);
+        let mut edit = LineEdit::new(line.as_bytes(), &words, Style::plain(Dialect::Iso));
         change(&mut edit);
         String::from_utf8(edit.render()).unwrap()
     }

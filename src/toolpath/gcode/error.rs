@@ -1,16 +1,22 @@
 //! What can be wrong with a program, said so that the line can be found and mended.
 
-use std::ops::Range;
-
 use thiserror::Error;
 
-use crate::toolpath::{Sampling, gcode::WorkOffset, path::MAX_COORDINATE_MM};
+use crate::toolpath::{
+    gcode::{Dialect, WorkOffset},
+    path::MAX_COORDINATE_MM,
+};
 
-pub use crate::toolpath::gcode::refused::{ArcFault, Unsupported};
+pub(crate) use crate::toolpath::gcode::refused::Refusal;
+pub use crate::toolpath::gcode::{
+    dialect::Foreign,
+    macro_fault::MacroFault,
+    refused::{ArcFault, Unsupported},
+};
 
 /// A program that cannot be followed: where, at which word, why, and what was expected.
 #[derive(Clone, Debug, PartialEq, Error)]
-#[error("{file}:{line}:{column}: `{found}`: {fault}")]
+#[error("{file}:{line}:{column}: `{found}`: {fault}{}", dialect.read_as())]
 pub struct GcodeError {
     /// The program's name as given.
     pub file: String,
@@ -22,6 +28,15 @@ pub struct GcodeError {
     pub found: String,
     /// What is wrong with it and what was expected.
     pub fault: Fault,
+    /// The dialect it was read as.
+    pub dialect: Dialect,
+}
+
+impl GcodeError {
+    /// The same, of a program that was read as `dialect`.
+    pub(crate) fn read_as(self, dialect: Dialect) -> GcodeError {
+        GcodeError { dialect, ..self }
+    }
 }
 
 impl From<GcodeError> for crate::input::error::Error {
@@ -38,12 +53,19 @@ pub enum Fault {
     Character,
     /// Words of another language than ISO code.
     #[error(
-        "not ISO code but another language, such as Sinumerik's or Heidenhain's, which is not read; expected words such as X10.5"
+        "not ISO code but another language, such as Sinumerik's or Heidenhain's; expected words such as X10.5, or --dialect, which says what it is"
     )]
     Language,
+    /// What another dialect has and what is not followed of it.
+    #[error("{0}")]
+    Foreign(Foreign),
+    /// A program of another dialect that is to be written out.
+    #[error("only ISO programs are written out; expected one, or no --expand")]
+    NotWrittenOut,
     /// A variable, an expression or an assignment.
     #[error(
-        "variables and expressions are not read; expected plain numbers, or --expand, which writes the program out"
+        "variables and expressions are not read; expected plain numbers, or expand in [gcode] of the process file (--expand), which \
+         writes it out"
     )]
     Variable,
     /// A line checksum, which a changed line would break.
@@ -115,6 +137,15 @@ pub enum Fault {
         /// Where it stood, as the program says.
         from: f64,
     },
+    /// A or C with a feed, where no G0 has said that there is such an axis.
+    #[error(
+        "{letter} with a feed is an axis on some controls and an angle or a chamfer on others; expected a G0 with {letter} before, \
+         or the line without it"
+    )]
+    Chamfer {
+        /// A or C.
+        letter: char,
+    },
     /// I, J, K or R on a line that is no arc.
     #[error("arc word on a line that is no arc; expected G2 or G3 in force")]
     NotAnArc,
@@ -145,6 +176,15 @@ pub enum Fault {
         /// G17, G18 or G19.
         plane: &'static str,
     },
+    /// An arc whose centre words are of two kinds.
+    #[error("one centre word from the start and one from the zero; expected both of one kind")]
+    MixedCentre,
+    /// A CC with one coordinate, or with one outside the plane.
+    #[error("expected both coordinates of the plane that TOOL CALL chooses by the axis of the tool, or none")]
+    PoleAxes,
+    /// Heidenhain's C without CC.
+    #[error("arc without a centre; expected CC with its coordinates before it")]
+    NoPole,
     /// An arc with both centre and radius.
     #[error("arc with a radius and a centre; expected one of them")]
     CentreAndRadius,
@@ -153,8 +193,8 @@ pub enum Fault {
     Arc(ArcFault),
     /// A work offset that was not given.
     #[error(
-        "how {offset} stands to the work offset before it is not known; expected its zero in [gcode] of the process file, or \
-         G10 L2 for both"
+        "how {offset} stands to the work offset before it is not known; expected its zero in [gcode] of the process file{}",
+        offset.by_the_program()
     )]
     NoWorkOffset {
         /// Which one.
@@ -163,53 +203,9 @@ pub enum Fault {
     /// G54.1 without the number of a work offset.
     #[error("names no work offset; expected P1 to P300 on the line")]
     NoExtended,
-    /// An expression that is none.
-    #[error("not an expression that can be evaluated; expected {expected}")]
-    Expression {
-        /// What should stand there.
-        expected: &'static str,
-    },
-    /// A variable that nothing was assigned to.
-    #[error("a variable without a value; expected one that the program has assigned before")]
-    NoValue,
-    /// A division by zero and the like.
-    #[error("its value is no number; expected a finite one")]
-    NotFinite,
-    /// A variable of the machine.
-    #[error("depends on the state of the machine; expected variables #1 to #999 and names that the program assigns")]
-    MachineState,
-    /// A jump without an aim.
-    #[error(
-        "its other end is not in the program; expected the label, or the word that ends or begins the same loop, branch or subprogram"
-    )]
-    NoLabel,
-    /// A call of what is not there.
-    #[error("subprogram {name} is neither in the file nor beside it; expected O{name}, or a file of this name")]
-    NoSubprogram {
-        /// Its name.
-        name: String,
-    },
-    /// A program that goes on and on.
-    #[error("the program has run {most} lines and has not ended; expected one that ends")]
-    TooManySteps {
-        /// How many were run.
-        most: usize,
-    },
-    /// Subprograms that call themselves.
-    #[error("calls are more than {most} deep; expected subprograms that do not call themselves")]
-    TooDeep {
-        /// The most.
-        most: usize,
-    },
-    /// M99 where nothing was called.
-    #[error("ends a subprogram where none was called, or repeats the main program for ever; expected M2 or M30")]
-    NoCall,
-    /// A subprogram that does not come back.
-    #[error("the subprogram ends here without M99 or endsub; expected one of them")]
-    NoReturn,
-    /// A call on a line that moves.
-    #[error("a call on a line with coordinates; expected it on a line of its own")]
-    CallWithMotion,
+    /// A macro or call that cannot be followed.
+    #[error("{0}")]
+    Macro(MacroFault),
     /// G93 and no F.
     #[error("feed by time (G93) without an F on the line; expected one on each line with G1, G2 or G3")]
     NoInverseTime,
@@ -220,6 +216,14 @@ pub enum Fault {
         number: u32,
         /// R or Z.
         letter: char,
+    },
+    /// A peck that is none, or more than the hole is deep.
+    #[error(
+        "not a peck of a hole {depth_mm:.3} mm deep; expected Q above 0, at least 1/10000 of the depth, and with a point if it is more"
+    )]
+    Peck {
+        /// From the plane R to the bottom, mm.
+        depth_mm: f64,
     },
     /// A cycle in G18 or G19.
     #[error("cycles are read in G17 only; expected the cycle written out as G0 and G1 moves")]
@@ -249,8 +253,11 @@ pub enum Fault {
         end: usize,
     },
     /// More points than a path may have.
-    #[error("path of more than {most} points; expected a coarser sampling or a shorter program", most = Sampling::MAX_POINTS)]
-    TooManyPoints,
+    #[error("path of more than {most} points; expected a coarser sampling or a shorter program")]
+    TooManyPoints {
+        /// The most.
+        most: usize,
+    },
 }
 
 impl Fault {
@@ -258,31 +265,4 @@ impl Fault {
     pub const MAX_DIGITS: usize = 17;
     /// The largest coordinate followed, mm.
     pub const MAX_COORDINATE_MM: f64 = MAX_COORDINATE_MM;
-}
-
-/// A fault at a place in a line, before file and line are known.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Refusal {
-    /// Bytes of the line the fault is about.
-    pub span: Range<usize>,
-    pub fault: Fault,
-}
-
-impl Refusal {
-    pub fn new(span: Range<usize>, fault: Fault) -> Refusal {
-        Refusal { span, fault }
-    }
-
-    /// The error, with the file, the line number from 1, and the line's own bytes to quote from.
-    pub fn locate(self, file: &str, line: usize, content: &[u8]) -> GcodeError {
-        let before = content.get(..self.span.start).unwrap_or_default();
-        let found = content.get(self.span).unwrap_or_default();
-        GcodeError {
-            file: file.to_owned(),
-            line,
-            column: String::from_utf8_lossy(before).chars().count() + 1,
-            found: String::from_utf8_lossy(found).into_owned(),
-            fault: self.fault,
-        }
-    }
 }

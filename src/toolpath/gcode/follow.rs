@@ -2,14 +2,18 @@
 
 use nalgebra::Vector3;
 
-use crate::toolpath::gcode::{
-    arc::{Arc, Centre},
-    error::{ArcFault, Fault, Refusal, Unsupported},
-    interpret::Interpreter,
-    lex::Word,
-    modal::{Distance, FeedMode, GWord, Modal, MotionCode, plane_names},
-    motion::{Geometry, Known, Motion, located},
-    request::Request,
+use crate::toolpath::{
+    Plane,
+    gcode::{
+        Dialect,
+        arc::{Arc, Centre},
+        error::{ArcFault, Fault, Refusal, Unsupported},
+        interpret::Interpreter,
+        lex::Word,
+        modal::{Distance, FeedMode, GWord, Modal, MotionCode},
+        motion::{Geometry, Known, Motion, located},
+        request::Request,
+    },
 };
 
 impl Interpreter {
@@ -17,7 +21,7 @@ impl Interpreter {
     pub(super) fn motion(&mut self, line: usize, request: &Request) -> Result<Option<Motion>, Refusal> {
         let axes = request.axes();
         let is_arc = matches!(self.modal.motion, Some(MotionCode::Arc(_)));
-        if !is_arc {
+        if !is_arc || request.g(GWord::Dwell).is_some() {
             self.refuse_arc_words(request)?;
         }
         let coordinate = axes.iter().flatten().copied().next();
@@ -31,6 +35,10 @@ impl Interpreter {
         }
         if request.g(GWord::Smoothing).is_some() {
             return Err(first.refuse(Fault::Unsupported(Unsupported::Motion)));
+        }
+        // Its coordinates name axes, or set the origin of a lathe.
+        if request.g(GWord::Passive("scaling")).or(request.g(GWord::Passive("mirroring"))).is_some() {
+            return Err(first.refuse(Fault::NotACoordinate { word: "G50" }));
         }
         self.take_unit(line);
         let blame = request.motion_word_itself().unwrap_or(first);
@@ -57,7 +65,7 @@ impl Interpreter {
         for (axis, word) in axes.into_iter().enumerate() {
             let Some(word) = word else { continue };
             let value = word.value * self.modal.unit.mm();
-            let to = match self.modal.distance {
+            let to = match word.distance.unwrap_or(self.modal.distance) {
                 Distance::Absolute => Some(value + origin[axis]),
                 Distance::Incremental => self.position[axis].map(|from| value + from),
             };
@@ -86,8 +94,18 @@ impl Interpreter {
             }
         }
         let values = given.map(|word| word.map(|word| word.value * unit));
-        match (values, request.letter('R'), self.modal.centres) {
+        let centres = given.map(|word| word.map(|word| word.distance.unwrap_or(self.modal.centres)));
+        if let [Some(first), Some(second)] = centres
+            && first != second
+        {
+            return Err(blame.refuse(Fault::MixedCentre));
+        }
+        let centres = centres[0].or(centres[1]).unwrap_or(self.modal.centres);
+        match (values, request.letter('R'), centres) {
             ([None, None], Some(word), _) => Ok(Centre::Radius(word.value * unit)),
+            ([None, None], None, _) if self.dialect == Dialect::Heidenhain => {
+                self.pole.map(Centre::Pole).ok_or_else(|| blame.refuse(Fault::NoPole))
+            }
             ([None, None], None, _) => Err(blame.refuse(Fault::NoCentre { expected, plane })),
             (_, Some(word), _) => Err(word.refuse(Fault::CentreAndRadius)),
             ([i, j], None, Distance::Incremental) => Ok(Centre::FromStart([i.unwrap_or(0.0), j.unwrap_or(0.0)])),
@@ -134,5 +152,14 @@ pub(crate) fn route(
     match (code, centre) {
         (MotionCode::Arc(turn), Some(centre)) => Ok(Geometry::Arc(Arc::new(modal.plane, turn, start, end, centre)?)),
         _ => Ok(Geometry::Line(start, end)),
+    }
+}
+
+/// The names of a plane and of its two centre words.
+fn plane_names(plane: Plane) -> (&'static str, &'static str) {
+    match plane {
+        Plane::Xy => ("G17", "I and J"),
+        Plane::Zx => ("G18", "I and K"),
+        Plane::Yz => ("G19", "J and K"),
     }
 }

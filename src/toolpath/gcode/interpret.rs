@@ -3,15 +3,16 @@
 use nalgebra::Vector3;
 
 use crate::toolpath::gcode::{
-    GcodeOptions,
+    Dialect, GcodeOptions,
     cycle::Cycle,
     error::{Fault, Refusal, Unsupported},
     lex::Word,
-    modal::{Distance, FeedMode, GWord, Modal, MotionCode},
+    modal::{Distance, FeedMode, GWord, Modal, MotionCode, Setting},
     motion::{Known, Motion},
     notes::Notes,
     offsets::{Offsets, WorkOffset},
-    request::Request,
+    pole::Pole,
+    request::{Request, that_count},
 };
 
 /// Follows a program line by line.
@@ -19,6 +20,9 @@ pub(crate) struct Interpreter {
     pub(super) modal: Modal,
     pub(super) offsets: Offsets,
     pub(super) position: Known,
+    pub(super) dialect: Dialect,
+    /// The centre of arcs that give none (Heidenhain's CC).
+    pub(super) pole: Option<[f64; 2]>,
     /// The cycle in force.
     pub(super) cycle: Option<Cycle>,
     /// Axes of which a position was known at some time.
@@ -48,6 +52,8 @@ pub(crate) struct Effect {
     pub motions: Vec<Motion>,
     /// Where the tool is that the coordinates of the line are said of (G92, G10 L20).
     pub origin_at: Option<OriginAt>,
+    /// The centre that it sets.
+    pub pole: Option<Pole>,
 }
 
 /// A line that sets a zero by where the tool is.
@@ -62,13 +68,16 @@ pub(crate) struct OriginAt {
 }
 
 impl Interpreter {
-    pub fn new(options: &GcodeOptions) -> Interpreter {
+    pub fn new(options: &GcodeOptions, dialect: Dialect) -> Interpreter {
         let unit = options.unit.unwrap_or_default();
+        let centres = if dialect == Dialect::Iso { options.arc_centres.into() } else { Distance::Incremental };
         let start = options.start_mm.map_or([None; 3], |p| [Some(p.x), Some(p.y), Some(p.z)]);
         Interpreter {
-            modal: Modal::at_start(unit, options.arc_centres.into()),
+            modal: Modal::at_start(unit, centres),
             offsets: Offsets::new(options),
             position: start,
+            dialect,
+            pole: None,
             cycle: None,
             ever_known: start.map(|p| p.is_some()),
             lost_in: None,
@@ -79,7 +88,7 @@ impl Interpreter {
             rotary: [None; 3],
             named: false,
             unit_said: options.unit.is_some(),
-            notes: Notes::default(),
+            notes: Notes { dialect, ..Notes::default() },
         }
     }
 
@@ -99,15 +108,17 @@ impl Interpreter {
             let moving = words.iter().find(|word| moves(word));
             return moving.map_or(Ok(Effect::default()), |word| Err(word.refuse(Fault::AfterEnd { end })));
         }
-        let request = Request::of(&words)?;
+        let request = Request::of(that_count(&words), self.dialect)?;
         self.program_number(&request)?;
         self.apply_modal(&request)?;
         self.take_tool(&request)?;
         request.check_parameters(matches!(self.modal.motion, Some(MotionCode::Cycle(_))))?;
         self.turn(&request)?;
         let mut effect = Effect { motion_word: request.motion_word(), ..Effect::default() };
-        if request.g(GWord::Home).is_some() || request.g(GWord::Machine).is_some() {
+        if request.leaves() {
             self.leave(number, &request)?;
+        } else if let Some((word, Setting::Pole)) = request.setting() {
+            effect.pole = Some(self.set_pole(&request, word)?);
         } else if let Some((word, setting)) = request.setting() {
             effect.origin_at = self.set(&request, word, setting)?;
         } else if matches!(self.modal.motion, Some(MotionCode::Cycle(_))) && request.g(GWord::Dwell).is_none() {
@@ -126,6 +137,8 @@ impl Interpreter {
         }
         if let Some(origin_at) = &mut effect.origin_at {
             origin_at.words = words;
+        } else if let Some(pole) = &mut effect.pole {
+            pole.words = words;
         }
         Ok(effect)
     }
@@ -155,13 +168,27 @@ impl Interpreter {
                 }
                 GWord::ReturnsToClear(clear) => self.modal.returns_to_clear = clear,
                 GWord::Plane(plane) => self.modal.plane = plane,
-                GWord::Unit(unit) => {
+                GWord::Unit(unit) | GWord::UnitOfCoordinates(unit) => {
                     self.modal.unit = unit;
                     self.unit_said = true;
+                    if g == GWord::Unit(unit) {
+                        self.modal.feed_unit_mm = self.dialect.feed_unit_mm(unit);
+                    }
                 }
                 GWord::Distance(distance) => self.modal.distance = distance,
                 GWord::Centres(distance) => self.modal.centres = distance,
+                GWord::PolarOff => {
+                    if let Some(word) = request.letter('H') {
+                        let offset = WorkOffset::of_okuma(word.whole()?);
+                        self.offsets.activate(offset.ok_or_else(|| word.refuse(Fault::NoExtended))?);
+                    }
+                }
                 GWord::WorkOffset(offset) => self.offsets.activate(work_offset(word, offset, request)?),
+                GWord::Preset => {
+                    self.offsets.activate(WorkOffset::preset(word.whole()?));
+                    (0..3).for_each(|axis| self.offsets.set_local(axis, 0.0));
+                }
+                GWord::FeedOfTool => self.modal.feed = None,
                 GWord::Feed(mode) if mode != self.modal.feed_mode => {
                     self.modal.feed_mode = mode;
                     self.modal.feed = None;
@@ -174,7 +201,7 @@ impl Interpreter {
             }
         }
         if let Some(word) = request.letter('F') {
-            let mm = if self.modal.feed_mode == FeedMode::InverseTime { 1.0 } else { self.modal.unit.mm() };
+            let mm = if self.modal.feed_mode == FeedMode::InverseTime { 1.0 } else { self.modal.feed_unit_mm };
             self.modal.feed = Some(speed(word, "a feed of 0 to 1e9")? * mm);
         }
         if let Some(word) = request.letter('S') {
@@ -209,7 +236,8 @@ impl Interpreter {
         for (axis, letter) in ['A', 'B', 'C'].into_iter().enumerate() {
             let Some(word) = request.letter(letter) else { continue };
             let stood = self.rotary[axis];
-            let turned = match self.modal.distance {
+            let distance = word.distance.unwrap_or(self.modal.distance);
+            let turned = match distance {
                 _ if request.setting().is_some() => stood.is_some_and(|stood| stood != word.value),
                 Distance::Absolute => stood.is_some_and(|stood| stood != word.value),
                 Distance::Incremental => word.value != 0.0 && request.g(GWord::Home).is_none(),
@@ -217,7 +245,13 @@ impl Interpreter {
             if turned {
                 return Err(word.refuse(Fault::Rotary { letter, from: stood.unwrap_or(0.0) }));
             }
-            if self.modal.distance == Distance::Absolute {
+            let feeds = matches!(self.modal.motion, Some(MotionCode::Line | MotionCode::Arc(_)));
+            let goes = request.axes().iter().any(Option::is_some);
+            let may_be_chamfer = self.dialect == Dialect::Iso && letter != 'B';
+            if may_be_chamfer && stood.is_none() && word.value != 0.0 && feeds && goes {
+                return Err(word.refuse(Fault::Chamfer { letter }));
+            }
+            if distance == Distance::Absolute {
                 self.rotary[axis] = Some(word.value);
             }
         }
@@ -235,11 +269,13 @@ impl Interpreter {
         let axes = request.axes();
         request.refuse_arc_words()?;
         let home = request.g(GWord::Home).is_some();
+        let along_tool = request.g(GWord::Retract).map(|_| self.modal.plane.axes()[2]);
         if let (false, Some(MotionCode::Arc(_)), Some(word)) = (home, self.modal.motion, request.g(GWord::Machine)) {
             return Err(word.refuse(Fault::Unsupported(Unsupported::MachineArc)));
         }
         let all = home && axes.iter().all(Option::is_none);
-        self.lose(number, axes.map(|word| all || word.is_some()));
+        let lost = [0, 1, 2].map(|axis| all || axes[axis].is_some() || along_tool == Some(axis));
+        self.lose(number, lost);
         Ok(())
     }
 

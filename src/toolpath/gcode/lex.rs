@@ -10,7 +10,10 @@ use std::ops::Range;
 use g_code::parse::ast::Spanned;
 use g_code::parse::snippet_parser;
 
-use crate::toolpath::gcode::error::{Fault, Refusal};
+use crate::toolpath::gcode::{
+    error::{Fault, Refusal},
+    modal::{Distance, Vocable},
+};
 
 /// A letter with its number.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,9 +24,28 @@ pub(crate) struct Word {
     pub value: f64,
     /// The bytes of the word in its line.
     pub span: Range<usize>,
+    /// How many bytes of it stand before its number and behind it: 1 and 0 of `X5`, 5 and 1 of `X=IC(5)`.
+    pub around: [u8; 2],
+    /// Whether its coordinate is a position or a step, if the word itself says so.
+    pub distance: Option<Distance>,
+    /// What a word asks for that is none of ISO.
+    pub asks: Option<&'static Vocable>,
 }
 
 impl Word {
+    /// Stands for the letter of a word that is none of ISO: the sense of an arc, Heidenhain's `DR+`.
+    pub const SENSE: char = '↺';
+
+    /// A letter followed by its number.
+    pub fn plain(letter: char, value: f64, span: Range<usize>) -> Word {
+        Word { letter, value, span, around: [1, 0], distance: None, asks: None }
+    }
+
+    /// The bytes of its number.
+    pub fn number(&self) -> Range<usize> {
+        self.span.start + usize::from(self.around[0])..self.span.end - usize::from(self.around[1])
+    }
+
     /// The number in tenths if it has no finer part: 901 for G90.1.
     pub fn tenths(&self) -> Option<u32> {
         let tenths = self.value * 10.0;
@@ -91,7 +113,7 @@ fn word(text: &str, span: Range<usize>) -> Result<Word, Refusal> {
     let letter = written.chars().next().filter(char::is_ascii_alphabetic);
     // Read from the text, not from the lexer's decimal: this conversion rounds correctly.
     match (letter, written.get(1..).map(str::parse)) {
-        (Some(letter), Some(Ok(value))) => Ok(Word { letter: letter.to_ascii_uppercase(), value, span }),
+        (Some(letter), Some(Ok(value))) => Ok(Word::plain(letter.to_ascii_uppercase(), value, span)),
         _ => Err(not_a_word(text, span.start)),
     }
 }

@@ -1,25 +1,25 @@
 //! G-code programs of 3-axis mills: read, followed, and written back with moved points.
 //!
-//! What is followed is the RS-274 subset a 3-axis mill uses. Everything else is refused by name; nothing that could
-//! change where the tool goes is ignored.
+//! What is followed of ISO code is the RS-274 subset a 3-axis mill uses; of other dialects ([`Dialect`]) it is in the user
+//! guide. Everything else is refused by name; nothing that could change where the tool goes is ignored.
 //!
 //! | followed | meaning |
 //! |---|---|
 //! | G0 G1 G2 G3 | rapid, line, arcs (helical too; centre by I J K or radius by R) |
-//! | G73 G74 G81 … G86 G89, G98 G99, G80 | cycles, where they end, no cycle |
+//! | G73 G74 G76 G81 … G86 G89, G98 G99, G80 | cycles, where they end, no cycle |
 //! | G17 G18 G19 | plane of arcs |
 //! | G20 G21 | inch, mm |
-//! | G54 … G59.3, G54.1 P, G10 L2 L20, G52, G92 … G92.3 | zeros of the coordinates, see [`GcodeOptions::work_offsets_mm`] |
+//! | G54 … G59.3, G54.1 P, G110 … G129, G15 H, G10 L2 L20, G52, G92 … G92.3 | zeros of the coordinates, see [`GcodeOptions::work_offsets_mm`] |
 //! | G90 G91, G90.1 G91.1 | absolute or incremental coordinates, and arc centres |
 //! | F with G93 G94 G95, S with G96 G97 | feed, spindle speed |
-//! | A B C | must keep one value |
-//! | G28 G30 G53; `$H` `$J` | copied as they are; the axes they move are unknown until a G0 or G1 gives them again |
+//! | A B C | must keep one value; U V W must be 0 |
+//! | G28 G28.2 G30 G53; `$H` `$J` | copied as they are; the axes they move are unknown until a G0 or G1 gives them again |
 //! | other G, D E H M N O P Q T words that do not move the tip; `$` `?` `!` `~` lines | copied as they are |
 //! | `( )`, `;`, `%`, `/`, blank lines | copied as they are; [`BlockDelete`] says whether `/` lines count |
 //!
 //! Decisions, where controllers differ:
 //! - Numbers without a decimal point are whole units: `X10` is 10 mm in G21.
-//! - Before the first word that says otherwise: G17, G54, G90, G91.1, G94, G97, G98, [`GcodeOptions::unit`], no motion.
+//! - Before the first word that says otherwise: G0, G17, G54, G90, G91.1, G94, G97, G98, [`GcodeOptions::unit`].
 //! - Coordinates are those of the tool tip; G43 and G49 do not move the path.
 //! - A tool change (M6) leaves the tool where it was, and puts the tool of the last T into the spindle; before the first M6,
 //!   that of the last T is there. M2, M30 and the second % end the program; motions after them are refused.
@@ -28,79 +28,82 @@
 //! - Where the tool is is not known until G0 and G1 have given X, Y and Z: motions before stay as they are ([`Notes`]).
 
 mod arc;
+mod blocks;
 mod check;
 mod cycle;
+mod dialect;
 mod edit;
 mod error;
 mod expand;
 mod features;
+mod fit;
 mod follow;
 mod interpret;
 mod lex;
 mod lines;
+mod macro_fault;
 mod modal;
 mod motion;
 mod notes;
 mod offsets;
 mod options;
 mod place;
+mod pole;
 mod refused;
 mod request;
 mod rewrite;
 mod settings;
+mod split;
+mod unit;
+mod walk;
 mod write_holes;
 mod writer;
+mod writing;
 
-pub use error::{ArcFault, Fault, GcodeError, Unsupported};
+pub use blocks::Move;
+pub use dialect::{Dialect, Foreign};
+pub use error::{ArcFault, Fault, GcodeError, MacroFault, Unsupported};
 pub use expand::Beside;
-pub use modal::LengthUnit;
 pub use notes::Notes;
 pub use offsets::WorkOffset;
 pub use options::{ArcCentres, BlockDelete, GcodeOptions};
 pub use rewrite::{RewriteError, Rewritten};
+pub use unit::LengthUnit;
+pub use writing::Writing;
 
-use std::ops::Range;
-
+use edit::Style;
 use expand::WrittenOut;
-use interpret::{Effect, Interpreter, OriginAt};
-use lines::{Code, Line};
-use modal::MotionCode;
+use lines::Lines;
 use motion::Motion;
+use walk::MotionAt;
 
-use crate::toolpath::{NumberFormat, PathPoint, Sampling, Toolpath, number};
+use crate::toolpath::{NumberFormat, PathPoint, Sampling, Toolpath};
 
-/// A program that has been read and followed.
+/// A program that has been read and followed. It is held as its bytes: what a line does is found anew whenever the program
+/// is walked through.
 #[derive(Clone, Debug)]
 pub struct Program {
     name: String,
     options: GcodeOptions,
+    dialect: Dialect,
     source: Vec<u8>,
-    lines: Vec<Line>,
-    /// The lines with a motion word or a motion, in order.
-    blocks: Vec<Block>,
-    motions: Vec<Motion>,
+    lines: Lines,
+    /// Where its motions are, in order.
+    motions: Vec<MotionAt>,
+    /// Of each line that sets a centre of arcs, the first motion behind it that is an arc about it.
+    arcs_of_poles: Vec<Option<usize>>,
     own_format: NumberFormat,
+    /// How its author writes words.
+    style: Style,
     notes: Notes,
     /// Of a program written out, where its lines come from.
     written_out: Option<WrittenOut>,
 }
 
-/// A line that has to do with motion.
-#[derive(Clone, Debug)]
-struct Block {
-    /// Index of the line, from 0.
-    line: usize,
-    /// The motion word on it.
-    motion_word: Option<MotionCode>,
-    /// Indices of the motions it makes: one, or the holes of a cycle.
-    motions: Range<usize>,
-    /// The zero it sets by where the tool is.
-    origin_at: Option<OriginAt>,
-    /// Length of its leading blanks and block-delete mark, if it has such a mark; of the blanks otherwise.
-    prefix: usize,
-}
-
 impl Program {
+    /// The most points that may be asked for of the path of a program.
+    pub const MAX_POINTS: usize = Sampling::MAX_PIECES;
+
     /// Reads and follows a program. `name` is its file name, for messages; `source` is its bytes: comments may be in
     /// any encoding, all else is ASCII.
     ///
@@ -108,91 +111,23 @@ impl Program {
     /// When the program has a word that cannot be followed, or a motion that cannot be.
     pub fn parse(source: impl Into<Vec<u8>>, name: &str, options: &GcodeOptions) -> Result<Program, GcodeError> {
         let source = source.into();
-        let lines = lines::split(&source);
+        let lines = Lines::of(&source);
+        let dialect = options.dialect.unwrap_or_else(|| Dialect::of(&source));
         let mut program = Program {
             name: name.to_owned(),
-            options: options.clone(),
+            options: GcodeOptions { dialect: Some(dialect), ..options.clone() },
+            dialect,
             source,
             lines,
-            blocks: Vec::new(),
             motions: Vec::new(),
+            arcs_of_poles: Vec::new(),
             own_format: NumberFormat::default(),
+            style: Style::plain(dialect),
             notes: Notes::default(),
             written_out: None,
         };
-        program.follow()?;
-        program.own_format = program.decimals_seen();
+        program.survey()?;
         Ok(program)
-    }
-
-    /// Writes the program out as the motion it makes (calls, loops, jumps and expressions followed), then reads that as
-    /// [`Program::parse`] does. A comment at its top says so. Lines in messages are those of the files they come from;
-    /// `beside` gives the files beside the program that it may call.
-    ///
-    /// # Errors
-    /// What cannot be evaluated, and as [`Program::parse`].
-    pub fn parse_expanded(
-        source: &[u8],
-        name: &str,
-        options: &GcodeOptions,
-        beside: &Beside<'_>,
-    ) -> Result<Program, GcodeError> {
-        let (bytes, written_out) = expand::expand(source, name, options.block_delete, beside)?;
-        let mut program = Program::parse(bytes, name, options).map_err(|error| written_out.located(error))?;
-        for line in &mut program.notes.not_located {
-            *line = written_out.line_of(*line);
-        }
-        if let Some((_, line)) = &mut program.notes.unit_taken {
-            *line = written_out.line_of(*line);
-        }
-        program.notes.written_out = Some([written_out.lines, written_out.origins.len()]);
-        program.written_out = Some(written_out);
-        Ok(program)
-    }
-
-    fn follow(&mut self) -> Result<(), GcodeError> {
-        let options = self.options.clone();
-        let mut interpreter = Interpreter::new(&options);
-        let mut percents = 0;
-        for line in 0..self.lines.len() {
-            let content = self.content(line);
-            if options.block_delete == BlockDelete::Skip && lines::is_deletable(content) {
-                continue;
-            }
-            let located = |refusal: error::Refusal| refusal.locate(&self.name, line + 1, content);
-            let code = lines::code(content);
-            // Behind the end, text need not be code.
-            if interpreter.has_ended() && !matches!(&code, Ok(Code::Words { text, .. }) if lex::words(text).is_ok()) {
-                continue;
-            }
-            if let Some(feature) = features::begun(&options.features, content) {
-                interpreter.begin_feature(feature);
-            }
-            match code.map_err(located)? {
-                Code::Percent => percents += 1,
-                Code::Command { moves } => interpreter.lose(line + 1, [moves; 3]),
-                Code::Words { text, prefix } => {
-                    let words = lex::words(&text).map_err(located)?;
-                    let effect = interpreter.line(line + 1, words).map_err(located)?;
-                    self.keep(line, prefix, effect);
-                }
-            }
-            if percents == 2 {
-                interpreter.end_in(line + 1);
-            }
-        }
-        self.notes = interpreter.notes;
-        Ok(())
-    }
-
-    fn keep(&mut self, line: usize, prefix: usize, effect: Effect) {
-        if effect == Effect::default() {
-            return;
-        }
-        let first = self.motions.len();
-        self.motions.extend(effect.motions);
-        let motions = first..self.motions.len();
-        self.blocks.push(Block { line, motion_word: effect.motion_word, motions, origin_at: effect.origin_at, prefix });
     }
 
     /// The program's name as given.
@@ -207,7 +142,7 @@ impl Program {
         &self.source
     }
 
-    /// What was taken for granted, and which lines stay as they are.
+    /// The dialect it was read as, what was taken for granted, and which lines stay as they are.
     #[must_use]
     pub fn notes(&self) -> &Notes {
         &self.notes
@@ -216,7 +151,7 @@ impl Program {
     /// Whether a motion is a hole of a cycle.
     #[must_use]
     pub fn is_hole(&self, segment: usize) -> bool {
-        self.motions.get(segment).is_some_and(|motion| matches!(motion.geometry, motion::Geometry::Hole(_)))
+        self.motions.get(segment).is_some_and(|motion| motion.is_hole)
     }
 
     /// How many motion blocks the program has; [`PointSource::segment`](crate::toolpath::PointSource) counts them.
@@ -250,54 +185,59 @@ impl Program {
     /// # Errors
     /// When the path would have more than [`Sampling::MAX_POINTS`] points, or an arc leaves the range of coordinates.
     pub fn toolpath(&self, sampling: Sampling) -> Result<Toolpath, GcodeError> {
-        self.sample(|_, motion| motion.pieces(sampling))
+        self.toolpath_up_to(sampling, Sampling::MAX_POINTS)
     }
 
-    /// The path with each motion split into as many pieces as `pieces` says.
-    fn sample(&self, pieces: impl Fn(usize, &Motion) -> Option<usize>) -> Result<Toolpath, GcodeError> {
-        let mut points: Vec<PathPoint> = Vec::new();
-        for (segment, motion) in self.motions.iter().enumerate() {
-            let count = pieces(segment, motion);
-            let first = points.len();
-            match count.filter(|count| first + count <= Sampling::MAX_POINTS) {
-                Some(count) => motion.sample(segment, count, &mut points),
-                None => return Err(self.refused(segment, Fault::TooManyPoints)),
-            }
-            // The ends of an arc are within the range; what lies between need not be.
-            if points[first..].iter().any(|point| point.position_mm.amax() > Fault::MAX_COORDINATE_MM) {
-                return Err(self.refused(segment, Fault::TooFar));
-            }
-        }
+    /// As [`Program::toolpath`], of at most `most` points, up to [`Program::MAX_POINTS`].
+    ///
+    /// # Errors
+    /// When the path would have more points, or an arc leaves the range of coordinates.
+    pub fn toolpath_up_to(&self, sampling: Sampling, most: usize) -> Result<Toolpath, GcodeError> {
+        let mut points = Vec::with_capacity(self.motions.len());
+        let parameters = |_, motion: &Motion| Some(motion.parameters(motion.pieces(sampling)?));
+        self.sample(most, parameters, |point| points.push(*point))?;
         Ok(Toolpath::assemble(points))
     }
 
-    fn refused(&self, segment: usize, fault: Fault) -> GcodeError {
-        let Motion { line, span, .. } = &self.motions[segment];
-        let refused = error::Refusal::new(span.clone(), fault).locate(&self.name, *line, self.content(line - 1));
+    /// The points of the path, at most `most`, those of each motion where `parameters` says; a tangent that is not known is
+    /// zero.
+    fn sample(
+        &self,
+        most: usize,
+        mut parameters: impl FnMut(usize, &Motion) -> Option<Vec<f64>>,
+        mut take: impl FnMut(&PathPoint),
+    ) -> Result<(), GcodeError> {
+        let (mut segment, mut count, mut length_mm) = (0, 0, 0.0);
+        let mut points: Vec<PathPoint> = Vec::new();
+        self.walk(|block| {
+            for motion in &block.motions {
+                let own = parameters(segment, motion).filter(|own| count + own.len() <= most);
+                let own = own.ok_or_else(|| self.refused(motion, Fault::TooManyPoints { most }))?;
+                points.clear();
+                motion.sample(segment, &own, length_mm, &mut points);
+                // The ends of an arc are within the range; what lies between need not be.
+                if points.iter().any(|point| point.position_mm.amax() > Fault::MAX_COORDINATE_MM) {
+                    return Err(self.refused(motion, Fault::TooFar));
+                }
+                points.iter().for_each(&mut take);
+                length_mm = points.last().map_or(length_mm, |point| point.arc_length_mm);
+                count += points.len();
+                segment += 1;
+            }
+            Ok(())
+        })?;
+        Ok(())
+    }
+
+    fn refused(&self, motion: &Motion, fault: Fault) -> GcodeError {
+        let (line, span) = (motion.line, motion.span.clone());
+        let refused = error::Refusal::new(span, fault).locate(&self.name, line, self.content(line - 1));
+        let refused = refused.read_as(self.dialect);
         self.written_out.as_ref().map_or(refused.clone(), |written_out| written_out.located(refused))
     }
 
     /// The bytes of line `index` (from 0), without its ending.
     fn content(&self, index: usize) -> &[u8] {
-        &self.source[self.lines[index].content.clone()]
-    }
-
-    fn decimals_seen(&self) -> NumberFormat {
-        let (mut mm, mut inch) = (0, 0);
-        for block in &self.blocks {
-            let Some(motion) = self.motions[block.motions.clone()].first() else {
-                continue;
-            };
-            let content = self.content(block.line);
-            let seen = match motion.modal.unit {
-                LengthUnit::Millimetre => &mut mm,
-                LengthUnit::Inch => &mut inch,
-            };
-            for word in motion.words.iter().filter(|word| matches!(word.letter, 'X' | 'Y' | 'Z' | 'R')) {
-                let text = String::from_utf8_lossy(&content[word.span.clone()]);
-                *seen = number::decimals_in(&text).max(*seen);
-            }
-        }
-        NumberFormat::seen(mm, inch)
+        &self.source[self.lines.content(index)]
     }
 }

@@ -1,7 +1,5 @@
 //! The state words leave behind for later lines, and which words there are.
 
-use serde::Deserialize;
-
 use crate::toolpath::{
     Plane, Turn,
     gcode::{
@@ -11,37 +9,7 @@ use crate::toolpath::{
     },
 };
 
-/// The length unit of a program's coordinates.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Deserialize)]
-pub enum LengthUnit {
-    /// Millimetres (G21).
-    #[default]
-    #[serde(rename = "mm")]
-    Millimetre,
-    /// Inches of 25.4 mm (G20).
-    #[serde(rename = "inch")]
-    Inch,
-}
-
-impl LengthUnit {
-    /// How many mm one unit is.
-    #[must_use]
-    pub fn mm(self) -> f64 {
-        match self {
-            LengthUnit::Millimetre => 1.0,
-            LengthUnit::Inch => 25.4,
-        }
-    }
-
-    /// Its name: mm or inch.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            LengthUnit::Millimetre => "mm",
-            LengthUnit::Inch => "inch",
-        }
-    }
-}
+pub use crate::toolpath::gcode::unit::LengthUnit;
 
 /// The motion in force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,7 +20,7 @@ pub(crate) enum MotionCode {
     Line,
     /// G2, G3.
     Arc(Turn),
-    /// G73, G74, G81 to G86, G89.
+    /// G73, G74, G76, G81 to G86, G89.
     Cycle(u32),
 }
 
@@ -91,6 +59,8 @@ pub(crate) struct Modal {
     /// G99: cycles end at their plane R; otherwise (G98) where they began.
     pub returns_to_clear: bool,
     pub feed_mode: FeedMode,
+    /// mm in a unit of F, unless it is one over a time.
+    pub feed_unit_mm: f64,
     /// S in rev/min (G97), not a surface speed (G96).
     pub counts_turns: bool,
     /// The number after F, inches made mm unless it is one over a time.
@@ -115,16 +85,17 @@ pub(crate) enum FeedMode {
 }
 
 impl Modal {
-    /// The state a controller starts in: G17, G90, G94, G97, G98, no motion in force.
+    /// The state a controller starts in: G0, G17, G90, G94, G97, G98. Some start in G1, which goes the same way.
     pub fn at_start(unit: LengthUnit, centres: Distance) -> Modal {
         Modal {
-            motion: None,
+            motion: Some(MotionCode::Rapid),
             plane: Plane::Xy,
             unit,
             distance: Distance::Absolute,
             centres,
             returns_to_clear: false,
             feed_mode: FeedMode::PerMinute,
+            feed_unit_mm: unit.mm(),
             counts_turns: true,
             feed: None,
             spindle: None,
@@ -157,10 +128,14 @@ pub(crate) enum GWord {
     CancelMotion,
     Plane(Plane),
     Unit(LengthUnit),
+    /// The unit of coordinates alone, not that of the feed.
+    UnitOfCoordinates(LengthUnit),
     Distance(Distance),
     Centres(Distance),
     /// G54 to G59.3, and G54.1, whose P says which.
     WorkOffset(Option<WorkOffset>),
+    /// A preset of Heidenhain's table, whose number the word has.
+    Preset,
     Feed(FeedMode),
     /// G97, or G96.
     CountsTurns(bool),
@@ -172,15 +147,24 @@ pub(crate) enum GWord {
     Smoothing,
     /// G4.
     Dwell,
-    /// G28, G30.
+    /// G28, G30, G28.2.
     Home,
+    /// G15, which with H selects a work offset of Okuma's.
+    PolarOff,
     /// G53.
     Machine,
+    /// Away from the workpiece along the tool, to a place that the program does not say.
+    Retract,
+    /// The feed of the tool's call or table, which the program does not say.
+    FeedOfTool,
+    /// The end of the program.
+    End,
+    /// Other words for the machine, any number of them on a line.
+    Auxiliary,
     /// G61, G64: they may carry a P.
     PathControl,
     /// Those that only need their group, which no other word of the line may share: tool length (G43, G44, G49), radius
-    /// compensation off (G40), exact stop (G9), polar coordinates, scaling, mirroring, macros and rotation off (G15, G50,
-    /// G50.1, G67, G69).
+    /// compensation off (G40), exact stop (G9), scaling, mirroring, macros and rotation off (G50, G50.1, G67, G69).
     Passive(&'static str),
 }
 
@@ -199,6 +183,19 @@ pub(crate) enum Setting {
     OriginOn,
     /// G43.1: a tool length.
     Length,
+    /// G28.1, G30.1: where the machine stands is kept for G28 and G30.
+    Stored,
+    /// The zero moves on from that of the work offset: to the coordinates, those left out to 0 if it is set `afresh`, or by them.
+    Translation { afresh: bool },
+    /// The centre of arcs that follow.
+    Pole,
+}
+
+/// A word of another dialect than ISO that is no G word.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Vocable {
+    pub name: &'static str,
+    pub asks: GWord,
 }
 
 impl GWord {
@@ -215,7 +212,7 @@ impl GWord {
             20 => GWord::Motion(MotionCode::Arc(Turn::Clockwise)),
             30 => GWord::Motion(MotionCode::Arc(Turn::CounterClockwise)),
             40 => GWord::Dwell,
-            150 => GWord::Passive("polar"),
+            150 => GWord::PolarOff,
             170 => GWord::Plane(Plane::Xy),
             180 => GWord::Plane(Plane::Zx),
             190 => GWord::Plane(Plane::Yz),
@@ -224,7 +221,8 @@ impl GWord {
             50 | 51 | 80 | 1870 => GWord::Smoothing,
             90 => GWord::Passive("exact stop"),
             100 => GWord::Setting(Setting::Data),
-            280 | 300 => GWord::Home,
+            280 | 282 | 300 => GWord::Home,
+            281 | 301 => GWord::Setting(Setting::Stored),
             400 => GWord::Passive("radius compensation"),
             430 | 440 | 490 => GWord::Passive("tool length"),
             431 => GWord::Setting(Setting::Length),
@@ -233,7 +231,8 @@ impl GWord {
             520 => GWord::Setting(Setting::Local),
             530 => GWord::Machine,
             541 | 1540 => GWord::WorkOffset(None),
-            540..=593 => GWord::WorkOffset(Some(WorkOffset::of_tenths(tenths)?)),
+            // G112 and G113 are polar coordinates to Fanuc.
+            540..=593 | 1100 | 1110 | 1140..=1290 => GWord::WorkOffset(Some(WorkOffset::of_tenths(tenths)?)),
             610 | 611 | 640 => GWord::PathControl,
             670 => GWord::Passive("macro"),
             690 => GWord::Passive("rotation"),
@@ -249,7 +248,7 @@ impl GWord {
             940 => GWord::Feed(FeedMode::PerMinute),
             950 => GWord::Feed(FeedMode::PerRevolution),
             960 | 970 => GWord::CountsTurns(tenths == 970),
-            730 | 740 | 810 | 820 | 830 | 840 | 850 | 860 | 890 => GWord::Motion(MotionCode::Cycle(tenths / 10)),
+            730 | 740 | 760 | 810 | 820 | 830 | 840 | 850 | 860 | 890 => GWord::Motion(MotionCode::Cycle(tenths / 10)),
             980 | 990 => GWord::ReturnsToClear(tenths == 990),
             _ => return None,
         })
@@ -267,16 +266,19 @@ impl GWord {
             // A safety line has it beside G0.
             GWord::CancelMotion => "end of cycles",
             GWord::Plane(_) => "plane",
-            GWord::Unit(_) => "unit",
+            GWord::Unit(_) | GWord::UnitOfCoordinates(_) => "unit",
             GWord::Distance(_) => "distance",
             GWord::Centres(_) => "centres",
-            GWord::WorkOffset(_) => "work offset",
+            GWord::WorkOffset(_) | GWord::Preset => "work offset",
+            GWord::FeedOfTool => "feed",
             GWord::Feed(_) => "feed mode",
             GWord::CountsTurns(_) => "spindle mode",
-            GWord::Dwell | GWord::Home | GWord::Machine | GWord::Setting(_) => "once",
+            GWord::Dwell | GWord::Home | GWord::Machine | GWord::Retract | GWord::Setting(_) => "once",
             GWord::ReturnsToClear(_) => "return level",
             GWord::Smoothing => "smoothing",
             GWord::PathControl => "path control",
+            GWord::End | GWord::Auxiliary => "auxiliary",
+            GWord::PolarOff => "polar",
             GWord::Passive(group) => group,
         }
     }
@@ -292,14 +294,5 @@ fn unsupported(tenths: u32) -> Unsupported {
         650..=669 => Unsupported::Subprogram,
         310 | 360 | 370 | 52..=69 | 330..=339 | 380..=389 => Unsupported::Motion,
         _ => Unsupported::UnknownG,
-    }
-}
-
-/// The names of a plane and of its two centre words.
-pub(crate) fn plane_names(plane: Plane) -> (&'static str, &'static str) {
-    match plane {
-        Plane::Xy => ("G17", "I and J"),
-        Plane::Zx => ("G18", "I and K"),
-        Plane::Yz => ("G19", "J and K"),
     }
 }

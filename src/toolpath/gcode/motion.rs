@@ -56,6 +56,21 @@ impl Geometry {
         }
     }
 
+    /// Where it passes nearest to `goal`, from 0 to 1, sought from `guess` on.
+    pub fn nearest(&self, goal: &Vector3<f64>, guess: f64) -> Option<f64> {
+        let length = self.length();
+        let mut t = guess;
+        for _ in 0..MOST_STEPS {
+            let (position, tangent) = self.at(t)?;
+            let step = (goal - position).dot(&tangent) / length;
+            if step.is_nan() || step.abs() * length <= NEAR_MM {
+                break;
+            }
+            t = (t + step).clamp(0.0, 1.0);
+        }
+        Some(t)
+    }
+
     /// Length, mm, of what is known of it.
     pub fn length(&self) -> f64 {
         match self {
@@ -66,6 +81,11 @@ impl Geometry {
         }
     }
 }
+
+/// Steps to the nearest place, each shorter than the one before by the distance over the radius.
+const MOST_STEPS: usize = 20;
+/// A place is found when it moves by less, mm.
+const NEAR_MM: f64 = 1e-7;
 
 /// A line of the program that moves the tool.
 #[derive(Clone, Debug, PartialEq)]
@@ -96,6 +116,14 @@ impl Motion {
         self.geometry == Geometry::Unlocated && !drills_nothing
     }
 
+    /// Whether it is a flat arc that would rise from `start` to `end`.
+    pub fn makes_helix(&self, start: &Vector3<f64>, end: &Vector3<f64>) -> bool {
+        let normal = self.modal.plane.axes()[2];
+        matches!(self.code, MotionCode::Arc(_))
+            && self.start[normal] == self.end[normal]
+            && start[normal] != end[normal]
+    }
+
     /// Into how many pieces the motion is split; `None` when into more than a path may have points. A rapid move is
     /// never split: controllers need not drive it straight, and nothing is cut on the way.
     pub fn pieces(&self, sampling: Sampling) -> Option<usize> {
@@ -108,15 +136,19 @@ impl Motion {
         }
     }
 
-    /// Adds the ends of the `pieces` equal pieces of the motion to `points`; `segment` is its index in the program.
-    pub fn sample(&self, segment: usize, pieces: usize, points: &mut Vec<PathPoint>) {
-        let before = points.last().map_or(0.0, |point| point.arc_length_mm);
-        let length = self.geometry.length();
-        let parameters: Vec<f64> = match self.geometry {
+    /// The ends of its `pieces` equal pieces, from 0 to 1.
+    pub fn parameters(&self, pieces: usize) -> Vec<f64> {
+        match self.geometry {
             Geometry::Hole(_) => Hole::parameters(pieces).collect(),
             _ => (1..=pieces).map(|k| k as f64 / pieces as f64).collect(),
-        };
-        for parameter in parameters {
+        }
+    }
+
+    /// Adds the points of the motion at `parameters` to `points`; `segment` is its index in the program and `before_mm` the
+    /// length of the path before it.
+    pub fn sample(&self, segment: usize, parameters: &[f64], before_mm: f64, points: &mut Vec<PathPoint>) {
+        let length = self.geometry.length();
+        for &parameter in parameters {
             let (so_far, cutting) = match &self.geometry {
                 Geometry::Hole(hole) => (hole.length_to(parameter), Hole::feeds_at(parameter)),
                 _ => (length * parameter, self.code != MotionCode::Rapid),
@@ -127,7 +159,7 @@ impl Motion {
             points.push(PathPoint {
                 position_mm,
                 tangent,
-                arc_length_mm: before + so_far,
+                arc_length_mm: before_mm + so_far,
                 cutting,
                 feed_mm_per_min: self.modal.feed_mm_per_min(length).filter(|_| cutting),
                 spindle_rev_per_min: self.modal.spindle_rev_per_min(),

@@ -1,10 +1,12 @@
 //! What a reader of a program should know: what was taken for granted, and which lines stay as they are.
 
-use crate::toolpath::gcode::LengthUnit;
+use crate::toolpath::gcode::{Dialect, LengthUnit};
 
 /// What the program did not say, and what followed from it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Notes {
+    /// The dialect it was read as.
+    pub dialect: Dialect,
     /// The unit taken, and the line (from 1) of the first length before any G20 or G21.
     pub unit_taken: Option<(LengthUnit, usize)>,
     /// Lines (from 1) whose motion leads from or to a place that is not known: they are no part of the path.

@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 
 use crate::toolpath::gcode::{
+    Dialect,
     modal::{Distance, LengthUnit},
     offsets::WorkOffset,
 };
@@ -24,11 +25,15 @@ pub struct GcodeOptions {
     pub work_offsets_mm: BTreeMap<WorkOffset, Vector3<f64>>,
     /// What becomes of lines with a leading `/`.
     pub block_delete: BlockDelete,
+    /// The dialect the program is in; `None` is what its text shows ([`Dialect::of`]).
+    pub dialect: Option<Dialect>,
     /// The meaning of I, J and K before the first G90.1 or G91.1.
     pub arc_centres: ArcCentres,
     /// Texts that begin a feature of the program where a line, comments included, has one of them; of several, the longest.
     /// It ends at the next or at a tool change.
     pub features: Vec<String>,
+    /// Whether whoever reads the file is to write it out first, by [`Program::parse_expanded`](super::Program::parse_expanded).
+    pub expand: bool,
 }
 
 /// The position of the machine's block-delete switch.

@@ -1,6 +1,10 @@
-//! Features of the language that are refused by name, and arcs that are none.
+//! Features of the language that are refused by name, arcs that are none, and faults at their places in a line.
+
+use std::ops::Range;
 
 use thiserror::Error;
+
+use crate::toolpath::gcode::{Dialect, Fault, GcodeError};
 
 /// A feature of the language that cannot be followed, so that ignoring it would cut something else.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
@@ -8,7 +12,7 @@ pub enum Unsupported {
     /// G41, G42 and their kin.
     #[error("cutter radius compensation is not supported; expected the path of the tool centre with G40")]
     CutterCompensation,
-    /// G75 to G79, G87, G88.
+    /// G75, G77 to G79, G87, G88, G76 of threads.
     #[error("this canned cycle is not supported; expected the cycle written out as G0 and G1 moves")]
     CannedCycle,
     /// G16, G50, G51, G68: polar, scaled and rotated coordinates.
@@ -26,8 +30,15 @@ pub enum Unsupported {
     /// U, V, W.
     #[error("secondary axes are not supported; expected X, Y and Z only")]
     SecondaryAxis,
+    /// `,R` and `,C`.
+    #[error(
+        "corners that the control rounds or bevels (,R ,C) are not supported; expected the corner written as moves"
+    )]
+    Corner,
     /// M97, M98, M99, O words after the first.
-    #[error("subprograms are not read; expected one program, or --expand, which writes its calls out")]
+    #[error(
+        "subprograms are not read; expected one program, or expand in [gcode] of the process file (--expand), which writes it out"
+    )]
     Subprogram,
     /// G53 with an arc in force.
     #[error("machine coordinates with an arc are not supported; expected G53 with G0 or G1")]
@@ -61,4 +72,32 @@ pub enum ArcFault {
     /// A radius and no distance: any centre would do.
     #[error("radius form with its end at its start has no definite centre; expected a full circle by its centre")]
     NoChord,
+}
+
+/// A fault at a place in a line, before file and line are known.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Refusal {
+    /// Bytes of the line the fault is about.
+    pub span: Range<usize>,
+    pub fault: Fault,
+}
+
+impl Refusal {
+    pub fn new(span: Range<usize>, fault: Fault) -> Refusal {
+        Refusal { span, fault }
+    }
+
+    /// The error, with the file, the line number from 1, and the line's own bytes to quote from.
+    pub fn locate(self, file: &str, line: usize, content: &[u8]) -> GcodeError {
+        let before = content.get(..self.span.start).unwrap_or_default();
+        let found = content.get(self.span).unwrap_or_default();
+        GcodeError {
+            file: file.to_owned(),
+            line,
+            column: String::from_utf8_lossy(before).chars().count() + 1,
+            found: String::from_utf8_lossy(found).into_owned(),
+            fault: self.fault,
+            dialect: Dialect::Iso,
+        }
+    }
 }

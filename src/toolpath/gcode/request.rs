@@ -1,6 +1,7 @@
 //! The words of one line, sorted by what they ask for.
 
 use crate::toolpath::gcode::{
+    Dialect,
     error::{Fault, Refusal, Unsupported},
     lex::Word,
     modal::{GWord, MotionCode, Setting},
@@ -20,13 +21,15 @@ pub(crate) struct Request<'w> {
 
 impl<'w> Request<'w> {
     /// Sorts `words` and refuses what no state could make right.
-    pub fn of(words: &'w [Word]) -> Result<Request<'w>, Refusal> {
-        let mut request = Request { words, g_words: Vec::new(), ends_program: false, changes_tool: false };
+    pub fn of(words: &'w [Word], dialect: Dialect) -> Result<Request<'w>, Refusal> {
+        let changes_tool = words.iter().any(|word| word.letter == 'M' && word.value == 6.0);
+        let mut request = Request { words, g_words: Vec::new(), ends_program: false, changes_tool };
         for (at, word) in words.iter().enumerate() {
-            match word.letter {
-                'G' => request.add_g(word)?,
-                'M' => request.add_m(word)?,
-                letter => {
+            match (word.asks, word.letter) {
+                (Some(vocable), _) => request.add_g(word, vocable.asks)?,
+                (None, 'G') => request.add_g(word, dialect.g_word(word)?)?,
+                (None, 'M') => request.add_m(word)?,
+                (None, letter) => {
                     check_letter(word)?;
                     if words[..at].iter().any(|other| other.letter == letter) {
                         return Err(word.refuse(Fault::Repeated { letter }));
@@ -37,10 +40,13 @@ impl<'w> Request<'w> {
         Ok(request)
     }
 
-    fn add_g(&mut self, word: &'w Word) -> Result<(), Refusal> {
-        let g = GWord::of(word)?;
+    fn add_g(&mut self, word: &'w Word, g: GWord) -> Result<(), Refusal> {
+        self.ends_program |= g == GWord::End;
+        if matches!(g, GWord::End | GWord::Auxiliary) {
+            return Ok(());
+        }
         if let Some((other, _)) = self.g_words.iter().find(|(_, other)| other.group() == g.group()) {
-            let other = format!("G{}", other.value);
+            let other = other.asks.map_or_else(|| format!("G{}", other.value), |vocable| vocable.name.to_owned());
             return Err(word.refuse(Fault::Conflict { other }));
         }
         self.g_words.push((word, g));
@@ -51,20 +57,18 @@ impl<'w> Request<'w> {
         match word.whole()? {
             97..=99 | 198 => return Err(word.refuse(Fault::Unsupported(Unsupported::Subprogram))),
             2 | 30 => self.ends_program = true,
-            6 => self.changes_tool = true,
             _ => {}
         }
         Ok(())
     }
 
-    /// E, L, P and Q must have a word to belong to; `in_cycle` says whether a cycle is in force.
+    /// L, P and Q must have a word to belong to; `in_cycle` says whether a cycle is in force.
     pub fn check_parameters(&self, in_cycle: bool) -> Result<(), Refusal> {
         let m = self.words.iter().any(|word| word.letter == 'M');
         let g = |test: fn(&GWord) -> bool| self.g_words.iter().any(|(_, g)| test(g));
         let setting = self.setting().is_some();
         let smoothing = g(|g| *g == GWord::Smoothing);
         for (letter, owned) in [
-            ('E', m || smoothing),
             ('L', in_cycle || setting),
             ('P', in_cycle || setting || smoothing || m || g(GWord::takes_p)),
             ('Q', in_cycle || smoothing || m || g(GWord::takes_p)),
@@ -74,6 +78,11 @@ impl<'w> Request<'w> {
             }
         }
         Ok(())
+    }
+
+    /// Whether the line leads to a place outside the workpiece frame.
+    pub fn leaves(&self) -> bool {
+        self.g_words.iter().any(|(_, g)| matches!(g, GWord::Home | GWord::Machine | GWord::Retract))
     }
 
     /// The word whose coordinates set something.
@@ -128,10 +137,26 @@ impl<'w> Request<'w> {
     }
 }
 
+/// The words of a line that count: of a line that sets a machine (Marlin's M92, M104 … M299), the others are parameters of M.
+pub(crate) fn that_count(words: &[Word]) -> &[Word] {
+    let first = words.iter().position(|word| word.letter != 'N');
+    let has = |letters: &[char]| words.iter().any(|word| letters.contains(&word.letter));
+    let sets = |word: &Word| match word.whole() {
+        Ok(92 | 200..=299) => !has(&['G']),
+        // LinuxCNC has these for its users, and a coordinate beside them is one.
+        Ok(104..=109 | 140 | 190) => !has(&['G', 'X', 'Y', 'Z']),
+        _ => false,
+    };
+    match first {
+        Some(at) if words[at].letter == 'M' && sets(&words[at]) => &words[..=at],
+        _ => words,
+    }
+}
+
 /// Refuses letters that have no meaning here.
 fn check_letter(word: &Word) -> Result<(), Refusal> {
     let unsupported = match word.letter {
-        'U' | 'V' | 'W' => Unsupported::SecondaryAxis,
+        'U' | 'V' | 'W' if word.value != 0.0 => Unsupported::SecondaryAxis,
         _ => return Ok(()),
     };
     Err(word.refuse(Fault::Unsupported(unsupported)))

@@ -4,13 +4,12 @@ use nalgebra::Vector3;
 use thiserror::Error;
 
 use crate::toolpath::{
-    NumberFormat, PositionsError, Toolpath,
+    PathPoint, PositionsError, Toolpath,
     gcode::{
-        GcodeOptions, Program,
-        edit::Style,
+        GcodeOptions, Program, Writing,
         error::GcodeError,
         modal::MotionCode,
-        motion::Geometry,
+        motion::{Geometry, Motion},
         writer::{Targets, Writer},
     },
     path::check_positions,
@@ -22,6 +21,15 @@ pub enum RewriteError {
     /// The positions do not fit the path.
     #[error(transparent)]
     Positions(#[from] PositionsError),
+    /// The tolerance is none.
+    #[error("write tolerance {tolerance_mm} mm: expected a finite number, 0 or more")]
+    Tolerance {
+        /// What was given, mm.
+        tolerance_mm: f64,
+    },
+    /// The program cannot be followed.
+    #[error(transparent)]
+    Program(#[from] GcodeError),
     /// The path was not sampled from this program.
     #[error("the path does not belong to program {program}: expected a path sampled from it")]
     ForeignPath {
@@ -42,6 +50,8 @@ pub struct Rewritten {
     bytes: Vec<u8>,
     /// How many path points each motion of the written program stands for.
     pieces: Vec<usize>,
+    /// Where on its motion each of them lies, from 0 to 1.
+    places: Vec<f64>,
     name: String,
     options: GcodeOptions,
 }
@@ -59,24 +69,63 @@ impl Rewritten {
         self.bytes
     }
 
-    /// Reads the written program as a controller would, and gives its path with point k where point k of the
-    /// original path was: the same number of points, in the same order.
+    /// The written program, read as a controller would.
+    ///
+    /// # Errors
+    /// When it cannot be followed.
+    pub fn read(&self) -> Result<Program, GcodeError> {
+        Program::parse(self.bytes.clone(), &self.name, &self.options)
+    }
+
+    /// The path of the written program, point k where point k of the original path is passed: the same number of points, in
+    /// the same order.
     ///
     /// # Errors
     /// When the written program cannot be followed.
     pub fn read_back(&self) -> Result<Toolpath, GcodeError> {
-        let program = Program::parse(self.bytes.clone(), &self.name, &self.options)?;
-        program.sample(|segment, _| self.pieces.get(segment).copied())
+        self.path_of(&self.read()?)
+    }
+
+    /// The same of the written program once it has been read.
+    ///
+    /// # Errors
+    /// When it is another program.
+    pub fn path_of(&self, written: &Program) -> Result<Toolpath, GcodeError> {
+        let mut points = Vec::with_capacity(self.places.len());
+        self.each_of(written, |point| points.push(*point))?;
+        Ok(Toolpath::assemble(points))
+    }
+
+    /// As [`Rewritten::path_of`], the positions alone (workpiece frame, mm).
+    ///
+    /// # Errors
+    /// When it is another program.
+    pub fn positions_of(&self, written: &Program) -> Result<Vec<Vector3<f64>>, GcodeError> {
+        let mut positions = Vec::with_capacity(self.places.len());
+        self.each_of(written, |point| positions.push(point.position_mm))?;
+        Ok(positions)
+    }
+
+    fn each_of(&self, written: &Program, take: impl FnMut(&PathPoint)) -> Result<(), GcodeError> {
+        let mut places = self.places.as_slice();
+        let own = |segment: usize, _: &Motion| {
+            let (own, rest) = places.split_at_checked(*self.pieces.get(segment)?)?;
+            places = rest;
+            Some(own.to_vec())
+        };
+        written.sample(Program::MAX_POINTS, own, take)
     }
 }
 
 impl Program {
     /// The program with the points of `path` moved to `corrected_mm`, positions in the workpiece frame.
     ///
-    /// `path` is what [`Program::toolpath`] gave. A motion block stays one block where one block of its kind passes
-    /// all its corrected points to one unit of the last decimal of `format`; where the correction varies so that
-    /// none does, it becomes a sequence of G1 blocks with one point each. Of a block that stays, only the numbers
-    /// change that must, by more than half a unit of the last decimal: without correction the bytes are the same.
+    /// `path` is what [`Program::toolpath`] gave. A motion block stays one block where one block of its kind passes all its
+    /// corrected points to one unit of the last decimal, or within the tolerance; where the correction varies so that none does,
+    /// it becomes a sequence of blocks, each of which passes as many points within the tolerance as it can: arcs of the same
+    /// plane and turn, with the words for centres that the block has, where an arc does, lines otherwise. Blocks end at
+    /// corrected points, to half a unit of the last decimal. Of a block that stays, only the numbers change that must, by more than half
+    /// a unit of the last decimal: without correction the bytes are the same.
     ///
     /// A hole of a cycle stays one: its X, Y and Z are those of its corrected bottom and R that of its corrected beginning.
     ///
@@ -86,87 +135,90 @@ impl Program {
     /// motion in force get the word back. Incremental coordinates lead from where the rounded words before them
     /// have led, so that rounding does not add up.
     ///
+    /// In Heidenhain's dialect the sequence is of L blocks; if they are numbered, all that follow are counted on. A CC moves with
+    /// the first arc about it.
+    ///
     /// # Errors
-    /// When there is not one finite position for every point, or `path` is from another program.
+    /// When there is not one finite position for every point, `path` is from another program, or the tolerance is none.
     pub fn rewrite(
         &self,
         path: &Toolpath,
         corrected_mm: &[Vector3<f64>],
-        format: NumberFormat,
+        writing: impl Into<Writing>,
     ) -> Result<Rewritten, RewriteError> {
         check_positions(path, corrected_mm)?;
-        let groups = self.group(path)?;
-        let mut writer = Writer::new(self, format);
-        let mut blocks = self.blocks.iter().peekable();
-        for index in 0..self.lines.len() {
-            match blocks.next_if(|block| block.line == index) {
-                Some(block) => match self.motions[block.motions.clone()].first().map(|motion| motion.code) {
-                    Some(code) => {
-                        let targets = groups[block.motions.clone()].iter().map(|&(first, last)| Targets {
-                            points: &path.points()[first..last],
-                            corrected: &corrected_mm[first..last],
-                        });
-                        let motions = &self.motions[block.motions.clone()];
-                        match code {
-                            MotionCode::Cycle(_) => writer.holes(block, motions, &targets.collect::<Vec<_>>()),
-                            _ => motions
-                                .iter()
-                                .zip(targets)
-                                .for_each(|(motion, targets)| writer.motion(block, motion, targets)),
-                        }
-                    }
-                    None => {
-                        match &block.origin_at {
-                            Some(origin_at) => writer.origin(block, origin_at),
-                            None => writer.copy(index),
-                        }
-                        writer.motion_word = block.motion_word.or(writer.motion_word);
-                    }
-                },
-                None => writer.copy(index),
+        let mut writer = Writer::new(self, writing.into().checked()?);
+        let (mut segment, mut next, mut line) = (0, 0, 0);
+        let mut arcs_of_poles = self.arcs_of_poles.iter();
+        let moved_with = |arc: Option<usize>| {
+            let behind = arc.map(|arc| path.points().partition_point(|point| point.source.segment <= arc));
+            let last = behind
+                .and_then(|behind| behind.checked_sub(1))
+                .filter(|last| Some(path.points()[*last].source.segment) == arc);
+            last.map_or_else(Vector3::zeros, |last| corrected_mm[last] - path.points()[last].position_mm)
+        };
+        self.walk(|block| {
+            (line..block.line).for_each(|index| writer.copy(index));
+            line = block.line + 1;
+            let mut targets = Vec::with_capacity(block.motions.len());
+            for motion in &block.motions {
+                let points = next..self.end_of(motion, segment, next, path)?;
+                targets
+                    .push(Targets { points: &path.points()[points.clone()], corrected: &corrected_mm[points.clone()] });
+                (segment, next) = (segment + 1, points.end);
             }
+            match (block.motions.first().map(|motion| motion.code), &block.origin_at) {
+                (Some(MotionCode::Cycle(_)), _) => writer.holes(block, &block.motions, &targets),
+                (Some(_), _) => {
+                    let motions = block.motions.iter().zip(targets);
+                    motions.for_each(|(motion, targets)| writer.motion(block, motion, targets));
+                }
+                (None, origin_at) => {
+                    match (origin_at, &block.pole) {
+                        (Some(origin_at), _) => writer.origin(block, origin_at),
+                        (None, Some(pole)) => {
+                            let arc = arcs_of_poles.next().copied().flatten();
+                            writer.pole(block, pole, moved_with(arc));
+                        }
+                        (None, None) => writer.copy(block.line),
+                    }
+                    writer.motion_word = block.motion_word.or(writer.motion_word);
+                }
+            }
+            Ok::<(), RewriteError>(())
+        })?;
+        (line..self.lines.len()).for_each(|index| writer.copy(index));
+        if next != path.len() {
+            return Err(self.foreign());
         }
         Ok(Rewritten {
-            bytes: writer.out,
+            bytes: self.dialect.numbered(&self.source, writer.out),
             pieces: writer.pieces,
+            places: writer.places,
             name: self.name.clone(),
             options: self.options.clone(),
         })
     }
 
-    /// The range of points of each motion, after checking that they are its points.
-    fn group(&self, path: &Toolpath) -> Result<Vec<(usize, usize)>, RewriteError> {
-        let foreign = || RewriteError::ForeignPath { program: self.name.clone() };
-        let points = path.points();
-        let mut next = 0;
-        let mut groups = Vec::with_capacity(self.motions.len());
-        for (segment, motion) in self.motions.iter().enumerate() {
-            let first = next;
-            while points.get(next).is_some_and(|point| point.source.segment == segment) {
-                let here = motion.geometry.at(points[next].source.parameter);
-                if here.map(|(position, _)| position) != Some(points[next].position_mm) {
-                    return Err(foreign());
-                }
-                next += 1;
-            }
-            let complete = match motion.geometry {
-                Geometry::Unlocated => next == first,
-                _ => next > first && points[next - 1].source.parameter == 1.0,
-            };
-            if !complete {
-                return Err(foreign());
-            }
-            groups.push((first, next));
-        }
-        if next == points.len() { Ok(groups) } else { Err(foreign()) }
+    fn foreign(&self) -> RewriteError {
+        RewriteError::ForeignPath { program: self.name.clone() }
     }
 
-    /// How this program's author writes words.
-    pub(super) fn style(&self) -> Style {
-        self.blocks
-            .iter()
-            .rev()
-            .filter_map(|block| Some((block, self.motions[block.motions.clone()].first()?)))
-            .fold(Style::PLAIN, |style, (block, motion)| style.on_line(self.content(block.line), &motion.words))
+    /// Where the points end that `motion`, the `segment`-th, has in `path` from `first` on, after checking that they are its.
+    fn end_of(&self, motion: &Motion, segment: usize, first: usize, path: &Toolpath) -> Result<usize, RewriteError> {
+        let points = path.points();
+        let mut next = first;
+        while let Some(point) = points.get(next).filter(|point| point.source.segment == segment) {
+            let here = motion.geometry.at(point.source.parameter);
+            if here.map(|(position, _)| position) != Some(point.position_mm) {
+                return Err(self.foreign());
+            }
+            next += 1;
+        }
+        let complete = match motion.geometry {
+            Geometry::Unlocated => next == first,
+            _ => next > first && points[next - 1].source.parameter == 1.0,
+        };
+        if complete { Ok(next) } else { Err(self.foreign()) }
     }
 }

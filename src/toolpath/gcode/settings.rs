@@ -21,7 +21,7 @@ impl Interpreter {
     ) -> Result<Option<OriginAt>, Refusal> {
         let mixed = || Err(word.refuse(Fault::LocalAndShift));
         match setting {
-            Setting::Length => {}
+            Setting::Length | Setting::Stored => {}
             Setting::Data => return self.data(request, word),
             Setting::Local if self.offsets.is_shifted() => return mixed(),
             Setting::Local => {
@@ -33,6 +33,9 @@ impl Interpreter {
             Setting::Origin => return self.shift(request, word).map(Some),
             Setting::OriginOff { keeps } => self.offsets.end_shift(keeps),
             Setting::OriginOn => self.offsets.restore_shift(),
+            Setting::Translation { afresh } => self.translate(request, afresh)?,
+            // The centre of arcs is no zero.
+            Setting::Pole => {}
         }
         Ok(None)
     }
@@ -47,6 +50,26 @@ impl Interpreter {
                 _ => Err(word.refuse(Fault::TooFar)),
             })
             .collect()
+    }
+
+    /// The zero moves by the coordinates, or to them; those left out stay, or are 0 if it is set `afresh`.
+    fn translate(&mut self, request: &Request, afresh: bool) -> Result<(), Refusal> {
+        if let Some(word) =
+            ['A', 'B', 'C'].into_iter().find_map(|letter| request.letter(letter)).filter(|w| w.value != 0.0)
+        {
+            return Err(word.refuse(Fault::Rotary { letter: word.letter, from: 0.0 }));
+        }
+        for axis in (0..3).filter(|_| afresh) {
+            self.offsets.set_local(axis, 0.0);
+        }
+        for (axis, value) in self.coordinates(request)? {
+            let adds = request.axes()[axis].is_some_and(|word| word.distance == Some(Distance::Incremental));
+            match adds {
+                true => self.offsets.add_local(axis, value),
+                false => self.offsets.set_local(axis, value),
+            }
+        }
+        Ok(())
     }
 
     /// G92: where the tool is has these coordinates.

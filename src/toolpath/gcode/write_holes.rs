@@ -3,12 +3,12 @@
 use nalgebra::Vector3;
 
 use crate::toolpath::gcode::{
-    Block,
     cycle::Hole,
     edit::LineEdit,
     modal::Distance,
     motion::{Geometry, Known, Motion},
     place::{Place, Reached},
+    walk::Block,
     writer::{Targets, Writer, put_axis},
 };
 
@@ -74,7 +74,9 @@ impl Writer<'_> {
             as_it_is &= written.is_kept();
             (self.tracked, self.drilled) = (written.tracked, written.drilled);
         }
-        self.pieces.extend(targets.iter().map(|targets| targets.points.len()));
+        for (motion, targets) in motions.iter().zip(targets) {
+            self.stands_for(&motion.parameters(targets.points.len()));
+        }
         self.unit_before_mm = place.unit_mm();
         if as_it_is {
             return self.copy(block.line);
@@ -128,10 +130,7 @@ impl Writer<'_> {
         let mut drilled = self.drilled;
         drilled.initial = drilled.initial.filter(|_| !is_first).or(level);
         drilled = drilled.with(motion, place.mm());
-        let [x, y] = [0, 1].map(|axis| match place.as_it_is(motion, self.tracked, axis) {
-            Some(at) if place.same(at, goal.bottom[axis]) => Reached { number: None, at: Some(at) },
-            _ => place.write(axis, self.tracked[axis], goal.bottom[axis]),
-        });
+        let [x, y] = [0, 1].map(|axis| place.reach(&motion.words, self.tracked, axis, goal.bottom[axis]));
         let steps = motion.modal.distance == Distance::Incremental;
         let height = |number: Option<f64>, from: Option<f64>, goal: f64| {
             let base = if steps { from } else { Some(motion.origin.z) };

@@ -5,15 +5,16 @@ use nalgebra::Vector3;
 use crate::toolpath::{
     NumberFormat, PathPoint,
     gcode::{
-        Block, Program,
-        check::Check,
-        edit::{LineEdit, Style, is_arc_word},
+        LengthUnit, Program, Writing,
+        arc::Centre,
+        check::{Allowed, Stretch},
+        edit::{LineEdit, Style},
         follow::route,
         interpret::OriginAt,
-        lex::Word,
-        modal::{FeedMode, LengthUnit, MotionCode},
+        modal::MotionCode,
         motion::{Known, Motion, located},
         place::{Place, Reached},
+        walk::Block,
         write_holes::Drilled,
     },
     number::shortest,
@@ -30,19 +31,25 @@ pub(super) struct Targets<'a> {
 struct Kept {
     axes: [Reached; 3],
     centre: [Option<String>; 2],
+    /// Where on it each of the targets lies, from 0 to 1.
+    places: Vec<f64>,
 }
 
 /// The program as far as it is written.
 pub(super) struct Writer<'p> {
     pub(super) program: &'p Program,
-    format: NumberFormat,
+    pub(super) writing: Writing,
     pub(super) style: Style,
     newline: &'p [u8],
     pub out: Vec<u8>,
     /// How many path points each motion written stands for.
     pub pieces: Vec<usize>,
+    /// Where on its motion each of them lies, from 0 to 1.
+    pub places: Vec<f64>,
     /// Where the words written so far have led, as a controller adds them up.
     pub(super) tracked: Known,
+    /// The centre of arcs that give none, as it is written.
+    pub(super) pole: Option<[f64; 2]>,
     /// The cycle in force, as it is written.
     pub(super) drilled: Drilled,
     /// One unit of the last decimal of the block written last, mm: the next one starts from its rounding.
@@ -52,16 +59,18 @@ pub(super) struct Writer<'p> {
 }
 
 impl<'p> Writer<'p> {
-    pub fn new(program: &'p Program, format: NumberFormat) -> Writer<'p> {
-        let endings = program.lines.iter().map(|line| &program.source[line.ending.clone()]);
+    pub fn new(program: &'p Program, writing: Writing) -> Writer<'p> {
+        let mut endings = (0..program.lines.len()).map(|line| &program.source[program.lines.ending(line)]);
         Writer {
             program,
-            format,
-            style: program.style(),
-            newline: endings.into_iter().find(|ending| !ending.is_empty()).unwrap_or(b"\n"),
-            out: Vec::with_capacity(program.source.len() * 2),
-            pieces: Vec::new(),
+            writing,
+            style: program.style,
+            newline: endings.find(|ending| !ending.is_empty()).unwrap_or(b"\n"),
+            out: Vec::with_capacity(program.source.len()),
+            pieces: Vec::with_capacity(program.motions.len()),
+            places: Vec::new(),
             tracked: [None; 3],
+            pole: None,
             drilled: Drilled::default(),
             unit_before_mm: 0.0,
             motion_word: None,
@@ -70,24 +79,28 @@ impl<'p> Writer<'p> {
 
     /// Copies line `index` as it is.
     pub fn copy(&mut self, index: usize) {
-        let line = &self.program.lines[index];
-        self.out.extend_from_slice(&self.program.source[line.content.start..line.ending.end]);
+        let lines = &self.program.lines;
+        self.out.extend_from_slice(&self.program.source[lines.content(index).start..lines.ending(index).end]);
     }
 
     /// Writes a motion block, as one block if one will do.
     pub fn motion(&mut self, block: &Block, motion: &Motion, targets: Targets) {
         self.begin(motion);
         let place = self.place(motion);
-        if targets.points.is_empty() {
-            let axes = place.as_they_are(motion, self.tracked);
-            self.write_kept(block, motion, Kept { axes, centre: [None, None] });
-            self.pieces.push(0);
-        } else if let Some(kept) = self.keep(motion, place, targets) {
-            self.write_kept(block, motion, kept);
-            self.pieces.push(targets.points.len());
-        } else {
-            self.write_split(block, motion, place, targets.corrected);
-            self.pieces.extend(targets.points.iter().map(|_| 1));
+        match (targets.corrected.last(), self.stretch(motion, targets)) {
+            (None, _) => {
+                let axes = place.as_they_are(motion, self.tracked);
+                self.write_kept(block, motion, Kept { axes, centre: [None, None], places: Vec::new() });
+            }
+            (Some(goal), None) => {
+                // Coming from nowhere known, only the end matters.
+                let axes = place.end(&motion.words, self.tracked, goal);
+                self.write_kept(block, motion, Kept { axes, centre: [None, None], places: vec![1.0] });
+            }
+            (Some(goal), Some(stretch)) => match self.keep(motion, place, stretch, goal) {
+                Some(kept) => self.write_kept(block, motion, kept),
+                None => self.split(block, motion, place, stretch),
+            },
         }
         self.unit_before_mm = place.unit_mm();
     }
@@ -109,8 +122,12 @@ impl<'p> Writer<'p> {
         self.end_line(block, true);
     }
 
-    fn decimals(&self, unit_mm: f64) -> u8 {
-        if unit_mm == LengthUnit::Inch.mm() { self.format.inch_decimals() } else { self.format.mm_decimals() }
+    pub(super) fn decimals(&self, unit_mm: f64) -> u8 {
+        if unit_mm == LengthUnit::Inch.mm() {
+            self.writing.format.inch_decimals()
+        } else {
+            self.writing.format.mm_decimals()
+        }
     }
 
     /// Both sides know an axis or neither does; before the first word, the tool is at the given start.
@@ -122,38 +139,40 @@ impl<'p> Writer<'p> {
     }
 
     pub(super) fn place(&self, motion: &Motion) -> Place {
-        Place::new(&motion.modal, motion.origin, self.decimals(motion.modal.unit.mm()))
+        Place::new(&motion.modal, &motion.words, motion.origin, self.decimals(motion.modal.unit.mm()))
     }
 
-    /// The one block that passes all targets, if there is one.
-    fn keep(&self, motion: &Motion, place: Place, targets: Targets) -> Option<Kept> {
-        let goal = targets.corrected.last()?;
-        let axes = place.end(motion, self.tracked, goal);
+    /// The one block that passes all of `stretch` and ends at `goal`, if there is one.
+    fn keep(&self, motion: &Motion, place: Place, stretch: Stretch, goal: &Vector3<f64>) -> Option<Kept> {
+        let axes = place.end(&motion.words, self.tracked, goal);
         let end = located(axes.each_ref().map(|reached| reached.at))?;
-        let (Some(start), Some(nominal_start)) = (located(self.tracked), located(motion.start)) else {
-            // Coming from nowhere known, only the end matters.
-            return Some(Kept { axes, centre: [None, None] });
-        };
-        let nominal_end = located(motion.end)?;
-        if makes_helix(motion, nominal_end - nominal_start, end - start) {
+        let (start, nominal_end) = (located(self.tracked)?, located(motion.end)?);
+        if motion.makes_helix(&start, &end) {
             return None;
         }
         let (centre, centre_words) = place.centre(motion, end - nominal_end);
+        let centre = if let Some(Centre::Pole(_)) = centre { self.pole.map(Centre::Pole) } else { centre };
         let candidate = route(motion.code, motion.modal, start, end, centre).ok()?;
-        let check = Check {
-            nominal: &motion.geometry,
-            candidate: &candidate,
-            tolerance: place.unit_mm().max(self.unit_before_mm),
-        };
-        let mut before = (0.0, start - nominal_start);
-        for (point, corrected) in targets.points.iter().zip(targets.corrected) {
-            let here = (point.source.parameter, corrected - point.position_mm);
-            if !check.passes(before, here) {
-                return None;
-            }
-            before = here;
-        }
-        Some(Kept { axes, centre: centre_words })
+        let places = stretch.places(&candidate, self.allowed(place))?;
+        Some(Kept { axes, centre: centre_words, places })
+    }
+
+    /// The whole of a motion, if it is known where it begins.
+    fn stretch<'m>(&self, motion: &'m Motion, targets: Targets<'m>) -> Option<Stretch<'m>> {
+        let (start, nominal) = (located(self.tracked)?, located(motion.start)?);
+        let Targets { points, corrected } = targets;
+        Some(Stretch { nominal: &motion.geometry, before: (0.0, start - nominal), points, corrected })
+    }
+
+    /// How far off a block may be that is written as `place` says.
+    pub(super) fn allowed(&self, place: Place) -> Allowed {
+        Allowed { unit_mm: place.unit_mm().max(self.unit_before_mm), tolerance_mm: self.writing.tolerance_mm }
+    }
+
+    /// A motion that stands for points at `places` of it has been written.
+    pub(super) fn stands_for(&mut self, places: &[f64]) {
+        self.pieces.push(places.len());
+        self.places.extend_from_slice(places);
     }
 
     /// Writes the block as one line, changing the numbers that must change.
@@ -176,106 +195,16 @@ impl<'p> Writer<'p> {
             edit.set_motion(motion.code);
         }
         self.motion_word = Some(motion.code);
+        self.stands_for(&kept.places);
         self.out.extend(edit.render());
         self.end_line(block, true);
     }
 
-    /// Writes the block as G1 blocks, one to each of `corrected`.
-    fn write_split(&mut self, block: &Block, motion: &Motion, place: Place, corrected: &[Vector3<f64>]) {
-        let content = self.program.content(block.line);
-        let mut edit = LineEdit::new(content, &motion.words, self.style);
-        if block.motion_word.is_some() || self.motion_word != Some(MotionCode::Line) {
-            edit.set_motion(MotionCode::Line);
-        }
-        self.motion_word = Some(MotionCode::Line);
-        // Each of the lines takes its part of the time.
-        let feed = motion.modal.feed.filter(|_| motion.modal.feed_mode == FeedMode::InverseTime);
-        let feed = feed.map(|feed| shortest(feed * corrected.len() as f64, 1));
-        if let (Some(feed), Some(index)) = (&feed, edit.find(|word| word.letter == 'F')) {
-            edit.set_number(index, feed);
-        }
-        let mut at_end = Vec::new();
-        let parameters_at_end = motion.words.iter().filter(|word| takes_parameters(word)).all(acts_at_end);
-        for (index, word) in motion.words.iter().enumerate() {
-            let moves = acts_at_end(word) || (parameters_at_end && matches!(word.letter, 'P' | 'Q'));
-            if is_arc_word(word) {
-                edit.remove(index);
-            } else if corrected.len() > 1 && moves {
-                at_end.extend(edit.remove(index));
-            }
-        }
-        let style = edit.style();
-        let mut first_line = Some(edit);
-        for (k, goal) in corrected.iter().enumerate() {
-            let last = k + 1 == corrected.len();
-            let numbers = self.step(motion, content, place, goal, [first_line.is_some(), last]);
-            if let Some(mut edit) = first_line.take() {
-                numbers.iter().for_each(|(axis, number)| put_axis(&mut edit, *axis, number));
-                self.out.extend(edit.render());
-            } else {
-                let mut words: Vec<String> =
-                    numbers.iter().map(|(axis, number)| style.word(['X', 'Y', 'Z'][*axis], number)).collect();
-                words.extend(feed.as_ref().map(|feed| style.word('F', feed)));
-                if last {
-                    words.append(&mut at_end);
-                }
-                self.out.extend_from_slice(&content[..block.prefix]);
-                self.out.extend_from_slice(words.join(style.separator()).as_bytes());
-            }
-            self.end_line(block, last);
-        }
-    }
-
-    /// The numbers that lead to `goal`, by axis; on the block's first line, also those its own words ask for. Where a word of
-    /// the block leads there as it is, on the first line or the last, it keeps its text.
-    fn step(
-        &mut self,
-        motion: &Motion,
-        content: &[u8],
-        place: Place,
-        goal: &Vector3<f64>,
-        [first, last]: [bool; 2],
-    ) -> Vec<(usize, String)> {
-        let mut numbers = Vec::new();
-        for axis in 0..3 {
-            let word = motion.words.iter().find(|word| word.letter == ['X', 'Y', 'Z'][axis]);
-            let here = self.tracked[axis];
-            let own = word.filter(|_| first || last).and_then(|word| {
-                let at = place.as_it_is(motion, self.tracked, axis).filter(|at| place.same(*at, goal[axis]))?;
-                Some((String::from_utf8_lossy(&content[word.span.clone()][1..]).into_owned(), at))
-            });
-            match own {
-                Some((number, at)) if first || here != Some(at) => {
-                    self.tracked[axis] = Some(at);
-                    numbers.push((axis, number));
-                }
-                _ if (first && word.is_some()) || here.is_none_or(|at| !place.same(at, goal[axis])) => {
-                    let reached = place.write(axis, here, goal[axis]);
-                    self.tracked[axis] = reached.at;
-                    numbers.extend(reached.number.map(|number| (axis, number)));
-                }
-                _ => {}
-            }
-        }
-        if numbers.is_empty() {
-            // A block without a coordinate would be no block; this one repeats the point it is at.
-            let at = self.tracked[0].unwrap_or(goal.x);
-            numbers.extend(place.write(0, Some(at), at).number.map(|number| (0, number)));
-        }
-        numbers
-    }
-
     /// Ends a line of `block`: the last with the ending it had, the others with the program's.
     pub(super) fn end_line(&mut self, block: &Block, last: bool) {
-        let own = &self.program.source[self.program.lines[block.line].ending.clone()];
+        let own = &self.program.source[self.program.lines.ending(block.line)];
         self.out.extend_from_slice(if last || !own.is_empty() { own } else { self.newline });
     }
-}
-
-/// Whether a flat arc would become a helix, which not every controller can drive.
-fn makes_helix(motion: &Motion, nominal: Vector3<f64>, written: Vector3<f64>) -> bool {
-    let normal = motion.modal.plane.axes()[2];
-    matches!(motion.code, MotionCode::Arc(_)) && nominal[normal] == 0.0 && written[normal] != 0.0
 }
 
 /// Puts an axis number on the line, in its word or a new one.
@@ -285,14 +214,4 @@ pub(super) fn put_axis(edit: &mut LineEdit, axis: usize, number: &str) {
         Some(index) => edit.set_number(index, number),
         None => edit.add_axis(axis, number),
     }
-}
-
-/// Words that P and Q may belong to.
-fn takes_parameters(word: &Word) -> bool {
-    word.letter == 'M' || (word.letter == 'G' && matches!(word.tenths(), Some(40 | 610 | 611 | 640)))
-}
-
-/// M words that a controller runs after the motion of their block.
-fn acts_at_end(word: &Word) -> bool {
-    word.letter == 'M' && matches!(word.whole(), Ok(0 | 1 | 2 | 5 | 9 | 30 | 60))
 }

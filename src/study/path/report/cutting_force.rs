@@ -38,20 +38,35 @@ pub const TITLE: &str = "Cutting force on the tool, in base axes";
 /// Label of its size.
 pub const SIZE: &str = "size";
 
-/// Components and size of the force along a path, with their labels; nothing where there is no force all along. `points` are
-/// where the curves stand on their axis and what is demanded there.
-pub fn curves<'d>(points: impl Iterator<Item = (Option<f64>, &'d Demand)> + Clone) -> Vec<(String, Curve)> {
-    if points.clone().all(|(_, demand)| demand.load.force == Vector3::zeros()) {
-        return Vec::new();
+/// Components and size of the force along a path, gathered point by point.
+#[derive(Debug, Clone)]
+pub struct ForceCurves {
+    seen: usize,
+    acts: bool,
+    /// Along the axes, and the size.
+    curves: [Curve; 4],
+}
+
+impl ForceCurves {
+    /// Along a path of `points`.
+    pub fn new(points: usize) -> Self {
+        Self { seen: 0, acts: false, curves: std::array::from_fn(|_| Curve::new(points)) }
     }
-    let count = points.clone().count();
-    let curve = |value: &dyn Fn(&Vector3<f64>) -> f64| {
-        let mut curve = Curve::new(count);
-        for (k, (x, demand)) in points.clone().enumerate() {
-            x.iter().for_each(|x| curve.add(k, *x, value(&demand.load.force)));
+
+    /// Takes the next point: where the curves stand on their axis, if they do, and what is demanded there.
+    pub fn add(&mut self, x: Option<f64>, demand: &Demand) {
+        let force = &demand.load.force;
+        self.acts |= *force != Vector3::zeros();
+        if let Some(x) = x {
+            let values = [force.x, force.y, force.z, force.norm()];
+            self.curves.iter_mut().zip(values).for_each(|(curve, value)| curve.add(self.seen, x, value));
         }
-        curve
-    };
-    let components = (0..3).map(|i| (format!("along {}", AXES[i]), curve(&|force| force[i])));
-    components.chain([(SIZE.to_string(), curve(&|force| force.norm()))]).collect()
+        self.seen += 1;
+    }
+
+    /// The curves with their labels; nothing where there is no force all along.
+    pub fn labelled(&self) -> Vec<(String, &Curve)> {
+        let labels = AXES.iter().map(|axis| format!("along {axis}")).chain([SIZE.to_string()]);
+        if self.acts { labels.zip(&self.curves).collect() } else { Vec::new() }
+    }
 }

@@ -15,7 +15,7 @@ use crate::{
         path::{
             PathPart, PathStudy, Shown, Station,
             report::{
-                cutting_force,
+                cutting_force::{self, ForceCurves},
                 magnified::{self, Moved},
                 thinned::{Curve, drawn, step},
             },
@@ -165,11 +165,13 @@ impl Pictures {
 
     /// Components and size of the cutting force, if there is any.
     fn cutting_force(&self, study: &PathStudy) -> Option<Figure> {
-        let places = study.stations.iter().map(|station| along(self.shown, station));
-        let curves = cutting_force::curves(places.zip(&study.demands));
+        let mut curves = ForceCurves::new(study.demands.len());
+        for (station, demand) in study.stations.iter().zip(&study.demands) {
+            curves.add(along(self.shown, station), demand);
+        }
         let of_curve =
-            |(label, curve): &(String, Curve)| series(self.shown, label, label == cutting_force::SIZE, curve);
-        let all: Vec<LineSeries> = curves.iter().map(of_curve).collect();
+            |(label, curve): (String, &Curve)| series(self.shown, &label, label == cutting_force::SIZE, curve);
+        let all: Vec<LineSeries> = curves.labelled().into_iter().map(of_curve).collect();
         (!all.is_empty()).then(|| self.line_figure(study, cutting_force::TITLE, "force [N]".into(), all))
     }
 

@@ -29,7 +29,8 @@ pub(super) fn place(study: &PathStudy, shown: &Shown, k: usize) -> String {
     let station = &study.stations[k];
     let angle = station.phi_deg.filter(|_| shown.is_circle);
     let angle = angle.map_or_else(String::new, |phi| format!(" (tool angle φ = {phi:.0}°)"));
-    format!("{:.1} mm along the path{angle}", station.arc_length_mm)
+    let line = station.line.map_or_else(String::new, |line| format!("line {line}, "));
+    format!("{line}{:.1} mm along the path{angle}", station.arc_length_mm)
 }
 
 fn cautions(summary: &Summary, study: &PathStudy) -> String {

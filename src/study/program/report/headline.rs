@@ -1,10 +1,11 @@
 //! The first screen of a compensated program: how far the tool was off, and what the written program leaves.
 
-use super::{Proved, notes::notes_text, tables::before_column, worst_lines};
+use super::{Proved, findings::Within, notes::notes_text, tables::before_column};
 use crate::{
+    input::error::Result,
     machine::Motion,
     report::{
-        cautions,
+        cautions::{self, Outside},
         headline::{Extreme, Headline, InTable, KeyNumber},
         table::kind_word,
         words::{counted, millimetres, percent},
@@ -12,51 +13,66 @@ use crate::{
     study::{
         Source,
         path::report::facts_text,
-        program::{Pass, ProgramJob, before::share_within},
+        program::{Pass, ProgramJob},
     },
 };
 
 /// The answer at a glance. `exceeded` says what limits the program as written exceeds.
-pub fn headline(job: &ProgramJob, proved: &Proved<'_>, rounded_mm: f64, exceeded: &str) -> Headline {
+///
+/// # Errors
+/// As [`ProgramJob::parts`].
+pub fn headline(job: &ProgramJob, proved: &Proved<'_>, rounded_mm: f64, exceeded: &str) -> Result<Headline> {
     let cutting = job.path.points().iter().filter(|point| point.cutting).count();
     let length = job.path.length_mm();
     let basis = format!("{}, {cutting} of them cutting, {length:.1} mm of path", counted(job.path.len(), "point"));
     let mut headline = Headline::new(sentence(job, proved), basis)
         .with_cautions(&worse_as_written(proved.passes, rounded_mm).unwrap_or_default())
         .with_cautions(exceeded)
-        .with_cautions(&known(job))
+        .with_cautions(&known(job)?)
         .with_all(before(job, proved))
         .with_all(after(job, proved))
         .with_all(correction(job, proved));
     headline.unsolved = unsolved_as_written(proved.passes);
-    headline
+    Ok(headline)
 }
 
 /// What must be known with the answer.
-fn known(job: &ProgramJob) -> String {
+fn known(job: &ProgramJob) -> Result<String> {
     let machine = &job.machine;
-    let positions = job.demands.iter().map(|demand| demand.pose.translation);
-    cautions::zeroed(machine)
+    Ok(cautions::zeroed(machine)
         + &cautions::carried(machine)
         + &cautions::large_errors(machine, &job.process.errors)
-        + &cautions::outside_workspace(machine, "point", positions)
+        + &outside_workspace(job)?
         + &facts_text(&job.process.assumed())
-        + &notes_text(job)
+        + &notes_text(job))
+}
+
+/// A sentence if not all points are inside the workspace box of the machine.
+///
+/// # Errors
+/// As [`ProgramJob::parts`].
+pub fn outside_workspace(job: &ProgramJob) -> Result<String> {
+    let mut outside = Outside::default();
+    for part in job.parts() {
+        part?.demands().iter().for_each(|demand| outside.add(&job.machine, demand.pose.translation));
+    }
+    Ok(outside.words("point"))
 }
 
 fn sentence(job: &ProgramJob, proved: &Proved<'_>) -> String {
     let name = job.machine.short_title();
-    let Some((k, worst)) = proved.before.worst(job) else {
+    let Some(worst) = &proved.findings.worst else {
         return format!(
             "How far the tool of the {name} leaves {} could be computed at none of its points.",
             proved.name
         );
     };
-    let along = job.path.points()[k].arc_length_mm;
-    let line = worst_lines(job, proved, 1)
+    let along = job.path.points()[worst.point].arc_length_mm;
+    let lines = proved.findings.worst_lines(job);
+    let line = lines
         .first()
         .map_or_else(String::new, |worst| format!(", worst in line {}, {along:.1} mm along the path", worst.line));
-    let off = millimetres(worst, 3);
+    let off = millimetres(worst.size_mm, 3);
     let left = proved.passes.last().and_then(|pass| pass.summary.max_mm);
     let then =
         left.map_or_else(String::new, |left| format!("; the compensated program leaves {}", millimetres(left, 4)));
@@ -67,18 +83,18 @@ fn in_points(column: String, value: f64) -> InTable {
     InTable::new("points", [column], &[], Extreme::Largest, value)
 }
 
-fn against(job: &ProgramJob, share: impl FnOnce(f64) -> Option<f64>) -> String {
-    let verdict = job.process.tolerance_mm.and_then(|tolerance| Some((tolerance, share(tolerance)?)));
+fn against(job: &ProgramJob, within: Within) -> String {
+    let verdict = job.process.tolerance_mm.and_then(|tolerance| Some((tolerance, within.share()?)));
     verdict.map_or_else(String::new, |(tolerance, share)| {
         format!("tolerance {tolerance} mm: kept at {} of the points", percent(share))
     })
 }
 
 fn before(job: &ProgramJob, proved: &Proved<'_>) -> Option<KeyNumber> {
-    let (_, worst) = proved.before.worst(job)?;
+    let worst = proved.findings.worst.as_ref()?.size_mm;
     let shown = millimetres(worst, 3);
     let what = "largest distance from the path without compensation, where the tool cuts";
-    let number = KeyNumber::new(&shown, what, against(job, |tolerance| proved.before.share_within(job, tolerance)));
+    let number = KeyNumber::new(&shown, what, against(job, proved.findings.before));
     Some(number.found(in_points(before_column(Source::All), worst)))
 }
 
@@ -86,7 +102,7 @@ fn after(job: &ProgramJob, proved: &Proved<'_>) -> Option<KeyNumber> {
     let left = proved.passes.last()?.summary.max_mm?;
     let shown = millimetres(left, 4);
     let what = "largest distance with the compensated program as written, simulated";
-    let number = KeyNumber::new(&shown, what, against(job, |tolerance| share_within(job, proved.after, tolerance)));
+    let number = KeyNumber::new(&shown, what, against(job, proved.findings.after));
     Some(number.found(in_points("error_after_mm".into(), left)))
 }
 

@@ -6,13 +6,14 @@ use crate::{
     compensation::BoundedPath,
     study::{
         ProgramFile,
+        blocks::BlocksBeforeAfter,
         program::{
             Pass, ProgramJob,
             bounded::Exceeded,
             report::units::{limit_unit, shown_price},
         },
     },
-    toolpath::gcode::Notes,
+    toolpath::gcode::{Dialect, Notes},
 };
 
 fn exceeded_json(job: &ProgramJob, exceeded: &[Exceeded]) -> Vec<Value> {
@@ -62,16 +63,17 @@ fn bounded_json(job: &ProgramJob, path: &BoundedPath) -> Value {
 const SCHEMA: u32 = 2;
 
 /// What each pass leaves, over the points at which the tool cuts. `exceeded`: limits as the program was written; `None` where
-/// nobody looked.
+/// nobody looked. `blocks`: of a G-code program.
 pub fn program_json(
     job: &ProgramJob,
     passes: &[Pass],
     bounded: Option<&BoundedPath>,
     exceeded: Option<&[Exceeded]>,
+    blocks: Option<&BlocksBeforeAfter>,
 ) -> Value {
-    let notes = match &job.file {
-        ProgramFile::Gcode(program) => program.notes().clone(),
-        ProgramFile::Polyline(_) => Notes::default(),
+    let (notes, dialect) = match &job.file {
+        ProgramFile::Gcode(program) => (program.notes().clone(), Some(program.notes().dialect)),
+        ProgramFile::Polyline(_) => (Notes::default(), None),
     };
     let passes: Vec<Value> = passes
         .iter()
@@ -98,8 +100,11 @@ pub fn program_json(
         "passes": passes,
         "bounded": bounded.map(|path| bounded_json(job, path)),
         "limits_exceeded_as_written": exceeded.map(|exceeded| exceeded_json(job, exceeded)),
+        "write_tolerance_mm": blocks.map(|_| job.process.write_tolerance_mm),
+        "blocks": blocks,
         "workpiece": job.process.place_words(),
         "counts_as_cutting": job.process.cutting_rule.words(),
+        "dialect": dialect.map(Dialect::label),
         "unit_taken": notes.unit_taken.map(|(unit, _)| unit.name()),
         "lines_left_as_written": notes.not_located,
         "axes_left_as_written": job.machine.uncontrolled_axes().map(|axis| ["x", "y", "z"][axis]).collect::<Vec<_>>(),

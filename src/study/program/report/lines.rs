@@ -1,9 +1,9 @@
 //! The lines of a program in which the tool is off farthest.
 
-use std::collections::BTreeMap;
+use crate::study::program::ProgramJob;
 
-use super::Proved;
-use crate::study::{Source, program::ProgramJob};
+/// Lines of a program that are shown.
+pub(super) const LINES: usize = 10;
 
 /// A line of a program.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,21 +18,52 @@ pub struct WorstLine {
     pub after_mm: Option<f64>,
 }
 
-/// The `count` lines of `job` with the largest errors, worst first.
-pub fn worst_lines(job: &ProgramJob, proved: &Proved<'_>, count: usize) -> Vec<WorstLine> {
-    let mut moves: BTreeMap<usize, (f64, Option<f64>)> = BTreeMap::new();
-    for (k, point) in job.path.points().iter().enumerate().filter(|(k, _)| job.counts(*k)) {
-        let Some(Some(before)) = proved.before.of(Source::All).get(k) else { continue };
-        let (most, after) = moves.entry(point.source.segment).or_default();
-        *most = most.max(before.norm());
-        if let Some(Some(left)) = proved.after.get(k) {
-            *after = Some(after.unwrap_or(0.0).max(left.norm()));
+/// The moves with the largest errors, gathered point by point.
+#[derive(Debug, Default)]
+pub(super) struct WorstLines {
+    /// Worst first.
+    worst: Vec<Move>,
+    under_way: Option<Move>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Move {
+    segment: usize,
+    before_mm: f64,
+    after_mm: Option<f64>,
+}
+
+impl WorstLines {
+    /// Takes the next point of the path, of the move `segment`: its distances from the path.
+    pub fn add(&mut self, job: &ProgramJob, segment: usize, before_mm: f64, after_mm: Option<f64>) {
+        match &mut self.under_way {
+            Some(own) if own.segment == segment => {
+                own.before_mm = own.before_mm.max(before_mm);
+                own.after_mm = own.after_mm.into_iter().chain(after_mm).reduce(f64::max);
+            }
+            _ => {
+                self.worst = self.with_under_way(job);
+                self.under_way = Some(Move { segment, before_mm, after_mm });
+            }
         }
     }
-    let mut worst: Vec<(usize, (f64, Option<f64>))> = moves.into_iter().collect();
-    worst.sort_by(|a, b| b.1.0.total_cmp(&a.1.0).then(a.0.cmp(&b.0)));
-    let told = |(segment, (before_mm, after_mm))| {
-        Some(WorstLine { line: job.file.line_of(segment)?, text: job.file.text_of(segment)?, before_mm, after_mm })
-    };
-    worst.into_iter().filter_map(told).take(count).collect()
+
+    /// The moves before and the one under way; of two alike, the earlier is the worse.
+    fn with_under_way(&self, job: &ProgramJob) -> Vec<Move> {
+        let mut worst = self.worst.clone();
+        let is_known = |own: &Move| job.file.line_of(own.segment).is_some();
+        if let Some(own) = self.under_way.filter(is_known) {
+            worst.insert(worst.partition_point(|other| other.before_mm >= own.before_mm), own);
+            worst.truncate(LINES);
+        }
+        worst
+    }
+
+    /// The lines, worst first.
+    pub fn told(&self, job: &ProgramJob) -> Vec<WorstLine> {
+        let told = |Move { segment, before_mm, after_mm }| {
+            Some(WorstLine { line: job.file.line_of(segment)?, text: job.file.text_of(segment)?, before_mm, after_mm })
+        };
+        self.with_under_way(job).into_iter().filter_map(told).collect()
+    }
 }

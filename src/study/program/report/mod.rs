@@ -1,5 +1,7 @@
 //! Reports of a compensated program: its points, what limits do, what was proved, and a page of it.
 
+mod blocks;
+mod findings;
 mod headline;
 mod json;
 mod lines;
@@ -11,21 +13,23 @@ mod text;
 mod units;
 mod use_of;
 
-pub use headline::{headline, unsolved_as_written, worse_as_written};
+pub use blocks::blocks_text;
+pub use findings::Findings;
+pub use headline::{headline, outside_workspace, unsolved_as_written, worse_as_written};
 pub use json::program_json;
-pub use lines::{WorstLine, worst_lines};
+pub use lines::WorstLine;
 pub use page::page;
 pub use pictures::figures;
 pub use tables::{program_columns, program_table};
 pub use text::{bounded_text, exceeded_text, holes_text, left_text};
 pub use use_of::use_text;
 
-use super::{Pass, before::Before};
+use super::Pass;
 use crate::{
     compensation::BoundedPath,
     machine::{Machine, Motion},
     report::table::largest_position,
-    study::along_path::PathAnswer,
+    study::{along_path::PathAnswer, blocks::BlocksBeforeAfter},
 };
 
 /// Largest correction among the drives of one kind, mm or degrees.
@@ -38,15 +42,14 @@ pub fn largest_correction(machine: &Machine, kind: Motion, answer: &PathAnswer) 
 pub struct Proved<'a> {
     /// Its file name.
     pub name: &'a str,
-    /// What the tool does without compensation.
-    pub before: &'a Before,
-    /// Distance of the point held by compensation from where it is wanted, base axes, mm, point by point, as written; `None`
-    /// where the machine does not settle.
-    pub after: &'a [Option<nalgebra::Vector3<f64>>],
+    /// What the tool does at its points, without compensation and as written.
+    pub findings: &'a Findings,
     /// What each kind of commands leaves; that of the written program last.
     pub passes: &'a [Pass],
     /// What limits do, if the path was corrected within them.
     pub bounded: Option<&'a BoundedPath>,
     /// Largest correction of a drive of each kind, mm and degrees, as written.
     pub corrections: [Option<f64>; 2],
+    /// What the blocks of a G-code program ask of a control.
+    pub blocks: Option<&'a BlocksBeforeAfter>,
 }

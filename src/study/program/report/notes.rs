@@ -3,7 +3,7 @@
 use crate::{
     report::words::{counted, listed},
     study::{ProgramFile, program::ProgramJob},
-    toolpath::gcode::Notes,
+    toolpath::gcode::{Dialect, Notes},
 };
 
 /// Lines that are named; of more, only the number is said.
@@ -19,10 +19,14 @@ pub fn notes_text(job: &ProgramJob) -> String {
 
 fn text(notes: &Notes) -> String {
     let mut text = String::new();
+    if notes.dialect != Dialect::Iso {
+        text += &format!("Read as a {} program, and written as one.\n", notes.dialect.name());
+    }
     if let Some((unit, line)) = notes.unit_taken {
         text += &format!(
-            "The program names no unit before line {line}: {} is taken; G20, G21 or unit in [gcode] says which it is.\n",
-            unit.name()
+            "The program names no unit before line {line}: {} is taken; {} or unit in [gcode] says which it is.\n",
+            unit.name(),
+            if notes.dialect == Dialect::Sinumerik { "G700, G710" } else { "G20, G21" }
         );
     }
     if let Some([lines, written]) = notes.written_out {

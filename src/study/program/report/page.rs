@@ -1,6 +1,12 @@
 //! What the page of a compensated program shows.
 
-use super::{Proved, bounded_text, left_text, tables::before_column, use_text, worst_lines};
+use super::{
+    Proved,
+    blocks::{blocks_table, written_text},
+    bounded_text, left_text,
+    tables::before_column,
+    use_text,
+};
 use crate::{
     report::{
         headline::{Headline, KeyNumber},
@@ -16,9 +22,6 @@ use crate::{
         program::ProgramJob,
     },
 };
-
-/// Lines of the program that are shown.
-const LINES: usize = 10;
 
 /// The page of the program; `points` is the file name of its table of points, `commands` the words for each pass.
 pub fn page(job: &ProgramJob, proved: &Proved<'_>, headline: Headline, points: &str) -> Description {
@@ -61,7 +64,7 @@ fn shown(length_mm: f64) -> String {
 }
 
 fn worst(job: &ProgramJob, proved: &Proved<'_>) -> Section {
-    let lines = worst_lines(job, proved, LINES);
+    let lines = proved.findings.worst_lines(job);
     let rows = lines.iter().map(|line| {
         vec![line.line.to_string(), line.text.clone(), shown(line.before_mm), if_any(line.after_mm, shown)]
     });
@@ -78,14 +81,14 @@ fn worst(job: &ProgramJob, proved: &Proved<'_>) -> Section {
 
 fn cause(job: &ProgramJob, proved: &Proved<'_>) -> Section {
     let mut text = String::new();
-    if let Some((k, _)) = proved.before.worst(job) {
+    if let Some(worst) = &proved.findings.worst {
         let alone = |source: &Source| {
-            let error = (*proved.before.of(*source).get(k)?)?;
-            Some(format!("{} {}", source.words(), shown(error.norm())))
+            let size = (*worst.by_source.get(*source)?)?;
+            Some(format!("{} {}", source.words(), shown(size)))
         };
         let words: Vec<String> = Source::parts(&job.machine).iter().filter_map(alone).collect();
         let words: Vec<&str> = words.iter().map(String::as_str).collect();
-        let along = job.path.points()[k].arc_length_mm;
+        let along = job.path.points()[worst.point].arc_length_mm;
         text = format!(
             "At the worst point, {along:.1} mm along the path, each alone moves the tool by: {}.\n",
             listed(&words)
@@ -110,6 +113,8 @@ fn remedy(job: &ProgramJob, proved: &Proved<'_>) -> Section {
 fn to_use(job: &ProgramJob, proved: &Proved<'_>) -> Section {
     Section::new("How is it used?", "what the program is, how to load it, what to switch off, what a dry run shows")
         .text(&use_text(job, proved))
+        .text(&written_text(job, proved.blocks))
+        .small_tables(proved.blocks.map(blocks_table))
 }
 
 fn proof(job: &ProgramJob, proved: &Proved<'_>) -> Section {

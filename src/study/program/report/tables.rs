@@ -16,7 +16,7 @@ use crate::{
             report::{ANGLE, cutting_force},
             resolve::stations,
         },
-        program::{ProgramJob, before::Before},
+        program::{ProgramJob, ProvedPart},
     },
 };
 
@@ -57,50 +57,46 @@ pub(super) fn before_column(source: Source) -> String {
     }
 }
 
-/// One row per point from `first` on: the tool angle, where the tool should be, what is commanded instead (both in the workpiece frame),
+/// One row per point of `proved`: the tool angle, where the tool should be, what is commanded instead (both in the workpiece frame),
 /// the error before (mm, by point of the path) and as written (base axes), the cutting force, the poses of P in O and the drive positions
 /// without and with compensation, drive corrections and forces as written. An empty cell has its reason in `status` and
 /// `reason`. `limits` names the limits that bind, if the path was corrected within limits.
-pub fn program_table(
-    job: &ProgramJob,
-    first: usize,
-    answers: &[PathAnswer],
-    before: &Before,
-    bounded: Option<&BoundedPath>,
-) -> Table {
+pub fn program_table(job: &ProgramJob, proved: &ProvedPart<'_>, bounded: Option<&BoundedPath>) -> Table {
     let machine = &job.machine;
     let columns = program_columns(machine);
     let width = columns.len();
-    let last = first + answers.len();
-    let stations = stations(&job.process, &job.path.points()[first..last], &job.demands[first..last]);
-    let row = |((k, answer), station): ((usize, &PathAnswer), Station)| {
-        let point = &job.path.points()[k];
+    let ProvedPart { part, before, written } = proved;
+    let (points, demands) = (part.points, part.demands());
+    let stations = stations(&job.process, points, demands, Some(&job.file));
+    let mut led = job.led();
+    let row = |((i, answer), station): ((usize, &PathAnswer), Station)| {
+        let (k, point, demand) = (part.first + i, &points[i], &demands[i]);
         let mut row: Row = vec![k.into(), job.file.line_of(point.source.segment).into()];
         row.extend([point.arc_length_mm.into(), station.phi_deg.into(), usize::from(point.cutting).into()]);
         row.extend(cells(point.position_mm.iter().copied()));
-        let commanded = answer.target.map(|pose| job.commanded(k, pose));
+        let commanded = answer.target.map(|pose| job.commanded(&mut led, point, demand.external, pose));
         row.extend((0..3).map(|i| commanded.map(|p| p[i]).into()));
-        row.extend(Source::of(machine).iter().map(|source| before.of(*source)[k].map(|error| error.norm()).into()));
+        row.extend(Source::of(machine).iter().map(|source| before[*source][i].map(|error| error.norm()).into()));
         let shown = |value: f64| Cell::from(answer.is_settled.then_some(value));
         row.push(shown(answer.position_error.norm()));
         row.extend(answer.position_error.iter().map(|v| shown(*v)));
         row.push(shown(answer.leftover_rotation.norm().to_degrees()));
-        row.extend(cutting_force::force_cells(&job.demands[k]));
+        row.extend(cutting_force::force_cells(demand));
         row.extend([
             answer.status.label().into(),
             answer.status.reason(machine).into(),
             binding(job, bounded, k).into(),
         ]);
-        row.extend(pose_cells(Some(&job.demands[k].pose)));
+        row.extend(pose_cells(Some(&demand.pose)));
         row.extend(pose_cells(answer.target.as_ref()));
-        row.extend(drive_cells(machine, &job.demands[k], answer, answer.is_settled));
+        row.extend(drive_cells(machine, demand, answer, answer.is_settled));
         row.extend(shown_positions(machine, &answer.delta_rho()).iter().map(|v| shown(*v)));
         row.resize(width - machine.drive_count(), Cell::Missing);
         row.extend(answer.drive_forces.iter().map(|v| shown(*v)));
         row.resize(width, Cell::Missing);
         row
     };
-    Table::new(columns, (first..).zip(answers).zip(stations).map(row))
+    Table::new(columns, written.iter().enumerate().zip(stations).map(row))
 }
 
 /// Limits that bind at point `k`, such as `correction x upper`.

@@ -4,10 +4,13 @@ use crate::{
     compensation::BoundedPath,
     machine::Machine,
     report::words::{counted, millimetres},
-    study::program::{
-        ProgramJob,
-        bounded::Exceeded,
-        report::units::{shown_limit_unit, shown_price},
+    study::{
+        ProgramFile,
+        program::{
+            ProgramJob,
+            bounded::Exceeded,
+            report::units::{shown_limit_unit, shown_price},
+        },
     },
 };
 
@@ -58,11 +61,17 @@ fn forced_text(machine: &Machine, path: &BoundedPath) -> String {
 pub fn exceeded_text(job: &ProgramJob, exceeded: &[Exceeded]) -> String {
     let labels = job.machine.drive_labels();
     let mut text = String::new();
+    let nearer = match &job.file {
+        ProgramFile::Gcode(_) if job.process.write_tolerance_mm > 0.0 => {
+            "More decimals and a smaller write tolerance (decimals_mm, write_tolerance_mm in [gcode])"
+        }
+        _ => "More decimals (decimals_mm in [gcode])",
+    };
     for found in exceeded {
         let unit = shown_limit_unit(&job.machine, found.kind, found.drive);
         text += &format!(
-            "As written, rounded to the decimals of the program, the {} of drive {} is {:.6} {unit} at point {}: {:.1e} {unit} \
-             beyond its limit of {} {unit}. More decimals (decimals_mm in [gcode]) or a limit smaller by this much keep it.\n",
+            "As written, the {} of drive {} is {:.6} {unit} at point {}: {:.1e} {unit} beyond its limit of {} {unit}. \
+             {nearer} or a limit smaller by this much keep it.\n",
             found.kind.label(),
             labels[found.drive],
             found.value,

@@ -27,7 +27,7 @@ pub fn use_text(job: &ProgramJob, proved: &Proved<'_>) -> String {
     }
     text += &format!("Load it in place of {name}, with the same work offset and the same tool length.\n");
     text += &switched_off(job);
-    text += &dry_run(job, proved);
+    text += &dry_run(proved);
     text
 }
 
@@ -44,9 +44,8 @@ fn switched_off(job: &ProgramJob) -> String {
 }
 
 /// How far from the drawn path the tool is to be where nothing is cut.
-fn dry_run(job: &ProgramJob, proved: &Proved<'_>) -> String {
-    let cutting = proved.before.of(Source::Cutting).iter().enumerate().filter(|(k, _)| job.counts(*k));
-    let largest = cutting.filter_map(|(_, error)| error.as_ref()).map(|error| error.norm()).fold(0.0, f64::max);
+fn dry_run(proved: &Proved<'_>) -> String {
+    let largest = proved.findings.most_by_cutting_mm;
     match largest > ROUNDING_MM {
         true => format!(
             "Try it above the part with nothing to cut: the tool is then beside the drawn path by up to {}, since it is sent \

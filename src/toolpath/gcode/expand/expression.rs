@@ -1,6 +1,9 @@
 //! Expressions of macros and what they are worth: LinuxCNC's and Fanuc's, angles in degrees.
 
-use crate::toolpath::gcode::{error::Fault, expand::variables::Variables};
+use crate::toolpath::gcode::{
+    error::{Fault, MacroFault},
+    expand::variables::Variables,
+};
 
 /// What two values may differ by and be equal, as for LinuxCNC.
 const EQUAL: f64 = 1e-6;
@@ -42,12 +45,12 @@ impl<'t> Reader<'t> {
     }
 
     fn expect(&mut self, token: &'static str) -> Result<(), Fault> {
-        if self.takes(token) { Ok(()) } else { Err(Fault::Expression { expected: token }) }
+        if self.takes(token) { Ok(()) } else { Err(Fault::Macro(MacroFault::Expression { expected: token })) }
     }
 
     /// A number that must be there.
     pub fn number(&mut self) -> Result<f64, Fault> {
-        self.value()?.ok_or(Fault::NoValue)
+        self.value()?.ok_or(Fault::Macro(MacroFault::NoValue))
     }
 
     /// A value: a number, a variable, an expression in brackets, a function, any with signs; `None` is Fanuc's null.
@@ -75,11 +78,16 @@ impl<'t> Reader<'t> {
     fn deeper(&mut self, read: impl FnOnce(&mut Self) -> Found) -> Found {
         self.depth += 1;
         if self.depth > DEEPEST {
-            return Err(Fault::Expression { expected: "fewer brackets and signs" });
+            return Err(Fault::Macro(MacroFault::Expression { expected: "fewer brackets and signs" }));
         }
         let found = read(self);
         self.depth -= 1;
         found
+    }
+
+    /// What is assigned: Fanuc's needs no brackets.
+    pub fn expression(&mut self) -> Found {
+        self.binary(0)
     }
 
     /// `[ … ]`.
@@ -102,14 +110,15 @@ impl<'t> Reader<'t> {
     pub fn name(&mut self) -> Result<String, Fault> {
         if self.peek() == Some(b'<') {
             let rest = &self.text[self.at + 1..];
-            let length = rest.iter().position(|b| *b == b'>').ok_or(Fault::Expression { expected: ">" })?;
+            let length =
+                rest.iter().position(|b| *b == b'>').ok_or(Fault::Macro(MacroFault::Expression { expected: ">" }))?;
             self.at += length + 2;
             return Ok(String::from_utf8_lossy(&rest[..length]).replace(' ', ""));
         }
         let number = self.deeper(|reader| reader.number().map(Some))?.unwrap_or_default();
         match number.round() {
             whole if (whole - number).abs() < EQUAL && (0.0..=1e6).contains(&whole) => Ok(format!("{whole}")),
-            _ => Err(Fault::Expression { expected: "a whole number after #" }),
+            _ => Err(Fault::Macro(MacroFault::Expression { expected: "a whole number after #" })),
         }
     }
 
@@ -133,7 +142,7 @@ impl<'t> Reader<'t> {
         const NAMES: [&str; 14] =
             ["ABS", "ACOS", "ASIN", "ATAN", "COS", "EXISTS", "EXP", "FIX", "FUP", "LN", "ROUND", "SIN", "SQRT", "TAN"];
         let Some(name) = NAMES.iter().find(|name| self.takes(name)) else {
-            return Err(Fault::Expression { expected: "a number, a variable, a function or [" });
+            return Err(Fault::Macro(MacroFault::Expression { expected: "a number, a variable, a function or [" }));
         };
         if *name == "EXISTS" {
             self.expect("[")?;
@@ -142,20 +151,20 @@ impl<'t> Reader<'t> {
             self.expect("]")?;
             return Ok(Some(f64::from(u8::from(self.variables.is_set(&name)))));
         }
-        let x = self.bracket()?.ok_or(Fault::NoValue)?;
+        let x = self.bracket()?.ok_or(Fault::Macro(MacroFault::NoValue))?;
         let value = match *name {
             "ABS" => x.abs(),
             "ACOS" => x.acos().to_degrees(),
             "ASIN" => x.asin().to_degrees(),
             "ATAN" => {
                 self.expect("/")?;
-                x.atan2(self.bracket()?.ok_or(Fault::NoValue)?).to_degrees()
+                x.atan2(self.bracket()?.ok_or(Fault::Macro(MacroFault::NoValue))?).to_degrees()
             }
             "COS" => x.to_radians().cos(),
             "EXP" => x.exp(),
             // Fanuc rounds towards and from zero, LinuxCNC down and up.
             "FIX" | "FUP" if x < 0.0 => {
-                return Err(Fault::Expression { expected: "FIX and FUP of no negative number" });
+                return Err(Fault::Macro(MacroFault::Expression { expected: "FIX and FUP of no negative number" }));
             }
             "FIX" => x.floor(),
             "FUP" => x.ceil(),
@@ -170,7 +179,7 @@ impl<'t> Reader<'t> {
 }
 
 fn finite(value: f64) -> Result<f64, Fault> {
-    if value.is_finite() { Ok(value) } else { Err(Fault::NotFinite) }
+    if value.is_finite() { Ok(value) } else { Err(Fault::Macro(MacroFault::NotFinite)) }
 }
 
 fn apply(operator: &str, left: Option<f64>, right: Option<f64>) -> Result<f64, Fault> {
@@ -180,9 +189,13 @@ fn apply(operator: &str, left: Option<f64>, right: Option<f64>) -> Result<f64, F
         ("EQ", None, other) | ("EQ", other, None) => return truth(other.is_none()),
         ("NE", None, other) | ("NE", other, None) => return truth(other.is_some()),
         (_, Some(a), Some(b)) => (a, b),
-        _ => return Err(Fault::NoValue),
+        _ => return Err(Fault::Macro(MacroFault::NoValue)),
     };
     let equal = (a - b).abs() < EQUAL;
+    // Fanuc's work on bits, LinuxCNC's on truths: of 0 and 1 they are the same.
+    if matches!(operator, "AND" | "OR" | "XOR") && [a, b].iter().any(|value| *value != 0.0 && *value != 1.0) {
+        return Err(Fault::Macro(MacroFault::Expression { expected: "AND, OR and XOR of comparisons" }));
+    }
     match operator {
         "AND" => truth(a != 0.0 && b != 0.0),
         "OR" => truth(a != 0.0 || b != 0.0),
@@ -235,10 +248,10 @@ mod tests {
 
     #[test]
     fn what_has_no_value_is_refused() {
-        assert_eq!(value("[#7+1]"), Err(Fault::NoValue));
-        assert_eq!(value("[1/0]"), Err(Fault::NotFinite));
-        assert_eq!(value("[1+2"), Err(Fault::Expression { expected: "]" }));
-        assert_eq!(value("#5061"), Err(Fault::MachineState));
+        assert_eq!(value("[#7+1]"), Err(Fault::Macro(MacroFault::NoValue)));
+        assert_eq!(value("[1/0]"), Err(Fault::Macro(MacroFault::NotFinite)));
+        assert_eq!(value("[1+2"), Err(Fault::Macro(MacroFault::Expression { expected: "]" })));
+        assert_eq!(value("#5061"), Err(Fault::Macro(MacroFault::MachineState)));
         assert!(value(&"[".repeat(100_000)).is_err());
         assert!(value(&"-".repeat(100_000)).is_err());
     }

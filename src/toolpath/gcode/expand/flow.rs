@@ -1,9 +1,10 @@
 //! Branches, loops and jumps: Fanuc's IF, WHILE, GOTO and LinuxCNC's O words.
 
 use crate::toolpath::gcode::{
-    error::Fault,
+    error::{Fault, MacroFault},
     expand::{
         Origin,
+        calls::Named,
         expression::Reader,
         jumps::{do_number, end_number},
         line::{SourceLine, evaluated},
@@ -16,13 +17,18 @@ impl Run<'_> {
     pub(super) fn flow(&mut self, line: &SourceLine) -> Result<Next, Fault> {
         let from = line.code.len() - line.code[line.begin..].trim_start().len();
         let mut reader = Reader::new(&line.code, from, &self.variables);
-        let labelled =
-            |number: f64| self.source().label(self.here.line, number as u32).map(Next::At).ok_or(Fault::NoLabel);
+        let labelled = |number: f64| {
+            self.source().label(self.here.line, number as u32).map(Next::At).ok_or(Fault::Macro(MacroFault::NoLabel))
+        };
         if reader.takes("GOTO") {
             return labelled(reader.number()?);
         }
         if let Some(number) = end_number(line) {
-            return self.source().do_before(self.here.line, number).map(Next::At).ok_or(Fault::NoLabel);
+            return self
+                .source()
+                .do_before(self.here.line, number)
+                .map(Next::At)
+                .ok_or(Fault::Macro(MacroFault::NoLabel));
         }
         if reader.takes("IF") {
             let is_true = reader.bracket()?.is_some_and(|value| value != 0.0);
@@ -30,7 +36,7 @@ impl Run<'_> {
                 return if is_true { labelled(reader.number()?) } else { Ok(Next::Line) };
             }
             if !reader.takes("THEN") {
-                return Err(Fault::Expression { expected: "GOTO or THEN" });
+                return Err(Fault::Macro(MacroFault::Expression { expected: "GOTO or THEN" }));
             }
             if is_true {
                 let rest = SourceLine::new(&line.code.as_bytes()[reader.at..]);
@@ -38,9 +44,11 @@ impl Run<'_> {
             }
             return Ok(Next::Line);
         }
-        let Some(number) = do_number(line) else { return Err(Fault::Expression { expected: "DO and a number" }) };
+        let Some(number) = do_number(line) else {
+            return Err(Fault::Macro(MacroFault::Expression { expected: "DO and a number" }));
+        };
         let is_true = !reader.takes("WHILE") || reader.bracket()?.is_some_and(|value| value != 0.0);
-        let after = self.source().end_after(self.here.line, number).ok_or(Fault::NoLabel)?;
+        let after = self.source().end_after(self.here.line, number).ok_or(Fault::Macro(MacroFault::NoLabel))?;
         Ok(if is_true { Next::Line } else { Next::At(after + 1) })
     }
 
@@ -49,7 +57,7 @@ impl Run<'_> {
         let here = self.here.line;
         let from = line.code.len() - line.code[line.begin..].trim_start().len() + line.keyword().len();
         let mut reader = Reader::new(&line.code, from, &self.variables);
-        let missing = || Fault::NoLabel;
+        let missing = || Fault::Macro(MacroFault::NoLabel);
         let after = |keywords: &[&str]| self.source().o_after(here + 1, name, keywords).ok_or_else(missing);
         match line.keyword() {
             "SUB" => Ok(Next::At(after(&["ENDSUB"])? + 1)),
@@ -62,11 +70,10 @@ impl Run<'_> {
             "CALL" => {
                 let mut arguments = Vec::new();
                 while reader.peek() == Some(b'[') {
-                    arguments.push(reader.bracket()?.ok_or(Fault::NoValue)?);
+                    arguments.push(reader.bracket()?.ok_or(Fault::Macro(MacroFault::NoValue))?);
                 }
-                let begin = self.find(name, true)?;
-                self.variables.call(&arguments);
-                self.call(begin, 1, true)
+                let begin = self.find(name, Named::Word)?;
+                self.call(begin, 1, Some((1..).zip(arguments).collect()))
             }
             "IF" => {
                 let is_true = reader.bracket()?.is_some_and(|value| value != 0.0);
@@ -132,7 +139,9 @@ impl Run<'_> {
                 }
                 Ok(Next::At(end + 1))
             }
-            _ => Err(Fault::Expression { expected: "a word such as sub, call, if, while, repeat or do" }),
+            _ => Err(Fault::Macro(MacroFault::Expression {
+                expected: "a word such as sub, call, if, while, repeat or do",
+            })),
         }
     }
 }

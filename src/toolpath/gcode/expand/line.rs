@@ -1,8 +1,11 @@
 //! One line of a program with macros: what steers the flow, what is assigned, and words with their values.
 
+use std::ops::Range;
+
 use crate::toolpath::gcode::{
-    error::Fault,
+    error::{Fault, MacroFault},
     expand::{expression::Reader, variables::Variables},
+    lines,
 };
 
 /// A line as it is steered by.
@@ -67,40 +70,82 @@ impl SourceLine {
         self.o_name.is_some() && self.rest().is_empty()
     }
 
-    /// The number after `letter`, evaluated.
-    pub fn number(&self, letter: char, variables: &Variables) -> Result<Option<f64>, Fault> {
-        let (text, mut depth) = (self.code.as_bytes(), 0);
-        for (at, &byte) in text.iter().enumerate().skip(self.begin) {
-            match byte {
-                b'[' | b'<' => depth += 1,
-                b']' | b'>' => depth -= 1,
-                _ if depth == 0 && char::from(byte) == letter => {
-                    return Reader::new(&self.code, at + 1, variables).number().map(Some);
+    /// The words of a line that assigns nothing: each letter with its number, evaluated, and the bytes they stand in; `None` is
+    /// Fanuc's null.
+    pub fn words(&self, variables: &Variables) -> Result<Vec<CalledWord>, (usize, Fault)> {
+        let text = self.code.as_bytes();
+        let (mut words, mut at) = (Vec::new(), self.begin);
+        while at < text.len() {
+            match text[at] {
+                b' ' => at += 1,
+                letter if letter.is_ascii_alphabetic() => {
+                    let mut reader = Reader::new(&self.code, at + 1, variables);
+                    let value = reader.value().map_err(|fault| (at, fault))?;
+                    words.push(CalledWord { letter: char::from(letter), value, span: at..reader.at });
+                    at = reader.at;
                 }
-                _ => {}
+                _ => return Err((at, Fault::Character)),
             }
         }
-        Ok(None)
+        Ok(words)
     }
+
+    /// Whether it has a word of `letter` with one of these numbers, written plainly: `M98`, `M 098`, `G65`.
+    pub fn has(&self, letter: u8, numbers: &[f64]) -> bool {
+        (self.begin..self.code.len()).filter(|at| self.code.as_bytes()[*at] == letter).any(|at| {
+            let digits = self.code[at + 1..].trim_start();
+            let length = digits.bytes().take_while(|b| b.is_ascii_digit() || *b == b'.').count();
+            digits[..length].parse::<f64>().is_ok_and(|number| numbers.contains(&number))
+        })
+    }
+
+    /// Whether it is a % that opens or closes the program.
+    pub fn is_mark(&self) -> bool {
+        lines::first(&self.bytes) == Some(b'%')
+    }
+
+    /// Whether it has no code, not even a % or an O.
+    pub fn is_bare(&self) -> bool {
+        self.code.trim().is_empty() && !self.is_mark()
+    }
+
+    /// The line without `words`, which are in order, if any other word but N is left.
+    pub fn without(&self, words: &[CalledWord]) -> Option<SourceLine> {
+        let mut bytes = self.bytes.clone();
+        for word in words.iter().rev() {
+            let blanks = bytes[..word.span.start].iter().rev().take_while(|b| **b == b' ').count();
+            bytes.drain(word.span.start - blanks..word.span.end);
+        }
+        let rest = SourceLine::new(bytes.trim_ascii_end());
+        (!rest.rest().is_empty()).then_some(rest)
+    }
+}
+
+/// A word of a line that calls something.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct CalledWord {
+    pub letter: char,
+    pub value: Option<f64>,
+    pub span: Range<usize>,
 }
 
 /// The code of a line, as long as it is in bytes: comments and what is no ASCII are blanks.
 fn code(bytes: &[u8]) -> String {
-    let (mut text, mut in_comment) = (String::with_capacity(bytes.len()), false);
-    if bytes.trim_ascii_start().first().is_some_and(|b| matches!(b, b'%' | b'$' | b'?' | b'!' | b'~')) {
+    let mut text = String::with_capacity(bytes.len());
+    if lines::first(bytes).is_some_and(|b| matches!(b, b'%' | b'$' | b'?' | b'!' | b'~')) {
         return text;
     }
-    for &byte in bytes {
+    while let Some(&byte) = bytes.get(text.len()) {
         match byte {
-            b'(' => in_comment = true,
-            b';' if !in_comment => break,
-            _ => {}
+            b'(' => {
+                let at = text.len();
+                let length = lines::comment_length(bytes, at).unwrap_or(bytes.len() - at);
+                text.extend(std::iter::repeat_n(' ', length));
+            }
+            b';' => break,
+            b' '..=b'~' => text.push(char::from(byte.to_ascii_uppercase())),
+            _ => text.push(' '),
         }
-        text.push(match byte {
-            _ if in_comment || !(b' '..=b'~').contains(&byte) => ' ',
-            _ => char::from(byte.to_ascii_uppercase()),
-        });
-        in_comment &= byte != b')';
     }
     text
 }
@@ -118,8 +163,8 @@ pub(super) fn evaluated(line: &SourceLine, variables: &mut Variables) -> Result<
             b'#' => {
                 let mut reader = Reader::new(&line.code, at + 1, variables);
                 let assignment = reader.name().and_then(|name| match reader.takes("=") {
-                    true => reader.value().map(|value| (name, value)),
-                    false => Err(Fault::Expression { expected: "= after a variable" }),
+                    true => reader.expression().map(|value| (name, value)),
+                    false => Err(Fault::Macro(MacroFault::Expression { expected: "= after a variable" })),
                 });
                 assigned.push(assignment.map_err(|fault| (at, fault))?);
                 out.extend_from_slice(&line.bytes[from..at]);

@@ -1,7 +1,8 @@
 //! A program written out as the motion it makes: calls, loops and jumps followed, expressions evaluated, before anything is
-//! interpreted. What depends on the state of the machine is refused.
+//! interpreted; then cycles as the moves that they are. What depends on the state of the machine is refused.
 
 mod calls;
+mod cycles;
 mod expression;
 mod flow;
 mod jumps;
@@ -9,7 +10,7 @@ mod line;
 mod run;
 mod variables;
 
-use crate::toolpath::gcode::{BlockDelete, error::GcodeError};
+use crate::toolpath::gcode::{BlockDelete, Dialect, GcodeOptions, Program, dialect, error::GcodeError, lines};
 
 /// Gives the bytes of a file beside the program, if there is one of this name.
 pub type Beside<'a> = dyn Fn(&str) -> Option<Vec<u8>> + 'a;
@@ -37,6 +38,20 @@ impl WrittenOut {
         GcodeError { file: self.files[file].clone(), line: line + 1, ..error }
     }
 
+    /// The lines are now those of which `lines` says which they were, from 0.
+    pub fn follow(&mut self, lines: &[usize]) {
+        self.origins = lines.iter().map(|line| self.origins.get(*line).copied().unwrap_or_default()).collect();
+    }
+
+    /// Adds the comment to `bytes` that says what they are, behind a % that they begin with.
+    pub fn sign(&mut self, bytes: &mut Vec<u8>) {
+        let has_mark = lines::first(bytes) == Some(b'%');
+        let at = if has_mark { bytes.iter().position(|b| *b == b'\n').map_or(0, |at| at + 1) } else { 0 };
+        let header = format!("(written out by kinetostat: {} lines for {})\n", self.origins.len() + 1, self.lines);
+        bytes.splice(at..at, header.into_bytes());
+        self.origins.insert(usize::from(at > 0), Origin::default());
+    }
+
     fn origin(&self, line: usize) -> Origin {
         self.origins.get(line.saturating_sub(1)).copied().unwrap_or_default()
     }
@@ -48,6 +63,44 @@ pub(super) struct Origin {
     pub file: usize,
     /// From 0.
     pub line: usize,
+}
+
+impl Program {
+    /// Writes the program out as the motion it makes (calls, loops, jumps and expressions followed, cycles as moves), then
+    /// reads that as [`Program::parse`] does. A comment at its top says so. Lines in messages are those of the files they come from;
+    /// `beside` gives the files beside the program that it may call.
+    ///
+    /// # Errors
+    /// What cannot be evaluated, and as [`Program::parse`].
+    pub fn parse_expanded(
+        source: &[u8],
+        name: &str,
+        options: &GcodeOptions,
+        beside: &Beside<'_>,
+    ) -> Result<Program, GcodeError> {
+        let dialect = options.dialect.unwrap_or_else(|| Dialect::of(source));
+        if dialect != Dialect::Iso {
+            return Err(dialect::not_written_out(source, name, dialect));
+        }
+        let options = &GcodeOptions { dialect: Some(Dialect::Iso), ..options.clone() };
+        let (mut bytes, mut written_out) = expand(source, name, options.block_delete, beside)?;
+        let program = Program::parse(bytes.clone(), name, options).map_err(|fault| written_out.located(fault))?;
+        if let Some((moves, lines)) = program.without_cycles().map_err(|fault| written_out.located(fault))? {
+            written_out.follow(&lines);
+            bytes = moves;
+        }
+        written_out.sign(&mut bytes);
+        let mut program = Program::parse(bytes, name, options).map_err(|fault| written_out.located(fault))?;
+        for line in &mut program.notes.not_located {
+            *line = written_out.line_of(*line);
+        }
+        if let Some((_, line)) = &mut program.notes.unit_taken {
+            *line = written_out.line_of(*line);
+        }
+        program.notes.written_out = Some([written_out.lines, written_out.origins.len()]);
+        program.written_out = Some(written_out);
+        Ok(program)
+    }
 }
 
 /// Writes the program `source`, called `name`, out.

@@ -2,7 +2,7 @@
 
 use crate::toolpath::gcode::{
     BlockDelete,
-    error::{Fault, GcodeError, Refusal},
+    error::{Fault, GcodeError, MacroFault, Refusal},
     expand::{
         Beside, Origin, WrittenOut,
         calls::Call,
@@ -10,7 +10,7 @@ use crate::toolpath::gcode::{
         line::{SourceLine, evaluated},
         variables::Variables,
     },
-    lines,
+    lines::{self, Lines},
 };
 
 /// The most lines that are run.
@@ -28,6 +28,8 @@ pub(super) struct Run<'a> {
     pub(super) variables: Variables,
     bytes: Vec<u8>,
     origins: Vec<Origin>,
+    /// Whether a % has opened the program.
+    has_tape_marks: bool,
 }
 
 /// What comes after a line.
@@ -37,7 +39,7 @@ pub(super) enum Next {
     End,
 }
 
-type Step = Result<Next, (usize, Fault)>;
+pub(super) type Step = Result<Next, (usize, Fault)>;
 
 impl<'a> Run<'a> {
     pub fn new(source: &[u8], name: &str, block_delete: BlockDelete, beside: &'a Beside<'a>) -> Run<'a> {
@@ -52,6 +54,7 @@ impl<'a> Run<'a> {
             variables: Variables::default(),
             bytes: Vec::new(),
             origins: Vec::new(),
+            has_tape_marks: false,
         }
     }
 
@@ -73,7 +76,7 @@ impl<'a> Run<'a> {
                 Refusal::new(span, fault)
             };
             let next = if steps > MOST_STEPS {
-                Err((line.begin, Fault::TooManySteps { most: MOST_STEPS }))
+                Err((line.begin, Fault::Macro(MacroFault::TooManySteps { most: MOST_STEPS })))
             } else {
                 self.step(&line)
             };
@@ -84,17 +87,11 @@ impl<'a> Run<'a> {
                 Next::End => break,
             }
         }
-        let lines = &self.sources[0].lines;
-        let has_tape_marks = lines.first().is_some_and(|line| line.bytes.trim_ascii_start().starts_with(b"%"));
-        if has_tape_marks {
+        let lines = self.sources[0].lines.len();
+        if self.has_tape_marks {
             self.bytes.extend_from_slice(b"%\n");
-            self.origins.push(Origin { file: 0, line: lines.len() - 1 });
+            self.origins.push(Origin { file: 0, line: lines - 1 });
         }
-        let lines = lines.len();
-        let header = format!("(written out by kinetostat: {} lines for {lines})\n", self.origins.len() + 1);
-        let at = if has_tape_marks { self.bytes.iter().position(|b| *b == b'\n').map_or(0, |at| at + 1) } else { 0 };
-        self.bytes.splice(at..at, header.into_bytes());
-        self.origins.insert(usize::from(at > 0), Origin::default());
         Ok((self.bytes, WrittenOut { origins: self.origins, files: self.files, lines }))
     }
 
@@ -102,7 +99,11 @@ impl<'a> Run<'a> {
     fn not_back(&self) -> GcodeError {
         let last = self.source().lines.last();
         let bytes = last.map_or(&[][..], |line| &line.bytes);
-        Refusal::new(0..bytes.len(), Fault::NoReturn).locate(&self.files[self.here.file], self.here.line, bytes)
+        Refusal::new(0..bytes.len(), Fault::Macro(MacroFault::NoReturn)).locate(
+            &self.files[self.here.file],
+            self.here.line,
+            bytes,
+        )
     }
 
     pub(super) fn source(&self) -> &Source {
@@ -114,69 +115,72 @@ impl<'a> Run<'a> {
             self.write(line.bytes.clone());
             return Ok(Next::Line);
         }
-        // Behind the first line, a % ends the program or is that of a file called.
-        if line.bytes.trim_ascii_start().starts_with(b"%") {
-            if self.here == (Origin { file: 0, line: 0 }) {
+        // Behind code, a % ends the program or is that of a file called.
+        if line.is_mark() {
+            let opens = self.is_first();
+            if opens && self.calls.is_empty() {
                 self.write(line.bytes.clone());
+                self.has_tape_marks = true;
             }
-            return Ok(if self.here.line == 0 || !self.calls.is_empty() { Next::Line } else { Next::End });
+            return Ok(if opens || !self.calls.is_empty() { Next::Line } else { Next::End });
         }
         let at = |fault| (line.begin, fault);
         let keyword = line.keyword();
         match (&line.o_name, keyword) {
-            (Some(_), "") => Ok(self.program(line)),
+            (Some(_), "") => self.program(line).map_err(|fault| (0, fault)),
             (Some(name), _) => self.o_word(line, name).map_err(at),
             (None, "IF" | "GOTO" | "WHILE" | "DO" | "END") => self.flow(line).map_err(at),
             _ => self.words(line),
         }
     }
 
-    /// A program number: the first is the program's own, the next one begins what it calls.
-    fn program(&mut self, line: &SourceLine) -> Next {
-        let is_first =
-            self.here.file == 0 && !self.source().lines[..self.here.line].iter().any(SourceLine::begins_program);
-        if is_first {
-            self.write(line.bytes.clone());
-        }
-        if is_first || !self.calls.is_empty() { Next::Line } else { Next::End }
+    /// Whether nothing but comments stands before this line of its file.
+    fn is_first(&self) -> bool {
+        self.source().lines[..self.here.line].iter().all(SourceLine::is_bare)
     }
 
-    /// A line of words: calls by M97 and M98, the end by M2, M30 and M99, or motion.
-    fn words(&mut self, line: &SourceLine) -> Step {
-        let at = |fault| (line.begin, fault);
-        let m = line.number('M', &self.variables).map_err(at)?;
-        let called = |letter| line.number(letter, &self.variables).map_err(at);
-        match m {
-            Some(m @ (97.0 | 98.0)) => {
-                let p = called('P')?.ok_or_else(|| at(Fault::Expression { expected: "P on the line" }))?;
-                let times = called('L')?.unwrap_or(1.0);
-                if line.rest().contains(['X', 'Y', 'Z']) {
-                    return Err(at(Fault::CallWithMotion));
-                }
-                let (p, times) = (p as u32, times as u32);
-                let (begin, times) = if m == 97.0 {
-                    let label = self.source().label(self.here.line, p).ok_or_else(|| at(Fault::NoLabel))?;
-                    (Origin { file: self.here.file, line: label }, times)
-                } else {
-                    match self.find(&p.to_string(), false) {
-                        Err(_) if p > 9999 => (self.find(&(p % 10_000).to_string(), false).map_err(at)?, p / 10_000),
-                        found => (found.map_err(at)?, times),
-                    }
-                };
-                if times == 0 { Ok(Next::Line) } else { self.call(begin, times, false).map_err(at) }
-            }
-            Some(99.0) => match called('P')? {
-                None => self.end_call().map_err(at),
-                Some(_) => Err(at(Fault::Expression { expected: "M99 without P" })),
-            },
-            m => {
-                let bytes = evaluated(line, &mut self.variables)?;
-                if !bytes.trim_ascii().is_empty() || line.bytes.trim_ascii().is_empty() {
-                    self.write(bytes);
-                }
-                Ok(if matches!(m, Some(2.0 | 30.0)) { Next::End } else { Next::Line })
-            }
+    /// A program number: the first is the program's own, the next one begins what it calls.
+    fn program(&mut self, line: &SourceLine) -> Result<Next, Fault> {
+        let before = &self.source().lines[..self.here.line];
+        let is_own = self.here.file == 0 && !before.iter().any(SourceLine::begins_program);
+        if !self.calls.is_empty() {
+            return Ok(Next::Line);
         }
+        if !is_own {
+            return Ok(Next::End);
+        }
+        if before.iter().any(|line| !line.code.trim().is_empty()) {
+            return Err(Fault::Macro(MacroFault::RunsOn));
+        }
+        self.write(line.bytes.clone());
+        Ok(Next::Line)
+    }
+
+    /// A line of words: a call, the end by M2, M30 and M99, or motion.
+    fn words(&mut self, line: &SourceLine) -> Step {
+        if line.has(b'M', &[97.0, 98.0, 198.0]) {
+            return self.call_by_number(line);
+        }
+        if line.has(b'G', &[65.0]) {
+            return self.call_macro(line);
+        }
+        if line.has(b'G', &[66.0, 66.1]) {
+            return Err((line.begin, Fault::Macro(MacroFault::ModalCall)));
+        }
+        if line.has(b'M', &[99.0]) {
+            return self.go_back(line);
+        }
+        self.plain(line)?;
+        Ok(if line.has(b'M', &[2.0, 30.0]) { Next::End } else { Next::Line })
+    }
+
+    /// Writes a line that steers nothing, with values in place of its expressions.
+    pub(super) fn plain(&mut self, line: &SourceLine) -> Result<(), (usize, Fault)> {
+        let bytes = evaluated(line, &mut self.variables)?;
+        if !bytes.trim_ascii().is_empty() || line.bytes.trim_ascii().is_empty() {
+            self.write(bytes);
+        }
+        Ok(())
     }
 
     fn write(&mut self, bytes: Vec<u8>) {
@@ -189,10 +193,10 @@ impl<'a> Run<'a> {
 
 impl Source {
     pub fn new(bytes: &[u8]) -> Source {
-        let lines = lines::split(bytes);
+        let lines = Lines::of(bytes);
         Source {
-            endings: lines.iter().map(|line| bytes[line.ending.clone()].to_vec()).collect(),
-            lines: lines.iter().map(|line| SourceLine::new(&bytes[line.content.clone()])).collect(),
+            endings: (0..lines.len()).map(|line| bytes[lines.ending(line)].to_vec()).collect(),
+            lines: (0..lines.len()).map(|line| SourceLine::new(&bytes[lines.content(line)])).collect(),
         }
     }
 }

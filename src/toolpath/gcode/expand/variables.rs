@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::toolpath::gcode::error::Fault;
+use crate::toolpath::gcode::error::{Fault, MacroFault};
 
 /// All variables, and those of each call.
 #[derive(Debug)]
@@ -28,8 +28,8 @@ impl Variables {
     pub fn get(&self, name: &str) -> Result<Option<f64>, Fault> {
         let own = self.map(name).get(name).copied();
         match name.parse::<u32>() {
-            Ok(number) if number > OWN => Err(Fault::MachineState),
-            Err(_) if name.starts_with('_') && own.is_none() => Err(Fault::MachineState),
+            Ok(number) if number > OWN => Err(Fault::Macro(MacroFault::MachineState)),
+            Err(_) if name.starts_with('_') && own.is_none() => Err(Fault::Macro(MacroFault::MachineState)),
             _ => Ok(own),
         }
     }
@@ -40,7 +40,7 @@ impl Variables {
 
     pub fn set(&mut self, name: &str, value: Option<f64>) -> Result<(), Fault> {
         if name.parse::<u32>().is_ok_and(|number| number > OWN || number == 0) {
-            return Err(Fault::MachineState);
+            return Err(Fault::Macro(MacroFault::MachineState));
         }
         let is_local = is_local(name);
         let map = match self.local.last_mut() {
@@ -54,10 +54,14 @@ impl Variables {
         Ok(())
     }
 
-    /// A call begins, with `arguments` as #1 and so on.
-    pub fn call(&mut self, arguments: &[f64]) {
-        let numbered = (1..).zip(arguments).map(|(number, value): (u32, _)| (number.to_string(), *value));
-        self.local.push(numbered.collect());
+    /// A call begins, with `arguments` by the numbers of their variables.
+    pub fn call(&mut self, arguments: &[(u32, f64)]) {
+        self.local.push(named(arguments));
+    }
+
+    /// Whether the variables of the innermost call are still its `arguments`.
+    pub fn are(&self, arguments: &[(u32, f64)]) -> bool {
+        self.local.last() == Some(&named(arguments))
     }
 
     /// The innermost call ends.
@@ -78,4 +82,27 @@ impl Variables {
 /// #1 to #33 and names without a leading `_`.
 fn is_local(name: &str) -> bool {
     name.parse::<u32>().map_or(!name.starts_with('_'), |number| number <= LOCAL)
+}
+
+fn named(arguments: &[(u32, f64)]) -> BTreeMap<String, f64> {
+    arguments.iter().map(|(number, value)| (number.to_string(), *value)).collect()
+}
+
+/// The variable that Fanuc's G65 gives the value after `letter` (its first kind of arguments).
+pub(super) fn argument(letter: char) -> Option<u32> {
+    // #10, #12 and #14 to #16 have none.
+    let at = "ABCIJKDEF-H-M---QRSTUVWXYZ".find(letter).filter(|_| letter != '-')?;
+    u32::try_from(at + 1).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn letters_of_macro_calls_are_those_of_the_control() {
+        let numbers: Vec<_> = "ABCDEFHIJKMQRSTUVWXYZ".chars().filter_map(argument).collect();
+        assert_eq!(numbers, [1, 2, 3, 7, 8, 9, 11, 4, 5, 6, 13, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26]);
+        assert!("GLNOP".chars().all(|letter| argument(letter).is_none()));
+    }
 }

@@ -1,0 +1,105 @@
+//! A program in parts, so that memory does not grow with it: what is wanted at the points of a part is found when it is needed.
+
+use std::ops::Range;
+
+use super::{ProgramJob, corners::Corners, load_fault};
+use crate::{
+    compensation::Demand,
+    input::error::{Error, Result},
+    machine::Machine,
+    study::{
+        along_path::{BLOCK, PathCase, parts},
+        demands::demanding,
+    },
+    toolpath::PathPoint,
+};
+
+/// Points of a program that follow one another.
+#[derive(Debug, Clone)]
+pub struct Part<'a> {
+    /// Index of the first of them.
+    pub first: usize,
+    /// The points.
+    pub points: &'a [PathPoint],
+    /// What is wanted at the points before, as far back as it matters, and at these.
+    demands: Vec<Demand>,
+}
+
+impl Part<'_> {
+    /// What is wanted at its points, under load.
+    pub fn demands(&self) -> &[Demand] {
+        &self.demands[self.passed()..]
+    }
+
+    fn passed(&self) -> usize {
+        self.demands.len() - self.points.len()
+    }
+
+    /// Indices of its points.
+    pub fn range(&self) -> Range<usize> {
+        self.first..self.first + self.points.len()
+    }
+
+    /// It as a path: the machine by which commands are computed, the one that answers, and from whose rest deflections are measured.
+    pub(super) fn case<'a>(&'a self, [nominal, real, resting]: [&'a Machine; 3]) -> PathCase<'a> {
+        let (before, demands) = self.demands.split_at(self.passed());
+        PathCase { nominal, real, resting, before, demands }
+    }
+
+    /// The same points, something else wanted of them.
+    pub(super) fn asked(&self, other: impl Fn(&Demand) -> Demand) -> Self {
+        Self { demands: self.demands.iter().map(other).collect(), ..self.clone() }
+    }
+}
+
+/// Most points of a program that is corrected within limits: of all of them at once.
+const MOST_AT_ONCE: usize = 200_000;
+
+impl ProgramJob {
+    /// The parts of the program, in order.
+    ///
+    /// # Errors
+    /// None in fact: there is a load at every point of a program that was read.
+    pub fn parts(&self) -> impl Iterator<Item = Result<Part<'_>>> {
+        let process = &self.process;
+        let mut demand = demanding(&self.machine, &process.placement, process.target, &self.path);
+        let mut corners = Corners::new(process, &self.path);
+        let mut passed: Vec<Demand> = Vec::new();
+        parts(self.path.len()).map(move |range| {
+            let (first, points) = (range.start, &self.path.points()[range.clone()]);
+            let mut demands = std::mem::take(&mut passed);
+            match &self.kept {
+                Some(kept) => demands.extend_from_slice(&kept[range]),
+                None => {
+                    for (k, point) in range.zip(points) {
+                        let load = process.load(point);
+                        let rounded = load.and_then(|load| corners.rounded(k, demand(point, &load)));
+                        demands.push(rounded.map_err(|fault| load_fault(&self.name, &fault))?);
+                    }
+                }
+            }
+            passed = demands[demands.len().saturating_sub(BLOCK)..].to_vec();
+            Ok(Part { first, points, demands })
+        })
+    }
+
+    /// What is wanted at all points.
+    ///
+    /// # Errors
+    /// Too many points.
+    pub(super) fn all_demands(&self) -> Result<Vec<Demand>> {
+        let points = self.path.len();
+        if points > MOST_AT_ONCE {
+            let problem = format!(
+                "bounded corrects the whole path at once: {points} points, expected at most {MOST_AT_ONCE}; a coarser \
+                 [sampling] or a part of the program has fewer"
+            );
+            return Err(Error::Argument { argument: "--method".into(), problem });
+        }
+        let mut demands = Vec::with_capacity(points);
+        for part in self.parts() {
+            demands.extend_from_slice(part?.demands());
+        }
+        Ok(demands)
+    }
+}

@@ -1,0 +1,148 @@
+//! Dialects of G-code: what differs is how the words of a line are found, what they ask for, and how new words look. Words are
+//! followed and changed alike.
+
+mod block_numbers;
+mod detect;
+mod foreign;
+mod heidenhain;
+mod heidenhain_words;
+mod scan;
+mod sinumerik;
+mod sinumerik_words;
+
+pub use foreign::Foreign;
+
+use serde::Deserialize;
+
+use crate::toolpath::gcode::{
+    LengthUnit,
+    error::{Fault, GcodeError, Refusal},
+    lex::{self, Word},
+    lines::{self, Code, Lines},
+    modal::GWord,
+};
+
+/// The language of a control.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Dialect {
+    /// ISO code as Fanuc, Haas, LinuxCNC and Grbl read it.
+    #[default]
+    Iso,
+    /// Siemens Sinumerik 840D and its kin.
+    Sinumerik,
+    /// Heidenhain's conversational language (Klartext).
+    Heidenhain,
+}
+
+impl Dialect {
+    /// All of them.
+    pub const ALL: [Dialect; 3] = [Dialect::Iso, Dialect::Sinumerik, Dialect::Heidenhain];
+
+    /// Its name in files and on the command line.
+    #[must_use]
+    pub fn label(self) -> &'static str {
+        match self {
+            Dialect::Iso => "iso",
+            Dialect::Sinumerik => "sinumerik",
+            Dialect::Heidenhain => "heidenhain",
+        }
+    }
+
+    /// Its name in sentences.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Dialect::Iso => "ISO",
+            Dialect::Sinumerik => "Sinumerik",
+            Dialect::Heidenhain => "Heidenhain",
+        }
+    }
+
+    /// What messages end with; nothing for ISO.
+    pub(crate) fn read_as(self) -> &'static str {
+        match self {
+            Dialect::Iso => "",
+            Dialect::Sinumerik => " (read as Sinumerik)",
+            Dialect::Heidenhain => " (read as Heidenhain)",
+        }
+    }
+
+    /// What `word`, a G word, asks for.
+    pub(super) fn g_word(self, word: &Word) -> Result<GWord, Refusal> {
+        match self {
+            Dialect::Iso | Dialect::Heidenhain => GWord::of(word),
+            Dialect::Sinumerik => sinumerik_words::g_word(word),
+        }
+    }
+
+    /// mm in a unit of the feed. Heidenhain's feed is in tenths of an inch.
+    pub(super) fn feed_unit_mm(self, unit: LengthUnit) -> f64 {
+        match (self, unit) {
+            (Dialect::Heidenhain, LengthUnit::Inch) => 2.54,
+            (_, unit) => unit.mm(),
+        }
+    }
+
+    /// A program as it is written, its block numbers rising if the dialect has such.
+    pub(super) fn numbered(self, source: &[u8], written: Vec<u8>) -> Vec<u8> {
+        match self {
+            Dialect::Heidenhain => block_numbers::rising(source, written),
+            Dialect::Iso | Dialect::Sinumerik => written,
+        }
+    }
+}
+
+/// What a line says.
+pub(super) enum Statement {
+    /// A `%` that opens or closes the program.
+    Percent,
+    /// A command to a Grbl control.
+    Command {
+        /// Whether it may move the machine.
+        moves: bool,
+    },
+    /// Words; all else is kept as it is.
+    Words {
+        words: Vec<Word>,
+        /// Length of what new lines of the block begin with as well.
+        prefix: usize,
+    },
+}
+
+/// Reads lines, one after the other.
+pub(super) enum Language {
+    Iso,
+    Sinumerik,
+    Heidenhain(heidenhain::Reader),
+}
+
+impl Language {
+    pub fn new(dialect: Dialect) -> Language {
+        match dialect {
+            Dialect::Iso => Language::Iso,
+            Dialect::Sinumerik => Language::Sinumerik,
+            Dialect::Heidenhain => Language::Heidenhain(heidenhain::Reader::default()),
+        }
+    }
+
+    /// What `line` says.
+    pub fn statement(&mut self, line: &[u8]) -> Result<Statement, Refusal> {
+        match self {
+            Language::Iso => match lines::code(line)? {
+                Code::Percent => Ok(Statement::Percent),
+                Code::Command { moves } => Ok(Statement::Command { moves }),
+                Code::Words { text, prefix } => Ok(Statement::Words { words: lex::words(&text)?, prefix }),
+            },
+            Language::Sinumerik => sinumerik::statement(line),
+            Language::Heidenhain(reader) => reader.statement(line),
+        }
+    }
+}
+
+/// That a program is not in ISO code and cannot be written out.
+pub(super) fn not_written_out(source: &[u8], name: &str, dialect: Dialect) -> GcodeError {
+    let lines = Lines::of(source);
+    let first = if lines.len() > 0 { &source[lines.content(0)] } else { &[] };
+    Refusal::new(0..first.len(), Fault::NotWrittenOut).locate(name, 1, first).read_as(dialect)
+}

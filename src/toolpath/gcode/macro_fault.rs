@@ -1,0 +1,69 @@
+//! Macros and calls that cannot be followed.
+
+use thiserror::Error;
+
+/// What is wrong with a macro, a jump or a call.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum MacroFault {
+    /// An expression that is none.
+    #[error("not an expression that can be evaluated; expected {expected}")]
+    Expression {
+        /// What should stand there.
+        expected: &'static str,
+    },
+    /// A variable that nothing was assigned to.
+    #[error("a variable without a value; expected one that the program has assigned before")]
+    NoValue,
+    /// A division by zero and the like.
+    #[error("its value is no number; expected a finite one")]
+    NotFinite,
+    /// A variable of the machine.
+    #[error("depends on the state of the machine; expected variables #1 to #999 and names that the program assigns")]
+    MachineState,
+    /// A jump without an aim.
+    #[error(
+        "its other end is not in the program; expected the label, or the word that ends or begins the same loop, branch or subprogram"
+    )]
+    NoLabel,
+    /// A call of what is not there.
+    #[error("subprogram {name} is neither in the file nor beside it; expected O{name}, or a file of this name")]
+    NoSubprogram {
+        /// Its name.
+        name: String,
+    },
+    /// A program that goes on and on.
+    #[error("the program has run {most} lines and has not ended; expected one that ends")]
+    TooManySteps {
+        /// How many were run.
+        most: usize,
+    },
+    /// Subprograms that call themselves.
+    #[error("calls are more than {most} deep; expected subprograms that do not call themselves")]
+    TooDeep {
+        /// The most.
+        most: usize,
+    },
+    /// M99 where nothing was called.
+    #[error("ends a subprogram where none was called, or repeats the main program for ever; expected M2 or M30")]
+    NoCall,
+    /// A subprogram that does not come back.
+    #[error("the subprogram ends here without M99 or endsub; expected one of them")]
+    NoReturn,
+    /// A word of a call that is not read.
+    #[error(
+        "{letter} of a call is not read: controls differ in what it means; expected P, L and, after G65, arguments"
+    )]
+    CallWord {
+        /// The letter.
+        letter: char,
+    },
+    /// G66.
+    #[error("macro calls that stay in force (G66) are not followed; expected G65, or the macro written out")]
+    ModalCall,
+    /// G65 with L whose macro assigns to its arguments.
+    #[error("a macro that is repeated changes its arguments, which controls read differently; expected L1")]
+    ChangedArguments,
+    /// A main program without an end before a subprogram.
+    #[error("the program runs into another one; expected M2, M30 or M99 before it")]
+    RunsOn,
+}

@@ -1,0 +1,20 @@
+%
+O00007 
+(TABS, AND WORDS FAR TO THE RIGHT)
+G21		(MM)
+G17	G80 G40
+T1 M06 	 
+G54		
+G90
+G94
+M03 S1500	(ON)
+G0 X4.0 Y-4.0 Z2.0
+G1			  Z-0.5 F100.0
+        Y-1.0
+   X1.0
+		Y-4.0
+   X4.0
+			  Z2.0
+G00 G53 Z0.0
+M30
+%

@@ -1,0 +1,16 @@
+(written out by kinetostat: 16 lines for 11)
+O50
+G21 G90 G0 X0 Y0 Z10.
+G99 F60
+G0 X5. Y5.
+G0 Z1.0
+G1 Z-3.0
+G0 Z1.0
+G0 Y15.
+G1 Z-3.0
+G0 Z1.0
+G0 X15.
+G1 Z-3.0
+G0 Z1.0
+G90 G80 G0 Z10.
+M30

@@ -1,0 +1,14 @@
+(written out by kinetostat: 14 lines for 10)
+O30
+G21 G90 G0 X0 Y0 Z1.
+G1 Z-0.5 F60
+G91 G1 X2.5 F300.0
+Y1.0
+G91 G1 X2.5 F300.0
+Y1.0
+G91 G1 X2.5 F300.0
+Y1.0
+G91 G1 X2.5 F300.0
+Y1.0
+G90 G0 Z9.
+M30

@@ -1,0 +1,11 @@
+(written out by kinetostat: 11 lines for 13)
+O21
+G21 G90 G0 X0 Y0 Z2.
+N500 G91 G1 X3. Z-1. F150
+G0 Z1.
+N500 G91 G1 X3. Z-1. F150
+G0 Z1.
+G91 G1 Y6. F150
+G90
+N90 G90 G0 Z8.
+M30

@@ -1,0 +1,26 @@
+(written out by kinetostat: 26 lines for 13)
+O12
+G21 G90 G0 X0 Y0 Z2.
+G1 Z-1. F90
+G91 G1 X4. F200
+Y1.
+X-4.
+Y1.
+G91 G1 X4. F200
+Y1.
+X-4.
+Y1.
+G91 G1 X4. F200
+Y1.
+X-4.
+Y1.
+G91 G1 X4. F200
+Y1.
+X-4.
+Y1.
+G91 G1 X4. F200
+Y1.
+X-4.
+Y1.
+G90 G0 Z5.
+M2

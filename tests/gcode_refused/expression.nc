@@ -1,0 +1,4 @@
+; expression.nc:4:4: `X[5*2]`: variables and expressions are not read; expected plain numbers, or expand in [gcode] of the process file (--expand), which writes it out
+G21 G90 G17 F100
+G0 X0 Y0 Z5
+G1 X[5*2]

@@ -1,0 +1,7 @@
+; --expand no_return.nc:7:1: `G1 X5`: the subprogram ends here without M99 or endsub; expected one of them
+G21 G90 G17 F100
+G0 X0 Y0 Z5
+M98 P100
+M30
+O100
+G1 X5

@@ -1,0 +1,4 @@
+; polar.nc:4:1: `G16`: polar, scaled or rotated coordinates are not supported; expected plain coordinates
+G21 G90 G17 F100
+G0 X0 Y0 Z5
+G16 X10 Y30

@@ -1,0 +1,136 @@
+//! A program of several parts: its points answer as if all of it were held at once, to the last bit.
+
+use kinetostat::{
+    compensation::Method,
+    input::Folder,
+    machine::Machine,
+    process::file::Process,
+    study::{
+        ProgramFile, Source,
+        along_path::{Commands, PathAnswer, PathCase, run},
+        program::{Corrected, ProgramCommands, ProgramJob},
+    },
+};
+use nalgebra::Vector3;
+
+const PROCESS: &str = r#"
+schema = 1
+
+[placement]
+reference = "platform_point"
+
+[force.path_frame]
+radial_force_N = 215.0
+tangential_force_N = -10.0
+axial_force_N = -25.0
+
+[[chain_error]]
+chain = "x"
+turn_about_drive_axis_deg = 1.0
+"#;
+
+/// A wave of so many short lines.
+fn wave(lines: usize) -> String {
+    let line = |k: usize| {
+        let x = k as f64 * 0.01;
+        format!("G1 X{x:.3} Y{:.3} Z{:.3}\n", 5.0 * (x / 7.0).sin(), (x / 3.0).cos())
+    };
+    (1..=lines).fold("G21 G90\nG0 X0 Y0 Z1\nF600\n".to_string(), |program, k| program + &line(k))
+}
+
+fn parsed(source: String, name: &str, process: &Process) -> ProgramFile {
+    let folder = Folder::in_memory([(name.into(), source.into_bytes())]);
+    ProgramFile::in_folder(&folder, name, &process.gcode).unwrap()
+}
+
+fn job(lines: usize) -> ProgramJob {
+    let machine = Machine::named("orthoglide").unwrap();
+    let process = Process::from_toml(PROCESS, "process", Folder::in_memory([]), &machine).unwrap();
+    let program = parsed(wave(lines), "wave.nc", &process);
+    ProgramJob::new(process, program, "wave.nc").unwrap()
+}
+
+/// More than one part of 4096 points, the last block not full.
+const LINES: usize = 4200;
+
+#[test]
+fn parts_answer_as_the_whole_does() {
+    let job = job(LINES);
+    let mut demands = Vec::new();
+    for part in job.parts() {
+        let part = part.unwrap();
+        assert_eq!((part.first, part.points.len()), (demands.len(), part.demands().len()));
+        demands.extend_from_slice(part.demands());
+    }
+    assert_eq!(demands.len(), job.path.len());
+    assert!(demands.len() > 4096);
+    let case =
+        PathCase { nominal: &job.machine, real: &job.real, resting: &job.machine, before: &[], demands: &demands };
+    let nothing_to_tell = || ();
+    let mut corrected = Corrected::new(&job);
+    let mut answers: Vec<PathAnswer> = Vec::new();
+    let own = job.pass_by(Method::Direct, &nothing_to_tell, |part, found| {
+        corrected.add(&job, part, found);
+        answers.extend_from_slice(found);
+        Ok(())
+    });
+    assert_eq!(own.unwrap().summary.solved, job.path.len() - 1);
+    assert!(answers == run(&case, &Commands::Method(Method::Direct), &nothing_to_tell));
+
+    // What is led once for all passes of a part is what each would have been led to.
+    let written = job.write(&corrected).unwrap();
+    let (mut before, mut as_written) = (Vec::new(), Vec::new());
+    let proof = job
+        .prove(("as written".into(), &written), &[Method::Linear], &nothing_to_tell, |proved| {
+            before.extend_from_slice(&proved.before[Source::All]);
+            as_written.extend_from_slice(proved.written);
+            Ok(())
+        })
+        .unwrap();
+    let alone = run(&case, &Commands::Method(Method::None), &nothing_to_tell);
+    assert!(before.iter().eq(&alone.iter().map(PathAnswer::settled_error).collect::<Vec<_>>()));
+    let mut read_back = Vec::new();
+    let pass = job.pass("as written", &ProgramCommands::Positions(&written.positions), &nothing_to_tell, |_, found| {
+        read_back.extend_from_slice(found);
+        Ok(())
+    });
+    assert!(as_written == read_back);
+    assert_eq!(proof.as_written.summary, pass.unwrap().summary);
+    let linear = job.pass_by(Method::Linear, &nothing_to_tell, |_, _| Ok(())).unwrap();
+    assert_eq!(proof.others[0].summary, linear.summary);
+    let rounding = proof.as_written.summary.max_mm.unwrap();
+    assert!(rounding < 2e-3, "{rounding}");
+}
+
+#[test]
+fn a_program_is_held_as_its_bytes() {
+    let program = wave(LINES);
+    let ProgramFile::Gcode(read) = job(LINES).file else { panic!("no G-code") };
+    assert_eq!(read.motion_count(), LINES + 1);
+    assert_eq!((read.line_of(0), read.line_of(LINES)), (Some(2), Some(LINES + 3)));
+    let path = read.toolpath(Default::default()).unwrap();
+    let same = read.rewrite(&path, &path.positions_mm(), read.own_format()).unwrap();
+    assert_eq!(same.bytes(), program.as_bytes());
+    let raised: Vec<Vector3<f64>> = path.positions_mm().iter().map(|p| p + Vector3::z()).collect();
+    let back = read.rewrite(&path, &raised, read.own_format()).unwrap().read_back().unwrap().positions_mm();
+    assert_eq!(back.len(), raised.len());
+    assert!(back.iter().zip(&raised).all(|(back, raised)| (back - raised).norm() < 1e-3));
+}
+
+#[test]
+fn a_program_too_long_to_be_corrected_at_once_is_refused() {
+    // Each of the lines is split into pieces of 0.1 mm.
+    let source = "G21 G90\nG0 X0 Y0 Z0\n".to_string() + &"G1 X50\nG1 X0\n".repeat(250);
+    let machine = Machine::named("orthoglide").unwrap();
+    let text = format!("{PROCESS}\n[sampling]\nmax_segment_mm = 0.1\n");
+    let process = Process::from_toml(&text, "process", Folder::in_memory([]), &machine).unwrap();
+    let program = parsed(source, "long.nc", &process);
+    let job = ProgramJob::new(process, program, "long.nc").unwrap();
+    assert_eq!(job.path.len(), 250_001);
+    let refused = job.bounded_pass(&|| (), |_, _| Ok(())).unwrap_err();
+    assert_eq!(
+        refused.to_string(),
+        "--method: bounded corrects the whole path at once: 250001 points, expected at most 200000; a coarser [sampling] or \
+         a part of the program has fewer"
+    );
+}
