@@ -122,14 +122,14 @@ fn what_makes_no_sense_is_named() {
     let file = folder.path().join("on/study.toml");
     let good = std::fs::read_to_string(&file).unwrap();
     for (from, to, expected) in [
-        ("cycle_ms = 1.0", "cycle_ms = 0.0", "online.cycle_ms: must be a finite number above 0, got 0"),
+        ("cycle_ms = 1.0", "cycle_ms = 0.0", "online.cycle_ms: must be greater than 0, got 0.0"),
         ("cycle_ms = 1.0", "cycle_ms = 1e-9", "online.cycle_ms: the path takes"),
         ("delay_ms = 4.0", "delay_ms = -1.0", "online.delay_ms: must be a finite number of at least 0, got -1.0"),
         ("seeds = 20", "seeds = 0", "online.seeds: must be from 1 to 14285, got 0"),
         ("[0.0, 2.0,", "[2.0, 2.0,", "online.force_errors_percent: must be at least one, ascending"),
         ("50.0]", "150.0]", "online.force_errors_percent: must be from 0 to 100, got 150.0"),
         ("_percent = 95.0", "_percent = -5.0", "online.known_chain_errors_percent: must be from 0 to 200, got -5.0"),
-        ("feed_mm_per_min = 1000.0\n", "", "online: missing field `feed_mm_per_min`"),
+        ("feed_mm_per_min = 1000.0\n", "", "online: missing key `feed_mm_per_min`"),
     ] {
         std::fs::write(&file, good.replacen(from, to, 1)).unwrap();
         let (code, _, errors) = told(&["run", &format!("{place}/on"), "--out", &format!("{place}/out")]);

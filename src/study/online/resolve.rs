@@ -47,7 +47,7 @@ pub(super) fn resolve(spec: &OnlineSpec, given: &Given<'_>) -> Result<Resolved<O
     let known_share = share(spec.known_chain_errors_percent, 0.0, 200.0, &check.key("known_chain_errors_percent"))?;
     let (force_errors, seeds) = trials(spec, check)?;
     let stiffness = check.key("cutting_stiffness_N_per_mm").optional_positive(spec.cutting_stiffness)?;
-    let program = program_input(spec.file.as_deref(), given.folder)?;
+    let program = program_input(spec.file.as_deref(), &process, given.folder)?;
     let inputs = process.inputs.and(program).and(Inputs::of("points of the path", path.stations.len().to_string()));
     let study = OnlineStudy {
         times_s,
