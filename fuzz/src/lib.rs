@@ -9,7 +9,7 @@ use kinetostat::{
     compensation::{Compensation, CompensationSettings, Demand, Method, Session, compensate},
     machine::Machine,
     process::Process,
-    study::{Overrides, Study, StudyKind, demands::demands, machine_check, map},
+    study::{Overrides, Study, StudyKind, demands::demands, machine_check, map, path::PathStudy},
     toolpath::{
         Circle, Plane, Sampling, Toolpath, Turn,
         gcode::{Dialect, GcodeOptions, Program},
@@ -146,15 +146,18 @@ fn one_point(kind: StudyKind) {
                 }
             }
         }
-        StudyKind::Path(path, _) => {
-            path.demands.iter().for_each(finite_demand);
-            let real = path.machine.with_errors(&path.errors);
-            let mut session = Session::new(&path.machine, &real, CompensationSettings::default());
-            if let Some(demand) = path.demands.first() {
-                finite_answer(&compensate(&mut session, demand, Method::Direct), &path.machine);
-            }
-        }
+        StudyKind::Online(study, ()) => first_point(&study.path),
+        StudyKind::Path(path, _) => first_point(&path),
         StudyKind::Placement(..) | StudyKind::Validation(..) | StudyKind::Superposition(..) => {}
+    }
+}
+
+fn first_point(path: &PathStudy) {
+    path.demands.iter().for_each(finite_demand);
+    let real = path.machine.with_errors(&path.errors);
+    let mut session = Session::new(&path.machine, &real, CompensationSettings::default());
+    if let Some(demand) = path.demands.first() {
+        finite_answer(&compensate(&mut session, demand, Method::Direct), &path.machine);
     }
 }
 

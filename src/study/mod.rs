@@ -54,6 +54,7 @@ question::questions! {
     placement: Placement(placement::PlacementStudy),
     superposition: Superposition(superposition::SuperpositionStudy),
     validation: Validation(validation::ValidationStudy),
+    online: Online(online::OnlineStudy),
 }
 
 /// A checked study, ready to run.

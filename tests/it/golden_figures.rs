@@ -58,7 +58,12 @@ fn curve(factor: f64) -> Vec<(f64, f64)> {
 }
 
 fn lines() -> Figure {
-    let series = |label: &str, factor, dashed| LineSeries { label: label.into(), points: curve(factor), dashed };
+    let series = |label: &str, factor, dashed| LineSeries {
+        label: label.into(),
+        points: curve(factor),
+        dashed,
+        band: Vec::new(),
+    };
     Figure::Lines(LineFigure {
         title: "How the error grows".into(),
         subtitle: "doubly logarithmic".into(),

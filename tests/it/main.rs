@@ -52,6 +52,7 @@ mod machine_files;
 mod machine_states;
 mod measured_robot;
 mod new_study;
+mod online;
 mod own_files;
 mod own_forces;
 mod parameters;

@@ -145,7 +145,12 @@ mod tests {
 
     #[test]
     fn the_alternative_names_axes_curves_and_ranges() {
-        let series = |label: &str, points: Vec<(f64, f64)>| LineSeries { label: label.into(), points, dashed: false };
+        let series = |label: &str, points: Vec<(f64, f64)>| LineSeries {
+            label: label.into(),
+            points,
+            dashed: false,
+            band: Vec::new(),
+        };
         let figure = LineFigure {
             title: "Errors".into(),
             subtitle: "orthoglide".into(),

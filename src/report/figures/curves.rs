@@ -8,6 +8,8 @@ use super::text::{self, LINE_PITCH, Weight};
 const SAMPLE: f64 = 92.0;
 const SAMPLE_GAP: f64 = 16.0;
 const CURVE_WIDTH: f64 = 5.0;
+/// Width of the lines around a band.
+const BAND_EDGE: f64 = 2.0;
 const MARKER: f64 = 9.0;
 /// Up to this many points each gets a marker; longer solid curves get this many over their length.
 const EVERY_POINT: usize = 30;
@@ -47,6 +49,21 @@ impl CurveStyle {
     pub(crate) fn draw_line(&self, scene: &mut Scene, points: &[Point]) {
         if points.len() > 1 {
             scene.line(points.to_vec(), self.stroke);
+        }
+    }
+
+    /// Draws the band between the low and the high end at each of `ends`.
+    pub(crate) fn draw_band(&self, scene: &mut Scene, ends: &[[Point; 2]]) {
+        let pale = self.stroke.colour.map(|part| 255 - (255 - part) / 5);
+        for pair in ends.windows(2) {
+            let ([low, high], [next_low, next_high]) = (pair[0], pair[1]);
+            scene.convex(vec![low, next_low, next_high, high], pale);
+        }
+        for side in 0..2 {
+            let edge: Vec<Point> = ends.iter().map(|ends| ends[side]).collect();
+            if edge.len() > 1 {
+                scene.line(edge, Stroke { width: BAND_EDGE, ..self.stroke });
+            }
         }
     }
 

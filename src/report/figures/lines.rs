@@ -30,6 +30,8 @@ pub struct LineSeries {
     pub points: Vec<(f64, f64)>,
     /// Dashed, each dashed curve in its own pattern; otherwise solid.
     pub dashed: bool,
+    /// A band around it, from low to high over x: (x, low, high) with x ascending; none if empty.
+    pub band: Vec<[f64; 3]>,
 }
 
 /// Curves over two axes. Curves differ in colour, and in dash pattern or marker, so that a grey print keeps them apart.
@@ -66,9 +68,12 @@ impl LineFigure {
         self.series.iter().try_for_each(|series| {
             let name = || format!("series \"{}\"", series.label);
             check_drawable(series.points.iter().flat_map(|p| [p.0, p.1]), name)?;
+            check_drawable(series.band.iter().flatten().copied(), name)?;
             let on_log = |p: &(f64, f64)| [(self.log_x, p.0), (self.log_y, p.1)];
             // Below 1e-100 the ratio of the ends overflows.
-            let wrong = series.points.iter().flat_map(on_log).find(|(log, v)| *log && *v < 1e-100);
+            let of_band = series.band.iter().flat_map(|[x, low, high]| [(*x, *low), (*x, *high)]);
+            let drawn: Vec<(f64, f64)> = series.points.iter().copied().chain(of_band).collect();
+            let wrong = drawn.iter().flat_map(on_log).find(|(log, v)| *log && *v < 1e-100);
             wrong.map_or(Ok(()), |(_, value)| Err(FigureError::NotPositive { what: name(), value }))
         })
     }
@@ -88,7 +93,10 @@ impl LineFigure {
     }
 
     fn ends(&self, pick: impl Fn(&(f64, f64)) -> f64, log: bool) -> (f64, f64) {
-        let values = || self.series.iter().flat_map(|s| &s.points).map(&pick);
+        let of_band = |s: &LineSeries| -> Vec<(f64, f64)> {
+            s.band.iter().flat_map(|[x, low, high]| [(*x, *low), (*x, *high)]).collect()
+        };
+        let values = || self.series.iter().flat_map(|s| s.points.iter().copied().chain(of_band(s))).map(|p| pick(&p));
         let low = values().fold(f64::INFINITY, f64::min);
         let high = values().fold(f64::NEG_INFINITY, f64::max);
         if log {
@@ -110,6 +118,11 @@ pub(super) fn scene(figure: &LineFigure) -> Result<Scene, FigureError> {
     plot.draw_grid(&mut scene, Stroke { colour: GRID, width: 1.5, dash: &[] });
     plot.draw_below(&mut scene, &figure.x_label, SIZES.body, SIZES.tick);
     plot.draw_beside(&mut scene, &figure.y_label, SIZES.body, SIZES.tick);
+    for (series, style) in figure.series.iter().zip(&styles) {
+        let of_band: Vec<[Point; 2]> =
+            series.band.iter().map(|[x, low, high]| [plot.place(*x, *low), plot.place(*x, *high)]).collect();
+        style.draw_band(&mut scene, &of_band);
+    }
     for (index, (series, style)) in figure.series.iter().zip(&styles).enumerate() {
         let points: Vec<Point> = series.points.iter().map(|(x, y)| plot.place(*x, *y)).collect();
         style.draw_line(&mut scene, &points);

@@ -49,7 +49,7 @@ fn lines(points: Vec<(f64, f64)>) -> LineFigure {
         subtitle: "setting".into(),
         x_label: "step [mm]".into(),
         y_label: "error [mm]".into(),
-        series: vec![LineSeries { label: "measured".into(), points, dashed: false }],
+        series: vec![LineSeries { label: "measured".into(), points, dashed: false, band: Vec::new() }],
         equal_axes: false,
         log_x: false,
         log_y: false,

@@ -218,7 +218,7 @@ impl Pictures {
                 let at = wanted[k] + shift(shifts)? * amplification;
                 Some((at.x, at.y))
             });
-            LineSeries { label: label.into(), points: points.collect(), dashed }
+            LineSeries { label: label.into(), points: points.collect(), dashed, band: Vec::new() }
         };
         let series = vec![
             drawn("wanted", false, &|_| Some(Vector3::zeros())),
@@ -258,5 +258,5 @@ fn series(shown: Shown, label: impl Into<String>, dashed: bool, curve: &Curve) -
         // One turn: the curve ends at the angle at which it begins.
         points.extend(points.first().map(|&(phi, value)| (phi + 360.0, value)));
     }
-    LineSeries { label: label.into(), points, dashed }
+    LineSeries { label: label.into(), points, dashed, band: Vec::new() }
 }

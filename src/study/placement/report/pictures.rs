@@ -219,7 +219,10 @@ fn pareto(results: &PlacementResults) -> LineFigure {
         ),
         x_label: with_unit(results, metrics[0]),
         y_label: with_unit(results, metrics[1]),
-        series: series.into_iter().map(|(label, points)| LineSeries { label, points, dashed: false }).collect(),
+        series: series
+            .into_iter()
+            .map(|(label, points)| LineSeries { label, points, dashed: false, band: Vec::new() })
+            .collect(),
         equal_axes: false,
         log_x: false,
         log_y: false,

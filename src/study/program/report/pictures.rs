@@ -42,6 +42,7 @@ fn along(job: &ProgramJob, title: &str, errors: &[(String, &Curve)]) -> Figure {
         label: label.clone(),
         points: curve.points(),
         dashed: label.ends_with("alone"),
+        band: Vec::new(),
     };
     line_figure(job, title, "distance [mm]", errors.iter().map(curve).collect())
 }
@@ -53,6 +54,7 @@ fn force(job: &ProgramJob, proved: &Proved<'_>) -> Option<Figure> {
         label: label.clone(),
         points: curve.points(),
         dashed: label == cutting_force::SIZE,
+        band: Vec::new(),
     });
     (!curves.is_empty()).then(|| line_figure(job, cutting_force::TITLE, "force [N]", series.collect()))
 }

@@ -47,6 +47,7 @@ fn moved(path: &PathResults, label: &str, dashed: bool, error: &dyn Fn(usize) ->
         label: label.into(),
         points: path.study.wanted().into_iter().enumerate().filter_map(at).collect(),
         dashed,
+        band: Vec::new(),
     }
 }
 

@@ -1,0 +1,81 @@
+//! Whether a correction by measured forces feeds on itself.
+//!
+//! The cutting force changes as the tool leaves its depth: `F = F₀ ∓ k e`, less where the tool gives way out of the material, more where
+//! it is drawn in. The tool moves by `e_j = C F_j − C_m F_{j−1}`: bent by the force of now, corrected by a model that is too soft by δ,
+//! `C_m = (1 + δ) C`, for the force measured before. In a direction in which the compliance is λ the force goes from cycle to cycle as
+//!
+//! ```text
+//! out of the material   F_j = (F₀ + k (1 + δ) λ F_{j−1}) / (1 + k λ)    gain k (1 + δ) λ / (1 + k λ)
+//! drawn in              F_j = (F₀ − k (1 + δ) λ F_{j−1}) / (1 − k λ)    gain k (1 + δ) λ / (1 − k λ)
+//! ```
+//!
+//! and settles if the gain is below 1. Delay and low-pass, whose gain is at most 1 at any frequency, do not make it larger. The
+//! second is the worse for δ > −1, and reaches 1 at `k = 1 / ((2 + δ) λ)`; at `k = 1 / λ` the cut itself does not settle, with or
+//! without correction.
+
+/// How the loop stands where the compliance is largest.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[allow(non_snake_case, reason = "the unit is N, not n")]
+pub struct LoopGain {
+    /// λ, the largest compliance of the tool along the path, mm/N.
+    pub compliance_mm_per_N: f64,
+    /// Cutting stiffness at which the gain reaches 1, N/mm.
+    pub largest_stiffness_N_per_mm: f64,
+    /// Gain at the cutting stiffness that is given, if one is; infinite where the cut itself does not settle.
+    pub gain: Option<f64>,
+}
+
+impl LoopGain {
+    /// Of a machine with the compliance `λ` in mm/N, corrected by a model that is too soft by `δ`, above −1, for a cut of stiffness
+    /// `k` in N/mm.
+    pub fn new(compliance: f64, too_soft: f64, stiffness: Option<f64>) -> Self {
+        let gain = |k: f64| match 1.0 - k * compliance {
+            room if room > 0.0 => k * (1.0 + too_soft) * compliance / room,
+            _ => f64::INFINITY,
+        };
+        Self {
+            compliance_mm_per_N: compliance,
+            largest_stiffness_N_per_mm: 1.0 / ((2.0 + too_soft) * compliance),
+            gain: stiffness.map(gain),
+        }
+    }
+
+    /// Whether the loop settles at the cutting stiffness that is given; `None` if none is.
+    pub fn is_safe(&self) -> Option<bool> {
+        self.gain.map(|gain| gain < 1.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whether the force settles, cycle after cycle, by the difference equation itself.
+    fn settles(compliance: f64, too_soft: f64, k: f64) -> bool {
+        let mut size = [0.0f64; 2];
+        for (size, sign) in size.iter_mut().zip([1.0, -1.0]) {
+            let (mut force, mut measured) = (1.0, 0.0);
+            for _ in 0..4000 {
+                // F = F₀ − s k (C F − C_m F_before)
+                force = (1.0 + sign * k * (1.0 + too_soft) * compliance * measured) / (1.0 + sign * k * compliance);
+                measured = force;
+            }
+            *size = force;
+        }
+        size.iter().all(|size| size.abs() < 1e3)
+    }
+
+    #[test]
+    fn the_gain_says_whether_the_loop_settles() {
+        for too_soft in [-0.5, -0.1, 0.0, 0.2, 1.0] {
+            let compliance = 2e-3;
+            let limit = LoopGain::new(compliance, too_soft, None).largest_stiffness_N_per_mm;
+            for (share, safe) in [(0.1, true), (0.97, true), (1.03, false), (1.5, false)] {
+                let gain = LoopGain::new(compliance, too_soft, Some(share * limit));
+                assert_eq!(gain.is_safe(), Some(safe), "{gain:?}");
+                assert_eq!(settles(compliance, too_soft, share * limit), safe, "{too_soft} {share}");
+            }
+            assert_eq!(LoopGain::new(compliance, too_soft, Some(1.0 / compliance)).gain, Some(f64::INFINITY));
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! A force sensor and its way into the controller: noise, bias, delay, low-pass and the cycle of the commands.
+//!
+//! In cycle j, at the time `t_j = j T`, the controller has
+//!
+//! ```text
+//! y_j = y_{j−1} + (1 − a) (F(t_j − delay) + bias + noise_j − y_{j−1}),   a = e^(−2π f T)
+//! ```
+//!
+//! with f the corner frequency of the low-pass (without one, a = 0). What it commands from `y_j` holds from `t_{j+1}` on, until the
+//! next. The filter begins at rest, at the first force with its bias.
+
+use std::f64::consts::TAU;
+
+use nalgebra::Vector3;
+use rand_distr::{Distribution, StandardNormal};
+
+/// What the controller knows of the force. Times in s, frequencies in Hz, forces in N.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(non_snake_case, reason = "the unit is N, not n")]
+pub struct Sensor {
+    /// T.
+    pub cycle_s: f64,
+    /// From the force to its measured value.
+    pub delay_s: f64,
+    /// f; `None` is no filter.
+    pub low_pass_Hz: Option<f64>,
+    /// Standard deviation of each value of each axis.
+    pub noise_N: f64,
+    /// Standard deviation, over sensors, of the constant error of each axis.
+    pub bias_N: f64,
+}
+
+/// What three axes read, drawn at random.
+pub(super) fn three(random: &mut impl rand::Rng) -> Vector3<f64> {
+    Vector3::from_fn(|_, _| StandardNormal.sample(random))
+}
+
+impl Sensor {
+    /// a.
+    fn kept(&self) -> f64 {
+        self.low_pass_Hz.map_or(0.0, |corner| (-TAU * corner * self.cycle_s).exp())
+    }
+
+    /// How many cycles it takes to pass `duration_s`.
+    pub fn cycles(&self, duration_s: f64) -> f64 {
+        (duration_s / self.cycle_s).ceil() + 1.0
+    }
+
+    /// The force that the command in force at each of `times_s` was computed from, where the force is `forces` at these times,
+    /// linear between them and constant before and behind. Times ascend.
+    pub fn measured(&self, times_s: &[f64], forces: &[Vector3<f64>], random: &mut impl rand::Rng) -> Vec<Vector3<f64>> {
+        let Some(first) = forces.first() else { return Vec::new() };
+        let bias = three(random) * self.bias_N;
+        let kept = self.kept();
+        let mut force = Along { times_s, forces, next: 0 };
+        let (mut value, mut cycle) = (first + bias, 0.0);
+        let mut measured = Vec::with_capacity(forces.len());
+        for &time in times_s {
+            // The last cycle whose command is in force.
+            while (cycle + 1.0) * self.cycle_s <= time {
+                let read = force.at(cycle * self.cycle_s - self.delay_s) + bias + three(random) * self.noise_N;
+                value += (read - value) * (1.0 - kept);
+                cycle += 1.0;
+            }
+            measured.push(value);
+        }
+        measured
+    }
+}
+
+/// A force over time, asked for at times that ascend.
+struct Along<'a> {
+    times_s: &'a [f64],
+    forces: &'a [Vector3<f64>],
+    /// The first time that is not before the one asked for last.
+    next: usize,
+}
+
+impl Along<'_> {
+    fn at(&mut self, time_s: f64) -> Vector3<f64> {
+        while self.next < self.times_s.len() && self.times_s[self.next] < time_s {
+            self.next += 1;
+        }
+        match self.next {
+            0 => self.forces[0],
+            next if next == self.times_s.len() => self.forces[next - 1],
+            next => {
+                let (from, to) = (self.times_s[next - 1], self.times_s[next]);
+                self.forces[next - 1].lerp(&self.forces[next], (time_s - from) / (to - from))
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    use super::*;
+
+    const PERFECT: Sensor = Sensor { cycle_s: 1e-3, delay_s: 0.0, low_pass_Hz: None, noise_N: 0.0, bias_N: 0.0 };
+
+    fn read(sensor: Sensor, duration_s: f64, force: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
+        let times: Vec<f64> = (0..=1000).map(|k| duration_s * f64::from(k) / 1000.0).collect();
+        let forces: Vec<_> = times.iter().map(|t| Vector3::new(force(*t), 0.0, 0.0)).collect();
+        let measured = sensor.measured(&times, &forces, &mut Xoshiro256PlusPlus::seed_from_u64(1));
+        times.iter().zip(measured).map(|(t, value)| [*t, value.x]).collect()
+    }
+
+    #[test]
+    fn a_ramp_is_late_by_delay_and_cycles() {
+        // Between one and two cycles: a command holds for a whole one.
+        for [t, value] in read(Sensor { delay_s: 4e-3, ..PERFECT }, 1.0, |t| 100.0 * t) {
+            if t > 0.1 {
+                let late = t - value / 100.0 - 4e-3;
+                assert!((0.999e-3..=2.001e-3).contains(&late), "{t}: {late}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_low_pass_is_late_by_its_time_constant() {
+        let sensor = Sensor { low_pass_Hz: Some(5.0), ..PERFECT };
+        // Of a ramp, after a while, in discrete time: T a / (1 − a).
+        let a = (-TAU * 5.0 * 1e-3_f64).exp();
+        let lag = 1e-3 * a / (1.0 - a);
+        for [t, value] in read(sensor, 1.0, |t| 100.0 * t) {
+            if t > 0.5 {
+                let late = t - value / 100.0 - lag;
+                assert!((0.999e-3..=2.001e-3).contains(&late), "{t}: {late}");
+            }
+        }
+        // And of a step what is missing falls by a each cycle.
+        let step = read(sensor, 0.2, |t| if t > 0.0 { 1.0 } else { 0.0 });
+        let [t, value] = step[500];
+        let expected = 1.0 - (-TAU * 5.0 * t).exp();
+        assert!((value - expected).abs() < 0.05, "{value} {expected}");
+    }
+
+    #[test]
+    fn noise_is_made_smaller_by_the_low_pass() {
+        let spread = |sensor| {
+            let values: Vec<f64> = read(sensor, 100.0, |_| 0.0).iter().skip(10).map(|[_, value]| *value).collect();
+            (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt()
+        };
+        let plain = spread(Sensor { noise_N: 2.0, ..PERFECT });
+        assert!((plain / 2.0 - 1.0).abs() < 0.1, "{plain}");
+        // White noise of σ through the filter has σ √((1 − a) / (1 + a)).
+        let a = (-TAU * 20.0 * 1e-3_f64).exp();
+        let filtered = spread(Sensor { noise_N: 2.0, low_pass_Hz: Some(20.0), ..PERFECT });
+        let expected = 2.0 * ((1.0 - a) / (1.0 + a)).sqrt();
+        assert!((filtered / expected - 1.0).abs() < 0.1, "{filtered} {expected}");
+    }
+}
