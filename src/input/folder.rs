@@ -46,6 +46,14 @@ impl Folder {
         files.unwrap_or_default()
     }
 
+    /// Notes `bytes` for the file called `name`, whatever was read of it.
+    pub(crate) fn note(&self, name: &str, bytes: &[u8]) {
+        let Some(noted) = &self.noted else { return };
+        let path = self.path(name);
+        let name = path.strip_prefix(&noted.folder).unwrap_or(&path).to_string_lossy().replace('\\', "/");
+        noted.files.lock().unwrap_or_else(PoisonError::into_inner).insert(name, bytes.to_vec());
+    }
+
     /// The file called `name`, as messages have it.
     pub fn path(&self, name: &str) -> PathBuf {
         self.path.join(name)
@@ -93,10 +101,7 @@ impl Folder {
             Some(files) => files.get(&plain(&path)).cloned().ok_or_else(|| missing(&path)),
             None => from_disk(&path),
         }?;
-        if let Some(noted) = &self.noted {
-            let name = path.strip_prefix(&noted.folder).unwrap_or(&path).to_string_lossy().replace('\\', "/");
-            noted.files.lock().unwrap_or_else(PoisonError::into_inner).insert(name, bytes.clone());
-        }
+        self.note(name, &bytes);
         Ok(bytes)
     }
 }

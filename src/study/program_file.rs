@@ -45,7 +45,12 @@ impl ProgramFile {
     pub fn in_folder(folder: &Folder, name: &str, options: &GcodeOptions) -> Result<Self> {
         let around = folder.of(name);
         let beside = |name: &str| around.has(name).then(|| around.bytes(name).ok()).flatten();
-        Self::parse_beside(folder.bytes(name)?, &folder.path(name), options, &beside)
+        let program = Self::parse_beside(folder.bytes(name)?, &folder.path(name), options, &beside)?;
+        // Pages get it as it was written out.
+        if let Some(written_out) = program.written_out() {
+            folder.note(name, written_out);
+        }
+        Ok(program)
     }
 
     /// The program that `bytes` of a `file` are, as [`ProgramFile::read`], with nothing beside it.
@@ -58,7 +63,9 @@ impl ProgramFile {
 
     fn parse_beside(bytes: Vec<u8>, file: &Path, options: &GcodeOptions, beside: &Beside<'_>) -> Result<Self> {
         let name = file.display().to_string();
-        Ok(match (is_csv(file), options.expand) {
+        // What pages have was written out before.
+        let expand = options.expand && !cfg!(target_family = "wasm");
+        Ok(match (is_csv(file), expand) {
             (true, _) => ProgramFile::Polyline(Polyline::read(bytes, &name)?),
             (false, true) => ProgramFile::Gcode(Box::new(Program::parse_expanded(&bytes, &name, options, beside)?)),
             (false, false) => ProgramFile::Gcode(Box::new(Program::parse(bytes, &name, options)?)),

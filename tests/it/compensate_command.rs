@@ -61,7 +61,7 @@ fn written_program_keeps_the_tool_on_its_path() {
     assert!(error_max(exact) < 1e-8);
     assert_eq!(written["commands"], "direct, as written");
     // The write tolerance, times what the machine makes of it.
-    assert!(error_max(written) < 2.5e-3, "{written}");
+    assert!(error_max(written) < 6e-3, "{written}");
     let stdout = text(&output.stdout);
     assert!(stdout.contains("direct, as written"), "{stdout}");
     assert!(text(&output.stderr).is_empty(), "no progress in a pipe");
@@ -244,8 +244,8 @@ fn limits_bind_where_they_must_and_are_kept() {
     let mut table = csv::Reader::from_path(out.path().join("out.nc.points.csv")).unwrap();
     let column = table.headers().unwrap().iter().position(|name| name == "delta_rho_x_mm").unwrap();
     let largest = table.records().map(|row| row.unwrap()[column].parse::<f64>().unwrap().abs()).fold(0.0, f64::max);
-    // Within 0.002 mm when it was written.
-    assert!((1.49..1.504).contains(&largest), "{largest}");
+    // Within 0.005 mm when it was written.
+    assert!((1.49..1.51).contains(&largest), "{largest}");
 
     let (output, out) = compensate(&folder().join("groove.nc"), &limited("max_correction_mm = 5.0"), &bounded);
     assert!(text(&output.stdout).contains("No limit binds"), "{}", text(&output.stdout));
@@ -394,7 +394,7 @@ fn a_polyline_is_split_proven_and_written_like_the_same_program() {
     assert_eq!(table_report["points"], program_report["points"]);
     for report in [&table_report, &program_report] {
         let passes = report["passes"].as_array().unwrap();
-        assert!(error_max(&passes[passes.len() - 1]) < 2.5e-3, "{report:#}");
+        assert!(error_max(&passes[passes.len() - 1]) < 6e-3, "{report:#}");
         assert!(error_max(&passes[0]) > 0.1);
     }
     // Rows of the file keep their other cells; rows between them have those of the row they lead to.

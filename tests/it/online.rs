@@ -79,9 +79,8 @@ fn a_model_that_is_too_soft_by_a_share_leaves_that_share_both_ways() {
 #[test]
 fn chain_errors_that_are_not_known_stay() {
     let left = |known: f64| {
-        let online = format!(
-            "cycle_ms = 1e-2\nseeds = 1\nforce_errors_percent = [0.0]\nknown_chain_errors_percent = {known:?}"
-        );
+        let online =
+            format!("cycle_ms = 1e-2\nseeds = 1\nforce_errors_percent = [0.0]\nknown_chain_errors_percent = {known:?}");
         results(&online, ERRORS).trials[0].offline.rms_mm.unwrap()
     };
     let (none, half) = (left(0.0), left(50.0));

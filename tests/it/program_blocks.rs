@@ -5,7 +5,7 @@ use kinetostat::{
     compensation::Method,
     input::Folder,
     machine::Machine,
-    process::Process,
+    process::{Process, file::WRITE_TOLERANCE_MM},
     study::{
         ProgramFile,
         blocks::{Blocks, BlocksBeforeAfter},

@@ -12,6 +12,7 @@ use crate::{
     },
     machine::{Branch, catalogue},
     study::{Study, StudyKind},
+    toolpath::gcode::Dialect,
 };
 
 /// Most bytes of all files together: a page holds them.
@@ -72,6 +73,15 @@ impl Scene {
         let bytes: usize = named.values().map(Vec::len).sum();
         if bytes > MOST_BYTES {
             let problem = format!("its files have {bytes} bytes together, of which a page holds at most {MOST_BYTES}");
+            return Err(Error::Argument { argument: "study".into(), problem });
+        }
+        let foreign = |(name, bytes): &(&String, &Vec<u8>)| {
+            // What a page has was looked at before.
+            let is_program = !name.ends_with(".csv") && !name.ends_with(".toml");
+            is_program && !cfg!(target_family = "wasm") && Dialect::of(bytes) != Dialect::Iso
+        };
+        if let Some((name, bytes)) = named.iter().find(foreign) {
+            let problem = format!("{name} is in the language of {}; pages read ISO code", Dialect::of(bytes).name());
             return Err(Error::Argument { argument: "study".into(), problem });
         }
         let file = |(name, bytes): (&String, &Vec<u8>)| (name.clone(), String::from_utf8_lossy(bytes).into_owned());

@@ -112,7 +112,7 @@ impl Program {
     pub fn parse(source: impl Into<Vec<u8>>, name: &str, options: &GcodeOptions) -> Result<Program, GcodeError> {
         let source = source.into();
         let lines = Lines::of(&source);
-        let dialect = options.dialect.unwrap_or_else(|| Dialect::of(&source));
+        let dialect = dialect::chosen(&source, name, options.dialect)?;
         let mut program = Program {
             name: name.to_owned(),
             options: GcodeOptions { dialect: Some(dialect), ..options.clone() },

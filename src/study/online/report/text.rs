@@ -62,7 +62,7 @@ pub(super) fn details(compared: &Compared<'_>) -> String {
     for (error, (offline, online)) in rows {
         table.add_row([percent_of(*error), median(offline), between(offline), median(online), between(online)]);
     }
-    let plain = if_any(compared.results.plain.rms_mm, |rms| shown(rms));
+    let plain = if_any(compared.results.plain.rms_mm, shown);
     format!(
         "Rms distance of the tool from its path, where it cuts, in the median over seeds, corrected by predicted and by measured \
          forces; {plain} without correction.\n{table}\n{}",

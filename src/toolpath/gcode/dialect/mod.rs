@@ -35,6 +35,9 @@ pub enum Dialect {
     Heidenhain,
 }
 
+/// Whether all of them are read. The engine of pages, which is to be small, reads ISO alone.
+const READS_ALL: bool = !cfg!(target_family = "wasm");
+
 impl Dialect {
     /// All of them.
     pub const ALL: [Dialect; 3] = [Dialect::Iso, Dialect::Sinumerik, Dialect::Heidenhain];
@@ -71,8 +74,8 @@ impl Dialect {
     /// What `word`, a G word, asks for.
     pub(super) fn g_word(self, word: &Word) -> Result<GWord, Refusal> {
         match self {
-            Dialect::Iso | Dialect::Heidenhain => GWord::of(word),
-            Dialect::Sinumerik => sinumerik_words::g_word(word),
+            Dialect::Sinumerik if READS_ALL => sinumerik_words::g_word(word),
+            _ => GWord::of(word),
         }
     }
 
@@ -129,20 +132,37 @@ impl Language {
     /// What `line` says.
     pub fn statement(&mut self, line: &[u8]) -> Result<Statement, Refusal> {
         match self {
-            Language::Iso => match lines::code(line)? {
+            Language::Sinumerik if READS_ALL => sinumerik::statement(line),
+            Language::Heidenhain(reader) if READS_ALL => reader.statement(line),
+            _ => match lines::code(line)? {
                 Code::Percent => Ok(Statement::Percent),
                 Code::Command { moves } => Ok(Statement::Command { moves }),
                 Code::Words { text, prefix } => Ok(Statement::Words { words: lex::words(&text)?, prefix }),
             },
-            Language::Sinumerik => sinumerik::statement(line),
-            Language::Heidenhain(reader) => reader.statement(line),
         }
+    }
+}
+
+/// The dialect of `source`: the one `given`, or the one that it shows.
+///
+/// # Errors
+/// One that is not read.
+pub(super) fn chosen(source: &[u8], name: &str, given: Option<Dialect>) -> Result<Dialect, GcodeError> {
+    match given {
+        Some(dialect) if READS_ALL || dialect == Dialect::Iso => Ok(dialect),
+        Some(dialect) => Err(on_first_line(source, name, dialect, Fault::Language)),
+        None if READS_ALL => Ok(Dialect::of(source)),
+        None => Ok(Dialect::Iso),
     }
 }
 
 /// That a program is not in ISO code and cannot be written out.
 pub(super) fn not_written_out(source: &[u8], name: &str, dialect: Dialect) -> GcodeError {
+    on_first_line(source, name, dialect, Fault::NotWrittenOut)
+}
+
+fn on_first_line(source: &[u8], name: &str, dialect: Dialect, fault: Fault) -> GcodeError {
     let lines = Lines::of(source);
     let first = if lines.len() > 0 { &source[lines.content(0)] } else { &[] };
-    Refusal::new(0..first.len(), Fault::NotWrittenOut).locate(name, 1, first).read_as(dialect)
+    Refusal::new(0..first.len(), fault).locate(name, 1, first).read_as(dialect)
 }
