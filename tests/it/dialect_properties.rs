@@ -477,7 +477,7 @@ const HEIDENHAIN: &[&str] = &[
 
 proptest! {
     #![proptest_config(ProptestConfig {
-        cases: 384,
+        cases: 192,
         failure_persistence: None,
         ..ProptestConfig::default()
     })]

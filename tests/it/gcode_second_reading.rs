@@ -142,7 +142,7 @@ fn is_close(a: [f64; 3], b: [f64; 3], within_mm: f64) -> bool {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn programs_move_as_a_second_reader_says(parts in parts()) {

@@ -38,7 +38,7 @@ fn an_empty_process_is_no_force_on_a_perfect_machine() {
     assert_eq!(process.errors, vec![Default::default(); 3]);
     assert_eq!(process.sampling, Sampling::default());
     assert_eq!(process.limits, CorrectionLimits::default());
-    assert_eq!((process.corner_mm, process.write_tolerance_mm, process.helical_arcs), (2.0, 0.002, true));
+    assert_eq!((process.corner_mm, process.write_tolerance_mm, process.helical_arcs), (2.0, 0.005, true));
     assert_eq!(process.target, Target::ToolTip);
     assert_eq!(process.gcode, Default::default());
     let own = NumberFormat::new(3, 5).unwrap();
@@ -105,7 +105,7 @@ fn every_key_arrives_in_the_program_s_units() {
 
 #[test]
 fn programs_are_written_closer_where_the_tolerance_is_small() {
-    for (tolerance, written) in [("0.005", 0.0005), ("0.02", 0.002), ("0.5", 0.002)] {
+    for (tolerance, written) in [("0.005", 0.0005), ("0.02", 0.002), ("0.5", 0.005)] {
         assert_eq!(process(&format!("tolerance_mm = {tolerance}")).write_tolerance_mm, written, "{tolerance}");
     }
     let given = "tolerance_mm = 0.005\n[gcode]\nwrite_tolerance_mm = 0.0";
