@@ -2,13 +2,16 @@
 
 use crate::{
     report::exchange::{Cell, Row, Table, counts, numbers, texts},
-    study::online::{Band, Residual, Trial},
+    study::{
+        SOLVED,
+        online::{Band, Residual, Trial},
+    },
 };
 
 /// Whether every point of a trial is solved.
 pub(super) fn status(trial: &Trial) -> &'static str {
     match [trial.offline, trial.online].iter().all(|left| left.solved == left.points) {
-        true => "solved",
+        true => SOLVED,
         false => "solved_in_part",
     }
 }

@@ -1,13 +1,13 @@
 //! What an online study says, in sentences and a small table.
 
-use super::{Compared, percent_of};
+use super::{Compared, percent_of, tables};
 use crate::{
     report::{
         cautions,
         text_table::text_table,
         words::{if_any, millimetres_in_table},
     },
-    study::{online::Band, path::report::facts_text},
+    study::{SOLVED, online::Band, path::report::facts_text},
 };
 
 /// What must be known with the answer.
@@ -41,10 +41,7 @@ fn unsafe_loop(compared: &Compared<'_>) -> String {
 
 fn unsolved(compared: &Compared<'_>) -> String {
     let trials = &compared.results.trials;
-    let is_partly = |points: usize, solved: usize| solved < points;
-    let partly = trials.iter().filter(|trial| {
-        is_partly(trial.offline.points, trial.offline.solved) || is_partly(trial.online.points, trial.online.solved)
-    });
+    let partly = trials.iter().filter(|trial| tables::status(trial) != SOLVED);
     match partly.count() {
         0 => String::new(),
         count => format!("In {count} of {} trials the machine does not settle at every point.\n", trials.len()),
