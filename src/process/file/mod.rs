@@ -76,7 +76,7 @@ pub struct Process {
 /// How far the tool may be from its path if neither its process nor a command says it, mm.
 pub const TOLERANCE_MM: f64 = 0.1;
 
-/// How far from corrected points a program may be written if neither its process nor its tolerance asks for less, mm: two units of
+/// How far from corrected points a program may be written if neither its process nor its tolerance asks for less, mm: five units of
 /// the last decimal that programs usually have.
 pub const WRITE_TOLERANCE_MM: f64 = 0.005;
 
@@ -165,7 +165,7 @@ impl Process {
     /// # Errors
     /// As [`OwnForces::check`] and [`CuttingLaw::load`].
     pub fn loads(&self, path: &Toolpath) -> std::result::Result<Vec<PathLoad>, LoadError> {
-        self.check_loads(path)?;
+        self.own_forces.check(&self.cutting, path)?;
         path.points().iter().map(|point| self.load(point)).collect()
     }
 

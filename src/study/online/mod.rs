@@ -36,7 +36,7 @@ use crate::{
     statics::tool_compliance,
     study::{
         Machines, Source,
-        along_path::{Commands, PathAnswer, PathCase, run as along_path},
+        along_path::{Commands, Left, PathAnswer, PathCase, PathSummary, PathSums, run as along_path},
         path::PathStudy,
         settings,
     },
@@ -71,7 +71,7 @@ pub struct OnlineStudy {
 }
 
 /// How far the tool stays from its path, over the points at which it cuts.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Residual {
     /// mm; `None` where no point is solved.
     pub max_mm: Option<f64>,
@@ -213,20 +213,10 @@ impl Cut<'_> {
         let stations = &self.study.path.stations;
         let cuts_nowhere = !stations.iter().any(|station| station.cutting);
         let counted = answers.iter().zip(stations).filter(|(_, station)| station.cutting || cuts_nowhere);
-        let (mut left, mut most, mut squares) = (Residual::default(), 0.0, 0.0);
-        for (answer, _) in counted {
-            left.points += 1;
-            if let Some(error) = answer.settled_error() {
-                left.solved += 1;
-                most = f64::max(most, error.norm());
-                squares += error.norm_squared();
-            }
-        }
-        if left.solved > 0 {
-            left.max_mm = Some(most);
-            left.rms_mm = Some((squares / left.solved as f64).sqrt());
-        }
-        left
+        let mut sums = PathSums::default();
+        counted.for_each(|(answer, _)| sums.add(&Left::of(answer, &self.study.path.machine)));
+        let PathSummary { max_mm, rms_mm, solved, points, .. } = sums.summary();
+        Residual { max_mm, rms_mm, solved, points }
     }
 
     /// From the largest compliance of the tool in the cut.

@@ -1,5 +1,7 @@
 //! The blocks of a program as a control runs them: how long each takes, and by how much the motion turns between two.
 
+use nalgebra::Vector3;
+
 use crate::toolpath::gcode::{
     GcodeError, Program,
     modal::MotionCode,
@@ -28,13 +30,16 @@ impl Program {
     /// # Errors
     /// When it cannot be followed.
     pub fn each_move(&self, mut take: impl FnMut(Move)) -> Result<(), GcodeError> {
-        let mut before: Option<Motion> = None;
+        // The direction in which the move before ends; zero where that is not driven with the feed.
+        let mut arrival = Vector3::zeros();
         self.walk(|block| {
             for motion in &block.motions {
-                if is_fed(motion) {
-                    take(driven(motion, before.as_ref().filter(|before| is_fed(before))));
+                let fed = is_fed(motion);
+                if fed {
+                    take(driven(motion, &arrival));
                 }
-                before = Some(motion.clone());
+                let end = motion.geometry.at(1.0).filter(|_| fed);
+                arrival = end.map_or_else(Vector3::zeros, |(_, tangent)| tangent);
             }
             Ok::<(), GcodeError>(())
         })?;
@@ -42,14 +47,14 @@ impl Program {
     }
 }
 
-/// `motion` behind the one `before`, if that is driven with the feed, too.
-fn driven(motion: &Motion, before: Option<&Motion>) -> Move {
+/// `motion` behind a move that ends in the direction `arrival`, which is zero if there is none.
+fn driven(motion: &Motion, arrival: &Vector3<f64>) -> Move {
     let length = motion.geometry.length();
     let feed = motion.modal.feed_mm_per_min(length).filter(|feed| *feed > 0.0 && length > 0.0);
-    let turn_rad = before.and_then(|before| {
-        let (arrival, departure) = (before.geometry.at(1.0)?.1, motion.geometry.at(0.0)?.1);
-        (arrival.norm() > 0.0 && departure.norm() > 0.0).then(|| arrival.angle(&departure))
-    });
+    let departure = motion.geometry.at(0.0).map(|(_, tangent)| tangent);
+    let turn_rad = departure
+        .filter(|departure| arrival.norm() > 0.0 && departure.norm() > 0.0)
+        .map(|departure| arrival.angle(&departure));
     Move { seconds: feed.map(|feed| 60.0 * length / feed), turn_rad }
 }
 

@@ -7,8 +7,7 @@ use crate::toolpath::{
     gcode::{
         Program,
         cycle::Hole,
-        edit::LineEdit,
-        edit::acts_at_end,
+        edit::{LineEdit, acts_at_end},
         error::{Fault, GcodeError, Refusal},
         lex::Word,
         modal::{Distance, FeedMode, MotionCode},
