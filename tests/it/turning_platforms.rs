@@ -105,7 +105,7 @@ fn commands_put_the_tool_where_the_written_program_says() {
         let errors: Vec<f64> =
             report["passes"].as_array().unwrap().iter().map(|pass| pass["error_max_mm"].as_f64().unwrap()).collect();
         let (before, exact, written) = (errors[0], errors[errors.len() - 2], errors[errors.len() - 1]);
-        assert!(before > 0.005 && exact < 1e-7 && written < 1.5e-3, "{name}: {errors:?}");
+        assert!(before > 0.005 && exact < 1e-7 && written < 5e-3, "{name}: {errors:?}");
         let machine = machine_from(&toml);
         let table = Rows::read(&folder.path().join("out.nc.points.csv"));
         assert!(table.rows.len() > 100);
