@@ -25,7 +25,7 @@ use kinetostat::{
             },
         },
     },
-    toolpath::polyline::Polyline,
+    toolpath::{gcode::Expand, polyline::Polyline},
     work::Event,
 };
 
@@ -69,8 +69,8 @@ pub struct CompensateArguments {
     /// Language of a program that is no CSV [default: as [gcode] of the process says, or auto]
     #[arg(long, value_parser = choice::dialect())]
     dialect: Option<choice::ChosenDialect>,
-    /// Write the program (ISO code) out as the motion it makes before correcting it: subprograms, loops, jumps, expressions, cycles; as
-    /// expand in [gcode] of the process file does
+    /// Write the program (ISO code) out as the motion it makes before correcting it, its cycles as well [default: as expand in [gcode] of
+    /// the process says, or only programs with subprograms, loops, jumps or expressions]
     #[arg(long)]
     expand: bool,
     /// How commands are found: none, linear, mirror, mirror_N (N passes), matrix_free, fixed_matrix, procedure, newton, direct,
@@ -84,7 +84,7 @@ pub struct CompensateArguments {
     /// polyline
     #[arg(long, conflicts_with = "method")]
     measured: Option<PathBuf>,
-    /// Also simulate every other method for comparison
+    /// Also simulate every other method for comparison [default: linear and mirror, up to 20 000 points]
     #[arg(long)]
     all_methods: bool,
     #[command(flatten)]
@@ -101,13 +101,16 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     if let Some(choice::ChosenDialect(dialect)) = arguments.dialect {
         process.gcode.dialect = dialect;
     }
-    process.gcode.expand |= arguments.expand;
+    if arguments.expand {
+        process.gcode.expand = Expand::Always;
+    }
     let chosen = chosen(arguments)?;
     let job = ProgramJob::open(process, &arguments.path)?;
     let measured = arguments.measured.as_deref().map(|file| measured(file, &job)).transpose()?;
     // When all inputs are read: none of them is written over.
     let files = ProgramFiles::prepare(&arguments.out, Foreign::forced(arguments.force))?;
-    let compared = compared(arguments, &chosen);
+    let is_long = job.path.len() > COMPARED;
+    let compared = compared(arguments, &chosen, is_long);
     // The way there, what is asked for, and all that proves it.
     let passes = 2 + compared.len() + job.proof_passes();
     let name = arguments.path.display().to_string();
@@ -192,6 +195,9 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
         reporting.print(&format!("\n{}", facts_text(&process.facts())))?;
     }
     reporting.print(&format!("\n{}\n{}", TABLE, table(&passes)))?;
+    if is_long && !arguments.all_methods {
+        reporting.print("Of so many points, other methods are simulated with --all-methods only.\n")?;
+    }
     if let Some(bounded) = &bounded {
         reporting.print(&bounded_text(&machine, bounded))?;
     } else if process.limits.is_limited() {
@@ -252,10 +258,13 @@ fn chosen(arguments: &CompensateArguments) -> Result<Chosen> {
     }
 }
 
-/// Methods simulated for comparison beside none: what a shop would otherwise use, or all.
-fn compared(arguments: &CompensateArguments, chosen: &Chosen) -> Vec<Method> {
+/// Up to so many points of a program, other methods are simulated unasked.
+const COMPARED: usize = 20_000;
+
+/// Methods simulated for comparison beside none: what a shop would otherwise use, none where the program is long, or all.
+fn compared(arguments: &CompensateArguments, chosen: &Chosen, is_long: bool) -> Vec<Method> {
     let is_chosen = |method: &Method| matches!(chosen, Chosen::Method(own) if own.label() == method.label());
-    let usual = |method: &Method| matches!(method, Method::Linear | Method::Mirror { passes: 1 });
+    let usual = |method: &Method| !is_long && matches!(method, Method::Linear | Method::Mirror { passes: 1 });
     let others = Method::ALL.into_iter().filter(|method| *method != Method::None && !is_chosen(method));
     others.filter(|method| arguments.all_methods || usual(method)).collect()
 }

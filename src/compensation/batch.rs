@@ -1,4 +1,4 @@
-//! One demand for each of several sessions, solved several at a time.
+//! One demand or target for each of several sessions, solved several at a time.
 
 use std::cell::RefCell;
 
@@ -59,6 +59,48 @@ pub fn compensate_batch(
             })
         };
         answers.push(session.conclude(demand, ending, progress.history));
+    }
+    answers
+}
+
+/// [`super::simulate`] of the target of each demand by its session, with the same results to the last bit.
+///
+/// Sessions and `batch` as for [`compensate_batch`].
+pub fn simulate_batch(
+    sessions: &mut [&mut Session],
+    asked: &[Demand],
+    targets: &[Pose],
+    batch: &mut Batch,
+) -> Vec<Compensation> {
+    debug_assert!(sessions.len() == asked.len() && sessions.len() == targets.len());
+    let Some(settings) = sessions.first().map(|session| session.settings.equilibrium) else { return Vec::new() };
+    let mut begun = Vec::with_capacity(sessions.len());
+    for ((session, asked), target) in sessions.iter_mut().zip(asked).zip(targets) {
+        begun.push(session.zeroed(asked).map(|demand| (demand, session.go_to(target))));
+    }
+    let mut cases: Vec<Case<'_>> = Vec::with_capacity(sessions.len());
+    for (session, begun) in sessions.iter_mut().zip(&begun) {
+        if let Ok((demand, Ok(()))) = begun {
+            let (drives, state) = (&mut session.drives, &mut session.state);
+            cases.push(Case { drives, load: demand.load, state, task: None });
+        }
+    }
+    let mut outcomes = batch.equilibria(&mut cases, &settings).into_iter();
+    let mut answers = Vec::with_capacity(sessions.len());
+    for ((session, asked), begun) in sessions.iter_mut().zip(asked).zip(begun) {
+        let answer = match begun {
+            Err(status) => session.conclude(asked, Err(status), Vec::new()),
+            Ok((demand, gone)) => {
+                let settled = gone.and_then(|()| match outcomes.next() {
+                    Some(outcome) => session.accept_or_settle_anew(&demand, outcome),
+                    None => session.settle(&demand),
+                });
+                let history = vec![session.task_error(&demand).size()];
+                let ending = settled.map(|outcome| (CompensationStatus::Applied, outcome));
+                session.conclude(&demand, ending, history)
+            }
+        };
+        answers.push(answer);
     }
     answers
 }

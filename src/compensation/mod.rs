@@ -2,7 +2,9 @@
 //!
 //! A [`Session`] holds the nominal machine, by which commands are computed, and the real one, which answers. A
 //! [`Demand`] says what is wanted at a point, a [`Method`] how the command is found; every method returns the same
-//! [`Compensation`]; [`compensate_batch`] serves several sessions at a time. Where the drives are limited, [`compensate_bounded`] corrects a whole path at once.
+//! [`Compensation`]; [`compensate_batch`] and
+//! [`simulate_batch`] serve several sessions at a time. Where the drives are limited, [`compensate_bounded`] corrects a whole
+//! path at once.
 
 mod batch;
 mod bounded;
@@ -20,7 +22,7 @@ use serde::Serialize;
 
 use crate::spatial::Pose;
 
-pub use batch::compensate_batch;
+pub use batch::{compensate_batch, simulate_batch};
 pub use bounded::{
     Binding, BoundedError, BoundedPath, BoundedPoint, BoundedSettings, BoundedStatus, BoundedSummary, CorrectedPoint,
     ErrorNorm, Errors, LimitKind, Limits, Price, Side, compensate_bounded,

@@ -9,13 +9,14 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 pub use super::path_sums::{Left, PathSummary, PathSums};
 use crate::{
-    compensation::{CompensationStatus, Demand, Method, Session, compensate, simulate, simulate_drives},
+    compensation::{CompensationStatus, Demand, Method},
     input::error::Result,
     machine::Machine,
     spatial::Pose,
+    statics::Batch,
     study::{
         led_along::{LedPoint, led_along},
-        settings,
+        path_blocks::blocks,
     },
     work::{Event, Work},
 };
@@ -105,17 +106,11 @@ pub fn run_in_parts<E>(
     done: &(dyn Fn() + Sync),
     mut take: impl FnMut(Vec<PathAnswer>) -> std::result::Result<(), E>,
 ) -> std::result::Result<(), E> {
-    let done = || {
-        done();
-        Ok::<(), Infallible>(())
-    };
     for part in parts(case.demands.len()) {
-        let blocks = part.into_par_iter().step_by(BLOCK);
-        let blocks = blocks.map(|start| {
-            let answers = block(case, commands, start, &case.led_block(start).collect::<Vec<_>>(), &done);
-            answers.unwrap_or_else(|never| match never {})
-        });
-        take(blocks.flatten_iter().collect())?;
+        let first = part.start / BLOCK;
+        let led: Vec<Vec<LedPoint>> =
+            part.into_par_iter().step_by(BLOCK).map(|start| case.led_block(start).collect()).collect();
+        take(side_by_side(case, commands, first, &led, done))?;
     }
     Ok(())
 }
@@ -132,15 +127,28 @@ pub(super) fn run_where_led(
     led: &[Vec<LedPoint>],
     done: &(dyn Fn() + Sync),
 ) -> Vec<PathAnswer> {
+    side_by_side(case, commands, 0, led, done)
+}
+
+/// The blocks of the path from `first` on, along which the machine is led as `led` says, as many at a time as are worth it: which
+/// are solved together makes no difference to their answers.
+fn side_by_side(
+    case: &PathCase<'_>,
+    commands: &Commands<'_>,
+    first: usize,
+    led: &[Vec<LedPoint>],
+    done: &(dyn Fn() + Sync),
+) -> Vec<PathAnswer> {
     let done = || {
         done();
         Ok::<(), Infallible>(())
     };
-    let blocks = led
-        .par_iter()
-        .enumerate()
-        .map(|(k, led)| block(case, commands, k * BLOCK, led, &done).unwrap_or_else(|never| match never {}));
-    blocks.flatten_iter().collect()
+    let together = led.len().div_ceil(rayon::current_num_threads()).clamp(1, Batch::WIDTH);
+    let groups = led.par_chunks(together).enumerate().map(|(group, led)| {
+        let answers = blocks(case, commands, first + group * together, led, &done);
+        answers.unwrap_or_else(|never| match never {})
+    });
+    groups.flatten_iter().flatten().collect()
 }
 
 /// As [`run_in_parts`], all answers at once.
@@ -171,8 +179,8 @@ pub(super) fn kept<T: Serialize + DeserializeOwned + Send>(
                 work.tell(Event::Computed(1));
                 work.check()
             };
-            let led: Vec<LedPoint> = case.led_block(start).collect();
-            let answers = block(case, &Commands::Method(method), start, &led, &done)?;
+            let led = [case.led_block(start).collect::<Vec<_>>()];
+            let answers = blocks(case, &Commands::Method(method), start / BLOCK, &led, &done)?.concat();
             let unsolved = answers.iter().filter(|answer| !answer.is_settled).count();
             if unsolved > 0 {
                 work.tell(Event::Unsolved(unsolved));
@@ -194,52 +202,4 @@ impl PathCase<'_> {
         };
         led_along(self.nominal, passed, &self.demands[start..self.demands.len().min(start + BLOCK)])
     }
-}
-
-/// The points from `start` on that are solved one after another, at which the nominal machine stands as `led` says. `done` is called
-/// after each and may end the block.
-fn block<'l, E>(
-    case: &PathCase<'l>,
-    commands: &Commands<'_>,
-    start: usize,
-    led: &'l [LedPoint],
-    done: &(dyn Fn() -> std::result::Result<(), E> + Sync),
-) -> std::result::Result<Vec<PathAnswer>, E> {
-    let mut session = Session::new(case.nominal, case.real, settings()).from_rest_of(case.resting);
-    let mut near = &case.nominal.home;
-    let answer = |((i, demand), led): ((usize, &Demand), &'l LedPoint)| {
-        if let (Some(at), None) = (&led.at, demand.external) {
-            session.know(near, &demand.pose, at);
-            near = at;
-        }
-        let found = match (&led.asked, commands) {
-            (Err(reason), _) => session.refuse(demand, reason.clone()),
-            (Ok(()), Commands::Method(method)) => compensate(&mut session, demand, *method),
-            (Ok(()), Commands::Program(poses)) => {
-                let simulated = simulate(&mut session, demand, &poses[i]);
-                // The controller leads the same point of the platform.
-                match case.nominal.check_led(&poses[i], session.command()) {
-                    Err(unreachable) if simulated.outcome.is_some() => {
-                        session.refuse(demand, CompensationStatus::Unreachable(unreachable))
-                    }
-                    _ => simulated,
-                }
-            }
-            (Ok(()), Commands::Drives(drives)) => simulate_drives(&mut session, demand, &drives[i]),
-        };
-        let nominal_drives = led.at.as_ref().map(|at| at.drives.clone()).unwrap_or_default();
-        done()?;
-        Ok(PathAnswer {
-            is_settled: found.outcome.is_some(),
-            corrections: found.iterations(),
-            target: found.outcome.as_ref().and_then(|_| session.target().ok()),
-            status: found.status,
-            drives: found.drives,
-            nominal_drives,
-            position_error: found.position_error,
-            leftover_rotation: found.leftover_rotation,
-            drive_forces: found.drive_forces,
-        })
-    };
-    case.demands.iter().enumerate().skip(start).zip(led).map(answer).collect()
 }

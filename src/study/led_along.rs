@@ -6,6 +6,7 @@ use crate::{
 };
 
 /// Where the nominal machine stands at a point of a path, if it reaches it, and why it cannot be led there, if it cannot.
+#[derive(Debug, Clone)]
 pub(super) struct LedPoint {
     pub at: Option<Configuration>,
     pub asked: Result<(), CompensationStatus>,

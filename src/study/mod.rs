@@ -20,6 +20,7 @@ mod into_folder;
 mod led_along;
 pub mod machine_check;
 mod over_workspace;
+mod path_blocks;
 mod path_sums;
 pub mod point;
 pub mod program;

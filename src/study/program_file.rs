@@ -10,7 +10,7 @@ use crate::{
     study::blocks::{Blocks, BlocksBeforeAfter},
     toolpath::{
         Sampling, Toolpath,
-        gcode::{Beside, GcodeOptions, Program},
+        gcode::{Beside, Expand, GcodeOptions, Program},
         polyline::Polyline,
     },
 };
@@ -25,7 +25,7 @@ pub enum ProgramFile {
 }
 
 impl ProgramFile {
-    /// Reads `file`: a polyline if its name ends in `.csv`, G-code otherwise, written out first if `options` say so. What it
+    /// Reads `file`: a polyline if its name ends in `.csv`, G-code otherwise, written out first where `options` say so. What it
     /// calls is sought beside it.
     ///
     /// # Errors
@@ -63,13 +63,22 @@ impl ProgramFile {
 
     fn parse_beside(bytes: Vec<u8>, file: &Path, options: &GcodeOptions, beside: &Beside<'_>) -> Result<Self> {
         let name = file.display().to_string();
+        if is_csv(file) {
+            return Ok(ProgramFile::Polyline(Polyline::read(bytes, &name)?));
+        }
         // What pages have was written out before.
-        let expand = options.expand && !cfg!(target_family = "wasm");
-        Ok(match (is_csv(file), expand) {
-            (true, _) => ProgramFile::Polyline(Polyline::read(bytes, &name)?),
-            (false, true) => ProgramFile::Gcode(Box::new(Program::parse_expanded(&bytes, &name, options, beside)?)),
-            (false, false) => ProgramFile::Gcode(Box::new(Program::parse(bytes, &name, options)?)),
-        })
+        let expand = if cfg!(target_family = "wasm") { Expand::Never } else { options.expand };
+        let program = match expand {
+            Expand::Never => Program::parse(bytes, &name, options),
+            Expand::Always => Program::parse_expanded(&bytes, &name, options, beside),
+            Expand::WhereNeeded => Program::parse(bytes.clone(), &name, options).or_else(|refused| {
+                match refused.fault.is_met_by_expanding() {
+                    true => Program::parse_expanded(&bytes, &name, options, beside),
+                    false => Err(refused),
+                }
+            }),
+        };
+        Ok(ProgramFile::Gcode(Box::new(program?)))
     }
 
     /// The program written out, if it was.

@@ -99,16 +99,18 @@ fn a_program_that_calls_others_is_written_out_if_the_process_says_so() {
                     methods = [\"none\"]\n";
         Study::from_toml(toml, "study.toml", folder.path(), &Overrides::default())
     };
-    let process = |expand: bool| {
+    let process = |expand: &str| {
         let force = "radial_force_N = 215.0\ntangential_force_N = -10.0\naxial_force_N = -25.0";
-        write("process.toml", &format!("schema = 1\n[force.path_frame]\n{force}\n[gcode]\nexpand = {expand}\n"));
+        write("process.toml", &format!("schema = 1\n[force.path_frame]\n{force}\n[gcode]\n{expand}\n"));
     };
     write("main.nc", "G21 G90\nG0 X0 Y0 Z0\nG1 X5 F300\nM98 P70\nG1 X0\nM30\n");
     write("O0070.nc", "O70\nG1 Y20\nX40\nM99\n");
-    process(false);
+    process("expand = false");
     let refused = study().map(|_| ()).unwrap_err().to_string();
     assert!(refused.ends_with("main.nc:4:1: `M98`: subprograms are not read; expected one program, or expand in [gcode] of the process file (--expand), which writes it out"), "{refused}");
-    process(true);
+    process("expand = true");
+    let asked = results(study().unwrap());
+    process("");
     let opened = study().unwrap();
     let before = opened.inputs.sha256();
     let StudyKind::Path(path, _) = &opened.kind else { panic!("a path study") };
@@ -116,6 +118,7 @@ fn a_program_that_calls_others_is_written_out_if_the_process_says_so() {
     // Lines 2 and 3 of the subprogram, 2, 3 and 5 of the program.
     assert_eq!(lines.into_iter().collect::<Vec<_>>(), [2, 3, 5]);
     let found = results(study().unwrap());
+    assert_eq!(largest_displacement(&found, Source::All), largest_displacement(&asked, Source::All));
     let mut summary = Summary::default();
     summary.add(&found.study, &found.whole);
     let said = text(&summary, &found.study, &Shown { is_circle: false }).place;

@@ -1,10 +1,9 @@
 //! The closure equations of a machine with what is commanded, and the damped Newton iteration that solves them.
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
-use super::{Configuration, Unreachable};
+use super::{Configuration, Unreachable, normal_step::NormalStep};
 use crate::{
-    lanes::subtract,
     machine::{Chain, Coordinate, Machine, Motion, MoveScrew, Route},
     spatial::{Pose, product, rotation_exp, rotation_log},
 };
@@ -60,32 +59,30 @@ struct Walk {
     frames: Vec<Pose>,
 }
 
-/// Where the unknowns of a chain are: its first drive and its first passive joint.
-struct Columns<'a> {
-    chain: &'a Chain,
-    drive: usize,
-    joint: usize,
-}
+/// The unknowns that move a chain coordinate, and by how much.
+type Columns = Vec<(usize, f64)>;
 
-impl Columns<'_> {
-    /// Tells `each` the columns that move a chain coordinate, and by how much.
-    fn of(&self, coordinate: usize, mut each: impl FnMut(usize, f64)) {
-        let chain = self.chain;
-        if coordinate >= chain.virtual_count {
-            return each(self.joint + coordinate - chain.virtual_count, 1.0);
-        }
-        let Some(joint) = chain.drives.iter().position(|drive| drive.coordinate == coordinate) else { return };
-        match &chain.coupling {
-            None => each(self.drive + joint, 1.0),
-            Some(coupling) => {
-                for (drive, &share) in coupling.per_shown.row(joint).iter().enumerate() {
-                    if share != 0.0 {
-                        each(self.drive + drive, share);
-                    }
+/// Of each chain, the columns of its coordinates; none for those of springs, which stay undeflected.
+fn columns(machine: &Machine) -> Vec<Vec<Columns>> {
+    let (mut drive, mut joint) = (6, 6 + machine.drive_count());
+    let of_chain = |chain: &Chain| {
+        let mut columns = vec![Columns::new(); chain.virtual_count];
+        for (shown, moved) in chain.drives.iter().enumerate() {
+            columns[moved.coordinate] = match &chain.coupling {
+                None => vec![(drive + shown, 1.0)],
+                Some(coupling) => {
+                    let shares = coupling.per_shown.row(shown);
+                    let shares = shares.iter().enumerate().filter(|(_, share)| **share != 0.0);
+                    shares.map(|(other, share)| (drive + other, *share)).collect()
                 }
-            }
+            };
         }
-    }
+        columns.extend((joint..joint + chain.passive.len()).map(|column| vec![(column, 1.0)]));
+        drive += chain.drives.len();
+        joint += chain.passive.len();
+        columns
+    };
+    machine.chains.iter().map(of_chain).collect()
 }
 
 /// The closure equations of a machine, linearised at a configuration.
@@ -96,6 +93,10 @@ pub(in crate::machine) struct Closure<'a> {
     walks: Vec<Walk>,
     pub jacobian: DMatrix<f64>,
     pub residual: DVector<f64>,
+    /// The Jacobian where the last search began.
+    pub(super) begun: DMatrix<f64>,
+    normal_step: NormalStep,
+    columns: Vec<Vec<Columns>>,
     /// Drives of a redundant machine that stay where they are: index and value, mm or rad; first those of [`Machine::held`](crate::machine::Model::held).
     pub held: Vec<(usize, f64)>,
 }
@@ -109,6 +110,9 @@ impl<'a> Closure<'a> {
             walks: Vec::new(),
             jacobian: DMatrix::zeros(0, 0),
             residual: DVector::zeros(0),
+            begun: DMatrix::zeros(0, 0),
+            normal_step: NormalStep::default(),
+            columns: columns(machine),
         }
     }
 
@@ -133,19 +137,17 @@ impl<'a> Closure<'a> {
             self.residual = DVector::zeros(shape.0);
         }
         self.jacobian.fill(0.0);
-        let (mut drive, mut joint, mut row) = (6, 6 + drive_count, 0);
-        let mut walks = std::mem::take(&mut self.walks);
+        let (mut drive, mut row) = (6, 0);
+        let (mut walks, columns) = (std::mem::take(&mut self.walks), std::mem::take(&mut self.columns));
         for (c, chain) in machine.chains.iter().enumerate() {
             chain.rigid_values(&at.drives[drive - 6..], &at.passive[c], &mut self.values);
-            let columns = Columns { chain, drive, joint };
             for i in 0..6 {
                 self.jacobian[(row + i, i)] = -1.0;
             }
-            self.route_rows(&chain.route, &columns, &Pose::identity(), &at.pose, &mut row, &mut walks);
+            self.route_rows(&chain.route, &columns[c], &Pose::identity(), &at.pose, &mut row, &mut walks);
             drive += chain.drives.len();
-            joint += chain.passive.len();
         }
-        self.walks = walks;
+        (self.walks, self.columns) = (walks, columns);
         self.command_rows(at, command, 6 * closures);
     }
 
@@ -154,7 +156,7 @@ impl<'a> Closure<'a> {
     fn route_rows(
         &mut self,
         route: &Route,
-        columns: &Columns<'_>,
+        columns: &[Columns],
         start: &Pose,
         target: &Pose,
         row: &mut usize,
@@ -188,17 +190,21 @@ impl<'a> Closure<'a> {
     }
 
     /// Adds `sign` times the motion of an elementary motion to the rows from `row` on.
-    fn add_screw(&mut self, row: usize, columns: &Columns<'_>, screw: &MoveScrew, sign: f64) {
-        let reach = self.machine.reach;
+    fn add_screw(&mut self, row: usize, columns: &[Columns], screw: &MoveScrew, sign: f64) {
+        let columns = &columns[screw.coordinate];
+        if columns.is_empty() {
+            return;
+        }
         let is_revolute = screw.twist.angular != Vector3::zeros();
-        let unit = if is_revolute { 1.0 / reach } else { 1.0 };
-        columns.of(screw.coordinate, |column, share| {
+        let unit = if is_revolute { 1.0 / self.machine.reach } else { 1.0 };
+        for &(column, share) in columns {
             let share = sign * share;
+            let mut entries = self.jacobian.fixed_view_mut::<6, 1>(row, column);
             for i in 0..3 {
-                self.jacobian[(row + i, column)] += share * screw.twist.linear[i] * unit;
-                self.jacobian[(row + 3 + i, column)] += share * screw.twist.angular[i];
+                entries[i] += share * screw.twist.linear[i] * unit;
+                entries[3 + i] += share * screw.twist.angular[i];
             }
-        });
+        }
     }
 
     fn command_rows(&mut self, at: &Configuration, command: &Command<'_>, first: usize) {
@@ -212,17 +218,12 @@ impl<'a> Closure<'a> {
             Command::Task(target) => {
                 let turn = rotation_log(&product(&target.rotation.transpose(), &at.pose.rotation));
                 for (row, coordinate) in self.machine.controls.iter().enumerate() {
-                    match *coordinate {
-                        Coordinate::Translation(axis) => {
-                            self.residual[first + row] = at.pose.translation[axis] - target.translation[axis];
-                            self.jacobian[(first + row, axis)] = 1.0;
-                        }
-                        Coordinate::Rotation(axis) => {
-                            self.residual[first + row] = turn[axis] * self.machine.reach;
-                            for i in 0..3 {
-                                self.jacobian[(first + row, 3 + i)] = target.rotation[(i, axis)];
-                            }
-                        }
+                    self.residual[first + row] = match *coordinate {
+                        Coordinate::Translation(axis) => at.pose.translation[axis] - target.translation[axis],
+                        Coordinate::Rotation(axis) => turn[axis] * self.machine.reach,
+                    };
+                    for i in 0..6 {
+                        self.jacobian[(first + row, i)] = task_entry(*coordinate, &target.rotation, i);
                     }
                 }
             }
@@ -242,6 +243,7 @@ impl<'a> Closure<'a> {
 
     fn iterate(&mut self, start: &Configuration, command: &Command<'_>, only_on_branch: bool) -> Reached {
         let reach = self.machine.reach;
+        let closures = 6 * self.machine.closure_count();
         let mut at = start.clone();
         let (mut damping, mut best) = (1e-12, f64::INFINITY);
         let (mut first_step, mut later_steps) = (0.0, 0.0);
@@ -249,6 +251,9 @@ impl<'a> Closure<'a> {
             self.linearise(&at, command);
             if !self.residual.iter().all(|entry| entry.is_finite()) {
                 return Reached { at, solved: false };
+            }
+            if iteration == 0 {
+                self.begun.clone_from(&self.jacobian);
             }
             let error = self.residual.amax();
             let stalled = error < CLOSURE_ROUNDING * reach && error > 0.3 * best;
@@ -264,7 +269,7 @@ impl<'a> Closure<'a> {
             best = best.min(error);
             let step = match command {
                 Command::Task(_) if self.machine.redundancy > 0 => self.least_motion(&at),
-                _ => self.damped_step(damping),
+                _ => self.normal_step.solve(self.machine, &self.jacobian, &self.residual, closures, damping),
             };
             let Some(step) = step else { return Reached { at, solved: false } };
             if !step.iter().all(|v| v.is_finite()) {
@@ -279,17 +284,6 @@ impl<'a> Closure<'a> {
             self.advance(&mut at, &step);
         }
         Reached { at, solved: false }
-    }
-
-    /// Least-squares step of the present linearisation, damped by this share of its largest diagonal entry.
-    fn damped_step(&self, damping: f64) -> Option<DVector<f64>> {
-        let transposed = self.jacobian.transpose();
-        let mut normal = &transposed * &self.jacobian;
-        let level = damping * normal.diagonal().amax();
-        for i in 0..normal.nrows() {
-            normal[(i, i)] += level;
-        }
-        Some(factorised(normal)?.solve(&(transposed * -&self.residual)))
     }
 
     pub fn advance(&self, at: &mut Configuration, step: &DVector<f64>) {
@@ -340,25 +334,13 @@ impl<'a> Closure<'a> {
     }
 }
 
-/// Lower triangle of a symmetric matrix; `None` unless it is positive definite. Operation by operation that of nalgebra, whose
-/// inner functions are not inlined.
-fn factorised(mut matrix: DMatrix<f64>) -> Option<Cholesky<f64, Dyn>> {
-    let size = matrix.nrows();
-    for j in 0..size {
-        let (earlier, column) = matrix.as_mut_slice().split_at_mut(j * size);
-        let column = &mut column[j..size];
-        for other in earlier.chunks_exact(size) {
-            subtract(column, other[j], &other[j..]);
-        }
-        if column[0].is_nan() || column[0] <= 0.0 {
-            return None;
-        }
-        column[0] = column[0].sqrt();
-        for i in 1..column.len() {
-            column[i] /= column[0];
-        }
+/// What a task coordinate gains by the unknown `i` where a platform turned by `rotation` is commanded.
+pub(super) fn task_entry(coordinate: Coordinate, rotation: &Matrix3<f64>, i: usize) -> f64 {
+    match coordinate {
+        Coordinate::Translation(axis) if i == axis => 1.0,
+        Coordinate::Rotation(axis) if (3..6).contains(&i) => rotation[(i - 3, axis)],
+        _ => 0.0,
     }
-    Some(Cholesky::pack_dirty(matrix))
 }
 
 impl Machine {
@@ -370,7 +352,7 @@ impl Machine {
     }
 
     /// Number of routes that must end where another does or where P is: chains and their loops.
-    fn closure_count(&self) -> usize {
+    pub(super) fn closure_count(&self) -> usize {
         self.chains.iter().map(|chain| 1 + chain.route.loop_count()).sum()
     }
 

@@ -28,7 +28,7 @@ impl Machine {
         while s < 1.0 {
             let next = f64::min(1.0, s + step);
             let reached = solve(next, &mut closure, &at);
-            if reached.solved && !closure.passes_singularity(&at, &reached.at, barriers) {
+            if reached.solved && !closure.has_passed_singularity(&at, &reached.at, barriers) {
                 at = reached.at;
                 s = next;
                 step *= 2.0;

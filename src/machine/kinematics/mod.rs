@@ -11,6 +11,7 @@ mod continuation;
 mod forward;
 mod inverse;
 mod limits;
+mod normal_step;
 mod singularity;
 
 use std::borrow::Cow;

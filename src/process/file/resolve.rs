@@ -19,7 +19,7 @@ use crate::{
     },
     toolpath::{
         NumberFormat, Sampling,
-        gcode::{GcodeOptions, WorkOffset},
+        gcode::{Expand, GcodeOptions, WorkOffset},
     },
 };
 
@@ -157,7 +157,11 @@ fn gcode_options(spec: &GcodeSpec, check: &Check) -> Result<GcodeOptions> {
         block_delete: spec.block_delete,
         arc_centres: spec.arc_centres,
         features: Vec::new(),
-        expand: spec.expand,
+        expand: match spec.expand {
+            None => Expand::WhereNeeded,
+            Some(true) => Expand::Always,
+            Some(false) => Expand::Never,
+        },
     })
 }
 

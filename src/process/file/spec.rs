@@ -171,9 +171,9 @@ pub struct GcodeSpec {
     /// What I, J and K lead from before the first G90.1 or G91.1.
     #[serde(default)]
     pub arc_centres: ArcCentres,
-    /// Whether programs are written out as the motion that they make before they are read.
-    #[serde(default)]
-    pub expand: bool,
+    /// Whether programs are written out as the motion that they make before they are read; if not given, those that cannot be read
+    /// otherwise are.
+    pub expand: Option<bool>,
     /// Decimals of coordinates written in mm; those of the program if not given.
     pub decimals_mm: Option<u8>,
     /// Decimals of coordinates written in inches; those of the program if not given.

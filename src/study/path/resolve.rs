@@ -17,7 +17,7 @@ use crate::{
         },
         spec::CircleSpec,
     },
-    toolpath::{Circle, PathPoint, Plane, Sampling, Toolpath, Turn},
+    toolpath::{Circle, PathPoint, Plane, Sampling, Toolpath, Turn, gcode::Expand},
 };
 
 /// Checks a path study.
@@ -62,7 +62,7 @@ pub(crate) fn path(spec: &PathSpec, process: &Process, given: &Given<'_>, check:
 pub(crate) fn program_input(file: Option<&str>, process: &Process, folder: &Folder) -> Result<Inputs> {
     let Some(file) = file else { return Ok(Inputs::default()) };
     let inputs = Inputs::of(file, String::from_utf8_lossy(&folder.bytes(file)?));
-    if !process.gcode.expand {
+    if process.gcode.expand == Expand::Never {
         return Ok(inputs);
     }
     // What it calls beside it counts as well.

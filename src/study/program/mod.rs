@@ -11,12 +11,12 @@ mod reach;
 #[cfg(feature = "report")]
 pub mod report;
 
-use std::path::Path;
+use std::{path::Path, sync::OnceLock};
 
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use self::corners::Corners;
+use self::{corners::Corners, part::LedPart};
 pub use corrected::{Corrected, Written};
 pub use part::Part;
 pub use prove::{Proof, ProvedPart};
@@ -29,7 +29,7 @@ use crate::{
     spatial::Pose,
     study::{
         Machines, ProgramFile,
-        along_path::{Commands, Left, PathAnswer, PathSummary, PathSums, lead, run_where_led},
+        along_path::{Commands, Left, PathAnswer, PathSummary, PathSums, run_where_led},
         demands::{Led, demands},
         external_axes::held_along,
     },
@@ -54,6 +54,8 @@ pub struct ProgramJob {
     /// What is wanted at each point, if that is not found again whenever it is needed: a platform that turns with its position is led
     /// from point to point, which takes long.
     kept: Option<Vec<Demand>>,
+    /// Where the machine is led along each part of a program that is not too long to keep it.
+    led: Vec<OnceLock<LedPart>>,
     cuts_nowhere: bool,
     begins_twice: bool,
 }
@@ -126,7 +128,8 @@ impl ProgramJob {
         let cuts_nowhere = !path.points().iter().any(|point| point.cutting);
         let begins_twice = path.begins_twice();
         let name = name.to_string();
-        Ok(Self { real, machine, process, file: program, path, name, kept, cuts_nowhere, begins_twice })
+        let led = part::led(&path);
+        Ok(Self { real, machine, process, file: program, path, name, kept, led, cuts_nowhere, begins_twice })
     }
 
     /// Whether point `k` counts in what is left: the tool cuts there, if it does anywhere, and it is not a closed path's begin,
@@ -156,8 +159,9 @@ impl ProgramJob {
         for part in self.parts() {
             let part = part?;
             let case = part.case([&self.machine, &self.real, &self.machine]);
+            let along = self.led_along(&part, &case);
             let answers =
-                self.answers(&part, &mut led, commands, &|commands| run_where_led(&case, commands, &lead(&case), done));
+                self.answers(&part, &mut led, commands, &|commands| run_where_led(&case, commands, &along, done));
             self.sum_up(&mut sums, part.first, &answers);
             take(&part, &answers)?;
         }

@@ -1,6 +1,6 @@
 //! A program in parts, so that memory does not grow with it: what is wanted at the points of a part is found when it is needed.
 
-use std::ops::Range;
+use std::{borrow::Cow, ops::Range, sync::OnceLock};
 
 use super::{ProgramJob, corners::Corners, load_fault};
 use crate::{
@@ -8,10 +8,11 @@ use crate::{
     input::error::{Error, Result},
     machine::Machine,
     study::{
-        along_path::{BLOCK, PathCase, parts},
+        along_path::{BLOCK, PART, PathCase, lead, parts},
         demands::demanding,
+        led_along::LedPoint,
     },
-    toolpath::PathPoint,
+    toolpath::{PathPoint, Toolpath},
 };
 
 /// Points of a program that follow one another.
@@ -55,7 +56,33 @@ impl Part<'_> {
 /// Most points of a program that is corrected within limits: of all of them at once.
 const MOST_AT_ONCE: usize = 200_000;
 
+/// Where the nominal machine is led along a part, block by block.
+pub(super) type LedPart = Vec<Vec<LedPoint>>;
+
+/// Of a program of at most so many points, where the machine is led is found once; of a longer one whenever it is needed.
+const LED_ONCE: usize = 200_000;
+
+/// Where the machine is led along the parts of `path`, none found yet.
+pub(super) fn led(path: &Toolpath) -> Vec<OnceLock<LedPart>> {
+    if path.len() > LED_ONCE { Vec::new() } else { parts(path.len()).map(|_| OnceLock::new()).collect() }
+}
+
 impl ProgramJob {
+    /// Where the machine is led along `part`, which is `case`.
+    pub(super) fn led_along(&self, part: &Part<'_>, case: &PathCase<'_>) -> Cow<'_, [Vec<LedPoint>]> {
+        match self.led.get(part.first / PART) {
+            Some(led) => Cow::Borrowed(led.get_or_init(|| lead(case))),
+            None => Cow::Owned(lead(case)),
+        }
+    }
+
+    /// Notes where the machine is led along `part`.
+    pub(super) fn keep_led(&self, part: &Part<'_>, found: LedPart) {
+        if let Some(led) = self.led.get(part.first / PART) {
+            led.get_or_init(|| found);
+        }
+    }
+
     /// The parts of the program, in order.
     ///
     /// # Errors

@@ -8,7 +8,7 @@ use crate::{
     input::error::Result,
     study::{
         BySource, Machines, Source,
-        along_path::{Commands, PathAnswer, PathSums, lead, run_where_led},
+        along_path::{Commands, PathAnswer, PathSums, run_where_led},
     },
 };
 
@@ -59,7 +59,7 @@ impl ProgramJob {
         for part in self.parts() {
             let part = part?;
             let case = part.case([&self.machine, &self.real, &self.machine]);
-            let led = lead(&case);
+            let led = self.led_along(&part, &case);
             let before = BySource::of(&self.machine, |source| {
                 let asked = part.asked(|demand| source.demand(demand));
                 let case = asked.case([machines.commanding(source), machines.answering(source), machines.resting()]);

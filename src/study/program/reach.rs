@@ -26,16 +26,25 @@ impl ProgramJob {
     fn out_of_reach_in(&self, part: &Part<'_>, most: usize) -> Vec<(usize, String)> {
         let case = part.case([&self.machine, &self.real, &self.machine]);
         let of_block = |start: usize| {
-            let points = case.led_block(start).zip(&part.points[start..]).enumerate();
-            let out = points.filter(|(_, (_, point))| point.cutting).filter_map(move |(k, (led, _))| {
-                let status = led.asked.err()?;
-                Some((part.first + start + k, status.reason(&self.machine)))
-            });
-            // Lazily: what is out of reach takes longest.
-            out.take(most)
+            let (mut led, mut out) = (Vec::with_capacity(BLOCK), Vec::new());
+            for (k, (point, at)) in part.points[start..].iter().zip(case.led_block(start)).enumerate() {
+                if let (true, Err(status)) = (point.cutting, &at.asked) {
+                    out.push((part.first + start + k, status.reason(&self.machine)));
+                }
+                led.push(at);
+                // What is out of reach takes longest.
+                if out.len() == most {
+                    break;
+                }
+            }
+            (led, out)
         };
         let blocks = (0..part.points.len()).into_par_iter().step_by(BLOCK);
-        let mut found: Vec<_> = blocks.flat_map_iter(of_block).collect();
+        let (led, out): (Vec<_>, Vec<_>) = blocks.map(of_block).unzip();
+        let mut found = out.concat();
+        if found.is_empty() {
+            self.keep_led(part, led);
+        }
         found.truncate(most);
         found
     }

@@ -265,4 +265,9 @@ impl Fault {
     pub const MAX_DIGITS: usize = 17;
     /// The largest coordinate followed, mm.
     pub const MAX_COORDINATE_MM: f64 = MAX_COORDINATE_MM;
+
+    /// Whether the program may be read once it is written out as the motion that it makes.
+    pub fn is_met_by_expanding(&self) -> bool {
+        matches!(self, Fault::Variable | Fault::Unsupported(Unsupported::Subprogram))
+    }
 }

@@ -66,7 +66,7 @@ pub use error::{ArcFault, Fault, GcodeError, MacroFault, Unsupported};
 pub use expand::Beside;
 pub use notes::Notes;
 pub use offsets::WorkOffset;
-pub use options::{ArcCentres, BlockDelete, GcodeOptions};
+pub use options::{ArcCentres, BlockDelete, Expand, GcodeOptions};
 pub use rewrite::{RewriteError, Rewritten};
 pub use unit::LengthUnit;
 pub use writing::Writing;

@@ -33,7 +33,19 @@ pub struct GcodeOptions {
     /// It ends at the next or at a tool change.
     pub features: Vec<String>,
     /// Whether whoever reads the file is to write it out first, by [`Program::parse_expanded`](super::Program::parse_expanded).
-    pub expand: bool,
+    pub expand: Expand,
+}
+
+/// Which programs are written out as the motion that they make before they are read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Expand {
+    /// None: subprograms and macros are refused.
+    Never,
+    /// Those with subprograms, variables, expressions, branches or loops.
+    #[default]
+    WhereNeeded,
+    /// All, their cycles as well.
+    Always,
 }
 
 /// The position of the machine's block-delete switch.
