@@ -91,6 +91,14 @@ impl Check {
         self.fail(format!("must be {sense}, got {value:?}"))
     }
 
+    /// A number of sensible size that is not below zero.
+    pub(crate) fn not_negative(&self, value: f64) -> Result<f64> {
+        if (0.0..=LARGEST).contains(&value) {
+            return Ok(value);
+        }
+        self.fail(format!("must be a number from 0 to {LARGEST:e}, got {value:?}"))
+    }
+
     /// A finite number above zero, if given.
     pub(crate) fn optional_positive(&self, value: Option<f64>) -> Result<Option<f64>> {
         value.map(|v| self.positive(v)).transpose()

@@ -70,7 +70,7 @@ fn process(
         sampling: sampling(&spec.sampling, &check.key("sampling"))?,
         limits: limits(&spec.limits, &check.key("limits"))?,
         target: spec.compensate.target,
-        corner_mm: not_negative(&check.key("compensate"), "corner_mm", spec.compensate.corner_mm.unwrap_or(CORNER_MM))?,
+        corner_mm: check.key("compensate.corner_mm").not_negative(spec.compensate.corner_mm.unwrap_or(CORNER_MM))?,
         gcode: GcodeOptions { features, ..gcode_options(&spec.gcode, &check_gcode)? },
         decimals: decimals(&spec.gcode, &check_gcode)?,
         write_tolerance_mm: write_tolerance(spec, &check_gcode)?,
@@ -177,14 +177,7 @@ fn decimals(spec: &GcodeSpec, check: &Check) -> Result<Decimals> {
 /// A given one, or what hides in the tolerance of the process.
 fn write_tolerance(spec: &ProcessSpec, check: &Check) -> Result<f64> {
     match spec.gcode.write_tolerance_mm {
-        Some(given) => not_negative(check, "write_tolerance_mm", given),
+        Some(given) => check.key("write_tolerance_mm").not_negative(given),
         None => Ok(spec.tolerance_mm.map_or(WRITE_TOLERANCE_MM, |tolerance| WRITE_TOLERANCE_MM.min(tolerance / 10.0))),
-    }
-}
-
-fn not_negative(check: &Check, key: &str, given: f64) -> Result<f64> {
-    match given.is_finite() && given >= 0.0 {
-        true => Ok(given),
-        false => check.key(key).fail(format!("must be a finite number, 0 or more, got {given}")),
     }
 }

@@ -71,16 +71,12 @@ pub(super) fn resolve(spec: &OnlineSpec, given: &Given<'_>) -> Result<Resolved<O
 }
 
 fn sensor(spec: &OnlineSpec, check: &Check) -> Result<Sensor> {
-    let not_negative = |key: &str, value: f64| match value >= 0.0 && value.is_finite() {
-        true => Ok(value),
-        false => check.key(key).fail(format!("must be a finite number of at least 0, got {value:?}")),
-    };
     Ok(Sensor {
         cycle_s: check.key("cycle_ms").positive(spec.cycle_ms)? / 1000.0,
-        delay_s: not_negative("delay_ms", spec.delay_ms)? / 1000.0,
+        delay_s: check.key("delay_ms").not_negative(spec.delay_ms)? / 1000.0,
         low_pass_Hz: check.key("low_pass_Hz").optional_positive(spec.low_pass)?,
-        noise_N: not_negative("noise_N", spec.noise)?,
-        bias_N: not_negative("bias_N", spec.bias)?,
+        noise_N: check.key("noise_N").not_negative(spec.noise)?,
+        bias_N: check.key("bias_N").not_negative(spec.bias)?,
     })
 }
 

@@ -55,10 +55,7 @@ pub(super) fn resolve(spec: &PlacementStudySpec, given: &Given<'_>) -> Result<Re
         }
         None => around(&features),
     };
-    let clearance_mm = spec.clearance_mm.unwrap_or(CLEARANCE_MM);
-    if !(0.0..=crate::input::check::LARGEST).contains(&clearance_mm) {
-        return check.key("clearance_mm").fail(format!("must be at least 0, got {clearance_mm}"));
-    }
+    let clearance_mm = check.key("clearance_mm").not_negative(spec.clearance_mm.unwrap_or(CLEARANCE_MM))?;
     let study = PlacementStudy {
         forbidden: forbidden(&spec.forbidden, check)?,
         clearance_mm,
