@@ -56,7 +56,7 @@ static void update(void *no_argument, long period_ns)
         *pins->wanted[drive] = machine.last.wanted[drive] / unit(drive);
     }
     loaded_next_cycle(&machine, &input);
-    *pins->status = loaded_worst(&machine);
+    *pins->status = machine.status;
     *pins->ok = *pins->status == LOADED_AS_WANTED;
     *pins->saturations = machine.saturations;
 }
@@ -118,7 +118,7 @@ int rtapi_app_main(void)
         hal_exit(comp_id);
         return -1;
     }
-    *pins->status = loaded_worst(&machine);
+    *pins->status = machine.status;
     hal_ready(comp_id);
     return 0;
 }

@@ -58,7 +58,7 @@ static int correction_at(const struct loaded_kinematics *machine, const double p
 
 void loaded_start(struct loaded_kinematics *machine)
 {
-    *machine = (struct loaded_kinematics){.input_status = LOADED_NOT_RUNNING};
+    *machine = (struct loaded_kinematics){.status = LOADED_NOT_RUNNING};
 }
 
 void loaded_next_cycle(struct loaded_kinematics *machine, const struct loaded_input *input)
@@ -70,17 +70,15 @@ void loaded_next_cycle(struct loaded_kinematics *machine, const struct loaded_in
     int shortened = shorten(next.wrench, KINETOSTAT_FORCE_N);
     shortened |= shorten(next.wrench + 3, KINETOSTAT_MOMENT_NMM);
 
-    machine->input_status = !is_number  ? LOADED_FORCE_NOT_A_NUMBER
-                            : shortened ? LOADED_FORCE_OUT_OF_RANGE
-                                        : LOADED_AS_WANTED;
+    enum loaded_status input_status = !is_number  ? LOADED_FORCE_NOT_A_NUMBER
+                                      : shortened ? LOADED_FORCE_OUT_OF_RANGE
+                                                  : LOADED_AS_WANTED;
+
     machine->input = next;
+    machine->status = input_status > machine->last.status ? input_status : machine->last.status;
     if (machine->last.status == LOADED_LIMITED) machine->saturations++;
     for (int drive = 0; drive < DRIVES; drive++) machine->held[drive] = machine->last.applied[drive];
-}
-
-enum loaded_status loaded_worst(const struct loaded_kinematics *machine)
-{
-    return machine->input_status > machine->last.status ? machine->input_status : machine->last.status;
+    machine->last.status = LOADED_AS_WANTED;
 }
 
 int loaded_inverse(struct loaded_kinematics *machine, const double position_mm[3], double drives[DRIVES])

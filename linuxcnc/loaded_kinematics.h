@@ -13,11 +13,11 @@
 
 enum loaded_status {
     LOADED_AS_WANTED = 0,
-    LOADED_LIMITED = 1,           /* size or rate takes a part of the correction away */
+    LOADED_LIMITED = 1,            /* size or rate takes a part of the correction away */
     LOADED_FORCE_OUT_OF_RANGE = 2, /* the nearest one in range is corrected */
     LOADED_FORCE_NOT_A_NUMBER = 3, /* the last one is kept */
-    LOADED_NOT_SOLVED = 4,        /* the correction is held */
-    LOADED_NOT_RUNNING = 5        /* loaded_next_cycle has not been called */
+    LOADED_NOT_SOLVED = 4,         /* the correction is held */
+    LOADED_NOT_RUNNING = 5         /* loaded_next_cycle has not been called */
 };
 
 /* What a cycle is told. */
@@ -36,11 +36,11 @@ struct loaded_correction {
 };
 
 struct loaded_kinematics {
-    struct loaded_input input;         /* as it is used: in range and a number */
-    enum loaded_status input_status;
-    double held[KINETOSTAT_DRIVES];    /* correction at the end of the cycle before */
-    struct loaded_correction last;     /* of the last call of loaded_inverse */
-    unsigned saturations;              /* cycles in which limits took a part of the correction away */
+    struct loaded_input input;      /* as it is used: in range and a number */
+    double held[KINETOSTAT_DRIVES]; /* correction at the end of the cycle before */
+    struct loaded_correction last;  /* of the last call of loaded_inverse in this cycle, if there was one */
+    enum loaded_status status;      /* the worst of this cycle's input and the last cycle's correction */
+    unsigned saturations;           /* cycles in which limits took a part of the correction away */
 };
 
 /* A machine without correction, for which no cycle has begun. */
@@ -48,9 +48,6 @@ void loaded_start(struct loaded_kinematics *machine);
 
 /* Begins a cycle. What the last call of `loaded_inverse` gave is the correction that the drives have. */
 void loaded_next_cycle(struct loaded_kinematics *machine, const struct loaded_input *input);
-
-/* What is the matter in this cycle, the worst first. */
-enum loaded_status loaded_worst(const struct loaded_kinematics *machine);
 
 /* Drives for a position. 0, or -1 if it lies outside of the box of the generated functions: `drives` is then left as it was. */
 int loaded_inverse(struct loaded_kinematics *machine, const double position_mm[3], double drives[KINETOSTAT_DRIVES]);

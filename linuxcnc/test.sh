@@ -49,7 +49,7 @@ chown -R nobody:nogroup "$out"
 chmod 755 "$out"
 as_user() {
     (cd sim && timeout 120 setpriv --reuid=nobody --regid=nogroup --clear-groups env -u DISPLAY HOME="$out/package/sim" "$@") \
-        >"$out/log" 2>&1 || { cat "$out/log"; fail "$* failed"; }
+        >"$out/log" 2>&1 || { cat "$out/log"; setpriv --reuid=nobody --regid=nogroup --clear-groups halrun -U; fail "$* failed"; }
 }
 failed=0
 as_user halrun -f calls.hal
