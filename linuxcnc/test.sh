@@ -40,8 +40,9 @@ library=$GENERATED/target/release/libkinetostat_correction.a
 [ -e "$library" ] || cargo build --quiet --release --manifest-path "$GENERATED/Cargo.toml" --target-dir "$GENERATED/target"
 cp -r . "$out/package"
 cd "$out/package"
-make -s GENERATED="$GENERATED" LIBRARY="$library" install
-(cd test && halcompile --install kinetostat_probe.comp)
+# Where LLVM is installed, binutils try to read what Rust leaves for it in the library, and say a line for each object.
+{ make -s GENERATED="$GENERATED" LIBRARY="$library" install && (cd test && halcompile --install kinetostat_probe.comp); } \
+    >"$out/log" 2>&1 || { cat "$out/log"; fail "the modules cannot be built"; }
 
 # As a user, without a screen.
 cp test/calls.* sim/
