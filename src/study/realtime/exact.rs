@@ -1,0 +1,149 @@
+//! What the program itself answers: drives for a position of the tool tip under a wrench, and where the tip stands with drives.
+
+use nalgebra::Vector3;
+
+use super::domain::{Asked, Domain, Place};
+use crate::{
+    compensation::{CompensationStatus, Demand, Method, Session, Target, compensate},
+    input::error::{Error, Result},
+    machine::{Machine, Zeroed},
+    spatial::Wrench,
+    statics::{State, Workspace, equilibrium, one_step},
+    study::{Machines, Source, sources::TO_ROUNDING},
+};
+
+/// The nominal machine, by which positions are commanded, and the one that answers, wherever it is asked.
+#[derive(Debug, Clone)]
+pub(super) struct Exact {
+    pub machines: Machines,
+}
+
+/// Storage to ask the program with.
+pub(super) struct Asking {
+    session: Session,
+    workspace: Workspace,
+}
+
+/// An equilibrium at a position under a wrench.
+#[derive(Debug, Clone)]
+pub(super) struct Solved {
+    pub asked: Asked,
+    pub drives: Vec<f64>,
+    /// Its numbers, see [`one_step`], and where the machine is zeroed at rest, how far from the position the tool tip is to stand.
+    pub numbers: Vec<f64>,
+}
+
+impl Exact {
+    /// The machine that answers.
+    pub fn real(&self) -> &Machine {
+        &self.machines.real
+    }
+
+    /// The wrench at P of one about the tool tip.
+    fn load(&self, wrench: &[f64; 6]) -> Wrench {
+        let tip = self.machines.nominal.home.pose.rotation * self.machines.nominal.tool_tip;
+        let own = Wrench::new(*wrench);
+        Wrench { force: own.force, moment: own.moment + tip.cross(&own.force) }
+    }
+
+    /// Storage to ask with.
+    pub fn asking(&self) -> Asking {
+        Asking { session: self.machines.session(Source::All), workspace: Workspace::new(self.real()) }
+    }
+
+    fn demand(&self, (position, wrench): &Asked) -> Demand {
+        let nominal = &self.machines.nominal;
+        let at = Vector3::from(*position) - nominal.home.pose.rotation * nominal.tool_tip;
+        let (pose, load) = (nominal.pose_at(at), self.load(wrench));
+        Demand { pose, load, target: Target::ToolTip, wanted: None, external: None }
+    }
+
+    /// How far from a position the tool tip is to stand, if the machine is zeroed where it rests: as far as the nominal one is from there by its weight and
+    /// springs, mm.
+    pub fn offset(
+        &self,
+        asked: &Asked,
+        asking: &mut Asking,
+    ) -> std::result::Result<Option<Vector3<f64>>, CompensationStatus> {
+        let nominal = &self.machines.nominal;
+        if nominal.zeroed != Zeroed::AtRest || nominal.own_forces().is_none() {
+            return Ok(None);
+        }
+        let demand = asking.session.zeroed(&self.demand(asked))?;
+        Ok(Some(nominal.tool_displacement(&demand.pose, demand.wanted())))
+    }
+
+    /// Equilibria with the tool tip where it is asked for.
+    ///
+    /// # Errors
+    /// The machine does not stand somewhere: which, and why.
+    pub fn solved(&self, domain: &Domain, places: impl IntoIterator<Item = Place>) -> Result<Vec<Solved>> {
+        let mut asking = self.asking();
+        places.into_iter().map(|place| self.solve(&mut asking, domain.asked(&place))).collect()
+    }
+
+    fn solve(&self, asking: &mut Asking, asked: Asked) -> Result<Solved> {
+        let done = compensate(&mut asking.session, &self.demand(&asked), Method::Direct);
+        let offset = self.offset(&asked, asking);
+        match (done.status.is_success(), offset) {
+            (true, Ok(offset)) => {
+                let mut numbers = one_step::numbers(&done.drives, asking.session.state());
+                numbers.extend(offset.iter().flatten());
+                Ok(Solved { asked, drives: done.drives, numbers })
+            }
+            (false, _) => Err(self.does_not_stand(&asked, &done.status)),
+            (_, Err(status)) => Err(self.does_not_stand(&asked, &status)),
+        }
+    }
+
+    fn does_not_stand(&self, (position, wrench): &Asked, status: &CompensationStatus) -> Error {
+        let problem = format!(
+            "the machine does not stand with its tool tip at {} under {}: {}; expected a box and a range of forces in which it does",
+            position_words(position),
+            wrench_words(wrench),
+            status.reason(&self.machines.nominal)
+        );
+        Error::Argument { argument: "--box".into(), problem }
+    }
+
+    /// Where the tool tip stands with these drives under the wrench, mm, sought from `near`, numbers of a state; `None` where there is no
+    /// equilibrium.
+    pub fn tip(&self, drives: &[f64], wrench: &[f64; 6], near: &[f64], asking: &mut Asking) -> Option<Vector3<f64>> {
+        if drives.iter().chain(near).any(|number| !number.is_finite()) {
+            return None;
+        }
+        let real = self.real();
+        let (_, mut state): (_, State) = one_step::state_of(real, near);
+        let outcome = equilibrium(real, drives, &self.load(wrench), &mut state, &mut asking.workspace, &TO_ROUNDING);
+        outcome.is_equilibrium().then(|| state.pose.transform(real.tool_tip))
+    }
+
+    /// Where the tool tip of a state is, mm.
+    pub fn tip_of(&self, numbers: &[f64]) -> Vector3<f64> {
+        let (_, state) = one_step::state_of(self.real(), numbers);
+        state.pose.transform(self.real().tool_tip)
+    }
+
+    /// The position that a state is told to have, mm: where its tool tip is, less how far that is to stand from it.
+    pub fn position_of(&self, numbers: &[f64]) -> Vector3<f64> {
+        let count = one_step::count(self.real());
+        let offset = numbers.get(count..count + 3).map_or_else(Vector3::zeros, Vector3::from_column_slice);
+        self.tip_of(numbers) - offset
+    }
+}
+
+/// A position in words.
+pub(super) fn position_words(position: &[f64; 3]) -> String {
+    let [x, y, z] = position.map(shown);
+    format!("({x}, {y}, {z}) mm")
+}
+
+fn wrench_words(wrench: &[f64; 6]) -> String {
+    let [a, b, c, d, e, f] = wrench.map(shown);
+    format!("({a}, {b}, {c}) N and ({d}, {e}, {f}) N·mm")
+}
+
+/// Without the digits of rounding.
+fn shown(value: f64) -> f64 {
+    (value * 1e3).round() / 1e3 + 0.0
+}
