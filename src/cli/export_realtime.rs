@@ -99,7 +99,7 @@ fn write(folder: &Path, files: Vec<OutputFile>, foreign: Foreign) -> Result<()> 
 }
 
 fn summary(realtime: &Realtime, folder: &Path) -> String {
-    let [correct, whereabouts] = realtime.operations();
+    let [correct, whereabouts, nominal] = realtime.operations();
     let line = |name: &str, errors: &Errors, (start, step): (usize, usize)| {
         let found: Vec<String> = errors.found_mm.iter().map(|error| format!("{error:.1e}")).collect();
         format!(
@@ -110,14 +110,16 @@ fn summary(realtime: &Realtime, folder: &Path) -> String {
         )
     };
     let is_far = |errors: &Errors| errors.stated_mm() > AIM_MM;
-    let aim = match is_far(&realtime.correct_errors) || is_far(&realtime.where_errors) {
+    let all = [&realtime.correct_errors, &realtime.where_errors, realtime.nominal_errors()];
+    let aim = match all.into_iter().any(is_far) {
         true => format!("That is above {AIM_MM:e} mm: more --steps, a smaller --box or smaller forces make it less.\n"),
         false => String::new(),
     };
     let shown = folder.display();
     format!(
-        "{}{}{aim}Written to {shown}; next: cd {shown} && cargo build --release\n",
+        "{}{}{}{aim}Written to {shown}; next: cd {shown} && cargo build --release\n",
         line("kinetostat_correct", &realtime.correct_errors, correct),
-        line("kinetostat_where", &realtime.where_errors, whereabouts)
+        line("kinetostat_where", &realtime.where_errors, whereabouts),
+        line("kinetostat_nominal", realtime.nominal_errors(), nominal)
     )
 }

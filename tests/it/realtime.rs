@@ -149,6 +149,20 @@ fn machines_with_weight_are_corrected_as_they_are_zeroed() {
     assert!(apart.norm() > 1e-3, "sagging by its weight is told apart by {apart} mm");
 }
 
+#[test]
+fn without_correction_drives_are_those_of_the_rigid_machine() {
+    let realtime = orthoglide();
+    let nominal = &realtime.question.machines.nominal;
+    let lever = nominal.home.pose.rotation * nominal.tool_tip;
+    assert!(realtime.nominal_errors().stated_mm() < 1e-6);
+    for (position, _) in asked(realtime.question.domain).take(100) {
+        let rigid = nominal.inverse_kinematics(&nominal.pose_at(Vector3::from(position) - lever)).unwrap();
+        for (own, rigid) in realtime.nominal(&position).iter().zip(&rigid.drives) {
+            assert!((own - rigid).abs() <= realtime.nominal_errors().stated_mm(), "{own} for {rigid} at {position:?}");
+        }
+    }
+}
+
 /// What a generated function computes, read from its text.
 fn run(text: &str, name: &str, inputs: &[f64]) -> Vec<f64> {
     let body = text.split_once(&format!("pub fn {name}(")).unwrap().1.split_once("\n}").unwrap().0;

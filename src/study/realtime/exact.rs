@@ -82,6 +82,14 @@ impl Exact {
         places.into_iter().map(|place| self.solve(&mut asking, domain.asked(&place))).collect()
     }
 
+    /// The equilibrium without a load, with the tool tip at `position`, mm.
+    ///
+    /// # Errors
+    /// As of [`Self::solved`].
+    pub fn unloaded(&self, position: &[f64; 3]) -> Result<Solved> {
+        self.solve(&mut self.asking(), (*position, [0.0; 6]))
+    }
+
     fn solve(&self, asking: &mut Asking, asked: Asked) -> Result<Solved> {
         let done = compensate(&mut asking.session, &self.demand(&asked), Method::Direct);
         let offset = self.offset(&asked, asking);

@@ -22,6 +22,7 @@ pub fn files(realtime: &Realtime) -> Vec<OutputFile> {
         OutputFile::new("README.md", filled(include_str!("template/README.md"))),
         OutputFile::new("src/lib.rs", filled(include_str!("template/lib.rs.txt"))),
         OutputFile::new("src/correct.rs", module(&realtime.correct)),
+        OutputFile::new("src/nominal.rs", module(&realtime.nominal.function)),
         OutputFile::new("src/whereabouts.rs", module(&realtime.whereabouts) + &size),
         OutputFile::new("include/kinetostat_correction.h", filled(include_str!("template/kinetostat_correction.h"))),
         OutputFile::new("example/main.c", filled(include_str!("template/main.c"))),
@@ -41,12 +42,14 @@ fn words(realtime: &Realtime) -> Vec<(&'static str, String)> {
         let unit = if drive.motion == Motion::Prismatic { "mm" } else { "rad" };
         format!("/*   {label}: {unit} */")
     });
+    let revolute = machine.drives().map(|(_, drive)| if drive.motion == Motion::Prismatic { "0" } else { "1" });
+    let revolute: Vec<&str> = revolute.collect();
     let names = machine.drives().zip(machine.drive_labels()).map(|((_, drive), label)| {
         format!("{label} ({})", if drive.motion == Motion::Prismatic { "mm" } else { "rad" })
     });
     let boxed = (0..3).map(|i| format!("{} {:?} to {:?}", ["x", "y", "z"][i], low[i], high[i]));
     let root = |own: &super::Function| own.step.operations.iter().any(|o| matches!(o, Operation::Root(_)));
-    let has_root = root(&realtime.correct) || root(&realtime.whereabouts);
+    let has_root = [&realtime.correct, &realtime.whereabouts, &realtime.nominal.function].into_iter().any(root);
     let stated = |errors: &super::Errors| format!("{:.1e}", errors.stated_mm());
     let operations = realtime.operations().map(|(start, step)| format!("{start} and {step}"));
     vec![
@@ -63,12 +66,15 @@ fn words(realtime: &Realtime) -> Vec<(&'static str, String)> {
         ("DRIVES_MIN", format!("{drives_low:?}")),
         ("DRIVES_MAX", format!("{drives_high:?}")),
         ("DRIVE_STEP", format!("{drive_step:?}")),
+        ("NOMINAL_STEP", format!("{:?}", realtime.nominal.largest_last_step)),
         ("PLATFORM_STEP", format!("{platform_step:?}")),
         ("ON_FACE", number(10.0 * realtime.where_errors.stated_mm().max(1e-9 * machine.reach))),
         ("LESS_OFFSET", less_offset(realtime)),
         ("TIP", format!("{:?}", <[f64; 3]>::from(machine.tool_tip))),
         ("CORRECT_ERROR", stated(&realtime.correct_errors)),
         ("WHERE_ERROR", stated(&realtime.where_errors)),
+        ("NOMINAL_ERROR", stated(realtime.nominal_errors())),
+        ("REVOLUTE", revolute.join(", ")),
         ("X_MIN", number(low[0])),
         ("X_MAX", number(high[0])),
         ("Y_MIN", number(low[1])),
@@ -79,7 +85,13 @@ fn words(realtime: &Realtime) -> Vec<(&'static str, String)> {
         ("MOMENT", number(wrench[3])),
         ("DRIVE_NAMES", names.collect::<Vec<_>>().join(", ")),
         ("DRIVE_UNITS", units.collect::<Vec<_>>().join("\n")),
-        ("OPERATIONS", format!("`kinetostat_correct` {}; `kinetostat_where` {}", operations[0], operations[1])),
+        (
+            "OPERATIONS",
+            format!(
+                "`kinetostat_correct` {}; `kinetostat_where` {}; `kinetostat_nominal` {}",
+                operations[0], operations[1], operations[2]
+            ),
+        ),
         ("PLACES", realtime.question.places.to_string()),
         ("EXAMPLES", super::EXAMPLES.to_string()),
         ("STEP_MARGIN", format!("{}", super::STEP_MARGIN)),
@@ -118,10 +130,11 @@ fn included(realtime: &Realtime) -> String {
 }
 
 fn steps_table(realtime: &Realtime) -> String {
-    let mut table = "| steps | `kinetostat_correct` | `kinetostat_where` |\n|---|---|---|\n".to_string();
+    let head = "| steps | `kinetostat_correct` | `kinetostat_where` | `kinetostat_nominal` |\n|---|---|---|---|\n";
+    let mut table = head.to_string();
     let errors = realtime.correct_errors.found_mm.iter().zip(&realtime.where_errors.found_mm);
-    for (steps, (correct, whereabouts)) in errors.enumerate() {
-        _ = writeln!(table, "| {steps} | {correct:.1e} | {whereabouts:.1e} |");
+    for (steps, ((correct, whereabouts), nominal)) in errors.zip(&realtime.nominal_errors().found_mm).enumerate() {
+        _ = writeln!(table, "| {steps} | {correct:.1e} | {whereabouts:.1e} | {nominal:.1e} |");
     }
     table.trim_end().into()
 }
@@ -129,13 +142,21 @@ fn steps_table(realtime: &Realtime) -> String {
 /// Places with the program's own answers, for the example in C.
 fn points(realtime: &Realtime) -> String {
     let mut text = format!(
-        "/* {MARK} */\n\n/* Positions of the tool tip, mm, wrenches about it, N and N mm, and the drives that the program answers, mm or rad. */\n\
-         static const struct point {{\n    double position_mm[3], wrench[6], drives[3];\n}} points[] = {{\n"
+        "/* {MARK} */\n\n/* Positions of the tool tip, mm, wrenches about it, N and N mm, and the drives that the program answers, mm or rad:\n * \
+         of the loaded machine, and of the rigid one without errors. */\n\
+         static const struct point {{\n    double position_mm[3], wrench[6], drives[3], nominal[3];\n}} points[] = {{\n"
     );
     let list = |values: &[f64]| values.iter().map(|value| format!("{value:?}")).collect::<Vec<_>>().join(", ");
-    for solved in &realtime.examples {
+    for (solved, nominal) in realtime.examples.iter().zip(&realtime.nominal_examples) {
         let (position, wrench) = &solved.asked;
-        _ = writeln!(text, "    {{{{{}}}, {{{}}}, {{{}}}}},", list(position), list(wrench), list(&solved.drives));
+        _ = writeln!(
+            text,
+            "    {{{{{}}}, {{{}}}, {{{}}}, {{{}}}}},",
+            list(position),
+            list(wrench),
+            list(&solved.drives),
+            list(nominal)
+        );
     }
     text + "};\n"
 }

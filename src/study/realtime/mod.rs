@@ -6,21 +6,23 @@ mod emit;
 mod exact;
 mod folder;
 mod function;
+mod nominal;
 mod requirements;
 mod search;
 mod start;
 
 use crate::{
     input::error::{Error, Result},
-    machine::ChainError,
+    machine::{ChainError, Machine},
     statics::one_step::Given,
     study::Machines,
 };
 pub use domain::Domain;
-use domain::{corners, spread, towards_faces};
+use domain::{Place, corners, spread, towards_faces};
 use exact::{Exact, Solved};
 pub use folder::{MARK, files};
 use function::{Function, range};
+use nominal::Nominal;
 use search::{Found, Search};
 use start::Degrees;
 
@@ -71,10 +73,13 @@ pub struct Realtime {
     pub largest_last_step: [[f64; 3]; 2],
     /// Places with what the program answers there.
     examples: Vec<Solved>,
+    /// The drives of the rigid machine there.
+    nominal_examples: Vec<Vec<f64>>,
     /// Between what drives may be, mm or rad.
     drives: [[f64; 3]; 2],
     correct: Function,
     whereabouts: Function,
+    nominal: Nominal,
 }
 
 /// Error that the polynomials are chosen to leave after the last step, mm.
@@ -121,15 +126,7 @@ pub fn generate(question: Question) -> Result<Realtime> {
         return Err(Error::Argument { argument: "--steps".into(), problem });
     }
     let exact = Exact { machines: question.machines.clone() };
-    // Near the corners of the box, far from the symmetry of most machines.
-    let postures = (0..8_usize).map(|corner| {
-        let mut place = spread(corner);
-        for (i, coordinate) in place[..3].iter_mut().enumerate() {
-            *coordinate = if corner >> i & 1 == 1 { 1.0 } else { -1.0 } * (0.93 + 0.01 * (2 * corner + i) as f64 / 4.0);
-        }
-        place
-    });
-    let postures = exact.solved(&domain, postures)?;
+    let postures = exact.solved(&domain, postures())?;
     let solved = exact.solved(&domain, corners().step_by(3).chain((0..FITTED).map(towards_faces)))?;
     let error = |errors: &[f64]| errors.last().copied().unwrap_or(f64::INFINITY);
     let made = |given: Given, tried: &dyn Fn(&Function) -> f64| -> Result<Function> {
@@ -150,17 +147,36 @@ pub fn generate(question: Question) -> Result<Realtime> {
         Search { exact: &exact, domain: &domain, correct: &correct, whereabouts: Some(&whereabouts), steps }
             .thoroughly(question.places);
     let drives = range(Given::Drives, &domain, &solved);
-    let rounding = ROUNDING * question.machines.nominal.reach;
+    let nominal = nominal::generate(&question)?;
+    let examples = exact.solved(&domain, (0..EXAMPLES).map(|index| spread(1000 + index)))?;
     Ok(Realtime {
         correct_errors: Errors { found_mm: correct_mm },
         where_errors: Errors { found_mm: where_mm },
-        largest_last_step: last_step.map(|each| each.map(|step| STEP_MARGIN * step + rounding)),
-        examples: exact.solved(&domain, (0..EXAMPLES).map(|index| spread(1000 + index)))?,
+        largest_last_step: last_step.map(|each| each.map(|step| allowed(step, &question.machines.nominal))),
+        nominal_examples: nominal.solved(&examples)?,
+        examples,
         drives: [drives.low, drives.high],
         correct,
         whereabouts,
+        nominal,
         question,
     })
+}
+
+/// Where steps are recorded: near the corners of the box, far from the symmetry of most machines.
+fn postures() -> impl Iterator<Item = Place> {
+    (0..8_usize).map(|corner| {
+        let mut place = spread(corner);
+        for (i, coordinate) in place[..3].iter_mut().enumerate() {
+            *coordinate = if corner >> i & 1 == 1 { 1.0 } else { -1.0 } * (0.93 + 0.01 * (2 * corner + i) as f64 / 4.0);
+        }
+        place
+    })
+}
+
+/// What a last step may be where the largest that was found is `step`.
+fn allowed(step: f64, machine: &Machine) -> f64 {
+    STEP_MARGIN * step + ROUNDING * machine.reach
 }
 
 /// The first whose error is small enough, else the one with the smallest.
@@ -202,8 +218,20 @@ impl Realtime {
         exact.position_of(path.last()).into()
     }
 
-    /// Operations of one call: of the start, and of each step, for both functions.
-    pub fn operations(&self) -> [(usize, usize); 2] {
-        [&self.correct, &self.whereabouts].map(|own| (own.start.operation_count(), own.step.operation_count()))
+    /// Drives (mm, rad) that it gives for a position of the rigid machine without errors.
+    pub fn nominal(&self, position: &[f64; 3]) -> [f64; 3] {
+        let path = self.nominal.function.path(position, &[0.0; 6], self.question.steps, &mut Vec::new());
+        self.nominal.function.judged(path.last())
+    }
+
+    /// Errors of the tool tip of the rigid machine with these.
+    pub fn nominal_errors(&self) -> &Errors {
+        &self.nominal.errors
+    }
+
+    /// Operations of one call: of the start, and of each step, for the three functions.
+    pub fn operations(&self) -> [(usize, usize); 3] {
+        [&self.correct, &self.whereabouts, &self.nominal.function]
+            .map(|own| (own.start.operation_count(), own.step.operation_count()))
     }
 }

@@ -24,6 +24,7 @@ extern "C" {
  * stands: twice the largest that was found by searching box and wrenches. Of the computation, not of the model. */
 #define KINETOSTAT_CORRECT_ERROR_MM {CORRECT_ERROR}
 #define KINETOSTAT_WHERE_ERROR_MM {WHERE_ERROR}
+#define KINETOSTAT_NOMINAL_ERROR_MM {NOMINAL_ERROR}
 
 /* Box of the tool tip, mm. */
 #define KINETOSTAT_X_MIN_MM {X_MIN}
@@ -40,6 +41,9 @@ extern "C" {
 /* Drives, in this order: {DRIVE_NAMES}. */
 {DRIVE_UNITS}
 
+/* Of each drive: 1 if it turns (rad), 0 if it slides (mm). */
+#define KINETOSTAT_REVOLUTE { {REVOLUTE} }
+
 /* Drive positions (mm; rad for revolute drives) at which the loaded machine has its tool tip at position_mm under wrench.
  * 0: done.
  * 1: outside of the box or of the range of wrenches: drives are those of the nearest point of the box and the nearest wrench.
@@ -52,6 +56,10 @@ int kinetostat_correct(const double position_mm[3], const double wrench[6], doub
  *    and no error is stated of it.
  * 2: the last step was larger than it may be: position_mm is left as it was. */
 int kinetostat_where(const double drives[KINETOSTAT_DRIVES], const double wrench[6], double position_mm[3]);
+
+/* Drive positions at which the rigid machine without errors has its tool tip at position_mm: what a controller without correction commands.
+ * 0: done. 1: outside of the box: drives are those of its nearest point. 2: as of kinetostat_correct. */
+int kinetostat_nominal(const double position_mm[3], double drives[KINETOSTAT_DRIVES]);
 
 #ifdef __cplusplus
 }
