@@ -79,6 +79,7 @@ def main():
     plain = [row for row in read(samples_plain) if row["phase"] == "program"]
     print("Time in the servo thread (a simulation on a kernel that is not real-time; other programs interrupt it):")
     print(f"  motion-controller, correction on:  {microseconds([r for r in run if r['on']], 'clocks_motion', clocks)}")
+    print(f"  motion-controller, correction off: {microseconds([r for r in run if not r['on']], 'clocks_motion', clocks)}")
     print(f"  motion-controller, LinuxCNC's trivkins: {microseconds(plain, 'clocks_motion', clocks)}")
     print(f"  kinetostat.update: {microseconds(run, 'clocks_update', clocks)}")
     return checks.end()
