@@ -199,7 +199,7 @@ impl Realtime {
     pub fn whereabouts(&self, drives: &[f64; 3], wrench: &[f64; 6]) -> [f64; 3] {
         let path = self.whereabouts.path(drives, wrench, self.question.steps, &mut Vec::new());
         let exact = Exact { machines: self.question.machines.clone() };
-        exact.position_of(path.last()).into()
+        exact.tip_of(path.last()).into()
     }
 
     /// Operations of one call: of the start, and of each step, for both functions.
