@@ -6,7 +6,7 @@ use super::domain::{Asked, Domain, Place};
 use crate::{
     compensation::{CompensationStatus, Demand, Method, Session, Target, compensate},
     input::error::{Error, Result},
-    machine::{Machine, Zeroed},
+    machine::Machine,
     spatial::Wrench,
     statics::{State, Workspace, equilibrium, one_step},
     study::{Machines, Source, sources::TO_ROUNDING},
@@ -29,7 +29,7 @@ pub(super) struct Asking {
 pub(super) struct Solved {
     pub asked: Asked,
     pub drives: Vec<f64>,
-    /// Its numbers, see [`one_step`], and where the machine is zeroed at rest, how far from the position the tool tip is to stand.
+    /// Its numbers, see [`one_step`].
     pub numbers: Vec<f64>,
 }
 
@@ -58,21 +58,6 @@ impl Exact {
         Demand { pose, load, target: Target::ToolTip, wanted: None, external: None }
     }
 
-    /// How far from a position the tool tip is to stand, if the machine is zeroed where it rests: as far as the nominal one is from there by its weight and
-    /// springs, mm.
-    pub fn offset(
-        &self,
-        asked: &Asked,
-        asking: &mut Asking,
-    ) -> std::result::Result<Option<Vector3<f64>>, CompensationStatus> {
-        let nominal = &self.machines.nominal;
-        if nominal.zeroed != Zeroed::AtRest || nominal.own_forces().is_none() {
-            return Ok(None);
-        }
-        let demand = asking.session.zeroed(&self.demand(asked))?;
-        Ok(Some(nominal.tool_displacement(&demand.pose, demand.wanted())))
-    }
-
     /// Equilibria with the tool tip where it is asked for.
     ///
     /// # Errors
@@ -92,16 +77,11 @@ impl Exact {
 
     fn solve(&self, asking: &mut Asking, asked: Asked) -> Result<Solved> {
         let done = compensate(&mut asking.session, &self.demand(&asked), Method::Direct);
-        let offset = self.offset(&asked, asking);
-        match (done.status.is_success(), offset) {
-            (true, Ok(offset)) => {
-                let mut numbers = one_step::numbers(&done.drives, asking.session.state());
-                numbers.extend(offset.iter().flatten());
-                Ok(Solved { asked, drives: done.drives, numbers })
-            }
-            (false, _) => Err(self.does_not_stand(&asked, &done.status)),
-            (_, Err(status)) => Err(self.does_not_stand(&asked, &status)),
+        if !done.status.is_success() {
+            return Err(self.does_not_stand(&asked, &done.status));
         }
+        let numbers = one_step::numbers(&done.drives, asking.session.state());
+        Ok(Solved { asked, drives: done.drives, numbers })
     }
 
     fn does_not_stand(&self, (position, wrench): &Asked, status: &CompensationStatus) -> Error {
@@ -130,13 +110,6 @@ impl Exact {
     pub fn tip_of(&self, numbers: &[f64]) -> Vector3<f64> {
         let (_, state) = one_step::state_of(self.real(), numbers);
         state.pose.transform(self.real().tool_tip)
-    }
-
-    /// The position that a state is told to have, mm: where its tool tip is, less how far that is to stand from it.
-    pub fn position_of(&self, numbers: &[f64]) -> Vector3<f64> {
-        let count = one_step::count(self.real());
-        let offset = numbers.get(count..count + 3).map_or_else(Vector3::zeros, Vector3::from_column_slice);
-        self.tip_of(numbers) - offset
     }
 }
 

@@ -215,7 +215,7 @@ impl Realtime {
     pub fn whereabouts(&self, drives: &[f64; 3], wrench: &[f64; 6]) -> [f64; 3] {
         let path = self.whereabouts.path(drives, wrench, self.question.steps, &mut Vec::new());
         let exact = Exact { machines: self.question.machines.clone() };
-        exact.position_of(path.last()).into()
+        exact.tip_of(path.last()).into()
     }
 
     /// Drives (mm, rad) that it gives for a position of the rigid machine without errors.

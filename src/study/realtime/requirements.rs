@@ -2,7 +2,7 @@
 
 use crate::{
     input::error::{Error, Result},
-    machine::{Coordinate, Machine},
+    machine::{Coordinate, Machine, Zeroed},
 };
 
 /// Refuses a machine by what is missing.
@@ -19,6 +19,11 @@ pub(super) fn check(machine: &Machine) -> Result<()> {
         "what carries its workpiece can move or bend: expected a workpiece that stands fast".into()
     } else if machine.tool_compliance.is_some() {
         "its tool bends: expected a rigid one, without platform.tool_stiffness".into()
+    } else if let (Zeroed::AtRest, Some(own)) = (machine.zeroed, machine.own_forces()) {
+        format!(
+            "it has {own} and is zeroed where it rests, from where it is elsewhere in the base frame: expected zeroed = \"weightless\" or \
+             \"at_home\""
+        )
     } else {
         return Ok(());
     };

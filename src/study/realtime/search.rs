@@ -60,11 +60,7 @@ pub(super) struct Search<'a> {
 impl Search<'_> {
     /// The errors at a place; infinite where the machine does not stand as it is told.
     pub fn at(&self, place: &Place, asking: &mut Asking) -> Found {
-        let asked = self.domain.asked(place);
-        let (position, wrench) = asked;
-        // Nowhere: all errors are infinite.
-        let nowhere = Vector3::repeat(f64::INFINITY);
-        let offset = self.exact.offset(&asked, asking).map_or(nowhere, |offset| offset.unwrap_or_default());
+        let (position, wrench) = self.domain.asked(place);
         let mut values = Vec::new();
         let path = self.correct.path(&position, &wrench, self.steps, &mut values);
         let drives_of = |state: &[f64]| -> [f64; 3] { std::array::from_fn(|i| state[i]) };
@@ -74,13 +70,13 @@ impl Search<'_> {
             let distance = tip.map_or(f64::INFINITY, |tip| (tip - from).norm());
             if distance.is_nan() { f64::INFINITY } else { distance }
         };
-        let stands = tips.last().copied().flatten().map(|tip| tip - offset);
+        let stands = tips.last().copied().flatten();
         let back =
             self.whereabouts.map(|own| own.path(&drives_of(path.last()), &wrench, self.steps, &mut values).states);
-        let whereabouts = back.iter().flatten().map(|state| off(stands, self.exact.position_of(state)));
+        let whereabouts = back.iter().flatten().map(|state| off(stands, self.exact.tip_of(state)));
         Found {
             whereabouts: whereabouts.collect(),
-            correct: tips.iter().map(|&tip| off(tip, Vector3::from(position) + offset)).collect(),
+            correct: tips.iter().map(|&tip| off(tip, position.into())).collect(),
             last_step: [
                 last_step(self.correct, &path.states),
                 self.whereabouts.zip(back.as_ref()).map_or([0.0; 3], |(own, states)| last_step(own, states)),
