@@ -141,6 +141,7 @@ fn machines_with_weight_are_corrected_as_they_are_zeroed() {
             let stated = realtime.correct_errors.stated_mm() + realtime.where_errors.stated_mm();
             assert!(stated < 1e-5 && back.norm() < stated, "{zeroed}: {back}");
         }
+        commands_the_rigid_machine(&realtime);
         corrections.push(realtime.correct(&[0.0, 0.0, 100.0], &[0.0; 6]));
     }
     let apart = Vector3::from(corrections[0]) - Vector3::from(corrections[1]);
@@ -155,15 +156,19 @@ fn machines_with_weight_are_corrected_as_they_are_zeroed() {
 
 #[test]
 fn without_correction_drives_are_those_of_the_rigid_machine() {
-    let realtime = orthoglide();
+    commands_the_rigid_machine(orthoglide());
+}
+
+/// Whether its nominal drives are those of inverse kinematics, all over the domain.
+fn commands_the_rigid_machine(realtime: &Realtime) {
     let nominal = &realtime.question.machines.nominal;
     let lever = nominal.home.pose.rotation * nominal.tool_tip;
-    assert!(realtime.nominal_errors().stated_mm() < 1e-6);
+    let stated = realtime.nominal_errors().stated_mm();
+    assert!(stated < 1e-6);
     for (position, _) in asked(realtime.question.domain).take(100) {
         let rigid = nominal.inverse_kinematics(&nominal.pose_at(Vector3::from(position) - lever)).unwrap();
-        for (own, rigid) in realtime.nominal(&position).iter().zip(&rigid.drives) {
-            assert!((own - rigid).abs() <= realtime.nominal_errors().stated_mm(), "{own} for {rigid} at {position:?}");
-        }
+        let off = Vector3::from(realtime.nominal(&position)) - Vector3::from_column_slice(&rigid.drives);
+        assert!(off.norm() < 3.0 * stated, "{off} at {position:?}");
     }
 }
 
