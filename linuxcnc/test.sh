@@ -1,9 +1,11 @@
 #!/usr/bin/env bash
 # The component on LinuxCNC without hardware: called cycle by cycle in halrun, then a program in LinuxCNC's simulator, both held against
 # kinetostat. Needs root and Debian: installs linuxcnc-uspace and linuxcnc-uspace-dev if they are missing, puts its modules where LinuxCNC
-# looks for them and takes them away again. LinuxCNC itself runs as nobody. Takes two minutes once everything is built.
+# looks for them and takes them away again. LinuxCNC itself runs as nobody. Takes two minutes once everything is built and installed.
 # KINETOSTAT: the program to ask; GENERATED: a folder made by its export-realtime for the Orthoglide with test/process.toml.
 set -euo pipefail
+[ -z "${KINETOSTAT:-}" ] || KINETOSTAT=$(realpath "$KINETOSTAT")
+[ -z "${GENERATED:-}" ] || GENERATED=$(realpath "$GENERATED")
 cd "$(dirname "$0")"
 modules=/usr/lib/linuxcnc/modules
 made=(kinetostat_kins kinetostat_probe)
@@ -59,8 +61,8 @@ python3 test/check_calls.py "$KINETOSTAT" test/process.toml sim/calls.csv "$out/
 as_user linuxcnc -r orthoglide.ini
 mv sim/samples.csv sim/loaded.csv
 # The same with LinuxCNC's own kinematics, for the time it takes.
-sed -i 's/kinetostat_kins$/trivkins kinstype=BOTH/; /JOINT_2/,$s/-341/100/; s/-341/0/; s/^MIN_LIMIT = -500/MIN_LIMIT = -1000/; s/^MAX_LIMIT = -150/MAX_LIMIT = 1000/' \
-    sim/orthoglide.ini
+sed -i -e 's/kinetostat_kins$/trivkins kinstype=BOTH/' -e '/JOINT_2/,$s/-341/100/' -e 's/-341/0/' \
+    -e 's/^MIN_LIMIT = -500/MIN_LIMIT = -1000/' -e 's/^MAX_LIMIT = -150/MAX_LIMIT = 1000/' sim/orthoglide.ini
 sed -i '/kinetostat/d' sim/*.hal
 as_user linuxcnc -r orthoglide.ini
 clocks=$(gcc -O1 -xc -o "$out/clocks" test/clocks.c && "$out/clocks")

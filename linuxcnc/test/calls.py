@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Feeds rows to the component in halrun, a cycle each, and writes what it answers to calls.csv.
 
-The parts: `free` (corners of the box and random places, random loads, no bounds, every fourth switched off), `bounded` (a tool at rest under steps of the force, switched off and on, then moving,
-with range checks of other places in between), `same` (the same without these range checks), `faults` (a force that is not a number, one out
-of range, a place out of the box)."""
+The parts: `free` (corners of the box and random places, random loads, no bounds, every fourth switched off), `bounded` (a tool at rest
+under steps of the force, switched off and on, then moving, with range checks of other places in between), `same` (the same without these
+range checks), `faults` (a force that is not a number, one out of range, a place out of the box)."""
 
 import csv
 import itertools

@@ -46,7 +46,8 @@ def main():
     checks.at_most("range checks of other places change joints by", rest, 0.0)
 
     print("Faults:")
-    checks.holds("a force that is not a number keeps the last one, status 3", {(r["status"], three(r, "joint")) for r in faults[5:10]} == {(3.0, three(faults[4], "joint"))})
+    kept = {(row["status"], three(row, "joint")) for row in faults[5:10]}
+    checks.holds("a force that is not a number keeps the last one, status 3", kept == {(3.0, three(faults[4], "joint"))})
     checks.holds("a force out of range is shortened, status 2", all(r["status"] == 2 and r["answer"] == 0 for r in faults[10:15]))
     checks.holds("a place out of the box is refused", all(r["answer"] == 1 for r in faults[15:20]))
     checks.holds("and it goes on behind", faults[-1]["status"] == 0 and three(faults[-1], "joint") == three(faults[4], "joint"))

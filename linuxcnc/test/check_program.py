@@ -60,7 +60,8 @@ def main():
 
     off = moving([row for row in run if not row["on"] and max(map(abs, three(row, "correction"))) == 0.0])
     nominal, _ = commanded(settings, "off", off)
-    checks.at_most(f"switched off, {len(off)} cycles, from the nominal ones", max(distance(three(r, "coarse"), d) for r, d in zip(off, nominal)), 1e-6)
+    apart = max(distance(three(r, "coarse"), d) for r, d in zip(off, nominal))
+    checks.at_most(f"switched off, {len(off)} cycles, from the nominal ones", apart, 1e-6)
     checks.at_most("joints commanded from LinuxCNC's spline of them", off_spline(run), SPLINE_MM)
 
     step = RATE_MM_PER_S * CYCLE_S
