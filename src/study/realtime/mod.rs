@@ -54,8 +54,8 @@ pub struct Errors {
 impl Errors {
     /// What is stated of the function, mm: twice what was found, as a search is no proof, in two digits.
     pub fn stated_mm(&self) -> f64 {
-        let twice = 2.0 * self.found_mm.last().copied().unwrap_or(f64::INFINITY);
-        let unit = 10f64.powf(twice.max(1e-15).log10().floor() - 1.0);
+        let twice = (2.0 * self.found_mm.last().copied().unwrap_or(f64::INFINITY)).max(LEAST_MM);
+        let unit = 10f64.powf(twice.log10().floor() - 1.0);
         (twice / unit).ceil() * unit
     }
 }
@@ -82,6 +82,8 @@ pub struct Realtime {
     nominal: Nominal,
 }
 
+/// Less than this is not stated, mm: rounding.
+const LEAST_MM: f64 = 1e-12;
 /// Error that the polynomials are chosen to leave after the last step, mm.
 pub const AIM_MM: f64 = 1e-6;
 /// What is seen at few places is at most this share of it.
