@@ -11,6 +11,10 @@
 mod counted;
 mod linear;
 mod pairs;
+#[cfg(feature = "report")]
+mod tape;
+#[cfg(feature = "report")]
+mod traced;
 mod trigonometry;
 mod vector;
 #[cfg(target_arch = "x86_64")]
@@ -25,6 +29,10 @@ use std::{
 pub(crate) use counted::{Counted, take_counts};
 pub(crate) use linear::{clear, copy, dot, solve, subtract};
 pub(crate) use pairs::pairs;
+#[cfg(feature = "report")]
+pub(crate) use tape::{Operation, Program};
+#[cfg(feature = "report")]
+pub(crate) use traced::record;
 pub(crate) use trigonometry::sin_cos;
 pub(crate) use vector::{Frame, Screw, Vec3, rotation_exp, rotation_log};
 #[cfg(target_arch = "x86_64")]

@@ -38,6 +38,14 @@ impl OutputFile {
 }
 
 impl OutputFile {
+    /// Its text, if it is one in memory.
+    pub fn text(&self) -> Option<String> {
+        match &self.content {
+            Content::Bytes(bytes) => String::from_utf8(bytes.clone()).ok(),
+            Content::File(_) => None,
+        }
+    }
+
     /// Its bytes.
     ///
     /// # Errors

@@ -4,6 +4,9 @@
 //! full steps over condensed chains (load steps, a chain that cannot be condensed, a stability that is not plain) fails,
 //! and is left to the scalar iteration.
 
+#[cfg(feature = "report")]
+pub(crate) mod one_step;
+
 use std::ops::Range;
 
 use nalgebra::Matrix6xX;
@@ -271,14 +274,8 @@ impl<R: Real> LaneSolver<R> {
             #[inline(always)]
             || {
                 let (reach, one) = (R::splat(machine.reach), R::splat(1.0));
-                let load = Screw::from_array(imbalance);
-                if machine.platform_mass.is_some() {
-                    let weight = weight::wrench(machine, &self.platform, Vec3::splat(&machine.gravity));
-                    for (entry, part) in pairs(imbalance.iter_mut(), weight.to_array()) {
-                        *entry += part;
-                    }
-                }
-                let mut largest_wrench = load.wrench_norm(machine.reach);
+                let mut largest_wrench = Screw::from_array(imbalance).wrench_norm(machine.reach);
+                imbalance = self.imbalance(machine, imbalance);
                 largest_wrench = R::select(largest_wrench.greater(one), largest_wrench, one);
                 let (mut gap, mut force) = (R::zero(), R::zero());
                 for (chain, residual) in pairs(&self.chains, &self.residuals) {
@@ -286,9 +283,6 @@ impl<R: Real> LaneSolver<R> {
                     force = force.larger(residual.force);
                     let wrench = chain.wrench.wrench_norm(machine.reach);
                     largest_wrench = R::select(wrench.greater(largest_wrench), wrench, largest_wrench);
-                    for (entry, part) in pairs(imbalance.iter_mut(), chain.wrench.to_array()) {
-                        *entry -= part;
-                    }
                 }
                 force = force.larger(Screw::from_array(imbalance).wrench_norm(machine.reach));
                 (gap / reach).larger(force / largest_wrench)
@@ -306,6 +300,24 @@ impl<R: Real> LaneSolver<R> {
                     progress.active &= !(1 << lane);
                     progress.solved |= 1 << lane;
                 }
+            }
+        }
+        imbalance
+    }
+
+    /// `load` on the platform's body and its weight, less the chain wrenches.
+    #[inline(always)]
+    fn imbalance(&self, machine: &Machine, load: [R; 6]) -> [R; 6] {
+        let mut imbalance = load;
+        if machine.platform_mass.is_some() {
+            let weight = weight::wrench(machine, &self.platform, Vec3::splat(&machine.gravity));
+            for (entry, part) in pairs(imbalance.iter_mut(), weight.to_array()) {
+                *entry += part;
+            }
+        }
+        for chain in &self.chains {
+            for (entry, part) in pairs(imbalance.iter_mut(), chain.wrench.to_array()) {
+                *entry -= part;
             }
         }
         imbalance

@@ -45,6 +45,8 @@ pub use energy::{deformation_energies, elastic_energy, spring_energies, weight_e
 pub(crate) use equilibrium::is_singular_place;
 pub use equilibrium::{Outcome, Settings, Status, equilibrium, equilibrium_at_task};
 pub use force_deflection::{PlatformForce, wrench_at_pose};
+#[cfg(feature = "report")]
+pub(crate) use lane_solver::one_step;
 pub use play::tool_play;
 pub use solution::{ChainSolution, Solution};
 pub use state::{ChainState, State, Workspace};

@@ -26,6 +26,8 @@ pub mod point;
 pub mod program;
 mod program_file;
 mod question;
+#[cfg(feature = "report")]
+pub mod realtime;
 mod resolve;
 mod settled;
 #[cfg(feature = "report")]

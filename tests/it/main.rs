@@ -64,6 +64,7 @@ mod placement_search;
 mod process_input;
 mod program_blocks;
 mod random_machines;
+mod realtime;
 mod redundant;
 mod reference_states;
 mod report_page;

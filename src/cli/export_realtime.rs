@@ -1,0 +1,125 @@
+//! `kinetostat export-realtime`: the loaded kinematics of a machine as code for its controller.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use kinetostat::{
+    compensation::Target,
+    input::error::{Error, Result},
+    machine::Machine,
+    process::file::Process,
+    report::{Foreign, OutputFile, may_replace, prepare, write_all},
+    study::{
+        Machines,
+        realtime::{AIM_MM, Domain, Errors, MARK, PLACES, Question, Realtime, files, generate},
+    },
+};
+
+use super::{Ending, number, numbers, print};
+
+/// Write the loaded kinematics of a machine as code for its controller: a Rust package that builds a static library for C.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+The code is the program's own solver for this machine, written down operation by operation: a fixed number of Newton steps
+from a start by polynomials, without allocation, loops of unknown length or panics. A search over box and forces says how
+far it is from the program's own answers; that stands in OUT/README.md and in the header. Files in OUT are only replaced if
+this command wrote them, or with --force.
+
+Examples:
+  kinetostat export-realtime --machine orthoglide --out orthoglide_correction
+  kinetostat export-realtime --machine orthoglide --process milling.toml --out correction --force-N 300 --moment-Nmm 3000
+  kinetostat export-realtime --machine delta.toml --out correction --box -200,-200,-900,200,200,-700 --steps 3
+  cd correction && cargo build --release")]
+pub struct ExportRealtimeArguments {
+    /// Built-in machine or machine file: one whose three drives control the three translations
+    #[arg(long, short)]
+    machine: String,
+    /// Process file: errors of the chains, tool; nothing else of it is used
+    #[arg(long, short)]
+    process: Option<PathBuf>,
+    /// Folder for the package
+    #[arg(long, short)]
+    out: PathBuf,
+    /// Newton steps of each call, 1 to 8
+    #[arg(long, default_value_t = 2)]
+    steps: usize,
+    /// Box of the tool tip in the base frame, mm [default: the machine's workspace, as the tool tip sees it]
+    #[arg(long = "box", value_parser = numbers::<6>, allow_hyphen_values = true, value_name = "X,Y,Z,X,Y,Z")]
+    tip_box: Option<[f64; 6]>,
+    /// Largest size of each component of the force on the tool, N
+    #[arg(long = "force-N", value_parser = number, default_value = "250", value_name = "N")]
+    force: f64,
+    /// Largest size of each component of the moment about the tool tip, N·mm
+    #[arg(long = "moment-Nmm", value_parser = number, default_value = "2500", value_name = "N·mm")]
+    moment: f64,
+    /// Replace files in OUT that were not written by this command
+    #[arg(long = "force")]
+    replace: bool,
+}
+
+pub fn export_realtime(arguments: &ExportRealtimeArguments) -> Result<Ending> {
+    let nominal = Machine::named_or_file(&arguments.machine)?;
+    let (nominal, errors) = match &arguments.process {
+        None => (nominal, Vec::new()),
+        Some(file) => {
+            let process = Process::open(file, &nominal)?;
+            if process.target == Target::PlatformPoint {
+                let problem =
+                    "puts the platform point P right: expected the tool tip, which controllers are asked for".into();
+                return Err(Error::Value { file: file.display().to_string(), key: "target".into(), problem });
+            }
+            (process.machine, process.errors)
+        }
+    };
+    let corners = match arguments.tip_box {
+        Some([a, b, c, d, e, f]) => [[a, b, c].into(), [d, e, f].into()],
+        None => Domain::workspace(&nominal),
+    };
+    let domain = Domain::new(corners, arguments.force, arguments.moment)?;
+    let folder = &arguments.out;
+    prepare(folder)?;
+    let machines = Machines::new(&nominal, &errors)?;
+    let realtime = generate(Question { machines, errors, domain, steps: arguments.steps, places: PLACES })?;
+    write(folder, files(&realtime), Foreign::forced(arguments.replace))?;
+    print(&summary(&realtime, folder))?;
+    Ok(Ending::Complete)
+}
+
+/// Writes the files, each into its folder, where nothing else stands.
+fn write(folder: &Path, files: Vec<OutputFile>, foreign: Foreign) -> Result<()> {
+    for file in &files {
+        let path = folder.join(&file.name);
+        let is_ours = || std::fs::read_to_string(&path).is_ok_and(|text| text.contains(MARK));
+        may_replace(&path, foreign, is_ours)?;
+    }
+    for name in ["src", "include", "example"] {
+        prepare(&folder.join(name))?;
+    }
+    write_all(folder, files).map(drop)
+}
+
+fn summary(realtime: &Realtime, folder: &Path) -> String {
+    let [correct, whereabouts, nominal] = realtime.operations();
+    let line = |name: &str, errors: &Errors, (start, step): (usize, usize)| {
+        let found: Vec<String> = errors.found_mm.iter().map(|error| format!("{error:.1e}")).collect();
+        format!(
+            "{name}: error below {:.1e} mm (found at the start and after each step: {} mm); {start} operations for the start, {step} for each \
+             step\n",
+            errors.stated_mm(),
+            found.join(", ")
+        )
+    };
+    let is_far = |errors: &Errors| errors.stated_mm() > AIM_MM;
+    let all = [&realtime.correct_errors, &realtime.where_errors, realtime.nominal_errors()];
+    let aim = match all.into_iter().any(is_far) {
+        true => format!("That is above {AIM_MM:e} mm: more --steps, a smaller --box or smaller forces make it less.\n"),
+        false => String::new(),
+    };
+    let shown = folder.display();
+    format!(
+        "{}{}{}{aim}Written to {shown}; next: cd {shown} && cargo build --release\n",
+        line("kinetostat_correct", &realtime.correct_errors, correct),
+        line("kinetostat_where", &realtime.where_errors, whereabouts),
+        line("kinetostat_nominal", realtime.nominal_errors(), nominal)
+    )
+}

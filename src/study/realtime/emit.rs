@@ -1,0 +1,134 @@
+//! Operations as Rust that needs nothing but `core`, without branches.
+
+use std::fmt::Write;
+
+use super::{function::Function, start::Start};
+use crate::{
+    lanes::{Operation, Program},
+    statics::one_step::Given,
+};
+
+/// Names and lengths of the arrays that a function is given.
+type Arrays<'a> = &'a [(&'a str, usize)];
+
+/// A function called `name` that computes what `program` does.
+fn function(name: &str, about: &str, arrays: Arrays, program: &Program) -> String {
+    let given: Vec<String> = arrays.iter().map(|(name, length)| format!("{name}: &[f64; {length}]")).collect();
+    let mut text = format!("/// {about}\npub fn {name}({}) -> [f64; {}] {{\n", given.join(", "), program.outputs.len());
+    let mut is_used = vec![false; program.inputs];
+    for operation in &program.operations {
+        if let Operation::Input(number) = operation {
+            is_used[*number as usize] = true;
+        }
+    }
+    let mut first = 0;
+    for (array, length) in arrays {
+        let numbers = first..first + length;
+        let names: Vec<String> = numbers.map(|n| if is_used[n] { format!("x{n}") } else { "_".into() }).collect();
+        if names.iter().any(|name| name != "_") {
+            _ = writeln!(text, "    let [{}] = *{array};", names.join(", "));
+        } else {
+            _ = writeln!(text, "    let _ = {array};");
+        }
+        first += length;
+    }
+    for (place, operation) in program.operations.iter().enumerate() {
+        if !matches!(operation, Operation::Input(_) | Operation::Constant(_)) {
+            _ = writeln!(text, "    let v{place} = {};", expression(program, operation));
+        }
+    }
+    let outputs: Vec<String> = program.outputs.iter().map(|&output| operand(program, output)).collect();
+    _ = writeln!(text, "    [{}]\n}}", outputs.join(", "));
+    text
+}
+
+fn operand(program: &Program, place: u32) -> String {
+    match program.operations[place as usize] {
+        Operation::Input(number) => format!("x{number}"),
+        // Reads back with the same bits.
+        Operation::Constant(bits) => format!("{:?}", f64::from_bits(bits)),
+        _ => format!("v{place}"),
+    }
+}
+
+fn expression(program: &Program, operation: &Operation) -> String {
+    let at = |place: u32| operand(program, place);
+    match *operation {
+        Operation::Input(_) | Operation::Constant(_) => String::new(),
+        Operation::Sum(a, b) => format!("{} + {}", at(a), at(b)),
+        Operation::Difference(a, b) => format!("{} - {}", at(a), at(b)),
+        Operation::Product(a, b) => format!("{} * {}", at(a), at(b)),
+        Operation::Quotient(a, b) => format!("{} / {}", at(a), at(b)),
+        Operation::Negative(a) => format!("-{}", at(a)),
+        Operation::Root(a) => format!("root({})", at(a)),
+        Operation::Size(a) => format!("size({})", at(a)),
+        Operation::IfGreater([a, b, yes, no]) => {
+            format!("if {} > {} {{ {} }} else {{ {} }}", at(a), at(b), at(yes), at(no))
+        }
+        Operation::IfNan([a, yes, no]) => format!("if {0} != {0} {{ {1} }} else {{ {2} }}", at(a), at(yes), at(no)),
+    }
+}
+
+/// The coefficients of a start, and the sum of its terms.
+fn start(start: &Start) -> String {
+    let (terms, numbers) = (start.coefficients.len(), start.coefficients.first().map_or(0, Vec::len));
+    let arrays = [("at", 3), ("wrench", 6)];
+    let mut text = function("terms", "Products of Chebyshev polynomials.", &arrays, &start.basis);
+    _ = write!(
+        text,
+        "\n/// Where the steps start.\npub fn start(at: &[f64; 3], wrench: &[f64; 6]) -> [f64; {numbers}] {{
+    let mut state = [0.0; {numbers}];
+    for (row, term) in COEFFICIENTS.iter().zip(terms(at, wrench)) {{
+        for (number, coefficient) in state.iter_mut().zip(row) {{
+            *number += coefficient * term;
+        }}
+    }}
+    state
+}}
+
+/// Of each term, its coefficient in each number of the state.
+static COEFFICIENTS: [[f64; {numbers}]; {terms}] = [\n"
+    );
+    for row in &start.coefficients {
+        let row: Vec<String> = row.iter().map(|value| format!("{value:?}")).collect();
+        _ = writeln!(text, "    [{}],", row.join(", "));
+    }
+    text + "];\n"
+}
+
+/// A module with the start and the step of a function.
+pub(super) fn module(own: &Function) -> String {
+    let state = own.step.outputs.len();
+    let mut text = start(&own.start);
+    let arrays: &[(&str, usize)] = match own.given {
+        Given::Tip => &[("state", state), ("at", 3), ("wrench", 6)],
+        Given::Drives => &[("state", state), ("wrench", 6)],
+    };
+    text += "\n";
+    text += &function("step", "One Newton step of the whole machine: the next state.", arrays, &own.step);
+    let uses = |wanted: fn(&Operation) -> bool| own.step.operations.iter().any(wanted);
+    if uses(|operation| matches!(operation, Operation::Root(_))) {
+        text += ROOT;
+    }
+    if uses(|operation| matches!(operation, Operation::Size(_))) {
+        text += SIZE;
+    }
+    text
+}
+
+/// `core` has no square root; that of C is rounded correctly, and most often one instruction.
+const ROOT: &str = "
+fn root(x: f64) -> f64 {
+    extern \"C\" {
+        fn sqrt(x: f64) -> f64;
+    }
+    // It takes any number.
+    unsafe { sqrt(x) }
+}
+";
+
+const SIZE: &str = "
+fn size(x: f64) -> f64 {
+    f64::from_bits(x.to_bits() & (u64::MAX >> 1))
+}
+";
