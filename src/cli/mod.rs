@@ -5,6 +5,7 @@ mod choice;
 mod compare;
 mod compensate;
 mod explore;
+mod export_correction;
 mod headline;
 mod machines;
 mod new;
@@ -43,6 +44,7 @@ Examples:
   kinetostat compare --machine orthoglide --process milling.toml --path part.nc --at Q0 --at 50,0,20
   kinetostat report results/01_workspace_map /tmp/stiffer_feet --out comparison.html
   kinetostat explore orthoglide --path part.nc --process milling.toml
+  kinetostat export-correction --machine orthoglide --process milling.toml --out correction
   kinetostat check my_machine.toml
   kinetostat new map my_question
 
@@ -58,6 +60,7 @@ enum Command {
     Compare(compare::CompareArguments),
     Report(report::ReportArguments),
     Explore(explore::ExploreArguments),
+    ExportCorrection(export_correction::ExportCorrectionArguments),
     Machines(machines::MachinesArguments),
     Check(check::CheckArguments),
     New(new::NewArguments),
@@ -105,6 +108,7 @@ pub fn dispatch(arguments: Arguments) -> Result<Ending> {
         Command::Compare(arguments) => compare::compare(&arguments),
         Command::Report(arguments) => report::report(&arguments),
         Command::Explore(arguments) => explore::explore(&arguments),
+        Command::ExportCorrection(arguments) => export_correction::export_correction(&arguments),
         Command::Machines(arguments) => machines::machines(&arguments),
         Command::Check(arguments) => check::check(&arguments),
         Command::New(arguments) => new::new(&arguments),
