@@ -29,6 +29,8 @@ use serde_json::Value;
 use crate::support::command::told;
 
 const FORCE: &str = "[force.path_frame]\nradial_force_N = 215.0\ntangential_force_N = -10.0\naxial_force_N = -25.0\n";
+/// An offset of a drive, which a table for that drive alone takes.
+const OFFSET: &str = "[[chain_error]]\nchain = \"x\"\ndrive_offsets_mm_or_deg = [0.3]\n";
 const ERRORS: &str = "[[chain_error]]\nchain = \"x\"\nturn_about_drive_axis_deg = 1.0\n";
 
 fn process(machine: &Machine, tables: &str) -> Process {
@@ -200,8 +202,9 @@ fn coordinates_that_are_not_controlled_stay_where_they_are() {
     assert_eq!(fixed.len(), 1);
     let centre = machine.home.pose.translation;
     let corners = [-5.0, 5.0].map(|side| centre + Vector3::repeat(side));
-    let asked = CorrectionQuestion::new(&process(&machine, FORCE), Some(corners), None, 1.0, None).unwrap();
+    let asked = CorrectionQuestion::new(&process(&machine, FORCE), Some(corners), None, 1.0, Some([3; 3])).unwrap();
     let found = answered(&asked);
+    assert_eq!(found.table.grid.len(), 9);
     assert_eq!(found.table.grid.axes[fixed[0]], [centre[fixed[0]]]);
     assert!(found.with_table.error_mm <= 1.0, "{:?}", found.with_table);
     let beside = corners.map(|corner| corner + Vector3::ith(fixed[0], 50.0));
@@ -274,7 +277,7 @@ const SMALL: &[&str] = &["--box", "480,520,480,520,490,510", "--tolerance", "0.0
 
 #[test]
 fn all_formats_hold_the_same_numbers() {
-    let shop = Shop::new(&format!("{FORCE}{ERRORS}"));
+    let shop = Shop::new(&format!("{FORCE}{OFFSET}"));
     let (code, text, error) = shop.told("tripteron", SMALL);
     assert_eq!(code, Some(0), "{text}{error}");
     assert!(text.contains("With a table of"), "{text}");
@@ -300,7 +303,7 @@ fn all_formats_hold_the_same_numbers() {
     // What is read back corrects as the table of the library does, within the bound that stands beside it.
     let machine = Machine::named("tripteron").unwrap();
     let asked = CorrectionQuestion::new(
-        &process(&machine, &format!("{FORCE}{ERRORS}")),
+        &process(&machine, &format!("{FORCE}{OFFSET}")),
         Some([[480.0, 480.0, 490.0].into(), [520.0, 520.0, 510.0].into()]),
         None,
         0.05,
@@ -342,7 +345,7 @@ fn all_formats_hold_the_same_numbers() {
 #[test]
 fn threads_change_no_byte() {
     let folders = ["1", "4"].map(|threads| {
-        let shop = Shop::new(&format!("{FORCE}{ERRORS}"));
+        let shop = Shop::new(&format!("{FORCE}{OFFSET}"));
         let arguments = shop.arguments("tripteron", SMALL);
         let mut command = Command::new(env!("CARGO_BIN_EXE_kinetostat"));
         let output = command.args(arguments).env("RAYON_NUM_THREADS", threads).output().unwrap();
@@ -390,6 +393,20 @@ fn bad_input_is_refused_in_words() {
     assert!(!shop.out().join("correction.csv").exists());
     let by_path = Shop::new("[force]\nfrom_path = true\n");
     by_path.refused("orthoglide", &[], "--force-N: the force of this process is known only along a path");
+}
+
+#[test]
+fn tables_for_joints_that_do_harm_are_written_only_if_asked_for_and_that_is_said_first() {
+    let errors = [("x", 1.0), ("y", -1.0), ("z", 1.0)]
+        .map(|(chain, turn)| format!("[[chain_error]]\nchain = \"{chain}\"\nturn_about_drive_axis_deg = {turn:?}\n"));
+    let shop = Shop::new(&format!("{FORCE}{}", errors.concat()));
+    let small = ["--box", "-50,50,-50,50,-40,40", "--grid", "3,3,2", "--tolerance", "0.05", "--no-figures"];
+    let (code, text, _) = shop.told("orthoglide", &small);
+    assert!(code == Some(0) && text.starts_with("With a table of 3 × 3 × 2 points"), "{text}");
+    assert!(!shop.out().join("joint_x.comp").exists());
+    let (code, text, _) = shop.told("orthoglide", &[&small[..], &["--format", "comp"]].concat());
+    assert!(code == Some(0) && text.starts_with("Do not use the tables for single joints"), "{text}");
+    assert!(shop.out().join("joint_x.comp").exists() && !shop.out().join("correction.csv").exists());
 }
 
 #[test]

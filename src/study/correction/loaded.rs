@@ -85,11 +85,13 @@ impl<'a> Loaded<'a> {
 
 /// A position without which there is no table.
 fn hole(position: Vector3<f64>, force: Option<Vector3<f64>>, reason: &str) -> Error {
-    let under = force.filter(|force| *force != Vector3::zeros());
+    // What is nothing has no sign.
+    let shown = |v: Vector3<f64>| v.map(|value| (value * 1e3).round() / 1e3 + 0.0);
+    let under = force.filter(|force| *force != Vector3::zeros()).map(shown);
     let under = under.map_or_else(String::new, |f| format!(" under a force of ({:.0}, {:.0}, {:.0}) N", f.x, f.y, f.z));
+    let [x, y, z]: [f64; 3] = shown(position).into();
     let problem = format!(
-        "there is no correction for P at ({:.3}, {:.3}, {:.3}) mm{under}: {reason}; a table has no holes: expected a smaller box",
-        position.x, position.y, position.z
+        "there is no correction for P at ({x:.3}, {y:.3}, {z:.3}) mm{under}: {reason}; a table has no holes: expected a smaller box"
     );
     Error::Value { file: Overrides::ORIGIN.into(), key: "box".into(), problem }
 }

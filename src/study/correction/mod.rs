@@ -77,8 +77,13 @@ pub struct CorrectionAnswer {
 }
 
 impl CorrectionAnswer {
-    /// Whether tables for single drives leave more than no correction.
-    pub fn is_per_joint_worse(&self) -> bool {
+    /// Whether tables for single drives leave less than no correction.
+    pub fn is_per_joint_of_use(&self) -> bool {
+        self.per_joint.as_ref().is_ok_and(|(_, worst)| worst.error_mm < self.without.error_mm)
+    }
+
+    /// Whether they leave more.
+    pub fn is_per_joint_harmful(&self) -> bool {
         self.per_joint.as_ref().is_ok_and(|(_, worst)| worst.error_mm > self.without.error_mm)
     }
 }

@@ -126,9 +126,11 @@ pub(super) fn corners(machine: &Machine, given: Option<[Vector3<f64>; 2]>) -> Re
     Ok([machine.as_controlled(min), machine.as_controlled(max)])
 }
 
-/// Nodes along each axis that `question` can have.
+/// Nodes along each axis that `question` can have; one number for all is meant for the axes along which the box has a length.
 pub(super) fn checked(question: &CorrectionQuestion, counts: [usize; 3]) -> Result<[usize; 3]> {
     let axes: Vec<usize> = question.axes().collect();
+    let is_for_all = counts[0] == counts[1] && counts[1] == counts[2];
+    let counts = [0, 1, 2].map(|axis| if is_for_all && !axes.contains(&axis) { 1 } else { counts[axis] });
     let check = Overrides::place("grid");
     for axis in 0..3 {
         let (name, least) = (["x", "y", "z"][axis], if axes.contains(&axis) { 2 } else { 1 });

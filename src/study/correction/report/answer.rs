@@ -110,10 +110,11 @@ fn formats(export: &CorrectionExport, answer: &CorrectionAnswer) -> Result<Vec<C
         Err(reason) if export.formats.contains(&CorrectionFormat::Comp) => {
             Overrides::place("format").fail(format!("comp: {reason}"))
         }
-        found => Ok(match export.formats.is_empty() {
+        _ => Ok(match export.formats.is_empty() {
             true => {
-                let is_comp_of_use = found.is_ok() && !answer.is_per_joint_worse();
-                CorrectionFormat::ALL.into_iter().filter(|f| *f != CorrectionFormat::Comp || is_comp_of_use).collect()
+                let is_of_use =
+                    |format: &CorrectionFormat| *format != CorrectionFormat::Comp || answer.is_per_joint_of_use();
+                CorrectionFormat::ALL.into_iter().filter(is_of_use).collect()
             }
             false => export.formats.clone(),
         }),

@@ -24,7 +24,7 @@ pub(super) fn headline(report: &Report<'_>) -> Headline {
 fn sentence(report: &Report<'_>) -> String {
     let answer = report.answer;
     match &answer.per_joint {
-        Ok((_, worst)) if answer.is_per_joint_worse() && report.has(CorrectionFormat::Comp) => format!(
+        Ok((_, worst)) if answer.is_per_joint_harmful() && report.has(CorrectionFormat::Comp) => format!(
             "Do not use the tables for single joints: with them the tool is off by up to {}, without any correction by {}. {}",
             millimetres(worst.error_mm, 4),
             millimetres(answer.without.error_mm, 4),

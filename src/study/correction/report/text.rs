@@ -93,9 +93,10 @@ pub(super) fn how_to_use(report: &Report<'_>) -> String {
 
 /// What a table for each drive is worth.
 pub(super) fn per_joint(report: &Report<'_>) -> String {
-    let not_written = match report.answer.is_per_joint_worse() && !report.has(CorrectionFormat::Comp) {
-        true => "It does harm, so no such files are written.\n",
-        false => "",
+    let not_written = match report.has(CorrectionFormat::Comp) {
+        false if report.answer.is_per_joint_harmful() => "It does harm, so no such files are written.\n",
+        false if !report.answer.is_per_joint_of_use() => "It is of no use, so no such files are written.\n",
+        _ => "",
     };
     match &report.answer.per_joint {
         Ok((_, worst)) => format!(
