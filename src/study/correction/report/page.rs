@@ -49,8 +49,11 @@ fn sections(report: &Report<'_>) -> Vec<Section> {
     }
     let mut joints = Section::new("And with a table for each joint alone?", "what controls have for errors of screws")
         .text(&text::per_joint(report));
-    if let (Ok((tables, _)), true) = (&report.answer.per_joint, report.has(CorrectionFormat::Comp)) {
-        joints = joints.to_copy(comp_file::ini(tables)).figures(&["slices_error_per_joint"]);
+    if let Ok((tables, _)) = &report.answer.per_joint {
+        joints = joints.figures(&["slices_error_per_joint"]);
+        if report.has(CorrectionFormat::Comp) {
+            joints = joints.to_copy(comp_file::ini(tables));
+        }
     }
     vec![
         Section::new("What is left where?", "without correction, with the table, with exact corrections")
