@@ -5,7 +5,7 @@ use kinetostat::{
     machine::{Branch, Elbow, Shoulder, Wrist},
     process::ForceLaw,
     report::{exchange::Format, figures::Colours},
-    study::{TEMPLATES, Template},
+    study::{TEMPLATES, Template, correction::report::CorrectionFormat},
     toolpath::gcode::Dialect,
 };
 
@@ -30,6 +30,19 @@ pub fn format() -> impl TypedValueParser<Value = Format> {
             Format::Csv => "Tables as CSV (RFC 4180)",
             Format::Parquet => "Tables as Apache Parquet, units in the metadata",
             Format::Vti => "Maps over the workspace as VTK image data, for ParaView",
+        },
+    )
+}
+
+/// `--format` of a correction table.
+pub fn correction_format() -> impl TypedValueParser<Value = CorrectionFormat> {
+    one_of(
+        &CorrectionFormat::ALL,
+        |format| format.label(),
+        |format| match format {
+            CorrectionFormat::Csv => "One row per node, units in the column names",
+            CorrectionFormat::Json => "One file that says its axes, units, values and bound",
+            CorrectionFormat::Comp => "LinuxCNC's COMP_FILE for each joint, where each joint is an axis",
         },
     )
 }

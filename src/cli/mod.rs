@@ -5,6 +5,7 @@ mod choice;
 mod compare;
 mod compensate;
 mod explore;
+mod export_correction;
 mod export_realtime;
 mod headline;
 mod machines;
@@ -44,6 +45,7 @@ Examples:
   kinetostat compare --machine orthoglide --process milling.toml --path part.nc --at Q0 --at 50,0,20
   kinetostat report results/01_workspace_map /tmp/stiffer_feet --out comparison.html
   kinetostat explore orthoglide --path part.nc --process milling.toml
+  kinetostat export-correction --machine orthoglide --process milling.toml --out correction
   kinetostat export-realtime --machine orthoglide --out orthoglide_correction
   kinetostat check my_machine.toml
   kinetostat new map my_question
@@ -60,6 +62,7 @@ enum Command {
     Compare(compare::CompareArguments),
     Report(report::ReportArguments),
     Explore(explore::ExploreArguments),
+    ExportCorrection(export_correction::ExportCorrectionArguments),
     ExportRealtime(export_realtime::ExportRealtimeArguments),
     Machines(machines::MachinesArguments),
     Check(check::CheckArguments),
@@ -108,6 +111,7 @@ pub fn dispatch(arguments: Arguments) -> Result<Ending> {
         Command::Compare(arguments) => compare::compare(&arguments),
         Command::Report(arguments) => report::report(&arguments),
         Command::Explore(arguments) => explore::explore(&arguments),
+        Command::ExportCorrection(arguments) => export_correction::export_correction(&arguments),
         Command::ExportRealtime(arguments) => export_realtime::export_realtime(&arguments),
         Command::Machines(arguments) => machines::machines(&arguments),
         Command::Check(arguments) => check::check(&arguments),

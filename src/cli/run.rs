@@ -78,7 +78,8 @@ pub struct RunArguments {
     reporting: Reporting,
 }
 
-fn grid(text: &str) -> std::result::Result<[usize; 3], String> {
+/// Counts along three axes, or one for all.
+pub(super) fn grid(text: &str) -> std::result::Result<[usize; 3], String> {
     let parse = |part: &str| part.trim().parse::<usize>().map_err(|_| format!("\"{part}\" is not a count"));
     match text.split(',').map(parse).collect::<std::result::Result<Vec<_>, _>>()?.as_slice() {
         [n] => Ok([*n; 3]),

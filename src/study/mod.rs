@@ -9,6 +9,7 @@ pub mod along_path;
 pub mod blocks;
 #[cfg(feature = "report")]
 mod command_columns;
+pub mod correction;
 #[cfg(feature = "report")]
 mod deflected_pose;
 pub mod demands;

@@ -76,13 +76,14 @@ fn the_help_of_every_command_shows_examples() {
         &["machines", "--help"],
         &["check", "--help"],
         &["new", "--help"],
+        &["export-correction", "--help"],
     ] {
         let help = printed(0, command);
         let examples = help.split_once("Examples:").unwrap_or_else(|| panic!("{command:?} has no examples")).1;
         assert!(examples.contains("\n  kinetostat "), "{command:?}: {examples}");
     }
     let commands = printed(0, &["--help"]);
-    for command in ["run", "report", "point", "machines", "check", "new"] {
+    for command in ["run", "report", "point", "machines", "check", "new", "export-correction"] {
         assert!(commands.contains(&format!("\n  {command} ")), "{command} is not listed");
     }
 }

@@ -25,6 +25,7 @@ mod equivalent_machines;
 #[cfg(all(feature = "parquet", feature = "vtk"))]
 mod exchange;
 mod explore;
+mod export_correction;
 mod external_axes;
 mod forces_of_tools;
 mod foreign_machines;

@@ -49,6 +49,13 @@ impl WrenchTable {
         (length(self.rows.first()), length(self.rows.last()))
     }
 
+    /// Largest force of all rows, N: between rows it is none larger.
+    #[must_use]
+    #[allow(non_snake_case, reason = "the unit is N, not n")]
+    pub fn largest_force_N(&self) -> f64 {
+        self.rows.iter().fold(0.0, |most, (_, load)| most.max(load.force_N.norm()))
+    }
+
     /// Load on the tool at `arc_length_mm` along the path.
     ///
     /// # Errors

@@ -4,7 +4,17 @@
 pub(crate) const SCHEMA: u32 = 2;
 
 /// Endings of column names and the units they stand for; a longer ending goes before those it ends with.
-const UNITS: [(&str, &str); 5] = [("_N_per_mm", "N/mm"), ("_Nmm", "N·mm"), ("_mm", "mm"), ("_deg", "deg"), ("_N", "N")];
+const UNITS: [(&str, &str); 9] = [
+    ("_mm_per_N2", "mm/N²"),
+    ("_deg_per_N2", "deg/N²"),
+    ("_mm_per_N", "mm/N"),
+    ("_deg_per_N", "deg/N"),
+    ("_N_per_mm", "N/mm"),
+    ("_Nmm", "N·mm"),
+    ("_mm", "mm"),
+    ("_deg", "deg"),
+    ("_N", "N"),
+];
 
 /// What a column holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -171,6 +181,8 @@ mod tests {
             ("stiffness_min_N_per_mm", Some("N/mm")),
             ("drive_torque_a1_Nmm", Some("N·mm")),
             ("drive_force_x_N", Some("N")),
+            ("delta_rho_x_Fx_mm_per_N", Some("mm/N")),
+            ("delta_rho_a1_Fx_Fy_deg_per_N2", Some("deg/N²")),
             ("tool angle φ [°]", Some("°")),
             ("ratio", None),
         ];

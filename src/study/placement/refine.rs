@@ -1,4 +1,4 @@
-//! Nelder–Mead from the best places of a sweep and from named ones: the only user of argmin.
+//! Nelder–Mead from the best places of a sweep and from named ones.
 //!
 //! Nelder–Mead knows no bounds. Each free coordinate is therefore `x = middle + half range · sin u` with u free: every u
 //! is within the bounds, an optimum at a bound is an ordinary one (u = π/2), and no evaluation is spent outside. On a

@@ -1,0 +1,148 @@
+//! `kinetostat export-correction`: the correction as a table that a controller reads.
+
+use std::{path::PathBuf, sync::Arc, time::Instant};
+
+use clap::Args;
+use kinetostat::{
+    input::{
+        Inputs,
+        error::{Error, Result},
+        toml_file,
+    },
+    machine::{Branch, catalogue},
+    process::Process,
+    report::page::PAGE,
+    study::{
+        Overrides,
+        correction::{
+            CorrectionQuestion,
+            report::{CorrectionExport, CorrectionFormat, export},
+        },
+    },
+    work::Work,
+};
+
+use super::{Ending, choice, headline, number, numbers, reporting::Reporting, set};
+
+/// Write corrections as a table that a controller reads, as small as keeps a tolerance, with the worst that it leaves.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+The table gives, at each node of a grid over positions of P and for each drive, its correction as a polynomial in the force on the
+tool tip: one table for predicted and for measured forces. Between nodes the controller interpolates linearly along each axis.
+FOLDER holds correction.csv and correction.json, joint_LABEL.comp (LinuxCNC's COMP_FILE) where each joint is an axis and such a table is
+of use, and a page with maps of what is left. Other commands' files in it are not replaced.
+
+Examples:
+  kinetostat export-correction --machine orthoglide --process milling.toml --out correction
+  kinetostat export-correction --machine tripteron --process milling.toml --tolerance 0.02 --format csv,comp --out correction
+  kinetostat export-correction --machine orthoglide --process milling.toml --box -50,50,-50,50,-40,40 --force-N 300 --out correction
+  kinetostat export-correction --machine my_machine.toml --process milling.toml --grid 9,9,5 --out correction
+
+Exit codes: 0 the tolerance is kept; 1 it is not, with a --grid that is too coarse.")]
+pub struct ExportCorrectionArguments {
+    /// Built-in machine or machine file
+    #[arg(long, short)]
+    machine: String,
+    /// Hold a drive at a position, mm or degrees as a pendant shows it; repeatable
+    #[arg(long, value_parser = set::setting, value_name = "DRIVE=VALUE")]
+    hold: Vec<set::Setting>,
+    /// Branch on which an arm with a spherical wrist is to stand
+    #[arg(long, value_parser = choice::branch())]
+    branch: Option<Branch>,
+    /// Process file: cutting force, chain errors, orientation of the workpiece
+    #[arg(long, short)]
+    process: PathBuf,
+    /// Folder for the table and its page
+    #[arg(long, short)]
+    out: PathBuf,
+    /// How far the tool may be from where it is wanted anywhere in the box, mm
+    #[arg(long, value_parser = number, default_value = "0.005", allow_hyphen_values = true)]
+    tolerance: f64,
+    /// Ends of the box along each axis of the base, positions of P, mm [default: the machine's workspace box]
+    #[arg(long = "box", value_parser = numbers::<6>, allow_hyphen_values = true, value_name = "X0,X1,Y0,Y1,Z0,Z1")]
+    corners: Option<[f64; 6]>,
+    /// Largest force on the tool tip that the table is for, N [default: the largest force of the process]
+    #[arg(long = "force-N", value_parser = number, allow_hyphen_values = true)]
+    force: Option<f64>,
+    /// Nodes along x,y,z, or one number for all, instead of the fewest that keep the tolerance
+    #[arg(long, value_parser = super::run::grid, allow_hyphen_values = true)]
+    grid: Option<[usize; 3]>,
+    /// Formats, separated by commas [default: all that are of use for the machine]
+    #[arg(long, value_parser = choice::correction_format(), value_delimiter = ',')]
+    format: Vec<CorrectionFormat>,
+    /// Write tables and the page only
+    #[arg(long)]
+    no_figures: bool,
+    #[command(flatten)]
+    reporting: Reporting,
+}
+
+pub fn export_correction(arguments: &ExportCorrectionArguments) -> Result<Ending> {
+    let reporting = &arguments.reporting;
+    reporting.start_log()?;
+    let started = Instant::now();
+    let machine = set::machine(&arguments.machine, &[], arguments.branch)?.machine()?;
+    let machine = set::held(&machine, &arguments.hold)?;
+    let process = Process::open(&arguments.process, &machine)?;
+    let question = question(arguments, &process).map_err(in_options)?;
+    let inputs = inputs(arguments, &question, process.inputs)?;
+    let options = CorrectionExport { formats: arguments.format.clone(), figures: !arguments.no_figures, inputs };
+    let progress = reporting.progress("correction", 0, "nodes");
+    let watcher = Arc::clone(&progress);
+    let work = Work::new(None, Arc::default(), Box::new(move |event| watcher.tell(event)));
+    let exported = export(&question, &options, &arguments.out, &work);
+    progress.end();
+    let exported = exported.map_err(in_options)?;
+    let took = format!("{:.1} s", started.elapsed().as_secs_f64());
+    reporting.print_styled(&headline::words(&exported.headline, &took))?;
+    let out = &arguments.out;
+    if reporting.is_verbose() {
+        reporting.print_styled(&headline::sentences(&format!("\n{}\n", exported.details)))?;
+        let names = exported.files.iter().filter_map(|path| path.file_name());
+        let names: String = names.map(|name| format!("  {}\n", name.to_string_lossy())).collect();
+        reporting.print(&format!("Written to {}:\n{names}", out.display()))?;
+    } else {
+        reporting.print(&format!("Results in {}, to read as {}\n", out.display(), out.join(PAGE).display()))?;
+    }
+    Ok(if exported.is_kept { Ending::Complete } else { Ending::SomeUnsolved })
+}
+
+fn question(arguments: &ExportCorrectionArguments, process: &Process) -> Result<CorrectionQuestion> {
+    let corners = arguments.corners.map(|[x0, x1, y0, y1, z0, z1]| [[x0, y0, z0].into(), [x1, y1, z1].into()]);
+    CorrectionQuestion::new(process, corners, arguments.force, arguments.tolerance, arguments.grid)
+}
+
+/// What the command line set, as keys; the machine; the process.
+fn inputs(arguments: &ExportCorrectionArguments, question: &CorrectionQuestion, process: Inputs) -> Result<Inputs> {
+    let [min, max] = question.corners;
+    let mut text = format!(
+        "tolerance_mm = {:?}\nforce_N = {:?}\nbox_mm = {:?}\n",
+        question.tolerance_mm,
+        question.largest_force_N,
+        [min.x, max.x, min.y, max.y, min.z, max.z]
+    );
+    if let Some(counts) = question.counts {
+        text += &format!("grid = {counts:?}\n");
+    }
+    if let Some(branch) = arguments.branch {
+        text += &format!("branch = \"{}\"\n", branch.label());
+    }
+    for (drive, value) in &arguments.hold {
+        text += &format!("held.\"{drive}\" = {value:?}\n");
+    }
+    let machine = match catalogue::find(&arguments.machine) {
+        Some(entry) => entry.toml.to_string(),
+        None => toml_file::read(std::path::Path::new(&arguments.machine))?,
+    };
+    Ok(Inputs::of("command line", text).and(Inputs::of(&arguments.machine, machine)).and(process))
+}
+
+/// An error of the library in words of the command line.
+fn in_options(error: Error) -> Error {
+    match error {
+        Error::Value { file, key, problem } if file == Overrides::ORIGIN => {
+            Error::Argument { argument: format!("--{key}"), problem }
+        }
+        other => other,
+    }
+}
