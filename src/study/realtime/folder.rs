@@ -37,10 +37,6 @@ fn words(realtime: &Realtime) -> Vec<(&'static str, String)> {
     let number = |value: f64| format!("{value:?}");
     let [drive_step, platform_step] = realtime.largest_last_step;
     let [drives_low, drives_high] = realtime.drives;
-    let units = machine.drives().zip(machine.drive_labels()).map(|((_, drive), label)| {
-        let unit = if drive.motion == Motion::Prismatic { "mm" } else { "rad" };
-        format!("/*   {label}: {unit} */")
-    });
     let names = machine.drives().zip(machine.drive_labels()).map(|((_, drive), label)| {
         format!("{label} ({})", if drive.motion == Motion::Prismatic { "mm" } else { "rad" })
     });
@@ -77,7 +73,6 @@ fn words(realtime: &Realtime) -> Vec<(&'static str, String)> {
         ("FORCE", number(wrench[0])),
         ("MOMENT", number(wrench[3])),
         ("DRIVE_NAMES", names.collect::<Vec<_>>().join(", ")),
-        ("DRIVE_UNITS", units.collect::<Vec<_>>().join("\n")),
         ("OPERATIONS", format!("`kinetostat_correct` {}; `kinetostat_where` {}", operations[0], operations[1])),
         ("PLACES", realtime.question.places.to_string()),
         ("EXAMPLES", super::EXAMPLES.to_string()),
