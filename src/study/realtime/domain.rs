@@ -25,10 +25,10 @@ pub(super) type Place = [f64; 9];
 pub(super) type Asked = ([f64; 3], [f64; 6]);
 
 impl Domain {
-    /// The machine's workspace, as the tool tip sees it.
+    /// The machine's workspace, as the tool tip sees it, in as many digits as are written: 1e-6 mm.
     pub fn workspace(machine: &Machine) -> [Vector3<f64>; 2] {
         let tip = machine.home.pose.rotation * machine.tool_tip;
-        [machine.workspace.min + tip, machine.workspace.max + tip]
+        [machine.workspace.min, machine.workspace.max].map(|corner| (corner + tip).map(|at| (at * 1e6).round() / 1e6))
     }
 
     /// Of a box and the largest component of force, N, and moment, N·mm.

@@ -38,10 +38,6 @@ fn words(realtime: &Realtime) -> Vec<(&'static str, String)> {
     let number = |value: f64| format!("{value:?}");
     let [drive_step, platform_step] = realtime.largest_last_step;
     let [drives_low, drives_high] = realtime.drives;
-    let units = machine.drives().zip(machine.drive_labels()).map(|((_, drive), label)| {
-        let unit = if drive.motion == Motion::Prismatic { "mm" } else { "rad" };
-        format!("/*   {label}: {unit} */")
-    });
     let revolute = machine.drives().map(|(_, drive)| if drive.motion == Motion::Prismatic { "0" } else { "1" });
     let revolute: Vec<&str> = revolute.collect();
     let names = machine.drives().zip(machine.drive_labels()).map(|((_, drive), label)| {
@@ -83,7 +79,6 @@ fn words(realtime: &Realtime) -> Vec<(&'static str, String)> {
         ("FORCE", number(wrench[0])),
         ("MOMENT", number(wrench[3])),
         ("DRIVE_NAMES", names.collect::<Vec<_>>().join(", ")),
-        ("DRIVE_UNITS", units.collect::<Vec<_>>().join("\n")),
         (
             "OPERATIONS",
             format!(

@@ -38,13 +38,10 @@ extern "C" {
 #define KINETOSTAT_FORCE_N {FORCE}
 #define KINETOSTAT_MOMENT_NMM {MOMENT}
 
-/* Drives, in this order: {DRIVE_NAMES}. */
-{DRIVE_UNITS}
-
 /* Of each drive: 1 if it turns (rad), 0 if it slides (mm). */
 #define KINETOSTAT_REVOLUTE { {REVOLUTE} }
 
-/* Drive positions (mm; rad for revolute drives) at which the loaded machine has its tool tip at position_mm under wrench.
+/* Drive positions, in this order: {DRIVE_NAMES}; at which the loaded machine has its tool tip at position_mm under wrench.
  * 0: done.
  * 1: outside of the box or of the range of wrenches: drives are those of the nearest point of the box and the nearest wrench.
  * 2: the last step was larger than it may be: drives are left as they were. */
