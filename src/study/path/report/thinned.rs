@@ -73,7 +73,7 @@ impl Curve {
 
 /// Indices of the points at which a path through `positions` is drawn: all, or at most [`MOST_POINTS`], of which one half
 /// is evenly spread, so that what is added to the path is seen everywhere, and the other half its sharpest corners with the
-/// points beside them, as the cutting force changes there.
+/// points beside them, as the cutting force changes there; or, where these do not show its shape, three times as many without.
 pub fn drawn(positions: &[Vector3<f64>]) -> Vec<usize> {
     let count = positions.len();
     if count <= MOST_POINTS {
@@ -81,10 +81,25 @@ pub fn drawn(positions: &[Vector3<f64>]) -> Vec<usize> {
     }
     let half = MOST_POINTS / 2;
     let mut drawn: Vec<usize> = (0..half).map(|k| k * (count - 1) / (half - 1)).collect();
-    drawn.extend(corners(positions, half / 3).into_iter().flat_map(|corner| corner - 1..=corner + 1));
+    let corners = corners(positions, half);
+    let few = half / 3;
+    match corners.get(few).is_some_and(|(_, distance)| *distance > SEEN * extent(positions)) {
+        true => drawn.extend(corners.iter().map(|(corner, _)| corner)),
+        false => drawn.extend(corners.iter().take(few).flat_map(|(corner, _)| corner - 1..=corner + 1)),
+    }
     drawn.sort_unstable();
     drawn.dedup();
     drawn
+}
+
+/// What is smaller than this share of the path's extent is not seen in its picture.
+const SEEN: f64 = 2e-3;
+
+/// Diagonal of the box around `positions`.
+fn extent(positions: &[Vector3<f64>]) -> f64 {
+    let nothing = [Vector3::repeat(f64::MAX), Vector3::repeat(f64::MIN)];
+    let [low, high] = positions.iter().fold(nothing, |[low, high], at| [low.inf(at), high.sup(at)]);
+    (high - low).norm()
 }
 
 /// A stretch of the path between two drawn points, and where it stands farthest off the straight line between them.
@@ -130,8 +145,8 @@ impl Stretch {
 }
 
 /// At most `most` points, each the one at which the path stands farthest off the lines through those before it
-/// (Ramer, Douglas and Peucker).
-fn corners(positions: &[Vector3<f64>], most: usize) -> Vec<usize> {
+/// (Ramer, Douglas and Peucker), and how far that is, the farthest about first.
+fn corners(positions: &[Vector3<f64>], most: usize) -> Vec<(usize, f64)> {
     let mut stretches = BinaryHeap::from([Stretch::new(positions, 0, positions.len() - 1)]);
     let mut corners = Vec::new();
     while corners.len() < most {
@@ -139,7 +154,7 @@ fn corners(positions: &[Vector3<f64>], most: usize) -> Vec<usize> {
         if distance == 0.0 {
             break;
         }
-        corners.push(farthest);
+        corners.push((farthest, distance));
         stretches.push(Stretch::new(positions, first, farthest));
         stretches.push(Stretch::new(positions, farthest, last));
     }
@@ -175,19 +190,20 @@ mod tests {
 
     #[test]
     fn a_long_path_keeps_its_corners_and_its_ends() {
-        // Back and forth, 300 times, in lines of 1000 points.
-        let lines = 300;
+        // Back and forth, in lines of 1000 points.
         let position = |k: usize| {
             let (line, along) = (k / 1000, (k % 1000) as f64);
             Vector3::new(if line.is_multiple_of(2) { along } else { 999.0 - along }, 2.0 * line as f64, 0.0)
         };
-        let positions: Vec<Vector3<f64>> = (0..1000 * lines).map(position).collect();
-        let drawn = drawn(&positions);
-        assert!(drawn.len() <= MOST_POINTS && drawn.windows(2).all(|pair| pair[0] < pair[1]));
-        for corner in (0..lines).flat_map(|line| [1000 * line, 1000 * line + 999]) {
-            assert!(drawn.binary_search(&corner).is_ok(), "corner {corner}");
+        for lines in [300, 900] {
+            let positions: Vec<Vector3<f64>> = (0..1000 * lines).map(position).collect();
+            let drawn = drawn(&positions);
+            assert!(drawn.len() <= MOST_POINTS && drawn.windows(2).all(|pair| pair[0] < pair[1]));
+            for corner in (0..lines).flat_map(|line| [1000 * line, 1000 * line + 999]) {
+                assert!(drawn.binary_search(&corner).is_ok(), "corner {corner} of {lines}");
+            }
+            assert!(drawn.windows(2).all(|pair| pair[1] - pair[0] <= lines / 2 + 1));
+            assert_eq!(super::drawn(&positions[..MOST_POINTS]).len(), MOST_POINTS);
         }
-        assert!(drawn.windows(2).all(|pair| pair[1] - pair[0] <= 151));
-        assert_eq!(super::drawn(&positions[..MOST_POINTS]).len(), MOST_POINTS);
     }
 }
