@@ -6,8 +6,6 @@ use std::{fs, path::Path};
 
 /// Numbers below this fraction of the largest of their column are rounding; they are held to the largest instead.
 const ROUNDING: f64 = 1e-6;
-/// A difference below this, mm, degrees or N, is rounding where a whole column is.
-const NOTHING: f64 = 1e-12;
 
 /// Fails unless `found` is the golden table `name`, numbers to `tolerance` (relative).
 pub fn check(name: &str, found: &str, tolerance: f64) {
@@ -49,7 +47,7 @@ fn scales(golden: &[Vec<String>]) -> Vec<f64> {
 /// Whether two cells are the same word, or numbers that differ by no more than the tolerance.
 pub fn agree(found: &str, golden: &str, scale: f64, tolerance: f64) -> bool {
     match (found.parse::<f64>(), golden.parse::<f64>()) {
-        (Ok(a), Ok(b)) => (a - b).abs() <= (tolerance * b.abs().max(ROUNDING * scale)).max(NOTHING),
+        (Ok(a), Ok(b)) => (a - b).abs() <= tolerance * b.abs().max(ROUNDING * scale),
         _ => found == golden,
     }
 }
