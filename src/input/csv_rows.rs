@@ -48,3 +48,14 @@ pub(crate) fn line_number(source: &[u8], at: usize) -> usize {
     };
     1 + (0..at.min(source.len())).filter(ends).count()
 }
+
+/// The same of bytes in ascending order, each the first of its line.
+pub(crate) fn line_numbers(source: &[u8], starts: impl Iterator<Item = usize>) -> Vec<usize> {
+    let (mut before, mut line) = (0, 1);
+    let number = |start: usize| {
+        line += line_number(&source[before..start], start - before) - 1;
+        before = start;
+        line
+    };
+    starts.map(number).collect()
+}

@@ -38,6 +38,8 @@ pub struct Polyline {
     columns: Vec<Column>,
     /// The bytes of each row, without its line ending.
     rows: Vec<Range<usize>>,
+    /// The line of each row, from 1.
+    lines: Vec<usize>,
     path: Toolpath,
     own_format: NumberFormat,
 }
@@ -52,7 +54,7 @@ impl Polyline {
     /// The line, from 1, that the row of a point stands on; blank lines count.
     #[must_use]
     pub fn line_of(&self, segment: usize) -> Option<usize> {
-        self.rows.get(segment).map(|row| crate::input::csv_rows::line_number(&self.source, row.start))
+        self.lines.get(segment).copied()
     }
 
     /// The bytes of the row of a point, without its line ending.

@@ -34,7 +34,9 @@ impl Polyline {
         })?;
         let Parsed { columns, external, rows, points, decimals } = parsed;
         let path = Toolpath::assemble(points).with_external_axes(&external);
-        Ok(Polyline { name: name.to_owned(), source, columns, rows, path, own_format: NumberFormat::seen(decimals, 0) })
+        let own_format = NumberFormat::seen(decimals, 0);
+        let lines = csv_rows::line_numbers(&source, rows.iter().map(|row| row.start));
+        Ok(Polyline { name: name.to_owned(), source, columns, rows, lines, path, own_format })
     }
 }
 
