@@ -4,8 +4,8 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    spatial::{Axis, Pose, Wrench, frame_about},
-    toolpath::Load,
+    spatial::{Axis, Pose, Wrench, frame_about, rotation_exp},
+    toolpath::{Load, Orientation, least_turn},
 };
 
 /// The point a path's coordinates are those of.
@@ -128,6 +128,28 @@ impl Placed {
         }
         let axis = self.workpiece.rotation.tr_mul(&(rotation * self.tool.rotation.column(2)));
         Self { orientation: *rotation, tool_axes: frame_about(axis.normalize()), ..*self }
+    }
+
+    /// The same placement where the path has the tool stand as `orientation` says (W axes). Of an axis alone, the platform is turned
+    /// least from where it stands in this placement.
+    #[must_use]
+    pub fn oriented(&self, orientation: &Orientation) -> Self {
+        let workpiece = &self.workpiece.rotation;
+        let rotation = match orientation {
+            Orientation::Platform(platform) => workpiece * platform.to_rotation_matrix().matrix(),
+            Orientation::ToolAxis(axis) => {
+                // The axes of the tool point from the spindle to its tip.
+                let own = -(self.orientation * self.tool.rotation.column(2));
+                rotation_exp(least_turn(own.normalize(), (workpiece * axis).normalize())) * self.orientation
+            }
+        };
+        self.turned(&rotation)
+    }
+
+    /// `R_OP`.
+    #[must_use]
+    pub fn orientation(&self) -> &Matrix3<f64> {
+        &self.orientation
     }
 
     /// `p_PR` in platform axes, mm, of the point whose positions the path gives.

@@ -13,7 +13,7 @@ use crate::{
     },
     spatial::Pose,
     study::external_axes::along,
-    toolpath::{PathPoint, Toolpath},
+    toolpath::{Orientation, PathPoint, Toolpath},
 };
 
 /// The machine being led along positions of a path, each from the one before.
@@ -43,10 +43,19 @@ impl<'a> Led<'a> {
     }
 
     /// The pose `X_OP` to ask for so that the path's point stands at `position_mm` (W, mm) as far as the drives control its
-    /// translations. Where the platform turns with its position this is the pose in which the machine stands there; what
+    /// translations, the tool as the path's `orientation` says. Where the platform turns with its position this is the pose in which the machine stands there; what
     /// it cannot reach keeps the orientation of home, and is refused when it is asked for.
-    pub fn pose(&mut self, position_mm: Vector3<f64>, external: Option<ExternalAxes>) -> Pose {
-        let asked = self.placed(external).platform_pose(position_mm);
+    pub fn pose(
+        &mut self,
+        position_mm: Vector3<f64>,
+        orientation: Option<&Orientation>,
+        external: Option<ExternalAxes>,
+    ) -> Pose {
+        let placed = self.placed(external);
+        let asked = match orientation {
+            Some(orientation) => placed.oriented(orientation).platform_pose(position_mm),
+            None => placed.platform_pose(position_mm),
+        };
         let controlled = Pose { translation: self.machine.as_controlled(asked.translation), ..asked };
         if !self.machine.turns_with_position {
             return controlled;
@@ -106,7 +115,7 @@ pub(super) fn demanding<'a>(
     let external = along(machine, path);
     move |point, load| {
         let external = external(point);
-        let pose = led.pose(point.position_mm, external);
+        let pose = led.pose(point.position_mm, point.orientation.as_ref(), external);
         let there = led.placed(external).turned(&pose.rotation);
         let load = there.wrench(&load.on_tool(point.tangent, there.tool_axes()));
         Demand { pose, load, target, wanted: None, external }

@@ -142,6 +142,7 @@ impl Toolpath {
 fn cutting_point(position_mm: Vector3<f64>, tangent: Vector3<f64>, arc_length_mm: f64, parameter: f64) -> PathPoint {
     PathPoint {
         position_mm,
+        orientation: None,
         tangent,
         arc_length_mm,
         cutting: true,

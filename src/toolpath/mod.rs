@@ -9,6 +9,7 @@
 pub mod gcode;
 mod generate;
 mod number;
+mod orientation;
 mod path;
 mod plane;
 pub mod polyline;
@@ -16,6 +17,8 @@ mod sampling;
 
 pub use generate::{Circle, GenerateError};
 pub use number::{FormatError, NumberFormat};
+pub use orientation::Orientation;
+pub(crate) use orientation::least_turn;
 pub use path::{Load, PathPoint, PointSource, PositionsError, Toolpath};
 pub use plane::{Plane, Turn};
 pub use sampling::{Sampling, SamplingError};

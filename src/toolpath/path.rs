@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 use thiserror::Error;
 
+use super::Orientation;
 use crate::machine::ExternalAxes;
 
 /// The largest coordinate of a path, mm: beyond any machine.
@@ -32,6 +33,8 @@ pub struct PointSource {
 pub struct PathPoint {
     /// Position of the tool tip in the workpiece frame, mm.
     pub position_mm: Vector3<f64>,
+    /// How the tool stands; `None`: as with the machine at home, the workpiece tilted or not.
+    pub orientation: Option<Orientation>,
     /// Direction of motion, a unit vector in the workpiece frame; where two moves meet, the direction of arrival.
     /// Zero only if the whole path has no length.
     pub tangent: Vector3<f64>,
@@ -103,6 +106,12 @@ impl Toolpath {
         self.points.len()
     }
 
+    /// Whether the path says at some point how the tool stands.
+    #[must_use]
+    pub fn is_oriented(&self) -> bool {
+        self.points.iter().any(|point| point.orientation.is_some())
+    }
+
     /// Whether the path has no point.
     #[must_use]
     pub fn is_empty(&self) -> bool {
@@ -114,7 +123,8 @@ impl Toolpath {
     #[must_use]
     pub fn begins_twice(&self) -> bool {
         let is_same = |a: &PathPoint, b: &PathPoint| {
-            (a.position_mm, a.tangent, a.cutting) == (b.position_mm, b.tangent, b.cutting) && a.load == b.load
+            (a.position_mm, a.tangent, a.cutting) == (b.position_mm, b.tangent, b.cutting)
+                && (a.load, a.orientation) == (b.load, b.orientation)
         };
         matches!(self.points.as_slice(), [first, .., last] if is_same(first, last))
     }

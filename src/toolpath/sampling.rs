@@ -1,14 +1,16 @@
 //! How finely arcs and long lines are split into path points: number and places of the points.
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use thiserror::Error;
 
-/// How finely a path is split: a checked chordal tolerance and longest piece, both in mm.
+/// How finely a path is split: a checked chordal tolerance and longest piece, both in mm, and the most the tool turns
+/// along a piece.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sampling {
     chordal_tolerance_mm: f64,
     max_segment_mm: f64,
+    max_turn_rad: f64,
 }
 
 /// A [`Sampling`] asked for with a value that splits nothing.
@@ -27,6 +29,9 @@ impl Sampling {
     /// The most pieces that a move is split into.
     pub(crate) const MAX_PIECES: usize = 20_000_000;
 
+    /// The most the tool turns along a piece unless said otherwise, rad: 2 degrees.
+    pub const MAX_TURN_RAD: f64 = PI / 90.0;
+
     /// `chordal_tolerance_mm`: the most an arc may stand off the chord between two neighbouring points;
     /// `max_segment_mm`: the longest piece, of lines and arcs alike, measured along the path.
     ///
@@ -38,7 +43,18 @@ impl Sampling {
                 return Err(SamplingError { key, value });
             }
         }
-        Ok(Sampling { chordal_tolerance_mm, max_segment_mm })
+        Ok(Sampling { chordal_tolerance_mm, max_segment_mm, max_turn_rad: Self::MAX_TURN_RAD })
+    }
+
+    /// The same, and the tool turns by `max_turn_rad` along a piece at most; [`Sampling::MAX_TURN_RAD`] unless said.
+    ///
+    /// # Errors
+    /// When it is not a finite number above 0.
+    pub fn with_max_turn(self, max_turn_rad: f64) -> Result<Sampling, SamplingError> {
+        match max_turn_rad.is_finite() && max_turn_rad > 0.0 {
+            true => Ok(Sampling { max_turn_rad, ..self }),
+            false => Err(SamplingError { key: "max_turn_rad", value: max_turn_rad }),
+        }
     }
 
     /// The most an arc may stand off its chord, mm.
@@ -53,10 +69,22 @@ impl Sampling {
         self.max_segment_mm
     }
 
+    /// The most the tool turns along a piece, rad.
+    #[must_use]
+    pub fn max_turn_rad(self) -> f64 {
+        self.max_turn_rad
+    }
+
     /// Into how many pieces a line of `length_mm` is split; `None` when into more than [`Sampling::MAX_PIECES`].
     pub(crate) fn line_pieces(self, length_mm: f64) -> Option<usize> {
         // The slack keeps a length that is a multiple of the piece from gaining one by rounding.
         pieces((length_mm / self.max_segment_mm) * (1.0 - 1e-12))
+    }
+
+    /// Into how many pieces a line of `length_mm` is split along which the tool turns by `turn_rad`.
+    pub(crate) fn turning_pieces(self, length_mm: f64, turn_rad: f64) -> Option<usize> {
+        let by_turn = pieces((turn_rad / self.max_turn_rad) * (1.0 - 1e-12))?;
+        Some(by_turn.max(self.line_pieces(length_mm)?))
     }
 
     /// Into how many pieces an arc of `length_mm` is split that turns by `sweep_rad` at radius `radius_mm`.
@@ -79,9 +107,9 @@ fn pieces(ratio: f64) -> Option<usize> {
 }
 
 impl Default for Sampling {
-    /// 1 µm off the arc, pieces of at most 1 mm.
+    /// 1 µm off the arc, pieces of at most 1 mm along which the tool turns by at most 2 degrees.
     fn default() -> Sampling {
-        Sampling { chordal_tolerance_mm: 1e-3, max_segment_mm: 1.0 }
+        Sampling { chordal_tolerance_mm: 1e-3, max_segment_mm: 1.0, max_turn_rad: Sampling::MAX_TURN_RAD }
     }
 }
 

@@ -117,7 +117,10 @@ fn sampling(spec: &SamplingSpec, check: &Check) -> Result<Sampling> {
     let tolerance = spec.chordal_tolerance_mm.unwrap_or(default.chordal_tolerance_mm());
     let tolerance = check.key("chordal_tolerance_mm").positive(tolerance)?;
     let segment = check.key("max_segment_mm").positive(spec.max_segment_mm.unwrap_or(default.max_segment_mm()))?;
-    Sampling::new(tolerance, segment).or_else(|error| check.fail(error.to_string()))
+    let turn = check.key("max_turn_deg").optional_positive(spec.max_turn_deg)?;
+    let sampling = Sampling::new(tolerance, segment)
+        .and_then(|sampling| sampling.with_max_turn(turn.map_or(default.max_turn_rad(), f64::to_radians)));
+    sampling.or_else(|error| check.fail(error.to_string()))
 }
 
 fn limits(spec: &LimitsSpec, check: &Check) -> Result<CorrectionLimits> {

@@ -111,6 +111,8 @@ pub struct SamplingSpec {
     pub chordal_tolerance_mm: Option<f64>,
     /// The longest piece; 1.
     pub max_segment_mm: Option<f64>,
+    /// The most the tool turns along a piece; 2.
+    pub max_turn_deg: Option<f64>,
 }
 
 /// Limits of corrections and drive forces.

@@ -33,7 +33,7 @@ use crate::{
         demands::{Led, demands},
         external_axes::held_along,
     },
-    toolpath::Toolpath,
+    toolpath::{PathPoint, Toolpath},
 };
 
 /// A program ready to be compensated on a machine.
@@ -180,8 +180,11 @@ impl ProgramJob {
             ProgramCommands::Method(method) => run(&Commands::Method(*method)),
             ProgramCommands::Drives(drives) => run(&Commands::Drives(&drives[part.range()])),
             ProgramCommands::Positions(positions) => {
-                let asked = positions[part.range()].iter().zip(part.demands());
-                let poses: Vec<Pose> = asked.map(|(position, demand)| led.pose(*position, demand.external)).collect();
+                let asked = positions[part.range()].iter().zip(part.points).zip(part.demands());
+                let pose = |((position, point), demand): ((&Vector3<f64>, &PathPoint), &Demand)| {
+                    led.pose(*position, point.orientation.as_ref(), demand.external)
+                };
+                let poses: Vec<Pose> = asked.map(pose).collect();
                 run(&Commands::Program(&poses))
             }
         }

@@ -158,6 +158,7 @@ impl Motion {
             };
             points.push(PathPoint {
                 position_mm,
+                orientation: None,
                 tangent,
                 arc_length_mm: before_mm + so_far,
                 cutting,

@@ -20,6 +20,10 @@ pub(super) enum Column {
     Force(usize),
     /// Component 0, 1 or 2.
     Moment(usize),
+    /// Component 0, 1 or 2 of the direction of the tool's axis.
+    ToolAxis(usize),
+    /// Component w, x, y or z of the platform's orientation.
+    Platform(usize),
     /// The k-th external axis of the file.
     External(usize),
     Cutting,
@@ -27,7 +31,7 @@ pub(super) enum Column {
 
 impl Column {
     /// Every column but external axes, in the order they are written.
-    pub const ALL: [Column; 12] = [
+    pub const ALL: [Column; 19] = [
         Column::Position(0),
         Column::Position(1),
         Column::Position(2),
@@ -39,6 +43,13 @@ impl Column {
         Column::Moment(0),
         Column::Moment(1),
         Column::Moment(2),
+        Column::ToolAxis(0),
+        Column::ToolAxis(1),
+        Column::ToolAxis(2),
+        Column::Platform(0),
+        Column::Platform(1),
+        Column::Platform(2),
+        Column::Platform(3),
         Column::Cutting,
     ];
 
@@ -50,6 +61,8 @@ impl Column {
             Column::Spindle => "spindle_rev_per_min".into(),
             Column::Force(axis) => ["force_x_N", "force_y_N", "force_z_N"][axis].into(),
             Column::Moment(axis) => ["moment_x_Nmm", "moment_y_Nmm", "moment_z_Nmm"][axis].into(),
+            Column::ToolAxis(axis) => ["axis_x", "axis_y", "axis_z"][axis].into(),
+            Column::Platform(entry) => ["platform_qw", "platform_qx", "platform_qy", "platform_qz"][entry].into(),
             Column::External(index) => external[index].clone().into(),
             Column::Cutting => "cutting".into(),
         }
@@ -69,12 +82,14 @@ impl Column {
     }
 
     /// The columns that must be there if this one is.
-    pub fn companions(self) -> [Column; 3] {
+    pub fn companions(self) -> Vec<Column> {
         match self {
-            Column::Position(_) => [0, 1, 2].map(Column::Position),
-            Column::Force(_) => [0, 1, 2].map(Column::Force),
-            Column::Moment(_) => [0, 1, 2].map(Column::Moment),
-            Column::Feed | Column::Spindle | Column::External(_) | Column::Cutting => [self; 3],
+            Column::Position(_) => (0..3).map(Column::Position).collect(),
+            Column::Force(_) => (0..3).map(Column::Force).collect(),
+            Column::Moment(_) => (0..3).map(Column::Moment).collect(),
+            Column::ToolAxis(_) => (0..3).map(Column::ToolAxis).collect(),
+            Column::Platform(_) => (0..4).map(Column::Platform).collect(),
+            Column::Feed | Column::Spindle | Column::External(_) | Column::Cutting => vec![self],
         }
     }
 
@@ -86,6 +101,8 @@ impl Column {
             Column::Spindle => "a spindle speed in rev/min, from 0 to 1e9",
             Column::Force(_) => "a force in N, up to 1e12",
             Column::Moment(_) => "a moment in N·mm, up to 1e12",
+            Column::ToolAxis(_) => "a component of a direction, up to 1e6",
+            Column::Platform(_) => "an entry of a quaternion, from -1.001 to 1.001",
             Column::External(_) => "a position of a drive in mm or degrees, up to 1e6",
             Column::Cutting => "0 or 1",
         }
@@ -95,7 +112,10 @@ impl Column {
     pub fn value(self, text: &str) -> Option<f64> {
         let value = text.parse::<f64>().ok()?;
         let fits = match self {
-            Column::Position(_) | Column::External(_) => value.abs() <= crate::toolpath::path::MAX_COORDINATE_MM,
+            Column::Platform(_) => value.abs() <= 1.001,
+            Column::Position(_) | Column::ToolAxis(_) | Column::External(_) => {
+                value.abs() <= crate::toolpath::path::MAX_COORDINATE_MM
+            }
             Column::Feed | Column::Spindle => (0.0..=1e9).contains(&value),
             Column::Force(_) | Column::Moment(_) => value.abs() <= 1e12,
             Column::Cutting => value == 0.0 || value == 1.0,

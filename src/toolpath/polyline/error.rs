@@ -71,6 +71,18 @@ pub enum PolylineFault {
         /// What the column holds.
         expected: &'static str,
     },
+    /// Direction and orientation.
+    #[error("columns of the tool's axis and of the platform's orientation; expected one of them")]
+    TwoOrientations,
+    /// An axis of no length.
+    #[error("axis_x, axis_y, axis_z are all 0; expected a direction")]
+    NoDirection,
+    /// A quaternion that is no rotation.
+    #[error("platform_qw, platform_qx, platform_qy, platform_qz have length {norm}; expected 1")]
+    NotUnit {
+        /// Its length.
+        norm: f64,
+    },
     /// A header and no rows, or nothing at all.
     #[error("no points; expected a header and at least one row")]
     NoPoints,

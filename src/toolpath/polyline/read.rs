@@ -3,13 +3,13 @@
 use std::ops::Range;
 
 use csv::ByteRecord;
-use nalgebra::Vector3;
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use crate::{
     input::csv_rows::{self, Row, line_number},
     machine::ExternalAxes,
     toolpath::{
-        Load, NumberFormat, PathPoint, PointSource, Sampling, Toolpath, number,
+        Load, NumberFormat, Orientation, PathPoint, PointSource, Sampling, Toolpath, number,
         path::direction,
         polyline::{
             Polyline,
@@ -69,7 +69,8 @@ fn parse(source: &[u8]) -> At<Parsed> {
     let mut decimals = 0;
     for Row { fields, span } in rows {
         let values = values(&columns, &external, fields).map_err(|fault| (span.start, fault))?;
-        points.push(point(&columns, &values, points.len()));
+        let orientation = orientation(&columns, &values).map_err(|fault| (span.start, fault))?;
+        points.push(PathPoint { orientation, ..point(&columns, &values, points.len()) });
         decimals = decimals.max(most_decimals(&columns, fields));
     }
     measure(&mut points);
@@ -98,6 +99,9 @@ fn header_columns(header: &ByteRecord) -> Result<(Vec<Column>, Vec<String>), Pol
             return Err(PolylineFault::MissingColumn { name: column.name(&external).into_owned(), because });
         }
     }
+    if [Column::ToolAxis(0), Column::Platform(0)].iter().all(|column| columns.contains(column)) {
+        return Err(PolylineFault::TwoOrientations);
+    }
     if external.len() > ExternalAxes::MOST {
         return Err(PolylineFault::TooManyAxes { count: external.len() });
     }
@@ -125,6 +129,29 @@ fn most_decimals(columns: &[Column], record: &ByteRecord) -> usize {
     positions.map(|(_, field)| number::decimals_in(&String::from_utf8_lossy(field))).max().unwrap_or(0)
 }
 
+/// How the tool stands at a row, if the file says it.
+fn orientation(columns: &[Column], values: &[f64]) -> Result<Option<Orientation>, PolylineFault> {
+    let entry = |wanted: Column| columns.iter().position(|c| *c == wanted).map(|at| values[at]);
+    if let [Some(x), Some(y), Some(z)] = [0, 1, 2].map(|axis| entry(Column::ToolAxis(axis))) {
+        let axis = Vector3::new(x, y, z).try_normalize(LEAST_AXIS);
+        return axis.map(|axis| Some(Orientation::ToolAxis(axis))).ok_or(PolylineFault::NoDirection);
+    }
+    let [Some(w), Some(x), Some(y), Some(z)] = [0, 1, 2, 3].map(|index| entry(Column::Platform(index))) else {
+        return Ok(None);
+    };
+    let quaternion = Quaternion::new(w, x, y, z);
+    let norm = quaternion.norm();
+    match (norm - 1.0).abs() <= NOT_UNIT {
+        true => Ok(Some(Orientation::Platform(UnitQuaternion::new_normalize(quaternion)))),
+        false => Err(PolylineFault::NotUnit { norm }),
+    }
+}
+
+/// A shorter direction is none.
+const LEAST_AXIS: f64 = 1e-9;
+/// How far from 1 the length of a quaternion may be: files have so many digits.
+const NOT_UNIT: f64 = 1e-3;
+
 /// The point of row `segment`; its tangent and length come later.
 fn point(columns: &[Column], values: &[f64], segment: usize) -> PathPoint {
     let value = |wanted: Column| columns.iter().position(|c| *c == wanted).map(|at| values[at]);
@@ -137,6 +164,7 @@ fn point(columns: &[Column], values: &[f64], segment: usize) -> PathPoint {
         .then(|| Load { force_N: force.unwrap_or_default(), moment_Nmm: moment.unwrap_or_default() });
     PathPoint {
         position_mm: vector(Column::Position).unwrap_or_default(),
+        orientation: None,
         tangent: Vector3::zeros(),
         arc_length_mm: 0.0,
         cutting: value(Column::Cutting) != Some(0.0),

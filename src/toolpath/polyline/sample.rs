@@ -16,7 +16,9 @@ impl Polyline {
     pub fn sampled(&self, sampling: Sampling) -> Result<Toolpath, PolylineError> {
         self.split(|row, before| match before {
             Some(before) if self.path.points()[row].cutting => {
-                sampling.line_pieces((self.path.points()[row].position_mm - before.position_mm).norm())
+                let here = &self.path.points()[row];
+                let turn = before.orientation.zip(here.orientation).map_or(0.0, |(a, b)| a.angle_to(&b));
+                sampling.turning_pieces((here.position_mm - before.position_mm).norm(), turn)
             }
             _ => Some(1),
         })
@@ -55,6 +57,7 @@ fn between(start: &PathPoint, end: &PathPoint, t: f64) -> PathPoint {
     };
     PathPoint {
         position_mm: start.position_mm.lerp(&end.position_mm, t),
+        orientation: start.orientation.zip(end.orientation).map(|(a, b)| a.towards(&b, t)),
         tangent: direction(end.position_mm - start.position_mm),
         arc_length_mm: start.arc_length_mm + (end.arc_length_mm - start.arc_length_mm) * t,
         load: start.load.zip(end.load).map(load),

@@ -4,7 +4,7 @@ use csv::{ReaderBuilder, WriterBuilder};
 use nalgebra::Vector3;
 
 use crate::toolpath::{
-    NumberFormat, PathPoint, PositionsError, Toolpath,
+    NumberFormat, Orientation, PathPoint, PositionsError, Toolpath,
     number::{fixed, last_place},
     path::check_positions,
     polyline::{Polyline, PolylineError, column::Column},
@@ -86,7 +86,11 @@ impl Polyline {
         let fields = self.columns.iter().zip(record.iter().map(on_one_line)).map(|(column, field)| {
             let own = match column {
                 Column::Position(axis) => moved[*axis].clone(),
-                Column::Force(_) | Column::Moment(_) | Column::External(_) => {
+                Column::Force(_)
+                | Column::Moment(_)
+                | Column::ToolAxis(_)
+                | Column::Platform(_)
+                | Column::External(_) => {
                     inserted.and_then(|point| value(point, *column)).map(|value| value.to_string())
                 }
                 Column::Feed | Column::Spindle | Column::Cutting => None,
@@ -202,6 +206,14 @@ fn value(point: &PathPoint, column: Column) -> Option<f64> {
         Column::Spindle => point.spindle_rev_per_min,
         Column::Force(axis) => point.load.map(|load| load.force_N[axis]),
         Column::Moment(axis) => point.load.map(|load| load.moment_Nmm[axis]),
+        Column::ToolAxis(axis) => match point.orientation {
+            Some(Orientation::ToolAxis(direction)) => Some(direction[axis]),
+            _ => None,
+        },
+        Column::Platform(entry) => match point.orientation {
+            Some(Orientation::Platform(q)) => Some([q.w, q.i, q.j, q.k][entry]),
+            _ => None,
+        },
         Column::External(axis) => Some(point.external[axis]),
         Column::Cutting => Some(f64::from(u8::from(point.cutting))),
     }
