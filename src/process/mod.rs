@@ -6,6 +6,7 @@ pub mod file;
 mod milling;
 mod placement;
 pub(crate) mod tilt;
+mod tool_turns;
 mod workpiece;
 
 pub use cutting_rule::CuttingRule;

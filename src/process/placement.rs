@@ -66,6 +66,7 @@ impl Placement {
         let reference = self.reference_from_platform(tool.translation);
         Placed {
             workpiece: self.pose(),
+            home: *home,
             orientation,
             reference,
             tool: *tool,
@@ -86,6 +87,8 @@ impl Placement {
 pub struct Placed {
     /// `X_OW`.
     workpiece: Pose,
+    /// `R_OP` with the machine at home.
+    home: Matrix3<f64>,
     /// `R_OP`.
     orientation: Matrix3<f64>,
     /// `p_PR` in platform axes, mm, of the path's reference point R.
@@ -131,7 +134,7 @@ impl Placed {
     }
 
     /// The same placement where the path has the tool stand as `orientation` says (W axes). Of an axis alone, the platform is turned
-    /// least from where it stands in this placement.
+    /// least from where it stands at home.
     #[must_use]
     pub fn oriented(&self, orientation: &Orientation) -> Self {
         let workpiece = &self.workpiece.rotation;
@@ -139,8 +142,8 @@ impl Placed {
             Orientation::Platform(platform) => workpiece * platform.to_rotation_matrix().matrix(),
             Orientation::ToolAxis(axis) => {
                 // The axes of the tool point from the spindle to its tip.
-                let own = -(self.orientation * self.tool.rotation.column(2));
-                rotation_exp(least_turn(own.normalize(), (workpiece * axis).normalize())) * self.orientation
+                let own = -(self.home * self.tool.rotation.column(2));
+                rotation_exp(least_turn(own.normalize(), (workpiece * axis).normalize())) * self.home
             }
         };
         self.turned(&rotation)

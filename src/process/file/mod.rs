@@ -20,6 +20,7 @@ use crate::{
         CuttingRule, PathReference, Placement,
         cutting::{CuttingLaw, LoadError, OwnForces, PathLoad},
         file::spec::ProcessSpec,
+        tool_turns::not_followed,
     },
     toolpath::{
         FormatError, NumberFormat, PathPoint, Sampling, Toolpath,
@@ -140,8 +141,12 @@ impl Process {
     /// `path` with what cuts marked as the file says; `origin` names the path in errors.
     ///
     /// # Errors
-    /// Nothing of a path with moves that may cut does.
+    /// Nothing of a path with moves that may cut does, or the path turns the tool as the machine cannot.
     pub fn with_cuts(&self, path: Toolpath, origin: &str) -> Result<Toolpath> {
+        if let Some((point, why)) = not_followed(&self.machine, &self.placement, &path) {
+            let problem = format!("move {} {why}", point.source.segment + 1);
+            return Err(Error::Argument { argument: origin.into(), problem });
+        }
         let cuts = |path: &Toolpath| path.points().iter().any(|point| point.cutting);
         let feeds = path.points().iter().any(|point| point.cutting && point.feed_mm_per_min.is_some());
         if self.cutting_rule.max_feed_mm_per_min.is_some() && cuts(&path) && !feeds {

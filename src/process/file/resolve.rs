@@ -13,13 +13,13 @@ use crate::{
             CORNER_MM, CorrectionLimits, Decimals, Process, WRITE_TOLERANCE_MM,
             chain_errors::chain_errors,
             force::{force, own_forces},
-            spec::{CuttingRuleSpec, GcodeSpec, LimitsSpec, PlacementSpec, ProcessSpec, SamplingSpec},
+            spec::{CuttingRuleSpec, GcodeSpec, LimitsSpec, PlacementSpec, ProcessSpec, RotaryTip, SamplingSpec},
         },
         tilt::Turned,
     },
     toolpath::{
         NumberFormat, Sampling,
-        gcode::{Expand, GcodeOptions, WorkOffset},
+        gcode::{Expand, GcodeOptions, Rotary, RotaryAxis, WorkOffset},
     },
 };
 
@@ -160,12 +160,30 @@ fn gcode_options(spec: &GcodeSpec, check: &Check) -> Result<GcodeOptions> {
         block_delete: spec.block_delete,
         arc_centres: spec.arc_centres,
         features: Vec::new(),
+        rotary: rotary(spec, check)?,
         expand: match spec.expand {
             None => Expand::WhereNeeded,
             Some(true) => Expand::Always,
             Some(false) => Expand::Never,
         },
     })
+}
+
+fn rotary(spec: &GcodeSpec, check: &Check) -> Result<Rotary> {
+    let mut axes: Vec<RotaryAxis> = Vec::new();
+    for (index, given) in spec.rotary.iter().enumerate() {
+        let check = check.key("rotary").item(index);
+        if !['A', 'B', 'C'].contains(&given.letter) || axes.iter().any(|axis| axis.letter == given.letter) {
+            return check.key("letter").fail(format!("\"{}\": expected A, B or C, each once", given.letter));
+        }
+        let about = check.key("about").finite(given.about)?;
+        let Some(about) = about.try_normalize(1e-9) else {
+            return check.key("about").fail("has no length: expected a direction".into());
+        };
+        let through_mm = given.through_mm.map(|point| check.key("through_mm").finite(point)).transpose()?;
+        axes.push(RotaryAxis { letter: given.letter, about, turns: given.turns, through_mm });
+    }
+    Ok(Rotary { axes, always_of_tip: spec.rotary_tip == RotaryTip::Always })
 }
 
 fn decimals(spec: &GcodeSpec, check: &Check) -> Result<Decimals> {

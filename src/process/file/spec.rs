@@ -9,7 +9,7 @@ use crate::{
     compensation::{ErrorNorm, Target},
     machine::OtherToolSpec,
     process::PathReference,
-    toolpath::gcode::{ArcCentres, BlockDelete, Dialect, LengthUnit},
+    toolpath::gcode::{ArcCentres, BlockDelete, Dialect, LengthUnit, Turned},
 };
 
 /// The whole file.
@@ -115,6 +115,31 @@ pub struct SamplingSpec {
     pub max_turn_deg: Option<f64>,
 }
 
+/// A rotary axis of the control.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RotarySpec {
+    /// A, B or C.
+    pub letter: char,
+    /// The direction it turns about, right-handed, with all axes at 0; W axes.
+    pub about: [f64; 3],
+    /// What it turns.
+    pub turns: Turned,
+    /// A point of its axis: of a table in W, of a head from the tip of the tool.
+    pub through_mm: Option<[f64; 3]>,
+}
+
+/// Whether X, Y and Z are those of the tip while A, B and C turn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RotaryTip {
+    /// After G43.4 or its like.
+    #[default]
+    AsProgrammed,
+    /// Whatever the program says.
+    Always,
+}
+
 /// Limits of corrections and drive forces.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -173,6 +198,12 @@ pub struct GcodeSpec {
     /// What I, J and K lead from before the first G90.1 or G91.1.
     #[serde(default)]
     pub arc_centres: ArcCentres,
+    /// What A, B and C turn, from the base of the machine outwards; nothing if not given.
+    #[serde(default)]
+    pub rotary: Vec<RotarySpec>,
+    /// Whether X, Y and Z are those of the tip while A, B and C turn.
+    #[serde(default)]
+    pub rotary_tip: RotaryTip,
     /// Whether programs are written out as the motion that they make before they are read; if not given, those that cannot be read
     /// otherwise are.
     pub expand: Option<bool>,

@@ -100,6 +100,9 @@ impl Interpreter {
         if is_thread {
             return Err(blame.refuse(Fault::Unsupported(Unsupported::CannedCycle)));
         }
+        if let Some((letter, at)) = self.turned_axis() {
+            return Err(blame.refuse(Fault::TurnedCycle { letter, at }));
+        }
         if self.modal.plane != Plane::Xy {
             return Err(blame.refuse(Fault::CyclePlane));
         }
@@ -175,7 +178,19 @@ impl Interpreter {
     ) -> Motion {
         let (modal, span) = (self.modal, blame.span.clone());
         let code = modal.motion.unwrap_or(MotionCode::Rapid);
-        Motion { line, modal, code, origin, start, end, centre: None, geometry, words: Vec::new(), span }
+        Motion {
+            line,
+            modal,
+            code,
+            origin,
+            start,
+            end,
+            turning: self.turning(),
+            centre: None,
+            geometry,
+            words: Vec::new(),
+            span,
+        }
     }
 }
 

@@ -130,12 +130,42 @@ pub enum Fault {
     #[error("this G10 is not read; expected L2 or L20 with P and coordinates in G90, or data of tools")]
     Data,
     /// A, B or C that does not stand still.
-    #[error("turns {letter}, which stood at {from}; expected rotary axes that keep one value")]
+    #[error(
+        "turns {letter}, which stood at {from}; expected rotary axes that keep one value, or [[gcode.rotary]] in the process file, which \
+         says what {letter} turns"
+    )]
     Rotary {
         /// A, B or C.
         letter: char,
         /// Where it stood, as the program says.
         from: f64,
+    },
+    /// An axis that turns the tool or the workpiece, and no control of the tip.
+    #[error(
+        "{letter} is not 0 and X, Y and Z are not those of the tip; expected G43.4 before, through_mm of {letter} in [[gcode.rotary]], or \
+         rotary_tip = \"always\" in [gcode]"
+    )]
+    NoPivot {
+        /// A, B or C.
+        letter: char,
+    },
+    /// Control of the tip with an axis turned that is not known.
+    #[error(
+        "{letter} = {at} with control of the tip; expected [[gcode.rotary]] in the process file, which says what {letter} turns"
+    )]
+    UnknownRotary {
+        /// A, B or C.
+        letter: char,
+        /// Where it stands, degrees.
+        at: f64,
+    },
+    /// A cycle drills along Z, and the tool stands otherwise.
+    #[error("a cycle with the tool turned ({letter} = {at}); expected it written out as G0 and G1 moves")]
+    TurnedCycle {
+        /// A, B or C.
+        letter: char,
+        /// Where it stands, degrees.
+        at: f64,
     },
     /// A or C with a feed, where no G0 has said that there is such an axis.
     #[error(

@@ -25,7 +25,8 @@ impl Interpreter {
             self.refuse_arc_words(request)?;
         }
         let coordinate = axes.iter().flatten().copied().next();
-        let Some(first) = coordinate.or_else(|| request.arc_words().next()) else {
+        let turns = || self.turning().turns().then(|| request.rotary().into_iter().flatten().next()).flatten();
+        let Some(first) = coordinate.or_else(|| request.arc_words().next()).or_else(turns) else {
             return Ok(None);
         };
         if request.g(GWord::Dwell).is_some() {
@@ -46,6 +47,8 @@ impl Interpreter {
         if self.modal.feed_mode == FeedMode::InverseTime && code != MotionCode::Rapid && request.letter('F').is_none() {
             return Err(blame.refuse(Fault::NoInverseTime));
         }
+        let turning = self.turning();
+        self.check_turning(&turning, first)?;
         let origin = self.origin(blame)?;
         let start = self.position;
         let end = self.end(axes, origin)?;
@@ -56,7 +59,7 @@ impl Interpreter {
         let geometry = self.geometry(code, start, end, centre, blame)?;
         self.arrive(end);
         let (modal, span) = (self.modal, blame.span.clone());
-        Ok(Some(Motion { line, modal, code, origin, start, end, centre, geometry, words: Vec::new(), span }))
+        Ok(Some(Motion { line, modal, code, origin, start, end, turning, centre, geometry, words: Vec::new(), span }))
     }
 
     /// Where the coordinates on the line lead to.

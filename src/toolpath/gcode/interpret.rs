@@ -13,6 +13,7 @@ use crate::toolpath::gcode::{
     offsets::{Offsets, WorkOffset},
     pole::Pole,
     request::{Request, that_count},
+    rotary::Rotary,
 };
 
 /// Follows a program line by line.
@@ -37,7 +38,11 @@ pub(crate) struct Interpreter {
     /// The feature that the next line begins.
     begun: Option<u16>,
     /// Where A, B and C stand.
-    rotary: [Option<f64>; 3],
+    pub(super) rotary: [Option<f64>; 3],
+    /// Where they stood before the line.
+    pub(super) rotary_before: [Option<f64>; 3],
+    /// What they turn.
+    pub(super) rotary_axes: Rotary,
     named: bool,
     unit_said: bool,
     pub notes: Notes,
@@ -86,6 +91,8 @@ impl Interpreter {
             tool_changed: false,
             begun: None,
             rotary: [None; 3],
+            rotary_before: [None; 3],
+            rotary_axes: options.rotary.clone(),
             named: false,
             unit_said: options.unit.is_some(),
             notes: Notes { dialect, ..Notes::default() },
@@ -197,6 +204,8 @@ impl Interpreter {
                     self.modal.counts_turns = counts;
                     self.modal.spindle = None;
                 }
+                GWord::TipControl => self.modal.tip_control = true,
+                GWord::Passive("tool length") => self.modal.tip_control = false,
                 _ => {}
             }
         }
@@ -228,33 +237,6 @@ impl Interpreter {
             self.modal.tool = self.selected;
         }
         self.modal.feature = self.begun.take().or(self.modal.feature);
-        Ok(())
-    }
-
-    /// A, B and C may be named, but must stand still.
-    fn turn(&mut self, request: &Request) -> Result<(), Refusal> {
-        for (axis, letter) in ['A', 'B', 'C'].into_iter().enumerate() {
-            let Some(word) = request.letter(letter) else { continue };
-            let stood = self.rotary[axis];
-            let distance = word.distance.unwrap_or(self.modal.distance);
-            let turned = match distance {
-                _ if request.setting().is_some() => stood.is_some_and(|stood| stood != word.value),
-                Distance::Absolute => stood.is_some_and(|stood| stood != word.value),
-                Distance::Incremental => word.value != 0.0 && request.g(GWord::Home).is_none(),
-            };
-            if turned {
-                return Err(word.refuse(Fault::Rotary { letter, from: stood.unwrap_or(0.0) }));
-            }
-            let feeds = matches!(self.modal.motion, Some(MotionCode::Line | MotionCode::Arc(_)));
-            let goes = request.axes().iter().any(Option::is_some);
-            let may_be_chamfer = self.dialect == Dialect::Iso && letter != 'B';
-            if may_be_chamfer && stood.is_none() && word.value != 0.0 && feeds && goes {
-                return Err(word.refuse(Fault::Chamfer { letter }));
-            }
-            if distance == Distance::Absolute {
-                self.rotary[axis] = Some(word.value);
-            }
-        }
         Ok(())
     }
 

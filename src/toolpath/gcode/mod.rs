@@ -12,7 +12,8 @@
 //! | G54 … G59.3, G54.1 P, G110 … G129, G15 H, G10 L2 L20, G52, G92 … G92.3 | zeros of the coordinates, see [`GcodeOptions::work_offsets_mm`] |
 //! | G90 G91, G90.1 G91.1 | absolute or incremental coordinates, and arc centres |
 //! | F with G93 G94 G95, S with G96 G97 | feed, spindle speed |
-//! | A B C | must keep one value; U V W must be 0 |
+//! | A B C | as [`Rotary`] says; where it says nothing they must keep one value; U V W must be 0 |
+//! | G43.4, G43, G49 | whether X, Y and Z are those of the tip while A, B and C turn |
 //! | G28 G28.2 G30 G53; `$H` `$J` | copied as they are; the axes they move are unknown until a G0 or G1 gives them again |
 //! | other G, D E H M N O P Q T words that do not move the tip; `$` `?` `!` `~` lines | copied as they are |
 //! | `( )`, `;`, `%`, `/`, blank lines | copied as they are; [`BlockDelete`] says whether `/` lines count |
@@ -52,8 +53,10 @@ mod pole;
 mod refused;
 mod request;
 mod rewrite;
+mod rotary;
 mod settings;
 mod split;
+mod turn;
 mod unit;
 mod walk;
 mod write_holes;
@@ -68,6 +71,7 @@ pub use notes::Notes;
 pub use offsets::WorkOffset;
 pub use options::{ArcCentres, BlockDelete, Expand, GcodeOptions};
 pub use rewrite::{RewriteError, Rewritten};
+pub use rotary::{Rotary, RotaryAxis, Turned};
 pub use unit::LengthUnit;
 pub use writing::Writing;
 
@@ -194,7 +198,7 @@ impl Program {
     /// When the path would have more points, or an arc leaves the range of coordinates.
     pub fn toolpath_up_to(&self, sampling: Sampling, most: usize) -> Result<Toolpath, GcodeError> {
         let mut points = Vec::with_capacity(self.motions.len());
-        let parameters = |_, motion: &Motion| Some(motion.parameters(motion.pieces(sampling)?));
+        let parameters = |_, motion: &Motion| Some(motion.parameters(motion.pieces(sampling, &self.options.rotary)?));
         self.sample(most, parameters, |point| points.push(*point))?;
         Ok(Toolpath::assemble(points))
     }
@@ -214,7 +218,7 @@ impl Program {
                 let own = parameters(segment, motion).filter(|own| count + own.len() <= most);
                 let own = own.ok_or_else(|| self.refused(motion, Fault::TooManyPoints { most }))?;
                 points.clear();
-                motion.sample(segment, &own, length_mm, &mut points);
+                motion.sample(segment, &own, length_mm, &self.options.rotary, &mut points);
                 // The ends of an arc are within the range; what lies between need not be.
                 if points.iter().any(|point| point.position_mm.amax() > Fault::MAX_COORDINATE_MM) {
                     return Err(self.refused(motion, Fault::TooFar));

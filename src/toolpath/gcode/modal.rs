@@ -67,6 +67,8 @@ pub(crate) struct Modal {
     pub feed: Option<f64>,
     /// The number after S.
     pub spindle: Option<f64>,
+    /// Whether the control keeps the tip in its place while rotary axes turn: G43.4.
+    pub tip_control: bool,
     /// The tool in the spindle: that of the last M6, or before the first that of the last T.
     pub tool: Option<u32>,
     /// The feature the line is in, an index into [`GcodeOptions::features`](super::GcodeOptions::features).
@@ -99,6 +101,7 @@ impl Modal {
             counts_turns: true,
             feed: None,
             spindle: None,
+            tip_control: false,
             tool: None,
             feature: None,
         }
@@ -157,6 +160,8 @@ pub(crate) enum GWord {
     Retract,
     /// The feed of the tool's call or table, which the program does not say.
     FeedOfTool,
+    /// G43.4: X, Y and Z are those of the tip, whatever rotary axes do.
+    TipControl,
     /// The end of the program.
     End,
     /// Other words for the machine, any number of them on a line.
@@ -225,6 +230,7 @@ impl GWord {
             281 | 301 => GWord::Setting(Setting::Stored),
             400 => GWord::Passive("radius compensation"),
             430 | 440 | 490 => GWord::Passive("tool length"),
+            434 => GWord::TipControl,
             431 => GWord::Setting(Setting::Length),
             500 => GWord::Passive("scaling"),
             501 => GWord::Passive("mirroring"),
@@ -279,6 +285,7 @@ impl GWord {
             GWord::PathControl => "path control",
             GWord::End | GWord::Auxiliary => "auxiliary",
             GWord::PolarOff => "polar",
+            GWord::TipControl => "tool length",
             GWord::Passive(group) => group,
         }
     }
@@ -289,7 +296,7 @@ fn unsupported(tenths: u32) -> Unsupported {
     match tenths {
         410..=429 => Unsupported::CutterCompensation,
         730..=769 | 810..=899 => Unsupported::CannedCycle,
-        434 | 435 => Unsupported::ToolCentrePoint,
+        435 => Unsupported::ToolVector,
         160 | 510..=519 | 680..=689 => Unsupported::Transform,
         650..=669 => Unsupported::Subprogram,
         310 | 360 | 370 | 52..=69 | 330..=339 | 380..=389 => Unsupported::Motion,

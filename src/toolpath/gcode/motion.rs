@@ -5,12 +5,13 @@ use std::ops::Range;
 use nalgebra::Vector3;
 
 use crate::toolpath::{
-    PathPoint, PointSource, Sampling,
+    Orientation, PathPoint, PointSource, Sampling,
     gcode::{
         arc::{Arc, Centre},
         cycle::Hole,
         lex::Word,
         modal::{Modal, MotionCode},
+        rotary::{self, Rotary, Turning},
     },
     path::direction,
 };
@@ -84,6 +85,8 @@ impl Geometry {
 
 /// Steps to the nearest place, each shorter than the one before by the distance over the radius.
 const MOST_STEPS: usize = 20;
+/// Shares of a motion between which it is taken as straight.
+const NEARBY: f64 = 1e-5;
 /// A place is found when it moves by less, mm.
 const NEAR_MM: f64 = 1e-7;
 
@@ -100,6 +103,8 @@ pub(crate) struct Motion {
     pub origin: Vector3<f64>,
     pub start: Known,
     pub end: Known,
+    /// How rotary axes turn along it.
+    pub turning: Turning,
     /// For arcs, the centre as the words give it.
     pub centre: Option<Centre>,
     pub geometry: Geometry,
@@ -126,13 +131,17 @@ impl Motion {
 
     /// Into how many pieces the motion is split; `None` when into more than a path may have points. A rapid move is
     /// never split: controllers need not drive it straight, and nothing is cut on the way.
-    pub fn pieces(&self, sampling: Sampling) -> Option<usize> {
+    pub fn pieces(&self, sampling: Sampling, rotary: &Rotary) -> Option<usize> {
+        let turn = self.turn(rotary);
         match (&self.geometry, self.code) {
             (Geometry::Unlocated, _) => Some(0),
             (Geometry::Arrival(_), _) | (_, MotionCode::Rapid) => Some(1),
             (Geometry::Hole(hole), _) => Some(3 + sampling.line_pieces((hole.bottom - hole.clear).norm())?),
-            (Geometry::Line(..), _) => sampling.line_pieces(self.geometry.length()),
-            (Geometry::Arc(arc), _) => sampling.arc_pieces(arc.radius(), arc.sweep_rad(), arc.length()),
+            (Geometry::Line(..), _) => sampling.turning_pieces(self.geometry.length(), turn),
+            (Geometry::Arc(arc), _) => {
+                let of_arc = sampling.arc_pieces(arc.radius(), arc.sweep_rad(), arc.length())?;
+                Some(of_arc.max(sampling.turning_pieces(0.0, turn)?))
+            }
         }
     }
 
@@ -144,21 +153,56 @@ impl Motion {
         }
     }
 
+    /// The most by which the tool turns along it, rad, seen from the workpiece.
+    fn turn(&self, rotary: &Rotary) -> f64 {
+        if !self.turning.turns() {
+            return 0.0;
+        }
+        // An axis may turn the tool about itself, or out and back.
+        let turned = |letter: char| {
+            let axis = rotary::index(letter);
+            if rotary.has(letter) { (self.turning.to[axis] - self.turning.from[axis]).abs().to_radians() } else { 0.0 }
+        };
+        ['A', 'B', 'C'].map(turned).iter().sum()
+    }
+
+    /// Position in W, mm, and unit tangent at `t` from 0 to 1, whatever its coordinates are those of.
+    pub fn at(&self, t: f64, rotary: &Rotary) -> Option<(Vector3<f64>, Vector3<f64>)> {
+        let (position, tangent) = self.geometry.at(t)?;
+        if !self.turning.displaces() {
+            return Some((position, tangent));
+        }
+        let tip = |t: f64| Some(rotary.tip(self.geometry.at(t)?.0, &self.turning.at(t)));
+        let tangent = match self.geometry {
+            Geometry::Arrival(_) => tangent,
+            _ => direction(tip((t + NEARBY).min(1.0))? - tip((t - NEARBY).max(0.0))?),
+        };
+        Some((tip(t)?, tangent))
+    }
+
     /// Adds the points of the motion at `parameters` to `points`; `segment` is its index in the program and `before_mm` the
     /// length of the path before it.
-    pub fn sample(&self, segment: usize, parameters: &[f64], before_mm: f64, points: &mut Vec<PathPoint>) {
+    pub fn sample(
+        &self,
+        segment: usize,
+        parameters: &[f64],
+        before_mm: f64,
+        rotary: &Rotary,
+        points: &mut Vec<PathPoint>,
+    ) {
         let length = self.geometry.length();
         for &parameter in parameters {
             let (so_far, cutting) = match &self.geometry {
                 Geometry::Hole(hole) => (hole.length_to(parameter), Hole::feeds_at(parameter)),
                 _ => (length * parameter, self.code != MotionCode::Rapid),
             };
-            let Some((position_mm, tangent)) = self.geometry.at(parameter) else {
+            let Some((position_mm, tangent)) = self.at(parameter, rotary) else {
                 return;
             };
             points.push(PathPoint {
                 position_mm,
-                orientation: None,
+                orientation: (!rotary.is_empty())
+                    .then(|| Orientation::ToolAxis(rotary.tool_axis(&self.turning.at(parameter)))),
                 tangent,
                 arc_length_mm: before_mm + so_far,
                 cutting,

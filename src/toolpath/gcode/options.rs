@@ -9,6 +9,7 @@ use crate::toolpath::gcode::{
     Dialect,
     modal::{Distance, LengthUnit},
     offsets::WorkOffset,
+    rotary::Rotary,
 };
 
 /// What a program does not say itself.
@@ -32,6 +33,8 @@ pub struct GcodeOptions {
     /// Texts that begin a feature of the program where a line, comments included, has one of them; of several, the longest.
     /// It ends at the next or at a tool change.
     pub features: Vec<String>,
+    /// What A, B and C turn.
+    pub rotary: Rotary,
     /// Whether whoever reads the file is to write it out first, by [`Program::parse_expanded`](super::Program::parse_expanded).
     pub expand: Expand,
 }

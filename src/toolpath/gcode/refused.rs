@@ -18,9 +18,9 @@ pub enum Unsupported {
     /// G16, G50, G51, G68: polar, scaled and rotated coordinates.
     #[error("polar, scaled or rotated coordinates are not supported; expected plain coordinates")]
     Transform,
-    /// G43.4, G43.5.
-    #[error("tool centre point control of rotary axes is not supported; expected rotary axes that stand still and G43")]
-    ToolCentrePoint,
+    /// G43.5.
+    #[error("tool axes as vectors (G43.5) are not supported; expected angles of rotary axes with G43.4")]
+    ToolVector,
     /// G5, G6, G33, G38 and other motions.
     #[error("this motion is not supported; expected G0, G1, G2 or G3")]
     Motion,

@@ -121,6 +121,11 @@ impl<'w> Request<'w> {
         ['X', 'Y', 'Z'].map(|letter| self.letter(letter))
     }
 
+    /// The A, B and C words.
+    pub fn rotary(&self) -> [Option<&'w Word>; 3] {
+        ['A', 'B', 'C'].map(|letter| self.letter(letter))
+    }
+
     /// The I, J and K words.
     pub fn centres(&self) -> [Option<&'w Word>; 3] {
         ['I', 'J', 'K'].map(|letter| self.letter(letter))

@@ -1,5 +1,7 @@
 //! Writing a program back with moved points.
 
+use std::borrow::Cow;
+
 use nalgebra::Vector3;
 use thiserror::Error;
 
@@ -160,13 +162,14 @@ impl Program {
         self.walk(|block| {
             (line..block.line).for_each(|index| writer.copy(index));
             line = block.line + 1;
-            let mut targets = Vec::with_capacity(block.motions.len());
+            let mut on_block = Vec::with_capacity(block.motions.len());
             for motion in &block.motions {
                 let points = next..self.end_of(motion, segment, next, path)?;
-                targets
-                    .push(Targets { points: &path.points()[points.clone()], corrected: &corrected_mm[points.clone()] });
+                on_block.push(self.coordinates(motion, &path.points()[points.clone()], &corrected_mm[points.clone()]));
                 (segment, next) = (segment + 1, points.end);
             }
+            let targets: Vec<Targets> =
+                on_block.iter().map(|(points, corrected)| Targets { points, corrected }).collect();
             match (block.motions.first().map(|motion| motion.code), &block.origin_at) {
                 (Some(MotionCode::Cycle(_)), _) => writer.holes(block, &block.motions, &targets),
                 (Some(_), _) => {
@@ -200,6 +203,27 @@ impl Program {
         })
     }
 
+    /// The points of a motion and where they should be, both in the coordinates that its words are.
+    fn coordinates<'a>(
+        &self,
+        motion: &Motion,
+        points: &'a [PathPoint],
+        corrected_mm: &'a [Vector3<f64>],
+    ) -> (Cow<'a, [PathPoint]>, Cow<'a, [Vector3<f64>]>) {
+        if !motion.turning.displaces() {
+            return (points.into(), corrected_mm.into());
+        }
+        let head = |point: &PathPoint, at: &Vector3<f64>| {
+            self.options.rotary.head(*at, &motion.turning.at(point.source.parameter))
+        };
+        let own = points.iter().map(|point| PathPoint {
+            position_mm: motion.geometry.at(point.source.parameter).map_or(point.position_mm, |(at, _)| at),
+            ..*point
+        });
+        let corrected = points.iter().zip(corrected_mm).map(|(point, at)| head(point, at));
+        (own.collect(), corrected.collect())
+    }
+
     fn foreign(&self) -> RewriteError {
         RewriteError::ForeignPath { program: self.name.clone() }
     }
@@ -209,7 +233,7 @@ impl Program {
         let points = path.points();
         let mut next = first;
         while let Some(point) = points.get(next).filter(|point| point.source.segment == segment) {
-            let here = motion.geometry.at(point.source.parameter);
+            let here = motion.at(point.source.parameter, &self.options.rotary);
             if here.map(|(position, _)| position) != Some(point.position_mm) {
                 return Err(self.foreign());
             }

@@ -1,0 +1,86 @@
+//! What A, B and C of a line do.
+
+use crate::toolpath::gcode::{
+    Dialect,
+    error::{Fault, Refusal},
+    interpret::Interpreter,
+    lex::Word,
+    modal::{Distance, GWord, MotionCode},
+    request::Request,
+    rotary::{Turning, index},
+};
+
+impl Interpreter {
+    /// Where A, B and C stand after the line. Those of which it is not known what they turn may be named, but must stand still.
+    pub(super) fn turn(&mut self, request: &Request) -> Result<(), Refusal> {
+        self.rotary_before = self.rotary;
+        for (axis, letter) in ['A', 'B', 'C'].into_iter().enumerate() {
+            let Some(word) = request.letter(letter) else { continue };
+            let distance = word.distance.unwrap_or(self.modal.distance);
+            let is_followed = self.rotary_axes.has(letter) && request.setting().is_none();
+            if is_followed {
+                self.rotary[axis] = match distance {
+                    _ if request.leaves() => None,
+                    Distance::Absolute => Some(word.value),
+                    Distance::Incremental => Some(self.rotary[axis].unwrap_or(0.0) + word.value),
+                };
+            } else {
+                self.stand_still(request, letter, word, distance)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn stand_still(&mut self, request: &Request, letter: char, word: &Word, distance: Distance) -> Result<(), Refusal> {
+        let axis = index(letter);
+        let stood = self.rotary[axis];
+        let turned = match distance {
+            _ if request.setting().is_some() => stood.is_some_and(|stood| stood != word.value),
+            Distance::Absolute => stood.is_some_and(|stood| stood != word.value),
+            Distance::Incremental => word.value != 0.0 && request.g(GWord::Home).is_none(),
+        };
+        if turned {
+            return Err(word.refuse(Fault::Rotary { letter, from: stood.unwrap_or(0.0) }));
+        }
+        let feeds = matches!(self.modal.motion, Some(MotionCode::Line | MotionCode::Arc(_)));
+        let goes = request.axes().iter().any(Option::is_some);
+        let may_be_chamfer = self.dialect == Dialect::Iso && letter != 'B';
+        if may_be_chamfer && stood.is_none() && word.value != 0.0 && feeds && goes {
+            return Err(word.refuse(Fault::Chamfer { letter }));
+        }
+        if distance == Distance::Absolute {
+            self.rotary[axis] = Some(word.value);
+        }
+        Ok(())
+    }
+
+    /// How they turn along the line; an axis of which nothing was said stands at 0.
+    pub(super) fn turning(&self) -> Turning {
+        let followed = |stands: [Option<f64>; 3]| {
+            let at = |letter: char| stands[index(letter)].filter(|_| self.rotary_axes.has(letter)).unwrap_or(0.0);
+            ['A', 'B', 'C'].map(at)
+        };
+        let of_tip = self.modal.tip_control || self.rotary_axes.always_of_tip;
+        Turning { from: followed(self.rotary_before), to: followed(self.rotary), of_tip }
+    }
+
+    /// The first of them that does not stand at 0, and where it stands.
+    pub(super) fn turned_axis(&self) -> Option<(char, f64)> {
+        let turning = self.turning();
+        ['A', 'B', 'C'].into_iter().zip(turning.to).find(|(_, at)| *at != 0.0)
+    }
+
+    /// Whether it is known where the tip is along the line.
+    pub(super) fn check_turning(&self, turning: &Turning, word: &Word) -> Result<(), Refusal> {
+        if turning.of_tip {
+            let unknown = ['A', 'B', 'C'].into_iter().filter(|letter| !self.rotary_axes.has(*letter));
+            let turned = unknown.filter_map(|letter| Some((letter, self.rotary[index(letter)]?)));
+            return match turned.into_iter().find(|(_, at)| *at != 0.0) {
+                Some((letter, at)) => Err(word.refuse(Fault::UnknownRotary { letter, at })),
+                None => Ok(()),
+            };
+        }
+        let without = [turning.from, turning.to].iter().find_map(|angles| self.rotary_axes.without_place(angles));
+        without.map_or(Ok(()), |letter| Err(word.refuse(Fault::NoPivot { letter })))
+    }
+}

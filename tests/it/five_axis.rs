@@ -1,0 +1,223 @@
+//! G-code with rotary axes: control of the tip and machine coordinates, heads and tables.
+
+use kinetostat::toolpath::{
+    Orientation, Sampling, Toolpath,
+    gcode::{GcodeOptions, Program, Rotary, RotaryAxis, Turned, Writing},
+};
+use nalgebra::Vector3;
+use proptest::prelude::*;
+
+use crate::support::command::told;
+
+fn axis(letter: char, about: Vector3<f64>, turns: Turned, through_mm: Option<[f64; 3]>) -> RotaryAxis {
+    RotaryAxis { letter, about, turns, through_mm: through_mm.map(Vector3::from) }
+}
+
+/// A table that swivels about x and turns about z on it, 50 mm under the part.
+fn table() -> Rotary {
+    let through = Some([0.0, 0.0, -50.0]);
+    let axes =
+        vec![axis('A', Vector3::x(), Turned::Workpiece, through), axis('C', Vector3::z(), Turned::Workpiece, through)];
+    Rotary { axes, always_of_tip: false }
+}
+
+/// A fork head whose pivot is 200 mm above the tip.
+fn head() -> Rotary {
+    let through = Some([0.0, 0.0, 200.0]);
+    let axes = vec![axis('C', Vector3::z(), Turned::Tool, through), axis('B', Vector3::y(), Turned::Tool, through)];
+    Rotary { axes, always_of_tip: false }
+}
+
+fn options(rotary: Rotary) -> GcodeOptions {
+    GcodeOptions { rotary, ..GcodeOptions::default() }
+}
+
+fn read(source: &str, rotary: Rotary) -> (Program, Toolpath) {
+    let program = Program::parse(source, "part.nc", &options(rotary)).unwrap();
+    let path = program.toolpath(Sampling::default()).unwrap();
+    (program, path)
+}
+
+fn refused(source: &str, rotary: Rotary) -> String {
+    Program::parse(source, "part.nc", &options(rotary)).unwrap_err().to_string()
+}
+
+fn axis_of(path: &Toolpath, k: usize) -> Vector3<f64> {
+    match path.points()[k].orientation {
+        Some(Orientation::ToolAxis(axis)) => axis,
+        other => panic!("{other:?}"),
+    }
+}
+
+const TIP: &str = "G21 G90 G17\nG0 X0 Y0 Z20 B0 C0\nG43.4 H1\nG0 Z2\nG1 Z0 F300\nG1 X20 B10 F600\nX40 Y10 B-20 C30 (swing)\nG2 X60 Y10 \
+                   I10 J0 C60\nG1 B0 C0\nG49\nG0 Z20\nM30\n";
+
+#[test]
+fn with_control_of_the_tip_coordinates_are_those_of_the_tip_and_angles_turn_the_tool() {
+    let (program, path) = read(TIP, head());
+    let last_of = |segment: usize| path.points().iter().rposition(|point| point.source.segment == segment).unwrap();
+    let (sin, cos) = 10f64.to_radians().sin_cos();
+    let end = last_of(3);
+    assert_eq!(program.line_of(3), Some(6));
+    assert_eq!(path.points()[end].position_mm, Vector3::new(20.0, 0.0, 0.0));
+    assert!((axis_of(&path, end) - Vector3::new(sin, 0.0, cos)).norm() < 1e-12);
+    // Between, the angles turn evenly, here 20 pieces of 1 mm and half a degree each.
+    assert_eq!(end - last_of(2), 20);
+    let half = axis_of(&path, end - 10);
+    assert!((half - Vector3::new(5f64.to_radians().sin(), 0.0, 5f64.to_radians().cos())).norm() < 1e-12);
+    // A line of angles alone turns the tool about its tip, 80 degrees in pieces of 2 at most.
+    let turning = last_of(6);
+    assert_eq!(path.points()[turning].position_mm, path.points()[last_of(5)].position_mm);
+    assert_eq!(turning - last_of(5), 40);
+    assert_eq!(axis_of(&path, turning), Vector3::z());
+}
+
+#[test]
+fn in_machine_coordinates_the_tip_is_where_the_machine_brings_it() {
+    // The head swings by 30 degrees about its pivot while it stays: the tip goes round it.
+    let (_, path) = read("G21 G90\nG0 X0 Y0 Z0 B0 C0\nG1 X0 B30 F100\n", head());
+    let (sin, cos) = 30f64.to_radians().sin_cos();
+    let last = path.points().last().unwrap();
+    assert!((last.position_mm - Vector3::new(-200.0 * sin, 0.0, 200.0 * (1.0 - cos))).norm() < 1e-9);
+    assert!((last.tangent - Vector3::new(-cos, 0.0, sin)).norm() < 1e-4);
+    let circumference = path.points().windows(2).map(|pair| (pair[1].position_mm - pair[0].position_mm).norm());
+    assert!((circumference.sum::<f64>() - 200.0 * 30f64.to_radians()).abs() < 0.01);
+    // A turn of the table by 90 degrees, the tool beside its centre: the tool goes round the part.
+    let (_, path) = read("G21 G90\nG0 X30 Y0 Z0 A0 C0\nG1 C90 F100\n", table());
+    assert!((path.points().last().unwrap().position_mm - Vector3::new(0.0, -30.0, 0.0)).norm() < 1e-9);
+    assert!(path.points().iter().all(|point| (point.position_mm.norm() - 30.0).abs() < 1e-9));
+}
+
+#[test]
+fn what_is_not_known_of_rotary_axes_is_refused_by_name() {
+    assert_eq!(
+        refused("G0 X0 Y0 Z0 A0\nG1 A10 F9\n", Rotary::default()),
+        "part.nc:2:4: A10: turns A, which stood at 0; expected rotary axes that keep one value, or [[gcode.rotary]] in the process file, \
+         which says what A turns"
+    );
+    let mut nowhere = head();
+    nowhere.axes[1].through_mm = None;
+    assert_eq!(
+        refused("G0 X0 Y0 Z0 B0\nG1 X5 B10 F9\n", nowhere.clone()),
+        "part.nc:2:4: X5: B is not 0 and X, Y and Z are not those of the tip; expected G43.4 before, through_mm of B in \
+         [[gcode.rotary]], or rotary_tip = \"always\" in [gcode]"
+    );
+    assert!(Program::parse("G0 X0 Y0 Z0 B0\nG43.4\nG1 X5 B10 F9\n", "part.nc", &options(nowhere.clone())).is_ok());
+    let always = Rotary { always_of_tip: true, ..nowhere };
+    assert!(Program::parse("G0 X0 Y0 Z0 B0\nG1 X5 B10 F9\n", "part.nc", &options(always)).is_ok());
+    assert_eq!(
+        refused("G0 X0 Y0 Z0 A20\nG43.4 H1\nG1 X5 F9\n", head()),
+        "part.nc:3:4: X5: A = 20 with control of the tip; expected [[gcode.rotary]] in the process file, which says what A turns"
+    );
+    assert_eq!(
+        refused("G0 X0 Y0 Z0 B20\nG81 X5 R2 Z-3 F9\n", head()),
+        "part.nc:2:1: G81: a cycle with the tool turned (B = 20); expected it written out as G0 and G1 moves"
+    );
+    assert!(refused("G43.5 X0 Y0 Z0 I0 J0 K1\n", head()).contains("tool axes as vectors (G43.5) are not supported"));
+}
+
+#[test]
+fn a_move_that_is_split_turns_on_as_it_did() {
+    let source = "G21 G90\nG43.4 H1\nG0 X0 Y0 Z0 B0 C0\nG1 X10 B10. C-20 F500 (a)\nG91\nG1 X10 B-5.5 C10\nG90\nX0 B0\n";
+    let (program, path) = read(source, head());
+    let mut bent = path.positions_mm();
+    for (at, point) in bent.iter_mut().zip(path.points()) {
+        at.z += 0.02 * point.position_mm.x * (1.0 - point.source.parameter);
+    }
+    let rewritten = program.rewrite(&path, &bent, program.own_format()).unwrap();
+    let text = String::from_utf8(rewritten.bytes().to_vec()).unwrap();
+    assert!(
+        text.starts_with("G21 G90\nG43.4 H1\nG0 X0 Y0 Z0 B0 C0\nG1 X1.000 Z0.018 B1.0000 C-2.0000 F500 (a)\n"),
+        "{text}"
+    );
+    assert!(text.contains("\nX10 Z0.000 B10. C-20\nG91\n"), "{text}");
+    let back = rewritten.read_back().unwrap();
+    for (point, (wanted, own)) in back.points().iter().zip(bent.iter().zip(path.points())) {
+        assert!((point.position_mm - wanted).amax() <= 1.001e-3);
+        assert!(point.orientation.unwrap().angle_to(&own.orientation.unwrap()) < 3e-6);
+    }
+}
+
+#[test]
+fn a_five_axis_program_is_compensated_on_an_arm_and_a_hexapod() {
+    for (machine, origin, down) in [("kr270", "1700.0, 0.0, 560.0", 180), ("hexapod", "0.0, 0.0, 900.0", 180)] {
+        let folder = tempfile::tempdir().unwrap();
+        let place = |name: &str| folder.path().join(name).display().to_string();
+        let program = "G21 G90 G17\nG43.4 H1\nG0 X0 Y0 Z0 A0 C0\nG1 X20 A8 F600\nG3 X20 Y20 I0 J10 A-4 C20\nG1 X0 Y20 A0 C0\nM30\n";
+        std::fs::write(place("part.nc"), program).unwrap();
+        let _ = down;
+        let process = format!(
+            "schema = 1\n[placement]\norigin_mm = [{origin}]\n[[gcode.rotary]]\nletter = \"C\"\nabout = [0.0, 0.0, 1.0]\nturns = \"tool\"\n\
+             [[gcode.rotary]]\nletter = \"A\"\nabout = [1.0, 0.0, 0.0]\nturns = \"tool\"\n"
+        );
+        std::fs::write(place("free.toml"), &process).unwrap();
+        let force = "[force.path_frame]\nlaw = \"rotated\"\nradial_force_N = 300.0\ntangential_force_N = -200.0\naxial_force_N = -100.0\n";
+        std::fs::write(place("cut.toml"), process + force).unwrap();
+        let run = |process: &str, out: &str| {
+            let arguments = ["compensate", &place("part.nc"), "--machine", machine, "--process", &place(process)];
+            told(&[&arguments[..], &["--out", &place(out), "--quiet"]].concat())
+        };
+        let (code, text, said) = run("free.toml", "same.nc");
+        if machine == "hexapod" {
+            // Its tool points up at home, and the program has it point down.
+            assert!((text + &said).contains("part.nc"), "{machine}");
+            assert_ne!(code, Some(0));
+            continue;
+        }
+        assert_eq!(code, Some(0), "{machine}: {text}{said}");
+        assert_eq!(std::fs::read_to_string(place("same.nc")).unwrap(), program);
+        let (code, text, said) = run("cut.toml", "out.nc");
+        assert_eq!(code, Some(0), "{machine}: {text}{said}");
+        let report = std::fs::read_to_string(place("out.nc.report.json")).unwrap();
+        let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+        let passes = report["passes"].as_array().unwrap();
+        let left = |pass: &serde_json::Value| pass["error_max_mm"].as_f64().unwrap();
+        assert!(left(&passes[0]) > 0.1 && left(passes.last().unwrap()) < 0.006, "{report:#}");
+    }
+}
+
+/// Programs that turn, of moves with some of the words.
+fn programs() -> impl Strategy<Value = String> {
+    let word = |letter: char, range: std::ops::Range<i32>| {
+        proptest::option::of(range)
+            .prop_map(move |n| n.map_or(String::new(), |n| format!(" {letter}{}", f64::from(n) / 10.0)))
+    };
+    let line = (
+        0..2u8,
+        word('X', -300..300),
+        word('Y', -300..300),
+        word('Z', -100..100),
+        word('B', -400..400),
+        word('C', -900..900),
+    )
+        .prop_map(|(code, x, y, z, b, c)| format!("G{code}{x}{y}{z}{b}{c}\n"));
+    (proptest::collection::vec(line, 1..12), any::<bool>(), any::<bool>()).prop_map(|(lines, tip, steps)| {
+        let tip = if tip { "G43.4 H1\n" } else { "" };
+        format!(
+            "G21 G90 G94\n{tip}G0 X0 Y0 Z0 B0 C0\nF800\n{}{}M30\n",
+            if steps { "G91\n" } else { "" },
+            lines.concat()
+        )
+    })
+}
+
+proptest! {
+    #[test]
+    fn programs_that_turn_keep_their_bytes_or_go_where_they_are_sent(
+        source in programs(), x in -0.05..0.05f64, z in -0.002..0.002f64,
+    ) {
+        let (program, path) = read(&source, head());
+        let own = path.positions_mm();
+        let rewritten = program.rewrite(&path, &own, program.own_format()).unwrap();
+        prop_assert_eq!(std::str::from_utf8(rewritten.bytes()).unwrap(), source.as_str());
+        let moved: Vec<Vector3<f64>> = own.iter().map(|p| p + Vector3::new(x, 0.0, z * p.x)).collect();
+        let rewritten = program.rewrite(&path, &moved, Writing::within(0.0, program.own_format())).unwrap();
+        let back = rewritten.read_back().unwrap();
+        prop_assert_eq!(back.len(), path.len());
+        for (point, (wanted, own)) in back.points().iter().zip(moved.iter().zip(path.points())) {
+            let off = (point.position_mm - wanted).norm();
+            prop_assert!(off < 3e-3, "{off} at {:?}\n{}", own.source, String::from_utf8_lossy(rewritten.bytes()));
+            prop_assert!(point.orientation.unwrap().angle_to(&own.orientation.unwrap()) < 1e-5);
+        }
+    }
+}
