@@ -93,8 +93,16 @@ fn what_sinumerik_has_and_is_not_followed_is_named() {
             "4: `X5`",
             "coordinate on a line with G4, which is no motion to it; expected it on a line of its own",
         ),
-        ("TRANS C30", "7: `C30`", "turns C, which stood at 0; expected rotary axes that keep one value"),
-        ("G1 X5 C30\nC40", "", "turns C, which stood at 30; expected rotary axes that keep one value"),
+        (
+            "TRANS C30",
+            "7: `C30`",
+            "turns C, which stood at 0; expected rotary axes that keep one value, or [[gcode.rotary]] in the process file, which says what C turns",
+        ),
+        (
+            "G1 X5 C30\nC40",
+            "",
+            "turns C, which stood at 30; expected rotary axes that keep one value, or [[gcode.rotary]] in the process file, which says what C turns",
+        ),
         ("G1 X5 X=6", "7: `X=6`", "second X word on the line; expected one"),
         ("G1 X5 I2", "7: `I2`", "arc word on a line that is no arc; expected G2 or G3 in force"),
         (
@@ -223,7 +231,7 @@ fn what_heidenhain_has_and_is_not_followed_is_named() {
     );
     assert_eq!(
         heidenhain("L C+0 FMAX\nL C+90"),
-        "part:5:3: `C+90`: turns C, which stood at 0; expected rotary axes that keep one value (read as Heidenhain)"
+        "part:5:3: `C+90`: turns C, which stood at 0; expected rotary axes that keep one value, or [[gcode.rotary]] in the process file, which says what C turns (read as Heidenhain)"
     );
 }
 

@@ -47,8 +47,8 @@ fn features_that_cannot_be_followed_are_refused_by_name() {
              expected plain coordinates",
         ),
         (
-            "G43.4 H1",
-            "part.nc:3:1: `G43.4`: tool centre point control of rotary axes is not supported; expected rotary axes that stand still and G43",
+            "G43.5 H1",
+            "part.nc:3:1: `G43.5`: tool axes as vectors (G43.5) are not supported; expected angles of rotary axes with G43.4",
         ),
         (
             "G10 L50",
@@ -222,11 +222,11 @@ fn rotary_axes_may_be_named_but_not_turned() {
     );
     assert_eq!(
         third("A0. X1\nX2 A90"),
-        "part.nc:4:4: `A90`: turns A, which stood at 0; expected rotary axes that keep one value"
+        "part.nc:4:4: `A90`: turns A, which stood at 0; expected rotary axes that keep one value, or [[gcode.rotary]] in the process file, which says what A turns"
     );
     assert_eq!(
         third("G91 B5"),
-        "part.nc:3:5: `B5`: turns B, which stood at 0; expected rotary axes that keep one value"
+        "part.nc:3:5: `B5`: turns B, which stood at 0; expected rotary axes that keep one value, or [[gcode.rotary]] in the process file, which says what B turns"
     );
 }
 
