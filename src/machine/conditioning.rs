@@ -1,6 +1,8 @@
 //! How far a machine is from a singularity, whatever its kind.
 
-use super::{Configuration, Coordinate, Machine, Motion};
+use nalgebra::{Matrix6, Vector6};
+
+use super::{Configuration, Coordinate, Machine, Motion, MoveScrew};
 
 impl Machine {
     /// Inverse condition number of the Jacobian between the drives and the controlled task coordinates at `at`: its smallest singular
@@ -25,5 +27,26 @@ impl Machine {
         let values = jacobian.singular_values();
         let (least, most) = (values.min(), values.max());
         if most > 0.0 { least / most } else { 0.0 }
+    }
+
+    /// [`Machine::conditioning`] of an arm with a spherical wrist that controls all six coordinates by its six hinges, from their axes:
+    /// for many postures. `None` for other machines.
+    pub(crate) fn arm_conditioning(&self, at: &Configuration) -> Option<f64> {
+        let first = self.first_of_arm().filter(|_| self.controls.len() == 6)?;
+        let chain = &self.chains[0];
+        let mut values = Vec::with_capacity(chain.virtual_count);
+        chain.rigid_values(&at.drives, &[], &mut values);
+        let mut screws: Vec<MoveScrew> = Vec::new();
+        chain.forward(&values, &mut screws);
+        let mut joints = Matrix6::zeros();
+        for (column, drive) in chain.drives[first..].iter().enumerate() {
+            let twist = screws.iter().find(|screw| screw.coordinate == drive.coordinate)?.twist;
+            let [v, w] = [twist.linear / self.reach, twist.angular];
+            joints.set_column(column, &Vector6::new(v.x, v.y, v.z, w.x, w.y, w.z));
+        }
+        let coupled = Matrix6::from_fn(|joint, drive| chain.joint_per_drive(first + joint, first + drive));
+        let values = (joints * coupled).singular_values();
+        let (least, most) = (values.min(), values.max());
+        Some(if most > 0.0 { least / most } else { 0.0 })
     }
 }

@@ -6,6 +6,7 @@ pub mod file;
 mod milling;
 mod placement;
 pub(crate) mod tilt;
+mod tool_turn;
 mod tool_turns;
 mod workpiece;
 
@@ -13,4 +14,5 @@ pub use cutting_rule::CuttingRule;
 pub use file::Process;
 pub use milling::{ForceLaw, MillingForce};
 pub use placement::{PathReference, Placed, Placement};
+pub use tool_turn::{Redundancy, ToolTurn, TurnCost, TurnObjective};
 pub use workpiece::{Extent, Feature, ForbiddenBox};

@@ -16,6 +16,7 @@ pub mod demands;
 pub mod explore;
 mod external_axes;
 mod failure;
+pub mod free_turn;
 #[cfg(feature = "report")]
 mod into_folder;
 mod led_along;

@@ -1,6 +1,6 @@
 //! A toolpath: points in order, and where each came from.
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use thiserror::Error;
 
 use super::Orientation;
@@ -140,6 +140,15 @@ impl Toolpath {
     pub fn with_feed(mut self, feed_mm_per_min: f64) -> Toolpath {
         for point in self.points.iter_mut().filter(|point| point.cutting) {
             point.feed_mm_per_min = Some(feed_mm_per_min);
+        }
+        self
+    }
+
+    /// The same path, the platform oriented as these say (`R_WP`), one for each point.
+    #[must_use]
+    pub fn with_platforms(mut self, platforms: &[UnitQuaternion<f64>]) -> Toolpath {
+        for (point, platform) in self.points.iter_mut().zip(platforms) {
+            point.orientation = Some(Orientation::Platform(*platform));
         }
         self
     }

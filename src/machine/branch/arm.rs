@@ -204,6 +204,11 @@ pub(super) fn joints(chain: &Chain, first: usize, values: &[f64]) -> [f64; 6] {
 }
 
 impl Machine {
+    /// Index of the first of the six drives of a six-axis arm with a spherical wrist; `None` of other machines.
+    pub(crate) fn first_of_arm(&self) -> Option<usize> {
+        self.arm.as_ref().map(|arm| arm.first)
+    }
+
     /// Where the joints of the arm stand at `at`, rad.
     fn arm_joints(&self, arm: &Arm, at: &Configuration) -> [f64; 6] {
         let chain = &self.chains[0];

@@ -58,6 +58,36 @@ impl Machine {
             .collect()
     }
 
+    /// The postures in which an arm meets `target`, as its axes alone say: drives as [`Machine::postures_at`] finds them but for full
+    /// turns, to within what an arm may miss a spherical wrist by. For many poses; empty for other machines.
+    pub(crate) fn postures_in_closed_form(&self, target: &Pose) -> Vec<(Branch, Vec<f64>)> {
+        let Some(arm) = self.arm.as_ref() else { return Vec::new() };
+        let chain = &self.chains[0];
+        let mut values = vec![0.0; chain.virtual_count];
+        chain.add_joints(&self.home.drives, &mut values);
+        let drives = &chain.drives[arm.first..];
+        let free = values[drives[3].coordinate];
+        let posture = |joints: [f64; 6]| {
+            for (drive, joint) in drives.iter().zip(joints) {
+                values[drive.coordinate] = joint;
+            }
+            (Branch::of_signs(arm.signs(&joints)), chain.commanded(&values))
+        };
+        arm.solutions(target, free).into_iter().map(posture).collect()
+    }
+
+    /// Where an arm of one chain stands with its drives at `drives`, its hinges turned as often as [`Machine::postures_at`] turns them;
+    /// `None` where travel does not allow it.
+    pub(crate) fn posture_within_travel(&self, drives: &[f64]) -> Option<Configuration> {
+        let mut at = self.serial_posture(drives);
+        self.turn_nearest_to_home(&mut at);
+        if self.limit_excess(&at) > 0.0 {
+            self.turn_within_travel(&mut at);
+            self.turn_nearest_to_travel(&mut at);
+        }
+        (self.limit_excess(&at) == 0.0).then_some(at)
+    }
+
     /// The same machine, at home on `branch`: it stands on no other, and what it reaches on others only is unreachable.
     ///
     /// # Errors

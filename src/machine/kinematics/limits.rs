@@ -44,7 +44,7 @@ impl Machine {
     }
 
     /// Takes hinge drives beyond their travel a full turn back or on where that brings them within.
-    fn turn_within_travel(&self, at: &mut Configuration) {
+    pub(in crate::machine) fn turn_within_travel(&self, at: &mut Configuration) {
         for (((_, drive), turn), rho) in self.drives().zip(self.full_turns()).zip(&mut at.drives) {
             let (Some((low, high)), Some(turn)) = (drive.travel, turn) else { continue };
             let (up, down) = (*rho + ((low - *rho) / turn).ceil() * turn, *rho - ((*rho - high) / turn).ceil() * turn);

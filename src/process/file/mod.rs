@@ -7,6 +7,8 @@ pub(crate) mod force_spec;
 mod resolve;
 pub(crate) mod spec;
 mod tool_force;
+#[cfg(not(target_family = "wasm"))]
+mod tool_turn;
 
 use crate::{
     compensation::{ErrorNorm, Target},
@@ -17,7 +19,7 @@ use crate::{
     },
     machine::{ChainError, Machine},
     process::{
-        CuttingRule, PathReference, Placement,
+        CuttingRule, PathReference, Placement, ToolTurn,
         cutting::{CuttingLaw, LoadError, OwnForces, PathLoad},
         file::spec::ProcessSpec,
         tool_turns::not_followed,
@@ -58,6 +60,8 @@ pub struct Process {
     /// Along a program, the length behind a corner over which the cutting force goes over from one move to the next, mm; at 0 it
     /// jumps.
     pub corner_mm: f64,
+    /// How the turn about the tool's axis is chosen.
+    pub tool_turn: ToolTurn,
     /// What a G-code program does not say itself.
     pub gcode: GcodeOptions,
     /// How written coordinates are rounded.

@@ -49,10 +49,20 @@ pub struct ProcessSpec {
     /// What compensation puts right.
     #[serde(default)]
     pub compensate: CompensateTable,
+    /// How the turn about the tool's axis is chosen.
+    #[serde(default)]
+    pub tool_turn: ToolTurnTable,
     /// What a G-code program does not say itself.
     #[serde(default)]
     pub gcode: GcodeSpec,
 }
+
+/// The table `tool_turn`.
+#[cfg(not(target_family = "wasm"))]
+pub(crate) type ToolTurnTable = super::tool_turn::ToolTurnSpec;
+/// The same on pages, which have the path as it was turned.
+#[cfg(target_family = "wasm")]
+pub(crate) type ToolTurnTable = serde::de::IgnoredAny;
 
 impl ProcessSpec {
     /// Tables that only a toolpath has a use for and that say something.
@@ -64,6 +74,8 @@ impl ProcessSpec {
             ("cutting", self.cutting != CuttingRuleSpec::default()),
             ("sampling", self.sampling != SamplingSpec::default()),
             ("limits", self.limits != LimitsSpec::default()),
+            #[cfg(not(target_family = "wasm"))]
+            ("tool_turn", self.tool_turn != ToolTurnTable::default()),
             ("gcode", self.gcode != GcodeSpec::default()),
         ];
         given.iter().filter(|(_, says_something)| *says_something).map(|(name, _)| *name).collect()
