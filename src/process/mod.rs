@@ -4,10 +4,10 @@ pub mod cutting;
 mod cutting_rule;
 pub mod file;
 mod milling;
+mod not_followed;
 mod placement;
 pub(crate) mod tilt;
 mod tool_turn;
-mod tool_turns;
 mod workpiece;
 
 pub use cutting_rule::CuttingRule;

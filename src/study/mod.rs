@@ -60,6 +60,7 @@ question::questions! {
     superposition: Superposition(superposition::SuperpositionStudy),
     validation: Validation(validation::ValidationStudy),
     online: Online(online::OnlineStudy),
+    turn_map: TurnMap(turn_map::TurnMapStudy),
 }
 
 /// A checked study, ready to run.

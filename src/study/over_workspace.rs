@@ -132,13 +132,23 @@ pub(super) fn map_box(
     machine: &Machine,
     check: &Check,
 ) -> Result<[Vector3<f64>; 2]> {
+    corners_or(min_mm, max_mm, [machine.workspace.min, machine.workspace.max], check)
+}
+
+/// The box between two corners, or `default` if neither is given.
+pub(super) fn corners_or(
+    min_mm: Option<[f64; 3]>,
+    max_mm: Option<[f64; 3]>,
+    default: [Vector3<f64>; 2],
+    check: &Check,
+) -> Result<[Vector3<f64>; 2]> {
     let missing = |key: &str, other: &str| {
         check.key(key).fail(format!(
             "is missing: expected both corners of the box, or neither for the machine's workspace box, got only {other}"
         ))
     };
     let corners = match (min_mm, max_mm) {
-        (None, None) => [machine.workspace.min, machine.workspace.max],
+        (None, None) => default,
         (Some(min), Some(max)) => [check.key("min_mm").finite(min)?, check.key("max_mm").finite(max)?],
         (Some(_), None) => return missing("max_mm", "min_mm"),
         (None, Some(_)) => return missing("min_mm", "max_mm"),

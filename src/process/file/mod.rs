@@ -22,7 +22,7 @@ use crate::{
         CuttingRule, PathReference, Placement, ToolTurn,
         cutting::{CuttingLaw, LoadError, OwnForces, PathLoad},
         file::spec::ProcessSpec,
-        tool_turns::not_followed,
+        not_followed::not_followed,
     },
     toolpath::{
         FormatError, NumberFormat, PathPoint, Sampling, Toolpath,

@@ -6,6 +6,7 @@
 //! point ([`refine`]). What is said of the result is what the machine does when it is led along the turned path ([`along`]).
 
 mod along;
+mod at_points;
 mod constant;
 mod knots;
 mod lattice;
@@ -19,8 +20,10 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 pub use along::TurnedAlong;
+pub(crate) use at_points::at_points;
 pub use lattice::DeadEnd;
 pub use nodes::Hindrance;
+pub(crate) use nodes::Node;
 pub use turnable::{Stance, TurnAsked};
 
 use self::{

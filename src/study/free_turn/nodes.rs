@@ -13,7 +13,7 @@ use crate::{
 };
 
 /// Why a turn cannot be at a point.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Hindrance {
     /// The machine does not reach there.
@@ -39,17 +39,28 @@ impl Hindrance {
             Self::NotStable => "not_stable",
         }
     }
+
+    /// In words, of turns on branches.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Unreachable => "out of reach",
+            Self::Limits => "beyond the travel of a drive or joint",
+            Self::Singularity => "too near a singularity",
+            Self::NotStable => "without a stable equilibrium",
+        }
+    }
 }
 
 /// Where the drives are, mm or rad, and what counts of the distance from the path, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Standing {
+pub(crate) struct Standing {
     pub drives: [f64; MOST_DRIVES],
     pub cost_mm: f64,
 }
 
 /// A node.
-pub(super) type Node = std::result::Result<Standing, Hindrance>;
+pub(crate) type Node = std::result::Result<Standing, Hindrance>;
 
 /// How closely equilibria of the lattice are solved.
 const SETTINGS: statics::Settings = statics::Settings { tolerance: 1e-9, max_iterations: 12 };
