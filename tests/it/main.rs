@@ -82,6 +82,7 @@ mod superposition;
 mod superposition_command;
 mod tool_frame;
 mod tool_of_process;
+mod turn_map;
 mod turning_platforms;
 mod units;
 mod urdf_import;
