@@ -75,7 +75,9 @@ fn main() {
         let started = Instant::now();
         let found: FreeTurn = pool.install(|| seek(asked, &Work::default())).expect("a machine that turns");
         let of_all = started.elapsed().as_secs_f64();
-        println!("{objective:?}, {points} points: lattice {of_lattice:.2} s, all of it {of_all:.2} s (goal {GOAL_S:.0} s)");
+        println!(
+            "{objective:?}, {points} points: lattice {of_lattice:.2} s, all of it {of_all:.2} s (goal {GOAL_S:.0} s)"
+        );
         println!("  lattice {:?}", cost.map(|cost| (cost.branch.map(|b| b.label()), cost.value_mm)));
         println!("  branches left out: {:?}", found.refused);
         show("as programmed", &found.as_programmed);
@@ -84,7 +86,10 @@ fn main() {
                 Ok(turned) => {
                     show(name, &turned.along);
                     let branch = turned.branch.map(|branch| branch.label());
-                    println!("    turns {:.1?} deg, branch {branch:?}, {:?}", turned.range_deg, turned.along.first_failure);
+                    println!(
+                        "    turns {:.1?} deg, branch {branch:?}, {:?}",
+                        turned.range_deg, turned.along.first_failure
+                    );
                 }
                 Err(dead_end) => println!("  {name}: {}", dead_end.reason()),
             }

@@ -108,7 +108,8 @@ impl Study {
         let (header, asked) = spec.split(&check)?;
         let (machine, machine_text) = resolve::header(&header, &folder, overrides, &check)?;
         let set = overrides.branch.map_or_else(Inputs::default, |branch| Inputs::of("branch", branch.label()));
-        let inputs = Inputs::of_file(origin, text).and(Inputs::of(&header.machine, machine_text)).and(set);
+        let turn = overrides.redundancy.map_or_else(Inputs::default, |own| Inputs::of("redundancy", own.label()));
+        let inputs = Inputs::of_file(origin, text).and(Inputs::of(&header.machine, machine_text)).and(set).and(turn);
         let given = Given {
             machine,
             folder: &folder,

@@ -50,11 +50,7 @@ pub(super) fn along(path: &Turnable<'_>, machines: &Machines, demands: &[Demand]
     summed_up(path, cost_mm, first_failure)
 }
 
-fn summed_up(
-    path: &Turnable<'_>,
-    cost_mm: Vec<Option<f64>>,
-    first_failure: Option<(usize, String)>,
-) -> TurnedAlong {
+fn summed_up(path: &Turnable<'_>, cost_mm: Vec<Option<f64>>, first_failure: Option<(usize, String)>) -> TurnedAlong {
     let counted: Vec<Option<f64>> =
         cost_mm.iter().enumerate().filter(|(k, _)| path.counts(*k)).map(|(_, cost)| *cost).collect();
     let solved: Vec<f64> = counted.iter().copied().flatten().collect();

@@ -49,8 +49,10 @@ impl Refined<'_> {
             // Neighbours stay while a point is moved.
             for parity in [0, 1] {
                 self.work.check()?;
-                let places: Vec<usize> =
-                    (parity..turns.len()).step_by(2).filter(|k| self.path.counts(*k) || standing[*k].is_err()).collect();
+                let places: Vec<usize> = (parity..turns.len())
+                    .step_by(2)
+                    .filter(|k| self.path.counts(*k) || standing[*k].is_err())
+                    .collect();
                 let moved = self.each(&places, |solver, k| self.better(solver, k, &turns, &standing));
                 for (k, found) in places.into_iter().zip(moved) {
                     if let Some((turn, at)) = found {
@@ -76,13 +78,7 @@ impl Refined<'_> {
     }
 
     /// A turn of point `k` that costs less, and where the machine stands there.
-    fn better(
-        &self,
-        solver: &mut Solver<'_>,
-        k: usize,
-        turns: &[f64],
-        standing: &[Node],
-    ) -> Option<(f64, Standing)> {
+    fn better(&self, solver: &mut Solver<'_>, k: usize, turns: &[f64], standing: &[Node]) -> Option<(f64, Standing)> {
         let points = self.path.points();
         let [lowest, highest] = self.path.asked.turn.range_deg.map(f64::to_radians);
         let (mut low, mut high) = (turns[k] - self.reach, turns[k] + self.reach);

@@ -86,10 +86,14 @@ fn check(machine: &Machine, placement: &Placement, path: &Toolpath) -> Result<()
         return refuse(problem);
     }
     if machine.tool_axis_source == ToolAxisSource::PlatformZ {
-        return refuse(format!("machine {name} has a tool tip at P and no tool_axis, so there is no axis to turn about"));
+        return refuse(format!(
+            "machine {name} has a tool tip at P and no tool_axis, so there is no axis to turn about"
+        ));
     }
     if machine.carrier.is_some() || !path.external_axes().is_empty() {
-        return refuse(format!("machine {name}: turns are not sought where the workpiece stands on a carrier, or with external axes"));
+        return refuse(format!(
+            "machine {name}: turns are not sought where the workpiece stands on a carrier, or with external axes"
+        ));
     }
     let axis = machine.tool_axes.column(2);
     let beside = machine.tool_tip - axis * axis.dot(&machine.tool_tip);

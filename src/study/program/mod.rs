@@ -10,6 +10,7 @@ mod prove;
 mod reach;
 #[cfg(feature = "report")]
 pub mod report;
+mod turned;
 
 use std::{path::Path, sync::OnceLock};
 
@@ -20,6 +21,7 @@ use self::{corners::Corners, part::LedPart};
 pub use corrected::{Corrected, Written};
 pub use part::Part;
 pub use prove::{Proof, ProvedPart};
+pub use turned::{TurnedProgram, turned};
 
 use crate::{
     compensation::{Demand, Method, Target},
