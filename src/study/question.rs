@@ -147,8 +147,16 @@ impl Given<'_> {
     /// No process, or one that makes no sense.
     pub fn process(&self, own: Option<&str>, check: &Check) -> Result<Process> {
         let process = self.turned_process(own, check)?;
-        if !process.tool_turn.is_sought() || cfg!(target_family = "wasm") {
-            return Ok(process);
+        #[cfg(not(target_family = "wasm"))]
+        self.refuse_turn(&process, own)?;
+        Ok(process)
+    }
+
+    /// Refuses a process that seeks the turn about the tool's axis.
+    #[cfg(not(target_family = "wasm"))]
+    fn refuse_turn(&self, process: &Process, own: Option<&str>) -> Result<()> {
+        if !process.tool_turn.is_sought() {
+            return Ok(());
         }
         let place = match self.overrides.redundancy {
             Some(_) => Overrides::place("redundancy"),
@@ -166,7 +174,9 @@ impl Given<'_> {
     /// # Errors
     /// As [`Given::process`], but for that.
     pub(crate) fn turned_process(&self, own: Option<&str>, check: &Check) -> Result<Process> {
+        #[cfg_attr(target_family = "wasm", allow(unused_mut, reason = "the process of pages has no turn"))]
         let mut process = self.process_as_written(own, check)?;
+        #[cfg(not(target_family = "wasm"))]
         if let Some(redundancy) = self.overrides.redundancy {
             process.tool_turn.redundancy = redundancy;
         }

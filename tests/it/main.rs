@@ -30,6 +30,7 @@ mod external_axes;
 mod forces_of_tools;
 mod foreign_machines;
 mod frame_invariance;
+mod free_turn;
 mod fuzz_corpus;
 mod gcode_cycles;
 mod gcode_errors;

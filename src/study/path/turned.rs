@@ -28,11 +28,9 @@ impl PathTurn {
     /// Of a process that seeks the turn along `path`, called `origin` in errors; `None` of others.
     #[must_use]
     pub(super) fn of(process: &Process, path: &Toolpath, origin: &str) -> Option<Self> {
-        // Pages have no threads to seek it on.
-        let is_sought = process.tool_turn.is_sought() && !cfg!(target_family = "wasm");
         let sought =
             || Self { process: process.clone().into(), path: path.clone(), origin: origin.into(), found: None };
-        is_sought.then(sought)
+        process.tool_turn.is_sought().then(sought)
     }
 
     /// Which turn is sought.
