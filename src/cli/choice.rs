@@ -3,7 +3,7 @@
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use kinetostat::{
     machine::{Branch, Elbow, Shoulder, Wrist},
-    process::ForceLaw,
+    process::{ForceLaw, Redundancy},
     report::{exchange::Format, figures::Colours},
     study::{TEMPLATES, Template, correction::report::CorrectionFormat},
     toolpath::gcode::Dialect,
@@ -99,6 +99,19 @@ pub fn dialect() -> impl TypedValueParser<Value = ChosenDialect> {
             Some(Dialect::Iso) => "ISO code as Fanuc, Haas, LinuxCNC and Grbl read it",
             Some(Dialect::Sinumerik) => "Siemens Sinumerik 840D and its kin",
             Some(Dialect::Heidenhain) => "Heidenhain's conversational language (Klartext)",
+        },
+    )
+}
+
+/// `--redundancy`.
+pub fn redundancy() -> impl TypedValueParser<Value = Redundancy> {
+    one_of(
+        &Redundancy::ALL,
+        |redundancy| redundancy.label(),
+        |redundancy| match redundancy {
+            Redundancy::AsProgrammed => "As the path gives it",
+            Redundancy::BestConstant => "The same turn at all points, the best there is",
+            Redundancy::Best => "A turn at each point, the best there is",
         },
     )
 }

@@ -10,23 +10,26 @@ use kinetostat::{
     compensation::Method,
     input::error::{Error, Result},
     machine::Branch,
-    process::file::Process,
+    process::{Redundancy, file::Process},
     report::{Foreign, cautions, counted, if_any, millimetres_in_table, text_table::text_table},
     study::{
+        ProgramFile,
         along_path::PathAnswer,
+        free_turn::{self, FreeTurn},
         path::report::{facts_text, failures_text},
         program::{
-            Corrected, Part, Pass, ProgramCommands, ProgramJob, Written,
+            Corrected, Part, Pass, ProgramCommands, ProgramJob, TurnedProgram, Written,
             bounded::Exceedances,
             files::ProgramFiles,
             report::{
                 self, Findings, Proved, blocks_text, bounded_text, exceeded_text, holes_text, left_text,
                 program_columns, program_json, program_table, use_text, worse_as_written,
             },
+            turned,
         },
     },
     toolpath::{gcode::Expand, polyline::Polyline},
-    work::Event,
+    work::{Event, Work},
 };
 
 use super::{Ending, choice, headline, reporting::Reporting, set};
@@ -43,7 +46,8 @@ Examples:
   kinetostat compensate path.csv --machine my_machine.toml --process milling.toml --method newton --out compensated.csv
   kinetostat compensate part.nc --machine orthoglide --process limited.toml --method bounded --out part_bounded.nc
   kinetostat compensate path.csv --machine orthoglide --process milling.toml --measured pass1.csv --out mirrored.csv
-  kinetostat compensate path.csv --machine kr270 --branch front-up-noflip --process milling.toml --out compensated.csv")]
+  kinetostat compensate path.csv --machine kr270 --branch front-up-noflip --process milling.toml --out compensated.csv
+  kinetostat compensate path.csv --machine kr270 --redundancy best --process milling.toml --out turned.csv")]
 pub struct CompensateArguments {
     /// Program: a polyline (.csv) or G-code (any other name)
     path: PathBuf,
@@ -57,6 +61,10 @@ pub struct CompensateArguments {
     /// Branch on which an arm with a spherical wrist is to stand [default: the one of home, and others where it does not reach]
     #[arg(long, value_parser = choice::branch())]
     branch: Option<Branch>,
+    /// Turn about the tool's axis along a polyline, instead of that of [tool_turn] of the process; the compensated program says how the
+    /// platform stands at each point
+    #[arg(long, value_parser = choice::redundancy())]
+    redundancy: Option<Redundancy>,
     /// Process file: placement, cutting force, chain errors, limits
     #[arg(long, short)]
     process: PathBuf,
@@ -105,7 +113,11 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
         process.gcode.expand = Expand::Always;
     }
     let chosen = chosen(arguments)?;
-    let job = ProgramJob::open(process, &arguments.path)?;
+    if let Some(redundancy) = arguments.redundancy {
+        process.tool_turn.redundancy = redundancy;
+    }
+    let tool_turn = process.tool_turn.clone();
+    let (job, turns) = opened(process, &arguments.path)?;
     let measured = arguments.measured.as_deref().map(|file| measured(file, &job)).transpose()?;
     // When all inputs are read: none of them is written over.
     let files = ProgramFiles::prepare(&arguments.out, Foreign::forced(arguments.force))?;
@@ -191,6 +203,9 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let page = files.write((bytes, points.finish()?, json), made.path(), (page, &figures))?;
     let is_wrong = headline.unsolved.is_some() || worse_as_written(&passes, rounded_mm).is_some();
     reporting.print_styled(&headline::words(&headline, &format!("{:.1} s", started.elapsed().as_secs_f64())))?;
+    if let Some(found) = &turns {
+        reporting.print(&format!("\n{}", free_turn::report::text(found, &tool_turn)))?;
+    }
     if reporting.is_verbose() {
         reporting.print(&format!("\n{}", facts_text(&process.facts())))?;
     }
@@ -216,6 +231,17 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     reporting.print(&format!("Written to {}; read {}\n\n", arguments.out.display(), page.display()))?;
     reporting.print_styled(&headline::sentences(&used))?;
     Ok(if is_wrong { Ending::SomeUnsolved } else { Ending::Complete })
+}
+
+/// The program to compensate, and what was found of the turn about the tool's axis, if that was sought.
+fn opened(process: Process, path: &Path) -> Result<(ProgramJob, Option<FreeTurn>)> {
+    if !process.tool_turn.is_sought() {
+        return Ok((ProgramJob::open(process, path)?, None));
+    }
+    let name = path.display().to_string();
+    let program = ProgramFile::read(path, &process.gcode)?;
+    let TurnedProgram { process, file, found } = turned(&process, &program, &name, &Work::default())?;
+    Ok((ProgramJob::new(process, file, &name)?, Some(found)))
 }
 
 /// The largest correction of each kind of drive, in the units of tables.

@@ -11,6 +11,7 @@ use clap::Args;
 use kinetostat::{
     input::error::{Error, Result, Way},
     machine::Branch,
+    process::Redundancy,
     report::{exchange::Format, figures::Colours, page::PAGE},
     study::{Begin, Finished, FolderRun, Overrides, RunOptions, Study},
 };
@@ -31,6 +32,7 @@ Examples:
   kinetostat run studies/01_workspace_map --grid 21            (21 points along each axis)
   kinetostat run studies/01_workspace_map --grid 5,5,3 --out /tmp/quick --threads 1
   kinetostat run studies/07_robot_arm --branch front-up-flip
+  kinetostat run my_robot_path --redundancy best               (the turn about the tool's axis that deflects least)
   kinetostat run studies/01_workspace_map --colours cividis
   kinetostat run studies/01_workspace_map --format csv,parquet,vti  (built with --features parquet,vtk)
   kinetostat run studies/01_workspace_map --grid 101 --resume  (go on where Ctrl-C, or a power cut, stopped it)
@@ -52,6 +54,9 @@ pub struct RunArguments {
     /// Branch on which an arm with a spherical wrist is to stand, instead of the study's
     #[arg(long, value_parser = choice::branch())]
     branch: Option<Branch>,
+    /// Turn about the tool's axis along the path of a path study, instead of that of [tool_turn] of the process
+    #[arg(long, value_parser = choice::redundancy())]
+    redundancy: Option<Redundancy>,
     /// Folder for the results of a single study [default: results/<name of the study's folder>]
     #[arg(long)]
     out: Option<PathBuf>,
@@ -94,8 +99,13 @@ pub fn run(arguments: &RunArguments) -> Result<Ending> {
         let problem = format!("{} can hold the results of one study, got {}", out.display(), arguments.studies.len());
         return Err(Error::Argument { argument: "--out".into(), problem });
     }
-    let overrides =
-        Overrides { grid: arguments.grid, points: arguments.points, branch: arguments.branch, ..Overrides::default() };
+    let overrides = Overrides {
+        grid: arguments.grid,
+        points: arguments.points,
+        branch: arguments.branch,
+        redundancy: arguments.redundancy,
+        ..Overrides::default()
+    };
     let opened = arguments.studies.iter().map(|path| Study::open(path, &overrides));
     let studies: Vec<Study> = opened.collect::<Result<_>>().map_err(in_options)?;
     for (i, study) in studies.iter().enumerate() {

@@ -28,6 +28,16 @@ impl Redundancy {
             Self::Best => "best",
         }
     }
+
+    /// What it is, in words.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::AsProgrammed => "as programmed",
+            Self::BestConstant => "the best that is the same at all points",
+            Self::Best => "the best at each point",
+        }
+    }
 }
 
 /// What of the loaded tool's distance from its path counts.

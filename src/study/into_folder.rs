@@ -9,7 +9,7 @@ use std::{
 use serde::Serialize;
 use serde_json::Value;
 
-use super::{Overrides, Study, explore::Scene};
+use super::{Overrides, Study, StudyKind, explore::Scene};
 use crate::{
     input::error::{Error, Result, Way},
     report::{
@@ -184,6 +184,10 @@ impl Study {
 
 /// What a reader of the page can try: the workpiece at other places, where a study has one.
 fn to_try(study: &Study, best: Option<Value>) -> Result<Option<ToTry>> {
+    if matches!(&study.kind, StudyKind::Path(path, _) if path.turn.is_some()) {
+        let why = "Other places cannot be tried here: the turn about the tool's axis was sought for this one.";
+        return Ok(Some(ToTry::Nothing(why.into())));
+    }
     let scene = match Scene::of_study(study) {
         Ok(Some(scene)) => scene,
         Ok(None) => return Ok(None),

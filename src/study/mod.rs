@@ -110,6 +110,9 @@ impl Study {
         let (machine, machine_text) = resolve::header(&header, &folder, overrides, &check)?;
         let set = overrides.branch.map_or_else(Inputs::default, |branch| Inputs::of("branch", branch.label()));
         let inputs = Inputs::of_file(origin, text).and(Inputs::of(&header.machine, machine_text)).and(set);
+        #[cfg(not(target_family = "wasm"))]
+        let inputs =
+            inputs.and(overrides.redundancy.map_or_else(Inputs::default, |own| Inputs::of("redundancy", own.label())));
         let given = Given {
             machine,
             folder: &folder,

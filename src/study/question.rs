@@ -11,7 +11,7 @@ use crate::{
         error::{Error, Result},
     },
     machine::{Branch, Machine},
-    process::Process,
+    process::{Process, Redundancy},
     study::spec::{Header, ProcessRef, SCHEMA},
 };
 
@@ -81,6 +81,8 @@ pub struct Overrides {
     pub points: Option<usize>,
     /// The branch on which an arm is to stand.
     pub branch: Option<Branch>,
+    /// Which turn about the tool's axis a path has.
+    pub redundancy: Option<Redundancy>,
     /// Other numbers of the machine than its file has, by name; errors of chains are not among them.
     pub parameters: Vec<(String, f64)>,
 }
@@ -144,6 +146,44 @@ impl Given<'_> {
     /// # Errors
     /// No process, or one that makes no sense.
     pub fn process(&self, own: Option<&str>, check: &Check) -> Result<Process> {
+        let process = self.turned_process(own, check)?;
+        #[cfg(not(target_family = "wasm"))]
+        self.refuse_turn(&process, own)?;
+        Ok(process)
+    }
+
+    /// Refuses a process that seeks the turn about the tool's axis.
+    #[cfg(not(target_family = "wasm"))]
+    fn refuse_turn(&self, process: &Process, own: Option<&str>) -> Result<()> {
+        if !process.tool_turn.is_sought() {
+            return Ok(());
+        }
+        let place = match self.overrides.redundancy {
+            Some(_) => Overrides::place("redundancy"),
+            None => self.process_place(own).key("tool_turn.redundancy"),
+        };
+        place.fail(format!(
+            "is {}: in {} the tool stands as programmed; only path studies and compensate seek its turn",
+            process.tool_turn.redundancy.label(),
+            self.name
+        ))
+    }
+
+    /// As [`Given::process`], of a question that seeks the turn about the tool's axis where the process says so.
+    ///
+    /// # Errors
+    /// As [`Given::process`], but for that.
+    pub(crate) fn turned_process(&self, own: Option<&str>, check: &Check) -> Result<Process> {
+        #[cfg_attr(target_family = "wasm", allow(unused_mut, reason = "the process of pages has no turn"))]
+        let mut process = self.process_as_written(own, check)?;
+        #[cfg(not(target_family = "wasm"))]
+        if let Some(redundancy) = self.overrides.redundancy {
+            process.tool_turn.redundancy = redundancy;
+        }
+        Ok(process)
+    }
+
+    fn process_as_written(&self, own: Option<&str>, check: &Check) -> Result<Process> {
         let top = self.check.root().key("process");
         self.asked_process.set(self.asked_process.get() || own.is_none());
         match (own, &self.header.process) {

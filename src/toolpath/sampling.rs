@@ -32,6 +32,12 @@ impl Sampling {
     /// The most the tool turns along a piece unless said otherwise, rad: 2 degrees.
     pub const MAX_TURN_RAD: f64 = PI / 90.0;
 
+    /// The same with pieces that may be longer by `share`, and the tool turned as far as it will along them: for a path whose rows are
+    /// points of one that was sampled before.
+    pub(crate) fn of_points(self, share: f64) -> Self {
+        Self { max_segment_mm: self.max_segment_mm * (1.0 + share), max_turn_rad: PI, ..self }
+    }
+
     /// `chordal_tolerance_mm`: the most an arc may stand off the chord between two neighbouring points;
     /// `max_segment_mm`: the longest piece, of lines and arcs alike, measured along the path.
     ///

@@ -31,6 +31,7 @@ mod five_axis;
 mod forces_of_tools;
 mod foreign_machines;
 mod frame_invariance;
+mod free_turn;
 mod fuzz_corpus;
 mod gcode_cycles;
 mod gcode_errors;

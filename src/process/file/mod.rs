@@ -19,7 +19,7 @@ use crate::{
     },
     machine::{ChainError, Machine},
     process::{
-        CuttingRule, PathReference, Placement, ToolTurn,
+        CuttingRule, PathReference, Placement,
         cutting::{CuttingLaw, LoadError, OwnForces, PathLoad},
         file::spec::ProcessSpec,
         not_followed::not_followed,
@@ -60,8 +60,9 @@ pub struct Process {
     /// Along a program, the length behind a corner over which the cutting force goes over from one move to the next, mm; at 0 it
     /// jumps.
     pub corner_mm: f64,
-    /// How the turn about the tool's axis is chosen.
-    pub tool_turn: ToolTurn,
+    /// How the turn about the tool's axis is chosen. Pages are small, and have no threads to seek it on.
+    #[cfg(not(target_family = "wasm"))]
+    pub tool_turn: crate::process::ToolTurn,
     /// What a G-code program does not say itself.
     pub gcode: GcodeOptions,
     /// How written coordinates are rounded.

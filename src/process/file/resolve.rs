@@ -73,8 +73,6 @@ fn process(
         corner_mm: check.key("compensate.corner_mm").not_negative(spec.compensate.corner_mm.unwrap_or(CORNER_MM))?,
         #[cfg(not(target_family = "wasm"))]
         tool_turn: super::tool_turn::tool_turn(&spec.tool_turn, machine, &check.key("tool_turn"))?,
-        #[cfg(target_family = "wasm")]
-        tool_turn: crate::process::ToolTurn::default(),
         gcode: GcodeOptions { features, ..gcode_options(&spec.gcode, &check_gcode)? },
         decimals: decimals(&spec.gcode, &check_gcode)?,
         write_tolerance_mm: write_tolerance(spec, &check_gcode)?,

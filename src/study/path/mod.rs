@@ -6,6 +6,8 @@ mod question;
 pub mod report;
 pub(crate) mod resolve;
 pub(crate) mod spec;
+#[cfg_attr(target_family = "wasm", path = "not_turned.rs")]
+mod turned;
 
 use std::ops::Range;
 
@@ -23,6 +25,8 @@ use crate::{
     },
     work::Work,
 };
+
+pub use turned::PathTurn;
 
 /// A point of the path as tables and figures show it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -60,6 +64,8 @@ pub struct PathStudy {
     pub facts: Vec<(&'static str, String)>,
     /// What of them nobody may have meant: [`Process::assumed`](crate::process::Process::assumed).
     pub assumed: Vec<(&'static str, String)>,
+    /// The turn about the tool's axis, if it is sought; see [`PathStudy::turned`].
+    pub turn: Option<PathTurn>,
 }
 
 /// What pages of a path say of it.
@@ -150,11 +156,13 @@ pub struct PathResults {
     pub methods: Vec<MethodAlongPath>,
 }
 
-/// Runs the study on the current rayon pool.
+/// Runs the study on the current rayon pool; the path is turned first, if that is sought.
 ///
 /// # Errors
-/// Of `work`.
+/// As [`PathStudy::turned`].
 pub fn run(study: &PathStudy, work: &Work) -> Result<PathResults> {
+    let turned = study.turned(work)?;
+    let study = turned.as_ref();
     let nothing = |source| SourceAlongPath { source, plain: Vec::new(), compensated: Vec::new() };
     let mut whole = PathPart { first: 0, sources: BySource::of(&study.machine, nothing) };
     let methods = run_in_parts(study, work, |part| {
@@ -168,7 +176,7 @@ pub fn run(study: &PathStudy, work: &Work) -> Result<PathResults> {
     Ok(PathResults { whole, methods, study: study.clone() })
 }
 
-/// As [`run`], but gives the points to `take` part by part, in the order of the path, so that memory does not grow with it.
+/// As [`run`] of a study that has been [turned](PathStudy::turned), but gives the points to `take` part by part, in the order of the path, so that memory does not grow with it.
 /// The next part is computed meanwhile. What the methods leave, in the order of the study.
 ///
 /// # Errors

@@ -12,7 +12,7 @@ use crate::{
         demands::{Led, demands},
         external_axes::held_along,
         path::{
-            PathStudy, Shown, Station,
+            PathStudy, PathTurn, Shown, Station,
             spec::{LineSpec, PathSpec},
         },
         spec::CircleSpec,
@@ -24,7 +24,7 @@ use crate::{
 pub(super) fn resolve(spec: &PathSpec, given: &Given<'_>) -> Result<Resolved<PathStudy>> {
     given.overrides.refuse_grid(given.name)?;
     given.refuse_old(spec.process.as_ref(), &given.check.key("process"), "process at the top of the file")?;
-    let process = given.process(spec.process.as_deref(), &given.check)?;
+    let process = given.turned_process(spec.process.as_deref(), &given.check)?;
     let study = path(spec, &process, given, &given.check)?;
     let points = Inputs::of("points of the path", study.stations.len().to_string());
     let program = program_input(spec.file.as_deref(), &process, given.folder)?;
@@ -54,6 +54,7 @@ pub(crate) fn path(spec: &PathSpec, process: &Process, given: &Given<'_>, check:
         begins_twice: spec.file.is_some() && toolpath.begins_twice(),
         facts: process.facts(),
         assumed: process.assumed(),
+        turn: PathTurn::of(process, &toolpath, &origin),
         machine: process.machine.clone(),
     })
 }

@@ -10,6 +10,8 @@ mod prove;
 mod reach;
 #[cfg(feature = "report")]
 pub mod report;
+#[cfg(not(target_family = "wasm"))]
+mod turned;
 
 use std::{path::Path, sync::OnceLock};
 
@@ -20,6 +22,8 @@ use self::{corners::Corners, part::LedPart};
 pub use corrected::{Corrected, Written};
 pub use part::Part;
 pub use prove::{Proof, ProvedPart};
+#[cfg(not(target_family = "wasm"))]
+pub use turned::{TurnedProgram, turned};
 
 use crate::{
     compensation::{Demand, Method, Target},

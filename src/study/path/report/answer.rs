@@ -14,6 +14,7 @@ use crate::{
     },
     study::{
         deflected_pose::deflected_pose,
+        free_turn,
         path::{PathStudy, Shown, run_in_parts},
     },
 };
@@ -23,6 +24,8 @@ use crate::{
 /// # Errors
 /// Of the work, and of tables that cannot be written.
 pub fn answer(study: &PathStudy, shown: &Shown, run: &Run<'_>) -> Result<Output> {
+    let turned = study.turned(run.work)?;
+    let study = turned.as_ref();
     let columns = points_columns(&study.machine);
     let mut table = StreamedTable::new(run.out, "points", &columns, run.formats)?;
     let mut summary = Summary::default();
@@ -34,17 +37,26 @@ pub fn answer(study: &PathStudy, shown: &Shown, run: &Run<'_>) -> Result<Output>
     })?;
     let (text, statuses) = (text(&summary, study, shown), summary.statuses());
     let bent = summary.farthest().filter(|_| run.figures);
+    let mut tables = vec![("methods".into(), methods_table(&methods))];
+    let mut summary_json = summary.json(study, &methods);
+    let mut turns = String::new();
+    if let Some((turn, found)) = study.turn.as_ref().and_then(|turn| Some((turn, turn.found.as_deref()?))) {
+        let arc_lengths_mm = study.stations.iter().map(|station| station.arc_length_mm);
+        tables.push(("tool_turn".into(), free_turn::report::table(found, arc_lengths_mm)));
+        summary_json["tool_turn"] = free_turn::report::json(found, turn.how());
+        turns = free_turn::report::text(found, turn.how());
+    }
     Ok(Output {
         settings: json!({ "points": study.stations.len() }),
         is_answered: None,
         statuses,
-        tables: vec![("methods".into(), methods_table(&methods))],
+        tables,
         streamed: (table.finish()?, vec![("points".into(), Table::new(columns, []))]),
-        summary: summary.json(study, &methods),
+        summary: summary_json,
         figures: pictures.map_or_else(Vec::new, |pictures| pictures.figures(study)),
         page: Description { headline: headline(&summary, study, shown, &text), ..page(study, shown, &text) },
         bent: bent.and_then(|point| bent_at(study, point)),
-        details: format!("{}\n{}", text.details(), methods_text(&methods)),
+        details: format!("{}\n{}{turns}", text.details(), methods_text(&methods)),
         best_place: None,
     })
 }

@@ -11,6 +11,7 @@ use crate::{
         words::counted,
     },
     study::{
+        free_turn,
         path::{PathStudy, Shown, report::cutting_force},
         source_group::source_group,
     },
@@ -18,22 +19,38 @@ use crate::{
 
 /// Sections, setting, views and tables; first screen, figures and question are added by the run.
 pub fn page(study: &PathStudy, shown: &Shown, text: &Said) -> Description {
-    let points =
-        "One row per point and source of error: displacement without compensation, command and forces with it.";
     Description {
         setting: setting(study, shown),
         explorers: vec![along(study), methods()],
-        tables: vec![
-            TableNote::new("methods.csv", "One row per method: corrections it needs and errors it leaves."),
-            TableNote::ranked("points.csv", points, "displacement_mm"),
-        ],
-        sections: sections(text),
+        tables: tables(study),
+        sections: sections(study, text),
         ..Description::new("path", MachineDescription::new(&study.machine))
     }
 }
 
-fn sections(text: &Said) -> Vec<Section> {
-    vec![
+fn tables(study: &PathStudy) -> Vec<TableNote> {
+    let points =
+        "One row per point and source of error: displacement without compensation, command and forces with it.";
+    let mut tables = vec![
+        TableNote::new("methods.csv", "One row per method: corrections it needs and errors it leaves."),
+        TableNote::ranked("points.csv", points, "displacement_mm"),
+    ];
+    if study.turn.is_some() {
+        let turns = "One row per point: the turn about the tool's axis, and what it leaves, beside the programmed and the best constant one.";
+        tables.push(TableNote::ranked("tool_turn.csv", turns, "cost_mm"));
+    }
+    tables
+}
+
+fn sections(study: &PathStudy, text: &Said) -> Vec<Section> {
+    let turn =
+        study.turn.as_ref().and_then(|turn| Some(free_turn::report::sentence(turn.found.as_deref()?, turn.how())));
+    let turned = turn.map(|sentence| {
+        Section::new("How is the tool turned?", "the turn about its axis, which is free")
+            .text(&sentence)
+            .tables(["tool_turn.csv"])
+    });
+    let mut sections = vec![
         Section::new("Where is the tool off how far?", "along the path, and on the part")
             .text(&text.place)
             .explorers([ALONG])
@@ -46,7 +63,9 @@ fn sections(text: &Said) -> Vec<Section> {
             .explorers([METHODS])
             .figures(&["delta_rho", "drive_"])
             .tables(["methods.csv"]),
-    ]
+    ];
+    sections.extend(turned);
+    sections
 }
 
 /// Titles of the views.
@@ -75,6 +94,7 @@ fn setting(study: &PathStudy, shown: &Shown) -> Vec<Fact> {
     if let Some(demand) = study.demands.first() {
         facts.push(Fact::new("compensation holds", demand.target.words()));
     }
+    facts.extend(study.turn.as_ref().map(|turn| Fact::new("turn about the tool's axis", turn.redundancy().words())));
     facts.extend(study.machine.held_words().map(|words| Fact::new("held", words)));
     facts.extend(error_facts(&study.machine, &study.errors));
     facts

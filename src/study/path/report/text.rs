@@ -9,7 +9,7 @@ use crate::{
         words::{counted, listed, millimetres, percent},
     },
     study::{
-        ROUNDING_MM, Source,
+        ROUNDING_MM, Source, free_turn,
         path::{PathStudy, Shown},
     },
 };
@@ -43,11 +43,18 @@ fn cautions(summary: &Summary, study: &PathStudy) -> String {
         }
     };
     failed
+        + &turned(study)
         + &cautions::zeroed(&study.machine)
         + &cautions::carried(&study.machine)
         + &cautions::large_errors(&study.machine, &study.errors)
         + &cautions::outside_workspace(&study.machine, "path point", positions)
         + &facts_text(&study.assumed)
+}
+
+/// What was found of the turn about the tool's axis, if it was sought.
+fn turned(study: &PathStudy) -> String {
+    let found = study.turn.as_ref().and_then(|turn| Some((turn, turn.found.as_deref()?)));
+    found.map_or_else(String::new, |(turn, found)| free_turn::report::sentence(found, turn.how()))
 }
 
 fn displacement(summary: &Summary, study: &PathStudy, shown: &Shown, source: Source) -> String {

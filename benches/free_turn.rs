@@ -1,0 +1,102 @@
+//! The free turn about the tool's axis along a pocket on a slanted face, cut by the FANUC R-2000iC: a lattice of 10 000 points, 72 turns
+//! and up to 8 branches on two threads, held against a minute and 1 GB.
+
+use std::time::Instant;
+
+use kinetostat::{
+    machine::Machine,
+    process::{Process, Redundancy, ToolTurn, TurnObjective},
+    study::free_turn::{FreeTurn, TurnAsked, TurnedAlong, lattice_cost, seek},
+    toolpath::polyline::Polyline,
+    work::Work,
+};
+
+/// Seconds that this bench is held against.
+const GOAL_S: f64 = 60.0;
+const POINTS: usize = 10_000;
+
+const PROCESS: &str = "schema = 1
+[placement]
+origin_mm = [1900.0, 0.0, 800.0]
+pitch_deg = -35.0
+[force.path_frame]
+radial_force_N = 300.0
+tangential_force_N = -200.0
+axial_force_N = -150.0
+";
+
+/// Lines back and forth over a face of 200 mm by as much as it takes, 1 mm from point to point.
+fn zigzag(points: usize) -> String {
+    let mut rows = String::from("x_mm,y_mm,z_mm,feed_mm_per_min\n");
+    for k in 0..points {
+        let (line, along) = (k / 200, (k % 200) as f64);
+        let y = if line % 2 == 0 { along - 99.5 } else { 99.5 - along };
+        rows += &format!("{},{y},0,1200\n", line as f64 * 2.0 - 50.0);
+    }
+    rows
+}
+
+fn show(name: &str, along: &TurnedAlong) {
+    let shown = |value: Option<f64>| value.map_or_else(|| "none".into(), |value| format!("{value:.4}"));
+    println!(
+        "  {name:<16} worst {} mm, mean {} mm, rms {} mm, {} of {} points",
+        shown(along.worst_mm),
+        shown(along.mean_mm),
+        shown(along.rms_mm),
+        along.solved,
+        along.points
+    );
+}
+
+fn main() {
+    // Cargo passes harness options, and `cargo test --benches` only asks that the bench runs.
+    let given = std::env::args().skip(1).find_map(|argument| argument.parse().ok());
+    let is_test = !std::env::args().any(|argument| argument == "--bench");
+    let points: usize = given.unwrap_or(if is_test { 30 } else { POINTS });
+    let machine = Machine::named_or_file("fanuc_r2000ic").expect("built in");
+    let process = Process::from_toml(PROCESS, "process", std::path::PathBuf::new(), &machine).expect("a process");
+    let path = Polyline::read(zigzag(points), "path.csv").expect("a path").toolpath().clone();
+    let loads = process.loads(&path).expect("loads");
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("threads");
+    for objective in [TurnObjective::Rms, TurnObjective::Worst] {
+        let turn = ToolTurn { redundancy: Redundancy::Best, objective, ..ToolTurn::default() };
+        let asked = TurnAsked {
+            machine: &process.machine,
+            errors: &process.errors,
+            placement: &process.placement,
+            target: process.target,
+            path: &path,
+            loads: &loads,
+            turn: &turn,
+        };
+        let started = Instant::now();
+        let cost = pool.install(|| lattice_cost(asked, &Work::default())).expect("a machine that turns");
+        let of_lattice = started.elapsed().as_secs_f64();
+        let started = Instant::now();
+        let found: FreeTurn = pool.install(|| seek(asked, &Work::default())).expect("a machine that turns");
+        let of_all = started.elapsed().as_secs_f64();
+        println!(
+            "{objective:?}, {points} points: lattice {of_lattice:.2} s, all of it {of_all:.2} s (goal {GOAL_S:.0} s)"
+        );
+        println!("  lattice {:?}", cost.map(|cost| (cost.branch.map(|b| b.label()), cost.value_mm)));
+        println!("  branches left out: {:?}", found.refused);
+        show("as programmed", &found.as_programmed);
+        for (name, turned) in [("best constant", &found.best_constant), ("best", &found.best)] {
+            match turned {
+                Ok(turned) => {
+                    show(name, &turned.along);
+                    let branch = turned.branch.map(|branch| branch.label());
+                    println!(
+                        "    turns {:.1?} deg, branch {branch:?}, {:?}",
+                        turned.range_deg, turned.along.first_failure
+                    );
+                }
+                Err(dead_end) => println!("  {name}: {}", dead_end.reason()),
+            }
+        }
+    }
+    if let Ok(status) = std::fs::read_to_string("/proc/self/status") {
+        let peak = status.lines().find(|line| line.starts_with("VmHWM")).unwrap_or_default();
+        println!("{}", peak.trim());
+    }
+}
