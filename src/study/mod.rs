@@ -1,6 +1,7 @@
 //! The questions: a study file as written (`spec`), checked ([`Study`]), run, and its plain results.
 //!
-//! Each question is a folder (spec, resolve, run, report and template) and one line of the list below. What is cut along a
+//! Each question is a folder (spec, resolve, run, report and template) and one line of the list below; those that pages do not ask are
+//! left out of what is built for them. What is cut along a
 //! toolpath is said in a process file ([`crate::process::file`]), or in the same tables of the study.
 //!
 //! A study is a folder with a `study.toml`; its inputs are named relative to that folder.
@@ -57,9 +58,13 @@ question::questions! {
     workspace_map: WorkspaceMap(map::WorkspaceMapStudy),
     path: Path(path::PathStudy),
     placement: Placement(placement::PlacementStudy),
+    #[cfg(not(target_family = "wasm"))]
     superposition: Superposition(superposition::SuperpositionStudy),
+    #[cfg(not(target_family = "wasm"))]
     validation: Validation(validation::ValidationStudy),
+    #[cfg(not(target_family = "wasm"))]
     online: Online(online::OnlineStudy),
+    #[cfg(not(target_family = "wasm"))]
     turn_map: TurnMap(turn_map::TurnMapStudy),
 }
 

@@ -249,13 +249,14 @@ impl Given<'_> {
 
 /// The list of questions: from one line each, the modules, the tables of a study file and the kinds of studies.
 macro_rules! questions {
-    ($($key:ident: $kind:ident($folder:ident::$study:ident),)*) => {
-        $(pub mod $folder;)*
+    ($($(#[$gate:meta])* $key:ident: $kind:ident($folder:ident::$study:ident),)*) => {
+        $($(#[$gate])* pub mod $folder;)*
 
         /// What a study computes, with what its pictures show.
         #[derive(Debug, Clone)]
         pub enum StudyKind {
-            $(#[doc = concat!("[`", stringify!($folder), "`]: the study, and what its pictures show.")]
+            $($(#[$gate])*
+            #[doc = concat!("[`", stringify!($folder), "`]: the study, and what its pictures show.")]
             $kind(Box<$folder::$study>, <$folder::$study as Question>::Shown),)*
         }
 
@@ -272,7 +273,7 @@ macro_rules! questions {
             process: Option<spec::ProcessRef>,
             milling: Option<spec::MillingSpec>,
             chain_error: Option<Vec<crate::process::file::chain_errors::ChainErrorSpec>>,
-            $($key: Option<<$folder::$study as Question>::Spec>,)*
+            $($(#[$gate])* $key: Option<<$folder::$study as Question>::Spec>,)*
         }
 
         impl StudySpec {
@@ -289,11 +290,11 @@ macro_rules! questions {
                     chain_error: self.chain_error,
                 };
                 let mut asked = Vec::new();
-                $(asked.extend(self.$key.map(|table| Asked::$kind(Box::new(table))));)*
+                $($(#[$gate])* asked.extend(self.$key.map(|table| Asked::$kind(Box::new(table))));)*
                 match asked.pop() {
                     Some(one) if asked.is_empty() => Ok((header, one)),
                     _ => {
-                        let keys = [$(stringify!($key)),*];
+                        let keys = [$($(#[$gate])* stringify!($key)),*];
                         check.key(keys[0]).fail(format!("give exactly one of {}", keys.join(", ")))
                     }
                 }
@@ -302,13 +303,13 @@ macro_rules! questions {
 
         /// The table of a question.
         enum Asked {
-            $($kind(Box<<$folder::$study as Question>::Spec>),)*
+            $($(#[$gate])* $kind(Box<<$folder::$study as Question>::Spec>),)*
         }
 
         impl Asked {
             fn resolve(&self, given: question::Given<'_>) -> Result<(StudyKind, Inputs)> {
                 match self {
-                    $(Asked::$kind(table) => {
+                    $($(#[$gate])* Asked::$kind(table) => {
                         let (check, name) = (given.check.key(stringify!($key)), <$folder::$study>::NAME);
                         let given = Given { check, name, ..given };
                         let Resolved { study, shown, inputs } = <$folder::$study>::resolve(table, &given)?;
@@ -320,27 +321,27 @@ macro_rules! questions {
         }
 
         /// Study folders to start from, one for each question.
-        pub const TEMPLATES: &[Template] = &[$(<$folder::$study as Question>::TEMPLATE),*];
+        pub const TEMPLATES: &[Template] = &[$($(#[$gate])* <$folder::$study as Question>::TEMPLATE),*];
 
         impl StudyKind {
             /// How many items it computes, and what they are called.
             pub fn items(&self) -> (usize, &'static str) {
-                match self { $(StudyKind::$kind(study, _) => study.items(),)* }
+                match self { $($(#[$gate])* StudyKind::$kind(study, _) => study.items(),)* }
             }
 
             /// Points of its map over the workspace, if it has one that can be an image.
             pub fn image_points(&self) -> Option<usize> {
-                match self { $(StudyKind::$kind(study, _) => study.image_points(),)* }
+                match self { $($(#[$gate])* StudyKind::$kind(study, _) => study.image_points(),)* }
             }
 
             /// Its first tables.
             pub fn tables(&self) -> &'static [&'static str] {
-                match self { $(StudyKind::$kind(..) => <$folder::$study>::TABLES,)* }
+                match self { $($(#[$gate])* StudyKind::$kind(..) => <$folder::$study>::TABLES,)* }
             }
 
             #[cfg(feature = "report")]
             fn answer(&self, run: &crate::report::Run<'_>) -> Result<crate::report::Output> {
-                match self { $(StudyKind::$kind(study, shown) => study.answer(shown, run),)* }
+                match self { $($(#[$gate])* StudyKind::$kind(study, shown) => study.answer(shown, run),)* }
             }
         }
     };

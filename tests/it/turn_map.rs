@@ -94,7 +94,8 @@ fn a_map_of_turns_is_a_study_with_tables_pictures_and_a_page() {
     let folder = tempfile::tempdir().unwrap();
     let place = folder.path().display().to_string();
     assert_eq!(told(&["new", "turns", &format!("{place}/t")]).0, Some(0));
-    let run = |extra: &[&str]| told(&[&["run", &format!("{place}/t"), "--out", &format!("{place}/out")], extra].concat());
+    let run =
+        |extra: &[&str]| told(&[&["run", &format!("{place}/t"), "--out", &format!("{place}/out")], extra].concat());
     let (code, text, said) = run(&["--grid", "2", "--no-figures"]);
     assert!(matches!(code, Some(0 | 1)), "{text}{said}");
     assert!(text.contains("Turned well about its tool"), "{text}");

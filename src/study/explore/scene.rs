@@ -64,6 +64,7 @@ impl Scene {
             StudyKind::Placement(..) => study.files.text.clone(),
             StudyKind::Path(..) => placement_of_path(&study.files)?,
             StudyKind::WorkspaceMap(map, _) => on_branch(&study.files.text, map.machine.branch)?,
+            #[cfg_attr(target_family = "wasm", allow(unreachable_patterns, reason = "pages have no others"))]
             _ => return Ok(None),
         };
         Self::of_text(&text, &study.files.named).map(Some)

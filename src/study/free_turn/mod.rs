@@ -6,6 +6,7 @@
 //! point ([`refine`]). What is said of the result is what the machine does when it is led along the turned path ([`along`]).
 
 mod along;
+#[cfg(not(target_family = "wasm"))]
 mod at_points;
 mod constant;
 mod knots;
@@ -20,9 +21,11 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 pub use along::TurnedAlong;
+#[cfg(not(target_family = "wasm"))]
 pub(crate) use at_points::at_points;
 pub use lattice::DeadEnd;
 pub use nodes::Hindrance;
+#[cfg(not(target_family = "wasm"))]
 pub(crate) use nodes::Node;
 pub use turnable::{Stance, TurnAsked};
 
