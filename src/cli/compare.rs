@@ -103,6 +103,11 @@ fn study(arguments: &CompareArguments, machine: &str, process: &Path, file: &Pat
         let problem = "moves nowhere: a program with at least one motion is expected".into();
         return fault(file.display().to_string(), problem);
     };
+    if process.tool_turn.is_sought() {
+        let problem =
+            "is sought by the process: here the tool stands as programmed; a placement study seeks it at each place";
+        return fault("redundancy".into(), problem.into());
+    }
     let reference = process.placement.reference;
     let given = arguments.at.iter().map(|text| place(text, "--at", &machine, reference));
     let candidates: Vec<Candidate> =
@@ -121,7 +126,14 @@ fn study(arguments: &CompareArguments, machine: &str, process: &Path, file: &Pat
     };
     let cuts = process.cutting_rule;
     let machines = Machines::new(&machine, &process.errors)?;
-    let job =
-        FeatureJob { feature, machines, errors: process.errors, limits: process.limits, target: process.target, cuts };
+    let job = FeatureJob {
+        feature,
+        machines,
+        errors: process.errors,
+        limits: process.limits,
+        target: process.target,
+        cuts,
+        turn: None,
+    };
     Ok(PlacementStudy::of_places(machine, job, extent, candidates))
 }

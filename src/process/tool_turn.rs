@@ -1,5 +1,6 @@
 //! The turn of the platform about the tool's axis, which a rotating tool leaves free: whether it is sought, and within what.
 
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 /// Which turn about the tool's axis the points of a path have.
@@ -54,6 +55,9 @@ pub enum TurnCost {
     AcrossSurface,
 }
 
+/// Sine of the angle below which a motion is along the tool's axis.
+const ALONG_AXIS: f64 = 1e-6;
+
 impl TurnCost {
     /// Word in files.
     #[must_use]
@@ -62,6 +66,20 @@ impl TurnCost {
             Self::Deflection => "deflection",
             Self::AcrossPath => "across_path",
             Self::AcrossSurface => "across_surface",
+        }
+    }
+
+    /// What counts of `error`, mm, where the tool moves along the unit vector `along` and its axis is `axis`, all in the same axes.
+    #[must_use]
+    pub fn of(self, error: &Vector3<f64>, along: Vector3<f64>, axis: Vector3<f64>) -> f64 {
+        let across = error - along * along.dot(error);
+        match self {
+            Self::Deflection => error.norm(),
+            Self::AcrossPath => across.norm(),
+            Self::AcrossSurface => {
+                let normal = along.cross(&axis).try_normalize(ALONG_AXIS);
+                normal.map_or(across.norm(), |normal| normal.dot(error).abs())
+            }
         }
     }
 

@@ -188,6 +188,12 @@ fn to_try(study: &Study, best: Option<Value>) -> Result<Option<ToTry>> {
         let why = "Other places cannot be tried here: the turn about the tool's axis was sought for this one.";
         return Ok(Some(ToTry::Nothing(why.into())));
     }
+    if matches!(&study.kind, StudyKind::Placement(placement, _) if placement.features.iter().any(|job| job.turn.is_some()))
+    {
+        let why =
+            "Other places cannot be tried here: at each the turn about the tool's axis is sought, which pages do not.";
+        return Ok(Some(ToTry::Nothing(why.into())));
+    }
     let scene = match Scene::of_study(study) {
         Ok(Some(scene)) => scene,
         Ok(None) => return Ok(None),

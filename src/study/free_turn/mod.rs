@@ -150,6 +150,29 @@ pub fn lattice_cost(asked: TurnAsked<'_>, work: &Work) -> Result<std::result::Re
     Ok(lattice.found(&walk, asked.turn.objective).map(|(_, found)| found))
 }
 
+/// The turn of the lattice that is best held all along a path at a place, rad; without refinement. For searches that ask of many places.
+///
+/// # Errors
+/// As [`seek`].
+#[cfg(not(target_family = "wasm"))]
+pub fn best_held(asked: TurnAsked<'_>, work: &Work) -> Result<std::result::Result<f64, DeadEnd>> {
+    let path = Turnable::new(asked)?;
+    let lattice = Lattice::new(&path)?;
+    let walk = lattice.walk(asked.turn.objective, f64::INFINITY, work)?;
+    let dead_end = || walk.dead_end.clone().unwrap_or(DeadEnd { point: 0, hindrance: None });
+    Ok(walk.best_held().map(|(turn, _)| lattice.turns[turn]).ok_or_else(dead_end))
+}
+
+/// The path of `asked` with its platform turned by `turn`, rad, all along.
+///
+/// # Errors
+/// A machine that cannot turn its tool freely.
+#[cfg(not(target_family = "wasm"))]
+pub fn turned_by(asked: TurnAsked<'_>, turn: f64) -> Result<Toolpath> {
+    let path = Turnable::new(asked)?;
+    Ok(path.turned(&vec![turn; path.points().len()]))
+}
+
 /// What the path asks for as it is.
 fn programmed(path: &Turnable<'_>) -> Vec<Demand> {
     (0..path.points().len()).map(|k| path.demand(k, 0.0)).collect()

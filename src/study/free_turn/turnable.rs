@@ -9,7 +9,7 @@ use crate::{
     compensation::{Demand, Target},
     input::error::{Error, Result},
     machine::{Branch, ChainError, Machine, ToolAxisSource},
-    process::{PathReference, Placed, Placement, ToolTurn, TurnCost, cutting::PathLoad},
+    process::{PathReference, Placed, Placement, ToolTurn, cutting::PathLoad},
     study::{Machines, demands::placed},
     toolpath::{PathPoint, Toolpath},
 };
@@ -167,16 +167,8 @@ impl<'a> Turnable<'a> {
     /// What counts of `error`, the distance from where the tool should be at point `k`, O axes, mm.
     pub fn cost(&self, k: usize, error: &Vector3<f64>) -> f64 {
         let there = &self.placed.workpiece().rotation;
-        let along = there * self.points()[k].tangent;
-        let across = error - along * along.dot(error);
-        match self.asked.turn.cost {
-            TurnCost::Deflection => error.norm(),
-            TurnCost::AcrossPath => across.norm(),
-            TurnCost::AcrossSurface => {
-                let normal = along.cross(&(there * (self.unturned[k] * *self.axis)));
-                normal.try_normalize(1e-6).map_or(across.norm(), |normal| normal.dot(error).abs())
-            }
-        }
+        let axis = there * (self.unturned[k] * *self.axis);
+        self.asked.turn.cost.of(error, there * self.points()[k].tangent, axis)
     }
 
     /// The path with its platform turned by `turns`, rad, one for each point.

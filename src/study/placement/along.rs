@@ -67,6 +67,7 @@ impl Evaluator {
             let (mut points, mut refusals) = (Vec::new(), 0);
             for (_, &k) in looked_at {
                 let seen = walk.visit(&demands[k]);
+                let seen = seen.map(|seen| self.with_parts(seen, &partial.site, job, (k, &demands[k]), &walk));
                 let refused = match &seen {
                     Ok(seen) => {
                         partial.tallies[f].add(seen, prepared.shares[k], job.feature.tolerance_mm);

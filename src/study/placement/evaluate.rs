@@ -10,14 +10,19 @@ use super::{
     bounded::{Corrected, correct},
     metric::{Metric, Metrics},
     site::Site,
-    tally::{Needs, Tally},
+    tally::{Needs, Seen, Tally},
     walk::{Exact, Refusal, UNMEASURED, Walk, excess},
 };
 use crate::{
     compensation::Demand,
     input::error::Error,
     machine::{Configuration, Machine},
-    study::{Failure, Machines, demands::demands_under, placement::FeatureJob},
+    process::TurnCost,
+    study::{
+        Failure, Machines,
+        demands::{demands_under, placed},
+        placement::FeatureJob,
+    },
     work::Work,
 };
 
@@ -36,6 +41,8 @@ pub struct Evaluator {
     /// Sum of the shares of all features: 1, but for the grain.
     share: f64,
     levels: usize,
+    #[cfg(not(target_family = "wasm"))]
+    pub(super) turns: super::turned::TurnsFound,
 }
 
 /// What of a feature does not depend on where it stands.
@@ -105,9 +112,21 @@ impl Evaluator {
             (false, false) => Exact::NotAsked,
         };
         needs.bounded &= study.features.iter().any(|job| job.limits.is_limited());
+        needs.across &= study.objective.has(Metric::WorstAcrossPath);
         let levels = features.iter().map(|feature| feature.levels.len()).max().unwrap_or(0);
         let share = features.iter().map(|feature| feature.share).sum();
-        Self { study: study.clone(), needs, check_forces, asks_bounded, exact, features, share, levels }
+        Self {
+            #[cfg(not(target_family = "wasm"))]
+            turns: super::turned::TurnsFound::default(),
+            study: study.clone(),
+            needs,
+            check_forces,
+            asks_bounded,
+            exact,
+            features,
+            share,
+            levels,
+        }
     }
 
     /// Number of levels.
@@ -127,6 +146,10 @@ impl Evaluator {
     /// The same, whether or not the path stays within the machine's workspace box.
     pub(super) fn open_anywhere(&self, site: &Site) -> Result<Partial, Failure> {
         self.check_boxes(site)?;
+        #[cfg(not(target_family = "wasm"))]
+        for job in &self.study.features {
+            self.turn_at(site, job).transpose()?;
+        }
         let partial = self.unopened(site);
         // Only inverse kinematics says where a coordinate stands that the drives do not control.
         let machine = &self.study.machine;
@@ -144,6 +167,10 @@ impl Evaluator {
 
     /// What is wanted at each point of a feature. Made anew whenever it is needed: a sweep has too many places to keep it.
     pub(super) fn demands(&self, site: &Site, job: &FeatureJob) -> Vec<Demand> {
+        #[cfg(not(target_family = "wasm"))]
+        if let Some(turned) = self.demands_at_best_turn(site, job) {
+            return turned;
+        }
         let feature = &job.feature;
         let placement = site.placement(feature.reference);
         demands_under(job.machine(), &placement, job.target, &feature.path, &feature.loads)
@@ -267,11 +294,33 @@ impl Evaluator {
             let demands = self.demands(&partial.site, job);
             for &k in points(prepared) {
                 let seen = walk.visit(&demands[k]).map_err(|Refusal { failure, .. }| located(job, k, failure))?;
+                let seen = self.with_parts(seen, &partial.site, job, (k, &demands[k]), &walk);
                 partial.tallies[f].add(&seen, prepared.shares[k], job.feature.tolerance_mm);
             }
             *shares = walk.shares.take();
         }
         Ok(())
+    }
+
+    /// `seen` at point `k` of a feature with the parts of its deflection across the direction of motion, if they are asked for.
+    pub(super) fn with_parts(
+        &self,
+        seen: Seen,
+        site: &Site,
+        job: &FeatureJob,
+        (k, demand): (usize, &Demand),
+        walk: &Walk<'_>,
+    ) -> Seen {
+        let Some(plain) = walk.last.plain.as_ref().filter(|_| self.needs.across) else { return seen };
+        let machine = job.machine();
+        let workpiece = match demand.external {
+            Some(axes) => *placed(&machine.carried(&axes), &site.placement(job.feature.reference)).workpiece(),
+            None => self.study.workpiece(site),
+        };
+        let along = workpiece.rotation * job.feature.path.points()[k].tangent;
+        let axis = demand.pose.rotation * machine.tool_axes.column(2);
+        let part = |part: TurnCost| part.of(&plain.position_error, along, axis);
+        Seen { across: [part(TurnCost::AcrossPath), part(TurnCost::AcrossSurface)], ..seen }
     }
 
     /// The best the metrics can still be: no worse than their values, and their values once all levels are done (but

@@ -34,11 +34,19 @@ pub enum Metric {
     ShareWithin,
     /// Share of the path's length within tolerance after the correction within limits. Larger is better.
     ShareWithinCorrected,
+    /// Largest part across the direction of motion of the distance from the path at the nominal command: what walls and floor are off by.
+    WorstAcrossPath,
+    /// Root mean square of that part over the length of the path.
+    RmsAcrossPath,
+    /// Largest part across the direction of motion and the tool's axis: normal to the wall that the side of the tool leaves.
+    WorstAcrossSurface,
+    /// Root mean square of that part over the length of the path.
+    RmsAcrossSurface,
 }
 
 impl Metric {
     /// All metrics, in table order.
-    pub const ALL: [Metric; 13] = [
+    pub const ALL: [Metric; 17] = [
         Metric::WorstDeflection,
         Metric::RmsDeflection,
         Metric::WorstCorrection,
@@ -52,6 +60,10 @@ impl Metric {
         Metric::StabilityMargin,
         Metric::ShareWithin,
         Metric::ShareWithinCorrected,
+        Metric::WorstAcrossPath,
+        Metric::RmsAcrossPath,
+        Metric::WorstAcrossSurface,
+        Metric::RmsAcrossSurface,
     ];
 
     /// Word used in study files.
@@ -70,6 +82,10 @@ impl Metric {
             Metric::StabilityMargin => "stability_margin",
             Metric::ShareWithin => "share_within_tolerance",
             Metric::ShareWithinCorrected => "share_within_tolerance_corrected",
+            Metric::WorstAcrossPath => "worst_across_path",
+            Metric::RmsAcrossPath => "rms_across_path",
+            Metric::WorstAcrossSurface => "worst_across_surface",
+            Metric::RmsAcrossSurface => "rms_across_surface",
         }
     }
 
@@ -95,6 +111,10 @@ impl Metric {
             Metric::StabilityMargin => "stability margin",
             Metric::ShareWithin => "share of the path within tolerance",
             Metric::ShareWithinCorrected => "share within tolerance after correction",
+            Metric::WorstAcrossPath => "worst deflection across the motion",
+            Metric::RmsAcrossPath => "rms deflection across the motion",
+            Metric::WorstAcrossSurface => "worst deflection normal to the wall",
+            Metric::RmsAcrossSurface => "rms deflection normal to the wall",
         }
     }
 
@@ -115,6 +135,10 @@ impl Metric {
             Metric::StabilityMargin => "stability",
             Metric::ShareWithin => "within",
             Metric::ShareWithinCorrected => "within, corrected",
+            Metric::WorstAcrossPath => "worst across",
+            Metric::RmsAcrossPath => "rms across",
+            Metric::WorstAcrossSurface => "worst, wall",
+            Metric::RmsAcrossSurface => "rms, wall",
         }
     }
 
@@ -133,7 +157,11 @@ impl Metric {
             | Metric::RmsDeflection
             | Metric::WorstResidual
             | Metric::RmsResidual
-            | Metric::Departure => "mm",
+            | Metric::Departure
+            | Metric::WorstAcrossPath
+            | Metric::RmsAcrossPath
+            | Metric::WorstAcrossSurface
+            | Metric::RmsAcrossSurface => "mm",
             Metric::WorstCorrection | Metric::WorstHingeCorrection => self.drives(machine).position_unit(),
             Metric::WorstDriveForce | Metric::WorstHingeTorque => self.drives(machine).force_unit(),
             Metric::StabilityMargin => "N_per_mm",
@@ -190,6 +218,14 @@ impl Metric {
         if self.larger_is_better() { -value } else { value }
     }
 
+    /// Whether it is a part of the distance from the path, which is computed where the objective asks for such parts.
+    pub fn is_across(self) -> bool {
+        matches!(
+            self,
+            Metric::WorstAcrossPath | Metric::RmsAcrossPath | Metric::WorstAcrossSurface | Metric::RmsAcrossSurface
+        )
+    }
+
     /// Whether it comes from the correction within limits.
     pub fn is_bounded(self) -> bool {
         matches!(self, Metric::WorstResidual | Metric::RmsResidual | Metric::ShareWithinCorrected)
@@ -238,6 +274,11 @@ impl Objective {
         let mut needed: Vec<Metric> = self.weights.iter().map(|(metric, _)| *metric).collect();
         needed.extend(&self.pareto);
         needed
+    }
+
+    /// Whether a study with this objective has `metric`.
+    pub fn has(&self, metric: Metric) -> bool {
+        !metric.is_across() || self.metrics().iter().any(|asked| asked.is_across())
     }
 
     /// What the objective is, in words.

@@ -32,6 +32,8 @@ pub(crate) mod spec;
 mod sweep;
 mod tally;
 mod trace;
+#[cfg(not(target_family = "wasm"))]
+mod turned;
 mod walk;
 mod way;
 
@@ -74,6 +76,9 @@ pub struct FeatureJob {
     pub target: Target,
     /// Which moves of its path cut.
     pub cuts: CuttingRule,
+    /// How the turn about the tool's axis is sought at each place, if it is.
+    #[cfg(not(target_family = "wasm"))]
+    pub turn: Option<crate::process::ToolTurn>,
 }
 
 impl FeatureJob {

@@ -108,7 +108,7 @@ fn features(specs: &[FeatureSpec], given: &Given<'_>) -> Result<(Vec<FeatureJob>
 
 fn feature(spec: &FeatureSpec, given: &Given<'_>, check: &Check) -> Result<(FeatureJob, Option<Candidate>, Inputs)> {
     let folder = given.folder;
-    let process = given.process(spec.process.as_deref(), check)?;
+    let process = at_one_turn(given.turned_process(spec.process.as_deref(), check)?, given, spec)?;
     let (path, _) = toolpath(spec.circle.as_ref(), spec.file.as_deref(), &process, given, check)?;
     if path.is_empty() {
         return check.key("file").fail("moves nowhere: a program with at least one motion is expected".into());
@@ -143,9 +143,44 @@ fn feature(spec: &FeatureSpec, given: &Given<'_>, check: &Check) -> Result<(Feat
     let today = Candidate::of_process(&process);
     let cuts = process.cutting_rule;
     let machines = Machines::new(&process.machine, &process.errors)?;
-    let job =
-        FeatureJob { feature, machines, errors: process.errors, limits: process.limits, target: process.target, cuts };
+    let job = FeatureJob {
+        feature,
+        machines,
+        errors: process.errors,
+        limits: process.limits,
+        target: process.target,
+        cuts,
+        #[cfg(not(target_family = "wasm"))]
+        turn: Some(process.tool_turn).filter(crate::process::ToolTurn::is_sought),
+    };
+    #[cfg(not(target_family = "wasm"))]
+    job.check_turn()?;
     Ok((job, today, inputs))
+}
+
+/// `process` on a machine that stands on the branch of home, if it seeks the turn about the tool's axis: one for each place.
+#[cfg(not(target_family = "wasm"))]
+fn at_one_turn(process: Process, given: &Given<'_>, spec: &FeatureSpec) -> Result<Process> {
+    match process.tool_turn.redundancy {
+        crate::process::Redundancy::AsProgrammed => Ok(process),
+        crate::process::Redundancy::Best => {
+            let place = given.process_place(spec.process.as_deref()).key("tool_turn.redundancy");
+            place.fail("is best: a place is judged at one turn for each feature, expected best_constant".into())
+        }
+        crate::process::Redundancy::BestConstant => {
+            let branch = process.machine.branch_of(&process.machine.home);
+            let machine = match branch {
+                Some(branch) => process.machine.on_branch(branch)?,
+                None => process.machine.clone(),
+            };
+            Ok(Process { machine, ..process })
+        }
+    }
+}
+
+#[cfg(target_family = "wasm")]
+fn at_one_turn(process: Process, _: &Given<'_>, _: &FeatureSpec) -> Result<Process> {
+    Ok(process)
 }
 
 fn around(features: &[FeatureJob]) -> Extent {

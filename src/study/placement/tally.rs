@@ -24,6 +24,8 @@ pub(super) struct Seen {
     pub margin: Option<f64>,
     /// Departure of superposition, mm.
     pub departure: f64,
+    /// Parts of the deflection, mm: across the direction of motion, and normal to the wall.
+    pub across: [f64; 2],
     /// Smallest eigenvalue of the loaded stiffness, N/mm.
     pub stability: Option<f64>,
     /// Whether an exact correction was sought and not found.
@@ -41,6 +43,8 @@ pub(super) struct Needs {
     pub stability: bool,
     /// The correction within limits.
     pub bounded: bool,
+    /// The parts of the deflection across the direction of motion.
+    pub across: bool,
 }
 
 impl Needs {
@@ -58,6 +62,7 @@ impl Needs {
             departure: any(&[Metric::Departure]),
             stability: any(&[Metric::StabilityMargin]),
             bounded: metrics.iter().any(|metric| metric.is_bounded()),
+            across: metrics.iter().any(|metric| metric.is_across()),
         }
     }
 }
@@ -75,6 +80,9 @@ pub(super) struct Tally {
     hinges: Option<[f64; 2]>,
     margin: Option<f64>,
     departure: f64,
+    /// Largest parts across, and Σ share · part².
+    across: [f64; 2],
+    across_squares: [f64; 2],
     stability: Option<f64>,
     /// Whether a point has no exact correction, so that the numbers of it say nothing.
     is_uncorrected: bool,
@@ -107,6 +115,10 @@ impl Tally {
         self.hinges = most(self.hinges, seen.hinges);
         self.margin = least(self.margin, seen.margin);
         self.departure = self.departure.max(seen.departure);
+        for (k, part) in seen.across.into_iter().enumerate() {
+            self.across[k] = self.across[k].max(part);
+            self.across_squares[k] += share * part * part;
+        }
         self.stability = least(self.stability, seen.stability);
         self.is_uncorrected |= seen.is_uncorrected;
     }
@@ -122,6 +134,8 @@ impl Tally {
             hinges: most(self.hinges, other.hinges),
             margin: least(self.margin, other.margin),
             departure: self.departure.max(other.departure),
+            across: [0, 1].map(|k| self.across[k].max(other.across[k])),
+            across_squares: [0, 1].map(|k| self.across_squares[k] + other.across_squares[k]),
             stability: least(self.stability, other.stability),
             is_uncorrected: self.is_uncorrected || other.is_uncorrected,
         }
@@ -144,6 +158,13 @@ impl Tally {
             if let Some(margin) = self.margin {
                 metrics.set(Metric::ForceMargin, margin);
             }
+        }
+        if needs.across {
+            let squares = self.across_squares.map(|squares| (squares / share).sqrt());
+            metrics.set(Metric::WorstAcrossPath, self.across[0]);
+            metrics.set(Metric::RmsAcrossPath, squares[0]);
+            metrics.set(Metric::WorstAcrossSurface, self.across[1]);
+            metrics.set(Metric::RmsAcrossSurface, squares[1]);
         }
         if needs.departure {
             metrics.set(Metric::Departure, self.departure);

@@ -6,10 +6,7 @@ use serde::Serialize;
 use super::{Best, Entry, Evaluator, PlacementStudy, bounded};
 use crate::{
     compensation::Method,
-    study::{
-        along_path::{Commands, PathAnswer, PathCase, run},
-        demands::demands_under,
-    },
+    study::along_path::{Commands, PathAnswer, PathCase, run},
 };
 
 /// The path of one feature at one place.
@@ -50,8 +47,7 @@ fn trace(evaluator: &Evaluator, study: &PlacementStudy, entry: &Entry, index: us
     let job = &study.features[index];
     let machine = job.machine();
     let feature = &job.feature;
-    let placement = entry.site.placement(feature.reference);
-    let demands = demands_under(machine, &placement, job.target, &feature.path, &feature.loads);
+    let demands = evaluator.demands(&entry.site, job);
     let case =
         PathCase { nominal: machine, real: evaluator.real(index), resting: machine, before: &[], demands: &demands };
     let errors = |method| {

@@ -215,7 +215,7 @@ fn marks(results: &PlacementResults) -> Vec<Mark> {
 fn places(study: &PlacementStudy) -> Explorer {
     let has_limits = study.features.iter().any(|job| job.limits.is_limited());
     let metrics = Metric::ALL.into_iter().filter(|metric| *metric != Metric::ForceMargin);
-    let metrics = metrics.filter(|metric| metric.exists_on(&study.machine));
+    let metrics = metrics.filter(|metric| metric.exists_on(&study.machine) && study.objective.has(*metric));
     let metrics = metrics.filter(|metric| has_limits || !metric.is_bounded());
     Explorer {
         title: PLACES.into(),

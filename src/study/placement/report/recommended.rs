@@ -14,7 +14,6 @@ use crate::{
     spatial::Pose,
     study::{
         deflected_pose::deflected_pose,
-        demands::demands_under,
         placement::{COORDINATES, Entry, Found, Metric, PlacementResults, Site, Trace, is_angle, report::pictures},
     },
 };
@@ -271,8 +270,7 @@ pub(super) fn in_space(results: &PlacementResults) -> Option<Figure> {
     let farthest = (0..trace.before.len()).reduce(|a, b| if size(b) > size(a) { b } else { a })?;
     let job = &study.features[trace.feature];
     let machine = job.machine();
-    let placement = entry.site.placement(job.feature.reference);
-    let demands = demands_under(machine, &placement, job.target, &job.feature.path, &job.feature.loads);
+    let demands = job.demands_at(&entry.site);
     let bent = deflected_pose(machine, &job.errors, demands.get(farthest)?, String::new())?;
     let described = MachineDescription::new(machine);
     let solid = |name: String, corners: [Vector3<f64>; 8]| Solid { name, corners: corners.map(Into::into) };

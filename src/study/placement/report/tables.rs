@@ -3,8 +3,8 @@
 use crate::{
     report::exchange::{self, Column, Row, Table, counts, numbers, texts},
     study::placement::{
-        COORDINATES, Cell, Entry, Found, Metric, Metrics, PlacementResults, PlacementStudy, Refinement, Site, Start,
-        UNITS, Verdict,
+        COORDINATES, Cell, Entry, FeatureJob, Found, Metric, Metrics, PlacementResults, PlacementStudy, Refinement,
+        Site, Start, UNITS, Verdict,
     },
 };
 
@@ -33,7 +33,7 @@ fn columns(study: &PlacementStudy, metrics: &[Metric]) -> Vec<Column> {
 fn available(study: &PlacementStudy, entries: &[Entry]) -> Vec<Metric> {
     let evaluated = || entries.iter().filter_map(|entry| entry.outcome.as_ref().ok());
     let mut metrics = Metric::ALL.to_vec();
-    metrics.retain(|metric| metric.exists_on(&study.machine));
+    metrics.retain(|metric| metric.exists_on(&study.machine) && study.objective.has(*metric));
     if !study.features.iter().any(|job| job.limits.is_limited()) {
         metrics.retain(|metric| !metric.is_bounded());
     }
@@ -56,6 +56,8 @@ pub fn candidates_table(study: &PlacementStudy, entries: &[Entry]) -> Table {
     if features > 1 {
         header.extend(numbers(study.features.iter().map(|job| format!("worst_deflection_{}_mm", job.feature.name))));
     }
+    let turned: Vec<_> = study.features.iter().filter(|job| job.turn.is_some()).collect();
+    header.extend(numbers(turned.iter().map(|job| format!("turn_{}_deg", job.feature.name))));
     header.extend(texts(["correction_within_limits"]));
     let row = |(rank, entry): (usize, &Entry)| {
         let mut row: Row = vec![entry.feasible().map(|_| rank + 1).into()];
@@ -72,6 +74,8 @@ pub fn candidates_table(study: &PlacementStudy, entries: &[Entry]) -> Table {
             let worst = |f: usize| evaluation.and_then(|e| e.features[f].get(Metric::WorstDeflection));
             row.extend((0..features).map(|f| number(worst(f))));
         }
+        let turn = |job: &&FeatureJob| job.turn_at(&entry.site).and_then(Result::ok).map(f64::to_degrees);
+        row.extend(turned.iter().map(|job| number(turn(job))));
         row.push(evaluation.and_then(|e| e.not_corrected.clone()).into());
         row
     };
