@@ -5,7 +5,7 @@ use std::path::Path;
 use nalgebra::Vector3;
 
 use crate::{
-    input::{Folder, error::Result},
+    input::{Folder, Inputs, error::Result},
     process::file::Process,
     study::blocks::{Blocks, BlocksBeforeAfter},
     toolpath::{
@@ -70,10 +70,10 @@ impl ProgramFile {
         let expand = if cfg!(target_family = "wasm") { Expand::Never } else { options.expand };
         let program = match expand {
             Expand::Never => Program::parse(bytes, &name, options),
-            Expand::Always => Program::parse_expanded(&bytes, &name, options, beside),
-            Expand::WhereNeeded => Program::parse(bytes.clone(), &name, options).or_else(|refused| {
+            Expand::Always => Program::parse_expanded(bytes, &name, options, beside),
+            Expand::WhereNeeded => Program::parse_or_give_back(bytes, &name, options).or_else(|(refused, bytes)| {
                 match refused.fault.is_met_by_expanding() {
-                    true => Program::parse_expanded(&bytes, &name, options, beside),
+                    true => Program::parse_expanded(bytes, &name, options, beside),
                     false => Err(refused),
                 }
             }),
@@ -81,8 +81,19 @@ impl ProgramFile {
         Ok(ProgramFile::Gcode(Box::new(program?)))
     }
 
+    /// What results along it depend on: its file, called `name`, and what it was written out as, for what it calls beside it counts.
+    pub(crate) fn inputs(&self, name: &str) -> Inputs {
+        let bytes = match self {
+            ProgramFile::Polyline(polyline) => polyline.source(),
+            ProgramFile::Gcode(program) => program.file_bytes(),
+        };
+        let texts = [Some(bytes), self.written_out()];
+        let inputs = texts.into_iter().flatten().map(|bytes| Inputs::of(name, String::from_utf8_lossy(bytes)));
+        inputs.fold(Inputs::default(), Inputs::and)
+    }
+
     /// The program written out, if it was.
-    pub(crate) fn written_out(&self) -> Option<&[u8]> {
+    fn written_out(&self) -> Option<&[u8]> {
         match self {
             ProgramFile::Gcode(program) if program.notes().written_out.is_some() => Some(program.source()),
             _ => None,
@@ -173,4 +184,24 @@ pub struct Rewritten {
 
 fn is_csv(file: &Path) -> bool {
     file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_program_calls_counts_as_an_input() {
+        let inputs = |sub: &str| {
+            let files = [("part.nc", "O1\nG0 X0 Y0 Z0\nM98 P100\nM30\n"), ("O100.nc", sub)];
+            let folder = Folder::in_memory(files.map(|(name, text)| (name.into(), text.into())));
+            ProgramFile::in_folder(&folder, "part.nc", &GcodeOptions::default()).unwrap().inputs("part.nc")
+        };
+        let texts = |inputs: &Inputs| inputs.texts().map(|(_, text)| text.to_owned()).collect::<Vec<_>>();
+        let (five, six) = (inputs("O100\nG1 X5\nM99\n"), inputs("O100\nG1 X6\nM99\n"));
+        assert_eq!(texts(&five)[0], "O1\nG0 X0 Y0 Z0\nM98 P100\nM30\n");
+        assert!(texts(&five)[1].ends_with("G0 X0 Y0 Z0\nG1 X5\nM30\n"), "{:?}", texts(&five));
+        assert_eq!(texts(&five)[0], texts(&six)[0]);
+        assert_ne!(five, six);
+    }
 }

@@ -110,9 +110,20 @@ impl Program {
     /// # Errors
     /// When the program has a word that cannot be followed, or a motion that cannot be.
     pub fn parse(source: impl Into<Vec<u8>>, name: &str, options: &GcodeOptions) -> Result<Program, GcodeError> {
-        let source = source.into();
+        Program::parse_or_give_back(source.into(), name, options).map_err(|(refused, _)| refused)
+    }
+
+    /// As [`Program::parse`]; with the refusal come the bytes.
+    pub(crate) fn parse_or_give_back(
+        source: Vec<u8>,
+        name: &str,
+        options: &GcodeOptions,
+    ) -> Result<Program, (GcodeError, Vec<u8>)> {
+        let dialect = match dialect::chosen(&source, name, options.dialect) {
+            Ok(dialect) => dialect,
+            Err(refused) => return Err((refused, source)),
+        };
         let lines = Lines::of(&source);
-        let dialect = dialect::chosen(&source, name, options.dialect)?;
         let mut program = Program {
             name: name.to_owned(),
             options: GcodeOptions { dialect: Some(dialect), ..options.clone() },
@@ -126,8 +137,10 @@ impl Program {
             notes: Notes::default(),
             written_out: None,
         };
-        program.survey()?;
-        Ok(program)
+        match program.survey() {
+            Ok(()) => Ok(program),
+            Err(refused) => Err((refused, program.source)),
+        }
     }
 
     /// The program's name as given.
@@ -140,6 +153,11 @@ impl Program {
     #[must_use]
     pub fn source(&self) -> &[u8] {
         &self.source
+    }
+
+    /// The bytes of its file: other ones than [`Program::source`] if it was written out.
+    pub(crate) fn file_bytes(&self) -> &[u8] {
+        self.written_out.as_ref().map_or(&self.source, WrittenOut::file_bytes)
     }
 
     /// The dialect it was read as, what was taken for granted, and which lines stay as they are.

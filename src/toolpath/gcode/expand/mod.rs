@@ -20,13 +20,26 @@ pub type Beside<'a> = dyn Fn(&str) -> Option<Vec<u8>> + 'a;
 pub(super) struct WrittenOut {
     /// Of each of its lines.
     pub origins: Vec<Origin>,
-    /// The names of the files, the program's own first.
-    files: Vec<String>,
+    /// The files, the program's own first.
+    files: Vec<CalledFile>,
     /// How many lines the program has.
     pub lines: usize,
 }
 
+/// A file that is run, or called by one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CalledFile {
+    /// Its name: as given, or as it is called beside the program.
+    pub name: String,
+    /// Its bytes.
+    pub bytes: Vec<u8>,
+}
+
 impl WrittenOut {
+    pub fn file_bytes(&self) -> &[u8] {
+        &self.files[0].bytes
+    }
+
     /// The line, from 1, that `line` (from 1) comes from.
     pub fn line_of(&self, line: usize) -> usize {
         self.origin(line).line + 1
@@ -35,7 +48,7 @@ impl WrittenOut {
     /// `error` where it comes from.
     pub fn located(&self, error: GcodeError) -> GcodeError {
         let Origin { file, line } = self.origin(error.line);
-        GcodeError { file: self.files[file].clone(), line: line + 1, ..error }
+        GcodeError { file: self.files[file].name.clone(), line: line + 1, ..error }
     }
 
     /// The lines are now those of which `lines` says which they were, from 0.
@@ -73,22 +86,24 @@ impl Program {
     /// # Errors
     /// What cannot be evaluated, and as [`Program::parse`].
     pub fn parse_expanded(
-        source: &[u8],
+        source: impl Into<Vec<u8>>,
         name: &str,
         options: &GcodeOptions,
         beside: &Beside<'_>,
     ) -> Result<Program, GcodeError> {
-        let dialect = options.dialect.unwrap_or_else(|| Dialect::of(source));
+        let source = source.into();
+        let dialect = options.dialect.unwrap_or_else(|| Dialect::of(&source));
         if dialect != Dialect::Iso {
-            return Err(dialect::not_written_out(source, name, dialect));
+            return Err(dialect::not_written_out(&source, name, dialect));
         }
         let options = &GcodeOptions { dialect: Some(Dialect::Iso), ..options.clone() };
-        let (mut bytes, mut written_out) = expand(source, name, options.block_delete, beside)?;
-        let program = Program::parse(bytes.clone(), name, options).map_err(|fault| written_out.located(fault))?;
-        if let Some((moves, lines)) = program.without_cycles().map_err(|fault| written_out.located(fault))? {
+        let (bytes, mut written_out) = expand(source, name, options.block_delete, beside)?;
+        let program = Program::parse(bytes, name, options).map_err(|fault| written_out.located(fault))?;
+        let without_cycles = program.without_cycles().map_err(|fault| written_out.located(fault))?;
+        let mut bytes = without_cycles.map_or(program.source, |(moves, lines)| {
             written_out.follow(&lines);
-            bytes = moves;
-        }
+            moves
+        });
         written_out.sign(&mut bytes);
         let mut program = Program::parse(bytes, name, options).map_err(|fault| written_out.located(fault))?;
         for line in &mut program.notes.not_located {
@@ -108,7 +123,7 @@ impl Program {
 /// # Errors
 /// What cannot be evaluated, calls of what is not there, and programs that do not come to an end.
 pub(super) fn expand(
-    source: &[u8],
+    source: Vec<u8>,
     name: &str,
     block_delete: BlockDelete,
     beside: &Beside<'_>,
