@@ -151,7 +151,8 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
         return Ok(Ending::SomeUnsolved);
     }
     let own = own?;
-    let written = job.write(&corrected)?;
+    let mut written = job.write(&corrected)?;
+    written.call_beside_only_if(|file| files.may_call(file));
     let left_alone = corrected.left_alone;
     drop(corrected);
     let made = files.staging()?;
@@ -176,19 +177,21 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
         bounded: bounded.as_ref(),
         corrections,
         blocks: written.blocks.as_ref(),
+        calls: &written.calls,
     };
     let too_much = exceeded.as_deref().map_or_else(String::new, |exceeded| exceeded_text(&job, exceeded));
     let headline = report::headline(&job, &proved, written.rounded_mm, &too_much)?;
     let used = use_text(&job, &proved);
     let blocks = blocks_text(&job, written.blocks.as_ref());
-    let json = program_json(&job, &passes, bounded.as_ref(), exceeded.as_deref(), written.blocks.as_ref());
+    let json = program_json(&job, &proved, exceeded.as_deref());
     let figures = report::figures(&job, &proved);
     let page = report::page(&job, &proved, headline.clone(), &files.points_name());
+    let called = written.called().to_vec();
     let Written { bytes, positions, rounded_mm, in_holes_mm, .. } = written;
     let (machine, process) = (job.machine.clone(), job.process.clone());
     // A page takes memory; nothing more is asked of the points.
     drop((job, findings, positions));
-    let page = files.write((bytes, points.finish()?, json), made.path(), (page, &figures))?;
+    let page = files.write((bytes, &called, points.finish()?, json), made.path(), (page, &figures))?;
     let is_wrong = headline.unsolved.is_some() || worse_as_written(&passes, rounded_mm).is_some();
     reporting.print_styled(&headline::words(&headline, &format!("{:.1} s", started.elapsed().as_secs_f64())))?;
     if reporting.is_verbose() {

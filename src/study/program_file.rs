@@ -10,7 +10,7 @@ use crate::{
     study::blocks::{Blocks, BlocksBeforeAfter},
     toolpath::{
         Sampling, Toolpath,
-        gcode::{Beside, Expand, GcodeOptions, Program},
+        gcode::{Beside, Calls, Expand, GcodeOptions, Program},
         polyline::Polyline,
     },
 };
@@ -73,7 +73,7 @@ impl ProgramFile {
             Expand::Always => Program::parse_expanded(bytes, &name, options, beside),
             Expand::WhereNeeded => Program::parse_or_give_back(bytes, &name, options).or_else(|(refused, bytes)| {
                 match refused.fault.is_met_by_expanding() {
-                    true => Program::parse_expanded(bytes, &name, options, beside),
+                    true => Program::parse_with_calls(bytes, &name, options, beside),
                     false => Err(refused),
                 }
             }),
@@ -158,14 +158,15 @@ impl ProgramFile {
                 let format = process.decimals.format(polyline.own_format())?;
                 let rewritten = polyline.rewrite_sampled(path, positions, format)?;
                 let back = rewritten.read_back()?.positions_mm();
-                Ok(Rewritten { bytes: rewritten.into_bytes(), back, blocks: None })
+                Ok(Rewritten { bytes: rewritten.into_bytes(), back, blocks: None, calls: None })
             }
             ProgramFile::Gcode(program) => {
                 let rewritten = program.rewrite(path, positions, process.writing(program.own_format())?)?;
                 let written = rewritten.read()?;
                 let back = rewritten.positions_of(&written)?;
                 let blocks = BlocksBeforeAfter { before: Blocks::of(program)?, after: Blocks::of(&written)? };
-                Ok(Rewritten { bytes: rewritten.into_bytes(), back, blocks: Some(blocks) })
+                let calls = program.calls_of(&rewritten);
+                Ok(Rewritten { bytes: rewritten.into_bytes(), back, blocks: Some(blocks), calls })
             }
         }
     }
@@ -180,6 +181,8 @@ pub struct Rewritten {
     pub back: Vec<Vector3<f64>>,
     /// What its blocks and those of the program as it was ask of a control; `None` for polylines.
     pub blocks: Option<BlocksBeforeAfter>,
+    /// What becomes of its calls, if it has any; `bytes` are written out.
+    pub calls: Option<Calls>,
 }
 
 fn is_csv(file: &Path) -> bool {

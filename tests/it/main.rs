@@ -31,6 +31,7 @@ mod forces_of_tools;
 mod foreign_machines;
 mod frame_invariance;
 mod fuzz_corpus;
+mod gcode_calls;
 mod gcode_cycles;
 mod gcode_errors;
 mod gcode_expanded;

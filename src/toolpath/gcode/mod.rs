@@ -63,7 +63,7 @@ mod writing;
 pub use blocks::Move;
 pub use dialect::{Dialect, Foreign};
 pub use error::{ArcFault, Fault, GcodeError, MacroFault, Unsupported};
-pub use expand::Beside;
+pub use expand::{Beside, CalledFile, Calls, Differs, How};
 pub use notes::Notes;
 pub use offsets::WorkOffset;
 pub use options::{ArcCentres, BlockDelete, Expand, GcodeOptions};

@@ -3,14 +3,18 @@
 
 mod calls;
 mod cycles;
+mod even;
 mod expression;
 mod flow;
+mod fold;
 mod jumps;
 mod line;
 mod run;
 mod variables;
 
-use crate::toolpath::gcode::{BlockDelete, Dialect, GcodeOptions, Program, dialect, error::GcodeError, lines};
+pub use fold::{Calls, Differs, How};
+
+use crate::toolpath::gcode::{Dialect, GcodeOptions, Program, dialect, error::GcodeError, lines};
 
 /// Gives the bytes of a file beside the program, if there is one of this name.
 pub type Beside<'a> = dyn Fn(&str) -> Option<Vec<u8>> + 'a;
@@ -24,6 +28,10 @@ pub(super) struct WrittenOut {
     files: Vec<CalledFile>,
     /// How many lines the program has.
     pub lines: usize,
+    /// Index of the line that says what it is.
+    header: usize,
+    /// Whether calls are to stay where they can.
+    keeps_calls: bool,
 }
 
 /// A file that is run, or called by one.
@@ -45,6 +53,11 @@ impl WrittenOut {
         self.origin(line).line + 1
     }
 
+    /// The name of the file `at` is in, if it is not the program's own.
+    fn called(&self, at: Origin) -> Option<&str> {
+        (at.file > 0).then(|| self.files[at.file].name.as_str())
+    }
+
     /// `error` where it comes from.
     pub fn located(&self, error: GcodeError) -> GcodeError {
         let Origin { file, line } = self.origin(error.line);
@@ -62,7 +75,8 @@ impl WrittenOut {
         let at = if has_mark { bytes.iter().position(|b| *b == b'\n').map_or(0, |at| at + 1) } else { 0 };
         let header = format!("(written out by kinetostat: {} lines for {})\n", self.origins.len() + 1, self.lines);
         bytes.splice(at..at, header.into_bytes());
-        self.origins.insert(usize::from(at > 0), Origin::default());
+        self.header = usize::from(at > 0);
+        self.origins.insert(self.header, Origin::default());
     }
 
     fn origin(&self, line: usize) -> Origin {
@@ -71,7 +85,7 @@ impl WrittenOut {
 }
 
 /// A line of a source.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Origin {
     pub file: usize,
     /// From 0.
@@ -91,19 +105,46 @@ impl Program {
         options: &GcodeOptions,
         beside: &Beside<'_>,
     ) -> Result<Program, GcodeError> {
-        let source = source.into();
+        Program::parse_written_out(source.into(), name, options, beside, false)
+    }
+
+    /// Follows calls, loops, jumps and expressions as [`Program::parse_expanded`] does, but leaves cycles as they are, and gives what
+    /// is rewritten its calls back where it can ([`Program::calls_of`]).
+    ///
+    /// # Errors
+    /// As [`Program::parse_expanded`].
+    pub fn parse_with_calls(
+        source: impl Into<Vec<u8>>,
+        name: &str,
+        options: &GcodeOptions,
+        beside: &Beside<'_>,
+    ) -> Result<Program, GcodeError> {
+        Program::parse_written_out(source.into(), name, options, beside, true)
+    }
+
+    fn parse_written_out(
+        source: Vec<u8>,
+        name: &str,
+        options: &GcodeOptions,
+        beside: &Beside<'_>,
+        keeps_calls: bool,
+    ) -> Result<Program, GcodeError> {
         let dialect = options.dialect.unwrap_or_else(|| Dialect::of(&source));
         if dialect != Dialect::Iso {
             return Err(dialect::not_written_out(&source, name, dialect));
         }
         let options = &GcodeOptions { dialect: Some(Dialect::Iso), ..options.clone() };
-        let (bytes, mut written_out) = expand(source, name, options.block_delete, beside)?;
-        let program = Program::parse(bytes, name, options).map_err(|fault| written_out.located(fault))?;
-        let without_cycles = program.without_cycles().map_err(|fault| written_out.located(fault))?;
-        let mut bytes = without_cycles.map_or(program.source, |(moves, lines)| {
-            written_out.follow(&lines);
-            moves
-        });
+        let (mut bytes, mut written_out) = run::Run::new(source, name, options.block_delete, beside).all()?;
+        if keeps_calls {
+            written_out.keeps_calls = true;
+        } else {
+            let program = Program::parse(bytes, name, options).map_err(|fault| written_out.located(fault))?;
+            let without_cycles = program.without_cycles().map_err(|fault| written_out.located(fault))?;
+            bytes = without_cycles.map_or(program.source, |(moves, lines)| {
+                written_out.follow(&lines);
+                moves
+            });
+        }
         written_out.sign(&mut bytes);
         let mut program = Program::parse(bytes, name, options).map_err(|fault| written_out.located(fault))?;
         for line in &mut program.notes.not_located {
@@ -116,17 +157,4 @@ impl Program {
         program.written_out = Some(written_out);
         Ok(program)
     }
-}
-
-/// Writes the program `source`, called `name`, out.
-///
-/// # Errors
-/// What cannot be evaluated, calls of what is not there, and programs that do not come to an end.
-pub(super) fn expand(
-    source: Vec<u8>,
-    name: &str,
-    block_delete: BlockDelete,
-    beside: &Beside<'_>,
-) -> Result<(Vec<u8>, WrittenOut), GcodeError> {
-    run::Run::new(source, name, block_delete, beside).all()
 }

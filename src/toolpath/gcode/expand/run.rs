@@ -93,7 +93,7 @@ impl<'a> Run<'a> {
             self.bytes.extend_from_slice(b"%\n");
             self.origins.push(Origin { file: 0, line: lines - 1 });
         }
-        Ok((self.bytes, WrittenOut { origins: self.origins, files: self.files, lines }))
+        Ok((self.bytes, WrittenOut { origins: self.origins, files: self.files, lines, header: 0, keeps_calls: false }))
     }
 
     /// A subprogram that has run to the end of its file.
