@@ -130,6 +130,28 @@ impl ProgramFile {
         }
     }
 
+    /// The number of the file that this line is in: 0 is the program's own, then come [`ProgramFile::called_files`].
+    pub fn file_of(&self, segment: usize) -> usize {
+        match self {
+            ProgramFile::Polyline(_) => 0,
+            ProgramFile::Gcode(program) => program.file_of(segment),
+        }
+    }
+
+    /// The names of the files beside the program that it calls.
+    pub fn called_files(&self) -> Vec<String> {
+        match self {
+            ProgramFile::Polyline(_) => Vec::new(),
+            ProgramFile::Gcode(program) => program.called_files().map(String::from).collect(),
+        }
+    }
+
+    /// The line in words: "line 7", or "O100.nc line 7" of a file that the program calls.
+    pub fn place_of(&self, segment: usize) -> Option<String> {
+        let line = self.line_of(segment)?;
+        Some(place_in_words(&self.called_files(), self.file_of(segment), line))
+    }
+
     /// Whether a point's move is a hole of a cycle.
     pub fn is_hole(&self, segment: usize) -> bool {
         match self {
@@ -183,6 +205,14 @@ pub struct Rewritten {
     pub blocks: Option<BlocksBeforeAfter>,
     /// What becomes of its calls, if it has any; `bytes` are written out.
     pub calls: Option<Calls>,
+}
+
+/// `line` of the file of this number, where the files that a program calls are `called`.
+pub(crate) fn place_in_words(called: &[String], file: usize, line: usize) -> String {
+    match file.checked_sub(1).and_then(|file| called.get(file)) {
+        Some(file) => format!("{file} line {line}"),
+        None => format!("line {line}"),
+    }
 }
 
 fn is_csv(file: &Path) -> bool {

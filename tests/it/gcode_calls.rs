@@ -96,10 +96,13 @@ fn the_lines_of_subprograms_are_corrected_where_they_stand() {
     let bow = |_: usize, p: Vector3<f64>| Vector3::new(0.0, 0.01 * p.x, 0.02 * p.y);
     let (calls, back) = moved(source, bow);
     let (program, files) = stays(calls);
-    assert!(program.ends_with("O100\nG90 G0 X0 Y0\nG1 X5 Y0.05 F90 (cut)\nX10 Y5.1 Z0.1\nM99\n"), "{program}");
+    assert!(
+        program.ends_with("O100\nG90 G0 X0 Y0 Z0.0000\nG1 X5 Y0.0500 Z0.0000 F90 (cut)\nX10 Y5.1000 Z0.1000\nM99\n"),
+        "{program}"
+    );
     assert_eq!(
         String::from_utf8_lossy(&files[0].bytes),
-        STEP.replace("X2 ", "X2 Y0.02 ").replace("Y1\n", "Y1 Z0.022\n")
+        STEP.replace("X2 ", "X2 Y0.0200 ").replace("Y1\n", "Y1 Z0.0200\n")
     );
     let sent = ends(&program, &files);
     assert!(back.len() > sent.len() && sent.iter().all(|end| back.iter().any(|p| (p - end).amax() < 1e-9)));
@@ -130,7 +133,7 @@ fn corrections_that_differ_by_less_than_can_be_written_are_made_the_same() {
     let drift =
         |most: f64| move |k: usize, _| Vector3::new(0.0, 0.01042, 0.0) + Vector3::y() * most * k as f64 / points as f64;
     let (program, _) = stays(moved(source, drift(0.00008)).0);
-    assert!(program.ends_with("O100\nG90 G1 X5 F90\nX0\nM99\n"), "{program}");
+    assert!(program.ends_with("O100\nG90 G1 X5 Y0.0105 Z0.0000 F90\nX0 Y0.0105 Z0.0000\nM99\n"), "{program}");
     assert!(program.contains("X0 Y0.0104 Z0"), "{program}");
     written_out(moved(source, drift(0.005)).0);
 }

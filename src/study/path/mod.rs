@@ -36,6 +36,9 @@ pub struct Station {
     /// Line of the program that leads here, from 1; `None` of a path that is in no file.
     #[serde(skip)]
     pub line: Option<usize>,
+    /// The number of the file it is in: 0 is that of the path, then come [`PathStudy::called_files`].
+    #[serde(skip)]
+    pub file: usize,
 }
 
 /// A checked path study.
@@ -60,6 +63,8 @@ pub struct PathStudy {
     pub facts: Vec<(&'static str, String)>,
     /// What of them nobody may have meant: [`Process::assumed`](crate::process::Process::assumed).
     pub assumed: Vec<(&'static str, String)>,
+    /// The names of the files that its program calls.
+    pub called_files: Vec<String>,
 }
 
 /// What pages of a path say of it.

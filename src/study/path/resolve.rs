@@ -58,6 +58,7 @@ pub(crate) fn path(
         begins_twice: spec.file.is_some() && toolpath.begins_twice(),
         facts: process.facts(),
         assumed: process.assumed(),
+        called_files: program.as_ref().map_or_else(Vec::new, ProgramFile::called_files),
         machine: process.machine.clone(),
     };
     Ok((study, program_input(spec.file.as_deref(), program.as_ref())))
@@ -176,6 +177,7 @@ pub(crate) fn stations(
             phi_deg: heading.map(|h| tidy(h.y.atan2(h.x).to_degrees() - 90.0)),
             cutting: point.cutting,
             line: program.and_then(|program| program.line_of(point.source.segment)),
+            file: program.map_or(0, |program| program.file_of(point.source.segment)),
         }
     };
     points.iter().zip(demands).map(station).collect()

@@ -185,6 +185,18 @@ impl Program {
         line.map(|line| self.written_out.as_ref().map_or(line, |written_out| written_out.line_of(line)))
     }
 
+    /// The number of the file that a motion block stands in: 0 is the program's own, then come [`Program::called_files`].
+    #[must_use]
+    pub fn file_of(&self, segment: usize) -> usize {
+        let line = self.motions.get(segment).map(|motion| motion.line);
+        line.zip(self.written_out.as_ref()).map_or(0, |(line, written_out)| written_out.file_of(line))
+    }
+
+    /// The names of the files beside the program that it calls.
+    pub fn called_files(&self) -> impl Iterator<Item = &str> {
+        self.written_out.iter().flat_map(WrittenOut::called_files)
+    }
+
     /// The bytes of the line of a motion block, without its ending.
     #[must_use]
     pub fn content_of(&self, segment: usize) -> Option<&[u8]> {

@@ -71,7 +71,7 @@ fn sentence(job: &ProgramJob, proved: &Proved<'_>) -> String {
     let lines = proved.findings.worst_lines(job);
     let line = lines
         .first()
-        .map_or_else(String::new, |worst| format!(", worst in line {}, {along:.1} mm along the path", worst.line));
+        .map_or_else(String::new, |worst| format!(", worst in {}, {along:.1} mm along the path", worst.place));
     let off = millimetres(worst.size_mm, 3);
     let left = proved.passes.last().and_then(|pass| pass.summary.max_mm);
     let then =

@@ -53,6 +53,16 @@ impl WrittenOut {
         self.origin(line).line + 1
     }
 
+    /// The number of the file that `line` (from 1) comes from: 0 is the program's own.
+    pub fn file_of(&self, line: usize) -> usize {
+        self.origin(line).file
+    }
+
+    /// The names of the files that the program calls, from number 1 on.
+    pub fn called_files(&self) -> impl Iterator<Item = &str> {
+        self.files.iter().skip(1).map(|file| file.name.as_str())
+    }
+
     /// The name of the file `at` is in, if it is not the program's own.
     fn called(&self, at: Origin) -> Option<&str> {
         (at.file > 0).then(|| self.files[at.file].name.as_str())
