@@ -10,7 +10,7 @@ use crate::{
     study::blocks::{Blocks, BlocksBeforeAfter},
     toolpath::{
         Sampling, Toolpath,
-        gcode::{Beside, Calls, Expand, GcodeOptions, Program},
+        gcode::{Beside, Calls, Expand, Fault, GcodeOptions, Program},
         polyline::Polyline,
     },
 };
@@ -73,7 +73,8 @@ impl ProgramFile {
             Expand::Always => Program::parse_expanded(bytes, &name, options, beside),
             Expand::WhereNeeded => Program::parse_or_give_back(bytes, &name, options).or_else(|(refused, bytes)| {
                 match refused.fault.is_met_by_expanding() {
-                    true => Program::parse_with_calls(bytes, &name, options, beside),
+                    true => Program::parse_with_calls(bytes, &name, options, beside)
+                        .map_err(|fault| if fault.fault == Fault::NotWrittenOut { refused } else { fault }),
                     false => Err(refused),
                 }
             }),

@@ -15,6 +15,7 @@ mod compensation_six_drives;
 mod controls;
 mod convergence;
 mod cutting_forces;
+mod dialect_cycles;
 mod dialect_errors;
 mod dialect_properties;
 mod dialects;

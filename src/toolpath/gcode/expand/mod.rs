@@ -14,7 +14,7 @@ mod variables;
 
 pub use fold::{Calls, Differs, How};
 
-use crate::toolpath::gcode::{Dialect, GcodeOptions, Program, dialect, error::GcodeError, lines};
+use crate::toolpath::gcode::{Dialect, GcodeOptions, Program, dialect, error::GcodeError, lines::Lines};
 
 /// Gives the bytes of a file beside the program, if there is one of this name.
 pub type Beside<'a> = dyn Fn(&str) -> Option<Vec<u8>> + 'a;
@@ -44,6 +44,17 @@ pub struct CalledFile {
 }
 
 impl WrittenOut {
+    /// Of a program of one file, in which its lines, from 0, are now these.
+    fn of_lines(name: &str, bytes: Vec<u8>, lines: &[usize]) -> WrittenOut {
+        WrittenOut {
+            origins: lines.iter().map(|line| Origin { file: 0, line: *line }).collect(),
+            lines: Lines::of(&bytes).len(),
+            files: vec![CalledFile { name: name.to_owned(), bytes }],
+            header: 0,
+            keeps_calls: false,
+        }
+    }
+
     pub fn file_bytes(&self) -> &[u8] {
         &self.files[0].bytes
     }
@@ -79,14 +90,14 @@ impl WrittenOut {
         self.origins = lines.iter().map(|line| self.origins.get(*line).copied().unwrap_or_default()).collect();
     }
 
-    /// Adds the comment to `bytes` that says what they are, behind a % that they begin with.
-    pub fn sign(&mut self, bytes: &mut Vec<u8>) {
-        let has_mark = lines::first(bytes) == Some(b'%');
-        let at = if has_mark { bytes.iter().position(|b| *b == b'\n').map_or(0, |at| at + 1) } else { 0 };
-        let header = format!("(written out by kinetostat: {} lines for {})\n", self.origins.len() + 1, self.lines);
+    /// Adds the comment to `bytes`, a program in `dialect`, that says what they are.
+    pub fn sign(&mut self, bytes: &mut Vec<u8>, dialect: Dialect) {
+        let (header, line) = dialect.header(bytes, self.origins.len() + 1, self.lines);
+        let at = line.checked_sub(1).map_or(0, |before| Lines::of(bytes).ending(before).end);
         bytes.splice(at..at, header.into_bytes());
-        self.header = usize::from(at > 0);
-        self.origins.insert(self.header, Origin::default());
+        *bytes = dialect.numbered(b"", std::mem::take(bytes));
+        self.header = line;
+        self.origins.insert(line, Origin::default());
     }
 
     fn origin(&self, line: usize) -> Origin {
@@ -140,12 +151,19 @@ impl Program {
         keeps_calls: bool,
     ) -> Result<Program, GcodeError> {
         let dialect = options.dialect.unwrap_or_else(|| Dialect::of(&source));
+        let options = &GcodeOptions { dialect: Some(dialect), ..options.clone() };
+        let (mut bytes, mut written_out) = match dialect {
+            Dialect::Iso => run::Run::new(source, name, options.block_delete, beside).all()?,
+            _ => {
+                let Some((bytes, lines)) = dialect.without_cycles(&source) else {
+                    return Err(dialect::not_written_out(&source, name, dialect));
+                };
+                (bytes, WrittenOut::of_lines(name, source, &lines))
+            }
+        };
         if dialect != Dialect::Iso {
-            return Err(dialect::not_written_out(&source, name, dialect));
-        }
-        let options = &GcodeOptions { dialect: Some(Dialect::Iso), ..options.clone() };
-        let (mut bytes, mut written_out) = run::Run::new(source, name, options.block_delete, beside).all()?;
-        if keeps_calls {
+            // Moves have taken the place of its cycles.
+        } else if keeps_calls {
             written_out.keeps_calls = true;
         } else {
             let program = Program::parse(bytes, name, options).map_err(|fault| written_out.located(fault))?;
@@ -155,7 +173,7 @@ impl Program {
                 moves
             });
         }
-        written_out.sign(&mut bytes);
+        written_out.sign(&mut bytes, dialect);
         let mut program = Program::parse(bytes, name, options).map_err(|fault| written_out.located(fault))?;
         for line in &mut program.notes.not_located {
             *line = written_out.line_of(*line);
