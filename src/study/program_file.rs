@@ -71,12 +71,13 @@ impl ProgramFile {
         let program = match expand {
             Expand::Never => Program::parse(bytes, &name, options),
             Expand::Always => Program::parse_expanded(bytes, &name, options, beside),
-            Expand::WhereNeeded => Program::parse_or_give_back(bytes, &name, options).or_else(|(refused, bytes)| {
-                match refused.fault.is_met_by_expanding() {
-                    true => Program::parse_with_calls(bytes, &name, options, beside)
-                        .map_err(|fault| if fault.fault == Fault::NotWrittenOut { refused } else { fault }),
-                    false => Err(refused),
+            Expand::WhereNeeded => Program::parse_or_give_back(bytes, &name, options).or_else(|given_back| {
+                let (refused, bytes) = *given_back;
+                if !refused.fault.is_met_by_expanding() {
+                    return Err(refused);
                 }
+                let written_out = Program::parse_with_calls(bytes, &name, options, beside);
+                written_out.map_err(|fault| if fault.fault == Fault::NotWrittenOut { refused } else { fault })
             }),
         };
         Ok(ProgramFile::Gcode(Box::new(program?)))

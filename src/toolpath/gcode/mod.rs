@@ -110,7 +110,7 @@ impl Program {
     /// # Errors
     /// When the program has a word that cannot be followed, or a motion that cannot be.
     pub fn parse(source: impl Into<Vec<u8>>, name: &str, options: &GcodeOptions) -> Result<Program, GcodeError> {
-        Program::parse_or_give_back(source.into(), name, options).map_err(|(refused, _)| refused)
+        Program::parse_or_give_back(source.into(), name, options).map_err(|refused| refused.0)
     }
 
     /// As [`Program::parse`]; with the refusal come the bytes.
@@ -118,10 +118,10 @@ impl Program {
         source: Vec<u8>,
         name: &str,
         options: &GcodeOptions,
-    ) -> Result<Program, (GcodeError, Vec<u8>)> {
+    ) -> Result<Program, Box<(GcodeError, Vec<u8>)>> {
         let dialect = match dialect::chosen(&source, name, options.dialect) {
             Ok(dialect) => dialect,
-            Err(refused) => return Err((refused, source)),
+            Err(refused) => return Err(Box::new((refused, source))),
         };
         let lines = Lines::of(&source);
         let mut program = Program {
@@ -139,7 +139,7 @@ impl Program {
         };
         match program.survey() {
             Ok(()) => Ok(program),
-            Err(refused) => Err((refused, program.source)),
+            Err(refused) => Err(Box::new((refused, program.source))),
         }
     }
 
