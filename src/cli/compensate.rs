@@ -9,7 +9,6 @@ use clap::Args;
 use kinetostat::{
     compensation::Method,
     input::error::{Error, Result},
-    machine::Branch,
     process::{Redundancy, file::Process},
     report::{Foreign, cautions, counted, if_any, millimetres_in_table, text_table::text_table},
     study::{
@@ -32,14 +31,15 @@ use kinetostat::{
     work::{Event, Work},
 };
 
-use super::{Ending, choice, headline, reporting::Reporting, set};
+use super::{Ending, choice, headline, on_machine::OnMachine, reporting::Reporting};
 
 /// Write the program that makes the loaded tool follow its path, and prove it by simulating what was written.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 The program keeps its format: in G-code only motion words change; comments, line numbers, other words and the feed stay.
 Beside the program, its points and errors are written to OUT.points.csv and OUT.report.json, and a page of what it does to
-OUT.html. Files of these names are only replaced if they are as this command left them, or with --force.
+OUT.html, and so are files that it calls if their calls stay. Files of these names are only replaced if they are as this command left
+them, or with --force.
 
 Examples:
   kinetostat compensate part.nc --machine orthoglide --process milling.toml --out part_compensated.nc
@@ -51,23 +51,12 @@ Examples:
 pub struct CompensateArguments {
     /// Program: a polyline (.csv) or G-code (any other name)
     path: PathBuf,
-    /// Built-in machine or machine file
-    #[arg(long, short)]
-    machine: String,
-    /// Hold a drive at a position, mm or degrees as a pendant shows it: one that the task does not need (a rail), or one under the
-    /// workpiece; repeatable
-    #[arg(long, value_parser = set::setting, value_name = "DRIVE=VALUE")]
-    hold: Vec<set::Setting>,
-    /// Branch on which an arm with a spherical wrist is to stand [default: the one of home, and others where it does not reach]
-    #[arg(long, value_parser = choice::branch())]
-    branch: Option<Branch>,
+    #[command(flatten)]
+    on: OnMachine,
     /// Turn about the tool's axis along a polyline, instead of that of [tool_turn] of the process; the compensated program says how the
     /// platform stands at each point
     #[arg(long, value_parser = choice::redundancy())]
     redundancy: Option<Redundancy>,
-    /// Process file: placement, cutting force, chain errors, limits
-    #[arg(long, short)]
-    process: PathBuf,
     /// File for the compensated program
     #[arg(long, short)]
     out: PathBuf,
@@ -77,8 +66,8 @@ pub struct CompensateArguments {
     /// Language of a program that is no CSV [default: as [gcode] of the process says, or auto]
     #[arg(long, value_parser = choice::dialect())]
     dialect: Option<choice::ChosenDialect>,
-    /// Write the program (ISO code) out as the motion it makes before correcting it, its cycles as well [default: as expand in [gcode] of
-    /// the process says, or only programs with subprograms, loops, jumps or expressions]
+    /// Write the program (ISO code) out as the motion it makes before correcting it, its calls and its cycles [default: as expand in [gcode]
+    /// of the process says, or only where lines that run several times have other corrections each time]
     #[arg(long)]
     expand: bool,
     /// How commands are found: none, linear, mirror, mirror_N (N passes), matrix_free, fixed_matrix, procedure, newton, direct,
@@ -103,9 +92,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let reporting = &arguments.reporting;
     reporting.start_log()?;
     let started = Instant::now();
-    let machine = set::machine(&arguments.machine, &[], arguments.branch)?.machine()?;
-    let machine = set::held(&machine, &arguments.hold)?;
-    let mut process = Process::open(&arguments.process, &machine)?;
+    let mut process = arguments.on.process()?;
     if let Some(choice::ChosenDialect(dialect)) = arguments.dialect {
         process.gcode.dialect = dialect;
     }
@@ -163,11 +150,12 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
         return Ok(Ending::SomeUnsolved);
     }
     let own = own?;
-    let written = job.write(&corrected)?;
+    let mut written = job.write(&corrected)?;
+    written.call_beside_only_if(|file| files.may_call(file));
     let left_alone = corrected.left_alone;
     drop(corrected);
     let made = files.staging()?;
-    let mut points = files.points(made.path(), &program_columns(&job.machine))?;
+    let mut points = files.points(made.path(), &program_columns(&job))?;
     let mut exceedances = bounded.as_ref().map(|bounded| Exceedances::new(&job, bounded));
     let (mut findings, mut corrections) = (Findings::new(&job)?, [None; 2]);
     let as_written = format!("{}, as written", own.name);
@@ -188,19 +176,21 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
         bounded: bounded.as_ref(),
         corrections,
         blocks: written.blocks.as_ref(),
+        calls: &written.calls,
     };
     let too_much = exceeded.as_deref().map_or_else(String::new, |exceeded| exceeded_text(&job, exceeded));
     let headline = report::headline(&job, &proved, written.rounded_mm, &too_much)?;
     let used = use_text(&job, &proved);
     let blocks = blocks_text(&job, written.blocks.as_ref());
-    let json = program_json(&job, &passes, bounded.as_ref(), exceeded.as_deref(), written.blocks.as_ref());
+    let json = program_json(&job, &proved, exceeded.as_deref());
     let figures = report::figures(&job, &proved);
     let page = report::page(&job, &proved, headline.clone(), &files.points_name());
+    let called = written.called().to_vec();
     let Written { bytes, positions, rounded_mm, in_holes_mm, .. } = written;
     let (machine, process) = (job.machine.clone(), job.process.clone());
     // A page takes memory; nothing more is asked of the points.
     drop((job, findings, positions));
-    let page = files.write((bytes, points.finish()?, json), made.path(), (page, &figures))?;
+    let page = files.write((bytes, &called, points.finish()?, json), made.path(), (page, &figures))?;
     let is_wrong = headline.unsolved.is_some() || worse_as_written(&passes, rounded_mm).is_some();
     reporting.print_styled(&headline::words(&headline, &format!("{:.1} s", started.elapsed().as_secs_f64())))?;
     if let Some(found) = &turns {
@@ -356,7 +346,7 @@ fn refusal(job: &ProgramJob, problem: &str, failures: &[(usize, String)]) -> Res
     let mut text = problem.to_string();
     for (point, reason) in failures.iter().take(SHOWN) {
         let at = &job.path.points()[*point];
-        let line = job.file.line_of(at.source.segment).map_or_else(String::new, |line| format!("line {line}, "));
+        let line = job.file.place_of(at.source.segment).map_or_else(String::new, |line| format!("{line}, "));
         let [x, y, z]: [f64; 3] = at.position_mm.into();
         text += &format!("  {line}point {point} at ({x:.3}, {y:.3}, {z:.3}) mm: {reason}\n");
     }

@@ -9,7 +9,7 @@ use kinetostat::{
         error::{Error, Result},
         toml_file,
     },
-    machine::{Branch, catalogue},
+    machine::catalogue,
     process::Process,
     report::page::PAGE,
     study::{
@@ -22,7 +22,7 @@ use kinetostat::{
     work::Work,
 };
 
-use super::{Ending, choice, headline, number, numbers, reporting::Reporting, set};
+use super::{Ending, choice, headline, number, numbers, on_machine::OnMachine, reporting::Reporting};
 
 /// Write corrections as a table that a controller reads, as small as keeps a tolerance, with the worst that it leaves.
 #[derive(Debug, Args)]
@@ -40,18 +40,8 @@ Examples:
 
 Exit codes: 0 the tolerance is kept; 1 it is not, with a --grid that is too coarse.")]
 pub struct ExportCorrectionArguments {
-    /// Built-in machine or machine file
-    #[arg(long, short)]
-    machine: String,
-    /// Hold a drive at a position, mm or degrees as a pendant shows it; repeatable
-    #[arg(long, value_parser = set::setting, value_name = "DRIVE=VALUE")]
-    hold: Vec<set::Setting>,
-    /// Branch on which an arm with a spherical wrist is to stand
-    #[arg(long, value_parser = choice::branch())]
-    branch: Option<Branch>,
-    /// Process file: cutting force, chain errors, orientation of the workpiece
-    #[arg(long, short)]
-    process: PathBuf,
+    #[command(flatten)]
+    on: OnMachine,
     /// Folder for the table and its page
     #[arg(long, short)]
     out: PathBuf,
@@ -81,9 +71,7 @@ pub fn export_correction(arguments: &ExportCorrectionArguments) -> Result<Ending
     let reporting = &arguments.reporting;
     reporting.start_log()?;
     let started = Instant::now();
-    let machine = set::machine(&arguments.machine, &[], arguments.branch)?.machine()?;
-    let machine = set::held(&machine, &arguments.hold)?;
-    let process = Process::open(&arguments.process, &machine)?;
+    let process = arguments.on.process()?;
     let question = question(arguments, &process).map_err(in_options)?;
     let inputs = inputs(arguments, &question, process.inputs)?;
     let options = CorrectionExport { formats: arguments.format.clone(), figures: !arguments.no_figures, inputs };
@@ -124,17 +112,17 @@ fn inputs(arguments: &ExportCorrectionArguments, question: &CorrectionQuestion, 
     if let Some(counts) = question.counts {
         text += &format!("grid = {counts:?}\n");
     }
-    if let Some(branch) = arguments.branch {
+    if let Some(branch) = arguments.on.branch {
         text += &format!("branch = \"{}\"\n", branch.label());
     }
-    for (drive, value) in &arguments.hold {
+    for (drive, value) in &arguments.on.hold {
         text += &format!("held.\"{drive}\" = {value:?}\n");
     }
-    let machine = match catalogue::find(&arguments.machine) {
+    let machine = match catalogue::find(&arguments.on.machine) {
         Some(entry) => entry.toml.to_string(),
-        None => toml_file::read(std::path::Path::new(&arguments.machine))?,
+        None => toml_file::read(std::path::Path::new(&arguments.on.machine))?,
     };
-    Ok(Inputs::of("command line", text).and(Inputs::of(&arguments.machine, machine)).and(process))
+    Ok(Inputs::of("command line", text).and(Inputs::of(&arguments.on.machine, machine)).and(process))
 }
 
 /// An error of the library in words of the command line.

@@ -8,7 +8,7 @@ use kinetostat::{
     input::error::{Error, Result},
     machine::Machine,
     process::file::Process,
-    report::{Foreign, OutputFile, may_replace, prepare, write_all},
+    report::{Foreign, OutputFile, PreparedFolder, may_replace, prepare, write_all},
     study::{
         Machines,
         realtime::{AIM_MM, Domain, Errors, MARK, PLACES, Question, Realtime, files, generate},
@@ -77,7 +77,7 @@ pub fn export_realtime(arguments: &ExportRealtimeArguments) -> Result<Ending> {
     };
     let domain = Domain::new(corners, arguments.force, arguments.moment)?;
     let folder = &arguments.out;
-    prepare(folder)?;
+    let _prepared = PreparedFolder::new(folder)?;
     let machines = Machines::new(&nominal, &errors)?;
     let realtime = generate(Question { machines, errors, domain, steps: arguments.steps, places: PLACES })?;
     write(folder, files(&realtime), Foreign::forced(arguments.replace))?;

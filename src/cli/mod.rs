@@ -10,6 +10,7 @@ mod export_realtime;
 mod headline;
 mod machines;
 mod new;
+mod on_machine;
 mod point;
 mod progress;
 mod report;

@@ -10,6 +10,7 @@ mod manifest;
 mod output;
 pub mod page;
 pub(crate) mod point_words;
+mod prepared;
 mod recorded;
 mod replace;
 mod said;
@@ -21,6 +22,7 @@ pub(crate) mod write;
 
 pub use manifest::{Manifest, StatusCount};
 pub use output::{Output, Run};
+pub use prepared::PreparedFolder;
 pub use recorded::Recorded;
 pub use replace::{Foreign, may_replace};
 pub use said::Said;

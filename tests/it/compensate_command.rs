@@ -545,3 +545,82 @@ fn a_machine_that_snaps_through_is_said_to_at_every_point() {
     let reasons: Vec<&str> = said.lines().filter(|line| line.starts_with("  line 3, point")).collect();
     assert!(reasons.len() > 3 && reasons.iter().all(|reason| reason.contains("snaps through")), "{said}");
 }
+
+/// A program that calls a file beside it, in a folder with its process: with a force, or without.
+fn calling(force: &str) -> (tempfile::TempDir, PathBuf, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let program =
+        write(&folder, "main.nc", "%\nO1\nG21 G90\nG0 X0 Y0 Z0\nM98 P70 L2\nG0 X40\nM98 P70 (again)\nM30\n%\n");
+    write(&folder, "O0070.nc", "O70\nG90 G1 X5 F300 (groove)\nG91 Y20\nG90 Y0\nM99\n");
+    let force = format!(
+        "schema = 1\n[force.path_frame]\nradial_force_N = {force}\ntangential_force_N = 0.0\naxial_force_N = 0.0\n"
+    );
+    let process = write(&folder, "process.toml", &force);
+    (folder, program, process)
+}
+
+#[test]
+fn calls_stay_where_their_corrections_are_the_same() {
+    let (folder, program, process) = calling("0.0");
+    let (output, out) = compensate(&program, &process, &[]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let said = unwrapped(&text(&output.stdout));
+    assert!(
+        said.contains(
+            "What the program calls and computes stays: no line needs other corrections each time that it runs. It calls \
+             O0070.nc beside it."
+        ),
+        "{said}"
+    );
+    for (name, source) in [("out.nc", "main.nc"), ("O0070.nc", "O0070.nc")] {
+        let [written, read] =
+            [out.path().join(name), folder.path().join(source)].map(|file| std::fs::read(file).unwrap());
+        assert_eq!(text(&written), text(&read));
+    }
+    assert_eq!(report(&out)["written_out"], Value::Null);
+    assert!(report(&out)["files"].to_string().contains("O0070.nc"));
+    // Ours, and replaced by the next one; beside the program, it is there already.
+    let target = out.path().join("out.nc");
+    let in_place = folder.path().join("out.nc");
+    for target in [&target, &in_place] {
+        let again = ["compensate", program.to_str().unwrap(), "--machine", "orthoglide", "--process"];
+        let again = run(&[&again[..], &[process.to_str().unwrap(), "--out", target.to_str().unwrap()]].concat());
+        assert!(again.status.success(), "{}", text(&again.stderr));
+        assert_eq!(std::fs::read(target).unwrap(), std::fs::read(&program).unwrap());
+    }
+}
+
+#[test]
+fn a_called_file_that_may_not_be_replaced_writes_the_program_out() {
+    let (folder, program, process) = calling("0.0");
+    let out = tempfile::tempdir().unwrap();
+    write(&out, "O0070.nc", "O70\nM99\n");
+    let target = out.path().join("out.nc");
+    let arguments = ["compensate", program.to_str().unwrap(), "--machine", "orthoglide", "--process"];
+    let arguments = [&arguments[..], &[process.to_str().unwrap(), "--out", target.to_str().unwrap()]].concat();
+    let said = unwrapped(&text(&run(&arguments).stdout));
+    let expected = "Written out: 17 lines for the 9 of the program; what it calls cannot be written beside it:";
+    assert!(said.contains(expected) && said.contains("was not written by kinetostat"), "{said}");
+    assert!(report(&out)["written_out"]["because"].as_str().unwrap().contains("O0070.nc"));
+    assert!(std::fs::read_to_string(&target).unwrap().contains("(written out by kinetostat: 17 lines for 9)"));
+    assert_eq!(std::fs::read_to_string(out.path().join("O0070.nc")).unwrap(), "O70\nM99\n");
+    assert!(folder.path().exists());
+}
+
+#[test]
+fn calls_with_other_corrections_are_written_out_and_that_is_said() {
+    let (folder, program, process) = calling("215.0");
+    let (output, out) = compensate(&program, &process, &[]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let said = unwrapped(&text(&output.stdout));
+    assert!(
+        said.contains("Written out: 17 lines for the 9 of the program; O0070.nc line 2 runs several times, each with other corrections."),
+        "{said}"
+    );
+    assert!(!out.path().join("O0070.nc").exists() && folder.path().exists());
+    assert!(said.contains("worst in O0070.nc line 4, ") || said.contains("worst in line "), "{said}");
+    let points = std::fs::read_to_string(out.path().join("out.nc.points.csv")).unwrap();
+    let places: Vec<[&str; 2]> =
+        points.lines().map(|row| row.split(',').collect::<Vec<_>>()).map(|cells| [cells[1], cells[2]]).collect();
+    assert_eq!(places[..3], [["line", "called_file"], ["4", ""], ["2", "O0070.nc"]]);
+}

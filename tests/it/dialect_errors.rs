@@ -260,6 +260,7 @@ fn only_iso_programs_are_written_out() {
     };
     assert_eq!(
         refusal("G1 X=5\nM30\n"),
-        "part.mpf:1:1: `G1 X=5`: only ISO programs are written out; expected one, or no --expand (read as Sinumerik)"
+        "part.mpf:1:1: `G1 X=5`: only ISO programs and some drilling cycles of others are written out; expected CYCLE81 or CYCLE82, CYCL \
+         DEF 200 or 201 and no other, or no --expand (read as Sinumerik)"
     );
 }

@@ -21,7 +21,7 @@ fn every_program_to_refuse_is_refused_in_the_words_that_it_begins_with() {
         let expected = first.strip_prefix("; ").unwrap();
         let options = GcodeOptions::default();
         let (expected, read) = match expected.strip_prefix("--expand ") {
-            Some(expected) => (expected, Program::parse_expanded(&source, &name, &options, &|_| None)),
+            Some(expected) => (expected, Program::parse_expanded(source, &name, &options, &|_| None)),
             None => (expected, Program::parse(source, &name, &options)),
         };
         assert_eq!(read.expect_err(&name).to_string(), expected);

@@ -157,7 +157,7 @@ fn programs_are_written_out_as_expected() {
     assert!(expected.len() >= 12, "{} programs", expected.len());
     for (name, expected) in expected {
         let source = std::fs::read(folder.join(&name)).unwrap();
-        let program = Program::parse_expanded(&source, &name, &GcodeOptions::default(), &beside).unwrap();
+        let program = Program::parse_expanded(source, &name, &GcodeOptions::default(), &beside).unwrap();
         if update {
             std::fs::write(folder.join("expected").join(&name), program.source()).unwrap();
         } else {
@@ -194,7 +194,7 @@ fn cycles_written_out_go_where_cycles_go() {
         };
         let options = GcodeOptions::default();
         let bottoms = corners(Program::parse(source.clone(), &name, &options).unwrap());
-        let moves = corners(Program::parse_expanded(&source, &name, &options, &|_| None).unwrap());
+        let moves = corners(Program::parse_expanded(source, &name, &options, &|_| None).unwrap());
         let mut moves = moves.iter();
         for bottom in bottoms {
             assert!(moves.any(|place| (place - bottom).amax() < 1e-7), "{name}: {bottom}");

@@ -3,7 +3,7 @@
 use crate::support::rs274::{self, Step};
 use kinetostat::toolpath::{
     NumberFormat, Sampling,
-    gcode::{GcodeOptions, Program},
+    gcode::{Calls, GcodeOptions, Program},
 };
 use proptest::prelude::*;
 
@@ -182,6 +182,11 @@ proptest! {
         }
         let same = program.rewrite(&path, &path.positions_mm(), NumberFormat::default()).unwrap();
         prop_assert_eq!(same.bytes(), program.source());
+        let with_calls = Program::parse_with_calls(text.as_bytes(), "random.nc", &GcodeOptions::default(), &none).unwrap();
+        let path = with_calls.toolpath(Sampling::new(0.05, 1e6).unwrap()).unwrap();
+        let same = with_calls.rewrite(&path, &path.positions_mm(), NumberFormat::default()).unwrap();
+        let stays = Calls::Stay { program: text.clone().into_bytes(), beside: Vec::new() };
+        prop_assert_eq!(with_calls.calls_of(&same), Some(stays));
         let written_out = String::from_utf8_lossy(program.source()).replace("G80", "");
         prop_assert!(!written_out.contains("G8") && !written_out.contains("M98"), "{}", written_out);
     }

@@ -122,7 +122,7 @@ fn a_program_that_calls_others_is_written_out_if_the_process_says_so() {
     let mut summary = Summary::default();
     summary.add(&found.study, &found.whole);
     let said = text(&summary, &found.study, &Shown { is_circle: false }).place;
-    assert!(said.contains("mm, line "), "{said}");
+    assert!(said.contains("mm, O0070.nc line 2, "), "{said}");
     // What is called decides the results.
     write("O0070.nc", "O70\nG1 Y20\nX41\nM99\n");
     assert_ne!(study().unwrap().inputs.sha256(), before);

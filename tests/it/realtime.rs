@@ -324,6 +324,8 @@ fn the_command_writes_a_folder_and_replaces_what_it_wrote() {
         let small = ["--box", "-10,-10,90,10,10,110", "--force-N", "20", "--moment-Nmm", "0", "--out", &shown];
         told(&[&["export-realtime", "--machine", "orthoglide"], &small[..], more].concat())
     };
+    let (code, _, errors) = export(&["--steps", "0"]);
+    assert!(code == Some(2) && errors.contains("--steps: must be from 1 to 8, got 0") && !out.exists(), "{errors}");
     let (code, said, errors) = export(&[]);
     assert_eq!(code, Some(0), "{errors}");
     assert!(said.contains("kinetostat_correct: error below") && said.contains("cargo build --release"), "{said}");

@@ -53,13 +53,16 @@ pub fn residuals(
         work.check()?;
         let position = grid.position(index);
         let at = loaded.stand(position)?;
+        let by = |loaded: &mut Loaded<'_>, corrector: Corrector<'_>| {
+            worst(loaded, &at, question, |_, force| Ok(corrector.correction(&at, position, force)))
+        };
         let mut left_mm = vec![
-            by(loaded, &at, position, question, &Corrector::Nothing)?,
-            by(loaded, &at, position, question, &Corrector::Table(&answer.table))?,
-            exactly(loaded, &at, question)?,
+            by(loaded, Corrector::Nothing)?,
+            by(loaded, Corrector::Table(&answer.table))?,
+            worst(loaded, &at, question, |loaded, force| loaded.exact(&at, force))?,
         ];
         if let Ok((tables, _)) = &answer.per_joint {
-            left_mm.push(by(loaded, &at, position, question, &Corrector::PerJoint(tables))?);
+            left_mm.push(by(loaded, Corrector::PerJoint(tables))?);
         }
         work.tell(Event::Computed(1));
         Ok(ResidualPoint { position_mm: position.into(), left_mm })
@@ -69,25 +72,15 @@ pub fn residuals(
     all.into_iter().collect()
 }
 
-fn by(
+/// The worst over the forces with the drives corrected as `correction` says of each.
+fn worst(
     loaded: &mut Loaded<'_>,
     at: &Configuration,
-    position: Vector3<f64>,
     question: &CorrectionQuestion,
-    corrector: &Corrector<'_>,
+    correction: impl Fn(&mut Loaded<'_>, Vector3<f64>) -> Result<Vec<f64>>,
 ) -> Result<f64> {
-    let mut most = 0.0f64;
-    for force in axis_forces(question.largest_force_N) {
-        most = most.max(loaded.left_mm(at, force, &corrector.correction(at, position, force))?);
-    }
-    Ok(most)
-}
-
-fn exactly(loaded: &mut Loaded<'_>, at: &Configuration, question: &CorrectionQuestion) -> Result<f64> {
-    let mut most = 0.0f64;
-    for force in axis_forces(question.largest_force_N) {
-        let correction = loaded.exact(at, force)?;
-        most = most.max(loaded.left_mm(at, force, &correction)?);
-    }
-    Ok(most)
+    axis_forces(question.largest_force_N).into_iter().try_fold(0.0, |most: f64, force| {
+        let correction = correction(loaded, force)?;
+        Ok(most.max(loaded.left_mm(at, force, &correction)?))
+    })
 }

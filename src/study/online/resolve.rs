@@ -5,10 +5,7 @@ use crate::{
     input::{Inputs, check::Check, error::Result},
     study::{
         Given, Resolved,
-        path::{
-            resolve::{path, program_input},
-            spec::PathSpec,
-        },
+        path::{resolve::path, spec::PathSpec},
         within_limits,
     },
 };
@@ -35,7 +32,7 @@ pub(super) fn resolve(spec: &OnlineSpec, given: &Given<'_>) -> Result<Resolved<O
         file: spec.file.clone(),
         methods: Some(Vec::new()),
     };
-    let path = path(&of_path, &process, given, check)?;
+    let (path, program) = path(&of_path, &process, given, check)?;
     let feed_mm_per_min = check.key("feed_mm_per_min").positive(spec.feed)?;
     let times_s: Vec<f64> = path.stations.iter().map(|at| at.arc_length_mm * 60.0 / feed_mm_per_min).collect();
     let sensor = sensor(spec, check)?;
@@ -47,7 +44,6 @@ pub(super) fn resolve(spec: &OnlineSpec, given: &Given<'_>) -> Result<Resolved<O
     let known_share = share(spec.known_chain_errors_percent, 0.0, 200.0, &check.key("known_chain_errors_percent"))?;
     let (force_errors, seeds) = trials(spec, check)?;
     let stiffness = check.key("cutting_stiffness_N_per_mm").optional_positive(spec.cutting_stiffness)?;
-    let program = program_input(spec.file.as_deref(), &process, given.folder)?;
     let inputs = process.inputs.and(program).and(Inputs::of("points of the path", path.stations.len().to_string()));
     let study = OnlineStudy {
         times_s,

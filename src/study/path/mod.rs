@@ -40,6 +40,9 @@ pub struct Station {
     /// Line of the program that leads here, from 1; `None` of a path that is in no file.
     #[serde(skip)]
     pub line: Option<usize>,
+    /// The number of the file it is in: 0 is that of the path, then come [`PathStudy::called_files`].
+    #[serde(skip)]
+    pub file: usize,
 }
 
 /// A checked path study.
@@ -66,6 +69,8 @@ pub struct PathStudy {
     pub assumed: Vec<(&'static str, String)>,
     /// The turn about the tool's axis, if it is sought; see [`PathStudy::turned`].
     pub turn: Option<PathTurn>,
+    /// The names of the files that its program calls.
+    pub called_files: Vec<String>,
 }
 
 /// What pages of a path say of it.

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::{
     compensation::{Demand, Method},
-    input::{Folder, Inputs, check::Check, error::Result},
+    input::{Inputs, check::Check, error::Result},
     machine::Machine,
     process::Process,
     study::{
@@ -17,7 +17,7 @@ use crate::{
         },
         spec::CircleSpec,
     },
-    toolpath::{Circle, PathPoint, Plane, Sampling, Toolpath, Turn, gcode::Expand},
+    toolpath::{Circle, PathPoint, Plane, Sampling, Toolpath, Turn},
 };
 
 /// Checks a path study.
@@ -25,15 +25,19 @@ pub(super) fn resolve(spec: &PathSpec, given: &Given<'_>) -> Result<Resolved<Pat
     given.overrides.refuse_grid(given.name)?;
     given.refuse_old(spec.process.as_ref(), &given.check.key("process"), "process at the top of the file")?;
     let process = given.turned_process(spec.process.as_deref(), &given.check)?;
-    let study = path(spec, &process, given, &given.check)?;
+    let (study, program) = path(spec, &process, given, &given.check)?;
     let points = Inputs::of("points of the path", study.stations.len().to_string());
-    let program = program_input(spec.file.as_deref(), &process, given.folder)?;
     let inputs = process.inputs.and(program).and(points);
     Ok(Resolved { study, shown: Shown { is_circle: spec.circle.is_some() }, inputs })
 }
 
-/// A path that stands at `check`, cut by `process`.
-pub(crate) fn path(spec: &PathSpec, process: &Process, given: &Given<'_>, check: &Check) -> Result<PathStudy> {
+/// A path that stands at `check`, cut by `process`, and the program it is read from as an input.
+pub(crate) fn path(
+    spec: &PathSpec,
+    process: &Process,
+    given: &Given<'_>,
+    check: &Check,
+) -> Result<(PathStudy, Inputs)> {
     let (toolpath, program) = match &spec.line {
         Some(line) if spec.circle.is_none() && spec.file.is_none() => {
             (self::line(line, process, &check.key("line"))?, None)
@@ -45,7 +49,7 @@ pub(crate) fn path(spec: &PathSpec, process: &Process, given: &Given<'_>, check:
     let toolpath = process.with_cuts(toolpath, &origin)?;
     let process = &Process { machine: held_along(&process.machine, &toolpath, &origin)?, ..process.clone() };
     let demands = demands(process, &toolpath, &origin)?;
-    Ok(PathStudy {
+    let study = PathStudy {
         errors: process.errors.clone(),
         stations: stations(process, toolpath.points(), &demands, program.as_ref()),
         demands,
@@ -55,21 +59,15 @@ pub(crate) fn path(spec: &PathSpec, process: &Process, given: &Given<'_>, check:
         facts: process.facts(),
         assumed: process.assumed(),
         turn: PathTurn::of(process, &toolpath, &origin),
+        called_files: program.as_ref().map_or_else(Vec::new, ProgramFile::called_files),
         machine: process.machine.clone(),
-    })
+    };
+    Ok((study, program_input(spec.file.as_deref(), program.as_ref())))
 }
 
-/// The program a path is read from; nothing for a circle, which stands in the study.
-pub(crate) fn program_input(file: Option<&str>, process: &Process, folder: &Folder) -> Result<Inputs> {
-    let Some(file) = file else { return Ok(Inputs::default()) };
-    let inputs = Inputs::of(file, String::from_utf8_lossy(&folder.bytes(file)?));
-    if process.gcode.expand == Expand::Never {
-        return Ok(inputs);
-    }
-    // What it calls beside it counts as well.
-    let program = ProgramFile::in_folder(folder, file, &process.gcode)?;
-    let written_out = program.written_out().map(|bytes| Inputs::of(file, String::from_utf8_lossy(bytes)));
-    Ok(inputs.and(written_out.unwrap_or_default()))
+/// The program called `file` that a path is read from; nothing for a circle, which stands in the study.
+pub(crate) fn program_input(file: Option<&str>, program: Option<&ProgramFile>) -> Inputs {
+    file.zip(program).map_or_else(Inputs::default, |(file, program)| program.inputs(file))
 }
 
 /// A circle, or the path of a program relative to the folder, and the program.
@@ -180,6 +178,7 @@ pub(crate) fn stations(
             phi_deg: heading.map(|h| tidy(h.y.atan2(h.x).to_degrees() - 90.0)),
             cutting: point.cutting,
             line: program.and_then(|program| program.line_of(point.source.segment)),
+            file: program.map_or(0, |program| program.file_of(point.source.segment)),
         }
     };
     points.iter().zip(demands).map(station).collect()

@@ -109,7 +109,7 @@ fn features(specs: &[FeatureSpec], given: &Given<'_>) -> Result<(Vec<FeatureJob>
 fn feature(spec: &FeatureSpec, given: &Given<'_>, check: &Check) -> Result<(FeatureJob, Option<Candidate>, Inputs)> {
     let folder = given.folder;
     let process = at_one_turn(given.turned_process(spec.process.as_deref(), check)?, given, spec)?;
-    let (path, _) = toolpath(spec.circle.as_ref(), spec.file.as_deref(), &process, given, check)?;
+    let (path, program) = toolpath(spec.circle.as_ref(), spec.file.as_deref(), &process, given, check)?;
     if path.is_empty() {
         return check.key("file").fail("moves nowhere: a program with at least one motion is expected".into());
     }
@@ -123,7 +123,7 @@ fn feature(spec: &FeatureSpec, given: &Given<'_>, check: &Check) -> Result<(Feat
     let fault = |source: LoadError| Error::Argument { argument: origin.clone(), problem: source.to_string() };
     let loads = process.loads(&path).map_err(fault)?;
     let points = Inputs::of(format!("points of {}", spec.name), path.len().to_string());
-    let inputs = process.inputs.clone().and(program_input(spec.file.as_deref(), &process, folder)?).and(points);
+    let inputs = process.inputs.clone().and(program_input(spec.file.as_deref(), program.as_ref())).and(points);
     let feature = Feature {
         name: spec.name.clone(),
         path,

@@ -2,13 +2,13 @@
 
 use nalgebra::Vector3;
 
-use super::{Part, ProgramJob};
+use super::{Part, ProgramJob, WrittenCalls};
 use crate::{
     input::error::Result,
     machine::ExternalAxes,
     spatial::Pose,
     study::{ProgramFile, along_path::PathAnswer, blocks::BlocksBeforeAfter, demands::Led, program_file::Rewritten},
-    toolpath::PathPoint,
+    toolpath::{PathPoint, gcode::Calls},
 };
 
 /// Where the tool is sent, gathered point after point.
@@ -64,6 +64,8 @@ pub struct Written {
     pub in_holes_mm: Option<f64>,
     /// What the blocks of a G-code program ask of a control, before and as written.
     pub blocks: Option<BlocksBeforeAfter>,
+    /// What becomes of its calls.
+    pub calls: WrittenCalls,
 }
 
 impl ProgramJob {
@@ -119,7 +121,8 @@ impl ProgramJob {
     /// # Errors
     /// The program cannot be rewritten.
     pub fn write(&self, corrected: &Corrected) -> Result<Written> {
-        let Rewritten { bytes, back, blocks } = self.file.rewritten(&self.path, &corrected.positions, &self.process)?;
+        let Rewritten { bytes, back, blocks, calls } =
+            self.file.rewritten(&self.path, &corrected.positions, &self.process)?;
         let (mut rounded_mm, mut in_holes_mm) = (0.0, None);
         for (point, (wanted, written)) in self.path.points().iter().zip(corrected.positions.iter().zip(&back)) {
             let moved = (written - wanted).norm();
@@ -128,7 +131,12 @@ impl ProgramJob {
                 in_holes_mm = Some(in_holes_mm.map_or(moved, |most| f64::max(most, moved)));
             }
         }
-        Ok(Written { bytes, positions: back, rounded_mm, in_holes_mm, blocks })
+        let (bytes, calls) = match calls {
+            None => (bytes, WrittenCalls::None),
+            Some(Calls::WrittenOut(differs)) => (bytes, WrittenCalls::WrittenOut { because: differs.to_string() }),
+            Some(Calls::Stay { program, beside }) => (program, WrittenCalls::Stay { beside, written_out: bytes }),
+        };
+        Ok(Written { bytes, positions: back, rounded_mm, in_holes_mm, blocks, calls })
     }
 }
 

@@ -3,7 +3,7 @@
 
 use std::{
     fs::File,
-    io::{Read, Result as IoResult},
+    io::{Error as IoError, Read, Result as IoResult},
     path::{Path, PathBuf},
 };
 
@@ -24,6 +24,7 @@ use crate::{
         page::{Description, ResultFolder, page_with},
         write::{prepare_beside, staging_beside, write_beside},
     },
+    toolpath::gcode::CalledFile,
 };
 
 /// A longer file is no report, bytes.
@@ -36,6 +37,7 @@ pub struct ProgramFiles {
     name: String,
     /// Files of this name that a command before wrote, as its report lists them.
     former: Vec<Value>,
+    foreign: Foreign,
 }
 
 impl ProgramFiles {
@@ -45,7 +47,7 @@ impl ProgramFiles {
     /// They cannot be written, would replace an input, or what is no former result unless `foreign` says so.
     pub fn prepare(out: &Path, foreign: Foreign) -> Result<Self> {
         let name = prepare_beside(out)?.to_string();
-        let mut files = Self { out: out.to_path_buf(), name, former: Vec::new() };
+        let mut files = Self { out: out.to_path_buf(), name, former: Vec::new(), foreign };
         let report = out.with_file_name(files.named(REPORT));
         let found = file::bounded(&report, LONGEST).ok().and_then(|text| serde_json::from_slice(&text).ok());
         let found: Value = found.unwrap_or_default();
@@ -55,11 +57,35 @@ impl ProgramFiles {
             files.former = found["files"].as_array().cloned().unwrap_or_default();
         }
         for name in [files.named(""), files.points_name(), files.named(PAGE)] {
-            let path = out.with_file_name(&name);
-            let is_ours = |hash: String| files.former.contains(&json!({ "name": name, "sha256": hash }));
-            may_replace(&path, foreign, || File::open(&path).and_then(hash).is_ok_and(is_ours))?;
+            may_replace(&out.with_file_name(&name), foreign, || files.is_former(&name))?;
         }
         Ok(files)
+    }
+
+    /// Whether the file called `name` beside the program is as a command before left it.
+    fn is_former(&self, name: &str) -> bool {
+        let is_ours = |hash: String| self.former.contains(&json!({ "name": name, "sha256": hash }));
+        File::open(self.out.with_file_name(name)).and_then(hash).is_ok_and(is_ours)
+    }
+
+    /// Finds out whether a `file` that the program calls may be beside it: as it is there, or written.
+    ///
+    /// # Errors
+    /// It has the name of one of the program's own files, or would replace an input, or what is no former result.
+    pub fn may_call(&self, file: &CalledFile) -> Result<()> {
+        let path = self.out.with_file_name(&file.name);
+        let own = [self.named(""), self.points_name(), self.named(REPORT), self.named(PAGE)];
+        if own.contains(&file.name) {
+            let source = IoError::other("is the name of another result; expected another name of the program");
+            return Err(Error::Write { file: path, source });
+        }
+        if self.is_there(file) { Ok(()) } else { may_replace(&path, self.foreign, || self.is_former(&file.name)) }
+    }
+
+    /// Whether a `file` that the program calls is beside it as it is to be, and is not ours.
+    fn is_there(&self, file: &CalledFile) -> bool {
+        let there = file::bounded(&self.out.with_file_name(&file.name), file.bytes.len() as u64);
+        there.is_ok_and(|there| there == file.bytes) && !self.is_former(&file.name)
     }
 
     /// A folder beside the program in which files are made; its folder is made if need be.
@@ -83,14 +109,14 @@ impl ProgramFiles {
         format!("{}.csv", self.named(POINTS))
     }
 
-    /// Writes the program, its points and its report, which also gets what a later command knows the files by, and the page
+    /// Writes the program, the files it calls that are not there yet, its points and its report, which also gets what a later command knows the files by, and the page
     /// that `description` describes, with `figures`. `made` is a folder for what is under way. The page.
     ///
     /// # Errors
     /// They cannot be written; what is there then is known as ours.
     pub fn write(
         &self,
-        (program, points, mut report): (Vec<u8>, Vec<OutputFile>, Value),
+        (program, called, points, mut report): (Vec<u8>, &[CalledFile], Vec<OutputFile>, Value),
         made: &Path,
         (description, figures): (Description, &[(String, Figure)]),
     ) -> Result<PathBuf> {
@@ -98,6 +124,8 @@ impl ProgramFiles {
         report["version"] = json!(env!("CARGO_PKG_VERSION"));
         let page = self.page(&points, &report, made, (description, figures))?;
         let mut files: Vec<OutputFile> = points;
+        let called = called.iter().filter(|file| !self.is_there(file));
+        files.extend(called.map(|file| OutputFile::new(&file.name, file.bytes.as_slice())));
         files.push(OutputFile::new(self.named(""), program));
         files.push(OutputFile::new(self.named(PAGE), page));
         let entry = |file: &OutputFile| Ok(json!({ "name": file.name, "sha256": hash(file.reader()?)? }));

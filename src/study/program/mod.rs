@@ -1,6 +1,7 @@
 //! A program for the machine: read, compensated, written back, read again and simulated as written.
 
 pub mod bounded;
+mod calls;
 mod corners;
 mod corrected;
 #[cfg(feature = "report")]
@@ -19,6 +20,7 @@ use nalgebra::Vector3;
 use serde::Serialize;
 
 use self::{corners::Corners, part::LedPart};
+pub use calls::WrittenCalls;
 pub use corrected::{Corrected, Written};
 pub use part::Part;
 pub use prove::{Proof, ProvedPart};

@@ -50,7 +50,8 @@ pub(super) fn resolve(spec: &ValidationSpec, given: &Given<'_>) -> Result<Resolv
                 file: None,
                 methods: Some(Vec::new()),
             };
-            paths.push(paths::path(&path, &process, given, &check.key("case").item(i))?);
+            let (path, _) = paths::path(&path, &process, given, &check.key("case").item(i))?;
+            paths.push(path);
             inputs = inputs.and(process.inputs.clone());
         }
         variants.push(Variant { name: written.name.clone(), paths });

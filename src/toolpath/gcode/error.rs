@@ -60,7 +60,10 @@ pub enum Fault {
     #[error("{0}")]
     Foreign(Foreign),
     /// A program of another dialect that is to be written out.
-    #[error("only ISO programs are written out; expected one, or no --expand")]
+    #[error(
+        "only ISO programs and some drilling cycles of others are written out; expected CYCLE81 or CYCLE82, CYCL DEF 200 or 201 and no other, or \
+         no --expand"
+    )]
     NotWrittenOut,
     /// A variable, an expression or an assignment.
     #[error(
@@ -298,6 +301,6 @@ impl Fault {
 
     /// Whether the program may be read once it is written out as the motion that it makes.
     pub fn is_met_by_expanding(&self) -> bool {
-        matches!(self, Fault::Variable | Fault::Unsupported(Unsupported::Subprogram))
+        matches!(self, Fault::Variable | Fault::Unsupported(Unsupported::Subprogram) | Fault::Foreign(Foreign::Cycle))
     }
 }

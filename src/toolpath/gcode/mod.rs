@@ -66,7 +66,7 @@ mod writing;
 pub use blocks::Move;
 pub use dialect::{Dialect, Foreign};
 pub use error::{ArcFault, Fault, GcodeError, MacroFault, Unsupported};
-pub use expand::Beside;
+pub use expand::{Beside, CalledFile, Calls, Differs, How};
 pub use notes::Notes;
 pub use offsets::WorkOffset;
 pub use options::{ArcCentres, BlockDelete, Expand, GcodeOptions};
@@ -114,9 +114,20 @@ impl Program {
     /// # Errors
     /// When the program has a word that cannot be followed, or a motion that cannot be.
     pub fn parse(source: impl Into<Vec<u8>>, name: &str, options: &GcodeOptions) -> Result<Program, GcodeError> {
-        let source = source.into();
+        Program::parse_or_give_back(source.into(), name, options).map_err(|refused| refused.0)
+    }
+
+    /// As [`Program::parse`]; with the refusal come the bytes.
+    pub(crate) fn parse_or_give_back(
+        source: Vec<u8>,
+        name: &str,
+        options: &GcodeOptions,
+    ) -> Result<Program, Box<(GcodeError, Vec<u8>)>> {
+        let dialect = match dialect::chosen(&source, name, options.dialect) {
+            Ok(dialect) => dialect,
+            Err(refused) => return Err(Box::new((refused, source))),
+        };
         let lines = Lines::of(&source);
-        let dialect = dialect::chosen(&source, name, options.dialect)?;
         let mut program = Program {
             name: name.to_owned(),
             options: GcodeOptions { dialect: Some(dialect), ..options.clone() },
@@ -130,8 +141,10 @@ impl Program {
             notes: Notes::default(),
             written_out: None,
         };
-        program.survey()?;
-        Ok(program)
+        match program.survey() {
+            Ok(()) => Ok(program),
+            Err(refused) => Err(Box::new((refused, program.source))),
+        }
     }
 
     /// The program's name as given.
@@ -144,6 +157,11 @@ impl Program {
     #[must_use]
     pub fn source(&self) -> &[u8] {
         &self.source
+    }
+
+    /// The bytes of its file: other ones than [`Program::source`] if it was written out.
+    pub(crate) fn file_bytes(&self) -> &[u8] {
+        self.written_out.as_ref().map_or(&self.source, WrittenOut::file_bytes)
     }
 
     /// The dialect it was read as, what was taken for granted, and which lines stay as they are.
@@ -169,6 +187,18 @@ impl Program {
     pub fn line_of(&self, segment: usize) -> Option<usize> {
         let line = self.motions.get(segment).map(|motion| motion.line);
         line.map(|line| self.written_out.as_ref().map_or(line, |written_out| written_out.line_of(line)))
+    }
+
+    /// The number of the file that a motion block stands in: 0 is the program's own, then come [`Program::called_files`].
+    #[must_use]
+    pub fn file_of(&self, segment: usize) -> usize {
+        let line = self.motions.get(segment).map(|motion| motion.line);
+        line.zip(self.written_out.as_ref()).map_or(0, |(line, written_out)| written_out.file_of(line))
+    }
+
+    /// The names of the files beside the program that it calls.
+    pub fn called_files(&self) -> impl Iterator<Item = &str> {
+        self.written_out.iter().flat_map(WrittenOut::called_files)
     }
 
     /// The bytes of the line of a motion block, without its ending.

@@ -20,6 +20,8 @@ pub(crate) struct Place {
     distances: [Distance; 3],
     origin: Vector3<f64>,
     decimals: u8,
+    /// Whether every axis of absolute coordinates gets a word, needed or not.
+    spelled: bool,
 }
 
 /// Where an axis word leads.
@@ -36,7 +38,12 @@ impl Place {
     pub fn new(modal: &Modal, words: &[Word], origin: Vector3<f64>, decimals: u8) -> Place {
         let own = |letter| words.iter().find(|word| word.letter == letter).and_then(|word| word.distance);
         let distances = ['X', 'Y', 'Z'].map(|letter| own(letter).unwrap_or(modal.distance));
-        Place { mm: modal.unit.mm(), distances, origin, decimals }
+        Place { mm: modal.unit.mm(), distances, origin, decimals, spelled: false }
+    }
+
+    /// The same, with a word for every axis of absolute coordinates if `spelled`.
+    pub fn spelled(self, spelled: bool) -> Place {
+        Place { spelled, ..self }
     }
 
     /// The same on a new line.
@@ -93,9 +100,15 @@ impl Place {
     /// The word for `axis` that leads to `goal`: as it is where that is right.
     pub fn reach(self, words: &[Word], tracked: Known, axis: usize, goal: f64) -> Reached {
         match self.as_it_is(words, tracked, axis) {
-            Some(at) if self.same(at, goal) => Reached { number: None, at: Some(at) },
+            Some(at) if self.same(at, goal) && !self.lacks(words, axis) => Reached { number: None, at: Some(at) },
             _ => self.write(axis, tracked[axis], goal),
         }
+    }
+
+    /// Whether `axis` is to have a word that is not among `words`.
+    fn lacks(self, words: &[Word], axis: usize) -> bool {
+        let is_there = || words.iter().any(|word| word.letter == ['X', 'Y', 'Z'][axis]);
+        self.spelled && self.distances[axis] == Distance::Absolute && !is_there()
     }
 
     /// The centre of an arc moved by `shift`, and the numbers to write for it: only a centre in absolute

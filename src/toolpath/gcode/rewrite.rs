@@ -1,6 +1,6 @@
 //! Writing a program back with moved points.
 
-use std::borrow::Cow;
+use std::{borrow::Cow, collections::BTreeSet};
 
 use nalgebra::Vector3;
 use thiserror::Error;
@@ -8,7 +8,7 @@ use thiserror::Error;
 use crate::toolpath::{
     PathPoint, PositionsError, Toolpath,
     gcode::{
-        GcodeOptions, Program, Writing,
+        Calls, GcodeOptions, Program, Writing,
         error::GcodeError,
         modal::MotionCode,
         motion::{Geometry, Motion},
@@ -54,6 +54,8 @@ pub struct Rewritten {
     pieces: Vec<usize>,
     /// Where on its motion each of them lies, from 0 to 1.
     places: Vec<f64>,
+    /// Where the bytes end that each line of a program written out has become.
+    line_ends: Vec<usize>,
     name: String,
     options: GcodeOptions,
 }
@@ -69,6 +71,10 @@ impl Rewritten {
     #[must_use]
     pub fn into_bytes(self) -> Vec<u8> {
         self.bytes
+    }
+
+    pub(super) fn line_ends(&self) -> &[usize] {
+        &self.line_ends
     }
 
     /// The written program, read as a controller would.
@@ -149,7 +155,27 @@ impl Program {
         writing: impl Into<Writing>,
     ) -> Result<Rewritten, RewriteError> {
         check_positions(path, corrected_mm)?;
-        let mut writer = Writer::new(self, writing.into().checked()?);
+        let writing = writing.into().checked()?;
+        let corrected_mm = &*self.evened(path, corrected_mm, writing.format);
+        let rewritten = self.rewrite_with(path, corrected_mm, writing, &BTreeSet::new())?;
+        if !matches!(self.calls_of(&rewritten), Some(Calls::WrittenOut(_))) {
+            return Ok(rewritten);
+        }
+        // What comes from several places needs words that it does not need coming from one.
+        let spelled = self.rewrite_with(path, corrected_mm, writing, &self.lines_led_alike(path, corrected_mm))?;
+        let stays = matches!(self.calls_of(&spelled), Some(Calls::Stay { .. }));
+        Ok(if stays { spelled } else { rewritten })
+    }
+
+    /// As [`Program::rewrite`]; moves of the lines `spelled` (from 1) get a word for every axis.
+    fn rewrite_with(
+        &self,
+        path: &Toolpath,
+        corrected_mm: &[Vector3<f64>],
+        writing: Writing,
+        spelled: &BTreeSet<usize>,
+    ) -> Result<Rewritten, RewriteError> {
+        let mut writer = Writer::new(self, writing, spelled);
         let (mut segment, mut next, mut line) = (0, 0, 0);
         let mut arcs_of_poles = self.arcs_of_poles.iter();
         let moved_with = |arc: Option<usize>| {
@@ -160,7 +186,7 @@ impl Program {
             last.map_or_else(Vector3::zeros, |last| corrected_mm[last] - path.points()[last].position_mm)
         };
         self.walk(|block| {
-            (line..block.line).for_each(|index| writer.copy(index));
+            (line..block.line).for_each(|index| writer.copy_line(index));
             line = block.line + 1;
             let mut on_block = Vec::with_capacity(block.motions.len());
             for motion in &block.motions {
@@ -188,9 +214,10 @@ impl Program {
                     writer.motion_word = block.motion_word.or(writer.motion_word);
                 }
             }
+            writer.end_of_block();
             Ok::<(), RewriteError>(())
         })?;
-        (line..self.lines.len()).for_each(|index| writer.copy(index));
+        (line..self.lines.len()).for_each(|index| writer.copy_line(index));
         if next != path.len() {
             return Err(self.foreign());
         }
@@ -198,6 +225,7 @@ impl Program {
             bytes: self.dialect.numbered(&self.source, writer.out),
             pieces: writer.pieces,
             places: writer.places,
+            line_ends: writer.line_ends,
             name: self.name.clone(),
             options: self.options.clone(),
         })

@@ -1,5 +1,7 @@
 //! The program as it is being written, block by block.
 
+use std::collections::BTreeSet;
+
 use nalgebra::Vector3;
 
 use crate::toolpath::{
@@ -46,6 +48,10 @@ pub(super) struct Writer<'p> {
     pub pieces: Vec<usize>,
     /// Where on its motion each of them lies, from 0 to 1.
     pub places: Vec<f64>,
+    /// Where the bytes of each line end, of a program written out.
+    pub line_ends: Vec<usize>,
+    /// Lines, from 1, whose moves get a word for every axis.
+    spelled: &'p BTreeSet<usize>,
     /// Where the words written so far have led, as a controller adds them up.
     pub(super) tracked: Known,
     /// The centre of arcs that give none, as it is written.
@@ -59,7 +65,7 @@ pub(super) struct Writer<'p> {
 }
 
 impl<'p> Writer<'p> {
-    pub fn new(program: &'p Program, writing: Writing) -> Writer<'p> {
+    pub fn new(program: &'p Program, writing: Writing, spelled: &'p BTreeSet<usize>) -> Writer<'p> {
         let mut endings = (0..program.lines.len()).map(|line| &program.source[program.lines.ending(line)]);
         Writer {
             program,
@@ -69,6 +75,8 @@ impl<'p> Writer<'p> {
             out: Vec::with_capacity(program.source.len()),
             pieces: Vec::with_capacity(program.motions.len()),
             places: Vec::new(),
+            line_ends: Vec::new(),
+            spelled,
             tracked: [None; 3],
             pole: None,
             drilled: Drilled::default(),
@@ -81,6 +89,19 @@ impl<'p> Writer<'p> {
     pub fn copy(&mut self, index: usize) {
         let lines = &self.program.lines;
         self.out.extend_from_slice(&self.program.source[lines.content(index).start..lines.ending(index).end]);
+    }
+
+    /// Copies line `index`, which is no block.
+    pub fn copy_line(&mut self, index: usize) {
+        self.copy(index);
+        self.end_of_block();
+    }
+
+    /// All that a line becomes has been written.
+    pub fn end_of_block(&mut self) {
+        if self.program.written_out.is_some() {
+            self.line_ends.push(self.out.len());
+        }
     }
 
     /// Writes a motion block, as one block if one will do.
@@ -140,6 +161,7 @@ impl<'p> Writer<'p> {
 
     pub(super) fn place(&self, motion: &Motion) -> Place {
         Place::new(&motion.modal, &motion.words, motion.origin, self.decimals(motion.modal.unit.mm()))
+            .spelled(self.spelled.contains(&motion.line))
     }
 
     /// The one block that passes all of `stretch` and ends at `goal`, if there is one.

@@ -53,6 +53,11 @@ impl Polyline {
         &self.path
     }
 
+    /// The file's bytes.
+    pub(crate) fn source(&self) -> &[u8] {
+        &self.source
+    }
+
     /// The line, from 1, that the row of a point stands on; blank lines count.
     #[must_use]
     pub fn line_of(&self, segment: usize) -> Option<usize> {

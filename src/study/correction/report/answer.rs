@@ -8,12 +8,11 @@ use super::{Report, comp_file, headline::headline, json, page::page, pictures::f
 use crate::{
     input::{Inputs, error::Result},
     report::{
-        Manifest, Output, OutputFile, Recorded, Run,
+        Manifest, Output, OutputFile, PreparedFolder, Recorded, Run,
         exchange::Format,
         figures::Colours,
         headline::Headline,
         page::{Description, PAGE},
-        prepare,
         write::clean,
     },
     study::{
@@ -77,7 +76,7 @@ pub struct Exported {
 /// # Errors
 /// As [`answer`]; a format that means nothing for the machine; files that cannot be written, or would replace what is not ours.
 pub fn export(question: &CorrectionQuestion, export: &CorrectionExport, out: &Path, work: &Work) -> Result<Exported> {
-    prepare(out)?;
+    let _prepared = PreparedFolder::new(out)?;
     let main = ["correction.csv", "correction.json", "residual.csv", "summary.json", "report.json", PAGE];
     Manifest::may_write(out, main.into_iter())?;
     clean(out)?;

@@ -11,6 +11,7 @@ use crate::{
     study::{
         ROUNDING_MM, Source, free_turn,
         path::{PathStudy, Shown},
+        program_file::place_in_words,
     },
 };
 
@@ -29,7 +30,9 @@ pub(super) fn place(study: &PathStudy, shown: &Shown, k: usize) -> String {
     let station = &study.stations[k];
     let angle = station.phi_deg.filter(|_| shown.is_circle);
     let angle = angle.map_or_else(String::new, |phi| format!(" (tool angle φ = {phi:.0}°)"));
-    let line = station.line.map_or_else(String::new, |line| format!("line {line}, "));
+    let line = station
+        .line
+        .map_or_else(String::new, |line| format!("{}, ", place_in_words(&study.called_files, station.file, line)));
     format!("{line}{:.1} mm along the path{angle}", station.arc_length_mm)
 }
 

@@ -28,7 +28,7 @@ pub fn headline(job: &ProgramJob, proved: &Proved<'_>, rounded_mm: f64, exceeded
     let mut headline = Headline::new(sentence(job, proved), basis)
         .with_cautions(&worse_as_written(proved.passes, rounded_mm).unwrap_or_default())
         .with_cautions(exceeded)
-        .with_cautions(&known(job)?)
+        .with_cautions(&known(job, proved)?)
         .with_all(before(job, proved))
         .with_all(after(job, proved))
         .with_all(correction(job, proved));
@@ -37,14 +37,14 @@ pub fn headline(job: &ProgramJob, proved: &Proved<'_>, rounded_mm: f64, exceeded
 }
 
 /// What must be known with the answer.
-fn known(job: &ProgramJob) -> Result<String> {
+fn known(job: &ProgramJob, proved: &Proved<'_>) -> Result<String> {
     let machine = &job.machine;
     Ok(cautions::zeroed(machine)
         + &cautions::carried(machine)
         + &cautions::large_errors(machine, &job.process.errors)
         + &outside_workspace(job)?
         + &facts_text(&job.process.assumed())
-        + &notes_text(job))
+        + &notes_text(job, proved.calls))
 }
 
 /// A sentence if not all points are inside the workspace box of the machine.
@@ -71,7 +71,7 @@ fn sentence(job: &ProgramJob, proved: &Proved<'_>) -> String {
     let lines = proved.findings.worst_lines(job);
     let line = lines
         .first()
-        .map_or_else(String::new, |worst| format!(", worst in line {}, {along:.1} mm along the path", worst.line));
+        .map_or_else(String::new, |worst| format!(", worst in {}, {along:.1} mm along the path", worst.place));
     let off = millimetres(worst.size_mm, 3);
     let left = proved.passes.last().and_then(|pass| pass.summary.max_mm);
     let then =

@@ -6,11 +6,13 @@ use crate::{
     compensation::BoundedPath,
     study::{
         ProgramFile,
-        blocks::BlocksBeforeAfter,
         program::{
-            Pass, ProgramJob,
+            ProgramJob, WrittenCalls,
             bounded::Exceeded,
-            report::units::{limit_unit, shown_price},
+            report::{
+                Proved,
+                units::{limit_unit, shown_price},
+            },
         },
     },
     toolpath::gcode::{Dialect, Notes},
@@ -63,14 +65,9 @@ fn bounded_json(job: &ProgramJob, path: &BoundedPath) -> Value {
 const SCHEMA: u32 = 2;
 
 /// What each pass leaves, over the points at which the tool cuts. `exceeded`: limits as the program was written; `None` where
-/// nobody looked. `blocks`: of a G-code program.
-pub fn program_json(
-    job: &ProgramJob,
-    passes: &[Pass],
-    bounded: Option<&BoundedPath>,
-    exceeded: Option<&[Exceeded]>,
-    blocks: Option<&BlocksBeforeAfter>,
-) -> Value {
+/// nobody looked.
+pub fn program_json(job: &ProgramJob, proved: &Proved<'_>, exceeded: Option<&[Exceeded]>) -> Value {
+    let &Proved { passes, bounded, blocks, calls, .. } = proved;
     let (notes, dialect) = match &job.file {
         ProgramFile::Gcode(program) => (program.notes().clone(), Some(program.notes().dialect)),
         ProgramFile::Polyline(_) => (Notes::default(), None),
@@ -106,6 +103,11 @@ pub fn program_json(
         "counts_as_cutting": job.process.cutting_rule.words(),
         "dialect": dialect.map(Dialect::label),
         "unit_taken": notes.unit_taken.map(|(unit, _)| unit.name()),
+        "written_out": notes.written_out.map(|[lines, written]| match calls {
+            WrittenCalls::Stay { .. } => Value::Null,
+            WrittenCalls::None => json!({ "lines": lines, "written": written }),
+            WrittenCalls::WrittenOut { because } => json!({ "lines": lines, "written": written, "because": because }),
+        }),
         "lines_left_as_written": notes.not_located,
         "axes_left_as_written": job.machine.uncontrolled_axes().map(|axis| ["x", "y", "z"][axis]).collect::<Vec<_>>(),
     })

@@ -8,8 +8,8 @@ pub(super) const LINES: usize = 10;
 /// A line of a program.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WorstLine {
-    /// Its number, from 1.
-    pub line: usize,
+    /// Which: "line 7", or "O100.nc line 7" of a file that the program calls.
+    pub place: String,
     /// What stands there.
     pub text: String,
     /// Largest distance from the path in its move without compensation, mm.
@@ -62,7 +62,12 @@ impl WorstLines {
     /// The lines, worst first.
     pub fn told(&self, job: &ProgramJob) -> Vec<WorstLine> {
         let told = |Move { segment, before_mm, after_mm }| {
-            Some(WorstLine { line: job.file.line_of(segment)?, text: job.file.text_of(segment)?, before_mm, after_mm })
+            Some(WorstLine {
+                place: job.file.place_of(segment)?,
+                text: job.file.text_of(segment)?,
+                before_mm,
+                after_mm,
+            })
         };
         self.with_under_way(job).into_iter().filter_map(told).collect()
     }

@@ -24,7 +24,7 @@ pub use tables::{program_columns, program_table};
 pub use text::{bounded_text, exceeded_text, holes_text, left_text};
 pub use use_of::use_text;
 
-use super::Pass;
+use super::{Pass, WrittenCalls};
 use crate::{
     compensation::BoundedPath,
     machine::{Machine, Motion},
@@ -52,4 +52,6 @@ pub struct Proved<'a> {
     pub corrections: [Option<f64>; 2],
     /// What the blocks of a G-code program ask of a control.
     pub blocks: Option<&'a BlocksBeforeAfter>,
+    /// What becomes of its calls.
+    pub calls: &'a WrittenCalls,
 }

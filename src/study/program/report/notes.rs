@@ -2,7 +2,10 @@
 
 use crate::{
     report::words::{counted, listed},
-    study::{ProgramFile, program::ProgramJob},
+    study::{
+        ProgramFile,
+        program::{ProgramJob, WrittenCalls},
+    },
     toolpath::gcode::{Dialect, Notes},
 };
 
@@ -10,14 +13,14 @@ use crate::{
 const NAMED: usize = 8;
 
 /// What of the program nobody may have meant, in sentences; nothing for a polyline.
-pub fn notes_text(job: &ProgramJob) -> String {
+pub fn notes_text(job: &ProgramJob, calls: &WrittenCalls) -> String {
     match &job.file {
-        ProgramFile::Gcode(program) => text(program.notes()),
+        ProgramFile::Gcode(program) => text(program.notes(), calls),
         ProgramFile::Polyline(_) => String::new(),
     }
 }
 
-fn text(notes: &Notes) -> String {
+fn text(notes: &Notes, calls: &WrittenCalls) -> String {
     let mut text = String::new();
     if notes.dialect != Dialect::Iso {
         text += &format!("Read as a {} program, and written as one.\n", notes.dialect.name());
@@ -30,7 +33,7 @@ fn text(notes: &Notes) -> String {
         );
     }
     if let Some([lines, written]) = notes.written_out {
-        text += &format!("Written out: {written} lines for the {lines} of the program.\n");
+        text += &calls_text(calls, lines, written);
     }
     let lines = &notes.not_located;
     if !lines.is_empty() {
@@ -50,6 +53,25 @@ fn text(notes: &Notes) -> String {
     text
 }
 
+/// What became of the calls of a program of so many `lines`, or `written` ones if it is written out.
+fn calls_text(calls: &WrittenCalls, lines: usize, written: usize) -> String {
+    let grown = format!("Written out: {written} lines for the {lines} of the program");
+    match calls {
+        WrittenCalls::None => format!("{grown}.\n"),
+        WrittenCalls::WrittenOut { because } => format!("{grown}; {because}.\n"),
+        WrittenCalls::Stay { beside, .. } => {
+            let names: Vec<&str> = beside.iter().map(|file| file.name.as_str()).collect();
+            let with = match names[..] {
+                [] => String::new(),
+                _ => format!(" It calls {} beside it.", listed(&names)),
+            };
+            format!(
+                "What the program calls and computes stays: no line needs other corrections each time that it runs.{with}\n"
+            )
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -59,13 +81,13 @@ mod tests {
     fn lines_and_units_are_named() {
         let notes = Notes { unit_taken: Some((LengthUnit::Inch, 3)), not_located: vec![3, 5], ..Notes::default() };
         assert_eq!(
-            text(&notes),
+            text(&notes, &WrittenCalls::None),
             "The program names no unit before line 3: inch is taken; G20, G21 or unit in [gcode] says which it is.\n\
              Left as written: 2 motions, lines 3 and 5, where it is not known in X, Y and Z where the tool is; start_mm in \
              [gcode] says where the program begins.\n"
         );
-        assert_eq!(text(&Notes::default()), "");
-        let many = text(&Notes { not_located: (1..20).collect(), ..Notes::default() });
+        assert_eq!(text(&Notes::default(), &WrittenCalls::None), "");
+        let many = text(&Notes { not_located: (1..20).collect(), ..Notes::default() }, &WrittenCalls::None);
         assert!(many.contains("19 motions, lines 1, 2, 3, 4, 5, 6, 7, 8 and 11 more,"), "{many}");
     }
 }

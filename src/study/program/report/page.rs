@@ -66,7 +66,8 @@ fn shown(length_mm: f64) -> String {
 fn worst(job: &ProgramJob, proved: &Proved<'_>) -> Section {
     let lines = proved.findings.worst_lines(job);
     let rows = lines.iter().map(|line| {
-        vec![line.line.to_string(), line.text.clone(), shown(line.before_mm), if_any(line.after_mm, shown)]
+        let place = line.place.strip_prefix("line ").unwrap_or(&line.place);
+        vec![place.to_string(), line.text.clone(), shown(line.before_mm), if_any(line.after_mm, shown)]
     });
     let table = SmallTable {
         caption: format!("The {} in which the tool is off farthest", counted(lines.len(), "line")),

@@ -96,7 +96,7 @@ fn path(job: &ProgramJob, proved: &Proved<'_>) -> Figure {
     let mark = |worst: &Worst| {
         let at = worst.wanted + worst.error * factor;
         let point = &job.path.points()[worst.point];
-        let line = job.file.line_of(point.source.segment).map_or_else(String::new, |line| format!("line {line}, "));
+        let line = job.file.place_of(point.source.segment).map_or_else(String::new, |line| format!("{line}, "));
         (at.x, at.y, format!("worst {}\n{line}{:.1} mm along", millimetres(worst.size_mm, 3), point.arc_length_mm))
     };
     Figure::Plan(Box::new(PlanFigure {

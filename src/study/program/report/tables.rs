@@ -2,7 +2,6 @@
 
 use crate::{
     compensation::{BoundedPath, Side},
-    machine::Machine,
     report::{
         exchange::{Cell, Column, Row, Table, cells, counts, numbers, texts},
         table::{correction_columns, force_columns, shown_positions},
@@ -21,7 +20,8 @@ use crate::{
 };
 
 /// The columns of [`program_table`].
-pub fn program_columns(machine: &Machine) -> Vec<Column> {
+pub fn program_columns(job: &ProgramJob) -> Vec<Column> {
+    let (machine, calls_files) = (&job.machine, !job.file.called_files().is_empty());
     let quantities = [
         "x_mm",
         "y_mm",
@@ -36,6 +36,7 @@ pub fn program_columns(machine: &Machine) -> Vec<Column> {
         "leftover_rotation_deg",
     ];
     let mut columns = counts(["point", "line"]);
+    columns.extend(texts(calls_files.then_some("called_file")));
     columns.extend(numbers(["arc_length_mm", ANGLE[0]]));
     columns.extend(counts(["cutting"]));
     columns.extend(numbers(quantities[..6].iter().copied()));
@@ -57,13 +58,14 @@ pub(super) fn before_column(source: Source) -> String {
     }
 }
 
-/// One row per point of `proved`: the tool angle, where the tool should be, what is commanded instead (both in the workpiece frame),
+/// One row per point of `proved`: the line that leads there (of `called_file`, if the program calls some), the tool angle, where the tool should be, what is commanded instead (both in the workpiece frame),
 /// the error before (mm, by point of the path) and as written (base axes), the cutting force, the poses of P in O and the drive positions
 /// without and with compensation, drive corrections and forces as written. An empty cell has its reason in `status` and
 /// `reason`. `limits` names the limits that bind, if the path was corrected within limits.
 pub fn program_table(job: &ProgramJob, proved: &ProvedPart<'_>, bounded: Option<&BoundedPath>) -> Table {
     let machine = &job.machine;
-    let columns = program_columns(machine);
+    let columns = program_columns(job);
+    let called = job.file.called_files();
     let width = columns.len();
     let ProvedPart { part, before, written } = proved;
     let (points, demands) = (part.points, part.demands());
@@ -72,6 +74,10 @@ pub fn program_table(job: &ProgramJob, proved: &ProvedPart<'_>, bounded: Option<
     let row = |((i, answer), station): ((usize, &PathAnswer), Station)| {
         let (k, point, demand) = (part.first + i, &points[i], &demands[i]);
         let mut row: Row = vec![k.into(), job.file.line_of(point.source.segment).into()];
+        if !called.is_empty() {
+            let file = job.file.file_of(point.source.segment).checked_sub(1);
+            row.push(file.map_or_else(String::new, |file| called[file].clone()).into());
+        }
         row.extend([point.arc_length_mm.into(), station.phi_deg.into(), usize::from(point.cutting).into()]);
         row.extend(cells(point.position_mm.iter().copied()));
         let commanded = answer.target.map(|pose| job.commanded(&mut led, point, demand.external, pose));

@@ -5,9 +5,11 @@ mod block_numbers;
 mod detect;
 mod foreign;
 mod heidenhain;
+mod heidenhain_cycles;
 mod heidenhain_words;
 mod scan;
 mod sinumerik;
+mod sinumerik_cycles;
 mod sinumerik_words;
 
 pub use foreign::Foreign;
@@ -84,6 +86,36 @@ impl Dialect {
         match (self, unit) {
             (Dialect::Heidenhain, LengthUnit::Inch) => 2.54,
             (_, unit) => unit.mm(),
+        }
+    }
+
+    /// A program that is not ISO code with its drilling cycles written out as moves, and the line, from 0, that each of its lines comes from;
+    /// `None` where there are none, or some that cannot be.
+    pub(super) fn without_cycles(self, source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
+        match self {
+            Dialect::Iso => None,
+            Dialect::Sinumerik => sinumerik_cycles::written_out(source),
+            Dialect::Heidenhain => heidenhain_cycles::written_out(source),
+        }
+    }
+
+    /// The line that says how many `written` lines stand for the `lines` of a program, and how many lines of `bytes` come before it.
+    pub(super) fn header(self, bytes: &[u8], written: usize, lines: usize) -> (String, usize) {
+        let text = format!("written out by kinetostat: {written} lines for {lines}");
+        let all = Lines::of(bytes);
+        let begins =
+            |line: &usize, marks: &[u8]| lines::first(&bytes[all.content(*line)]).is_some_and(|b| marks.contains(&b));
+        match self {
+            Dialect::Iso => (format!("({text})\n"), usize::from(all.len() > 0 && begins(&0, b"%"))),
+            Dialect::Sinumerik => {
+                (format!("; {text}\n"), (0..all.len()).take_while(|line| begins(line, b"%;")).count())
+            }
+            Dialect::Heidenhain => {
+                // With the number of the block before, from which blocks are then counted on.
+                let number = (all.len() > 0).then(|| block_numbers::number(&bytes[all.content(0)])).flatten();
+                let number = number.map_or_else(String::new, |(_, number)| format!("{number} "));
+                (format!("{number}; {text}\n"), usize::from(all.len() > 0))
+            }
         }
     }
 

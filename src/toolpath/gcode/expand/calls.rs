@@ -3,7 +3,7 @@
 use crate::toolpath::gcode::{
     error::{Fault, MacroFault},
     expand::{
-        Origin,
+        CalledFile, Origin,
         jumps::Source,
         line::{CalledWord, SourceLine},
         run::{Next, Run, Step},
@@ -160,12 +160,12 @@ impl Run<'_> {
             format!("o{bare:0>4}"),
         ];
         for name in stems.iter().filter(|_| is_name).flat_map(|stem| ENDS.map(|end| format!("{stem}{end}"))) {
-            let file = match self.files.iter().skip(1).position(|file| *file == name) {
+            let file = match self.files.iter().skip(1).position(|file| file.name == name) {
                 Some(read) => read + 1,
                 None => {
                     let Some(bytes) = (self.beside)(&name) else { continue };
                     self.sources.push(Source::new(&bytes));
-                    self.files.push(name);
+                    self.files.push(CalledFile { name, bytes });
                     self.sources.len() - 1
                 }
             };

@@ -4,7 +4,7 @@ use crate::toolpath::gcode::{
     BlockDelete,
     error::{Fault, GcodeError, MacroFault, Refusal},
     expand::{
-        Beside, Origin, WrittenOut,
+        Beside, CalledFile, Origin, WrittenOut,
         calls::Call,
         jumps::Source,
         line::{SourceLine, evaluated},
@@ -20,7 +20,7 @@ pub(super) struct Run<'a> {
     block_delete: BlockDelete,
     pub(super) beside: &'a Beside<'a>,
     pub(super) sources: Vec<Source>,
-    pub(super) files: Vec<String>,
+    pub(super) files: Vec<CalledFile>,
     pub(super) here: Origin,
     pub(super) calls: Vec<Call>,
     /// LinuxCNC's `repeat` loops under way: their lines and how often they are still to be done.
@@ -42,12 +42,12 @@ pub(super) enum Next {
 pub(super) type Step = Result<Next, (usize, Fault)>;
 
 impl<'a> Run<'a> {
-    pub fn new(source: &[u8], name: &str, block_delete: BlockDelete, beside: &'a Beside<'a>) -> Run<'a> {
+    pub fn new(source: Vec<u8>, name: &str, block_delete: BlockDelete, beside: &'a Beside<'a>) -> Run<'a> {
         Run {
             block_delete,
             beside,
-            sources: vec![Source::new(source)],
-            files: vec![name.to_owned()],
+            sources: vec![Source::new(&source)],
+            files: vec![CalledFile { name: name.to_owned(), bytes: source }],
             here: Origin { file: 0, line: 0 },
             calls: Vec::new(),
             repeats: Vec::new(),
@@ -80,7 +80,8 @@ impl<'a> Run<'a> {
             } else {
                 self.step(&line)
             };
-            let next = next.map_err(|fault| refused(fault).locate(&self.files[at.file], at.line + 1, &line.bytes))?;
+            let next =
+                next.map_err(|fault| refused(fault).locate(&self.files[at.file].name, at.line + 1, &line.bytes))?;
             match next {
                 Next::Line => self.here.line += 1,
                 Next::At(line) => self.here.line = line,
@@ -92,7 +93,7 @@ impl<'a> Run<'a> {
             self.bytes.extend_from_slice(b"%\n");
             self.origins.push(Origin { file: 0, line: lines - 1 });
         }
-        Ok((self.bytes, WrittenOut { origins: self.origins, files: self.files, lines }))
+        Ok((self.bytes, WrittenOut { origins: self.origins, files: self.files, lines, header: 0, keeps_calls: false }))
     }
 
     /// A subprogram that has run to the end of its file.
@@ -100,7 +101,7 @@ impl<'a> Run<'a> {
         let last = self.source().lines.last();
         let bytes = last.map_or(&[][..], |line| &line.bytes);
         Refusal::new(0..bytes.len(), Fault::Macro(MacroFault::NoReturn)).locate(
-            &self.files[self.here.file],
+            &self.files[self.here.file].name,
             self.here.line,
             bytes,
         )
