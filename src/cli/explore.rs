@@ -72,7 +72,7 @@ pub fn explore(arguments: &ExploreArguments) -> Result<Ending> {
 fn check(machine: &str, process: &Path, program: &Path) -> Result<()> {
     let machine = Machine::named_or_file(machine)?;
     let process = Process::open(process, &machine)?;
-    let path = ProgramFile::read(program, &process.gcode)?.toolpath(process.sampling)?;
+    let path = ProgramFile::read(program, &process)?.toolpath(process.sampling)?;
     if path.is_empty() {
         let problem = "moves nowhere: a program with at least one motion is expected".into();
         return Err(Error::Argument { argument: program.display().to_string(), problem });

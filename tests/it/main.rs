@@ -69,6 +69,7 @@ mod realtime;
 mod redundant;
 mod reference_states;
 mod report_page;
+mod robot_programs;
 mod resume;
 mod scaling;
 mod schema;

@@ -72,6 +72,8 @@ fn process(
         target: spec.compensate.target,
         corner_mm: check.key("compensate.corner_mm").not_negative(spec.compensate.corner_mm.unwrap_or(CORNER_MM))?,
         gcode: GcodeOptions { features, ..gcode_options(&spec.gcode, &check_gcode)? },
+        #[cfg(not(target_family = "wasm"))]
+        robot_program: super::robot::options(&spec.robot_program, &check.key("robot_program"))?,
         decimals: decimals(&spec.gcode, &check_gcode)?,
         write_tolerance_mm: write_tolerance(spec, &check_gcode)?,
         helical_arcs: spec.gcode.helical_arcs.unwrap_or(true),

@@ -66,7 +66,7 @@ pub(crate) fn program_input(file: Option<&str>, process: &Process, folder: &Fold
         return Ok(inputs);
     }
     // What it calls beside it counts as well.
-    let program = ProgramFile::in_folder(folder, file, &process.gcode)?;
+    let program = ProgramFile::in_folder(folder, file, process)?;
     let written_out = program.written_out().map(|bytes| Inputs::of(file, String::from_utf8_lossy(bytes)));
     Ok(inputs.and(written_out.unwrap_or_default()))
 }
@@ -87,7 +87,7 @@ pub(crate) fn toolpath(
             Overrides::place("points").fail("the points of a path from a file are those of the file".into())
         }
         (None, Some(file)) => {
-            let program = ProgramFile::in_folder(given.folder, file, &process.gcode)?;
+            let program = ProgramFile::in_folder(given.folder, file, process)?;
             Ok((program.toolpath(process.sampling)?, Some(program)))
         }
         _ => check.key("circle").fail("give exactly one of circle and file".into()),

@@ -15,12 +15,14 @@
 //!   they are, and the one that says it again has its end only.
 //! - The orientation turns evenly from the start of a motion to its end.
 
+mod apt;
 mod error;
 mod follow;
 mod frames;
 mod krl;
 mod language;
 mod options;
+mod rapid;
 mod read;
 mod rewrite;
 mod rotation;
@@ -36,6 +38,7 @@ pub use error::{RobotError, RobotFault, RobotRewriteError};
 pub use language::Language;
 pub use options::RobotOptions;
 pub use rewrite::RewrittenRobot;
+pub use rotation::of_abc as rotation_of_abc;
 pub use walk::RobotNotes;
 
 use target_text::Decimals;

@@ -2,19 +2,24 @@
 
 use nalgebra::Vector3;
 
-use super::{RobotProgram, frames::Tools, krl, language::Language, source::Refusal, statement::Statement};
+use super::{RobotProgram, apt, krl, language::Language, rapid, source::Refusal, statement::Statement};
 
 /// Goes through a program from its first statement on.
 #[derive(Debug)]
 pub(super) enum Reader<'a> {
     Krl(Box<krl::Reader<'a>>),
+    Rapid(Box<rapid::Reader<'a>>),
+    Apt(Box<apt::Reader<'a>>),
 }
 
 impl<'a> Reader<'a> {
     pub fn new(program: &'a RobotProgram) -> Self {
+        let (source, options) = (&program.source, &program.options);
         let beside = program.beside.as_ref().map(|(name, bytes)| (name.as_str(), bytes.as_slice()));
         match program.language {
-            _ => Reader::Krl(Box::new(krl::Reader::new(&program.source, beside, &program.options))),
+            Language::Krl => Reader::Krl(Box::new(krl::Reader::new(source, beside, options))),
+            Language::Rapid => Reader::Rapid(Box::new(rapid::Reader::new(source, options))),
+            Language::Apt => Reader::Apt(Box::new(apt::Reader::new(source, options))),
         }
     }
 
@@ -22,6 +27,8 @@ impl<'a> Reader<'a> {
     pub fn next(&mut self) -> Result<Option<Statement>, Refusal> {
         match self {
             Reader::Krl(reader) => reader.next(),
+            Reader::Rapid(reader) => reader.next(),
+            Reader::Apt(reader) => reader.next(),
         }
     }
 
@@ -29,6 +36,8 @@ impl<'a> Reader<'a> {
     pub fn tool_tip_mm(&self) -> Option<(String, Vector3<f64>)> {
         match self {
             Reader::Krl(reader) => reader.tools().tip_mm(),
+            Reader::Rapid(reader) => reader.tools().tip_mm(),
+            Reader::Apt(_) => None,
         }
     }
 }

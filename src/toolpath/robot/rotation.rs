@@ -15,7 +15,8 @@ const NOT_UNIT: f64 = 1e-2;
 const LEAST_COSINE: f64 = 1e-9;
 
 /// `R_z(A) R_y(B) R_x(C)` of A, B, C in degrees.
-pub(super) fn of_abc([a, b, c]: [f64; 3]) -> UnitQuaternion<f64> {
+#[must_use]
+pub fn of_abc([a, b, c]: [f64; 3]) -> UnitQuaternion<f64> {
     UnitQuaternion::from_euler_angles(c.to_radians(), b.to_radians(), a.to_radians())
 }
 

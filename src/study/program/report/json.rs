@@ -13,7 +13,7 @@ use crate::{
             report::units::{limit_unit, shown_price},
         },
     },
-    toolpath::gcode::{Dialect, Notes},
+    toolpath::gcode::Notes,
 };
 
 fn exceeded_json(job: &ProgramJob, exceeded: &[Exceeded]) -> Vec<Value> {
@@ -72,7 +72,11 @@ pub fn program_json(
     blocks: Option<&BlocksBeforeAfter>,
 ) -> Value {
     let (notes, dialect) = match &job.file {
-        ProgramFile::Gcode(program) => (program.notes().clone(), Some(program.notes().dialect)),
+        ProgramFile::Gcode(program) => (program.notes().clone(), Some(program.notes().dialect.label())),
+        ProgramFile::Robot(program) => {
+            let not_located = program.notes().not_located.clone();
+            (Notes { not_located, ..Notes::default() }, Some(program.language().label()))
+        }
         ProgramFile::Polyline(_) => (Notes::default(), None),
     };
     let passes: Vec<Value> = passes
@@ -104,7 +108,7 @@ pub fn program_json(
         "blocks": blocks,
         "workpiece": job.process.place_words(),
         "counts_as_cutting": job.process.cutting_rule.words(),
-        "dialect": dialect.map(Dialect::label),
+        "dialect": dialect,
         "unit_taken": notes.unit_taken.map(|(unit, _)| unit.name()),
         "lines_left_as_written": notes.not_located,
         "axes_left_as_written": job.machine.uncontrolled_axes().map(|axis| ["x", "y", "z"][axis]).collect::<Vec<_>>(),

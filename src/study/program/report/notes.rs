@@ -1,9 +1,12 @@
-//! What must be known of a G-code program: what was taken for granted, and which lines stay as they are.
+//! What must be known of a program: what was taken for granted, and which lines stay as they are.
 
 use crate::{
     report::words::{counted, listed},
     study::{ProgramFile, program::ProgramJob},
-    toolpath::gcode::{Dialect, Notes},
+    toolpath::{
+        gcode::{Dialect, Notes},
+        robot::RobotProgram,
+    },
 };
 
 /// Lines that are named; of more, only the number is said.
@@ -13,6 +16,7 @@ const NAMED: usize = 8;
 pub fn notes_text(job: &ProgramJob) -> String {
     match &job.file {
         ProgramFile::Gcode(program) => text(program.notes()),
+        ProgramFile::Robot(program) => of_robot(program),
         ProgramFile::Polyline(_) => String::new(),
     }
 }
@@ -32,22 +36,40 @@ fn text(notes: &Notes) -> String {
     if let Some([lines, written]) = notes.written_out {
         text += &format!("Written out: {written} lines for the {lines} of the program.\n");
     }
-    let lines = &notes.not_located;
-    if !lines.is_empty() {
-        let mut names: Vec<String> = lines.iter().take(NAMED).map(usize::to_string).collect();
-        if lines.len() > NAMED {
-            names.push(format!("{} more", lines.len() - NAMED));
-        }
-        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    if !notes.not_located.is_empty() {
         text += &format!(
-            "Left as written: {}, {} {}, where it is not known in X, Y and Z where the tool is; start_mm in [gcode] says \
-             where the program begins.\n",
-            counted(lines.len(), "motion"),
-            if lines.len() == 1 { "line" } else { "lines" },
-            listed(&names)
+            "Left as written: {}, where it is not known in X, Y and Z where the tool is; start_mm in [gcode] says where the program \
+             begins.\n",
+            motions(&notes.not_located)
         );
     }
     text
+}
+
+fn of_robot(program: &RobotProgram) -> String {
+    let (notes, mut text) = (program.notes(), format!("Read as a program in {}.\n", program.language().name()));
+    if !notes.not_located.is_empty() {
+        text += &format!(
+            "Left as written: {}, where it is not known where the tool is: motions to positions of joints, or without a full pose \
+             behind one.\n",
+            motions(&notes.not_located)
+        );
+    }
+    if notes.named_points {
+        text += "Points stay as they are declared; a motion to one of them that is corrected has numbers in place of its name.\n";
+    }
+    text
+}
+
+/// How many motions `lines` have, and which lines these are.
+fn motions(lines: &[usize]) -> String {
+    let mut names: Vec<String> = lines.iter().take(NAMED).map(usize::to_string).collect();
+    if lines.len() > NAMED {
+        names.push(format!("{} more", lines.len() - NAMED));
+    }
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let word = if lines.len() == 1 { "line" } else { "lines" };
+    format!("{}, {word} {}", counted(lines.len(), "motion"), listed(&names))
 }
 
 #[cfg(test)]
