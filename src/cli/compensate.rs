@@ -45,7 +45,7 @@ Examples:
   kinetostat compensate path.csv --machine orthoglide --process milling.toml --measured pass1.csv --out mirrored.csv
   kinetostat compensate path.csv --machine kr270 --branch front-up-noflip --process milling.toml --out compensated.csv")]
 pub struct CompensateArguments {
-    /// Program: a polyline (.csv) or G-code (any other name)
+    /// Program: a polyline (.csv), KRL (.src), RAPID (.mod, .prg), APT (.apt, .cl, .cls, .ncl) or G-code (any other name)
     path: PathBuf,
     /// Built-in machine or machine file
     #[arg(long, short)]

@@ -83,10 +83,9 @@ impl ProgramFile {
         }
         #[cfg(not(target_family = "wasm"))]
         if let Some(language) = Language::of(file, &bytes) {
-            let data = file.with_extension("dat");
-            let data_name = data.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            let found = if language == Language::Krl { beside(&data_name) } else { None };
-            let found = found.map(|bytes| (data.display().to_string(), bytes));
+            let data = Self::data_beside(&file.file_name().unwrap_or_default().to_string_lossy());
+            let found = if language == Language::Krl { beside(&data) } else { None };
+            let found = found.map(|bytes| (data, bytes));
             let program = RobotProgram::parse(bytes, &name, language, found, &process.robot_program)?;
             check_tool(&program, process)?;
             return Ok(ProgramFile::Robot(Box::new(program)));
@@ -110,6 +109,20 @@ impl ProgramFile {
     pub(crate) fn written_out(&self) -> Option<&[u8]> {
         match self {
             ProgramFile::Gcode(program) if program.notes().written_out.is_some() => Some(program.source()),
+            _ => None,
+        }
+    }
+
+    /// The name of the `.dat` that the file called `name` has beside it if it is a KRL program.
+    pub(crate) fn data_beside(name: &str) -> String {
+        Path::new(name).with_extension("dat").to_string_lossy().into_owned()
+    }
+
+    /// Name and bytes of the `.dat` beside it, if it is a KRL program and has one.
+    pub(crate) fn beside(&self) -> Option<(&str, &[u8])> {
+        match self {
+            #[cfg(not(target_family = "wasm"))]
+            ProgramFile::Robot(program) => program.beside(),
             _ => None,
         }
     }

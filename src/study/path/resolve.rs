@@ -62,11 +62,15 @@ pub(crate) fn path(spec: &PathSpec, process: &Process, given: &Given<'_>, check:
 pub(crate) fn program_input(file: Option<&str>, process: &Process, folder: &Folder) -> Result<Inputs> {
     let Some(file) = file else { return Ok(Inputs::default()) };
     let inputs = Inputs::of(file, String::from_utf8_lossy(&folder.bytes(file)?));
-    if process.gcode.expand == Expand::Never {
+    if process.gcode.expand == Expand::Never && !folder.has(&ProgramFile::data_beside(file)) {
         return Ok(inputs);
     }
-    // What it calls beside it counts as well.
+    // What it calls beside it, and the points declared there, count as well.
     let program = ProgramFile::in_folder(folder, file, process)?;
+    let inputs = match program.beside() {
+        Some((name, bytes)) => inputs.and(Inputs::of(name, String::from_utf8_lossy(bytes))),
+        None => inputs,
+    };
     let written_out = program.written_out().map(|bytes| Inputs::of(file, String::from_utf8_lossy(bytes)));
     Ok(inputs.and(written_out.unwrap_or_default()))
 }

@@ -112,6 +112,12 @@ impl RobotProgram {
         &self.source
     }
 
+    /// Name and bytes of the `.dat` beside it.
+    #[must_use]
+    pub fn beside(&self) -> Option<(&str, &[u8])> {
+        self.beside.as_ref().map(|(name, bytes)| (name.as_str(), bytes.as_slice()))
+    }
+
     /// What a reader should know of it.
     #[must_use]
     pub fn notes(&self) -> &RobotNotes {

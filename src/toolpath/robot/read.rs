@@ -15,9 +15,8 @@ pub(super) enum Reader<'a> {
 impl<'a> Reader<'a> {
     pub fn new(program: &'a RobotProgram) -> Self {
         let (source, options) = (&program.source, &program.options);
-        let beside = program.beside.as_ref().map(|(name, bytes)| (name.as_str(), bytes.as_slice()));
         match program.language {
-            Language::Krl => Reader::Krl(Box::new(krl::Reader::new(source, beside, options))),
+            Language::Krl => Reader::Krl(Box::new(krl::Reader::new(source, program.beside(), options))),
             Language::Rapid => Reader::Rapid(Box::new(rapid::Reader::new(source, options))),
             Language::Apt => Reader::Apt(Box::new(apt::Reader::new(source, options))),
         }

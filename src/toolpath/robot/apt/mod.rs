@@ -84,7 +84,12 @@ impl<'a> Reader<'a> {
             if at.is_empty() {
                 continue;
             }
-            let blank = |byte: &u8| if matches!(byte, b'$' | b'\r' | b'\n') { b' ' } else { *byte };
+            // What stands behind a `$` is a comment.
+            let mut behind = false;
+            let blank = |byte: &u8| {
+                behind = (behind || *byte == b'$') && !matches!(byte, b'\r' | b'\n');
+                if behind || matches!(byte, b'\r' | b'\n') { b' ' } else { *byte }
+            };
             return Some((at.clone(), first, self.source[at].iter().map(blank).collect()));
         }
     }

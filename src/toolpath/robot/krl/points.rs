@@ -47,8 +47,12 @@ impl<'a> Points<'a> {
     pub fn declare(&mut self, code: Range<usize>, line: usize) {
         if let Some((name, at)) = declared(self.source, code.clone()) {
             self.values.insert(name, Value::Written { beside: false, at });
-        } else if let Some((name, _)) = named(self.source, code) {
-            self.values.insert(name, Value::Computed(line));
+        } else if let Some((name, value)) = named(self.source, code) {
+            // Without a value it is not known until one is assigned.
+            match value.is_empty() {
+                true => drop(self.values.remove(&name)),
+                false => drop(self.values.insert(name, Value::Computed(line))),
+            }
         }
     }
 

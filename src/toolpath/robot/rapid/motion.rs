@@ -93,12 +93,20 @@ impl Reader<'_> {
             return Err(RobotFault::NotFollowed { what: "synchronised motions (\\ID) are", expected: "none" });
         }
         let mut scan = Scan::new(&self.source[at.clone()]);
-        let (text, numbers) = self.pose(&mut scan, &self.source[at.clone()])?;
+        let mut ahead = scan;
+        let (text, numbers) = match ahead.name().0.eq_ignore_ascii_case("Offs") {
+            true => {
+                let found = self.offset(&mut ahead)?;
+                scan = ahead;
+                found
+            }
+            false => self.pose(&mut scan)?,
+        };
         if scan.is_done() { Ok(Target { at, text, numbers }) } else { Err(POINT) }
     }
 
-    /// A target in brackets, by its name, or with an offset.
-    fn pose(&self, scan: &mut Scan<'_>, text: &[u8]) -> Result<(Vec<u8>, Vec<Number>), RobotFault> {
+    /// A target in brackets, or by its name.
+    fn pose(&self, scan: &mut Scan<'_>) -> Result<(Vec<u8>, Vec<Number>), RobotFault> {
         if scan.blanks().peek() == Some(b'[') {
             let rest = scan.rest();
             let mut depth = 0usize;
@@ -113,8 +121,7 @@ impl Reader<'_> {
         let name = scan.name().0.to_ascii_uppercase();
         match name.as_str() {
             "" => return Err(POINT),
-            "OFFS" => return self.offset(scan, text),
-            "RELTOOL" | "CROBT" | "CALCROBT" | "ORIENTZYX" => {
+            "RELTOOL" | "OFFS" | "CROBT" | "CALCROBT" | "ORIENTZYX" => {
                 return Err(RobotFault::NotFollowed { what: "computed targets are", expected: "a target, or Offs of one" });
             }
             _ => {}
@@ -127,10 +134,10 @@ impl Reader<'_> {
         Ok((written.to_vec(), data::target(written)?))
     }
 
-    /// `Offs(p10,1,2,3)`, as a target of its own.
-    fn offset(&self, scan: &mut Scan<'_>, text: &[u8]) -> Result<(Vec<u8>, Vec<Number>), RobotFault> {
+    /// What follows Offs, `(p10,1,2,3)`, as a target of its own.
+    fn offset(&self, scan: &mut Scan<'_>) -> Result<(Vec<u8>, Vec<Number>), RobotFault> {
         scan.expect(b'(', "( behind Offs")?;
-        let (mut written, mut numbers) = self.pose(scan, text)?;
+        let (mut written, mut numbers) = self.pose(scan)?;
         for axis in 0..3 {
             scan.expect(b',', ", and three plain numbers in Offs")?;
             let (step, _) = scan.number()?;
