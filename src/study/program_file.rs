@@ -33,8 +33,9 @@ pub enum ProgramFile {
 }
 
 impl ProgramFile {
-    /// Reads `file`: a polyline if its name ends in `.csv`, a program of a robot or an APT program if [`Language::of`] knows its name,
-    /// G-code otherwise, written out first where `process` says so. What it calls is sought beside it, and the `.dat` of a `.src`.
+    /// Reads `file`: a polyline if its name ends in `.csv`, a program of a robot or an APT program if [`Language::of`]
+    /// knows its name, G-code otherwise, written out first where `process` says so. What it calls is sought beside it,
+    /// and the `.dat` of a `.src`.
     ///
     /// # Errors
     /// A file that cannot be read or is not of the expected form.
@@ -182,8 +183,8 @@ impl ProgramFile {
         Some(String::from_utf8_lossy(bytes).trim().to_string())
     }
 
-    /// The same program through `positions` (workpiece frame, mm, one per point of `path`), written as `process` says, and what
-    /// reading it gives.
+    /// The same program through `positions` (workpiece frame, mm, one per point of `path`), written as `process` says,
+    /// and what reading it gives.
     ///
     /// # Errors
     /// Positions that are no positions, or a written program that does not read back.
@@ -255,5 +256,9 @@ fn check_tool(program: &RobotProgram, process: &Process) -> Result<()> {
 #[cfg(not(target_family = "wasm"))]
 fn points_of(program: &RobotProgram, process: &Process) -> Result<Vec<u8>> {
     let path = program.toolpath(process.sampling)?;
-    Ok(crate::toolpath::polyline::write(&path, &path.positions_mm(), NumberFormat::new(NumberFormat::MAX_DECIMALS, 4)?)?)
+    Ok(crate::toolpath::polyline::write(
+        &path,
+        &path.positions_mm(),
+        NumberFormat::new(NumberFormat::MAX_DECIMALS, 4)?,
+    )?)
 }

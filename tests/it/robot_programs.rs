@@ -17,7 +17,8 @@ fn folder() -> PathBuf {
 
 /// What the programs leave open.
 fn options(name: &str) -> RobotOptions {
-    let mut options = RobotOptions { calls_kept: vec!["spindle_on".into(), "spindle_off".into()], ..Default::default() };
+    let mut options =
+        RobotOptions { calls_kept: vec!["spindle_on".into(), "spindle_off".into()], ..Default::default() };
     if name.contains("external") {
         options.external_axes = vec!["external_rail_mm".into()];
     }
@@ -100,7 +101,8 @@ fn check_written(program: &RobotProgram) {
         let same = program.rewrite(&path, &path.positions_mm(), Some(&own), format).unwrap();
         assert_eq!(same.bytes(), program.source(), "{name}");
     }
-    let unit_mm = 10f64.powi(-i32::from(format.mm_decimals())).max(25.4 * 10f64.powi(-i32::from(format.inch_decimals())));
+    let unit_mm =
+        10f64.powi(-i32::from(format.mm_decimals())).max(25.4 * 10f64.powi(-i32::from(format.inch_decimals())));
     let wanted = corrected(&path);
     for (tolerance_mm, orientations) in [(0.0, None), (0.005, None), (0.005, turned(&path))] {
         let writing = Writing::within(tolerance_mm, format);
@@ -112,7 +114,8 @@ fn check_written(program: &RobotProgram) {
             }
             written => written.unwrap_or_else(|refused| panic!("{name}: {refused}")),
         };
-        let again = written.read().unwrap_or_else(|refused| panic!("{refused}\n{}", String::from_utf8_lossy(written.bytes())));
+        let again =
+            written.read().unwrap_or_else(|refused| panic!("{refused}\n{}", String::from_utf8_lossy(written.bytes())));
         let back = written.positions_of(&again).unwrap();
         assert_eq!(back.len(), wanted.len());
         for (k, (back, wanted)) in back.iter().zip(&wanted).enumerate() {
@@ -130,7 +133,9 @@ fn check_written(program: &RobotProgram) {
             assert!(off < if orientations.is_some() { 2e-4 } else { 1e-3 }, "{name}: point {k} turned by {off} rad");
             assert_eq!(stands.is_some(), wanted.is_some(), "{name}");
         }
-        let axes = |path: &Toolpath| path.points().iter().map(|point| (point.external, point.feed_mm_per_min)).collect::<Vec<_>>();
+        let axes = |path: &Toolpath| {
+            path.points().iter().map(|point| (point.external, point.feed_mm_per_min)).collect::<Vec<_>>()
+        };
         let back = written.read_back().unwrap();
         for (a, b) in axes(&back).iter().zip(axes(&path)) {
             assert!(a.0.iter().zip(b.0).all(|(a, b)| (a - b).abs() < 0.2) && a.1 == b.1, "{name}: {a:?} {b:?}");
@@ -164,7 +169,10 @@ fn krl_programs_mean_what_they_say() {
     assert!(beside.notes().named_points);
     assert_eq!(path.points()[5].feed_mm_per_min, Some(6000.0));
     let path = of("05_circles");
-    assert_eq!((path.points()[0].position_mm, path.points()[path.len() - 1].position_mm.z), (Vector3::x() * 10.0, 20.0));
+    assert_eq!(
+        (path.points()[0].position_mm, path.points()[path.len() - 1].position_mm.z),
+        (Vector3::x() * 10.0, 20.0)
+    );
     let round = path.points().iter().filter(|point| point.position_mm.z == 0.0);
     assert!(round.clone().count() > 10 && round.clone().all(|point| (point.position_mm.norm() - 10.0).abs() < 1e-9));
     assert!((path.length_mm() - (40.0 * std::f64::consts::PI + 20.0)).abs() < 1e-9);
@@ -220,37 +228,84 @@ fn krl_that_is_not_followed_is_refused_by_line_and_statement() {
             "LIN XP1\n",
             "p.src:1: `LIN XP1`: XP1 is not known; expected its numbers in the file (there is no .dat beside it), or in the statement",
         ),
-        ("XP1.Z=5+n\nLIN XP1\n", "p.src:2: `LIN XP1`: XP1 is computed in line 1; expected a point whose numbers the file gives"),
+        (
+            "XP1.Z=5+n\nLIN XP1\n",
+            "p.src:2: `LIN XP1`: XP1 is computed in line 1; expected a point whose numbers the file gives",
+        ),
         ("LIN {X 1+2,Y 0}\n", "p.src:1: `LIN {X 1+2,Y 0}`: expected , or } behind a plain number"),
         ("LIN {X n,Y 0}\n", "p.src:1: `LIN {X n,Y 0}`: expected a plain number"),
         ("LIN {A1 0,A2 0}\n", "p.src:1: `LIN {A1 0,A2 0}`: expected a pose, not positions of joints"),
         ("LIN {X 1,Y 2\n", "p.src:1: `LIN {X 1,Y 2`: expected } on the same line"),
-        ("LIN {X 2e6,Y 0,Z 0,A 0,B 0,C 0}\n", "p.src:1: `LIN {X 2e6,Y 0,Z 0,A 0,B 0,C 0}`: coordinate beyond 1000000 mm; expected a position on the machine"),
-        ("$IPO_MODE=#TCP\n", "p.src:1: `$IPO_MODE=#TCP`: fixed tools ($IPO_MODE #TCP) are not followed; expected a tool that the robot carries"),
-        ("$BASE=EK(MACHINE_DEF[2].ROOT,1,X)\n", "p.src:1: `$BASE=EK(MACHINE_DEF[2].ROOT,1,X)`: bases that move with external axes (EK, EB) are not followed; expected a base that stands still"),
-        ("LIN XP1:XP2\n", "p.src:1: `LIN XP1:XP2`: XP1 is not known; expected its numbers in the file (there is no .dat beside it), or in the statement"),
-        ("PTP XP1:XP2\n", "p.src:1: `PTP XP1:XP2`: operators on points are not followed; expected a point whose numbers the file gives"),
-        ("INTERRUPT DECL 4 WHEN $IN[1] DO stop_here()\n", "p.src:1: `INTERRUPT DECL 4 WHEN $IN[1] DO stop_here()`: interrupts are not followed; expected none but that of IR_STOPM"),
+        (
+            "LIN {X 2e6,Y 0,Z 0,A 0,B 0,C 0}\n",
+            "p.src:1: `LIN {X 2e6,Y 0,Z 0,A 0,B 0,C 0}`: coordinate beyond 1000000 mm; expected a position on the machine",
+        ),
+        (
+            "$IPO_MODE=#TCP\n",
+            "p.src:1: `$IPO_MODE=#TCP`: fixed tools ($IPO_MODE #TCP) are not followed; expected a tool that the robot carries",
+        ),
+        (
+            "$BASE=EK(MACHINE_DEF[2].ROOT,1,X)\n",
+            "p.src:1: `$BASE=EK(MACHINE_DEF[2].ROOT,1,X)`: bases that move with external axes (EK, EB) are not followed; expected a base that stands still",
+        ),
+        (
+            "LIN XP1:XP2\n",
+            "p.src:1: `LIN XP1:XP2`: XP1 is not known; expected its numbers in the file (there is no .dat beside it), or in the statement",
+        ),
+        (
+            "PTP XP1:XP2\n",
+            "p.src:1: `PTP XP1:XP2`: operators on points are not followed; expected a point whose numbers the file gives",
+        ),
+        (
+            "INTERRUPT DECL 4 WHEN $IN[1] DO stop_here()\n",
+            "p.src:1: `INTERRUPT DECL 4 WHEN $IN[1] DO stop_here()`: interrupts are not followed; expected none but that of IR_STOPM",
+        ),
         ("what now\n", "p.src:1: `what now`: not a statement that is known; expected a statement of KRL"),
-        ("CIRC {X 0,Y 0,Z 0,A 0,B 0,C 0},{X 1,Y 0,Z 0,A 0,B 0,C 0}\n", "p.src:1: `CIRC {X 0,Y 0,Z 0,A 0,B 0,C 0},{X 1,Y 0,Z 0,A 0,B 0,C 0}`: circular motion from a place that is not known; expected a motion to a full pose before it"),
+        (
+            "CIRC {X 0,Y 0,Z 0,A 0,B 0,C 0},{X 1,Y 0,Z 0,A 0,B 0,C 0}\n",
+            "p.src:1: `CIRC {X 0,Y 0,Z 0,A 0,B 0,C 0},{X 1,Y 0,Z 0,A 0,B 0,C 0}`: circular motion from a place that is not known; expected a motion to a full pose before it",
+        ),
     ] {
         assert_eq!(refused(source), message);
     }
     for (source, end) in [
-        ("CIRC {X 1},{X 2}\n", ": start, middle and end are on no circle; expected three points apart and not on a line"),
+        (
+            "CIRC {X 1},{X 2}\n",
+            ": start, middle and end are on no circle; expected three points apart and not on a line",
+        ),
         ("END\nDEF sub()\nLIN {X 1}\n", ": a motion after the end of the program in line 2; expected none"),
-        ("LIN_REL {X 1} #TOOL\n", ": steps along the axes of the tool, turns and external axes by steps are not followed; expected steps of X, Y and Z in the base"),
-        ("$BASE=BASE_DATA[2]\nLIN {X 1}\n", ": where base_data[2] stands to the base before it is not known; expected its pose in robot_program.bases of the process"),
-        ("TRIGGER WHEN PATH=5 DELAY=0 DO $OUT[1]=TRUE\n", ": triggers on the way or at the end of a motion are not followed; expected TRIGGER WHEN DISTANCE=0"),
-        ("LIN {X 1,E1 3}\nLIN {X 2,E1 4}\n", ": external axis 1 goes from 3 to 4; expected it to stand still, or the drive it is in robot_program.external_axes"),
-        ("$CIRC_TYPE=#PATH\nCIRC {X 1,Y 1},{X 2}\n", ": circles that carry the orientation along ($CIRC_TYPE) are not followed; expected $CIRC_TYPE=#BASE before it"),
+        (
+            "LIN_REL {X 1} #TOOL\n",
+            ": steps along the axes of the tool, turns and external axes by steps are not followed; expected steps of X, Y and Z in the base",
+        ),
+        (
+            "$BASE=BASE_DATA[2]\nLIN {X 1}\n",
+            ": where base_data[2] stands to the base before it is not known; expected its pose in robot_program.bases of the process",
+        ),
+        (
+            "TRIGGER WHEN PATH=5 DELAY=0 DO $OUT[1]=TRUE\n",
+            ": triggers on the way or at the end of a motion are not followed; expected TRIGGER WHEN DISTANCE=0",
+        ),
+        (
+            "LIN {X 1,E1 3}\nLIN {X 2,E1 4}\n",
+            ": external axis 1 goes from 3 to 4; expected it to stand still, or the drive it is in robot_program.external_axes",
+        ),
+        (
+            "$CIRC_TYPE=#PATH\nCIRC {X 1,Y 1},{X 2}\n",
+            ": circles that carry the orientation along ($CIRC_TYPE) are not followed; expected $CIRC_TYPE=#BASE before it",
+        ),
         ("$BASE.X=5\n", ": parts of frames are not followed; expected a whole frame"),
     ] {
         let message = refused(&format!("{pose}{source}"));
         assert!(message.ends_with(end), "{message}");
     }
     let second = refused(&format!("DEF a()\n{pose}END\nDEF b()\n{pose}END\n"));
-    assert!(second.ends_with("a motion in the routine of line 4, beside those of line 1; expected all motions in one routine"), "{second}");
+    assert!(
+        second.ends_with(
+            "a motion in the routine of line 4, beside those of line 1; expected all motions in one routine"
+        ),
+        "{second}"
+    );
 }
 
 #[test]
@@ -314,7 +369,10 @@ fn rapid_programs_mean_what_they_say() {
     assert_eq!(speeds, [Some(1200.0), Some(750.0), Some(300.0), Some(2400.0), None, None]);
     assert_eq!(shape(&of("13_routines")), (3, 3, [0.0, 0.0, 0.0], [20.0, 0.0, 0.0]));
     assert_eq!(shape(&of("14_branches")), (3, 3, [0.0, 0.0, 0.0], [20.0, 0.0, 0.0]));
-    assert_eq!(shape(&program("rapid/15_program.prg").toolpath(coarse()).unwrap()), (3, 2, [0.0, 0.0, 100.0], [10.0, 0.0, 95.0]));
+    assert_eq!(
+        shape(&program("rapid/15_program.prg").toolpath(coarse()).unwrap()),
+        (3, 2, [0.0, 0.0, 100.0], [10.0, 0.0, 95.0])
+    );
 }
 
 #[test]
@@ -322,25 +380,65 @@ fn rapid_that_is_not_followed_is_refused_by_line_and_statement() {
     let at = |x: f64| format!("[[{x},0,0],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]");
     let one = format!("MoveL {},v100,fine,tool0;\n", at(1.0));
     for (source, end) in [
-        ("MoveL RelTool(p1,0,0,5),v100,fine,tool0;".to_owned(), ": computed targets are not followed; expected a target, or Offs of one"),
-        ("MoveL p1,v100,fine,tool0;".into(), ": P1 is not known; expected its numbers in the file, or in the statement"),
-        ("MoveL *,v100,fine,tool0;".into(), ": expected a target: its name, Offs(…), or [[x,y,z],[q1,q2,q3,q4],[…],[…]]"),
-        ("TriggL p1,v100,t1,fine,tool0;".into(), ": motions with signals, searches and processes are not followed; expected MoveL, MoveC, MoveJ and MoveAbsJ"),
-        ("SearchL di1,p1,p2,v100,tool0;".into(), ": motions with signals, searches and processes are not followed; expected MoveL, MoveC, MoveJ and MoveAbsJ"),
-        (format!("FOR i FROM 1 TO 3 DO\n{one}ENDFOR"), ": in FOR of line 2, so that it may run never or more than once; expected it outside, once in the order it runs"),
-        (format!("IF di1=1 {one}"), ": in IF of line 2, so that it may run never or more than once; expected it outside, once in the order it runs"),
-        ("Part_5;".into(), ": calls PART_5, which may move the tool; expected the program in one routine, or PART_5 in robot_program.calls_kept if it does not"),
+        (
+            "MoveL RelTool(p1,0,0,5),v100,fine,tool0;".to_owned(),
+            ": computed targets are not followed; expected a target, or Offs of one",
+        ),
+        (
+            "MoveL p1,v100,fine,tool0;".into(),
+            ": P1 is not known; expected its numbers in the file, or in the statement",
+        ),
+        (
+            "MoveL *,v100,fine,tool0;".into(),
+            ": expected a target: its name, Offs(…), or [[x,y,z],[q1,q2,q3,q4],[…],[…]]",
+        ),
+        (
+            "TriggL p1,v100,t1,fine,tool0;".into(),
+            ": motions with signals, searches and processes are not followed; expected MoveL, MoveC, MoveJ and MoveAbsJ",
+        ),
+        (
+            "SearchL di1,p1,p2,v100,tool0;".into(),
+            ": motions with signals, searches and processes are not followed; expected MoveL, MoveC, MoveJ and MoveAbsJ",
+        ),
+        (
+            format!("FOR i FROM 1 TO 3 DO\n{one}ENDFOR"),
+            ": in FOR of line 2, so that it may run never or more than once; expected it outside, once in the order it runs",
+        ),
+        (
+            format!("IF di1=1 {one}"),
+            ": in IF of line 2, so that it may run never or more than once; expected it outside, once in the order it runs",
+        ),
+        (
+            "Part_5;".into(),
+            ": calls PART_5, which may move the tool; expected the program in one routine, or PART_5 in robot_program.calls_kept if it does not",
+        ),
         ("PDispOn p1,tool0;".into(), ": displaced programs are not followed; expected targets where they are"),
-        (format!("{one}MoveL {},v100\\T:=5,fine,tool0;", at(2.0)), ": times of motions (\\T) are not followed; expected a speed"),
-        (format!("{one}MoveL {},v100,fine,tool1\\WObj:=w9;", at(2.0)), ": where w9 stands to the base before it is not known; expected its pose in robot_program.bases of the process"),
-        (format!("{one}MoveL {},v100,fine,tool1;", at(2.0)), ": uses tool1 after tool0; expected one tool, or tools whose orientation the program gives and whose tips are the same"),
+        (
+            format!("{one}MoveL {},v100\\T:=5,fine,tool0;", at(2.0)),
+            ": times of motions (\\T) are not followed; expected a speed",
+        ),
+        (
+            format!("{one}MoveL {},v100,fine,tool1\\WObj:=w9;", at(2.0)),
+            ": where w9 stands to the base before it is not known; expected its pose in robot_program.bases of the process",
+        ),
+        (
+            format!("{one}MoveL {},v100,fine,tool1;", at(2.0)),
+            ": uses tool1 after tool0; expected one tool, or tools whose orientation the program gives and whose tips are the same",
+        ),
         (format!("MoveL {},v100,fine,tool0", at(2.0)), ": expected ; at the end of the statement"),
-        ("MoveL [[1,2,3],[1,0,0,1],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;".into(), ": quaternion has length 1.4142135623730951; expected 1"),
+        (
+            "MoveL [[1,2,3],[1,0,0,1],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;".into(),
+            ": quaternion has length 1.4142135623730951; expected 1",
+        ),
         ("MoveL [[1,2],[1,0,0,1]],v100,fine,tool0;".into(), ": expected , behind a plain number"),
         (format!("GOTO again;{one}"), ": jumps are not followed; expected the motions in the order they run"),
-        (format!("{one}ENDPROC\nPROC b()\n{one}"), ": a motion in the routine of line 4, beside those of line 1; expected all motions in one routine"),
+        (
+            format!("{one}ENDPROC\nPROC b()\n{one}"),
+            ": a motion in the routine of line 4, beside those of line 1; expected all motions in one routine",
+        ),
     ] {
-        let message = parse(Language::Rapid, &format!("PROC main()\n{source}\nENDPROC\n"), &RobotOptions::default()).unwrap_err();
+        let message =
+            parse(Language::Rapid, &format!("PROC main()\n{source}\nENDPROC\n"), &RobotOptions::default()).unwrap_err();
         assert!(message.ends_with(end), "{message}");
         assert!(message.starts_with("p.mod:"), "{message}");
     }
@@ -408,9 +506,15 @@ fn apt_that_is_not_followed_is_refused_by_line_and_record() {
         ("GOTO/1,2", ": expected three plain numbers x,y,z, or six with the tool axis i,j,k"),
         ("GOTO/1,2,3,0,0,2", ": tool axis has length 2; expected 1"),
         ("UNITS/FEET", ": expected UNITS/MM or UNITS/INCHES"),
-        ("SWIVEL/3", ": calls SWIVEL, which may move the tool; expected the program in one routine, or SWIVEL in robot_program.calls_kept if it does not"),
+        (
+            "SWIVEL/3",
+            ": calls SWIVEL, which may move the tool; expected the program in one routine, or SWIVEL in robot_program.calls_kept if it does not",
+        ),
         ("FINI\nGOTO/1,2,3", ": a motion after the end of the program in line 2; expected none"),
-        ("MSYS/0,0,0,1,0,0,0,1,0\nMSYS/5,0,0,1,0,0,0,1,0", ": second systems of coordinates are not followed; expected one MSYS"),
+        (
+            "MSYS/0,0,0,1,0,0,0,1,0\nMSYS/5,0,0,1,0,0,0,1,0",
+            ": second systems of coordinates are not followed; expected one MSYS",
+        ),
     ] {
         let message = parse(Language::Apt, &format!("GOTO/0,0,0\n{source}\n"), &RobotOptions::default()).unwrap_err();
         assert!(message.starts_with("p.apt:") && message.ends_with(end), "{message}");
@@ -479,7 +583,8 @@ fn check_random(language: Language, lines: &[String], ending: &str) -> Result<()
     let wanted = corrected(&path);
     let written = program.rewrite(&path, &wanted, None, format).unwrap();
     let back = written.positions_of(&written.read().unwrap()).unwrap();
-    let unit_mm = 10f64.powi(-i32::from(format.mm_decimals())).max(25.4 * 10f64.powi(-i32::from(format.inch_decimals())));
+    let unit_mm =
+        10f64.powi(-i32::from(format.mm_decimals())).max(25.4 * 10f64.powi(-i32::from(format.inch_decimals())));
     for (back, wanted) in back.iter().zip(&wanted) {
         prop_assert!((back - wanted).norm() < 2.0 * unit_mm, "{} instead of {}", back, wanted);
     }
@@ -488,7 +593,12 @@ fn check_random(language: Language, lines: &[String], ending: &str) -> Result<()
 
 fn rapid_line() -> impl Strategy<Value = String> {
     let target = || {
-        (number(300.0), number(300.0), number(300.0), prop_oneof![Just("1,0,0,0"), Just("0.6,0,0.8,0"), Just("0,-0.70710678,0,0.70710678")])
+        (
+            number(300.0),
+            number(300.0),
+            number(300.0),
+            prop_oneof![Just("1,0,0,0"), Just("0.6,0,0.8,0"), Just("0,-0.70710678,0,0.70710678")],
+        )
             .prop_map(|(x, y, z, q)| format!("[[{x},{y},{z}],[{q}],[0,-1,0,1],[9E9,9E+09,9E9,9E9,9E9,9E9]]"))
     };
     prop_oneof![
@@ -536,8 +646,8 @@ proptest! {
 
     #[test]
     fn random_krl_is_written_back(lines in prop::collection::vec(krl_line(), 1..20), crlf in any::<bool>()) {
-        let first = "LIN {X 0,Y 0,Z 0,A 0,B 10,C 0}".to_owned();
-        let lines: Vec<String> = [first].into_iter().chain(lines).collect();
+        let first = ["$BASE=$NULLFRAME", "LIN {X 0,Y 0,Z 0,A 0,B 10,C 0}"].map(str::to_owned);
+        let lines: Vec<String> = first.into_iter().chain(lines).collect();
         check_random(Language::Krl, &lines, if crlf { "\r\n" } else { "\n" })?;
     }
 }

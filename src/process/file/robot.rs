@@ -52,13 +52,18 @@ pub(super) fn options(spec: &RobotSpec, check: &Check) -> Result<RobotOptions> {
     }
     let check_axes = check.key("external_axes");
     if spec.external_axes.len() > ExternalAxes::MOST {
-        return check_axes.fail(format!("has {} names: at most {} are expected", spec.external_axes.len(), ExternalAxes::MOST));
+        return check_axes.fail(format!(
+            "has {} names: at most {} are expected",
+            spec.external_axes.len(),
+            ExternalAxes::MOST
+        ));
     }
     for name in &spec.external_axes {
         let drive = name.strip_prefix("external_");
         let drive = drive.and_then(|drive| drive.strip_suffix("_mm").or(drive.strip_suffix("_deg")));
         if drive.is_none_or(str::is_empty) {
-            return check_axes.fail(format!("has \"{name}\": names such as external_rail_mm or external_table_deg are expected"));
+            return check_axes
+                .fail(format!("has \"{name}\": names such as external_rail_mm or external_table_deg are expected"));
         }
     }
     Ok(RobotOptions {

@@ -48,7 +48,9 @@ pub enum RobotFault {
         expected: &'static str,
     },
     /// A motion that need not run, or not once.
-    #[error("in {keyword} of line {line}, so that it may run never or more than once; expected it outside, once in the order it runs")]
+    #[error(
+        "in {keyword} of line {line}, so that it may run never or more than once; expected it outside, once in the order it runs"
+    )]
     Branch {
         /// What it stands in.
         keyword: String,
@@ -56,7 +58,9 @@ pub enum RobotFault {
         line: usize,
     },
     /// A motion in a second routine.
-    #[error("a motion in the routine of line {line}, beside those of line {first}; expected all motions in one routine")]
+    #[error(
+        "a motion in the routine of line {line}, beside those of line {first}; expected all motions in one routine"
+    )]
     SecondRoutine {
         /// Where the routine begins, from 1.
         line: usize,
@@ -64,7 +68,9 @@ pub enum RobotFault {
         first: usize,
     },
     /// A call of what is not in the file.
-    #[error("calls {name}, which may move the tool; expected the program in one routine, or {name} in robot_program.calls_kept if it does not")]
+    #[error(
+        "calls {name}, which may move the tool; expected the program in one routine, or {name} in robot_program.calls_kept if it does not"
+    )]
     Call {
         /// Its name.
         name: String,
@@ -86,13 +92,17 @@ pub enum RobotFault {
         line: usize,
     },
     /// A base whose place is not known.
-    #[error("where {name} stands to the base before it is not known; expected its pose in robot_program.bases of the process")]
+    #[error(
+        "where {name} stands to the base before it is not known; expected its pose in robot_program.bases of the process"
+    )]
     NoBase {
         /// Its name.
         name: String,
     },
     /// A second tool whose rotation or tip may be another.
-    #[error("uses {name} after {before}; expected one tool, or tools whose orientation the program gives and whose tips are the same")]
+    #[error(
+        "uses {name} after {before}; expected one tool, or tools whose orientation the program gives and whose tips are the same"
+    )]
     SecondTool {
         /// The tool.
         name: String,
@@ -100,7 +110,9 @@ pub enum RobotFault {
         before: String,
     },
     /// An external axis that moves and is not named.
-    #[error("external axis {axis} goes from {from} to {to}; expected it to stand still, or the drive it is in robot_program.external_axes")]
+    #[error(
+        "external axis {axis} goes from {from} to {to}; expected it to stand still, or the drive it is in robot_program.external_axes"
+    )]
     External {
         /// Which, from 1.
         axis: usize,

@@ -155,8 +155,8 @@ impl Motion {
         start.zip(self.end.and_then(|end| end.orientation)).map_or(0.0, |(start, end)| start.angle_to(&end))
     }
 
-    /// Into how many pieces the motion is split; `None` when into more than a path may have points. A motion from point to point
-    /// is never split: nothing says on which way it goes.
+    /// Into how many pieces the motion is split; `None` when into more than a path may have points. A motion from point
+    /// to point is never split: nothing says on which way it goes.
     pub fn pieces(&self, sampling: Sampling) -> Option<usize> {
         match &self.way {
             Way::Unlocated => Some(0),
@@ -169,8 +169,8 @@ impl Motion {
         }
     }
 
-    /// Adds the points of the motion at `parameters` to `points`; `segment` is its index in the program, `before_mm` the length of
-    /// the path before it.
+    /// Adds the points of the motion at `parameters` to `points`; `segment` is its index in the program, `before_mm`
+    /// the length of the path before it.
     pub fn sample(&self, segment: usize, parameters: &[f64], before_mm: f64, points: &mut Vec<PathPoint>) {
         let length = self.way.length();
         for &parameter in parameters {

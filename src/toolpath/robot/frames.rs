@@ -28,8 +28,8 @@ impl<'a> Bases<'a> {
         Self { options, world: options.bases.get(RobotOptions::WORLD).copied(), first: None }
     }
 
-    /// `X_WB` of the base a motion uses; `None` is what is in force where the program names none, W itself. Where nothing else is
-    /// said, the base of the first motion is W.
+    /// `X_WB` of the base a motion uses; `None` is what is in force where the program names none, W itself. Where
+    /// nothing else is said, the base of the first motion is W.
     pub fn pose(&mut self, base: Option<&Base>) -> Result<Isometry3<f64>, RobotFault> {
         let unnamed = Base { name: String::new(), in_world: None };
         let base = base.unwrap_or(&unnamed);
@@ -130,7 +130,8 @@ mod tests {
     fn a_second_tool_is_refused_unless_its_tip_is_the_same() {
         let options = RobotOptions::default();
         let mut tools = Tools::new(&options);
-        let tool = |name: &str, x: f64| Tool { name: name.into(), in_flange: Some(Isometry3::translation(x, 0.0, 0.0)) };
+        let tool =
+            |name: &str, x: f64| Tool { name: name.into(), in_flange: Some(Isometry3::translation(x, 0.0, 0.0)) };
         assert!(tools.rotation(Some(&tool("t1", 1.0))).is_ok() && tools.rotation(Some(&tool("t2", 1.0))).is_ok());
         assert_eq!(
             tools.rotation(Some(&tool("t3", 2.0))).unwrap_err().to_string(),

@@ -14,8 +14,8 @@ pub enum Language {
 }
 
 impl Language {
-    /// The language of a file, as its name ends and, where other programs have such names too, as its first words are; `None` for
-    /// what is no program of poses.
+    /// The language of a file, as its name ends and, where other programs have such names too, as its first words are;
+    /// `None` for what is no program of poses.
     #[must_use]
     pub fn of(file: &Path, bytes: &[u8]) -> Option<Language> {
         let extension = file.extension()?.to_string_lossy().to_ascii_lowercase();
@@ -23,7 +23,9 @@ impl Language {
             "src" => Some(Language::Krl),
             "apt" | "cl" | "cls" | "ncl" | "cldata" => Some(Language::Apt),
             "modx" => Some(Language::Rapid),
-            "mod" | "prg" => first_words(bytes).any(|word| matches!(word.as_str(), "MODULE" | "PROC")).then_some(Language::Rapid),
+            "mod" | "prg" => {
+                first_words(bytes).any(|word| matches!(word.as_str(), "MODULE" | "PROC")).then_some(Language::Rapid)
+            }
             _ => None,
         }
     }

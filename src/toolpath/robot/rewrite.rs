@@ -47,8 +47,8 @@ impl RewrittenRobot {
         RobotProgram::parse(self.bytes.clone(), &self.name, self.language, self.beside.clone(), &self.options)
     }
 
-    /// The path of the written program, point k where point k of the original path is passed: the same number of points, in the
-    /// same order.
+    /// The path of the written program, point k where point k of the original path is passed: the same number of
+    /// points, in the same order.
     ///
     /// # Errors
     /// When the written program cannot be followed.
@@ -58,7 +58,8 @@ impl RewrittenRobot {
         Ok(Toolpath::assemble(points).with_external_axes(&self.options.external_axes))
     }
 
-    /// As [`RewrittenRobot::read_back`], of the written program once it has been read, the positions alone (workpiece frame, mm).
+    /// As [`RewrittenRobot::read_back`], of the written program once it has been read, the positions alone (workpiece
+    /// frame, mm).
     ///
     /// # Errors
     /// When it is another program.
@@ -90,14 +91,15 @@ impl RewrittenRobot {
 }
 
 impl RobotProgram {
-    /// The program with the points of `path` moved to `corrected_mm`, positions in the workpiece frame, and turned to `orientations`
-    /// if they are given.
+    /// The program with the points of `path` moved to `corrected_mm`, positions in the workpiece frame, and turned to
+    /// `orientations` if they are given.
     ///
-    /// `path` is what [`RobotProgram::toolpath`] gave. A motion stays one statement where one of its kind passes all its corrected
-    /// points to a unit of the last decimal, or within the tolerance; otherwise it becomes a sequence of straight motions, each of
-    /// which passes as many points as it can. They repeat the statement's velocity, zone, tool and approximation, and nothing else.
-    /// Numbers change only by more than half a unit of the last decimal: without correction the bytes are the same. A point that is
-    /// declared elsewhere stays declared there; where it is corrected, the motion has its numbers instead of its name.
+    /// `path` is what [`RobotProgram::toolpath`] gave. A motion stays one statement where one of its kind passes all
+    /// its corrected points to a unit of the last decimal, or within the tolerance; otherwise it becomes a sequence of
+    /// straight motions, each of which passes as many points as it can. They repeat the statement's velocity, zone,
+    /// tool and approximation, and nothing else. Numbers change only by more than half a unit of the last decimal:
+    /// without correction the bytes are the same. A point that is declared elsewhere stays declared there; where it is
+    /// corrected, the motion has its numbers instead of its name.
     ///
     /// # Errors
     /// When there is not one finite position (and orientation) for every point, or `path` is from another program.
@@ -146,7 +148,8 @@ impl RobotProgram {
         RobotRewriteError::ForeignPath { program: self.name.clone() }
     }
 
-    /// Where the points end that `motion`, the `segment`-th, has in `path` from `first` on, after checking that they are its.
+    /// Where the points end that `motion`, the `segment`-th, has in `path` from `first` on, after checking that they
+    /// are its.
     fn end_of(
         &self,
         motion: &Motion,

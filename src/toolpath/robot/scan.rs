@@ -48,7 +48,8 @@ impl<'a> Scan<'a> {
         if self.takes(byte) { Ok(()) } else { Err(RobotFault::Form { expected }) }
     }
 
-    /// The name that comes next behind blanks, and where it stands; empty if there is none. Names have letters, digits, `_`, `$`.
+    /// The name that comes next behind blanks, and where it stands; empty if there is none. Names have letters, digits,
+    /// `_`, `$`.
     pub fn name(&mut self) -> (&'a str, Range<usize>) {
         let start = self.blanks().at;
         let is_of_name = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'$');

@@ -1,4 +1,5 @@
-//! Motions as they are written: one statement where one passes all corrected points, a sequence of straight ones otherwise.
+//! Motions as they are written: one statement where one passes all corrected points, a sequence of straight ones
+//! otherwise.
 
 use nalgebra::Vector3;
 
@@ -9,12 +10,10 @@ use super::{
     source::{indent, line_ending},
     statement::{Kind, Statement, Target},
     target_text::{Goal, Pen, Shown},
-    way::{Arc, Way},
+    way::Way,
 };
 use crate::toolpath::{Orientation, PathPoint};
 
-/// A written circle may turn by as much more or less than the programmed one, rad.
-const TURN_RAD: f64 = 0.5;
 /// How far from its orientation the tool may stand within a piece where orientations are corrected, rad.
 const ORIENTATION_RAD: f64 = 1e-4;
 
@@ -28,11 +27,11 @@ pub(super) struct Points<'a> {
 }
 
 impl Points<'_> {
-    fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.points.len()
     }
 
-    fn orientation(&self, k: usize) -> Option<Orientation> {
+    pub(super) fn orientation(&self, k: usize) -> Option<Orientation> {
         self.orientations.map_or(self.points[k].orientation, |orientations| Some(orientations[k]))
     }
 
@@ -44,7 +43,7 @@ impl Points<'_> {
         }
     }
 
-    fn correction(&self, k: usize) -> Vector3<f64> {
+    pub(super) fn correction(&self, k: usize) -> Vector3<f64> {
         self.corrected[k] - self.points[k].position_mm
     }
 }
@@ -53,7 +52,7 @@ impl Points<'_> {
 #[derive(Debug)]
 pub(super) struct Writer<'a> {
     source: &'a [u8],
-    pen: Pen,
+    pub(super) pen: Pen,
     tolerance_mm: f64,
     out: Vec<u8>,
     /// What of the source is in `out`.
@@ -116,13 +115,13 @@ impl<'a> Writer<'a> {
     }
 
     /// A statement that stays one.
-    fn whole(&mut self, target: &Target, shown: &Shown, places: Vec<f64>) {
+    pub(super) fn whole(&mut self, target: &Target, shown: &Shown, places: Vec<f64>) {
         self.put(target, shown);
         self.stands_for(shown.stand, places);
     }
 
     /// Copies up to `target`, and writes it as `shown` if it changes.
-    fn put(&mut self, target: &Target, shown: &Shown) {
+    pub(super) fn put(&mut self, target: &Target, shown: &Shown) {
         if shown.is_changed {
             self.out.extend_from_slice(&self.source[self.copied..target.at.start]);
             self.out.extend_from_slice(&shown.text);
@@ -136,55 +135,9 @@ impl<'a> Writer<'a> {
         self.places.extend(places);
     }
 
-    /// Writes a circle as a circle, if one passes its points.
-    fn circle(&mut self, motion: &Motion, arc: &Arc, from: Stand, points: Points<'_>) -> Result<bool, RobotFault> {
-        let statement = &motion.statement;
-        let (Some(start), Some(end), Some(via), Some(target)) =
-            (motion.start, motion.end, &statement.via, &statement.end)
-        else {
-            return Ok(false);
-        };
-        let last = points.len() - 1;
-        let begin = from.position - start.position;
-        let own = |target: &Target| super::follow::lead(self.pen.language, statement, target, Some(&start));
-        let (Some(own_via), Some(own_end)) = (own(via)?, own(target)?) else { return Ok(false) };
-        let (via_by, end_by) = match statement.sweep_rad {
-            // Its end is not where its pose is: it can only be moved as a whole.
-            Some(_) => (points.correction(last), points.correction(last)),
-            None => {
-                let at = |k: usize| points.points[k].source.parameter;
-                let k = (0..last).find(|k| at(*k) >= arc.via).unwrap_or(last);
-                let before = k.checked_sub(1).map_or((0.0, begin), |before| (at(before), points.correction(before)));
-                let share = ((arc.via - before.0) / (at(k) - before.0)).clamp(0.0, 1.0);
-                (before.1.lerp(&points.correction(k), share), points.correction(last))
-            }
-        };
-        let goal = |stand: &Stand, by: Vector3<f64>, orientation| Goal {
-            position: stand.position + by,
-            orientation,
-            external: end.external,
-        };
-        let shown_via = self.pen.show(statement, via, &goal(&own_via, via_by, own_via.orientation), Some(&from))?;
-        let shown_end = self.pen.show(statement, target, &goal(&own_end, end_by, points.orientation(last)), Some(&from))?;
-        let (Some(shown_via), Some(mut shown_end)) = (shown_via, shown_end) else { return Ok(false) };
-        let through = [from.position, shown_via.stand.position, shown_end.stand.position];
-        let Some(written) = Arc::through(through, statement.sweep_rad) else { return Ok(false) };
-        if (written.sweep_rad() - arc.sweep_rad()).abs() > TURN_RAD {
-            return Ok(false);
-        }
-        let way = Way::Arc(written);
-        shown_end.stand.position = way.at(1.0).map_or(shown_end.stand.position, |(position, _)| position);
-        let Some(places) = self.places(&way, [from, shown_end.stand], motion, points, 0..points.len()) else {
-            return Ok(false);
-        };
-        self.put(via, &shown_via);
-        self.whole(target, &shown_end, places);
-        Ok(true)
-    }
-
-    /// Where on `way`, along which the tool turns between `stands`, the points `which` lie, one after another; `None` if it does not
-    /// pass them.
-    fn places(
+    /// Where on `way`, along which the tool turns between `stands`, the points `which` lie, one after another; `None`
+    /// if it does not pass them.
+    pub(super) fn places(
         &self,
         way: &Way,
         [from, to]: [Stand; 2],
@@ -255,8 +208,8 @@ impl<'a> Writer<'a> {
         Ok(())
     }
 
-    /// The line that passes most of the points from `first` on: sought in steps that double, then between the last two. One to the
-    /// first point always does.
+    /// The line that passes most of the points from `first` on: sought in steps that double, then between the last two.
+    /// One to the first point always does.
     fn longest(
         &self,
         statement: &Statement,

@@ -28,9 +28,8 @@ impl Decimals {
     /// Those seen, but at least what keeps the tip of a long tool where it should be.
     pub fn seen(language: Language, rotation: usize, external: usize) -> Decimals {
         let least = if language == Language::Krl { 4 } else { 6 };
-        let clamp = |seen: usize, least: u8| {
-            u8::try_from(seen).unwrap_or(u8::MAX).clamp(least, NumberFormat::MAX_DECIMALS)
-        };
+        let clamp =
+            |seen: usize, least: u8| u8::try_from(seen).unwrap_or(u8::MAX).clamp(least, NumberFormat::MAX_DECIMALS);
         Decimals { rotation: clamp(rotation, least), external: clamp(external, 3) }
     }
 }
@@ -79,8 +78,8 @@ impl Pen {
         if self.language == Language::Krl { half.to_radians() } else { half }
     }
 
-    /// `target` of `statement`, which begins `from` where the tool is, as it leads to `goal`: what it says as it stands to half a unit
-    /// of the last decimal is kept. `None` if it leads nowhere known.
+    /// `target` of `statement`, which begins `from` where the tool is, as it leads to `goal`: what it says as it stands
+    /// to half a unit of the last decimal is kept. `None` if it leads nowhere known.
     pub fn show(
         self,
         statement: &Statement,
@@ -108,9 +107,8 @@ impl Pen {
         from: Option<&Stand>,
     ) -> Result<Vec<(Component, String)>, RobotFault> {
         let frames = &statement.frames;
-        let in_base = |position: Vector3<f64>| {
-            frames.base.inverse_transform_point(&position.into()).coords / frames.unit_mm
-        };
+        let in_base =
+            |position: Vector3<f64>| frames.base.inverse_transform_point(&position.into()).coords / frames.unit_mm;
         let decimals = self.position_decimals(frames.unit_mm);
         let (here, there) = (in_base(own.position), in_base(goal.position));
         let begin = from.filter(|_| statement.is_step).map_or_else(Vector3::zeros, |from| in_base(from.position));

@@ -1,5 +1,5 @@
-//! A program walked through statement by statement: each with where it leads, found anew on every walk, so that a program is held as
-//! its bytes and however long it is takes little memory.
+//! A program walked through statement by statement: each with where it leads, found anew on every walk, so that a
+//! program is held as its bytes and however long it is takes little memory.
 
 use nalgebra::Vector3;
 
@@ -78,10 +78,8 @@ impl RobotProgram {
                     seen[kind] = decimals_in(mantissa).max(seen[kind]);
                 }
             }
-            motions.push(MotionAt {
-                line: u32::try_from(statement.line).unwrap_or(u32::MAX),
-                start: statement.at.start,
-            });
+            motions
+                .push(MotionAt { line: u32::try_from(statement.line).unwrap_or(u32::MAX), start: statement.at.start });
             Ok::<(), RobotError>(())
         })?;
         let most = |kind: usize| seen[0][kind].max(seen[1][kind]);
@@ -93,7 +91,8 @@ impl RobotProgram {
 
     /// The poses of a statement, and whether they are declared elsewhere.
     fn poses<'a>(&'a self, statement: &'a Statement) -> impl Iterator<Item = (&'a super::statement::Target, bool)> {
-        let is_named = |target: &super::statement::Target| self.source.get(target.at.clone()) != Some(target.text.as_slice());
+        let is_named =
+            |target: &super::statement::Target| self.source.get(target.at.clone()) != Some(target.text.as_slice());
         statement.via.iter().chain(&statement.end).map(move |target| (target, is_named(target)))
     }
 

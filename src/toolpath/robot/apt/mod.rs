@@ -1,7 +1,10 @@
 //! APT and the CLDATA of CAM systems as text: `GOTO/x,y,z,i,j,k` and what says how the tool goes there.
 //!
-//! Followed are FROM, GOTO, GODLTA, RAPID, FEDRAT, SPINDL, UNITS, LOADTL and MULTAX; records that do not move the tool are passed by.
-//! Records of circles, cycles, tool compensation, turned tables and the geometry of APT itself are refused by name.
+//! Followed are FROM, GOTO, GODLTA, RAPID, FEDRAT, SPINDL, UNITS, LOADTL and MULTAX; records that do not move the tool
+//! are passed by. Records of circles, cycles, tool compensation, turned tables and the geometry of APT itself are
+//! refused by name.
+
+mod words;
 
 use std::ops::Range;
 
@@ -12,6 +15,7 @@ use super::{
     source::{LineCursor, Refusal, trimmed},
     statement::{Component, Frames, Kind, Number, Statement, Target},
 };
+use words::{KEPT, REFUSED, TEXTS};
 
 /// mm in an inch.
 const INCH_MM: f64 = 25.4;
@@ -71,7 +75,8 @@ impl<'a> Reader<'a> {
         Ok(None)
     }
 
-    /// The next record: its bytes, the line it begins on, and its text with blanks for what continues it on the next line.
+    /// The next record: its bytes, the line it begins on, and its text with blanks for what continues it on the next
+    /// line.
     fn record(&mut self) -> Option<(Range<usize>, usize, Vec<u8>)> {
         loop {
             let (mut range, mut is_continued) = code(self.source, self.lines.advance()?);
@@ -99,7 +104,7 @@ impl<'a> Reader<'a> {
         let major = String::from_utf8_lossy(&code[..slash.unwrap_or(code.len())]).trim().to_ascii_uppercase();
         let word = major.split(|c: char| !(c.is_ascii_alphanumeric() || c == '-')).next().unwrap_or_default();
         let minor = slash.map_or(&code[code.len()..], |slash| &code[slash + 1..]);
-        let words = words(minor);
+        let words = words_of(minor);
         let has = |word: &str| words.iter().any(|own| own == word);
         let number = || words.iter().find_map(|word| word.parse::<f64>().ok()).filter(|number| number.is_finite());
         match word {
@@ -132,12 +137,16 @@ impl<'a> Reader<'a> {
             "LOADTL" => self.tool = number().filter(|tool| *tool >= 0.0 && tool.fract() == 0.0).map(|tool| tool as u32),
             "MSYS" | "MCSYS" => {
                 if *self.system.get_or_insert_with(|| words.clone()) != words {
-                    return Err(RobotFault::NotFollowed { what: "second systems of coordinates are", expected: "one MSYS" });
+                    return Err(RobotFault::NotFollowed {
+                        what: "second systems of coordinates are",
+                        expected: "one MSYS",
+                    });
                 }
             }
             "FINI" => self.ended = Some(line),
             "TLAXIS" if axis_is_z(&words) => {}
-            "CYCLE" | "CUTCOM" | "TRACUT" | "ROTABL" | "ROTHED" if words.first().is_some_and(|word| word == "OFF" || word == "NOMORE") => {}
+            "CYCLE" | "CUTCOM" | "TRACUT" | "ROTABL" | "ROTHED"
+                if words.first().is_some_and(|word| word == "OFF" || word == "NOMORE") => {}
             _ if REFUSED.contains(&word) => {
                 return Err(RobotFault::NotFollowed {
                     what: "circles, cycles, compensation, turned tables and computed motions are",
@@ -247,7 +256,7 @@ fn code(source: &[u8], line: Range<usize>) -> (Range<usize>, bool) {
 }
 
 /// Words and numbers between commas, in capitals.
-fn words(minor: &[u8]) -> Vec<String> {
+fn words_of(minor: &[u8]) -> Vec<String> {
     let text = String::from_utf8_lossy(minor).to_ascii_uppercase();
     text.split(',').map(|word| word.trim().to_owned()).collect()
 }
@@ -256,22 +265,3 @@ fn axis_is_z(words: &[String]) -> bool {
     let numbers: Vec<f64> = words.iter().filter_map(|word| word.parse().ok()).collect();
     matches!(numbers.as_slice(), [x, y, z] if *x == 0.0 && *y == 0.0 && *z > 0.0)
 }
-
-/// Records of free text, in which `$` means nothing.
-const TEXTS: [&str; 6] = ["PPRINT", "PARTNO", "REMARK", "TPRINT", "LETTER", "PPFUN"];
-
-/// Records that move the tool in ways that are not followed, or change what motions mean.
-const REFUSED: &[&str] = &[
-    "CIRCLE", "MOVARC", "CYCLE", "CUTCOM", "TRACUT", "REFSYS", "TRANS", "ROTATE", "ROTABL", "ROTHED", "ORIGIN", "COPY", "CALL",
-    "MACRO", "TERMAC", "LOOPST", "LOOPND", "JUMPTO", "IF", "GOLFT", "GORGT", "GOFWD", "GOBACK", "GOUP", "GODOWN", "GO", "INDIRP",
-    "INDIRV", "PSIS", "THICK", "TLLFT", "TLRGT", "TLON", "TLAXIS", "POLYGO", "NURBS", "SPLINE", "INSERT",
-];
-
-/// Records that neither move the tool nor change what motions mean.
-const KEPT: &[&str] = &[
-    "PPRINT", "PARTNO", "REMARK", "TPRINT", "LETTER", "PPFUN", "MACHIN", "MULTAX", "COOLNT", "CUTTER", "TLDATA", "TOOL", "TOOLNO",
-    "SELCTL", "TURRET", "UNLOAD", "INTOL", "OUTTOL", "TOLER", "MAXANG", "MAXDP", "AUXFUN", "PREFUN", "OPSTOP", "STOP", "DELAY",
-    "DWELL", "END", "END-OF-PATH", "FINI", "SEQNO", "OPTIOM", "OPSKIP", "CLEARP", "CLAMP", "CLRSRF",
-    "PAINT", "TMARK", "DISPLAY", "PLABEL", "CLPRNT", "NOPOST", "PRINT", "PUNCH", "LINTOL", "MODE", "BREAK", "CHECK",
-    "ARCSLP", "LEADER", "REWIND", "RESET", "SET", "SYN", "ISN", "AIR",
-];

@@ -1,7 +1,7 @@
 //! KUKA Robot Language: lines of a `.src`, with the points that it or the `.dat` beside it declares.
 //!
-//! Followed are LIN, CIRC, PTP, LIN_REL and PTP_REL, `$BASE`, `$TOOL`, `$VEL.CP` and what inline forms set; all else that does not move
-//! the tool is passed by, and what may move it, or change what a motion means, is refused.
+//! Followed are LIN, CIRC, PTP, LIN_REL and PTP_REL, `$BASE`, `$TOOL`, `$VEL.CP` and what inline forms set; all else
+//! that does not move the tool is passed by, and what may move it, or change what a motion means, is refused.
 
 mod frame;
 mod motion;
@@ -40,8 +40,8 @@ pub(super) struct Reader<'a> {
     frame_data: [Option<usize>; 2],
     /// Branches and loops around the line, and where they begin.
     around: Vec<(String, usize)>,
-    /// Routines begun, and where the last begins.
-    routines: (usize, usize),
+    /// Where routines begin, from 1.
+    routines: Vec<usize>,
     /// Where the program ends.
     ended: Option<usize>,
     /// Where circles were told to carry the orientation along.
@@ -63,7 +63,7 @@ impl<'a> Reader<'a> {
             feed_mm_per_min: None,
             frame_data: [None; 2],
             around: Vec::new(),
-            routines: (0, 0),
+            routines: Vec::new(),
             ended: None,
             carried_on_circles: None,
         }
@@ -98,25 +98,25 @@ impl<'a> Reader<'a> {
         let mut scan = Scan::new(text);
         let (word, _) = scan.name();
         let word = word.to_ascii_uppercase();
-        if self.routines.0 > 1 && !matches!(word.as_str(), "DEF" | "DEFFCT" | "GLOBAL") {
+        if let [first, .., line] = self.routines[..]
+            && !matches!(word.as_str(), "DEF" | "DEFFCT" | "GLOBAL")
+        {
             // Whether and when other routines run is not known.
-            return match word.as_str() {
-                _ if is_motion(&word) => {
-                    Err(RobotFault::SecondRoutine { line: self.routines.1, first: 1 })
-                }
-                _ => Ok(None),
-            };
+            return if is_motion(&word) { Err(RobotFault::SecondRoutine { line, first }) } else { Ok(None) };
         }
         match word.as_str() {
             _ if is_motion(&word) => return self.motion(&word, code),
             "" => return Err(RobotFault::Unknown { expected: "a statement of KRL" }),
-            "DEF" | "DEFFCT" => self.routines = (self.routines.0 + 1, self.lines.line),
+            "DEF" | "DEFFCT" => self.routines.push(self.lines.line),
             "END" | "ENDFCT" | "RETURN" if self.around.is_empty() => self.ended = Some(self.lines.line),
             "GLOBAL" => return self.global(scan),
             "IF" | "FOR" | "WHILE" | "LOOP" | "REPEAT" | "SWITCH" => self.around.push((word, self.lines.line)),
             "ENDIF" | "ENDFOR" | "ENDWHILE" | "ENDLOOP" | "UNTIL" | "ENDSWITCH" => drop(self.around.pop()),
             "GOTO" => {
-                return Err(RobotFault::NotFollowed { what: "jumps are", expected: "the motions in the order they run" });
+                return Err(RobotFault::NotFollowed {
+                    what: "jumps are",
+                    expected: "the motions in the order they run",
+                });
             }
             "INTERRUPT" => interrupt(scan, text)?,
             "TRIGGER" => self.trigger(scan, text)?,
@@ -126,9 +126,9 @@ impl<'a> Reader<'a> {
             "RESUME" | "CWRITE" | "ASYPTP" | "ASYCONT" | "ASYSTOP" | "BRAKE" => {
                 return Err(RobotFault::NotFollowed { what: "motions beside the program are", expected: "none" });
             }
-            "RETURN" | "ELSE" | "CASE" | "DEFAULT" | "DEFDAT" | "ENDDAT" | "PUBLIC" | "INI" | "WAIT" | "HALT" | "PULSE"
-            | "ANIN" | "ANOUT" | "DIGIN" | "SIGNAL" | "EXT" | "EXTFCT" | "IMPORT" | "ENUM" | "STRUC" | "CONTINUE"
-            | "EXIT" | "CONFIRM" | "CHANNEL" => {}
+            "RETURN" | "ELSE" | "CASE" | "DEFAULT" | "DEFDAT" | "ENDDAT" | "PUBLIC" | "INI" | "WAIT" | "HALT"
+            | "PULSE" | "ANIN" | "ANOUT" | "DIGIN" | "SIGNAL" | "EXT" | "EXTFCT" | "IMPORT" | "ENUM" | "STRUC"
+            | "CONTINUE" | "EXIT" | "CONFIRM" | "CHANNEL" => {}
             "BAS" => self.bas(scan)?,
             _ => self.assignment_or_call(code)?,
         }
@@ -140,7 +140,7 @@ impl<'a> Reader<'a> {
         let text = scan;
         let (word, _) = scan.name();
         match word.to_ascii_uppercase().as_str() {
-            "DEF" | "DEFFCT" => self.routines = (self.routines.0 + 1, self.lines.line),
+            "DEF" | "DEFFCT" => self.routines.push(self.lines.line),
             "INTERRUPT" => interrupt(scan, text.rest())?,
             _ => {}
         }
@@ -184,8 +184,21 @@ impl<'a> Reader<'a> {
 fn is_motion(word: &str) -> bool {
     matches!(
         word,
-        "LIN" | "PTP" | "CIRC" | "LIN_REL" | "PTP_REL" | "CIRC_REL" | "SPLINE" | "SPL" | "SLIN" | "SPTP" | "SCIRC"
-            | "SLIN_REL" | "SPTP_REL" | "SCIRC_REL" | "PTP_SPLINE"
+        "LIN"
+            | "PTP"
+            | "CIRC"
+            | "LIN_REL"
+            | "PTP_REL"
+            | "CIRC_REL"
+            | "SPLINE"
+            | "SPL"
+            | "SLIN"
+            | "SPTP"
+            | "SCIRC"
+            | "SLIN_REL"
+            | "SPTP_REL"
+            | "SCIRC_REL"
+            | "PTP_SPLINE"
     )
 }
 

@@ -64,8 +64,11 @@ impl Reader<'_> {
         let suffix = if is_angle_next { code.start + scan.at } else { pose_end }..code.end;
         let in_tool = behind(scan)?;
         if is_step {
-            let turns = |target: &Target| (0..3).any(|angle| target.number(Component::Rotation(angle)).is_some_and(|a| a != 0.0));
-            let moves_axes = |target: &Target| target.numbers.iter().any(|n| matches!(n.component, Component::External(_)));
+            let turns = |target: &Target| {
+                (0..3).any(|angle| target.number(Component::Rotation(angle)).is_some_and(|a| a != 0.0))
+            };
+            let moves_axes =
+                |target: &Target| target.numbers.iter().any(|n| matches!(n.component, Component::External(_)));
             if in_tool || end.as_ref().is_some_and(|end| turns(end) || moves_axes(end)) {
                 return Err(RobotFault::NotFollowed {
                     what: "steps along the axes of the tool, turns and external axes by steps are",
@@ -170,7 +173,9 @@ fn behind(mut scan: Scan<'_>) -> Result<bool, RobotFault> {
             "C_DIS" | "C_VEL" | "C_ORI" | "C_PTP" | "C_SPL" if !is_mode => {}
             "BASE" if is_mode => {}
             "TOOL" if is_mode => in_tool = true,
-            _ => return Err(RobotFault::Form { expected: "C_DIS, C_VEL, C_ORI or C_PTP behind the point, or nothing" }),
+            _ => {
+                return Err(RobotFault::Form { expected: "C_DIS, C_VEL, C_ORI or C_PTP behind the point, or nothing" });
+            }
         }
     }
     Ok(in_tool)

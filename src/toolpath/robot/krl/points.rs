@@ -61,7 +61,8 @@ impl<'a> Points<'a> {
         // Of `XP1.Z` and `XP[I]` it is not known what is left of XP1 and XP.
         let end = name.find(['.', '[']).unwrap_or(name.len());
         let (root, rest) = name.split_at(end);
-        let is_whole = rest.is_empty() || (rest.ends_with(']') && rest[1..rest.len() - 1].bytes().all(|b| b.is_ascii_digit()));
+        let is_whole =
+            rest.is_empty() || (rest.ends_with(']') && rest[1..rest.len() - 1].bytes().all(|b| b.is_ascii_digit()));
         let entry = match is_whole && runs_once && self.source[value.clone()].starts_with(b"{") {
             true => Value::Written { beside: false, at: value },
             false => Value::Computed(line),
@@ -74,7 +75,9 @@ impl<'a> Points<'a> {
     pub fn find(&self, name: &str) -> Result<Option<&'a [u8]>, RobotFault> {
         let root = &name[..name.find('[').unwrap_or(name.len())];
         let computed = |line: usize| RobotFault::Computed { name: name.to_owned(), line };
-        if root != name && let Some(Value::Computed(line)) = self.values.get(root) {
+        if root != name
+            && let Some(Value::Computed(line)) = self.values.get(root)
+        {
             return Err(computed(*line));
         }
         match self.values.get(name) {

@@ -15,8 +15,9 @@ use super::{
 /// mm/min in 1 m/s.
 const PER_METRE_PER_SECOND: f64 = 60_000.0;
 
-const FRAME_VALUE: RobotFault =
-    RobotFault::Form { expected: "{X …, Y …, Z …, A …, B …, C …}, base_data[n], tool_data[n], a declared frame, $NULLFRAME or $WORLD" };
+const FRAME_VALUE: RobotFault = RobotFault::Form {
+    expected: "{X …, Y …, Z …, A …, B …, C …}, base_data[n], tool_data[n], a declared frame, $NULLFRAME or $WORLD",
+};
 
 impl Reader<'_> {
     /// A line that begins with no word of the language.
@@ -32,7 +33,11 @@ impl Reader<'_> {
             return self.check_call(&name);
         }
         // A label.
-        if scan.takes(b':') && scan.is_done() { Ok(()) } else { Err(RobotFault::Unknown { expected: "a statement of KRL" }) }
+        if scan.takes(b':') && scan.is_done() {
+            Ok(())
+        } else {
+            Err(RobotFault::Unknown { expected: "a statement of KRL" })
+        }
     }
 
     fn assign(&mut self, name: String, value: Range<usize>) -> Result<(), RobotFault> {
@@ -132,7 +137,12 @@ impl Reader<'_> {
             }
             "TOOL" => self.set_frames([index, None])?,
             "BASE" => self.set_frames([None, index])?,
-            "EX_BASE" => return Err(RobotFault::NotFollowed { what: "bases that move are", expected: "a base that stands still" }),
+            "EX_BASE" => {
+                return Err(RobotFault::NotFollowed {
+                    what: "bases that move are",
+                    expected: "a base that stands still",
+                });
+            }
             _ => {}
         }
         Ok(())

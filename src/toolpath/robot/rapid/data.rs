@@ -82,7 +82,11 @@ impl Data {
         let before = self.values.get(&name);
         let entry = match (kind, before) {
             // Another one of this name: routines have data of their own.
-            (Some(kind), Some(Value::Written(other, text))) if *other == kind && source[text.clone()] == source[value.clone()] => return,
+            (Some(kind), Some(Value::Written(other, text)))
+                if *other == kind && source[text.clone()] == source[value.clone()] =>
+            {
+                return;
+            }
             (Some(kind), None) if is_whole && source[value.clone()].starts_with(b"[") => Value::Written(kind, value),
             (Some(_), _) => Value::Computed(unit.line),
             // An assignment to it or to a part of it.
@@ -174,7 +178,10 @@ pub(super) fn tool_frame(text: &[u8]) -> Result<Isometry3<f64>, RobotFault> {
     let mut scan = Scan::new(text);
     scan.expect(b'[', "[TRUE,[[x,y,z],[q1,q2,q3,q4]],…]")?;
     if !truth(&mut scan)? {
-        return Err(RobotFault::NotFollowed { what: "tools that stand still are", expected: "a tool that the robot holds" });
+        return Err(RobotFault::NotFollowed {
+            what: "tools that stand still are",
+            expected: "a tool that the robot holds",
+        });
     }
     scan.expect(b',', ", and the frame of the tool")?;
     pose(&mut scan)

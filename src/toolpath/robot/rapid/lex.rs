@@ -47,8 +47,8 @@ impl<'a> Units<'a> {
             "LOCAL" if matches!(scan.name().0.to_ascii_uppercase().as_str(), "PROC" | "FUNC" | "TRAP" | "RECORD") => {
                 Some(self.end_of_line())
             }
-            "ENDMODULE" | "ENDPROC" | "ENDFUNC" | "ENDTRAP" | "ENDRECORD" | "ENDIF" | "ENDFOR" | "ENDWHILE" | "ENDTEST"
-            | "ELSE" | "ERROR" | "UNDO" | "BACKWARD" => Some(behind),
+            "ENDMODULE" | "ENDPROC" | "ENDFUNC" | "ENDTRAP" | "ENDRECORD" | "ENDIF" | "ENDFOR" | "ENDWHILE"
+            | "ENDTEST" | "ELSE" | "ERROR" | "UNDO" | "BACKWARD" => Some(behind),
             "CASE" => self.behind(b':'),
             "IF" | "ELSEIF" => self.behind_word("THEN"),
             "FOR" | "WHILE" => self.behind_word("DO"),
@@ -78,7 +78,8 @@ impl<'a> Units<'a> {
     fn skip(&mut self) {
         loop {
             let rest = &self.source[self.at..];
-            let blanks = rest.iter().position(|byte| !byte.is_ascii_whitespace() && *byte != b';').unwrap_or(rest.len());
+            let blanks =
+                rest.iter().position(|byte| !byte.is_ascii_whitespace() && *byte != b';').unwrap_or(rest.len());
             self.go_to(self.at + blanks);
             if self.source.get(self.at) != Some(&b'!') {
                 return;
@@ -107,7 +108,10 @@ impl<'a> Units<'a> {
             }
             let end = at + word.len();
             let is_here = rest.get(at..end).is_some_and(|text| text.eq_ignore_ascii_case(word.as_bytes()));
-            if is_here && !is_of_name(rest.get(end)) && !is_of_name(at.checked_sub(1).and_then(|before| rest.get(before))) {
+            if is_here
+                && !is_of_name(rest.get(end))
+                && !is_of_name(at.checked_sub(1).and_then(|before| rest.get(before)))
+            {
                 return Some(self.at + end);
             }
         }

@@ -1,7 +1,8 @@
 //! ABB RAPID: statements of a module, with the targets, tools, work objects and speeds that it declares.
 //!
-//! Followed are MoveL, MoveC, MoveJ and MoveAbsJ; what is known not to move the tool is passed by, and all else is refused. All motions
-//! stand in one routine; from where it is called does not matter, since every motion names its tool, work object and speed.
+//! Followed are MoveL, MoveC, MoveJ and MoveAbsJ; what is known not to move the tool is passed by, and all else is
+//! refused. All motions stand in one routine; from where it is called does not matter, since every motion names its
+//! tool, work object and speed.
 
 mod data;
 mod lex;
@@ -112,11 +113,17 @@ impl<'a> Reader<'a> {
             }
             "IF" => self.if_with_statement(unit)?,
             "GOTO" => {
-                return Err(RobotFault::NotFollowed { what: "jumps are", expected: "the motions in the order they run" });
+                return Err(RobotFault::NotFollowed {
+                    what: "jumps are",
+                    expected: "the motions in the order they run",
+                });
             }
             "RETURN" | "EXIT" if self.around.is_empty() => self.ended = Some(unit.line),
             "PDISPON" | "PDISPSET" | "EOFFSON" | "EOFFSSET" | "SOFTACT" | "CORRCON" | "CORRWRITE" | "WORLDACCLIM" => {
-                return Err(RobotFault::NotFollowed { what: "displaced programs are", expected: "targets where they are" });
+                return Err(RobotFault::NotFollowed {
+                    what: "displaced programs are",
+                    expected: "targets where they are",
+                });
             }
             "CIRPATHMODE" if !self.text(unit).to_ascii_uppercase().contains("\\PATHFRAME") => {
                 return Err(RobotFault::NotFollowed {
@@ -125,7 +132,7 @@ impl<'a> Reader<'a> {
                 });
             }
             "VELSET" => {
-                let first = Scan::new(self.text(unit)[unit.word.len()..].as_bytes()).number();
+                let first = Scan::new(&self.text(unit).as_bytes()[unit.word.len()..]).number();
                 self.speeds_hold = first.is_ok_and(|(share, _)| share == 100.0);
             }
             "CONST" | "PERS" | "VAR" | "LOCAL" | "TASK" | "ALIAS" => {}
@@ -134,7 +141,8 @@ impl<'a> Reader<'a> {
             word => {
                 let text = self.text(unit);
                 let mut behind = Scan::new(&text.as_bytes()[word.len()..]);
-                let is_assignment = lex::code(text.as_bytes()).any(|(at, byte)| byte == b':' && text.as_bytes().get(at + 1) == Some(&b'='));
+                let is_assignment = lex::code(text.as_bytes())
+                    .any(|(at, byte)| byte == b':' && text.as_bytes().get(at + 1) == Some(&b'='));
                 let is_place = matches!(behind.blanks().peek(), Some(b':' | b'.' | b'{'));
                 if !(is_assignment && is_place) {
                     self.check_call(word)?;
@@ -161,7 +169,8 @@ impl<'a> Reader<'a> {
 
     fn check_call(&self, name: &str) -> Result<(), RobotFault> {
         let kept = self.options.calls_kept.iter().any(|kept| kept.eq_ignore_ascii_case(name));
-        // All motions are in one routine, so that a routine of the module that another calls moves nothing, or is the one that does.
+        // All motions are in one routine, so that a routine of the module that another calls moves nothing, or is the
+        // one that does.
         let known = self.data.as_ref().is_some_and(|data| data.procedures.iter().any(|known| known == name));
         if kept || (known && name != self.routine.1) { Ok(()) } else { Err(RobotFault::Call { name: name.to_owned() }) }
     }
@@ -184,14 +193,58 @@ impl<'a> Reader<'a> {
 
 /// Instructions that neither move the tool nor change what a motion means.
 const KEPT: &[&str] = &[
-    "SET", "RESET", "SETDO", "SETAO", "SETGO", "PULSEDO", "INVERTDO", "WAITTIME", "WAITDI", "WAITDO", "WAITAI", "WAITGI",
-    "WAITUNTIL", "WAITROB", "WAITSYNCTASK", "TPWRITE", "TPERASE", "TPREADFK", "TPREADNUM", "CONFL", "CONFJ", "SINGAREA",
-    "ACCSET", "PATHACCLIM", "PATHRESOL", "PDISPOFF", "EOFFSOFF", "SOFTDEACT", "GRIPLOAD", "ACTUNIT", "DEACTUNIT", "INCR",
-    "DECR", "ADD", "CLEAR", "CLKRESET", "CLKSTART", "CLKSTOP", "OPEN", "CLOSE", "WRITE", "STOP", "BREAK", "CIRPATHMODE",
+    "SET",
+    "RESET",
+    "SETDO",
+    "SETAO",
+    "SETGO",
+    "PULSEDO",
+    "INVERTDO",
+    "WAITTIME",
+    "WAITDI",
+    "WAITDO",
+    "WAITAI",
+    "WAITGI",
+    "WAITUNTIL",
+    "WAITROB",
+    "WAITSYNCTASK",
+    "TPWRITE",
+    "TPERASE",
+    "TPREADFK",
+    "TPREADNUM",
+    "CONFL",
+    "CONFJ",
+    "SINGAREA",
+    "ACCSET",
+    "PATHACCLIM",
+    "PATHRESOL",
+    "PDISPOFF",
+    "EOFFSOFF",
+    "SOFTDEACT",
+    "GRIPLOAD",
+    "ACTUNIT",
+    "DEACTUNIT",
+    "INCR",
+    "DECR",
+    "ADD",
+    "CLEAR",
+    "CLKRESET",
+    "CLKSTART",
+    "CLKSTOP",
+    "OPEN",
+    "CLOSE",
+    "WRITE",
+    "STOP",
+    "BREAK",
+    "CIRPATHMODE",
     "RETURN",
 ];
 
 fn is_other_motion(word: &str) -> bool {
-    let begins = ["MOVE", "TRIGGL", "TRIGGC", "TRIGGJ", "SEARCH", "ARCL", "ARCC", "PAINT", "SPOT", "DISPL", "DISPC", "CAPL", "CAPC"];
-    begins.iter().any(|begin| word.starts_with(begin)) || matches!(word, "STARTMOVE" | "INDAMOVE" | "INDRMOVE" | "INDCMOVE")
+    let begins = [
+        "MOVE", "TRIGGL", "TRIGGC", "TRIGGJ", "SEARCH", "ARCL", "ARCC", "PAINT", "SPOT", "DISPL", "DISPC", "CAPL",
+        "CAPC",
+    ];
+    begins.iter().any(|begin| word.starts_with(begin))
+        || matches!(word, "STARTMOVE" | "INDAMOVE" | "INDRMOVE" | "INDCMOVE")
 }

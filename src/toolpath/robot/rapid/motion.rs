@@ -23,7 +23,8 @@ const OFFSET_DECIMALS: u8 = 3;
 
 /// Velocities that every controller has, mm/s: `v5` … `v7000`.
 const SPEEDS: [u32; 25] = [
-    5, 10, 20, 30, 40, 50, 60, 80, 100, 150, 200, 300, 400, 500, 600, 800, 1000, 1500, 2000, 2500, 3000, 4000, 5000, 6000, 7000,
+    5, 10, 20, 30, 40, 50, 60, 80, 100, 150, 200, 300, 400, 500, 600, 800, 1000, 1500, 2000, 2500, 3000, 4000, 5000,
+    6000, 7000,
 ];
 
 impl Reader<'_> {
@@ -61,7 +62,9 @@ impl Reader<'_> {
         }
         let targets = if kind == Kind::Circle { 2 } else { 1 };
         if arguments.len() != targets + 3 {
-            return Err(RobotFault::Form { expected: "point, speed, zone and tool (MoveC: point on the circle, end, speed, zone, tool)" });
+            return Err(RobotFault::Form {
+                expected: "point, speed, zone and tool (MoveC: point on the circle, end, speed, zone, tool)",
+            });
         }
         let end = self.target(arguments[targets - 1].clone())?;
         statement.suffix = end.at.end..unit.at.end;
@@ -122,12 +125,18 @@ impl Reader<'_> {
         match name.as_str() {
             "" => return Err(POINT),
             "RELTOOL" | "OFFS" | "CROBT" | "CALCROBT" | "ORIENTZYX" => {
-                return Err(RobotFault::NotFollowed { what: "computed targets are", expected: "a target, or Offs of one" });
+                return Err(RobotFault::NotFollowed {
+                    what: "computed targets are",
+                    expected: "a target, or Offs of one",
+                });
             }
             _ => {}
         }
         if scan.takes(b'{') {
-            return Err(RobotFault::NotFollowed { what: "arrays of targets are", expected: "a target with a name of its own" });
+            return Err(RobotFault::NotFollowed {
+                what: "arrays of targets are",
+                expected: "a target with a name of its own",
+            });
         }
         let known = self.data.as_ref().map_or(Ok(None), |data| data.find(self.source, Type::Target, &name))?;
         let written = known.ok_or(RobotFault::NoPoint { name, beside: String::new() })?;
@@ -141,7 +150,8 @@ impl Reader<'_> {
         for axis in 0..3 {
             scan.expect(b',', ", and three plain numbers in Offs")?;
             let (step, _) = scan.number()?;
-            let number = numbers.iter().position(|number| number.component == Component::Position(axis)).ok_or(POINT)?;
+            let number =
+                numbers.iter().position(|number| number.component == Component::Position(axis)).ok_or(POINT)?;
             let (at, value) = (numbers[number].at.clone(), numbers[number].value + step);
             let shown = shortest(value, OFFSET_DECIMALS);
             let longer = shown.len() as isize - at.len() as isize;
@@ -149,7 +159,11 @@ impl Reader<'_> {
             for other in numbers.iter_mut().filter(|other| other.at.start > at.start) {
                 other.at = other.at.start.wrapping_add_signed(longer)..other.at.end.wrapping_add_signed(longer);
             }
-            numbers[number] = Number { at: at.start..at.start + shown.len(), value: shown.parse().unwrap_or(value), ..numbers[number].clone() };
+            numbers[number] = Number {
+                at: at.start..at.start + shown.len(),
+                value: shown.parse().unwrap_or(value),
+                ..numbers[number].clone()
+            };
         }
         scan.expect(b')', ") behind three plain numbers in Offs")?;
         Ok((written, numbers))
@@ -191,7 +205,10 @@ impl Reader<'_> {
                     base = Base { name: name.to_ascii_lowercase(), in_world };
                 }
                 _ => {
-                    return Err(RobotFault::NotFollowed { what: "options other than \\WObj and \\TLoad are", expected: "none" });
+                    return Err(RobotFault::NotFollowed {
+                        what: "options other than \\WObj and \\TLoad are",
+                        expected: "none",
+                    });
                 }
             }
         }
@@ -208,4 +225,5 @@ impl Reader<'_> {
     }
 }
 
-const POINT: RobotFault = RobotFault::Form { expected: "a target: its name, Offs(…), or [[x,y,z],[q1,q2,q3,q4],[…],[…]]" };
+const POINT: RobotFault =
+    RobotFault::Form { expected: "a target: its name, Offs(…), or [[x,y,z],[q1,q2,q3,q4],[…],[…]]" };
