@@ -70,6 +70,7 @@ mod redundant;
 mod reference_states;
 mod report_page;
 mod resume;
+mod robot_compensated;
 mod robot_programs;
 mod scaling;
 mod schema;
