@@ -47,6 +47,7 @@ impl Folder {
     }
 
     /// Whether files are noted.
+    #[cfg(not(target_family = "wasm"))]
     pub(crate) fn is_noting(&self) -> bool {
         self.noted.is_some()
     }

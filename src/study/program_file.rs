@@ -5,16 +5,16 @@ use std::path::Path;
 use nalgebra::Vector3;
 
 #[cfg(not(target_family = "wasm"))]
-use crate::toolpath::robot::{Language, RobotProgram};
+use crate::toolpath::{
+    NumberFormat,
+    robot::{Language, RobotProgram},
+};
 use crate::{
-    input::{
-        Folder,
-        error::{Error, Result},
-    },
+    input::{Folder, error::Result},
     process::file::Process,
     study::blocks::{Blocks, BlocksBeforeAfter},
     toolpath::{
-        NumberFormat, Sampling, Toolpath,
+        Sampling, Toolpath,
         gcode::{Beside, Expand, Program},
         polyline::Polyline,
     },
@@ -249,16 +249,13 @@ fn check_tool(program: &RobotProgram, process: &Process) -> Result<()> {
          tip_mm of [tool] in the process): expected the same",
         process.machine.name
     );
-    Err(Error::Argument { argument: program.name().into(), problem })
+    Err(crate::input::error::Error::Argument { argument: program.name().into(), problem })
 }
 
 /// The points of the path of a program as a polyline.
 #[cfg(not(target_family = "wasm"))]
 fn points_of(program: &RobotProgram, process: &Process) -> Result<Vec<u8>> {
     let path = program.toolpath(process.sampling)?;
-    Ok(crate::toolpath::polyline::write(
-        &path,
-        &path.positions_mm(),
-        NumberFormat::new(NumberFormat::MAX_DECIMALS, 4)?,
-    )?)
+    let decimals = NumberFormat::new(NumberFormat::MAX_DECIMALS, NumberFormat::default().inch_decimals())?;
+    Ok(crate::toolpath::polyline::write(&path, &path.positions_mm(), decimals)?)
 }

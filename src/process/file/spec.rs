@@ -58,8 +58,8 @@ pub struct ProcessSpec {
     pub robot_program: super::robot::RobotSpec,
     /// Not looked at where there are no such programs.
     #[cfg(target_family = "wasm")]
-    #[serde(default)]
-    pub robot_program: serde::de::IgnoredAny,
+    #[serde(default, rename = "robot_program")]
+    pub _robot_program: serde::de::IgnoredAny,
 }
 
 impl ProcessSpec {

@@ -62,7 +62,9 @@ pub(crate) fn path(spec: &PathSpec, process: &Process, given: &Given<'_>, check:
 pub(crate) fn program_input(file: Option<&str>, process: &Process, folder: &Folder) -> Result<Inputs> {
     let Some(file) = file else { return Ok(Inputs::default()) };
     let inputs = Inputs::of(file, String::from_utf8_lossy(&folder.bytes(file)?));
-    if process.gcode.expand == Expand::Never && !folder.has(&ProgramFile::data_beside(file)) {
+    // Pages get points in place of programs of robots.
+    let has_data = cfg!(not(target_family = "wasm")) && folder.has(&ProgramFile::data_beside(file));
+    if process.gcode.expand == Expand::Never && !has_data {
         return Ok(inputs);
     }
     // What it calls beside it, and the points declared there, count as well.

@@ -1,13 +1,15 @@
 //! Circles as they are written: as one through corrected points, where it passes all between them.
 
+use std::{f64::consts::PI, ops::Range};
+
 use nalgebra::Vector3;
 
 use super::{
     error::RobotFault,
     follow::{Motion, Stand, lead},
-    split::{Points, Writer},
+    split::{Piece, Points, Writer},
     statement::Target,
-    target_text::Goal,
+    target_text::{Goal, Shown},
     way::{Arc, Way},
 };
 
@@ -67,4 +69,45 @@ impl Writer<'_> {
         self.whole(target, &shown_end, places);
         Ok(true)
     }
+
+    /// A part of a circle from `from` to the end `shown`, as a circle through the middle of its points `which`, if one passes them.
+    pub(super) fn arc_piece(
+        &self,
+        motion: &Motion,
+        from: Stand,
+        shown: Shown,
+        points: Points<'_>,
+        which: Range<usize>,
+    ) -> Result<Option<Piece>, RobotFault> {
+        let statement = &motion.statement;
+        let (Way::Arc(arc), Some(via), None) = (&motion.way, &statement.via, statement.sweep_rad) else {
+            return Ok(None);
+        };
+        if which.len() < 2 {
+            return Ok(None);
+        }
+        let middle = which.start + which.len() / 2 - 1;
+        let Some(passed) = self.pen.show(statement, via, &points.goal(middle, motion), Some(&from))? else {
+            return Ok(None);
+        };
+        let through = [from.position, passed.stand.position, shown.stand.position];
+        let Some(written) = Arc::through(through, None) else { return Ok(None) };
+        let nominal = points.share(&which) * arc.sweep_rad();
+        let is_alike = (written.sweep_rad() - nominal).abs() <= nominal * MOST_CHANGE_OF_TURN;
+        if !is_alike
+            || written.sweep_rad() < LEAST_TURN_RAD
+            || (shown.stand.position - from.position).norm() < LEAST_CHORD_MM
+        {
+            return Ok(None);
+        }
+        let places = self.places(&Way::Arc(written), [from, shown.stand], motion, points, which);
+        Ok(places.map(|places| Piece { via: Some(passed), shown, places }))
+    }
 }
+
+/// A part of a circle may turn by as much more or less than programmed, as a share.
+const MOST_CHANGE_OF_TURN: f64 = 0.2;
+/// Controllers refuse shorter circles than this, and those that turn less.
+const LEAST_CHORD_MM: f64 = 1.0;
+/// See [`LEAST_CHORD_MM`]: a degree between the ways to the middle and to the end is a quarter of it.
+const LEAST_TURN_RAD: f64 = PI / 36.0;

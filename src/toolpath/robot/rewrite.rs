@@ -96,7 +96,7 @@ impl RobotProgram {
     ///
     /// `path` is what [`RobotProgram::toolpath`] gave. A motion stays one statement where one of its kind passes all
     /// its corrected points to a unit of the last decimal, or within the tolerance; otherwise it becomes a sequence of
-    /// straight motions, each of which passes as many points as it can. They repeat the statement's velocity, zone,
+    /// straight motions, or of circles and straight ones, each of which passes as many points as it can. They repeat the statement's velocity, zone,
     /// tool and approximation, and nothing else. Numbers change only by more than half a unit of the last decimal:
     /// without correction the bytes are the same. A point that is declared elsewhere stays declared there; where it is
     /// corrected, the motion has its numbers instead of its name.

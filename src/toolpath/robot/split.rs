@@ -8,7 +8,7 @@ use super::{
     follow::{Motion, Stand},
     language::Language,
     source::{indent, line_ending},
-    statement::{Kind, Statement, Target},
+    statement::{Kind, Target},
     target_text::{Goal, Pen, Shown},
     way::Way,
 };
@@ -35,12 +35,18 @@ impl Points<'_> {
         self.orientations.map_or(self.points[k].orientation, |orientations| Some(orientations[k]))
     }
 
-    fn goal(&self, k: usize, motion: &Motion) -> Goal {
+    pub(super) fn goal(&self, k: usize, motion: &Motion) -> Goal {
         Goal {
             position: self.corrected[k],
             orientation: self.orientation(k),
             external: motion.external_at(self.points[k].source.parameter),
         }
+    }
+
+    /// How much of the motion the points `which` stand for, from 0 to 1.
+    pub(super) fn share(&self, which: &std::ops::Range<usize>) -> f64 {
+        let parameter = |k: usize| self.points[k].source.parameter;
+        parameter(which.end - 1) - which.start.checked_sub(1).map_or(0.0, parameter)
     }
 
     pub(super) fn correction(&self, k: usize) -> Vector3<f64> {
@@ -63,10 +69,11 @@ pub(super) struct Writer<'a> {
     places: Vec<f64>,
 }
 
-/// A statement of a split motion: its last pose, and where its points lie on it.
-struct Piece {
-    shown: Shown,
-    places: Vec<f64>,
+/// A statement of a split motion: the pose it passes if it is a circle, its last pose, and where its points lie on it.
+pub(super) struct Piece {
+    pub via: Option<Shown>,
+    pub shown: Shown,
+    pub places: Vec<f64>,
 }
 
 impl<'a> Writer<'a> {
@@ -177,25 +184,30 @@ impl<'a> Writer<'a> {
         Some(places)
     }
 
-    /// Writes a motion as a sequence of straight ones.
+    /// Writes a motion as a sequence: of straight motions, and of circles where they pass more points of one.
     fn split(&mut self, motion: &Motion, points: Points<'_>) -> Result<(), RobotFault> {
         let statement = &motion.statement;
         let Some(target) = &statement.end else { return Ok(()) };
         let first_pose = statement.via.as_ref().unwrap_or(target).at.start;
         let (source, at) = (self.source, &statement.at);
-        let keyword = match (statement.kind, self.pen.language) {
+        let own = &source[statement.keyword.clone()];
+        let straight = match (statement.kind, self.pen.language) {
             (Kind::Circle, Language::Krl) => b"LIN".as_slice(),
             (Kind::Circle, Language::Rapid) => b"MoveL",
-            _ => &source[statement.keyword.clone()],
+            _ => own,
         };
         let (blanks, _) = indent(source, at.start);
         self.out.extend_from_slice(&source[self.copied..at.start]);
         let mut next = 0;
         while next < points.len() {
-            let piece = self.longest(statement, target, motion, points, next)?;
+            let piece = self.longest(motion, target, points, next)?;
             next += piece.places.len();
-            self.out.extend_from_slice(keyword);
+            self.out.extend_from_slice(if piece.via.is_some() { own } else { straight });
             self.out.extend_from_slice(&source[statement.keyword.end..first_pose]);
+            if let (Some(shown), Some(via)) = (&piece.via, &statement.via) {
+                self.out.extend_from_slice(&shown.text);
+                self.out.extend_from_slice(&source[via.at.end..target.at.start]);
+            }
             self.out.extend_from_slice(&piece.shown.text);
             self.out.extend_from_slice(&source[statement.suffix.clone()]);
             if next < points.len() {
@@ -208,33 +220,31 @@ impl<'a> Writer<'a> {
         Ok(())
     }
 
-    /// The line that passes most of the points from `first` on: sought in steps that double, then between the last two.
-    /// One to the first point always does.
-    fn longest(
-        &self,
-        statement: &Statement,
-        target: &Target,
-        motion: &Motion,
-        points: Points<'_>,
-        first: usize,
-    ) -> Result<Piece, RobotFault> {
+    /// The piece that passes most of the points from `first` on: sought in steps that double, then between the last two. A line to
+    /// the first point always does.
+    fn longest(&self, motion: &Motion, target: &Target, points: Points<'_>, first: usize) -> Result<Piece, RobotFault> {
         let from = self.tracked.ok_or(RobotFault::CircleFromNowhere)?;
         let most = if self.tolerance_mm > 0.0 { points.len() - first } else { 1 };
-        let attempt = |count: usize| -> Result<(Shown, Option<Vec<f64>>), RobotFault> {
-            let goal = points.goal(first + count - 1, motion);
-            let shown = self.pen.show(statement, target, &goal, Some(&from))?.ok_or(RobotFault::CircleFromNowhere)?;
-            let way = Way::Line(from.position, shown.stand.position);
-            let places = self.places(&way, [from, shown.stand], motion, points, first..first + count);
-            Ok((shown, places))
+        let show = |k: usize| {
+            let shown = self.pen.show(&motion.statement, target, &points.goal(k, motion), Some(&from))?;
+            shown.ok_or(RobotFault::CircleFromNowhere)
         };
-        let (shown, _) = attempt(1)?;
-        let (mut best, mut passed, mut failed) = (Piece { shown, places: vec![1.0] }, 1, most + 1);
+        let attempt = |count: usize| -> Result<Option<Piece>, RobotFault> {
+            let (which, shown) = (first..first + count, show(first + count - 1)?);
+            let way = Way::Line(from.position, shown.stand.position);
+            match self.places(&way, [from, shown.stand], motion, points, which.clone()) {
+                Some(places) => Ok(Some(Piece { via: None, shown, places })),
+                None => self.arc_piece(motion, from, shown, points, which),
+            }
+        };
+        let mut best = Piece { via: None, shown: show(first)?, places: vec![1.0] };
+        let (mut passed, mut failed) = (1, most + 1);
         while failed - passed > 1 {
             let is_doubling = failed == most + 1 && passed * 2 < most;
             let count = if is_doubling { passed * 2 } else { usize::midpoint(passed, failed) };
             match attempt(count)? {
-                (shown, Some(places)) => (best, passed) = (Piece { shown, places }, count),
-                (_, None) => failed = count,
+                Some(piece) => (best, passed) = (piece, count),
+                None => failed = count,
             }
         }
         Ok(best)

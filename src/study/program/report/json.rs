@@ -104,7 +104,7 @@ pub fn program_json(
         "passes": passes,
         "bounded": bounded.map(|path| bounded_json(job, path)),
         "limits_exceeded_as_written": exceeded.map(|exceeded| exceeded_json(job, exceeded)),
-        "write_tolerance_mm": blocks.map(|_| job.process.write_tolerance_mm),
+        "write_tolerance_mm": (!matches!(job.file, ProgramFile::Polyline(_))).then_some(job.process.write_tolerance_mm),
         "blocks": blocks,
         "workpiece": job.process.place_words(),
         "counts_as_cutting": job.process.cutting_rule.words(),

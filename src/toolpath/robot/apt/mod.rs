@@ -15,7 +15,7 @@ use super::{
     source::{LineCursor, Refusal, trimmed},
     statement::{Component, Frames, Kind, Number, Statement, Target},
 };
-use words::{KEPT, REFUSED, TEXTS};
+use words::{KEPT, REFUSED, TEXTS, is_among};
 
 /// mm in an inch.
 const INCH_MM: f64 = 25.4;
@@ -147,13 +147,13 @@ impl<'a> Reader<'a> {
             "TLAXIS" if axis_is_z(&words) => {}
             "CYCLE" | "CUTCOM" | "TRACUT" | "ROTABL" | "ROTHED"
                 if words.first().is_some_and(|word| word == "OFF" || word == "NOMORE") => {}
-            _ if REFUSED.contains(&word) => {
+            _ if is_among(word, REFUSED) => {
                 return Err(RobotFault::NotFollowed {
                     what: "circles, cycles, compensation, turned tables and computed motions are",
                     expected: "GOTO/x,y,z,i,j,k",
                 });
             }
-            _ if major.contains('=') || KEPT.contains(&word) => {}
+            _ if major.contains('=') || is_among(word, KEPT) => {}
             _ => {
                 let known = self.options.calls_kept.iter().any(|kept| kept.eq_ignore_ascii_case(word));
                 if !known {
