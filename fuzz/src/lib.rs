@@ -14,6 +14,7 @@ use kinetostat::{
         Circle, Plane, Sampling, Toolpath, Turn,
         gcode::{Dialect, GcodeOptions, Program},
         polyline::Polyline,
+        robot::{Language, RobotOptions, RobotProgram},
     },
     work::Work,
 };
@@ -110,6 +111,47 @@ fn program(data: &[u8], dialect: Dialect) {
     if let Ok(back) = rewritten.read_back() {
         let last_place = 10f64.powi(-i32::from(format.mm_decimals()));
         near(&back.positions_mm(), &moved, last_place.max(25.4 * 10f64.powi(-i32::from(format.inch_decimals()))));
+    } else {
+        assert!(moved.iter().any(|position| position.amax() > 0.9e6), "the moved program does not read back");
+    }
+}
+
+/// A program in KRL.
+pub fn krl(data: &[u8]) {
+    poses(data, Language::Krl);
+}
+
+/// A program in RAPID.
+pub fn rapid(data: &[u8]) {
+    poses(data, Language::Rapid);
+}
+
+/// A program in APT.
+pub fn apt(data: &[u8]) {
+    poses(data, Language::Apt);
+}
+
+/// A program of poses; an accepted one is written back as it is, byte for byte, and moved.
+fn poses(data: &[u8], language: Language) {
+    let program = match RobotProgram::parse(data, NAME, language, None, &RobotOptions::default()) {
+        Ok(program) => program,
+        Err(refusal) => return named(&refusal.to_string()),
+    };
+    let sampling = Sampling::new(1.0, 1e6).and_then(|sampling| sampling.with_max_turn(1.0)).expect("positive");
+    let path = match program.toolpath(sampling) {
+        Ok(path) => path,
+        Err(refusal) => return named(&refusal.to_string()),
+    };
+    finite_path(&path);
+    let format = program.own_format();
+    let same = program.rewrite(&path, &path.positions_mm(), None, format).expect("its own positions");
+    assert!(same.bytes() == data, "rewritten without correction, it is another program");
+    let moved = moved(&path);
+    let Ok(rewritten) = program.rewrite(&path, &moved, None, format) else { return beyond_the_end(&moved) };
+    // A program near the end of the range may be moved out of it by rounding or by its base.
+    if let Ok(back) = rewritten.read_back() {
+        let last_place = 10f64.powi(-i32::from(format.mm_decimals()));
+        near(&back.positions_mm(), &moved, 2.0 * last_place.max(25.4 * 10f64.powi(-i32::from(format.inch_decimals()))));
     } else {
         assert!(moved.iter().any(|position| position.amax() > 0.9e6), "the moved program does not read back");
     }

@@ -54,7 +54,7 @@ pub struct CompareArguments {
     /// Process file: cutting force, chain errors, limits; its place is one of those compared. [gcode] decimals are not used
     #[arg(long, short, required_unless_present = "results")]
     process: Option<PathBuf>,
-    /// Path: a polyline (.csv) or G-code (any other name)
+    /// Path: a polyline (.csv), KRL (.src), RAPID (.mod, .prg), APT (.apt, .cl, .cls, .ncl) or G-code (any other name)
     #[arg(long, required_unless_present = "results")]
     path: Option<PathBuf>,
     /// A place; give several, or none to see that of the process file alone
@@ -97,7 +97,7 @@ fn study(arguments: &CompareArguments, machine: &str, process: &Path, file: &Pat
     if tolerance_mm <= 0.0 {
         return fault("--tolerance".into(), format!("must be greater than 0, got {tolerance_mm}"));
     }
-    let path = ProgramFile::read(file, &process.gcode)?.toolpath(process.sampling)?;
+    let path = ProgramFile::read(file, &process)?.toolpath(process.sampling)?;
     let path = process.with_cuts(path, &file.display().to_string())?;
     let Some(extent) = Extent::of(path.positions_mm().into_iter()) else {
         let problem = "moves nowhere: a program with at least one motion is expected".into();

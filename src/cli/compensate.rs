@@ -49,7 +49,7 @@ Examples:
   kinetostat compensate path.csv --machine kr270 --branch front-up-noflip --process milling.toml --out compensated.csv
   kinetostat compensate path.csv --machine kr270 --redundancy best --process milling.toml --out turned.csv")]
 pub struct CompensateArguments {
-    /// Program: a polyline (.csv) or G-code (any other name)
+    /// Program: a polyline (.csv), KRL (.src), RAPID (.mod, .prg), APT (.apt, .cl, .cls, .ncl) or G-code (any other name)
     path: PathBuf,
     #[command(flatten)]
     on: OnMachine,
@@ -229,7 +229,7 @@ fn opened(process: Process, path: &Path) -> Result<(ProgramJob, Option<FreeTurn>
         return Ok((ProgramJob::open(process, path)?, None));
     }
     let name = path.display().to_string();
-    let program = ProgramFile::read(path, &process.gcode)?;
+    let program = ProgramFile::read(path, &process)?;
     let TurnedProgram { process, file, found } = turned(&process, &program, &name, &Work::default())?;
     Ok((ProgramJob::new(process, file, &name)?, Some(found)))
 }

@@ -30,7 +30,7 @@ Examples:
 pub struct ExploreArguments {
     /// Built-in machine or machine file
     machine: String,
-    /// Path of a workpiece: a polyline (.csv) or G-code (any other name)
+    /// Path of a workpiece: a polyline (.csv), KRL (.src), RAPID (.mod, .prg), APT (.apt, .cl, .cls, .ncl) or G-code (any other name)
     #[arg(long, requires = "process")]
     path: Option<PathBuf>,
     /// Process file: cutting force, chain errors, limits, and where the workpiece stands first
@@ -72,7 +72,7 @@ pub fn explore(arguments: &ExploreArguments) -> Result<Ending> {
 fn check(machine: &str, process: &Path, program: &Path) -> Result<()> {
     let machine = Machine::named_or_file(machine)?;
     let process = Process::open(process, &machine)?;
-    let path = ProgramFile::read(program, &process.gcode)?.toolpath(process.sampling)?;
+    let path = ProgramFile::read(program, &process)?.toolpath(process.sampling)?;
     if path.is_empty() {
         let problem = "moves nowhere: a program with at least one motion is expected".into();
         return Err(Error::Argument { argument: program.display().to_string(), problem });

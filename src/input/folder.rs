@@ -46,6 +46,12 @@ impl Folder {
         files.unwrap_or_default()
     }
 
+    /// Whether files are noted.
+    #[cfg(not(target_family = "wasm"))]
+    pub(crate) fn is_noting(&self) -> bool {
+        self.noted.is_some()
+    }
+
     /// Notes `bytes` for the file called `name`, whatever was read of it.
     pub(crate) fn note(&self, name: &str, bytes: &[u8]) {
         let Some(noted) = &self.noted else { return };

@@ -4,13 +4,18 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 
+#[cfg(not(target_family = "wasm"))]
+use crate::toolpath::{
+    NumberFormat,
+    robot::{Language, RobotProgram},
+};
 use crate::{
     input::{Folder, Inputs, error::Result},
     process::file::Process,
     study::blocks::{Blocks, BlocksBeforeAfter},
     toolpath::{
         Sampling, Toolpath,
-        gcode::{Beside, Calls, Expand, Fault, GcodeOptions, Program},
+        gcode::{Beside, Calls, Expand, Fault, Program},
         polyline::Polyline,
     },
 };
@@ -22,19 +27,23 @@ pub enum ProgramFile {
     Polyline(Polyline),
     /// A G-code program.
     Gcode(Box<Program>),
+    /// A program of a robot, or an APT program. Pages get it as points.
+    #[cfg(not(target_family = "wasm"))]
+    Robot(Box<RobotProgram>),
 }
 
 impl ProgramFile {
-    /// Reads `file`: a polyline if its name ends in `.csv`, G-code otherwise, written out first where `options` say so. What it
-    /// calls is sought beside it.
+    /// Reads `file`: a polyline if its name ends in `.csv`, a program of a robot or an APT program if [`Language::of`]
+    /// knows its name, G-code otherwise, written out first where `process` says so. What it calls is sought beside it,
+    /// and the `.dat` of a `.src`.
     ///
     /// # Errors
     /// A file that cannot be read or is not of the expected form.
-    pub fn read(file: &Path, options: &GcodeOptions) -> Result<Self> {
+    pub fn read(file: &Path, process: &Process) -> Result<Self> {
         let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
         match file.parent() {
-            Some(folder) if file.ends_with(&name) => Self::in_folder(&Folder::from(folder), &name, options),
-            _ => Self::parse(crate::input::file::read(file)?, file, options),
+            Some(folder) if file.ends_with(&name) => Self::in_folder(&Folder::from(folder), &name, process),
+            _ => Self::parse(crate::input::file::read(file)?, file, process),
         }
     }
 
@@ -42,13 +51,19 @@ impl ProgramFile {
     ///
     /// # Errors
     /// As [`ProgramFile::read`].
-    pub fn in_folder(folder: &Folder, name: &str, options: &GcodeOptions) -> Result<Self> {
+    pub fn in_folder(folder: &Folder, name: &str, process: &Process) -> Result<Self> {
         let around = folder.of(name);
         let beside = |name: &str| around.has(name).then(|| around.bytes(name).ok()).flatten();
-        let program = Self::parse_beside(folder.bytes(name)?, &folder.path(name), options, &beside)?;
+        let program = Self::parse_beside(folder.bytes(name)?, &folder.path(name), process, &beside)?;
         // Pages get it as it was written out.
         if let Some(written_out) = program.written_out() {
             folder.note(name, written_out);
+        }
+        #[cfg(not(target_family = "wasm"))]
+        if let ProgramFile::Robot(program) = &program
+            && folder.is_noting()
+        {
+            folder.note(name, &points_of(program, process)?);
         }
         Ok(program)
     }
@@ -57,14 +72,24 @@ impl ProgramFile {
     ///
     /// # Errors
     /// Bytes that are not of the expected form.
-    pub fn parse(bytes: Vec<u8>, file: &Path, options: &GcodeOptions) -> Result<Self> {
-        Self::parse_beside(bytes, file, options, &|_| None)
+    pub fn parse(bytes: Vec<u8>, file: &Path, process: &Process) -> Result<Self> {
+        Self::parse_beside(bytes, file, process, &|_| None)
     }
 
-    fn parse_beside(bytes: Vec<u8>, file: &Path, options: &GcodeOptions, beside: &Beside<'_>) -> Result<Self> {
-        let name = file.display().to_string();
-        if is_csv(file) {
+    fn parse_beside(bytes: Vec<u8>, file: &Path, process: &Process, beside: &Beside<'_>) -> Result<Self> {
+        let (name, options) = (file.display().to_string(), &process.gcode);
+        let is_points = cfg!(target_family = "wasm") && bytes.starts_with(POINTS);
+        if is_csv(file) || is_points {
             return Ok(ProgramFile::Polyline(Polyline::read(bytes, &name)?));
+        }
+        #[cfg(not(target_family = "wasm"))]
+        if let Some(language) = Language::of(file, &bytes) {
+            let data = Self::data_beside(&file.file_name().unwrap_or_default().to_string_lossy());
+            let found = if language == Language::Krl { beside(&data) } else { None };
+            let found = found.map(|bytes| (data, bytes));
+            let program = RobotProgram::parse(bytes, &name, language, found, &process.robot_program)?;
+            check_tool(&program, process)?;
+            return Ok(ProgramFile::Robot(Box::new(program)));
         }
         // What pages have was written out before.
         let expand = if cfg!(target_family = "wasm") { Expand::Never } else { options.expand };
@@ -88,9 +113,12 @@ impl ProgramFile {
         let bytes = match self {
             ProgramFile::Polyline(polyline) => polyline.source(),
             ProgramFile::Gcode(program) => program.file_bytes(),
+            #[cfg(not(target_family = "wasm"))]
+            ProgramFile::Robot(program) => program.source(),
         };
-        let texts = [Some(bytes), self.written_out()];
-        let inputs = texts.into_iter().flatten().map(|bytes| Inputs::of(name, String::from_utf8_lossy(bytes)));
+        let texts = [(name, Some(bytes)), (name, self.written_out())];
+        let texts = texts.into_iter().filter_map(|(name, bytes)| Some((name, bytes?))).chain(self.beside());
+        let inputs = texts.map(|(name, bytes)| Inputs::of(name, String::from_utf8_lossy(bytes)));
         inputs.fold(Inputs::default(), Inputs::and)
     }
 
@@ -98,6 +126,20 @@ impl ProgramFile {
     fn written_out(&self) -> Option<&[u8]> {
         match self {
             ProgramFile::Gcode(program) if program.notes().written_out.is_some() => Some(program.source()),
+            _ => None,
+        }
+    }
+
+    /// The name of the `.dat` that the file called `name` has beside it if it is a KRL program.
+    pub(crate) fn data_beside(name: &str) -> String {
+        Path::new(name).with_extension("dat").to_string_lossy().into_owned()
+    }
+
+    /// Name and bytes of the `.dat` beside it, if it is a KRL program and has one.
+    pub(crate) fn beside(&self) -> Option<(&str, &[u8])> {
+        match self {
+            #[cfg(not(target_family = "wasm"))]
+            ProgramFile::Robot(program) => program.beside(),
             _ => None,
         }
     }
@@ -110,6 +152,8 @@ impl ProgramFile {
         match self {
             ProgramFile::Polyline(polyline) => Ok(polyline.sampled(sampling)?),
             ProgramFile::Gcode(program) => Ok(program.toolpath(sampling)?),
+            #[cfg(not(target_family = "wasm"))]
+            ProgramFile::Robot(program) => Ok(program.toolpath(sampling)?),
         }
     }
 
@@ -121,6 +165,8 @@ impl ProgramFile {
         match self {
             ProgramFile::Polyline(_) => self.toolpath(sampling),
             ProgramFile::Gcode(program) => Ok(program.toolpath_up_to(sampling, Program::MAX_POINTS)?),
+            #[cfg(not(target_family = "wasm"))]
+            ProgramFile::Robot(program) => Ok(program.toolpath_up_to(sampling, Program::MAX_POINTS)?),
         }
     }
 
@@ -129,6 +175,8 @@ impl ProgramFile {
         match self {
             ProgramFile::Polyline(polyline) => polyline.line_of(segment),
             ProgramFile::Gcode(program) => program.line_of(segment),
+            #[cfg(not(target_family = "wasm"))]
+            ProgramFile::Robot(program) => program.line_of(segment),
         }
     }
 
@@ -137,6 +185,8 @@ impl ProgramFile {
         match self {
             ProgramFile::Polyline(_) => 0,
             ProgramFile::Gcode(program) => program.file_of(segment),
+            #[cfg(not(target_family = "wasm"))]
+            ProgramFile::Robot(_) => 0,
         }
     }
 
@@ -145,6 +195,8 @@ impl ProgramFile {
         match self {
             ProgramFile::Polyline(_) => Vec::new(),
             ProgramFile::Gcode(program) => program.called_files().map(String::from).collect(),
+            #[cfg(not(target_family = "wasm"))]
+            ProgramFile::Robot(_) => Vec::new(),
         }
     }
 
@@ -157,8 +209,8 @@ impl ProgramFile {
     /// Whether a point's move is a hole of a cycle.
     pub fn is_hole(&self, segment: usize) -> bool {
         match self {
-            ProgramFile::Polyline(_) => false,
             ProgramFile::Gcode(program) => program.is_hole(segment),
+            _ => false,
         }
     }
 
@@ -167,12 +219,14 @@ impl ProgramFile {
         let bytes = match self {
             ProgramFile::Polyline(polyline) => polyline.content_of(segment)?,
             ProgramFile::Gcode(program) => program.content_of(segment)?,
+            #[cfg(not(target_family = "wasm"))]
+            ProgramFile::Robot(program) => program.content_of(segment)?,
         };
         Some(String::from_utf8_lossy(bytes).trim().to_string())
     }
 
-    /// The same program through `positions` (workpiece frame, mm, one per point of `path`), written as `process` says, and what
-    /// reading it gives.
+    /// The same program through `positions` (workpiece frame, mm, one per point of `path`), written as `process` says,
+    /// and what reading it gives.
     ///
     /// # Errors
     /// Positions that are no positions, or a written program that does not read back.
@@ -192,6 +246,12 @@ impl ProgramFile {
                 let calls = program.calls_of(&rewritten);
                 Ok(Rewritten { bytes: rewritten.into_bytes(), back, blocks: Some(blocks), calls })
             }
+            #[cfg(not(target_family = "wasm"))]
+            ProgramFile::Robot(program) => {
+                let rewritten = program.rewrite(path, positions, None, process.writing(program.own_format())?)?;
+                let back = rewritten.positions_of(&rewritten.read()?)?;
+                Ok(Rewritten { bytes: rewritten.into_bytes(), back, blocks: None, calls: None })
+            }
         }
     }
 }
@@ -203,7 +263,7 @@ pub struct Rewritten {
     pub bytes: Vec<u8>,
     /// Where it passes each point, workpiece frame, mm, rounding included.
     pub back: Vec<Vector3<f64>>,
-    /// What its blocks and those of the program as it was ask of a control; `None` for polylines.
+    /// What its blocks and those of the program as it was ask of a control; `None` for all but G-code.
     pub blocks: Option<BlocksBeforeAfter>,
     /// What becomes of its calls, if it has any; `bytes` are written out.
     pub calls: Option<Calls>,
@@ -221,16 +281,50 @@ fn is_csv(file: &Path) -> bool {
     file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
 }
 
+/// How the points begin that pages have of a program of a robot.
+const POINTS: &[u8] = b"x_mm,y_mm,z_mm";
+
+/// Tips that differ by less are the same, mm.
+#[cfg(not(target_family = "wasm"))]
+const SAME_TIP_MM: f64 = 0.01;
+
+/// A tool that `program` defines must be that of the machine.
+#[cfg(not(target_family = "wasm"))]
+fn check_tool(program: &RobotProgram, process: &Process) -> Result<()> {
+    let Some((tool, tip)) = &program.notes().tool_tip_mm else { return Ok(()) };
+    let own = process.machine.tool_tip;
+    if (tip - own).amax() <= SAME_TIP_MM {
+        return Ok(());
+    }
+    let [[x, y, z], [u, v, w]] = [<[f64; 3]>::from(*tip), own.into()];
+    let problem = format!(
+        "tool {tool} has its tip at ({x}, {y}, {z}) mm of the flange, machine {} at ({u}, {v}, {w}) mm (platform.tool_tip_mm, or \
+         tip_mm of [tool] in the process): expected the same",
+        process.machine.name
+    );
+    Err(crate::input::error::Error::Argument { argument: program.name().into(), problem })
+}
+
+/// The points of the path of a program as a polyline.
+#[cfg(not(target_family = "wasm"))]
+fn points_of(program: &RobotProgram, process: &Process) -> Result<Vec<u8>> {
+    let path = program.toolpath(process.sampling)?;
+    let decimals = NumberFormat::new(NumberFormat::MAX_DECIMALS, NumberFormat::default().inch_decimals())?;
+    Ok(crate::toolpath::polyline::write(&path, &path.positions_mm(), decimals)?)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn what_a_program_calls_counts_as_an_input() {
+        let orthoglide = crate::machine::Machine::named("orthoglide").unwrap();
+        let process = Process::from_toml("schema = 1", "process.toml", Path::new("."), &orthoglide).unwrap();
         let inputs = |sub: &str| {
             let files = [("part.nc", "O1\nG0 X0 Y0 Z0\nM98 P100\nM30\n"), ("O100.nc", sub)];
             let folder = Folder::in_memory(files.map(|(name, text)| (name.into(), text.into())));
-            ProgramFile::in_folder(&folder, "part.nc", &GcodeOptions::default()).unwrap().inputs("part.nc")
+            ProgramFile::in_folder(&folder, "part.nc", &process).unwrap().inputs("part.nc")
         };
         let texts = |inputs: &Inputs| inputs.texts().map(|(_, text)| text.to_owned()).collect::<Vec<_>>();
         let (five, six) = (inputs("O100\nG1 X5\nM99\n"), inputs("O100\nG1 X6\nM99\n"));

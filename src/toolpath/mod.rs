@@ -13,6 +13,7 @@ mod orientation;
 mod path;
 mod plane;
 pub mod polyline;
+pub mod robot;
 mod sampling;
 
 pub use generate::{Circle, GenerateError};

@@ -81,6 +81,9 @@ fn programs() {
     run("gcode", targets::gcode);
     run("sinumerik", targets::sinumerik);
     run("heidenhain", targets::heidenhain);
+    run("krl", targets::krl);
+    run("rapid", targets::rapid);
+    run("apt", targets::apt);
 }
 
 /// The refusal of a machine file, which must come at once.
@@ -318,7 +321,7 @@ fn changed_inputs() {
     let inputs = folder("inputs");
     let process = |data: &[u8]| targets::process_file(data, &inputs);
     let study = |data: &[u8]| targets::study_file(data, &inputs);
-    let targets: [(&str, One<'_>); 7] = [
+    let targets: [(&str, One<'_>); 10] = [
         ("machine_file", &targets::machine_file),
         ("process_file", &process),
         ("study_file", &study),
@@ -326,6 +329,9 @@ fn changed_inputs() {
         ("gcode", &targets::gcode),
         ("sinumerik", &targets::sinumerik),
         ("heidenhain", &targets::heidenhain),
+        ("krl", &targets::krl),
+        ("rapid", &targets::rapid),
+        ("apt", &targets::apt),
     ];
     let mut failed = Vec::new();
     for (target, one) in targets {

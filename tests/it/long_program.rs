@@ -40,7 +40,7 @@ fn wave(lines: usize) -> String {
 
 fn parsed(source: String, name: &str, process: &Process) -> ProgramFile {
     let folder = Folder::in_memory([(name.into(), source.into_bytes())]);
-    ProgramFile::in_folder(&folder, name, &process.gcode).unwrap()
+    ProgramFile::in_folder(&folder, name, process).unwrap()
 }
 
 fn job(lines: usize) -> ProgramJob {

@@ -75,6 +75,8 @@ mod redundant;
 mod reference_states;
 mod report_page;
 mod resume;
+mod robot_compensated;
+mod robot_programs;
 mod scaling;
 mod schema;
 mod shown_coordinates;

@@ -32,7 +32,7 @@ fn job(machine: &Machine, process: &str, program: &[u8], name: &str) -> ProgramJ
     let process = Process::from_toml(&format!("schema = 1\n{process}"), "process", Folder::in_memory([]), machine)
         .unwrap_or_else(|error| panic!("{error}"));
     let folder = Folder::in_memory([(name.into(), program.to_vec())]);
-    let file = ProgramFile::in_folder(&folder, name, &process.gcode).unwrap();
+    let file = ProgramFile::in_folder(&folder, name, &process).unwrap();
     ProgramJob::new(process, file, name).unwrap_or_else(|error| panic!("{error}"))
 }
 

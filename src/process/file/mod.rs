@@ -5,6 +5,8 @@ pub mod chain_errors;
 mod force;
 pub(crate) mod force_spec;
 mod resolve;
+#[cfg(not(target_family = "wasm"))]
+mod robot;
 pub(crate) mod spec;
 mod tool_force;
 #[cfg(not(target_family = "wasm"))]
@@ -65,6 +67,9 @@ pub struct Process {
     pub tool_turn: crate::process::ToolTurn,
     /// What a G-code program does not say itself.
     pub gcode: GcodeOptions,
+    /// What a program of a robot or an APT program does not say itself.
+    #[cfg(not(target_family = "wasm"))]
+    pub robot_program: crate::toolpath::robot::RobotOptions,
     /// How written coordinates are rounded.
     pub decimals: Decimals,
     /// How far from corrected points the arcs and lines may pass that a block of G-code is written as, mm.

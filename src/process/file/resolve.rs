@@ -74,6 +74,8 @@ fn process(
         #[cfg(not(target_family = "wasm"))]
         tool_turn: super::tool_turn::tool_turn(&spec.tool_turn, machine, &check.key("tool_turn"))?,
         gcode: GcodeOptions { features, ..gcode_options(&spec.gcode, &check_gcode)? },
+        #[cfg(not(target_family = "wasm"))]
+        robot_program: super::robot::options(&spec.robot_program, &check.key("robot_program"))?,
         decimals: decimals(&spec.gcode, &check_gcode)?,
         write_tolerance_mm: write_tolerance(spec, &check_gcode)?,
         helical_arcs: spec.gcode.helical_arcs.unwrap_or(true),

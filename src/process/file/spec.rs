@@ -55,6 +55,14 @@ pub struct ProcessSpec {
     /// What a G-code program does not say itself.
     #[serde(default)]
     pub gcode: GcodeSpec,
+    /// What a program of a robot or an APT program does not say itself. Pages get such programs as points.
+    #[cfg(not(target_family = "wasm"))]
+    #[serde(default)]
+    pub robot_program: super::robot::RobotSpec,
+    /// Not looked at where there are no such programs.
+    #[cfg(target_family = "wasm")]
+    #[serde(default, rename = "robot_program")]
+    pub _robot_program: serde::de::IgnoredAny,
 }
 
 /// The table `tool_turn`.
@@ -77,6 +85,8 @@ impl ProcessSpec {
             #[cfg(not(target_family = "wasm"))]
             ("tool_turn", self.tool_turn != ToolTurnTable::default()),
             ("gcode", self.gcode != GcodeSpec::default()),
+            #[cfg(not(target_family = "wasm"))]
+            ("robot_program", self.robot_program != super::robot::RobotSpec::default()),
         ];
         given.iter().filter(|(_, says_something)| *says_something).map(|(name, _)| *name).collect()
     }

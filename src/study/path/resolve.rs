@@ -86,7 +86,7 @@ pub(crate) fn toolpath(
             Overrides::place("points").fail("the points of a path from a file are those of the file".into())
         }
         (None, Some(file)) => {
-            let program = ProgramFile::in_folder(given.folder, file, &process.gcode)?;
+            let program = ProgramFile::in_folder(given.folder, file, process)?;
             Ok((program.toolpath(process.sampling)?, Some(program)))
         }
         _ => check.key("circle").fail("give exactly one of circle and file".into()),

@@ -97,7 +97,7 @@ impl ProgramJob {
         let nominal = match &self.file {
             _ if measured.len() == points => return Ok(measured),
             ProgramFile::Polyline(polyline) => polyline.toolpath().positions_mm(),
-            ProgramFile::Gcode(_) => return Err(counts(measured.len(), points, points)),
+            _ => return Err(counts(measured.len(), points, points)),
         };
         if measured.len() != nominal.len() {
             return Err(counts(measured.len(), points, nominal.len()));

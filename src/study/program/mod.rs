@@ -93,7 +93,7 @@ impl ProgramJob {
     /// As [`ProgramFile::read`] and [`ProgramJob::new`].
     pub fn open(process: Process, file: &Path) -> Result<Self> {
         can_be_written(&process)?;
-        let program = ProgramFile::read(file, &process.gcode)?;
+        let program = ProgramFile::read(file, &process)?;
         Self::new(process, program, &file.display().to_string())
     }
 
@@ -109,6 +109,10 @@ impl ProgramJob {
             let problem = match &program {
                 ProgramFile::Gcode(program) if !program.notes().not_located.is_empty() => {
                     "moves nowhere known: a G0 or G1 to a position in X, Y and Z is expected, or start_mm in [gcode]"
+                }
+                #[cfg(not(target_family = "wasm"))]
+                ProgramFile::Robot(program) if !program.notes().not_located.is_empty() => {
+                    "moves nowhere known: a motion to a full pose is expected (X, Y, Z and the orientation)"
                 }
                 _ => "moves nowhere: a program with at least one motion is expected",
             };

@@ -10,7 +10,7 @@ use crate::{
         free_turn::{FreeTurn, TurnAsked, seek},
     },
     toolpath::{
-        NumberFormat,
+        NumberFormat, Orientation, Toolpath,
         polyline::{self, Polyline},
     },
     work::Work,
@@ -21,7 +21,8 @@ use crate::{
 pub struct TurnedProgram {
     /// The process, its machine on the branch that was found.
     pub process: Process,
-    /// The program: a polyline with a row for each point, which says how the platform stands there.
+    /// The program, which says how the platform stands: a polyline with a row for each point, or the program of a robot with other
+    /// orientations.
     pub file: ProgramFile,
     /// What was found.
     pub found: FreeTurn,
@@ -37,11 +38,11 @@ const ROUNDING: f64 = 1e-6;
 /// of `work`.
 pub fn turned(process: &Process, program: &ProgramFile, name: &str, work: &Work) -> Result<TurnedProgram> {
     let fault = |problem: String| Error::Argument { argument: name.into(), problem };
-    let ProgramFile::Polyline(own) = program else {
-        let problem = "its turns about the tool's axis cannot be written: expected a polyline (.csv), whose rows can say how the \
-                       platform stands, or --redundancy as_programmed";
+    if matches!(program, ProgramFile::Gcode(_)) {
+        let problem = "its turns about the tool's axis cannot be written: expected a polyline (.csv) or a program of a robot, which can \
+                       say how the platform stands, or --redundancy as_programmed";
         return Err(fault(problem.into()));
-    };
+    }
     let path = process.with_cuts(program.toolpath(process.sampling)?, name)?;
     let machine = held_along(&process.machine, &path, name)?;
     let loads = process.loads(&path).map_err(|source| load_fault(name, &source))?;
@@ -62,11 +63,29 @@ pub fn turned(process: &Process, program: &ProgramFile, name: &str, work: &Work)
         }
         None => return Err(fault("is to stand as programmed".into())),
     };
-    let format = NumberFormat::new(NumberFormat::MAX_DECIMALS, NumberFormat::MAX_DECIMALS)?;
-    let bytes = polyline::write(&turned.path, &turned.path.positions_mm(), format)?;
-    let file = ProgramFile::Polyline(Polyline::read(bytes, name)?);
     let mut process = Process { machine: turned.machine.clone(), ..process.clone() };
-    process.sampling = process.sampling.of_points(ROUNDING);
-    process.decimals.mm = process.decimals.mm.or(Some(own.own_format().mm_decimals()));
+    let file = match program {
+        ProgramFile::Robot(own) => {
+            let orientations: Vec<Orientation> =
+                turned.path.points().iter().filter_map(|point| point.orientation).collect();
+            let writing = process.writing(own.own_format())?;
+            let rewritten = own.rewrite(&path, &path.positions_mm(), Some(&orientations), writing)?;
+            ProgramFile::Robot(Box::new(rewritten.read()?))
+        }
+        _ => {
+            process.sampling = process.sampling.of_points(ROUNDING);
+            as_points(&turned.path, program, &mut process, name)?
+        }
+    };
     Ok(TurnedProgram { process, file, found })
+}
+
+/// The polyline `program` with a row for each point of `path`, which says how the platform stands there.
+fn as_points(path: &Toolpath, program: &ProgramFile, process: &mut Process, name: &str) -> Result<ProgramFile> {
+    if let ProgramFile::Polyline(own) = program {
+        process.decimals.mm = process.decimals.mm.or(Some(own.own_format().mm_decimals()));
+    }
+    let format = NumberFormat::new(NumberFormat::MAX_DECIMALS, NumberFormat::MAX_DECIMALS)?;
+    let bytes = polyline::write(path, &path.positions_mm(), format)?;
+    Ok(ProgramFile::Polyline(Polyline::read(bytes, name)?))
 }

@@ -15,7 +15,7 @@ use crate::{
             },
         },
     },
-    toolpath::gcode::{Dialect, Notes},
+    toolpath::gcode::Notes,
 };
 
 fn exceeded_json(job: &ProgramJob, exceeded: &[Exceeded]) -> Vec<Value> {
@@ -69,7 +69,11 @@ const SCHEMA: u32 = 2;
 pub fn program_json(job: &ProgramJob, proved: &Proved<'_>, exceeded: Option<&[Exceeded]>) -> Value {
     let &Proved { passes, bounded, blocks, calls, .. } = proved;
     let (notes, dialect) = match &job.file {
-        ProgramFile::Gcode(program) => (program.notes().clone(), Some(program.notes().dialect)),
+        ProgramFile::Gcode(program) => (program.notes().clone(), Some(program.notes().dialect.label())),
+        ProgramFile::Robot(program) => {
+            let not_located = program.notes().not_located.clone();
+            (Notes { not_located, ..Notes::default() }, Some(program.language().label()))
+        }
         ProgramFile::Polyline(_) => (Notes::default(), None),
     };
     let passes: Vec<Value> = passes
@@ -97,11 +101,11 @@ pub fn program_json(job: &ProgramJob, proved: &Proved<'_>, exceeded: Option<&[Ex
         "passes": passes,
         "bounded": bounded.map(|path| bounded_json(job, path)),
         "limits_exceeded_as_written": exceeded.map(|exceeded| exceeded_json(job, exceeded)),
-        "write_tolerance_mm": blocks.map(|_| job.process.write_tolerance_mm),
+        "write_tolerance_mm": (!matches!(job.file, ProgramFile::Polyline(_))).then_some(job.process.write_tolerance_mm),
         "blocks": blocks,
         "workpiece": job.process.place_words(),
         "counts_as_cutting": job.process.cutting_rule.words(),
-        "dialect": dialect.map(Dialect::label),
+        "dialect": dialect,
         "unit_taken": notes.unit_taken.map(|(unit, _)| unit.name()),
         "written_out": notes.written_out.map(|[lines, written]| match calls {
             WrittenCalls::Stay { .. } => Value::Null,

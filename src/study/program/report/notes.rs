@@ -1,4 +1,4 @@
-//! What must be known of a G-code program: what was taken for granted, and which lines stay as they are.
+//! What must be known of a program: what was taken for granted, and which lines stay as they are.
 
 use crate::{
     report::words::{counted, listed},
@@ -6,7 +6,10 @@ use crate::{
         ProgramFile,
         program::{ProgramJob, WrittenCalls},
     },
-    toolpath::gcode::{Dialect, Notes},
+    toolpath::{
+        gcode::{Dialect, Notes},
+        robot::RobotProgram,
+    },
 };
 
 /// Lines that are named; of more, only the number is said.
@@ -16,6 +19,7 @@ const NAMED: usize = 8;
 pub fn notes_text(job: &ProgramJob, calls: &WrittenCalls) -> String {
     match &job.file {
         ProgramFile::Gcode(program) => text(program.notes(), calls),
+        ProgramFile::Robot(program) => of_robot(program),
         ProgramFile::Polyline(_) => String::new(),
     }
 }
@@ -35,19 +39,11 @@ fn text(notes: &Notes, calls: &WrittenCalls) -> String {
     if let Some([lines, written]) = notes.written_out {
         text += &calls_text(calls, lines, written);
     }
-    let lines = &notes.not_located;
-    if !lines.is_empty() {
-        let mut names: Vec<String> = lines.iter().take(NAMED).map(usize::to_string).collect();
-        if lines.len() > NAMED {
-            names.push(format!("{} more", lines.len() - NAMED));
-        }
-        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    if !notes.not_located.is_empty() {
         text += &format!(
-            "Left as written: {}, {} {}, where it is not known in X, Y and Z where the tool is; start_mm in [gcode] says \
-             where the program begins.\n",
-            counted(lines.len(), "motion"),
-            if lines.len() == 1 { "line" } else { "lines" },
-            listed(&names)
+            "Left as written: {}, where it is not known in X, Y and Z where the tool is; start_mm in [gcode] says where the program \
+             begins.\n",
+            motions(&notes.not_located)
         );
     }
     text
@@ -70,6 +66,32 @@ fn calls_text(calls: &WrittenCalls, lines: usize, written: usize) -> String {
             )
         }
     }
+}
+
+fn of_robot(program: &RobotProgram) -> String {
+    let (notes, mut text) = (program.notes(), format!("Read as a program in {}.\n", program.language().name()));
+    if !notes.not_located.is_empty() {
+        text += &format!(
+            "Left as written: {}, where it is not known where the tool is: motions to positions of joints, or without a full pose \
+             behind one.\n",
+            motions(&notes.not_located)
+        );
+    }
+    if notes.named_points {
+        text += "Points stay as they are declared; a motion to one of them that is corrected has numbers in place of its name.\n";
+    }
+    text
+}
+
+/// How many motions `lines` have, and which lines these are.
+fn motions(lines: &[usize]) -> String {
+    let mut names: Vec<String> = lines.iter().take(NAMED).map(usize::to_string).collect();
+    if lines.len() > NAMED {
+        names.push(format!("{} more", lines.len() - NAMED));
+    }
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let word = if lines.len() == 1 { "line" } else { "lines" };
+    format!("{}, {word} {}", counted(lines.len(), "motion"), listed(&names))
 }
 
 #[cfg(test)]

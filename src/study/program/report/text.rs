@@ -62,7 +62,7 @@ pub fn exceeded_text(job: &ProgramJob, exceeded: &[Exceeded]) -> String {
     let labels = job.machine.drive_labels();
     let mut text = String::new();
     let nearer = match &job.file {
-        ProgramFile::Gcode(_) if job.process.write_tolerance_mm > 0.0 => {
+        ProgramFile::Gcode(_) | ProgramFile::Robot(_) if job.process.write_tolerance_mm > 0.0 => {
             "More decimals and a smaller write tolerance (decimals_mm, write_tolerance_mm in [gcode])"
         }
         _ => "More decimals (decimals_mm in [gcode])",

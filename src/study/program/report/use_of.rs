@@ -4,7 +4,8 @@ use super::Proved;
 use crate::{
     process::PathReference,
     report::words::millimetres,
-    study::{ROUNDING_MM, Source, program::ProgramJob},
+    study::{ProgramFile, ROUNDING_MM, Source, program::ProgramJob},
+    toolpath::robot::Language,
 };
 
 /// Rotation that is worth a word, rad.
@@ -25,10 +26,31 @@ pub fn use_text(job: &ProgramJob, proved: &Proved<'_>) -> String {
     if let Some(turned) = turned.filter(|angle| *angle > LEAST_TURN) {
         text += &format!("What bends also turns the tool, by up to {:.3}°, and that is left.\n", turned.to_degrees());
     }
-    text += &format!("Load it in place of {name}, with the same work offset and the same tool length.\n");
+    text += &loaded(job, name);
     text += &switched_off(job);
     text += &dry_run(proved);
     text
+}
+
+/// How it is loaded, and what has to be the same there.
+fn loaded(job: &ProgramJob, name: &str) -> String {
+    let ProgramFile::Robot(program) = &job.file else {
+        return format!("Load it in place of {name}, with the same work offset and the same tool length.\n");
+    };
+    match program.language() {
+        Language::Krl => format!(
+            "Load it in place of {name}, with the same $BASE and $TOOL (or the same numbers of base and tool). It is called as OUT is \
+             named: its DEF line keeps the name of {name}, and the .dat of {name} belongs beside it under its new name. Some \
+             controllers take programs of some thousand lines only.\n"
+        ),
+        Language::Rapid => format!(
+            "Load it in place of {name} (the module keeps its name), with the same work objects and tools. Lines that were added have \
+             the configuration of the target they lead up to: where the arm changes it along a motion, put ConfL\\Off before.\n"
+        ),
+        Language::Apt => {
+            format!("Post-process it in place of {name}, with the same machine, origin and tool length.\n")
+        }
+    }
 }
 
 /// What else in the control would correct the same once more.

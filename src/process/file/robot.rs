@@ -1,0 +1,75 @@
+//! What programs of robots do not say themselves, from a process file: as written, and checked.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion};
+use serde::Deserialize;
+
+use crate::{
+    input::{check::Check, error::Result},
+    machine::ExternalAxes,
+    toolpath::robot::{RobotOptions, rotation_of_abc},
+};
+
+/// What a program of a robot does not say itself.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RobotSpec {
+    /// A, B, C of the programmed tool frame in the platform or flange, `R_z(A) R_y(B) R_x(C)`; 0 if not given.
+    pub tool_rotation_deg: Option<[f64; 3]>,
+    /// Poses of bases or work objects in W, by name.
+    #[serde(default)]
+    pub bases: BTreeMap<String, BaseSpec>,
+    /// What E1, E2, … of the program move, as columns of a path name it.
+    #[serde(default)]
+    pub external_axes: Vec<String>,
+    /// Subprograms that do not move the tool.
+    #[serde(default)]
+    pub calls_kept: Vec<String>,
+}
+
+/// Pose of a base in W.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BaseSpec {
+    /// Its origin.
+    pub origin_mm: [f64; 3],
+    /// Its A, B, C, as `tool_rotation_deg`.
+    #[serde(default)]
+    pub rotation_deg: [f64; 3],
+}
+
+pub(super) fn options(spec: &RobotSpec, check: &Check) -> Result<RobotOptions> {
+    let rotation = |check: &Check, degrees: [f64; 3]| -> Result<UnitQuaternion<f64>> {
+        Ok(rotation_of_abc(check.finite(degrees)?.into()))
+    };
+    let mut bases = BTreeMap::new();
+    for (name, base) in &spec.bases {
+        let check = check.key(&format!("bases.\"{name}\""));
+        let origin = Translation3::from(check.key("origin_mm").finite(base.origin_mm)?);
+        let turned = rotation(&check.key("rotation_deg"), base.rotation_deg)?;
+        bases.insert(name.to_ascii_lowercase(), Isometry3::from_parts(origin, turned));
+    }
+    let check_axes = check.key("external_axes");
+    if spec.external_axes.len() > ExternalAxes::MOST {
+        return check_axes.fail(format!(
+            "has {} names: at most {} are expected",
+            spec.external_axes.len(),
+            ExternalAxes::MOST
+        ));
+    }
+    for name in &spec.external_axes {
+        let drive = name.strip_prefix("external_");
+        let drive = drive.and_then(|drive| drive.strip_suffix("_mm").or(drive.strip_suffix("_deg")));
+        if drive.is_none_or(str::is_empty) {
+            return check_axes
+                .fail(format!("has \"{name}\": names such as external_rail_mm or external_table_deg are expected"));
+        }
+    }
+    Ok(RobotOptions {
+        tool_rotation: rotation(&check.key("tool_rotation_deg"), spec.tool_rotation_deg.unwrap_or_default())?,
+        bases,
+        external_axes: spec.external_axes.clone(),
+        calls_kept: spec.calls_kept.iter().map(|name| name.to_ascii_lowercase()).collect(),
+    })
+}

@@ -1,0 +1,205 @@
+//! Programs of poses: KUKA KRL, ABB RAPID, and APT or CLDATA of CAM systems. Read, followed, and written back with
+//! moved points.
+//!
+//! What a statement means is followed, or it is refused with file, line and statement; all that does not move the tool
+//! is copied as it stands. A reader for each language gives the statements that move the tool one after another
+//! ([`statement`]); what they lead to, and how they are written, is the same for all. A program is held as its bytes,
+//! and what a statement does is found anew whenever it is walked through.
+//!
+//! Decisions:
+//! - Positions are those of the tool tip. The orientation of a robot's tool is that of the frame the program has of it,
+//!   N; `R_WP = R_WB R_BN R_NP` with the base B in force and [`RobotOptions::tool_rotation`] for `R_PN` where the
+//!   program does not say it. APT gives the axis of the tool.
+//! - Where nothing else is said, the base of the first motion is the workpiece frame W ([`RobotOptions::bases`]).
+//! - A motion from point to point (PTP, MoveJ, RAPID in APT) is one path point, its end, at which nothing is cut.
+//! - Where the tool is is not known until a pose says it in full, and after motions to positions of joints: motions
+//!   from there stay as they are, and the one that says it again has its end only.
+//! - The orientation turns evenly from the start of a motion to its end.
+
+mod apt;
+mod circle;
+mod error;
+mod follow;
+mod frames;
+mod krl;
+mod language;
+mod options;
+mod rapid;
+mod read;
+mod rewrite;
+mod rotation;
+mod scan;
+mod source;
+mod split;
+mod statement;
+mod target_text;
+mod walk;
+mod way;
+
+pub use error::{RobotError, RobotFault, RobotRewriteError};
+pub use language::Language;
+pub use options::RobotOptions;
+pub use rewrite::RewrittenRobot;
+pub use rotation::of_abc as rotation_of_abc;
+pub use walk::RobotNotes;
+
+use target_text::Decimals;
+use walk::MotionAt;
+
+use crate::toolpath::{NumberFormat, PathPoint, Sampling, Toolpath, path::MAX_COORDINATE_MM};
+use follow::Motion;
+
+/// A program of poses that has been read and followed.
+#[derive(Clone, Debug)]
+pub struct RobotProgram {
+    name: String,
+    language: Language,
+    options: RobotOptions,
+    source: Vec<u8>,
+    /// Name and bytes of the `.dat` beside a `.src`.
+    beside: Option<(String, Vec<u8>)>,
+    /// Where its motions are, in order.
+    motions: Vec<MotionAt>,
+    own_format: NumberFormat,
+    decimals: Decimals,
+    notes: RobotNotes,
+}
+
+impl RobotProgram {
+    /// The most points that may be asked for of the path of a program.
+    pub const MAX_POINTS: usize = Sampling::MAX_PIECES;
+
+    /// Reads and follows a program in `language`. `name` is its file name, for messages; `beside` is name and bytes of
+    /// the `.dat` of a KRL program, if there is one.
+    ///
+    /// # Errors
+    /// When the program has a statement that is not followed.
+    pub fn parse(
+        source: impl Into<Vec<u8>>,
+        name: &str,
+        language: Language,
+        beside: Option<(String, Vec<u8>)>,
+        options: &RobotOptions,
+    ) -> Result<RobotProgram, RobotError> {
+        let mut program = RobotProgram {
+            name: name.to_owned(),
+            language,
+            options: options.clone(),
+            source: source.into(),
+            beside,
+            motions: Vec::new(),
+            own_format: NumberFormat::default(),
+            decimals: Decimals::default(),
+            notes: RobotNotes::default(),
+        };
+        program.survey()?;
+        Ok(program)
+    }
+
+    /// The program's name as given.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The language it is in.
+    #[must_use]
+    pub fn language(&self) -> Language {
+        self.language
+    }
+
+    /// The program's bytes.
+    #[must_use]
+    pub fn source(&self) -> &[u8] {
+        &self.source
+    }
+
+    /// Name and bytes of the `.dat` beside it.
+    #[must_use]
+    pub fn beside(&self) -> Option<(&str, &[u8])> {
+        self.beside.as_ref().map(|(name, bytes)| (name.as_str(), bytes.as_slice()))
+    }
+
+    /// What a reader should know of it.
+    #[must_use]
+    pub fn notes(&self) -> &RobotNotes {
+        &self.notes
+    }
+
+    /// How many motions the program has; [`PointSource::segment`](crate::toolpath::PointSource) counts them.
+    #[must_use]
+    pub fn motion_count(&self) -> usize {
+        self.motions.len()
+    }
+
+    /// The line, from 1, on which a motion begins.
+    #[must_use]
+    pub fn line_of(&self, segment: usize) -> Option<usize> {
+        self.motions.get(segment).map(|motion| motion.line as usize)
+    }
+
+    /// The bytes of that line from the motion on, without its ending.
+    #[must_use]
+    pub fn content_of(&self, segment: usize) -> Option<&[u8]> {
+        let rest = &self.source[self.motions.get(segment)?.start..];
+        let length = rest.iter().position(|byte| matches!(byte, b'\r' | b'\n')).unwrap_or(rest.len());
+        Some(&rest[..length])
+    }
+
+    /// The decimals this program itself writes its positions with, at most; at least 3 for mm and 4 for inch.
+    #[must_use]
+    pub fn own_format(&self) -> NumberFormat {
+        self.own_format
+    }
+
+    /// The path of the program in the workpiece frame: the ends of the pieces its motions are split into.
+    ///
+    /// # Errors
+    /// When the path would have more than [`Sampling::MAX_POINTS`] points, or a circle leaves the range of coordinates.
+    pub fn toolpath(&self, sampling: Sampling) -> Result<Toolpath, RobotError> {
+        self.toolpath_up_to(sampling, Sampling::MAX_POINTS)
+    }
+
+    /// As [`RobotProgram::toolpath`], of at most `most` points, up to [`RobotProgram::MAX_POINTS`].
+    ///
+    /// # Errors
+    /// When the path would have more points, or a circle leaves the range of coordinates.
+    pub fn toolpath_up_to(&self, sampling: Sampling, most: usize) -> Result<Toolpath, RobotError> {
+        let mut points = Vec::with_capacity(self.motions.len());
+        let parameters = |_, motion: &Motion| {
+            let pieces = motion.pieces(sampling)?;
+            Some((1..=pieces).map(|k| k as f64 / pieces as f64).collect())
+        };
+        self.sample(most, parameters, |point| points.push(*point))?;
+        Ok(Toolpath::assemble(points).with_external_axes(&self.options.external_axes))
+    }
+
+    /// The points of the path, at most `most`, those of each motion where `parameters` says; a tangent that is not
+    /// known is zero.
+    fn sample(
+        &self,
+        most: usize,
+        mut parameters: impl FnMut(usize, &Motion) -> Option<Vec<f64>>,
+        mut take: impl FnMut(&PathPoint),
+    ) -> Result<(), RobotError> {
+        let (mut segment, mut count, mut length_mm) = (0, 0, 0.0);
+        let mut points: Vec<PathPoint> = Vec::new();
+        self.walk(|motion| {
+            let refused = |fault| self.refused(&motion.statement, fault);
+            let own = parameters(segment, motion).filter(|own| count + own.len() <= most);
+            let own = own.ok_or_else(|| refused(RobotFault::TooManyPoints { most }))?;
+            points.clear();
+            motion.sample(segment, &own, length_mm, &mut points);
+            // The ends of a circle are within the range; what lies between need not be.
+            if points.iter().any(|point| point.position_mm.amax() > MAX_COORDINATE_MM) {
+                return Err(refused(RobotFault::TooFar));
+            }
+            points.iter().for_each(&mut take);
+            length_mm = points.last().map_or(length_mm, |point| point.arc_length_mm);
+            count += points.len();
+            segment += 1;
+            Ok(())
+        })?;
+        Ok(())
+    }
+}

@@ -1,0 +1,150 @@
+//! Programs of robots and APT programs as jobs: compensated on a loaded arm, and what the process file says of them.
+
+use kinetostat::{
+    compensation::Method,
+    input::Folder,
+    machine::Machine,
+    process::Process,
+    study::{
+        ProgramFile,
+        program::{Corrected, Part, ProgramJob, Written},
+    },
+    toolpath::{Orientation, polyline::Polyline},
+};
+use nalgebra::{UnitQuaternion, Vector3};
+
+const PLACED: &str = "[placement]\norigin_mm = [2100.0, 0.0, 650.0]\n[force.path_frame]\nradial_force_N = 300.0\n\
+                      tangential_force_N = -200.0\naxial_force_N = -100.0\n";
+
+fn arm() -> Machine {
+    Machine::named_or_file("fanuc_r2000ic").unwrap()
+}
+
+fn process(more: &str) -> Process {
+    try_process(more).unwrap_or_else(|refused| panic!("{refused}"))
+}
+
+fn try_process(more: &str) -> Result<Process, String> {
+    let text = format!("schema = 1\n{PLACED}{more}");
+    Process::from_toml(&text, "process", Folder::in_memory([]), &arm()).map_err(|refused| refused.to_string())
+}
+
+fn folder(files: &[(&str, &str)]) -> Folder {
+    Folder::in_memory(files.iter().map(|(name, text)| ((*name).to_owned(), text.as_bytes().to_vec())))
+}
+
+fn compensated(process: Process, files: &[(&str, &str)]) -> (ProgramJob, Written) {
+    let name = files[0].0;
+    let file = ProgramFile::in_folder(&folder(files), name, &process).unwrap_or_else(|refused| panic!("{refused}"));
+    let job = ProgramJob::new(process, file, name).unwrap_or_else(|refused| panic!("{refused}"));
+    let mut corrected = Corrected::new(&job);
+    let take = |part: &Part<'_>, answers: &[_]| {
+        corrected.add(&job, part, answers);
+        Ok(())
+    };
+    let pass = job.pass_by(Method::Direct, &|| (), take).unwrap();
+    assert_eq!(corrected.failures, []);
+    assert!(pass.summary.max_mm.unwrap() < 1e-6, "{:?}", pass.summary.max_mm);
+    let written = job.write(&corrected).unwrap();
+    (job, written)
+}
+
+const KRL: &str = "DEF part()\nPTP HOME\n$VEL.CP=0.02\nLIN XSTART\nLIN {X 30.000,Y 0.000,Z 0.000,A -90,B 3,C -90,E1 0} C_DIS\nLIN_REL {Z 20}\nEND\n";
+const DATA: &str = "DEFDAT part\nDECL E6POS XSTART={X 0.0,Y 0.0,Z 0.0,A -90.0,B 0.0,C -90.0,S 2,T 3,E1 0.0}\nENDDAT\n";
+
+#[test]
+fn programs_of_robots_are_compensated_on_a_loaded_arm() {
+    let rapid = "MODULE part\nPROC main()\n  MoveJ [[0,0,30],[0.5,-0.5,0.5,-0.5],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,spindle;\n  \
+                 MoveL [[0,0,0],[0.5,-0.5,0.5,-0.5],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v20,z1,spindle;\n  \
+                 MoveC [[10,10,0],[0.5,-0.5,0.5,-0.5],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],\n    \
+                 [[20,0,0],[0.5,-0.5,0.5,-0.5],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v20,z1,spindle;\nENDPROC\nENDMODULE\n";
+    let apt = "UNITS/MM\nRAPID\nGOTO/0,0,30,0,0,1\nFEDRAT/500,MMPM\nGOTO/0.000,0.000,0.000\nGOTO/30.000,0.000,0.000,0.1,0,0.99498744\nFINI\n";
+    for files in [&[("part.src", KRL), ("part.dat", DATA)][..], &[("part.mod", rapid)], &[("part.apt", apt)]] {
+        let (job, written) = compensated(process(""), files);
+        assert!(
+            written.rounded_mm <= 0.005 * 1.01 && written.blocks.is_none(),
+            "{}: {}",
+            files[0].0,
+            written.rounded_mm
+        );
+        let moved = job.path.points().iter().zip(&written.positions);
+        let most = moved.map(|(point, to)| (to - point.position_mm).norm()).fold(0.0, f64::max);
+        assert!((0.3..5.0).contains(&most), "{}: corrections up to {most} mm", files[0].0);
+        // What was written is a program of the same kind; its orientations are those of the path.
+        let mut again = files.to_vec();
+        let text = String::from_utf8(written.bytes).unwrap();
+        again[0].1 = &text;
+        let back = ProgramFile::in_folder(&folder(&again), files[0].0, &process("")).unwrap();
+        let path = back.toolpath(job.process.sampling).unwrap();
+        let [last, was] = [&path, &job.path].map(|path| path.points()[path.len() - 1].orientation.unwrap());
+        assert!(last.angle_to(&was) < 1e-6);
+    }
+}
+
+#[test]
+fn a_robot_stands_as_its_program_says() {
+    let (job, written) = compensated(process(""), &[("part.src", KRL), ("part.dat", DATA)]);
+    let Some(Orientation::Platform(platform)) = job.path.points()[0].orientation else { panic!("no orientation") };
+    // The tool of this arm, along y of the flange, points down at home and here.
+    assert!((platform * Vector3::y() + Vector3::z()).norm() < 1e-12);
+    assert_eq!(job.file.line_of(0), Some(4));
+    // The named point has its numbers where it is used; nothing else but the motions has changed.
+    let text = String::from_utf8(written.bytes).unwrap();
+    assert!(text.starts_with("DEF part()\nPTP HOME\n$VEL.CP=0.02\nLIN {X ") && text.ends_with("\nEND\n"), "{text}");
+    assert!(text.lines().nth(3).unwrap().ends_with(",A -90.0,B 0.0,C -90.0,S 2,T 3,E1 0.0}"), "{text}");
+}
+
+#[test]
+fn a_tool_of_another_length_is_refused() {
+    let with_tool = KRL.replace("LIN XSTART", "$TOOL={X 6.9,Y 245.3,Z 300,A 0,B 0,C 0}\nLIN XSTART");
+    let file =
+        ProgramFile::in_folder(&folder(&[("part.src", &with_tool), ("part.dat", DATA)]), "part.src", &process(""));
+    let message = file.unwrap_err().to_string();
+    assert!(
+        message.contains("has its tip at (6.9, 245.3, 300) mm of the flange")
+            && message.contains("(6.9, 245.3, 319.3) mm"),
+        "{message}"
+    );
+    let right = with_tool.replace("Z 300", "Z 319.3");
+    assert!(
+        ProgramFile::in_folder(&folder(&[("part.src", &right), ("part.dat", DATA)]), "part.src", &process("")).is_ok()
+    );
+}
+
+#[test]
+fn pages_get_the_points_of_a_program() {
+    let noting = folder(&[("part.src", KRL), ("part.dat", DATA)]).noting();
+    let file = ProgramFile::in_folder(&noting, "part.src", &process("")).unwrap();
+    let path = file.toolpath(Default::default()).unwrap();
+    let points = Polyline::read(noting.noted()["part.src"].clone(), "part.src").unwrap();
+    assert_eq!(points.toolpath().len(), path.len());
+    for (a, b) in points.toolpath().points().iter().zip(path.points()) {
+        assert!((a.position_mm - b.position_mm).norm() < 1e-8);
+        assert!(a.orientation.unwrap().angle_to(&b.orientation.unwrap()) < 1e-7);
+    }
+}
+
+#[test]
+fn the_process_file_says_what_programs_leave_open() {
+    let options = process(
+        "[robot_program]\ntool_rotation_deg = [0.0, 90.0, 0.0]\nexternal_axes = [\"external_rail_mm\"]\ncalls_kept = [\"Spindle_On\"]\n\
+         [robot_program.bases]\nWobj1 = { origin_mm = [1.0, 2.0, 3.0], rotation_deg = [90.0, 0.0, 0.0] }\n",
+    )
+    .robot_program;
+    let about_y = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), std::f64::consts::FRAC_PI_2);
+    assert!(options.tool_rotation.angle_to(&about_y) < 1e-7);
+    let base = options.bases["wobj1"];
+    assert!((base * nalgebra::Point3::new(1.0, 0.0, 0.0) - nalgebra::Point3::new(1.0, 3.0, 3.0)).norm() < 1e-12);
+    assert_eq!(
+        (options.external_axes, options.calls_kept),
+        (vec!["external_rail_mm".to_owned()], vec!["spindle_on".to_owned()])
+    );
+    for (text, problem) in [
+        ("external_axes = [\"rail\"]", "robot_program.external_axes"),
+        ("tool_rotation_deg = [nan, 0.0, 0.0]", "robot_program.tool_rotation_deg"),
+        ("turn = 1", "unknown field `turn`"),
+    ] {
+        let message = try_process(&format!("[robot_program]\n{text}\n")).unwrap_err();
+        assert!(message.contains(problem), "{message}");
+    }
+}

@@ -1,0 +1,653 @@
+//! Programs of robots and of APT: what each in `tests/robot_programs` means, that it is written back as it is, and moved where
+//! it should be.
+
+use std::{f64::consts::FRAC_PI_2, fs, path::PathBuf};
+
+use kinetostat::toolpath::{
+    NumberFormat, Orientation, Sampling, Toolpath,
+    gcode::Writing,
+    robot::{Language, RobotOptions, RobotProgram},
+};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use proptest::prelude::*;
+
+fn folder() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/robot_programs")
+}
+
+/// What the programs leave open.
+fn options(name: &str) -> RobotOptions {
+    let mut options =
+        RobotOptions { calls_kept: vec!["spindle_on".into(), "spindle_off".into()], ..Default::default() };
+    if name.contains("external") {
+        options.external_axes = vec!["external_rail_mm".into()];
+    }
+    if name.contains("tool_data") {
+        options.tool_rotation = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), FRAC_PI_2);
+    }
+    options
+}
+
+/// The program `name` of a folder of `tests/robot_programs`, with what is beside it.
+fn program(name: &str) -> RobotProgram {
+    let file = folder().join(name);
+    let bytes = fs::read(&file).unwrap();
+    let language = Language::of(&file, &bytes).unwrap();
+    let beside = fs::read(file.with_extension("dat")).ok().map(|bytes| ("beside.dat".to_owned(), bytes));
+    RobotProgram::parse(bytes, name, language, beside, &options(name)).unwrap_or_else(|refused| panic!("{refused}"))
+}
+
+fn parse(language: Language, source: &str, options: &RobotOptions) -> Result<RobotProgram, String> {
+    let name = ["p.src", "p.mod", "p.apt"][language as usize];
+    RobotProgram::parse(source, name, language, None, options).map_err(|refused| refused.to_string())
+}
+
+/// Of a path in coarse pieces: number of points, of cutting points, its first and its last position, mm.
+fn shape(path: &Toolpath) -> (usize, usize, [f64; 3], [f64; 3]) {
+    let place = |position: Vector3<f64>| <[f64; 3]>::from(position.map(|c| (c * 1e6).round() / 1e6 + 0.0));
+    let points = path.points();
+    let cutting = points.iter().filter(|point| point.cutting).count();
+    (points.len(), cutting, place(points[0].position_mm), place(points[points.len() - 1].position_mm))
+}
+
+fn coarse() -> Sampling {
+    Sampling::new(1.0, 10.0).unwrap().with_max_turn(1.0).unwrap()
+}
+
+fn platform(path: &Toolpath, point: usize) -> UnitQuaternion<f64> {
+    let Some(Orientation::Platform(platform)) = path.points()[point].orientation else { panic!("no orientation") };
+    platform
+}
+
+fn files(folder_name: &str) -> Vec<String> {
+    let mut names: Vec<String> = fs::read_dir(folder().join(folder_name))
+        .unwrap()
+        .map(|entry| format!("{folder_name}/{}", entry.unwrap().file_name().to_string_lossy()))
+        .filter(|name| !name.ends_with(".dat"))
+        .collect();
+    names.sort();
+    names
+}
+
+/// A smooth correction of up to 0.4 mm.
+fn corrected(path: &Toolpath) -> Vec<Vector3<f64>> {
+    let field = |p: Vector3<f64>| {
+        p + 0.2 * Vector3::new((p.y * 0.11).sin(), (p.x * 0.07 + p.z).cos(), (0.05 * (p.x - p.y)).sin())
+    };
+    path.positions_mm().into_iter().map(field).collect()
+}
+
+fn turned(path: &Toolpath) -> Option<Vec<Orientation>> {
+    let turn = |k: usize, orientation: Orientation| {
+        let by = UnitQuaternion::from_scaled_axis(Vector3::new(2e-3, -1e-3, 1e-3) * (0.3 * k as f64).sin());
+        match orientation {
+            Orientation::ToolAxis(axis) => Orientation::ToolAxis(by * axis),
+            Orientation::Platform(platform) => Orientation::Platform(by * platform),
+        }
+    };
+    path.points().iter().enumerate().map(|(k, point)| Some(turn(k, point.orientation?))).collect()
+}
+
+/// Holds one program against what all must do: without correction the same bytes, with one the points where they should be.
+fn check_written(program: &RobotProgram) {
+    let (path, format) = (program.toolpath(Sampling::default()).unwrap(), program.own_format());
+    let name = program.name();
+    assert!(path.points().iter().all(|point| point.position_mm.iter().all(|c| c.is_finite())));
+    let same = program.rewrite(&path, &path.positions_mm(), None, format).unwrap();
+    assert_eq!(String::from_utf8_lossy(same.bytes()), String::from_utf8_lossy(program.source()), "{name}");
+    assert_eq!(same.read_back().unwrap().positions_mm(), path.positions_mm(), "{name}");
+    let own: Option<Vec<Orientation>> = path.points().iter().map(|point| point.orientation).collect();
+    if let Some(own) = own {
+        let same = program.rewrite(&path, &path.positions_mm(), Some(&own), format).unwrap();
+        assert_eq!(same.bytes(), program.source(), "{name}");
+    }
+    let unit_mm =
+        10f64.powi(-i32::from(format.mm_decimals())).max(25.4 * 10f64.powi(-i32::from(format.inch_decimals())));
+    let wanted = corrected(&path);
+    for (tolerance_mm, orientations) in [(0.0, None), (0.005, None), (0.005, turned(&path))] {
+        let writing = Writing::within(tolerance_mm, format);
+        let written = program.rewrite(&path, &wanted, orientations.as_deref(), writing);
+        let written = match written {
+            Err(refused) if name.contains("steps") && orientations.is_some() => {
+                assert!(refused.to_string().contains("corrected orientations of steps are not followed"), "{refused}");
+                continue;
+            }
+            written => written.unwrap_or_else(|refused| panic!("{name}: {refused}")),
+        };
+        let again =
+            written.read().unwrap_or_else(|refused| panic!("{refused}\n{}", String::from_utf8_lossy(written.bytes())));
+        let back = written.positions_of(&again).unwrap();
+        assert_eq!(back.len(), wanted.len());
+        for (k, (back, wanted)) in back.iter().zip(&wanted).enumerate() {
+            let off = (back - wanted).norm();
+            assert!(
+                off <= f64::max(2.0 * unit_mm, tolerance_mm) + 1e-9,
+                "{name}: point {k} is {off} mm off, tolerance {tolerance_mm}\n{}",
+                String::from_utf8_lossy(written.bytes())
+            );
+        }
+        let stands = written.orientations_of(&again).unwrap();
+        for (k, (stands, point)) in stands.iter().zip(path.points()).enumerate() {
+            let wanted = orientations.as_ref().map_or(point.orientation, |orientations| Some(orientations[k]));
+            let off = stands.zip(wanted).map_or(0.0, |(a, b)| a.angle_to(&b));
+            assert!(off < if orientations.is_some() { 2e-4 } else { 1e-3 }, "{name}: point {k} turned by {off} rad");
+            assert_eq!(stands.is_some(), wanted.is_some(), "{name}");
+        }
+        let axes = |path: &Toolpath| {
+            path.points().iter().map(|point| (point.external, point.feed_mm_per_min)).collect::<Vec<_>>()
+        };
+        let back = written.read_back().unwrap();
+        for (a, b) in axes(&back).iter().zip(axes(&path)) {
+            assert!(a.0.iter().zip(b.0).all(|(a, b)| (a - b).abs() < 0.2) && a.1 == b.1, "{name}: {a:?} {b:?}");
+        }
+    }
+}
+
+#[test]
+fn programs_without_correction_are_the_same_and_with_one_lead_where_they_should() {
+    for folder in ["krl", "rapid", "apt"] {
+        let names = files(folder);
+        assert!(names.len() >= 15, "{} programs in {folder}", names.len());
+        names.iter().for_each(|name| check_written(&program(name)));
+    }
+}
+
+#[test]
+fn krl_programs_mean_what_they_say() {
+    let of = |name: &str| program(&format!("krl/{name}.src")).toolpath(coarse()).unwrap();
+    let path = of("01_plain");
+    assert_eq!(shape(&path), (20, 19, [0.0, 0.0, 50.0], [0.0, 0.0, 50.0]));
+    assert_eq!(path.points()[3].feed_mm_per_min, Some(3000.0));
+    // The z axis of the tool frame is along +x of the base.
+    assert!((platform(&path, 3) * Vector3::z() - Vector3::x()).norm() < 1e-12);
+    assert_eq!(shape(&of("02_folds_comments")), (6, 6, [10.0, 20.0, 5.0], [30.0, 45.0, 5.0]));
+    assert_eq!(shape(&of("03_partial")), (9, 9, [1.5, 2.5, 3.5], [1.5, 2.5, 0.0]));
+    let beside = program("krl/04_beside.src");
+    let path = beside.toolpath(coarse()).unwrap();
+    assert_eq!(shape(&path), (11, 11, [100.125, -20.5, 12.25], [100.125, -20.5, 12.25]));
+    assert_eq!(beside.notes().not_located, [11, 27]);
+    assert!(beside.notes().named_points);
+    assert_eq!(path.points()[5].feed_mm_per_min, Some(6000.0));
+    let path = of("05_circles");
+    assert_eq!(
+        (path.points()[0].position_mm, path.points()[path.len() - 1].position_mm.z),
+        (Vector3::x() * 10.0, 20.0)
+    );
+    let round = path.points().iter().filter(|point| point.position_mm.z == 0.0);
+    assert!(round.clone().count() > 10 && round.clone().all(|point| (point.position_mm.norm() - 10.0).abs() < 1e-9));
+    assert!((path.length_mm() - (40.0 * std::f64::consts::PI + 20.0)).abs() < 1e-9);
+    let path = of("06_external");
+    assert_eq!(path.external_axes(), ["external_rail_mm"]);
+    assert_eq!(path.points().iter().map(|point| point.external[0]).collect::<Vec<_>>(), [100.0, 125.0, 150.0, 200.0]);
+    assert_eq!(shape(&of("07_crlf")), (3, 3, [1.0, 2.0, 3.0], [11.0, 12.0, 3.0]));
+    assert_eq!(shape(&of("08_utf8_no_end")), (4, 4, [1.0, 2.0, 3.0], [31.0, 2.0, 3.0]));
+    let bases = program("krl/09_bases.src");
+    let path = bases.toolpath(coarse()).unwrap();
+    assert_eq!(shape(&path), (8, 8, [0.0, 0.0, 0.0], [20.0, 50.0, 0.0]));
+    assert_eq!(bases.notes().tool_tip_mm.as_ref().unwrap().1, Vector3::new(100.0, 0.0, 200.0));
+    // All poses are the same orientation of the tool frame; the flange is turned against it by the tool's own B of 90°.
+    for point in 0..path.len() {
+        assert!(platform(&path, point).angle() < 1e-7, "{point}");
+    }
+    assert_eq!(shape(&of("10_steps")), (10, 9, [5.0, 5.0, 5.0], [5.0, 5.0, 5.0]));
+    assert_eq!(shape(&of("11_assigned")), (8, 8, [0.0, 0.0, 10.0], [25.0, 0.0, 10.0]));
+    let fine = program("krl/12_upright.src").toolpath(Sampling::default()).unwrap();
+    let turned = platform(&fine, 0).angle_to(&platform(&fine, 20));
+    assert!((turned - (0.2f64.to_radians().powi(2) + 1f64.to_radians().powi(2)).sqrt()).abs() < 1e-5, "{turned}");
+    let joints = program("krl/13_joints.src");
+    assert_eq!(shape(&joints.toolpath(coarse()).unwrap()), (4, 3, [10.0, 0.0, 5.0], [30.0, 10.0, 5.0]));
+    assert_eq!(joints.notes().not_located, [2, 3, 4, 9]);
+    assert_eq!(shape(&of("14_numbers")), (4, 4, [10.0, -0.5, 7.0], [30.123456, -0.5, 7.0]));
+    let path = of("15_tool_data");
+    assert_eq!(shape(&path), (6, 6, [0.0, 0.0, 0.0], [12.0, 30.0, 0.0]));
+    assert_eq!(path.points()[1].feed_mm_per_min, Some(1800.0));
+    let path = of("16_beside_bases");
+    assert_eq!(shape(&path), (4, 4, [0.0, 0.0, 0.0], [10.0, 20.0, 0.0]));
+    assert!(platform(&path, 3).angle() < 1e-7);
+}
+
+#[test]
+fn krl_that_is_not_followed_is_refused_by_line_and_statement() {
+    let refused = |source: &str| parse(Language::Krl, source, &RobotOptions::default()).unwrap_err();
+    let pose = "LIN {X 0,Y 0,Z 0,A 0,B 0,C 0}\n";
+    for (source, message) in [
+        ("SPLINE\n", "p.src:1: `SPLINE`: splines are not followed; expected LIN, CIRC and PTP"),
+        ("SLIN {X 0} ; x\n", "p.src:1: `SLIN {X 0}`: splines are not followed; expected LIN, CIRC and PTP"),
+        (
+            "FOR i=1 TO 3\nLIN_REL {X 1}\nENDFOR\n",
+            "p.src:2: `LIN_REL {X 1}`: in FOR of line 1, so that it may run never or more than once; expected it outside, once in the \
+             order it runs",
+        ),
+        ("GOTO again\n", "p.src:1: `GOTO again`: jumps are not followed; expected the motions in the order they run"),
+        (
+            "part1()\n",
+            "p.src:1: `part1()`: calls PART1, which may move the tool; expected the program in one routine, or PART1 in \
+             robot_program.calls_kept if it does not",
+        ),
+        (
+            "LIN XP1\n",
+            "p.src:1: `LIN XP1`: XP1 is not known; expected its numbers in the file (there is no .dat beside it), or in the statement",
+        ),
+        (
+            "XP1.Z=5+n\nLIN XP1\n",
+            "p.src:2: `LIN XP1`: XP1 is computed in line 1; expected a point whose numbers the file gives",
+        ),
+        ("LIN {X 1+2,Y 0}\n", "p.src:1: `LIN {X 1+2,Y 0}`: expected , or } behind a plain number"),
+        ("LIN {X n,Y 0}\n", "p.src:1: `LIN {X n,Y 0}`: expected a plain number"),
+        ("LIN {A1 0,A2 0}\n", "p.src:1: `LIN {A1 0,A2 0}`: expected a pose, not positions of joints"),
+        ("LIN {X 1,Y 2\n", "p.src:1: `LIN {X 1,Y 2`: expected } on the same line"),
+        (
+            "LIN {X 2e6,Y 0,Z 0,A 0,B 0,C 0}\n",
+            "p.src:1: `LIN {X 2e6,Y 0,Z 0,A 0,B 0,C 0}`: coordinate beyond 1000000 mm; expected a position on the machine",
+        ),
+        (
+            "$IPO_MODE=#TCP\n",
+            "p.src:1: `$IPO_MODE=#TCP`: fixed tools ($IPO_MODE #TCP) are not followed; expected a tool that the robot carries",
+        ),
+        (
+            "$BASE=EK(MACHINE_DEF[2].ROOT,1,X)\n",
+            "p.src:1: `$BASE=EK(MACHINE_DEF[2].ROOT,1,X)`: bases that move with external axes (EK, EB) are not followed; expected a base that stands still",
+        ),
+        (
+            "LIN XP1:XP2\n",
+            "p.src:1: `LIN XP1:XP2`: XP1 is not known; expected its numbers in the file (there is no .dat beside it), or in the statement",
+        ),
+        (
+            "PTP XP1:XP2\n",
+            "p.src:1: `PTP XP1:XP2`: operators on points are not followed; expected a point whose numbers the file gives",
+        ),
+        (
+            "INTERRUPT DECL 4 WHEN $IN[1] DO stop_here()\n",
+            "p.src:1: `INTERRUPT DECL 4 WHEN $IN[1] DO stop_here()`: interrupts are not followed; expected none but that of IR_STOPM",
+        ),
+        ("what now\n", "p.src:1: `what now`: not a statement that is known; expected a statement of KRL"),
+        (
+            "CIRC {X 0,Y 0,Z 0,A 0,B 0,C 0},{X 1,Y 0,Z 0,A 0,B 0,C 0}\n",
+            "p.src:1: `CIRC {X 0,Y 0,Z 0,A 0,B 0,C 0},{X 1,Y 0,Z 0,A 0,B 0,C 0}`: circular motion from a place that is not known; expected a motion to a full pose before it",
+        ),
+    ] {
+        assert_eq!(refused(source), message);
+    }
+    for (source, end) in [
+        (
+            "CIRC {X 1},{X 2}\n",
+            ": start, middle and end are on no circle; expected three points apart and not on a line",
+        ),
+        ("END\nDEF sub()\nLIN {X 1}\n", ": a motion after the end of the program in line 2; expected none"),
+        (
+            "LIN_REL {X 1} #TOOL\n",
+            ": steps along the axes of the tool, turns and external axes by steps are not followed; expected steps of X, Y and Z in the base",
+        ),
+        (
+            "$BASE=BASE_DATA[2]\nLIN {X 1}\n",
+            ": where base_data[2] stands to the base before it is not known; expected its pose in robot_program.bases of the process",
+        ),
+        (
+            "TRIGGER WHEN PATH=5 DELAY=0 DO $OUT[1]=TRUE\n",
+            ": triggers on the way or at the end of a motion are not followed; expected TRIGGER WHEN DISTANCE=0",
+        ),
+        (
+            "LIN {X 1,E1 3}\nLIN {X 2,E1 4}\n",
+            ": external axis 1 goes from 3 to 4; expected it to stand still, or the drive it is in robot_program.external_axes",
+        ),
+        (
+            "$CIRC_TYPE=#PATH\nCIRC {X 1,Y 1},{X 2}\n",
+            ": circles that carry the orientation along ($CIRC_TYPE) are not followed; expected $CIRC_TYPE=#BASE before it",
+        ),
+        ("$BASE.X=5\n", ": parts of frames are not followed; expected a whole frame"),
+    ] {
+        let message = refused(&format!("{pose}{source}"));
+        assert!(message.ends_with(end), "{message}");
+    }
+    let second = refused(&format!("DEF a()\n{pose}END\nDEF b()\n{pose}END\n"));
+    assert!(
+        second.ends_with(
+            "a motion in the routine of line 4, beside those of line 1; expected all motions in one routine"
+        ),
+        "{second}"
+    );
+}
+
+#[test]
+fn bases_that_the_program_does_not_say_come_from_the_options() {
+    let mut options = RobotOptions::default();
+    options.bases.insert("base_data[2]".into(), Isometry3::translation(0.0, 50.0, 0.0));
+    let source = "LIN {X 0,Y 0,Z 0,A 0,B 0,C 0}\n$BASE=BASE_DATA[2]\nLIN {X 1,Y 0,Z 0,A 0,B 0,C 0}\n";
+    let path = parse(Language::Krl, source, &options).unwrap().toolpath(coarse()).unwrap();
+    assert_eq!(shape(&path).3, [1.0, 50.0, 0.0]);
+}
+
+#[test]
+fn a_krl_motion_that_bends_becomes_lines_and_nothing_else_changes() {
+    let source = "DEF p()\n  $OUT[1]=TRUE\n  LIN XA ; named\n  LIN {X 20.0, A 0, B 0, C 0, Z 0, Y 0} C_DIS ; second\n  LIN {Y 5.0}\nEND\n";
+    let source = source.replace("DEF p()\n", "DEF p()\n  DECL POS XA={X 0.0,Y 0,Z 0,A 0,B 0,C 0}\n");
+    let program = parse(Language::Krl, &source, &RobotOptions::default()).unwrap();
+    let path = program.toolpath(Sampling::new(0.01, 5.0).unwrap()).unwrap();
+    let bent = |p: Vector3<f64>| p + Vector3::new(0.0, 0.01 * p.x * (20.0 - p.x) + 0.25, 0.0);
+    let wanted: Vec<Vector3<f64>> = path.positions_mm().into_iter().map(bent).collect();
+    let written = program.rewrite(&path, &wanted, None, NumberFormat::new(3, 4).unwrap()).unwrap();
+    assert_eq!(
+        String::from_utf8_lossy(written.bytes()),
+        "DEF p()\n  DECL POS XA={X 0.0,Y 0,Z 0,A 0,B 0,C 0}\n  $OUT[1]=TRUE\n  LIN {X 0.0,Y 0.250,Z 0,A 0,B 0,C 0} ; named\n  \
+         LIN {X 5.000, A 0, B 0, C 0, Z 0, Y 1.000} C_DIS\n  LIN {X 10.000, A 0, B 0, C 0, Z 0, Y 1.250} C_DIS\n  \
+         LIN {X 15.000, A 0, B 0, C 0, Z 0, Y 1.000} C_DIS\n  LIN {X 20.0, A 0, B 0, C 0, Z 0, Y 0.250} C_DIS ; second\n  \
+         LIN {Y 5.250}\nEND\n"
+    );
+}
+
+#[test]
+fn rapid_programs_mean_what_they_say() {
+    let of = |name: &str| program(&format!("rapid/{name}.mod")).toolpath(coarse()).unwrap();
+    let path = of("01_plain");
+    assert_eq!(shape(&path), (10, 9, [0.0, 0.0, 50.0], [40.0, 0.0, 0.0]));
+    assert_eq!(path.points()[6].feed_mm_per_min, Some(1200.0));
+    assert!((platform(&path, 3) * Vector3::z() + Vector3::z()).norm() < 1e-12);
+    let declared = program("rapid/02_declared.mod");
+    assert_eq!(shape(&declared.toolpath(coarse()).unwrap()), (8, 7, [10.0, 20.0, 5.0], [10.0, 20.0, 5.0]));
+    assert!(declared.notes().named_points);
+    assert_eq!(shape(&of("03_offs")), (10, 9, [100.0, 0.0, 70.5], [120.0, 20.0, 20.5]));
+    let path = of("04_circle");
+    assert!((path.length_mm() - (20.0 * std::f64::consts::PI + 10.0)).abs() < 1e-9, "{}", path.length_mm());
+    let external = of("05_external");
+    assert_eq!(external.points().iter().map(|point| point.external[0]).collect::<Vec<_>>(), [100.0, 125.0, 150.0]);
+    assert_eq!(shape(&of("06_crlf")), (3, 3, [0.0, 0.0, 0.0], [20.0, 0.0, 0.0]));
+    assert_eq!(shape(&of("07_utf8_no_end")), (3, 3, [0.0, 0.0, 0.0], [20.0, 0.0, 0.0]));
+    assert_eq!(shape(&of("08_comments")), (3, 3, [1.0, 2.0, 3.0], [21.0, 2.0, 3.0]));
+    let frames = program("rapid/09_frames.mod");
+    let path = frames.toolpath(coarse()).unwrap();
+    // The second work object stands 50 mm beside the first and is turned by 90° about z.
+    assert_eq!(shape(&path), (9, 9, [0.0, 0.0, 0.0], [40.0, 50.0, 0.0]));
+    assert_eq!(frames.notes().tool_tip_mm, Some(("tcut".into(), Vector3::new(31.5, 0.0, 229.0))));
+    assert!((platform(&path, 0) * Vector3::z() - Vector3::x()).norm() < 1e-7, "{}", platform(&path, 0));
+    let lines = of("10_lines");
+    assert_eq!(shape(&lines), (5, 5, [0.0, 0.0, 0.0], [20.0, 20.0, 0.0]));
+    assert_eq!(lines.points()[1].feed_mm_per_min, Some(18000.0));
+    let joints = program("rapid/11_joints.mod");
+    assert_eq!(shape(&joints.toolpath(coarse()).unwrap()), (2, 2, [0.0, 0.0, 0.0], [10.0, 0.0, 0.0]));
+    assert_eq!(joints.notes().not_located, [4, 7]);
+    let speeds: Vec<_> = of("12_speeds").points().iter().map(|point| point.feed_mm_per_min).collect();
+    assert_eq!(speeds, [Some(1200.0), Some(750.0), Some(300.0), Some(2400.0), None, None]);
+    assert_eq!(shape(&of("13_routines")), (3, 3, [0.0, 0.0, 0.0], [20.0, 0.0, 0.0]));
+    assert_eq!(shape(&of("14_branches")), (3, 3, [0.0, 0.0, 0.0], [20.0, 0.0, 0.0]));
+    assert_eq!(
+        shape(&program("rapid/15_program.prg").toolpath(coarse()).unwrap()),
+        (3, 2, [0.0, 0.0, 100.0], [10.0, 0.0, 95.0])
+    );
+}
+
+#[test]
+fn rapid_that_is_not_followed_is_refused_by_line_and_statement() {
+    let at = |x: f64| format!("[[{x},0,0],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]");
+    let one = format!("MoveL {},v100,fine,tool0;\n", at(1.0));
+    for (source, end) in [
+        (
+            "MoveL RelTool(p1,0,0,5),v100,fine,tool0;".to_owned(),
+            ": computed targets are not followed; expected a target, or Offs of one",
+        ),
+        (
+            "MoveL p1,v100,fine,tool0;".into(),
+            ": P1 is not known; expected its numbers in the file, or in the statement",
+        ),
+        (
+            "MoveL *,v100,fine,tool0;".into(),
+            ": expected a target: its name, Offs(…), or [[x,y,z],[q1,q2,q3,q4],[…],[…]]",
+        ),
+        (
+            "TriggL p1,v100,t1,fine,tool0;".into(),
+            ": motions with signals, searches and processes are not followed; expected MoveL, MoveC, MoveJ and MoveAbsJ",
+        ),
+        (
+            "SearchL di1,p1,p2,v100,tool0;".into(),
+            ": motions with signals, searches and processes are not followed; expected MoveL, MoveC, MoveJ and MoveAbsJ",
+        ),
+        (
+            format!("FOR i FROM 1 TO 3 DO\n{one}ENDFOR"),
+            ": in FOR of line 2, so that it may run never or more than once; expected it outside, once in the order it runs",
+        ),
+        (
+            format!("IF di1=1 {one}"),
+            ": in IF of line 2, so that it may run never or more than once; expected it outside, once in the order it runs",
+        ),
+        (
+            "Part_5;".into(),
+            ": calls PART_5, which may move the tool; expected the program in one routine, or PART_5 in robot_program.calls_kept if it does not",
+        ),
+        ("PDispOn p1,tool0;".into(), ": displaced programs are not followed; expected targets where they are"),
+        (
+            format!("{one}MoveL {},v100\\T:=5,fine,tool0;", at(2.0)),
+            ": times of motions (\\T) are not followed; expected a speed",
+        ),
+        (
+            format!("{one}MoveL {},v100,fine,tool1\\WObj:=w9;", at(2.0)),
+            ": where w9 stands to the base before it is not known; expected its pose in robot_program.bases of the process",
+        ),
+        (
+            format!("{one}MoveL {},v100,fine,tool1;", at(2.0)),
+            ": uses tool1 after tool0; expected one tool, or tools whose orientation the program gives and whose tips are the same",
+        ),
+        (format!("MoveL {},v100,fine,tool0", at(2.0)), ": expected ; at the end of the statement"),
+        (
+            "MoveL [[1,2,3],[1,0,0,1],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;".into(),
+            ": quaternion has length 1.4142135623730951; expected 1",
+        ),
+        ("MoveL [[1,2],[1,0,0,1]],v100,fine,tool0;".into(), ": expected , behind a plain number"),
+        (format!("GOTO again;{one}"), ": jumps are not followed; expected the motions in the order they run"),
+        (
+            format!("{one}ENDPROC\nPROC b()\n{one}"),
+            ": a motion in the routine of line 4, beside those of line 1; expected all motions in one routine",
+        ),
+    ] {
+        let message =
+            parse(Language::Rapid, &format!("PROC main()\n{source}\nENDPROC\n"), &RobotOptions::default()).unwrap_err();
+        assert!(message.ends_with(end), "{message}");
+        assert!(message.starts_with("p.mod:"), "{message}");
+    }
+}
+
+#[test]
+fn a_rapid_target_that_moves_is_written_where_it_is_used() {
+    let source = "MODULE m\n CONST robtarget p1:=[[0,0,0],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];\n PROC main()\n  MoveL p1,v50,fine,tool0;\n  \
+                  MoveC Offs(p1,5,5,0), Offs(p1,10,0,0), v50, z1, tool0; ! arc\n  MoveL p1,v50,fine,tool0;\n ENDPROC\nENDMODULE";
+    let program = parse(Language::Rapid, source, &RobotOptions::default()).unwrap();
+    let path = program.toolpath(Sampling::default()).unwrap();
+    let wanted: Vec<Vector3<f64>> = path.positions_mm().into_iter().map(|p| p + Vector3::new(0.0, 0.0, 0.25)).collect();
+    let written = program.rewrite(&path, &wanted, None, NumberFormat::new(2, 4).unwrap()).unwrap();
+    let at = |x: &str, y: &str| format!("[[{x},{y},0.25],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]");
+    let expected = source
+        .replace("MoveL p1", &format!("MoveL {}", at("0", "0")))
+        .replace("Offs(p1,5,5,0)", &at("5.000", "5.000"))
+        .replace("Offs(p1,10,0,0)", &at("10.000", "0.000"));
+    assert_eq!(String::from_utf8_lossy(written.bytes()), expected);
+}
+
+#[test]
+fn apt_programs_mean_what_they_say() {
+    let of = |name: &str| program(&format!("apt/{name}")).toolpath(coarse()).unwrap();
+    let axis = |path: &Toolpath, point: usize| match path.points()[point].orientation {
+        Some(Orientation::ToolAxis(axis)) => Some(<[f64; 3]>::from(axis)),
+        _ => None,
+    };
+    let path = of("01_plain.apt");
+    assert_eq!(shape(&path), (12, 9, [0.0, 0.0, 100.0], [0.0, 0.0, 100.0]));
+    assert_eq!((path.points()[4].feed_mm_per_min, path.points()[4].spindle_rev_per_min), (Some(500.0), Some(8000.0)));
+    assert_eq!((path.points()[4].tool, axis(&path, 4)), (Some(3), None));
+    let path = of("02_axes.cls");
+    assert_eq!(shape(&path), (5, 5, [0.0, 0.0, 0.0], [20.0, 10.0, 0.0]));
+    assert_eq!((axis(&path, 0), axis(&path, 4)), (Some([0.0, 0.0, 1.0]), Some([0.6, 0.0, 0.8])));
+    let path = of("03_inches.ncl");
+    assert_eq!(shape(&path), (4, 4, [25.4, 0.0, 0.0], [50.8, 0.0, 0.0]));
+    assert_eq!(path.points()[1].feed_mm_per_min, Some(254.0));
+    assert_eq!(shape(&of("04_continued.apt")), (3, 3, [1.5, 2.5, 3.5], [11.5, 12.5, 3.5]));
+    assert_eq!(shape(&of("05_crlf.cl")), (3, 3, [0.0, 0.0, 0.0], [20.0, 0.0, 0.0]));
+    assert_eq!(shape(&of("06_utf8_no_end.apt")), (3, 3, [0.0, 0.0, 0.0], [20.0, 0.0, 0.0]));
+    assert_eq!(shape(&of("07_steps.apt")), (7, 7, [0.0, 0.0, 0.0], [20.0, 20.0, 0.0]));
+    assert_eq!(of("08_per_turn.cl").points()[1].feed_mm_per_min, Some(200.0));
+    assert_eq!(shape(&of("09_from.apt")), (4, 2, [0.0, 0.0, 50.0], [10.0, 0.0, 0.0]));
+    assert_eq!(shape(&of("10_texts.apt")), (3, 3, [0.0, 0.0, 0.0], [20.0, 0.0, 0.0]));
+    let path = of("11_axis_kept.cls");
+    assert_eq!(axis(&path, path.len() - 1), Some([0.0, 0.6, 0.8]));
+    assert_eq!(shape(&of("12_numbers.cldata")), (2, 2, [-0.5, 10.0, 7.0], [-0.5, 20.0, 7.0]));
+    let home = program("apt/13_home.apt");
+    assert_eq!((home.notes().not_located.as_slice(), home.toolpath(coarse()).unwrap().len()), ([3].as_slice(), 3));
+    assert_eq!(shape(&of("14_lower.apt")), (3, 3, [0.0, 0.0, 0.0], [20.0, 0.0, 0.0]));
+    assert_eq!(shape(&of("15_geometry.cl")), (3, 3, [0.0, 0.0, 0.0], [20.0, 0.0, 0.0]));
+}
+
+#[test]
+fn apt_that_is_not_followed_is_refused_by_line_and_record() {
+    let circles = ": circles, cycles, compensation, turned tables and computed motions are not followed; expected GOTO/x,y,z,i,j,k";
+    for (source, end) in [
+        ("CUTCOM/LEFT,5", circles),
+        ("CIRCLE/0,0,0,0,0,1,5,0.01", circles),
+        ("CYCLE/DRILL,5,MMPM,100", circles),
+        ("GOFWD/L1,TO,L2", circles),
+        ("ROTABL/AAXIS,90", circles),
+        ("GOTO/P1", ": expected a plain number"),
+        ("GOTO/1,2", ": expected three plain numbers x,y,z, or six with the tool axis i,j,k"),
+        ("GOTO/1,2,3,0,0,2", ": tool axis has length 2; expected 1"),
+        ("UNITS/FEET", ": expected UNITS/MM or UNITS/INCHES"),
+        (
+            "SWIVEL/3",
+            ": calls SWIVEL, which may move the tool; expected the program in one routine, or SWIVEL in robot_program.calls_kept if it does not",
+        ),
+        ("FINI\nGOTO/1,2,3", ": a motion after the end of the program in line 2; expected none"),
+        (
+            "MSYS/0,0,0,1,0,0,0,1,0\nMSYS/5,0,0,1,0,0,0,1,0",
+            ": second systems of coordinates are not followed; expected one MSYS",
+        ),
+    ] {
+        let message = parse(Language::Apt, &format!("GOTO/0,0,0\n{source}\n"), &RobotOptions::default()).unwrap_err();
+        assert!(message.starts_with("p.apt:") && message.ends_with(end), "{message}");
+    }
+}
+
+#[test]
+fn a_line_of_apt_that_bends_becomes_records() {
+    let source = "FEDRAT/100,MMPM\nGOTO/0,0,0\n GOTO / 20.00 ,0,0 $$ end\nFINI\n";
+    let program = parse(Language::Apt, source, &RobotOptions::default()).unwrap();
+    let path = program.toolpath(Sampling::new(0.01, 10.0).unwrap()).unwrap();
+    let wanted = [Vector3::zeros(), Vector3::new(10.0, 1.0, 0.0), Vector3::new(20.0, 0.0, 0.0)];
+    let written = program.rewrite(&path, &wanted, None, NumberFormat::new(3, 4).unwrap()).unwrap();
+    assert_eq!(
+        String::from_utf8_lossy(written.bytes()),
+        "FEDRAT/100,MMPM\nGOTO/0,0,0\n GOTO / 10.000 ,1.000,0\n GOTO / 20.00 ,0,0 $$ end\nFINI\n"
+    );
+}
+
+#[test]
+fn names_and_first_words_tell_the_language() {
+    use std::path::Path;
+    let of = |name: &str, text: &str| Language::of(Path::new(name), text.as_bytes());
+    assert_eq!(of("a.SRC", ""), Some(Language::Krl));
+    assert_eq!(of("a.mod", "%%%\n VERSION:1\n%%%\nMODULE a"), Some(Language::Rapid));
+    assert_eq!(of("a.prg", "G0 X1\n"), None);
+    assert_eq!(of("a.ncl", ""), Some(Language::Apt));
+    assert_eq!((of("a.nc", "MODULE"), of("a", "")), (None, None));
+}
+
+fn number(most: f64) -> impl Strategy<Value = String> {
+    (-most..most, 0..5usize).prop_map(|(value, decimals)| format!("{value:.decimals$}"))
+}
+
+fn krl_line() -> impl Strategy<Value = String> {
+    let n = || number(300.0);
+    let angles = || (number(179.0), number(89.0), number(179.0)).prop_map(|(a, b, c)| format!(",A {a},B {b},C {c}"));
+    prop_oneof![
+        (n(), n(), n(), angles()).prop_map(|(x, y, z, abc)| format!("LIN {{X {x},Y {y},Z {z}{abc}}} C_DIS ; ü")),
+        (n(), n()).prop_map(|(x, z)| format!("  lin {{z {z}, x {x}}}")),
+        (n(), n()).prop_map(|(x, z)| format!("LIN_REL {{Z {z}, X {x}}}")),
+        (n(), n(), n(), angles()).prop_map(|(x, y, z, abc)| format!("PTP {{X {x},Y {y},Z {z}{abc},S 2,T 3}} C_PTP")),
+        (n(), n(), n(), n()).prop_map(|(a, b, c, d)| format!("CIRC {{X {a},Y {b}}},{{X {c},Y {d}}} C_DIS")),
+        number(2.0).prop_map(|speed| format!("$VEL.CP={speed}")),
+        (n(), n(), angles()).prop_map(|(x, y, abc)| format!("$BASE={{X {x},Y {y},Z 1{abc}}}")),
+        Just("PTP {A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0}".into()),
+        Just(";FOLD x {y}".into()),
+        Just("WAIT SEC 1".into()),
+    ]
+}
+
+/// A random program of an accepted kind is the same without correction, and leads where it should with one.
+fn check_random(language: Language, lines: &[String], ending: &str) -> Result<(), TestCaseError> {
+    let program = match parse(language, &lines.join(ending), &RobotOptions::default()) {
+        Ok(program) => program,
+        // Circles may be none.
+        Err(refused) => {
+            prop_assert!(refused.contains("circ") || refused.contains("B = ±90°"), "{}", refused);
+            return Ok(());
+        }
+    };
+    let path = program.toolpath(Sampling::new(0.5, 40.0).unwrap().with_max_turn(0.3).unwrap()).unwrap();
+    let format = program.own_format();
+    let same = program.rewrite(&path, &path.positions_mm(), None, format).unwrap();
+    prop_assert_eq!(same.bytes(), program.source());
+    let wanted = corrected(&path);
+    let written = program.rewrite(&path, &wanted, None, format).unwrap();
+    let back = written.positions_of(&written.read().unwrap()).unwrap();
+    let unit_mm =
+        10f64.powi(-i32::from(format.mm_decimals())).max(25.4 * 10f64.powi(-i32::from(format.inch_decimals())));
+    for (back, wanted) in back.iter().zip(&wanted) {
+        prop_assert!((back - wanted).norm() < 2.0 * unit_mm, "{} instead of {}", back, wanted);
+    }
+    Ok(())
+}
+
+fn rapid_line() -> impl Strategy<Value = String> {
+    let target = || {
+        (
+            number(300.0),
+            number(300.0),
+            number(300.0),
+            prop_oneof![Just("1,0,0,0"), Just("0.6,0,0.8,0"), Just("0,-0.70710678,0,0.70710678")],
+        )
+            .prop_map(|(x, y, z, q)| format!("[[{x},{y},{z}],[{q}],[0,-1,0,1],[9E9,9E+09,9E9,9E9,9E9,9E9]]"))
+    };
+    prop_oneof![
+        target().prop_map(|p| format!("MoveL {p},v100,z1,t1\\WObj:=wobj0;")),
+        target().prop_map(|p| format!("  MoveJ {p}, vmax, fine, t1; ! ü;")),
+        (number(200.0), number(200.0)).prop_map(|(x, y)| format!("moveL Offs(p1,{x},{y},0.5),[20,500,0,0],fine,t1;")),
+        (target(), target()).prop_map(|(p, q)| format!("MoveC {p},\n {q},v20,z5,t1;")),
+        Just("MoveAbsJ [[0,0,0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,t1;".into()),
+        Just("WaitTime 0.5; MoveL p1,v50,fine,t1; SetDO do1,1;".into()),
+        Just("! MoveL nowhere".into()),
+        Just("IF di1=1 THEN\nSet do2;\nENDIF".into()),
+    ]
+}
+
+fn apt_line() -> impl Strategy<Value = String> {
+    let n = || number(300.0);
+    prop_oneof![
+        (n(), n(), n()).prop_map(|(x, y, z)| format!("GOTO/{x},{y},{z}")),
+        (n(), n(), n()).prop_map(|(x, y, z)| format!("GOTO / {x}, {y},$\n {z},0.6,0,0.8 $$ ü")),
+        (n(), n()).prop_map(|(x, y)| format!("GODLTA/{x},{y},0")),
+        Just("RAPID".into()),
+        Just("UNITS/INCHES".into()),
+        Just("UNITS/MM".into()),
+        Just("GOHOME".into()),
+        Just("FEDRAT/250.5,MMPM".into()),
+        Just("PPRINT $ and GOTO/1,2,3".into()),
+    ]
+}
+
+proptest! {
+    #[test]
+    fn random_rapid_is_written_back(lines in prop::collection::vec(rapid_line(), 1..15), crlf in any::<bool>()) {
+        let p1 = "VAR robtarget p1:=[[1,2,3.5],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];";
+        let first = ["MODULE a", p1, "PROC main()", "MoveL p1,v100,z1,t1;"].map(str::to_owned);
+        let last = ["ENDPROC".to_owned(), "ENDMODULE".to_owned()];
+        let lines: Vec<String> = first.into_iter().chain(lines).chain(last).collect();
+        check_random(Language::Rapid, &lines, if crlf { "\r\n" } else { "\n" })?;
+    }
+
+    #[test]
+    fn random_apt_is_written_back(lines in prop::collection::vec(apt_line(), 1..20), crlf in any::<bool>()) {
+        let lines: Vec<String> = ["GOTO/0,0,0".to_owned()].into_iter().chain(lines).collect();
+        check_random(Language::Apt, &lines, if crlf { "\r\n" } else { "\n" })?;
+    }
+
+    #[test]
+    fn random_krl_is_written_back(lines in prop::collection::vec(krl_line(), 1..20), crlf in any::<bool>()) {
+        let first = ["$BASE=$NULLFRAME", "LIN {X 0,Y 0,Z 0,A 0,B 10,C 0}"].map(str::to_owned);
+        let lines: Vec<String> = first.into_iter().chain(lines).collect();
+        check_random(Language::Krl, &lines, if crlf { "\r\n" } else { "\n" })?;
+    }
+}

@@ -1,0 +1,8 @@
+﻿MODULE part
+  PROC main()
+    TPWrite "Fräsen ; größer";
+    ! Kühlmittel € ;
+    MoveL [[0,0,0],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v10,fine,tool0;
+    MoveL [[20,0,0],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v10,fine,tool0;
+  ENDPROC
+ENDMODULE
