@@ -28,7 +28,7 @@ fn study(machine: &str, table: &str) -> TurnMapStudy {
 }
 
 fn map(study: &TurnMapStudy) -> TurnMap {
-    run(study, &Work::unwatched()).unwrap()
+    run(study, &Work::default()).unwrap()
 }
 
 /// The largest deflection over the directions of the force with the platform turned so, by the machine led there on its own.
