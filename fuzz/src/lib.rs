@@ -9,7 +9,7 @@ use kinetostat::{
     compensation::{Compensation, CompensationSettings, Demand, Method, Session, compensate},
     machine::Machine,
     process::Process,
-    study::{Overrides, Study, StudyKind, demands::demands, machine_check, map, path::PathStudy},
+    study::{Overrides, Study, StudyKind, demands::demands, machine_check, map, path::PathStudy, turn_map},
     toolpath::{
         Circle, Plane, Sampling, Toolpath, Turn,
         gcode::{Dialect, GcodeOptions, Program},
