@@ -8,7 +8,7 @@ use super::{
     workpiece::Workpiece,
 };
 use crate::{
-    machine::{Configuration, Machine, Standing, Unreachable, Zeroed},
+    machine::{Configuration, Machine, SideBySide, Standing, Unreachable, Zeroed},
     spatial::{Pose, Wrench, product, rotation_log},
     statics::{self, Outcome, State, TaskError, Workspace, equilibrium},
 };
@@ -76,6 +76,8 @@ pub struct Session {
     /// What carries the workpiece, if it can move or bend.
     workpiece: Option<Workpiece>,
     known: Option<Known>,
+    /// Storage for several sessions at a time.
+    pub(super) side_by_side: Option<Box<SideBySide>>,
 }
 
 /// What the nominal inverse kinematics gives for `pose`, sought from `from`.
@@ -102,6 +104,7 @@ impl Session {
             rest: None,
             workpiece: Workpiece::new(nominal, real),
             known: None,
+            side_by_side: None,
         }
     }
 
@@ -123,6 +126,22 @@ impl Session {
             }
             None => self.known = Some(Known { from: from.clone(), pose: *pose, at: at.clone() }),
         }
+    }
+
+    /// As [`Session::know`], sought from the present command.
+    pub(super) fn know_from_command(&mut self, pose: &Pose, at: Configuration) {
+        self.known = Some(Known { from: self.command.clone(), pose: *pose, at });
+    }
+
+    /// Whether [`Session::go_to`] seeks `pose`.
+    pub(super) fn seeks(&self, pose: &Pose) -> bool {
+        self.command.pose != *pose && self.known_at(pose).is_none()
+    }
+
+    /// What is known of `pose` from the present command.
+    fn known_at(&self, pose: &Pose) -> Option<&Configuration> {
+        let known = self.known.as_ref().filter(|known| known.pose == *pose && known.from == self.command);
+        known.map(|known| &known.at)
     }
 
     /// Moves the external axes to where `demand` has them.
@@ -226,6 +245,11 @@ impl Session {
         Ok(self.command.pose)
     }
 
+    /// From where [`Session::target`] seeks, and for which drives, if it does.
+    pub(super) fn target_sought(&self) -> Option<(&Configuration, &[f64])> {
+        (self.command.drives != self.drives).then_some((&self.command, self.drives.as_slice()))
+    }
+
     /// Checks travel and joint limits of the nominal machine at the present drives.
     pub(super) fn check_limits(&mut self) -> Result<(), Unreachable> {
         if !self.nominal.has_limits() {
@@ -237,11 +261,10 @@ impl Session {
 
     /// Commands the nominal machine to `pose`.
     pub(super) fn go_to(&mut self, pose: &Pose) -> Result<(), CompensationStatus> {
-        let known = self.known.as_ref().filter(|known| known.pose == *pose && known.from == self.command);
         if self.command.pose != *pose
-            && let Some(known) = known
+            && let Some(at) = self.known_at(pose)
         {
-            self.command.clone_from(&known.at);
+            self.command = at.clone();
         } else if self.command.pose != *pose {
             let near = self.nominal.inverse_kinematics_from(&self.command, pose);
             self.command = match near {

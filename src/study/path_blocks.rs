@@ -8,7 +8,8 @@ use super::{
 };
 use crate::{
     compensation::{
-        Compensation, CompensationStatus, Demand, Session, compensate_batch, simulate_batch, simulate_drives,
+        Compensation, CompensationStatus, Demand, Session, compensate_batch, find_targets, simulate_batch,
+        simulate_drives,
     },
     machine::Configuration,
     spatial::Pose,
@@ -116,6 +117,9 @@ fn solve(
             given.map(|((session, demand), &k)| simulate_drives(session, demand, &drives[places[k]])).collect()
         }
     };
+    if let Commands::Method(_) = commands {
+        find_targets(&mut sessions);
+    }
     let mut solved = solved.into_iter();
     let answers = blocks.iter().zip(asked).map(|(block, demand)| match &block.led[point].asked {
         Err(reason) => Some(block.session.refuse(demand, reason.clone())),

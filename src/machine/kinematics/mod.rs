@@ -6,19 +6,28 @@
 //! in steps short enough to stay on its assembly mode. Where the drives control more than the task asks for, the module
 //! `redundancy` says what they do; where the straight line does not lead to the target, `ways_around` tries others.
 
+#[cfg(target_arch = "x86_64")]
+mod between;
 mod closure;
 mod continuation;
+mod equations;
 mod forward;
 mod inverse;
+#[cfg(target_arch = "x86_64")]
+mod lane_newton;
 mod limits;
 mod normal_step;
+mod search;
+mod side_by_side;
 mod singularity;
 
 use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
-pub(super) use closure::{CLOSURE_ROUNDING, Closure, Command, reach};
+pub(super) use closure::{Closure, Command, reach};
+pub(super) use search::CLOSURE_ROUNDING;
+pub(crate) use side_by_side::SideBySide;
 
 use super::{Branch, Chain, task_space::shown};
 use crate::spatial::Pose;

@@ -1,0 +1,87 @@
+//! Rigid configurations near known ones, as many at a time as the processor's vector registers hold.
+
+use super::Configuration;
+#[cfg(target_arch = "x86_64")]
+use super::lane_newton::{LaneNewton, Wanted};
+#[cfg(target_arch = "x86_64")]
+use crate::lanes::{F64x4, F64x8, Real};
+use crate::{lanes::Level, machine::Machine, spatial::Pose};
+
+/// Storage for one machine.
+#[derive(Debug, Clone)]
+pub(crate) struct SideBySide {
+    machine: Machine,
+    lanes: Lanes,
+}
+
+#[derive(Debug, Clone)]
+enum Lanes {
+    /// All is left to the scalar search.
+    None,
+    #[cfg(target_arch = "x86_64")]
+    Four(Box<LaneNewton<F64x4>>),
+    #[cfg(target_arch = "x86_64")]
+    Eight(Box<LaneNewton<F64x8>>),
+}
+
+impl SideBySide {
+    /// For `machine`, with the widest registers of this processor.
+    pub fn new(machine: &Machine) -> Self {
+        Self::at_level(machine, Level::best())
+    }
+
+    /// For `machine` at `level`, or one at a time where this processor does not have it.
+    pub fn at_level(machine: &Machine, level: Level) -> Self {
+        let lanes = match level {
+            // Redundant drives are moved in another way.
+            _ if machine.redundancy > 0 => Lanes::None,
+            #[cfg(target_arch = "x86_64")]
+            Level::Eight if level.is_available() => Lanes::Eight(Box::new(LaneNewton::new(machine))),
+            #[cfg(target_arch = "x86_64")]
+            Level::Four if level.is_available() => Lanes::Four(Box::new(LaneNewton::new(machine))),
+            _ => Lanes::None,
+        };
+        Self { machine: machine.clone(), lanes }
+    }
+
+    /// [`Machine::inverse_kinematics_from`] of each start and target, to the last bit; `None` is left to it.
+    pub fn inverse_kinematics(&mut self, asked: &[(&Configuration, Pose)]) -> Vec<Option<Configuration>> {
+        #[cfg(target_arch = "x86_64")]
+        {
+            let wanted: Vec<_> = asked.iter().map(|(start, target)| (*start, Wanted::Task(target))).collect();
+            let found = self.solve(&wanted).into_iter().zip(asked);
+            let within = |at: Configuration, target: &Pose| self.machine.within_limits(at, target).ok();
+            found.map(|(at, (_, target))| within(at?, target)).collect()
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        vec![None; asked.len()]
+    }
+
+    /// [`Machine::forward_kinematics_from`] of each start and drives (mm, rad), to the last bit; `None` is left to it.
+    pub fn forward_kinematics(&mut self, asked: &[(&Configuration, &[f64])]) -> Vec<Option<Configuration>> {
+        #[cfg(target_arch = "x86_64")]
+        {
+            let wanted: Vec<_> = asked.iter().map(|(start, drives)| (*start, Wanted::Drives(drives))).collect();
+            self.solve(&wanted)
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        vec![None; asked.len()]
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    fn solve(&mut self, asked: &[(&Configuration, Wanted<'_>)]) -> Vec<Option<Configuration>> {
+        fn in_lanes<R: Real>(
+            newton: &mut LaneNewton<R>,
+            machine: &Machine,
+            asked: &[(&Configuration, Wanted<'_>)],
+        ) -> Vec<Option<Configuration>> {
+            asked.chunks(R::LANES).flat_map(|asked| newton.solve(machine, asked)).collect()
+        }
+        // One alone is found as quickly without lanes.
+        match &mut self.lanes {
+            Lanes::Eight(newton) if asked.len() > 1 => in_lanes(newton, &self.machine, asked),
+            Lanes::Four(newton) if asked.len() > 1 => in_lanes(newton, &self.machine, asked),
+            _ => vec![None; asked.len()],
+        }
+    }
+}
