@@ -260,7 +260,7 @@ pub(super) fn unit(machine: &Machine, motion: Motion) -> f64 {
 pub(super) fn task_entry<R: Real>(coordinate: Coordinate, asked: &Frame<R>, i: usize) -> R {
     match coordinate {
         Coordinate::Translation(axis) if i == axis => R::splat(1.0),
-        Coordinate::Rotation(axis) if i >= 3 => asked.axes[axis].0[i - 3],
+        Coordinate::Rotation(axis) if (3..6).contains(&i) => asked.axes[axis].0[i - 3],
         _ => R::zero(),
     }
 }
