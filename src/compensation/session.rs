@@ -73,6 +73,8 @@ pub struct Session {
     pub(super) state: State,
     /// The pose last asked to be zeroed at, and where the nominal machine stands then under its weight alone.
     rest: Option<(Pose, Pose)>,
+    /// Whether what is wanted is where the nominal machine rests under its weight and springs.
+    sags_at_rest: bool,
     /// What carries the workpiece, if it can move or bend.
     workpiece: Option<Workpiece>,
     known: Option<Known>,
@@ -86,6 +88,12 @@ struct Known {
     from: Configuration,
     pose: Pose,
     at: Configuration,
+}
+
+impl Known {
+    fn serves(&self, from: &Configuration, pose: &Pose) -> bool {
+        self.pose == *pose && self.from == *from
+    }
 }
 
 impl Session {
@@ -102,6 +110,7 @@ impl Session {
             drives: nominal.home.drives.clone(),
             state: State::rigid(nominal, &nominal.home),
             rest: None,
+            sags_at_rest: nominal.zeroed == Zeroed::AtRest && nominal.own_forces().is_some(),
             workpiece: Workpiece::new(nominal, real),
             known: None,
             side_by_side: None,
@@ -135,13 +144,7 @@ impl Session {
 
     /// Whether [`Session::go_to`] seeks `pose`.
     pub(super) fn seeks(&self, pose: &Pose) -> bool {
-        self.command.pose != *pose && self.known_at(pose).is_none()
-    }
-
-    /// What is known of `pose` from the present command.
-    fn known_at(&self, pose: &Pose) -> Option<&Configuration> {
-        let known = self.known.as_ref().filter(|known| known.pose == *pose && known.from == self.command);
-        known.map(|known| &known.at)
+        self.command.pose != *pose && !self.known.as_ref().is_some_and(|known| known.serves(&self.command, pose))
     }
 
     /// Moves the external axes to where `demand` has them.
@@ -205,7 +208,7 @@ impl Session {
 
     /// As [`Session::zeroed`], as if the workpiece stood fast.
     fn zeroed_machine(&mut self, demand: &Demand) -> Result<Demand, CompensationStatus> {
-        if demand.wanted.is_some() || self.nominal.zeroed != Zeroed::AtRest || self.nominal.own_forces().is_none() {
+        if demand.wanted.is_some() || !self.sags_at_rest {
             return Ok(*demand);
         }
         let rest = match self.rest {
@@ -261,10 +264,11 @@ impl Session {
 
     /// Commands the nominal machine to `pose`.
     pub(super) fn go_to(&mut self, pose: &Pose) -> Result<(), CompensationStatus> {
+        let known = self.known.as_ref().filter(|known| known.serves(&self.command, pose));
         if self.command.pose != *pose
-            && let Some(at) = self.known_at(pose)
+            && let Some(known) = known
         {
-            self.command = at.clone();
+            self.command.clone_from(&known.at);
         } else if self.command.pose != *pose {
             let near = self.nominal.inverse_kinematics_from(&self.command, pose);
             self.command = match near {

@@ -33,7 +33,7 @@ use super::{Branch, Chain, task_space::shown};
 use crate::spatial::Pose;
 
 /// A rigid configuration of the machine.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, PartialEq, Serialize)]
 pub struct Configuration {
     /// Pose of P in O.
     pub pose: Pose,
@@ -41,6 +41,19 @@ pub struct Configuration {
     pub drives: Vec<f64>,
     /// Passive joint coordinates of each chain, mm or rad.
     pub passive: Vec<Vec<f64>>,
+}
+
+impl Clone for Configuration {
+    fn clone(&self) -> Self {
+        Self { pose: self.pose, drives: self.drives.clone(), passive: self.passive.clone() }
+    }
+
+    /// Within the storage that there is.
+    fn clone_from(&mut self, from: &Self) {
+        self.pose = from.pose;
+        self.drives.clone_from(&from.drives);
+        self.passive.clone_from(&from.passive);
+    }
 }
 
 /// Why a target cannot be reached.
