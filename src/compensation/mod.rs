@@ -29,6 +29,7 @@ pub use bounded::{
     ErrorNorm, Errors, LimitKind, Limits, Price, Side, compensate_bounded,
 };
 pub use demand::{Demand, Target};
+#[cfg(feature = "study")]
 pub(crate) use nominal::find_targets;
 pub use outcome::{Compensation, CompensationStatus};
 pub use session::{CompensationSettings, Session};

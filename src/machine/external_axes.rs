@@ -36,6 +36,7 @@ impl Standing {
     }
 
     /// The machine as it came.
+    #[cfg(feature = "study")]
     pub fn as_it_came(&self) -> &Machine {
         &self.as_it_came
     }

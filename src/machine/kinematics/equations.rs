@@ -204,7 +204,8 @@ impl<R: Real> Equations<R> {
     fn add_screw(&mut self, row: usize, columns: &Columns, screw: &Screw<R>, sign: f64) {
         for &(column, share) in columns {
             let share = R::splat(sign * share);
-            let is_revolute = screw.angular.0.iter().any(|part| !part.is_zero());
+            let [x, y, z] = screw.angular.0;
+            let is_revolute = !(x.is_zero() && y.is_zero() && z.is_zero());
             let unit = R::splat(if is_revolute { 1.0 / self.reach } else { 1.0 });
             let entries = &mut self.jacobian[column * self.rows + row..][..6];
             for i in 0..3 {
@@ -229,10 +230,8 @@ impl<R: Real> Equations<R> {
                 }
             }
             Asked::Task(target) => {
-                let turn = rotation_log(at.platform.axes.map(
-                    #[inline(always)]
-                    |axis| target.inward(axis),
-                ));
+                let [x, y, z] = at.platform.axes;
+                let turn = rotation_log([target.inward(x), target.inward(y), target.inward(z)]);
                 for (row, coordinate) in machine.controls.iter().enumerate() {
                     self.residual[first + row] = match *coordinate {
                         Coordinate::Translation(axis) => at.platform.origin.0[axis] - target.origin.0[axis],
@@ -268,16 +267,10 @@ pub(super) fn task_entry<R: Real>(coordinate: Coordinate, asked: &Frame<R>, i: u
 /// `platform` moved by a twist of P, rotations multiplied by `reach`.
 #[inline(always)]
 pub(super) fn moved<R: Real>(platform: &Frame<R>, twist: &[R], reach: f64) -> Frame<R> {
-    let translation = Vec3([twist[0], twist[1], twist[2]]);
-    let rotation = Vec3([twist[3], twist[4], twist[5]]);
     let reach = R::splat(reach);
-    let turn = Frame {
-        axes: rotation_exp(Vec3(rotation.0.map(
-            #[inline(always)]
-            |part| part / reach,
-        ))),
-        origin: Vec3::zero(),
-    };
+    let rotation = Vec3([twist[3] / reach, twist[4] / reach, twist[5] / reach]);
+    let turn = Frame { axes: rotation_exp(rotation), origin: Vec3::zero() };
     let [x, y, z] = platform.axes;
+    let translation = Vec3([twist[0], twist[1], twist[2]]);
     Frame { axes: [turn.outward(x), turn.outward(y), turn.outward(z)], origin: platform.origin + translation }
 }

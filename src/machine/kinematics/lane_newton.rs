@@ -194,20 +194,10 @@ impl<R: Real> LaneNewton<R> {
                 for entry in &self.equations.residual {
                     error = error.larger(entry.abs());
                 }
-                let mut turned = R::zero();
-                let mut see = |i: usize, from: R, to: R| {
-                    if self.motions[i] == Motion::Revolute {
-                        turned = turned.larger((from - to).abs());
-                    }
-                };
-                for (i, (&from, &to)) in pairs(&self.start.drives, &self.at.drives).enumerate() {
-                    see(i, from, to);
-                }
+                let mut turned = turn_between(&self.motions, &self.start.drives, &self.at.drives);
                 let mut first = self.at.drives.len();
                 for (from, to) in pairs(&self.start.passive, &self.at.passive) {
-                    for (i, (&from, &to)) in pairs(from, to).enumerate() {
-                        see(first + i, from, to);
-                    }
+                    turned = turned.larger(turn_between(&self.motions[first..], from, to));
                     first += from.len();
                 }
                 (error, turned)
@@ -232,19 +222,12 @@ impl<R: Real> LaneNewton<R> {
                     *axis = Vec3::select(mask, next, *axis);
                 }
                 platform.origin = Vec3::select(mask, next.origin, platform.origin);
-                let mut i = 0;
-                let mut advance = |value: &mut R| {
-                    let next = *value + step[6 + i] / R::splat(unit(machine, self.motions[i]));
-                    *value = R::select(mask, next, *value);
-                    i += 1;
-                };
-                for value in drives {
-                    advance(value);
-                }
-                for chain in passive {
-                    for value in chain {
-                        advance(value);
-                    }
+                let (mut motions, mut step) = (&self.motions[..], &step[6..]);
+                advance(machine, drives, motions, step, mask);
+                (motions, step) = (&motions[drives.len()..], &step[drives.len()..]);
+                for passive in passive {
+                    advance(machine, passive, motions, step, mask);
+                    (motions, step) = (&motions[passive.len()..], &step[passive.len()..]);
                 }
                 (length, good)
             },
@@ -269,6 +252,26 @@ impl<R: Real> LaneNewton<R> {
                 self.between.is_plain(machine, &ends, by_drives, by_task)
             },
         )
+    }
+}
+
+/// Largest turn of a joint from one place to another, rad.
+#[inline(always)]
+fn turn_between<R: Real>(motions: &[Motion], from: &[R], to: &[R]) -> R {
+    let mut turned = R::zero();
+    for (&motion, (&from, &to)) in pairs(motions, pairs(from, to)) {
+        if motion == Motion::Revolute {
+            turned = turned.larger((from - to).abs());
+        }
+    }
+    turned
+}
+
+/// Adds the steps, in mm, to the values of joints in the lanes of `mask`.
+#[inline(always)]
+fn advance<R: Real>(machine: &Machine, values: &mut [R], motions: &[Motion], steps: &[R], mask: R::Mask) {
+    for (value, (&motion, &step)) in pairs(values, pairs(motions, steps)) {
+        *value = R::select(mask, *value + step / R::splat(unit(machine, motion)), *value);
     }
 }
 

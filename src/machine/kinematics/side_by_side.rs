@@ -9,6 +9,10 @@ use crate::{lanes::Level, machine::Machine, spatial::Pose};
 
 /// Storage for one machine.
 #[derive(Debug, Clone)]
+#[cfg_attr(
+    not(target_arch = "x86_64"),
+    allow(dead_code, reason = "without registers all is left to the scalar search")
+)]
 pub(crate) struct SideBySide {
     machine: Machine,
     lanes: Lanes,
