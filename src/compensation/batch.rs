@@ -8,6 +8,7 @@ use super::{
     Method, compensate,
     demand::Demand,
     direct,
+    nominal::{find_targets, know_poses},
     outcome::{Compensation, CompensationStatus},
     session::{Progress, Session},
 };
@@ -37,6 +38,10 @@ pub fn compensate_batch(
         Method::None | Method::Direct => solve(sessions, demands, method, &histories, batch),
         _ => vec![None; sessions.len()],
     };
+    if method == Method::Direct && sessions.first().is_some_and(|session| session.nominal.has_limits()) {
+        let solved = sessions.iter_mut().zip(&outcomes).filter(|(_, outcome)| outcome.is_some());
+        find_targets(&mut solved.map(|(session, _)| &mut **session).collect::<Vec<_>>());
+    }
     let mut answers = Vec::with_capacity(sessions.len());
     let answered = sessions.iter_mut().zip(asked.iter().zip(demands)).zip(outcomes).zip(histories).zip(zeroed);
     for ((((session, (asked, demand)), outcome), history), zeroed) in answered {
@@ -74,9 +79,11 @@ pub fn simulate_batch(
 ) -> Vec<Compensation> {
     debug_assert!(sessions.len() == asked.len() && sessions.len() == targets.len());
     let Some(settings) = sessions.first().map(|session| session.settings.equilibrium) else { return Vec::new() };
+    let zeroed: Vec<_> = sessions.iter_mut().zip(asked).map(|(session, demand)| session.zeroed(demand)).collect();
+    know_poses(sessions, targets);
     let mut begun = Vec::with_capacity(sessions.len());
-    for ((session, asked), target) in sessions.iter_mut().zip(asked).zip(targets) {
-        begun.push(session.zeroed(asked).map(|demand| (demand, session.go_to(target))));
+    for ((session, zeroed), target) in sessions.iter_mut().zip(zeroed).zip(targets) {
+        begun.push(zeroed.map(|demand| (demand, session.go_to(target))));
     }
     let mut cases: Vec<Case<'_>> = Vec::with_capacity(sessions.len());
     for (session, begun) in sessions.iter_mut().zip(&begun) {

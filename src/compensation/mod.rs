@@ -13,6 +13,7 @@ mod direct;
 mod force_balance;
 mod linear;
 mod matrix_free;
+mod nominal;
 mod outcome;
 mod session;
 mod workpiece;
@@ -28,6 +29,8 @@ pub use bounded::{
     ErrorNorm, Errors, LimitKind, Limits, Price, Side, compensate_bounded,
 };
 pub use demand::{Demand, Target};
+#[cfg(feature = "study")]
+pub(crate) use nominal::find_targets;
 pub use outcome::{Compensation, CompensationStatus};
 pub use session::{CompensationSettings, Session};
 use session::{Ending, Progress};

@@ -8,7 +8,7 @@ use super::{
     workpiece::Workpiece,
 };
 use crate::{
-    machine::{Configuration, Machine, Standing, Unreachable, Zeroed},
+    machine::{Configuration, Machine, SideBySide, Standing, Unreachable, Zeroed},
     spatial::{Pose, Wrench, product, rotation_log},
     statics::{self, Outcome, State, TaskError, Workspace, equilibrium},
 };
@@ -73,9 +73,13 @@ pub struct Session {
     pub(super) state: State,
     /// The pose last asked to be zeroed at, and where the nominal machine stands then under its weight alone.
     rest: Option<(Pose, Pose)>,
+    /// Whether what is wanted is where the nominal machine rests under its weight and springs.
+    sags_at_rest: bool,
     /// What carries the workpiece, if it can move or bend.
     workpiece: Option<Workpiece>,
     known: Option<Known>,
+    /// Storage for several sessions at a time.
+    pub(super) side_by_side: Option<Box<SideBySide>>,
 }
 
 /// What the nominal inverse kinematics gives for `pose`, sought from `from`.
@@ -84,6 +88,12 @@ struct Known {
     from: Configuration,
     pose: Pose,
     at: Configuration,
+}
+
+impl Known {
+    fn serves(&self, from: &Configuration, pose: &Pose) -> bool {
+        self.pose == *pose && self.from == *from
+    }
 }
 
 impl Session {
@@ -100,8 +110,10 @@ impl Session {
             drives: nominal.home.drives.clone(),
             state: State::rigid(nominal, &nominal.home),
             rest: None,
+            sags_at_rest: nominal.zeroed == Zeroed::AtRest && nominal.own_forces().is_some(),
             workpiece: Workpiece::new(nominal, real),
             known: None,
+            side_by_side: None,
         }
     }
 
@@ -123,6 +135,16 @@ impl Session {
             }
             None => self.known = Some(Known { from: from.clone(), pose: *pose, at: at.clone() }),
         }
+    }
+
+    /// As [`Session::know`], sought from the present command.
+    pub(super) fn know_from_command(&mut self, pose: &Pose, at: Configuration) {
+        self.known = Some(Known { from: self.command.clone(), pose: *pose, at });
+    }
+
+    /// Whether [`Session::go_to`] seeks `pose`.
+    pub(super) fn seeks(&self, pose: &Pose) -> bool {
+        self.command.pose != *pose && !self.known.as_ref().is_some_and(|known| known.serves(&self.command, pose))
     }
 
     /// Moves the external axes to where `demand` has them.
@@ -186,7 +208,7 @@ impl Session {
 
     /// As [`Session::zeroed`], as if the workpiece stood fast.
     fn zeroed_machine(&mut self, demand: &Demand) -> Result<Demand, CompensationStatus> {
-        if demand.wanted.is_some() || self.nominal.zeroed != Zeroed::AtRest || self.nominal.own_forces().is_none() {
+        if demand.wanted.is_some() || !self.sags_at_rest {
             return Ok(*demand);
         }
         let rest = match self.rest {
@@ -226,6 +248,11 @@ impl Session {
         Ok(self.command.pose)
     }
 
+    /// From where [`Session::target`] seeks, and for which drives, if it does.
+    pub(super) fn target_sought(&self) -> Option<(&Configuration, &[f64])> {
+        (self.command.drives != self.drives).then_some((&self.command, self.drives.as_slice()))
+    }
+
     /// Checks travel and joint limits of the nominal machine at the present drives.
     pub(super) fn check_limits(&mut self) -> Result<(), Unreachable> {
         if !self.nominal.has_limits() {
@@ -237,7 +264,7 @@ impl Session {
 
     /// Commands the nominal machine to `pose`.
     pub(super) fn go_to(&mut self, pose: &Pose) -> Result<(), CompensationStatus> {
-        let known = self.known.as_ref().filter(|known| known.pose == *pose && known.from == self.command);
+        let known = self.known.as_ref().filter(|known| known.serves(&self.command, pose));
         if self.command.pose != *pose
             && let Some(known) = known
         {

@@ -1,8 +1,8 @@
 //! Vector registers of x86-64: AVX2 (four lanes) and AVX-512 (eight).
 //!
 //! # Safety
-//! The types of this file may only be used on a processor that has their instructions. `statics::Batch` and tests, all that
-//! name them, ask [`Level::is_available`](super::Level::is_available) first; the `unsafe` blocks rely on it.
+//! The types of this file may only be used on a processor that has their instructions. `statics::Batch`, `machine::SideBySide` and
+//! tests, all that name them, ask [`Level::is_available`](super::Level::is_available) first; the `unsafe` blocks rely on it.
 
 use std::{
     arch::x86_64::*,

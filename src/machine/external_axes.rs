@@ -35,6 +35,12 @@ impl Standing {
         Self { as_it_came: machine.clone(), now: machine.clone(), axes: machine.external_axes() }
     }
 
+    /// The machine as it came.
+    #[cfg(feature = "study")]
+    pub fn as_it_came(&self) -> &Machine {
+        &self.as_it_came
+    }
+
     /// Moves the external axes to `axes`, or to where they came with. Whether they have moved.
     ///
     /// # Errors

@@ -45,6 +45,7 @@ pub use chain::{Chain, Coupling, Drive, Motion, MoveScrew, PassiveJoint, Spring,
 pub use errors::ChainError;
 pub use external_axes::ExternalAxes;
 pub(crate) use external_axes::Standing;
+pub(crate) use kinematics::SideBySide;
 pub use kinematics::{Configuration, Unreachable};
 pub use mobility::Mobility;
 pub use parameters::{Parameter, Unit};

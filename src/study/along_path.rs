@@ -15,7 +15,7 @@ use crate::{
     spatial::Pose,
     statics::Batch,
     study::{
-        led_along::{LedPoint, led_along},
+        led_along::{LedPoint, Stretch, led_along},
         path_blocks::blocks,
     },
     work::{Event, Work},
@@ -108,16 +108,22 @@ pub fn run_in_parts<E>(
 ) -> std::result::Result<(), E> {
     for part in parts(case.demands.len()) {
         let first = part.start / BLOCK;
-        let led: Vec<Vec<LedPoint>> =
-            part.into_par_iter().step_by(BLOCK).map(|start| case.led_block(start).collect()).collect();
+        let led = lead(case, part);
         take(side_by_side(case, commands, first, &led, done))?;
     }
     Ok(())
 }
 
-/// The nominal machine of `case` led along its points, for [`run_where_led`].
-pub(super) fn lead(case: &PathCase<'_>) -> Vec<Vec<LedPoint>> {
-    (0..case.demands.len()).into_par_iter().step_by(BLOCK).map(|start| case.led_block(start).collect()).collect()
+/// The nominal machine of `case` led along the blocks of some of its points, for [`run_where_led`].
+pub(super) fn lead(case: &PathCase<'_>, points: Range<usize>) -> Vec<Vec<LedPoint>> {
+    let starts: Vec<usize> = points.step_by(BLOCK).collect();
+    let groups = starts.par_chunks(together(starts.len()));
+    groups.flat_map_iter(|starts| case.led_blocks(starts, |_, _| true)).collect()
+}
+
+/// Of so many blocks, how many at a time are worth it: which are solved together makes no difference to what is found.
+pub(super) fn together(blocks: usize) -> usize {
+    blocks.div_ceil(rayon::current_num_threads()).clamp(1, Batch::WIDTH)
 }
 
 /// As [`run`], of a machine that was led along the same poses before.
@@ -130,8 +136,7 @@ pub(super) fn run_where_led(
     side_by_side(case, commands, 0, led, done)
 }
 
-/// The blocks of the path from `first` on, along which the machine is led as `led` says, as many at a time as are worth it: which
-/// are solved together makes no difference to their answers.
+/// The blocks of the path from `first` on, along which the machine is led as `led` says.
 fn side_by_side(
     case: &PathCase<'_>,
     commands: &Commands<'_>,
@@ -143,7 +148,7 @@ fn side_by_side(
         done();
         Ok::<(), Infallible>(())
     };
-    let together = led.len().div_ceil(rayon::current_num_threads()).clamp(1, Batch::WIDTH);
+    let together = together(led.len());
     let groups = led.par_chunks(together).enumerate().map(|(group, led)| {
         let answers = blocks(case, commands, first + group * together, led, &done);
         answers.unwrap_or_else(|never| match never {})
@@ -179,7 +184,7 @@ pub(super) fn kept<T: Serialize + DeserializeOwned + Send>(
                 work.tell(Event::Computed(1));
                 work.check()
             };
-            let led = [case.led_block(start).collect::<Vec<_>>()];
+            let led = case.led_blocks(&[start], |_, _| true);
             let answers = blocks(case, &Commands::Method(method), start / BLOCK, &led, &done)?.concat();
             let unsolved = answers.iter().filter(|answer| !answer.is_settled).count();
             if unsolved > 0 {
@@ -193,13 +198,21 @@ pub(super) fn kept<T: Serialize + DeserializeOwned + Send>(
 }
 
 impl PathCase<'_> {
-    /// The nominal machine led along the block that begins at `start`.
-    pub(super) fn led_block(&self, start: usize) -> impl Iterator<Item = LedPoint> + use<'_> {
-        // What decides the posture in which the block begins.
-        let passed = match start {
-            0 => &self.before[self.before.len().saturating_sub(BLOCK)..],
-            start => &self.demands[start - BLOCK..start],
+    /// The nominal machine led along the blocks that begin at `starts`. A block ends early where `goes_on`, told its number among them
+    /// and its last point, says no.
+    pub(super) fn led_blocks(
+        &self,
+        starts: &[usize],
+        goes_on: impl FnMut(usize, &LedPoint) -> bool,
+    ) -> Vec<Vec<LedPoint>> {
+        let stretch = |&start: &usize| Stretch {
+            // What decides the posture in which the block begins.
+            passed: match start {
+                0 => &self.before[self.before.len().saturating_sub(BLOCK)..],
+                start => &self.demands[start - BLOCK..start],
+            },
+            demands: &self.demands[start..self.demands.len().min(start + BLOCK)],
         };
-        led_along(self.nominal, passed, &self.demands[start..self.demands.len().min(start + BLOCK)])
+        led_along(self.nominal, &starts.iter().map(stretch).collect::<Vec<_>>(), goes_on)
     }
 }

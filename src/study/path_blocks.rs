@@ -8,11 +8,12 @@ use super::{
 };
 use crate::{
     compensation::{
-        Compensation, CompensationStatus, Demand, Session, compensate_batch, simulate_batch, simulate_drives,
+        Compensation, CompensationStatus, Demand, Session, compensate_batch, find_targets, simulate_batch,
+        simulate_drives,
     },
     machine::Configuration,
     spatial::Pose,
-    statics::Batch,
+    statics::{Batch, State},
 };
 
 /// A block under way.
@@ -38,12 +39,15 @@ pub(super) fn blocks<'a, E>(
     led: &'a [Vec<LedPoint>],
     done: &(dyn Fn() -> Result<(), E> + Sync),
 ) -> Result<Vec<Vec<PathAnswer>>, E> {
-    let begin = |(k, led): (usize, &'a Vec<LedPoint>)| Block {
-        session: Session::new(case.nominal, case.real, settings()).from_rest_of(case.resting),
-        first: (first + k) * BLOCK,
-        led,
-        near: &case.nominal.home,
-        answers: Vec::with_capacity(led.len()),
+    let begin = |(k, led): (usize, &'a Vec<LedPoint>)| {
+        let mut session = Session::new(case.nominal, case.real, settings()).from_rest_of(case.resting);
+        let first = (first + k) * BLOCK;
+        // From home the way would be long, and might end on another branch.
+        let near = led.first().and_then(|point| point.at.as_ref()).filter(|_| case.demands[first].external.is_none());
+        if let Some(at) = near {
+            session.stand(at, &State::rigid(case.nominal, at));
+        }
+        Block { session, first, led, near: near.unwrap_or(&case.nominal.home), answers: Vec::with_capacity(led.len()) }
     };
     let mut blocks: Vec<Block<'a>> = led.iter().enumerate().map(begin).collect();
     let mut batch = Batch::new(case.real);
@@ -116,6 +120,9 @@ fn solve(
             given.map(|((session, demand), &k)| simulate_drives(session, demand, &drives[places[k]])).collect()
         }
     };
+    if let Commands::Method(_) = commands {
+        find_targets(&mut sessions);
+    }
     let mut solved = solved.into_iter();
     let answers = blocks.iter().zip(asked).map(|(block, demand)| match &block.led[point].asked {
         Err(reason) => Some(block.session.refuse(demand, reason.clone())),

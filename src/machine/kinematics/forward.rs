@@ -4,8 +4,9 @@ use std::f64::consts::TAU;
 
 use super::{
     Configuration, Unreachable,
-    closure::{CLOSURE_ROUNDING, Closure, Command},
+    closure::{Closure, Command},
     continuation::MIN_STEP,
+    search::CLOSURE_ROUNDING,
     singularity::Barriers,
 };
 use crate::machine::{Machine, Motion};

@@ -6,25 +6,34 @@
 //! in steps short enough to stay on its assembly mode. Where the drives control more than the task asks for, the module
 //! `redundancy` says what they do; where the straight line does not lead to the target, `ways_around` tries others.
 
+#[cfg(target_arch = "x86_64")]
+mod between;
 mod closure;
 mod continuation;
+mod equations;
 mod forward;
 mod inverse;
+#[cfg(target_arch = "x86_64")]
+mod lane_newton;
 mod limits;
 mod normal_step;
+mod search;
+mod side_by_side;
 mod singularity;
 
 use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
-pub(super) use closure::{CLOSURE_ROUNDING, Closure, Command, reach};
+pub(super) use closure::{Closure, Command, reach};
+pub(super) use search::CLOSURE_ROUNDING;
+pub(crate) use side_by_side::SideBySide;
 
 use super::{Branch, Chain, task_space::shown};
 use crate::spatial::Pose;
 
 /// A rigid configuration of the machine.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, PartialEq, Serialize)]
 pub struct Configuration {
     /// Pose of P in O.
     pub pose: Pose,
@@ -32,6 +41,19 @@ pub struct Configuration {
     pub drives: Vec<f64>,
     /// Passive joint coordinates of each chain, mm or rad.
     pub passive: Vec<Vec<f64>>,
+}
+
+impl Clone for Configuration {
+    fn clone(&self) -> Self {
+        Self { pose: self.pose, drives: self.drives.clone(), passive: self.passive.clone() }
+    }
+
+    /// Within the storage that there is.
+    fn clone_from(&mut self, from: &Self) {
+        self.pose = from.pose;
+        self.drives.clone_from(&from.drives);
+        self.passive.clone_from(&from.passive);
+    }
 }
 
 /// Why a target cannot be reached.

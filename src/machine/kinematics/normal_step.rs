@@ -4,45 +4,52 @@
 //! joints, the twist of P, its drives and the right-hand side, and its joints eliminated; what is left of all chains, and of the
 //! rows of what is commanded, has as many unknowns as P and the drives have coordinates.
 
-use nalgebra::{DMatrix, DVector};
-
 use crate::{
-    lanes::{dot, subtract},
+    lanes::{Real, copy, dot, pairs, subtract},
     machine::Machine,
 };
 
 /// Coordinates of the twist of P.
-const TWIST: usize = 6;
+pub(super) const TWIST: usize = 6;
 
 /// Storage from step to step: normal equations as lower triangles, whose last row is the right-hand side.
-#[derive(Default)]
-pub(super) struct NormalStep {
+#[derive(Debug, Clone)]
+pub(super) struct NormalStep<R> {
     /// Of each chain: its passive joints, twist of P, its drives.
-    chains: Vec<DMatrix<f64>>,
+    chains: Vec<Normal<R>>,
     /// Of all: twist of P, drives.
-    left: DMatrix<f64>,
+    left: Normal<R>,
     /// Diagonal over twist of P and drives before anything is eliminated.
-    diagonal: Vec<f64>,
-    unknowns: Vec<f64>,
+    diagonal: Vec<R>,
+    known: Vec<R>,
+    /// The step: all unknowns of the closure equations.
+    step: Vec<R>,
+}
+
+/// A square matrix by columns.
+#[derive(Debug, Clone)]
+struct Normal<R> {
+    size: usize,
+    entries: Vec<R>,
 }
 
 /// Where the unknowns and rows of a chain are in the closure equations.
-struct Place {
-    rows: std::ops::Range<usize>,
+pub(super) struct Place {
+    pub rows: std::ops::Range<usize>,
     joint: usize,
-    joints: usize,
+    pub joints: usize,
     drive: usize,
     drives: usize,
 }
 
 impl Place {
     /// Of the unknowns of the chain and its right-hand side.
-    fn size(&self) -> usize {
+    pub fn size(&self) -> usize {
         self.joints + TWIST + self.drives + 1
     }
 
     /// Column in the closure equations of its unknown `i`.
-    fn column(&self, i: usize) -> usize {
+    pub fn column(&self, i: usize) -> usize {
         match i.checked_sub(self.joints) {
             None => self.joint + i,
             Some(other) => self.other(other),
@@ -56,7 +63,7 @@ impl Place {
 }
 
 /// One per chain of `machine`, in order.
-fn places(machine: &Machine) -> impl Iterator<Item = Place> {
+pub(super) fn places(machine: &Machine) -> impl Iterator<Item = Place> {
     let (mut row, mut joint, mut drive) = (0, TWIST + machine.drive_count(), TWIST);
     machine.chains.iter().map(move |chain| {
         let (joints, drives) = (chain.passive.len(), chain.drives.len());
@@ -67,114 +74,150 @@ fn places(machine: &Machine) -> impl Iterator<Item = Place> {
     })
 }
 
-impl NormalStep {
-    /// The `x` with least `|J x + residual|² + damping · d |x|²`, d the largest diagonal entry of `JᵀJ`; the rows of J from
-    /// `closures` on are those of what is commanded. `None` where the equations do not say enough.
+impl<R: Real> Normal<R> {
+    fn new(size: usize) -> Self {
+        Self { size, entries: vec![R::zero(); size * size] }
+    }
+
+    #[inline(always)]
+    fn at(&self, i: usize, j: usize) -> R {
+        self.entries[j * self.size + i]
+    }
+
+    /// Column `j`.
+    #[inline(always)]
+    fn column(&self, j: usize) -> &[R] {
+        &self.entries[j * self.size..(j + 1) * self.size]
+    }
+}
+
+impl<R: Real> NormalStep<R> {
+    pub fn new(machine: &Machine) -> Self {
+        let others = TWIST + machine.drive_count();
+        Self {
+            chains: places(machine).map(|place| Normal::new(place.size())).collect(),
+            left: Normal::new(others + 1),
+            diagonal: vec![R::zero(); others],
+            known: Vec::new(),
+            step: Vec::new(),
+        }
+    }
+
+    /// The `x` with least `|J x + residual|² + damping · d |x|²`, d the largest diagonal entry of `JᵀJ`, in the lanes in which the
+    /// equations say enough. `jacobian`: J by columns, as many as `step` gets entries; its rows from `closures` on are those of what
+    /// is commanded.
+    #[inline(always)]
     pub fn solve(
         &mut self,
         machine: &Machine,
-        jacobian: &DMatrix<f64>,
-        residual: &DVector<f64>,
+        jacobian: &[R],
+        residual: &[R],
         closures: usize,
-        damping: f64,
-    ) -> Option<DVector<f64>> {
-        let others = TWIST + machine.drive_count();
-        let column =
-            |index: usize| if index < jacobian.ncols() { entries(jacobian, index) } else { residual.as_slice() };
-        let right = jacobian.ncols();
-        let commanded = |i: usize| &column(if i < others { i } else { right })[closures..];
-        form(&mut self.left, others + 1, commanded);
-        self.diagonal.clear();
-        self.diagonal.extend((0..others).map(|i| self.left[(i, i)]));
-        self.chains.resize_with(machine.chains.len(), Default::default);
-        let mut largest: f64 = 0.0;
-        for (place, normal) in places(machine).zip(&mut self.chains) {
+        damping: R,
+    ) -> (&[R], u8) {
+        let (others, rows) = (TWIST + machine.drive_count(), residual.len());
+        let right = jacobian.len() / rows;
+        let column = |index: usize| if index < right { &jacobian[index * rows..(index + 1) * rows] } else { residual };
+        form(
+            &mut self.left,
+            #[inline(always)]
+            |i: usize| &column(if i < others { i } else { right })[closures..],
+        );
+        for i in 0..others {
+            self.diagonal[i] = self.left.at(i, i);
+        }
+        let mut largest = R::zero();
+        for (place, normal) in pairs(places(machine), &mut self.chains) {
             let last = place.size() - 1;
-            form(normal, place.size(), |i| &column(if i < last { place.column(i) } else { right })[place.rows.clone()]);
-            largest = (0..place.joints).fold(largest, |largest, i| largest.max(normal[(i, i)]));
+            form(
+                normal,
+                #[inline(always)]
+                |i: usize| &column(if i < last { place.column(i) } else { right })[place.rows.clone()],
+            );
+            for i in 0..place.joints {
+                largest = largest.larger(normal.at(i, i));
+            }
             for i in place.joints..last {
-                self.diagonal[place.column(i)] += normal[(i, i)];
+                self.diagonal[place.column(i)] += normal.at(i, i);
             }
         }
-        let level = damping * self.diagonal.iter().fold(largest, |largest, entry| largest.max(*entry));
-        for (place, normal) in places(machine).zip(&mut self.chains) {
-            if !eliminate(normal, place.joints, level) {
-                return None;
-            }
+        for &entry in &self.diagonal {
+            largest = largest.larger(entry);
+        }
+        let level = damping * largest;
+        let mut good = R::ALL;
+        for (place, normal) in pairs(places(machine), &mut self.chains) {
+            good &= eliminate(normal, place.joints, level);
             let (joints, rest) = (place.joints, place.size() - place.joints);
             let target = |i: usize| if i + 1 < rest { place.other(i) } else { others };
             for j in 0..rest {
                 for i in j..rest {
-                    self.left[(target(i), target(j))] += normal[(joints + i, joints + j)];
+                    self.left.entries[target(j) * (others + 1) + target(i)] += normal.at(joints + i, joints + j);
                 }
             }
         }
-        if !eliminate(&mut self.left, others, level) {
-            return None;
+        good &= eliminate(&mut self.left, others, level);
+        self.step.resize(right, R::zero());
+        self.known.resize(self.left.size.max(right), R::zero());
+        substitute(&self.left, others, &mut self.known);
+        copy(&mut self.step, &self.known[..others]);
+        for (place, normal) in pairs(places(machine), &self.chains) {
+            for i in 0..TWIST + place.drives {
+                self.known[place.joints + i] = self.step[place.other(i)];
+            }
+            substitute(normal, place.joints, &mut self.known);
+            copy(&mut self.step[place.joint..], &self.known[..place.joints]);
         }
-        let mut step = DVector::zeros(right);
-        step.rows_mut(0, others).copy_from_slice(substituted(&self.left, others, &[], &mut self.unknowns));
-        for (place, normal) in places(machine).zip(&self.chains) {
-            let known: Vec<f64> = (0..TWIST + place.drives).map(|i| step[place.other(i)]).collect();
-            let found = substituted(normal, place.joints, &known, &mut self.unknowns);
-            step.rows_mut(place.joint, place.joints).copy_from_slice(found);
-        }
-        Some(step)
+        (&self.step, good)
     }
 }
 
-fn entries(matrix: &DMatrix<f64>, column: usize) -> &[f64] {
-    let rows = matrix.nrows();
-    &matrix.as_slice()[column * rows..(column + 1) * rows]
-}
-
-/// Products of `size` columns with one another.
-fn form<'a>(normal: &mut DMatrix<f64>, size: usize, column: impl Fn(usize) -> &'a [f64]) {
-    if normal.nrows() != size {
-        *normal = DMatrix::zeros(size, size);
-    }
-    for (j, products) in normal.as_mut_slice().chunks_exact_mut(size).enumerate() {
+/// Products of columns with one another.
+#[inline(always)]
+fn form<'a, R: Real>(normal: &mut Normal<R>, column: impl Fn(usize) -> &'a [R]) {
+    let size = normal.size;
+    for j in 0..size {
         let own = column(j);
-        for (i, product) in products.iter_mut().enumerate().skip(j) {
-            *product = dot(own, column(i));
+        for i in j..size {
+            normal.entries[j * size + i] = dot(own, column(i));
         }
     }
 }
 
 /// Eliminates the first `count` unknowns, `level` added to their diagonal: their columns become those of the Cholesky factor, the
-/// others what is left. Whether that was possible.
-fn eliminate(normal: &mut DMatrix<f64>, count: usize, level: f64) -> bool {
-    let size = normal.nrows();
+/// others what is left. The lanes in which that is possible; the others hold no numbers.
+#[inline(always)]
+fn eliminate<R: Real>(normal: &mut Normal<R>, count: usize, level: R) -> u8 {
+    let size = normal.size;
+    let mut good = R::ALL;
     for j in 0..size {
-        let (earlier, column) = normal.as_mut_slice().split_at_mut(j * size);
+        let (earlier, column) = normal.entries.split_at_mut(j * size);
         let column = &mut column[j..size];
         if j < count {
             column[0] += level;
         }
-        for other in earlier.chunks_exact(size).take(count) {
+        for k in 0..count.min(j) {
+            let other = &earlier[k * size..(k + 1) * size];
             subtract(column, other[j], &other[j..]);
         }
         if j < count {
-            if column[0].is_nan() || column[0] <= 0.0 {
-                return false;
+            good &= column[0].lanes_greater(0.0);
+            let inverse = R::splat(1.0) / column[0].sqrt();
+            for entry in column {
+                *entry = *entry * inverse;
             }
-            let inverse = 1.0 / column[0].sqrt();
-            column.iter_mut().for_each(|entry| *entry *= inverse);
         }
     }
-    true
+    good
 }
 
-/// The first `count` unknowns, eliminated in `normal`, where those behind them are `known`.
-fn substituted<'u>(normal: &DMatrix<f64>, count: usize, known: &[f64], unknowns: &'u mut Vec<f64>) -> &'u [f64] {
-    let right = normal.nrows() - 1;
-    unknowns.clear();
-    unknowns.resize(count, 0.0);
-    unknowns.extend_from_slice(known);
+/// Puts the first `count` unknowns, eliminated in `normal`, before those that are `known` behind them.
+#[inline(always)]
+fn substitute<R: Real>(normal: &Normal<R>, count: usize, known: &mut [R]) {
+    let right = normal.size - 1;
     for j in (0..count).rev() {
-        let column = entries(normal, j);
-        let rest = column[right] + dot(&column[j + 1..right], &unknowns[j + 1..]);
-        unknowns[j] = -rest / column[j];
+        let column = normal.column(j);
+        let rest = column[right] + dot(&column[j + 1..right], &known[j + 1..right]);
+        known[j] = -rest / column[j];
     }
-    &unknowns[..count]
 }

@@ -7,10 +7,11 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{
     Configuration,
-    closure::{Closure, Command, task_entry},
+    closure::{Closure, Command},
+    equations::task_entry,
 };
 use crate::{
-    lanes::{dot, subtract},
+    lanes::{Frame, dot, subtract},
     machine::Machine,
 };
 
@@ -41,25 +42,20 @@ impl Closure<'_> {
         to: &Configuration,
         barriers: Barriers,
     ) -> bool {
-        let (closures, unknowns) = (6 * self.machine.closure_count(), self.jacobian.ncols());
-        let mut chains = self.machine.chains.iter();
-        let is_idle = chains.any(|chain| chain.passive.len() > 6 * (1 + chain.route.loop_count()));
-        let is_judged = |commanded: usize| !is_idle && closures + commanded >= unknowns;
-        let drives = self.machine.drive_count();
-        let by_drives = is_judged(drives);
-        let by_task = barriers == Barriers::All && is_judged(self.machine.controls.len());
+        let (by_drives, by_task) = judged(self.machine, barriers);
         if !by_drives && !by_task {
             return false;
         }
+        let (closures, drives) = (6 * self.machine.closure_count(), self.machine.drive_count());
         let Some(left) = Left::of(self.machine, [&self.begun, &self.jacobian], closures) else {
             return self.passes_by_whole_problem(from, to, by_drives, by_task);
         };
         let changes = |commanded: usize, row: &dyn Fn(usize, usize, usize) -> f64| left.sign_change(commanded, row);
         let driven = by_drives.then(|| changes(drives, &|_, i, j| if j == 6 + i { 1.0 } else { 0.0 }));
         let tasked = by_task.then(|| {
-            let rotations = [&from.pose.rotation, &to.pose.rotation];
+            let platforms = [Frame::splat(&from.pose), Frame::splat(&to.pose)];
             let controls = &self.machine.controls;
-            changes(controls.len(), &|end, i, j| task_entry(controls[i], rotations[end], j))
+            changes(controls.len(), &|end, i, j| task_entry(controls[i], &platforms[end], j))
         });
         let mut passes = |change: Option<Change>, command: &Command<'_>| match change {
             None | Some(Change::None) => false,
@@ -104,6 +100,17 @@ impl Closure<'_> {
         self.jacobian.nrows() < self.jacobian.ncols()
             || is_singular(self.jacobian.clone().qr().unpack_r().diagonal().iter())
     }
+}
+
+/// Whether ways are judged with the drives commanded, and with the task commanded: not where joints are idle, or unknowns are more
+/// than equations.
+pub(super) fn judged(machine: &Machine, barriers: Barriers) -> (bool, bool) {
+    let mut chains = machine.chains.iter();
+    let is_idle = chains.any(|chain| chain.passive.len() > 6 * (1 + chain.route.loop_count()));
+    let passive: usize = machine.chains.iter().map(|chain| chain.passive.len()).sum();
+    let unknowns = 6 + machine.drive_count() + passive;
+    let is_judged = |commanded: usize| !is_idle && 6 * machine.closure_count() + commanded >= unknowns;
+    (is_judged(machine.drive_count()), barriers == Barriers::All && is_judged(machine.controls.len()))
 }
 
 /// What becomes of the sign of a determinant on a way.
@@ -250,7 +257,10 @@ mod tests {
 
     use super::*;
     use crate::{
-        machine::catalogue,
+        machine::{
+            catalogue,
+            kinematics::{closure::motions, equations::unit},
+        },
         spatial::{Pose, product, rotation_exp},
     };
 
@@ -263,8 +273,7 @@ mod tests {
             rotation: product(&rotation_exp(turn), &at.pose.rotation),
             translation: at.pose.translation + Vector3::from_fn(|_, _| next() * machine.reach),
         };
-        let closure = Closure::new(machine);
-        let units: Vec<f64> = closure.motions().map(|motion| machine.reach / closure.unit(motion)).collect();
+        let units: Vec<f64> = motions(machine).map(|motion| machine.reach / unit(machine, motion)).collect();
         for (value, unit) in at.drives.iter_mut().chain(at.passive.iter_mut().flatten()).zip(units) {
             *value += next() * unit;
         }

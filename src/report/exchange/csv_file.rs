@@ -35,13 +35,24 @@ impl<W: Write> CsvFile<W> {
         if !std::mem::replace(&mut self.has_header, true) {
             self.writer.write_record(table.columns().iter().map(|column| neutral(&column.name).into_owned()))?;
         }
+        let mut digits = Vec::new();
         for row in table.rows() {
-            self.writer.write_record(row.iter().map(|cell| match cell {
-                Cell::Missing => String::new(),
-                Cell::Number(number) => number.to_string(),
-                Cell::Count(count) => count.to_string(),
-                Cell::Text(text) => neutral(text).into_owned(),
-            }))?;
+            for cell in row {
+                digits.clear();
+                match cell {
+                    Cell::Missing => self.writer.write_field("")?,
+                    Cell::Number(number) => {
+                        write!(digits, "{number}")?;
+                        self.writer.write_field(&digits)?;
+                    }
+                    Cell::Count(count) => {
+                        write!(digits, "{count}")?;
+                        self.writer.write_field(&digits)?;
+                    }
+                    Cell::Text(text) => self.writer.write_field(neutral(text).as_bytes())?,
+                }
+            }
+            self.writer.write_record(None::<&[u8]>)?;
         }
         Ok(())
     }

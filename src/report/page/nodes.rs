@@ -36,7 +36,9 @@ impl Nodes {
     /// Rows in order, thinned so that about `most` remain in all groups together.
     pub(crate) fn in_order(table: &Table, groups: usize, most: usize) -> Result<Axes> {
         let mut rows = 0usize;
-        table.each_row(|_| rows += 1)?;
+        if table.most_rows()? > most as u64 {
+            table.each_row(|_| rows += 1)?;
+        }
         let stride = rows.div_ceil(most.max(1)).max(1);
         let thinned_from = (stride > 1).then(|| vec![rows / groups.max(1)]);
         Ok(Axes { nodes: Self::InOrder { seen: vec![0; groups], stride }, values: Vec::new(), thinned_from })

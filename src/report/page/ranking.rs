@@ -5,13 +5,10 @@ use std::{
     collections::{BTreeMap, BTreeSet},
 };
 
+use csv::StringRecord;
 use serde::Serialize;
 
-use super::{
-    packed::script_json,
-    table::{Cell, Table},
-};
-use crate::input::error::Result;
+use super::{packed::script_json, table::Cell};
 
 /// Rows shown of a large table that is sorted.
 const MOST_ROWS: usize = 20;
@@ -77,44 +74,75 @@ impl First {
     }
 }
 
-/// The ranking of `table` as JSON for its script.
-///
-/// # Errors
-/// A row that cannot be read.
-pub(super) fn ranking(table: &Table) -> Result<String> {
-    let columns = table.header.len();
-    let first = |is_largest| move || First { is_largest, kept: Vec::new() };
-    let mut smallest: Vec<First> = std::iter::repeat_with(first(false)).take(columns).collect();
-    let mut largest: Vec<First> = std::iter::repeat_with(first(true)).take(columns).collect();
-    let mut total = 0;
-    table.each_row(|row| {
-        for (column, cell) in row.iter().enumerate().take(columns) {
+/// The first rows of both orders of each column, as rows are seen.
+pub(super) struct FirstRows {
+    smallest: Vec<First>,
+    largest: Vec<First>,
+    seen: usize,
+}
+
+impl FirstRows {
+    /// Of a table with so many columns, no row seen.
+    pub fn of(columns: usize) -> Self {
+        let first = |is_largest| move || First { is_largest, kept: Vec::new() };
+        let of_columns = |is_largest| std::iter::repeat_with(first(is_largest)).take(columns).collect();
+        Self { smallest: of_columns(false), largest: of_columns(true), seen: 0 }
+    }
+
+    /// Takes note of the next row.
+    pub fn see(&mut self, row: &StringRecord) {
+        for (cell, (smallest, largest)) in row.iter().zip(self.smallest.iter_mut().zip(&mut self.largest)) {
             if let Some(key) = Key::of(cell) {
-                smallest[column].see(&key, total);
-                largest[column].see(&key, total);
+                smallest.see(&key, self.seen);
+                largest.see(&key, self.seen);
             }
         }
-        total += 1;
-    })?;
-    let wanted: BTreeSet<usize> = smallest.iter().chain(&largest).flat_map(|f| &f.kept).map(|(_, row)| *row).collect();
-    let places: BTreeMap<usize, usize> = wanted.iter().enumerate().map(|(place, row)| (*row, place)).collect();
-    let mut rows = Vec::with_capacity(wanted.len());
-    let mut index = 0;
-    table.each_row(|row| {
-        if wanted.contains(&index) {
-            rows.push(row.iter().map(|cell| Cell::new(cell).text).collect());
+        self.seen += 1;
+    }
+}
+
+/// The first rows, their cells being gathered.
+pub(super) struct Ranked {
+    first: FirstRows,
+    wanted: BTreeSet<usize>,
+    rows: Vec<Vec<String>>,
+}
+
+impl Ranked {
+    /// Of a table of which all rows were seen.
+    pub fn new(first: FirstRows) -> Self {
+        let kept = first.smallest.iter().chain(&first.largest).flat_map(|first| &first.kept);
+        Self { wanted: kept.map(|(_, row)| *row).collect(), rows: Vec::new(), first }
+    }
+
+    /// Takes the row with this index, which are given in order.
+    pub fn take(&mut self, index: usize, row: &StringRecord) {
+        if self.wanted.contains(&index) {
+            self.rows.push(row.iter().map(|cell| Cell::new(cell).text).collect());
         }
-        index += 1;
-    })?;
-    let indices = |all: &[First]| all.iter().map(|f| f.kept.iter().map(|(_, row)| places[row]).collect()).collect();
-    Ok(script_json(&Ranking { total, smallest: indices(&smallest), largest: indices(&largest), rows }))
+    }
+
+    /// The ranking of the table, of so many rows, as JSON for its script.
+    pub fn json(self, total: usize) -> String {
+        let places: BTreeMap<usize, usize> = self.wanted.iter().enumerate().map(|(place, row)| (*row, place)).collect();
+        let of_column = |first: &First| first.kept.iter().map(|(_, row)| places[row]).collect();
+        let indices = |all: &[First]| all.iter().map(of_column).collect();
+        let FirstRows { smallest, largest, .. } = &self.first;
+        script_json(&Ranking { total, smallest: indices(smallest), largest: indices(largest), rows: self.rows })
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use serde_json::Value;
 
-    use super::*;
+    use super::{
+        super::{
+            description::TableNote,
+            table::{Table, TableView},
+        },
+        *,
+    };
 
     #[test]
     fn any_column_is_sorted_over_all_rows() {
@@ -123,7 +151,9 @@ mod tests {
         let rows: String =
             (0..500).map(|k| format!("{k},{},{}\n", (k * 37) % 500, if k == 400 { "" } else { "x" })).collect();
         std::fs::write(&file, format!("k,v,w\n{rows}")).unwrap();
-        let found: Value = serde_json::from_str(&ranking(&Table::open(&file).unwrap()).unwrap()).unwrap();
+        let note = TableNote::ranked("t.csv", "", "v");
+        let view = TableView::new(&Table::open(&file).unwrap(), &note, "t.csv".into()).unwrap();
+        let found: Value = serde_json::from_str(&view.ranking).unwrap();
         assert_eq!(found["total"], 500);
         let column = |order: &str, column: usize| -> Vec<String> {
             let indices = found[order][column].as_array().unwrap().iter();

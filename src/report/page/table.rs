@@ -5,7 +5,10 @@ use std::path::{Path, PathBuf};
 use csv::StringRecord;
 use serde::Serialize;
 
-use super::{description::TableNote, ranking::ranking};
+use super::{
+    description::TableNote,
+    ranking::{FirstRows, Ranked},
+};
 use crate::{
     input::{
         error::{Error, Result},
@@ -54,8 +57,8 @@ impl Table {
         let mut reader = self.reader()?;
         let mut row = StringRecord::new();
         while reader.read_record(&mut row).map_err(|fault| self.fault(&fault))? {
-            // Texts as they were before spreadsheets were thought of.
-            if row.iter().any(|cell| cell.starts_with('\'')) {
+            // Texts as they were before spreadsheets were thought of. Rows without the mark, nearly all, are looked at as a whole.
+            if row.as_slice().contains('\'') && row.iter().any(|cell| cell.starts_with('\'')) {
                 let at = row.position().cloned();
                 row = row.iter().map(text_of).collect();
                 row.set_position(at);
@@ -63,6 +66,16 @@ impl Table {
             see(&row);
         }
         Ok(())
+    }
+
+    /// No more rows than it can have: each has a separator per column, the last of which is its end.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub(crate) fn most_rows(&self) -> Result<u64> {
+        let fault = |source| Error::Read { file: self.file.clone(), source };
+        let bytes = file::open(&self.file)?.metadata().map_err(fault)?.len();
+        Ok(bytes / self.header.len().max(1) as u64)
     }
 
     /// The fault of a `cell` of a row that should hold a number, or nothing.
@@ -126,7 +139,9 @@ impl TableView {
             }
             ranks.truncate(MOST_ROWS);
         };
+        let mut first = FirstRows::of(table.header.len());
         table.each_row(|row| {
+            first.see(row);
             let value = ranked_by.and_then(|column| row.get(column)?.parse().ok()).unwrap_or(f64::NEG_INFINITY);
             ranks.push((value, total));
             total += 1;
@@ -140,11 +155,13 @@ impl TableView {
         }
         let mut chosen: Vec<(usize, Vec<Cell>)> = Vec::new();
         let wanted: std::collections::BTreeSet<usize> = ranks.iter().map(|(_, index)| *index).collect();
+        let mut ranked = (total > MOST_ROWS).then(|| Ranked::new(first));
         let mut index = 0;
         table.each_row(|row| {
             if wanted.contains(&index) {
                 chosen.push((index, row.iter().map(Cell::new).collect()));
             }
+            ranked.iter_mut().for_each(|ranked| ranked.take(index, row));
             index += 1;
         })?;
         let rows: Vec<Vec<Cell>> = ranks
@@ -156,9 +173,8 @@ impl TableView {
             cells.clone().any(|cell| !cell.is_empty())
                 && cells.into_iter().all(|cell| cell.is_empty() || cell.parse::<f64>().is_ok())
         };
-        let ranking = if total > MOST_ROWS { ranking(table)? } else { String::new() };
         Ok(Self {
-            ranking,
+            ranking: ranked.map_or_else(String::new, |ranked| ranked.json(total)),
             file: note.file.clone(),
             href,
             caption: note.caption.clone(),

@@ -71,8 +71,8 @@ impl ProgramJob {
     /// Where the machine is led along `part`, which is `case`.
     pub(super) fn led_along(&self, part: &Part<'_>, case: &PathCase<'_>) -> Cow<'_, [Vec<LedPoint>]> {
         match self.led.get(part.first / PART) {
-            Some(led) => Cow::Borrowed(led.get_or_init(|| lead(case))),
-            None => Cow::Owned(lead(case)),
+            Some(led) => Cow::Borrowed(led.get_or_init(|| lead(case, 0..case.demands.len()))),
+            None => Cow::Owned(lead(case, 0..case.demands.len())),
         }
     }
 

@@ -2,8 +2,14 @@
 
 use rayon::prelude::*;
 
-use super::{Part, ProgramJob};
-use crate::{input::error::Result, study::along_path::BLOCK};
+use super::{Part, ProgramJob, part::LedPart};
+use crate::{
+    input::error::Result,
+    study::{
+        along_path::{BLOCK, together},
+        led_along::LedPoint,
+    },
+};
 
 impl ProgramJob {
     /// The first points at which the tool cuts and to which the rigid machine cannot be led: index and reason. Their number is at most
@@ -25,23 +31,27 @@ impl ProgramJob {
 
     fn out_of_reach_in(&self, part: &Part<'_>, most: usize) -> Vec<(usize, String)> {
         let case = part.case([&self.machine, &self.real, &self.machine]);
-        let of_block = |start: usize| {
-            let (mut led, mut out) = (Vec::with_capacity(BLOCK), Vec::new());
-            for (k, (point, at)) in part.points[start..].iter().zip(case.led_block(start)).enumerate() {
-                if let (true, Err(status)) = (point.cutting, &at.asked) {
-                    out.push((part.first + start + k, status.reason(&self.machine)));
-                }
-                led.push(at);
+        let is_out = |k: usize, at: &LedPoint| part.points[k].cutting && at.asked.is_err();
+        let of_blocks = |starts: &[usize]| {
+            let mut counts = vec![(0, 0); starts.len()];
+            case.led_blocks(starts, |block, at| {
+                let (seen, out) = &mut counts[block];
+                *out += usize::from(is_out(starts[block] + *seen, at));
+                *seen += 1;
                 // What is out of reach takes longest.
-                if out.len() == most {
-                    break;
+                *out < most
+            })
+        };
+        let starts: Vec<usize> = (0..part.points.len()).step_by(BLOCK).collect();
+        let led: LedPart = starts.par_chunks(together(starts.len())).flat_map_iter(of_blocks).collect();
+        let mut found = Vec::new();
+        for (start, led) in starts.iter().zip(&led) {
+            for (k, at) in (*start..).zip(led) {
+                if let (true, Err(status)) = (is_out(k, at), &at.asked) {
+                    found.push((part.first + k, status.reason(&self.machine)));
                 }
             }
-            (led, out)
-        };
-        let blocks = (0..part.points.len()).into_par_iter().step_by(BLOCK);
-        let (led, out): (Vec<_>, Vec<_>) = blocks.map(of_block).unzip();
-        let mut found = out.concat();
+        }
         if found.is_empty() {
             self.keep_led(part, led);
         }

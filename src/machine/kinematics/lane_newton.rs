@@ -1,0 +1,281 @@
+//! The damped Newton iteration of the closure equations in lanes: one search per lane, each in a single step from where it begins.
+//!
+//! A lane follows the scalar iteration bit by bit. One that needs shorter steps, or may pass a singularity, fails, and is left to the
+//! scalar search.
+
+use super::{
+    Configuration,
+    between::{Between, Ends},
+    closure::motions,
+    equations::{Asked, Equations, Place, moved, unit},
+    normal_step::NormalStep,
+    search::{Judged, MAX_ITERATIONS, MAX_STEP_ROTATION, Search},
+    singularity::{Barriers, judged},
+};
+use crate::{
+    lanes::{Frame, MAX_LANES, Real, Vec3, dot, pairs},
+    machine::{Machine, Motion},
+    spatial::Pose,
+};
+
+/// What is asked for in a lane.
+#[derive(Clone, Copy)]
+pub(super) enum Wanted<'a> {
+    /// The controlled task coordinates of this pose.
+    Task(&'a Pose),
+    /// The drives, mm or rad.
+    Drives(&'a [f64]),
+}
+
+/// Storage of searches, and where they stand.
+#[derive(Debug, Clone)]
+pub(super) struct LaneNewton<R> {
+    equations: Equations<R>,
+    normal_step: NormalStep<R>,
+    between: Between<R>,
+    /// The Jacobian where the search began.
+    begun: Vec<R>,
+    start: Posture<R>,
+    at: Posture<R>,
+    /// What is asked for: the poses, or the drives.
+    target: Frame<R>,
+    wanted: Vec<R>,
+    /// Of each drive, then of each passive joint.
+    motions: Vec<Motion>,
+}
+
+/// A configuration in each lane.
+#[derive(Debug, Clone)]
+struct Posture<R> {
+    platform: Frame<R>,
+    drives: Vec<R>,
+    passive: Vec<Vec<R>>,
+}
+
+impl<R: Real> Posture<R> {
+    fn new(machine: &Machine) -> Self {
+        Self {
+            platform: Frame::splat(&machine.home.pose),
+            drives: vec![R::zero(); machine.drive_count()],
+            passive: machine.chains.iter().map(|chain| vec![R::zero(); chain.passive.len()]).collect(),
+        }
+    }
+
+    fn set_lane(&mut self, lane: usize, from: &Configuration) {
+        set_pose(&mut self.platform, lane, &from.pose);
+        set_numbers(&mut self.drives, lane, &from.drives);
+        for (own, from) in pairs(&mut self.passive, &from.passive) {
+            set_numbers(own, lane, from);
+        }
+    }
+
+    fn lane(&self, lane: usize) -> Configuration {
+        let numbers = |own: &Vec<R>| own.iter().map(|number| number.lane(lane)).collect();
+        Configuration {
+            pose: self.platform.lane(lane),
+            drives: numbers(&self.drives),
+            passive: self.passive.iter().map(numbers).collect(),
+        }
+    }
+
+    /// Copies `from`, of the same machine.
+    fn take(&mut self, from: &Self) {
+        self.platform = from.platform;
+        self.drives.copy_from_slice(&from.drives);
+        for (own, from) in pairs(&mut self.passive, &from.passive) {
+            own.copy_from_slice(from);
+        }
+    }
+}
+
+fn set_pose<R: Real>(frame: &mut Frame<R>, lane: usize, pose: &Pose) {
+    for (j, axis) in frame.axes.iter_mut().enumerate() {
+        for (i, number) in axis.0.iter_mut().enumerate() {
+            number.set_lane(lane, pose.rotation[(i, j)]);
+        }
+    }
+    for (i, number) in frame.origin.0.iter_mut().enumerate() {
+        number.set_lane(lane, pose.translation[i]);
+    }
+}
+
+fn set_numbers<R: Real>(own: &mut [R], lane: usize, from: &[f64]) {
+    for (number, &value) in pairs(own, from) {
+        number.set_lane(lane, value);
+    }
+}
+
+impl<R: Real> LaneNewton<R> {
+    pub fn new(machine: &Machine) -> Self {
+        Self {
+            equations: Equations::new(machine),
+            normal_step: NormalStep::new(machine),
+            between: Between::new(machine),
+            begun: Vec::new(),
+            start: Posture::new(machine),
+            at: Posture::new(machine),
+            target: Frame::splat(&machine.home.pose),
+            wanted: vec![R::zero(); machine.drive_count()],
+            motions: motions(machine).collect(),
+        }
+    }
+
+    /// Where the search from each start for what is wanted, the same kind of it in all, ends in one step; `None` where it needs more.
+    /// Up to [`Real::LANES`] of them.
+    pub fn solve(&mut self, machine: &Machine, asked: &[(&Configuration, Wanted<'_>)]) -> Vec<Option<Configuration>> {
+        debug_assert!(asked.len() <= R::LANES);
+        let mut is_task = false;
+        for lane in 0..R::LANES {
+            // Lanes to spare do what the first one does.
+            let Some((start, wanted)) = asked.get(lane).or(asked.first()) else { return Vec::new() };
+            self.start.set_lane(lane, start);
+            match wanted {
+                Wanted::Task(pose) => {
+                    is_task = true;
+                    set_pose(&mut self.target, lane, pose);
+                }
+                // As the scalar search has it at the end of its way.
+                Wanted::Drives(drives) => {
+                    for (number, (&from, &to)) in pairs(&mut self.wanted, pairs(&start.drives, *drives)) {
+                        number.set_lane(lane, from + (to - from));
+                    }
+                }
+            }
+        }
+        self.at.take(&self.start);
+        let solved = self.search(machine, is_task);
+        let solved = if solved == 0 { 0 } else { solved & self.stays_regular(machine, is_task) };
+        (0..asked.len()).map(|lane| (solved >> lane & 1 == 1).then(|| self.at.lane(lane))).collect()
+    }
+
+    /// The lanes in which the iteration converges near its start.
+    fn search(&mut self, machine: &Machine, is_task: bool) -> u8 {
+        let mut searches = [Search::new(); MAX_LANES];
+        let (mut active, mut solved) = (R::ALL, 0);
+        for iteration in 0..MAX_ITERATIONS {
+            let (error, turned) = self.linearise(machine, is_task);
+            if iteration == 0 {
+                self.begun.clone_from(&self.equations.jacobian);
+            }
+            let mut damping = R::zero();
+            for lane in lanes(active) {
+                let search = &mut searches[lane];
+                let judged = search.judge(error.lane(lane), machine.reach);
+                if judged == Judged::Continue && !search.has_left_branch() {
+                    damping.set_lane(lane, search.damp(error.lane(lane)));
+                    continue;
+                }
+                active &= !(1 << lane);
+                let is_near = !search.has_left_branch() && turned.lane(lane) < MAX_STEP_ROTATION;
+                solved |= u8::from(judged == Judged::Solved && is_near) << lane;
+            }
+            if active == 0 {
+                break;
+            }
+            let (length, good) = self.step(machine, damping, active);
+            active &= good;
+            for lane in lanes(active) {
+                searches[lane].went(length.lane(lane));
+            }
+        }
+        solved
+    }
+
+    /// Largest error at the present configurations, and the largest turn of a joint since the start, rad.
+    fn linearise(&mut self, machine: &Machine, is_task: bool) -> (R, R) {
+        R::vectorized(
+            #[inline(always)]
+            || {
+                let Posture { platform, drives, passive } = &self.at;
+                let place = Place { platform, drives, passive };
+                let asked = if is_task { Asked::Task(&self.target) } else { Asked::Drives(&self.wanted) };
+                self.equations.linearise(machine, &place, &asked);
+                let mut error = R::zero();
+                for entry in &self.equations.residual {
+                    error = error.larger(entry.abs());
+                }
+                let mut turned = turn_between(&self.motions, &self.start.drives, &self.at.drives);
+                let mut first = self.at.drives.len();
+                for (from, to) in pairs(&self.start.passive, &self.at.passive) {
+                    turned = turned.larger(turn_between(&self.motions[first..], from, to));
+                    first += from.len();
+                }
+                (error, turned)
+            },
+        )
+    }
+
+    /// Takes a step in the active lanes: its length, and the lanes in which there is one.
+    fn step(&mut self, machine: &Machine, damping: R, active: u8) -> (R, u8) {
+        R::vectorized(
+            #[inline(always)]
+            || {
+                let Equations { jacobian, residual, .. } = &self.equations;
+                let closures = 6 * machine.closure_count();
+                let (step, good) = self.normal_step.solve(machine, jacobian, residual, closures, damping);
+                let length = dot(step, step).sqrt();
+                let good = good & !R::bits(length.is_nan()) & !length.lanes_greater(f64::MAX);
+                let mask = R::mask(active & good);
+                let Posture { platform, drives, passive } = &mut self.at;
+                let next = moved(platform, step, machine.reach);
+                for (axis, next) in pairs(&mut platform.axes, next.axes) {
+                    *axis = Vec3::select(mask, next, *axis);
+                }
+                platform.origin = Vec3::select(mask, next.origin, platform.origin);
+                let (mut motions, mut step) = (&self.motions[..], &step[6..]);
+                advance(machine, drives, motions, step, mask);
+                (motions, step) = (&motions[drives.len()..], &step[drives.len()..]);
+                for passive in passive {
+                    advance(machine, passive, motions, step, mask);
+                    (motions, step) = (&motions[passive.len()..], &step[passive.len()..]);
+                }
+                (length, good)
+            },
+        )
+    }
+
+    /// The lanes in which plainly no singularity lies on the way.
+    fn stays_regular(&mut self, machine: &Machine, is_task: bool) -> u8 {
+        let barriers = if is_task { Barriers::All } else { Barriers::OfDrives };
+        let (by_drives, by_task) = judged(machine, barriers);
+        if !by_drives && !by_task {
+            return R::ALL;
+        }
+        R::vectorized(
+            #[inline(always)]
+            || {
+                let ends = Ends {
+                    jacobians: [&self.begun, &self.equations.jacobian],
+                    rows: self.equations.rows,
+                    platforms: [&self.start.platform, &self.at.platform],
+                };
+                self.between.is_plain(machine, &ends, by_drives, by_task)
+            },
+        )
+    }
+}
+
+/// Largest turn of a joint from one place to another, rad.
+#[inline(always)]
+fn turn_between<R: Real>(motions: &[Motion], from: &[R], to: &[R]) -> R {
+    let mut turned = R::zero();
+    for (&motion, (&from, &to)) in pairs(motions, pairs(from, to)) {
+        if motion == Motion::Revolute {
+            turned = turned.larger((from - to).abs());
+        }
+    }
+    turned
+}
+
+/// Adds the steps, in mm, to the values of joints in the lanes of `mask`.
+#[inline(always)]
+fn advance<R: Real>(machine: &Machine, values: &mut [R], motions: &[Motion], steps: &[R], mask: R::Mask) {
+    for (value, (&motion, &step)) in pairs(values, pairs(motions, steps)) {
+        *value = R::select(mask, *value + step / R::splat(unit(machine, motion)), *value);
+    }
+}
+
+/// Indices of the lanes whose bits are set.
+fn lanes(bits: u8) -> impl Iterator<Item = usize> {
+    (0..MAX_LANES).filter(move |lane| bits >> lane & 1 == 1)
+}

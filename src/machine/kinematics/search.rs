@@ -1,0 +1,70 @@
+//! How a Newton iteration of the closure equations goes on: when it is over, how its steps are damped, and whether it is still on the
+//! branch of its start.
+
+/// Largest closure error accepted, as a fraction of the machine's reach.
+const CLOSURE_TOLERANCE: f64 = 1e-14;
+/// Closure error down to which the iteration may stall on rounding and still count as solved.
+pub(in crate::machine) const CLOSURE_ROUNDING: f64 = 1e-12;
+pub(super) const MAX_ITERATIONS: usize = 12;
+/// A solution is on the branch of the start if all later steps together are no longer than this share of the first.
+const NEAR: f64 = 0.5;
+/// Largest change of a rotation within one continuation step, rad.
+pub(super) const MAX_STEP_ROTATION: f64 = 0.5;
+
+/// A search under way.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Search {
+    iteration: usize,
+    damping: f64,
+    /// Least error so far, mm.
+    best: f64,
+    /// Length of the first step, and of all later ones.
+    first_step: f64,
+    later_steps: f64,
+}
+
+/// What the errors of a linearisation say.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Judged {
+    Continue,
+    Failed,
+    Solved,
+}
+
+impl Search {
+    pub fn new() -> Self {
+        Self { iteration: 0, damping: 1e-12, best: f64::INFINITY, first_step: 0.0, later_steps: 0.0 }
+    }
+
+    /// Whether its steps are too long for a solution close enough to the first-order prediction to lie on the branch of the start.
+    pub fn has_left_branch(&self) -> bool {
+        self.iteration > 1 && self.later_steps > NEAR * self.first_step
+    }
+
+    /// By the largest error left, mm, or NaN.
+    pub fn judge(&self, error: f64, reach: f64) -> Judged {
+        let stalled = error < CLOSURE_ROUNDING * reach && error > 0.3 * self.best;
+        match error {
+            error if !error.is_finite() => Judged::Failed,
+            error if error < CLOSURE_TOLERANCE * reach || stalled => Judged::Solved,
+            _ => Judged::Continue,
+        }
+    }
+
+    /// Damping of the step from where `error` is left.
+    pub fn damp(&mut self, error: f64) -> f64 {
+        let grows = error >= self.best;
+        self.damping = if grows { (self.damping * 100.0).max(1e-6) } else { (self.damping * 0.1f64).max(1e-14) };
+        self.best = self.best.min(error);
+        self.damping
+    }
+
+    /// Takes note of a step of this length.
+    pub fn went(&mut self, length: f64) {
+        match self.iteration {
+            0 => self.first_step = length,
+            _ => self.later_steps += length,
+        }
+        self.iteration += 1;
+    }
+}
