@@ -573,6 +573,17 @@ fn a_circle_that_grows_becomes_circles_within_the_tolerance() {
     }
 }
 
+#[test]
+fn a_number_that_stands_at_its_name_does_not_become_part_of_it() {
+    let source = "LIN {X-5.0,Y.5,Z 0,A 0,B 0,C 0}\nLIN {X-15.0,Y.5}\n";
+    let program = parse(Language::Krl, source, &RobotOptions::default()).unwrap();
+    let path = program.toolpath(Sampling::new(0.1, 100.0).unwrap()).unwrap();
+    let wanted: Vec<Vector3<f64>> = path.positions_mm().into_iter().map(|p| p + Vector3::new(10.0, 1.0, 0.0)).collect();
+    let written = program.rewrite(&path, &wanted, None, program.own_format()).unwrap();
+    let text = String::from_utf8_lossy(written.bytes()).into_owned();
+    assert_eq!(text, "LIN {X 5.000,Y 1.500,Z 0,A 0,B 0,C 0}\nLIN {X-5.000,Y 1.500}\n");
+}
+
 fn number(most: f64) -> impl Strategy<Value = String> {
     (-most..most, 0..5usize).prop_map(|(value, decimals)| format!("{value:.decimals$}"))
 }
