@@ -195,7 +195,9 @@ fn one_point(kind: StudyKind) {
             map.axes.truncate(1);
             map.turn.step_deg = map.turn.step_deg.max(90.0);
             if let Ok(found) = turn_map::run(&map, &Work::default()) {
-                let finite = |turns: &turn_map::Turns| turns.best.deflection_mm.is_finite() && turns.worst.deflection_mm.is_finite();
+                let finite = |turns: &turn_map::Turns| {
+                    turns.best.deflection_mm.is_finite() && turns.worst.deflection_mm.is_finite()
+                };
                 assert!(found.points[0].turns.as_ref().map_or_else(|failure| !failure.reason.is_empty(), finite));
             }
         }

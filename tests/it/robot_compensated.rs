@@ -87,7 +87,7 @@ fn a_robot_stands_as_its_program_says() {
     let Some(Orientation::Platform(platform)) = job.path.points()[0].orientation else { panic!("no orientation") };
     // The tool of this arm, along y of the flange, points down at home and here.
     assert!((platform * Vector3::y() + Vector3::z()).norm() < 1e-12);
-    assert_eq!(job.file.line_of(0), Some(4));
+    assert_eq!(job.file.line_of(job.path.points()[0].source.segment), Some(4));
     // The named point has its numbers where it is used; nothing else but the motions has changed.
     let text = String::from_utf8(written.bytes).unwrap();
     assert!(text.starts_with("DEF part()\nPTP HOME\n$VEL.CP=0.02\nLIN {X ") && text.ends_with("\nEND\n"), "{text}");
@@ -142,7 +142,7 @@ fn the_process_file_says_what_programs_leave_open() {
     for (text, problem) in [
         ("external_axes = [\"rail\"]", "robot_program.external_axes"),
         ("tool_rotation_deg = [nan, 0.0, 0.0]", "robot_program.tool_rotation_deg"),
-        ("turn = 1", "unknown field `turn`"),
+        ("turn = 1", "unknown key `turn`"),
     ] {
         let message = try_process(&format!("[robot_program]\n{text}\n")).unwrap_err();
         assert!(message.contains(problem), "{message}");

@@ -545,6 +545,45 @@ fn names_and_first_words_tell_the_language() {
     assert_eq!((of("a.nc", "MODULE"), of("a", "")), (None, None));
 }
 
+#[test]
+fn a_circle_that_grows_becomes_circles_within_the_tolerance() {
+    for (language, head, keyword) in [(Language::Krl, "", "CIRC"), (Language::Rapid, "PROC a()\n", "MoveC")] {
+        let pose = |x: f64, y: f64| match language {
+            Language::Krl => format!("{{X {x},Y {y},Z 0,A 0,B 0,C 0}}"),
+            _ => format!("[[{x},{y},0],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"),
+        };
+        let end = if language == Language::Krl { " C_DIS\n" } else { ",v10,z1,tool0;\n" };
+        let first = keyword.replace("CIRC", "LIN").replace("MoveC", "MoveL");
+        let circle = format!("{first} {}{end}{keyword} {},{}{end}", pose(20.0, 0.0), pose(0.0, 20.0), pose(-20.0, 0.0));
+        let program = parse(language, &format!("{head}{circle}"), &RobotOptions::default()).unwrap();
+        let path = program.toolpath(Sampling::default()).unwrap();
+        let grown = |p: Vector3<f64>| p * (1.0 + 0.01 * (p.y * 0.2).sin());
+        let wanted: Vec<Vector3<f64>> = path.positions_mm().into_iter().map(grown).collect();
+        let format = program.own_format();
+        let count = |tolerance_mm: f64| {
+            let written = program.rewrite(&path, &wanted, None, Writing::within(tolerance_mm, format)).unwrap();
+            let back = written.positions_of(&written.read().unwrap()).unwrap();
+            assert!(back.iter().zip(&wanted).all(|(back, wanted)| (back - wanted).norm() <= tolerance_mm.max(0.002)));
+            let text = String::from_utf8(written.into_bytes()).unwrap();
+            (text.matches(keyword).count(), text.matches(&first).count())
+        };
+        assert_eq!(count(0.0), (0, path.len()));
+        let (circles, lines) = count(0.005);
+        assert!((2..12).contains(&circles) && lines < 6, "{circles} circles, {lines} lines");
+    }
+}
+
+#[test]
+fn a_number_that_stands_at_its_name_does_not_become_part_of_it() {
+    let source = "LIN {X-5.0,Y.5,Z 0,A 0,B 0,C 0}\nLIN {X-15.0,Y.5}\n";
+    let program = parse(Language::Krl, source, &RobotOptions::default()).unwrap();
+    let path = program.toolpath(Sampling::new(0.1, 100.0).unwrap()).unwrap();
+    let wanted: Vec<Vector3<f64>> = path.positions_mm().into_iter().map(|p| p + Vector3::new(10.0, 1.0, 0.0)).collect();
+    let written = program.rewrite(&path, &wanted, None, program.own_format()).unwrap();
+    let text = String::from_utf8_lossy(written.bytes()).into_owned();
+    assert_eq!(text, "LIN {X 5.000,Y 1.500,Z 0,A 0,B 0,C 0}\nLIN {X-5.000,Y 1.500}\n");
+}
+
 fn number(most: f64) -> impl Strategy<Value = String> {
     (-most..most, 0..5usize).prop_map(|(value, decimals)| format!("{value:.decimals$}"))
 }

@@ -34,6 +34,11 @@ pub(super) struct Motion {
     pub way: Way,
 }
 
+/// A feed above any machine is none.
+const MOST_FEED_MM_PER_MIN: f64 = 1e9;
+/// A spindle speed above any machine is none.
+const MOST_REV_PER_MIN: f64 = 1e9;
+
 /// What of statements before is in force.
 #[derive(Debug)]
 pub(super) struct Follower {
@@ -50,7 +55,9 @@ impl Follower {
         Self { language, named_axes, here: None, external: [None; ExternalAxes::MOST] }
     }
 
-    pub fn follow(&mut self, statement: Statement) -> Result<Motion, RobotFault> {
+    pub fn follow(&mut self, mut statement: Statement) -> Result<Motion, RobotFault> {
+        statement.feed_mm_per_min = statement.feed_mm_per_min.filter(|feed| *feed <= MOST_FEED_MM_PER_MIN);
+        statement.spindle_rev_per_min = statement.spindle_rev_per_min.filter(|speed| *speed <= MOST_REV_PER_MIN);
         let start = self.here;
         let end = match &statement.end {
             Some(target) => lead(self.language, &statement, target, start.as_ref())?,

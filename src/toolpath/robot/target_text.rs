@@ -147,6 +147,10 @@ impl Pen {
     fn with(self, target: &Target, changes: &[(Component, String)]) -> Target {
         let (mut text, mut numbers) = (Vec::with_capacity(target.text.len() + 16), Vec::new());
         let mut put = |text: &mut Vec<u8>, component: Component, shown: &str| {
+            // X-5 may become X 5, but not X5, which is another name.
+            if text.last().is_some_and(u8::is_ascii_alphanumeric) && !shown.starts_with(['-', '+', '.']) {
+                text.push(b' ');
+            }
             let at = text.len()..text.len() + shown.len();
             text.extend_from_slice(shown.as_bytes());
             // What was written by us is a number.

@@ -63,7 +63,7 @@ impl<'a> Points<'a> {
         let (root, rest) = name.split_at(end);
         let is_whole =
             rest.is_empty() || (rest.ends_with(']') && rest[1..rest.len() - 1].bytes().all(|b| b.is_ascii_digit()));
-        let entry = match is_whole && runs_once && self.source[value.clone()].starts_with(b"{") {
+        let entry = match is_whole && runs_once && is_in_braces(&self.source[value.clone()]) {
             true => Value::Written { beside: false, at: value },
             false => Value::Computed(line),
         };
@@ -119,7 +119,10 @@ fn named(source: &[u8], code: Range<usize>) -> Option<(String, Range<usize>)> {
 fn declared(source: &[u8], code: Range<usize>) -> Option<(String, Range<usize>)> {
     let (name, value) = named(source, code)?;
     let value = trimmed(source, value);
-    let text = &source[value.clone()];
-    let inside = text.starts_with(b"{").then(|| frame::braces(&mut Scan::new(text), text).ok())??;
-    Some((name, value.start + inside.start..value.start + inside.end))
+    is_in_braces(&source[value.clone()]).then_some((name, value))
+}
+
+/// Whether `text` is one value in braces.
+fn is_in_braces(text: &[u8]) -> bool {
+    text.starts_with(b"{") && frame::braces(&mut Scan::new(text), text).is_ok_and(|braces| braces.end == text.len())
 }
