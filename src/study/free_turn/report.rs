@@ -114,7 +114,7 @@ pub fn sentence(found: &FreeTurn, turn: &ToolTurn) -> String {
             share if share >= 0.0 => format!("{} less than {name}", percent(share)),
             share => format!("{} more than {name}", percent(-share)),
         },
-        _ => format!("{name} it is not at all points"),
+        _ => format!("{name} the machine cannot be led all along"),
     };
     let mut gains = gain(&found.as_programmed, PROGRAMMED);
     if let (Redundancy::Best, Ok(constant)) = (turn.redundancy, &found.best_constant) {

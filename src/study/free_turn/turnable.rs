@@ -73,14 +73,18 @@ fn refuse<T>(problem: String) -> Result<T> {
 /// Why the turn about the tool's axis is not free for `machine`, if it is not.
 fn check(machine: &Machine, placement: &Placement, path: &Toolpath) -> Result<()> {
     let name = &machine.name;
-    if let Some(words) = machine.uncontrolled_words() {
-        return refuse(format!("machine {name} cannot turn its tool freely: {words}"));
-    }
-    if machine.controls.len() != 6 || machine.redundancy > 0 || machine.drive_count() > MOST_DRIVES {
+    if machine.controls.len() != 6 {
         let problem = format!(
-            "machine {name} controls {} coordinates with {} drives, {} of them to spare: expected six with six (hold the others)",
-            machine.controls.len(),
-            machine.drive_count() - machine.held.len(),
+            "machine {name} controls {} coordinates of its platform, and the turn about the tool's axis is free only where the drives \
+             control all six coordinates",
+            machine.controls.len()
+        );
+        return refuse(problem);
+    }
+    if machine.redundancy > 0 || machine.drive_count() > MOST_DRIVES {
+        let problem = format!(
+            "machine {name} has {} drives and {} of them to spare: expected at most {MOST_DRIVES}, and those to spare held ([held], --hold)",
+            machine.drive_count(),
             machine.redundancy
         );
         return refuse(problem);
