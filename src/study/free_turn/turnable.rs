@@ -44,6 +44,9 @@ pub struct Stance {
     pub(super) machines: Machines,
 }
 
+/// Branches that a machine refuses, and why.
+pub(super) type Refused = Vec<(Branch, String)>;
+
 /// A checked path with its turns.
 #[derive(Debug)]
 pub(super) struct Turnable<'a> {
@@ -51,7 +54,7 @@ pub(super) struct Turnable<'a> {
     /// The ways to stand, in the order of [`Branch::ALL`].
     pub stances: Vec<Stance>,
     /// Branches that the machine refuses, and why.
-    pub refused: Vec<(Branch, String)>,
+    pub refused: Refused,
     placed: Placed,
     /// z of the tool frame in platform axes.
     axis: Unit<Vector3<f64>>,
@@ -213,7 +216,7 @@ impl<'a> Turnable<'a> {
 }
 
 /// The ways in which `machine` may stand, and the branches that it refuses.
-fn stances(machine: &Machine, errors: &[ChainError]) -> Result<(Vec<Stance>, Vec<(Branch, String)>)> {
+fn stances(machine: &Machine, errors: &[ChainError]) -> Result<(Vec<Stance>, Refused)> {
     let stance = |branch, machine: Machine| -> Result<Stance> {
         Ok(Stance { branch, machines: Machines::new(&machine, errors)?, machine })
     };
