@@ -182,7 +182,10 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let headline = report::headline(&job, &proved, written.rounded_mm, &too_much)?;
     let used = use_text(&job, &proved);
     let blocks = blocks_text(&job, written.blocks.as_ref());
-    let json = program_json(&job, &proved, exceeded.as_deref());
+    let mut json = program_json(&job, &proved, exceeded.as_deref());
+    if let Some(found) = &turns {
+        json["tool_turn"] = free_turn::report::json(found, &tool_turn);
+    }
     let figures = report::figures(&job, &proved);
     let page = report::page(&job, &proved, headline.clone(), &files.points_name());
     let called = written.called().to_vec();

@@ -50,3 +50,26 @@ impl Machine {
         Some(if most > 0.0 { least / most } else { 0.0 })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_axes_of_an_arm_tell_what_its_closure_does() {
+        for name in ["fanuc_r2000ic", "kr270"] {
+            let machine = Machine::named(name).unwrap();
+            for seed in 0..20 {
+                let beside = |(k, home): (usize, &f64)| home + 0.4 * ((seed * 7 + k * 3) as f64).sin();
+                let drives: Vec<f64> = machine.home.drives.iter().enumerate().map(beside).collect();
+                let at = machine.forward_kinematics(&drives).unwrap();
+                let (own, of_closure) = (machine.arm_conditioning(&at).unwrap(), machine.conditioning(&at));
+                assert!((own - of_closure).abs() < 1e-9 * of_closure.max(1e-3), "{name}: {own} and {of_closure}");
+            }
+        }
+        assert_eq!(
+            Machine::named("orthoglide").unwrap().arm_conditioning(&Machine::named("orthoglide").unwrap().home),
+            None
+        );
+    }
+}

@@ -238,6 +238,18 @@ fn turns_keep_the_band_travel_and_speed_limits() {
 }
 
 #[test]
+fn a_hexapod_turns_as_far_as_its_legs_allow() {
+    let machine = catalogue_machine("hexapod");
+    let tip = machine.home.pose.transform(machine.tool_tip);
+    let path = path(&[(tip.x, tip.y, tip.z), (tip.x + 4.0, tip.y, tip.z), (tip.x + 8.0, tip.y + 2.0, tip.z)], 600.0);
+    let found = sought(&machine, &path, &ToolTurn { step_deg: 10.0, ..seeking(TurnObjective::Rms) });
+    let best = found.best.unwrap();
+    assert_eq!((best.branch, best.along.solved), (None, 3));
+    assert!(best.along.rms_mm <= found.as_programmed.rms_mm);
+    assert!(best.turns_deg.iter().all(|turn| turn.abs() < 120.0), "{:?}", best.turns_deg);
+}
+
+#[test]
 fn other_costs_and_objectives_are_made_small() {
     let with = |cost, objective| robot_sought(&ToolTurn { cost, ..seeking(objective) }).best.unwrap().along;
     let rms = with(TurnCost::Deflection, TurnObjective::Rms);
@@ -287,7 +299,7 @@ fn machines_without_a_free_turn_are_refused() {
     };
     let default = Placement::default();
     let message = refused(&catalogue_machine("orthoglide"), default);
-    assert!(message.contains("redundancy") && message.contains("cannot turn its tool freely"), "{message}");
+    assert!(message.contains("redundancy") && message.contains("control all six coordinates"), "{message}");
     let tip_at_p = machine_from(&ARM.replace("[0.0, 0.0, 100.0]", "[0.0, 0.0, 0.0]"));
     let message = refused(&tip_at_p, default);
     assert!(message.contains("no axis to turn about"), "{message}");
@@ -383,7 +395,7 @@ fn a_compensated_polyline_says_how_the_platform_stands() {
 fn questions_without_turns_refuse_them() {
     let folder = study("[tool_turn]\nredundancy = \"best\"\n");
     let study = "schema = 2\nquestion = \"Where?\"\nmachine = \"fanuc_r2000ic\"\nprocess = \"process.toml\"\n\
-                 [workspace_map]\ngrid = [2, 2, 2]\n";
+                 [workspace_map]\ngrid = [2, 2, 2]\nslices_z_mm = [900.0]\n";
     std::fs::write(folder.path().join("study.toml"), study).unwrap();
     let own = folder.path().to_str().unwrap();
     let (code, _, err) = told(&["run", own]);

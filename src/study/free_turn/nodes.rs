@@ -86,7 +86,7 @@ impl<'a> Solver<'a> {
     /// The nodes of point `k` at `turns` (rad) for all ways to stand, turn by turn.
     pub fn layer(&mut self, k: usize, turns: &[f64]) -> Vec<Node> {
         let demands: Vec<Demand> = turns.iter().map(|turn| self.path.demand(k, *turn)).collect();
-        let found = postures(self.path, &demands);
+        let found = postures(self.path, turns, &demands);
         let count = self.path.stances.len();
         let mut nodes = vec![Err(Hindrance::Unreachable); turns.len() * count];
         for (s, own) in found.into_iter().enumerate() {
@@ -100,7 +100,7 @@ impl<'a> Solver<'a> {
     /// The nodes of point `k` at `turns` on way to stand number `s` alone.
     pub fn on_stance(&mut self, k: usize, s: usize, turns: &[f64]) -> Vec<Node> {
         let demands: Vec<Demand> = turns.iter().map(|turn| self.path.demand(k, *turn)).collect();
-        let mut found = postures(self.path, &demands);
+        let mut found = postures(self.path, turns, &demands);
         self.solved(k, s, &demands, found.swap_remove(s))
     }
 
@@ -168,9 +168,9 @@ fn settled<'b>(
 }
 
 /// Where the machine stands at each demand, for each way to stand.
-fn postures(path: &Turnable<'_>, demands: &[Demand]) -> Vec<Vec<Result<Configuration, Hindrance>>> {
+fn postures(path: &Turnable<'_>, turns: &[f64], demands: &[Demand]) -> Vec<Vec<Result<Configuration, Hindrance>>> {
     match path.stances.as_slice() {
-        [only] if only.branch.is_none() => vec![led(only, demands)],
+        [only] if only.branch.is_none() => vec![led(only, turns, demands)],
         stances => {
             let mut found: Vec<Vec<_>> = vec![vec![Err(Hindrance::Unreachable); demands.len()]; stances.len()];
             for (turn, demand) in demands.iter().enumerate() {
@@ -187,21 +187,50 @@ fn postures(path: &Turnable<'_>, demands: &[Demand]) -> Vec<Vec<Result<Configura
     }
 }
 
-/// A machine without branches: each turn is gone to from home, or else from the one before it.
-fn led(stance: &Stance, demands: &[Demand]) -> Vec<Result<Configuration, Hindrance>> {
+/// A machine without branches: the least turn is gone to from home, and from there one after another as far as they lead. Beyond a turn
+/// that cannot be reached there are none.
+fn led(stance: &Stance, turns: &[f64], demands: &[Demand]) -> Vec<Result<Configuration, Hindrance>> {
+    let least = (0..turns.len()).min_by(|a, b| turns[*a].abs().total_cmp(&turns[*b].abs())).unwrap_or_default();
+    let mut found = vec![Err(Hindrance::Unreachable); demands.len()];
+    let (up, down): (Vec<usize>, Vec<usize>) = ((least..demands.len()).collect(), (0..least).rev().collect());
+    found_along(stance, demands, None, &up, &mut found);
+    let near = found.get(least).and_then(|at| at.as_ref().ok().cloned());
+    found_along(stance, demands, near, &down, &mut found);
+    found
+}
+
+/// The demands at `places`, each gone to from the one before, `near` at first; from home where there is none.
+fn found_along(
+    stance: &Stance,
+    demands: &[Demand],
+    mut near: Option<Configuration>,
+    places: &[usize],
+    found: &mut [Result<Configuration, Hindrance>],
+) {
     let machine = &stance.machine;
-    let mut near: Option<Configuration> = None;
-    let find = |demand: &Demand| {
-        let before = near.take().and_then(|near| machine.inverse_kinematics_from(&near, &demand.pose).ok());
-        let at = match before {
-            Some(at) => Ok(at),
-            None => machine.inverse_kinematics(&demand.pose),
+    for (done, place) in places.iter().enumerate() {
+        let pose = &demands[*place].pose;
+        let at = match &near {
+            Some(near) => machine.inverse_kinematics_from(near, pose),
+            None => machine.inverse_kinematics(pose),
         };
-        near = at.as_ref().ok().cloned();
-        at.map_err(|unreachable| match unreachable {
-            Unreachable::Travel { .. } | Unreachable::JointLimit { .. } => Hindrance::Limits,
-            _ => Hindrance::Unreachable,
-        })
-    };
-    demands.iter().map(find).collect()
+        match at {
+            Ok(at) => {
+                near = Some(at.clone());
+                found[*place] = Ok(at);
+            }
+            Err(unreachable) => {
+                let hindrance = match unreachable {
+                    Unreachable::Travel { .. } | Unreachable::JointLimit { .. } => Hindrance::Limits,
+                    _ => Hindrance::Unreachable,
+                };
+                // One after another only from where the machine stands.
+                let beyond = if near.is_some() { &places[done..] } else { &places[done..=done] };
+                beyond.iter().for_each(|place| found[*place] = Err(hindrance));
+                if near.is_some() {
+                    return;
+                }
+            }
+        }
+    }
 }

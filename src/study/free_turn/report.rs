@@ -52,7 +52,10 @@ pub fn table(found: &FreeTurn, arc_lengths_mm: impl Iterator<Item = f64>) -> Tab
     Table::new(columns, rows)
 }
 
-fn rows(found: &FreeTurn, redundancy: Redundancy) -> Vec<(&'static str, Result<(&TurnedAlong, [f64; 2]), &DeadEnd>)> {
+/// What the tool does at some turns, with the least and the largest of them, degrees; or why there are none.
+type Compared<'a> = Result<(&'a TurnedAlong, [f64; 2]), &'a DeadEnd>;
+
+fn rows(found: &FreeTurn, redundancy: Redundancy) -> Vec<(&'static str, Compared<'_>)> {
     let mut rows = vec![(PROGRAMMED, Ok((&found.as_programmed, [0.0; 2])))];
     rows.push((CONSTANT, found.best_constant.as_ref().map(|own| (&own.along, own.range_deg))));
     if redundancy == Redundancy::Best {
@@ -114,7 +117,7 @@ pub fn sentence(found: &FreeTurn, turn: &ToolTurn) -> String {
             share if share >= 0.0 => format!("{} less than {name}", percent(share)),
             share => format!("{} more than {name}", percent(-share)),
         },
-        _ => format!("{name} it is not at all points"),
+        _ => format!("{name} the machine cannot be led all along"),
     };
     let mut gains = gain(&found.as_programmed, PROGRAMMED);
     if let (Redundancy::Best, Ok(constant)) = (turn.redundancy, &found.best_constant) {

@@ -44,6 +44,9 @@ pub struct Stance {
     pub(super) machines: Machines,
 }
 
+/// Branches that a machine refuses, and why.
+pub(super) type Refused = Vec<(Branch, String)>;
+
 /// A checked path with its turns.
 #[derive(Debug)]
 pub(super) struct Turnable<'a> {
@@ -51,7 +54,7 @@ pub(super) struct Turnable<'a> {
     /// The ways to stand, in the order of [`Branch::ALL`].
     pub stances: Vec<Stance>,
     /// Branches that the machine refuses, and why.
-    pub refused: Vec<(Branch, String)>,
+    pub refused: Refused,
     placed: Placed,
     /// z of the tool frame in platform axes.
     axis: Unit<Vector3<f64>>,
@@ -73,14 +76,18 @@ fn refuse<T>(problem: String) -> Result<T> {
 /// Why the turn about the tool's axis is not free for `machine`, if it is not.
 fn check(machine: &Machine, placement: &Placement, path: &Toolpath) -> Result<()> {
     let name = &machine.name;
-    if let Some(words) = machine.uncontrolled_words() {
-        return refuse(format!("machine {name} cannot turn its tool freely: {words}"));
-    }
-    if machine.controls.len() != 6 || machine.redundancy > 0 || machine.drive_count() > MOST_DRIVES {
+    if machine.controls.len() != 6 {
         let problem = format!(
-            "machine {name} controls {} coordinates with {} drives, {} of them to spare: expected six with six (hold the others)",
-            machine.controls.len(),
-            machine.drive_count() - machine.held.len(),
+            "machine {name} controls {} coordinates of its platform, and the turn about the tool's axis is free only where the drives \
+             control all six coordinates",
+            machine.controls.len()
+        );
+        return refuse(problem);
+    }
+    if machine.redundancy > 0 || machine.drive_count() > MOST_DRIVES {
+        let problem = format!(
+            "machine {name} has {} drives and {} of them to spare: expected at most {MOST_DRIVES}, and those to spare held ([held], --hold)",
+            machine.drive_count(),
             machine.redundancy
         );
         return refuse(problem);
@@ -201,7 +208,7 @@ impl<'a> Turnable<'a> {
 }
 
 /// The ways in which `machine` may stand, and the branches that it refuses.
-fn stances(machine: &Machine, errors: &[ChainError]) -> Result<(Vec<Stance>, Vec<(Branch, String)>)> {
+fn stances(machine: &Machine, errors: &[ChainError]) -> Result<(Vec<Stance>, Refused)> {
     let stance = |branch, machine: Machine| -> Result<Stance> {
         Ok(Stance { branch, machines: Machines::new(&machine, errors)?, machine })
     };
