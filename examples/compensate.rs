@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let machine = Machine::named("orthoglide")?;
     // Files may be on disk, `Process::open`, or in memory; this process names none.
     let process = Process::from_toml(PROCESS, "process", Folder::in_memory([]), &machine)?;
-    let program = ProgramFile::parse(PROGRAM.into(), "quarter.nc".as_ref(), &process.gcode)?;
+    let program = ProgramFile::parse(PROGRAM.into(), "quarter.nc".as_ref(), &process)?;
     let job = ProgramJob::new(process, program, "quarter.nc")?;
 
     let nothing_to_tell = || ();
