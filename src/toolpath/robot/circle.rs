@@ -9,7 +9,7 @@ use super::{
     follow::{Motion, Stand, lead},
     split::{Piece, Points, Writer},
     statement::Target,
-    target_text::{Goal, Shown},
+    target_text::Goal,
     way::{Arc, Way},
 };
 

@@ -245,10 +245,10 @@ impl<'a> Writer<'a> {
                 None => failed = count,
             }
         }
-        if let Some(arc) = self.longest_arc(motion, target, from, points, first..first + most)? {
-            if arc.places.len() > best.places.len() {
-                best = arc;
-            }
+        if let Some(arc) = self.longest_arc(motion, target, from, points, first..first + most)?
+            && arc.places.len() > best.places.len()
+        {
+            best = arc;
         }
         Ok(best)
     }
