@@ -9,7 +9,7 @@ use super::{
     follow::{Motion, Stand, lead},
     split::{Piece, Points, Writer},
     statement::Target,
-    target_text::{Goal, Shown},
+    target_text::Goal,
     way::{Arc, Way},
 };
 
@@ -70,12 +70,40 @@ impl Writer<'_> {
         Ok(true)
     }
 
-    /// A part of a circle from `from` to the end `shown`, as a circle through the middle of its points `which`, if one passes them.
-    pub(super) fn arc_piece(
+    /// The circle from `from` on that passes most of the first points of `which`: sought in steps that halve, then between the
+    /// last two.
+    pub(super) fn longest_arc(
         &self,
         motion: &Motion,
+        target: &Target,
         from: Stand,
-        shown: Shown,
+        points: Points<'_>,
+        which: Range<usize>,
+    ) -> Result<Option<Piece>, RobotFault> {
+        let attempt = |count: usize| self.arc_piece(motion, target, from, points, which.start..which.start + count);
+        let (mut best, mut count, mut failed) = (None, which.len(), which.len() + 1);
+        while best.is_none() && count > 1 {
+            best = attempt(count)?;
+            if best.is_none() {
+                (failed, count) = (count, count / 2);
+            }
+        }
+        while best.is_some() && failed - count > 1 {
+            let middle = usize::midpoint(count, failed);
+            match attempt(middle)? {
+                Some(piece) => (best, count) = (Some(piece), middle),
+                None => failed = middle,
+            }
+        }
+        Ok(best)
+    }
+
+    /// A circle from `from` through the points `which`, if there is one.
+    fn arc_piece(
+        &self,
+        motion: &Motion,
+        target: &Target,
+        from: Stand,
         points: Points<'_>,
         which: Range<usize>,
     ) -> Result<Option<Piece>, RobotFault> {
@@ -83,21 +111,15 @@ impl Writer<'_> {
         let (Way::Arc(arc), Some(via), None) = (&motion.way, &statement.via, statement.sweep_rad) else {
             return Ok(None);
         };
-        if which.len() < 2 {
-            return Ok(None);
-        }
         let middle = which.start + which.len() / 2 - 1;
-        let Some(passed) = self.pen.show(statement, via, &points.goal(middle, motion), Some(&from))? else {
-            return Ok(None);
-        };
+        let show = |target: &Target, k: usize| self.pen.show(statement, target, &points.goal(k, motion), Some(&from));
+        let (Some(passed), Some(shown)) = (show(via, middle)?, show(target, which.end - 1)?) else { return Ok(None) };
         let through = [from.position, passed.stand.position, shown.stand.position];
         let Some(written) = Arc::through(through, None) else { return Ok(None) };
         let nominal = points.share(&which) * arc.sweep_rad();
         let is_alike = (written.sweep_rad() - nominal).abs() <= nominal * MOST_CHANGE_OF_TURN;
-        if !is_alike
-            || written.sweep_rad() < LEAST_TURN_RAD
-            || (shown.stand.position - from.position).norm() < LEAST_CHORD_MM
-        {
+        let chord_mm = (shown.stand.position - from.position).norm();
+        if !is_alike || written.sweep_rad() < LEAST_TURN_RAD || chord_mm < LEAST_CHORD_MM {
             return Ok(None);
         }
         let places = self.places(&Way::Arc(written), [from, shown.stand], motion, points, which);
@@ -106,7 +128,7 @@ impl Writer<'_> {
 }
 
 /// A part of a circle may turn by as much more or less than programmed, as a share.
-const MOST_CHANGE_OF_TURN: f64 = 0.2;
+const MOST_CHANGE_OF_TURN: f64 = 0.5;
 /// Controllers refuse shorter circles than this, and those that turn less.
 const LEAST_CHORD_MM: f64 = 1.0;
 /// See [`LEAST_CHORD_MM`]: a degree between the ways to the middle and to the end is a quarter of it.

@@ -230,12 +230,10 @@ impl<'a> Writer<'a> {
             shown.ok_or(RobotFault::CircleFromNowhere)
         };
         let attempt = |count: usize| -> Result<Option<Piece>, RobotFault> {
-            let (which, shown) = (first..first + count, show(first + count - 1)?);
+            let shown = show(first + count - 1)?;
             let way = Way::Line(from.position, shown.stand.position);
-            match self.places(&way, [from, shown.stand], motion, points, which.clone()) {
-                Some(places) => Ok(Some(Piece { via: None, shown, places })),
-                None => self.arc_piece(motion, from, shown, points, which),
-            }
+            let places = self.places(&way, [from, shown.stand], motion, points, first..first + count);
+            Ok(places.map(|places| Piece { via: None, shown, places }))
         };
         let mut best = Piece { via: None, shown: show(first)?, places: vec![1.0] };
         let (mut passed, mut failed) = (1, most + 1);
@@ -246,6 +244,11 @@ impl<'a> Writer<'a> {
                 Some(piece) => (best, passed) = (piece, count),
                 None => failed = count,
             }
+        }
+        if let Some(arc) = self.longest_arc(motion, target, from, points, first..first + most)?
+            && arc.places.len() > best.places.len()
+        {
+            best = arc;
         }
         Ok(best)
     }
