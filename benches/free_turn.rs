@@ -25,6 +25,19 @@ tangential_force_N = -200.0
 axial_force_N = -150.0
 ";
 
+const ROBOT: &str = include_str!("../src/machine/catalogue/fanuc_r2000ic.toml");
+
+/// The machine of `toml`, which stands on all branches if its travel is not limited.
+fn without_travel(toml: &str) -> String {
+    let blocks = toml.split("[[provenance]]\n").filter(|block| !block.contains("arm.J1.travel"));
+    let mut text = blocks.collect::<Vec<_>>().join("[[provenance]]\n");
+    while let Some(from) = text.find(", travel_deg = [") {
+        let length = text[from..].find(']').map_or(0, |end| end + 1);
+        text.replace_range(from..from + length, "");
+    }
+    text
+}
+
 /// Lines back and forth over a face of 200 mm by as much as it takes, 1 mm from point to point.
 fn zigzag(points: usize) -> String {
     let mut rows = String::from("x_mm,y_mm,z_mm,feed_mm_per_min\n");
@@ -61,8 +74,20 @@ fn main() {
     let given = std::env::args().skip(1).find_map(|argument| argument.parse().ok());
     let is_test = !std::env::args().any(|argument| argument == "--bench");
     let points: usize = given.unwrap_or(if is_test { 30 } else { POINTS });
-    let machine = Machine::named_or_file("fanuc_r2000ic").expect("built in");
-    let process = Process::from_toml(PROCESS, "process", std::path::PathBuf::new(), &machine).expect("a process");
+    let robot = Machine::named_or_file("fanuc_r2000ic").expect("built in");
+    let free = Machine::from_toml(&without_travel(ROBOT), "fanuc_r2000ic").expect("a machine");
+    for (name, machine) in [("R-2000iC", robot), ("the same, its travel not limited", free)] {
+        println!("{name}");
+        on_machine(&machine, points);
+    }
+    if let Ok(status) = std::fs::read_to_string("/proc/self/status") {
+        let peak = status.lines().find(|line| line.starts_with("VmHWM")).unwrap_or_default();
+        println!("{}", peak.trim());
+    }
+}
+
+fn on_machine(machine: &Machine, points: usize) {
+    let process = Process::from_toml(PROCESS, "process", std::path::PathBuf::new(), machine).expect("a process");
     let path = Polyline::read(zigzag(points), "path.csv").expect("a path").toolpath().clone();
     let loads = process.loads(&path).expect("loads");
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("threads");
@@ -104,9 +129,5 @@ fn main() {
                 Err(dead_end) => println!("  {name}: {}", dead_end.reason()),
             }
         }
-    }
-    if let Ok(status) = std::fs::read_to_string("/proc/self/status") {
-        let peak = status.lines().find(|line| line.starts_with("VmHWM")).unwrap_or_default();
-        println!("{}", peak.trim());
     }
 }

@@ -274,10 +274,18 @@ impl Chain {
 
     /// What is commanded where the chain coordinates, drive coordinates with the drives' positions added, are `values`.
     pub(crate) fn commanded(&self, values: &[f64]) -> Vec<f64> {
-        let joints: Vec<f64> = self.drives.iter().map(|drive| values[drive.coordinate]).collect();
-        let Some(coupling) = &self.coupling else { return joints };
-        let moved = DVector::from_fn(joints.len(), |i, _| joints[i] - coupling.offset[i]);
-        coupling.per_shown.clone().lu().solve(&moved).map_or(joints, |shown| shown.as_slice().to_vec())
+        (self.commanding())(values)
+    }
+
+    /// [`Chain::commanded`] of many.
+    pub(crate) fn commanding(&self) -> impl Fn(&[f64]) -> Vec<f64> {
+        let coupling = self.coupling.as_ref().map(|coupling| (coupling.per_shown.clone().lu(), &coupling.offset));
+        move |values| {
+            let joints: Vec<f64> = self.drives.iter().map(|drive| values[drive.coordinate]).collect();
+            let Some((per_shown, offset)) = &coupling else { return joints };
+            let moved = DVector::from_fn(joints.len(), |i, _| joints[i] - offset[i]);
+            per_shown.solve(&moved).map_or(joints, |shown| shown.as_slice().to_vec())
+        }
     }
 
     /// Adds where the drives' joints stand, for drives at `drives` (mm, rad), to the chain coordinates `values`.

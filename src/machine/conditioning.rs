@@ -29,9 +29,21 @@ impl Machine {
         if most > 0.0 { least / most } else { 0.0 }
     }
 
-    /// [`Machine::conditioning`] of an arm with a spherical wrist that controls all six coordinates by its six hinges, from their axes:
-    /// for many postures. `None` for other machines.
-    pub(crate) fn arm_conditioning(&self, at: &Configuration) -> Option<f64> {
+    /// Whether [`Machine::conditioning`] is at least `least`: of an arm with a spherical wrist that controls all six coordinates by its
+    /// six hinges from their axes, for many postures.
+    pub(crate) fn is_conditioned(&self, at: &Configuration, least: f64) -> bool {
+        if least <= 0.0 {
+            return true;
+        }
+        let Some(jacobian) = self.arm_jacobian(at) else { return self.conditioning(at) >= least };
+        // What singular values are at least and at most.
+        let bound = jacobian.try_inverse().map_or(0.0, |inverse| 1.0 / (jacobian.norm() * inverse.norm()));
+        bound >= least || inverse_condition(&jacobian) >= least
+    }
+
+    /// Motion of P per motion of each drive, of an arm as [`Machine::is_conditioned`] takes it; rotations at the reach, both as shares of
+    /// it. `None` for other machines.
+    fn arm_jacobian(&self, at: &Configuration) -> Option<Matrix6<f64>> {
         let first = self.first_of_arm().filter(|_| self.controls.len() == 6)?;
         let chain = &self.chains[0];
         let mut values = Vec::with_capacity(chain.virtual_count);
@@ -45,10 +57,15 @@ impl Machine {
             joints.set_column(column, &Vector6::new(v.x, v.y, v.z, w.x, w.y, w.z));
         }
         let coupled = Matrix6::from_fn(|joint, drive| chain.joint_per_drive(first + joint, first + drive));
-        let values = (joints * coupled).singular_values();
-        let (least, most) = (values.min(), values.max());
-        Some(if most > 0.0 { least / most } else { 0.0 })
+        Some(joints * coupled)
     }
+}
+
+/// Smallest singular value as a share of the largest.
+fn inverse_condition(matrix: &Matrix6<f64>) -> f64 {
+    let values = matrix.singular_values();
+    let (least, most) = (values.min(), values.max());
+    if most > 0.0 { least / most } else { 0.0 }
 }
 
 #[cfg(test)]
@@ -63,13 +80,15 @@ mod tests {
                 let beside = |(k, home): (usize, &f64)| home + 0.4 * ((seed * 7 + k * 3) as f64).sin();
                 let drives: Vec<f64> = machine.home.drives.iter().enumerate().map(beside).collect();
                 let at = machine.forward_kinematics(&drives).unwrap();
-                let (own, of_closure) = (machine.arm_conditioning(&at).unwrap(), machine.conditioning(&at));
+                let own = inverse_condition(&machine.arm_jacobian(&at).unwrap());
+                let of_closure = machine.conditioning(&at);
                 assert!((own - of_closure).abs() < 1e-9 * of_closure.max(1e-3), "{name}: {own} and {of_closure}");
+                assert!(machine.is_conditioned(&at, 0.999 * own) && !machine.is_conditioned(&at, 1.001 * own));
             }
         }
-        assert_eq!(
-            Machine::named("orthoglide").unwrap().arm_conditioning(&Machine::named("orthoglide").unwrap().home),
-            None
+        let orthoglide = Machine::named("orthoglide").unwrap();
+        assert!(
+            orthoglide.arm_jacobian(&orthoglide.home).is_none() && orthoglide.is_conditioned(&orthoglide.home, 0.1)
         );
     }
 }

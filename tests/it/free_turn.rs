@@ -140,6 +140,8 @@ fn the_lattice_has_the_best_of_all_ways() {
     let found = on_lattice(&machine, &path, &turn(TurnObjective::Worst)).unwrap();
     assert!((found.value_mm - largest).abs() < 1e-7 * largest, "{} and {largest}", found.value_mm);
     assert!(largest > 1.0001 * rms);
+    let sought = sought(&machine, &path, &turn(TurnObjective::Worst));
+    assert_eq!(sought.on_lattice.unwrap().value_mm, found.value_mm);
 }
 
 #[test]

@@ -66,26 +66,33 @@ impl Machine {
         let mut values = vec![0.0; chain.virtual_count];
         chain.add_joints(&self.home.drives, &mut values);
         let drives = &chain.drives[arm.first..];
-        let free = values[drives[3].coordinate];
+        let (free, commanded) = (values[drives[3].coordinate], chain.commanding());
         let posture = |joints: [f64; 6]| {
             for (drive, joint) in drives.iter().zip(joints) {
                 values[drive.coordinate] = joint;
             }
-            (Branch::of_signs(arm.signs(&joints)), chain.commanded(&values))
+            (Branch::of_signs(arm.signs(&joints)), commanded(&values))
         };
         arm.solutions(target, free).into_iter().map(posture).collect()
     }
 
     /// Where an arm of one chain stands with its drives at `drives`, its hinges turned as often as [`Machine::postures_at`] turns them;
-    /// `None` where travel does not allow it.
-    pub(crate) fn posture_within_travel(&self, drives: &[f64]) -> Option<Configuration> {
-        let mut at = self.serial_posture(drives);
-        self.turn_nearest_to_home(&mut at);
-        if self.limit_excess(&at) > 0.0 {
-            self.turn_within_travel(&mut at);
-            self.turn_nearest_to_travel(&mut at);
+    /// `None` where travel does not allow it. `full_turns`: those of the machine.
+    pub(crate) fn posture_within_travel(
+        &self,
+        drives: &mut [f64],
+        full_turns: &[Option<f64>],
+    ) -> Option<Configuration> {
+        let homes = self.home.drives.iter();
+        for ((((_, drive), turn), rho), home) in self.drives().zip(full_turns).zip(drives.iter_mut()).zip(homes) {
+            if let Some(turn) = turn {
+                *rho -= ((*rho - home) / turn).round() * turn;
+            }
+            if let Some(travel) = drive.travel {
+                *rho = kinematics::within_travel(*rho, travel, *turn)?;
+            }
         }
-        (self.limit_excess(&at) == 0.0).then_some(at)
+        Some(self.serial_posture(drives))
     }
 
     /// The same machine, at home on `branch`: it stands on no other, and what it reaches on others only is unreachable.

@@ -44,7 +44,7 @@ impl Machine {
     }
 
     /// Takes hinge drives beyond their travel a full turn back or on where that brings them within.
-    pub(in crate::machine) fn turn_within_travel(&self, at: &mut Configuration) {
+    fn turn_within_travel(&self, at: &mut Configuration) {
         for (((_, drive), turn), rho) in self.drives().zip(self.full_turns()).zip(&mut at.drives) {
             let (Some((low, high)), Some(turn)) = (drive.travel, turn) else { continue };
             let (up, down) = (*rho + ((low - *rho) / turn).ceil() * turn, *rho - ((*rho - high) / turn).ceil() * turn);
@@ -143,6 +143,19 @@ impl Machine {
             (value - 0.5 * (low + high)) / half
         }));
     }
+}
+
+/// `value` of a drive taken as many times a full `turn` of it back or on as bring it within its travel, if any do.
+pub(in crate::machine) fn within_travel(value: f64, (low, high): (f64, f64), turn: Option<f64>) -> Option<f64> {
+    if beyond(value, low, high) == 0.0 {
+        return Some(value);
+    }
+    let turn = turn?;
+    let back = match value < low {
+        true => value + ((low - value) / turn).ceil() * turn,
+        false => value - ((value - high) / turn).ceil() * turn,
+    };
+    (beyond(back, low, high) == 0.0).then_some(back)
 }
 
 /// How far `value` is beyond the limits, in its unit; 0 within them and as far outside as rounding may put it.

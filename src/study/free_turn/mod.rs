@@ -187,14 +187,17 @@ fn best(
     work: &Work,
 ) -> Result<(std::result::Result<OnLattice, DeadEnd>, std::result::Result<Turned, DeadEnd>)> {
     let objective = path.asked.turn.objective;
-    let walk = match (objective, walk.cheapest()) {
-        (TurnObjective::Worst, Some((largest, ..))) => lattice.walk(TurnObjective::Rms, largest, work)?,
-        _ => walk,
+    let (walk, of_lattice) = match (objective, walk.cheapest()) {
+        (TurnObjective::Worst, Some((largest, ..))) => {
+            (lattice.walk(TurnObjective::Rms, largest, work)?, Some(largest))
+        }
+        _ => (walk, None),
     };
-    let (stance, found) = match lattice.found(&walk, objective) {
+    let (stance, mut found) = match lattice.found(&walk, TurnObjective::Rms) {
         Ok(found) => found,
         Err(dead_end) => return Ok((Err(dead_end.clone()), Err(dead_end))),
     };
+    found.value_mm = of_lattice.unwrap_or(found.value_mm);
     let refined = Refined {
         path,
         shape: &lattice.shape,
@@ -251,7 +254,7 @@ impl<'a> Lattice<'a> {
             stances: path.stances.len(),
             turns: turns.len(),
             wraps: path.wraps(),
-            full_turns: path.asked.machine.full_turns().collect(),
+            full_turns: path.full_turns.clone(),
             speeds: turn.speed_limits_deg_per_s.iter().map(|limit| limit.to_radians()).collect(),
         };
         let nodes = knots.len().saturating_mul(shape.turns * shape.stances);

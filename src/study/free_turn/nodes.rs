@@ -114,9 +114,9 @@ impl<'a> Solver<'a> {
     ) -> Vec<Node> {
         let stance = &self.path.stances[s];
         let least = self.path.asked.turn.min_singularity_distance;
-        let allowed = |at: Configuration| match least > 0.0 && conditioning(stance, &at) < least {
-            true => Err(Hindrance::Singularity),
-            false => Ok(at),
+        let allowed = |at: Configuration| match stance.machine.is_conditioned(&at, least) {
+            true => Ok(at),
+            false => Err(Hindrance::Singularity),
         };
         let found: Vec<_> = found.into_iter().map(|at| at.and_then(allowed)).collect();
         let at: Vec<(&Demand, &Configuration)> =
@@ -141,10 +141,6 @@ impl<'a> Solver<'a> {
         };
         found.into_iter().map(node).collect()
     }
-}
-
-fn conditioning(stance: &Stance, at: &Configuration) -> f64 {
-    stance.machine.arm_conditioning(at).unwrap_or_else(|| stance.machine.conditioning(at))
 }
 
 /// Stable equilibria under dead wrenches at P, from rigid configurations.
@@ -174,10 +170,10 @@ fn postures(path: &Turnable<'_>, turns: &[f64], demands: &[Demand]) -> Vec<Vec<R
         stances => {
             let mut found: Vec<Vec<_>> = vec![vec![Err(Hindrance::Unreachable); demands.len()]; stances.len()];
             for (turn, demand) in demands.iter().enumerate() {
-                for (branch, drives) in path.asked.machine.postures_in_closed_form(&demand.pose) {
+                for (branch, mut drives) in path.asked.machine.postures_in_closed_form(&demand.pose) {
                     let own = stances.iter().position(|stance| stance.branch == Some(branch));
                     if let Some(s) = own {
-                        let at = stances[s].machine.posture_within_travel(&drives);
+                        let at = stances[s].machine.posture_within_travel(&mut drives, &path.full_turns);
                         found[s][turn] = at.ok_or(Hindrance::Limits);
                     }
                 }

@@ -55,6 +55,8 @@ pub(super) struct Turnable<'a> {
     pub stances: Vec<Stance>,
     /// Branches that the machine refuses, and why.
     pub refused: Refused,
+    /// Of each drive, what a full turn of it is, rad; `None` of a slide.
+    pub full_turns: Vec<Option<f64>>,
     placed: Placed,
     /// z of the tool frame in platform axes.
     axis: Unit<Vector3<f64>>,
@@ -137,6 +139,7 @@ impl<'a> Turnable<'a> {
             asked,
             stances,
             refused,
+            full_turns: machine.full_turns().collect(),
             axis: Unit::new_normalize(machine.tool_axes.column(2).into_owned()),
             unturned: path.points().iter().map(unturned).collect(),
             placed,
