@@ -60,10 +60,8 @@ impl ProgramFile {
             folder.note(name, written_out);
         }
         #[cfg(not(target_family = "wasm"))]
-        if let ProgramFile::Robot(program) = &program
-            && folder.is_noting()
-        {
-            folder.note(name, &points_of(program, process)?);
+        if folder.is_noting() && program.is_noted_as_points(process) {
+            folder.note(name, &points_of(&program, process)?);
         }
         Ok(program)
     }
@@ -106,6 +104,16 @@ impl ProgramFile {
             }),
         };
         Ok(ProgramFile::Gcode(Box::new(program?)))
+    }
+
+    /// Whether pages, which do not follow it, get its points: all of it that counts is then in them.
+    #[cfg(not(target_family = "wasm"))]
+    fn is_noted_as_points(&self, process: &Process) -> bool {
+        match self {
+            ProgramFile::Polyline(_) => false,
+            ProgramFile::Gcode(_) => !process.gcode.rotary.is_empty() && process.own_forces.is_empty(),
+            ProgramFile::Robot(_) => true,
+        }
     }
 
     /// What results along it depend on: its file, called `name`, and what it was written out as, for what it calls beside it counts.
@@ -307,7 +315,7 @@ fn check_tool(program: &RobotProgram, process: &Process) -> Result<()> {
 
 /// The points of the path of a program as a polyline.
 #[cfg(not(target_family = "wasm"))]
-fn points_of(program: &RobotProgram, process: &Process) -> Result<Vec<u8>> {
+fn points_of(program: &ProgramFile, process: &Process) -> Result<Vec<u8>> {
     let path = program.toolpath(process.sampling)?;
     let decimals = NumberFormat::new(NumberFormat::MAX_DECIMALS, NumberFormat::default().inch_decimals())?;
     Ok(crate::toolpath::polyline::write(&path, &path.positions_mm(), decimals)?)

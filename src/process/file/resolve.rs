@@ -173,6 +173,12 @@ fn gcode_options(spec: &GcodeSpec, check: &Check) -> Result<GcodeOptions> {
     })
 }
 
+#[cfg(target_family = "wasm")]
+fn rotary(_: &GcodeSpec, _: &Check) -> Result<Rotary> {
+    Ok(Rotary::default())
+}
+
+#[cfg(not(target_family = "wasm"))]
 fn rotary(spec: &GcodeSpec, check: &Check) -> Result<Rotary> {
     let mut axes: Vec<RotaryAxis> = Vec::new();
     for (index, given) in spec.rotary.iter().enumerate() {

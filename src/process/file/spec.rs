@@ -137,6 +137,13 @@ pub struct SamplingSpec {
     pub max_turn_deg: Option<f64>,
 }
 
+/// The list `rotary`.
+#[cfg(not(target_family = "wasm"))]
+pub(crate) type RotaryList = Vec<RotarySpec>;
+/// The same on pages, which have the path as points.
+#[cfg(target_family = "wasm")]
+pub(crate) type RotaryList = serde::de::IgnoredAny;
+
 /// A rotary axis of the control.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -222,7 +229,7 @@ pub struct GcodeSpec {
     pub arc_centres: ArcCentres,
     /// What A, B and C turn, from the base of the machine outwards; nothing if not given.
     #[serde(default)]
-    pub rotary: Vec<RotarySpec>,
+    pub rotary: RotaryList,
     /// Whether X, Y and Z are those of the tip while A, B and C turn.
     #[serde(default)]
     pub rotary_tip: RotaryTip,

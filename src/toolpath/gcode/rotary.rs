@@ -43,6 +43,9 @@ pub struct Rotary {
     pub always_of_tip: bool,
 }
 
+/// Whether they are followed: pages get programs that turn as points.
+const FOLLOWED: bool = !cfg!(target_family = "wasm");
+
 /// Angles of A, B and C, degrees.
 pub(crate) type Angles = [f64; 3];
 
@@ -55,15 +58,18 @@ impl Rotary {
     /// Whether there are none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.axes.is_empty()
+        !FOLLOWED || self.axes.is_empty()
     }
 
     pub(crate) fn has(&self, letter: char) -> bool {
-        self.axes.iter().any(|axis| axis.letter == letter)
+        FOLLOWED && self.axes.iter().any(|axis| axis.letter == letter)
     }
 
     /// The first axis that stands elsewhere than at 0 and of which it is not known where it is.
     pub(crate) fn without_place(&self, angles: &Angles) -> Option<char> {
+        if !FOLLOWED {
+            return None;
+        }
         let turned = |axis: &&RotaryAxis| angles[index(axis.letter)] != 0.0 && axis.through_mm.is_none();
         self.axes.iter().find(turned).map(|axis| axis.letter)
     }
@@ -116,12 +122,12 @@ impl Turning {
 
     /// Whether an axis turns.
     pub fn turns(&self) -> bool {
-        self.from != self.to
+        FOLLOWED && self.from != self.to
     }
 
     /// Whether coordinates are other than those of the tip in W.
     pub fn displaces(&self) -> bool {
-        !self.of_tip && (self.from != [0.0; 3] || self.to != [0.0; 3])
+        FOLLOWED && !self.of_tip && (self.from != [0.0; 3] || self.to != [0.0; 3])
     }
 }
 
