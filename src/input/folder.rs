@@ -47,7 +47,7 @@ impl Folder {
     }
 
     /// Whether files are noted.
-    #[cfg(not(target_family = "wasm"))]
+    #[cfg(all(feature = "study", not(target_family = "wasm")))]
     pub(crate) fn is_noting(&self) -> bool {
         self.noted.is_some()
     }

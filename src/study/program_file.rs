@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 #[cfg(not(target_family = "wasm"))]
 use crate::toolpath::{
-    NumberFormat,
+    NumberFormat, PathPoint,
     robot::{Language, RobotProgram},
 };
 use crate::{
@@ -76,8 +76,7 @@ impl ProgramFile {
 
     fn parse_beside(bytes: Vec<u8>, file: &Path, process: &Process, beside: &Beside<'_>) -> Result<Self> {
         let (name, options) = (file.display().to_string(), &process.gcode);
-        let is_points = cfg!(target_family = "wasm") && bytes.starts_with(POINTS);
-        if is_csv(file) || is_points {
+        if is_csv(file) || bytes.starts_with(POINTS) {
             return Ok(ProgramFile::Polyline(Polyline::read(bytes, &name)?));
         }
         #[cfg(not(target_family = "wasm"))]
@@ -289,7 +288,7 @@ fn is_csv(file: &Path) -> bool {
     file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
 }
 
-/// How the points begin that pages have of a program of a robot.
+/// How the points begin that stand for a program of a robot in what pages have.
 const POINTS: &[u8] = b"x_mm,y_mm,z_mm";
 
 /// Tips that differ by less are the same, mm.
@@ -318,6 +317,13 @@ fn check_tool(program: &RobotProgram, process: &Process) -> Result<()> {
 fn points_of(program: &ProgramFile, process: &Process) -> Result<Vec<u8>> {
     let path = program.toolpath(process.sampling)?;
     let decimals = NumberFormat::new(NumberFormat::MAX_DECIMALS, NumberFormat::default().inch_decimals())?;
+    // A column is there if all points have it; where nothing is cut, the feed does not matter.
+    let feed = path.points().iter().find_map(|point| point.feed_mm_per_min);
+    let with_feed = path.points().iter().map(|point| PathPoint {
+        feed_mm_per_min: point.feed_mm_per_min.or(feed.filter(|_| !point.cutting)),
+        ..*point
+    });
+    let path = Toolpath::assemble(with_feed.collect()).with_external_axes(path.external_axes());
     Ok(crate::toolpath::polyline::write(&path, &path.positions_mm(), decimals)?)
 }
 

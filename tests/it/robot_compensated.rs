@@ -116,11 +116,15 @@ fn pages_get_the_points_of_a_program() {
     let noting = folder(&[("part.src", KRL), ("part.dat", DATA)]).noting();
     let file = ProgramFile::in_folder(&noting, "part.src", &process("")).unwrap();
     let path = file.toolpath(Default::default()).unwrap();
-    let points = Polyline::read(noting.noted()["part.src"].clone(), "part.src").unwrap();
+    let noted = noting.noted()["part.src"].clone();
+    let again = ProgramFile::parse(noted.clone(), "part.src".as_ref(), &process("")).unwrap();
+    assert!(matches!(again, ProgramFile::Polyline(_)));
+    let points = Polyline::read(noted, "part.src").unwrap();
     assert_eq!(points.toolpath().len(), path.len());
     for (a, b) in points.toolpath().points().iter().zip(path.points()) {
         assert!((a.position_mm - b.position_mm).norm() < 1e-8);
         assert!(a.orientation.unwrap().angle_to(&b.orientation.unwrap()) < 1e-7);
+        assert_eq!(a.feed_mm_per_min, Some(1200.0));
     }
 }
 

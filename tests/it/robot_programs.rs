@@ -238,7 +238,7 @@ fn krl_that_is_not_followed_is_refused_by_line_and_statement() {
         ("LIN {X 1,Y 2\n", "p.src:1: `LIN {X 1,Y 2`: expected } on the same line"),
         (
             "LIN {X 2e6,Y 0,Z 0,A 0,B 0,C 0}\n",
-            "p.src:1: `LIN {X 2e6,Y 0,Z 0,A 0,B 0,C 0}`: coordinate beyond 1000000 mm; expected a position on the machine",
+            "p.src:1: `LIN {X 2e6,Y 0,Z 0,A 0,B 0,C 0}`: coordinate or external axis beyond 1000000; expected a position on the machine",
         ),
         (
             "$IPO_MODE=#TCP\n",

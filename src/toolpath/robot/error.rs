@@ -145,7 +145,7 @@ pub enum RobotFault {
         length: f64,
     },
     /// A coordinate no machine has.
-    #[error("coordinate beyond {MAX_COORDINATE_MM} mm; expected a position on the machine")]
+    #[error("coordinate or external axis beyond {MAX_COORDINATE_MM}; expected a position on the machine")]
     TooFar,
     /// A motion behind the end.
     #[error("a motion after the end of the program in line {end}; expected none")]

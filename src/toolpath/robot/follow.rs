@@ -130,6 +130,10 @@ pub(super) fn lead(
         target.number(Component::External(axis)).or_else(|| here.and_then(|here| here.external[axis]))
     });
     let position = frames.base.transform_point(&Vector3::new(x, y, z).into()).coords;
+    // Not-a-numbers compare as false.
+    if !position.iter().chain(external.iter().flatten()).all(|number| number.abs() <= MAX_COORDINATE_MM) {
+        return Err(RobotFault::TooFar);
+    }
     Ok(Some(Stand { position, orientation, external }))
 }
 

@@ -3,7 +3,7 @@
 //!
 //! What a statement means is followed, or it is refused with file, line and statement; all that does not move the tool
 //! is copied as it stands. A reader for each language gives the statements that move the tool one after another
-//! ([`statement`]); what they lead to, and how they are written, is the same for all. A program is held as its bytes,
+//! (`statement.rs`); what they lead to, and how they are written, is the same for all. A program is held as its bytes,
 //! and what a statement does is found anew whenever it is walked through.
 //!
 //! Decisions:

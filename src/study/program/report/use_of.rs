@@ -39,9 +39,8 @@ fn loaded(job: &ProgramJob, name: &str) -> String {
     };
     match program.language() {
         Language::Krl => format!(
-            "Load it in place of {name}, with the same $BASE and $TOOL (or the same numbers of base and tool). It is called as OUT is \
-             named: its DEF line keeps the name of {name}, and the .dat of {name} belongs beside it under its new name. Some \
-             controllers take programs of some thousand lines only.\n"
+            "Load it in place of {name}, with the same $BASE and $TOOL (or the same numbers of base and tool), under the name in its \
+             DEF line, and with the .dat of {name} beside it if there is one. Old controllers take some thousand lines at most.\n"
         ),
         Language::Rapid => format!(
             "Load it in place of {name} (the module keeps its name), with the same work objects and tools. Lines that were added have \
