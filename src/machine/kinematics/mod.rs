@@ -19,6 +19,7 @@ use std::borrow::Cow;
 use serde::{Deserialize, Serialize};
 
 pub(super) use closure::{CLOSURE_ROUNDING, Closure, Command, reach};
+#[cfg(feature = "study")]
 pub(super) use limits::within_travel;
 
 use super::{Branch, Chain, task_space::shown};
