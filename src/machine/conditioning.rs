@@ -1,8 +1,11 @@
 //! How far a machine is from a singularity, whatever its kind.
 
+#[cfg(feature = "study")]
 use nalgebra::{Matrix6, Vector6};
 
-use super::{Configuration, Coordinate, Machine, Motion, MoveScrew};
+#[cfg(feature = "study")]
+use super::MoveScrew;
+use super::{Configuration, Coordinate, Machine, Motion};
 
 impl Machine {
     /// Inverse condition number of the Jacobian between the drives and the controlled task coordinates at `at`: its smallest singular
@@ -31,6 +34,7 @@ impl Machine {
 
     /// Whether [`Machine::conditioning`] is at least `least`: of an arm with a spherical wrist that controls all six coordinates by its
     /// six hinges from their axes, for many postures.
+    #[cfg(feature = "study")]
     pub(crate) fn is_conditioned(&self, at: &Configuration, least: f64) -> bool {
         if least <= 0.0 {
             return true;
@@ -43,6 +47,7 @@ impl Machine {
 
     /// Motion of P per motion of each drive, of an arm as [`Machine::is_conditioned`] takes it; rotations at the reach, both as shares of
     /// it. `None` for other machines.
+    #[cfg(feature = "study")]
     fn arm_jacobian(&self, at: &Configuration) -> Option<Matrix6<f64>> {
         let first = self.first_of_arm().filter(|_| self.controls.len() == 6)?;
         let chain = &self.chains[0];
@@ -62,13 +67,14 @@ impl Machine {
 }
 
 /// Smallest singular value as a share of the largest.
+#[cfg(feature = "study")]
 fn inverse_condition(matrix: &Matrix6<f64>) -> f64 {
     let values = matrix.singular_values();
     let (least, most) = (values.min(), values.max());
     if most > 0.0 { least / most } else { 0.0 }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "study"))]
 mod tests {
     use super::*;
 

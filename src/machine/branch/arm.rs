@@ -205,6 +205,7 @@ pub(super) fn joints(chain: &Chain, first: usize, values: &[f64]) -> [f64; 6] {
 
 impl Machine {
     /// Index of the first of the six drives of a six-axis arm with a spherical wrist; `None` of other machines.
+    #[cfg(feature = "study")]
     pub(crate) fn first_of_arm(&self) -> Option<usize> {
         self.arm.as_ref().map(|arm| arm.first)
     }

@@ -60,6 +60,7 @@ impl Machine {
 
     /// The postures in which an arm meets `target`, as its axes alone say: drives as [`Machine::postures_at`] finds them but for full
     /// turns, to within what an arm may miss a spherical wrist by. For many poses; empty for other machines.
+    #[cfg(feature = "study")]
     pub(crate) fn postures_in_closed_form(&self, target: &Pose) -> Vec<(Branch, Vec<f64>)> {
         let Some(arm) = self.arm.as_ref() else { return Vec::new() };
         let chain = &self.chains[0];
@@ -78,6 +79,7 @@ impl Machine {
 
     /// Where an arm of one chain stands with its drives at `drives`, its hinges turned as often as [`Machine::postures_at`] turns them;
     /// `None` where travel does not allow it. `full_turns`: those of the machine.
+    #[cfg(feature = "study")]
     pub(crate) fn posture_within_travel(
         &self,
         drives: &mut [f64],

@@ -146,6 +146,7 @@ impl Machine {
 }
 
 /// `value` of a drive taken as many times a full `turn` of it back or on as bring it within its travel, if any do.
+#[cfg(feature = "study")]
 pub(in crate::machine) fn within_travel(value: f64, (low, high): (f64, f64), turn: Option<f64>) -> Option<f64> {
     if beyond(value, low, high) == 0.0 {
         return Some(value);

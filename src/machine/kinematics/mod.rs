@@ -26,6 +26,7 @@ use std::borrow::Cow;
 use serde::{Deserialize, Serialize};
 
 pub(super) use closure::{Closure, Command, reach};
+#[cfg(feature = "study")]
 pub(super) use limits::within_travel;
 pub(super) use search::CLOSURE_ROUNDING;
 pub(crate) use side_by_side::SideBySide;

@@ -51,6 +51,7 @@ pub struct ProcessSpec {
     pub compensate: CompensateTable,
     /// How the turn about the tool's axis is chosen.
     #[serde(default)]
+    #[cfg_attr(target_family = "wasm", expect(dead_code, reason = "pages have the path as it was turned"))]
     pub tool_turn: ToolTurnTable,
     /// What a G-code program does not say itself.
     #[serde(default)]

@@ -1,9 +1,9 @@
 //! The free turn about the tool's axis: at which turn the loaded tool stays nearest to its path, along the path.
 //!
 //! A machine that controls all six coordinates, with a tool that rotates, may turn its platform about the tool's axis by any angle γ at
-//! each point. Where a lattice of points, turns and branches has nodes, the loaded machine is solved exactly ([`nodes`]); the cheapest
-//! way through it within a band of turns is found by dynamic programming ([`lattice`]), and turns between its own are found point by
-//! point ([`refine`]). What is said of the result is what the machine does when it is led along the turned path ([`along`]).
+//! each point. Where a lattice of points, turns and branches has nodes, the loaded machine is solved exactly (`nodes`); the cheapest
+//! way through it within a band of turns is found by dynamic programming (`lattice`), and turns between its own are found point by
+//! point (`refine`). What is said of the result is what the machine does when it is led along the turned path (`along`).
 
 mod along;
 #[cfg(not(target_family = "wasm"))]
