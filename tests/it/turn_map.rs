@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use kinetostat::{
-    compensation::{Demand, Method, Session, Target, compensate},
+    compensation::{Demand, Method, Target, compensate},
     process::{Placement, cutting::PathFrame},
     spatial::{frame_about, rotation_exp},
     study::{
-        Overrides, Study, StudyKind, settings,
+        Machines, Overrides, Source, Study, StudyKind,
         turn_map::{AtTurn, TurnMap, TurnMapPoint, TurnMapStudy, run},
     },
     toolpath::Orientation,
@@ -34,6 +34,7 @@ fn map(study: &TurnMapStudy) -> TurnMap {
 /// The largest deflection over the directions of the force with the platform turned so, by the machine led there on its own.
 fn alone(study: &TurnMapStudy, point: &TurnMapPoint, at: &AtTurn) -> f64 {
     let machine = at.branch.map_or_else(|| study.machine.clone(), |branch| study.machine.on_branch(branch).unwrap());
+    let machines = Machines::new(&machine, &study.errors).unwrap();
     let axis = study.axes[point.axis];
     let placed = Placement::default().on(&study.machine.home.pose.rotation, &study.machine.tool());
     let placed = placed.oriented(&Orientation::ToolAxis(axis));
@@ -45,7 +46,7 @@ fn alone(study: &TurnMapStudy, point: &TurnMapPoint, at: &AtTurn) -> f64 {
         let force = frame_about(-axis) * PathFrame { force: study.force }.force.force(phi);
         let load = placed.wrench(&kinetostat::toolpath::Load { force_N: force, moment_Nmm: Vector3::zeros() });
         let demand = Demand { pose, load, target: Target::ToolTip, wanted: None, external: None };
-        let mut session = Session::new(&machine, &machine, settings());
+        let mut session = machines.session(Source::All);
         compensate(&mut session, &demand, Method::None).position_error.norm()
     };
     study.phis.iter().map(|phi| deflection(*phi)).fold(0.0, f64::max)
@@ -86,7 +87,7 @@ fn a_place_without_a_turn_says_what_hinders() {
     assert!(map.points[0].is_solved());
     let failure = map.points[1].turns.as_ref().unwrap_err();
     assert_eq!((&*failure.status, map.points[1].status()), ("unreachable", "unreachable"));
-    assert_eq!(failure.reason, "none of 4 turns is possible on any branch: 32 out of reach");
+    assert_eq!(failure.reason, "none of 4 turns is possible on any branch: 8 out of reach");
 }
 
 #[test]

@@ -27,6 +27,8 @@ pub use lattice::DeadEnd;
 pub use nodes::Hindrance;
 #[cfg(not(target_family = "wasm"))]
 pub(crate) use nodes::Node;
+#[cfg(not(target_family = "wasm"))]
+pub(crate) use turnable::check;
 pub use turnable::{Stance, TurnAsked};
 
 use self::{

@@ -75,8 +75,11 @@ fn refuse<T>(problem: String) -> Result<T> {
     Err(Error::Argument { argument: "redundancy".into(), problem })
 }
 
-/// Why the turn about the tool's axis is not free for `machine`, if it is not.
-fn check(machine: &Machine, placement: &Placement, path: &Toolpath) -> Result<()> {
+/// Refuses a `machine` whose turn about the tool's axis is not free, with the reason.
+///
+/// # Errors
+/// It is not, or the path has no points.
+pub(crate) fn check(machine: &Machine, placement: &Placement, path: &Toolpath) -> Result<()> {
     let name = &machine.name;
     if machine.controls.len() != 6 {
         let problem = format!(

@@ -1,13 +1,17 @@
 //! From a map of turns as written to a checked study.
 
+use nalgebra::Vector3;
+
 use super::{TurnMapStudy, axes::axes, spec::TurnMapSpec};
 use crate::{
-    input::error::Result,
-    process::ToolTurn,
+    input::error::{Error, Result},
+    machine::Machine,
+    process::{Placement, ToolTurn},
     study::{
-        Given, Resolved,
+        Given, Resolved, free_turn,
         over_workspace::{Acting, OwnKeys, acting, box_grid, corners_or, grid_input, slice_heights},
     },
+    toolpath::{Sampling, Toolpath},
 };
 
 /// Most places of a map, all directions together.
@@ -23,11 +27,22 @@ pub struct Shown {
     pub slices_z: Vec<f64>,
 }
 
+/// Why `machine` cannot turn its tool freely, if it cannot.
+fn can_turn(machine: &Machine) -> std::result::Result<(), String> {
+    let somewhere =
+        Toolpath::line(Vector3::zeros(), Vector3::x(), Sampling::default()).map_err(|fault| fault.to_string())?;
+    match free_turn::check(machine, &Placement::default(), &somewhere) {
+        Err(Error::Argument { problem, .. }) => Err(problem),
+        other => other.map_err(|error| error.to_string()),
+    }
+}
+
 pub(super) fn resolve(spec: &TurnMapSpec, given: &Given<'_>) -> Result<Resolved<TurnMapStudy>> {
     given.overrides.refuse_points(given.name)?;
     let phi_step_deg = Some(spec.phi_step_deg.unwrap_or(PHI_STEP_DEG));
     let own = OwnKeys { phi_step_deg, compensate: None, uses_target: true };
     let Acting { machine, force, phis, errors, target, tolerance_mm, not_used, inputs } = acting(given, own)?;
+    can_turn(&machine).or_else(|problem| given.check.root().key("machine").fail(problem))?;
     let check = &given.check;
     let to_tip = machine.home.pose.rotation * machine.tool_tip;
     let around_home = [machine.workspace.min + to_tip, machine.workspace.max + to_tip];
