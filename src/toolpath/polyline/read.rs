@@ -245,7 +245,8 @@ mod tests {
             message("x_mm,y_mm,z\n1,2,3\n"),
             "path.csv:1: unknown column `z`; expected x_mm, y_mm, z_mm and any of feed_mm_per_min, \
              spindle_rev_per_min, force_x_N, force_y_N, force_z_N, moment_x_Nmm, moment_y_Nmm, \
-             moment_z_Nmm, cutting, external_DRIVE_mm or external_DRIVE_deg"
+             moment_z_Nmm, axis_x, axis_y, axis_z, platform_qw, platform_qx, platform_qy, platform_qz, cutting, \
+             external_DRIVE_mm or external_DRIVE_deg"
         );
         assert_eq!(message("x_mm,y_mm,x_mm\n1,2,3\n"), "path.csv:1: second column `x_mm`; expected one");
         assert_eq!(message("x_mm,y_mm\n1,2\n"), "path.csv:1: no column `z_mm`; expected it in every file");
