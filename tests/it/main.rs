@@ -67,6 +67,7 @@ mod placement;
 mod placement_command;
 mod placement_features;
 mod placement_search;
+mod placement_turned;
 mod process_input;
 mod program_blocks;
 mod random_machines;

@@ -107,7 +107,7 @@ fn a_map_of_turns_is_a_study_with_tables_pictures_and_a_page() {
     let text = std::fs::read_to_string(format!("{place}/t/study.toml")).unwrap();
     for (given, wrong, expected) in [
         ("\"fanuc_r2000ic\"", "\"orthoglide\"", "machine orthoglide controls 3 coordinates"),
-        ("[-0.5, 0.0, 0.866]", "[0.0, 0.0, 0.0]", "turn_map.tool_axes[2]: has no length: expected a direction"),
+        ("[-0.5, 0.0, 0.866]", "[0.0, 0.0, 0.0]", "turn_map.tool_axes[1]: has no length: expected a direction"),
         ("turn_step_deg = 15.0", "turn_step_deg = 0.5", "turn_map.turn_step_deg: must be from 1 to 180, got 0.5"),
         ("# cone =", "cone =", "turn_map.cone: give one of tool_axes and cone"),
         ("slices_z_mm = [700.0]", "slices_z_mm = [7000.0]", "turn_map.slices_z_mm: must be within the map's box"),
