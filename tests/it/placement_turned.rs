@@ -40,7 +40,7 @@ fn parts_of_the_deflection_are_no_more_than_all_of_it() {
     let results = results("as_programmed", "worst_across_surface", "coarse_to_fine = false");
     let [all, path, wall] = [Metric::WorstDeflection, Metric::WorstAcrossPath, Metric::WorstAcrossSurface]
         .map(|metric| values(&results, metric));
-    assert!(all.iter().filter(|value| value.is_some()).count() >= 4, "{all:?}");
+    assert!(all.iter().filter(|value| value.is_some()).count() >= 3, "{all:?}");
     for ((all, path), wall) in all.iter().zip(&path).zip(&wall) {
         assert!(wall <= path && path <= all, "{all:?} {path:?} {wall:?}");
         assert!(wall.is_none() || wall.unwrap() > 0.01);
