@@ -154,7 +154,7 @@ fn a_path_with_a_turning_tool_is_compensated_and_written_with_its_orientations()
         let folder = tempfile::tempdir().unwrap();
         let place = |name: &str| folder.path().join(name).display().to_string();
         fs::write(place("path.csv"), &rows).unwrap();
-        let table = format!("schema = 1\n[placement]\norigin_mm = {:?}\n", <[f64; 3]>::from(origin));
+        let table = format!("schema = 1\n[placement]\norigin_mm = {:?}\n", origin);
         fs::write(place("free.toml"), &table).unwrap();
         fs::write(place("cut.toml"), table + FORCE).unwrap();
         let compensate = |process: &str, out: &str| {
