@@ -160,6 +160,7 @@ impl Program {
     }
 
     /// The bytes of its file: other ones than [`Program::source`] if it was written out.
+    #[cfg(feature = "study")]
     pub(crate) fn file_bytes(&self) -> &[u8] {
         self.written_out.as_ref().map_or(&self.source, WrittenOut::file_bytes)
     }
