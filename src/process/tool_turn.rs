@@ -123,6 +123,8 @@ pub struct ToolTurn {
     pub max_step_deg_per_mm: f64,
     /// Least inverse condition number of the Jacobian, see [`Machine::conditioning`](crate::machine::Machine::conditioning).
     pub min_singularity_distance: f64,
+    /// Least distance of each drive and joint from the ends of its travel, mm or degrees: room for corrections.
+    pub travel_margin: f64,
     /// Fastest motion of each drive at the programmed feed, degrees per second; none if empty.
     pub speed_limits_deg_per_s: Vec<f64>,
 }
@@ -137,6 +139,7 @@ impl Default for ToolTurn {
             range_deg: [-180.0, 180.0],
             max_step_deg_per_mm: 5.0,
             min_singularity_distance: 0.01,
+            travel_margin: 0.5,
             speed_limits_deg_per_s: Vec::new(),
         }
     }

@@ -128,6 +128,19 @@ impl Machine {
         drives.chain(joints).map(excess).fold(0.0, f64::max)
     }
 
+    /// How far the drive or joint nearest to an end of its limits is from it, mm or degrees; less than 0 beyond, infinite without limits.
+    #[cfg(feature = "study")]
+    pub(crate) fn limit_room(&self, at: &Configuration) -> f64 {
+        let drives = self.drives().zip(&at.drives).map(|((_, drive), &rho)| (drive.travel, drive.motion, rho));
+        let joints = self.chains.iter().zip(&at.passive).flat_map(|(chain, values)| {
+            chain.passive.iter().zip(values).map(|(joint, &q)| (joint.limits, joint.motion, q))
+        });
+        let room = |(limits, motion, value): (Option<(f64, f64)>, Motion, f64)| {
+            limits.map_or(f64::INFINITY, |(low, high)| motion.shown(f64::min(value - low, high - value)))
+        };
+        drives.chain(joints).map(room).fold(f64::INFINITY, f64::min)
+    }
+
     /// Adds to `shares` where each limited drive and joint stands in its range: −1 at the lower end and 1 at the upper one,
     /// as `Machine::check_limits` takes them.
     pub fn limit_shares(&self, at: &Configuration, shares: &mut Vec<f64>) {

@@ -29,6 +29,8 @@ pub struct ToolTurnSpec {
     pub max_step_deg_per_mm: Option<f64>,
     /// Least inverse condition number of the Jacobian; 0.01.
     pub min_singularity_distance: Option<f64>,
+    /// Least distance of each drive and joint from the ends of its travel; 0.5.
+    pub travel_margin_mm_or_deg: Option<f64>,
     /// Fastest motion of each drive at the programmed feed; any if not given.
     pub speed_limits_deg_per_s: Option<Vec<f64>>,
 }
@@ -64,6 +66,9 @@ pub(super) fn tool_turn(spec: &ToolTurnSpec, machine: &Machine, check: &Check) -
         range_deg,
         max_step_deg_per_mm: check.key("max_step_deg_per_mm").positive(most)?,
         min_singularity_distance: least,
+        travel_margin: check
+            .key("travel_margin_mm_or_deg")
+            .not_negative(spec.travel_margin_mm_or_deg.unwrap_or(own.travel_margin))?,
         speed_limits_deg_per_s: speed_limits(spec, machine, &check.key("speed_limits_deg_per_s"))?,
     })
 }

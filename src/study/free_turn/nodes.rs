@@ -114,11 +114,16 @@ impl<'a> Solver<'a> {
     ) -> Vec<Node> {
         let stance = &self.path.stances[s];
         let least = self.path.asked.turn.min_singularity_distance;
+        let margin = self.path.asked.turn.travel_margin;
+        let has_room = |at: Configuration| match margin > 0.0 && stance.machine.limit_room(&at) < margin {
+            true => Err(Hindrance::Limits),
+            false => Ok(at),
+        };
         let allowed = |at: Configuration| match stance.machine.is_conditioned(&at, least) {
             true => Ok(at),
             false => Err(Hindrance::Singularity),
         };
-        let found: Vec<_> = found.into_iter().map(|at| at.and_then(allowed)).collect();
+        let found: Vec<_> = found.into_iter().map(|at| at.and_then(has_room).and_then(allowed)).collect();
         let at: Vec<(&Demand, &Configuration)> =
             demands.iter().zip(&found).filter_map(|(demand, at)| at.as_ref().ok().map(|at| (demand, at))).collect();
         let (batch, resting) = &mut self.batches[s];
