@@ -18,10 +18,17 @@ pub fn use_text(job: &ProgramJob, proved: &Proved<'_>) -> String {
         PathReference::ToolTip => "the tool tip",
         PathReference::PlatformPoint => "the platform point P",
     };
-    let mut text = format!(
-        "The program commands {point} in the frame of {name}. Positions of moves are changed, all else is as in {name}: \
-         orientation, feed, spindle, tool.\n"
-    );
+    let mut text = match job.process.tool_turn.is_sought() {
+        false => format!(
+            "The program commands {point} in the frame of {name}. Positions of moves are changed, all else is as in {name}: \
+             orientation, feed, spindle, tool.\n"
+        ),
+        true => format!(
+            "The program commands {point} in the frame of {name}. It is turned about the tool's axis: positions and orientations of \
+             moves are changed, and there are more of them; lines above are those of the turned program. Feed, spindle and tool are as in \
+             {name}.\n"
+        ),
+    };
     let turned = proved.passes.last().and_then(|written| written.summary.max_leftover_rotation);
     if let Some(turned) = turned.filter(|angle| *angle > LEAST_TURN) {
         text += &format!("What bends also turns the tool, by up to {:.3}°, and that is left.\n", turned.to_degrees());
