@@ -5,12 +5,12 @@ use crate::{
     report::{
         cautions,
         headline::{Extreme, Headline, InTable, KeyNumber},
-        words::{counted, percent, signed},
+        words::{counted, percent, signed, typographic},
     },
     study::{
         path::report::facts_text,
         placement::{
-            COORDINATES, End, Entry, Evaluation, Metric, PlacementResults, PlacementStudy, Room, is_angle,
+            COORDINATES, End, Entry, Evaluation, FeatureJob, Metric, PlacementResults, PlacementStudy, Room, is_angle,
             report::{
                 advice::{NO_DEFLECTION, best_entry, nowhere},
                 summary::{at, counts},
@@ -66,7 +66,7 @@ fn value(study: &PlacementStudy, evaluation: &Evaluation, metric: Metric) -> Opt
 
 fn sentence(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation) -> String {
     let study = &results.study;
-    let mut text = format!("Clamp the {} at {}", part(study), at(&entry.site));
+    let mut text = format!("Clamp the {} at {}{}", part(study), at(&entry.site), turned(study, entry));
     if let Some(worst) = value(study, evaluation, Metric::WorstDeflection) {
         text += &format!(": the tool leaves its path by at most {worst}{}", gained(results, entry, evaluation));
     }
@@ -76,6 +76,23 @@ fn sentence(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation) 
         _ => {}
     }
     text + "."
+}
+
+/// How the arm is turned about its tool there, where that is sought.
+fn turned(study: &PlacementStudy, entry: &Entry) -> String {
+    let turn = |job: &FeatureJob| {
+        let degrees = job.turn_at(&entry.site)?.ok()?.to_degrees();
+        Some((job.feature.name.clone(), typographic(&format!("{degrees:.0}°"))))
+    };
+    let turns: Vec<(String, String)> = study.features.iter().filter_map(turn).collect();
+    match turns.as_slice() {
+        [] => String::new(),
+        [(_, turn)] => format!(", the arm turned by {turn} about its tool"),
+        several => {
+            let each: Vec<String> = several.iter().map(|(name, turn)| format!("{turn} in {name}")).collect();
+            format!(", the arm turned about its tool by {}", each.join(", "))
+        }
+    }
 }
 
 /// How much less that is than at the first named place that can be cut at.
