@@ -246,12 +246,13 @@ impl ProgramFile {
                 Ok(Rewritten { bytes: rewritten.into_bytes(), back, blocks: None, calls: None })
             }
             ProgramFile::Gcode(program) => {
-                let rewritten = program.rewrite(path, positions, process.writing(program.own_format())?)?;
-                let written = rewritten.read()?;
-                let back = rewritten.positions_of(&written)?;
-                let blocks = BlocksBeforeAfter { before: Blocks::of(program)?, after: Blocks::of(&written)? };
+                let mut rewritten = program.rewrite(path, positions, process.writing(program.own_format())?)?;
                 let calls = program.calls_of(&rewritten);
-                Ok(Rewritten { bytes: rewritten.into_bytes(), back, blocks: Some(blocks), calls })
+                let written = rewritten.take_and_read()?;
+                let back = rewritten.positions_of(&written)?;
+                drop(rewritten);
+                let blocks = BlocksBeforeAfter { before: Blocks::of(program)?, after: Blocks::of(&written)? };
+                Ok(Rewritten { bytes: written.into_source(), back, blocks: Some(blocks), calls })
             }
             #[cfg(not(target_family = "wasm"))]
             ProgramFile::Robot(program) => {

@@ -159,6 +159,12 @@ impl Program {
         &self.source
     }
 
+    /// The program's bytes, to keep.
+    #[must_use]
+    pub fn into_source(self) -> Vec<u8> {
+        self.source
+    }
+
     /// The bytes of its file: other ones than [`Program::source`] if it was written out.
     #[cfg(feature = "study")]
     pub(crate) fn file_bytes(&self) -> &[u8] {

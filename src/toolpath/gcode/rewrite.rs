@@ -77,6 +77,14 @@ impl Rewritten {
         &self.line_ends
     }
 
+    /// The written program, read as a controller would; it takes the bytes along, so that there is one copy of them.
+    ///
+    /// # Errors
+    /// When it cannot be followed.
+    pub(crate) fn take_and_read(&mut self) -> Result<Program, GcodeError> {
+        Program::parse(std::mem::take(&mut self.bytes), &self.name, &self.options)
+    }
+
     /// The written program, read as a controller would.
     ///
     /// # Errors
