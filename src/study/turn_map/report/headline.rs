@@ -21,8 +21,12 @@ pub(super) fn headline(report: &Report<'_>) -> Headline {
     );
     Headline::new(sentence(report), basis)
         .with_cautions(&text::cautions(report))
-        .with_all(report.most().map(|most| largest(report, &most)))
-        .with_all(report.least().map(|least| smallest(report, &least)))
+        .with_all(
+            report
+                .most()
+                .map(|most| at_best_turn(report, &most, "largest deflection at the best turn", Extreme::Largest)),
+        )
+        .with_all(report.least().map(|least| at_best_turn(report, &least, "smallest", Extreme::Smallest)))
         .with_all(report.widest().map(|widest| gain(report, &widest)))
 }
 
@@ -55,7 +59,7 @@ fn place(report: &Report<'_>, found: &Found<'_>) -> String {
 }
 
 fn of_direction(report: &Report<'_>, found: &Found<'_>, column: &str, extreme: Extreme, value: f64) -> InTable {
-    let direction = super::table::direction(report, found.point.axis);
+    let direction = report.axis_name(found.point.axis);
     InTable::new("turns.csv", [column.to_string()], &[["direction", &direction]], extreme, value)
 }
 
@@ -64,28 +68,11 @@ fn turned(found: &Found<'_>) -> String {
     format!("turn {:.0}°{branch}", found.best.turn_deg)
 }
 
-fn largest(report: &Report<'_>, found: &Found<'_>) -> KeyNumber {
+fn at_best_turn(report: &Report<'_>, found: &Found<'_>, what: &str, extreme: Extreme) -> KeyNumber {
     let value = found.best.deflection_mm;
-    let what = format!("largest deflection at the best turn, at {}", place(report, found));
-    KeyNumber::new(&millimetres(value, 3), what, turned(found)).found(of_direction(
-        report,
-        found,
-        "best_deflection_mm",
-        Extreme::Largest,
-        value,
-    ))
-}
-
-fn smallest(report: &Report<'_>, found: &Found<'_>) -> KeyNumber {
-    let value = found.best.deflection_mm;
-    let what = format!("smallest, at {}", place(report, found));
-    KeyNumber::new(&millimetres(value, 3), what, turned(found)).found(of_direction(
-        report,
-        found,
-        "best_deflection_mm",
-        Extreme::Smallest,
-        value,
-    ))
+    let what = format!("{what}, at {}", place(report, found));
+    let number = KeyNumber::new(&millimetres(value, 3), what, turned(found));
+    number.found(of_direction(report, found, "best_deflection_mm", extreme, value))
 }
 
 fn gain(report: &Report<'_>, found: &Found<'_>) -> KeyNumber {

@@ -73,8 +73,7 @@ fn setting(report: &Report<'_>) -> Vec<Fact> {
 fn explorer(report: &Report<'_>) -> Explorer {
     let axes = report.study.axes.len();
     let value = |cell: String, label: String| GroupValue { cells: vec![cell], label };
-    let own =
-        (0..axes).map(|axis| value(super::table::direction(report, axis), format!("along {}", report.axis_name(axis))));
+    let own = (0..axes).map(|axis| value(report.axis_name(axis), format!("along {}", report.axis_name(axis))));
     let all = (axes > 1).then(|| value(ALL.into(), "the worst of all directions".into()));
     let quantity = |column: &str, label: &str, unit: &str, better| Quantity::new([column], label, unit, better);
     Explorer {

@@ -26,11 +26,7 @@ impl<'a> Report<'a> {
 
     /// All that is solved.
     pub fn found(&self) -> impl Iterator<Item = Found<'a>> {
-        let found = |point: &'a TurnMapPoint| {
-            let turns = point.turns.as_ref().ok()?;
-            Some(Found { point, best: turns.best, worst: turns.worst })
-        };
-        self.map.points.iter().filter_map(found)
+        self.map.points.iter().filter_map(Found::at)
     }
 
     /// Of the best turns, the one at which the tool moves least.
@@ -50,12 +46,8 @@ impl<'a> Report<'a> {
 
     /// At a place, the direction whose best turn moves the tool most; `None` where some direction has none.
     pub fn all_axes(&self, place: usize) -> Option<Found<'a>> {
-        let of = |axis: usize| {
-            let point = self.point(axis, place);
-            let turns = point.turns.as_ref().ok()?;
-            Some(Found { point, best: turns.best, worst: turns.worst })
-        };
-        let found: Option<Vec<Found<'a>>> = (0..self.study.axes.len()).map(of).collect();
+        let found: Option<Vec<Found<'a>>> =
+            (0..self.study.axes.len()).map(|axis| Found::at(self.point(axis, place))).collect();
         found?.into_iter().max_by(|a, b| a.best.deflection_mm.total_cmp(&b.best.deflection_mm))
     }
 
@@ -100,7 +92,13 @@ impl<'a> Report<'a> {
     }
 }
 
-impl Found<'_> {
+impl<'a> Found<'a> {
+    /// At `point`, if some turn is possible there.
+    fn at(point: &'a TurnMapPoint) -> Option<Self> {
+        let turns = point.turns.as_ref().ok()?;
+        Some(Found { point, best: turns.best, worst: turns.worst })
+    }
+
     /// How many times as far the tool moves at the worst turn as at the best.
     pub fn gain(&self) -> f64 {
         self.worst.deflection_mm / self.best.deflection_mm

@@ -14,7 +14,7 @@ pub(super) const ALL: &str = "all";
 
 /// One row per direction and place, then, of several directions, one per place for all of them: that whose best turn moves the tool most.
 pub(super) fn table(report: &Report<'_>) -> Table {
-    let own = report.map.points.iter().map(|point| row(report, &direction(report, point.axis), point));
+    let own = report.map.points.iter().map(|point| row(report, &report.axis_name(point.axis), point));
     let places = if report.study.axes.len() > 1 { report.study.grid.len() } else { 0 };
     let all = (0..places).map(|place| {
         let failed =
@@ -23,11 +23,6 @@ pub(super) fn table(report: &Report<'_>) -> Table {
         row(report, ALL, worst.unwrap_or_else(|| report.point(0, place)))
     });
     Table::new(columns(), own.chain(all).collect::<Vec<Row>>())
-}
-
-/// The word of a direction in the column `direction`.
-pub(super) fn direction(report: &Report<'_>, axis: usize) -> String {
-    report.axis_name(axis)
 }
 
 fn columns() -> Vec<Column> {
