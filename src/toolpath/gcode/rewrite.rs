@@ -81,6 +81,7 @@ impl Rewritten {
     ///
     /// # Errors
     /// When it cannot be followed.
+    #[cfg(feature = "study")]
     pub(crate) fn take_and_read(&mut self) -> Result<Program, GcodeError> {
         Program::parse(std::mem::take(&mut self.bytes), &self.name, &self.options)
     }
