@@ -50,8 +50,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // The program with these commands, and what it does as it is written, rounding included.
     let written = job.write(&corrected)?;
-    let proof =
-        job.pass("as written", &ProgramCommands::Positions(&written.positions), &nothing_to_tell, |_, _| Ok(()))?;
+    let proof = job.pass("as written", &ProgramCommands::Sent(&written.sent), &nothing_to_tell, |_, _| Ok(()))?;
 
     println!("{}", String::from_utf8_lossy(&written.bytes));
     for pass in [&without, &commanded, &proof] {

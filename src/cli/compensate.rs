@@ -2,6 +2,7 @@
 
 use std::{
     path::{Path, PathBuf},
+    sync::Arc,
     time::Instant,
 };
 
@@ -12,7 +13,7 @@ use kinetostat::{
     process::{Redundancy, file::Process},
     report::{Foreign, cautions, counted, if_any, millimetres_in_table, text_table::text_table},
     study::{
-        ProgramFile,
+        ProgramFile, Sent,
         along_path::PathAnswer,
         free_turn::{self, FreeTurn},
         path::report::{facts_text, failures_text},
@@ -104,7 +105,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
         process.tool_turn.redundancy = redundancy;
     }
     let tool_turn = process.tool_turn.clone();
-    let (job, turns) = opened(process, &arguments.path)?;
+    let (job, turns) = opened(process, &arguments.path, reporting)?;
     let measured = arguments.measured.as_deref().map(|file| measured(file, &job)).transpose()?;
     // When all inputs are read: none of them is written over.
     let files = ProgramFiles::prepare(&arguments.out, Foreign::forced(arguments.force))?;
@@ -131,7 +132,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     };
     let mut bounded = None;
     let own = match (&measured, chosen) {
-        (Some(went), _) => job.pass("mirror of the measured pass", &ProgramCommands::Positions(went), &done, take),
+        (Some(went), _) => job.pass("mirror of the measured pass", &ProgramCommands::Sent(went), &done, take),
         (None, Chosen::Method(method)) => job.pass_by(method, &done, take),
         (None, Chosen::Bounded) => job.bounded_pass(&done, take).map(|found| {
             bounded = Some(found.path);
@@ -189,10 +190,10 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let figures = report::figures(&job, &proved);
     let page = report::page(&job, &proved, headline.clone(), &files.points_name());
     let called = written.called().to_vec();
-    let Written { bytes, positions, rounded_mm, in_holes_mm, .. } = written;
+    let Written { bytes, sent, rounded_mm, in_holes_mm, .. } = written;
     let (machine, process) = (job.machine.clone(), job.process.clone());
     // A page takes memory; nothing more is asked of the points.
-    drop((job, findings, positions));
+    drop((job, findings, sent));
     let page = files.write((bytes, &called, points.finish()?, json), made.path(), (page, &figures))?;
     let is_wrong = headline.unsolved.is_some() || worse_as_written(&passes, rounded_mm).is_some();
     reporting.print_styled(&headline::words(&headline, &format!("{:.1} s", started.elapsed().as_secs_f64())))?;
@@ -227,13 +228,18 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
 }
 
 /// The program to compensate, and what was found of the turn about the tool's axis, if that was sought.
-fn opened(process: Process, path: &Path) -> Result<(ProgramJob, Option<FreeTurn>)> {
+fn opened(process: Process, path: &Path, reporting: &Reporting) -> Result<(ProgramJob, Option<FreeTurn>)> {
     if !process.tool_turn.is_sought() {
         return Ok((ProgramJob::open(process, path)?, None));
     }
     let name = path.display().to_string();
     let program = ProgramFile::read(path, &process)?;
-    let TurnedProgram { process, file, found } = turned(&process, &program, &name, &Work::default())?;
+    let progress = reporting.progress(&name, 0, "turns");
+    let watch = Arc::clone(&progress);
+    let work = Work::new(None, Arc::default(), Box::new(move |event| watch.tell(event)));
+    let sought = turned(&process, &program, &name, &work);
+    progress.end();
+    let TurnedProgram { process, file, found } = sought?;
     Ok((ProgramJob::new(process, file, &name)?, Some(found)))
 }
 
@@ -288,7 +294,7 @@ fn compared(arguments: &CompensateArguments, chosen: &Chosen, is_long: bool) -> 
     others.filter(|method| arguments.all_methods || usual(method)).collect()
 }
 
-fn measured(file: &Path, job: &ProgramJob) -> Result<Vec<nalgebra::Vector3<f64>>> {
+fn measured(file: &Path, job: &ProgramJob) -> Result<Sent> {
     let bytes = kinetostat::input::file::read(file)?;
     let went = Polyline::read(bytes, &file.display().to_string())?.toolpath().positions_mm();
     let went =

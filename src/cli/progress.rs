@@ -114,7 +114,9 @@ impl Progress {
                 self.bar.set_message(format!("{} not solved", state.unsolved));
             }
             Event::Stage(stage) => {
-                state.stage = Some((stage, 0));
+                // What was sought before leads back to what was to be computed.
+                let is_first = stage.of == self.of && stage.items == self.total;
+                state.stage = (!is_first).then_some((stage, 0));
                 if let Some(style) = style(stage.of) {
                     self.bar.set_style(style);
                 }

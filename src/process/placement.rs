@@ -1,6 +1,6 @@
 //! Where the workpiece stands in the machine.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -147,6 +147,27 @@ impl Placed {
             }
         };
         self.turned(&rotation)
+    }
+
+    /// How the tool stands where the platform is turned to `rotation`, `R_OP`, said as `like` says it: the inverse of
+    /// [`Placed::oriented`].
+    #[must_use]
+    pub fn orientation_of(&self, rotation: &Matrix3<f64>, like: &Orientation) -> Orientation {
+        let in_workpiece = self.workpiece.rotation.tr_mul(rotation);
+        match like {
+            Orientation::Platform(own) => {
+                let q = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(in_workpiece));
+                // Of the two quaternions of a rotation, that which is written alike.
+                Orientation::Platform(if q.coords.dot(&own.coords) < 0.0 {
+                    UnitQuaternion::new_unchecked(-q.into_inner())
+                } else {
+                    q
+                })
+            }
+            Orientation::ToolAxis(_) => {
+                Orientation::ToolAxis(-(in_workpiece * self.tool.rotation.column(2)).normalize())
+            }
+        }
     }
 
     /// `R_OP`.

@@ -46,7 +46,7 @@ mod within_limits;
 pub use failure::{Failure, SOLVED, status_of};
 #[cfg(feature = "report")]
 pub use into_folder::{Begin, BegunRun, Finished, FolderRun, RunOptions};
-pub use program_file::ProgramFile;
+pub use program_file::{ProgramFile, Sent};
 pub use question::{Given, Overrides, Question, Resolved, Template};
 pub use sources::{BySource, Machines, ROUNDING_MM, Source, settings};
 

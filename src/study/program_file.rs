@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 #[cfg(not(target_family = "wasm"))]
 use crate::toolpath::{
-    NumberFormat, PathPoint,
+    NumberFormat,
     robot::{Language, RobotProgram},
 };
 use crate::{
@@ -14,7 +14,7 @@ use crate::{
     process::file::Process,
     study::blocks::{Blocks, BlocksBeforeAfter},
     toolpath::{
-        Sampling, Toolpath,
+        Orientation, PathPoint, Sampling, Toolpath,
         gcode::{Beside, Calls, Expand, Fault, Program},
         polyline::Polyline,
     },
@@ -232,34 +232,74 @@ impl ProgramFile {
         Some(String::from_utf8_lossy(bytes).trim().to_string())
     }
 
-    /// The same program through `positions` (workpiece frame, mm, one per point of `path`), written as `process` says,
-    /// and what reading it gives.
+    /// The same program through `positions` (workpiece frame, mm, one per point of `path`), the tool turned to `orientations` if they
+    /// are given, written as `process` says, and what reading it gives.
     ///
     /// # Errors
     /// Positions that are no positions, or a written program that does not read back.
-    pub fn rewritten(&self, path: &Toolpath, positions: &[Vector3<f64>], process: &Process) -> Result<Rewritten> {
+    pub fn rewritten(
+        &self,
+        path: &Toolpath,
+        positions: &[Vector3<f64>],
+        orientations: Option<&[Orientation]>,
+        process: &Process,
+    ) -> Result<Rewritten> {
         match self {
             ProgramFile::Polyline(polyline) => {
                 let format = process.decimals.format(polyline.own_format())?;
-                let rewritten = polyline.rewrite_sampled(path, positions, format)?;
-                let back = rewritten.read_back()?.positions_mm();
+                let rewritten = polyline.rewrite_turned(path, positions, orientations, format)?;
+                let back = Sent::of(rewritten.read_back()?.points(), orientations.is_some());
                 Ok(Rewritten { bytes: rewritten.into_bytes(), back, blocks: None, calls: None })
             }
             ProgramFile::Gcode(program) => {
-                let mut rewritten = program.rewrite(path, positions, process.writing(program.own_format())?)?;
+                let writing = process.writing(program.own_format())?;
+                let mut rewritten = program.rewrite_turned(path, positions, orientations, writing)?;
                 let calls = program.calls_of(&rewritten);
                 let written = rewritten.take_and_read()?;
-                let back = rewritten.positions_of(&written)?;
+                let mut back = Sent::new(path.len(), orientations.is_some());
+                rewritten.each_of(&written, |point| back.add(point))?;
                 drop(rewritten);
                 let blocks = BlocksBeforeAfter { before: Blocks::of(program)?, after: Blocks::of(&written)? };
                 Ok(Rewritten { bytes: written.into_source(), back, blocks: Some(blocks), calls })
             }
             #[cfg(not(target_family = "wasm"))]
             ProgramFile::Robot(program) => {
-                let rewritten = program.rewrite(path, positions, None, process.writing(program.own_format())?)?;
-                let back = rewritten.positions_of(&rewritten.read()?)?;
+                let rewritten =
+                    program.rewrite(path, positions, orientations, process.writing(program.own_format())?)?;
+                let mut back = Sent::new(path.len(), orientations.is_some());
+                rewritten.each_of(&rewritten.read()?, |point| back.add(point))?;
                 Ok(Rewritten { bytes: rewritten.into_bytes(), back, blocks: None, calls: None })
             }
+        }
+    }
+}
+
+/// Where a program sends the tool, point after point.
+#[derive(Debug, Clone)]
+pub struct Sent {
+    /// Positions in the workpiece frame, mm.
+    pub positions: Vec<Vector3<f64>>,
+    /// How the tool stands, if that is corrected.
+    pub orientations: Option<Vec<Orientation>>,
+}
+
+impl Sent {
+    /// None of so many points; `is_turned`: with orientations.
+    pub(crate) fn new(points: usize, is_turned: bool) -> Self {
+        Self { positions: Vec::with_capacity(points), orientations: is_turned.then(|| Vec::with_capacity(points)) }
+    }
+
+    fn of(points: &[PathPoint], is_turned: bool) -> Self {
+        let mut sent = Self::new(points.len(), is_turned);
+        points.iter().for_each(|point| sent.add(point));
+        sent
+    }
+
+    /// Adds where `point` is and how the tool stands there.
+    pub(crate) fn add(&mut self, point: &PathPoint) {
+        self.positions.push(point.position_mm);
+        if let (Some(orientations), Some(orientation)) = (&mut self.orientations, point.orientation) {
+            orientations.push(orientation);
         }
     }
 }
@@ -269,8 +309,8 @@ impl ProgramFile {
 pub struct Rewritten {
     /// Its bytes.
     pub bytes: Vec<u8>,
-    /// Where it passes each point, workpiece frame, mm, rounding included.
-    pub back: Vec<Vector3<f64>>,
+    /// Where it passes each point, rounding included.
+    pub back: Sent,
     /// What its blocks and those of the program as it was ask of a control; `None` for all but G-code.
     pub blocks: Option<BlocksBeforeAfter>,
     /// What becomes of its calls, if it has any; `bytes` are written out.

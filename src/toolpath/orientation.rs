@@ -13,6 +13,9 @@ pub enum Orientation {
     Platform(UnitQuaternion<f64>),
 }
 
+/// How far from its orientation the tool may stand within a written motion where orientations are corrected, rad.
+pub(crate) const WRITTEN_RAD: f64 = 1e-4;
+
 /// Sine of the angle below which two axes are parallel.
 const PARALLEL: f64 = 1e-12;
 

@@ -211,6 +211,14 @@ pub enum PositionsError {
         /// Its third coordinate, mm.
         z: f64,
     },
+    /// If there are orientations, one is needed for every point.
+    #[error("{given} orientations for a path of {points} points: expected one for each point")]
+    Orientations {
+        /// Points of the path.
+        points: usize,
+        /// Orientations given.
+        given: usize,
+    },
 }
 
 impl From<PositionsError> for crate::input::error::Error {
@@ -219,8 +227,15 @@ impl From<PositionsError> for crate::input::error::Error {
     }
 }
 
-/// Checks that there is one position on the machine for every point of `path`.
-pub(crate) fn check_positions(path: &Toolpath, corrected_mm: &[Vector3<f64>]) -> Result<(), PositionsError> {
+/// Checks that there is one position on the machine for every point of `path`, and one orientation if there are any.
+pub(crate) fn check_corrected(
+    path: &Toolpath,
+    corrected_mm: &[Vector3<f64>],
+    orientations: Option<&[Orientation]>,
+) -> Result<(), PositionsError> {
+    if let Some(given) = orientations.map(<[Orientation]>::len).filter(|given| *given != path.len()) {
+        return Err(PositionsError::Orientations { points: path.len(), given });
+    }
     if path.len() != corrected_mm.len() {
         return Err(PositionsError::Count { points: path.len(), corrected: corrected_mm.len() });
     }

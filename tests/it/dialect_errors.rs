@@ -71,7 +71,8 @@ fn what_sinumerik_has_and_is_not_followed_is_named() {
         ("G58 X5", "1: `G58`", FRAME),
         ("G111 X5 Y5", "1: `G111`", FRAME),
         ("G1 AP=30 RP=5", "4: `AP=30`", FRAME),
-        ("TRAORI", "1: `TRAORI`", KINEMATICS),
+        ("ORIWKS", "1: `ORIWKS`", KINEMATICS),
+        ("TRACYL", "1: `TRACYL`", KINEMATICS),
         ("TRANSMIT", "1: `TRANSMIT`", KINEMATICS),
         ("TRACYL(40)", "1: `TRACYL(40)`", KINEMATICS),
         ("CYCLE800()", "1: `CYCLE800()`", KINEMATICS),
@@ -167,7 +168,7 @@ fn what_heidenhain_has_and_is_not_followed_is_named() {
         ("PLANE RESET TURN", "1: `PLANE RESET TURN`", KINEMATICS),
         ("FUNCTION TCPM F TCP AXIS POS", "1: `FUNCTION TCPM F TCP AXIS POS`", KINEMATICS),
         ("LN X+5 Y+5 Z+0 NX+0 NY+0 NZ+1", "1: `LN X+5 Y+5 Z+0 NX+0 NY+0 NZ+1`", KINEMATICS),
-        ("M128", "1: `M128`", KINEMATICS),
+        ("M114", "1: `M114`", KINEMATICS),
         ("M98", "1: `M98`", "this M function changes where the tool goes or how fast; expected a program without it"),
         (
             "L X+5 M118 X1",

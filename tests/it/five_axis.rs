@@ -4,7 +4,7 @@ use kinetostat::toolpath::{
     Orientation, Sampling, Toolpath,
     gcode::{GcodeOptions, Program, Rotary, RotaryAxis, Turned, Writing},
 };
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
 use crate::support::command::told;
@@ -170,8 +170,94 @@ fn a_five_axis_program_is_compensated_on_an_arm_and_a_hexapod() {
     }
 }
 
-/// Programs that turn, of moves with some of the words.
-fn programs() -> impl Strategy<Value = String> {
+fn machine_called(name: &str) -> Rotary {
+    let [above, below] = [Some([0.0, 0.0, 180.0]), Some([0.0, 0.0, -50.0])];
+    let axes = match name {
+        "head_bc" => return head(),
+        "table_ac" => return table(),
+        "head_ab" => vec![axis('B', Vector3::y(), Turned::Tool, above), axis('A', Vector3::x(), Turned::Tool, above)],
+        "mixed_bc" => {
+            vec![axis('B', Vector3::y(), Turned::Tool, above), axis('C', Vector3::z(), Turned::Workpiece, below)]
+        }
+        other => panic!("{other}"),
+    };
+    Rotary { axes, always_of_tip: false }
+}
+
+/// Without correction the same bytes; with one, points and axes where they should be.
+fn check_written(name: &str, program: &Program) {
+    let path = program.toolpath(Sampling::default()).unwrap();
+    let positions = path.positions_mm();
+    let own: Vec<Orientation> = path.points().iter().map(|point| point.orientation.unwrap()).collect();
+    assert!(own.iter().any(|orientation| orientation.angle_to(&Orientation::ToolAxis(Vector3::z())) > 0.02), "{name}");
+    let format = program.own_format();
+    for orientations in [None, Some(own.as_slice())] {
+        let same = program.rewrite_turned(&path, &positions, orientations, format).unwrap();
+        assert_eq!(String::from_utf8_lossy(same.bytes()), String::from_utf8_lossy(program.source()), "{name}");
+    }
+    let moved: Vec<Vector3<f64>> = positions
+        .iter()
+        .map(|p| p + 0.2 * Vector3::new((p.y * 0.11).sin(), (p.x * 0.07 + p.z).cos(), (0.05 * (p.x - p.y)).sin()))
+        .collect();
+    let by = |p: &Vector3<f64>| UnitQuaternion::from_scaled_axis(Vector3::new(1e-3 * (p.x * 0.1).sin(), -1e-3, 0.0));
+    let turned: Vec<Orientation> =
+        (0..path.len()).map(|k| Orientation::ToolAxis(by(&positions[k]) * axis_of(&path, k))).collect();
+    for (tolerance_mm, orientations) in [(0.0, None), (0.005, None), (0.005, Some(turned.as_slice()))] {
+        let rewritten =
+            program.rewrite_turned(&path, &moved, orientations, Writing::within(tolerance_mm, format)).unwrap();
+        let text = String::from_utf8_lossy(rewritten.bytes()).into_owned();
+        let back = rewritten.read_back().unwrap_or_else(|refused| panic!("{name}: {refused}\n{text}"));
+        assert_eq!(back.len(), path.len(), "{name}");
+        for (k, point) in back.points().iter().enumerate() {
+            let off = (point.position_mm - moved[k]).norm();
+            // Machine coordinates swing the tip by the rounding of their angles.
+            assert!(off < 0.012, "{name}: point {k} is {off} mm off\n{text}");
+            let wanted = orientations.map_or(own[k], |orientations| orientations[k]);
+            let off = point.orientation.unwrap().angle_to(&wanted);
+            // Near the pole of its axes, where the tool stands along z, a machine turns it in one direction only.
+            let can_turn = name.starts_with("head_ab") || axis_of(&path, k).z < 0.99;
+            let most = match orientations {
+                None => 2e-4,
+                Some(_) if can_turn => 3e-4,
+                Some(_) => own[k].angle_to(&wanted) + 3e-4,
+            };
+            assert!(off < most, "{name}: point {k} is turned by {off} rad\n{text}");
+        }
+    }
+}
+
+#[test]
+fn programs_of_several_machines_and_controls_are_followed_and_written_back() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/five_axis_programs");
+    let mut names = Vec::new();
+    for machine in ["head_ab", "head_bc", "mixed_bc", "table_ac"] {
+        for entry in std::fs::read_dir(folder.join(machine)).unwrap() {
+            names.push(format!("{machine}/{}", entry.unwrap().file_name().to_string_lossy()));
+        }
+    }
+    names.sort();
+    assert!(names.len() >= 15, "{names:?}");
+    for name in names {
+        let rotary = machine_called(name.split('/').next().unwrap());
+        let program = Program::parse(std::fs::read(folder.join(&name)).unwrap(), &name, &options(rotary));
+        check_written(&name, &program.unwrap_or_else(|refused| panic!("{refused}")));
+    }
+}
+
+#[test]
+fn with_and_without_control_of_the_tip_the_tool_stays_where_it_is() {
+    let source = "G21 G90\nG43.4 H1\nG0 X0 Y0 Z0 B30 C0\nG49\nG1 Z10 F100\nG43.4 H1\nG1 X5\n";
+    let (_, path) = read(source, head());
+    let last_of = |segment: usize| path.points().iter().rfind(|point| point.source.segment == segment).unwrap();
+    let (sin, cos) = 30f64.to_radians().sin_cos();
+    // The head stands at (200 sin 30°, 0, 200 cos 30° - 200) and goes to 10 in Z alone.
+    let rise = 10.0 - 200.0 * (cos - 1.0);
+    assert!((last_of(1).position_mm - Vector3::new(0.0, 0.0, rise)).norm() < 1e-9, "{sin}");
+    assert!((last_of(2).position_mm - Vector3::new(5.0, 0.0, rise)).norm() < 1e-9);
+}
+
+/// Programs that turn B and the axis `other`, of moves with some of the words.
+fn programs(other: char) -> impl Strategy<Value = String> {
     let word = |letter: char, range: std::ops::Range<i32>| {
         proptest::option::of(range)
             .prop_map(move |n| n.map_or(String::new(), |n| format!(" {letter}{}", f64::from(n) / 10.0)))
@@ -182,13 +268,13 @@ fn programs() -> impl Strategy<Value = String> {
         word('Y', -300..300),
         word('Z', -100..100),
         word('B', -400..400),
-        word('C', -900..900),
+        word(other, -900..900),
     )
-        .prop_map(|(code, x, y, z, b, c)| format!("G{code}{x}{y}{z}{b}{c}\n"));
-    (proptest::collection::vec(line, 1..12), any::<bool>(), any::<bool>()).prop_map(|(lines, tip, steps)| {
+        .prop_map(|(code, x, y, z, b, other)| format!("G{code}{x}{y}{z}{b}{other}\n"));
+    (proptest::collection::vec(line, 1..12), any::<bool>(), any::<bool>()).prop_map(move |(lines, tip, steps)| {
         let tip = if tip { "G43.4 H1\n" } else { "" };
         format!(
-            "G21 G90 G94\n{tip}G0 X0 Y0 Z0 B0 C0\nF800\n{}{}M30\n",
+            "G21 G90 G94\n{tip}G0 X0 Y0 Z0 B0 {other}0\nF800\n{}{}M30\n",
             if steps { "G91\n" } else { "" },
             lines.concat()
         )
@@ -198,7 +284,7 @@ fn programs() -> impl Strategy<Value = String> {
 proptest! {
     #[test]
     fn programs_that_turn_keep_their_bytes_or_go_where_they_are_sent(
-        source in programs(), x in -0.05..0.05f64, z in -0.002..0.002f64,
+        source in programs('C'), x in -0.05..0.05f64, z in -0.002..0.002f64,
     ) {
         let (program, path) = read(&source, head());
         let own = path.positions_mm();
@@ -212,6 +298,39 @@ proptest! {
             let off = (point.position_mm - wanted).norm();
             prop_assert!(off < 3e-3, "{off} at {:?}\n{}", own.source, String::from_utf8_lossy(rewritten.bytes()));
             prop_assert!(point.orientation.unwrap().angle_to(&own.orientation.unwrap()) < 1e-5);
+        }
+    }
+
+    #[test]
+    fn the_tool_is_turned_as_asked(
+        source in programs('A'), x in -0.05..0.05f64, turn in (-2e-3..2e-3f64, -2e-3..2e-3f64), bend in -1e-5..1e-5f64,
+    ) {
+        let rotary = || {
+            let through = Some([0.0, 0.0, 200.0]);
+            let axes = vec![axis('B', Vector3::y(), Turned::Tool, through), axis('A', Vector3::x(), Turned::Tool, through)];
+            Rotary { axes, always_of_tip: false }
+        };
+        let (program, path) = read(&source, rotary());
+        let own: Vec<Orientation> = path.points().iter().map(|point| point.orientation.unwrap()).collect();
+        let positions = path.positions_mm();
+        let as_it_was = program.rewrite_turned(&path, &positions, Some(&own), program.own_format()).unwrap();
+        prop_assert_eq!(std::str::from_utf8(as_it_was.bytes()).unwrap(), source.as_str());
+        let moved: Vec<Vector3<f64>> = positions.iter().map(|p| p + Vector3::new(x, 0.0, 0.0)).collect();
+        let turned: Vec<Orientation> = (0..path.len()).map(|k| {
+            let by = Vector3::new(turn.0 + bend * positions[k].y, turn.1 - bend * positions[k].x, 0.0);
+            Orientation::ToolAxis(UnitQuaternion::from_scaled_axis(by) * axis_of(&path, k))
+        }).collect();
+        let writing = Writing::within(0.0, program.own_format());
+        let rewritten = program.rewrite_turned(&path, &moved, Some(&turned), writing).unwrap();
+        let back = rewritten.read_back().unwrap();
+        prop_assert_eq!(back.len(), path.len());
+        for (k, point) in back.points().iter().enumerate() {
+            let (off, turn) = ((point.position_mm - moved[k]).norm(), point.orientation.unwrap().angle_to(&turned[k]));
+            let text = String::from_utf8_lossy(rewritten.bytes());
+            // With A near 90 degrees the tool does not turn with B.
+            let is_near_pole = axis_of(&path, k).y.abs() > 0.99;
+            prop_assert!(off < 6e-3, "{off} mm at point {k}\n{source}\n{text}");
+            prop_assert!(turn < 2.9e-4 || is_near_pole, "{turn} rad at point {k}\n{source}\n{text}");
         }
     }
 }

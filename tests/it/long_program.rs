@@ -90,7 +90,7 @@ fn parts_answer_as_the_whole_does() {
     let alone = run(&case, &Commands::Method(Method::None), &nothing_to_tell);
     assert!(before.iter().eq(&alone.iter().map(PathAnswer::settled_error).collect::<Vec<_>>()));
     let mut read_back = Vec::new();
-    let pass = job.pass("as written", &ProgramCommands::Positions(&written.positions), &nothing_to_tell, |_, found| {
+    let pass = job.pass("as written", &ProgramCommands::Sent(&written.sent), &nothing_to_tell, |_, found| {
         read_back.extend_from_slice(found);
         Ok(())
     });

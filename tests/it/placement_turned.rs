@@ -104,3 +104,37 @@ fn a_machine_without_a_free_turn_is_refused() {
     let refused = Study::from_toml(text, "study.toml", folder.as_path(), &overrides).unwrap_err().to_string();
     assert!(refused.contains("machine orthoglide controls 3 coordinates"), "{refused}");
 }
+
+/// Parts of 0 to 20 mm before an arm on a rail along y, held at `rail`, with the middle of their bounds at `y`.
+fn on_a_rail(rail: f64, y: f64) -> PlacementResults {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("path.csv"), "x_mm,y_mm,z_mm\n0,0,0\n20,0,0\n20,10,0\n").unwrap();
+    let machine = include_str!("../machines/kr270_rail.toml");
+    std::fs::write(
+        folder.path().join("arm.toml"),
+        machine.replace("min_mm = [1300.0, -600.0", "min_mm = [1300.0, -2600.0"),
+    )
+    .unwrap();
+    let (low, high) = (y - 200.0, y + 200.0);
+    let text = format!(
+        "schema = 2\nquestion = \"?\"\nmachine = \"arm.toml\"\n[held]\nrail = {rail:.1}\n[process]\ntolerance_mm = 0.5\n\
+         [process.sampling]\nmax_segment_mm = 5.0\n[process.force.path_frame]\nradial_force_N = 180.0\ntangential_force_N = -300.0\n\
+         axial_force_N = -120.0\n[[placement.feature]]\nname = \"edge\"\nfile = \"path.csv\"\n[placement.bounds]\n\
+         y_mm = [{low:.1}, {high:.1}]\n[placement.fixed]\nx_mm = 1600.0\nz_mm = 800.0\n[placement.objective]\n\
+         weights = {{ worst_deflection = 1.0 }}\n[placement.search]\ngrid = {{ y = 5 }}\nstarts = 1\nmax_iterations = 4\n"
+    );
+    let study = Study::from_toml(&text, "study.toml", folder.path(), &Overrides::default()).unwrap();
+    let StudyKind::Placement(study, _) = study.kind else { panic!("a placement") };
+    run(&study, &Work::default()).unwrap()
+}
+
+#[test]
+fn a_rail_that_is_driven_on_is_a_part_that_stands_back() {
+    let [here, driven_on] =
+        [on_a_rail(0.0, 0.0), on_a_rail(-1500.0, -1500.0)].map(|results| values(&results, Metric::WorstDeflection));
+    assert!(here.iter().filter(|value| value.is_some_and(|mm| mm > 0.1)).count() >= 4, "{here:?}");
+    for (a, b) in here.iter().zip(&driven_on) {
+        assert_eq!(a.is_some(), b.is_some());
+        assert!(a.zip(*b).is_none_or(|(a, b)| (a - b).abs() < 1e-9 * a), "{here:?} {driven_on:?}");
+    }
+}

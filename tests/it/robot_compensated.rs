@@ -67,7 +67,7 @@ fn programs_of_robots_are_compensated_on_a_loaded_arm() {
             files[0].0,
             written.rounded_mm
         );
-        let moved = job.path.points().iter().zip(&written.positions);
+        let moved = job.path.points().iter().zip(&written.sent.positions);
         let most = moved.map(|(point, to)| (to - point.position_mm).norm()).fold(0.0, f64::max);
         assert!((0.3..5.0).contains(&most), "{}: corrections up to {most} mm", files[0].0);
         // What was written is a program of the same kind; its orientations are those of the path.
@@ -79,6 +79,61 @@ fn programs_of_robots_are_compensated_on_a_loaded_arm() {
         let [last, was] = [&path, &job.path].map(|path| path.points()[path.len() - 1].orientation.unwrap());
         assert!(last.angle_to(&was) < 1e-6);
     }
+}
+
+const FULL_POSE: &str = "[compensate]\ntarget = \"full_pose\"\n";
+
+#[test]
+fn the_tool_is_turned_back_where_the_full_pose_is_compensated() {
+    let points = "x_mm,y_mm,z_mm,platform_qw,platform_qx,platform_qy,platform_qz,feed_mm_per_min\n\
+                  0,0,0,0.5,-0.5,0.5,-0.5,600\n15,0,0,0.5,-0.5,0.5,-0.5,600\n30,5,0,0.5,-0.45,0.55,-0.49497475,600\n";
+    let axes =
+        "x_mm,y_mm,z_mm,axis_x,axis_y,axis_z,feed_mm_per_min\n0,0,0,0,0,1,600\n15,0,0,0,0,1,600\n30,5,0,0.1,0,1,600\n";
+    let apt = "UNITS/MM\nRAPID\nGOTO/0,0,30,0,0,1\nFEDRAT/500,MMPM\nGOTO/0.000,0.000,0.000\nGOTO/30.000,0.000,0.000,0.1,0,0.99498744\nFINI\n";
+    let nc = "G21 G90\nG43.4 H1\nG0 X0 Y0 Z0 A0 B0\nG1 X20 A3 F600\nG3 X20 Y20 I0 J10 A-4 B5\nM30\n";
+    let rotary = "[[gcode.rotary]]\nletter = \"B\"\nabout = [0.0, 1.0, 0.0]\nturns = \"tool\"\n\
+                  [[gcode.rotary]]\nletter = \"A\"\nabout = [1.0, 0.0, 0.0]\nturns = \"tool\"\n";
+    // Steps say no orientation of their own.
+    let krl = KRL.replace("LIN_REL {Z 20}\n", "");
+    let mut left = Vec::new();
+    for files in [
+        &[("part.src", krl.as_str()), ("part.dat", DATA)][..],
+        &[("part.csv", points)],
+        &[("axes.csv", axes)],
+        &[("part.apt", apt)],
+        &[("part.nc", nc)],
+    ] {
+        let more = if files[0].0 == "part.nc" { rotary } else { "" };
+        let (job, written) = compensated(process(&format!("{FULL_POSE}{more}")), files);
+        let proof = job.prove(("as written".into(), &written), &[], &|| (), |_| Ok(())).unwrap();
+        let before = proof.none.summary.max_leftover_rotation.unwrap().to_degrees();
+        let after = proof.as_written.summary.max_leftover_rotation.unwrap().to_degrees();
+        assert!(before > 0.03, "{}: {before}", files[0].0);
+        assert!(
+            proof.as_written.summary.max_mm.unwrap() < 0.02,
+            "{}: {:?}",
+            files[0].0,
+            proof.as_written.summary.max_mm
+        );
+        // The tool's axis alone leaves the turn about it.
+        left.push((files[0].0, before, after));
+    }
+    for (name, before, after) in left {
+        let says_all = matches!(name, "part.src" | "part.csv");
+        assert!(if says_all { after < 0.007 } else { after < 0.9 * before }, "{name}: {after} of {before} degrees");
+    }
+}
+
+#[test]
+fn a_program_that_does_not_say_how_the_tool_stands_is_not_turned() {
+    let files = [("part.nc", "G21 G90\nG0 X0 Y0 Z0\nG1 X20 F600\nM30\n")];
+    let process = process(FULL_POSE);
+    let file = ProgramFile::in_folder(&folder(&files), "part.nc", &process).unwrap();
+    let refused = ProgramJob::new(process, file, "part.nc").unwrap_err().to_string();
+    assert!(
+        refused.starts_with("part.nc: full_pose cannot be written: the program does not say how the tool stands"),
+        "{refused}"
+    );
 }
 
 #[test]

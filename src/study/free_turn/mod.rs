@@ -45,7 +45,7 @@ use crate::{
     process::{Redundancy, TurnObjective},
     study::Machines,
     toolpath::Toolpath,
-    work::Work,
+    work::{Event, Stage, Work},
 };
 
 /// Knots whose nodes are computed together.
@@ -276,6 +276,7 @@ impl<'a> Lattice<'a> {
     /// Walks through all knots.
     fn walk(&self, objective: TurnObjective, ceiling_mm: f64, work: &Work) -> Result<Walk> {
         let mut walk = Walk::new(self.shape.clone(), objective, ceiling_mm);
+        work.tell(Event::Stage(Stage { of: "points at all turns", items: self.knots.len() }));
         for knots in self.knots.chunks(STRIPE) {
             work.check()?;
             let layers = knots.par_iter().map_init(
@@ -291,6 +292,7 @@ impl<'a> Lattice<'a> {
             for (knot, layer) in knots.iter().zip(layers) {
                 walk.step(knot.point, layer);
             }
+            work.tell(Event::Computed(knots.len()));
         }
         Ok(walk)
     }

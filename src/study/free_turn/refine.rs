@@ -8,7 +8,11 @@ use super::{
     nodes::{Node, Solver, Standing},
     turnable::Turnable,
 };
-use crate::{input::error::Result, statics::Batch, work::Work};
+use crate::{
+    input::error::Result,
+    statics::Batch,
+    work::{Event, Stage, Work},
+};
 
 /// Passes over the path.
 const SWEEPS: usize = 6;
@@ -46,6 +50,7 @@ impl Refined<'_> {
         });
         for _ in 0..SWEEPS {
             let mut is_moved = false;
+            self.work.tell(Event::Stage(Stage { of: "points between turns", items: turns.len() }));
             // Neighbours stay while a point is moved.
             for parity in [0, 1] {
                 self.work.check()?;
@@ -54,6 +59,7 @@ impl Refined<'_> {
                     .filter(|k| self.path.counts(*k) || standing[*k].is_err())
                     .collect();
                 let moved = self.each(&places, |solver, k| self.better(solver, k, &turns, &standing));
+                self.work.tell(Event::Computed(places.len()));
                 for (k, found) in places.into_iter().zip(moved) {
                     if let Some((turn, at)) = found {
                         (turns[k], standing[k]) = (turn, Ok(at));

@@ -9,9 +9,10 @@ use crate::{
     study::{
         demands::demands_under,
         free_turn::{FreeTurn, TurnAsked, seek},
+        question::Question,
     },
     toolpath::Toolpath,
-    work::Work,
+    work::{Event, Stage, Work},
 };
 
 /// A path whose turn is sought.
@@ -67,6 +68,8 @@ impl PathStudy {
             turn: &process.tool_turn,
         };
         let found = seek(asked, work)?;
+        let (items, of) = self.items();
+        work.tell(Event::Stage(Stage { of, items }));
         let mut study = self.clone();
         if let Some(Ok(turned)) = found.chosen(turn.redundancy()) {
             study.machine = turned.machine.clone();

@@ -7,15 +7,21 @@ use crate::{
     input::error::Result,
     machine::ExternalAxes,
     spatial::Pose,
-    study::{ProgramFile, along_path::PathAnswer, blocks::BlocksBeforeAfter, demands::Led, program_file::Rewritten},
+    study::{
+        ProgramFile,
+        along_path::PathAnswer,
+        blocks::BlocksBeforeAfter,
+        demands::Led,
+        program_file::{Rewritten, Sent},
+    },
     toolpath::{PathPoint, gcode::Calls},
 };
 
 /// Where the tool is sent, gathered point after point.
 #[derive(Debug, Clone)]
 pub struct Corrected {
-    /// Workpiece frame, mm; as in the path where there is no command.
-    positions: Vec<Vector3<f64>>,
+    /// As in the path where there is no command.
+    sent: Sent,
     /// Points at which the tool cuts but that have no command: index and reason.
     pub failures: Vec<(usize, String)>,
     /// Points not cut at (rapid moves) that could not be compensated and are left as they were.
@@ -25,27 +31,27 @@ pub struct Corrected {
 impl Corrected {
     /// For `job`, none of its points seen.
     pub fn new(job: &ProgramJob) -> Self {
-        Self { positions: Vec::with_capacity(job.path.len()), failures: Vec::new(), left_alone: 0 }
+        Self { sent: Sent::new(job.path.len(), job.turns_tool()), failures: Vec::new(), left_alone: 0 }
     }
 
     /// Points seen.
     pub fn seen(&self) -> usize {
-        self.positions.len()
+        self.sent.positions.len()
     }
 
     /// Takes the next part of the pass that is to be written.
     pub fn add(&mut self, job: &ProgramJob, part: &Part<'_>, answers: &[PathAnswer]) {
         let mut led = job.led();
         for ((point, demand), answer) in part.points.iter().zip(part.demands()).zip(answers) {
-            let k = self.positions.len();
+            let k = self.seen();
             let target = answer.target.filter(|_| answer.status.is_success());
-            let position = target.map(|pose| job.commanded(&mut led, point, demand.external, pose));
-            match position {
+            let commanded = target.map(|pose| job.commanded(&mut led, point, demand.external, pose));
+            match commanded {
                 Some(_) => {}
                 None if point.cutting => self.failures.push((k, answer.status.reason(&job.machine))),
                 None => self.left_alone += 1,
             }
-            self.positions.push(position.unwrap_or(point.position_mm));
+            self.sent.add(&commanded.unwrap_or(*point));
         }
     }
 }
@@ -55,8 +61,8 @@ impl Corrected {
 pub struct Written {
     /// The program's text.
     pub bytes: Vec<u8>,
-    /// Positions that it commands, read back from the text, workpiece frame, mm.
-    pub positions: Vec<Vector3<f64>>,
+    /// Where it sends the tool, read back from the text.
+    pub sent: Sent,
     /// The farthest that writing has moved a position, mm.
     pub rounded_mm: f64,
     /// The same for the ways in and out of holes of cycles, which all have the correction of the bottom; `None` if there are
@@ -69,14 +75,15 @@ pub struct Written {
 }
 
 impl ProgramJob {
-    /// The path position that commands `target` at `point`. Along axes that are not controlled it is that of the program.
+    /// The point of the path that commands `target` in place of `point`. Along axes that are not controlled its position is that of the
+    /// program, and so is its orientation if that is not corrected.
     pub(super) fn commanded(
         &self,
         led: &mut Led<'_>,
         point: &PathPoint,
         external: Option<ExternalAxes>,
         target: Pose,
-    ) -> Vector3<f64> {
+    ) -> PathPoint {
         let placed = led.placed(external);
         let workpiece = placed.workpiece();
         let own = workpiece.transform(point.position_mm);
@@ -84,7 +91,12 @@ impl ProgramJob {
         for axis in self.machine.uncontrolled_axes() {
             position[axis] = own[axis];
         }
-        workpiece.inverse().transform(position)
+        let own = point.orientation.filter(|_| self.turns_tool());
+        PathPoint {
+            position_mm: workpiece.inverse().transform(position),
+            orientation: own.map(|own| placed.orientation_of(&target.rotation, &own)).or(point.orientation),
+            ..*point
+        }
     }
 
     /// Where the tool went at each point of the path from where it went in a pass, `measured` (workpiece frame, mm): one
@@ -112,8 +124,9 @@ impl ProgramJob {
 
     /// Positions that mirror a measured pass at the wanted path, Figure 2. `measured`: where the tool went, workpiece
     /// frame, mm, one position per point of the path.
-    pub fn mirrored(&self, measured: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
-        self.path.points().iter().zip(measured).map(|(point, went)| point.position_mm * 2.0 - went).collect()
+    pub fn mirrored(&self, measured: &[Vector3<f64>]) -> Sent {
+        let mirrored = self.path.points().iter().zip(measured).map(|(point, went)| point.position_mm * 2.0 - went);
+        Sent { positions: mirrored.collect(), orientations: None }
     }
 
     /// Writes the program that sends the tool where `corrected` says, and reads it back.
@@ -121,10 +134,12 @@ impl ProgramJob {
     /// # Errors
     /// The program cannot be rewritten.
     pub fn write(&self, corrected: &Corrected) -> Result<Written> {
+        let wanted = &corrected.sent;
         let Rewritten { bytes, back, blocks, calls } =
-            self.file.rewritten(&self.path, &corrected.positions, &self.process)?;
+            self.file.rewritten(&self.path, &wanted.positions, wanted.orientations.as_deref(), &self.process)?;
         let (mut rounded_mm, mut in_holes_mm) = (0.0, None);
-        for (point, (wanted, written)) in self.path.points().iter().zip(corrected.positions.iter().zip(&back)) {
+        let positions = wanted.positions.iter().zip(&back.positions);
+        for (point, (wanted, written)) in self.path.points().iter().zip(positions) {
             let moved = (written - wanted).norm();
             rounded_mm = f64::max(rounded_mm, moved);
             if self.file.is_hole(point.source.segment) {
@@ -136,7 +151,7 @@ impl ProgramJob {
             Some(Calls::WrittenOut(differs)) => (bytes, WrittenCalls::WrittenOut { because: differs.to_string() }),
             Some(Calls::Stay { program, beside }) => (program, WrittenCalls::Stay { beside, written_out: bytes }),
         };
-        Ok(Written { bytes, positions: back, rounded_mm, in_holes_mm, blocks, calls })
+        Ok(Written { bytes, sent: back, rounded_mm, in_holes_mm, blocks, calls })
     }
 }
 

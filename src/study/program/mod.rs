@@ -16,7 +16,6 @@ mod turned;
 
 use std::{path::Path, sync::OnceLock};
 
-use nalgebra::Vector3;
 use serde::Serialize;
 
 use self::{corners::Corners, part::LedPart};
@@ -34,7 +33,7 @@ use crate::{
     process::{cutting::LoadError, file::Process},
     spatial::Pose,
     study::{
-        Machines, ProgramFile,
+        Machines, ProgramFile, Sent,
         along_path::{Commands, Left, PathAnswer, PathSummary, PathSums, run_where_led},
         demands::{Led, demands},
         external_axes::held_along,
@@ -71,8 +70,8 @@ pub struct ProgramJob {
 pub enum ProgramCommands<'a> {
     /// By a compensation method.
     Method(Method),
-    /// From a program: the position commanded at each point, workpiece frame, mm.
-    Positions(&'a [Vector3<f64>]),
+    /// From a program.
+    Sent(&'a Sent),
     /// Drive positions at each point, mm or rad.
     Drives(&'a [Vec<f64>]),
 }
@@ -92,7 +91,6 @@ impl ProgramJob {
     /// # Errors
     /// As [`ProgramFile::read`] and [`ProgramJob::new`].
     pub fn open(process: Process, file: &Path) -> Result<Self> {
-        can_be_written(&process)?;
         let program = ProgramFile::read(file, &process)?;
         Self::new(process, program, &file.display().to_string())
     }
@@ -103,7 +101,6 @@ impl ProgramJob {
     /// A target that a program cannot command, a program that moves nowhere or has too many points, or a path that lacks what
     /// the cutting force needs.
     pub fn new(process: Process, program: ProgramFile, name: &str) -> Result<Self> {
-        can_be_written(&process)?;
         let path = program.long_toolpath(process.sampling)?;
         if path.is_empty() {
             let problem = match &program {
@@ -118,6 +115,7 @@ impl ProgramJob {
             };
             return Err(Error::Argument { argument: name.into(), problem: problem.into() });
         }
+        check_says_turns(&process, &path, name)?;
         let path = process.with_cuts(path, name)?;
         let process = Process { machine: held_along(&process.machine, &path, name)?, ..process };
         let machine = process.machine.clone();
@@ -146,6 +144,11 @@ impl ProgramJob {
     /// which comes once more at its end.
     pub fn counts(&self, k: usize) -> bool {
         (self.path.points()[k].cutting || self.cuts_nowhere) && (k > 0 || !self.begins_twice)
+    }
+
+    /// Whether the tool is turned as well as moved.
+    pub(super) fn turns_tool(&self) -> bool {
+        turns_tool(&self.process)
     }
 
     /// The machine at home, to be led along the program.
@@ -189,10 +192,11 @@ impl ProgramJob {
         match commands {
             ProgramCommands::Method(method) => run(&Commands::Method(*method)),
             ProgramCommands::Drives(drives) => run(&Commands::Drives(&drives[part.range()])),
-            ProgramCommands::Positions(positions) => {
-                let asked = positions[part.range()].iter().zip(part.points).zip(part.demands());
-                let pose = |((position, point), demand): ((&Vector3<f64>, &PathPoint), &Demand)| {
-                    led.pose(*position, point.orientation.as_ref(), demand.external)
+            ProgramCommands::Sent(sent) => {
+                let asked = part.range().zip(part.points).zip(part.demands());
+                let pose = |((k, point), demand): ((usize, &PathPoint), &Demand)| {
+                    let turned = sent.orientations.as_ref().map(|orientations| &orientations[k]);
+                    led.pose(sent.positions[k], turned.or(point.orientation.as_ref()), demand.external)
                 };
                 let poses: Vec<Pose> = asked.map(pose).collect();
                 run(&Commands::Program(&poses))
@@ -224,13 +228,19 @@ fn load_fault(name: &str, fault: &LoadError) -> Error {
     Error::Argument { argument: name.into(), problem: fault.to_string() }
 }
 
-/// A program commands positions, not orientations.
-fn can_be_written(process: &Process) -> Result<()> {
-    if process.target == Target::FullPose
-        && process.machine.controls.iter().any(|c| matches!(c, Coordinate::Rotation(_)))
-    {
-        let problem = "full_pose cannot be written: a program commands positions, not orientations".into();
-        return Err(Error::Argument { argument: "compensate.target".into(), problem });
+/// Whether the orientation of the platform is put right.
+fn turns_tool(process: &Process) -> bool {
+    let controls = &process.machine.controls;
+    process.target == Target::FullPose && controls.iter().any(|c| matches!(c, Coordinate::Rotation(_)))
+}
+
+/// A program whose orientations are to be corrected must say how the tool stands.
+fn check_says_turns(process: &Process, path: &Toolpath, name: &str) -> Result<()> {
+    if !turns_tool(process) || path.points().iter().all(|point| point.orientation.is_some()) {
+        return Ok(());
     }
-    Ok(())
+    let problem = "full_pose cannot be written: the program does not say how the tool stands at each point; expected one that does (a \
+                   polyline with columns for it, a program of a robot, APT with the tool's axis, G-code with [[gcode.rotary]]), or \
+                   tool_tip as compensate.target";
+    Err(Error::Argument { argument: name.into(), problem: problem.into() })
 }

@@ -73,7 +73,7 @@ impl ProgramJob {
                 let answers = run_where_led(&case, &Commands::Method(*method), &led, done);
                 self.sum_up(sums, part.first, &answers);
             }
-            let commands = ProgramCommands::Positions(&written.positions);
+            let commands = ProgramCommands::Sent(&written.sent);
             let answers = self
                 .answers(&part, &mut written_led, &commands, &|commands| run_where_led(&case, commands, &led, done));
             self.sum_up(&mut as_written, part.first, &answers);

@@ -2,7 +2,10 @@
 
 use nalgebra::Vector3;
 
-use crate::toolpath::{PathPoint, gcode::motion::Geometry};
+use crate::toolpath::{
+    PathPoint,
+    gcode::{motion::Geometry, rotary::Angles},
+};
 
 /// A written arc may turn by as much more or less than the programmed one, rad.
 const TURN_RAD: f64 = 0.5;
@@ -16,6 +19,8 @@ pub(super) struct Stretch<'a> {
     pub before: (f64, Vector3<f64>),
     pub points: &'a [PathPoint],
     pub corrected: &'a [Vector3<f64>],
+    /// Where rotary axes should stand at the points, if they turn or are corrected.
+    pub angles: Option<&'a [Angles]>,
 }
 
 /// How far off a written way may be, mm.
@@ -39,13 +44,15 @@ pub(super) struct Goal {
 impl<'a> Stretch<'a> {
     /// Its first `count` points.
     pub fn first(self, count: usize) -> Stretch<'a> {
-        Stretch { points: &self.points[..count], corrected: &self.corrected[..count], ..self }
+        let angles = self.angles.map(|angles| &angles[..count]);
+        Stretch { points: &self.points[..count], corrected: &self.corrected[..count], angles, ..self }
     }
 
     /// What is left of it behind its first `count` points.
     pub fn behind(self, count: usize) -> Stretch<'a> {
         let before = self.correction(count.checked_sub(1));
-        Stretch { before, points: &self.points[count..], corrected: &self.corrected[count..], ..self }
+        let angles = self.angles.map(|angles| &angles[count..]);
+        Stretch { before, points: &self.points[count..], corrected: &self.corrected[count..], angles, ..self }
     }
 
     fn correction(&self, k: Option<usize>) -> (f64, Vector3<f64>) {
@@ -80,6 +87,14 @@ impl<'a> Stretch<'a> {
         (candidate.sweep_rad() - nominal.sweep_rad() * share).abs() < TURN_RAD
     }
 
+    /// Whether axes that turn evenly between these angles stand as they should at the points, which lie at `places`, to `allowed` degrees.
+    pub fn is_turned(&self, places: &[f64], [from, to]: [&Angles; 2], allowed: f64) -> bool {
+        let stands = |(place, wanted): (&f64, &Angles)| {
+            (0..3).all(|axis| (from[axis] + (to[axis] - from[axis]) * place - wanted[axis]).abs() <= allowed)
+        };
+        self.angles.is_none_or(|angles| places.iter().zip(angles).all(stands))
+    }
+
     /// Where on `candidate` its points lie, from 0 to 1, one after another; `None` if it does not pass them.
     pub fn places(self, candidate: &Geometry, allowed: Allowed) -> Option<Vec<f64>> {
         if !self.turns_as(candidate) {
@@ -89,7 +104,7 @@ impl<'a> Stretch<'a> {
         let mut places = Vec::with_capacity(self.points.len());
         let mut from = 0.0;
         for goal in self.goals().filter(|goal| goal.is_point || !is_straight) {
-            from = place(candidate, from, &goal, allowed)?;
+            from = place(candidate, from, &goal, allowed, self.angles.is_some())?;
             places.extend(goal.is_point.then_some(from));
         }
         // The last one is where the written way ends.
@@ -98,11 +113,15 @@ impl<'a> Stretch<'a> {
     }
 }
 
-/// Where `candidate` passes `goal`, not before `from`.
-fn place(candidate: &Geometry, from: f64, goal: &Goal, allowed: Allowed) -> Option<f64> {
+/// Where `candidate` passes `goal`, not before `from`; `turns`: rotary axes turn along it, and must stand right there.
+fn place(candidate: &Geometry, from: f64, goal: &Goal, allowed: Allowed, turns: bool) -> Option<f64> {
     let off = |t: f64| Some(candidate.at(t)?.0 - goal.position);
-    if off(goal.share)?.amax() <= allowed.unit_mm {
+    let off_there = off(goal.share)?;
+    if off_there.amax() <= allowed.unit_mm || (turns && off_there.norm() <= allowed.tolerance_mm) {
         return Some(goal.share.max(from));
+    }
+    if turns {
+        return None;
     }
     let place = if goal.share < 1.0 { candidate.nearest(&goal.position, goal.share)?.max(from) } else { 1.0 };
     (off(place)?.norm() <= allowed.tolerance_mm).then_some(place)

@@ -55,8 +55,13 @@ impl Style {
 
     /// The word of a coordinate.
     pub fn axis(self, axis: usize, number: &str) -> String {
+        self.coordinate(['X', 'Y', 'Z'][axis], number)
+    }
+
+    /// The word of an axis of this letter.
+    pub fn coordinate(self, letter: char, number: &str) -> String {
         let equals = if self.numbers.equals { "=" } else { "" };
-        self.word(['X', 'Y', 'Z'][axis], &format!("{equals}{}", self.numbers.write(number)))
+        self.word(letter, &format!("{equals}{}", self.numbers.write(number)))
     }
 
     /// What a new line begins with that is a straight line as well.
@@ -170,7 +175,11 @@ impl<'a> LineEdit<'a> {
     pub fn set_number(&mut self, index: usize, number: &str) {
         let word = &self.words[index];
         if let Some(text) = &mut self.slots[index].text {
-            let number = if is_axis_word(word) { self.style.numbers.write(number) } else { number.to_owned() };
+            let number = if is_axis_word(word) || is_rotary_word(word) {
+                self.style.numbers.write(number)
+            } else {
+                number.to_owned()
+            };
             let end = text.len() - usize::from(word.around[1]);
             text.replace_range(usize::from(word.around[0])..end, &number);
         }
@@ -203,6 +212,20 @@ impl<'a> LineEdit<'a> {
                 (None, Some(index)) => self.slots[index].before.push(text),
                 (None, None) => self.slots.last_mut().into_iter().for_each(|s| s.after.push(text.clone())),
             },
+        }
+    }
+
+    /// Puts the angle of a rotary axis in its word, or adds the word behind the last of an axis.
+    pub fn put_turn(&mut self, letter: char, number: &str) {
+        match self.find(|word| word.letter == letter) {
+            Some(index) => self.set_number(index, number),
+            None => {
+                let text = self.style.coordinate(letter, number);
+                let last = self.words.iter().rposition(|word| is_axis_word(word) || is_rotary_word(word));
+                if let Some(slot) = self.slots.get_mut(last.unwrap_or_default()) {
+                    slot.after.push(text);
+                }
+            }
         }
     }
 
@@ -265,6 +288,11 @@ fn is_motion_word(word: &Word) -> bool {
 /// X, Y or Z.
 pub(crate) fn is_axis_word(word: &Word) -> bool {
     matches!(word.letter, 'X' | 'Y' | 'Z')
+}
+
+/// A, B or C.
+fn is_rotary_word(word: &Word) -> bool {
+    matches!(word.letter, 'A' | 'B' | 'C')
 }
 
 /// I, J, K or R, or Heidenhain's DR.

@@ -133,6 +133,9 @@ impl Interpreter {
         } else {
             effect.motions = self.motion(number, &request)?.into_iter().collect();
         }
+        if request.g(GWord::TipControlEnds).is_some() {
+            self.control_tip(false);
+        }
         if request.ends_program {
             self.ended_in = Some(number);
         }
@@ -204,8 +207,8 @@ impl Interpreter {
                     self.modal.counts_turns = counts;
                     self.modal.spindle = None;
                 }
-                GWord::TipControl => self.modal.tip_control = true,
-                GWord::Passive("tool length") => self.modal.tip_control = false,
+                GWord::TipControl => self.control_tip(true),
+                GWord::Passive("tool length") => self.control_tip(false),
                 _ => {}
             }
         }

@@ -57,6 +57,7 @@ mod rotary;
 mod settings;
 mod split;
 mod turn;
+mod turn_words;
 mod unit;
 mod walk;
 mod write_holes;

@@ -162,6 +162,8 @@ pub(crate) enum GWord {
     FeedOfTool,
     /// G43.4: X, Y and Z are those of the tip, whatever rotary axes do.
     TipControl,
+    /// M129: no longer, once the line has run.
+    TipControlEnds,
     /// The end of the program.
     End,
     /// Other words for the machine, any number of them on a line.
@@ -285,7 +287,7 @@ impl GWord {
             GWord::PathControl => "path control",
             GWord::End | GWord::Auxiliary => "auxiliary",
             GWord::PolarOff => "polar",
-            GWord::TipControl => "tool length",
+            GWord::TipControl | GWord::TipControlEnds => "tool length",
             GWord::Passive(group) => group,
         }
     }

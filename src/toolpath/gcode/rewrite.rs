@@ -1,20 +1,21 @@
 //! Writing a program back with moved points.
 
-use std::{borrow::Cow, collections::BTreeSet};
+use std::{borrow::Cow, collections::BTreeSet, ops::Range};
 
 use nalgebra::Vector3;
 use thiserror::Error;
 
 use crate::toolpath::{
-    PathPoint, PositionsError, Toolpath,
+    Orientation, PathPoint, PositionsError, Toolpath,
     gcode::{
         Calls, GcodeOptions, Program, Writing,
         error::GcodeError,
         modal::MotionCode,
         motion::{Geometry, Motion},
+        rotary::{Angles, Rotary},
         writer::{Targets, Writer},
     },
-    path::check_positions,
+    path::check_corrected,
 };
 
 /// Corrected positions that cannot be written into a program.
@@ -37,6 +38,17 @@ pub enum RewriteError {
     ForeignPath {
         /// The program's name.
         program: String,
+    },
+    /// The tool's axis is to be corrected in a hole.
+    #[error(
+        "{program}:{line}: a hole of a cycle keeps its direction, and its tool's axis is to be corrected: expected a program written \
+         out, --expand"
+    )]
+    TurnedHole {
+        /// The program's name.
+        program: String,
+        /// The line, from 1.
+        line: usize,
     },
 }
 
@@ -123,7 +135,11 @@ impl Rewritten {
         Ok(positions)
     }
 
-    fn each_of(&self, written: &Program, take: impl FnMut(&PathPoint)) -> Result<(), GcodeError> {
+    /// The same, point after point, given to `take`.
+    ///
+    /// # Errors
+    /// When it is another program.
+    pub(crate) fn each_of(&self, written: &Program, take: impl FnMut(&PathPoint)) -> Result<(), GcodeError> {
         let mut places = self.places.as_slice();
         let own = |segment: usize, _: &Motion| {
             let (own, rest) = places.split_at_checked(*self.pieces.get(segment)?)?;
@@ -131,6 +147,33 @@ impl Rewritten {
             Some(own.to_vec())
         };
         written.sample(Program::MAX_POINTS, own, take)
+    }
+}
+
+/// A path and where its points should be instead.
+#[derive(Clone, Copy)]
+struct Corrected<'a> {
+    path: &'a Toolpath,
+    positions: &'a [Vector3<f64>],
+    orientations: Option<&'a [Orientation]>,
+}
+
+impl Corrected<'_> {
+    /// Where rotary axes should stand at the `points` of `motion`, if they turn or are corrected.
+    fn angles(&self, motion: &Motion, points: Range<usize>, rotary: &Rotary) -> Option<Vec<Angles>> {
+        if self.orientations.is_none() && !motion.turning.turns() {
+            return None;
+        }
+        let angles = |k: usize| {
+            let own = motion.turning.at(self.path.points()[k].source.parameter);
+            let wanted = self.orientations.map(|orientations| orientations[k]);
+            let Some(Orientation::ToolAxis(axis)) = wanted else { return own };
+            let turned = rotary.angles_for(&axis, &own);
+            // Where the tip would go with an axis that is nowhere, it keeps its angle.
+            let is_nowhere = !motion.turning.of_tip && rotary.without_place(&turned).is_some();
+            if is_nowhere { own } else { turned }
+        };
+        Some(points.map(angles).collect())
     }
 }
 
@@ -163,15 +206,32 @@ impl Program {
         corrected_mm: &[Vector3<f64>],
         writing: impl Into<Writing>,
     ) -> Result<Rewritten, RewriteError> {
-        check_positions(path, corrected_mm)?;
+        self.rewrite_turned(path, corrected_mm, None, writing)
+    }
+
+    /// As [`Program::rewrite`], the tool's axis turned to `orientations` as well, if they are given: by the rotary axes that the options
+    /// name, from the angles of the program by the least turns that lead there, near a pole as far as turns of a few degrees do.
+    ///
+    /// # Errors
+    /// As [`Program::rewrite`], and where a hole of a cycle would have to be turned.
+    pub fn rewrite_turned(
+        &self,
+        path: &Toolpath,
+        corrected_mm: &[Vector3<f64>],
+        orientations: Option<&[Orientation]>,
+        writing: impl Into<Writing>,
+    ) -> Result<Rewritten, RewriteError> {
+        check_corrected(path, corrected_mm, orientations)?;
+        let orientations = orientations.filter(|_| !self.options.rotary.is_empty());
         let writing = writing.into().checked()?;
         let corrected_mm = &*self.evened(path, corrected_mm, writing.format);
-        let rewritten = self.rewrite_with(path, corrected_mm, writing, &BTreeSet::new())?;
+        let corrected = Corrected { path, positions: corrected_mm, orientations };
+        let rewritten = self.rewrite_with(corrected, writing, &BTreeSet::new())?;
         if !matches!(self.calls_of(&rewritten), Some(Calls::WrittenOut(_))) {
             return Ok(rewritten);
         }
         // What comes from several places needs words that it does not need coming from one.
-        let spelled = self.rewrite_with(path, corrected_mm, writing, &self.lines_led_alike(path, corrected_mm))?;
+        let spelled = self.rewrite_with(corrected, writing, &self.lines_led_alike(path, corrected_mm))?;
         let stays = matches!(self.calls_of(&spelled), Some(Calls::Stay { .. }));
         Ok(if stays { spelled } else { rewritten })
     }
@@ -179,8 +239,7 @@ impl Program {
     /// As [`Program::rewrite`]; moves of the lines `spelled` (from 1) get a word for every axis.
     fn rewrite_with(
         &self,
-        path: &Toolpath,
-        corrected_mm: &[Vector3<f64>],
+        corrected @ Corrected { path, positions: corrected_mm, .. }: Corrected<'_>,
         writing: Writing,
         spelled: &BTreeSet<usize>,
     ) -> Result<Rewritten, RewriteError> {
@@ -200,11 +259,20 @@ impl Program {
             let mut on_block = Vec::with_capacity(block.motions.len());
             for motion in &block.motions {
                 let points = next..self.end_of(motion, segment, next, path)?;
-                on_block.push(self.coordinates(motion, &path.points()[points.clone()], &corrected_mm[points.clone()]));
+                let angles = corrected.angles(motion, points.clone(), &self.options.rotary);
+                let turns = |angles: &Vec<Angles>| angles.iter().any(|angles| *angles != motion.turning.to);
+                if matches!(motion.code, MotionCode::Cycle(_)) && angles.as_ref().is_some_and(turns) {
+                    return Err(RewriteError::TurnedHole { program: self.name.clone(), line: motion.line });
+                }
+                let (points_of, positions) = (&path.points()[points.clone()], &corrected_mm[points.clone()]);
+                let (own, goals) = self.coordinates(motion, points_of, positions, angles.as_deref());
+                on_block.push((own, goals, angles));
                 (segment, next) = (segment + 1, points.end);
             }
-            let targets: Vec<Targets> =
-                on_block.iter().map(|(points, corrected)| Targets { points, corrected }).collect();
+            let targets: Vec<Targets> = on_block
+                .iter()
+                .map(|(points, corrected, angles)| Targets { points, corrected, angles: angles.as_deref() })
+                .collect();
             match (block.motions.first().map(|motion| motion.code), &block.origin_at) {
                 (Some(MotionCode::Cycle(_)), _) => writer.holes(block, &block.motions, &targets),
                 (Some(_), _) => {
@@ -246,19 +314,22 @@ impl Program {
         motion: &Motion,
         points: &'a [PathPoint],
         corrected_mm: &'a [Vector3<f64>],
+        angles: Option<&[Angles]>,
     ) -> (Cow<'a, [PathPoint]>, Cow<'a, [Vector3<f64>]>) {
-        if !motion.turning.displaces() {
+        let is_turned = |angles: &[Angles]| angles.iter().any(|angles| *angles != [0.0; 3]);
+        let displaces = motion.turning.displaces() || (!motion.turning.of_tip && angles.is_some_and(is_turned));
+        if !displaces {
             return (points.into(), corrected_mm.into());
         }
-        let head = |point: &PathPoint, at: &Vector3<f64>| {
-            self.options.rotary.head(*at, &motion.turning.at(point.source.parameter))
+        let head = |k: usize| {
+            let own = || motion.turning.at(points[k].source.parameter);
+            self.options.rotary.head(corrected_mm[k], &angles.map_or_else(own, |angles| angles[k]))
         };
         let own = points.iter().map(|point| PathPoint {
             position_mm: motion.geometry.at(point.source.parameter).map_or(point.position_mm, |(at, _)| at),
             ..*point
         });
-        let corrected = points.iter().zip(corrected_mm).map(|(point, at)| head(point, at));
-        (own.collect(), corrected.collect())
+        (own.collect(), (0..points.len()).map(head).collect())
     }
 
     fn foreign(&self) -> RewriteError {

@@ -5,9 +5,10 @@
 //! In machine coordinates, X, Y and Z move the head: the tip is at `D_t⁻¹ (p + D_h 0)` in W. With control of the tip (G43.4, TRAORI, M128),
 //! X, Y and Z are where the tip is in W. Both ways the tool's axis in W is `R_t⁻¹ R_h z`.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 
+use super::motion::{Known, located};
 use crate::spatial::{Pose, rotation_exp};
 
 /// What a rotary axis turns.
@@ -45,6 +46,15 @@ pub struct Rotary {
 
 /// Whether they are followed: pages get programs that turn as points.
 const FOLLOWED: bool = !cfg!(target_family = "wasm");
+
+/// Most steps to the angles of an axis of the tool.
+const MOST_STEPS: usize = 10;
+/// Axes that differ by less are the same.
+const SAME: f64 = 1e-13;
+/// Angle for difference quotients, rad.
+const SMALL_RAD: f64 = 1e-5;
+/// An axis that turns the tool by less than this share of its own turn is not used.
+const POLE: f64 = 0.05;
 
 /// Angles of A, B and C, degrees.
 pub(crate) type Angles = [f64; 3];
@@ -90,10 +100,44 @@ impl Rotary {
         table.rotation.tr_mul(&(head.rotation * Vector3::z())).normalize()
     }
 
+    /// Angles near `near` at which the tool's axis is `wanted`, a unit vector in W, as nearly as the axes can without turning far: near a pole,
+    /// where an axis turns the tool about itself, what only that axis could do is left.
+    pub(crate) fn angles_for(&self, wanted: &Vector3<f64>, near: &Angles) -> Angles {
+        let mut angles = *near;
+        for _ in 0..MOST_STEPS {
+            let off = wanted - self.tool_axis(&angles);
+            if off.norm() <= SAME {
+                break;
+            }
+            let slope = |axis: usize| {
+                let at = |turn: f64| {
+                    let mut angles = angles;
+                    angles[axis] += turn.to_degrees();
+                    self.tool_axis(&angles)
+                };
+                (at(SMALL_RAD) - at(-SMALL_RAD)) / (2.0 * SMALL_RAD)
+            };
+            let slopes = Matrix3::from_columns(&[slope(0), slope(1), slope(2)]);
+            let Ok(step) = slopes.svd(true, true).solve(&off, POLE) else { break };
+            (0..3).for_each(|axis| angles[axis] += step[axis].to_degrees());
+        }
+        angles
+    }
+
     /// Where the tip is in W, mm, with the head at `machine`, mm.
     pub(crate) fn tip(&self, machine: Vector3<f64>, angles: &Angles) -> Vector3<f64> {
         let (table, head) = (self.displacement(Turned::Workpiece, angles), self.displacement(Turned::Tool, angles));
         table.inverse().transform(machine + head.translation)
+    }
+
+    /// Coordinates of the head as those of the tip that is there, or the other way; none where it is not known.
+    pub(crate) fn switched(&self, position: Known, angles: &Angles, to_tip: bool) -> Known {
+        if !FOLLOWED || *angles == [0.0; 3] {
+            return position;
+        }
+        let here = located(position).filter(|_| self.without_place(angles).is_none());
+        let there = here.map(|at| if to_tip { self.tip(at, angles) } else { self.head(at, angles) });
+        there.map_or([None; 3], |at| [Some(at.x), Some(at.y), Some(at.z)])
     }
 
     /// Where the head is for a tip at `tip` of W, mm.

@@ -10,13 +10,14 @@ use crate::toolpath::{
         edit::{LineEdit, acts_at_end, is_arc_word, takes_parameters},
         fit::centre_through,
         follow::route,
-        modal::{Distance, FeedMode, MotionCode},
+        modal::{FeedMode, MotionCode},
         motion::{Geometry, Known, Motion, located},
         place::Place,
+        turn_words::{Turned, allowed_deg},
         walk::Block,
         writer::{Writer, put_axis},
     },
-    number::{fixed, shortest},
+    number::shortest,
 };
 
 /// Of a written arc that is no full circle, start and end are apart by as many units of the last decimal: rounding must neither
@@ -38,12 +39,11 @@ struct Piece {
     axes: Vec<(usize, String)>,
     /// Words that say where the centre is.
     centre: Vec<(char, String)>,
+    turned: Turned,
     /// Where it leads.
     at: Known,
     /// Where on it its points lie.
     places: Vec<f64>,
-    /// Where it ends, as a share of the block.
-    to: f64,
 }
 
 impl Writer<'_> {
@@ -64,19 +64,11 @@ impl Writer<'_> {
         if let (Some(feed), Some(index)) = (feed_for(&piece), edit.find(|word| word.letter == 'F')) {
             edit.set_number(index, &feed);
         }
-        let turned = |before: f64, piece: &Piece, behind: &Stretch| {
-            rotary_words(motion, content, [before, piece.to], behind.points.is_empty())
-        };
         piece.axes.iter().for_each(|(axis, number)| put_axis(&mut edit, *axis, number));
-        for (letter, number) in turned(0.0, &piece, &left) {
-            if let Some(index) = edit.find(|word| word.letter == letter) {
-                edit.set_number(index, &number);
-            }
-        }
-        let mut passed = piece.to;
+        piece.turned.words.iter().for_each(|(letter, number)| edit.put_turn(*letter, number));
         piece.centre.iter().for_each(|(letter, number)| edit.put_arc(*letter, number));
         self.out.extend(edit.render());
-        self.wrote(block, &piece, left.points.is_empty());
+        self.wrote(block, motion, &piece, left.points.is_empty());
         let next_line = Splitting { place: place.on_new_line(&motion.modal), ..splitting };
         while !left.points.is_empty() {
             let piece = self.longest(next_line, left, false);
@@ -85,8 +77,7 @@ impl Writer<'_> {
             let begin = style.next_line().or_else(|| differs.then(|| style.motion(piece.code)));
             let mut words: Vec<String> = begin.into_iter().collect();
             words.extend(piece.axes.iter().map(|(axis, number)| style.axis(*axis, number)));
-            words.extend(turned(passed, &piece, &left).iter().map(|(letter, number)| style.word(*letter, number)));
-            passed = piece.to;
+            words.extend(piece.turned.words.iter().map(|(letter, number)| style.coordinate(*letter, number)));
             words.extend(piece.centre.iter().map(|(letter, number)| style.word(*letter, number)));
             words.extend(feed_for(&piece).map(|feed| style.word('F', &feed)));
             if left.points.is_empty() {
@@ -94,13 +85,14 @@ impl Writer<'_> {
             }
             self.out.extend_from_slice(&content[..block.prefix]);
             self.out.extend_from_slice(words.join(style.separator()).as_bytes());
-            self.wrote(block, &piece, left.points.is_empty());
+            self.wrote(block, motion, &piece, left.points.is_empty());
         }
     }
 
-    fn wrote(&mut self, block: &Block, piece: &Piece, is_last: bool) {
+    fn wrote(&mut self, block: &Block, motion: &Motion, piece: &Piece, is_last: bool) {
         self.motion_word = Some(piece.code);
         self.tracked = piece.at;
+        self.stands = [motion.turning.to, piece.turned.to];
         self.stands_for(&piece.places);
         self.end_line(block, is_last);
     }
@@ -114,9 +106,10 @@ impl Writer<'_> {
             return piece;
         }
         let mut best = attempt(1).unwrap_or_else(|| {
-            let (axes, at) = self.step(splitting, &left.corrected[0], [is_first, left.points.len() == 1]);
-            let to = left.points[0].source.parameter;
-            Piece { code: MotionCode::Line, axes, centre: Vec::new(), at, places: vec![1.0], to }
+            let lines = [is_first, left.points.len() == 1];
+            let (axes, at) = self.step(splitting, &left.corrected[0], lines);
+            let turned = self.turned(splitting, left.first(1), lines);
+            Piece { code: MotionCode::Line, axes, centre: Vec::new(), turned, at, places: vec![1.0] }
         });
         let (mut passed, mut failed) = (1, most + 1);
         while failed - passed > 1 {
@@ -135,16 +128,27 @@ impl Writer<'_> {
         let Splitting { motion, place, .. } = splitting;
         let (axes, at) = self.step(splitting, stretch.corrected.last()?, lines);
         let (start, end) = (located(self.tracked)?, located(at)?);
-        let passes = |candidate: &Geometry| stretch.places(candidate, self.allowed(place));
-        let to = stretch.points.last()?.source.parameter;
+        let turned = self.turned(splitting, stretch, lines);
+        let passes = |candidate: &Geometry| {
+            let places = stretch.places(candidate, self.allowed(place))?;
+            let between = [&self.stands[1], &turned.to];
+            stretch.is_turned(&places, between, allowed_deg(&motion.turning)).then_some(places)
+        };
         if self.writing.tolerance_mm > 0.0
             && let Some((candidate, centre)) = self.arc(motion, place, stretch, [start, end])
             && let Some(places) = passes(&candidate)
         {
-            return Some(Piece { code: motion.code, axes, centre, at, places, to });
+            return Some(Piece { code: motion.code, axes, centre, turned, at, places });
         }
         let places = passes(&Geometry::Line(start, end))?;
-        Some(Piece { code: MotionCode::Line, axes, centre: Vec::new(), at, places, to })
+        Some(Piece { code: MotionCode::Line, axes, centre: Vec::new(), turned, at, places })
+    }
+
+    /// What turns the rotary axes to where they should stand at the last point of `stretch`.
+    fn turned(&self, Splitting { motion, content, .. }: Splitting, stretch: Stretch, lines: [bool; 2]) -> Turned {
+        let parameter = stretch.points.last().map_or(1.0, |point| point.source.parameter);
+        let corrected = stretch.angles.and_then(|angles| angles.last()).copied();
+        self.turn_to(motion, content, &corrected.unwrap_or_else(|| motion.turning.at(parameter)), lines)
     }
 
     /// The arc of the program's kind between these ends that fits `stretch` best, and the words for its centre.
@@ -212,37 +216,6 @@ impl Writer<'_> {
         (numbers, reached)
     }
 }
-
-/// The words of rotary axes that turn along `motion`, on a block between these shares of it: as they are on the last, if they say where
-/// the axis turns to.
-fn rotary_words(motion: &Motion, content: &[u8], [from, to]: [f64; 2], is_last: bool) -> Vec<(char, String)> {
-    let turning = motion.turning;
-    let word = |(axis, letter): (usize, char)| {
-        let word = motion
-            .words
-            .iter()
-            .find(|word| word.letter == letter)
-            .filter(|_| turning.from[axis] != turning.to[axis])?;
-        let written = |t: f64| fixed(turning.at(t)[axis], ANGLE_DECIMALS);
-        Some((
-            letter,
-            match word.distance.unwrap_or(motion.modal.distance) {
-                Distance::Absolute if is_last => String::from_utf8_lossy(&content[word.number()]).into_owned(),
-                Distance::Absolute => written(to),
-                Distance::Incremental => {
-                    // From what the words before have led to, so that rounding does not add up.
-                    let rounded = |t: f64| written(t).parse::<f64>().unwrap_or(0.0);
-                    let before = if from == 0.0 { turning.from[axis] } else { rounded(from) };
-                    fixed(if is_last { turning.to[axis] } else { rounded(to) } - before, ANGLE_DECIMALS)
-                }
-            },
-        ))
-    };
-    ['A', 'B', 'C'].into_iter().enumerate().filter_map(word).collect()
-}
-
-/// Decimals of written angles, degrees.
-const ANGLE_DECIMALS: u8 = 4;
 
 /// Where F is one over the time of a block: that of a part that takes one `share`th of it.
 fn feed_of(motion: &Motion, share: f64) -> Option<String> {

@@ -70,6 +70,15 @@ impl Interpreter {
         ['A', 'B', 'C'].into_iter().zip(turning.to).find(|(_, at)| *at != 0.0)
     }
 
+    /// From here on X, Y and Z are those of the tip, or no longer.
+    pub(super) fn control_tip(&mut self, of_tip: bool) {
+        let was = self.turning();
+        self.modal.tip_control = of_tip;
+        if self.turning().of_tip != was.of_tip {
+            self.position = self.rotary_axes.switched(self.position, &was.to, of_tip);
+        }
+    }
+
     /// Whether it is known where the tip is along the line.
     pub(super) fn check_turning(&self, turning: &Turning, word: &Word) -> Result<(), Refusal> {
         if turning.of_tip {

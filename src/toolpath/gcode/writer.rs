@@ -16,6 +16,8 @@ use crate::toolpath::{
         modal::MotionCode,
         motion::{Known, Motion, located},
         place::{Place, Reached},
+        rotary::Angles,
+        turn_words::{Turned, allowed_deg},
         walk::Block,
         write_holes::Drilled,
     },
@@ -27,12 +29,22 @@ use crate::toolpath::{
 pub(super) struct Targets<'a> {
     pub points: &'a [PathPoint],
     pub corrected: &'a [Vector3<f64>],
+    /// Where rotary axes should stand, if they turn or are corrected.
+    pub angles: Option<&'a [Angles]>,
+}
+
+impl Targets<'_> {
+    /// Where rotary axes should stand at the end of `motion`, degrees.
+    fn turned(&self, motion: &Motion) -> Angles {
+        self.angles.and_then(|angles| angles.last()).copied().unwrap_or(motion.turning.to)
+    }
 }
 
 /// One block that passes all its targets: what to write, and where it leads.
 struct Kept {
     axes: [Reached; 3],
     centre: [Option<String>; 2],
+    turned: Turned,
     /// Where on it each of the targets lies, from 0 to 1.
     places: Vec<f64>,
 }
@@ -54,6 +66,10 @@ pub(super) struct Writer<'p> {
     spelled: &'p BTreeSet<usize>,
     /// Where the words written so far have led, as a controller adds them up.
     pub(super) tracked: Known,
+    /// Where rotary axes stand by the program, and where the words written so far have turned them, degrees.
+    pub(super) stands: [Angles; 2],
+    /// Whether the coordinates written last were those of the tip.
+    of_tip: bool,
     /// The centre of arcs that give none, as it is written.
     pub(super) pole: Option<[f64; 2]>,
     /// The cycle in force, as it is written.
@@ -78,6 +94,8 @@ impl<'p> Writer<'p> {
             line_ends: Vec::new(),
             spelled,
             tracked: [None; 3],
+            stands: [[0.0; 3]; 2],
+            of_tip: program.options.rotary.always_of_tip,
             pole: None,
             drilled: Drilled::default(),
             unit_before_mm: 0.0,
@@ -108,17 +126,18 @@ impl<'p> Writer<'p> {
     pub fn motion(&mut self, block: &Block, motion: &Motion, targets: Targets) {
         self.begin(motion);
         let place = self.place(motion);
+        let turned = self.turn_to(motion, self.program.content(block.line), &targets.turned(motion), [true, true]);
         match (targets.corrected.last(), self.stretch(motion, targets)) {
             (None, _) => {
                 let axes = place.as_they_are(motion, self.tracked);
-                self.write_kept(block, motion, Kept { axes, centre: [None, None], places: Vec::new() });
+                self.write_kept(block, motion, Kept { axes, centre: [None, None], turned, places: Vec::new() });
             }
             (Some(goal), None) => {
                 // Coming from nowhere known, only the end matters.
                 let axes = place.end(&motion.words, self.tracked, goal);
-                self.write_kept(block, motion, Kept { axes, centre: [None, None], places: vec![1.0] });
+                self.write_kept(block, motion, Kept { axes, centre: [None, None], turned, places: vec![1.0] });
             }
-            (Some(goal), Some(stretch)) => match self.keep(motion, place, stretch, goal) {
+            (Some(goal), Some(stretch)) => match self.keep(motion, place, stretch, goal, turned) {
                 Some(kept) => self.write_kept(block, motion, kept),
                 None => self.split(block, motion, place, stretch),
             },
@@ -153,9 +172,17 @@ impl<'p> Writer<'p> {
 
     /// Both sides know an axis or neither does; before the first word, the tool is at the given start.
     pub(super) fn begin(&mut self, motion: &Motion) {
+        if motion.turning.of_tip != self.of_tip {
+            self.of_tip = motion.turning.of_tip;
+            self.tracked = self.program.options.rotary.switched(self.tracked, &self.stands[1], self.of_tip);
+        }
         for axis in 0..3 {
             let known = self.tracked[axis].or(motion.start[axis]);
             self.tracked[axis] = motion.start[axis].and(known);
+        }
+        if self.stands[0] != motion.turning.from {
+            // Something else has turned them.
+            self.stands = [motion.turning.from; 2];
         }
     }
 
@@ -165,7 +192,14 @@ impl<'p> Writer<'p> {
     }
 
     /// The one block that passes all of `stretch` and ends at `goal`, if there is one.
-    fn keep(&self, motion: &Motion, place: Place, stretch: Stretch, goal: &Vector3<f64>) -> Option<Kept> {
+    fn keep(
+        &self,
+        motion: &Motion,
+        place: Place,
+        stretch: Stretch,
+        goal: &Vector3<f64>,
+        turned: Turned,
+    ) -> Option<Kept> {
         let axes = place.end(&motion.words, self.tracked, goal);
         let end = located(axes.each_ref().map(|reached| reached.at))?;
         let (start, nominal_end) = (located(self.tracked)?, located(motion.end)?);
@@ -176,14 +210,15 @@ impl<'p> Writer<'p> {
         let centre = if let Some(Centre::Pole(_)) = centre { self.pole.map(Centre::Pole) } else { centre };
         let candidate = route(motion.code, motion.modal, start, end, centre).ok()?;
         let places = stretch.places(&candidate, self.allowed(place))?;
-        Some(Kept { axes, centre: centre_words, places })
+        let is_turned = stretch.is_turned(&places, [&self.stands[1], &turned.to], allowed_deg(&motion.turning));
+        is_turned.then_some(Kept { axes, centre: centre_words, turned, places })
     }
 
     /// The whole of a motion, if it is known where it begins.
     fn stretch<'m>(&self, motion: &'m Motion, targets: Targets<'m>) -> Option<Stretch<'m>> {
         let (start, nominal) = (located(self.tracked)?, located(motion.start)?);
-        let Targets { points, corrected } = targets;
-        Some(Stretch { nominal: &motion.geometry, before: (0.0, start - nominal), points, corrected })
+        let Targets { points, corrected, angles } = targets;
+        Some(Stretch { nominal: &motion.geometry, before: (0.0, start - nominal), points, corrected, angles })
     }
 
     /// How far off a block may be that is written as `place` says.
@@ -213,6 +248,8 @@ impl<'p> Writer<'p> {
                 edit.set_number(index, &number);
             }
         }
+        kept.turned.words.iter().for_each(|(letter, number)| edit.put_turn(*letter, number));
+        self.stands = [motion.turning.to, kept.turned.to];
         if block.motion_word.is_none() && self.motion_word.is_some_and(|code| code != motion.code) {
             edit.set_motion(motion.code);
         }

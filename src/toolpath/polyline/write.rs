@@ -6,7 +6,8 @@ use nalgebra::Vector3;
 use crate::toolpath::{
     NumberFormat, Orientation, PathPoint, PositionsError, Toolpath,
     number::{fixed, last_place},
-    path::check_positions,
+    orientation::WRITTEN_RAD,
+    path::check_corrected,
     polyline::{Polyline, PolylineError, column::Column},
 };
 
@@ -37,11 +38,28 @@ impl Polyline {
         corrected_mm: &[Vector3<f64>],
         format: NumberFormat,
     ) -> Result<RewrittenPolyline, PositionsError> {
-        check_positions(path, corrected_mm)?;
+        self.rewrite_turned(path, corrected_mm, None, format)
+    }
+
+    /// As [`Polyline::rewrite_sampled`], the tool turned to `orientations` as well, if they are given: those that differ by more than
+    /// 1e-8 rad are written anew, with nine decimals, and points become rows where the tool would stand off its
+    /// orientation by more than 1e-4 rad between two rows.
+    ///
+    /// # Errors
+    /// When there is not one finite position, and one orientation, for every point.
+    pub fn rewrite_turned(
+        &self,
+        path: &Toolpath,
+        corrected_mm: &[Vector3<f64>],
+        orientations: Option<&[Orientation]>,
+        format: NumberFormat,
+    ) -> Result<RewrittenPolyline, PositionsError> {
+        check_corrected(path, corrected_mm, orientations)?;
         let (unit, points) = (last_place(format.mm_decimals()), path.points());
+        let turned = |k: usize| orientations.map_or(points[k].orientation, |orientations| Some(orientations[k]));
         let mut out = Vec::with_capacity(self.source.len());
         let (mut copied, mut next, mut pieces) = (0, 0, Vec::with_capacity(self.rows.len()));
-        let mut before: Option<Vector3<f64>> = None;
+        let mut before: Option<(Vector3<f64>, Option<Orientation>)> = None;
         for (index, row) in self.rows.iter().enumerate() {
             let first = next;
             while points.get(next).is_some_and(|point| point.source.segment == index) {
@@ -51,9 +69,14 @@ impl Polyline {
             let written: Vec<[Option<String>; 3]> =
                 (first..next).map(|k| moved(&points[k], &corrected_mm[k], format)).collect();
             let end = reached(&points[last].position_mm, &written[last - first]);
-            let is_straight = |start: Vector3<f64>| {
-                let off = |k: usize| start.lerp(&end, points[k].source.parameter) - corrected_mm[k];
-                (first..last).all(|k| off(k).amax() <= unit * (1.0 + 1e-6))
+            let stands = |t: f64, start: Option<Orientation>| Some(start?.towards(&turned(last)?, t));
+            let is_straight = |(start, stood): (Vector3<f64>, Option<Orientation>)| {
+                (first..last).all(|k| {
+                    let t = points[k].source.parameter;
+                    let turn = stands(t, stood).zip(turned(k)).map_or(0.0, |(stands, wanted)| stands.angle_to(&wanted));
+                    (start.lerp(&end, t) - corrected_mm[k]).amax() <= unit * (1.0 + 1e-6)
+                        && (orientations.is_none() || turn <= WRITTEN_RAD)
+                })
             };
             let is_split = before.is_some_and(|start| !is_straight(start));
             if is_split {
@@ -62,37 +85,45 @@ impl Polyline {
                 for k in first..last {
                     let position = corrected_mm[k].map(|c| fixed(c, format.mm_decimals()));
                     let cells = [0, 1, 2].map(|axis| Some(position[axis].clone()));
-                    out.extend(self.row(&self.source[row.clone()], &cells, Some(&points[k])));
+                    let inserted = PathPoint { orientation: turned(k), ..points[k] };
+                    out.extend(self.row(&self.source[row.clone()], &cells, Inserted::Point(&inserted)));
                     out.extend_from_slice(self.line_ending());
                     pieces.push(1);
                 }
             }
             pieces.push(if is_split { 1 } else { next - first });
-            if written[last - first].iter().any(Option::is_some) {
+            let turns = |(own, turned): (Orientation, Orientation)| own.angle_to(&turned) > SAME_RAD;
+            let new = points[last].orientation.zip(turned(last)).filter(|pair| turns(*pair)).map(|(_, turned)| turned);
+            if new.is_some() || written[last - first].iter().any(Option::is_some) {
                 out.extend_from_slice(&self.source[copied..row.start]);
-                out.extend(self.row(&self.source[row.clone()], &written[last - first], None));
+                let inserted = new.map_or(Inserted::Nothing, Inserted::Orientation);
+                out.extend(self.row(&self.source[row.clone()], &written[last - first], inserted));
                 copied = row.end;
             }
-            before = Some(end);
+            before = Some((end, new.or(points[last].orientation)));
         }
         out.extend_from_slice(&self.source[copied..]);
         Ok(RewrittenPolyline { bytes: out, pieces })
     }
 
-    /// The row `text` with the coordinates in `moved` in place of its own, and with the forces, moments and external axes of `inserted`.
-    fn row(&self, text: &[u8], moved: &[Option<String>; 3], inserted: Option<&PathPoint>) -> Vec<u8> {
+    /// The row `text` with the coordinates in `moved` in place of its own, and with what `inserted` has.
+    fn row(&self, text: &[u8], moved: &[Option<String>; 3], inserted: Inserted<'_>) -> Vec<u8> {
         let mut reader = ReaderBuilder::new().has_headers(false).from_reader(text);
         let record = reader.byte_records().flatten().next().unwrap_or_default();
         let fields = self.columns.iter().zip(record.iter().map(on_one_line)).map(|(column, field)| {
             let own = match column {
                 Column::Position(axis) => moved[*axis].clone(),
-                Column::Force(_)
-                | Column::Moment(_)
-                | Column::ToolAxis(_)
-                | Column::Platform(_)
-                | Column::External(_) => {
-                    inserted.and_then(|point| value(point, *column)).map(|value| value.to_string())
-                }
+                Column::ToolAxis(_) | Column::Platform(_) => inserted
+                    .orientation()
+                    .and_then(|orientation| entry(&orientation, *column))
+                    .map(|value| match inserted {
+                        Inserted::Orientation(_) => fixed(value, ORIENTATION_DECIMALS),
+                        _ => value.to_string(),
+                    }),
+                Column::Force(_) | Column::Moment(_) | Column::External(_) => match inserted {
+                    Inserted::Point(point) => value(point, *column).map(|value| value.to_string()),
+                    _ => None,
+                },
                 Column::Feed | Column::Spindle | Column::Cutting => None,
             };
             own.map_or_else(|| field.to_vec(), |number| in_place_of(field, &number))
@@ -106,6 +137,32 @@ impl Polyline {
             Some(at) if at > 0 && self.source[at - 1] == b'\r' => b"\r\n",
             Some(_) => b"\n",
             None => b"\r",
+        }
+    }
+}
+
+/// Orientations that differ by less are the same, rad.
+const SAME_RAD: f64 = 1e-8;
+
+/// Decimals of written directions and quaternions.
+const ORIENTATION_DECIMALS: u8 = 9;
+
+/// What a row gets beside its coordinates.
+#[derive(Clone, Copy)]
+enum Inserted<'a> {
+    Nothing,
+    /// Another orientation.
+    Orientation(Orientation),
+    /// Forces, moments, orientation and external axes of a point between two rows.
+    Point(&'a PathPoint),
+}
+
+impl Inserted<'_> {
+    fn orientation(&self) -> Option<Orientation> {
+        match self {
+            Inserted::Nothing => None,
+            Inserted::Orientation(orientation) => Some(*orientation),
+            Inserted::Point(point) => point.orientation,
         }
     }
 }
@@ -170,7 +227,7 @@ fn in_place_of(field: &[u8], number: &str) -> Vec<u8> {
 /// # Errors
 /// When there is not one finite position for every point.
 pub fn write(path: &Toolpath, positions_mm: &[Vector3<f64>], format: NumberFormat) -> Result<Vec<u8>, PositionsError> {
-    check_positions(path, positions_mm)?;
+    check_corrected(path, positions_mm, None)?;
     let points = path.points();
     let everywhere = |column: &Column| points.iter().all(|point| value(point, *column).is_some());
     let some_idle = points.iter().any(|point| !point.cutting);
@@ -198,6 +255,15 @@ pub fn write(path: &Toolpath, positions_mm: &[Vector3<f64>], format: NumberForma
     Ok(writer.into_inner().unwrap_or_default())
 }
 
+/// What an orientation has for a column.
+fn entry(orientation: &Orientation, column: Column) -> Option<f64> {
+    match (column, orientation) {
+        (Column::ToolAxis(axis), Orientation::ToolAxis(direction)) => Some(direction[axis]),
+        (Column::Platform(entry), Orientation::Platform(q)) => Some([q.w, q.i, q.j, q.k][entry]),
+        _ => None,
+    }
+}
+
 /// What a point has for a column.
 fn value(point: &PathPoint, column: Column) -> Option<f64> {
     match column {
@@ -206,14 +272,9 @@ fn value(point: &PathPoint, column: Column) -> Option<f64> {
         Column::Spindle => point.spindle_rev_per_min,
         Column::Force(axis) => point.load.map(|load| load.force_N[axis]),
         Column::Moment(axis) => point.load.map(|load| load.moment_Nmm[axis]),
-        Column::ToolAxis(axis) => match point.orientation {
-            Some(Orientation::ToolAxis(direction)) => Some(direction[axis]),
-            _ => None,
-        },
-        Column::Platform(entry) => match point.orientation {
-            Some(Orientation::Platform(q)) => Some([q.w, q.i, q.j, q.k][entry]),
-            _ => None,
-        },
+        Column::ToolAxis(_) | Column::Platform(_) => {
+            point.orientation.and_then(|orientation| entry(&orientation, column))
+        }
         Column::External(axis) => Some(point.external[axis]),
         Column::Cutting => Some(f64::from(u8::from(point.cutting))),
     }

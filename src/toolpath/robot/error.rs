@@ -167,14 +167,6 @@ pub enum RobotRewriteError {
     /// The positions do not fit the path.
     #[error(transparent)]
     Positions(#[from] PositionsError),
-    /// The orientations do not fit the path.
-    #[error("{given} orientations for a path of {points} points: expected one for each point")]
-    Orientations {
-        /// Points of the path.
-        points: usize,
-        /// Orientations given.
-        given: usize,
-    },
     /// The program cannot be followed.
     #[error(transparent)]
     Program(#[from] RobotError),

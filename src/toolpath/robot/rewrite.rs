@@ -10,7 +10,7 @@ use super::{
     target_text::Pen,
     way::Way,
 };
-use crate::toolpath::{Orientation, PathPoint, Toolpath, gcode::Writing, path::check_positions};
+use crate::toolpath::{Orientation, PathPoint, Toolpath, gcode::Writing, path::check_corrected};
 
 /// A program written back, with what is needed to read it point by point.
 #[derive(Clone, Debug)]
@@ -79,7 +79,11 @@ impl RewrittenRobot {
         Ok(orientations)
     }
 
-    fn each_of(&self, written: &RobotProgram, take: impl FnMut(&PathPoint)) -> Result<(), RobotError> {
+    /// The same, point after point, given to `take`.
+    ///
+    /// # Errors
+    /// When it is another program.
+    pub(crate) fn each_of(&self, written: &RobotProgram, take: impl FnMut(&PathPoint)) -> Result<(), RobotError> {
         let mut places = self.places.as_slice();
         let own = |segment: usize, _: &Motion| {
             let (own, rest) = places.split_at_checked(*self.pieces.get(segment)?)?;
@@ -110,10 +114,7 @@ impl RobotProgram {
         orientations: Option<&[Orientation]>,
         writing: impl Into<Writing>,
     ) -> Result<RewrittenRobot, RobotRewriteError> {
-        check_positions(path, corrected_mm)?;
-        if let Some(given) = orientations.map(<[Orientation]>::len).filter(|given| *given != path.len()) {
-            return Err(RobotRewriteError::Orientations { points: path.len(), given });
-        }
+        check_corrected(path, corrected_mm, orientations)?;
         let writing = writing.into();
         let pen = Pen { language: self.language, format: writing.format, decimals: self.decimals };
         let mut writer = Writer::new(&self.source, pen, writing.tolerance_mm.max(0.0));

@@ -12,10 +12,7 @@ use super::{
     target_text::{Goal, Pen, Shown},
     way::Way,
 };
-use crate::toolpath::{Orientation, PathPoint};
-
-/// How far from its orientation the tool may stand within a piece where orientations are corrected, rad.
-const ORIENTATION_RAD: f64 = 1e-4;
+use crate::toolpath::{Orientation, PathPoint, orientation::WRITTEN_RAD};
 
 /// Points of one motion, and where they should be.
 #[derive(Clone, Copy, Debug)]
@@ -173,7 +170,7 @@ impl<'a> Writer<'a> {
             };
             let stands = from.orientation.zip(to.orientation).map(|(from, to)| from.towards(&to, place));
             if let (Some(_), Some(stands), Some(wanted)) = (points.orientations, stands, points.orientation(k))
-                && stands.angle_to(&wanted) > ORIENTATION_RAD
+                && stands.angle_to(&wanted) > WRITTEN_RAD
             {
                 return None;
             }

@@ -12,7 +12,10 @@ function lineView(article, data, viewName) {
   // All groups of a single result at once, or one group of several results.
   // What the curves can be seen over besides their coordinate: the quantity of the second one.
   const second = isNamed || !single ? -1 : data.labels.indexOf(data.coordinates[1]?.label);
-  const state = { quantity: 0, group: single && data.groups.length > 1 ? -1 : 0, over: 0 };
+  const has = (series) => series.some((packed) => packed && Data.unpack(packed).some(Number.isFinite));
+  // What is seen first has values.
+  const seen = Math.max(0, cases[0]?.series.findIndex(has) ?? 0);
+  const state = { quantity: seen, group: single && data.groups.length > 1 ? -1 : 0, over: 0 };
   const DASHES = ["solid", "dash", "dot", "dashdot", "longdash", "longdashdot"];
   const SYMBOLS = ["circle", "square", "diamond", "triangle-up", "x", "cross"];
   const label = () => data.labels[state.quantity];
@@ -31,7 +34,8 @@ function lineView(article, data, viewName) {
     const found = [];
     list.forEach((one, index) => groupIndices().forEach((group) => {
       const values = Data.unpack(one.series[state.quantity][group]);
-      if (values) found.push({ one, group, values, style: single ? group : index, name: single ? (data.groups[group] ?? "") : one.name, ...standing(one, group) });
+      // A curve without a value is not there.
+      if (values?.some(Number.isFinite)) found.push({ one, group, values, style: single ? group : index, name: single ? (data.groups[group] ?? "") : one.name, ...standing(one, group) });
     }));
     return found;
   }
@@ -145,7 +149,7 @@ function lineView(article, data, viewName) {
   showControls();
   Theme.onChange(draw);
   draw();
-  const BEGIN = { quantity: 0, group: state.group, over: 0 };
+  const BEGIN = { quantity: state.quantity, group: state.group, over: 0 };
   Address.join(viewName, {
     state() {
       const said = {};

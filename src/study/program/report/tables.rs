@@ -81,7 +81,7 @@ pub fn program_table(job: &ProgramJob, proved: &ProvedPart<'_>, bounded: Option<
         row.extend([point.arc_length_mm.into(), station.phi_deg.into(), usize::from(point.cutting).into()]);
         row.extend(cells(point.position_mm.iter().copied()));
         let commanded = answer.target.map(|pose| job.commanded(&mut led, point, demand.external, pose));
-        row.extend((0..3).map(|i| commanded.map(|p| p[i]).into()));
+        row.extend((0..3).map(|i| commanded.map(|point| point.position_mm[i]).into()));
         row.extend(Source::of(machine).iter().map(|source| before[*source][i].map(|error| error.norm()).into()));
         let shown = |value: f64| Cell::from(answer.is_settled.then_some(value));
         row.push(shown(answer.position_error.norm()));

@@ -4,7 +4,11 @@ use crate::toolpath::{
     Plane,
     gcode::{
         LengthUnit,
-        dialect::{Foreign, Statement, block_numbers, heidenhain_words, heidenhain_words::Verb, scan::Scan},
+        dialect::{
+            Foreign, Statement, block_numbers, heidenhain_words,
+            heidenhain_words::{OF_MACHINE, OF_TIP, Verb},
+            scan::Scan,
+        },
         error::{Fault, Refusal, Unsupported},
         lex::Word,
         lines,
@@ -38,6 +42,9 @@ static TOOL_Y: Vocable = Vocable { name: "Y", asks: GWord::Plane(Plane::Zx) };
 static TOOL_X: Vocable = Vocable { name: "X", asks: GWord::Plane(Plane::Yz) };
 static SHIFT: Vocable = Vocable { name: "CYCL DEF 7", asks: GWord::Setting(Setting::Translation { afresh: false }) };
 static PRESET: Vocable = Vocable { name: "CYCL DEF 247", asks: GWord::Preset };
+
+/// What FUNCTION TCPM may say behind it.
+const TCPM: [&str; 2] = ["F TCP AXIS POS PATHCTRL AXIS", "F TCP AXIS POS PATHCTRL AXIS REFPNT TIP-TIP"];
 
 impl Reader {
     /// What `line` says.
@@ -92,7 +99,13 @@ impl Reader {
         match (name, second.as_str()) {
             ("BEGIN", "PGM") => begin(scan, start),
             ("END", "PGM") => Ok(vec![Word { asks: Some(&END), ..Word::plain('G', 0.0, start..rest.at) }]),
-            ("BLK", _) | ("TOOL", "DEF") | ("STOP" | "LBL", _) | ("FUNCTION", "RESET") => Ok(Vec::new()),
+            ("BLK", _) | ("TOOL", "DEF") | ("STOP" | "LBL", _) => Ok(Vec::new()),
+            ("FUNCTION", "RESET") if ends_with(&rest, "TCPM") => Ok(vec![word_of(&OF_MACHINE, start..scan.line.len())]),
+            ("FUNCTION", "RESET") => Ok(Vec::new()),
+            // Rotary axes turn evenly to their own angles; with others the tool would turn otherwise.
+            ("FUNCTION", "TCPM") if TCPM.contains(&said(&rest).as_str()) => {
+                Ok(vec![word_of(&OF_TIP, start..scan.line.len())])
+            }
             ("FUNCTION", "MODE") if ends_with(&rest, "MILL") => Ok(Vec::new()),
             ("PLANE", "RESET") if ends_with(&rest, "STAY") => Ok(Vec::new()),
             ("TOOL", "CALL") => self.tool(rest),
@@ -218,6 +231,16 @@ fn preset(mut scan: Scan) -> Result<Vec<Word>, Refusal> {
     scan.next();
     let (value, number) = scan.number()?.ok_or_else(|| scan.refuse(at, heidenhain_words::no_number(&scan)))?;
     Ok(vec![Word { asks: Some(&PRESET), ..heidenhain_words::word('G', value, at, number)? }])
+}
+
+/// What is left of the line, in upper case, with single blanks.
+fn said(scan: &Scan) -> String {
+    let rest = scan.upper(scan.at..scan.line.len());
+    rest.split_ascii_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+fn word_of(asks: &'static Vocable, span: std::ops::Range<usize>) -> Word {
+    Word { asks: Some(asks), ..Word::plain('G', 0.0, span) }
 }
 
 fn ends_with(scan: &Scan, word: &str) -> bool {

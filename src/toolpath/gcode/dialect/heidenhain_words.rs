@@ -38,6 +38,10 @@ static OTHER_M: Vocable = Vocable { name: "M", asks: GWord::Auxiliary };
 static END: Vocable = Vocable { name: "M30", asks: GWord::End };
 static MACHINE: Vocable = Vocable { name: "M91", asks: GWord::Machine };
 static RETRACT: Vocable = Vocable { name: "M140", asks: GWord::Retract };
+/// M128.
+pub(super) static OF_TIP: Vocable = Vocable { name: "M128", asks: GWord::TipControl };
+/// M129.
+pub(super) static OF_MACHINE: Vocable = Vocable { name: "M129", asks: GWord::TipControlEnds };
 static PER_TURN: Vocable = Vocable { name: "M136", asks: GWord::Feed(FeedMode::PerRevolution) };
 static PER_MINUTE: Vocable = Vocable { name: "M137", asks: GWord::Feed(FeedMode::PerMinute) };
 
@@ -224,16 +228,34 @@ impl Block<'_> {
             136 => &PER_TURN,
             137 => &PER_MINUTE,
             140 => &RETRACT,
+            128 => {
+                self.feed_of_compensation()?;
+                &OF_TIP
+            }
+            129 => &OF_MACHINE,
             0..=88 | 200.. => &OTHER_M,
-            90 | 94 | 101 | 102 | 105..=111 | 113 | 115..=117 | 120 | 126 | 127 | 129 | 134 | 135 | 145 | 148 | 149 => {
+            90 | 94 | 101 | 102 | 105..=111 | 113 | 115..=117 | 120 | 126 | 127 | 134 | 135 | 145 | 148 | 149 => {
                 &OTHER_M
             }
             89 | 99 => return Err(word.refuse(Fault::Foreign(Foreign::Cycle))),
-            114 | 128 | 130 | 144 => return Err(word.refuse(Fault::Foreign(Foreign::Kinematics))),
+            114 | 130 | 144 => return Err(word.refuse(Fault::Foreign(Foreign::Kinematics))),
             _ => return Err(word.refuse(Fault::Foreign(Foreign::MFunction))),
         };
         word.asks = Some(asks);
         self.words.push(word);
+        Ok(())
+    }
+
+    /// The F that M128 may have: how fast the other axes follow.
+    fn feed_of_compensation(&mut self) -> Result<(), Refusal> {
+        let mut rest = self.scan;
+        rest.next();
+        if rest.letters() == "F" {
+            rest.next();
+            if rest.number()?.is_some() {
+                self.scan = rest;
+            }
+        }
         Ok(())
     }
 

@@ -85,8 +85,13 @@ impl Block<'_> {
             Err(foreign) => refuse(&self.scan, foreign),
             Ok(Name::Passive) if has_arguments => self.scan.closed(b'(', b')'),
             Ok(Name::Passive) => Ok(()),
-            Ok(Name::Word(_)) if has_arguments => refuse(&self.scan, Foreign::Call),
+            Ok(Name::Word(vocable)) if has_arguments && vocable.name != sinumerik_words::TRANSFORMED => {
+                refuse(&self.scan, Foreign::Call)
+            }
             Ok(Name::Word(vocable)) => {
+                if has_arguments {
+                    self.scan.closed(b'(', b')')?;
+                }
                 self.adds |= vocable.name == "ATRANS";
                 self.words.push(Word { asks: Some(vocable), ..Word::plain('G', 0.0, range) });
                 Ok(())

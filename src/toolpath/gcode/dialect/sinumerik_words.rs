@@ -38,9 +38,14 @@ pub(super) fn g_word(word: &Word) -> Result<GWord, Refusal> {
 static SUPA: Vocable = Vocable { name: "SUPA", asks: GWord::Machine };
 static TRANS: Vocable = Vocable { name: "TRANS", asks: GWord::Setting(Setting::Translation { afresh: true }) };
 static ATRANS: Vocable = Vocable { name: "ATRANS", asks: GWord::Setting(Setting::Translation { afresh: false }) };
+static TRAORI: Vocable = Vocable { name: TRANSFORMED, asks: GWord::TipControl };
+static TRAFOOF: Vocable = Vocable { name: "TRAFOOF", asks: GWord::Passive("tool length") };
 static RET: Vocable = Vocable { name: "RET", asks: GWord::End };
 static END: Vocable = Vocable { name: "M", asks: GWord::End };
 static OTHER: Vocable = Vocable { name: "M", asks: GWord::Auxiliary };
+
+/// The transformation that keeps the tip in its place; it may have its number in brackets.
+pub(super) const TRANSFORMED: &str = "TRAORI";
 
 /// What an M word asks for.
 pub(super) fn m_word(number: u32) -> &'static Vocable {
@@ -62,11 +67,13 @@ pub(super) fn name(name: &str, has_arguments: bool) -> Result<Name, Foreign> {
         "TRANS" => Name::Word(&TRANS),
         "ATRANS" => Name::Word(&ATRANS),
         "RET" => Name::Word(&RET),
+        TRANSFORMED => Name::Word(&TRAORI),
+        "TRAFOOF" if !has_arguments => Name::Word(&TRAFOOF),
         "MSG" | "WORKPIECE" | "CYCLE832" | "SETMS" | "FGROUP" if has_arguments => Name::Passive,
         "CFC" | "CFTCP" | "CFIN" | "NORM" | "KONT" | "KONTC" | "KONTT" | "BRISK" | "SOFT" | "DRIVE" | "BRISKA"
         | "SOFTA" | "CUT2D" | "CUT2DF" | "FFWON" | "FFWOF" | "COMPON" | "COMPOF" | "COMPCAD" | "COMPCURV"
         | "COMPSURF" | "DIAMOF" | "STOPRE" | "FIFOCTRL" | "STARTFIFO" | "STOPFIFO" | "DYNNORM" | "DYNPOS"
-        | "DYNROUGH" | "DYNSEMIFIN" | "DYNFINISH" | "UPATH" | "SPATH" | "RTLION" | "RTLIOF" | "TRAFOOF" | "SETMS"
+        | "DYNROUGH" | "DYNSEMIFIN" | "DYNFINISH" | "UPATH" | "SPATH" | "RTLION" | "RTLIOF" | "ORIAXES" | "SETMS"
         | "WALIMON" | "WALIMOF"
             if !has_arguments =>
         {
@@ -80,9 +87,9 @@ fn refused(name: &str) -> Foreign {
     match name {
         "ROT" | "AROT" | "ROTS" | "AROTS" | "CROTS" | "SCALE" | "ASCALE" | "MIRROR" | "AMIRROR" | "TOFRAME"
         | "TOROT" | "PAROT" => Foreign::Frame,
-        "TRAORI" | "TRANSMIT" | "TRACYL" | "TRAANG" | "TRACON" | "CYCLE800" | "TCARR" | "TCOABS" | "TCOFR" => {
-            Foreign::Kinematics
-        }
+        "TRANSMIT" | "TRACYL" | "TRAANG" | "TRACON" | "CYCLE800" | "TCARR" | "TCOABS" | "TCOFR" | "ORIWKS"
+        | "ORIMKS" | "ORIVECT" | "ORIEULER" | "ORIRPY" | "ORIVIRT1" | "ORIVIRT2" | "ORIPLANE" | "ORICURVE"
+        | "ORISON" => Foreign::Kinematics,
         "CIP" | "CT" | "ASPLINE" | "BSPLINE" | "CSPLINE" | "POLY" | "INVCW" | "INVCCW" => Foreign::Motion,
         "IF" | "ELSE" | "ENDIF" | "GOTO" | "GOTOF" | "GOTOB" | "GOTOC" | "GOTOS" | "LOOP" | "ENDLOOP" | "FOR"
         | "ENDFOR" | "WHILE" | "ENDWHILE" | "REPEAT" | "REPEATB" | "UNTIL" | "CASE" => Foreign::Flow,
