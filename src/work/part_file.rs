@@ -36,6 +36,10 @@ pub struct PartHead {
     pub opened: String,
     /// Which part.
     pub share: Share,
+    /// Which round, from 1, of a computation in which what comes next depends on what all parts before have found.
+    pub round: u32,
+    /// Whether nothing was left to other parts or to a later round.
+    pub is_complete: bool,
     /// Number of its pieces.
     pub pieces: u64,
 }
@@ -137,6 +141,18 @@ impl Part {
         Ok(Self { source, head, places })
     }
 
+    /// Round and number.
+    fn place(&self) -> (u32, u32) {
+        (self.head.round, self.head.share.part())
+    }
+
+    fn words(&self) -> String {
+        match self.head.round {
+            1 => self.head.share.to_string(),
+            round => format!("{} of round {round}", self.head.share),
+        }
+    }
+
     /// What it says of itself.
     #[must_use]
     pub fn head(&self) -> &PartHead {
@@ -176,9 +192,10 @@ impl Part {
 /// # Errors
 /// A piece cannot be read, or `to` not written.
 pub fn write(mut head: PartHead, checkpoint: &mut Checkpoint, to: &mut impl Write) -> Result<()> {
-    let fault = |source| Error::Write { file: head.share.stem().into(), source };
     let keys = checkpoint.keys();
     head.pieces = keys.len() as u64;
+    let stem = head.share.stem(head.round);
+    let fault = |source| Error::Write { file: stem.clone().into(), source };
     to.write_all(&FORMAT).map_err(fault)?;
     to.write_all(&encoded(&head).and_then(|head| record(&head)).map_err(fault)?).map_err(fault)?;
     for key in keys {
@@ -189,12 +206,14 @@ pub fn write(mut head: PartHead, checkpoint: &mut Checkpoint, to: &mut impl Writ
     Ok(())
 }
 
-/// All parts of a computation.
+/// All parts of one or several rounds of a computation.
 #[derive(Debug)]
 pub struct Parts {
     sources: Vec<PartSource>,
     /// Where the piece of each key is: number of the source, offset and length.
     places: HashMap<Vec<u8>, (usize, u64, u32)>,
+    of: u32,
+    rounds: u32,
 }
 
 /// Most missing parts that a message names.
@@ -204,44 +223,46 @@ impl Parts {
     /// `parts`, in any order, of the computation from `origin`.
     ///
     /// # Errors
-    /// A part of another computation, a part that is missing or there twice; the message names them.
+    /// A part of another computation or division, a part that is missing or there twice; the message names them.
     pub fn new(mut parts: Vec<Part>, origin: &Origin) -> Result<Self> {
         let Some(first) = parts.first() else {
-            return Err(Error::Argument { argument: "parts".into(), problem: "expected all parts of a study, got none".into() });
+            let problem = "expected all parts of a study, got none".into();
+            return Err(Error::Argument { argument: "parts".into(), problem });
         };
-        let of = first.head.share.of();
-        if let Some(other) = parts.iter().find(|part| part.head.share.of() != of) {
-            let (share, name) = (first.head.share, first.source.name());
-            return other.source.refuse(format!("is part {}, {name} is part {share}: expected parts of one division", other.head.share));
+        let (share, name) = (first.head.share, first.source.name());
+        if let Some(other) = parts.iter().find(|part| part.head.share.of() != share.of()) {
+            let problem = format!("is part {}, {name} is part {share}: expected parts of one division", other.head.share);
+            return other.source.refuse(problem);
         }
         parts.iter().try_for_each(|part| part.check(origin))?;
-        parts.sort_by_key(|part| part.head.share.part());
-        if let Some([one, other]) = parts.windows(2).find(|pair| pair[0].head.share == pair[1].head.share).map(|pair| [&pair[0], &pair[1]]) {
-            return other.source.refuse(format!("is part {}, which {} is, too", other.head.share, one.source.name()));
+        parts.sort_by_key(Part::place);
+        for pair in parts.windows(2) {
+            if pair[0].place() == pair[1].place() {
+                let problem = format!("is part {}, which {} is, too", pair[1].words(), pair[0].source.name());
+                return pair[1].source.refuse(problem);
+            }
         }
-        let missing: Vec<u32> = (1..=of).filter(|&number| parts.binary_search_by_key(&number, |part| part.head.share.part()).is_err()).collect();
-        if !missing.is_empty() {
-            let named: Vec<String> = missing.iter().take(NAMED).map(u32::to_string).collect();
-            let more = if missing.len() > NAMED { ", …" } else { "" };
-            let (argument, verb) = match missing.as_slice() {
-                [one] => (format!("part {one} of {of}"), "is"),
-                _ => (format!("parts {}{more} of {of}", named.join(", ")), "are"),
-            };
-            return Err(Error::Argument { argument, problem: format!("{verb} missing: expected all {of}, got {}", parts.len()) });
-        }
+        let rounds = parts.last().map_or(0, |part| part.head.round);
+        (1..=rounds).try_for_each(|round| complete(&parts, round, share.of()))?;
         let mut places = HashMap::new();
         let mut sources = Vec::with_capacity(parts.len());
         for (number, Part { source, places: own, .. }) in parts.into_iter().enumerate() {
             sources.push(source);
             places.extend(own.into_iter().map(|(key, offset, length)| (key, (number, offset, length))));
         }
-        Ok(Self { sources, places })
+        Ok(Self { sources, places, of: share.of(), rounds })
     }
 
-    /// Number of pieces.
+    /// Number of parts of a round.
     #[must_use]
-    pub fn pieces(&self) -> usize {
-        self.places.len()
+    pub fn of(&self) -> u32 {
+        self.of
+    }
+
+    /// Number of rounds.
+    #[must_use]
+    pub fn rounds(&self) -> u32 {
+        self.rounds
     }
 
     /// The piece under `key` as it was encoded, if there is one.
@@ -257,4 +278,20 @@ impl Parts {
         read.map_err(|fault| source.unread(fault))?;
         Ok(Some(bytes))
     }
+}
+
+/// Refuses a round of which parts are missing.
+fn complete(parts: &[Part], round: u32, of: u32) -> Result<()> {
+    let is_there = |number: &u32| parts.binary_search_by_key(&(round, *number), Part::place).is_ok();
+    let missing: Vec<u32> = (1..=of).filter(|number| !is_there(number)).collect();
+    let named: Vec<String> = missing.iter().take(NAMED).map(u32::to_string).collect();
+    let (parts, verb) = match missing.as_slice() {
+        [] => return Ok(()),
+        [one] => (format!("part {one} of {of}"), "is"),
+        all if all.len() > NAMED => (format!("parts {}, … of {of}", named.join(", ")), "are"),
+        _ => (format!("parts {} of {of}", named.join(", ")), "are"),
+    };
+    let argument = if round == 1 { parts } else { format!("{parts} of round {round}") };
+    let problem = format!("{verb} missing: expected all {of}, got {}", of as usize - missing.len());
+    Err(Error::Argument { argument, problem })
 }

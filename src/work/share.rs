@@ -54,10 +54,11 @@ impl Share {
         (pieces + self.of as usize - self.part as usize) / self.of as usize
     }
 
-    /// Begin of the names of its files.
+    /// Begin of the names of its files, of round `round` from 1.
     #[must_use]
-    pub fn stem(self) -> String {
-        format!("part_{:04}_of_{:04}", self.part, self.of)
+    pub fn stem(self, round: u32) -> String {
+        let part = format!("part_{:04}_of_{:04}", self.part, self.of);
+        if round == 1 { part } else { format!("round_{round:02}_{part}") }
     }
 }
 
