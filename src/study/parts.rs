@@ -132,6 +132,7 @@ impl Study {
     ) -> Result<Vec<u8>> {
         let origin = Origin::of(program, self.inputs.clone())?;
         let before = if before.is_empty() { None } else { Some(Parts::new(before, &origin)?) };
+        before.as_ref().map_or(Ok(()), |before| same_division(before, share))?;
         let mut head = self.head(&origin, share, before.as_ref().map_or(1, |parts| parts.rounds() + 1));
         let work = Work::of_share(Checkpoint::unnamed(&origin)?, before, share, stop, Box::new(watch));
         head.is_complete = here(self.kind.compute(&work))?.is_some();
@@ -161,6 +162,11 @@ impl Study {
         if options.begin != Begin::Restart && file.exists() {
             let part = Part::read(PartSource::File(file.clone()))?;
             part.check(&origin)?;
+            if (part.head().share, part.head().round) != (share, options.round) {
+                let problem =
+                    format!("is part {}, expected part {share}: remove it, or choose another folder", part.words());
+                return Err(Error::Argument { argument: file.display().to_string(), problem });
+            }
             return Ok(PartInFolder { file, was_there: true, is_complete: part.head().is_complete });
         }
         let before = parts_before(out, options.round, share, &origin)?;
@@ -225,14 +231,22 @@ fn parts_before(out: &Path, round: u32, share: Share, origin: &Origin) -> Result
     let parts = parts_in(out)?.into_iter().filter(|part| part.head().round < round);
     let parts = Parts::new(parts.collect(), origin)?;
     if parts.rounds() + 1 != round {
-        let problem = format!("expected {} or an earlier round, got {round}: the rounds before are not there", parts.rounds() + 1);
+        let problem = format!(
+            "expected {} or an earlier round, got {round}: the rounds before are not there",
+            parts.rounds() + 1
+        );
         return Err(Error::Argument { argument: "round".into(), problem });
     }
-    if parts.of() != share.of() {
-        let problem = format!("expected one of {} parts, as in the rounds before, got {share}", parts.of());
-        return Err(Error::Argument { argument: "part".into(), problem });
-    }
+    same_division(&parts, share)?;
     Ok(Some(parts))
+}
+
+fn same_division(before: &Parts, share: Share) -> Result<()> {
+    if before.of() == share.of() {
+        return Ok(());
+    }
+    let problem = format!("expected one of {} parts, as in the rounds before, got {share}", before.of());
+    Err(Error::Argument { argument: "part".into(), problem })
 }
 
 /// Writes what `work` has computed whole, in place of what was at `file` in `out`.

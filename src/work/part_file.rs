@@ -146,7 +146,9 @@ impl Part {
         (self.head.round, self.head.share.part())
     }
 
-    fn words(&self) -> String {
+    /// Which part it is, as in `3 of 10`.
+    #[must_use]
+    pub fn words(&self) -> String {
         match self.head.round {
             1 => self.head.share.to_string(),
             round => format!("{} of round {round}", self.head.share),
@@ -174,7 +176,9 @@ impl Part {
                 inputs.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ")
             };
             let (found, expected) = (names(inputs), names(&expected));
-            return self.source.refuse(format!("was computed from other inputs: {found}; those of the study are {expected}"));
+            return self
+                .source
+                .refuse(format!("was computed from other inputs: {found}; those of the study are {expected}"));
         }
         match inputs.iter().zip(&expected).find(|(found, expected)| found != expected) {
             None => Ok(()),
@@ -231,7 +235,8 @@ impl Parts {
         };
         let (share, name) = (first.head.share, first.source.name());
         if let Some(other) = parts.iter().find(|part| part.head.share.of() != share.of()) {
-            let problem = format!("is part {}, {name} is part {share}: expected parts of one division", other.head.share);
+            let problem =
+                format!("is part {}, {name} is part {share}: expected parts of one division", other.head.share);
             return other.source.refuse(problem);
         }
         parts.iter().try_for_each(|part| part.check(origin))?;

@@ -269,8 +269,7 @@ fn sources(study: &PathStudy, machines: &Machines, points: Range<usize>, work: &
         );
         Ok(SourceAlongPath { source, plain: plain?, compensated: compensated? })
     };
-    let answers: Vec<Result<SourceAlongPath>> =
-        Source::of(&study.machine).par_iter().enumerate().map(along).collect();
+    let answers: Vec<Result<SourceAlongPath>> = Source::of(&study.machine).par_iter().enumerate().map(along).collect();
     Ok(PathPart { first, sources: BySource::answered(answers)? })
 }
 
