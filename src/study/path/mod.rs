@@ -221,7 +221,9 @@ type LeftByMethods = Vec<Vec<Left>>;
 /// Of `work`.
 pub fn run_range(study: &PathStudy, points: Range<usize>, work: &Work) -> Result<PathPart> {
     let points = points.start.min(study.demands.len())..points.end.min(study.demands.len());
-    sources(study, &Machines::new(&study.machine, &study.errors)?, points, work)
+    let part = sources(study, &Machines::new(&study.machine, &study.errors)?, points, work)?;
+    work.gathered()?;
+    Ok(part)
 }
 
 fn part(

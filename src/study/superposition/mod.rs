@@ -211,7 +211,9 @@ pub(super) fn map_pieces(study: &SuperpositionStudy) -> usize {
 /// Of `work`.
 pub fn run_range(study: &SuperpositionStudy, indices: Range<usize>, work: &Work) -> error::Result<Vec<DeparturePoint>> {
     let indices = indices.start.min(study.grid.len())..indices.end.min(study.grid.len());
-    map_part(study, &Machines::new(&study.machine, &study.errors)?, indices, work)
+    let points = map_part(study, &Machines::new(&study.machine, &study.errors)?, indices, work)?;
+    work.gathered()?;
+    Ok(points)
 }
 
 /// The grid points with these indices, but for those of other parts.
