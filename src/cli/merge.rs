@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use kinetostat::{
     input::error::{Error, Result},
+    report::counted,
     study::{
         Study,
         parts::{Opened, parts_in},
@@ -59,6 +60,12 @@ pub fn merge(arguments: &MergeArguments) -> Result<Ending> {
     let options = writing.options(computing);
     study.check_formats(&options).map_err(in_options)?;
     let run = study.may_run_into(&folder(arguments.out.as_ref(), &study), &options).map_err(in_options)?;
+    if study.kind.goes_in_rounds() && !parts.iter().any(|part| part.head().is_complete) {
+        let rounds = parts.iter().map(|part| part.head().round).max().unwrap_or_default();
+        let text =
+            format!("{} of {}; what comes next is computed here.\n", counted(rounds as usize, "round"), study.name);
+        computing.reporting.print(&text)?;
+    }
     run_study(computing, writing, &run, || run.begin_from(parts))
 }
 

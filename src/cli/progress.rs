@@ -149,7 +149,7 @@ impl Progress {
                 state.rate_from = (Instant::now(), state.computed);
             }
             // Told of parts by whoever watches them.
-            Event::Dealt => {}
+            Event::Dealt { .. } => {}
             Event::Best(best) => {
                 state.best = Some(best);
                 self.bar.set_message(format!("refining, best {best:.6}"));

@@ -53,7 +53,10 @@ pub enum Event {
     /// Another part of the work begins, whose items are counted anew.
     Stage(Stage),
     /// One of the pieces that a [`Share`] holds is there.
-    Dealt,
+    Dealt {
+        /// Whether a run before has computed it.
+        is_kept: bool,
+    },
 }
 
 /// A part of the work whose items are counted by themselves.
@@ -252,31 +255,28 @@ impl Work {
         let Some(checkpoint) = &self.shared.checkpoint else { return compute() };
         let key = encoded(&(&self.part, key)).map_err(|source| self.fail(in_memory(source)))?;
         // One that does not decode is computed again.
-        if let Some(piece) = self.kept(&key)?.and_then(|bytes| decoded(&bytes)) {
+        let kept = lock(checkpoint).bytes(&key).map_err(|error| self.fail(error))?;
+        let is_own = kept.is_some();
+        let kept = match (kept, &self.shared.parts) {
+            (None, Some(parts)) => parts.bytes(&key).map_err(|error| self.fail(error))?,
+            (kept, _) => kept,
+        };
+        if let Some(piece) = kept.and_then(|bytes| decoded(&bytes)) {
             let items = items(&piece);
             if items > 0 {
                 self.tell(Event::Kept(items));
             }
-            self.tell_dealt();
+            if is_own {
+                self.tell_dealt(true);
+            }
             return Ok(piece);
         }
         self.begin_here()?;
         let piece = compute()?;
         let bytes = encoded(&piece).map_err(|source| self.fail(in_memory(source)))?;
         lock(checkpoint).keep(&key, &bytes).map_err(|error| self.fail(error))?;
-        self.tell_dealt();
+        self.tell_dealt(false);
         Ok(piece)
-    }
-
-    /// The piece under `key` that this run, one before or a part has kept.
-    fn kept(&self, key: &[u8]) -> Result<Option<Vec<u8>>> {
-        let Shared { checkpoint, parts, .. } = &*self.shared;
-        let own = checkpoint.as_ref().map_or(Ok(None), |checkpoint| lock(checkpoint).bytes(key));
-        let found = match (own, parts) {
-            (Ok(None), Some(parts)) => parts.bytes(key),
-            (own, _) => own,
-        };
-        found.map_err(|error| self.fail(error))
     }
 
     /// Takes note of why pieces can no longer be kept.
@@ -298,9 +298,9 @@ impl Work {
         }
     }
 
-    fn tell_dealt(&self) {
+    fn tell_dealt(&self, is_kept: bool) {
         if self.dealt.as_ref().is_some_and(|dealt| dealt.is_here) {
-            self.tell(Event::Dealt);
+            self.tell(Event::Dealt { is_kept });
         }
     }
 }

@@ -121,14 +121,14 @@ fn options(figures: bool) -> RunOptions {
 
 /// The parts of a round as bytes; `before` are those of the rounds before.
 fn computed(study: &Study, of: u32, before: &[Vec<u8>], threads: usize) -> Vec<Vec<u8>> {
-    let part = |number| {
-        on(threads, || study.part(share(number, of), read(before), Some(PROGRAM), stop(), |_| ())).unwrap()
-    };
+    let part =
+        |number| on(threads, || study.part(share(number, of), read(before), Some(PROGRAM), stop(), |_| ())).unwrap();
     (1..=of).map(part).collect()
 }
 
 fn read(parts: &[Vec<u8>]) -> Vec<Part> {
-    let source = |(number, bytes): (usize, &Vec<u8>)| PartSource::Bytes(format!("bytes {number}"), bytes.clone().into());
+    let source =
+        |(number, bytes): (usize, &Vec<u8>)| PartSource::Bytes(format!("bytes {number}"), bytes.clone().into());
     parts.iter().enumerate().map(source).map(|source| Part::read(source).unwrap()).collect()
 }
 
@@ -336,7 +336,7 @@ fn a_part_is_stopped_and_gone_on_with() {
     let part = |begin, stop: Arc<AtomicBool>| {
         let flag = Arc::clone(&stop);
         let watch = move |event| {
-            if event == Event::Dealt {
+            if event == (Event::Dealt { is_kept: false }) {
                 flag.store(true, Ordering::Relaxed);
             }
         };
@@ -404,7 +404,10 @@ fn the_commands_share_and_merge_by_folder_and_file() {
     refused(&["run", &study, &path("other"), "--part", "1/2"], "--part: is of one study, got 2");
     refused(&["run", &study, "--part", "1/2", "--no-figures"], "cannot be used with");
     refused(&["run", &study, "--round", "2"], "--part");
-    refused(&["run", &study, "--part", "1/2", "--round", "2", "--out", &out], "--round: expected 1, got 2: study study is shared");
+    refused(
+        &["run", &study, "--part", "1/2", "--round", "2", "--out", &out],
+        "--round: expected 1, got 2: study study is shared",
+    );
     refused(&["merge", &path("a"), "--out", &out], "part 2 of 2: is missing: expected all 2, got 1");
     refused(&["merge", &path("study"), "--out", &out], "holds no part of a study: expected files part_….kpart");
     refused(&["merge", &path("none"), "--out", &out], "cannot be read");
@@ -415,5 +418,8 @@ fn the_commands_share_and_merge_by_folder_and_file() {
     printed(&["merge", &second, &path("a"), "--study", &path("moved"), "--no-figures", "--out", &path("of_moved")]);
     let text = SUPERPOSITION.replace("= 215.0", "= 216.0");
     fs::write(folder.path().join("moved/study.toml"), text).unwrap();
-    refused(&["merge", &second, &path("a"), "--study", &path("moved"), "--out", &out], "was computed from other inputs");
+    refused(
+        &["merge", &second, &path("a"), "--study", &path("moved"), "--out", &out],
+        "was computed from other inputs",
+    );
 }
