@@ -80,10 +80,11 @@ class Settled:
 
         dims = {"drives": ("drive",), "drive_forces": ("drive",), "pose": ("row", "column")}
         variables = {}
+        cases = () if self.status.ndim == 0 else ("case",)
         for name, values, unit in self._arrays():
             own = dims.get(name, ("axis",) if values.ndim > self.status.ndim else ())
-            cases = () if self.status.ndim == 0 else ("case",)
             variables[name] = ((*cases, *own), values, {"units": unit} if unit else {})
+        variables["reason"] = (cases, self._reasons().reshape(self.status.shape), {})
         coordinates = {"drive": list(self.drive_names), "axis": list(_AXES)}
         return xarray.Dataset(variables, coords=coordinates)
 
@@ -95,11 +96,13 @@ class Settled:
         return self.to_table()._repr_html_()
 
     def _arrays(self) -> list[tuple[str, NDArray[Any], str]]:
-        mixed = "mm, or rad of hinges"
+        # Of slides and hinges together, there is no common unit.
+        kinds = set(self.hinges)
+        unit, force = {(False,): ("mm", "N"), (True,): ("rad", "N mm")}.get(tuple(kinds), ("", ""))
         return [
-            ("drives", self.drives, mixed),
-            ("drive_forces", self.drive_forces, "N, or N mm of hinges"),
-            ("pose", self.pose, "mm"),
+            ("drives", self.drives, unit),
+            ("drive_forces", self.drive_forces, force),
+            ("pose", self.pose, ""),
             ("deflection", self.deflection, "mm"),
             ("rotation", self.rotation, "rad"),
             ("status", self.status, ""),
@@ -107,13 +110,10 @@ class Settled:
 
     def _columns(self) -> list[Column]:
         status = np.atleast_1d(self.status)
-        reasons = np.full(len(status), "", dtype=object)
-        for case, reason in self.reasons.items():
-            reasons[case] = reason
         position = self.pose[..., :3, 3].reshape(-1, 3)
         columns = [
             Column("status", status.astype(object)),
-            Column("reason", reasons),
+            Column("reason", self._reasons()),
             *_columns("deflection", self.deflection, [f"{axis}_mm" for axis in _AXES], "mm"),
             *_columns("rotation", self.rotation, [f"{axis}_rad" for axis in _AXES], "rad"),
             *_columns("p", position, [f"{axis}_mm" for axis in _AXES], "mm"),
@@ -121,6 +121,12 @@ class Settled:
             *self._of_drives("drive_force", self.drive_forces, ("N", "Nmm")),
         ]
         return columns
+
+    def _reasons(self) -> NDArray[np.object_]:
+        reasons = np.full(len(self), "", dtype=object)
+        for case, reason in self.reasons.items():
+            reasons[case] = reason
+        return reasons
 
     def _of_drives(self, name: str, values: Array, units: tuple[str, str]) -> list[Column]:
         rows = values.reshape(-1, len(self.drive_names))

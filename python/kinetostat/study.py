@@ -157,6 +157,7 @@ def workspace_map(
     process: Tables | str | PathLike[str],
     *,
     grid: int | Sequence[int] = 11,
+    slices_z_mm: Sequence[float] | None = None,
     out: str | PathLike[str] | None = None,
     figures: bool = True,
     progress: Progress = True,
@@ -165,14 +166,16 @@ def workspace_map(
 ) -> Answer:
     """A map over the workspace of `machine`: deflections and corrections under the cutting force and the chain errors of `process`.
 
-    `process` is a process file or its tables; `keys` are others of the table ``[workspace_map]`` of a study file, such as ``phi_step_deg``. The
-    table "map" of the answer has a row for each point and source: ``answer.table("map").where(source="all").to_xarray("x_mm", "y_mm", "z_mm")``.
+    `process` is a process file or its tables; figures show slices at `slices_z_mm`, or else at the bottom, in the middle and at the top; `keys`
+    are others of the table ``[workspace_map]`` of a study file, such as ``phi_step_deg``. The table "map" of the answer has a row for each point and source: ``answer.table("map").where(source="all").to_xarray("x_mm", "y_mm", "z_mm")``.
     Without `out`, results live as long as the answer.
 
     Raises :class:`Error` as :func:`run`.
     """
     counts = [grid] * 3 if isinstance(grid, int) else list(grid)
-    tables = {"process": _process(process), "workspace_map": {"grid": counts, **keys}}
+    bottom, top = (float(corner[2]) for corner in machine.workspace_mm)
+    slices = [bottom, (bottom + top) / 2, top] if slices_z_mm is None else list(slices_z_mm)
+    tables = {"process": _process(process), "workspace_map": {"grid": counts, "slices_z_mm": slices, **keys}}
     return _asked("workspace_map", machine, question, tables, out, figures, progress)
 
 
