@@ -7,6 +7,8 @@ from typing import Any, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
+__all__ = ["Error", "Machine", "Process", "Program", "__version__", "as_toml", "machine_names", "read_table", "run_study"]
+
 __version__: str
 
 _Told: TypeAlias = Callable[[int, int, str], object] | None

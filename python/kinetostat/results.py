@@ -97,8 +97,7 @@ class Settled:
 
     def _arrays(self) -> list[tuple[str, NDArray[Any], str]]:
         # Of slides and hinges together, there is no common unit.
-        kinds = set(self.hinges)
-        unit, force = {(False,): ("mm", "N"), (True,): ("rad", "N mm")}.get(tuple(kinds), ("", ""))
+        unit, force = ("", "") if len(set(self.hinges)) > 1 else (("rad", "N mm") if any(self.hinges) else ("mm", "N"))
         return [
             ("drives", self.drives, unit),
             ("drive_forces", self.drive_forces, force),
