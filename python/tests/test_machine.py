@@ -17,7 +17,7 @@ import pytest
 import kinetostat
 from kinetostat import Error, Machine
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(os.environ.get("REPOSITORY", Path(__file__).resolve().parents[2])).resolve()
 WRENCH = np.array([215.0, -10.0, -25.0, 0.0, 0.0, 0.0])
 
 

@@ -12,7 +12,7 @@ import pytest
 
 import kinetostat
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(os.environ.get("REPOSITORY", Path(__file__).resolve().parents[2])).resolve()
 PROGRAM = os.environ.get("KINETOSTAT", "")
 STUDIES = sorted(folder.name for folder in (ROOT / "studies").iterdir() if (folder / "study.toml").is_file())
 # Those whose size is that of a program.

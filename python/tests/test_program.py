@@ -11,7 +11,8 @@ import pytest
 
 from kinetostat import Error, Machine, Path, Process
 
-STUDY = FilePath(__file__).resolve().parents[2] / "studies" / "02_groove_50mm"
+ROOT = FilePath(os.environ.get("REPOSITORY", FilePath(__file__).resolve().parents[2])).resolve()
+STUDY = ROOT / "studies" / "02_groove_50mm"
 PROGRAM = os.environ.get("KINETOSTAT", "")
 
 

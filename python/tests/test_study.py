@@ -15,7 +15,7 @@ import pytest
 import kinetostat
 from kinetostat import Error, Machine
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(os.environ.get("REPOSITORY", Path(__file__).resolve().parents[2])).resolve()
 PROCESS = {
     "tolerance_mm": 0.5,
     "force": {"path_frame": {"radial_force_N": 215.0, "tangential_force_N": -10.0, "axial_force_N": -25.0}},
