@@ -1,9 +1,11 @@
 """How far a loaded machine leaves its path, what to tell the drives instead, and where to put the workpiece.
 
-Units are mm, N, N·mm and rad, unless a name or a column ends with another one. Poses are those of P, the point of the platform (or flange)
-that carries the tool, in the base frame O; wrenches act at P and are written in the axes of O: force first, then moment.
+Units are mm, N, N·mm and rad, unless a name or a column ends with another one. Poses are those of P, the point of the
+platform (or flange) that carries the tool, in the base frame O; wrenches act at P and are written in the axes of O:
+force first, then moment.
 
-An outcome that cannot be solved is data (a status, a reason, NaN), wrong input an :class:`Error` in the words of the command line.
+An outcome that cannot be solved is data (a status, a reason, NaN), wrong input an :class:`Error` in the words of the
+command line.
 
 >>> import kinetostat
 >>> machine = kinetostat.Machine("orthoglide")

@@ -7,7 +7,17 @@ from typing import Any, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Error", "Machine", "Process", "Program", "__version__", "as_toml", "machine_names", "read_table", "run_study"]
+__all__ = [
+    "Error",
+    "Machine",
+    "Process",
+    "Program",
+    "__version__",
+    "as_toml",
+    "machine_names",
+    "read_table",
+    "run_study",
+]
 
 __version__: str
 
@@ -17,9 +27,7 @@ class Error(Exception): ...
 
 def machine_names() -> list[str]: ...
 def as_toml(json: str) -> str: ...
-def read_table(
-    path: str | PathLike[str], is_number: Sequence[bool]
-) -> dict[str, NDArray[np.float64] | list[str]]: ...
+def read_table(path: str | PathLike[str], is_number: Sequence[bool]) -> dict[str, NDArray[np.float64] | list[str]]: ...
 def run_study(
     path: str | PathLike[str],
     out: str | PathLike[str] | None,
@@ -78,9 +86,7 @@ class Machine:
     @property
     def points_mm(self) -> dict[str, NDArray[np.float64]]: ...
     def parameters(self) -> list[tuple[str, float | None, str, str | None, str | None]]: ...
-    def equilibria(
-        self, pose: NDArray[np.float64], wrench: NDArray[np.float64], stiffness: bool
-    ) -> dict[str, Any]: ...
+    def equilibria(self, pose: NDArray[np.float64], wrench: NDArray[np.float64], stiffness: bool) -> dict[str, Any]: ...
     def compensations(
         self, pose: NDArray[np.float64], wrench: NDArray[np.float64], method: str, target: str
     ) -> dict[str, Any]: ...

@@ -83,7 +83,10 @@ def test_a_compensated_command_puts_the_tool_where_it_is_wanted(machine: Machine
 
 
 def test_methods_of_the_command_line(machine: Machine) -> None:
-    left = {m: machine.compensate([30, -40, 75], WRENCH, method=m).distance for m in ("none", "linear", "mirror_2", "newton")}
+    left = {
+        m: machine.compensate([30, -40, 75], WRENCH, method=m).distance
+        for m in ("none", "linear", "mirror_2", "newton")
+    }
     assert left["none"] > left["linear"] > left["newton"]
     assert left["mirror_2"] < 1e-3 and left["newton"] < 1e-8
 
@@ -132,7 +135,9 @@ def test_machines_of_files_and_their_errors(tmp_path: Path, machine: Machine) ->
     file = tmp_path / "own.toml"
     file.write_text(machine.toml)
     own = Machine.from_file(file)
-    assert np.array_equal(own.equilibrium([0, 0, 0], WRENCH).deflection, machine.equilibrium([0, 0, 0], WRENCH).deflection)
+    assert np.array_equal(
+        own.equilibrium([0, 0, 0], WRENCH).deflection, machine.equilibrium([0, 0, 0], WRENCH).deflection
+    )
     file.write_text(machine.toml.replace('name = "orthoglide"', "name = 7"))
     with pytest.raises(Error, match=r"own\.toml:\d+: name: "):
         Machine.from_file(file)
@@ -183,7 +188,9 @@ def test_bytes_do_not_depend_on_threads() -> None:
     digests = set()
     for threads in ("1", "2", "5"):
         environment = {**os.environ, "RAYON_NUM_THREADS": threads}
-        done = subprocess.run([sys.executable, "-c", DIGEST], env=environment, capture_output=True, text=True, check=True)
+        done = subprocess.run(
+            [sys.executable, "-c", DIGEST], env=environment, capture_output=True, text=True, check=True
+        )
         digests.add(done.stdout)
     assert len(digests) == 1
 
