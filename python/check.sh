@@ -30,6 +30,8 @@ if [ "$profile" = wheel ]; then
     cargo check --quiet --locked --manifest-path "$folder"/unpacked/kinetostat-*/python/Cargo.toml --target-dir "$folder/checked"
 fi
 pip install --quiet --no-index "$wheel"
+ruff format --quiet --check .
+ruff check --quiet .
 # Nothing of this folder is on the way to the package that was installed.
 cp -r tests notebooks examples pyproject.toml "$folder"
 export REPOSITORY="$PWD/.."
