@@ -37,7 +37,6 @@ def run_study(
     figures: bool,
     colours: str,
     begin: str,
-    build: str,
     told: _Told,
 ) -> dict[str, Any]: ...
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import base64
-import hashlib
 import html
 import json
 import os
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, cached_property
+from functools import cached_property
 from os import PathLike, fspath
 from pathlib import Path as FilePath
 from typing import Any, Literal
@@ -151,7 +150,6 @@ def run(
             figures,
             colours,
             begin,
-            _build(),
             tell,
         )
     return Answer(**{**found, "folder": FilePath(found["folder"])})
@@ -254,12 +252,3 @@ def _with_files(feature: Tables) -> dict[str, Any]:
         if isinstance(feature.get(name), (str, PathLike))
     }
     return {**feature, **files}
-
-
-@cache
-def _build() -> str:
-    """What tells this build from others, whose unfinished runs it does not take over."""
-    engine = FilePath(_kinetostat.__file__)
-    return (
-        f"version {_kinetostat.__version__} for Python (build {hashlib.sha256(engine.read_bytes()).hexdigest()[:16]})"
-    )

@@ -4,6 +4,7 @@
 //! Lengths are in mm, forces in N, moments in N·mm, angles in rad, poses of P in O, as in the library.
 
 mod arrays;
+mod build;
 mod error;
 mod machine;
 mod parameters;
