@@ -1,0 +1,48 @@
+#!/usr/bin/env bash
+# Builds the wheel, installs it into a clean environment and runs its tests, notebooks, examples and type checks: python/check.sh [OUT]
+#
+# PROFILE says how the wheel is built: dev (if nothing is said) is the quickest; wheel is the one for others, which must also be under 6 MB, and
+# whose source distribution must build alone. KINETOSTAT names the program that studies are held against; without, they are not. OUT is the
+# folder of the wheel.
+set -euo pipefail
+if [ -n "${KINETOSTAT:-}" ]; then
+    KINETOSTAT=$(realpath "$KINETOSTAT")
+    export KINETOSTAT
+fi
+cd "$(dirname "$0")"
+profile=${PROFILE:-dev}
+most=6000000
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+wheels=${1:-$folder/wheels}
+python3 -m venv "$folder/venv"
+"$folder/venv/bin/pip" install --quiet --requirement tests/requirements.txt
+export PATH="$folder/venv/bin:$PATH"
+maturin build --quiet --locked --profile "$profile" --out "$wheels"
+wheel=$(ls -t "$wheels"/kinetostat-*-abi3-*.whl | head -n 1)
+if [ "$profile" = wheel ]; then
+    size=$(stat --format %s "$wheel")
+    echo "$(basename "$wheel"): $size bytes"
+    test "$size" -lt "$most"
+    maturin sdist --quiet --out "$folder/source"
+    mkdir "$folder/unpacked"
+    tar -xf "$folder"/source/kinetostat-*.tar.gz -C "$folder/unpacked"
+    cargo check --quiet --locked --manifest-path "$folder"/unpacked/kinetostat-*/python/Cargo.toml --target-dir "$folder/checked"
+fi
+pip install --quiet --no-index "$wheel"
+cargo fmt --check
+ruff format --quiet --check .
+ruff check --quiet .
+# Nothing of this folder is on the way to the package that was installed.
+cp -r tests notebooks examples pyproject.toml "$folder"
+export REPOSITORY="$PWD/.."
+cd "$folder"
+pytest --quiet tests
+for example in examples/*.py; do
+    python "$example" > "$folder/said"
+    test -s "$folder/said"
+done
+installed=$(python -c 'import kinetostat; print(kinetostat.__path__[0])')
+mypy --strict "$installed" examples
+stubtest kinetostat._kinetostat
+pyright --pythonpath "$folder/venv/bin/python" examples

@@ -1,0 +1,125 @@
+//! What is asked: poses of P and wrenches there, one for all or one each.
+
+use kinetostat::{
+    Machine, Pose, Wrench,
+    machine::{Configuration, Unreachable},
+    nalgebra::{Matrix3, Vector3},
+};
+use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+
+use crate::error::refused;
+
+/// Entries of a rotation farther than this from orthonormal are no rotation.
+const ORTHONORMAL: f64 = 1e-9;
+/// No machine is larger and no load greater: what is, are numbers gone wrong.
+const LARGEST: f64 = 1e15;
+
+/// Where the nominal machine is commanded to.
+#[derive(Debug, Clone, Copy)]
+pub enum Place {
+    /// A position of P in O, mm, the platform oriented as at home.
+    Position(Vector3<f64>),
+    /// A pose of P in O.
+    Pose(Pose),
+}
+
+impl Place {
+    /// Where the nominal machine stands when it is commanded there.
+    ///
+    /// # Errors
+    /// It cannot be reached.
+    pub fn command(&self, machine: &Machine) -> Result<Configuration, Unreachable> {
+        match self {
+            Place::Position(position) => machine.command(*position),
+            Place::Pose(pose) => {
+                let at = machine.inverse_kinematics(pose)?;
+                machine.check_asked(pose.translation, &at)?;
+                machine.check_orientation(&pose.rotation, &at)?;
+                Ok(at)
+            }
+        }
+    }
+}
+
+/// Cases in a row: a place and a load each, or one of them for all.
+#[derive(Debug, Clone)]
+pub struct Asked {
+    places: Vec<Place>,
+    loads: Vec<Wrench>,
+}
+
+impl Asked {
+    /// Of `pose`, `[k, 3]` positions or `[k, 16]` homogeneous matrices, and `wrench`, `[k, 6]`; each with one row or one for each case.
+    ///
+    /// # Errors
+    /// Numbers that are no poses or wrenches; names the row.
+    pub fn new(pose: &PyReadonlyArray2<'_, f64>, wrench: &PyReadonlyArray2<'_, f64>) -> PyResult<Self> {
+        let columns = pose.shape()[1];
+        let places = rows(pose, "pose")?.enumerate().map(|(row, numbers)| match columns {
+            3 => Ok(Place::Position(Vector3::from_row_slice(numbers))),
+            _ => homogeneous(row, numbers).map(Place::Pose),
+        });
+        let places = places.collect::<PyResult<Vec<_>>>()?;
+        let loads = rows(wrench, "wrench")?.map(|numbers| Wrench::new(std::array::from_fn(|i| numbers[i]))).collect();
+        Ok(Self { places, loads })
+    }
+
+    /// Number of cases.
+    pub fn len(&self) -> usize {
+        match (self.places.len(), self.loads.len()) {
+            (1, loads) => loads,
+            (places, _) => places,
+        }
+    }
+
+    /// The place of a case.
+    pub fn place(&self, case: usize) -> &Place {
+        &self.places[if self.places.len() == 1 { 0 } else { case }]
+    }
+
+    /// Whether all cases have the same place.
+    pub fn is_one_place(&self) -> bool {
+        self.places.len() == 1
+    }
+
+    /// The load of a case.
+    pub fn load(&self, case: usize) -> Wrench {
+        self.loads[if self.loads.len() == 1 { 0 } else { case }]
+    }
+}
+
+/// The rows of an array of finite numbers.
+fn rows<'a>(array: &'a PyReadonlyArray2<'_, f64>, name: &str) -> PyResult<std::slice::ChunksExact<'a, f64>> {
+    let columns = array.shape()[1].max(1);
+    let numbers = array.as_slice()?;
+    if let Some(at) = numbers.iter().position(|number| number.is_nan() || number.abs() > LARGEST) {
+        let problem = format!("expected numbers of at most {LARGEST:e}, got {}", numbers[at]);
+        return Err(refused(&format!("{name}, row {}", at / columns), &problem));
+    }
+    Ok(numbers.chunks_exact(columns))
+}
+
+/// The pose that a homogeneous matrix is, written row after row.
+fn homogeneous(row: usize, numbers: &[f64]) -> PyResult<Pose> {
+    let rotation = Matrix3::from_fn(|i, j| numbers[4 * i + j]);
+    let skewed = (rotation.transpose() * rotation - Matrix3::identity()).amax();
+    let is_pose = skewed <= ORTHONORMAL && rotation.determinant() > 0.0 && numbers[12..] == [0.0, 0.0, 0.0, 1.0];
+    if !is_pose {
+        let problem =
+            "expected a homogeneous matrix: a rotation, a position in mm in the last column, and 0 0 0 1 below";
+        return Err(refused(&format!("pose, row {row}"), problem));
+    }
+    Ok(Pose { rotation, translation: Vector3::from_fn(|i, _| numbers[4 * i + 3]) })
+}
+
+/// `pose` as a homogeneous matrix, row after row.
+pub fn write_pose(pose: &Pose, into: &mut [f64]) {
+    for i in 0..3 {
+        for j in 0..3 {
+            into[4 * i + j] = pose.rotation[(i, j)];
+        }
+        into[4 * i + 3] = pose.translation[i];
+    }
+    into[12..16].copy_from_slice(&[0.0, 0.0, 0.0, 1.0]);
+}
