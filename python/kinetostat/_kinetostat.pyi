@@ -14,9 +14,13 @@ __all__ = [
     "Program",
     "__version__",
     "as_toml",
+    "compute_part",
     "machine_names",
+    "merge_parts",
+    "part_head",
     "read_table",
     "run_study",
+    "study_pieces",
 ]
 
 __version__: str
@@ -39,6 +43,12 @@ def run_study(
     begin: str,
     told: _Told,
 ) -> dict[str, Any]: ...
+def study_pieces(path: str | PathLike[str]) -> tuple[int, bool]: ...
+def compute_part(
+    path: str | PathLike[str], number: int, count: int, before: Sequence[bytes], threads: int
+) -> bytes: ...
+def merge_parts(path: str | PathLike[str], parts: Sequence[bytes], out: str | PathLike[str]) -> None: ...
+def part_head(part: bytes) -> tuple[int, int, int, bool, int]: ...
 
 @final
 class Machine:
