@@ -1,7 +1,7 @@
 """A million equilibria through Python beside the same from Rust (`rate.rs`), in turns; best of all rounds.
 
-    cargo build --release --example rate
-    python benches/rate.py target/release/examples/rate 1000000 3
+cargo build --release --example rate
+python benches/rate.py target/release/examples/rate 1000000 3
 """
 
 from __future__ import annotations

@@ -4,7 +4,9 @@ from kinetostat import Machine, workspace_map
 
 FORCE = {"path_frame": {"radial_force_N": 215.0, "tangential_force_N": -10.0, "axial_force_N": -25.0}}
 
-answer = workspace_map(Machine("orthoglide"), {"force": FORCE}, grid=5, phi_step_deg=30.0, figures=False, progress=False)
+answer = workspace_map(
+    Machine("orthoglide"), {"force": FORCE}, grid=5, phi_step_deg=30.0, figures=False, progress=False
+)
 print(answer)
 table = answer.table("map").where(source="cutting")
 print(table["deflection_mm"].max(), table.units["deflection_mm"])

@@ -1,14 +1,16 @@
 """How far a loaded machine leaves its path, what to tell the drives instead, and where to put the workpiece.
 
-Units are mm, N, N·mm and rad, unless a name or a column ends with another one. Poses are those of P, the point of the platform (or flange)
-that carries the tool, in the base frame O; wrenches act at P and are written in the axes of O: force first, then moment.
+Units are mm, N, N·mm and rad, unless a name or a column ends with another one. Poses are those of P, the point of the
+platform (or flange) that carries the tool, in the base frame O; wrenches act at P and are written in the axes of O:
+force first, then moment.
 
-An outcome that cannot be solved is data (a status, a reason, NaN), wrong input an :class:`Error` in the words of the command line.
+An outcome that cannot be solved is data (a status, a reason, NaN), wrong input an :class:`Error` in the words of the
+command line.
 
 >>> import kinetostat
 >>> machine = kinetostat.Machine("orthoglide")
 >>> machine.equilibrium([30, -40, 75], [215, -10, -25, 0, 0, 0]).deflection.round(3)
-array([0.288, 0.196, 0.103])
+array([ 0.082,  0.02 , -0.078])
 """
 
 from ._kinetostat import Error, __version__

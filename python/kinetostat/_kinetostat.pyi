@@ -7,7 +7,21 @@ from typing import Any, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Error", "Machine", "Process", "Program", "__version__", "as_toml", "machine_names", "read_table", "run_study"]
+__all__ = [
+    "Error",
+    "Machine",
+    "Process",
+    "Program",
+    "__version__",
+    "as_toml",
+    "compute_part",
+    "machine_names",
+    "merge_parts",
+    "part_head",
+    "read_table",
+    "run_study",
+    "study_pieces",
+]
 
 __version__: str
 
@@ -17,9 +31,7 @@ class Error(Exception): ...
 
 def machine_names() -> list[str]: ...
 def as_toml(json: str) -> str: ...
-def read_table(
-    path: str | PathLike[str], is_number: Sequence[bool]
-) -> dict[str, NDArray[np.float64] | list[str]]: ...
+def read_table(path: str | PathLike[str], is_number: Sequence[bool]) -> dict[str, NDArray[np.float64] | list[str]]: ...
 def run_study(
     path: str | PathLike[str],
     out: str | PathLike[str] | None,
@@ -29,9 +41,14 @@ def run_study(
     figures: bool,
     colours: str,
     begin: str,
-    build: str,
     told: _Told,
 ) -> dict[str, Any]: ...
+def study_pieces(path: str | PathLike[str]) -> tuple[int, bool]: ...
+def compute_part(
+    path: str | PathLike[str], number: int, count: int, before: Sequence[bytes], threads: int
+) -> bytes: ...
+def merge_parts(path: str | PathLike[str], parts: Sequence[bytes], out: str | PathLike[str]) -> None: ...
+def part_head(part: bytes) -> tuple[int, int, int, bool, int]: ...
 
 @final
 class Machine:
@@ -78,9 +95,7 @@ class Machine:
     @property
     def points_mm(self) -> dict[str, NDArray[np.float64]]: ...
     def parameters(self) -> list[tuple[str, float | None, str, str | None, str | None]]: ...
-    def equilibria(
-        self, pose: NDArray[np.float64], wrench: NDArray[np.float64], stiffness: bool
-    ) -> dict[str, Any]: ...
+    def equilibria(self, pose: NDArray[np.float64], wrench: NDArray[np.float64], stiffness: bool) -> dict[str, Any]: ...
     def compensations(
         self, pose: NDArray[np.float64], wrench: NDArray[np.float64], method: str, target: str
     ) -> dict[str, Any]: ...

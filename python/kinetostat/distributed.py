@@ -4,11 +4,12 @@
 >>> from kinetostat.distributed import run                                # doctest: +SKIP
 >>> run("studies/01_workspace_map", Client("tcp://head:8786"), out="map") # doctest: +SKIP
 
-What is left in the folder has the bytes of a run on one machine, whatever the workers, their number and their threads. A worker that dies
-takes a part with it, which another one computes; one that comes late gets parts that wait. All workers must see the study under the same
-name and have the same build of this package; parts of another build are refused.
+What is left in the folder has the bytes of a run on one machine, whatever the workers, their number and their threads.
+A worker that dies takes a part with it, which another one computes; one that comes late gets parts that wait. All
+workers must see the study under the same name and have the same build of this package; parts of another are refused.
 
-Pools of Ray (``ray.util.multiprocessing`` through ``joblib``), ``mpi4py.futures.MPIPoolExecutor`` and ``ProcessPoolExecutor`` are executors, too.
+Clients of ``dask_jobqueue`` and ``dask_mpi`` clusters are such clients; ``mpi4py.futures.MPIPoolExecutor`` and
+``concurrent.futures.ProcessPoolExecutor`` are such executors.
 """
 
 from __future__ import annotations
@@ -17,13 +18,14 @@ import os
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
 from concurrent.futures.process import BrokenProcessPool
+from functools import partial
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Protocol, cast
 
 from . import _kinetostat
 from ._kinetostat import Error
-from ._progress import Progress, told
+from ._progress import Progress, Told, told
 
 __all__ = ["run"]
 
@@ -55,13 +57,13 @@ def run(
     study
         The folder of the study (or its file), by a name that all workers see.
     workers
-        A ``distributed.Client``, an ``Executor``, or a function that makes one: asked again for another one where a process pool has
-        lost a worker, which ends such a pool.
+        A ``distributed.Client``, an ``Executor``, or a function that makes one: asked again for another one where a
+        process pool has lost a worker, which ends such a pool.
     out
         The folder of the results, ``results/NAME`` if it is not given.
     parts
-        How many parts. If it is not given, four for each worker, and no more than the study has pieces. A part should take seconds: handing
-        one out takes about a millisecond.
+        How many parts. If it is not given, four for each worker, and no more than the study has pieces. A part should
+        take seconds.
     threads
         Threads of each part; 0 for all processors of the worker.
     retries
@@ -70,9 +72,10 @@ def run(
     progress
         Whether a bar of tqdm shows how many parts are there, or who is told: done, of how many, what.
     stop
-        Asked about twice a second: what is not begun is cancelled when it says yes, and :class:`Error` raised. Ctrl-C does the same.
+        Asked about twice a second: what is not begun is cancelled when it says yes, and :class:`Error` raised.
+        Ctrl-C does the same.
 
-    Raises :class:`Error` in the words of the command line; what a part raises, the first one that does.
+    Raises :class:`Error` in the words of the command line.
     """
     name = fspath(Path(study).resolve())
     pieces, in_rounds = _kinetostat.study_pieces(name)
@@ -85,12 +88,17 @@ def run(
         while True:
             round_number += 1
             of = f"parts of round {round_number}" if in_rounds else "parts"
-            new = _round(pool, (name, count, tuple(found), threads), lambda done: tell and tell(done, count, of), stop)
+            new = _round(pool, (name, count, tuple(found), threads), partial(_tell, tell, count, of), stop)
             found += new
             if not in_rounds or all(_kinetostat.part_head(part)[3] for part in new):
                 break
         _kinetostat.merge_parts(name, found, fspath(folder))
     return folder
+
+
+def _tell(tell: Told | None, count: int, of: str, done: int) -> None:
+    if tell is not None:
+        tell(done, count, of)
 
 
 def compute_part(study: str, number: int, count: int, before: tuple[bytes, ...], threads: int) -> bytes:

@@ -39,8 +39,9 @@ def machine_names() -> list[str]:
 class Machine:
     """A machine that does not change; other numbers make another one (:meth:`with_parameters`).
 
-    ``Machine("orthoglide")`` is a built-in one, see :func:`machine_names`. Methods that compute release the lock of the interpreter, use all
-    processors (``RAYON_NUM_THREADS`` of them if that is set) and end at Ctrl-C; results have the same bits on any number of them.
+    ``Machine("orthoglide")`` is a built-in one, see :func:`machine_names`. Methods that compute release the lock of the
+    interpreter, use all processors (``RAYON_NUM_THREADS`` of them if that is set) and end at Ctrl-C; results have the
+    same bits on any number of them.
     """
 
     __slots__ = ("_machine", "notes")
@@ -86,9 +87,9 @@ class Machine:
     ) -> Machine:
         """The machine of the URDF `path`; :attr:`toml` is its machine file, :attr:`notes` what was not used or assumed.
 
-        A URDF does not say how stiff its drives are: `stiffness` does, from base to tip, N·m/rad of hinges and N/mm of slides, or they are
-        `like` those of another machine. `tip` is the link that carries the tool, if the robot has several ends; `tool_tip_mm` and
-        `tool_rpy_deg` (roll, pitch, yaw; z along the tool) are the tool in its frame.
+        A URDF does not say how stiff its drives are: `stiffness` does, from base to tip, N·m/rad of hinges and N/mm of
+        slides, or they are `like` those of another machine. `tip` is the link that carries the tool, if the robot has
+        several ends; `tool_tip_mm` and `tool_rpy_deg` (roll, pitch, yaw; z along the tool) are the tool in its frame.
 
         Raises :class:`Error` if the file is no robot, or no stiffness is given.
         """
@@ -159,7 +160,8 @@ class Machine:
         return f"Machine {self.name}: {self.title}{with_numbers}"
 
     def parameters(self) -> dict[str, Parameter]:
-        """All its numbers by name: those of its file, those with a usual value, and errors of its chains (zero unless set)."""
+        """All its numbers by name: those of its file, those with a usual value, and errors of its chains (zero unless
+        set)."""
         return {own[0]: Parameter(*own) for own in self._machine.parameters()}
 
     def with_parameters(self, values: Mapping[str, float]) -> Machine:
@@ -172,17 +174,16 @@ class Machine:
         set_values = [(name, float(value)) for name, value in values.items()]
         return self._of(self._machine.with_parameters(set_values), self.notes)
 
-    def equilibrium(
-        self, pose: ArrayLike, wrench: ArrayLike | None = None, *, stiffness: bool = False
-    ) -> Equilibrium:
+    def equilibrium(self, pose: ArrayLike, wrench: ArrayLike | None = None, *, stiffness: bool = False) -> Equilibrium:
         """How the machine settles under a load where it is commanded to `pose`, without compensation.
 
-        `pose` is a position of P in O, mm (``[3]`` or ``[n, 3]``, oriented as at home), or a homogeneous matrix (``[4, 4]`` or
-        ``[n, 4, 4]``); `wrench` a dead wrench at P in the axes of O, ``[6]`` or ``[n, 6]``: force in N, then moment in N·mm; none is no
-        load. One of them serves for all of the other. With `stiffness`, those of P under the load are kept, too.
+        `pose` is a position of P in O, mm (``[3]`` or ``[n, 3]``, oriented as at home), or a homogeneous matrix (``[4,
+        4]`` or ``[n, 4, 4]``); `wrench` a dead wrench at P in the axes of O, ``[6]`` or ``[n, 6]``: force in N, then
+        moment in N·mm; none is no load. One of them serves for all of the other. With `stiffness`, those of P under the
+        load are kept, too.
 
-        Raises :class:`Error` for numbers that are none or no rotation, ValueError for shapes; what cannot be reached or has no stable
-        equilibrium is a status.
+        Raises :class:`Error` for numbers that are none or no rotation, ValueError for shapes; what cannot be reached or
+        has no stable equilibrium is a status.
         """
         cases = Cases.of(pose, wrench)
         found = self._machine.equilibria(cases.pose, cases.wrench, stiffness)
@@ -190,10 +191,11 @@ class Machine:
         return Equilibrium(**shared(found, cases, self.drive_names, self.hinges), **kept)
 
     def stiffness(self, pose: ArrayLike, wrench: ArrayLike | None = None) -> NDArray[np.float64]:
-        """``[n, 6, 6]``: Cartesian stiffness of P in the axes of O under a load, eq. (6): N/mm, N/rad; N·mm/mm, N·mm/rad.
+        """``[n, 6, 6]``: Cartesian stiffness of P in the axes of O under a load, eq. (6): N/mm, N/rad; N·mm/mm,
+        N·mm/rad.
 
-        NaN where it is rigid in some direction, or where there is no stable equilibrium; :meth:`equilibrium` tells why, and has the
-        compliance, too. `pose` and `wrench` as there.
+        NaN where it is rigid in some direction, or where there is no stable equilibrium; :meth:`equilibrium` tells why,
+        and has the compliance, too. `pose` and `wrench` as there.
         """
         found = self.equilibrium(pose, wrench, stiffness=True).stiffness
         assert found is not None
@@ -202,16 +204,19 @@ class Machine:
     def compensate(
         self, pose: ArrayLike, wrench: ArrayLike | None = None, *, method: str = "direct", target: Target = "tool_tip"
     ) -> Compensation:
-        """What to command so that the loaded tool is where `pose` would have it; `pose` and `wrench` as in :meth:`equilibrium`.
+        """What to command so that the loaded tool is where `pose` would have it; `pose` and `wrench` as in
+        :meth:`equilibrium`.
 
-        `method` is none, linear, mirror, mirror_N, matrix_free, fixed_matrix, procedure, newton or direct; `target` says what is put right,
-        as far as the drives control it.
+        `method` is none, linear, mirror, mirror_N, matrix_free, fixed_matrix, procedure, newton or direct; `target`
+        says what is put right, as far as the drives control it.
 
         Raises :class:`Error` for a method or target that is none; a command that is not found is a status.
         """
         cases = Cases.of(pose, wrench)
         found = self._machine.compensations(cases.pose, cases.wrench, method, target)
-        own: dict[str, Any] = {name: cases.shaped(found[name]) for name in ("nominal_drives", "command", "error", "corrections")}
+        own: dict[str, Any] = {
+            name: cases.shaped(found[name]) for name in ("nominal_drives", "command", "error", "corrections")
+        }
         return Compensation(**shared(found, cases, self.drive_names, self.hinges), **own)
 
     def deflection(
@@ -224,13 +229,16 @@ class Machine:
         output: Literal["distance", "vector"] = "distance",
         no_machine: Literal["raise", "nan"] = "raise",
     ) -> NDArray[np.float64]:
-        """``[n, m]``: how far the tool is moved at `m` cases for `n` sets of named numbers, mm; what SALib, Optuna and their like ask.
+        """``[n, m]``: how far the tool is moved at `m` cases for `n` sets of named numbers, mm; what SALib, Optuna and
+        their like ask.
 
-        `parameters` is ``[n, d]``, a row for each set, columns as `names` say, in the units of :meth:`parameters`; ``[d]`` is one set, whose
-        answer is ``[m]``. `pose` and `wrench` as in :meth:`equilibrium`. With the output "vector" there are three columns for each case, the
-        displacement of the tool tip in O. NaN where the machine is not solved: ``with_parameters(...).equilibrium(...)`` tells why.
+        `parameters` is ``[n, d]``, a row for each set, columns as `names` say, in the units of :meth:`parameters`;
+        ``[d]`` is one set, whose answer is ``[m]``. `pose` and `wrench` as in :meth:`equilibrium`. With the output
+        "vector" there are three columns for each case, the displacement of the tool tip in O. NaN where the machine is
+        not solved: ``with_parameters(...).equilibrium(...)`` tells why.
 
-        Raises :class:`Error` for names that are none, and, unless `no_machine` is "nan", for numbers that make no machine, with the row.
+        Raises :class:`Error` for names that are none, and, unless `no_machine` is "nan", for numbers that make no
+        machine, with the row.
         """
         cases = Cases.of(pose, wrench)
         sets = numbers("parameters", parameters)

@@ -19,9 +19,11 @@ class Process:
     __slots__ = ("_process", "machine")
 
     def __init__(self, machine: Machine, what: str | PathLike[str] | Tables) -> None:
-        """The process file `what`, or its tables as a dictionary: ``{"force": {"path_frame": {"radial_force_N": 215.0, ...}}}``.
+        """The process file `what`, or its tables as a dictionary: ``{"force": {"path_frame": {"radial_force_N": 215.0,
+        ...}}}``.
 
-        Files that tables name are sought where Python runs. Raises :class:`Error` with file, key, value and what was expected.
+        Files that tables name are sought where Python runs. Raises :class:`Error` with file, key, value and what was
+        expected.
         """
         if isinstance(what, Mapping):
             toml = _kinetostat.as_toml(json.dumps({"schema": 1, **what}))

@@ -1,4 +1,5 @@
-"""Programs: the points at which a tool is wanted, what the loaded machine does along them, and programs that put it right."""
+"""Programs: the points at which a tool is wanted, what the loaded machine does along them, and programs that put it
+right."""
 
 from __future__ import annotations
 
@@ -55,8 +56,8 @@ class CompensatedProgram:
     failures: dict[int, str]
     """Those points and why."""
     summaries: dict[str, dict[str, Any]]
-    """What is left without compensation ("none"), by the commands of the method, and by the program as it is written, rounding included
-    ("as_written"): points, solved, failed, max_mm, rms_mm."""
+    """What is left without compensation ("none"), by the commands of the method, and by the program as it is written,
+    rounding included ("as_written"): points, solved, failed, max_mm, rms_mm."""
     position: Array | None
     """``[n, 3]``: what it commands, read back from its text, workpiece frame, mm."""
     rounded_mm: float | None
@@ -74,12 +75,15 @@ class CompensatedProgram:
         """
         if self.content is None:
             point, reason = next(iter(self.failures.items()))
-            raise _kinetostat.Error(f"{fspath(path)}: there is no program to write: no command for point {point}: {reason}")
+            raise _kinetostat.Error(
+                f"{fspath(path)}: there is no program to write: no command for point {point}: {reason}"
+            )
         FilePath(path).write_bytes(self.content)
 
     def __repr__(self) -> str:
         if self.content is None:
-            return f"CompensatedProgram: none, no command for {len(self.failures)} points; {next(iter(self.failures.values()))}"
+            reason = next(iter(self.failures.values()))
+            return f"CompensatedProgram: none, no command for {len(self.failures)} points; {reason}"
         before, after = (self.summaries[name]["max_mm"] for name in ("none", "as_written"))
         return f"CompensatedProgram: leaves up to {after:.4g} mm, without compensation {before:.4g} mm"
 
@@ -95,7 +99,8 @@ class Path:
 
     @classmethod
     def from_file(cls, path: str | PathLike[str], process: Process) -> Path:
-        """The program in `path`: a polyline (.csv), KRL (.src), RAPID (.mod, .prg), APT (.apt, .cl, .cls, .ncl) or G-code.
+        """The program in `path`: a polyline (.csv), KRL (.src), RAPID (.mod, .prg), APT (.apt, .cl, .cls, .ncl) or
+        G-code.
 
         Raises :class:`Error` with file, line and what was expected.
         """

@@ -24,7 +24,8 @@ _AXES = ("x", "y", "z")
 
 @dataclass(frozen=True, repr=False)
 class Settled:
-    """Cases that were commanded and settled. Of one case that was asked without an axis of its own, arrays have no first axis."""
+    """Cases that were commanded and settled. Of one case that was asked without an axis of its own, arrays have no
+    first axis."""
 
     drives: Array
     """``[n, d]``: drive positions commanded, mm of slides and rad of hinges."""
@@ -139,8 +140,8 @@ class Equilibrium(Settled):
     """Machines as they settle under loads at their nominal commands: see :meth:`Machine.equilibrium`."""
 
     stiffness: Array | None = field(default=None)
-    """``[n, 6, 6]`` if it was asked for: change of the wrench at P per twist of P under the load, eq. (6), N/mm, N·mm/rad and so on; NaN
-    where the machine is rigid in some direction."""
+    """``[n, 6, 6]`` if it was asked for: change of the wrench at P per twist of P under the load, eq. (6), N/mm,
+    N·mm/rad and so on; NaN where the machine is rigid in some direction."""
     compliance: Array | None = field(default=None)
     """``[n, 6, 6]`` if it was asked for: its inverse; NaN where the platform is free."""
 

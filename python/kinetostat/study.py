@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import base64
-import hashlib
 import html
 import json
 import os
 import tempfile
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import cache, cached_property
+from dataclasses import dataclass, replace
+from functools import cached_property
 from os import PathLike, fspath
 from pathlib import Path as FilePath
 from typing import Any, Literal
@@ -30,7 +29,8 @@ _NUMBERS = ("double", "nonNegativeInteger")
 
 @dataclass(frozen=True, repr=False)
 class Answer:
-    """What a study has left in its folder. In a notebook it shows its answer, its first numbers and its first figure."""
+    """What a study has left in its folder. In a notebook it shows its answer, its first numbers and its first
+    figure."""
 
     folder: FilePath
     """Where its files are: tables, figures, ``report.html``, ``summary.json``, ``manifest.json``."""
@@ -111,8 +111,11 @@ class Answer:
         shown = ""
         if figure.is_file():
             data = base64.b64encode(figure.read_bytes()).decode()
-            shown = f"<img style='max-width:100%' alt='{html.escape(self.sentence)}' src='data:image/png;base64,{data}'>"
-        return f"{unsolved}<p>{html.escape(self.sentence)}</p><table>{rows}</table>{shown}<p><small>{html.escape(self.basis)}</small></p>"
+            shown = (
+                f"<img style='max-width:100%' alt='{html.escape(self.sentence)}' src='data:image/png;base64,{data}'>"
+            )
+        answer, basis = html.escape(self.sentence), html.escape(self.basis)
+        return f"{unsolved}<p>{answer}</p><table>{rows}</table>{shown}<p><small>{basis}</small></p>"
 
 
 def run(
@@ -129,9 +132,10 @@ def run(
 ) -> Answer:
     """Runs a study folder (with a ``study.toml``) or study file, with the bytes that ``kinetostat run`` would leave.
 
-    `out` is the folder of its results, ``results/NAME`` if not given; `grid` (points along x, y, z), `points` along a circle and `parameters`
-    of the machine take the place of its own. `progress` shows a bar if tqdm is installed; a function is told items done, their number and what
-    they are called. Ctrl-C stops it: with `begin` "resume", the same call goes on; "restart" begins anew.
+    `out` is the folder of its results, ``results/NAME`` if not given; `grid` (points along x, y, z), `points` along a
+    circle and `parameters` of the machine take the place of its own. `progress` shows a bar if tqdm is installed; a
+    function is told items done, their number and what they are called. Ctrl-C stops it: with `begin` "resume", the same
+    call goes on; "restart" begins anew.
 
     Raises :class:`Error` for what cannot be read, makes no sense or cannot be written.
     """
@@ -146,7 +150,6 @@ def run(
             figures,
             colours,
             begin,
-            _build(),
             tell,
         )
     return Answer(**{**found, "folder": FilePath(found["folder"])})
@@ -164,11 +167,14 @@ def workspace_map(
     question: str = "How far does the loaded tool move, where, and what must be commanded instead?",
     **keys: Any,
 ) -> Answer:
-    """A map over the workspace of `machine`: deflections and corrections under the cutting force and the chain errors of `process`.
+    """A map over the workspace of `machine`: deflections and corrections under the cutting force and the chain errors
+    of `process`.
 
-    `process` is a process file or its tables; figures show slices at `slices_z_mm`, or else at the bottom, in the middle and at the top; `keys`
-    are others of the table ``[workspace_map]`` of a study file, such as ``phi_step_deg``. The table "map" of the answer has a row for each point and source: ``answer.table("map").where(source="all").to_xarray("x_mm", "y_mm", "z_mm")``.
-    Without `out`, results live as long as the answer.
+    `process` is a process file or its tables; figures show slices at `slices_z_mm`, or else at the bottom, in the
+    middle and at the top; `keys` are others of the table ``[workspace_map]`` of a study file, such as ``phi_step_deg``.
+    The table "map" of the answer has a row for each point and source:
+    ``answer.table("map").where(source="all").to_xarray("x_mm", "y_mm", "z_mm")``. Without `out`, results live as long
+    as the answer.
 
     Raises :class:`Error` as :func:`run`.
     """
@@ -191,14 +197,17 @@ def place(
     question: str = "Where should the workpiece stand?",
     **tables: Any,
 ) -> Answer:
-    """Where a workpiece should stand: `feature`, `bounds` and `tables` (objective, search, candidate ...) are those of ``[placement]`` in study
-    files (docs/study_file.md), `process` is a process file or its tables. Files that they name are sought where Python runs.
+    """Where a workpiece should stand: `feature`, `bounds` and `tables` (objective, search, candidate ...) are those of
+    ``[placement]`` in study files (docs/study_file.md), `process` is a process file or its tables. Files that they name
+    are sought where Python runs.
 
     Without `out`, results live as long as the answer. Raises :class:`Error` as :func:`run`.
     """
     features = [feature] if isinstance(feature, Mapping) else list(feature)
     placement = {"feature": [_with_files(own) for own in features], "bounds": bounds, **tables}
-    return _asked("placement", machine, question, {"process": _process(process), "placement": placement}, out, figures, progress)
+    return _asked(
+        "placement", machine, question, {"process": _process(process), "placement": placement}, out, figures, progress
+    )
 
 
 def _asked(
@@ -212,7 +221,7 @@ def _asked(
 ) -> Answer:
     """Runs a study that is written into a folder of its own."""
     own = machine._machine
-    built_in = own.origin in _kinetostat.machine_names()
+    built_in = own.origin in _kinetostat.machine_names() and _kinetostat.Machine.named(own.origin).toml == own.toml
     header = {"schema": 2, "question": question, "machine": own.origin if built_in else "machine.toml"}
     kept = tempfile.TemporaryDirectory(prefix="kinetostat_") if out is None else None
     with tempfile.TemporaryDirectory(prefix="kinetostat_") as asked:
@@ -228,7 +237,7 @@ def _asked(
             figures=figures,
             progress=progress,
         )
-    return Answer(**{**{key: value for key, value in vars(answer).items() if key in Answer.__dataclass_fields__}, "_kept": kept})
+    return replace(answer, _kept=kept)
 
 
 def _process(process: Tables | str | PathLike[str]) -> Any:
@@ -237,12 +246,9 @@ def _process(process: Tables | str | PathLike[str]) -> Any:
 
 def _with_files(feature: Tables) -> dict[str, Any]:
     """`feature` with the files that it names where they are."""
-    files = {name: os.path.abspath(feature[name]) for name in ("process", "file") if isinstance(feature.get(name), (str, PathLike))}
+    files = {
+        name: os.path.abspath(feature[name])
+        for name in ("process", "file")
+        if isinstance(feature.get(name), (str, PathLike))
+    }
     return {**feature, **files}
-
-
-@cache
-def _build() -> str:
-    """What tells this build from others, whose unfinished runs it does not take over."""
-    engine = FilePath(_kinetostat.__file__)
-    return f"version {_kinetostat.__version__} for Python (build {hashlib.sha256(engine.read_bytes()).hexdigest()[:16]})"

@@ -96,7 +96,9 @@ class Table(Mapping[str, NDArray[Any]]):
         """As a data frame; NaN where there is no number."""
         import polars
 
-        return polars.DataFrame({name: self[name].tolist() if self[name].dtype == object else self[name] for name in self})
+        return polars.DataFrame(
+            {name: self[name].tolist() if self[name].dtype == object else self[name] for name in self}
+        )
 
     def to_arrow(self) -> Any:
         """As a ``pyarrow.Table``; units and descriptions are metadata of its fields."""
@@ -114,7 +116,8 @@ class Table(Mapping[str, NDArray[Any]]):
         return self.to_arrow().__arrow_c_stream__(requested_schema)
 
     def to_xarray(self, *dims: str) -> xarray.Dataset:
-        """As a data set over the values of the columns `dims`, such as ``"x_mm", "y_mm", "z_mm", "source"``; without any, over its rows.
+        """As a data set over the values of the columns `dims`, such as ``"x_mm", "y_mm", "z_mm", "source"``; without
+        any, over its rows.
 
         Rows that no combination has are NaN, or empty texts. Two rows of one combination raise a ValueError.
         """
@@ -153,10 +156,9 @@ class Table(Mapping[str, NDArray[Any]]):
             "<tr>" + "".join(f"<td>{html.escape(_shown(column.values[row]))}</td>" for column in columns) + "</tr>"
             for row in range(min(self.rows, _SHOWN_ROWS))
         )
-        more = f"{self.rows} rows, {len(self)} columns"
-        return f"<table><thead><tr>{heads}</tr></thead><tbody>{body}</tbody></table><p>{html.escape(self.name)}: {more}</p>"
+        more = f"{html.escape(self.name)}: {self.rows} rows, {len(self)} columns"
+        return f"<table><thead><tr>{heads}</tr></thead><tbody>{body}</tbody></table><p>{more}</p>"
 
 
 def _shown(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
-

@@ -24,7 +24,7 @@ use pyo3::{
 
 use crate::{
     arrays::array,
-    error::raised,
+    error::{raised, refused},
     machine::{Machine, method_named},
     poses::write_pose,
     waiting::wait_for,
@@ -42,15 +42,13 @@ impl Process {
     /// The process file `path`, on `machine`.
     #[staticmethod]
     fn from_file(path: PathBuf, machine: &Machine) -> PyResult<Self> {
-        let process = kinetostat::Process::open(&path, machine.own()).map_err(raised)?;
-        Ok(Self { process })
+        Self::of(machine, |nominal| kinetostat::Process::open(&path, nominal))
     }
 
     /// The process that is written in `toml`; files that it names are sought relative to `folder`.
     #[staticmethod]
     fn from_toml(toml: &str, origin: &str, folder: PathBuf, machine: &Machine) -> PyResult<Self> {
-        let process = kinetostat::Process::from_toml(toml, origin, folder, machine.own()).map_err(raised)?;
-        Ok(Self { process })
+        Self::of(machine, |nominal| kinetostat::Process::from_toml(toml, origin, folder, nominal))
     }
 
     /// What it says, as pairs of words.
@@ -61,6 +59,19 @@ impl Process {
     /// What it was taken to be where it does not say.
     fn assumed(&self) -> Vec<(&'static str, String)> {
         self.process.assumed()
+    }
+}
+
+impl Process {
+    /// What `read` makes of the machine, which commands.
+    fn of(machine: &Machine, read: impl FnOnce(&kinetostat::Machine) -> Result<kinetostat::Process>) -> PyResult<Self> {
+        let nominal = machine.own();
+        if !nominal.parameter_errors().is_empty() {
+            let problem = "has errors of its chains among its parameters, by which nothing is commanded: expected them in \
+                           [[chain_error]] of the process";
+            return Err(refused(&nominal.name, problem));
+        }
+        Ok(Self { process: read(nominal).map_err(raised)? })
     }
 }
 

@@ -12,6 +12,7 @@ use kinetostat::{
 use pyo3::{prelude::*, types::PyDict};
 
 use crate::{
+    build::build,
     error::{raised, refused},
     waiting::wait_for,
 };
@@ -27,7 +28,7 @@ struct Progress {
 /// Opens the study `path`, changed as `grid`, `points` and `parameters` say, and runs it into `out`, or the folder
 /// `results/` that the command line takes. `told` gets items done, their number and what they are called.
 #[pyfunction]
-#[pyo3(signature = (path, out, grid, points, parameters, figures, colours, begin, build, told))]
+#[pyo3(signature = (path, out, grid, points, parameters, figures, colours, begin, told))]
 #[allow(clippy::too_many_arguments)]
 pub fn run_study<'py>(
     py: Python<'py>,
@@ -39,13 +40,12 @@ pub fn run_study<'py>(
     figures: bool,
     colours: &str,
     begin: &str,
-    build: String,
     told: &Bound<'py, PyAny>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let overrides = Overrides { grid, points, parameters, ..Overrides::default() };
     let begin = one_of("begin", begin, &[("new", Begin::New), ("resume", Begin::Resume), ("restart", Begin::Restart)])?;
     let colours = one_of("colours", colours, &Colours::ALL.map(|colours| (colours.label(), colours)))?;
-    let options = RunOptions { formats: vec![Format::Csv], figures, colours, begin, program: Some(build) };
+    let options = RunOptions { formats: vec![Format::Csv], figures, colours, begin, program: Some(build(py)?.into()) };
     let study = py.detach(|| Study::open(&path, &overrides)).map_err(raised)?;
     let out = out.unwrap_or_else(|| Path::new("results").join(&study.name));
     let (total, of) = study.kind.items();
@@ -64,7 +64,7 @@ pub fn run_study<'py>(
                 match event {
                     Event::Computed(items) | Event::Kept(items) => progress.done += items,
                     Event::Stage(stage) => *progress = Progress { of: stage.of.into(), done: 0, total: stage.items },
-                    Event::Unsolved(_) | Event::Best(_) | Event::Resumed { .. } => {}
+                    _ => {}
                 }
             })
         },

@@ -56,7 +56,11 @@ def test_salib_tells_which_number_counts(machine: Machine) -> None:
     own = machine.parameters()
     names = ["leg.rail.stiffness", "leg.foot.height", "platform.tool_tip.z"]
     values = [own[name].value or 0.0 for name in names]
-    bounds = [[0.8 * values[0], 1.2 * values[0]], [0.8 * values[1], 1.2 * values[1]], [values[2] - 1e-6, values[2] + 1e-6]]
+    bounds = [
+        [0.8 * values[0], 1.2 * values[0]],
+        [0.8 * values[1], 1.2 * values[1]],
+        [values[2] - 1e-6, values[2] + 1e-6],
+    ]
     problem = {"num_vars": 3, "names": names, "bounds": bounds}
     rows = sample.sample(problem, 64, calc_second_order=False, seed=7)
     found = machine.deflection(rows, names, [30.0, -40.0, 75.0], WRENCH)

@@ -55,7 +55,17 @@ def test_a_program_written_anew(path: Path, tmp_path: FilePath) -> None:
 def test_a_program_has_the_bytes_of_the_command_line(path: Path, tmp_path: FilePath) -> None:
     out = tmp_path / "by_program.nc"
     process = STUDY / "process_program.toml"
-    command = [PROGRAM, "compensate", STUDY / "groove.nc", "--machine", "orthoglide", "--process", process, "--out", out]
+    command = [
+        PROGRAM,
+        "compensate",
+        STUDY / "groove.nc",
+        "--machine",
+        "orthoglide",
+        "--process",
+        process,
+        "--out",
+        out,
+    ]
     subprocess.run([str(word) for word in command], check=True, capture_output=True)
     assert path.compensate().content == out.read_bytes()
 
@@ -80,3 +90,9 @@ def test_processes_from_tables_and_what_is_wrong_with_them() -> None:
         Process(machine, {"forc": force})
     with pytest.raises(Error, match=r"line\.nc:2:7: `Y=`: expected a number"):
         Path.from_text("G90\nG1 X1 Y=\n", process, "line.nc")
+
+
+def test_errors_of_chains_stand_in_the_process() -> None:
+    turned = Machine("orthoglide").with_parameters({"x.turn": 1.0})
+    with pytest.raises(Error, match=r"orthoglide: has errors of its chains .* expected them in \[\[chain_error\]\]"):
+        Process(turned, {})

@@ -27,7 +27,9 @@ SEARCH = {"grid": {"x": 2, "y": 2, "z": 2}, "starts": 1, "max_iterations": 5, "t
 
 @pytest.fixture(scope="module")
 def answer() -> kinetostat.Answer:
-    return kinetostat.workspace_map(Machine("orthoglide"), PROCESS, grid=3, figures=False, progress=False, phi_step_deg=45.0)
+    return kinetostat.workspace_map(
+        Machine("orthoglide"), PROCESS, grid=3, figures=False, progress=False, phi_step_deg=45.0
+    )
 
 
 def test_a_map_and_its_numbers(answer: kinetostat.Answer) -> None:
@@ -96,11 +98,16 @@ def test_other_numbers_than_those_of_the_file(answer: kinetostat.Answer) -> None
     assert stiff is not None
     softer = machine.with_parameters({"leg.rail.stiffness": stiff / 3})
     found = kinetostat.workspace_map(softer, PROCESS, grid=3, figures=False, progress=False, phi_step_deg=45.0)
-    assert np.all(found.table("map").where(source="cutting")["deflection_mm"] > answer.table("map").where(source="cutting")["deflection_mm"])
+    assert np.all(
+        found.table("map").where(source="cutting")["deflection_mm"]
+        > answer.table("map").where(source="cutting")["deflection_mm"]
+    )
 
 
 def test_a_machine_of_a_file_and_a_place_for_a_part(tmp_path: Path) -> None:
-    own = Machine.from_toml(Machine("orthoglide").toml, "mine.toml")
+    # Called as a built-in machine, but another one.
+    toml = Machine("orthoglide").toml.replace('name = "orthoglide"', 'name = "mine"')
+    own = Machine.from_toml(toml, "orthoglide")
     seen: list[tuple[int, int, str]] = []
     answer = kinetostat.place(
         own,
@@ -112,6 +119,7 @@ def test_a_machine_of_a_file_and_a_place_for_a_part(tmp_path: Path) -> None:
         figures=False,
         progress=lambda done, total, of: seen.append((done, total, of)),
     )
+    assert answer.summary["machine"] == "mine" or "mine" in (answer.folder / "report.json").read_text()
     table = answer.table("candidates")
     assert table["objective"][0] <= np.nanmin(answer.table("sweep")["objective"])
     assert seen and all(done <= total for done, total, _ in seen)
