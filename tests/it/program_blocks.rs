@@ -104,6 +104,26 @@ fn shortest_step(program: &[u8], written: &Written) -> f64 {
 }
 
 #[test]
+fn behind_a_corner_of_a_polyline_the_force_lies_between_those_before_and_after() {
+    let machine = Machine::named("orthoglide").unwrap();
+    // Rows there and back, half a millimetre apart, so that corners lie closer than the force takes to turn.
+    let rows = (0..120).map(|k| {
+        let (row, at) = (k / 20, k % 20);
+        let x = if row % 2 == 0 { at } else { 19 - at };
+        format!("{},{},0,600\n", 0.5 * f64::from(x), 0.5 * f64::from(row))
+    });
+    let path = String::from("x_mm,y_mm,z_mm,feed_mm_per_min\n") + &rows.collect::<String>();
+    let job = job(&machine, &force(1.0), path.as_bytes(), "path.csv");
+    let whole = nalgebra::Vector3::new(215.0, -10.0, -25.0).norm();
+    let sizes: Vec<f64> = job
+        .parts()
+        .flat_map(|part| part.unwrap().demands().iter().map(|demand| demand.load.force.norm()).collect::<Vec<_>>())
+        .collect();
+    assert!(sizes.iter().all(|size| *size <= whole * (1.0 + 1e-9)), "{sizes:?}");
+    assert!(sizes.iter().any(|size| *size < 0.8 * whole), "{sizes:?}");
+}
+
+#[test]
 fn a_square_of_small_steps_is_never_stepped_back_on() {
     let machine = Machine::named("orthoglide").unwrap();
     let source = program("square_steps.nc");

@@ -14,8 +14,8 @@
 //!
 //! Columns may stand in any order. Any other column is refused. The path is straight between rows and split like the lines
 //! of a program ([`Polyline::sampled`]); forces, moments and external axes given with rows are interpolated, and the tool turns evenly. The tangent at a row halves the
-//! turn the path makes there; a path that ends where it begins turns there as well, so that it is the same whichever corner
-//! comes first.
+//! turn the path makes there, and is that of arrival at a corner of more than 20°; a path that ends where it begins turns there as well, so that
+//! it is the same whichever corner comes first.
 
 mod column;
 mod error;

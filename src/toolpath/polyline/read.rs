@@ -178,8 +178,11 @@ fn point(columns: &[Column], values: &[f64], segment: usize) -> PathPoint {
     }
 }
 
-/// Sets arc lengths and tangents. The tangent is the mean of the directions of arrival and departure, or the
-/// direction of arrival where the path turns back on itself. A path that ends where it begins turns there too.
+/// Where a path turns by more it has a corner, rad: less is a curve, given by points.
+const CORNER_RAD: f64 = 20.0 * std::f64::consts::PI / 180.0;
+
+/// Sets arc lengths and tangents. The tangent is the mean of the directions of arrival and departure on a curve, and at a corner the
+/// direction of arrival, as in a program. A path that ends where it begins turns there too.
 fn measure(points: &mut [PathPoint]) {
     let steps = points.windows(2).map(|pair| direction(pair[1].position_mm - pair[0].position_mm));
     let moving: Vec<Vector3<f64>> = steps.filter(|step| *step != Vector3::zeros()).collect();
@@ -191,8 +194,8 @@ fn measure(points: &mut [PathPoint]) {
         let here = points[k].position_mm;
         let step = points.get(k + 1).map_or_else(Vector3::zeros, |next| next.position_mm - here);
         let departure = if k + 1 < points.len() { direction(step) } else { last_departure };
-        let mean = if (arrival + departure).norm() > 1e-6 { arrival + departure } else { arrival };
-        points[k].tangent = direction(mean);
+        let is_corner = arrival.cross(&departure).norm().atan2(arrival.dot(&departure)) > CORNER_RAD;
+        points[k].tangent = if is_corner { arrival } else { direction(arrival + departure) };
         points[k].arc_length_mm = length;
         length += step.norm();
         if departure != Vector3::zeros() {
@@ -229,12 +232,13 @@ mod tests {
     }
 
     #[test]
-    fn tangents_halve_turns_and_survive_repeated_points() {
-        let source = "x_mm,y_mm,z_mm\n0,0,0\n1,0,0\n1,0,0\n1,1,0\n1,0,0\n";
+    fn tangents_halve_the_turns_of_curves_and_survive_repeated_points() {
+        let source = "x_mm,y_mm,z_mm\n0,0,0\n1,0,0\n1,0,0\n2,0.1,0\n2,1,0\n2,0,0\n";
         let polyline = Polyline::read(source, "path.csv").unwrap();
         let tangents: Vec<_> = polyline.toolpath().points().iter().map(|p| p.tangent).collect();
-        let half = direction(Vector3::new(1.0, 1.0, 0.0));
-        assert_eq!(tangents, [Vector3::x(), Vector3::x(), half, Vector3::y(), -Vector3::y()]);
+        let up = direction(Vector3::new(1.0, 0.1, 0.0));
+        let half = direction(Vector3::x() + up);
+        assert_eq!(tangents, [Vector3::x(), Vector3::x(), half, up, Vector3::y(), -Vector3::y()]);
     }
 
     #[test]

@@ -18,12 +18,16 @@ pub fn use_text(job: &ProgramJob, proved: &Proved<'_>) -> String {
         PathReference::ToolTip => "the tool tip",
         PathReference::PlatformPoint => "the platform point P",
     };
-    let mut text = match job.process.tool_turn.is_sought() {
-        false => format!(
+    let mut text = match (job.process.tool_turn.is_sought(), job.turns_tool()) {
+        (false, false) => format!(
             "The program commands {point} in the frame of {name}. Positions of moves are changed, all else is as in {name}: \
              orientation, feed, spindle, tool.\n"
         ),
-        true => format!(
+        (false, true) => format!(
+            "The program commands {point} in the frame of {name} and how the tool stands. Positions and orientations of moves are \
+             changed, all else is as in {name}: feed, spindle, tool.\n"
+        ),
+        (true, _) => format!(
             "The program commands {point} in the frame of {name}. It is turned about the tool's axis: positions and orientations of \
              moves are changed, and there are more of them; lines above are those of the turned program. Feed, spindle and tool are as in \
              {name}.\n"
