@@ -176,6 +176,25 @@ pub(super) fn step(
     Some(column.fixed_rows::<6>(platform).into())
 }
 
+/// Unknowns of each chain and twist of P by which the transposed system answers a unit wrench along each direction, as
+/// `super::adjoint` has them.
+pub(super) fn transposed(chains: &[ChainSystem], weight: &Matrix6<f64>) -> Option<Vec<(Vec<Vec<f64>>, Vector6<f64>)>> {
+    let mut system = FullSystem::new(chains, weight);
+    system.matrix.transpose_mut();
+    let platform = system.platform();
+    let mut right = DMatrix::zeros(platform + 6, 6);
+    right.rows_mut(platform, 6).fill_with_identity();
+    let solution = system.solve(right)?;
+    let column = |j: usize| {
+        let own = |(chain, &start): (&ChainSystem, &usize)| {
+            solution.column(j).rows(start, chain.unknown_count()).iter().copied().collect()
+        };
+        let unknowns = chains.iter().zip(&system.first).map(own).collect();
+        (unknowns, solution.fixed_view::<6, 1>(platform, j).into())
+    };
+    Some((0..6).map(column).collect())
+}
+
 /// Tangent of the whole machine at an equilibrium.
 pub(super) struct FullTangent {
     pub status: Status,

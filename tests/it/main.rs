@@ -80,6 +80,7 @@ mod robot_compensated;
 mod robot_programs;
 mod scaling;
 mod schema;
+mod sensitivities;
 mod shown_coordinates;
 mod snap_through;
 mod solved_in_part;

@@ -10,6 +10,7 @@
 mod mount_errors;
 mod nearest;
 mod unit;
+mod variation;
 mod walk;
 
 use std::sync::Arc;
@@ -17,6 +18,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 pub use unit::Unit;
+pub use variation::Variation;
 pub(super) use walk::GRAVITY;
 
 use self::{
