@@ -34,7 +34,7 @@ impl Variation {
     pub const STEPS: [f64; 4] = [-2.0, -1.0, 1.0, 2.0];
 
     /// Weights of values at [`Variation::machines`] whose sum is the derivative per unit of the parameter, exact for polynomials of
-    /// the fourth degree.
+    /// the fourth degree. At a kink (the torsion of a rectangle that is square), it is the mean of both sides.
     pub fn weights(&self) -> [f64; 4] {
         [1.0, -8.0, 8.0, -1.0].map(|weight| weight / (12.0 * self.step))
     }
