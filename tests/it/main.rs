@@ -45,6 +45,7 @@ mod gcode_writing;
 mod golden_figures;
 mod golden_tables;
 mod hung_machines;
+mod identification;
 mod jacobians;
 mod kinematics;
 mod labels;
