@@ -29,9 +29,9 @@ use crate::{
 #[derive(Debug, Clone)]
 pub(super) struct Adjoint {
     /// ζ of each chain, in the order of its unknowns.
-    chains: Vec<Vec<f64>>,
+    pub chains: Vec<Vec<f64>>,
     /// τ.
-    twist: Vector6<f64>,
+    pub twist: Vector6<f64>,
 }
 
 impl Adjoint {
@@ -65,10 +65,9 @@ pub(super) fn adjoints(
     linearise(machine, drives, state, &mut workspace.chains);
     let mut own = platform::rows(&weight::stiffness(machine, &state.platform().rotation, &machine.gravity));
     tool::add_stiffness(machine, state.platform(), load, &mut own);
-    let answers = full_system::transposed(&workspace.chains, &platform::matrix(&own))?;
+    let adjoints = full_system::transposed(&workspace.chains, &platform::matrix(&own))?;
     let is_finite = |adjoint: &Adjoint| adjoint.twist.iter().all(|entry| entry.is_finite());
-    let adjoints = answers.into_iter().map(|(chains, twist)| Adjoint { chains, twist });
-    Some(adjoints.collect::<Vec<_>>()).filter(|adjoints| adjoints.iter().all(is_finite))
+    adjoints.iter().all(is_finite).then_some(adjoints)
 }
 
 /// Fills the systems of all chains of `machine` at `state`.

@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector, Matrix6, Matrix6xX, Vector6};
 
-use super::{chain_system::ChainSystem, equilibrium::Status};
+use super::{adjoint::Adjoint, chain_system::ChainSystem, equilibrium::Status};
 use crate::{
     machine::Chain,
     spatial::{RankRevealing, rank, skew},
@@ -176,9 +176,8 @@ pub(super) fn step(
     Some(column.fixed_rows::<6>(platform).into())
 }
 
-/// Unknowns of each chain and twist of P by which the transposed system answers a unit wrench along each direction, as
-/// `super::adjoint` has them.
-pub(super) fn transposed(chains: &[ChainSystem], weight: &Matrix6<f64>) -> Option<Vec<(Vec<Vec<f64>>, Vector6<f64>)>> {
+/// Answers of the transposed system to a unit wrench along each direction.
+pub(super) fn transposed(chains: &[ChainSystem], weight: &Matrix6<f64>) -> Option<Vec<Adjoint>> {
     let mut system = FullSystem::new(chains, weight);
     system.matrix.transpose_mut();
     let platform = system.platform();
@@ -190,7 +189,7 @@ pub(super) fn transposed(chains: &[ChainSystem], weight: &Matrix6<f64>) -> Optio
             solution.column(j).rows(start, chain.unknown_count()).iter().copied().collect()
         };
         let unknowns = chains.iter().zip(&system.first).map(own).collect();
-        (unknowns, solution.fixed_view::<6, 1>(platform, j).into())
+        Adjoint { chains: unknowns, twist: solution.fixed_view::<6, 1>(platform, j).into() }
     };
     Some((0..6).map(column).collect())
 }

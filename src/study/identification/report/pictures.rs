@@ -39,9 +39,15 @@ fn subtitle(report: &Report<'_>) -> String {
     format!("{}, {} measurements, loss: {}", study.machine.short_title(), study.measurements.len(), study.loss.label())
 }
 
-/// Lengths by axis or gauge: order, measured and residual.
-fn lengths(report: &Report<'_>) -> Vec<(String, Vec<(f64, f64, f64)>)> {
-    let mut all: Vec<(String, Vec<(f64, f64, f64)>)> = Vec::new();
+/// Lengths that were read along an axis or by a gauge.
+struct Lengths {
+    name: String,
+    /// Order, measured, residual.
+    points: Vec<[f64; 3]>,
+}
+
+fn lengths(report: &Report<'_>) -> Vec<Lengths> {
+    let mut all: Vec<Lengths> = Vec::new();
     let mut i = 0;
     for (order, own) in report.study.measurements.iter().enumerate() {
         for reading in &own.readings {
@@ -52,10 +58,10 @@ fn lengths(report: &Report<'_>) -> Vec<(String, Vec<(f64, f64, f64)>)> {
             }
             let axis = AXES.iter().find(|axis| reading.column.ends_with(&format!("_{axis}_mm")));
             let name = axis.map_or("gauge".to_string(), |axis| format!("along {axis}"));
-            let point = ((order + 1) as f64, reading.value, residual);
-            match all.iter_mut().find(|(other, _)| *other == name) {
-                Some((_, points)) => points.push(point),
-                None => all.push((name, vec![point])),
+            let point = [(order + 1) as f64, reading.value, residual];
+            match all.iter_mut().find(|other| other.name == name) {
+                Some(own) => own.points.push(point),
+                None => all.push(Lengths { name, points: vec![point] }),
             }
         }
     }
@@ -81,12 +87,12 @@ fn figure(report: &Report<'_>, title: &str, labels: [&str; 2], series: Vec<LineS
 }
 
 fn predicted(report: &Report<'_>) -> LineFigure {
-    let of = |(name, mut points): (String, Vec<(f64, f64, f64)>)| {
-        points.sort_by(|a, b| a.1.total_cmp(&b.1));
-        series(name, points.into_iter().map(|(_, measured, residual)| (measured, measured - residual)).collect())
+    let of = |Lengths { name, mut points }| {
+        points.sort_by(|a, b| a[1].total_cmp(&b[1]));
+        series(name, points.into_iter().map(|[_, measured, residual]| (measured, measured - residual)).collect())
     };
     let lengths = lengths(report);
-    let values = || lengths.iter().flat_map(|(_, points)| points.iter().map(|point| point.1));
+    let values = || lengths.iter().flat_map(|own| own.points.iter().map(|point| point[1]));
     let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
     let perfect = (low < high).then(|| series("as measured".into(), vec![(low, low), (high, high)]));
     let all = perfect.into_iter().chain(lengths.into_iter().map(of)).collect();
@@ -94,8 +100,8 @@ fn predicted(report: &Report<'_>) -> LineFigure {
 }
 
 fn residuals(report: &Report<'_>) -> LineFigure {
-    let of = |(name, points): (String, Vec<(f64, f64, f64)>)| {
-        series(name, points.into_iter().map(|(order, _, residual)| (order, residual)).collect())
+    let of = |Lengths { name, points }| {
+        series(name, points.into_iter().map(|[order, _, residual]| (order, residual)).collect())
     };
     let all = lengths(report).into_iter().map(of).collect();
     figure(
