@@ -202,7 +202,10 @@ fn one_point(kind: StudyKind) {
             }
         }
         StudyKind::Path(path, _) => first_point(&path),
-        StudyKind::Placement(..) | StudyKind::Validation(..) | StudyKind::Superposition(..) => {}
+        StudyKind::Placement(..)
+        | StudyKind::Validation(..)
+        | StudyKind::Superposition(..)
+        | StudyKind::Identification(..) => {}
     }
 }
 

@@ -115,7 +115,7 @@ impl Motion {
 }
 
 /// A drive: an actuated joint, elastic about its commanded position.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Drive {
     /// Name, unique within its chain.
     pub name: String,
@@ -138,7 +138,7 @@ pub struct Drive {
 }
 
 /// A passive joint (a parallelogram counts as one).
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct PassiveJoint {
     /// Name, unique within its chain.
     pub name: String,
@@ -157,7 +157,7 @@ pub struct PassiveJoint {
 }
 
 /// Stiffness of a group of virtual joints: `U = ½ θᵀ K θ`.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Spring {
     /// What it belongs to: the drive or parallelogram, or the element's place in the chain.
     pub name: String,
@@ -168,7 +168,7 @@ pub struct Spring {
 }
 
 /// How the stiffness of a group of virtual joints is given.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum SpringLaw {
     /// A drive: one coordinate, N/mm or N·mm/rad.
     Drive(f64),
@@ -208,7 +208,7 @@ pub struct Coupling {
 /// Its coordinates are the virtual ones θ (drive deflections and link deflections, in the order of the machine file)
 /// followed by the passive ones q, those of loops among them. The pose of its end is `g(ρ; θ, q) = X_O,end`; the end
 /// coincides with P.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Chain {
     /// Name, unique within the machine.
     pub name: String,

@@ -48,7 +48,7 @@ pub(crate) use external_axes::Standing;
 pub(crate) use kinematics::SideBySide;
 pub use kinematics::{Configuration, Unreachable};
 pub use mobility::Mobility;
-pub use parameters::{Parameter, Unit};
+pub use parameters::{Parameter, Unit, Variation};
 pub use provenance::{Grade, Provenance};
 pub use route::{Anchor, Loop, Mass, PointSpring, Route, Step};
 #[cfg(feature = "cli")]

@@ -10,7 +10,7 @@ use crate::{
 };
 
 /// One factor of the product that a route is.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Step {
     /// A rigid transform.
     Fixed(Pose),
@@ -74,7 +74,7 @@ impl PointSpring {
 }
 
 /// Another way between two frames of a route. It and the part of the route between them are a parallel module.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Loop {
     /// Its name, unique within the chain.
     pub name: String,
@@ -87,7 +87,7 @@ pub struct Loop {
 }
 
 /// A way from one frame to another.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Route {
     /// Pose of its first frame in O, or in the frame where a loop starts.
     pub base: Pose,

@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector, Matrix6, Matrix6xX, Vector6};
 
-use super::{chain_system::ChainSystem, equilibrium::Status};
+use super::{adjoint::Adjoint, chain_system::ChainSystem, equilibrium::Status};
 use crate::{
     machine::Chain,
     spatial::{RankRevealing, rank, skew},
@@ -174,6 +174,24 @@ pub(super) fn step(
         chain.set_solution(&unknowns);
     }
     Some(column.fixed_rows::<6>(platform).into())
+}
+
+/// Answers of the transposed system to a unit wrench along each direction.
+pub(super) fn transposed(chains: &[ChainSystem], weight: &Matrix6<f64>) -> Option<Vec<Adjoint>> {
+    let mut system = FullSystem::new(chains, weight);
+    system.matrix.transpose_mut();
+    let platform = system.platform();
+    let mut right = DMatrix::zeros(platform + 6, 6);
+    right.rows_mut(platform, 6).fill_with_identity();
+    let solution = system.solve(right)?;
+    let column = |j: usize| {
+        let own = |(chain, &start): (&ChainSystem, &usize)| {
+            solution.column(j).rows(start, chain.unknown_count()).iter().copied().collect()
+        };
+        let unknowns = chains.iter().zip(&system.first).map(own).collect();
+        Adjoint { chains: unknowns, twist: solution.fixed_view::<6, 1>(platform, j).into() }
+    };
+    Some((0..6).map(column).collect())
 }
 
 /// Tangent of the whole machine at an equilibrium.

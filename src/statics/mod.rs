@@ -12,8 +12,10 @@
 //! - [`unloaded_stiffness`], [`Outcome::stiffness`]: eqs. (4)–(6)
 //! - [`aggregate_errors`]: eqs. (14), (15), the linear comparator
 //! - [`drive_forces`], [`drive_force_sensitivity`]: what the drives carry, and how it changes when they move
+//! - [`Sensitivities`]: how a pose changes with the machine's parameters
 //! - [`Solution`]: everything a solved state tells, in physical terms
 
+mod adjoint;
 mod aggregation;
 mod batch;
 mod bordered;
@@ -29,6 +31,7 @@ mod lane_solver;
 mod platform;
 mod play;
 mod rigid_directions;
+mod sensitivity;
 mod solution;
 mod state;
 mod stiffness;
@@ -48,6 +51,7 @@ pub use force_deflection::{PlatformForce, wrench_at_pose};
 #[cfg(feature = "report")]
 pub(crate) use lane_solver::one_step;
 pub use play::tool_play;
+pub use sensitivity::{Sensitivities, Sensitivity};
 pub use solution::{ChainSolution, Solution};
 pub use state::{ChainState, State, Workspace};
 pub use stiffness::{

@@ -157,6 +157,14 @@ impl<R: Real> RigidDirections<R> {
         self.slacks = slacks;
     }
 
+    /// The same for a wrench on the platform alone.
+    pub fn correct_response(&mut self, twist: &mut [R; 6]) {
+        let mut slacks = std::mem::take(&mut self.slacks);
+        clear(&mut slacks);
+        self.respond(twist, &mut slacks);
+        self.slacks = slacks;
+    }
+
     /// The same for the twists of a step to a task: drives held, then per motion of each drive.
     #[inline(always)]
     pub fn correct_task_twists(&mut self, chains: &[ChainSystem<R>], twists: &mut [[R; 6]]) {

@@ -116,9 +116,7 @@ pub(super) fn leave(machine: &Machine, load: &Wrench, state: &mut State, outcome
     (state.pose, state.body) = (pose, Some(body));
     let own = own_compliance(machine, &body, load);
     let aside = pose.translation - body.translation;
-    let mut carried = Matrix6::identity();
-    carried.fixed_view_mut::<3, 3>(0, 3).copy_from(&-skew(aside));
-    let carried = carried + own * staying(load);
+    let carried = carried_by(aside, &own, load);
     outcome.drive_sensitivity = carried * &outcome.drive_sensitivity;
     if let Some(compliance) = &mut outcome.compliance {
         let mut loaded = Matrix6::identity();
@@ -129,6 +127,22 @@ pub(super) fn leave(machine: &Machine, load: &Wrench, state: &mut State, outcome
         *compliance = carried * *compliance * loaded + own;
         outcome.stiffness = compliance.try_inverse();
     }
+}
+
+/// Twist of P per twist of the body from which the tool's end stands `aside`, the load at rest.
+fn carried_by(aside: Vector3<f64>, own: &Matrix6<f64>, load: &Wrench) -> Matrix6<f64> {
+    let mut carried = Matrix6::identity();
+    carried.fixed_view_mut::<3, 3>(0, 3).copy_from(&-skew(aside));
+    carried + own * staying(load)
+}
+
+/// Twist of P per twist of the body at `body`, `load` at rest.
+pub(super) fn carried(machine: &Machine, body: &Pose, load: &Wrench) -> Matrix6<f64> {
+    if machine.tool_compliance.is_none() {
+        return Matrix6::identity();
+    }
+    let aside = bend(machine, body, load).translation - body.translation;
+    carried_by(aside, &own_compliance(machine, body, load), load)
 }
 
 /// Loaded compliance of the tool: twist of P, the platform's body held at `body`, per dead wrench at P, in O axes.

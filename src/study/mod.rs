@@ -68,6 +68,8 @@ question::questions! {
     online: Online(online::OnlineStudy),
     #[cfg(not(target_family = "wasm"))]
     turn_map: TurnMap(turn_map::TurnMapStudy),
+    #[cfg(not(target_family = "wasm"))]
+    identification: Identification(identification::IdentificationStudy),
 }
 
 /// A checked study, ready to run.

@@ -67,6 +67,11 @@ fn a_new_validation_runs() {
 }
 
 #[test]
+fn a_new_identification_runs() {
+    runs("identification", &["--no-figures"], "parameters.csv");
+}
+
+#[test]
 fn what_exists_is_kept_and_names_are_checked() {
     let folder = tempfile::tempdir().unwrap();
     printed(folder.path(), &["new", "map", "mine"]);

@@ -10,6 +10,7 @@
 mod mount_errors;
 mod nearest;
 mod unit;
+mod variation;
 mod walk;
 
 use std::sync::Arc;
@@ -17,6 +18,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 pub use unit::Unit;
+pub use variation::Variation;
 pub(super) use walk::GRAVITY;
 
 use self::{
@@ -234,14 +236,19 @@ impl Machine {
     }
 }
 
-/// Refuses a `pattern` in which no parameter of `spec` is named.
-pub(super) fn names_some(spec: &MachineSpec, pattern: &str, check: &Check) -> Result<()> {
+/// Names of all parameters of `spec`.
+pub(super) fn names(spec: &MachineSpec) -> Vec<String> {
     let mut names = Vec::new();
     walk(&mut spec.clone(), &mut |found| names.push(found.name.to_string()));
+    names
+}
+
+/// Refuses a `pattern` in which none of `names` is named.
+pub(super) fn names_some(names: &[String], pattern: &str, check: &Check) -> Result<()> {
     if names.iter().any(|name| is_named(name, pattern)) {
         return Ok(());
     }
-    check.fail(format!("\"{pattern}\" is no parameter and no beginning of one{}", beside(pattern, &names)))
+    check.fail(format!("\"{pattern}\" is no parameter and no beginning of one{}", beside(pattern, names)))
 }
 
 fn refused(name: &str, problem: String) -> Error {

@@ -98,12 +98,13 @@ pub(super) fn machine(written: MachineSpec, origin: &str) -> Result<Machine> {
 }
 
 fn provenance(spec: &MachineSpec, check: &Check) -> Result<Vec<Provenance>> {
+    let names = if spec.provenance.is_empty() { Vec::new() } else { parameters::names(spec) };
     let told = spec.provenance.iter().enumerate().map(|(i, told)| {
         let check = check.key(&format!("provenance[{i}]"));
         check.key("what").readable(&told.what)?;
         check.key("source").readable(&told.source)?;
         for (n, pattern) in told.parameters.iter().enumerate() {
-            parameters::names_some(spec, pattern, &check.key("parameters").item(n))?;
+            parameters::names_some(&names, pattern, &check.key("parameters").item(n))?;
         }
         Ok(Provenance {
             what: told.what.clone(),

@@ -123,6 +123,13 @@ impl ChainSystem<f64> {
         }
     }
 
+    /// The unknowns found last, in the order of [`ChainSystem::assemble`].
+    pub fn unknowns(&self) -> Vec<f64> {
+        let mut unknowns = self.solution[..self.own_unknown_count()].to_vec();
+        unknowns.extend(self.loops.iter().flat_map(|inner| inner.system.unknowns()));
+        unknowns
+    }
+
     /// The loops of the route.
     pub fn loops(&self) -> &[LoopSystem<f64>] {
         &self.loops

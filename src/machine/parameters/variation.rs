@@ -1,0 +1,87 @@
+//! Machines beside a machine, from which derivatives by its parameters are taken.
+
+use super::{Unit, refused};
+use crate::{
+    input::error::{Error, Result},
+    machine::Machine,
+};
+
+/// Steps of lengths, as a share of the value and of the machine's reach; of angles, degrees; of all else, as a share of the value (of
+/// plain numbers, at least of 1).
+const SHARE: f64 = 1e-3;
+const SHARE_OF_REACH: f64 = 1e-6;
+const DEGREES: f64 = 0.05;
+/// Of forces and masses that are zero, in which a machine is linear.
+const FROM_ZERO: f64 = 1.0;
+
+/// A parameter of a machine, and the machines in which it is less and more by one and by two steps.
+#[derive(Debug, Clone)]
+pub struct Variation {
+    /// Its name.
+    pub name: String,
+    /// Its value, in `unit`.
+    pub value: f64,
+    /// The unit of value and step.
+    pub unit: Unit,
+    /// One step.
+    pub step: f64,
+    /// Two steps less, one less, one more, two more.
+    pub machines: [Machine; 4],
+}
+
+impl Variation {
+    /// Steps at which [`Variation::machines`] stand.
+    pub const STEPS: [f64; 4] = [-2.0, -1.0, 1.0, 2.0];
+
+    /// Weights of values at [`Variation::machines`] whose sum is the derivative per unit of the parameter, exact for polynomials of
+    /// the fourth degree. At a kink (the torsion of a rectangle that is square), it is the mean of both sides.
+    pub fn weights(&self) -> [f64; 4] {
+        [1.0, -8.0, 8.0, -1.0].map(|weight| weight / (12.0 * self.step))
+    }
+}
+
+impl Machine {
+    /// The parameters called `names`, each with the machines beside this one.
+    ///
+    /// # Errors
+    /// A name that is unknown or given twice, a value that is unknown, or one that cannot be varied: it stands at the end of what is
+    /// allowed, other numbers hang on it (components of an axis), or is zero where nothing says how large a step is.
+    pub fn variations<N: AsRef<str>>(&self, names: &[N]) -> Result<Vec<Variation>> {
+        let mut variations: Vec<Variation> = Vec::new();
+        for name in names {
+            let name = name.as_ref();
+            if variations.iter().any(|other| other.name == name) {
+                return Err(refused(name, "is named twice".into()));
+            }
+            variations.push(self.variation(name)?);
+        }
+        Ok(variations)
+    }
+
+    fn variation(&self, name: &str) -> Result<Variation> {
+        let parameter = self.parameter(name)?;
+        let (unit, Some(value)) = (parameter.unit, parameter.value) else {
+            return Err(refused(name, "must have a value to begin with, but the machine file says \"unknown\"".into()));
+        };
+        let step = match unit {
+            Unit::MM => (SHARE * value.abs()).max(SHARE_OF_REACH * self.reach),
+            Unit::DEG => DEGREES,
+            Unit::ONE => SHARE * value.abs().max(1.0),
+            Unit::N | Unit::NMM | Unit::KG | Unit::M_PER_S2 if value == 0.0 => FROM_ZERO,
+            _ if value == 0.0 => {
+                let problem =
+                    format!("is 0 {unit}, from where no step is small; give it a value other than 0 to begin with");
+                return Err(refused(name, problem));
+            }
+            _ => SHARE * value.abs(),
+        };
+        let at =
+            |steps: f64| self.with_parameters(&[(name, value + steps * step)]).map_err(|error| cannot(name, error));
+        let [a, b, c, d] = Variation::STEPS;
+        Ok(Variation { name: name.into(), value, unit, step, machines: [at(a)?, at(b)?, at(c)?, at(d)?] })
+    }
+}
+
+fn cannot(name: &str, error: Error) -> Error {
+    refused(name, format!("cannot be varied alone: {error}"))
+}

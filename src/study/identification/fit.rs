@@ -1,0 +1,268 @@
+//! Unknowns that fit measurements best: Gauss–Newton steps, damped where they do not lead down, along the directions that the
+//! measurements tell.
+
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+
+use super::{
+    measurements::Measurement,
+    model::{Predicted, predict},
+    spec::LossSpec,
+    unknown::Unknown,
+};
+use crate::{machine::Machine, study::Failure};
+
+/// Steps of the search, and how often their damping is raised for one.
+const STEPS: usize = 60;
+const TRIES: usize = 12;
+/// A unit of a coordinate is a noticeable change: no step is longer.
+const LONGEST_STEP: f64 = 1.0;
+/// Farthest from the start; of a logarithm a factor of a thousand.
+const FARTHEST: f64 = 7.0;
+/// Steps are over where none is longer.
+const FOUND: f64 = 1e-9;
+/// A step, or a share of the cost to be gained, that rounding may keep the search from.
+const NEARLY_FOUND: f64 = 1e-6;
+/// A direction whose information is less than this share of the largest is not told at all.
+const RANK: f64 = 1e-13;
+
+/// A search: from which machine, for what, by which measurements.
+#[derive(Debug, Clone, Copy)]
+pub struct Search<'a> {
+    /// The machine to begin with.
+    pub machine: &'a Machine,
+    /// What is sought.
+    pub unknowns: &'a [Unknown],
+    /// What is known beforehand: the unknown, its coordinate and the standard deviation of that.
+    pub priors: &'a [(usize, f64, f64)],
+    /// Standard deviation of lengths (mm) and rotations (rad); `None` where the scatter is to tell it.
+    pub noise: Noise,
+    /// How far-off readings count.
+    pub loss: LossSpec,
+}
+
+/// Standard deviations of readings that do not have their own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Noise {
+    /// mm.
+    pub length: Option<f64>,
+    /// rad.
+    pub rotation: Option<f64>,
+}
+
+impl Noise {
+    /// Whether the scatter of the readings tells it.
+    pub fn is_estimated(&self) -> bool {
+        self.length.is_none()
+    }
+
+    /// Standard deviation of a reading; 1 where the scatter tells it.
+    fn of(&self, reading: &super::measurements::Reading) -> f64 {
+        let own = if reading.quantity.is_rotation() { self.rotation } else { self.length };
+        reading.std.or(own).unwrap_or(1.0)
+    }
+}
+
+/// What fits best.
+#[derive(Debug, Clone)]
+pub struct Fit {
+    /// Coordinates of the unknowns.
+    pub x: DVector<f64>,
+    /// Predictions there.
+    pub predicted: Predicted,
+    /// Measured less predicted, mm and rad.
+    pub residuals: DVector<f64>,
+    /// Standard deviation of each reading, mm or rad, as given or as the scatter tells it.
+    pub stds: DVector<f64>,
+    /// How much each reading counts.
+    pub weights: DVector<f64>,
+    /// Scatter over what was given; where that was not given, the standard deviation itself.
+    pub scale: f64,
+    /// Covariance of the coordinates; infinite along what is not told, which `untold` says.
+    pub covariance: DMatrix<f64>,
+    /// Directions of coordinates that are not told at all, unit vectors.
+    pub untold: Vec<DVector<f64>>,
+    /// Information `JᵀWJ` of the readings in standard deviations, with priors.
+    pub information: DMatrix<f64>,
+    /// Steps taken.
+    pub steps: usize,
+    /// Whether the search ended where no step is left.
+    pub is_found: bool,
+}
+
+/// Readings of `measurements` in order.
+fn measured(measurements: &[&Measurement]) -> DVector<f64> {
+    let values: Vec<f64> = measurements.iter().flat_map(|m| m.readings.iter().map(|reading| reading.value)).collect();
+    DVector::from_vec(values)
+}
+
+impl Search<'_> {
+    /// Fits `measurements` from `start`.
+    ///
+    /// # Errors
+    /// Where the search begins, the machine does not settle at a measurement (its number, and why).
+    pub fn fit(
+        &self,
+        measurements: &[&Measurement],
+        start: &DVector<f64>,
+    ) -> std::result::Result<Fit, (Option<usize>, Failure)> {
+        let given = DVector::from_iterator(
+            measurements.iter().map(|m| m.readings.len()).sum(),
+            measurements.iter().flat_map(|m| m.readings.iter().map(|reading| self.noise.of(reading))),
+        );
+        let values = measured(measurements);
+        let mut x = start.clone();
+        let mut predicted = predict(self.machine, self.unknowns, &x, measurements)?;
+        let mut scale = self.scale(&((&values - &predicted.values).component_div(&given)));
+        let (mut steps, mut is_found, mut damping) = (0, false, 1e-6);
+        while steps < STEPS && !is_found {
+            let r = (&values - &predicted.values).component_div(&given) / scale;
+            let (information, gradient) = self.normal(&predicted, &r, &given, scale, &x);
+            let told = SymmetricEigen::new(information);
+            let cost = self.cost(&r, &x);
+            let mut better = None;
+            for _ in 0..TRIES {
+                let mut step = damped_step(&told, &gradient, damping);
+                let longest = step.amax();
+                if longest > LONGEST_STEP {
+                    step *= LONGEST_STEP / longest;
+                }
+                let next = (&x + step).map(|x| x.clamp(-FARTHEST, FARTHEST));
+                let there = predict(self.machine, self.unknowns, &next, measurements).ok();
+                better = there.map(|there| (next, there)).filter(|(next, there)| {
+                    let r = (&values - &there.values).component_div(&given) / scale;
+                    self.cost(&r, next) <= cost
+                });
+                if better.is_some() || longest <= FOUND {
+                    break;
+                }
+                damping = (damping * 10.0).max(1e-9);
+            }
+            let Some((next, there)) = better else {
+                // Only rounding keeps the search from the place where no step is left.
+                let left = damped_step(&told, &gradient, 0.0);
+                is_found = left.amax() <= NEARLY_FOUND || left.dot(&gradient) <= NEARLY_FOUND * cost;
+                break;
+            };
+            is_found = (&next - &x).amax() <= FOUND;
+            (x, predicted) = (next, there);
+            damping = (damping * 0.1).max(1e-12);
+            steps += 1;
+            // The scatter is that of the values found so far.
+            let now = self.scale(&((&values - &predicted.values).component_div(&given)));
+            is_found &= self.loss == LossSpec::Squares || (now - scale).abs() <= 1e-6 * scale;
+            scale = now;
+        }
+        Ok(self.described(x, predicted, &values, &given, scale, (steps, is_found)))
+    }
+
+    fn scale(&self, r: &DVector<f64>) -> f64 {
+        match self.noise.is_estimated() {
+            true => self.loss.scale(r, self.unknowns.len()).max(f64::MIN_POSITIVE.sqrt()),
+            false => 1.0,
+        }
+    }
+
+    fn cost(&self, r: &DVector<f64>, x: &DVector<f64>) -> f64 {
+        let known: f64 = self.priors.iter().map(|&(k, at, std)| 0.5 * ((x[k] - at) / std).powi(2)).sum();
+        r.iter().map(|&r| self.loss.cost(r)).sum::<f64>() + known
+    }
+
+    /// Information and downward gradient; `r` over `scale`.
+    fn normal(
+        &self,
+        predicted: &Predicted,
+        r: &DVector<f64>,
+        given: &DVector<f64>,
+        scale: f64,
+        x: &DVector<f64>,
+    ) -> (DMatrix<f64>, DVector<f64>) {
+        let weights = r.map(|r| self.loss.weight(r));
+        let mut slopes = predicted.slopes.clone();
+        for (mut row, std) in slopes.row_iter_mut().zip(given.iter()) {
+            row /= std * scale;
+        }
+        let mut weighted = slopes.clone();
+        for (mut row, weight) in weighted.row_iter_mut().zip(weights.iter()) {
+            row *= *weight;
+        }
+        let (mut information, mut gradient) = (slopes.transpose() * &weighted, weighted.transpose() * r);
+        for &(k, at, std) in self.priors {
+            information[(k, k)] += 1.0 / (std * std);
+            gradient[k] += (at - x[k]) / (std * std);
+        }
+        (information, gradient)
+    }
+
+    fn described(
+        &self,
+        x: DVector<f64>,
+        predicted: Predicted,
+        values: &DVector<f64>,
+        given: &DVector<f64>,
+        scale: f64,
+        (steps, is_found): (usize, bool),
+    ) -> Fit {
+        let residuals = values - &predicted.values;
+        let r = residuals.component_div(given) / scale;
+        let weights = r.map(|r| self.loss.weight(r));
+        // Covariances of M-estimators are those of squares, inflated.
+        let plain = Search { loss: LossSpec::Squares, ..*self };
+        let (information, _) = plain.normal(&predicted, &r, given, scale, &x);
+        let inflation = self.loss.inflation(&r, self.unknowns.len());
+        let told = SymmetricEigen::new(information.clone());
+        let most = told.eigenvalues.amax();
+        let count = self.unknowns.len();
+        let (mut covariance, mut untold) = (DMatrix::zeros(count, count), Vec::new());
+        for (value, vector) in told.eigenvalues.iter().zip(told.eigenvectors.column_iter()) {
+            match *value > RANK * most && *value > 0.0 {
+                true => covariance += vector * vector.transpose() * (inflation / value),
+                false => untold.push(vector.into_owned()),
+            }
+        }
+        let misfit =
+            (residuals.component_div(given).norm_squared() / (values.len() as f64 - count as f64).max(1.0)).sqrt();
+        Fit {
+            stds: given * if self.noise.is_estimated() { scale } else { 1.0 },
+            scale: if self.noise.is_estimated() { scale } else { misfit },
+            x,
+            predicted,
+            residuals,
+            weights,
+            covariance,
+            untold,
+            information,
+            steps,
+            is_found,
+        }
+    }
+}
+
+/// A step down along the directions that are told.
+fn damped_step(told: &SymmetricEigen<f64, nalgebra::Dyn>, gradient: &DVector<f64>, damping: f64) -> DVector<f64> {
+    let most = told.eigenvalues.amax();
+    let mut step = DVector::zeros(gradient.len());
+    for (value, vector) in told.eigenvalues.iter().zip(told.eigenvectors.column_iter()) {
+        if *value > RANK * most && *value > 0.0 {
+            step += vector * (vector.dot(gradient) / (value + damping * most));
+        }
+    }
+    step
+}
+
+impl Fit {
+    /// How an unknown enters the directions that are not told: 0 where not at all.
+    pub fn untold_part(&self, unknown: usize) -> f64 {
+        self.untold.iter().map(|direction| direction[unknown] * direction[unknown]).sum::<f64>().sqrt()
+    }
+
+    /// Standard deviation of a coordinate; infinite where it is not told.
+    pub fn std(&self, unknown: usize) -> f64 {
+        if self.untold_part(unknown) > 1e-3 { f64::INFINITY } else { self.covariance[(unknown, unknown)].sqrt() }
+    }
+
+    /// Correlation of two coordinates; `None` where one is not told.
+    pub fn correlation(&self, a: usize, b: usize) -> Option<f64> {
+        let size = self.std(a) * self.std(b);
+        (size.is_finite() && size > 0.0).then(|| (self.covariance[(a, b)] / size).clamp(-1.0, 1.0))
+    }
+}

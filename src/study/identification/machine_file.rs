@@ -1,0 +1,112 @@
+//! The machine file with the numbers that were found: the text of the study's, with values and provenance changed.
+
+use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, Value, value};
+
+use super::{Found, IdentificationStudy, Identified};
+use crate::{machine::Machine, report::words::counted};
+
+/// The file, and the parameters it has no place for: errors of chains, which belong to a process.
+pub(super) struct MachineFile {
+    /// Its text; `None` where none of the parameters has a place.
+    pub text: Option<String>,
+    /// Names of those without a place.
+    pub left_out: Vec<String>,
+}
+
+/// Components of vectors and intervals, by the last part of a parameter's name.
+const COMPONENTS: [(&str, usize); 5] = [("x", 0), ("y", 1), ("z", 2), ("min", 0), ("max", 1)];
+/// Rows and columns of matrices, as parameters name them.
+const ROWS: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
+
+/// Writes what was identified, and what was not where it could be: a value that fits, though others do as well, is not written.
+pub(super) fn write(study: &IdentificationStudy, found: &Identified) -> MachineFile {
+    let Ok(mut document) = study.machine_text.parse::<DocumentMut>() else {
+        return MachineFile { text: None, left_out: found.found.iter().map(|own| own.unknown.name.clone()).collect() };
+    };
+    let (mut written, mut left_out) = (Vec::new(), Vec::new());
+    for own in found.found.iter().filter(|own| own.open.is_none()) {
+        let name = &own.unknown.name;
+        let key = study.machine.parameter(name).ok().and_then(|parameter| parameter.key);
+        // What was written is read back below.
+        match key.is_some_and(|key| set(document.as_item_mut(), &key, name, own.value).is_some()) {
+            true => written.push(own),
+            false => left_out.push(name.clone()),
+        }
+    }
+    if written.is_empty() {
+        return MachineFile { text: None, left_out };
+    }
+    for own in &written {
+        add_provenance(&mut document, study, own);
+    }
+    let text = document.to_string();
+    let read_back = Machine::from_toml(&text, "the machine file that was found");
+    let is_there = |own: &&&Found| {
+        let back = read_back.as_ref().ok().and_then(|machine| machine.parameter(&own.unknown.name).ok()?.value);
+        back == Some(own.value)
+    };
+    let lost: Vec<String> = written.iter().filter(|own| !is_there(own)).map(|own| own.unknown.name.clone()).collect();
+    match lost.is_empty() {
+        true => MachineFile { text: Some(text), left_out },
+        false => MachineFile {
+            text: None,
+            left_out: [left_out, written.iter().map(|own| own.unknown.name.clone()).collect()].concat(),
+        },
+    }
+}
+
+/// Sets the number of the parameter `name` at `key`, such as `chain[0].elements[2].beam.length_mm`.
+fn set(document: &mut Item, key: &str, name: &str, number: f64) -> Option<()> {
+    let mut item = document;
+    for part in key.split('.') {
+        let (word, indices) = part.split_once('[').map_or((part, None), |(word, rest)| (word, Some(rest)));
+        item = item.get_mut(word)?;
+        for index in indices.into_iter().flat_map(|rest| rest.split('[')) {
+            item = item.get_mut(index.trim_end_matches(']').parse::<usize>().ok()?)?;
+        }
+    }
+    let last = name.rsplit('.').next()?;
+    if item.as_array().is_none() {
+        *item.as_value_mut()? = with_decor(item.as_value()?, number);
+        return Some(());
+    }
+    if let Some((_, index)) = COMPONENTS.iter().find(|(word, _)| *word == last) {
+        let entry = item.get_mut(*index)?;
+        *entry.as_value_mut()? = with_decor(entry.as_value()?, number);
+        return Some(());
+    }
+    let (row, column) = last.split_once('_')?;
+    let place = |word: &str| ROWS.iter().position(|row| *row == word);
+    let (row, column) = (place(row)?, place(column)?);
+    for (i, j) in [(row, column), (column, row)] {
+        let entry = item.get_mut(i)?.get_mut(j)?;
+        *entry.as_value_mut()? = with_decor(entry.as_value()?, number);
+    }
+    Some(())
+}
+
+/// `number` with the blanks and remarks around `old`.
+fn with_decor(old: &Value, number: f64) -> Value {
+    let mut new = Value::from(number);
+    *new.decor_mut() = old.decor().clone();
+    new
+}
+
+fn add_provenance(document: &mut DocumentMut, study: &IdentificationStudy, own: &Found) {
+    let [low, high] = own.interval;
+    let mut table = Table::new();
+    let unit = own.unknown.unit;
+    table["what"] = value(format!("{}: 95 % interval {low:.4e} to {high:.4e} {unit}", own.unknown.name).trim_end());
+    table["grade"] = value("identified");
+    let measurements = counted(study.measurements.len(), "measurement");
+    table["source"] = value(
+        format!("Identified from {measurements} in {}; before: {:e} {unit}", study.data, own.unknown.start).trim_end(),
+    );
+    let mut names = toml_edit::Array::new();
+    names.push(own.unknown.name.as_str());
+    table["parameters"] = value(names);
+    let all = document.entry("provenance").or_insert(Item::ArrayOfTables(ArrayOfTables::new()));
+    if let Some(tables) = all.as_array_of_tables_mut() {
+        tables.push(table);
+    }
+}

@@ -1,0 +1,216 @@
+//! Identification: which numbers of a machine make it yield as it was measured to, how far they are known, and what was not told.
+
+mod advice;
+mod fit;
+mod loss;
+#[cfg(feature = "report")]
+mod machine_file;
+mod measurements;
+mod model;
+mod quantile;
+mod question;
+#[cfg(feature = "report")]
+pub mod report;
+mod resolve;
+pub(crate) mod spec;
+mod unknown;
+mod validate;
+
+use nalgebra::DVector;
+
+pub use advice::{Advice, Open};
+pub use fit::{Fit, Noise, Search};
+pub use measurements::{Applied, Measurement, Quantity, Reading};
+pub use spec::LossSpec;
+pub use unknown::{Coordinate, Unknown};
+pub use validate::Errors;
+
+use crate::{
+    input::error::Result,
+    machine::Machine,
+    study::Failure,
+    work::{Event, Work},
+};
+
+/// A checked identification.
+#[derive(Debug, Clone)]
+pub struct IdentificationStudy {
+    /// The machine to begin with.
+    pub machine: Machine,
+    /// The text of its file.
+    pub machine_text: String,
+    /// Name of the file of measurements.
+    pub data: String,
+    /// What was measured.
+    pub measurements: Vec<Measurement>,
+    /// What is sought.
+    pub unknowns: Vec<Unknown>,
+    /// What is known beforehand: the unknown, its coordinate and the standard deviation of that.
+    pub priors: Vec<(usize, f64, f64)>,
+    /// Noise of readings that have none of their own.
+    pub noise: Noise,
+    /// How far-off readings count.
+    pub loss: LossSpec,
+    /// Parts that are predicted from the others.
+    pub folds: usize,
+    /// Other sets of unknowns.
+    pub alternatives: Vec<(String, Vec<Unknown>)>,
+}
+
+/// An unknown and what was found of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Found {
+    /// Which unknown.
+    pub unknown: Unknown,
+    /// The value that fits best, in its unit.
+    pub value: f64,
+    /// Its 95 % interval; infinite where nothing limits it.
+    pub interval: [f64; 2],
+    /// Half the interval in the coordinate of the unknown: a factor of e, a millimetre or a degree is 1.
+    pub half_width: f64,
+    /// Why it is not identified; `None` if it is.
+    pub open: Option<String>,
+    /// The unknown that it is most correlated with, and how.
+    pub correlated: Option<(usize, f64)>,
+}
+
+/// How well a set of unknowns predicts.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Model {
+    /// What it is called.
+    pub name: String,
+    /// How many unknowns it has.
+    pub unknowns: usize,
+    /// RMS of what is left of the lengths it was fitted to, mm.
+    pub fitted_mm: Option<f64>,
+    /// RMS error of lengths that were predicted from the other parts, mm; or why there is none.
+    pub predicted_mm: std::result::Result<Option<f64>, Failure>,
+}
+
+/// What was found.
+#[derive(Debug, Clone)]
+pub struct Identified {
+    /// The fit.
+    pub fit: Fit,
+    /// Each unknown.
+    pub found: Vec<Found>,
+    /// Combinations that are open.
+    pub open: Vec<Open>,
+    /// What would tell most of them, if something is open and a force can.
+    pub advice: Option<Advice>,
+    /// Residuals without their own measurement, linearised.
+    pub left_out: Errors,
+    /// Sets of unknowns by how well they predict; that of the study first.
+    pub models: Vec<Model>,
+}
+
+/// The half width from which an unknown is not identified: a factor of e either way, a millimetre, a degree.
+const WIDE: f64 = 1.0;
+
+impl IdentificationStudy {
+    /// Number of readings.
+    pub fn reading_count(&self) -> usize {
+        self.measurements.iter().map(|measurement| measurement.readings.len()).sum()
+    }
+
+    fn search<'a>(&'a self, unknowns: &'a [Unknown], priors: &'a [(usize, f64, f64)]) -> Search<'a> {
+        Search { machine: &self.machine, unknowns, priors, noise: self.noise, loss: self.loss }
+    }
+}
+
+/// Fits the unknowns and says what was told; on the current rayon pool, with the same result for any number of threads.
+///
+/// # Errors
+/// The work was stopped.
+pub fn run(study: &IdentificationStudy, work: &Work) -> Result<std::result::Result<Identified, Failure>> {
+    work.check()?;
+    let search = study.search(&study.unknowns, &study.priors);
+    let all: Vec<&Measurement> = study.measurements.iter().collect();
+    let start = DVector::zeros(study.unknowns.len());
+    let fit = match search.fit(&all, &start) {
+        Ok(fit) => fit,
+        Err((at, failure)) => return Ok(Err(of_measurement(study, at, failure))),
+    };
+    work.tell(Event::Computed(study.measurements.len()));
+    let open = advice::open(&fit);
+    let advice = match open.is_empty() {
+        true => None,
+        false => advice::advice(&search, &fit, &study.measurements, work)?,
+    };
+    let mut models = vec![model(study, "the study", (&search, Some(&fit)), work)?];
+    for (name, unknowns) in &study.alternatives {
+        models.push(model(study, name, (&study.search(unknowns, &[]), None), work)?);
+    }
+    let found = (0..study.unknowns.len()).map(|k| found(study, &fit, k)).collect();
+    let left_out = validate::left_one_out(&fit, &study.measurements);
+    Ok(Ok(Identified { found, open, advice, left_out, models, fit }))
+}
+
+fn of_measurement(study: &IdentificationStudy, at: Option<usize>, failure: Failure) -> Failure {
+    let place = at.map_or_else(String::new, |at| format!("measurement {}: ", study.measurements[at].name));
+    Failure { reason: format!("{place}{}", failure.reason), ..failure }
+}
+
+fn model(
+    study: &IdentificationStudy,
+    name: &str,
+    (search, fit): (&Search<'_>, Option<&Fit>),
+    work: &Work,
+) -> Result<Model> {
+    let all: Vec<&Measurement> = study.measurements.iter().collect();
+    let start = DVector::zeros(search.unknowns.len());
+    let own = if fit.is_some() { None } else { search.fit(&all, &start).ok() };
+    let fit = fit.or(own.as_ref());
+    let rms = |residuals: &[f64]| validate::rms_mm(residuals, &study.measurements);
+    let parts = validate::in_parts(search, &start, &study.measurements, study.folds, work)?;
+    Ok(Model {
+        name: name.into(),
+        unknowns: search.unknowns.len(),
+        fitted_mm: fit.and_then(|fit| rms(fit.residuals.as_slice())),
+        predicted_mm: parts.map(|errors| rms(&errors.residuals)),
+    })
+}
+
+fn found(study: &IdentificationStudy, fit: &Fit, k: usize) -> Found {
+    let (unknown, x) = (&study.unknowns[k], fit.x[k]);
+    let free =
+        study.noise.is_estimated().then(|| (study.reading_count() + study.priors.len()).saturating_sub(fit.x.len()));
+    let half_width = quantile::half_width(free) * fit.std(k);
+    let ends = [x - half_width, x + half_width].map(|x| unknown.value(x));
+    let others = (0..fit.x.len()).filter(|&other| other != k);
+    let correlated = others.filter_map(|other| Some((other, fit.correlation(k, other)?)));
+    Found {
+        unknown: unknown.clone(),
+        value: unknown.value(x),
+        interval: ends,
+        half_width,
+        open: why_open(study, fit, k, half_width),
+        correlated: correlated.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())),
+    }
+}
+
+/// Why an unknown is not identified.
+fn why_open(study: &IdentificationStudy, fit: &Fit, k: usize, half_width: f64) -> Option<String> {
+    if half_width <= WIDE {
+        return None;
+    }
+    let effect = fit.predicted.slopes.column(k).amax();
+    if effect == 0.0 {
+        return Some("nothing that was measured depends on it".into());
+    }
+    if !half_width.is_finite() {
+        let together = (0..fit.x.len()).filter(|&other| other != k && fit.untold_part(other) > 0.1);
+        let names: Vec<&str> = together.map(|other| study.unknowns[other].name.as_str()).collect();
+        return Some(match names.is_empty() {
+            true => "what was measured hardly depends on it".into(),
+            false => format!("only a combination with {} is told", names.join(", ")),
+        });
+    }
+    Some(match study.unknowns[k].coordinate {
+        Coordinate::Logarithm if half_width > 7.0 => "it may be any size from here on".into(),
+        Coordinate::Logarithm => format!("it may be {:.1} times smaller or larger", half_width.exp()),
+        Coordinate::Linear(scale) => {
+            format!("it may be {:.3} {} less or more", half_width * scale, study.unknowns[k].unit)
+        }
+    })
+}

@@ -1,0 +1,37 @@
+//! This question in the list of questions.
+
+use super::{IdentificationStudy, resolve, spec::IdentificationSpec};
+#[cfg(feature = "report")]
+use crate::report::{Output, Run};
+use crate::{
+    input::error::Result,
+    study::{Given, Question, Resolved, Template},
+};
+
+impl Question for IdentificationStudy {
+    type Spec = IdentificationSpec;
+    type Shown = ();
+    const NAME: &str = "an identification";
+    const TEMPLATE: Template = Template {
+        name: "identification",
+        about: "Which stiffnesses and other numbers a machine has, by measurements under load",
+        files: &[
+            ("study.toml", include_str!("template/study.toml")),
+            ("measurements.csv", include_str!("template/measurements.csv")),
+        ],
+    };
+    const TABLES: &[&str] = &["parameters", "residuals", "models", "open"];
+
+    fn resolve(spec: &IdentificationSpec, given: &Given<'_>) -> Result<Resolved<Self>> {
+        resolve::resolve(spec, given)
+    }
+
+    fn items(&self) -> (usize, &'static str) {
+        (self.measurements.len(), "measurements")
+    }
+
+    #[cfg(feature = "report")]
+    fn answer(&self, (): &Self::Shown, run: &Run<'_>) -> Result<Output> {
+        super::report::answer(self, run)
+    }
+}

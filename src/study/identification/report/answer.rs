@@ -1,0 +1,68 @@
+//! An identification into its folder.
+
+use serde_json::json;
+
+use super::{
+    headline, page,
+    pictures::figures,
+    summary::{Report, json},
+    tables, text,
+};
+use crate::{
+    input::error::Result,
+    report::{Manifest, Output, OutputFile, Run, page::Description},
+    study::{
+        SOLVED,
+        identification::{IdentificationStudy, machine_file, run},
+    },
+};
+
+/// Name of the machine file that is left.
+pub(super) const MACHINE: &str = "machine.toml";
+
+/// Fits the unknowns and makes what is left.
+///
+/// # Errors
+/// Of the work.
+pub fn answer(study: &IdentificationStudy, asked: &Run<'_>) -> Result<Output> {
+    let settings =
+        json!({ "measurements": study.measurements.len(), "unknowns": study.unknowns.len(), "folds": study.folds });
+    let found = match run(study, asked.work)? {
+        Ok(found) => found,
+        Err(failure) => {
+            let headline = headline::failed(study, &failure);
+            return Ok(Output {
+                settings,
+                statuses: Manifest::count([&*failure.status].into_iter()),
+                is_answered: Some(false),
+                tables: tables::none(),
+                streamed: Default::default(),
+                summary: json!({ "schema": 1, "status": failure.status, "reason": failure.reason }),
+                figures: Vec::new(),
+                page: Description { headline, ..page::without_answer(study) },
+                bent: None,
+                details: failure.reason,
+                best_place: None,
+            });
+        }
+    };
+    let file = machine_file::write(study, &found);
+    let report = Report { study, found: &found, file: &file };
+    let files = file.text.iter().map(|text| OutputFile::new(MACHINE, text.clone())).collect();
+    Ok(Output {
+        settings,
+        statuses: Manifest::count(found.models.iter().map(|model| match &model.predicted_mm {
+            Ok(_) => SOLVED,
+            Err(failure) => &*failure.status,
+        })),
+        is_answered: Some(true),
+        tables: tables::tables(&report),
+        streamed: (files, Vec::new()),
+        summary: json(&report),
+        figures: asked.drawn(|| figures(&report)),
+        page: Description { headline: headline::headline(&report), ..page::page(&report) },
+        bent: None,
+        details: text::details(&report),
+        best_place: None,
+    })
+}

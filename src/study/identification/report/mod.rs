@@ -1,0 +1,11 @@
+//! Reports of an identification.
+
+mod answer;
+mod headline;
+mod page;
+mod pictures;
+mod summary;
+mod tables;
+mod text;
+
+pub use answer::answer;

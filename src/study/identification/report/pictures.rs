@@ -1,0 +1,113 @@
+//! Pictures of an identification: the numbers with their intervals, what was measured against what is predicted, and what is left.
+
+use super::{summary::Report, text};
+use crate::report::figures::{AgreementFigure, AgreementRow, Figure, LineFigure, LineSeries, Meant};
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// All pictures with their file stems.
+pub(super) fn figures(report: &Report<'_>) -> Vec<(String, Figure)> {
+    let lines = [("predicted", predicted(report)), ("residuals", residuals(report))];
+    let drawn = lines.into_iter().filter(|(_, figure)| !figure.series.is_empty());
+    let drawn = drawn.map(|(stem, figure)| (stem.to_string(), Figure::Lines(figure)));
+    std::iter::once(("answer".to_string(), Figure::Agreement(numbers(report)))).chain(drawn).collect()
+}
+
+/// Each number against that of the machine file, in half widths of its interval.
+fn numbers(report: &Report<'_>) -> AgreementFigure {
+    let rows = report.found.found.iter().enumerate().map(|(k, own)| {
+        let difference =
+            (own.half_width.is_finite() && own.half_width > 0.0).then(|| report.found.fit.x[k] / own.half_width);
+        AgreementRow {
+            label: own.unknown.name.clone(),
+            numbers: text::value(own),
+            meant: Meant::About,
+            difference,
+            agrees: difference.is_some_and(|difference| difference.abs() <= 1.0),
+        }
+    });
+    AgreementFigure {
+        title: "What was found, against the machine file".into(),
+        subtitle: subtitle(report),
+        numbers: "found (95 % interval)".into(),
+        rows: rows.collect(),
+    }
+}
+
+fn subtitle(report: &Report<'_>) -> String {
+    let study = report.study;
+    format!("{}, {} measurements, loss: {}", study.machine.short_title(), study.measurements.len(), study.loss.label())
+}
+
+/// Lengths that were read along an axis or by a gauge.
+struct Lengths {
+    name: String,
+    /// Order, measured, residual.
+    points: Vec<[f64; 3]>,
+}
+
+fn lengths(report: &Report<'_>) -> Vec<Lengths> {
+    let mut all: Vec<Lengths> = Vec::new();
+    let mut i = 0;
+    for (order, own) in report.study.measurements.iter().enumerate() {
+        for reading in &own.readings {
+            let residual = report.found.fit.residuals[i];
+            i += 1;
+            if reading.quantity.is_rotation() {
+                continue;
+            }
+            let axis = AXES.iter().find(|axis| reading.column.ends_with(&format!("_{axis}_mm")));
+            let name = axis.map_or("gauge".to_string(), |axis| format!("along {axis}"));
+            let point = [(order + 1) as f64, reading.value, residual];
+            match all.iter_mut().find(|other| other.name == name) {
+                Some(own) => own.points.push(point),
+                None => all.push(Lengths { name, points: vec![point] }),
+            }
+        }
+    }
+    all
+}
+
+fn series(label: String, points: Vec<(f64, f64)>) -> LineSeries {
+    LineSeries { label, points, dashed: false, band: Vec::new() }
+}
+
+fn figure(report: &Report<'_>, title: &str, labels: [&str; 2], series: Vec<LineSeries>) -> LineFigure {
+    LineFigure {
+        title: title.into(),
+        subtitle: subtitle(report),
+        x_label: labels[0].into(),
+        y_label: labels[1].into(),
+        series,
+        equal_axes: false,
+        log_x: false,
+        log_y: false,
+        closed_note: None,
+    }
+}
+
+fn predicted(report: &Report<'_>) -> LineFigure {
+    let of = |Lengths { name, mut points }| {
+        points.sort_by(|a, b| a[1].total_cmp(&b[1]));
+        series(name, points.into_iter().map(|[_, measured, residual]| (measured, measured - residual)).collect())
+    };
+    let lengths = lengths(report);
+    let values = || lengths.iter().flat_map(|own| own.points.iter().map(|point| point[1]));
+    let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
+    let perfect = (low < high).then(|| series("as measured".into(), vec![(low, low), (high, high)]));
+    let all = perfect.into_iter().chain(lengths.into_iter().map(of)).collect();
+    figure(report, "Predicted against measured", ["measured [mm]", "predicted [mm]"], all)
+}
+
+fn residuals(report: &Report<'_>) -> LineFigure {
+    let of = |Lengths { name, points }| {
+        series(name, points.into_iter().map(|[order, _, residual]| (order, residual)).collect())
+    };
+    let all = lengths(report).into_iter().map(of).collect();
+    figure(
+        report,
+        "What is left, in the order of measuring",
+        ["number of the measurement", "measured − predicted [mm]"],
+        all,
+    )
+}

@@ -1,0 +1,90 @@
+//! What an identification says, for programs, and numbers that several reports take.
+
+use serde_json::{Value, json};
+
+use crate::study::identification::{
+    Found, IdentificationStudy, Identified, machine_file::MachineFile, validate::rms_mm,
+};
+
+/// What was asked and found.
+pub(super) struct Report<'a> {
+    pub study: &'a IdentificationStudy,
+    pub found: &'a Identified,
+    pub file: &'a MachineFile,
+}
+
+impl Report<'_> {
+    /// Unknowns that were identified.
+    pub fn known(&self) -> impl Iterator<Item = &Found> {
+        self.found.found.iter().filter(|own| own.open.is_none())
+    }
+
+    /// Root of the mean square of the lengths read, mm.
+    pub fn measured_mm(&self) -> Option<f64> {
+        let readings = self.study.measurements.iter().flat_map(|own| &own.readings);
+        let values: Vec<f64> = readings.map(|reading| reading.value).collect();
+        rms_mm(&values, &self.study.measurements)
+    }
+
+    /// The same of what is left.
+    pub fn left_mm(&self) -> Option<f64> {
+        rms_mm(self.found.fit.residuals.as_slice(), &self.study.measurements)
+    }
+
+    /// The same as predicted without its own measurement.
+    pub fn left_out_mm(&self) -> Option<f64> {
+        rms_mm(&self.found.left_out.residuals, &self.study.measurements)
+    }
+
+    /// A combination of unknowns in words.
+    pub fn words(&self, parts: &[(usize, f64)]) -> String {
+        let part = |(k, part): &(usize, f64)| format!("{part:+.2} {}", self.study.unknowns[*k].name);
+        let words: Vec<String> = parts.iter().map(part).collect();
+        words.join(" ")
+    }
+}
+
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}
+
+/// The answer for programs.
+pub(super) fn json(report: &Report<'_>) -> Value {
+    let Report { study, found, file } = report;
+    let parameters = found.found.iter().map(|own| {
+        json!({
+            "name": own.unknown.name,
+            "unit": own.unknown.unit,
+            "start": own.unknown.start,
+            "value": own.value,
+            "low": finite(own.interval[0]),
+            "high": finite(own.interval[1]),
+            "identified": own.open.is_none(),
+            "reason": own.open,
+        })
+    });
+    let models = found.models.iter().map(|model| {
+        json!({
+            "name": model.name,
+            "unknowns": model.unknowns,
+            "fitted_mm": model.fitted_mm,
+            "predicted_mm": model.predicted_mm.as_ref().ok(),
+        })
+    });
+    json!({
+        "schema": 1,
+        "converged": found.fit.is_found,
+        "parameters": parameters.collect::<Vec<_>>(),
+        "measured_mm": report.measured_mm(),
+        "residual_mm": report.left_mm(),
+        "left_one_out_mm": report.left_out_mm(),
+        "noise_estimated": study.noise.is_estimated(),
+        "scatter": found.fit.scale,
+        "models": models.collect::<Vec<_>>(),
+        "next": found.advice.as_ref().map(|advice| json!({
+            "pose": study.measurements[advice.measurement].name,
+            "force_N": advice.force.as_slice(),
+        })),
+        "not_in_machine_file": file.left_out,
+    })
+}

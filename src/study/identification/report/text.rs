@@ -1,0 +1,114 @@
+//! An identification in sentences.
+
+use super::{answer::MACHINE, summary::Report};
+use crate::{
+    report::words::{counted, millimetres},
+    study::identification::{Found, LossSpec},
+};
+
+/// A value with its interval.
+pub(super) fn value(own: &Found) -> String {
+    let unit = match own.unknown.unit.to_string() {
+        unit if unit.is_empty() => unit,
+        unit => format!(" {unit}"),
+    };
+    let [low, high] = own.interval;
+    let number = |value: f64| {
+        if value.abs() >= 1e4 || (value != 0.0 && value.abs() < 1e-2) {
+            format!("{value:.3e}")
+        } else {
+            format!("{value:.4}")
+        }
+    };
+    match low.is_finite() && high.is_finite() {
+        true => format!("{}{unit} ({} to {})", number(own.value), number(low), number(high)),
+        false => format!("{}{unit} (no limit)", number(own.value)),
+    }
+}
+
+/// Each unknown, in a line.
+pub(super) fn parameters(report: &Report<'_>) -> Vec<String> {
+    let line = |own: &Found| match &own.open {
+        None => format!("{}: {}", own.unknown.name, value(own)),
+        Some(reason) => format!("{}: not identified: {reason}", own.unknown.name),
+    };
+    report.found.found.iter().map(line).collect()
+}
+
+/// What is open, and what would tell most of it.
+pub(super) fn open(report: &Report<'_>) -> String {
+    if report.found.open.is_empty() {
+        return "All combinations of the unknowns are told.".into();
+    }
+    let each: Vec<String> = report.found.open.iter().map(|open| report.words(&open.parts)).collect();
+    let next = match &report.found.advice {
+        Some(advice) => {
+            let [x, y, z] = advice.force.into();
+            let pose = &report.study.measurements[advice.measurement].name;
+            let known = |std: f64| if std.is_finite() { format!("{std:.2}") } else { "not at all".into() };
+            format!(
+                " A force ({x:.0}, {y:.0}, {z:.0}) N at pose {pose} would tell most of the least known one: its standard deviation \
+                 would fall from {} to {}.",
+                known(advice.std[0]),
+                known(advice.std[1])
+            )
+        }
+        None => " No force on the tool tip at these poses would tell them.".into(),
+    };
+    format!("Open, the least known first: {}.{next}", each.join("; "))
+}
+
+/// What the sets of unknowns predict.
+pub(super) fn models(report: &Report<'_>) -> String {
+    let lines: Vec<String> = report
+        .found
+        .models
+        .iter()
+        .map(|model| {
+            let shown = |value: Option<f64>| value.map_or_else(|| "none".into(), |value| millimetres(value, 4));
+            let predicted = match &model.predicted_mm {
+                Ok(value) => shown(*value),
+                Err(failure) => failure.reason.clone(),
+            };
+            let unknowns = counted(model.unknowns, "unknown");
+            format!("{} ({unknowns}): fitted {}, predicted {predicted}", model.name, shown(model.fitted_mm))
+        })
+        .collect();
+    format!("RMS of what is left in {} parts: {}.", report.study.folds, lines.join("; "))
+}
+
+/// What must be known with the answer.
+pub(super) fn cautions(report: &Report<'_>) -> String {
+    let mut said = Vec::new();
+    if !report.found.fit.is_found {
+        said.push(
+            "The search ended before its steps became small: the values are the best found, not the best there are."
+                .into(),
+        );
+    }
+    if !report.study.noise.is_estimated() && report.found.fit.scale > 1.5 {
+        said.push(format!(
+            "What is left is {:.1} times the noise that was given: the model lacks something, and intervals are too narrow.",
+            report.found.fit.scale
+        ));
+    }
+    if report.study.loss != LossSpec::Squares {
+        let out = report.found.fit.weights.iter().filter(|&&weight| weight < 0.5).count();
+        if out > 0 {
+            said.push(format!("{} count less than half, for they lie far off.", counted(out, "reading")));
+        }
+    }
+    said.join(" ")
+}
+
+/// Everything the answer says.
+pub(super) fn details(report: &Report<'_>) -> String {
+    let file = match (&report.file.text, report.file.left_out.is_empty()) {
+        (None, _) => "No machine file was written: nothing that was identified has a place in it.".to_string(),
+        (Some(_), true) => format!("{MACHINE} has what was identified."),
+        (Some(_), false) => {
+            format!("{MACHINE} has what was identified but {}.", report.file.left_out.join(", "))
+        }
+    };
+    [parameters(report).join("\n"), open(report), models(report), file].join("\n")
+}

@@ -1,0 +1,128 @@
+//! From an identification as written to a checked study.
+
+use super::{
+    IdentificationStudy,
+    fit::Noise,
+    measurements,
+    spec::{IdentificationSpec, PriorSpec},
+    unknown::{Unknown, unknowns},
+};
+use crate::{
+    input::{Inputs, check::Check, error::Result},
+    machine::catalogue,
+    study::{Given, Overrides, Resolved},
+};
+
+/// Parts of the measurements if the study does not say how many.
+const FOLDS: usize = 5;
+
+pub(super) fn resolve(spec: &IdentificationSpec, given: &Given<'_>) -> Result<Resolved<IdentificationStudy>> {
+    for (name, is_given) in [("points", given.overrides.points.is_some()), ("grid", given.overrides.grid.is_some())] {
+        if is_given {
+            return Overrides::place(name).fail(format!("{} has measurements, and no {name}", given.name));
+        }
+    }
+    let (check, machine) = (&given.check, &given.machine);
+    if let Some(carrier) = &machine.carrier {
+        let problem = format!(
+            "the workpiece carrier {} of machine {} bends as well, which measurements of the tool do not tell: expected a \
+             machine without [workpiece_carrier]",
+            carrier.name, machine.name
+        );
+        return check.root().key("machine").fail(problem);
+    }
+    if !given.folder.has(&spec.data) {
+        return check.key("data").fail(format!("\"{}\" is not a file in the study's folder", spec.data));
+    }
+    let bytes = given.folder.bytes(&spec.data)?;
+    let file = given.folder.path(&spec.data).display().to_string();
+    let measured = measurements::read(&bytes, &file, machine)?;
+    let found = unknowns(machine, &spec.unknowns, &check.key("unknowns"))?;
+    let noise = Noise {
+        length: check.key("std_mm").optional_positive(spec.std_mm)?,
+        rotation: check.key("std_deg").optional_positive(spec.std_deg)?.map(f64::to_radians),
+    };
+    check_noise(&measured, noise, check)?;
+    let readings: usize = measured.iter().map(|measurement| measurement.readings.len()).sum();
+    let folds = spec.folds.unwrap_or(FOLDS.min(measured.len()).max(2));
+    if !(2..=measured.len().max(2)).contains(&folds) {
+        let problem = format!("must be from 2 to {}, the number of measurements, got {folds}", measured.len().max(2));
+        return check.key("folds").fail(problem);
+    }
+    if noise.is_estimated() && readings + spec.prior.len() <= found.len() {
+        let problem = format!(
+            "names {} parameters, but there are {readings} readings: with no std_mm there must be more readings than unknowns",
+            found.len()
+        );
+        return check.key("unknowns").fail(problem);
+    }
+    let machine_text = match catalogue::find(&given.header.machine) {
+        Some(entry) => entry.toml.to_string(),
+        None => given.folder.text(&given.header.machine)?,
+    };
+    let study = IdentificationStudy {
+        machine: machine.clone(),
+        machine_text,
+        data: spec.data.clone(),
+        priors: priors(&spec.prior, &found, &check.key("prior"))?,
+        alternatives: alternatives(spec, given)?,
+        unknowns: found,
+        measurements: measured,
+        noise,
+        loss: spec.loss,
+        folds,
+    };
+    let text = String::from_utf8_lossy(&bytes).into_owned();
+    Ok(Resolved { study, shown: (), inputs: Inputs::of(&spec.data, text) })
+}
+
+/// Either all noise is known or none, and of rotations beside lengths it is known.
+fn check_noise(measured: &[measurements::Measurement], noise: Noise, check: &Check) -> Result<()> {
+    let readings = || measured.iter().flat_map(|measurement| &measurement.readings);
+    let lacks = |is_rotation: bool| {
+        readings().any(|reading| reading.quantity.is_rotation() == is_rotation && reading.std.is_none())
+    };
+    let has_own = readings().any(|reading| reading.std.is_some());
+    let turns = readings().any(|reading| reading.quantity.is_rotation());
+    if (turns || has_own || noise.rotation.is_some()) && noise.length.is_none() {
+        let because = if turns { "rotations were measured" } else { "other readings have one" };
+        return check
+            .key("std_mm")
+            .fail(format!("missing: {because}, so that lengths need theirs to weigh against them"));
+    }
+    if lacks(true) && noise.rotation.is_none() {
+        return check.key("std_deg").fail("missing: rotations were measured without a column std_deg".into());
+    }
+    Ok(())
+}
+
+fn priors(specs: &[PriorSpec], unknowns: &[Unknown], check: &Check) -> Result<Vec<(usize, f64, f64)>> {
+    let mut priors: Vec<(usize, f64, f64)> = Vec::new();
+    for (i, PriorSpec { parameter, value, std }) in specs.iter().enumerate() {
+        let check = check.item(i);
+        let Some(k) = unknowns.iter().position(|unknown| unknown.name == *parameter) else {
+            return check.key("parameter").fail(format!("\"{parameter}\" is none of the unknowns"));
+        };
+        if priors.iter().any(|(other, ..)| *other == k) {
+            return check.key("parameter").fail(format!("\"{parameter}\" has a prior already"));
+        }
+        let std = check.key("std").positive(*std)?;
+        let value = value.unwrap_or(unknowns[k].start);
+        let Some(x) = unknowns[k].at(value) else {
+            return check.key("value").fail(format!("must be greater than 0, got {value}"));
+        };
+        priors.push((k, x, std / unknowns[k].slope(x).abs()));
+    }
+    Ok(priors)
+}
+
+fn alternatives(spec: &IdentificationSpec, given: &Given<'_>) -> Result<Vec<(String, Vec<Unknown>)>> {
+    let mut all: Vec<(String, Vec<Unknown>)> = Vec::new();
+    for (i, other) in spec.alternative.iter().enumerate() {
+        let check = given.check.key("alternative").item(i);
+        check.key("name").readable(&other.name)?;
+        check.key("name").unique(&other.name, all.iter().map(|(name, _)| name.as_str()))?;
+        all.push((other.name.clone(), unknowns(&given.machine, &other.unknowns, &check.key("unknowns"))?));
+    }
+    Ok(all)
+}

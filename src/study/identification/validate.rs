@@ -1,0 +1,87 @@
+//! How well measurements are predicted that a fit has not seen: one left out at a time, and in parts.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::{
+    fit::{Fit, Search},
+    measurements::{Measurement, Quantity},
+    model::predict,
+};
+use crate::{input::error::Result, study::Failure, work::Work};
+
+/// RMS of residuals, of all readings and of each measurement's.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Errors {
+    /// Residual of each reading, mm and rad, as predicted by a fit without its measurement.
+    pub residuals: Vec<f64>,
+}
+
+/// Residuals of each measurement as predicted by the others: by the linear equations of the fit, `(1 − H)⁻¹ r` block by block.
+pub fn left_one_out(fit: &Fit, measurements: &[Measurement]) -> Errors {
+    let mut slopes = fit.predicted.slopes.clone();
+    for (i, mut row) in slopes.row_iter_mut().enumerate() {
+        row *= fit.weights[i].sqrt() / fit.stds[i];
+    }
+    let mut residuals = Vec::with_capacity(fit.residuals.len());
+    let mut first = 0;
+    for measurement in measurements {
+        let count = measurement.readings.len();
+        let own = slopes.rows(first, count);
+        let hat = own * &fit.covariance * own.transpose();
+        let scaled = DVector::from_fn(count, |i, _| {
+            fit.residuals[first + i] * fit.weights[first + i].sqrt() / fit.stds[first + i]
+        });
+        let left = (DMatrix::identity(count, count) - hat).lu().solve(&scaled);
+        for i in 0..count {
+            let back = fit.stds[first + i] / fit.weights[first + i].sqrt().max(1e-9);
+            residuals.push(left.as_ref().map_or(f64::INFINITY, |left| left[i] * back));
+        }
+        first += count;
+    }
+    Errors { residuals }
+}
+
+/// Residuals of each measurement as predicted by a fit to the other parts: every `folds`-th measurement makes a part.
+///
+/// # Errors
+/// The work was stopped.
+pub fn in_parts(
+    search: &Search<'_>,
+    start: &DVector<f64>,
+    measurements: &[Measurement],
+    folds: usize,
+    work: &Work,
+) -> Result<std::result::Result<Errors, Failure>> {
+    let folds = folds.min(measurements.len());
+    let mut residuals: Vec<Vec<f64>> = vec![Vec::new(); measurements.len()];
+    for fold in 0..folds {
+        work.check()?;
+        let is_out = |i: &usize| i % folds == fold;
+        let kept: Vec<&Measurement> =
+            (0..measurements.len()).filter(|i| !is_out(i)).map(|i| &measurements[i]).collect();
+        let out: Vec<usize> = (0..measurements.len()).filter(is_out).collect();
+        let asked: Vec<&Measurement> = out.iter().map(|&i| &measurements[i]).collect();
+        let found = search.fit(&kept, start);
+        let there = found.and_then(|fit| predict(search.machine, search.unknowns, &fit.x, &asked));
+        let predicted = match there {
+            Ok(predicted) => predicted,
+            Err((_, failure)) => return Ok(Err(failure)),
+        };
+        let mut first = 0;
+        for &i in &out {
+            let readings = &measurements[i].readings;
+            let own = readings.iter().enumerate().map(|(k, reading)| reading.value - predicted.values[first + k]);
+            residuals[i] = own.collect();
+            first += readings.len();
+        }
+    }
+    Ok(Ok(Errors { residuals: residuals.concat() }))
+}
+
+/// Root of the mean square of those `residuals` that are lengths, mm; `None` where none is.
+pub fn rms_mm(residuals: &[f64], measurements: &[Measurement]) -> Option<f64> {
+    let quantities = measurements.iter().flat_map(|m| m.readings.iter().map(|reading| reading.quantity));
+    let of_lengths = quantities.zip(residuals).filter(|(quantity, _)| !Quantity::is_rotation(*quantity));
+    let (sum, count) = of_lengths.fold((0.0, 0usize), |(sum, count), (_, r)| (sum + r * r, count + 1));
+    (count > 0).then(|| (sum / count as f64).sqrt())
+}
