@@ -6,6 +6,7 @@ use crate::report::{Output, Run};
 use crate::{
     input::error::Result,
     study::{Given, Question, Resolved, Template},
+    work::Work,
 };
 
 impl Question for IdentificationStudy {
@@ -28,6 +29,15 @@ impl Question for IdentificationStudy {
 
     fn items(&self) -> (usize, &'static str) {
         (self.measurements.len(), "measurements")
+    }
+
+    /// It is over before it would be divided.
+    fn pieces(&self) -> usize {
+        0
+    }
+
+    fn compute(&self, _: &Work) -> Result<()> {
+        Ok(())
     }
 
     #[cfg(feature = "report")]
