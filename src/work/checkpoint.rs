@@ -1,6 +1,6 @@
 //! Finished pieces of a long run in a file, so that the run can go on after it was stopped or killed.
 //!
-//! The file is only ever appended to: after eight bytes that name the format come [records](super::records). The first one
+//! The file is only ever appended to: after eight bytes that name the format come records (`records.rs`). The first one
 //! says what is computed, each other one holds the key of a piece and the piece. A record that was cut short or damaged does
 //! not match its checksum; it is left out and computed again.
 

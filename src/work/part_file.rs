@@ -1,6 +1,6 @@
 //! Files of the pieces that a part of a computation has found, and all parts of a computation together.
 //!
-//! After eight bytes that name the format come [records](super::records): the first says which part of what it is and how many pieces
+//! After eight bytes that name the format come records (`records.rs`): the first says which part of what it is and how many pieces
 //! there are, each other one holds the key of a piece and the piece, in the order of the keys. The same part has the same bytes
 //! whatever the number of threads. A file that is not whole is refused: a part is computed again, not mended.
 
