@@ -45,7 +45,8 @@ part)
     ;;
 merge)
     [ $# -ge 3 ] || usage
-    exec "$program" merge "$folder" --study "$study" --out "$3" --threads "${SLURM_CPUS_PER_TASK:-1}" --resume --progress none "${@:4}"
+    exec "$program" merge "$folder" --study "$study" --out "$3" --threads "${SLURM_CPUS_PER_TASK:-1}" --resume \
+        --progress none "${@:4}"
     ;;
 *) usage ;;
 esac

@@ -83,7 +83,7 @@ def run(
     folder = Path(out) if out is not None else Path("results") / _name(name)
     found: list[bytes] = []
     pool = _Pool(workers, retries)
-    with told(progress) as tell:
+    with told(progress) as tell, pool:
         round_number = 0
         while True:
             round_number += 1
@@ -92,7 +92,7 @@ def run(
             found += new
             if not in_rounds or all(_kinetostat.part_head(part)[3] for part in new):
                 break
-        _kinetostat.merge_parts(name, found, fspath(folder))
+    _kinetostat.merge_parts(name, found, fspath(folder))
     return folder
 
 
@@ -118,8 +118,16 @@ class _Pool:
         elif isinstance(workers, Executor):
             self.executor = workers
         else:
-            self._make = cast(Callable[[], Executor], workers)
+            self._make = workers
             self.executor = self._make()
+
+    def __enter__(self) -> _Pool:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        # An executor that was given is not ours to end.
+        if self._make is not None:
+            self.executor.shutdown(wait=False, cancel_futures=True)
 
     def renew(self) -> bool:
         """Whether there is another executor now."""

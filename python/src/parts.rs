@@ -25,7 +25,8 @@ pub fn study_pieces(py: Python<'_>, path: PathBuf) -> PyResult<(usize, bool)> {
     Ok((study.kind.pieces(), study.kind.goes_in_rounds()))
 }
 
-/// Part `number` of `count`, from 1, on so many threads, 0 for all processors; `before` are all parts of earlier rounds.
+/// Part `number` of `count`, from 1, on so many threads, 0 for all processors; `before` are all parts of earlier
+/// rounds.
 #[pyfunction]
 pub fn compute_part<'py>(
     py: Python<'py>,
@@ -56,7 +57,8 @@ pub fn merge_parts(py: Python<'_>, path: PathBuf, parts: Vec<PyBackedBytes>, out
     wait_for(py, |_| Ok(()), merge)?.map_err(raised).map(drop)
 }
 
-/// What a part says of itself: its number, of how many, its round, whether nothing is left to others or a later round, its pieces.
+/// What a part says of itself: its number, of how many, its round, whether nothing is left to others or a later round,
+/// its pieces.
 #[pyfunction]
 pub fn part_head(part: PyBackedBytes) -> PyResult<(u32, u32, u32, bool, u64)> {
     let part = read(std::slice::from_ref(&part)).map_err(raised)?;

@@ -1,4 +1,5 @@
-//! What the commands that leave result folders have in common: their options, a study run into its folder, what is told of it.
+//! What the commands that leave result folders have in common: their options, a study run into its folder, what is told
+//! of it.
 
 use std::{io::Write, path::PathBuf, sync::Arc, time::Instant};
 

@@ -31,7 +31,7 @@ Examples:
   kinetostat run studies/01_workspace_map --colours cividis
   kinetostat run studies/01_workspace_map --format csv,parquet,vti  (built with --features parquet,vtk)
   kinetostat run studies/01_workspace_map --grid 101 --resume  (go on where Ctrl-C, or a power cut, stopped it)
-  kinetostat run studies/01_workspace_map --grid 101 --part 3/10 --out parts  (the third of ten parts; then kinetostat merge parts)
+  kinetostat run studies/01_workspace_map --grid 101 --part 3/10 --out parts   (the third of ten parts, for merge)
   kinetostat run studies/* --progress json --log night.log 2> progress.jsonl
 
 Beside its tables a result folder has summary.json and manifest.json. csv-metadata.json describes the columns of CSV files,
@@ -53,13 +53,16 @@ pub struct RunArguments {
     /// Turn about the tool's axis along the path of a path study, instead of that of [tool_turn] of the process
     #[arg(long, value_parser = choice::redundancy())]
     redundancy: Option<Redundancy>,
-    /// Folder for the results of a single study, or for parts [default: results/<name of the study's folder>, or parts/<the same>]
+    /// Folder for the results of a single study, or for parts [default: results/<name of the study's folder>, or
+    /// parts/<the same>]
     #[arg(long)]
     out: Option<PathBuf>,
     /// Compute part i of n of a single study, and leave a file for merge: on each of n machines another i from 1 to n
-    #[arg(long, value_name = "I/N", value_parser = share, allow_hyphen_values = true, conflicts_with_all = ["no_figures", "format", "colours"])]
+    #[arg(long, value_name = "I/N", value_parser = share, allow_hyphen_values = true)]
+    #[arg(conflicts_with_all = ["no_figures", "format", "colours"])]
     part: Option<Share>,
-    /// Round of a study that goes in rounds (placements): it goes on from all parts of the rounds before, in the same folder
+    /// Round of a study that goes in rounds (placements): it goes on from all parts of the rounds before, in the same
+    /// folder
     #[arg(long, requires = "part", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=1000))]
     round: u32,
     #[command(flatten)]

@@ -1,5 +1,5 @@
-//! A study shared out: parts that several machines compute, each into a file or into memory, and the results of all of them together,
-//! which are those of a single run.
+//! A study shared out: parts that several machines compute, each into a file or into memory, and the results of all of
+//! them together, which are those of a single run.
 
 use std::{
     fs::File,
@@ -67,7 +67,8 @@ pub struct PartOptions {
     pub program: Option<String>,
     /// Where whoever merges the parts finds the study.
     pub opened: Opened,
-    /// Which round, from 1; later ones than the first go on from all parts of the rounds before, which are in the folder.
+    /// Which round, from 1; later ones than the first go on from all parts of the rounds before, which are in the
+    /// folder.
     pub round: u32,
 }
 
@@ -116,9 +117,10 @@ fn files_in(folder: &Path) -> Result<Vec<PathBuf>> {
 }
 
 impl Study {
-    /// The part that `share` holds, as bytes. `before` are all parts of earlier rounds, of a study that
-    /// [goes in rounds](super::StudyKind::goes_in_rounds); `program` as in [`RunOptions`]. It is computed on the current rayon pool; whoever
-    /// sets `stop` stops it, and `watch` is told how far it is. The bytes do not depend on the number of threads.
+    /// The part that `share` holds, as bytes. `before` are all parts of earlier rounds, of a study that [goes in
+    /// rounds](super::StudyKind::goes_in_rounds); `program` as in [`RunOptions`]. It is computed on the current rayon
+    /// pool; whoever sets `stop` stops it, and `watch` is told how far it is. The bytes do not depend on the number of
+    /// threads.
     ///
     /// # Errors
     /// [`Error::Stopped`], parts of something else, and those of the work.
@@ -141,8 +143,8 @@ impl Study {
         Ok(bytes)
     }
 
-    /// As [`Study::part`], into a file in the folder `out`, where finished pieces are kept, so that it can be stopped and gone on
-    /// with. A part that is there already is not computed again, unless it is to begin anew.
+    /// As [`Study::part`], into a file in the folder `out`, where finished pieces are kept, so that it can be stopped
+    /// and gone on with. A part that is there already is not computed again, unless it is to begin anew.
     ///
     /// # Errors
     /// As [`Study::part`]; what cannot be read or written; an unfinished run of the part that is not to be gone on with; a part
@@ -193,8 +195,8 @@ impl Study {
         Ok(PartInFolder { file, was_there: false, is_complete })
     }
 
-    /// As [`Study::run_into`], from what `parts` have computed: those of one division, in any order. What they leave open of a study that
-    /// goes in rounds is computed. The results are those of a single run, byte for byte.
+    /// As [`Study::run_into`], from what `parts` have computed: those of one division, in any order. What they leave
+    /// open of a study that goes in rounds is computed. The results are those of a single run, byte for byte.
     ///
     /// # Errors
     /// As [`Study::run_into`]; parts of other inputs or of another build, parts that are missing or there twice.

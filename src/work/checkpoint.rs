@@ -1,8 +1,8 @@
 //! Finished pieces of a long run in a file, so that the run can go on after it was stopped or killed.
 //!
-//! The file is only ever appended to: after eight bytes that name the format come [records](super::records). The first one
-//! says what is computed, each other one holds the key of a piece and the piece. A record that was cut short or damaged does
-//! not match its checksum; it is left out and computed again.
+//! The file is only ever appended to: after eight bytes that name the format come records (`records.rs`). The first one
+//! says what is computed, each other one holds the key of a piece and the piece. A record that was cut short or damaged
+//! does not match its checksum; it is left out and computed again.
 
 use std::{
     collections::HashMap,
@@ -30,8 +30,8 @@ pub struct Origin {
 }
 
 impl Origin {
-    /// Pieces computed from `inputs` by the build of the program that `program` names, or else by the executable that is
-    /// running.
+    /// Pieces computed from `inputs` by the build of the program that `program` names, or else by the executable that
+    /// is running.
     ///
     /// # Errors
     /// The executable cannot be read.

@@ -1,9 +1,10 @@
-//! What a long computation goes on in: its pieces are kept as they finish, it can be stopped between them, several machines can
-//! share them, and somebody is told how far it is.
+//! What a long computation goes on in: its pieces are kept as they finish, it can be stopped between them, several
+//! machines can share them, and somebody is told how far it is.
 //!
-//! A computation that can be shared numbers pieces that do not need one another ([`Work::dealt`]). Where it is one part of several, a
-//! piece of another part is not computed: its place stays empty ([`here`]), and where all of them are needed the part ends
-//! ([`Work::gathered`]). All parts together are to the whole computation what an unfinished run is to the one that goes on with it.
+//! A computation that can be shared numbers pieces that do not need one another ([`Work::dealt`]). Where it is one part
+//! of several, a piece of another part is not computed: its place stays empty ([`here`]), and where all of them are
+//! needed the part ends ([`Work::gathered`]). All parts together are to the whole computation what an unfinished run is
+//! to the one that goes on with it.
 
 pub mod checkpoint;
 pub mod part_file;
@@ -42,8 +43,8 @@ pub enum Event {
     Kept(usize),
     /// The best value that a search has found so far.
     Best(f64),
-    /// At the begin of a run into a folder: so many pieces of a run before are there to be taken over (none in a new one), and
-    /// so many were damaged.
+    /// At the begin of a run into a folder: so many pieces of a run before are there to be taken over (none in a new
+    /// one), and so many were damaged.
     Resumed {
         /// Whole ones.
         pieces: usize,
@@ -146,8 +147,8 @@ impl Work {
         Self::with((Some(checkpoint), Some(parts), None), stop, watch)
     }
 
-    /// As [`Work::new`], but of the pieces that are dealt only those that `share` holds are computed, and those of `parts`, found
-    /// before, need not be.
+    /// As [`Work::new`], but of the pieces that are dealt only those that `share` holds are computed, and those of
+    /// `parts`, found before, need not be.
     pub fn of_share(
         checkpoint: Checkpoint,
         parts: Option<Parts>,
@@ -180,8 +181,8 @@ impl Work {
         Self { first: self.first + pieces, ..self.clone() }
     }
 
-    /// Piece number `number` of those that do not need one another: where the computation is shared, it belongs to one part, and so
-    /// does everything that is asked of what is returned.
+    /// Piece number `number` of those that do not need one another: where the computation is shared, it belongs to one
+    /// part, and so does everything that is asked of what is returned.
     #[must_use]
     pub fn dealt(&self, number: usize) -> Self {
         let mut own = self.clone();

@@ -1,8 +1,9 @@
 //! Files of the pieces that a part of a computation has found, and all parts of a computation together.
 //!
-//! After eight bytes that name the format come [records](super::records): the first says which part of what it is and how many pieces
-//! there are, each other one holds the key of a piece and the piece, in the order of the keys. The same part has the same bytes
-//! whatever the number of threads. A file that is not whole is refused: a part is computed again, not mended.
+//! After eight bytes that name the format come records (`records.rs`): the first says which part of what it is and how
+//! many pieces there are, each other one holds the key of a piece and the piece, in the order of the keys. The same
+//! part has the same bytes whatever the number of threads. A file that is not whole is refused: a part is computed
+//! again, not mended.
 
 use std::{
     collections::HashMap,
@@ -129,7 +130,8 @@ impl Part {
             let Some(place) = place else {
                 let (share, pieces) = (head.share, head.pieces);
                 return source.refuse(format!(
-                    "is cut short or damaged: {number} of the {pieces} pieces of part {share} are whole; compute that part again"
+                    "is cut short or damaged: {number} of the {pieces} pieces of part {share} are whole; \
+                     compute that part again"
                 ));
             };
             places.push(place);

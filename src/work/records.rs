@@ -1,5 +1,5 @@
-//! Records of files of pieces: a length (4 bytes, little-endian), the CRC-32 of the content (4 bytes) and the content, written
-//! with postcard.
+//! Records of files of pieces: a length (4 bytes, little-endian), the CRC-32 of the content (4 bytes) and the content,
+//! written with postcard.
 
 use std::io::{Error as IoError, Read, Result as IoResult};
 
@@ -40,8 +40,8 @@ pub(super) enum Record {
     End,
 }
 
-/// The next record, if it is not longer than what is `left` of the file. Nothing that is written is of length 0, but what a
-/// power cut leaves often is.
+/// The next record, if it is not longer than what is `left` of the file. Nothing that is written is of length 0, but
+/// what a power cut leaves often is.
 pub(super) fn next_record(reader: &mut impl Read, left: u64) -> IoResult<Record> {
     let mut head = [0; HEAD];
     if !fill(reader, &mut head)? {

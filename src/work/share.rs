@@ -4,7 +4,8 @@ use std::{fmt, str::FromStr};
 
 use serde::{Deserialize, Serialize};
 
-/// Part `i` of `n`: of the pieces of a computation, numbered from 0, those whose number leaves the remainder `i − 1` when divided by `n`.
+/// Part `i` of `n`: of the pieces of a computation, numbered from 0, those whose number leaves the remainder `i − 1`
+/// when divided by `n`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(try_from = "(u32, u32)", into = "(u32, u32)")]
 pub struct Share {

@@ -1,4 +1,5 @@
-//! Studies computed in parts: what all parts give together has the bytes of a single run, and what does not belong together is refused.
+//! Studies computed in parts: what all parts give together has the bytes of a single run, and what does not belong
+//! together is refused.
 
 use std::{
     collections::BTreeMap,
