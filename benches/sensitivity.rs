@@ -72,9 +72,8 @@ fn main() {
             shared = shared.min(without);
             each = each.min((time(&mut all) - without) / parameters.len() as f64);
         }
-        println!(
-            "{name}: solve {solve:.1} µs; sensitivities {shared:.1} µs once and {each:.2} µs each, {:.2} of a solve (goal {GOAL})",
-            each / solve
-        );
+        let share = each / solve;
+        println!("{name}: solve {solve:.1} µs; all sensitivities {shared:.1} µs and {each:.2} µs for each parameter");
+        println!("  one parameter more: {share:.2} of a solve (goal {GOAL})");
     }
 }

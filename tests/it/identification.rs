@@ -321,18 +321,11 @@ fn robot_with_bearings() -> String {
 fn richer_models_of_the_robot_are_judged_by_what_they_predict() {
     let Some(data) = robot_data() else { return };
     let sets = [
-        ("bearings of 1", "\"arm.B1.stiffness.rx_rx\", \"arm.B1.stiffness.ry_ry\""),
-        ("bearings of 2", "\"arm.B2.stiffness.rx_rx\", \"arm.B2.stiffness.ry_ry\""),
-        ("bearings of 3", "\"arm.B3.stiffness.rx_rx\", \"arm.B3.stiffness.ry_ry\""),
-        ("bearings of 4", "\"arm.B4.stiffness.rx_rx\", \"arm.B4.stiffness.ry_ry\""),
-        ("bearings of 5", "\"arm.B5.stiffness.rx_rx\", \"arm.B5.stiffness.ry_ry\""),
+        ("bearings of 1 and 2", "\"arm.B1.stiffness.rx_rx\", \"arm.B1.stiffness.ry_ry\", \"arm.B2.stiffness.ry_ry\""),
+        ("bearings of 3 and 4", "\"arm.B3.stiffness.rx_rx\", \"arm.B3.stiffness.ry_ry\", \"arm.B4.stiffness.ry_ry\""),
         ("all bearings", "\"arm.B*.stiffness.rx_rx\", \"arm.B*.stiffness.ry_ry\""),
-        (
-            "tool and bearings of 1, 2",
-            "\"platform.tool_tip.*\", \"arm.B1.stiffness.rx_rx\", \"arm.B1.stiffness.ry_ry\", \"arm.B2.stiffness.rx_rx\", \"arm.B2.stiffness.ry_ry\"",
-        ),
     ];
-    let mut keys = "unknowns = [\"arm.J*.stiffness\"]\nfolds = 10\n".to_string();
+    let mut keys = "unknowns = [\"arm.J*.stiffness\"]\nfolds = 5\n".to_string();
     for (name, more) in sets {
         keys +=
             &format!("[[identification.alternative]]\nname = \"{name}\"\nunknowns = [\"arm.J*.stiffness\", {more}]\n");

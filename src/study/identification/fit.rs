@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::{
     measurements::Measurement,
-    model::{Predicted, predict},
+    model::{Predicted, predict, values_at},
     spec::LossSpec,
     unknown::Unknown,
 };
@@ -18,9 +18,9 @@ const TRIES: usize = 12;
 const LONGEST_STEP: f64 = 1.0;
 /// Farthest from the start; of a logarithm a factor of a thousand.
 const FARTHEST: f64 = 7.0;
-/// Steps are over where none is longer.
-const FOUND: f64 = 1e-9;
-/// A step, or a share of the cost to be gained, that rounding may keep the search from.
+/// The search is over where no larger share of the cost is to be gained.
+const FOUND: f64 = 1e-10;
+/// The same where rounding keeps the search from gaining it.
 const NEARLY_FOUND: f64 = 1e-6;
 /// A direction whose information is less than this share of the largest is not told at all.
 const RANK: f64 = 1e-13;
@@ -114,11 +114,16 @@ impl Search<'_> {
         let mut predicted = predict(self.machine, self.unknowns, &x, measurements)?;
         let mut scale = self.scale(&((&values - &predicted.values).component_div(&given)));
         let (mut steps, mut is_found, mut damping) = (0, false, 1e-6);
-        while steps < STEPS && !is_found {
+        while steps < STEPS {
             let r = (&values - &predicted.values).component_div(&given) / scale;
             let (information, gradient) = self.normal(&predicted, &r, &given, scale, &x);
             let told = SymmetricEigen::new(information);
             let cost = self.cost(&r, &x);
+            let gain = damped_step(&told, &gradient, 0.0).dot(&gradient);
+            if gain <= FOUND * (1.0 + cost) {
+                is_found = true;
+                break;
+            }
             let mut better = None;
             for _ in 0..TRIES {
                 let mut step = damped_step(&told, &gradient, damping);
@@ -127,30 +132,27 @@ impl Search<'_> {
                     step *= LONGEST_STEP / longest;
                 }
                 let next = (&x + step).map(|x| x.clamp(-FARTHEST, FARTHEST));
-                let there = predict(self.machine, self.unknowns, &next, measurements).ok();
-                better = there.map(|there| (next, there)).filter(|(next, there)| {
-                    let r = (&values - &there.values).component_div(&given) / scale;
-                    self.cost(&r, next) <= cost
+                let there = values_at(self.machine, self.unknowns, &next, measurements).ok();
+                let is_better = there.is_some_and(|there| {
+                    let r = (&values - there).component_div(&given) / scale;
+                    self.cost(&r, &next) <= cost
                 });
-                if better.is_some() || longest <= FOUND {
+                if is_better {
+                    better = predict(self.machine, self.unknowns, &next, measurements).ok().map(|there| (next, there));
                     break;
                 }
                 damping = (damping * 10.0).max(1e-9);
             }
             let Some((next, there)) = better else {
-                // Only rounding keeps the search from the place where no step is left.
-                let left = damped_step(&told, &gradient, 0.0);
-                is_found = left.amax() <= NEARLY_FOUND || left.dot(&gradient) <= NEARLY_FOUND * cost;
+                // Only rounding keeps the search from the place where nothing is left to gain.
+                is_found = gain <= NEARLY_FOUND * (1.0 + cost);
                 break;
             };
-            is_found = (&next - &x).amax() <= FOUND;
             (x, predicted) = (next, there);
             damping = (damping * 0.1).max(1e-12);
             steps += 1;
             // The scatter is that of the values found so far.
-            let now = self.scale(&((&values - &predicted.values).component_div(&given)));
-            is_found &= self.loss == LossSpec::Squares || (now - scale).abs() <= 1e-6 * scale;
-            scale = now;
+            scale = self.scale(&((&values - &predicted.values).component_div(&given)));
         }
         Ok(self.described(x, predicted, &values, &given, scale, (steps, is_found)))
     }

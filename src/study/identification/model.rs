@@ -47,12 +47,36 @@ pub fn predict(
     x: &DVector<f64>,
     measurements: &[&Measurement],
 ) -> std::result::Result<Predicted, (Option<usize>, Failure)> {
+    predict_by(machine, unknowns, x, measurements, unknowns)
+}
+
+/// The same without derivatives.
+///
+/// # Errors
+/// Those of [`predict`].
+pub fn values_at(
+    machine: &Machine,
+    unknowns: &[Unknown],
+    x: &DVector<f64>,
+    measurements: &[&Measurement],
+) -> std::result::Result<DVector<f64>, (Option<usize>, Failure)> {
+    predict_by(machine, unknowns, x, measurements, &[]).map(|predicted| predicted.values)
+}
+
+/// Predictions with derivatives by the first of the unknowns, `by`.
+fn predict_by(
+    machine: &Machine,
+    unknowns: &[Unknown],
+    x: &DVector<f64>,
+    measurements: &[&Measurement],
+    by: &[Unknown],
+) -> std::result::Result<Predicted, (Option<usize>, Failure)> {
     let none =
         |error: crate::input::error::Error| (None, Failure { status: "no_machine".into(), reason: error.to_string() });
     let there = machine_at(machine, unknowns, x).map_err(none)?;
-    let names: Vec<&str> = unknowns.iter().map(|unknown| unknown.name.as_str()).collect();
+    let names: Vec<&str> = by.iter().map(|unknown| unknown.name.as_str()).collect();
     let sensitivities = Sensitivities::new(&there, &names).map_err(none)?;
-    let scales: Vec<f64> = unknowns.iter().zip(x.iter()).map(|(unknown, &x)| unknown.slope(x)).collect();
+    let scales: Vec<f64> = by.iter().zip(x.iter()).map(|(unknown, &x)| unknown.slope(x)).collect();
     let storage = || (sensitivities.clone(), Workspace::new(&there));
     let of = |(sensitivities, workspace): &mut (Sensitivities, Workspace), (i, own): (usize, &&Measurement)| {
         let mut solver = Solver { machine: &there, sensitivities, workspace };
@@ -69,8 +93,7 @@ fn gathered(rows: Vec<(f64, Vec<f64>)>, scales: &[f64]) -> Predicted {
     Predicted { values, slopes }
 }
 
-/// What displacements along the axes of O would read under `load` where `own` was measured: derivatives by the coordinates of the
-/// unknowns at `x`, 3 rows. `None` where the machine does not settle.
+/// Measurements that could be made at the places of others.
 pub struct Candidates<'a> {
     there: Machine,
     sensitivities: Sensitivities,
@@ -101,7 +124,8 @@ impl<'a> Candidates<'a> {
         })
     }
 
-    /// Derivatives of the tool tip's displacement at the place of this measurement by the coordinates of the unknowns.
+    /// Derivatives of the tool tip's displacement by `load` at the place of this measurement, along the axes of O (rows), by the
+    /// coordinates of the unknowns; `None` where the machine does not settle.
     pub fn slopes(&mut self, measurement: usize, load: Applied) -> Option<DMatrix<f64>> {
         let own = &self.measurements[measurement];
         let nothing = Applied { force: Vector3::zeros(), moment: Vector3::zeros() };
@@ -138,36 +162,19 @@ impl Solver<'_> {
         own: &Measurement,
         readings: &[Reading],
     ) -> std::result::Result<Vec<(f64, Vec<f64>)>, Failure> {
-        let loaded = self.settled(own, own.load)?;
-        let is_relative = readings.iter().any(|reading| !matches!(reading.quantity, Quantity::Position(_)));
-        let reference = if is_relative { Some(self.settled(own, own.reference)?) } else { None };
-        let count = loaded.by.len();
-        let of = |reading: &Reading| {
-            let after = self.motion(own, &loaded);
-            let before = reference.as_ref().map(|reference| self.motion(own, reference));
-            let from = |axis: usize, direction: Vector3<f64>| -> (f64, Vec<f64>) {
-                match (&reference, &before) {
-                    (Some(reference), Some(before)) => {
-                        let value = match reading.quantity {
-                            Quantity::Rotation(_) => {
-                                rotation_log(&(loaded.pose.rotation * reference.pose.rotation.transpose()))[axis]
-                            }
-                            _ => direction.dot(&(after.0 - before.0)),
-                        };
-                        let part = |twist: &Vector6<f64>| match reading.quantity {
-                            Quantity::Rotation(_) => twist[3 + axis],
-                            _ => direction.dot(&twist.fixed_rows::<3>(0)),
-                        };
-                        (value, (0..count).map(|k| part(&after.1[k]) - part(&before.1[k])).collect())
-                    }
-                    _ => (after.0[axis], after.1.iter().map(|twist| twist[axis]).collect()),
-                }
-            };
-            match reading.quantity {
-                Quantity::Displacement(direction) => from(0, direction),
-                Quantity::Rotation(axis) => from(axis, Vector3::zeros()),
-                Quantity::Position(axis) => (after.0[axis], after.1.iter().map(|twist| twist[axis]).collect()),
+        let (reference, loaded) = (self.settled(own, own.reference)?, self.settled(own, own.load)?);
+        let (before, after) = (self.motion(own, &reference), self.motion(own, &loaded));
+        let turned = rotation_log(&(loaded.pose.rotation * reference.pose.rotation.transpose()));
+        let change = |k: usize| after.1[k] - before.1[k];
+        let parameters = 0..after.1.len();
+        let of = |reading: &Reading| match reading.quantity {
+            Quantity::Displacement(along) => {
+                let slope = |k: usize| along.dot(&change(k).fixed_rows::<3>(0));
+                (along.dot(&(after.0 - before.0)), parameters.clone().map(slope).collect())
             }
+            // Rotations are small, so that they add up.
+            Quantity::Rotation(axis) => (turned[axis], parameters.clone().map(|k| change(k)[3 + axis]).collect()),
+            Quantity::Position(axis) => (after.0[axis], after.1.iter().map(|twist| twist[axis]).collect()),
         };
         Ok(readings.iter().map(of).collect())
     }

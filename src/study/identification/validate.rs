@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::{
     fit::{Fit, Search},
     measurements::{Measurement, Quantity},
-    model::predict,
+    model::values_at,
 };
 use crate::{input::error::Result, study::Failure, work::Work};
 
@@ -62,7 +62,7 @@ pub fn in_parts(
         let out: Vec<usize> = (0..measurements.len()).filter(is_out).collect();
         let asked: Vec<&Measurement> = out.iter().map(|&i| &measurements[i]).collect();
         let found = search.fit(&kept, start);
-        let there = found.and_then(|fit| predict(search.machine, search.unknowns, &fit.x, &asked));
+        let there = found.and_then(|fit| values_at(search.machine, search.unknowns, &fit.x, &asked));
         let predicted = match there {
             Ok(predicted) => predicted,
             Err((_, failure)) => return Ok(Err(failure)),
@@ -70,7 +70,7 @@ pub fn in_parts(
         let mut first = 0;
         for &i in &out {
             let readings = &measurements[i].readings;
-            let own = readings.iter().enumerate().map(|(k, reading)| reading.value - predicted.values[first + k]);
+            let own = readings.iter().enumerate().map(|(k, reading)| reading.value - predicted[first + k]);
             residuals[i] = own.collect();
             first += readings.len();
         }

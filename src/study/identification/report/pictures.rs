@@ -1,37 +1,38 @@
 //! Pictures of an identification: the numbers with their intervals, what was measured against what is predicted, and what is left.
 
-use super::{summary::Report, text};
-use crate::report::figures::{AgreementFigure, AgreementRow, Figure, LineFigure, LineSeries, Meant};
+use super::summary::Report;
+use crate::{
+    report::figures::{Figure, LineFigure, LineSeries},
+    study::identification::Found,
+};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// All pictures with their file stems.
+/// Most numbers in the picture of them.
+const MOST: usize = 12;
+
+/// All pictures with their file stems; one without anything to draw is left out.
 pub(super) fn figures(report: &Report<'_>) -> Vec<(String, Figure)> {
-    let lines = [("predicted", predicted(report)), ("residuals", residuals(report))];
-    let drawn = lines.into_iter().filter(|(_, figure)| !figure.series.is_empty());
-    let drawn = drawn.map(|(stem, figure)| (stem.to_string(), Figure::Lines(figure)));
-    std::iter::once(("answer".to_string(), Figure::Agreement(numbers(report)))).chain(drawn).collect()
+    let all = [("answer", numbers(report)), ("predicted", predicted(report)), ("residuals", residuals(report))];
+    let drawn = all.into_iter().filter(|(_, figure)| !figure.series.is_empty());
+    drawn.map(|(stem, figure)| (stem.to_string(), Figure::Lines(figure))).collect()
 }
 
-/// Each number against that of the machine file, in half widths of its interval.
-fn numbers(report: &Report<'_>) -> AgreementFigure {
-    let rows = report.found.found.iter().enumerate().map(|(k, own)| {
-        let difference =
-            (own.half_width.is_finite() && own.half_width > 0.0).then(|| report.found.fit.x[k] / own.half_width);
-        AgreementRow {
-            label: own.unknown.name.clone(),
-            numbers: text::value(own),
-            meant: Meant::About,
-            difference,
-            agrees: difference.is_some_and(|difference| difference.abs() <= 1.0),
-        }
-    });
-    AgreementFigure {
-        title: "What was found, against the machine file".into(),
-        subtitle: subtitle(report),
-        numbers: "found (95 % interval)".into(),
-        rows: rows.collect(),
-    }
+/// The interval of each number as a bar, by its change from the machine file.
+fn numbers(report: &Report<'_>) -> LineFigure {
+    let finite = report.found.found.iter().enumerate().filter(|(_, own)| own.half_width.is_finite());
+    let bar = |(k, own): (usize, &Found)| {
+        let (x, y) = (report.found.fit.x[k], (k + 1) as f64);
+        let points = vec![(x - own.half_width, y), (x, y), (x + own.half_width, y)];
+        series(format!("{} {}", k + 1, own.unknown.name), points)
+    };
+    let bars = finite.take(MOST).map(bar).collect();
+    let labels = ["change from the machine file [ln of the factor; mm; °]", "number of the unknown"];
+    let note = match report.found.found.len() {
+        all if all > MOST => Some(format!("at most {MOST} of {all} unknowns are drawn; bars are 95 % intervals")),
+        _ => Some("bars are 95 % intervals; unknowns without one are not drawn".to_string()),
+    };
+    LineFigure { closed_note: note, ..figure(report, "What was found, against the machine file", labels, bars) }
 }
 
 fn subtitle(report: &Report<'_>) -> String {
