@@ -35,6 +35,7 @@
 //! | judge places for a workpiece | [`Evaluator`], [`study::placement::run`] |
 //! | rewrite a program and prove it | [`study::program::ProgramJob`] |
 //! | run a study file into a folder | [`Study::open`], [`Study::run_into`] |
+//! | share it out, and merge the parts | [`Study::part`], [`Study::merge_into`] |
 //!
 //! # Features
 //!

@@ -14,9 +14,13 @@ __all__ = [
     "Program",
     "__version__",
     "as_toml",
+    "compute_part",
     "machine_names",
+    "merge_parts",
+    "part_head",
     "read_table",
     "run_study",
+    "study_pieces",
 ]
 
 __version__: str
@@ -40,6 +44,26 @@ def run_study(
     told: _Told,
 ) -> dict[str, Any]: ...
 
+def study_pieces(
+    path: str | PathLike[str], grid: Sequence[int] | None = None, points: int | None = None
+) -> tuple[int, bool]: ...
+def compute_part(
+    path: str | PathLike[str],
+    number: int,
+    count: int,
+    before: Sequence[bytes] = ...,
+    threads: int = 0,
+    grid: Sequence[int] | None = None,
+    points: int | None = None,
+) -> bytes: ...
+def merge_parts(
+    path: str | PathLike[str],
+    parts: Sequence[bytes],
+    out: str | PathLike[str],
+    grid: Sequence[int] | None = None,
+    points: int | None = None,
+) -> None: ...
+def part_head(part: bytes) -> tuple[int, int, int, bool, int]: ...
 @final
 class Machine:
     @staticmethod

@@ -8,6 +8,7 @@ mod build;
 mod error;
 mod machine;
 mod parameters;
+mod parts;
 mod poses;
 mod program;
 mod settle;
@@ -22,6 +23,8 @@ mod _kinetostat {
     use crate::error::Error;
     #[pymodule_export]
     use crate::machine::{Machine, machine_names};
+    #[pymodule_export]
+    use crate::parts::{compute_part, merge_parts, part_head, study_pieces};
     #[pymodule_export]
     use crate::program::{Process, Program};
     #[pymodule_export]

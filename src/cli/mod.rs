@@ -9,12 +9,15 @@ mod export_correction;
 mod export_realtime;
 mod headline;
 mod machines;
+mod merge;
 mod new;
 mod on_machine;
+mod part;
 mod point;
 mod progress;
 mod report;
 mod reporting;
+mod results;
 mod run;
 mod set;
 mod upgrade;
@@ -41,6 +44,7 @@ pub struct Arguments {
 const EXAMPLES: &str = "\
 Examples:
   kinetostat run studies/01_workspace_map
+  kinetostat merge parts --out results/01_workspace_map
   kinetostat point --machine orthoglide --at Q1 --phi 130 --chain-errors 1,-1,1
   kinetostat compensate part.nc --machine orthoglide --process milling.toml --out part_compensated.nc
   kinetostat compare --machine orthoglide --process milling.toml --path part.nc --at Q0 --at 50,0,20
@@ -58,6 +62,7 @@ with --resume).";
 #[derive(Debug, Subcommand)]
 enum Command {
     Run(run::RunArguments),
+    Merge(merge::MergeArguments),
     Point(point::PointArguments),
     Compensate(compensate::CompensateArguments),
     Compare(compare::CompareArguments),
@@ -102,11 +107,12 @@ pub fn listen() -> Result<()> {
 
 /// Runs the command.
 pub fn dispatch(arguments: Arguments) -> Result<Ending> {
-    if !matches!(arguments.command, Command::Run(_)) {
+    if !matches!(arguments.command, Command::Run(_) | Command::Merge(_)) {
         reporting::stop_at_once()?;
     }
     match arguments.command {
         Command::Run(arguments) => run::run(&arguments),
+        Command::Merge(arguments) => merge::merge(&arguments),
         Command::Point(arguments) => point::point(&arguments),
         Command::Compensate(arguments) => compensate::compensate(&arguments),
         Command::Compare(arguments) => compare::compare(&arguments),

@@ -65,12 +65,12 @@ struct State {
 }
 
 impl Progress {
-    /// Of `total` items that are called `of`; `is_quiet` where nothing is to be said but errors.
+    /// Of `total` items that are called `of`, 0 where that is not known; `is_quiet` where nothing is to be said but errors.
     pub fn start((form, is_quiet): (Form, bool), study: &str, total: usize, of: &str) -> Self {
         let is_drawn = form == Form::Auto && std::io::stderr().is_terminal();
         let target = if is_drawn { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(Some(total as u64), target);
-        let bar = match style(of) {
+        let bar = match if total > 0 { style(of) } else { style_of_unknown(of) } {
             Some(style) => bar.with_style(style),
             None => bar,
         };
@@ -89,7 +89,10 @@ impl Progress {
         let progress =
             Self { bar, form, is_quiet, study: study.into(), of: of.into(), total, state: Mutex::new(state) };
         progress.line(json!({ "event": "started", "study": study, "total": total, "of": of }));
-        log::info!("{study}: {total} {of} to compute");
+        match total {
+            0 => log::info!("{study}: {of} to compute"),
+            total => log::info!("{study}: {total} {of} to compute"),
+        }
         progress
     }
 
@@ -145,6 +148,8 @@ impl Progress {
                 self.bar.reset_eta();
                 state.rate_from = (Instant::now(), state.computed);
             }
+            // Told of parts by whoever watches them.
+            Event::Dealt { .. } => {}
             Event::Best(best) => {
                 state.best = Some(best);
                 self.bar.set_message(format!("refining, best {best:.6}"));
@@ -203,7 +208,7 @@ impl Progress {
         let rate = (computed > 0 && seconds > 0.0).then(|| computed as f64 / seconds);
         // How long a search takes is not known before.
         let is_counted = state.best.is_none() && state.stage.is_none();
-        let left = rate.filter(|_| is_counted).map(|rate| total.saturating_sub(done) as f64 / rate);
+        let left = rate.filter(|_| is_counted && total > 0).map(|rate| total.saturating_sub(done) as f64 / rate);
         let mut report = json!({
             "event": "progress",
             "study": self.study,
@@ -225,7 +230,11 @@ impl Progress {
         self.bar.finish_and_clear();
         let state = self.state();
         self.line(self.report(&state));
-        let first = format!("{} of {} {}", state.computed + state.kept, self.total, self.of);
+        let done = state.computed + state.kept;
+        let first = match self.total {
+            0 => format!("{done} {}", self.of),
+            total => format!("{done} of {total} {}", self.of),
+        };
         match state.stage {
             Some((stage, done)) => format!("{first}, then {done} of {} {}", stage.items, stage.of),
             None => first,
@@ -241,8 +250,16 @@ impl Progress {
 }
 
 fn style(of: &str) -> Option<ProgressStyle> {
-    let template = format!("{{bar:30}} {{human_pos}} of {{human_len}} {of}, {{rate}}, {{eta}} left {{msg}}");
-    let style = ProgressStyle::with_template(&template).ok()?;
+    with_rate(&format!("{{bar:30}} {{human_pos}} of {{human_len}} {of}, {{rate}}, {{eta}} left {{msg}}"))
+}
+
+/// Where it is not known how many items there are.
+fn style_of_unknown(of: &str) -> Option<ProgressStyle> {
+    with_rate(&format!("{{human_pos}} {of}, {{rate}} {{msg}}"))
+}
+
+fn with_rate(template: &str) -> Option<ProgressStyle> {
+    let style = ProgressStyle::with_template(template).ok()?;
     Some(style.with_key("rate", |state: &ProgressState, out: &mut dyn std::fmt::Write| {
         // A bar has nobody to tell that a line could not be made.
         let _ = out.write_str(&rate_words(state.per_sec()));

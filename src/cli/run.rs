@@ -1,26 +1,21 @@
 //! `kinetostat run`: computes a study and writes its tables, figures and page.
 
-use std::{
-    io::Write,
-    path::PathBuf,
-    sync::{Arc, atomic::Ordering},
-    time::Instant,
-};
+use std::{path::PathBuf, sync::atomic::Ordering};
 
 use clap::Args;
 use kinetostat::{
-    input::error::{Error, Result, Way},
+    input::error::{Error, Result},
     machine::Branch,
     process::Redundancy,
-    report::{exchange::Format, figures::Colours, page::PAGE},
-    study::{Begin, Finished, FolderRun, Overrides, RunOptions, Study},
+    study::{FolderRun, Overrides, Study},
+    work::share::Share,
 };
-use serde_json::json;
 
 use super::{
-    Ending, choice, headline,
-    progress::Progress,
-    reporting::{Reporting, stop_flag},
+    Ending, choice,
+    part::{self, AskedPart},
+    reporting::stop_flag,
+    results::{Computing, Writing, folder, in_options, run_study},
 };
 
 /// Compute a study: its tables, figures, a summary of its answer and a page that shows them.
@@ -36,6 +31,7 @@ Examples:
   kinetostat run studies/01_workspace_map --colours cividis
   kinetostat run studies/01_workspace_map --format csv,parquet,vti  (built with --features parquet,vtk)
   kinetostat run studies/01_workspace_map --grid 101 --resume  (go on where Ctrl-C, or a power cut, stopped it)
+  kinetostat run studies/01_workspace_map --grid 101 --part 3/10 --out parts  (the third of ten parts; then kinetostat merge parts)
   kinetostat run studies/* --progress json --log night.log 2> progress.jsonl
 
 Beside its tables a result folder has summary.json and manifest.json. csv-metadata.json describes the columns of CSV files,
@@ -57,30 +53,23 @@ pub struct RunArguments {
     /// Turn about the tool's axis along the path of a path study, instead of that of [tool_turn] of the process
     #[arg(long, value_parser = choice::redundancy())]
     redundancy: Option<Redundancy>,
-    /// Folder for the results of a single study [default: results/<name of the study's folder>]
+    /// Folder for the results of a single study, or for parts [default: results/<name of the study's folder>, or parts/<the same>]
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Threads [default: all processors]
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
-    /// Go on with the run that was stopped or killed in the same folder; without one, begin. Studies whose results are
-    /// complete are computed again
-    #[arg(long, conflicts_with = "restart")]
-    resume: bool,
-    /// Begin anew although the folder holds an unfinished run, whose pieces are lost
-    #[arg(long)]
-    restart: bool,
-    /// Write tables and the page only
-    #[arg(long)]
-    no_figures: bool,
-    /// Formats of tables and maps, separated by commas; without csv there is no page
-    #[arg(long, value_parser = choice::format(), value_delimiter = ',', default_value = "csv")]
-    format: Vec<Format>,
-    /// Colours of maps in figures
-    #[arg(long, value_parser = choice::colours(), default_value = "viridis")]
-    colours: Colours,
+    /// Compute part i of n of a single study, and leave a file for merge: on each of n machines another i from 1 to n
+    #[arg(long, value_name = "I/N", value_parser = share, allow_hyphen_values = true, conflicts_with_all = ["no_figures", "format", "colours"])]
+    part: Option<Share>,
+    /// Round of a study that goes in rounds (placements): it goes on from all parts of the rounds before, in the same folder
+    #[arg(long, requires = "part", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    round: u32,
     #[command(flatten)]
-    reporting: Reporting,
+    writing: Writing,
+    #[command(flatten)]
+    computing: Computing,
+}
+
+fn share(text: &str) -> std::result::Result<Share, String> {
+    text.parse()
 }
 
 /// Counts along three axes, or one for all.
@@ -94,10 +83,12 @@ pub(super) fn grid(text: &str) -> std::result::Result<[usize; 3], String> {
 }
 
 pub fn run(arguments: &RunArguments) -> Result<Ending> {
-    arguments.reporting.start_log()?;
+    let RunArguments { computing, writing, .. } = arguments;
+    computing.reporting.start_log()?;
+    let refuse = |argument: &str, problem| Err(Error::Argument { argument: argument.into(), problem });
     if let (Some(out), [_, _, ..]) = (&arguments.out, arguments.studies.as_slice()) {
         let problem = format!("{} can hold the results of one study, got {}", out.display(), arguments.studies.len());
-        return Err(Error::Argument { argument: "--out".into(), problem });
+        return refuse("--out", problem);
     }
     let overrides = Overrides {
         grid: arguments.grid,
@@ -106,148 +97,36 @@ pub fn run(arguments: &RunArguments) -> Result<Ending> {
         redundancy: arguments.redundancy,
         ..Overrides::default()
     };
+    if let Some(share) = arguments.part {
+        let [path] = arguments.studies.as_slice() else {
+            return refuse("--part", format!("is of one study, got {}", arguments.studies.len()));
+        };
+        let asked = AskedPart { path, overrides, share, round: arguments.round, out: arguments.out.as_deref() };
+        return part::compute(&asked, computing);
+    }
     let opened = arguments.studies.iter().map(|path| Study::open(path, &overrides));
     let studies: Vec<Study> = opened.collect::<Result<_>>().map_err(in_options)?;
     for (i, study) in studies.iter().enumerate() {
         if studies[..i].iter().any(|other| other.name == study.name) {
             let problem = format!("two studies are called \"{}\" and would share a result folder", study.name);
-            return Err(Error::Argument { argument: arguments.studies[i].display().to_string(), problem });
+            return refuse(&arguments.studies[i].display().to_string(), problem);
         }
     }
-    let options = options(arguments);
+    let options = writing.options(computing);
     studies.iter().try_for_each(|study| study.check_formats(&options)).map_err(in_options)?;
-    let runs = studies.iter().map(|study| study.may_run_into(&folder(arguments, study), &options));
+    let runs = studies.iter().map(|study| study.may_run_into(&folder(arguments.out.as_ref(), study), &options));
     let runs: Vec<FolderRun<'_>> = runs.collect::<Result<_>>().map_err(in_options)?;
     if stop_flag()?.load(Ordering::Relaxed) {
-        arguments.reporting.print("Stopped before anything was computed.\n")?;
+        computing.reporting.print("Stopped before anything was computed.\n")?;
         return Ok(Ending::Stopped);
     }
     let mut ending = Ending::Complete;
     for run in &runs {
-        match run_study(arguments, run)? {
+        match run_study(computing, writing, run, || run.begin())? {
             Ending::Complete => {}
             Ending::SomeUnsolved => ending = Ending::SomeUnsolved,
             Ending::Stopped => return Ok(Ending::Stopped),
         }
     }
     Ok(ending)
-}
-
-fn options(arguments: &RunArguments) -> RunOptions {
-    RunOptions {
-        formats: arguments.format.clone(),
-        figures: !arguments.no_figures,
-        colours: arguments.colours,
-        begin: match (arguments.resume, arguments.restart) {
-            (true, _) => Begin::Resume,
-            (_, true) => Begin::Restart,
-            _ => Begin::New,
-        },
-        program: None,
-    }
-}
-
-/// An error of the library in words of the command line.
-fn in_options(error: Error) -> Error {
-    match error {
-        Error::Value { file, key, problem } if file == Overrides::ORIGIN => {
-            Error::Argument { argument: format!("--{key}"), problem }
-        }
-        Error::Resume { file, problem, way } => {
-            let problem = match way {
-                Way::ResumeOrRestart => format!("{problem}; --resume goes on, --restart begins anew"),
-                Way::Restart => format!("{problem}; --restart begins anew"),
-                Way::Elsewhere => problem,
-            };
-            Error::Resume { file, problem, way }
-        }
-        other => other,
-    }
-}
-
-/// The folder for the results of `study`.
-fn folder(arguments: &RunArguments, study: &Study) -> PathBuf {
-    arguments.out.clone().unwrap_or_else(|| PathBuf::from("results").join(&study.name))
-}
-
-fn run_study(arguments: &RunArguments, run: &FolderRun<'_>) -> Result<Ending> {
-    let (study, started) = (run.study(), Instant::now());
-    let threads = arguments.threads.map_or(0, usize::from);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|e| Error::Argument { argument: "--threads".into(), problem: e.to_string() })?;
-    let begun = run.begin().map_err(in_options)?;
-    arguments.reporting.print(&format!("{}\n\n", study.question))?;
-    let (total, of) = study.kind.items();
-    let progress = arguments.reporting.progress(&study.name, total, of);
-    let (watcher, stop) = (Arc::clone(&progress), stop_flag()?);
-    let ended = pool.install(|| begun.run(stop, move |event| watcher.tell(event)));
-    let done = progress.end();
-    match ended {
-        Ok(finished) => {
-            let seconds = started.elapsed().as_secs_f64();
-            tell_answer(arguments, run, &finished, seconds)?;
-            let threads = pool.current_num_threads();
-            tell(&progress, run, &finished, (seconds, threads));
-            Ok(if finished.is_complete { Ending::Complete } else { Ending::SomeUnsolved })
-        }
-        Err(Error::Stopped) => {
-            let name = &study.name;
-            log::info!("{name}: stopped after {done}");
-            progress.line(json!({ "event": "stopped", "study": name }));
-            let text = format!("{name}: stopped after {done}. The same command with --resume goes on.\n");
-            arguments.reporting.print(&text)?;
-            Ok(Ending::Stopped)
-        }
-        Err(error) => {
-            if run.is_unfinished() {
-                log::info!("{}: what was computed is kept; --resume goes on", study.name);
-                let _ =
-                    writeln!(std::io::stderr(), "What was computed is kept; the same command with --resume goes on.");
-            }
-            progress.line(json!({ "event": "failed", "study": study.name, "message": error.to_string() }));
-            Err(error)
-        }
-    }
-}
-
-/// The answer at a glance and where more of it stands; all of it where everything is wanted.
-fn tell_answer(arguments: &RunArguments, run: &FolderRun<'_>, finished: &Finished, seconds: f64) -> Result<()> {
-    let reporting = &arguments.reporting;
-    reporting.print_styled(&headline::words(&finished.headline, &format!("{seconds:.1} s")))?;
-    let names = finished.files.iter().map(|path| path.file_name().unwrap_or_default().to_string_lossy());
-    let out = run.out();
-    let mut closing = String::new();
-    if reporting.is_verbose() {
-        closing += &format!("\n{}\nWritten to {}:\n", finished.details, out.display());
-        names.clone().for_each(|name| closing += &format!("  {name}\n"));
-    } else if arguments.format.contains(&Format::Csv) {
-        closing += &format!("Results in {}, to read as {}\n", out.display(), out.join(PAGE).display());
-    } else {
-        closing += &format!("Results in {}\n", out.display());
-    }
-    if arguments.format.contains(&Format::Vti) && !names.into_iter().any(|name| name.ends_with(".vti")) {
-        closing += "No .vti: this kind of study has no map over the workspace.\n";
-    }
-    reporting.print(&closing)
-}
-
-/// The end of the run for the log and for programs that watch.
-fn tell(progress: &Progress, run: &FolderRun<'_>, finished: &Finished, (seconds, threads): (f64, usize)) {
-    let (study, out, statuses) = (run.study(), run.out(), &finished.statuses);
-    let counts: Vec<String> = statuses.iter().map(|count| format!("{} {}", count.rows, count.status)).collect();
-    log::info!(
-        "{}: {} in {seconds:.1} s, {} files written to {}",
-        study.name,
-        counts.join(", "),
-        finished.files.len(),
-        out.display()
-    );
-    progress.line(json!({
-        "event": "finished",
-        "study": study.name,
-        "statuses": statuses,
-        "wall_time_s": seconds,
-        "threads": threads,
-        "folder": out,
-    }));
 }

@@ -44,7 +44,13 @@ impl Inputs {
             hasher.update((text.len() as u64).to_le_bytes());
             hasher.update(text);
         }
-        hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+        hexadecimal(&hasher.finalize())
+    }
+
+    /// Names, and the SHA-256 of each text, hexadecimal.
+    #[cfg(feature = "study")]
+    pub(crate) fn digests(&self) -> Vec<(String, String)> {
+        self.0.iter().map(|(name, text)| (name.clone(), hexadecimal(&Sha256::digest(text)))).collect()
     }
 
     /// The names, each once.
@@ -78,6 +84,10 @@ impl Inputs {
         };
         Some(format!("{name}, line {}: was {}, is {}", number + 1, quoted(before), quoted(now)))
     }
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 #[cfg(test)]

@@ -29,6 +29,6 @@ pub use said::Said;
 pub use visible::{visible, visible_json};
 pub use words::{counted, if_any, millimetres, millimetres_in_table};
 pub use write::{OutputFile, prepare, prepare_beside, remove, staging, write_all, write_beside};
-pub(crate) use write::{clean, publish, temporary_file};
+pub(crate) use write::{clean, publish, staging_beside, temporary_file};
 
 pub(crate) use crate::input::check::file_stem;

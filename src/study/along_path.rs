@@ -18,7 +18,7 @@ use crate::{
         led_along::{LedPoint, Stretch, led_along},
         path_blocks::blocks,
     },
-    work::{Event, Work},
+    work::{Event, Work, here},
 };
 
 /// Points that are solved one after another, each from the one before. Blocks are solved in parallel; the division does
@@ -167,18 +167,20 @@ pub fn run(case: &PathCase<'_>, commands: &Commands<'_>, done: &(dyn Fn() + Sync
     answers
 }
 
-/// Pieces of `work` along the part of the path that begins at `first`: what `keep` takes of the answers of a method.
+/// Pieces of `work` along the part of the path that begins at `first`: what `keep` takes of the answers of a method, but for those that
+/// another part of the work computes. The pieces of `passes` along the path are numbered together.
 ///
 /// # Errors
 /// Of `work`.
 pub(super) fn kept<T: Serialize + DeserializeOwned + Send>(
     case: &PathCase<'_>,
-    first: usize,
+    (first, passes): (usize, usize),
     method: Method,
     work: &Work,
     keep: impl Fn(PathAnswer) -> T + Sync,
 ) -> Result<Vec<T>> {
-    let blocks = (0..case.demands.len()).into_par_iter().step_by(BLOCK).map(|start| {
+    let blocks = (0..case.demands.len()).into_par_iter().step_by(BLOCK).filter_map(|start| {
+        let work = work.dealt((first + start) / BLOCK * passes);
         let compute = || {
             let done = || {
                 work.tell(Event::Computed(1));
@@ -192,7 +194,7 @@ pub(super) fn kept<T: Serialize + DeserializeOwned + Send>(
             }
             Ok(answers.into_iter().map(&keep).collect())
         };
-        work.piece(&(first + start), Vec::len, compute)
+        here(work.piece(&(first + start), Vec::len, compute)).transpose()
     });
     Ok(blocks.collect::<Result<Vec<Vec<T>>>>()?.into_iter().flatten().collect())
 }

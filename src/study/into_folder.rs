@@ -23,6 +23,7 @@ use crate::{
     work::{
         Event, Work,
         checkpoint::{Checkpoint, Found, Origin},
+        part_file::{Part, Parts},
     },
 };
 
@@ -91,6 +92,7 @@ pub struct FolderRun<'a> {
 pub struct BegunRun<'a> {
     run: &'a FolderRun<'a>,
     checkpoint: Checkpoint,
+    parts: Option<Parts>,
 }
 
 impl BegunRun<'_> {
@@ -100,9 +102,12 @@ impl BegunRun<'_> {
     /// [`Error::Stopped`], and whatever cannot be read, drawn or written; what was computed is then kept in the folder, see
     /// [`FolderRun::is_unfinished`].
     pub fn run(self, stop: Arc<AtomicBool>, watch: impl Fn(Event) + Send + Sync + 'static) -> Result<Finished> {
-        let Self { run, checkpoint } = self;
+        let Self { run, checkpoint, parts } = self;
         let found = Event::Resumed { pieces: checkpoint.len(), lost: checkpoint.damaged() };
-        let work = Work::new(Some(checkpoint), stop, Box::new(watch));
+        let work = match parts {
+            Some(parts) => Work::from_parts(checkpoint, parts, stop, Box::new(watch)),
+            None => Work::new(Some(checkpoint), stop, Box::new(watch)),
+        };
         work.tell(found);
         match run.answer(&work) {
             // Nothing is left to go on with once the results are written.
@@ -177,7 +182,7 @@ impl Study {
         let run = FolderRun { study: self, out: out.to_path_buf(), options: options.clone(), origin };
         prepare(out)?;
         Manifest::may_write(out, run.main_files().iter().map(String::as_str))?;
-        run.refuse_to_lose()?;
+        refuse_to_lose(&out.join(STATE), &run.origin, options.begin)?;
         Ok(run)
     }
 }
@@ -229,13 +234,18 @@ impl FolderRun<'_> {
     /// # Errors
     /// An unfinished run that cannot be gone on with, or a file that cannot be written.
     pub fn begin(&self) -> Result<BegunRun<'_>> {
-        let state = self.out.join(STATE);
-        let checkpoint = match self.options.begin {
-            Begin::Resume if state.is_file() => Checkpoint::resume(&state, &self.origin)?,
-            _ => Checkpoint::create(&state, &self.origin)?,
-        };
+        let checkpoint = begun(&self.out.join(STATE), &self.origin, self.options.begin)?;
         clean(&self.out)?;
-        Ok(BegunRun { run: self, checkpoint })
+        Ok(BegunRun { run: self, checkpoint, parts: None })
+    }
+
+    /// As [`FolderRun::begin`]; what `parts` have computed is taken over.
+    ///
+    /// # Errors
+    /// As [`Parts::new`] and [`FolderRun::begin`].
+    pub fn begin_from(&self, parts: Vec<Part>) -> Result<BegunRun<'_>> {
+        let parts = Parts::new(parts, &self.origin)?;
+        Ok(BegunRun { parts: Some(parts), ..self.begin()? })
     }
 
     fn answer(&self, work: &Work) -> Result<Finished> {
@@ -269,20 +279,27 @@ impl FolderRun<'_> {
         let tables = endings.flat_map(|ending| stems.iter().map(move |table| format!("{table}.{ending}")));
         tables.chain(["summary.json", "report.json", PAGE].map(String::from)).collect()
     }
+}
 
-    /// What an unfinished run has computed is not replaced unless that is asked for.
-    fn refuse_to_lose(&self) -> Result<()> {
-        if self.options.begin != Begin::New {
-            return Ok(());
-        }
-        let file = self.out.join(STATE);
-        let (problem, way) = match Checkpoint::find(&file, &self.origin)? {
-            Found::Nothing => return Ok(()),
-            Found::Same => ("holds what an unfinished run has computed".into(), Way::ResumeOrRestart),
-            Found::Other(change) => {
-                (format!("holds what an unfinished run of something else has computed ({change})"), Way::Restart)
-            }
-        };
-        Err(Error::Resume { file, problem, way })
+/// Opens what keeps the pieces: `state`, if it is to be gone on with.
+pub(super) fn begun(state: &Path, origin: &Origin, begin: Begin) -> Result<Checkpoint> {
+    match begin {
+        Begin::Resume if state.is_file() => Checkpoint::resume(state, origin),
+        _ => Checkpoint::create(state, origin),
     }
+}
+
+/// What an unfinished run has computed is not replaced unless that is asked for.
+pub(super) fn refuse_to_lose(state: &Path, origin: &Origin, begin: Begin) -> Result<()> {
+    if begin != Begin::New {
+        return Ok(());
+    }
+    let (problem, way) = match Checkpoint::find(state, origin)? {
+        Found::Nothing => return Ok(()),
+        Found::Same => ("holds what an unfinished run has computed".into(), Way::ResumeOrRestart),
+        Found::Other(change) => {
+            (format!("holds what an unfinished run of something else has computed ({change})"), Way::Restart)
+        }
+    };
+    Err(Error::Resume { file: state.to_path_buf(), problem, way })
 }

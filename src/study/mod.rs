@@ -23,6 +23,8 @@ mod into_folder;
 mod led_along;
 pub mod machine_check;
 mod over_workspace;
+#[cfg(feature = "report")]
+pub mod parts;
 mod path_blocks;
 mod path_sums;
 pub mod point;

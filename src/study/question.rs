@@ -2,7 +2,7 @@
 
 use std::{cell::Cell, io::ErrorKind};
 
-use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use crate::{
     input::{
@@ -13,6 +13,7 @@ use crate::{
     machine::{Branch, Machine},
     process::{Process, Redundancy},
     study::spec::{Header, ProcessRef, SCHEMA},
+    work::Work,
 };
 
 /// A question: a checked study that can be run.
@@ -41,6 +42,20 @@ pub trait Question: Sized {
     fn image_points(&self) -> Option<usize> {
         None
     }
+
+    /// How many pieces are computed that do not need one another: those of its first round, where they go in rounds.
+    fn pieces(&self) -> usize;
+
+    /// Whether what is computed next depends on what all pieces before have found.
+    fn goes_in_rounds(&self) -> bool {
+        false
+    }
+
+    /// Computes the pieces without making anything of them.
+    ///
+    /// # Errors
+    /// Of the work.
+    fn compute(&self, work: &Work) -> Result<()>;
 
     /// Computes it and makes what it leaves in its folder.
     ///
@@ -73,7 +88,7 @@ pub struct Resolved<Q: Question> {
 }
 
 /// What is changed in a study for one run.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Overrides {
     /// Grid points per axis of a map.
     pub grid: Option<[usize; 3]>,
@@ -332,6 +347,21 @@ macro_rules! questions {
             /// Points of its map over the workspace, if it has one that can be an image.
             pub fn image_points(&self) -> Option<usize> {
                 match self { $($(#[$gate])* StudyKind::$kind(study, _) => study.image_points(),)* }
+            }
+
+            /// How many pieces it computes that do not need one another: those of its first round, if it goes in rounds.
+            pub fn pieces(&self) -> usize {
+                match self { $($(#[$gate])* StudyKind::$kind(study, _) => study.pieces(),)* }
+            }
+
+            /// Whether what it computes next depends on what all pieces before have found.
+            pub fn goes_in_rounds(&self) -> bool {
+                match self { $($(#[$gate])* StudyKind::$kind(study, _) => study.goes_in_rounds(),)* }
+            }
+
+            #[cfg(feature = "report")]
+            fn compute(&self, work: &crate::work::Work) -> Result<()> {
+                match self { $($(#[$gate])* StudyKind::$kind(study, _) => study.compute(work),)* }
             }
 
             /// Its first tables.

@@ -1,20 +1,20 @@
 //! Finished pieces of a long run in a file, so that the run can go on after it was stopped or killed.
 //!
-//! The file is only ever appended to: after eight bytes that name the format come records of a length (4 bytes,
-//! little-endian), the CRC-32 of the content (4 bytes) and the content, written with postcard. The first record says what
-//! is computed, each other one holds the key of a piece and the piece. A record that was cut short or damaged does not
-//! match its checksum; it is left out and computed again.
+//! The file is only ever appended to: after eight bytes that name the format come [records](super::records). The first one
+//! says what is computed, each other one holds the key of a piece and the piece. A record that was cut short or damaged does
+//! not match its checksum; it is left out and computed again.
 
 use std::{
     collections::HashMap,
     fs::{File, OpenOptions, TryLockError},
-    io::{BufReader, Error as IoError, Read, Result as IoResult, Seek, SeekFrom, Write},
+    io::{BufReader, Read, Seek, SeekFrom, Write},
     path::{Path, PathBuf},
     sync::OnceLock,
 };
 
-use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use serde::{Deserialize, Serialize};
 
+use super::records::{HEAD, Record, encoded, fill, next_record, record};
 use crate::{
     input::Inputs,
     input::error::{Error, Result, Way},
@@ -85,8 +85,6 @@ pub enum Found {
 }
 
 const FORMAT: [u8; 8] = *b"kstat-1\n";
-/// Bytes before the content of a record.
-const HEAD: usize = 8;
 
 impl Checkpoint {
     /// A new file at `path`, in place of any other.
@@ -108,6 +106,16 @@ impl Checkpoint {
         let head = record(&encoded(origin).map_err(fault)?).map_err(fault)?;
         self.append(&[FORMAT.as_slice(), &head].concat())?;
         Ok(self)
+    }
+
+    /// A file without a name, which is gone with the program.
+    ///
+    /// # Errors
+    /// It cannot be made.
+    pub fn unnamed(origin: &Origin) -> Result<Self> {
+        let path = PathBuf::from("a temporary file");
+        let file = tempfile::tempfile().map_err(|source| Error::Write { file: path.clone(), source })?;
+        Self { file, path, places: HashMap::new(), end: 0, damaged: 0 }.begun(origin)
     }
 
     /// Opens the file at `path`; one in which nothing was begun is begun.
@@ -159,6 +167,13 @@ impl Checkpoint {
     /// Whether it has no pieces.
     pub fn is_empty(&self) -> bool {
         self.places.is_empty()
+    }
+
+    /// The keys, in the order of their bytes.
+    pub fn keys(&self) -> Vec<Vec<u8>> {
+        let mut keys: Vec<Vec<u8>> = self.places.keys().cloned().collect();
+        keys.sort_unstable();
+        keys
     }
 
     /// Number of damaged records among those read.
@@ -278,60 +293,6 @@ fn alone(file: &File, path: &Path) -> Result<()> {
             Err(Error::Resume { file, problem, way: Way::Elsewhere })
         }
         Err(TryLockError::Error(source)) => Err(Error::Write { file: path.to_path_buf(), source }),
-    }
-}
-
-/// A key or a piece as bytes.
-///
-/// # Errors
-/// It has no form in bytes: none that is known.
-pub(crate) fn encoded<T: Serialize + ?Sized>(value: &T) -> IoResult<Vec<u8>> {
-    postcard::to_stdvec(value).map_err(IoError::other)
-}
-
-/// A piece from its bytes; `None` if they are no such piece.
-pub(crate) fn decoded<T: DeserializeOwned>(bytes: &[u8]) -> Option<T> {
-    postcard::from_bytes(bytes).ok()
-}
-
-fn record(content: &[u8]) -> IoResult<Vec<u8>> {
-    let length = u32::try_from(content.len()).map_err(|_| IoError::other("a record of more than 4 GiB"))?;
-    Ok([length.to_le_bytes().as_slice(), &crc32fast::hash(content).to_le_bytes(), content].concat())
-}
-
-enum Record {
-    Whole(Vec<u8>),
-    /// The content, of this length, does not match its checksum.
-    Damaged(u64),
-    /// There is none, or it was cut short.
-    End,
-}
-
-/// The next record, if it is not longer than what is `left` of the file. Nothing that is written is of length 0, but what a
-/// power cut leaves often is.
-fn next_record(reader: &mut impl Read, left: u64) -> IoResult<Record> {
-    let mut head = [0; HEAD];
-    if !fill(reader, &mut head)? {
-        return Ok(Record::End);
-    }
-    let [a, b, c, d, e, f, g, h] = head;
-    let (length, sum) = (u32::from_le_bytes([a, b, c, d]), u32::from_le_bytes([e, f, g, h]));
-    if length == 0 || HEAD as u64 + u64::from(length) > left {
-        return Ok(Record::End);
-    }
-    let mut content = vec![0; length as usize];
-    if !fill(reader, &mut content)? {
-        return Ok(Record::End);
-    }
-    Ok(if crc32fast::hash(&content) == sum { Record::Whole(content) } else { Record::Damaged(u64::from(length)) })
-}
-
-/// Whether there were enough bytes to fill `buffer`.
-fn fill(reader: &mut impl Read, buffer: &mut [u8]) -> IoResult<bool> {
-    match reader.read_exact(buffer) {
-        Ok(()) => Ok(true),
-        Err(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => Ok(false),
-        Err(error) => Err(error),
     }
 }
 

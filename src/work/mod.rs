@@ -1,7 +1,14 @@
-//! What a long computation goes on in: its pieces are kept as they finish, it can be stopped between them, and somebody
-//! is told how far it is.
+//! What a long computation goes on in: its pieces are kept as they finish, it can be stopped between them, several machines can
+//! share them, and somebody is told how far it is.
+//!
+//! A computation that can be shared numbers pieces that do not need one another ([`Work::dealt`]). Where it is one part of several, a
+//! piece of another part is not computed: its place stays empty ([`here`]), and where all of them are needed the part ends
+//! ([`Work::gathered`]). All parts together are to the whole computation what an unfinished run is to the one that goes on with it.
 
 pub mod checkpoint;
+pub mod part_file;
+mod records;
+pub mod share;
 
 use std::{
     io,
@@ -16,7 +23,12 @@ use serde::{Serialize, de::DeserializeOwned};
 
 use crate::{
     input::error::{Error, Result},
-    work::checkpoint::{Checkpoint, decoded, encoded},
+    work::{
+        checkpoint::Checkpoint,
+        part_file::{PartHead, Parts},
+        records::{decoded, encoded},
+        share::Share,
+    },
 };
 
 /// What somebody who watches is told.
@@ -40,6 +52,11 @@ pub enum Event {
     },
     /// Another part of the work begins, whose items are counted anew.
     Stage(Stage),
+    /// One of the pieces that a [`Share`] holds is there.
+    Dealt {
+        /// Whether a run before has computed it.
+        is_kept: bool,
+    },
 }
 
 /// A part of the work whose items are counted by themselves.
@@ -57,15 +74,34 @@ pub struct Work {
     shared: Arc<Shared>,
     /// Part of the computation: begin of every key.
     part: String,
+    /// Number of its first piece that is dealt.
+    first: usize,
+    dealt: Option<Dealt>,
 }
 
 struct Shared {
     checkpoint: Option<Mutex<Checkpoint>>,
+    /// What parts have computed.
+    parts: Option<Parts>,
+    share: Option<Share>,
+    /// Whether a piece was asked for that another part computes.
+    is_elsewhere: AtomicBool,
     /// Set by somebody else.
     stop: Arc<AtomicBool>,
     /// Why pieces can no longer be kept.
     fault: Mutex<Option<Fault>>,
-    watch: Box<dyn Fn(Event) + Send + Sync>,
+    watch: Watch,
+}
+
+type Watch = Box<dyn Fn(Event) + Send + Sync>;
+
+/// Work with a number, in a computation that is shared.
+#[derive(Clone)]
+struct Dealt {
+    /// Whether this part computes it.
+    is_here: bool,
+    /// Whether a piece of it was asked for that is not known.
+    is_elsewhere: Arc<AtomicBool>,
 }
 
 /// An [`Error::Write`] or [`Error::Read`] that every thread can be told of.
@@ -101,15 +137,79 @@ impl Default for Work {
 
 impl Work {
     /// Work that is kept in `checkpoint`, stopped by setting `stop`, and watched by `watch`.
-    pub fn new(checkpoint: Option<Checkpoint>, stop: Arc<AtomicBool>, watch: Box<dyn Fn(Event) + Send + Sync>) -> Self {
-        let shared = Shared { checkpoint: checkpoint.map(Mutex::new), stop, fault: Mutex::new(None), watch };
-        Self { shared: Arc::new(shared), part: String::new() }
+    pub fn new(checkpoint: Option<Checkpoint>, stop: Arc<AtomicBool>, watch: Watch) -> Self {
+        Self::with((checkpoint, None, None), stop, watch)
+    }
+
+    /// As [`Work::new`], but the pieces of `parts` need not be computed.
+    pub fn from_parts(checkpoint: Checkpoint, parts: Parts, stop: Arc<AtomicBool>, watch: Watch) -> Self {
+        Self::with((Some(checkpoint), Some(parts), None), stop, watch)
+    }
+
+    /// As [`Work::new`], but of the pieces that are dealt only those that `share` holds are computed, and those of `parts`, found
+    /// before, need not be.
+    pub fn of_share(
+        checkpoint: Checkpoint,
+        parts: Option<Parts>,
+        share: Share,
+        stop: Arc<AtomicBool>,
+        watch: Watch,
+    ) -> Self {
+        Self::with((Some(checkpoint), parts, Some(share)), stop, watch)
+    }
+
+    fn with(
+        (checkpoint, parts, share): (Option<Checkpoint>, Option<Parts>, Option<Share>),
+        stop: Arc<AtomicBool>,
+        watch: Watch,
+    ) -> Self {
+        let (is_elsewhere, fault) = (AtomicBool::new(false), Mutex::new(None));
+        let shared = Shared { checkpoint: checkpoint.map(Mutex::new), parts, share, is_elsewhere, stop, fault, watch };
+        Self { shared: Arc::new(shared), part: String::new(), first: 0, dealt: None }
     }
 
     /// The part called `name`: its keys are its own.
     #[must_use]
     pub fn part(&self, name: &str) -> Self {
-        Self { shared: Arc::clone(&self.shared), part: format!("{}{name}/", self.part) }
+        Self { part: format!("{}{name}/", self.part), ..self.clone() }
+    }
+
+    /// The same work, of which `pieces` were numbered elsewhere.
+    #[must_use]
+    pub fn after(&self, pieces: usize) -> Self {
+        Self { first: self.first + pieces, ..self.clone() }
+    }
+
+    /// Piece number `number` of those that do not need one another: where the computation is shared, it belongs to one part, and so
+    /// does everything that is asked of what is returned.
+    #[must_use]
+    pub fn dealt(&self, number: usize) -> Self {
+        let mut own = self.clone();
+        if let (Some(share), None) = (self.shared.share, &self.dealt) {
+            own.dealt = Some(Dealt { is_here: share.holds(self.first + number), is_elsewhere: Arc::default() });
+        }
+        own
+    }
+
+    /// Whether all pieces are there that were asked for; what needs them asks this first.
+    ///
+    /// # Errors
+    /// [`Error::Elsewhere`] if another part computes one of them; as [`Work::check`].
+    pub fn gathered(&self) -> Result<()> {
+        self.check()?;
+        let is_elsewhere = self.dealt.is_none() && self.shared.is_elsewhere.load(Ordering::Relaxed);
+        if is_elsewhere { Err(Error::Elsewhere) } else { Ok(()) }
+    }
+
+    /// Writes the pieces that are kept as the part that `head` says.
+    ///
+    /// # Errors
+    /// They cannot be read, or `to` not written.
+    pub fn write_part(&self, head: PartHead, to: &mut impl io::Write) -> Result<()> {
+        match &self.shared.checkpoint {
+            Some(checkpoint) => part_file::write(head, &mut lock(checkpoint), to),
+            None => Ok(()),
+        }
     }
 
     /// Number of pieces that are kept.
@@ -125,19 +225,26 @@ impl Work {
     /// Whether it is to go on.
     ///
     /// # Errors
-    /// [`Error::Stopped`]; [`Error::Write`] or [`Error::Read`] once a piece could not be kept or read.
+    /// [`Error::Stopped`]; [`Error::Write`] or [`Error::Read`] once a piece could not be kept or read; [`Error::Elsewhere`] once
+    /// what was [dealt](Work::dealt) needs a piece of another part.
     pub fn check(&self) -> Result<()> {
         if let Some(fault) = &*lock(&self.shared.fault) {
             return Err(fault.error());
         }
-        if self.shared.stop.load(Ordering::Relaxed) { Err(Error::Stopped) } else { Ok(()) }
+        if self.shared.stop.load(Ordering::Relaxed) {
+            return Err(Error::Stopped);
+        }
+        match &self.dealt {
+            Some(dealt) if dealt.is_elsewhere.load(Ordering::Relaxed) => Err(Error::Elsewhere),
+            _ => Ok(()),
+        }
     }
 
     /// The piece under `key`: what a run before computed, or what `compute` gives, which is then kept. `items` says
     /// how many items it holds; `compute` tells of them itself, and may end early with the error of [`Work::check`].
     ///
     /// # Errors
-    /// Of `compute`; the work was stopped, or pieces cannot be kept or read.
+    /// Of `compute`; the work was stopped, pieces cannot be kept or read, or another part computes it.
     pub fn piece<K: Serialize, T: Serialize + DeserializeOwned>(
         &self,
         key: &K,
@@ -146,25 +253,66 @@ impl Work {
     ) -> Result<T> {
         self.check()?;
         let Some(checkpoint) = &self.shared.checkpoint else { return compute() };
-        let fault = |error: Error| {
-            let mut first = lock(&self.shared.fault);
-            *first = first.take().or_else(|| Fault::of(&error));
-            error
-        };
-        let key = encoded(&(&self.part, key)).map_err(|source| fault(in_memory(source)))?;
-        let bytes = lock(checkpoint).bytes(&key).map_err(fault)?;
+        let key = encoded(&(&self.part, key)).map_err(|source| self.fail(in_memory(source)))?;
         // One that does not decode is computed again.
-        if let Some(piece) = bytes.and_then(|bytes| decoded(&bytes)) {
+        let kept = lock(checkpoint).bytes(&key).map_err(|error| self.fail(error))?;
+        let is_own = kept.is_some();
+        let kept = match (kept, &self.shared.parts) {
+            (None, Some(parts)) => parts.bytes(&key).map_err(|error| self.fail(error))?,
+            (kept, _) => kept,
+        };
+        if let Some(piece) = kept.and_then(|bytes| decoded(&bytes)) {
             let items = items(&piece);
             if items > 0 {
                 self.tell(Event::Kept(items));
             }
+            if is_own {
+                self.tell_dealt(true);
+            }
             return Ok(piece);
         }
+        self.begin_here()?;
         let piece = compute()?;
-        let bytes = encoded(&piece).map_err(|source| fault(in_memory(source)))?;
-        lock(checkpoint).keep(&key, &bytes).map_err(fault)?;
+        let bytes = encoded(&piece).map_err(|source| self.fail(in_memory(source)))?;
+        lock(checkpoint).keep(&key, &bytes).map_err(|error| self.fail(error))?;
+        self.tell_dealt(false);
         Ok(piece)
+    }
+
+    /// Takes note of why pieces can no longer be kept.
+    fn fail(&self, error: Error) -> Error {
+        let mut first = lock(&self.shared.fault);
+        *first = first.take().or_else(|| Fault::of(&error));
+        error
+    }
+
+    /// Refuses to compute a piece of another part.
+    fn begin_here(&self) -> Result<()> {
+        match &self.dealt {
+            Some(dealt) if !dealt.is_here => {
+                dealt.is_elsewhere.store(true, Ordering::Relaxed);
+                self.shared.is_elsewhere.store(true, Ordering::Relaxed);
+                Err(Error::Elsewhere)
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn tell_dealt(&self, is_kept: bool) {
+        if self.dealt.as_ref().is_some_and(|dealt| dealt.is_here) {
+            self.tell(Event::Dealt { is_kept });
+        }
+    }
+}
+
+/// `result`, or nothing where another part computes it.
+///
+/// # Errors
+/// All others.
+pub fn here<T>(result: Result<T>) -> Result<Option<T>> {
+    match result {
+        Err(Error::Elsewhere) => Ok(None),
+        other => other.map(Some),
     }
 }
 

@@ -62,6 +62,7 @@ mod oriented_paths;
 mod own_files;
 mod own_forces;
 mod parameters;
+mod parts;
 mod path_study;
 mod placement;
 mod placement_command;

@@ -21,7 +21,7 @@ use crate::{
     spatial::{Grid, Wrench},
     statics::{self, Batch, Outcome, State, tool_compliance},
     study::{BySource, Failure, Machines, Source, status_of},
-    work::{Event, Work},
+    work::{Event, Work, here},
 };
 
 /// A checked workspace-map study.
@@ -160,14 +160,21 @@ pub fn run_in_blocks(
     let total = study.grid.len();
     let size = block_size(study);
     let mut done: Option<Vec<MapPoint>> = None;
-    for start in (0..total).step_by(size) {
-        let compute = || block(study, &machines, start..total.min(start + size), work);
+    for (number, start) in (0..total).step_by(size).enumerate() {
+        let work = work.dealt(number);
+        let compute = || block(study, &machines, start..total.min(start + size), &work);
         let (next, taken) =
             rayon::join(|| work.piece(&start, Vec::len, compute), || done.take().map_or(Ok(()), &mut take));
         taken?;
-        done = Some(next?);
+        done = here(next)?;
     }
-    done.map_or(Ok(()), take)
+    done.map_or(Ok(()), take)?;
+    work.gathered()
+}
+
+/// Number of blocks.
+pub(super) fn blocks(study: &WorkspaceMapStudy) -> usize {
+    study.grid.len().div_ceil(block_size(study))
 }
 
 /// Computes the grid points with these indices, in grid order, in parallel on the current rayon pool; indices beyond the grid

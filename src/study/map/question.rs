@@ -6,6 +6,7 @@ use crate::report::{Output, Run};
 use crate::{
     input::error::Result,
     study::{Given, Question, Resolved, Template},
+    work::Work,
 };
 
 impl Question for WorkspaceMapStudy {
@@ -29,6 +30,14 @@ impl Question for WorkspaceMapStudy {
 
     fn image_points(&self) -> Option<usize> {
         Some(self.grid.len())
+    }
+
+    fn pieces(&self) -> usize {
+        super::blocks(self)
+    }
+
+    fn compute(&self, work: &Work) -> Result<()> {
+        super::run_in_blocks(self, work, |_| Ok(()))
     }
 
     #[cfg(feature = "report")]

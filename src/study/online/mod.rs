@@ -29,7 +29,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     compensation::{Demand, Method, Session, compensate},
-    input::error::Result,
+    input::error::{Error, Result},
     machine::ChainError,
     process::file::CorrectionLimits,
     spatial::Wrench,
@@ -40,7 +40,7 @@ use crate::{
         path::PathStudy,
         settings,
     },
-    work::{Event, Work},
+    work::{Event, Work, here},
 };
 
 /// A checked online study.
@@ -117,31 +117,27 @@ pub fn run(study: &OnlineStudy, work: &Work) -> Result<OnlineResults> {
     let machines = Machines::new(&study.path.machine, &study.path.errors)?;
     let model = Machines::new(&study.path.machine, &study.known_errors)?;
     let cut = Cut { study, machines: &machines, model: &model };
-    let plain = work.piece(
-        &"plain",
-        |_| 1,
-        || {
-            let answers = cut.answers(&machines, &study.path.demands, &Commands::Method(Method::None));
-            work.tell(Event::Computed(1));
-            Ok(cut.residual(&answers))
-        },
-    )?;
+    let plain = || {
+        let answers = cut.answers(&machines, &study.path.demands, &Commands::Method(Method::None));
+        work.tell(Event::Computed(1));
+        Ok(cut.residual(&answers))
+    };
+    let plain = here(work.dealt(0).piece(&"plain", |_| 1, plain))?;
     let offline = cut.commands(&study.path.demands);
     let trials: Vec<(f64, usize)> =
         study.force_errors.iter().flat_map(|error| (0..study.seeds).map(|seed| (*error, seed))).collect();
-    let trial = |&(force_error, seed): &(f64, usize)| {
-        let trials = work.part("trials");
-        trials.piece(
-            &(force_error.to_bits(), seed),
-            |_| 1,
-            || {
-                let trial = cut.trial(force_error, seed, &offline);
-                trials.tell(Event::Computed(1));
-                Ok(trial)
-            },
-        )
+    let trial = |(number, &(force_error, seed)): (usize, &(f64, usize))| {
+        let work = work.part("trials").after(1).dealt(number);
+        let compute = || {
+            let trial = cut.trial(force_error, seed, &offline);
+            work.tell(Event::Computed(1));
+            Ok(trial)
+        };
+        here(work.piece(&(force_error.to_bits(), seed), |_| 1, compute)).transpose()
     };
-    let trials = trials.par_iter().map(trial).collect::<Result<Vec<Trial>>>()?;
+    let trials = trials.par_iter().enumerate().filter_map(trial).collect::<Result<Vec<Trial>>>()?;
+    work.gathered()?;
+    let plain = plain.ok_or(Error::Elsewhere)?;
     Ok(OnlineResults { plain, trials, loop_gain: cut.loop_gain() })
 }
 

@@ -6,6 +6,7 @@ use crate::report::{Output, Run};
 use crate::{
     input::error::Result,
     study::{Given, Question, Resolved, Template},
+    work::Work,
 };
 
 impl Question for OnlineStudy {
@@ -28,6 +29,14 @@ impl Question for OnlineStudy {
 
     fn items(&self) -> (usize, &'static str) {
         (1 + self.force_errors.len() * self.seeds, "trials")
+    }
+
+    fn pieces(&self) -> usize {
+        1 + self.force_errors.len() * self.seeds
+    }
+
+    fn compute(&self, work: &Work) -> Result<()> {
+        super::run(self, work).map(drop)
     }
 
     #[cfg(feature = "report")]

@@ -206,6 +206,7 @@ pub fn run_in_parts(
         done = Some(next);
     }
     done.map_or(Ok(()), take)?;
+    work.gathered()?;
     let along = |(&method, sums): (&Method, PathSums)| MethodAlongPath { method, summary: sums.summary() };
     Ok(study.methods.iter().zip(methods).map(along).collect())
 }
@@ -220,7 +221,9 @@ type LeftByMethods = Vec<Vec<Left>>;
 /// Of `work`.
 pub fn run_range(study: &PathStudy, points: Range<usize>, work: &Work) -> Result<PathPart> {
     let points = points.start.min(study.demands.len())..points.end.min(study.demands.len());
-    sources(study, &Machines::new(&study.machine, &study.errors)?, points, work)
+    let part = sources(study, &Machines::new(&study.machine, &study.errors)?, points, work)?;
+    work.gathered()?;
+    Ok(part)
 }
 
 fn part(
@@ -233,7 +236,8 @@ fn part(
     let (before, rest) = study.demands.split_at(points.start);
     let case = case(machines, Source::All, before, &rest[..points.len()]);
     let left = |(index, &method): (usize, &Method)| {
-        kept(&case, first, method, &work.part(&format!("method {index}")), |answer| Left::of(&answer, &study.machine))
+        let work = work.part(&format!("method {index}")).after(passes_of_sources(study) + index);
+        kept(&case, (first, passes(study)), method, &work, |answer| Left::of(&answer, &study.machine))
     };
     let (part, left) = rayon::join(
         || sources(study, machines, points, work),
@@ -254,21 +258,33 @@ fn case<'a>(machines: &'a Machines, source: Source, before: &'a [Demand], demand
 
 fn sources(study: &PathStudy, machines: &Machines, points: Range<usize>, work: &Work) -> Result<PathPart> {
     let first = points.start;
-    let along = |source: Source| -> Result<SourceAlongPath> {
+    let along = |(number, &source): (usize, &Source)| -> Result<SourceAlongPath> {
         let demands: Vec<Demand> = study.demands[points.clone()].iter().map(|demand| source.demand(demand)).collect();
         let case = case(machines, source, &study.demands[..first], &demands);
-        let pass = |method, command: &str| -> Result<Vec<PathAnswer>> {
-            kept(&case, first, method, &work.part(source.label()).part(command), |answer| answer)
+        let pass = |method, number: usize, command: &str| -> Result<Vec<PathAnswer>> {
+            let work = work.part(source.label()).part(command).after(number);
+            kept(&case, (first, passes(study)), method, &work, |answer| answer)
         };
-        let (plain, compensated) = rayon::join(|| pass(Method::None, "plain"), || pass(Method::Direct, "compensated"));
+        let (plain, compensated) = rayon::join(
+            || pass(Method::None, 2 * number, "plain"),
+            || pass(Method::Direct, 2 * number + 1, "compensated"),
+        );
         Ok(SourceAlongPath { source, plain: plain?, compensated: compensated? })
     };
-    let answers: Vec<Result<SourceAlongPath>> =
-        Source::of(&study.machine).par_iter().map(|source| along(*source)).collect();
+    let answers: Vec<Result<SourceAlongPath>> = Source::of(&study.machine).par_iter().enumerate().map(along).collect();
     Ok(PathPart { first, sources: BySource::answered(answers)? })
 }
 
 /// Passes over the path that [`run`] makes: each source twice, and each method.
 pub fn passes(study: &PathStudy) -> usize {
-    2 * Source::of(&study.machine).len() + study.methods.len()
+    passes_of_sources(study) + study.methods.len()
+}
+
+fn passes_of_sources(study: &PathStudy) -> usize {
+    2 * Source::of(&study.machine).len()
+}
+
+/// Blocks of all passes.
+pub(super) fn blocks(study: &PathStudy) -> usize {
+    study.demands.len().div_ceil(along_path::BLOCK) * passes(study)
 }

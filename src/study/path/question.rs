@@ -6,6 +6,7 @@ use crate::report::{Output, Run};
 use crate::{
     input::error::Result,
     study::{Given, Question, Resolved, Template},
+    work::Work,
 };
 
 impl Question for PathStudy {
@@ -28,6 +29,14 @@ impl Question for PathStudy {
 
     fn items(&self) -> (usize, &'static str) {
         (self.stations.len() * super::passes(self), "points")
+    }
+
+    fn pieces(&self) -> usize {
+        super::blocks(self)
+    }
+
+    fn compute(&self, work: &Work) -> Result<()> {
+        super::run_in_parts(self.turned(work)?.as_ref(), work, |_| Ok(())).map(drop)
     }
 
     #[cfg(feature = "report")]

@@ -19,7 +19,7 @@ use super::{
 use crate::{
     input::error::Result,
     study::Failure,
-    work::{Event, Work},
+    work::{Event, Work, here},
 };
 
 /// The objective counts as worse beyond this share of its best value.
@@ -92,8 +92,12 @@ pub(super) fn flatness(evaluator: &Evaluator, study: &PlacementStudy, work: &Wor
         work.tell(Event::Computed(1));
         Ok(Room { coordinate, direction, distance, end })
     };
-    let kept = |way: &(usize, f64)| work.part("room").piece(&(best.0, way), |_| 1, || room(way));
-    ways.par_iter().map(kept).collect()
+    let kept = |(number, way): (usize, &(usize, f64))| {
+        here(work.part("room").dealt(number).piece(&(best.0, way), |_| 1, || room(way))).transpose()
+    };
+    let rooms = ways.par_iter().enumerate().filter_map(kept).collect::<Result<_>>()?;
+    work.gathered()?;
+    Ok(rooms)
 }
 
 /// A gap this small is closed, mm; so far past the end of a free way it is not kept, mm or rad.

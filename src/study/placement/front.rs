@@ -16,7 +16,10 @@ use super::{
     site::Site,
     sweep::Cell,
 };
-use crate::work::{Event, Work};
+use crate::{
+    input::error::Result,
+    work::{Event, Work, here},
+};
 
 /// Most compromises that are polished.
 const POINTS: usize = 12;
@@ -38,7 +41,7 @@ pub(super) fn front(
     cells: &[Cell],
     refinements: &[Refinement],
     work: &Work,
-) -> Vec<(Site, Metrics)> {
+) -> Result<Vec<(Site, Metrics)>> {
     let metrics = &study.objective.pareto;
     let mut known: Vec<(Site, Metrics)> =
         cells.iter().filter_map(|cell| Some((cell.site, *cell.complete()?))).collect();
@@ -46,8 +49,12 @@ pub(super) fn front(
     let ends: Vec<Refinement> = metrics
         .par_iter()
         .enumerate()
-        .filter_map(|(k, metric)| end(evaluator, study, *metric, &known, &work.part(&format!("end {k}"))))
-        .collect();
+        .filter_map(|(k, metric)| {
+            let work = work.part(&format!("end {k}")).dealt(k);
+            here(end(evaluator, study, *metric, &known, &work)).map(Option::flatten).transpose()
+        })
+        .collect::<Result<_>>()?;
+    work.gathered()?;
     known.extend(ends.iter().flat_map(|end| &end.visited));
     let rough = pareto::front(&known, metrics);
     let chosen = spread(&rough, metrics);
@@ -57,14 +64,16 @@ pub(super) fn front(
     let ranges = ranges(&rough, metrics);
     let polished: Vec<(Site, Metrics)> = chosen
         .par_iter()
-        .map(|&index| {
-            let work = work.part(&format!("compromise {index}"));
+        .enumerate()
+        .map(|(number, &index)| {
+            let work = work.part(&format!("compromise {index}")).dealt(number);
             let better = better(evaluator, study, &rough[index], &ranges, &work);
             work.tell(Event::Computed(1));
             better
         })
         .collect();
-    pareto::front(&polished, metrics)
+    work.gathered()?;
+    Ok(pareto::front(&polished, metrics))
 }
 
 /// The best known place for one metric, refined for it alone.
@@ -74,11 +83,11 @@ fn end(
     metric: Metric,
     known: &[(Site, Metrics)],
     work: &Work,
-) -> Option<Refinement> {
+) -> Result<Option<Refinement>> {
     let objective = Objective { weights: vec![(metric, 1.0)], pareto: Vec::new() };
     let values = known.iter().map(|(site, metrics)| (objective.value(metrics), *site));
-    let start = values.min_by(|a, b| a.0.total_cmp(&b.0))?.1;
-    refine(evaluator, study, &objective, &[(Start::Sweep, start)], work).pop()
+    let Some((_, start)) = values.min_by(|a, b| a.0.total_cmp(&b.0)) else { return Ok(None) };
+    Ok(refine(evaluator, study, &objective, &[(Start::Sweep, start)], work)?.pop())
 }
 
 fn costs(metrics: &[Metric], values: &Metrics) -> Vec<f64> {

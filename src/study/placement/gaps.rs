@@ -21,6 +21,7 @@ use super::{
     walk::UNMEASURED,
 };
 use crate::{
+    input::error::Result,
     process::Extent,
     work::{Event, Stage, Work},
 };
@@ -50,11 +51,15 @@ const MIDDLES: usize = 50_000;
 /// Most places that are ranked by how near they come.
 const RANKED: usize = 1000;
 
-pub(super) fn gaps(evaluator: &Evaluator, study: &PlacementStudy, cells: &[Cell], work: &Work) -> Gaps {
+/// Looks for room between the places of the sweep.
+///
+/// # Errors
+/// Of `work`.
+pub(super) fn gaps(evaluator: &Evaluator, study: &PlacementStudy, cells: &[Cell], work: &Work) -> Result<Gaps> {
     let mut found = in_intervals(evaluator, study, cells);
     let feasible = cells.iter().filter(|cell| cell.metrics().is_some()).count();
     if feasible * FEW < cells.len() {
-        found.extend(within_limits(evaluator, study, cells, work));
+        found.extend(within_limits(evaluator, study, cells, work)?);
     }
     let mut distinct: Vec<Site> = Vec::new();
     for site in found {
@@ -62,12 +67,15 @@ pub(super) fn gaps(evaluator: &Evaluator, study: &PlacementStudy, cells: &[Cell]
             distinct.push(site);
         }
     }
-    let value = |site: Site| Some((study.objective.value(&evaluator.kept(work, &site).ok()?.metrics), site));
-    let mut ranked: Vec<(f64, Site)> = distinct.into_par_iter().filter_map(value).collect();
+    let value = |(number, site): (usize, Site)| {
+        Some((study.objective.value(&evaluator.kept(&work.dealt(number), &site).ok()?.metrics), site))
+    };
+    let mut ranked: Vec<(f64, Site)> = distinct.into_par_iter().enumerate().filter_map(value).collect();
+    work.gathered()?;
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     let sites: Vec<Site> = ranked.into_iter().map(|(_, site)| site).collect();
     let coarse = study.bounds.free().into_iter().filter(|&i| is_coarse(study, cells, &sites, i)).collect();
-    Gaps { sites, coarse }
+    Ok(Gaps { sites, coarse })
 }
 
 /// Whether along coordinate `i` a place that can be cut at has neighbours on both sides that cannot, or one was found
@@ -172,10 +180,11 @@ fn middles(evaluator: &Evaluator, study: &PlacementStudy, turned: &Site, axis: u
 }
 
 /// Ends of searches, from places that cannot be cut at, for one that can.
-fn within_limits(evaluator: &Evaluator, study: &PlacementStudy, cells: &[Cell], work: &Work) -> Vec<Site> {
+fn within_limits(evaluator: &Evaluator, study: &PlacementStudy, cells: &[Cell], work: &Work) -> Result<Vec<Site>> {
     let cannot: Vec<Site> = cells.iter().filter(|cell| cell.metrics().is_none()).map(|cell| cell.site).collect();
-    let mut ranked: Vec<(f64, Site)> =
-        thinned(cannot, RANKED).par_iter().map(|site| (evaluator.violation(work, site), *site)).collect();
+    let violation = |(number, site): (usize, &Site)| (evaluator.violation(&work.dealt(number), site), *site);
+    let mut ranked: Vec<(f64, Site)> = thinned(cannot, RANKED).par_iter().enumerate().map(violation).collect();
+    work.gathered()?;
     // Nothing leads away from where the loaded machine has no equilibrium.
     ranked.retain(|(violation, _)| violation.is_finite() && !(UNMEASURED..NOT_RIGID).contains(violation));
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -188,10 +197,13 @@ fn within_limits(evaluator: &Evaluator, study: &PlacementStudy, cells: &[Cell], 
     if !starts.is_empty() {
         work.tell(Event::Stage(Stage { of: "searches for room", items: starts.len() }));
     }
-    let search = |&(violation, site): &(f64, Site)| {
-        let (end, left) = polish(study, (site, violation), STEPS, 0.0, |site, _| evaluator.violation(work, site));
+    let search = |(number, &(violation, site)): (usize, &(f64, Site))| {
+        let work = work.dealt(number);
+        let (end, left) = polish(study, (site, violation), STEPS, 0.0, |site, _| evaluator.violation(&work, site));
         work.tell(Event::Computed(1));
         (left == 0.0).then_some(end)
     };
-    starts.par_iter().filter_map(search).collect()
+    let found = starts.par_iter().enumerate().filter_map(search).collect();
+    work.gathered()?;
+    Ok(found)
 }

@@ -175,12 +175,12 @@ pub(super) fn entries(
             places.push((format!("{OPTIMISED}{}", index + 1), Found::Refinement(index), refinement.site));
         }
     }
-    let entry = |(name, found, site): (String, Found, Site)| {
-        let outcome = evaluator.examine_kept(work, &site);
+    let entry = |(number, (name, found, site)): (usize, (String, Found, Site))| {
+        let outcome = evaluator.examine_kept(&work.dealt(number), &site);
         let value = outcome.as_ref().map_or(f64::INFINITY, |evaluation| study.objective.value(&evaluation.metrics));
         Entry { name, found, site, outcome, value }
     };
-    let mut entries: Vec<Entry> = places.into_par_iter().map(entry).collect();
+    let mut entries: Vec<Entry> = places.into_par_iter().enumerate().map(entry).collect();
     // A stable sort: of equal ones, the named one first.
     entries.sort_by(|a, b| {
         let cannot = |entry: &Entry| entry.feasible().is_none();

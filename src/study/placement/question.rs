@@ -6,6 +6,7 @@ use crate::report::{Output, Run};
 use crate::{
     input::error::Result,
     study::{Given, Question, Resolved, Template},
+    work::Work,
 };
 
 impl Question for PlacementStudy {
@@ -28,6 +29,18 @@ impl Question for PlacementStudy {
 
     fn items(&self) -> (usize, &'static str) {
         (self.grid.len(), "places")
+    }
+
+    fn pieces(&self) -> usize {
+        super::sweep::pieces(self)
+    }
+
+    fn goes_in_rounds(&self) -> bool {
+        true
+    }
+
+    fn compute(&self, work: &Work) -> Result<()> {
+        super::run(self, work).map(drop)
     }
 
     #[cfg(feature = "report")]

@@ -33,7 +33,10 @@ use super::{
     polish::{Steps, polish},
     site::{Bounds, Site},
 };
-use crate::work::{Event, Work};
+use crate::{
+    input::error,
+    work::{Event, Work},
+};
 
 /// What kind of place a refinement starts from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -89,27 +92,34 @@ const POLISHED: usize = 2;
 const POLISH: Steps = Steps { first: 0.1, last: 5e-4 };
 
 /// Refines each of `starts`, in their order, and polishes the best ends.
+///
+/// # Errors
+/// Of `work`.
 pub(super) fn refine(
     evaluator: &Evaluator,
     study: &PlacementStudy,
     objective: &Objective,
     starts: &[(Start, Site)],
     work: &Work,
-) -> Vec<Refinement> {
-    let search = Search { evaluator, study, objective, work };
-    let run = |(from, start): &(Start, Site)| {
+) -> error::Result<Vec<Refinement>> {
+    let run = |(number, (from, start)): (usize, &(Start, Site))| {
+        let search = Search { evaluator, study, objective, work: &work.dealt(number) };
         let refinement = search.run(*from, *start);
         search.tell(Event::Computed(1));
         refinement
     };
-    let mut refinements: Vec<Refinement> = starts.par_iter().filter_map(run).collect();
+    let mut refinements: Vec<Refinement> = starts.par_iter().enumerate().filter_map(run).collect();
+    work.gathered()?;
     // The ends of a front are polished with the rest of it.
     let is_sought = *objective == study.objective;
     let contenders = if is_sought { contenders(study, &refinements) } else { Vec::new() };
-    refinements.par_iter_mut().enumerate().filter(|(index, _)| contenders.contains(index)).for_each(|(_, found)| {
-        search.polish(found);
+    refinements.par_iter_mut().enumerate().for_each(|(index, found)| {
+        if let Some(rank) = contenders.iter().position(|contender| *contender == index) {
+            Search { evaluator, study, objective, work: &work.dealt(rank) }.polish(found);
+        }
     });
-    refinements
+    work.gathered()?;
+    Ok(refinements)
 }
 
 /// Ends that may be, or be next to, the best place: no two of them the same.

@@ -20,7 +20,7 @@ use super::{
 use crate::{
     input::error,
     study::Failure,
-    work::{Event, Work},
+    work::{Event, Work, here},
 };
 
 /// What became of a place.
@@ -76,6 +76,11 @@ impl State {
 /// States of a piece.
 const PIECE: usize = 16;
 
+/// Pieces of a level.
+pub(super) fn pieces(study: &PlacementStudy) -> usize {
+    study.grid.len().div_ceil(PIECE)
+}
+
 /// The cells of the study's grid, in its order.
 ///
 /// # Errors
@@ -90,11 +95,14 @@ pub(super) fn sweep(evaluator: &Evaluator, study: &PlacementStudy, work: &Work) 
     for level in 0..evaluator.levels() {
         each(&mut states, &work.part(&format!("level {level}")), |state| advance(evaluator, state, work))?;
         if study.search.coarse_to_fine {
+            work.gathered()?;
             complete_best(evaluator, study, &mut states, &work.part(&format!("best of level {level}")))?;
+            work.gathered()?;
             give_up(evaluator, study, &mut states, work);
         }
     }
     each(&mut states, &work.part("rest"), |state| complete(evaluator, state, work))?;
+    work.gathered()?;
     let verdict = |(site, state)| match state {
         State::Closed(verdict) => Cell { site, verdict },
         // No state is open once all are complete.
@@ -103,25 +111,23 @@ pub(super) fn sweep(evaluator: &Evaluator, study: &PlacementStudy, work: &Work) 
     Ok(sites.into_iter().zip(states).map(verdict).collect())
 }
 
-/// Does `step` to each open state, in pieces of `work`.
+/// Does `step` to each open state, in pieces of `work`; those of other parts stay as they are.
 fn each(states: &mut [State], work: &Work, step: impl Fn(&mut State) + Sync) -> error::Result<()> {
     states.par_chunks_mut(PIECE).enumerate().filter(|(_, states)| !states.iter().all(State::is_closed)).try_for_each(
         |(piece, states)| {
+            let work = work.dealt(piece);
             let count = |states: &[State]| states.iter().filter(|state| state.is_closed()).count();
             let before = count(states);
-            let after: Vec<State> = work.piece(
-                &piece,
-                |after: &Vec<State>| count(after) - before,
-                || {
-                    let mut states = states.to_vec();
-                    for state in &mut states {
-                        work.check()?;
-                        step(state);
-                    }
-                    Ok(states)
-                },
-            )?;
-            states.clone_from_slice(&after);
+            let stepped = || {
+                let mut states = states.to_vec();
+                for state in &mut states {
+                    work.check()?;
+                    step(state);
+                }
+                Ok(states)
+            };
+            let after = here(work.piece(&piece, |after: &Vec<State>| count(after) - before, stepped))?;
+            after.iter().for_each(|after| states.clone_from_slice(after));
             Ok(())
         },
     )
@@ -166,16 +172,17 @@ fn complete_best(
         })
         .collect();
     looks.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let mut chosen = vec![false; states.len()];
-    looks.iter().take(pool(study)).for_each(|(_, index)| chosen[*index] = true);
-    let best = states.par_iter_mut().enumerate().filter(|(index, _)| chosen[*index]);
-    best.try_for_each(|(index, state)| {
+    let mut ranks = vec![None; states.len()];
+    looks.iter().take(pool(study)).enumerate().for_each(|(rank, (_, index))| ranks[*index] = Some(rank));
+    let best = states.par_iter_mut().enumerate().filter_map(|(index, state)| Some((ranks[index]?, index, state)));
+    best.try_for_each(|(rank, index, state)| {
         let completed = || {
             let mut state = state.clone();
             complete(evaluator, &mut state, work);
             Ok(state)
         };
-        *state = work.piece(&index, |_| 1, completed)?;
+        let after = here(work.dealt(rank).piece(&index, |_| 1, completed))?;
+        after.into_iter().for_each(|after| *state = after);
         Ok(())
     })
 }

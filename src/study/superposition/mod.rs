@@ -42,7 +42,7 @@ use crate::{
     machine::{ChainError, Machine},
     process::MillingForce,
     spatial::Grid,
-    work::{Event, Work},
+    work::{Event, Work, here},
 };
 
 /// A named location of P.
@@ -195,7 +195,13 @@ pub fn run_map(
         taken?;
         done = Some(next?);
     }
-    done.map_or(Ok(()), take)
+    done.map_or(Ok(()), take)?;
+    map.gathered()
+}
+
+/// Pieces of the map.
+pub(super) fn map_pieces(study: &SuperpositionStudy) -> usize {
+    study.grid.len().div_ceil(PIECE)
 }
 
 /// Computes the grid points with these indices, in grid order, in parallel on the current rayon pool; indices beyond the grid
@@ -205,17 +211,20 @@ pub fn run_map(
 /// Of `work`.
 pub fn run_range(study: &SuperpositionStudy, indices: Range<usize>, work: &Work) -> error::Result<Vec<DeparturePoint>> {
     let indices = indices.start.min(study.grid.len())..indices.end.min(study.grid.len());
-    map_part(study, &Machines::new(&study.machine, &study.errors)?, indices, work)
+    let points = map_part(study, &Machines::new(&study.machine, &study.errors)?, indices, work)?;
+    work.gathered()?;
+    Ok(points)
 }
 
-/// The grid points with these indices.
+/// The grid points with these indices, but for those of other parts.
 fn map_part(
     study: &SuperpositionStudy,
     machines: &Machines,
     indices: Range<usize>,
     work: &Work,
 ) -> error::Result<Vec<DeparturePoint>> {
-    let pieces = indices.clone().into_par_iter().step_by(PIECE).map(|start| {
+    let pieces = indices.clone().into_par_iter().step_by(PIECE).filter_map(|start| {
+        let work = work.dealt(start / PIECE);
         let compute = || {
             let solve = |index| {
                 work.check()?;
@@ -228,7 +237,7 @@ fn map_part(
             };
             (start..indices.end.min(start + PIECE)).into_par_iter().map(solve).collect()
         };
-        work.piece(&start, Vec::len, compute)
+        here(work.piece(&start, Vec::len, compute)).transpose()
     });
     Ok(pieces.collect::<error::Result<Vec<Vec<DeparturePoint>>>>()?.into_iter().flatten().collect())
 }
@@ -239,19 +248,18 @@ fn map_part(
 /// Of `work`.
 pub fn run_locations(study: &SuperpositionStudy, work: &Work) -> error::Result<Vec<LocationResult>> {
     let machines = Machines::new(&study.machine, &study.errors)?;
-    let named = work.part("locations");
-    let locations = study.locations.par_iter().enumerate().map(|(index, location)| {
-        named.piece(
-            &index,
-            |_| 1,
-            || {
-                let result = location_result(study, &machines, location);
-                named.tell(Event::Computed(1));
-                Ok(result)
-            },
-        )
+    let named = work.part("locations").after(map_pieces(study));
+    let locations = study.locations.par_iter().enumerate().filter_map(|(index, location)| {
+        let compute = || {
+            let result = location_result(study, &machines, location);
+            named.tell(Event::Computed(1));
+            Ok(result)
+        };
+        here(named.dealt(index).piece(&index, |_| 1, compute)).transpose()
     });
-    locations.collect()
+    let locations = locations.collect::<error::Result<_>>()?;
+    named.gathered()?;
+    Ok(locations)
 }
 
 fn map_point(study: &SuperpositionStudy, machines: &Machines, position: Vector3<f64>) -> DeparturePoint {

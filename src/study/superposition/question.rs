@@ -6,6 +6,7 @@ use crate::report::{Output, Run};
 use crate::{
     input::error::Result,
     study::{Given, Question, Resolved, Template},
+    work::{Work, here},
 };
 
 impl Question for SuperpositionStudy {
@@ -29,6 +30,16 @@ impl Question for SuperpositionStudy {
 
     fn image_points(&self) -> Option<usize> {
         Some(self.grid.len())
+    }
+
+    fn pieces(&self) -> usize {
+        super::map_pieces(self) + self.locations.len()
+    }
+
+    fn compute(&self, work: &Work) -> Result<()> {
+        here(super::run_map(self, work, |_| Ok(())))?;
+        here(super::run_locations(self, work))?;
+        work.gathered()
     }
 
     #[cfg(feature = "report")]

@@ -28,7 +28,7 @@ use crate::{
         status_of,
     },
     toolpath::{Orientation, PathPoint, PointSource, Toolpath},
-    work::{Event, Work},
+    work::{Event, Work, here},
 };
 
 /// A checked map of turns.
@@ -127,12 +127,24 @@ const BLOCK: usize = 64;
 pub fn run(study: &TurnMapStudy, work: &Work) -> Result<TurnMap> {
     let mut points = Vec::with_capacity(study.grid.len() * study.axes.len());
     for axis in 0..study.axes.len() {
-        for start in (0..study.grid.len()).step_by(BLOCK) {
-            let places = start..study.grid.len().min(start + BLOCK);
-            points.extend(work.piece(&(axis, start), Vec::len, || block(study, axis, places, work))?);
+        let work = work.after(axis * blocks_of_axis(study));
+        for (number, start) in (0..study.grid.len()).step_by(BLOCK).enumerate() {
+            let (work, places) = (work.dealt(number), start..study.grid.len().min(start + BLOCK));
+            let found = here(work.piece(&(axis, start), Vec::len, || block(study, axis, places, &work)))?;
+            points.extend(found.into_iter().flatten());
         }
     }
+    work.gathered()?;
     Ok(TurnMap { points })
+}
+
+fn blocks_of_axis(study: &TurnMapStudy) -> usize {
+    study.grid.len().div_ceil(BLOCK)
+}
+
+/// Blocks of all directions.
+pub(super) fn blocks(study: &TurnMapStudy) -> usize {
+    study.axes.len() * blocks_of_axis(study)
 }
 
 fn block(study: &TurnMapStudy, axis: usize, places: std::ops::Range<usize>, work: &Work) -> Result<Vec<TurnMapPoint>> {

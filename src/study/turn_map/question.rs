@@ -6,6 +6,7 @@ use crate::report::{Output, Run};
 use crate::{
     input::error::Result,
     study::{Given, Question, Resolved, Template},
+    work::Work,
 };
 
 impl Question for TurnMapStudy {
@@ -25,6 +26,14 @@ impl Question for TurnMapStudy {
 
     fn items(&self) -> (usize, &'static str) {
         (self.grid.len() * self.axes.len(), "places")
+    }
+
+    fn pieces(&self) -> usize {
+        super::blocks(self)
+    }
+
+    fn compute(&self, work: &Work) -> Result<()> {
+        super::run(self, work).map(drop)
     }
 
     #[cfg(feature = "report")]

@@ -20,7 +20,7 @@ use crate::{
     input::error,
     machine::Machine,
     study::path::{self, PathResults, PathStudy},
-    work::Work,
+    work::{Work, here},
 };
 
 /// A process under a name, with every case cut by it.
@@ -131,19 +131,27 @@ pub fn work(study: &ValidationStudy) -> usize {
     paths.map(|path| path.stations.len() * path::passes(path)).sum()
 }
 
+/// Blocks of all passes.
+pub(super) fn blocks(study: &ValidationStudy) -> usize {
+    study.variants.iter().flat_map(|variant| &variant.paths).map(path::blocks).sum()
+}
+
 /// Runs the study on the current rayon pool.
 ///
 /// # Errors
 /// Of `work`.
 pub fn run(study: &ValidationStudy, work: &Work) -> error::Result<ValidationResults> {
     let mut ours: Vec<Vec<Result<f64, String>>> = vec![Vec::new(); study.quoted.len()];
-    let mut shown = Vec::new();
+    let (mut shown, mut pieces) = (Vec::new(), 0);
     for (index, variant) in study.variants.iter().enumerate() {
-        let paths: Vec<PathResults> = {
-            let part = |case: usize| work.part(&format!("{index}/{case}"));
-            let runs = variant.paths.iter().enumerate().map(|(case, path)| path::run(path, &part(case)));
-            runs.collect::<error::Result<_>>()?
-        };
+        let mut paths: Vec<PathResults> = Vec::with_capacity(variant.paths.len());
+        for (case, path) in variant.paths.iter().enumerate() {
+            paths.extend(here(path::run(path, &work.part(&format!("{index}/{case}")).after(pieces)))?);
+            pieces += path::blocks(path);
+        }
+        if here(work.gathered())?.is_none() {
+            continue;
+        }
         for (quoted, ours) in study.quoted.iter().zip(&mut ours) {
             ours.push(quoted.quantity.of(&paths[quoted.case]));
         }
@@ -151,6 +159,7 @@ pub fn run(study: &ValidationStudy, work: &Work) -> error::Result<ValidationResu
             shown = paths;
         }
     }
+    work.gathered()?;
     let compared = study.quoted.iter().zip(ours).map(|(quoted, ours)| {
         let agrees = ours.first().and_then(|value| value.as_ref().ok()).is_some_and(|&value| quoted.agrees(value));
         Compared { ours, agrees }

@@ -6,6 +6,7 @@ use crate::report::{Output, Run};
 use crate::{
     input::error::Result,
     study::{Given, Question, Resolved, Template},
+    work::Work,
 };
 
 impl Question for ValidationStudy {
@@ -28,6 +29,14 @@ impl Question for ValidationStudy {
 
     fn items(&self) -> (usize, &'static str) {
         (super::work(self), "points")
+    }
+
+    fn pieces(&self) -> usize {
+        super::blocks(self)
+    }
+
+    fn compute(&self, work: &Work) -> Result<()> {
+        super::run(self, work).map(drop)
     }
 
     #[cfg(feature = "report")]

@@ -60,6 +60,14 @@ impl Question for ReachStudy {
         (self.machine.points.len(), "points")
     }
 
+    fn pieces(&self) -> usize {
+        1
+    }
+
+    fn compute(&self, work: &Work) -> Result<()> {
+        run(self, work).map(drop)
+    }
+
     #[cfg(feature = "report")]
     fn answer(&self, (): &(), run: &crate::report::Run<'_>) -> Result<crate::report::Output> {
         report::answer(self, run)

@@ -1,0 +1,89 @@
+//! `kinetostat merge`: the results of a study from all its parts.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use kinetostat::{
+    input::error::{Error, Result},
+    report::counted,
+    study::{
+        Study,
+        parts::{Opened, parts_in},
+    },
+    work::part_file::{Part, PartSource},
+};
+
+use super::{
+    Ending,
+    results::{Computing, Writing, folder, in_options, run_study},
+};
+
+/// Merge the parts of a study that run --part has left: the results are those of a single run, byte for byte.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  for i in 1 2 3; do kinetostat run studies/01_workspace_map --part $i/3 --out parts; done    (each on a machine of its own)
+  kinetostat merge parts --out results/01_workspace_map
+  kinetostat merge node1/parts node2/parts/part_0002_of_0003.kpart node3/parts
+  kinetostat merge parts --study /home/me/01_workspace_map     (where the study is here, if it was elsewhere there)
+
+All parts must be there, each once, computed by this very program from the study as it is now; what is not so is refused by
+name. A placement goes in rounds, each of which needs all parts of the one before: merge computes what no part has, and
+run --part I/N --round 2 shares the second round, and so on.")]
+pub struct MergeArguments {
+    /// Folders of parts, or files of parts
+    #[arg(required = true)]
+    parts: Vec<PathBuf>,
+    /// The study [default: where it was when the parts were computed]
+    #[arg(long)]
+    study: Option<PathBuf>,
+    /// Folder for the results [default: results/<name of the study's folder>]
+    #[arg(long)]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    writing: Writing,
+    #[command(flatten)]
+    computing: Computing,
+}
+
+pub fn merge(arguments: &MergeArguments) -> Result<Ending> {
+    let MergeArguments { writing, computing, .. } = arguments;
+    computing.reporting.start_log()?;
+    let mut parts: Vec<Part> = Vec::new();
+    for path in &arguments.parts {
+        match path.is_dir() {
+            true => parts.extend(parts_in(path)?),
+            false => parts.push(Part::read(PartSource::File(path.clone()))?),
+        }
+    }
+    let study = study(arguments, &parts)?;
+    let options = writing.options(computing);
+    study.check_formats(&options).map_err(in_options)?;
+    let run = study.may_run_into(&folder(arguments.out.as_ref(), &study), &options).map_err(in_options)?;
+    if study.kind.goes_in_rounds() && !parts.iter().any(|part| part.head().is_complete) {
+        let rounds = parts.iter().map(|part| part.head().round).max().unwrap_or_default();
+        let text =
+            format!("{} of {}; what comes next is computed here.\n", counted(rounds as usize, "round"), study.name);
+        computing.reporting.print(&text)?;
+    }
+    run_study(computing, writing, &run, || run.begin_from(parts))
+}
+
+/// The study that the parts are of.
+fn study(arguments: &MergeArguments, parts: &[Part]) -> Result<Study> {
+    let refuse = |problem: String| Err(Error::Argument { argument: "--study".into(), problem });
+    let opened = parts.first().map(Opened::of).transpose()?.flatten();
+    let (path, overrides) = match (&arguments.study, opened) {
+        (Some(path), opened) => (path.clone(), opened.unwrap_or_default().overrides),
+        (None, Some(opened)) => (opened.study, opened.overrides),
+        (None, None) => return refuse("is missing: the parts do not say where their study is".into()),
+    };
+    match Study::open(&path, &overrides) {
+        Err(Error::Read { file, source }) if arguments.study.is_none() => refuse(format!(
+            "the parts are of {}, and {} cannot be read: {source}; say where the study is now",
+            path.display(),
+            file.display()
+        )),
+        opened => opened.map_err(in_options),
+    }
+}

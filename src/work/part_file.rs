@@ -1,0 +1,302 @@
+//! Files of the pieces that a part of a computation has found, and all parts of a computation together.
+//!
+//! After eight bytes that name the format come [records](super::records): the first says which part of what it is and how many pieces
+//! there are, each other one holds the key of a piece and the piece, in the order of the keys. The same part has the same bytes
+//! whatever the number of threads. A file that is not whole is refused: a part is computed again, not mended.
+
+use std::{
+    collections::HashMap,
+    io::{BufReader, Cursor, Read, Seek, SeekFrom, Write},
+    path::PathBuf,
+    sync::Arc,
+};
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    checkpoint::{Checkpoint, Origin},
+    records::{HEAD, Record, encoded, fill, next_record, record},
+    share::Share,
+};
+use crate::input::{
+    error::{Error, Result},
+    file,
+};
+
+/// What a part says of itself.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PartHead {
+    /// Version and build of the program that computed it.
+    pub program: String,
+    /// Names of the inputs of the study and the SHA-256 of each, hexadecimal.
+    pub inputs: Vec<(String, String)>,
+    /// Name of the study.
+    pub study: String,
+    /// How the study was opened, for whoever opens it again.
+    pub opened: String,
+    /// Which part.
+    pub share: Share,
+    /// Which round, from 1, of a computation in which what comes next depends on what all parts before have found.
+    pub round: u32,
+    /// Whether nothing was left to other parts or to a later round.
+    pub is_complete: bool,
+    /// Number of its pieces.
+    pub pieces: u64,
+}
+
+const FORMAT: [u8; 8] = *b"kpart-1\n";
+
+/// Where the bytes of a part are.
+#[derive(Debug, Clone)]
+pub enum PartSource {
+    /// In a file.
+    File(PathBuf),
+    /// In memory, called so in messages.
+    Bytes(String, Arc<[u8]>),
+}
+
+trait ReadSeek: Read + Seek {}
+impl<T: Read + Seek> ReadSeek for T {}
+
+impl PartSource {
+    /// What messages call it.
+    fn name(&self) -> String {
+        match self {
+            Self::File(path) => path.display().to_string(),
+            Self::Bytes(name, _) => name.clone(),
+        }
+    }
+
+    /// Its bytes and how many there are.
+    fn open(&self) -> Result<(Box<dyn ReadSeek + '_>, u64)> {
+        match self {
+            Self::File(path) => {
+                let opened = file::open(path)?;
+                let length = opened.metadata().map_err(|source| self.unread(source))?.len();
+                Ok((Box::new(opened), length))
+            }
+            Self::Bytes(_, bytes) => Ok((Box::new(Cursor::new(bytes)), bytes.len() as u64)),
+        }
+    }
+
+    fn unread(&self, source: std::io::Error) -> Error {
+        Error::Read { file: self.name().into(), source }
+    }
+
+    fn refuse<T>(&self, problem: impl Into<String>) -> Result<T> {
+        Err(Error::Syntax { file: self.name(), line: None, key: String::new(), problem: problem.into() })
+    }
+}
+
+/// A part that is whole.
+#[derive(Debug)]
+pub struct Part {
+    source: PartSource,
+    head: PartHead,
+    /// Keys, and where their pieces are: offset and length.
+    places: Vec<(Vec<u8>, u64, u32)>,
+}
+
+impl Part {
+    /// Reads all of `source` once; pieces are read again when they are wanted.
+    ///
+    /// # Errors
+    /// It cannot be read, is no part, was cut short or damaged.
+    pub fn read(source: PartSource) -> Result<Self> {
+        let (reader, length) = source.open()?;
+        let mut reader = BufReader::new(reader);
+        let mut format = [0; FORMAT.len()];
+        if !fill(&mut reader, &mut format).map_err(|fault| source.unread(fault))? || format != FORMAT {
+            return source.refuse("is not a part of a study that this version of the program computed");
+        }
+        let mut at = FORMAT.len() as u64;
+        let mut next = |at: &mut u64| -> Result<Option<Vec<u8>>> {
+            let found = next_record(&mut reader, length.saturating_sub(*at)).map_err(|fault| source.unread(fault))?;
+            let Record::Whole(content) = found else { return Ok(None) };
+            *at += (HEAD + content.len()) as u64;
+            Ok(Some(content))
+        };
+        let head = next(&mut at)?.and_then(|head| postcard::from_bytes::<PartHead>(&head).ok());
+        let Some(head) = head else { return source.refuse("is cut short or damaged where it says which part it is") };
+        let mut places = Vec::new();
+        for number in 0..head.pieces {
+            let before = at;
+            let content = next(&mut at)?;
+            let place = content.as_ref().and_then(|content| {
+                let (key, piece) = postcard::take_from_bytes::<Vec<u8>>(content).ok()?;
+                Some((key, before + (HEAD + content.len() - piece.len()) as u64, piece.len() as u32))
+            });
+            let Some(place) = place else {
+                let (share, pieces) = (head.share, head.pieces);
+                return source.refuse(format!(
+                    "is cut short or damaged: {number} of the {pieces} pieces of part {share} are whole; compute that part again"
+                ));
+            };
+            places.push(place);
+        }
+        drop(reader);
+        if at != length {
+            return source.refuse(format!("has {} bytes behind its end: it was damaged", length - at));
+        }
+        Ok(Self { source, head, places })
+    }
+
+    /// Round and number.
+    fn place(&self) -> (u32, u32) {
+        (self.head.round, self.head.share.part())
+    }
+
+    /// Which part it is, as in `3 of 10`.
+    #[must_use]
+    pub fn words(&self) -> String {
+        match self.head.round {
+            1 => self.head.share.to_string(),
+            round => format!("{} of round {round}", self.head.share),
+        }
+    }
+
+    /// What it says of itself.
+    #[must_use]
+    pub fn head(&self) -> &PartHead {
+        &self.head
+    }
+
+    /// Refuses what another build computed, or from other inputs than `origin`.
+    ///
+    /// # Errors
+    /// That; the message says what differs.
+    pub fn check(&self, origin: &Origin) -> Result<()> {
+        let PartHead { program, inputs, .. } = &self.head;
+        if *program != origin.program {
+            return self.source.refuse(format!("was computed by {program}, this is {}", origin.program));
+        }
+        let expected = origin.inputs.digests();
+        if !inputs.iter().map(|(name, _)| name).eq(expected.iter().map(|(name, _)| name)) {
+            let names = |inputs: &[(String, String)]| {
+                inputs.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ")
+            };
+            let (found, expected) = (names(inputs), names(&expected));
+            return self
+                .source
+                .refuse(format!("was computed from other inputs: {found}; those of the study are {expected}"));
+        }
+        match inputs.iter().zip(&expected).find(|(found, expected)| found != expected) {
+            None => Ok(()),
+            Some(((name, found), (_, expected))) => self.source.refuse(format!(
+                "was computed from other inputs: its {name} has the SHA-256 {}…, that of the study {}…",
+                &found.chars().take(12).collect::<String>(),
+                &expected[..12]
+            )),
+        }
+    }
+}
+
+/// Writes the part `head` says, whose pieces are those of `checkpoint`.
+///
+/// # Errors
+/// A piece cannot be read, or `to` not written.
+pub fn write(mut head: PartHead, checkpoint: &mut Checkpoint, to: &mut impl Write) -> Result<()> {
+    let keys = checkpoint.keys();
+    head.pieces = keys.len() as u64;
+    let stem = head.share.stem(head.round);
+    let fault = |source| Error::Write { file: stem.clone().into(), source };
+    to.write_all(&FORMAT).map_err(fault)?;
+    to.write_all(&encoded(&head).and_then(|head| record(&head)).map_err(fault)?).map_err(fault)?;
+    for key in keys {
+        let Some(piece) = checkpoint.bytes(&key)? else { continue };
+        let content = [encoded(&key).map_err(fault)?, piece].concat();
+        to.write_all(&record(&content).map_err(fault)?).map_err(fault)?;
+    }
+    Ok(())
+}
+
+/// All parts of one or several rounds of a computation.
+#[derive(Debug)]
+pub struct Parts {
+    sources: Vec<PartSource>,
+    /// Where the piece of each key is: number of the source, offset and length.
+    places: HashMap<Vec<u8>, (usize, u64, u32)>,
+    of: u32,
+    rounds: u32,
+}
+
+/// Most missing parts that a message names.
+const NAMED: usize = 20;
+
+impl Parts {
+    /// `parts`, in any order, of the computation from `origin`.
+    ///
+    /// # Errors
+    /// A part of another computation or division, a part that is missing or there twice; the message names them.
+    pub fn new(mut parts: Vec<Part>, origin: &Origin) -> Result<Self> {
+        let Some(first) = parts.first() else {
+            let problem = "expected all parts of a study, got none".into();
+            return Err(Error::Argument { argument: "parts".into(), problem });
+        };
+        let (share, name) = (first.head.share, first.source.name());
+        if let Some(other) = parts.iter().find(|part| part.head.share.of() != share.of()) {
+            let problem =
+                format!("is part {}, {name} is part {share}: expected parts of one division", other.head.share);
+            return other.source.refuse(problem);
+        }
+        parts.iter().try_for_each(|part| part.check(origin))?;
+        parts.sort_by_key(Part::place);
+        for pair in parts.windows(2) {
+            if pair[0].place() == pair[1].place() {
+                let problem = format!("is part {}, which {} is, too", pair[1].words(), pair[0].source.name());
+                return pair[1].source.refuse(problem);
+            }
+        }
+        let rounds = parts.last().map_or(0, |part| part.head.round);
+        (1..=rounds).try_for_each(|round| complete(&parts, round, share.of()))?;
+        let mut places = HashMap::new();
+        let mut sources = Vec::with_capacity(parts.len());
+        for (number, Part { source, places: own, .. }) in parts.into_iter().enumerate() {
+            sources.push(source);
+            places.extend(own.into_iter().map(|(key, offset, length)| (key, (number, offset, length))));
+        }
+        Ok(Self { sources, places, of: share.of(), rounds })
+    }
+
+    /// Number of parts of a round.
+    #[must_use]
+    pub fn of(&self) -> u32 {
+        self.of
+    }
+
+    /// Number of rounds.
+    #[must_use]
+    pub fn rounds(&self) -> u32 {
+        self.rounds
+    }
+
+    /// The piece under `key` as it was encoded, if there is one.
+    ///
+    /// # Errors
+    /// It cannot be read any more.
+    pub(super) fn bytes(&self, key: &[u8]) -> Result<Option<Vec<u8>>> {
+        let Some(&(source, offset, length)) = self.places.get(key) else { return Ok(None) };
+        let source = &self.sources[source];
+        let (mut reader, _) = source.open()?;
+        let mut bytes = vec![0; length as usize];
+        let read = reader.seek(SeekFrom::Start(offset)).and_then(|_| reader.read_exact(&mut bytes));
+        read.map_err(|fault| source.unread(fault))?;
+        Ok(Some(bytes))
+    }
+}
+
+/// Refuses a round of which parts are missing.
+fn complete(parts: &[Part], round: u32, of: u32) -> Result<()> {
+    let is_there = |number: &u32| parts.binary_search_by_key(&(round, *number), Part::place).is_ok();
+    let missing: Vec<u32> = (1..=of).filter(|number| !is_there(number)).collect();
+    let named: Vec<String> = missing.iter().take(NAMED).map(u32::to_string).collect();
+    let (parts, verb) = match missing.as_slice() {
+        [] => return Ok(()),
+        [one] => (format!("part {one} of {of}"), "is"),
+        all if all.len() > NAMED => (format!("parts {}, … of {of}", named.join(", ")), "are"),
+        _ => (format!("parts {} of {of}", named.join(", ")), "are"),
+    };
+    let argument = if round == 1 { parts } else { format!("{parts} of round {round}") };
+    let problem = format!("{verb} missing: expected all {of}, got {}", of as usize - missing.len());
+    Err(Error::Argument { argument, problem })
+}

@@ -1,0 +1,130 @@
+//! A share of a computation that several machines compute: part i of n.
+
+use std::{fmt, str::FromStr};
+
+use serde::{Deserialize, Serialize};
+
+/// Part `i` of `n`: of the pieces of a computation, numbered from 0, those whose number leaves the remainder `i − 1` when divided by `n`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(try_from = "(u32, u32)", into = "(u32, u32)")]
+pub struct Share {
+    part: u32,
+    of: u32,
+}
+
+/// Most parts.
+const MOST: u32 = 1_000_000;
+
+impl Share {
+    /// Part `part` of `of`, counted from 1.
+    ///
+    /// # Errors
+    /// There is no such part; the message says what was expected.
+    pub fn new(part: u32, of: u32) -> Result<Self, String> {
+        if of == 0 || of > MOST {
+            return Err(format!("expected 1 to {MOST} parts, got {of}"));
+        }
+        if part == 0 || part > of {
+            return Err(format!("of {of} expected a part from 1 to {of}, got {part}"));
+        }
+        Ok(Self { part, of })
+    }
+
+    /// Its number, from 1.
+    #[must_use]
+    pub fn part(self) -> u32 {
+        self.part
+    }
+
+    /// Number of parts.
+    #[must_use]
+    pub fn of(self) -> u32 {
+        self.of
+    }
+
+    /// Whether piece number `number` is in it.
+    #[must_use]
+    pub fn holds(self, number: usize) -> bool {
+        number % self.of as usize == self.part as usize - 1
+    }
+
+    /// How many of `pieces` are in it.
+    #[must_use]
+    pub fn count(self, pieces: usize) -> usize {
+        (pieces + self.of as usize - self.part as usize) / self.of as usize
+    }
+
+    /// Begin of the names of its files, of round `round` from 1.
+    #[must_use]
+    pub fn stem(self, round: u32) -> String {
+        let part = format!("part_{:04}_of_{:04}", self.part, self.of);
+        if round == 1 { part } else { format!("round_{round:02}_{part}") }
+    }
+}
+
+impl TryFrom<(u32, u32)> for Share {
+    type Error = String;
+
+    fn try_from((part, of): (u32, u32)) -> Result<Self, String> {
+        Self::new(part, of)
+    }
+}
+
+impl From<Share> for (u32, u32) {
+    fn from(share: Share) -> Self {
+        (share.part, share.of)
+    }
+}
+
+impl FromStr for Share {
+    type Err = String;
+
+    /// From `3/10`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers = text.split_once('/').and_then(|(part, of)| Some((part.parse().ok()?, of.parse().ok()?)));
+        let (part, of) = numbers.ok_or("expected i/n such as 3/10: the third of ten parts")?;
+        Self::new(part, of)
+    }
+}
+
+impl fmt::Display for Share {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} of {}", self.part, self.of)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_piece_is_in_one_part_and_parts_know_how_many() {
+        for of in [1, 2, 3, 7, 100] {
+            let shares: Vec<Share> = (1..=of).map(|part| Share::new(part, of).unwrap()).collect();
+            for pieces in [0, 1, 2, 6, 7, 8, 50] {
+                for share in &shares {
+                    assert_eq!(share.count(pieces), (0..pieces).filter(|&piece| share.holds(piece)).count(), "{share}");
+                }
+                assert!((0..pieces).all(|piece| shares.iter().filter(|share| share.holds(piece)).count() == 1));
+            }
+        }
+    }
+
+    #[test]
+    fn parts_that_there_are_not_are_refused_with_what_was_expected() {
+        assert_eq!("3/10".parse(), Share::new(3, 10));
+        for (text, expected) in [
+            ("0/3", "of 3 expected a part from 1 to 3, got 0"),
+            ("4/3", "of 3 expected a part from 1 to 3, got 4"),
+            ("1/0", "expected 1 to 1000000 parts, got 0"),
+            ("x/y", "expected i/n such as 3/10"),
+            ("-1/3", "expected i/n"),
+            ("3", "expected i/n"),
+            ("1/2/3", "expected i/n"),
+            ("", "expected i/n"),
+        ] {
+            let refused = text.parse::<Share>().unwrap_err();
+            assert!(refused.starts_with(expected), "{text}: {refused}");
+        }
+    }
+}
