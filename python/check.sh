@@ -30,6 +30,7 @@ if [ "$profile" = wheel ]; then
     cargo check --quiet --locked --manifest-path "$folder"/unpacked/kinetostat-*/python/Cargo.toml --target-dir "$folder/checked"
 fi
 pip install --quiet --no-index "$wheel"
+cargo fmt --check
 ruff format --quiet --check .
 ruff check --quiet .
 # Nothing of this folder is on the way to the package that was installed.

@@ -10,7 +10,7 @@ command line.
 >>> import kinetostat
 >>> machine = kinetostat.Machine("orthoglide")
 >>> machine.equilibrium([30, -40, 75], [215, -10, -25, 0, 0, 0]).deflection.round(3)
-array([0.288, 0.196, 0.103])
+array([ 0.082,  0.02 , -0.078])
 """
 
 from ._kinetostat import Error, __version__

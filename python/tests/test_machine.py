@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import doctest
 import hashlib
 import multiprocessing
 import os
@@ -165,10 +166,24 @@ def test_errors_of_chains_answer_and_do_not_command(machine: Machine) -> None:
     assert found.distance > 1e-3 and machine.equilibrium([0, 0, 0]).distance < 1e-9
 
 
+def test_what_the_package_says_of_itself() -> None:
+    assert doctest.testmod(kinetostat) == (0, 3)
+
+
 def test_an_arm_of_a_urdf() -> None:
-    urdf = next((ROOT / "tests" / "urdf").rglob("*.urdf"))
-    with pytest.raises(Error, match="stiffness"):
+    urdf = ROOT / "tests" / "urdf" / "imported" / "centre_in_millimetres.urdf"
+    with pytest.raises(Error, match="unknown"):
         Machine.import_urdf(urdf)
+    with pytest.raises(Error, match="stiffness: expected 6, one for each of a1, a2"):
+        Machine.import_urdf(urdf, stiffness=[1e6])
+    arm = Machine.import_urdf(urdf, stiffness=[1e6] * 6, tool_tip_mm=(0.0, 0.0, 100.0))
+    assert arm.hinges == [True] * 6 and any(note.startswith("mass of link") for note in arm.notes)
+    pushed = arm.equilibrium(arm.home, [100.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    assert pushed.solved and 1e-6 < pushed.distance < 100.0
+    again = Machine.from_toml(arm.toml).equilibrium(arm.home, [100.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    assert np.array_equal(again.pose, pushed.pose)
+    like = Machine.import_urdf(urdf, like=arm, tool_tip_mm=(0.0, 0.0, 100.0))
+    assert np.array_equal(like.stiffness(arm.home), arm.stiffness(arm.home), equal_nan=True)
 
 
 DIGEST = """
