@@ -163,19 +163,23 @@ pub fn settle(machines: &Machines, asked: &Asked, commanded: Commanded, stop: &A
     let groups = std::iter::from_fn(|| {
         Some(rows.by_ref().take(Batch::WIDTH).collect::<Vec<_>>()).filter(|group| !group.is_empty())
     });
-    groups.enumerate().par_bridge().try_for_each_init(
-        || Group::new(machines, commanded),
-        |group, (number, rows)| {
-            if stop.load(Ordering::Relaxed) {
-                return Err(Error::Stopped);
-            }
-            let found = group.settle(asked, number * Batch::WIDTH, rows, one.as_ref());
-            if !found.is_empty() {
-                reasons.lock().unwrap_or_else(PoisonError::into_inner).extend(found);
-            }
-            Ok(())
-        },
-    )?;
+    let (mut groups, width) = (groups.enumerate(), asked.len().min(Batch::WIDTH));
+    let begin = || Group::new(machines, commanded, width);
+    let settle = |group: &mut Group<'_>, (number, rows): (usize, Vec<Row<'_>>)| {
+        if stop.load(Ordering::Relaxed) {
+            return Err(Error::Stopped);
+        }
+        let found = group.settle(asked, number * Batch::WIDTH, rows, one.as_ref());
+        if !found.is_empty() {
+            reasons.lock().unwrap_or_else(PoisonError::into_inner).extend(found);
+        }
+        Ok(())
+    };
+    match asked.len() > Batch::WIDTH {
+        true => groups.par_bridge().try_for_each_init(begin, settle)?,
+        // A single group is not worth waking other threads.
+        false => groups.try_for_each(|rows| settle(&mut begin(), rows))?,
+    }
     drop(rows);
     settled.reasons = reasons.into_inner().unwrap_or_else(PoisonError::into_inner);
     settled.reasons.sort_unstable_by_key(|(case, _)| *case);
@@ -191,8 +195,9 @@ struct Group<'a> {
 }
 
 impl<'a> Group<'a> {
-    fn new(machines: &'a Machines, commanded: Commanded) -> Self {
-        let sessions = vec![machines.session(Source::All); Batch::WIDTH];
+    /// For at most `width` cases at a time.
+    fn new(machines: &'a Machines, commanded: Commanded, width: usize) -> Self {
+        let sessions = vec![machines.session(Source::All); width];
         let batch = Batch::new(machines.answering(Source::All));
         Self { machine: &machines.nominal, commanded, sessions, batch }
     }
