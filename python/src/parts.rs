@@ -47,13 +47,9 @@ pub fn compute_part<'py>(
 ) -> PyResult<Bound<'py, PyBytes>> {
     let study = opened(py, &path, grid, points)?;
     let share = Share::new(number, count).map_err(|problem| refused("part", &problem))?;
-    let (before, program) = (py.detach(|| read(before))?, build(py)?.to_string());
-    let found = wait_on(
-        py,
-        &pool_of(threads)?,
-        |_| Ok(()),
-        |stop| study.part(share, before, Some(&program), Arc::clone(stop), |_| ()),
-    )?;
+    let (before, program, pool) = (py.detach(|| read(before))?, build(py)?.to_string(), pool_of(threads)?);
+    let found =
+        wait_on(py, &pool, |_| Ok(()), |stop| study.part(share, before, Some(&program), Arc::clone(stop), |_| ()))?;
     Ok(PyBytes::new(py, &found.map_err(raised)?))
 }
 
