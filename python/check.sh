@@ -24,7 +24,7 @@ if [ "$profile" = wheel ]; then
     size=$(stat --format %s "$wheel")
     echo "$(basename "$wheel"): $size bytes"
     test "$size" -lt "$most"
-    maturin sdist --quiet --out "$folder/source"
+    maturin sdist --out "$folder/source" 2> "$folder/said" || { cat "$folder/said"; exit 1; }
     mkdir "$folder/unpacked"
     tar -xf "$folder"/source/kinetostat-*.tar.gz -C "$folder/unpacked"
     cargo check --quiet --locked --manifest-path "$folder"/unpacked/kinetostat-*/python/Cargo.toml --target-dir "$folder/checked"
