@@ -43,7 +43,6 @@ def run_study(
     begin: str,
     told: _Told,
 ) -> dict[str, Any]: ...
-
 def study_pieces(
     path: str | PathLike[str], grid: Sequence[int] | None = None, points: int | None = None
 ) -> tuple[int, bool]: ...
@@ -64,6 +63,7 @@ def merge_parts(
     points: int | None = None,
 ) -> None: ...
 def part_head(part: bytes) -> tuple[int, int, int, bool, int]: ...
+
 @final
 class Machine:
     @staticmethod

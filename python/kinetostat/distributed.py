@@ -4,11 +4,13 @@
 >>> from kinetostat.distributed import run                                # doctest: +SKIP
 >>> run("studies/01_workspace_map", Client("tcp://head:8786"), out="map") # doctest: +SKIP
 
-What is left in the folder has the bytes of a run on one machine, whatever the workers, their number and their threads. A worker that dies
-takes a part with it, which another one computes; one that comes late gets parts that wait. All workers must see the study under the same
-name and have the same build of this package; parts of another build are refused.
+What is left in the folder has the bytes of a run on one machine, whatever the workers, their number and their threads.
+A worker that dies takes a part with it, which another one computes; one that comes late gets parts that wait. All
+workers must see the study under the same name and have the same build of this package; parts of another build are
+refused.
 
-Pools of Ray (``ray.util.multiprocessing`` through ``joblib``), ``mpi4py.futures.MPIPoolExecutor`` and ``ProcessPoolExecutor`` are executors, too.
+Pools of Ray (``ray.util.multiprocessing`` through ``joblib``), ``mpi4py.futures.MPIPoolExecutor`` and
+``ProcessPoolExecutor`` are executors, too.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future
 from concurrent.futures.process import BrokenProcessPool
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Protocol, cast
+from typing import Protocol, cast, runtime_checkable
 
 from . import _kinetostat
 from ._kinetostat import Error
@@ -31,6 +33,7 @@ _PARTS_OF_WORKER = 4
 _UNKNOWN_WORKERS = 8
 
 
+@runtime_checkable
 class _Client(Protocol):
     """What is asked of ``distributed.Client``."""
 
@@ -52,25 +55,15 @@ def run(
 ) -> Path:
     """Computes the study in a folder on `workers` and leaves its results in the folder `out`, which is returned.
 
-    study
-        The folder of the study (or its file), by a name that all workers see.
-    workers
-        A ``distributed.Client``, an ``Executor``, or a function that makes one: asked again for another one where a process pool has
-        lost a worker, which ends such a pool.
-    out
-        The folder of the results, ``results/NAME`` if it is not given.
-    parts
-        How many parts. If it is not given, four for each worker, and no more than the study has pieces. A part should take seconds: handing
-        one out takes about a millisecond.
-    threads
-        Threads of each part; 0 for all processors of the worker.
-    retries
-        How often another executor is made. Dask hands on by itself what a worker that died had, as often as its setting
-        ``distributed.scheduler.allowed-failures`` says.
-    progress
-        Whether a bar of tqdm shows how many parts are there, or who is told: done, of how many, what.
-    stop
-        Asked about twice a second: what is not begun is cancelled when it says yes, and :class:`Error` raised. Ctrl-C does the same.
+    study The folder of the study (or its file), by a name that all workers see. workers A ``distributed.Client``, an
+    ``Executor``, or a function that makes one: asked again for another one where a process pool has lost a worker,
+    which ends such a pool. out The folder of the results, ``results/NAME`` if it is not given. parts How many parts. If
+    it is not given, four for each worker, and no more than the study has pieces. A part should take seconds: handing
+    one out takes about a millisecond. threads Threads of each part; 0 for all processors of the worker. retries How
+    often another executor is made. Dask hands on by itself what a worker that died had, as often as its setting
+    ``distributed.scheduler.allowed-failures`` says. progress Whether a bar of tqdm shows how many parts are there, or
+    who is told: done, of how many, what. stop Asked about twice a second: what is not begun is cancelled when it says
+    yes, and :class:`Error` raised. Ctrl-C does the same.
 
     Raises :class:`Error` in the words of the command line; what a part raises, the first one that does.
     """
@@ -85,7 +78,12 @@ def run(
         while True:
             round_number += 1
             of = f"parts of round {round_number}" if in_rounds else "parts"
-            new = _round(pool, (name, count, tuple(found), threads), lambda done: tell and tell(done, count, of), stop)
+
+            def hear(done: int, of: str = of) -> None:
+                if tell is not None:
+                    tell(done, count, of)
+
+            new = _round(pool, (name, count, tuple(found), threads), hear, stop)
             found += new
             if not in_rounds or all(_kinetostat.part_head(part)[3] for part in new):
                 break
@@ -104,14 +102,14 @@ class _Pool:
     def __init__(self, workers: _Client | Executor | Callable[[], Executor], retries: int) -> None:
         self.retries = retries
         self._make: Callable[[], Executor] | None = None
-        if hasattr(workers, "get_executor"):
+        if isinstance(workers, _Client):
             # Dask computes again by itself what a worker that died had.
-            self.executor = cast(_Client, workers).get_executor(pure=False)
+            self.executor = workers.get_executor(pure=False)
         elif isinstance(workers, Executor):
             self.executor = workers
         else:
-            self._make = cast(Callable[[], Executor], workers)
-            self.executor = self._make()
+            self._make = workers
+            self.executor = workers()
 
     def renew(self) -> bool:
         """Whether there is another executor now."""
