@@ -43,11 +43,25 @@ def run_study(
     begin: str,
     told: _Told,
 ) -> dict[str, Any]: ...
-def study_pieces(path: str | PathLike[str]) -> tuple[int, bool]: ...
+def study_pieces(
+    path: str | PathLike[str], grid: Sequence[int] | None = None, points: int | None = None
+) -> tuple[int, bool]: ...
 def compute_part(
-    path: str | PathLike[str], number: int, count: int, before: Sequence[bytes], threads: int
+    path: str | PathLike[str],
+    number: int,
+    count: int,
+    before: Sequence[bytes] = ...,
+    threads: int = 0,
+    grid: Sequence[int] | None = None,
+    points: int | None = None,
 ) -> bytes: ...
-def merge_parts(path: str | PathLike[str], parts: Sequence[bytes], out: str | PathLike[str]) -> None: ...
+def merge_parts(
+    path: str | PathLike[str],
+    parts: Sequence[bytes],
+    out: str | PathLike[str],
+    grid: Sequence[int] | None = None,
+    points: int | None = None,
+) -> None: ...
 def part_head(part: bytes) -> tuple[int, int, int, bool, int]: ...
 
 @final
