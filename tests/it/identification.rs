@@ -318,6 +318,7 @@ fn robot_with_bearings() -> String {
 
 /// Whether bearings that yield across the joints' axes predict better than joints alone is for the poses that were not fitted to say.
 #[test]
+#[ignore = "sets of up to 18 unknowns take minutes"]
 fn richer_models_of_the_robot_are_judged_by_what_they_predict() {
     let Some(data) = robot_data() else { return };
     let sets = [

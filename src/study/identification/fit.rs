@@ -22,6 +22,8 @@ const FARTHEST: f64 = 7.0;
 const FOUND: f64 = 1e-10;
 /// The same where rounding keeps the search from gaining it.
 const NEARLY_FOUND: f64 = 1e-6;
+/// Less scatter is rounding of the solves.
+const LEAST_SCATTER_MM: f64 = 1e-8;
 /// A direction whose information is less than this share of the largest is not told at all.
 const RANK: f64 = 1e-13;
 
@@ -159,7 +161,7 @@ impl Search<'_> {
 
     fn scale(&self, r: &DVector<f64>) -> f64 {
         match self.noise.is_estimated() {
-            true => self.loss.scale(r, self.unknowns.len()).max(f64::MIN_POSITIVE.sqrt()),
+            true => self.loss.scale(r, self.unknowns.len()).max(LEAST_SCATTER_MM),
             false => 1.0,
         }
     }
