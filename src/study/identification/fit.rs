@@ -22,6 +22,8 @@ const FARTHEST: f64 = 7.0;
 const FOUND: f64 = 1e-10;
 /// The same where rounding keeps the search from gaining it.
 const NEARLY_FOUND: f64 = 1e-6;
+/// Or where no unknown would change by more, in noticeable changes: without noise, what is left is the rounding of solves.
+const LEAST_STEP: f64 = 1e-6;
 /// Less scatter is rounding of the solves.
 const LEAST_SCATTER_MM: f64 = 1e-8;
 /// A direction whose information is less than this share of the largest is not told at all.
@@ -121,8 +123,9 @@ impl Search<'_> {
             let (information, gradient) = self.normal(&predicted, &r, &given, scale, &x);
             let told = SymmetricEigen::new(information);
             let cost = self.cost(&r, &x);
-            let gain = damped_step(&told, &gradient, 0.0).dot(&gradient);
-            if gain <= FOUND * (1.0 + cost) {
+            let whole = damped_step(&told, &gradient, 0.0);
+            let gain = whole.dot(&gradient);
+            if gain <= FOUND * (1.0 + cost) || whole.amax() <= LEAST_STEP {
                 is_found = true;
                 break;
             }
