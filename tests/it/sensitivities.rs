@@ -155,7 +155,8 @@ proptest! {
         for name in catalogue::names() {
             let machine = catalogue_machine(name);
             let Ok(at) = machine.command(position_in_box(&machine, 0.2, 0.8, share)) else { continue };
-            let all = machine.parameters();
+            // Square bars have a kink, see above.
+            let all: Vec<_> = machine.parameters().into_iter().filter(|p| !p.name.contains("bar_section")).collect();
             let names: Vec<String> = (0..5).map(|i| all[(pick * (7 * i + 1) + 31 * i) % all.len()].name.clone()).collect();
             let mut names: Vec<String> = names.into_iter().filter(|name| machine.variations(&[name]).is_ok()).collect();
             names.sort();
