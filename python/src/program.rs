@@ -169,8 +169,7 @@ impl Program {
                 let problem = "no files are written beside a program that is kept in memory".into();
                 Err(Error::Argument { argument: file.name.clone(), problem })
             });
-            let as_written =
-                job.pass("as_written", &ProgramCommands::Positions(&written.positions), done, |_, _| go_on())?;
+            let as_written = job.pass("as_written", &ProgramCommands::Sent(&written.sent), done, |_, _| go_on())?;
             Ok((vec![none, own, as_written], Ok(written)))
         })?;
         let dict = PyDict::new(py);
@@ -181,9 +180,9 @@ impl Program {
         dict.set_item("summaries", summaries)?;
         match found {
             Ok(written) => {
-                let count = written.positions.len();
+                let count = written.sent.positions.len();
                 dict.set_item("bytes", PyBytes::new(py, &written.bytes))?;
-                dict.set_item("position", array(py, numbers(written.positions.iter()), [count, 3])?)?;
+                dict.set_item("position", array(py, numbers(written.sent.positions.iter()), [count, 3])?)?;
                 dict.set_item("rounded_mm", written.rounded_mm)?;
                 dict.set_item("failures", Vec::<(usize, String)>::new())?;
             }

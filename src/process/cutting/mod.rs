@@ -229,16 +229,18 @@ mod tests {
 
     #[test]
     fn no_force_on_rapid_moves_and_only_an_axial_one_on_plunges() {
-        let path = read("x_mm,y_mm,z_mm,cutting\n0,0,5,0\n0,0,0,1\n0,0,-1,1\n9,0,-1,0\n");
+        let path = read("x_mm,y_mm,z_mm,cutting\n0,0,5,0\n0,0,0,1\n0,0,-1,1\n5,0,-1,1\n9,0,-1,0\n");
         for law in laws() {
             let loads = loads(&law, &path);
             assert_eq!(loads[0], NO_LOAD);
-            assert_eq!((loads[1].force_N.x, loads[1].force_N.y), (0.0, 0.0));
-            assert!(loads[1].force_N.z != 0.0);
-            assert!(loads[2].force_N.xy().norm() > 1.0);
-            assert_eq!(loads[3], NO_LOAD);
+            for plunge in &loads[1..3] {
+                assert_eq!((plunge.force_N.x, plunge.force_N.y), (0.0, 0.0));
+                assert!(plunge.force_N.z != 0.0);
+            }
+            assert!(loads[3].force_N.xy().norm() > 1.0);
+            assert_eq!(loads[4], NO_LOAD);
         }
-        assert_eq!(loads(&CuttingLaw::None, &path), [NO_LOAD; 4]);
+        assert_eq!(loads(&CuttingLaw::None, &path), [NO_LOAD; 5]);
     }
 
     #[test]
