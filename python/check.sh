@@ -42,7 +42,7 @@ for example in examples/*.py; do
     python "$example" > "$folder/said"
     test -s "$folder/said"
 done
-installed=$(python -c 'import kinetostat; print(kinetostat.__path__[0])')
-mypy --strict "$installed" examples
+mypy --strict -p kinetostat
+mypy --strict examples
 stubtest kinetostat._kinetostat
 pyright --pythonpath "$folder/venv/bin/python" examples
