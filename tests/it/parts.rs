@@ -2,7 +2,6 @@
 //! together is refused.
 
 use std::{
-    collections::BTreeMap,
     fs,
     path::Path,
     sync::{
@@ -24,7 +23,10 @@ use kinetostat::{
 };
 use proptest::prelude::*;
 
-use crate::support::command::{printed, told};
+use crate::support::{
+    command::{printed, told},
+    results::{assert_same, contents},
+};
 
 /// A workspace map that is cheap per point, in three blocks.
 const MAP: &str = r#"
@@ -77,19 +79,6 @@ fn on<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
 }
 
 /// All files of a folder.
-fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-    let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    files.map(|file| (file.file_name().unwrap().to_string_lossy().into(), fs::read(file).unwrap())).collect()
-}
-
-fn assert_same(found: &Path, expected: &Path, what: &str) {
-    let (found, expected) = (contents(found), contents(expected));
-    assert!(found.keys().eq(expected.keys()), "{what}: {:?} instead of {:?}", found.keys(), expected.keys());
-    for (name, bytes) in &expected {
-        assert!(found[name] == *bytes, "{what}: {name} is not the same");
-    }
-}
-
 /// A folder of the study `toml`, and the study.
 fn written(folder: &Path, toml: &str) -> Study {
     let study = folder.join("study");

@@ -1,7 +1,6 @@
 //! Runs that are killed, stopped or run out of disk: what is left, and that going on ends as if nothing had happened.
 
 use std::{
-    collections::BTreeMap,
     fs,
     hash::{BuildHasher, RandomState},
     path::{Path, PathBuf},
@@ -10,6 +9,8 @@ use std::{
 };
 
 use serde_json::Value;
+
+use crate::support::results::{assert_same, contents};
 
 const STATE: &str = "unfinished_run.state";
 
@@ -52,19 +53,6 @@ fn ended(code: i32, arguments: &[&str]) -> (String, String) {
 }
 
 /// All files of a folder.
-fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-    let read = |path: PathBuf| (path.file_name().unwrap().to_string_lossy().into_owned(), fs::read(path).unwrap());
-    fs::read_dir(folder).unwrap().map(|entry| read(entry.unwrap().path())).collect()
-}
-
-fn assert_same(folder: &Path, expected: &Path, what: &str) {
-    let (found, expected) = (contents(folder), contents(expected));
-    assert!(found.keys().eq(expected.keys()), "{what}: {:?} instead of {:?}", found.keys(), expected.keys());
-    for (name, bytes) in &expected {
-        assert!(found[name] == *bytes, "{what}: {name} is not the same");
-    }
-}
-
 fn study(folder: &Path, toml: &str) -> PathBuf {
     let study = folder.join("study");
     fs::create_dir_all(&study).unwrap();

@@ -10,6 +10,7 @@ pub mod placement;
 pub mod planar;
 pub mod programs;
 pub mod random_machine;
+pub mod results;
 pub mod rs274;
 
 use serde_json::Value;
