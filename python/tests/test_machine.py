@@ -223,7 +223,9 @@ def test_forked_processes_have_threads_of_their_own() -> None:
 
 
 INTERRUPTED = """
-import sys, numpy as np, kinetostat
+import signal, numpy as np, kinetostat
+# Scripts start what runs beside them with the signal ignored.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 machine = kinetostat.Machine("orthoglide")
 print("ready", flush=True)
 try:
