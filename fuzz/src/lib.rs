@@ -205,7 +205,8 @@ fn one_point(kind: StudyKind) {
         StudyKind::Placement(..)
         | StudyKind::Validation(..)
         | StudyKind::Superposition(..)
-        | StudyKind::Identification(..) => {}
+        | StudyKind::Identification(..)
+        | StudyKind::MeasurementDesign(..) => {}
     }
 }
 

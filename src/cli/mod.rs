@@ -9,6 +9,7 @@ mod export_correction;
 mod export_realtime;
 mod headline;
 mod machines;
+mod measuring;
 mod merge;
 mod new;
 mod on_machine;
@@ -50,6 +51,8 @@ Examples:
   kinetostat compare --machine orthoglide --process milling.toml --path part.nc --at Q0 --at 50,0,20
   kinetostat report results/01_workspace_map /tmp/stiffer_feet --out comparison.html
   kinetostat explore orthoglide --path part.nc --process milling.toml
+  kinetostat identify my_measurements --out found
+  kinetostat design-measurements my_plan --out plan
   kinetostat export-correction --machine orthoglide --process milling.toml --out correction
   kinetostat export-realtime --machine orthoglide --out orthoglide_correction
   kinetostat check my_machine.toml
@@ -63,6 +66,8 @@ with --resume).";
 enum Command {
     Run(run::RunArguments),
     Merge(merge::MergeArguments),
+    Identify(measuring::IdentifyArguments),
+    DesignMeasurements(measuring::DesignArguments),
     Point(point::PointArguments),
     Compensate(compensate::CompensateArguments),
     Compare(compare::CompareArguments),
@@ -107,12 +112,18 @@ pub fn listen() -> Result<()> {
 
 /// Runs the command.
 pub fn dispatch(arguments: Arguments) -> Result<Ending> {
-    if !matches!(arguments.command, Command::Run(_) | Command::Merge(_)) {
+    let heeds_stops = matches!(
+        arguments.command,
+        Command::Run(_) | Command::Merge(_) | Command::Identify(_) | Command::DesignMeasurements(_)
+    );
+    if !heeds_stops {
         reporting::stop_at_once()?;
     }
     match arguments.command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Merge(arguments) => merge::merge(&arguments),
+        Command::Identify(arguments) => measuring::identify(&arguments),
+        Command::DesignMeasurements(arguments) => measuring::design(&arguments),
         Command::Point(arguments) => point::point(&arguments),
         Command::Compensate(arguments) => compensate::compensate(&arguments),
         Command::Compare(arguments) => compare::compare(&arguments),

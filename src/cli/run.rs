@@ -115,9 +115,18 @@ pub fn run(arguments: &RunArguments) -> Result<Ending> {
             return refuse(&arguments.studies[i].display().to_string(), problem);
         }
     }
+    compute(&studies, arguments.out.as_ref(), (writing, computing))
+}
+
+/// Computes `studies`, one after another, into `out` or folders of their names.
+pub fn compute(
+    studies: &[Study],
+    out: Option<&PathBuf>,
+    (writing, computing): (&Writing, &Computing),
+) -> Result<Ending> {
     let options = writing.options(computing);
     studies.iter().try_for_each(|study| study.check_formats(&options)).map_err(in_options)?;
-    let runs = studies.iter().map(|study| study.may_run_into(&folder(arguments.out.as_ref(), study), &options));
+    let runs = studies.iter().map(|study| study.may_run_into(&folder(out, study), &options));
     let runs: Vec<FolderRun<'_>> = runs.collect::<Result<_>>().map_err(in_options)?;
     if stop_flag()?.load(Ordering::Relaxed) {
         computing.reporting.print("Stopped before anything was computed.\n")?;

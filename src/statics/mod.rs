@@ -50,7 +50,7 @@ pub use equilibrium::{Outcome, Settings, Status, equilibrium, equilibrium_at_tas
 pub use force_deflection::{PlatformForce, wrench_at_pose};
 #[cfg(feature = "report")]
 pub(crate) use lane_solver::one_step;
-pub use play::tool_play;
+pub use play::{lost_motions, tool_play};
 pub use sensitivity::{Sensitivities, Sensitivity};
 pub use solution::{ChainSolution, Solution};
 pub use state::{ChainState, State, Workspace};

@@ -4,8 +4,9 @@
 //! it. Both are motions of the joint, and the drives' sensitivities carry them to the tool: the interval is
 //! `Σ |∂p/∂joint| (b + τ/k)`, component by component, to first order.
 
-use nalgebra::{DMatrix, Matrix6xX, Vector3};
+use nalgebra::{DMatrix, Matrix6xX, Vector3, Vector6};
 
+use super::{drive_force::drive_forces, state::State};
 use crate::{
     machine::{Chain, Drive, Machine},
     spatial::Pose,
@@ -27,21 +28,41 @@ pub fn tool_play(machine: &Machine, pose: &Pose, twists: &Matrix6xX<f64>) -> Opt
     }
     let lever = pose.rotation * machine.tool_tip;
     let mut interval = Vector3::zeros();
-    let mut first = 0;
-    for chain in &machine.chains {
-        let commands = commands_per_joint(chain)?;
-        for (joint, drive) in chain.drives.iter().enumerate() {
-            let mut moved = Vector3::zeros();
-            for command in 0..chain.drives.len() {
-                let twist = twists.column(first + command) * commands[(command, joint)];
-                let (linear, angular) = (twist.fixed_rows::<3>(0), twist.fixed_rows::<3>(3));
-                moved += linear + angular.cross(&lever);
-            }
-            interval += moved.abs() * drive.play();
-        }
-        first += chain.drives.len();
+    for (twist, (_, drive)) in joint_twists(machine, twists)?.iter().zip(machine.drives()) {
+        let (linear, angular) = (twist.fixed_rows::<3>(0), twist.fixed_rows::<3>(3));
+        interval += (linear + angular.cross(&lever)).abs() * drive.play();
     }
     Some(interval)
+}
+
+/// Where P is moved to by backlash where each drive presses its joint to one side, mm and rad in the axes of O, for each drive: per
+/// mm or rad of its backlash, zero where it carries nothing. `None` where joints do not follow from drives one by one.
+pub fn lost_motions(machine: &Machine, state: &State, twists: &Matrix6xX<f64>) -> Option<Vec<Vector6<f64>>> {
+    let forces = drive_forces(machine, state);
+    let seat = |(force, (_, drive)): (&f64, (usize, &Drive))| {
+        let is_pressed = force.abs() > PRESSED * drive.stiffness;
+        if is_pressed { force.signum() } else { 0.0 }
+    };
+    let seats = forces.iter().zip(machine.drives()).map(seat);
+    Some(joint_twists(machine, twists)?.into_iter().zip(seats).map(|(twist, seat)| twist * seat).collect())
+}
+
+/// A spring that is bent by less, mm or rad, is not bent: rounding.
+const PRESSED: f64 = 1e-12;
+
+/// Twist of P per unit motion of each joint that is driven, in machine order.
+fn joint_twists(machine: &Machine, twists: &Matrix6xX<f64>) -> Option<Vec<Vector6<f64>>> {
+    let mut all = Vec::with_capacity(machine.drive_count());
+    for chain in &machine.chains {
+        let commands = commands_per_joint(chain)?;
+        let first = all.len();
+        for joint in 0..chain.drives.len() {
+            let each =
+                (0..chain.drives.len()).map(|command| twists.column(first + command) * commands[(command, joint)]);
+            all.push(each.sum());
+        }
+    }
+    Some(all)
 }
 
 /// What each drive would be commanded (rows) to move one joint (columns) alone.

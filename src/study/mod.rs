@@ -18,6 +18,7 @@ pub mod explore;
 mod external_axes;
 mod failure;
 pub mod free_turn;
+mod halton;
 #[cfg(feature = "report")]
 mod into_folder;
 mod led_along;
@@ -70,6 +71,8 @@ question::questions! {
     turn_map: TurnMap(turn_map::TurnMapStudy),
     #[cfg(not(target_family = "wasm"))]
     identification: Identification(identification::IdentificationStudy),
+    #[cfg(not(target_family = "wasm"))]
+    measurement_design: MeasurementDesign(measurement_design::MeasurementDesignStudy),
 }
 
 /// A checked study, ready to run.

@@ -5,12 +5,13 @@ use std::fmt::Write as _;
 use crate::support::{
     command::printed,
     engine::{EXACT, cases, catalogue_machine},
+    robot_data::robot_data,
 };
 use kinetostat::{
     input::Folder,
     machine::{Configuration, Grade, Machine, catalogue},
     spatial::Wrench,
-    statics::{State, Status, Workspace, equilibrium},
+    statics::{State, Status, Workspace, drive_forces, equilibrium},
     study::{
         Overrides, Study, StudyKind,
         identification::{Found, IdentificationStudy, Identified, run},
@@ -73,11 +74,16 @@ fn csv(machine: &Machine, places: &[Place], displacements: &[Vector3<f64>]) -> S
 }
 
 fn open(machine: &str, keys: &str, data: &str) -> Result<IdentificationStudy, String> {
+    open_beside(machine, keys, data, &[("bearings.toml", &robot_with_bearings())])
+}
+
+fn open_beside(machine: &str, keys: &str, data: &str, beside: &[(&str, &str)]) -> Result<IdentificationStudy, String> {
     let text = format!(
         "schema = 2\nquestion = \"Which?\"\nmachine = \"{machine}\"\n[identification]\ndata = \"data.csv\"\n{keys}"
     );
     let file = |name: &str, text: &str| (name.to_string(), text.as_bytes().to_vec());
-    let folder = Folder::in_memory([file("data.csv", data), file("bearings.toml", &robot_with_bearings())]);
+    let beside = beside.iter().map(|(name, text)| file(name, text));
+    let folder = Folder::in_memory([file("data.csv", data)].into_iter().chain(beside));
     let study = Study::from_toml(&text, "study.toml", folder, &Overrides::default()).map_err(|e| e.to_string())?;
     match study.kind {
         StudyKind::Identification(study, ()) => Ok(*study),
@@ -149,7 +155,7 @@ fn coverage(repetitions: u64, noise_mm: f64) -> f64 {
     for repetition in 0..repetitions {
         let mut random = Random::seed_from_u64(repetition);
         let read: Vec<Vector3<f64>> = exact.iter().map(|d| d.map(|d| d + noise.sample(&mut random))).collect();
-        let keys = unknowns(&names) + "folds = 2\n";
+        let keys = unknowns(&names) + "folds = 2\nprofile = false\n";
         let found = identified(name, &keys, &csv(&machine, &places, &read));
         let holds = |(own, (_, value)): &(&Found, &(String, f64))| (own.interval[0]..own.interval[1]).contains(value);
         held += found.found.iter().zip(&truth).filter(holds).count();
@@ -230,6 +236,95 @@ fn gross_outliers_do_not_move_robust_estimates_beyond_their_intervals() {
     assert!(plain.found[0].half_width > 3.0 * robust.found[0].half_width);
 }
 
+/// Backlash that the drives press to one side is told by loads of both senses, and stands in the machine file.
+#[test]
+fn backlash_that_was_put_in_is_found_again() {
+    let text = catalogue::find("fanuc_r2000ic").unwrap().toml;
+    let with = |degrees: f64| {
+        let lines = text.lines().map(|line| match line.contains("revolute_drive = { name = \"J1\"") {
+            true => line.replace("name = \"J1\"", &format!("name = \"J1\", backlash_deg = {degrees}")),
+            false => line.to_string(),
+        });
+        lines.collect::<Vec<_>>().join("\n")
+    };
+    let machine = Machine::from_toml(&with(0.001), "loose.toml").unwrap();
+    let real = Machine::from_toml(&with(0.004), "loose.toml").unwrap();
+    let truth = real.with_parameters(&[("arm.J1.stiffness", 8.0e8)]).unwrap();
+    let mut random = Random::seed_from_u64(4);
+    let mut rows = String::new();
+    for place in places(&machine, 12, 800.0, &mut random) {
+        let at = |force: Vector3<f64>| {
+            let moment = (place.at.pose.rotation * truth.tool_tip).cross(&force);
+            let (mut state, mut workspace) = (State::rigid(&truth, &place.at), Workspace::new(&truth));
+            let load = Wrench { force, moment };
+            let outcome = equilibrium(&truth, &place.at.drives, &load, &mut state, &mut workspace, &EXACT);
+            // The first joint, whose axis is upright, so that weight does not load it, stands at that side of its backlash to which it is pressed.
+            let torque = drive_forces(&truth, &state)[0];
+            let twist = outcome.drive_sensitivity.column(0) * (0.004f64.to_radians() * torque.signum());
+            let lever = state.pose.rotation * truth.tool_tip;
+            let turned = Vector3::new(twist[3], twist[4], twist[5]);
+            state.pose.transform(truth.tool_tip) + Vector3::new(twist[0], twist[1], twist[2]) + turned.cross(&lever)
+        };
+        let d = at(place.force) - at(-place.force);
+        place.at.drives.iter().for_each(|drive| write!(rows, "{drive:?},").unwrap());
+        let f = place.force;
+        writeln!(rows, "{},{},{},{},{},{},{},{},{}", f.x, f.y, f.z, -f.x, -f.y, -f.z, d.x, d.y, d.z).unwrap();
+    }
+    let drives: String = (1..=6).map(|i| format!("J{i}_rad,")).collect();
+    let data = format!(
+        "{drives}force_x_N,force_y_N,force_z_N,reference_force_x_N,reference_force_y_N,reference_force_z_N,\
+         displacement_x_mm,displacement_y_mm,displacement_z_mm\n{rows}"
+    );
+    let keys = unknowns(&["arm.J1.stiffness", "arm.J1.backlash"]) + "std_mm = 0.001\n";
+    let study = open_beside("loose.toml", &keys, &data, &[("loose.toml", &with(0.001))]).unwrap();
+    let found = run(&study, &Work::default()).unwrap().unwrap();
+    let [stiffness, backlash] = [&found.found[0], &found.found[1]];
+    // To first order in the turn of the joint.
+    assert!((stiffness.value / 8.0e8 - 1.0).abs() < 1e-3, "{stiffness:?}");
+    assert!((backlash.value / 0.004 - 1.0).abs() < 0.02 && backlash.open.is_none(), "{backlash:?}");
+}
+
+/// Where a number acts far from linearly within its interval, the profile says so, and where it does not, both agree.
+#[test]
+fn profiles_agree_with_linear_intervals_where_these_are_narrow_and_not_where_they_are_wide() {
+    let machine = catalogue_machine("fanuc_r2000ic");
+    let places = places(&machine, 10, 800.0, &mut Random::seed_from_u64(11));
+    let noise = Normal::new(0.0, 0.02).unwrap();
+    let mut random = Random::seed_from_u64(12);
+    let read: Vec<Vector3<f64>> =
+        places.iter().map(|place| displacement(&machine, place).map(|d| d + noise.sample(&mut random))).collect();
+    let data = csv(&machine, &places, &read);
+    let names = ["arm.J1.stiffness", "arm.J6.stiffness"];
+    let ends = |std: f64| {
+        let found = identified("fanuc_r2000ic", &format!("{}std_mm = {std}\n", unknowns(&names)), &data);
+        found.found.into_iter().map(|own| (own.interval, own.profile.unwrap())).collect::<Vec<_>>()
+    };
+    for (linear, profile) in ends(0.002) {
+        for side in 0..2 {
+            assert!((profile[side] / linear[side] - 1.0).abs() < 2e-3, "{linear:?} {profile:?}");
+        }
+    }
+    // A stiffness that may be rigid has more room upwards than its logarithm says, and less below.
+    let (linear, profile) = ends(0.05)[1];
+    println!("{linear:?} {profile:?}");
+    assert!(profile[1] > linear[1] * 1.02 && profile[0] > linear[0], "{linear:?} {profile:?}");
+}
+
+#[test]
+fn drift_is_seen_in_what_is_left() {
+    let machine = catalogue_machine("fanuc_r2000ic");
+    let places = places(&machine, 24, 600.0, &mut Random::seed_from_u64(21));
+    let noise = Normal::new(0.0, 0.005).unwrap();
+    let mut random = Random::seed_from_u64(22);
+    let drifting = |(i, place): (usize, &Place)| {
+        displacement(&machine, place).map(|d| d + noise.sample(&mut random)) + Vector3::new(0.003 * i as f64, 0.0, 0.0)
+    };
+    let read: Vec<Vector3<f64>> = places.iter().enumerate().map(drifting).collect();
+    let found = identified("fanuc_r2000ic", "unknowns = [\"arm.J*.stiffness\"]\n", &csv(&machine, &places, &read));
+    let seen: Vec<_> = found.patterns.iter().filter(|own| own.is_seen()).collect();
+    assert!(seen.iter().any(|own| own.of == "what is left along x" && own.with == "order of measuring"), "{seen:?}");
+}
+
 #[test]
 fn a_prior_holds_what_the_measurements_leave_open() {
     let machine = catalogue_machine("fanuc_r2000ic");
@@ -278,28 +373,8 @@ fn data_that_cannot_be_read_are_refused_by_line_and_column() {
     }
 }
 
-/// The measurements of Liu et al. 2026 as a file of ours; `None` and a printed reason where they are not at hand.
-fn robot_data() -> Option<String> {
-    let beside = || std::path::PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
-    let folder = std::env::var_os("KINETOSTAT_DATA").map_or_else(beside, std::path::PathBuf::from);
-    let file = folder.join("fanuc_r2000ic/poses.csv");
-    let Ok(text) = std::fs::read_to_string(&file) else {
-        println!("skipped: no measurements at {}; the project does not ship them", file.display());
-        return None;
-    };
-    let (head, rows) = text.split_once('\n').unwrap();
-    let mut head = head.to_string();
-    for (i, axis) in (1..=6).zip(["x", "y", "z", "", "", ""]) {
-        head = head.replace(&format!("j{i}_rad"), &format!("J{i}_rad"));
-        if !axis.is_empty() {
-            head = head.replace(&format!("f{axis}_N"), &format!("force_{axis}_N"));
-            head = head.replace(&format!("d{axis}_mm"), &format!("displacement_{axis}_mm"));
-        }
-    }
-    Some(format!("{head}\n{rows}"))
-}
-
-/// The robot of the catalogue with bearings behind each drive that yield across its axis, about the x and the y axis of its frame.
+/// The robot of the catalogue with bearings behind each drive that yield across its axis, about the x and the y axis of its frame, and
+/// a sixth joint that does not yield: the measurements do not tell it, and the published value makes it softer than they allow.
 fn robot_with_bearings() -> String {
     let text = catalogue::find("fanuc_r2000ic").unwrap().toml;
     let stiffness = [1e9, 1e9, 1e9, 1e10, 1e10, 1e14];
@@ -313,33 +388,38 @@ fn robot_with_bearings() -> String {
             format!("  {{ link = {{ name = \"B{i}\", advance_mm = 0.0, stiffness_N_mm_rad = [{rows}] }} }},")
         }));
     }
-    lines.join("\n")
+    lines.join("\n").replace("stiffness_Nmm_per_rad = 7.962e7", "stiffness_Nmm_per_rad = 1e13")
 }
 
 /// Whether bearings that yield across the joints' axes predict better than joints alone is for the poses that were not fitted to say.
 #[test]
-#[ignore = "sets of up to 18 unknowns take minutes"]
 fn richer_models_of_the_robot_are_judged_by_what_they_predict() {
     let Some(data) = robot_data() else { return };
+    let joints =
+        "\"arm.J1.stiffness\", \"arm.J2.stiffness\", \"arm.J3.stiffness\", \"arm.J4.stiffness\", \"arm.J5.stiffness\"";
     let sets = [
-        ("bearings of 1 and 2", "\"arm.B1.stiffness.rx_rx\", \"arm.B1.stiffness.ry_ry\", \"arm.B2.stiffness.ry_ry\""),
-        ("bearings of 3 and 4", "\"arm.B3.stiffness.rx_rx\", \"arm.B3.stiffness.ry_ry\", \"arm.B4.stiffness.ry_ry\""),
-        ("all bearings", "\"arm.B*.stiffness.rx_rx\", \"arm.B*.stiffness.ry_ry\""),
+        ("with the elbow's bearing", "\"arm.B3.stiffness.rx_rx\""),
+        (
+            "with bearings of 1 and 2",
+            "\"arm.B1.stiffness.rx_rx\", \"arm.B1.stiffness.ry_ry\", \"arm.B2.stiffness.ry_ry\"",
+        ),
     ];
-    let mut keys = "unknowns = [\"arm.J*.stiffness\"]\nfolds = 5\n".to_string();
+    let mut keys = format!("unknowns = [{joints}]\nfolds = 5\nprofile = false\n");
     for (name, more) in sets {
-        keys +=
-            &format!("[[identification.alternative]]\nname = \"{name}\"\nunknowns = [\"arm.J*.stiffness\", {more}]\n");
+        keys += &format!("[[identification.alternative]]\nname = \"{name}\"\nunknowns = [{joints}, {more}]\n");
     }
     let found = identified("bearings.toml", &keys, &data);
     for model in &found.models {
         println!("{model:?}");
     }
-    let all_fit = found.models.iter().filter_map(|model| model.fitted_mm);
     let joints = found.models[0].fitted_mm.unwrap();
     // More unknowns always fit better.
-    assert!(all_fit.skip(1).all(|fitted| fitted <= joints * 1.001));
-    assert!(found.models.iter().all(|model| model.predicted_mm.is_ok()));
+    assert!(found.models.iter().filter_map(|model| model.fitted_mm).skip(1).all(|fitted| fitted <= joints * 1.001));
+    let measured = 0.979_02;
+    let predicted = |k: usize| found.models[k].predicted_mm.as_ref().unwrap().unwrap() / measured;
+    println!("RMS error of poses not used, of the RMS displacement: {:.3}, {:.3}", predicted(0), predicted(1));
+    // The elbow yields across its axis: one number more, and what was not fitted is predicted to a fifth.
+    assert!(predicted(0) > 0.22 && predicted(1) <= 0.20, "{} {}", predicted(0), predicted(1));
 }
 
 #[test]
@@ -409,7 +489,7 @@ fn a_run_leaves_a_machine_file_with_grades() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).display().to_string();
     printed(&["new", "identification", &at("mine")]);
-    let said = printed(&["run", &at("mine"), "--out", &at("results")]);
+    let said = printed(&["identify", &at("mine"), "--out", &at("results")]);
     assert!(said.contains("identified"), "{said}");
     let files: Vec<_> = walk(folder.path());
     let file = files.iter().find(|file| file.ends_with("machine.toml")).unwrap_or_else(|| panic!("{files:?}"));
@@ -420,9 +500,16 @@ fn a_run_leaves_a_machine_file_with_grades() {
     assert_ne!(parameter.value, nominal.parameter("arm.J1.stiffness").unwrap().value);
     let about = machine.provenance.iter().find(|about| about.parameters == ["arm.J1.stiffness"]).unwrap();
     assert!(about.what.contains("95 % interval"), "{about:?}");
-    for name in
-        ["parameters.csv", "residuals.csv", "models.csv", "open.csv", "correlations.csv", "report.html", "answer.svg"]
-    {
+    for name in [
+        "parameters.csv",
+        "residuals.csv",
+        "models.csv",
+        "open.csv",
+        "correlations.csv",
+        "patterns.csv",
+        "report.html",
+        "answer.svg",
+    ] {
         assert!(files.iter().any(|file| file.ends_with(name)), "{name} is not among {files:?}");
     }
 }

@@ -57,6 +57,7 @@ mod machine_check;
 mod machine_files;
 mod machine_states;
 mod measured_robot;
+mod measurement_design;
 mod new_study;
 mod online;
 mod oriented_paths;

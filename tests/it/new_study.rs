@@ -72,6 +72,11 @@ fn a_new_identification_runs() {
 }
 
 #[test]
+fn a_new_plan_of_measurements_runs() {
+    runs("measurements", &["--no-figures"], "sheet.csv");
+}
+
+#[test]
 fn what_exists_is_kept_and_names_are_checked() {
     let folder = tempfile::tempdir().unwrap();
     printed(folder.path(), &["new", "map", "mine"]);

@@ -6,8 +6,8 @@ use crate::{
     machine::Machine,
 };
 
-/// Steps of lengths, as a share of the value and of the machine's reach; of angles, degrees; of all else, as a share of the value (of
-/// plain numbers, at least of 1).
+/// Steps of lengths, as a share of the value and of the machine's reach; of angles, degrees; of all else and of backlash, as a share of
+/// the value (of plain numbers, at least of 1).
 const SHARE: f64 = 1e-3;
 const SHARE_OF_REACH: f64 = 1e-6;
 const DEGREES: f64 = 0.05;
@@ -64,6 +64,7 @@ impl Machine {
             return Err(refused(name, "must have a value to begin with, but the machine file says \"unknown\"".into()));
         };
         let step = match unit {
+            _ if name.ends_with(".backlash") => SHARE * value,
             Unit::MM => (SHARE * value.abs()).max(SHARE_OF_REACH * self.reach),
             Unit::DEG => DEGREES,
             Unit::ONE => SHARE * value.abs().max(1.0),

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::CorrectionQuestion;
-use crate::spatial::Grid;
+use crate::{spatial::Grid, study::halton::radical_inverse};
 
 /// A position of P (O, mm) and a force on the tool tip (O axes, N).
 pub(super) type Case = (Vector3<f64>, Vector3<f64>);
@@ -47,15 +47,4 @@ pub(super) fn axis_forces(largest: f64) -> Vec<Vector3<f64>> {
         forces.extend((0..3).flat_map(|axis| [largest, -largest].map(|size| Vector3::ith(axis, size))));
     }
     forces
-}
-
-/// Digits of `index` in `base`, mirrored at the point: between 0 and 1.
-fn radical_inverse(index: usize, base: usize) -> f64 {
-    let (mut left, mut place, mut value) = (index, 1.0, 0.0);
-    while left > 0 {
-        place /= base as f64;
-        value += place * (left % base) as f64;
-        left /= base;
-    }
-    value
 }

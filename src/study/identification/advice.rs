@@ -4,8 +4,8 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector3};
 
 use super::{
     fit::{Fit, Search},
-    measurements::{Applied, Measurement},
-    model::Candidates,
+    measurements::{Applied, Measurement, Reading},
+    model::{LoadedModel, Predicted},
 };
 use crate::{input::error::Result, work::Work};
 
@@ -76,22 +76,27 @@ pub fn advice(search: &Search<'_>, fit: &Fit, measurements: &[Measurement], work
         (told.eigenvalues[at], told.eigenvalues.amax(), told.eigenvectors.column(at).into_owned())
     };
     let (before, most, direction) = least(&fit.information);
-    let mut candidates = Candidates::new(search.machine, search.unknowns, &fit.x, measurements)?;
+    let loads = (0..3).map(|axis| Applied { force: Vector3::ith(axis, largest), moment: Vector3::zeros() });
+    let loads: Vec<Applied> = loads.collect();
+    let displacements = Reading::displacements_to_come();
+    let candidates: Vec<(usize, Measurement)> = (measurements.iter().enumerate())
+        .flat_map(|(i, own)| loads.iter().map(move |load| (i, own, *load)))
+        .map(|(i, own, load)| (i, own.at_same_place(load, &displacements)))
+        .collect();
+    let asked: Vec<&Measurement> = candidates.iter().map(|(_, candidate)| candidate).collect();
+    work.check()?;
+    let model = LoadedModel::new(search.machine, search.unknowns, &fit.x, search.unknowns)?;
     let mut best: Option<(f64, Advice)> = None;
-    for measurement in 0..measurements.len() {
-        work.check()?;
-        for axis in 0..3 {
-            let force = Vector3::from_fn(|i, _| if i == axis { largest } else { 0.0 });
-            let load = Applied { force, moment: Vector3::zeros() };
-            let Some(slopes) = candidates.slopes(measurement, load) else { continue };
-            let slopes = slopes / std;
-            // What it tells of the least known combination decides where the least of all is one of several that are equal.
-            let gain = (&slopes * &direction).norm_squared();
-            let (after, most, _) = least(&(&fit.information + slopes.transpose() * &slopes));
-            let score = after.max(0.0) + 1e-9 * gain;
-            if gain > NOTHING * most && best.as_ref().is_none_or(|(found, _)| score > *found) {
-                best = Some((score, Advice { measurement, force, std: [0.0, std_of(after, most)] }));
-            }
+    for ((measurement, candidate), predicted) in candidates.iter().zip(model.each(&asked)) {
+        let Ok(Predicted { slopes, .. }) = predicted else { continue };
+        let slopes = slopes / std;
+        // What it tells of the least known combination decides where the least of all is one of several that are equal.
+        let gain = (&slopes * &direction).norm_squared();
+        let (after, most, _) = least(&(&fit.information + slopes.transpose() * &slopes));
+        let score = after.max(0.0) + 1e-9 * gain;
+        if gain > NOTHING * most && best.as_ref().is_none_or(|(found, _)| score > *found) {
+            let (measurement, force) = (*measurement, candidate.load.force);
+            best = Some((score, Advice { measurement, force, std: [0.0, std_of(after, most)] }));
         }
     }
     Ok(best.map(|(_, advice)| Advice { std: [std_of(before, most), advice.std[1]], ..advice }))

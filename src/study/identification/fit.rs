@@ -17,7 +17,7 @@ const TRIES: usize = 12;
 /// A unit of a coordinate is a noticeable change: no step is longer.
 const LONGEST_STEP: f64 = 1.0;
 /// Farthest from the start; of a logarithm a factor of a thousand.
-const FARTHEST: f64 = 7.0;
+pub(super) const FARTHEST: f64 = 7.0;
 /// The search is over where no larger share of the cost is to be gained.
 const FOUND: f64 = 1e-10;
 /// The same where rounding keeps the search from gaining it.
@@ -25,7 +25,7 @@ const NEARLY_FOUND: f64 = 1e-6;
 /// Or where no unknown would change by more, in noticeable changes: without noise, what is left is the rounding of solves.
 const LEAST_STEP: f64 = 1e-6;
 /// Less scatter is rounding of the solves.
-const LEAST_SCATTER_MM: f64 = 1e-8;
+pub(super) const LEAST_SCATTER_MM: f64 = 1e-8;
 /// A direction whose information is less than this share of the largest is not told at all.
 const RANK: f64 = 1e-13;
 
@@ -60,7 +60,7 @@ impl Noise {
     }
 
     /// Standard deviation of a reading; 1 where the scatter tells it.
-    fn of(&self, reading: &super::measurements::Reading) -> f64 {
+    pub fn of(&self, reading: &super::measurements::Reading) -> f64 {
         let own = if reading.quantity.is_rotation() { self.rotation } else { self.length };
         reading.std.or(own).unwrap_or(1.0)
     }
@@ -94,7 +94,7 @@ pub struct Fit {
 }
 
 /// Readings of `measurements` in order.
-fn measured(measurements: &[&Measurement]) -> DVector<f64> {
+pub(super) fn measured(measurements: &[&Measurement]) -> DVector<f64> {
     let values: Vec<f64> = measurements.iter().flat_map(|m| m.readings.iter().map(|reading| reading.value)).collect();
     DVector::from_vec(values)
 }

@@ -63,6 +63,37 @@ pub enum Quantity {
     Rotation(usize),
 }
 
+impl Measurement {
+    /// The same place, loaded from rest by `load`, where the tool tip is to be read.
+    pub fn at_same_place(&self, load: Applied, readings: &[Reading]) -> Self {
+        let nothing = Applied { force: Vector3::zeros(), moment: Vector3::zeros() };
+        let (name, at) = (self.name.clone(), self.at.clone());
+        Self { name, at, load, reference: nothing, marker: None, readings: readings.to_vec() }
+    }
+}
+
+impl Reading {
+    /// Those that need no direction of a gauge, still to be made: displacements first.
+    pub fn all_to_come() -> Vec<Self> {
+        [DISPLACEMENT, POSITION, ROTATION].into_iter().flatten().filter_map(Self::to_come).collect()
+    }
+
+    /// Displacements of the tool tip along the axes of O, still to be made.
+    pub fn displacements_to_come() -> Vec<Self> {
+        DISPLACEMENT.into_iter().filter_map(Self::to_come).collect()
+    }
+
+    /// A reading of this column that is still to be made; `None` where it is none, or needs to know along what.
+    fn to_come(column: &'static str) -> Option<Self> {
+        let at = |columns: [&str; 3]| columns.iter().position(|other| *other == column);
+        let quantity = at(DISPLACEMENT)
+            .map(|axis| Quantity::Displacement(Vector3::ith(axis, 1.0)))
+            .or_else(|| at(POSITION).map(Quantity::Position))
+            .or_else(|| at(ROTATION).map(Quantity::Rotation))?;
+        Some(Self { column, quantity, value: 0.0, std: None })
+    }
+}
+
 impl Quantity {
     /// Whether it is a rotation.
     pub fn is_rotation(self) -> bool {
@@ -145,11 +176,20 @@ impl Cells<'_> {
     }
 }
 
+/// What rows are read for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WhatFor {
+    /// What was read there: each row has at least one reading.
+    Readings,
+    /// Poses and loads alone: readings have no effect.
+    Places,
+}
+
 /// Reads the measurements of `machine` in `source`, called `file` in messages.
 ///
 /// # Errors
 /// A column that is unknown, repeated or missing; a cell that is no number; a place that the machine does not reach.
-pub fn read(source: &[u8], file: &str, machine: &Machine) -> Result<Vec<Measurement>> {
+pub fn read(source: &[u8], file: &str, machine: &Machine, what_for: WhatFor) -> Result<Vec<Measurement>> {
     let at_line = |at: usize| Check::new(&format!("{file}:{}", line_number(source, at)));
     let rows = match csv_rows::read(source) {
         Ok(rows) => rows,
@@ -195,7 +235,7 @@ pub fn read(source: &[u8], file: &str, machine: &Machine) -> Result<Vec<Measurem
                 },
             }
         }
-        measurements.push(measurement(called, &Cells { numbers, check }, &drives, machine)?);
+        measurements.push(measurement(called, &Cells { numbers, check }, &drives, machine, what_for)?);
     }
     match measurements.is_empty() {
         true => at_line(source.len()).key("row").fail("missing: expected a row for each measurement".into()),
@@ -208,6 +248,7 @@ fn measurement(
     cells: &Cells<'_>,
     drives: &[Vec<(String, f64)>],
     machine: &Machine,
+    what_for: WhatFor,
 ) -> Result<Measurement> {
     Ok(Measurement {
         name,
@@ -215,7 +256,7 @@ fn measurement(
         load: cells.load(FORCE, MOMENT),
         reference: cells.load(REFERENCE_FORCE, REFERENCE_MOMENT),
         marker: cells.vector(MARKER)?,
-        readings: readings(cells)?,
+        readings: if what_for == WhatFor::Readings { readings(cells)? } else { Vec::new() },
     })
 }
 
@@ -255,15 +296,9 @@ fn readings(cells: &Cells<'_>) -> Result<Vec<Reading>> {
         let (value, std) = if quantity.is_rotation() { (value.to_radians(), std_rad) } else { (value, std_mm) };
         readings.push(Reading { column, quantity, value, std });
     };
-    for axis in 0..3 {
-        let along = Vector3::from_fn(|i, _| if i == axis { 1.0 } else { 0.0 });
-        let all = [
-            (DISPLACEMENT[axis], Quantity::Displacement(along)),
-            (POSITION[axis], Quantity::Position(axis)),
-            (ROTATION[axis], Quantity::Rotation(axis)),
-        ];
-        for (column, quantity) in all {
-            cells.get(column).into_iter().for_each(|value| add(column, quantity, value));
+    for column in (0..3).flat_map(|axis| [DISPLACEMENT[axis], POSITION[axis], ROTATION[axis]]) {
+        if let (Some(value), Some(Reading { quantity, .. })) = (cells.get(column), Reading::to_come(column)) {
+            add(column, quantity, value);
         }
     }
     if let Some(value) = cells.get(GAUGE) {

@@ -7,6 +7,8 @@ mod loss;
 mod machine_file;
 mod measurements;
 mod model;
+mod patterns;
+mod profile;
 mod quantile;
 mod question;
 #[cfg(feature = "report")]
@@ -20,11 +22,17 @@ use nalgebra::DVector;
 
 pub use advice::{Advice, Open};
 pub use fit::{Fit, Noise, Search};
-pub use measurements::{Applied, Measurement, Quantity, Reading};
+pub use measurements::{Applied, Measurement, Quantity, Reading, WhatFor, read};
+pub use model::{LoadedModel, Predicted};
+pub use patterns::Pattern;
+pub use quantile::half_width;
+pub(crate) use resolve::priors;
 pub use spec::LossSpec;
+pub(crate) use unknown::unknowns;
 pub use unknown::{Coordinate, Unknown};
 pub use validate::Errors;
 
+use self::profile::Profile;
 use crate::{
     input::error::Result,
     machine::Machine,
@@ -53,6 +61,8 @@ pub struct IdentificationStudy {
     pub loss: LossSpec,
     /// Parts that are predicted from the others.
     pub folds: usize,
+    /// Whether intervals are sought by the profile of the likelihood as well.
+    pub profile: bool,
     /// Other sets of unknowns.
     pub alternatives: Vec<(String, Vec<Unknown>)>,
 }
@@ -66,6 +76,8 @@ pub struct Found {
     pub value: f64,
     /// Its 95 % interval; infinite where nothing limits it.
     pub interval: [f64; 2],
+    /// Its 95 % interval by the profile of the likelihood, if that was sought; infinite where nothing limits it.
+    pub profile: Option<[f64; 2]>,
     /// Half the interval in the coordinate of the unknown: a factor of e, a millimetre or a degree is 1.
     pub half_width: f64,
     /// Why it is not identified; `None` if it is.
@@ -100,6 +112,8 @@ pub struct Identified {
     pub advice: Option<Advice>,
     /// Residuals without their own measurement, linearised.
     pub left_out: Errors,
+    /// What the residuals hang on.
+    pub patterns: Vec<Pattern>,
     /// Sets of unknowns by how well they predict; that of the study first.
     pub models: Vec<Model>,
 }
@@ -141,9 +155,36 @@ pub fn run(study: &IdentificationStudy, work: &Work) -> Result<std::result::Resu
     for (name, unknowns) in &study.alternatives {
         models.push(model(study, name, (&study.search(unknowns, &[]), None), work)?);
     }
-    let found = (0..study.unknowns.len()).map(|k| found(study, &fit, k)).collect();
+    let mut found: Vec<Found> = (0..study.unknowns.len()).map(|k| found(study, &fit, k)).collect();
+    work.check()?;
+    profiles(study, &search, (&fit, &all), &mut found);
     let left_out = validate::left_one_out(&fit, &study.measurements);
-    Ok(Ok(Identified { found, open, advice, left_out, models, fit }))
+    let patterns = patterns::patterns(&study.machine, &fit, &study.measurements);
+    Ok(Ok(Identified { found, open, advice, left_out, patterns, models, fit }))
+}
+
+/// Adds the intervals by the profile of the likelihood to what is identified.
+fn profiles(
+    study: &IdentificationStudy,
+    search: &Search<'_>,
+    (fit, all): (&Fit, &[&Measurement]),
+    found: &mut [Found],
+) {
+    let quantile = quantile::half_width(free(study, fit));
+    let profile = if study.profile { Profile::new(*search, fit, all, quantile) } else { None };
+    let Some(profile) = profile else { return };
+    let known: Vec<usize> = (0..found.len()).filter(|&k| found[k].open.is_none()).collect();
+    for (&k, ends) in known.iter().zip(profile.ends(&known)) {
+        let unknown = &study.unknowns[k];
+        let farthest = [f64::NEG_INFINITY, f64::INFINITY];
+        let value = |side: usize| ends[side].map_or(farthest[side], |x| unknown.value(x));
+        found[k].profile = Some([value(0), value(1)]);
+    }
+}
+
+/// How many readings more there are than unknowns, where they tell the noise.
+fn free(study: &IdentificationStudy, fit: &Fit) -> Option<usize> {
+    study.noise.is_estimated().then(|| (study.reading_count() + study.priors.len()).saturating_sub(fit.x.len()))
 }
 
 fn of_measurement(study: &IdentificationStudy, at: Option<usize>, failure: Failure) -> Failure {
@@ -173,9 +214,7 @@ fn model(
 
 fn found(study: &IdentificationStudy, fit: &Fit, k: usize) -> Found {
     let (unknown, x) = (&study.unknowns[k], fit.x[k]);
-    let free =
-        study.noise.is_estimated().then(|| (study.reading_count() + study.priors.len()).saturating_sub(fit.x.len()));
-    let half_width = quantile::half_width(free) * fit.std(k);
+    let half_width = quantile::half_width(free(study, fit)) * fit.std(k);
     let ends = [x - half_width, x + half_width].map(|x| unknown.value(x));
     let others = (0..fit.x.len()).filter(|&other| other != k);
     let correlated = others.filter_map(|other| Some((other, fit.correlation(k, other)?)));
@@ -183,6 +222,7 @@ fn found(study: &IdentificationStudy, fit: &Fit, k: usize) -> Found {
         unknown: unknown.clone(),
         value: unknown.value(x),
         interval: ends,
+        profile: None,
         half_width,
         open: why_open(study, fit, k, half_width),
         correlated: correlated.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())),

@@ -9,9 +9,9 @@ use super::{
 };
 use crate::{
     input::error::Result,
-    machine::Machine,
-    spatial::{Pose, Wrench, rotation_log},
-    statics::{Sensitivities, Sensitivity, Settings, State, Workspace, equilibrium},
+    machine::{Machine, Variation},
+    spatial::{Pose, Wrench, rotation_exp, rotation_log},
+    statics::{Outcome, Sensitivities, Sensitivity, Settings, State, Workspace, equilibrium, lost_motions},
     study::Failure,
 };
 
@@ -73,78 +73,74 @@ fn predict_by(
 ) -> std::result::Result<Predicted, (Option<usize>, Failure)> {
     let none =
         |error: crate::input::error::Error| (None, Failure { status: "no_machine".into(), reason: error.to_string() });
-    let there = machine_at(machine, unknowns, x).map_err(none)?;
-    let names: Vec<&str> = by.iter().map(|unknown| unknown.name.as_str()).collect();
-    let sensitivities = Sensitivities::new(&there, &names).map_err(none)?;
-    let scales: Vec<f64> = by.iter().zip(x.iter()).map(|(unknown, &x)| unknown.slope(x)).collect();
-    let storage = || (sensitivities.clone(), Workspace::new(&there));
-    let of = |(sensitivities, workspace): &mut (Sensitivities, Workspace), (i, own): (usize, &&Measurement)| {
-        let mut solver = Solver { machine: &there, sensitivities, workspace };
-        solver.readings(own, &own.readings).map_err(|failure| (Some(i), failure))
-    };
-    let rows: Vec<Vec<(f64, Vec<f64>)>> =
-        measurements.par_iter().enumerate().map_init(storage, of).collect::<std::result::Result<_, _>>()?;
-    Ok(gathered(rows.into_iter().flatten().collect(), &scales))
+    let there = LoadedModel::new(machine, unknowns, x, by).map_err(none)?;
+    let each = there.each(measurements).into_iter().enumerate();
+    let each = each.map(|(i, own)| own.map_err(|failure| (Some(i), failure)));
+    let rows: Vec<Predicted> = each.collect::<std::result::Result<_, _>>()?;
+    let count = rows.iter().map(|own| own.values.len()).sum();
+    let mut all = Predicted { values: DVector::zeros(count), slopes: DMatrix::zeros(count, by.len()) };
+    let mut first = 0;
+    for own in rows {
+        let count = own.values.len();
+        all.values.rows_mut(first, count).copy_from(&own.values);
+        all.slopes.rows_mut(first, count).copy_from(&own.slopes);
+        first += count;
+    }
+    Ok(all)
 }
 
-fn gathered(rows: Vec<(f64, Vec<f64>)>, scales: &[f64]) -> Predicted {
-    let values = DVector::from_iterator(rows.len(), rows.iter().map(|(value, _)| *value));
-    let slopes = DMatrix::from_fn(rows.len(), scales.len(), |i, j| rows[i].1[j] * scales[j]);
-    Predicted { values, slopes }
-}
-
-/// Measurements that could be made at the places of others.
-pub struct Candidates<'a> {
-    there: Machine,
+/// A machine with the numbers that some unknowns give it.
+#[derive(Debug, Clone)]
+pub struct LoadedModel {
+    machine: Machine,
     sensitivities: Sensitivities,
-    workspace: Workspace,
+    /// What each parameter does to the backlash of each drive, mm or rad per unit.
+    by_backlash: Vec<Vec<f64>>,
+    /// Change of each parameter per unit of its coordinate.
     scales: Vec<f64>,
-    measurements: &'a [Measurement],
 }
 
-impl<'a> Candidates<'a> {
-    /// At the unknowns' coordinates `x`.
+impl LoadedModel {
+    /// With `unknowns` at `x`, and derivatives by the first of them, `by`.
     ///
     /// # Errors
     /// There is no such machine.
-    pub fn new(
-        machine: &Machine,
-        unknowns: &[Unknown],
-        x: &DVector<f64>,
-        measurements: &'a [Measurement],
-    ) -> Result<Self> {
-        let there = machine_at(machine, unknowns, x)?;
-        let names: Vec<&str> = unknowns.iter().map(|unknown| unknown.name.as_str()).collect();
+    pub fn new(machine: &Machine, unknowns: &[Unknown], x: &DVector<f64>, by: &[Unknown]) -> Result<Self> {
+        let machine = machine_at(machine, unknowns, x)?;
+        let names: Vec<&str> = by.iter().map(|unknown| unknown.name.as_str()).collect();
+        let sensitivities = Sensitivities::new(&machine, &names)?;
+        let of = |variation: &Variation| {
+            let mut slopes = vec![0.0; machine.drive_count()];
+            for (beside, weight) in variation.machines.iter().zip(variation.weights()) {
+                let backlashes = beside.drives().map(|(_, drive)| drive.backlash);
+                slopes.iter_mut().zip(backlashes).for_each(|(slope, backlash)| *slope += weight * backlash);
+            }
+            slopes
+        };
         Ok(Self {
-            sensitivities: Sensitivities::new(&there, &names)?,
-            workspace: Workspace::new(&there),
-            scales: unknowns.iter().zip(x.iter()).map(|(unknown, &x)| unknown.slope(x)).collect(),
-            there,
-            measurements,
+            by_backlash: sensitivities.variations().map(of).collect(),
+            scales: by.iter().zip(x.iter()).map(|(unknown, &x)| unknown.slope(x)).collect(),
+            sensitivities,
+            machine,
         })
     }
 
-    /// Derivatives of the tool tip's displacement by `load` at the place of this measurement, along the axes of O (rows), by the
-    /// coordinates of the unknowns; `None` where the machine does not settle.
-    pub fn slopes(&mut self, measurement: usize, load: Applied) -> Option<DMatrix<f64>> {
-        let own = &self.measurements[measurement];
-        let nothing = Applied { force: Vector3::zeros(), moment: Vector3::zeros() };
-        let asked = Measurement { load, reference: nothing, marker: None, readings: Vec::new(), ..own.clone() };
-        let reading = |axis: usize| Reading {
-            column: "",
-            quantity: Quantity::Displacement(Vector3::from_fn(|i, _| if i == axis { 1.0 } else { 0.0 })),
-            value: 0.0,
-            std: None,
+    /// What each of `measurements` should have read, or why that is not known; on the current rayon pool.
+    pub fn each(&self, measurements: &[&Measurement]) -> Vec<std::result::Result<Predicted, Failure>> {
+        let storage = || (self.sensitivities.clone(), Workspace::new(&self.machine));
+        let of = |(sensitivities, workspace): &mut (Sensitivities, Workspace), own: &&Measurement| {
+            let mut solver = Solver { model: self, sensitivities, workspace };
+            let rows = solver.readings(own)?;
+            let values = DVector::from_iterator(rows.len(), rows.iter().map(|(value, _)| *value));
+            let slopes = DMatrix::from_fn(rows.len(), self.scales.len(), |i, j| rows[i].1[j] * self.scales[j]);
+            Ok(Predicted { values, slopes })
         };
-        let Self { there, sensitivities, workspace, .. } = self;
-        let mut solver = Solver { machine: there, sensitivities, workspace };
-        let rows = solver.readings(&asked, &[reading(0), reading(1), reading(2)]).ok()?;
-        Some(gathered(rows, &self.scales).slopes)
+        measurements.par_iter().map_init(storage, of).collect()
     }
 }
 
 struct Solver<'a> {
-    machine: &'a Machine,
+    model: &'a LoadedModel,
     sensitivities: &'a mut Sensitivities,
     workspace: &'a mut Workspace,
 }
@@ -157,11 +153,7 @@ struct Settled {
 
 impl Solver<'_> {
     /// Each reading with its derivatives by the parameters, per unit of those.
-    fn readings(
-        &mut self,
-        own: &Measurement,
-        readings: &[Reading],
-    ) -> std::result::Result<Vec<(f64, Vec<f64>)>, Failure> {
+    fn readings(&mut self, own: &Measurement) -> std::result::Result<Vec<(f64, Vec<f64>)>, Failure> {
         let (reference, loaded) = (self.settled(own, own.reference)?, self.settled(own, own.load)?);
         let (before, after) = (self.motion(own, &reference), self.motion(own, &loaded));
         let turned = rotation_log(&(loaded.pose.rotation * reference.pose.rotation.transpose()));
@@ -176,12 +168,12 @@ impl Solver<'_> {
             Quantity::Rotation(axis) => (turned[axis], parameters.clone().map(|k| change(k)[3 + axis]).collect()),
             Quantity::Position(axis) => (after.0[axis], after.1.iter().map(|twist| twist[axis]).collect()),
         };
-        Ok(readings.iter().map(of).collect())
+        Ok(own.readings.iter().map(of).collect())
     }
 
     /// Where the marker is, and its motion by each parameter, displacement and rotation.
     fn motion(&self, own: &Measurement, settled: &Settled) -> (Vector3<f64>, Vec<Vector6<f64>>) {
-        let marker = own.marker.unwrap_or(self.machine.tool_tip);
+        let marker = own.marker.unwrap_or(self.model.machine.tool_tip);
         let lever = settled.pose.rotation * marker;
         let by = settled.by.iter().map(|sensitivity| {
             let mut twist = sensitivity.twist;
@@ -201,18 +193,36 @@ impl Solver<'_> {
             force: load.force,
             moment: load.moment + (turned * machine.tool_tip).cross(&load.force),
         };
-        let mut state = State::rigid(self.machine, &own.at);
+        let machine = &self.model.machine;
+        let mut state = State::rigid(machine, &own.at);
         let drives = &own.at.drives;
-        let outcome = equilibrium(self.machine, drives, &at_p(self.machine), &mut state, self.workspace, &SETTINGS);
+        let outcome = equilibrium(machine, drives, &at_p(machine), &mut state, self.workspace, &SETTINGS);
         let status = &outcome.status;
         if status.label() != crate::study::SOLVED {
-            return Err(Failure { status: status.label().into(), reason: status.reason(self.machine) });
+            return Err(Failure { status: status.label().into(), reason: status.reason(machine) });
         }
-        match self.sensitivities.at(self.machine, drives, &state, &at_p, self.workspace) {
-            Some(by) => Ok(Settled { pose: state.pose, by }),
-            None => {
-                Err(Failure { status: "singular".into(), reason: "the platform can move without resistance".into() })
+        let Some(mut by) = self.sensitivities.at(machine, drives, &state, &at_p, self.workspace) else {
+            let reason = "the platform can move without resistance".into();
+            return Err(Failure { status: "singular".into(), reason });
+        };
+        let mut pose = state.pose;
+        if let Some(motions) = self.lost_motions(&state, &outcome) {
+            let lost: Vector6<f64> =
+                motions.iter().zip(machine.drives()).map(|(motion, (_, drive))| motion * drive.backlash).sum();
+            let (linear, angular): (Vector3<f64>, Vector3<f64>) =
+                (lost.fixed_rows::<3>(0).into(), lost.fixed_rows::<3>(3).into());
+            pose = Pose { rotation: rotation_exp(angular) * pose.rotation, translation: pose.translation + linear };
+            for (own, slopes) in by.iter_mut().zip(&self.model.by_backlash) {
+                own.twist += motions.iter().zip(slopes).map(|(motion, slope)| motion * *slope).sum::<Vector6<f64>>();
             }
         }
+        Ok(Settled { pose, by })
+    }
+
+    /// Of each drive; `None` where none has backlash.
+    fn lost_motions(&self, state: &State, outcome: &Outcome) -> Option<Vec<Vector6<f64>>> {
+        let machine = &self.model.machine;
+        let has_any = machine.drives().any(|(_, drive)| drive.backlash > 0.0);
+        has_any.then(|| lost_motions(machine, state, &outcome.drive_sensitivity)).flatten()
     }
 }

@@ -3,7 +3,7 @@
 use super::{
     IdentificationStudy,
     fit::Noise,
-    measurements,
+    measurements::{self, WhatFor},
     spec::{IdentificationSpec, PriorSpec},
     unknown::{Unknown, unknowns},
 };
@@ -36,7 +36,7 @@ pub(super) fn resolve(spec: &IdentificationSpec, given: &Given<'_>) -> Result<Re
     }
     let bytes = given.folder.bytes(&spec.data)?;
     let file = given.folder.path(&spec.data).display().to_string();
-    let measured = measurements::read(&bytes, &file, machine)?;
+    let measured = measurements::read(&bytes, &file, machine, WhatFor::Readings)?;
     let found = unknowns(machine, &spec.unknowns, &check.key("unknowns"))?;
     let noise = Noise {
         length: check.key("std_mm").optional_positive(spec.std_mm)?,
@@ -65,6 +65,7 @@ pub(super) fn resolve(spec: &IdentificationSpec, given: &Given<'_>) -> Result<Re
         machine_text,
         data: spec.data.clone(),
         priors: priors(&spec.prior, &found, &check.key("prior"))?,
+        profile: spec.profile.unwrap_or(true),
         alternatives: alternatives(spec, given)?,
         unknowns: found,
         measurements: measured,
@@ -96,7 +97,11 @@ fn check_noise(measured: &[measurements::Measurement], noise: Noise, check: &Che
     Ok(())
 }
 
-fn priors(specs: &[PriorSpec], unknowns: &[Unknown], check: &Check) -> Result<Vec<(usize, f64, f64)>> {
+/// What `specs` say of `unknowns` beforehand: the unknown, its coordinate and the standard deviation of that.
+///
+/// # Errors
+/// One that is none of the unknowns, is named twice or makes no sense.
+pub fn priors(specs: &[PriorSpec], unknowns: &[Unknown], check: &Check) -> Result<Vec<(usize, f64, f64)>> {
     let mut priors: Vec<(usize, f64, f64)> = Vec::new();
     for (i, PriorSpec { parameter, value, std }) in specs.iter().enumerate() {
         let check = check.item(i);

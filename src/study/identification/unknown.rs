@@ -21,7 +21,7 @@ pub struct Unknown {
 /// A coordinate that is 0 where the search starts; a unit of it is a change that would be noticed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Coordinate {
-    /// The logarithm of value over start, of what must stay positive: stiffnesses, elastic constants, masses.
+    /// The logarithm of value over start, of what must stay positive: stiffnesses, elastic constants, masses, backlash.
     Logarithm,
     /// The change over this many units.
     Linear(f64),
@@ -35,8 +35,9 @@ impl Unknown {
             return check.fail(problem);
         };
         let positive = [Unit::N_PER_MM, Unit::NMM_PER_RAD, Unit::N_PER_MM2, Unit::KG];
+        let is_positive = positive.contains(&unit) || name.ends_with(".backlash");
         let coordinate = match unit {
-            _ if positive.contains(&unit) && start > 0.0 => Coordinate::Logarithm,
+            _ if is_positive && start > 0.0 => Coordinate::Logarithm,
             Unit::MM | Unit::DEG => Coordinate::Linear(1.0),
             _ if start == 0.0 => Coordinate::Linear(1.0),
             _ => Coordinate::Linear(start.abs()),
@@ -57,6 +58,15 @@ impl Unknown {
         match self.coordinate {
             Coordinate::Logarithm => (value > 0.0).then(|| (value / self.start).ln()),
             Coordinate::Linear(scale) => Some((value - self.start) / scale),
+        }
+    }
+
+    /// What a unit of its coordinate is: `ln` of a factor, or the unit of its value where that is changed by it.
+    pub fn coordinate_unit(&self) -> String {
+        match self.coordinate {
+            Coordinate::Logarithm => "ln of the factor".into(),
+            Coordinate::Linear(1.0) => self.unit.in_files().into(),
+            Coordinate::Linear(scale) => format!("{scale} {}", self.unit.in_files()).trim_end().into(),
         }
     }
 
@@ -81,7 +91,7 @@ fn fits(pattern: &str, name: &str) -> bool {
 }
 
 /// The parameters of `machine` that `patterns` name, each once, in the order of the patterns.
-pub(super) fn unknowns(machine: &Machine, patterns: &[String], check: &Check) -> Result<Vec<Unknown>> {
+pub(crate) fn unknowns(machine: &Machine, patterns: &[String], check: &Check) -> Result<Vec<Unknown>> {
     let all = machine.parameters();
     let mut found: Vec<Unknown> = Vec::new();
     for (i, pattern) in patterns.iter().enumerate() {

@@ -9,6 +9,7 @@ use super::{
     PlacementStudy,
     site::{Bounds, Site},
 };
+use crate::study::halton::radical_inverse;
 
 /// Steps of a pattern search, in steps of the grid.
 #[derive(Debug, Clone, Copy)]
@@ -79,7 +80,7 @@ fn both_senses(way: Vec<f64>) -> [Vec<f64>; 2] {
 /// gives.
 fn basis(n: usize, turn: usize) -> Vec<Vec<f64>> {
     const PRIMES: [usize; 6] = [2, 3, 5, 7, 11, 13];
-    let normal: Vec<f64> = PRIMES[..n].iter().map(|&prime| 2.0 * halton(turn, prime) - 1.0).collect();
+    let normal: Vec<f64> = PRIMES[..n].iter().map(|&prime| 2.0 * radical_inverse(turn, prime) - 1.0).collect();
     let square: f64 = normal.iter().map(|part| part * part).sum();
     let column = |j: usize| {
         let entry = |i: usize| {
@@ -89,17 +90,6 @@ fn basis(n: usize, turn: usize) -> Vec<Vec<f64>> {
         (0..n).map(entry).collect()
     };
     (0..n).map(column).collect()
-}
-
-/// Element `index` of the sequence of Halton to the base `prime`, in (0, 1); 0 for the first.
-fn halton(mut index: usize, prime: usize) -> f64 {
-    let (mut value, mut share) = (0.0, 1.0);
-    while index > 0 {
-        share /= prime as f64;
-        value += share * (index % prime) as f64;
-        index /= prime;
-    }
-    value
 }
 
 #[cfg(test)]

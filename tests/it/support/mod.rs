@@ -11,6 +11,7 @@ pub mod planar;
 pub mod programs;
 pub mod random_machine;
 pub mod results;
+pub mod robot_data;
 pub mod rs274;
 
 use serde_json::Value;

@@ -59,6 +59,8 @@ pub(super) fn json(report: &Report<'_>) -> Value {
             "value": own.value,
             "low": finite(own.interval[0]),
             "high": finite(own.interval[1]),
+            "profile_low": own.profile.and_then(|ends| finite(ends[0])),
+            "profile_high": own.profile.and_then(|ends| finite(ends[1])),
             "identified": own.open.is_none(),
             "reason": own.open,
         })
@@ -80,6 +82,9 @@ pub(super) fn json(report: &Report<'_>) -> Value {
         "left_one_out_mm": report.left_out_mm(),
         "noise_estimated": study.noise.is_estimated(),
         "scatter": found.fit.scale,
+        "patterns": found.patterns.iter().filter(|own| own.is_seen()).map(|own| json!({
+            "of": own.of, "with": own.with, "rank_correlation": own.correlation, "hint": own.hint,
+        })).collect::<Vec<_>>(),
         "models": models.collect::<Vec<_>>(),
         "next": found.advice.as_ref().map(|advice| json!({
             "pose": study.measurements[advice.measurement].name,

@@ -28,13 +28,14 @@ pub(super) fn tables(report: &Report<'_>) -> Vec<(String, Table)> {
         ("residuals".into(), residuals(report)),
         ("models".into(), models(report)),
         ("open".into(), open(report)),
+        ("patterns".into(), patterns(report)),
         ("correlations".into(), correlations(report)),
     ]
 }
 
 fn parameter_columns() -> Vec<Column> {
     let mut columns = texts(["parameter", "unit", "status", "reason"]);
-    columns.extend(numbers(["start", "value", "low_95", "high_95", "half_width"]));
+    columns.extend(numbers(["start", "value", "low_95", "high_95", "profile_low_95", "profile_high_95", "half_width"]));
     columns.extend(texts(["most_correlated_with"]));
     columns.extend(numbers(["correlation"]));
     columns
@@ -48,6 +49,7 @@ fn parameters(report: &Report<'_>) -> Table {
             vec![own.unknown.name.as_str().into(), own.unknown.unit.in_files().into(), status.into(), reason];
         row.extend([own.unknown.start.into(), own.value.into()]);
         row.extend(own.interval.map(finite));
+        row.extend(own.profile.map_or([Cell::Missing, Cell::Missing], |ends| ends.map(finite)));
         row.push(finite(own.half_width));
         match own.correlated {
             Some((other, correlation)) => {
@@ -119,6 +121,16 @@ fn models(report: &Report<'_>) -> Table {
         row
     });
     Table::new(model_columns(), rows.collect::<Vec<Row>>())
+}
+
+/// One row per rank correlation of residuals.
+fn patterns(report: &Report<'_>) -> Table {
+    let columns = [texts(["of", "with", "seen", "hint"]), numbers(["rank_correlation", "limit"])].concat();
+    let rows = report.found.patterns.iter().map(|own| -> Row {
+        let (seen, hint) = if own.is_seen() { ("yes", own.hint.into()) } else { ("no", Cell::Missing) };
+        vec![own.of.into(), own.with.as_str().into(), seen.into(), hint, own.correlation.into(), own.limit.into()]
+    });
+    Table::new(columns, rows.collect::<Vec<Row>>())
 }
 
 fn open_columns() -> Vec<Column> {

@@ -3,8 +3,16 @@
 use super::{answer::MACHINE, summary::Report};
 use crate::{
     report::words::{counted, millimetres},
-    study::identification::{Found, LossSpec},
+    study::identification::{Found, LossSpec, Pattern},
 };
+
+fn number(value: f64) -> String {
+    if value.abs() >= 1e4 || (value != 0.0 && value.abs() < 1e-2) {
+        format!("{value:.3e}")
+    } else {
+        format!("{value:.4}")
+    }
+}
 
 /// A value with its interval.
 pub(super) fn value(own: &Found) -> String {
@@ -13,13 +21,6 @@ pub(super) fn value(own: &Found) -> String {
         unit => format!(" {unit}"),
     };
     let [low, high] = own.interval;
-    let number = |value: f64| {
-        if value.abs() >= 1e4 || (value != 0.0 && value.abs() < 1e-2) {
-            format!("{value:.3e}")
-        } else {
-            format!("{value:.4}")
-        }
-    };
     match low.is_finite() && high.is_finite() {
         true => format!("{}{unit} ({} to {})", number(own.value), number(low), number(high)),
         false => format!("{}{unit} (no limit)", number(own.value)),
@@ -33,6 +34,41 @@ pub(super) fn parameters(report: &Report<'_>) -> Vec<String> {
         Some(reason) => format!("{}: not identified: {reason}", own.unknown.name),
     };
     report.found.found.iter().map(line).collect()
+}
+
+/// Where the profile of the likelihood says otherwise than the linear interval, by more than a tenth of its half.
+fn profiles(report: &Report<'_>) -> Option<String> {
+    let differs = |own: &&Found| {
+        let Some(profile) = own.profile else { return false };
+        let at = |value: f64| own.unknown.at(value).unwrap_or(f64::INFINITY);
+        let off = |side: usize| (at(profile[side]) - at(own.interval[side])).abs();
+        // An end that is nowhere makes this no number, which is not less.
+        !(off(0) < 0.1 * own.half_width && off(1) < 0.1 * own.half_width)
+    };
+    let said = |own: &Found| {
+        let end = |end: f64| if end.is_finite() { number(end) } else { "no limit".into() };
+        let [low, high] = own.profile.unwrap_or(own.interval).map(end);
+        format!("{} ({low} to {high})", own.unknown.name)
+    };
+    let all: Vec<String> = report.known().filter(differs).map(said).collect();
+    (!all.is_empty()).then(|| format!("By the profile of the likelihood, intervals are others: {}.", all.join("; ")))
+}
+
+/// What the residuals hang on.
+pub(super) fn patterns(report: &Report<'_>) -> String {
+    let said = |own: &Pattern| {
+        format!("{} hangs on {} (rank correlation {:+.2}), as by {}", own.of, own.with, own.correlation, own.hint)
+    };
+    let seen: Vec<String> = report.found.patterns.iter().filter(|own| own.is_seen()).map(said).collect();
+    match (report.found.patterns.is_empty(), seen.is_empty()) {
+        (true, _) => "There are too few measurements to show a pattern in what is left.".into(),
+        (_, true) => {
+            "What is left shows no pattern over order, load, direction and pose: no rank correlation is larger than chance makes once \
+             in a thousand times."
+                .into()
+        }
+        _ => format!("A pattern in what is left: {}.", seen.join("; ")),
+    }
 }
 
 /// What is open, and what would tell most of it.
@@ -92,6 +128,10 @@ pub(super) fn cautions(report: &Report<'_>) -> String {
             report.found.fit.scale
         ));
     }
+    said.extend(profiles(report));
+    if report.found.patterns.iter().any(Pattern::is_seen) {
+        said.push(patterns(report));
+    }
     if report.study.loss != LossSpec::Squares {
         let out = report.found.fit.weights.iter().filter(|&&weight| weight < 0.5).count();
         if out > 0 {
@@ -110,5 +150,5 @@ pub(super) fn details(report: &Report<'_>) -> String {
             format!("{MACHINE} has what was identified but {}.", report.file.left_out.join(", "))
         }
     };
-    [parameters(report).join("\n"), open(report), models(report), file].join("\n")
+    [parameters(report).join("\n"), open(report), models(report), patterns(report), file].join("\n")
 }

@@ -1,0 +1,182 @@
+//! Which measurements tell most: one after another, then in exchange for others as long as that tells more (Fedorov 1972).
+
+use nalgebra::{Cholesky, DMatrix, Dyn};
+use rayon::prelude::*;
+
+/// Exchanges end after so many rounds over what was chosen.
+const ROUNDS: usize = 20;
+/// An exchange must tell more by this much, in the criterion's own measure.
+const LEAST_GAIN: f64 = 1e-9;
+
+/// What is made large; both measures grow by the logarithm of what they measure.
+#[derive(Debug, Clone)]
+pub enum Criterion {
+    /// `ln det` of the information.
+    AllNumbers,
+    /// Less `ln` of the mean square error of predictions, `tr(T M⁻¹)` with this matrix T.
+    Tested(DMatrix<f64>),
+}
+
+/// Rows of candidates, in standard deviations, and what is known without them.
+#[derive(Debug, Clone)]
+pub struct Choice<'a> {
+    /// A row for each reading, a column for each unknown.
+    pub candidates: &'a [DMatrix<f64>],
+    /// Information that there is already; positive definite.
+    pub known: DMatrix<f64>,
+    /// What is made large.
+    pub criterion: Criterion,
+}
+
+fn information(rows: &DMatrix<f64>) -> DMatrix<f64> {
+    rows.transpose() * rows
+}
+
+impl Choice<'_> {
+    /// The information of what is known and of these candidates.
+    pub fn information(&self, chosen: &[usize]) -> DMatrix<f64> {
+        chosen.iter().fold(self.known.clone(), |sum, &i| sum + information(&self.candidates[i]))
+    }
+
+    /// The measure of this information; `None` where it is not positive definite.
+    pub fn measure(&self, information: &DMatrix<f64>) -> Option<f64> {
+        let factors = Cholesky::new(information.clone())?;
+        Some(match &self.criterion {
+            Criterion::AllNumbers => 2.0 * factors.l().diagonal().map(f64::ln).sum(),
+            Criterion::Tested(tested) => -factors.solve(tested).trace().ln(),
+        })
+    }
+
+    /// What each candidate adds to the measure, those of `taken` nothing.
+    fn gains(&self, information: &DMatrix<f64>, taken: &[usize]) -> Vec<f64> {
+        let Some(factors) = Cholesky::new(information.clone()) else { return vec![0.0; self.candidates.len()] };
+        let total = match &self.criterion {
+            Criterion::AllNumbers => 0.0,
+            Criterion::Tested(tested) => factors.solve(tested).trace(),
+        };
+        let gain = |(i, rows): (usize, &DMatrix<f64>)| match taken.contains(&i) {
+            true => f64::NEG_INFINITY,
+            false => self.gain(&factors, total, rows).unwrap_or(f64::NEG_INFINITY),
+        };
+        self.candidates.par_iter().enumerate().map(gain).collect()
+    }
+
+    /// With `M⁻¹` by `factors`: `det(M + AᵀA) = det M det(1 + A M⁻¹ Aᵀ)`, and its inverse by Woodbury's formula.
+    fn gain(&self, factors: &Cholesky<f64, Dyn>, total: f64, rows: &DMatrix<f64>) -> Option<f64> {
+        let spread = factors.solve(&rows.transpose());
+        let inner = Cholesky::new(DMatrix::identity(rows.nrows(), rows.nrows()) + rows * &spread)?;
+        Some(match &self.criterion {
+            Criterion::AllNumbers => 2.0 * inner.l().diagonal().map(f64::ln).sum(),
+            Criterion::Tested(tested) => {
+                let less = inner.solve(&(spread.transpose() * tested * &spread)).trace();
+                -(1.0 - less / total).max(f64::MIN_POSITIVE).ln()
+            }
+        })
+    }
+
+    /// The candidate that tells most beside those of `taken`; the first of equals.
+    fn best(&self, information: &DMatrix<f64>, taken: &[usize]) -> Option<(usize, f64)> {
+        let gains = self.gains(information, taken).into_iter().enumerate();
+        gains.filter(|(_, gain)| gain.is_finite()).fold(None, |best: Option<(usize, f64)>, (i, gain)| match best {
+            Some((_, most)) if gain <= most => best,
+            _ => Some((i, gain)),
+        })
+    }
+
+    /// Up to `count` different candidates, each telling most beside those before it.
+    pub fn chosen(&self, count: usize) -> Vec<usize> {
+        let mut chosen = Vec::new();
+        let mut information = self.known.clone();
+        while chosen.len() < count {
+            let Some((next, _)) = self.best(&information, &chosen) else { break };
+            information += self::information(&self.candidates[next]);
+            chosen.push(next);
+        }
+        self.exchange(&mut chosen);
+        self.ordered(chosen)
+    }
+
+    fn exchange(&self, chosen: &mut [usize]) {
+        for _ in 0..ROUNDS {
+            let mut has_changed = false;
+            for place in 0..chosen.len() {
+                let others: Vec<usize> = (0..chosen.len()).filter(|&k| k != place).map(|k| chosen[k]).collect();
+                let without = self.information(&others);
+                let own = self.gains(&without, &others)[chosen[place]];
+                let Some((next, gain)) = self.best(&without, chosen) else { continue };
+                if gain > own + LEAST_GAIN {
+                    chosen[place] = next;
+                    has_changed = true;
+                }
+            }
+            if !has_changed {
+                return;
+            }
+        }
+    }
+
+    /// So that each tells most of those that are left.
+    fn ordered(&self, mut left: Vec<usize>) -> Vec<usize> {
+        left.sort_unstable();
+        let mut ordered = Vec::with_capacity(left.len());
+        let mut information = self.known.clone();
+        while !left.is_empty() {
+            let gains = self.gains(&information, &[]);
+            let most = (0..left.len()).fold(0, |best, k| if gains[left[k]] > gains[left[best]] { k } else { best });
+            let next = left.remove(most);
+            information += self::information(&self.candidates[next]);
+            ordered.push(next);
+        }
+        ordered
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt as _, SeedableRng as _};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    fn candidates(count: usize, unknowns: usize) -> Vec<DMatrix<f64>> {
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(3);
+        (0..count).map(|_| DMatrix::from_fn(2, unknowns, |_, _| random.random_range(-1.0..1.0))).collect()
+    }
+
+    fn choice(candidates: &[DMatrix<f64>], criterion: Criterion) -> Choice<'_> {
+        Choice { candidates, known: DMatrix::identity(3, 3) * 1e-6, criterion }
+    }
+
+    /// All sets of four of nine, by trying each.
+    #[test]
+    fn what_is_chosen_is_the_best_of_all_sets_or_nearly() {
+        let candidates = candidates(9, 3);
+        let tested = DMatrix::from_diagonal(&nalgebra::dvector![1.0, 4.0, 0.5]);
+        for criterion in [Criterion::AllNumbers, Criterion::Tested(tested)] {
+            let choice = choice(&candidates, criterion);
+            let measure = |set: &[usize]| choice.measure(&choice.information(set)).unwrap();
+            let found = measure(&choice.chosen(4));
+            let sets = (0u32..1 << 9).filter(|bits| bits.count_ones() == 4);
+            let best = sets
+                .map(|bits| measure(&(0..9).filter(|i| bits >> i & 1 == 1).collect::<Vec<_>>()))
+                .fold(f64::NEG_INFINITY, f64::max);
+            // Exchanges of one end where no single one helps, which may be below the best of all sets.
+            assert!(found <= best + 1e-9 && found > best - 0.05, "{found} {best}");
+        }
+    }
+
+    #[test]
+    fn what_one_adds_is_what_the_measure_grows_by() {
+        let candidates = candidates(5, 3);
+        let tested = DMatrix::from_diagonal(&nalgebra::dvector![1.0, 4.0, 0.5]);
+        for criterion in [Criterion::AllNumbers, Criterion::Tested(tested)] {
+            let choice = choice(&candidates, criterion);
+            let before = choice.information(&[0, 1]);
+            let gains = choice.gains(&before, &[0]);
+            assert_eq!(gains[0], f64::NEG_INFINITY);
+            for i in 1..5 {
+                let grown = choice.measure(&choice.information(&[0, 1, i])).unwrap() - choice.measure(&before).unwrap();
+                assert!((gains[i] - grown).abs() < 1e-9 * grown.abs().max(1.0), "{} {grown}", gains[i]);
+            }
+        }
+    }
+}
