@@ -49,7 +49,7 @@ fn figure(report: &Report<'_>, series: Vec<LineSeries>) -> LineFigure {
         title: "How far the numbers will be known".into(),
         subtitle: format!("{}, {} candidates", study.machine.short_title(), study.candidates.len()),
         x_label: "number of measurements".into(),
-        y_label: "half 95 % interval [ln of the factor; mm; °]".into(),
+        y_label: "half 95 % interval [ln, mm, °]".into(),
         series,
         equal_axes: false,
         log_x: false,
