@@ -20,19 +20,22 @@ pub(super) fn drive_positions<'a>(machine: &'a Machine, own: &'a Measurement) ->
     own.at.drives.iter().zip(machine.drives()).map(|(position, (_, drive))| drive.motion.shown(*position))
 }
 
+/// A vector of a measurement, if it has one.
+type VectorOf = fn(&Measurement) -> Option<Vector3<f64>>;
+
 /// The sheet: poses, loads, and empty cells for what is read.
 pub(super) fn sheet(report: &Report<'_>) -> Table {
     let (study, machine) = (report.study, &report.study.machine);
     let chosen: Vec<&Measurement> = report.plan.chosen.iter().map(|&i| &study.candidates[i]).collect();
-    let is_used = |of: &dyn Fn(&Measurement) -> Option<Vector3<f64>>| {
+    let is_used = |of: &VectorOf| {
         chosen.iter().any(|own| of(own).is_some_and(|vector| vector.norm() > 0.0))
     };
-    let vectors: [(&str, &str, &dyn Fn(&Measurement) -> Option<Vector3<f64>>); 5] = [
-        ("force", "N", &|own| Some(own.load.force)),
-        ("moment", "Nmm", &|own| Some(own.load.moment)),
-        ("reference_force", "N", &|own| Some(own.reference.force)),
-        ("reference_moment", "Nmm", &|own| Some(own.reference.moment)),
-        ("marker", "mm", &|own| own.marker),
+    let vectors: [(&str, &str, VectorOf); 5] = [
+        ("force", "N", |own| Some(own.load.force)),
+        ("moment", "Nmm", |own| Some(own.load.moment)),
+        ("reference_force", "N", |own| Some(own.reference.force)),
+        ("reference_moment", "Nmm", |own| Some(own.reference.moment)),
+        ("marker", "mm", |own| own.marker),
     ];
     let used: Vec<_> = vectors.into_iter().filter(|(name, _, of)| *name == "force" || is_used(of)).collect();
     let readings = chosen.first().map_or(&[][..], |own| &own.readings);
