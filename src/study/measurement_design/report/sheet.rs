@@ -27,9 +27,7 @@ type VectorOf = fn(&Measurement) -> Option<Vector3<f64>>;
 pub(super) fn sheet(report: &Report<'_>) -> Table {
     let (study, machine) = (report.study, &report.study.machine);
     let chosen: Vec<&Measurement> = report.plan.chosen.iter().map(|&i| &study.candidates[i]).collect();
-    let is_used = |of: &VectorOf| {
-        chosen.iter().any(|own| of(own).is_some_and(|vector| vector.norm() > 0.0))
-    };
+    let is_used = |of: &VectorOf| chosen.iter().any(|own| of(own).is_some_and(|vector| vector.norm() > 0.0));
     let vectors: [(&str, &str, VectorOf); 5] = [
         ("force", "N", |own| Some(own.load.force)),
         ("moment", "Nmm", |own| Some(own.load.moment)),
