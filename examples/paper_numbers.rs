@@ -6,7 +6,7 @@
 //! cargo run --release --example paper_numbers
 //! ```
 
-use std::{collections::BTreeMap, fmt::Write as _};
+use std::fmt::Write as _;
 
 use argmin::{
     core::{CostFunction, Error, Executor, State},
@@ -25,6 +25,9 @@ use rayon::prelude::*;
 const STUDY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/studies/06_paper/study.toml");
 /// Points of each circle: those of the search, and those of study 06, by which numbers agree or not.
 const POINTS: [usize; 2] = [37, 361];
+
+/// How many readings are searched, and how many steps of Nelder–Mead each.
+const STAGES: [(usize, u64); 2] = [(32, 60), (8, 200)];
 
 /// What the paper leaves open and cannot be measured by degrees.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -226,38 +229,45 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let as_is = meet(&text, &first, &values(&preset), POINTS[1]).ok_or("study 06 has no answer")?;
     println!("As study 06 has it: {} of {} agree.", as_is.agreeing, as_is.compared.len());
 
+    // Every reading with the numbers of study 06, then the nearest ones searched on, fewer and farther each time.
     let readings = Reading::all();
     let mut found: Vec<(Reading, Vec<f64>, f64)> = readings
         .par_iter()
         .map(|reading| {
-            let (x, misfit) = search(&text, reading, &preset, 60);
-            (*reading, x, misfit)
+            let misfit = meet(&text, reading, &values(&preset), POINTS[0]).map_or(f64::INFINITY, |met| met.misfit);
+            (*reading, preset.clone(), misfit)
         })
         .collect();
-    found.sort_by(|a, b| a.2.total_cmp(&b.2));
+    for (kept, iterations) in STAGES {
+        found.sort_by(|a, b| a.2.total_cmp(&b.2));
+        found.truncate(kept);
+        eprintln!("{} readings are searched, {iterations} steps each; misfit {:.3} so far", found.len(), found[0].2);
+        found = found
+            .par_iter()
+            .map(|(reading, x, _)| {
+                let (x, misfit) = search(&text, reading, x, iterations);
+                (*reading, x, misfit)
+            })
+            .collect();
+    }
     println!(
-        "{} readings, each searched from the preset; the best twelve are searched on from three places.",
-        found.len()
+        "{} readings, of which the nearest {} were searched, and of these {}.",
+        readings.len(),
+        STAGES[0].0,
+        STAGES[1].0
     );
-    let starts = [vec![0.0; SOUGHT.len()], SOUGHT.iter().enumerate().map(|(k, _)| [0.6, -0.6][k % 2]).collect()];
-    let mut best: Vec<(Reading, Vec<f64>, Met)> = found[..12]
-        .par_iter()
-        .flat_map(|(reading, x, _)| [x, &starts[0], &starts[1]].into_par_iter().map(move |start| (reading, start)))
-        .filter_map(|(reading, start)| {
-            let (mut x, _) = search(&text, reading, start, 200);
-            (x, _) = search(&text, reading, &x, 150);
-            let met = meet(&text, reading, &values(&x), POINTS[1])?;
-            Some((*reading, x, met))
+    let mut best: Vec<(Reading, Vec<f64>, Met)> = found
+        .into_par_iter()
+        .filter_map(|(reading, x, _)| {
+            let met = meet(&text, &reading, &values(&x), POINTS[1])?;
+            Some((reading, x, met))
         })
         .collect();
     best.sort_by(|a, b| b.2.agreeing.cmp(&a.2.agreeing).then(a.2.misfit.total_cmp(&b.2.misfit)));
 
     println!("\nagreeing  misfit  reading");
-    let mut shown: BTreeMap<String, ()> = BTreeMap::new();
     for (reading, _, met) in &best {
-        if shown.insert(reading.words(), ()).is_none() {
-            println!("{:8}  {:6.3}  {}", met.agreeing, met.misfit, reading.words());
-        }
+        println!("{:8}  {:6.3}  {}", met.agreeing, met.misfit, reading.words());
     }
 
     let (reading, x, met) = best.first().ok_or("nothing was found")?;

@@ -172,6 +172,13 @@ fn bad_plans_are_refused_by_key() {
             format!("{good}{}", spread.replace("[[0.0, 0.0, -500.0]]", "[]")),
             "candidate.forces_N: must have at least one",
         ),
+        (
+            format!(
+                "{good}{}",
+                spread.replace("poses = 5", "poses = 100000").replace("[[", "[[1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [")
+            ),
+            "candidate.forces_N: 100000 poses under 3 forces are 300000 candidates: expected at most 200000",
+        ),
         (format!("{good}{spread}min_mm = [0.0, 0.0, 0.0]\n"), "missing key `max_mm`"),
         (
             format!("{good}{spread}min_mm = [9e4, 0.0, 0.0]\nmax_mm = [1e5, 1.0, 1.0]\n"),

@@ -157,7 +157,7 @@ pub fn run(study: &IdentificationStudy, work: &Work) -> Result<std::result::Resu
     }
     let mut found: Vec<Found> = (0..study.unknowns.len()).map(|k| found(study, &fit, k)).collect();
     work.check()?;
-    profiles(study, &search, (&fit, &all), &mut found);
+    profiles(study, &search, (&fit, &all), &mut found, work)?;
     let left_out = validate::left_one_out(&fit, &study.measurements);
     let patterns = patterns::patterns(&study.machine, &fit, &study.measurements);
     Ok(Ok(Identified { found, open, advice, left_out, patterns, models, fit }))
@@ -169,17 +169,19 @@ fn profiles(
     search: &Search<'_>,
     (fit, all): (&Fit, &[&Measurement]),
     found: &mut [Found],
-) {
+    work: &Work,
+) -> Result<()> {
     let quantile = quantile::half_width(free(study, fit));
     let profile = if study.profile { Profile::new(*search, fit, all, quantile) } else { None };
-    let Some(profile) = profile else { return };
+    let Some(profile) = profile else { return Ok(()) };
     let known: Vec<usize> = (0..found.len()).filter(|&k| found[k].open.is_none()).collect();
-    for (&k, ends) in known.iter().zip(profile.ends(&known)) {
+    for (&k, ends) in known.iter().zip(profile.ends(&known, work)?) {
         let unknown = &study.unknowns[k];
         let farthest = [f64::NEG_INFINITY, f64::INFINITY];
         let value = |side: usize| ends[side].map_or(farthest[side], |x| unknown.value(x));
         found[k].profile = Some([value(0), value(1)]);
     }
+    Ok(())
 }
 
 /// How many readings more there are than unknowns, where they tell the noise.

@@ -11,7 +11,11 @@ use super::{
     spec::LossSpec,
     unknown::Unknown,
 };
-use crate::study::Failure;
+use crate::{
+    input::error::{Error, Result},
+    study::Failure,
+    work::Work,
+};
 
 /// An end is found to this share of its distance.
 const NEAR_ENOUGH: f64 = 0.02;
@@ -41,8 +45,14 @@ impl<'a> Profile<'a> {
     }
 
     /// Both ends for each of `unknowns` (by index), on the current rayon pool.
-    pub fn ends(&self, unknowns: &[usize]) -> Vec<Ends> {
-        let of = |&k: &usize| [-1.0, 1.0].map(|side| self.end(k, side));
+    ///
+    /// # Errors
+    /// The work was stopped.
+    pub fn ends(&self, unknowns: &[usize], work: &Work) -> Result<Vec<Ends>> {
+        let of = |&k: &usize| {
+            work.check()?;
+            Ok([-1.0, 1.0].map(|side| self.end(k, side)))
+        };
         unknowns.par_iter().map(of).collect()
     }
 
@@ -79,11 +89,10 @@ impl<'a> Profile<'a> {
     }
 
     /// The root of twice the rise of what is left, the others fitted anew with unknown `k` at `x`.
-    fn rise(&self, k: usize, x: f64) -> Result<f64, Failure> {
+    fn rise(&self, k: usize, x: f64) -> std::result::Result<f64, Failure> {
         let Search { machine, unknowns, priors, noise, .. } = self.search;
         let fixed = [unknowns[k].clone()];
-        let none =
-            |error: crate::input::error::Error| Failure { status: "no_machine".into(), reason: error.to_string() };
+        let none = |error: Error| Failure { status: "no_machine".into(), reason: error.to_string() };
         let machine = machine_at(machine, &fixed, &DVector::from_element(1, x)).map_err(none)?;
         let others: Vec<usize> = (0..unknowns.len()).filter(|&other| other != k).collect();
         let kept: Vec<Unknown> = others.iter().map(|&other| unknowns[other].clone()).collect();

@@ -15,6 +15,8 @@ use crate::{
 
 /// Parts of the measurements if the study does not say how many.
 const FOLDS: usize = 5;
+/// More unknowns have a profile only if the study asks for it: each takes some fits of all others.
+const PROFILED: usize = 20;
 
 pub(super) fn resolve(spec: &IdentificationSpec, given: &Given<'_>) -> Result<Resolved<IdentificationStudy>> {
     for (name, is_given) in [("points", given.overrides.points.is_some()), ("grid", given.overrides.grid.is_some())] {
@@ -65,7 +67,7 @@ pub(super) fn resolve(spec: &IdentificationSpec, given: &Given<'_>) -> Result<Re
         machine_text,
         data: spec.data.clone(),
         priors: priors(&spec.prior, &found, &check.key("prior"))?,
-        profile: spec.profile.unwrap_or(true),
+        profile: spec.profile.unwrap_or(found.len() <= PROFILED),
         alternatives: alternatives(spec, given)?,
         unknowns: found,
         measurements: measured,

@@ -22,7 +22,7 @@ pub struct IdentificationSpec {
     pub loss: LossSpec,
     /// Parts that the measurements are divided into, each predicted from the others; 5 if not given.
     pub folds: Option<usize>,
-    /// Whether intervals are sought by the profile of the likelihood as well; true if not given.
+    /// Whether intervals are sought by the profile of the likelihood as well; if not given, for up to 20 unknowns.
     pub profile: Option<bool>,
     /// Other sets of unknowns, compared by how well they predict what they were not fitted to.
     #[serde(default)]

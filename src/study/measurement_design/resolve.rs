@@ -20,6 +20,7 @@ use crate::{
 const DRAWS: usize = 200;
 const MOST_DRAWS: usize = 10_000;
 const MOST_POSES: usize = 100_000;
+const MOST_CANDIDATES: usize = 200_000;
 const MOST_CHOSEN: usize = 1000;
 
 pub(super) fn resolve(spec: &MeasurementDesignSpec, given: &Given<'_>) -> Result<Resolved<MeasurementDesignStudy>> {
@@ -161,6 +162,15 @@ fn spread(spec: &CandidateSpec, machine: &Machine, readings: &[Reading], check: 
     }
     if forces.is_empty() {
         return check.key("forces_N").fail("must have at least one force, got none".into());
+    }
+    if spec.poses * forces.len() > MOST_CANDIDATES {
+        let problem = format!(
+            "{} poses under {} forces are {} candidates: expected at most {MOST_CANDIDATES}",
+            spec.poses,
+            forces.len(),
+            spec.poses * forces.len()
+        );
+        return check.key("forces_N").fail(problem);
     }
     let corner = |key: &str, value: [f64; 3]| check.key(key).finite(value);
     let corners = |min: [f64; 3], max: [f64; 3], check: &Check| -> Result<[Vector3<f64>; 2]> {
