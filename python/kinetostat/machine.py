@@ -29,6 +29,8 @@ class Parameter(NamedTuple):
     """Where the machine file has it; None for an error of a chain."""
     grade: str | None
     """How far it may be trusted: published, data_sheet, identified or assumed; None where the file does not say."""
+    interval: tuple[float, float] | None
+    """95 % interval in :attr:`unit`; None where the file has none."""
 
 
 def machine_names() -> list[str]:

@@ -30,7 +30,7 @@ impl Grade {
 }
 
 /// Some of a machine's numbers and where they come from.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Provenance {
     /// Which numbers.
     pub what: String,
@@ -40,6 +40,8 @@ pub struct Provenance {
     pub source: String,
     /// Names of these numbers, or what the names begin with; empty where only `what` says it.
     pub parameters: Vec<String>,
+    /// 95 % interval of the one number named, in the unit of its parameter.
+    pub interval: Option<[f64; 2]>,
 }
 
 impl Provenance {

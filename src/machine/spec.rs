@@ -65,6 +65,8 @@ pub struct ProvenanceSpec {
     /// Names of parameters that it is about, or what several of them begin with (`leg.foot` for all of the foot); none if not given.
     #[serde(default)]
     pub parameters: Vec<String>,
+    /// 95 % interval of the number, of which `parameters` then has the full name and nothing else, in its unit; not known if not given.
+    pub interval: Option<[f64; 2]>,
 }
 
 /// The moving platform.

@@ -15,8 +15,8 @@ use kinetostat::{
 use toml::{Table, Value};
 
 /// Keys whose lists may have any length.
-const ANY_LENGTH: [&str; 5] =
-    ["slices_z_mm", "drive_offsets_mm_or_deg", "force_errors_percent", "tool_axes", "unknowns"];
+const ANY_LENGTH: [&str; 6] =
+    ["slices_z_mm", "drive_offsets_mm_or_deg", "force_errors_percent", "tool_axes", "unknowns", "forces_N"];
 
 /// Files that hold, all together, every key with a list of fixed length; the studies and machines of the repository
 /// come on top.

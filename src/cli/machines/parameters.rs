@@ -17,14 +17,15 @@ pub fn list(name: &str, as_json: bool) -> Result<()> {
     if as_json {
         return print_json(&json!({ "machine": geometry.kinematics().name, "parameters": parameters }));
     }
-    let mut table = text_table(["name", "value", "unit", "grade"], 4);
+    let mut table = text_table(["name", "value", "unit", "grade", "95 % interval"], 5);
     if let Some(column) = table.column_mut(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }
-    for Parameter { name, value, unit, grade, .. } in parameters {
+    for Parameter { name, value, unit, grade, interval, .. } in parameters {
         let value = value.map_or_else(|| "unknown".into(), |value| format!("{value:?}"));
         let grade = grade.map_or("", Grade::label);
-        table.add_row([name, value, unit.to_string(), grade.into()]);
+        let interval = interval.map_or(String::new(), |[low, high]| format!("{low:?} to {high:?}"));
+        table.add_row([name, value, unit.to_string(), grade.into(), interval]);
     }
     print(&format!("{table}\n"))
 }

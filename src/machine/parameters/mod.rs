@@ -45,6 +45,8 @@ pub struct Parameter {
     pub key: Option<String>,
     /// How far it may be trusted, where `[[provenance]]` names it.
     pub grade: Option<Grade>,
+    /// 95 % interval in [`Self::unit`], where `[[provenance]]` has one.
+    pub interval: Option<[f64; 2]>,
 }
 
 /// What a machine was made of.
@@ -102,17 +104,24 @@ impl Machine {
     /// Errors that [`Machine::with_errors`] has built in are not among them.
     pub fn parameters(&self) -> Vec<Parameter> {
         let mut parameters = Vec::new();
-        let grade = |name: &str| {
-            let named = self.provenance.iter().filter_map(|about| about.names(name).map(|part| (part, about.grade)));
-            named.max_by_key(|(part, _)| *part).map(|(_, grade)| grade)
+        let about = |name: &str| {
+            let named = self.provenance.iter().filter_map(|about| about.names(name).map(|part| (part, about)));
+            named.max_by_key(|(part, _)| *part).map(|(_, about)| about)
         };
         walk(&mut MachineSpec::clone(&self.written.spec), &mut |Found { name, key, unit, slot }| {
-            let (value, key, grade) = (slot.value(), Some(key.into()), grade(name));
-            parameters.push(Parameter { name: name.into(), value, unit, key, grade });
+            let about = about(name);
+            parameters.push(Parameter {
+                name: name.into(),
+                value: slot.value(),
+                unit,
+                key: Some(key.into()),
+                grade: about.map(|about| about.grade),
+                interval: about.and_then(|about| about.interval),
+            });
         });
         for (errors, chain) in self.mount_errors().iter_mut().zip(&self.chains) {
             errors.walk(chain, &mut |name, unit, value| {
-                parameters.push(Parameter { name, value: Some(*value), unit, key: None, grade: None });
+                parameters.push(Parameter { name, value: Some(*value), unit, key: None, grade: None, interval: None });
             });
         }
         parameters

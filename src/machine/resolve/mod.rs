@@ -111,9 +111,24 @@ fn provenance(spec: &MachineSpec, check: &Check) -> Result<Vec<Provenance>> {
             grade: told.grade,
             source: told.source.clone(),
             parameters: told.parameters.clone(),
+            interval: told
+                .interval
+                .map(|ends| interval(ends, &told.parameters, &names, &check.key("interval")))
+                .transpose()?,
         })
     });
     told.collect()
+}
+
+fn interval(ends: [f64; 2], about: &[String], names: &[String], check: &Check) -> Result<[f64; 2]> {
+    let [low, high] = ends;
+    if !(low <= high) {
+        return check.fail(format!("expected two numbers in ascending order, got {low} and {high}"));
+    }
+    match about {
+        [name] if names.contains(name) => Ok(ends),
+        _ => check.fail("expected the full name of one number, and no other, in parameters".into()),
+    }
 }
 
 /// Names of the two ends of a chain among parameters.

@@ -57,7 +57,12 @@ pub struct DeflectedPose {
 }
 
 fn fact(told: &Provenance) -> Fact {
-    Fact { label: told.what.clone(), value: format!("{}: {}", told.grade.label().replace('_', " "), told.source) }
+    let interval =
+        told.interval.map_or(String::new(), |[low, high]| format!(", 95 % interval {low:.4e} to {high:.4e}"));
+    Fact {
+        label: told.what.clone(),
+        value: format!("{}{interval}: {}", told.grade.label().replace('_', " "), told.source),
+    }
 }
 
 impl MachineDescription {

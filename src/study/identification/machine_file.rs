@@ -93,10 +93,9 @@ fn with_decor(old: &Value, number: f64) -> Value {
 }
 
 fn add_provenance(document: &mut DocumentMut, study: &IdentificationStudy, own: &Found) {
-    let [low, high] = own.interval;
     let mut table = Table::new();
     let unit = own.unknown.unit;
-    table["what"] = value(format!("{}: 95 % interval {low:.4e} to {high:.4e} {unit}", own.unknown.name).trim_end());
+    table["what"] = value(own.unknown.name.as_str());
     table["grade"] = value("identified");
     let measurements = counted(study.measurements.len(), "measurement");
     table["source"] = value(
@@ -105,6 +104,7 @@ fn add_provenance(document: &mut DocumentMut, study: &IdentificationStudy, own: 
     let mut names = toml_edit::Array::new();
     names.push(own.unknown.name.as_str());
     table["parameters"] = value(names);
+    table["interval"] = value(toml_edit::Array::from_iter(own.interval));
     let all = document.entry("provenance").or_insert(Item::ArrayOfTables(ArrayOfTables::new()));
     if let Some(tables) = all.as_array_of_tables_mut() {
         tables.push(table);

@@ -1,6 +1,8 @@
 //! Identification: which numbers of a machine make it yield as it was measured to, how far they are known, and what was not told.
 
 mod advice;
+#[cfg(feature = "report")]
+mod errors_file;
 mod fit;
 mod loss;
 #[cfg(feature = "report")]

@@ -13,12 +13,14 @@ use crate::{
     report::{Manifest, Output, OutputFile, Run, page::Description},
     study::{
         SOLVED,
-        identification::{IdentificationStudy, machine_file, run},
+        identification::{IdentificationStudy, errors_file, machine_file, run},
     },
 };
 
 /// Name of the machine file that is left.
 pub(super) const MACHINE: &str = "machine.toml";
+/// Name of the process file with errors of chains.
+pub(super) const ERRORS: &str = "chain_errors.toml";
 
 /// Fits the unknowns and makes what is left.
 ///
@@ -47,8 +49,11 @@ pub fn answer(study: &IdentificationStudy, asked: &Run<'_>) -> Result<Output> {
         }
     };
     let file = machine_file::write(study, &found);
-    let report = Report { study, found: &found, file: &file };
-    let files = file.text.iter().map(|text| OutputFile::new(MACHINE, text.clone())).collect();
+    let errors = errors_file::write(study, &found);
+    let mut files: Vec<OutputFile> = file.text.iter().map(|text| OutputFile::new(MACHINE, text.clone())).collect();
+    files.extend(errors.iter().map(|(text, _)| OutputFile::new(ERRORS, text.clone())));
+    let errors: Vec<String> = errors.map_or_else(Vec::new, |(_, names)| names);
+    let report = Report { study, found: &found, file: &file, errors: &errors };
     Ok(Output {
         settings,
         statuses: Manifest::count(found.models.iter().map(|model| match &model.predicted_mm {

@@ -11,6 +11,8 @@ pub(super) struct Report<'a> {
     pub study: &'a IdentificationStudy,
     pub found: &'a Identified,
     pub file: &'a MachineFile,
+    /// Names of what stands in the file of errors of chains.
+    pub errors: &'a [String],
 }
 
 impl Report<'_> {
@@ -50,7 +52,7 @@ fn finite(value: f64) -> Option<f64> {
 
 /// The answer for programs.
 pub(super) fn json(report: &Report<'_>) -> Value {
-    let Report { study, found, file } = report;
+    let Report { study, found, file, .. } = report;
     let parameters = found.found.iter().map(|own| {
         json!({
             "name": own.unknown.name,

@@ -1,6 +1,9 @@
 //! An identification in sentences.
 
-use super::{answer::MACHINE, summary::Report};
+use super::{
+    answer::{ERRORS, MACHINE},
+    summary::Report,
+};
 use crate::{
     report::words::{counted, millimetres},
     study::identification::{Found, LossSpec, Pattern},
@@ -143,12 +146,15 @@ pub(super) fn cautions(report: &Report<'_>) -> String {
 
 /// Everything the answer says.
 pub(super) fn details(report: &Report<'_>) -> String {
-    let file = match (&report.file.text, report.file.left_out.is_empty()) {
+    let mut file = match (&report.file.text, report.file.left_out.is_empty()) {
         (None, _) => "No machine file was written: nothing that was identified has a place in it.".to_string(),
         (Some(_), true) => format!("{MACHINE} has what was identified."),
         (Some(_), false) => {
             format!("{MACHINE} has what was identified but {}.", report.file.left_out.join(", "))
         }
     };
+    if !report.errors.is_empty() {
+        file += &format!(" {ERRORS}, a process file, has {}.", report.errors.join(", "));
+    }
     [parameters(report).join("\n"), open(report), models(report), patterns(report), file].join("\n")
 }
