@@ -1,9 +1,11 @@
 //! The process file with the errors of chains that were found: machine files have no place for them.
 
-use std::fmt::Write as _;
-
 use super::{Found, IdentificationStudy, Identified};
-use crate::{input::Folder, machine::Chain, process::Process};
+use crate::{
+    input::{Folder, error::Result},
+    machine::Chain,
+    process::Process,
+};
 
 /// Keys of `[[chain_error]]` that are vectors, and what the names of their parameters begin with behind the chain.
 const VECTORS: [(&str, &str); 4] = [
@@ -16,9 +18,12 @@ const TURN: (&str, &str) = ("turn_about_drive_axis_deg", "turn");
 const OFFSETS: &str = "drive_offsets_mm_or_deg";
 
 /// The text of the file, and the names of what stands in it; `None` where none of what was identified is an error of a chain.
-pub(super) fn write(study: &IdentificationStudy, found: &Identified) -> Option<(String, Vec<String>)> {
+///
+/// # Errors
+/// The process that was written is none: an error too large to be one.
+pub(super) fn write(study: &IdentificationStudy, found: &Identified) -> Result<Option<(String, Vec<String>)>> {
     let mut text = format!(
-        "# Errors of chains, identified from {}: a process file, or tables to copy into one.\nschema = 2\n",
+        "# Errors of chains, identified from {}: a process file, or tables to copy into one.\nschema = 1\n",
         study.data
     );
     let mut written = Vec::new();
@@ -27,36 +32,41 @@ pub(super) fn write(study: &IdentificationStudy, found: &Identified) -> Option<(
         if errors.is_empty() {
             continue;
         }
-        write!(text, "\n[[chain_error]]\nchain = {:?}\n", chain.name).ok()?;
+        text += &format!("\n[[chain_error]]\nchain = {:?}\n", chain.name);
         let value = |behind: &str| {
             let name = format!("{}.{behind}", chain.name);
             errors.iter().find(|own| own.unknown.name == name).map(|own| own.value)
         };
         if let Some(turn) = value(TURN.1) {
-            writeln!(text, "{} = {turn:?}", TURN.0).ok()?;
+            text += &format!("{} = {turn:?}\n", TURN.0);
         }
         for (key, behind) in VECTORS {
             let components = ["x", "y", "z"].map(|axis| value(&format!("{behind}.{axis}")));
             if components.iter().any(Option::is_some) {
-                writeln!(text, "{key} = {:?}", components.map(Option::unwrap_or_default)).ok()?;
+                text += &format!("{key} = {:?}\n", components.map(Option::unwrap_or_default));
             }
         }
         let offsets: Vec<Option<f64>> =
             chain.drives.iter().map(|drive| value(&format!("{}.offset", drive.name))).collect();
         if offsets.iter().any(Option::is_some) {
             let offsets: Vec<f64> = offsets.into_iter().map(Option::unwrap_or_default).collect();
-            writeln!(text, "{OFFSETS} = {offsets:?}").ok()?;
+            text += &format!("{OFFSETS} = {offsets:?}\n");
         }
         for own in &errors {
             let [low, high] = own.interval;
-            writeln!(text, "# {}: 95 % interval {low:.4e} to {high:.4e} {}", own.unknown.name, own.unknown.unit)
-                .ok()?;
+            text += &format!(
+                "# {}: 95 % interval {low:.4e} to {high:.4e} {}
+",
+                own.unknown.name, own.unknown.unit
+            );
         }
         written.extend(errors.iter().map(|own| own.unknown.name.clone()));
     }
-    // What was written is read back.
-    let read = Process::from_toml(&text, "the errors that were found", Folder::in_memory([]), &study.machine);
-    (!written.is_empty() && read.is_ok()).then_some((text, written))
+    if written.is_empty() {
+        return Ok(None);
+    }
+    Process::from_toml(&text, "errors of chains as they were identified", Folder::in_memory([]), &study.machine)?;
+    Ok(Some((text, written)))
 }
 
 /// What was identified of the errors of `chain`.

@@ -49,7 +49,7 @@ pub fn answer(study: &IdentificationStudy, asked: &Run<'_>) -> Result<Output> {
         }
     };
     let file = machine_file::write(study, &found);
-    let errors = errors_file::write(study, &found);
+    let errors = errors_file::write(study, &found)?;
     let mut files: Vec<OutputFile> = file.text.iter().map(|text| OutputFile::new(MACHINE, text.clone())).collect();
     files.extend(errors.iter().map(|(text, _)| OutputFile::new(ERRORS, text.clone())));
     let errors: Vec<String> = errors.map_or_else(Vec::new, |(_, names)| names);
