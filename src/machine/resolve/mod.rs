@@ -122,7 +122,7 @@ fn provenance(spec: &MachineSpec, check: &Check) -> Result<Vec<Provenance>> {
 
 fn interval(ends: [f64; 2], about: &[String], names: &[String], check: &Check) -> Result<[f64; 2]> {
     let [low, high] = ends;
-    if !(low <= high) {
+    if low.partial_cmp(&high).is_none_or(std::cmp::Ordering::is_gt) {
         return check.fail(format!("expected two numbers in ascending order, got {low} and {high}"));
     }
     match about {

@@ -8,13 +8,14 @@ use flate2::{Compression, write::GzEncoder};
 use serde::Serialize;
 use serde_json::Value;
 
-use super::{packed::script_json, template::render};
+use super::{
+    packed::script_json,
+    template::{BUFFER, render},
+};
 use crate::input::error::Result;
 
 /// The engine as WebAssembly, compressed by Brotli; `web/README.md` says how it is made.
 const ENGINE: &[u8] = include_bytes!("assets/engine.wasm.br");
-/// Bytes that are decompressed at once.
-const BUFFER: usize = 1 << 16;
 /// What it was made of.
 pub const ENGINE_SOURCES: &str = include_str!("assets/engine.sources");
 /// Its scripts, in the order they run.

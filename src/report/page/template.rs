@@ -1,7 +1,8 @@
 //! Templates, styles and scripts of a page.
 
-use std::sync::LazyLock;
+use std::{io::Read as _, sync::LazyLock};
 
+use brotli_decompressor::Decompressor;
 use minijinja::{
     AutoEscape, Environment, context, escape_formatter,
     value::{Serde, Value},
@@ -31,7 +32,15 @@ const SCRIPTS: [&str; 12] = [
     include_str!("assets/start.js"),
 ];
 /// The charting library; see `assets/plotly/README.md`.
-const PLOTLY: &str = include_str!("assets/plotly/plotly-kinetostat.min.js");
+static PLOTLY: LazyLock<String> = LazyLock::new(|| {
+    let mut text = String::new();
+    let compressed: &[u8] = include_bytes!("assets/plotly/plotly-kinetostat.min.js.br");
+    let read = Decompressor::new(compressed, BUFFER).read_to_string(&mut text);
+    read.expect("the library is part of the program, and memory takes it");
+    text
+});
+/// Bytes that are decompressed at once.
+pub(super) const BUFFER: usize = 1 << 16;
 
 static TEMPLATES: LazyLock<std::result::Result<Environment<'static>, minijinja::Error>> = LazyLock::new(|| {
     let mut environment = Environment::new();
@@ -60,7 +69,7 @@ pub(super) fn render(name: &str, content: &impl Serialize) -> Result<String> {
     let page = context! {
         style => Value::from_safe_string(STYLE.into()),
         script => Value::from_safe_string(SCRIPTS.concat()),
-        plotly => Value::from_safe_string(PLOTLY.into()),
+        plotly => Value::from_safe_string(PLOTLY.clone()),
         ..Value::from(Serde(content))
     };
     templates.get_template(name).and_then(|template| template.render(page)).map_err(|e| fault(&e))
@@ -75,7 +84,7 @@ mod tests {
     #[test]
     fn the_charting_library_is_the_pinned_one() {
         let readme = include_str!("assets/plotly/README.md");
-        let hash: String = Sha256::digest(PLOTLY).iter().map(|byte| format!("{byte:02x}")).collect();
+        let hash: String = Sha256::digest(PLOTLY.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect();
         assert!(readme.contains(&hash), "assets/plotly/README.md does not name {hash}");
     }
 
@@ -89,7 +98,7 @@ mod tests {
 
     #[test]
     fn scripts_and_styles_cannot_end_their_elements() {
-        for text in SCRIPTS.iter().chain(&crate::report::page::explore::SCRIPTS).chain([&PLOTLY]) {
+        for text in SCRIPTS.iter().chain(&crate::report::page::explore::SCRIPTS).copied().chain([PLOTLY.as_str()]) {
             assert!(!text.to_ascii_lowercase().contains("</script"));
         }
         assert!(!STYLE.to_ascii_lowercase().contains("</style"));
