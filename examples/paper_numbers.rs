@@ -272,26 +272,36 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let (reading, x, met) = best.first().ok_or("nothing was found")?;
     println!("\nThe best set ({}): {} of {} agree.", reading.words(), met.agreeing, met.compared.len());
-    for (k, (name, before, _)) in SOUGHT.iter().enumerate() {
-        let agreeing = |number: f64| {
-            let mut other = values(x);
-            other[k] = number;
-            meet(&text, reading, &other, POINTS[1]).map_or(0, |met| met.agreeing)
-        };
-        // Moved alone, in steps of 2 %, as long as as many agree.
-        let end = |factor: f64| {
-            let (_, _, [low, high]) = SOUGHT[k];
-            let mut at = value(k, x[k]);
-            while (low..=high).contains(&(at * factor)) && agreeing(at * factor) >= met.agreeing {
-                at *= factor;
+    // Each number moved alone, as far as as many agree: doubled steps, then halved ones, down to 1 %.
+    let agree = |k: usize, number: f64| {
+        let mut other = values(x);
+        other[k] = number;
+        meet(&text, reading, &other, POINTS[1]).is_some_and(|other| other.agreeing >= met.agreeing)
+    };
+    let end = |&(k, sign): &(usize, f64)| {
+        let (_, _, [low, high]) = SOUGHT[k];
+        let moved = |by: f64| (value(k, x[k]) * (sign * by).exp()).clamp(low, high);
+        let (mut inside, mut step) = (0.0, 0.01);
+        while moved(inside) != moved(inside + step) && agree(k, moved(inside + step)) {
+            inside += step;
+            step *= 2.0;
+        }
+        while step > 0.01 {
+            step /= 2.0;
+            if agree(k, moved(inside + step)) {
+                inside += step;
             }
-            at
-        };
+        }
+        moved(inside)
+    };
+    let ends: Vec<(usize, f64)> = (0..SOUGHT.len()).flat_map(|k| [(k, -1.0), (k, 1.0)]).collect();
+    let ends: Vec<f64> = ends.par_iter().map(end).collect();
+    for (k, (name, before, _)) in SOUGHT.iter().enumerate() {
         println!(
             "  {name}: {:.4} (study 06: {before}); as many agree from {:.4} to {:.4}",
             value(k, x[k]),
-            end(1.0 / 1.02),
-            end(1.02)
+            ends[2 * k],
+            ends[2 * k + 1]
         );
     }
     println!();

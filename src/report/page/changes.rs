@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::folder::ResultFolder;
 use crate::{
@@ -102,10 +102,10 @@ fn sentence(rows: &[Change], is_other_text: bool) -> String {
 /// As [`changes`].
 pub(super) fn recorded(folder: &ResultFolder) -> Result<BTreeMap<(String, String), String>> {
     let Some(inputs) = folder.manifest.get("inputs") else { return Ok(BTreeMap::new()) };
-    let inputs: Vec<Recorded> = serde_path_to_error::deserialize(inputs).map_err(|fault| Error::Value {
+    let inputs: Vec<Recorded> = Deserialize::deserialize(inputs).map_err(|fault: serde_json::Error| Error::Value {
         file: folder.path.join("manifest.json").display().to_string(),
-        key: format!("inputs.{}", fault.path()),
-        problem: fault.inner().to_string(),
+        key: "inputs".into(),
+        problem: fault.to_string(),
     })?;
     Ok(Recorded::by_part(&inputs))
 }

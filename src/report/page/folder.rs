@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use super::{
@@ -67,13 +68,7 @@ impl ResultFolder {
             let problem = format!("must be {SCHEMA}, got {found}; run the study again with this version");
             return Err(Error::Value { file: file.display().to_string(), key: "schema".into(), problem });
         }
-        let description = serde_path_to_error::deserialize(raw).map_err(|fault| Error::Syntax {
-            file: file.display().to_string(),
-            line: None,
-            key: fault.path().to_string(),
-            problem: fault.inner().to_string(),
-        })?;
-        Ok(Self { path: path.to_path_buf(), description, manifest })
+        Ok(Self { path: path.to_path_buf(), description: json(&file)?, manifest })
     }
 
     /// A table of the folder.
@@ -113,7 +108,7 @@ fn read(file: &Path) -> Result<String> {
     String::from_utf8(file::bounded(file, LONGEST)?).map_err(|_| fault("is no text in UTF-8"))
 }
 
-fn json(file: &Path) -> Result<Value> {
+fn json<T: DeserializeOwned>(file: &Path) -> Result<T> {
     serde_json::from_str(&read(file)?).map_err(|fault| Error::Syntax {
         file: file.display().to_string(),
         line: Some(fault.line()),
