@@ -1,5 +1,5 @@
-"""A map computed by one and by two workers of Dask, each a process with one thread, beside one process alone; what a part costs beside
-its work, and how large it is.
+"""A map computed by one and by two workers of Dask, each a process with one thread, beside one process alone; what a
+part costs beside its work, and how large it is.
 
 python benches/scaling.py 45          # points along each axis
 """
@@ -51,7 +51,8 @@ def main() -> None:
         begun = time.perf_counter()
         whole = _kinetostat.compute_part(str(folder / "map"), 1, 1, [], 1)
         alone = time.perf_counter() - begun
-        print(f"{n**3} points, {pieces} pieces; one thread alone: {alone:.1f} s, {1e6 * alone / n**3:.0f} us for each point")
+        print(f"{n**3} points, {pieces} pieces")
+        print(f"one thread alone: {alone:.1f} s, {1e6 * alone / n**3:.0f} us for each point")
         print(f"all pieces: {len(whole)} bytes, {len(whole) / n**3:.0f} for each point")
         merging = seconds(lambda: _kinetostat.merge_parts(str(folder / "map"), [whole], str(folder / "merged")))
         print(f"made tables and page of: {merging:.1f} s, {1e6 * merging / n**3:.0f} us for each point")
@@ -70,7 +71,8 @@ def main() -> None:
                             folder / "map", client, out=out, parts=parts, progress=False
                         )
                     )
-                    print(f"{workers} workers, {parts} parts: {took:.1f} s, {took - merging:.1f} s until all parts were there")
+                    computed = took - merging
+                    print(f"{workers} workers, {parts} parts: {took:.1f} s, {computed:.1f} s until all parts were there")
         # Parts without work: what a part costs beside it.
         empty = 50
         one = seconds(lambda: _kinetostat.compute_part(str(folder / "map"), pieces + 1, pieces + empty, [], 1))
