@@ -72,7 +72,7 @@ def main() -> None:
                         )
                     )
                     computed = took - merging
-                    print(f"{workers} workers, {parts} parts: {took:.1f} s, {computed:.1f} s until all parts were there")
+                    print(f"{workers} workers, {parts} parts: {took:.1f} s, {computed:.1f} s till all parts were there")
         # Parts without work: what a part costs beside it.
         empty = 50
         one = seconds(lambda: _kinetostat.compute_part(str(folder / "map"), pieces + 1, pieces + empty, [], 1))
