@@ -243,10 +243,19 @@ impl Machine {
 
     /// Name, value, unit, key, grade and 95 % interval of each parameter.
     #[allow(clippy::type_complexity)]
-    fn parameters(&self) -> Vec<(String, Option<f64>, &'static str, Option<String>, Option<&'static str>, Option<(f64, f64)>)> {
+    fn parameters(
+        &self,
+    ) -> Vec<(String, Option<f64>, &'static str, Option<String>, Option<&'static str>, Option<(f64, f64)>)> {
         let shown = |parameter: Parameter| {
             let Parameter { name, value, unit, key, grade, interval } = parameter;
-            (name, value, unit.in_files(), key, grade.map(kinetostat::machine::Grade::label), interval.map(<(f64, f64)>::from))
+            (
+                name,
+                value,
+                unit.in_files(),
+                key,
+                grade.map(kinetostat::machine::Grade::label),
+                interval.map(<(f64, f64)>::from),
+            )
         };
         self.own.parameters().into_iter().map(shown).collect()
     }
