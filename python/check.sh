@@ -19,7 +19,7 @@ python3 -m venv "$folder/venv"
 "$folder/venv/bin/pip" install --quiet --requirement tests/requirements.txt
 export PATH="$folder/venv/bin:$PATH"
 if [ "$profile" = wheel ]; then
-    # Little is inlined but what code asks for: a third smaller, as fast (benches/README.md). What is the same code is there once.
+    # Little is inlined but what code asks for: much smaller, and nearly as fast (benches/README.md). What is the same code is there once.
     RUSTFLAGS="-C llvm-args=-inline-threshold=25 -C llvm-args=-inlinehint-threshold=150 -C llvm-args=-unroll-runtime=false"
     export RUSTFLAGS="$RUSTFLAGS -C no-vectorize-loops -C link-arg=-Wl,--icf=all"
 fi
