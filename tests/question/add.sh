@@ -21,7 +21,11 @@ if [ "$changed" != 1 ] || [ "$(diff -rq src "$copy/src" | wc -l)" != 2 ]; then
     exit 1
 fi
 cd "$copy"
-cargo run --quiet -- new reach far
-cargo run --quiet -- run far
+# With the packages that tests are built with, and as quickly as it can be built itself.
+kinetostat() {
+    cargo run --quiet --all-features --config profile.dev.package.kinetostat.opt-level=0 --config profile.dev.package.kinetostat.debug=false -- "$@"
+}
+kinetostat new reach far
+kinetostat run far
 test -s results/far/ways.csv
 test -s results/far/report.html

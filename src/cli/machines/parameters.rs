@@ -17,7 +17,9 @@ pub fn list(name: &str, as_json: bool) -> Result<()> {
     if as_json {
         return print_json(&json!({ "machine": geometry.kinematics().name, "parameters": parameters }));
     }
-    let mut table = text_table(["name", "value", "unit", "grade", "95 % interval"], 5);
+    let has_intervals = parameters.iter().any(|own| own.interval.is_some());
+    let columns = if has_intervals { 5 } else { 4 };
+    let mut table = text_table(["name", "value", "unit", "grade", "95 % interval"].into_iter().take(columns), columns);
     if let Some(column) = table.column_mut(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }
@@ -25,7 +27,7 @@ pub fn list(name: &str, as_json: bool) -> Result<()> {
         let value = value.map_or_else(|| "unknown".into(), |value| format!("{value:?}"));
         let grade = grade.map_or("", Grade::label);
         let interval = interval.map_or(String::new(), |[low, high]| format!("{low:?} to {high:?}"));
-        table.add_row([name, value, unit.to_string(), grade.into(), interval]);
+        table.add_row([name, value, unit.to_string(), grade.into(), interval].into_iter().take(columns));
     }
     print(&format!("{table}\n"))
 }

@@ -91,7 +91,7 @@ struct Items<'a> {
 
 struct Entries<'a> {
     rest: toml::map::IntoIter<Spanned<DeString<'a>>, Spanned<DeValue<'a>>>,
-    value: Option<(String, Spanned<DeValue<'a>>)>,
+    value: Option<(DeString<'a>, Spanned<DeValue<'a>>)>,
 }
 
 struct Variant<'a> {
@@ -120,8 +120,13 @@ impl<'a> From<Spanned<DeValue<'a>>> for Reader<'a> {
 impl<'a> Reader<'a> {
     /// The value, as the type wants it.
     pub fn read<S: DeserializeSeed<'a>>(self, seed: S) -> Result<S::Value> {
+        self.with(|own| seed.deserialize(own))
+    }
+
+    /// What `read` makes of the value, with faults at its place.
+    fn with<T>(self, read: impl FnOnce(Self) -> Result<T>) -> Result<T> {
         let span = self.span.clone();
-        seed.deserialize(self).map_err(|fault| fault.at(&span))
+        read(self).map_err(|fault| fault.at(&span))
     }
 
     fn refused(&self, wanted: &dyn Expected) -> Fault {
@@ -322,19 +327,19 @@ impl<'de> MapAccess<'de> for Entries<'de> {
 
     fn next_key_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<Option<S::Value>> {
         let Some((name, value)) = self.rest.next() else { return Ok(None) };
-        let text = name.get_ref().to_string();
+        let text = name.get_ref().clone();
         match key(name).read(seed) {
             Ok(key) => {
                 self.value = Some((text, value));
                 Ok(Some(key))
             }
-            Err(fault) => Err(fault.inside(Step::Key(text))),
+            Err(fault) => Err(fault.inside(Step::Key(text.into_owned()))),
         }
     }
 
     fn next_value_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<S::Value> {
         let (name, value) = self.value.take().ok_or_else(|| Fault::custom("a value was asked for before its key"))?;
-        Reader::from(value).read(seed).map_err(|fault| fault.inside(Step::Key(name)))
+        Reader::from(value).read(seed).map_err(|fault| fault.inside(Step::Key(name.into_owned())))
     }
 }
 
@@ -353,8 +358,7 @@ impl<'de> Content<'de> {
     /// What `read` makes of the content, with faults at the variant.
     fn read<T>(self, read: impl FnOnce(Reader<'de>) -> Result<T>) -> Result<T> {
         let Some(value) = self.value else { return Err(Fault::custom("wrong type, expected a table")) };
-        let span = value.span.clone();
-        read(value).map_err(|fault| fault.at(&span).inside(Step::Key(self.variant)))
+        value.with(read).map_err(|fault| fault.inside(Step::Key(self.variant)))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Geometric errors of chains, as written and checked.
 
 use nalgebra::Vector3;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::{
     input::{check::Check, error::Result},
@@ -10,7 +10,7 @@ use crate::{
 };
 
 /// Geometric errors of one chain.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct ChainErrorSpec {
     /// Name of the chain.

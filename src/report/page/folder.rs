@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::de::DeserializeOwned;
+use serde::{Deserialize, de::DeserializeOwned};
 use serde_json::Value;
 
 use super::{
@@ -47,11 +47,11 @@ impl ResultFolder {
                 return Err(not_a_result(problem));
             }
         }
-        let manifest: Value = json(&path.join("manifest.json"))?;
+        let file = path.join("manifest.json");
+        let manifest: Value = json(&file, &read(&file)?)?;
         if manifest["program"] != env!("CARGO_PKG_NAME") {
             let problem = format!("must be \"{}\", got {}", env!("CARGO_PKG_NAME"), manifest["program"]);
-            let file = path.join("manifest.json").display().to_string();
-            return Err(Error::Value { file, key: "program".into(), problem });
+            return Err(Error::Value { file: file.display().to_string(), key: "program".into(), problem });
         }
         if Manifest::is_publishing(&manifest) {
             return Err(not_a_result(
@@ -61,14 +61,13 @@ impl ResultFolder {
             ));
         }
         let file = path.join("report.json");
-        let raw: Value = json(&file)?;
-        let schema = raw.get("schema").and_then(Value::as_u64);
-        if schema != Some(u64::from(SCHEMA)) {
-            let found = raw.get("schema").unwrap_or(&Value::Null);
-            let problem = format!("must be {SCHEMA}, got {found}; run the study again with this version");
+        let text = read(&file)?;
+        let Written { schema } = json(&file, &text)?;
+        if schema != SCHEMA {
+            let problem = format!("must be {SCHEMA}, got {schema}; run the study again with this version");
             return Err(Error::Value { file: file.display().to_string(), key: "schema".into(), problem });
         }
-        Ok(Self { path: path.to_path_buf(), description: json(&file)?, manifest })
+        Ok(Self { path: path.to_path_buf(), description: json(&file, &text)?, manifest })
     }
 
     /// A table of the folder.
@@ -100,6 +99,13 @@ impl ResultFolder {
     }
 }
 
+/// What says whether the rest of `report.json` can be read.
+#[derive(Deserialize)]
+struct Written {
+    #[serde(default)]
+    schema: Value,
+}
+
 /// Most bytes of a file other than a table.
 const LONGEST: u64 = 256 << 20;
 
@@ -108,8 +114,9 @@ fn read(file: &Path) -> Result<String> {
     String::from_utf8(file::bounded(file, LONGEST)?).map_err(|_| fault("is no text in UTF-8"))
 }
 
-fn json<T: DeserializeOwned>(file: &Path) -> Result<T> {
-    serde_json::from_str(&read(file)?).map_err(|fault| Error::Syntax {
+/// The content of `file`, whose text is given.
+fn json<T: DeserializeOwned>(file: &Path, text: &str) -> Result<T> {
+    serde_json::from_str(text).map_err(|fault| Error::Syntax {
         file: file.display().to_string(),
         line: Some(fault.line()),
         key: String::new(),

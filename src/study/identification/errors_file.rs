@@ -1,21 +1,18 @@
 //! The process file with the errors of chains that were found: machine files have no place for them.
 
+use serde::Serialize;
+
 use super::{Found, IdentificationStudy, Identified};
 use crate::{
     input::{Folder, error::Result},
-    machine::Chain,
-    process::Process,
+    machine::{Chain, Machine},
+    process::{Process, file::chain_errors::ChainErrorSpec},
 };
 
-/// Keys of `[[chain_error]]` that are vectors, and what the names of their parameters begin with behind the chain.
-const VECTORS: [(&str, &str); 4] = [
-    ("base_translation_mm", "base.translation"),
-    ("base_rotation_deg", "base.turn"),
-    ("end_translation_mm", "end.translation"),
-    ("end_rotation_deg", "end.turn"),
-];
-const TURN: (&str, &str) = ("turn_about_drive_axis_deg", "turn");
-const OFFSETS: &str = "drive_offsets_mm_or_deg";
+#[derive(Serialize)]
+struct Tables {
+    chain_error: [ChainErrorSpec; 1],
+}
 
 /// The text of the file, and the names of what stands in it; `None` where none of what was identified is an error of a chain.
 ///
@@ -28,30 +25,11 @@ pub(super) fn write(study: &IdentificationStudy, found: &Identified) -> Result<O
     );
     let mut written = Vec::new();
     for chain in &study.machine.chains {
-        let errors = of_chain(chain, found);
+        let errors = of_chain(&study.machine, chain, found);
         if errors.is_empty() {
             continue;
         }
-        text += &format!("\n[[chain_error]]\nchain = {:?}\n", chain.name);
-        let value = |behind: &str| {
-            let name = format!("{}.{behind}", chain.name);
-            errors.iter().find(|own| own.unknown.name == name).map(|own| own.value)
-        };
-        if let Some(turn) = value(TURN.1) {
-            text += &format!("{} = {turn:?}\n", TURN.0);
-        }
-        for (key, behind) in VECTORS {
-            let components = ["x", "y", "z"].map(|axis| value(&format!("{behind}.{axis}")));
-            if components.iter().any(Option::is_some) {
-                text += &format!("{key} = {:?}\n", components.map(Option::unwrap_or_default));
-            }
-        }
-        let offsets: Vec<Option<f64>> =
-            chain.drives.iter().map(|drive| value(&format!("{}.offset", drive.name))).collect();
-        if offsets.iter().any(Option::is_some) {
-            let offsets: Vec<f64> = offsets.into_iter().map(Option::unwrap_or_default).collect();
-            text += &format!("{OFFSETS} = {offsets:?}\n");
-        }
+        text += &format!("\n{}", tables(chain, &errors));
         for own in &errors {
             let [low, high] = own.interval;
             text += &format!(
@@ -69,15 +47,34 @@ pub(super) fn write(study: &IdentificationStudy, found: &Identified) -> Result<O
     Ok(Some((text, written)))
 }
 
-/// What was identified of the errors of `chain`.
-fn of_chain<'a>(chain: &Chain, found: &'a Identified) -> Vec<&'a Found> {
-    let vectors = VECTORS.iter().flat_map(|(_, behind)| ["x", "y", "z"].map(|axis| format!("{behind}.{axis}")));
-    let offsets = chain.drives.iter().map(|drive| format!("{}.offset", drive.name));
-    let names: Vec<String> = std::iter::once(TURN.1.to_string())
-        .chain(vectors)
-        .chain(offsets)
-        .map(|behind| format!("{}.{behind}", chain.name))
-        .collect();
+/// What was identified of the errors of `chain`: numbers that the machine file has no key for.
+fn of_chain<'a>(machine: &Machine, chain: &Chain, found: &'a Identified) -> Vec<&'a Found> {
     let identified = found.found.iter().filter(|own| own.open.is_none());
-    identified.filter(|own| names.contains(&own.unknown.name)).collect()
+    let is_of_chain = |name: &str| name.strip_prefix(&chain.name).is_some_and(|behind| behind.starts_with('.'));
+    let has_no_key = |name: &str| machine.parameter(name).is_ok_and(|own| own.key.is_none());
+    identified.filter(|own| is_of_chain(&own.unknown.name) && has_no_key(&own.unknown.name)).collect()
+}
+
+/// The same as a table of the file; what was not sought beside it in a vector is zero.
+fn tables(chain: &Chain, errors: &[&Found]) -> String {
+    let value = |behind: &str| {
+        let name = format!("{}.{behind}", chain.name);
+        errors.iter().find(|own| own.unknown.name == name).map(|own| own.value)
+    };
+    let vector = |behind: &str| {
+        let components = ["x", "y", "z"].map(|axis| value(&format!("{behind}.{axis}")));
+        components.iter().any(Option::is_some).then(|| components.map(Option::unwrap_or_default))
+    };
+    let offsets: Vec<Option<f64>> = chain.drives.iter().map(|drive| value(&format!("{}.offset", drive.name))).collect();
+    let has_offsets = offsets.iter().any(Option::is_some);
+    let spec = ChainErrorSpec {
+        chain: chain.name.clone(),
+        turn_about_drive_axis_deg: value("turn"),
+        base_translation_mm: vector("base.translation"),
+        base_rotation_deg: vector("base.turn"),
+        end_translation_mm: vector("end.translation"),
+        end_rotation_deg: vector("end.turn"),
+        drive_offsets_mm_or_deg: has_offsets.then(|| offsets.into_iter().map(Option::unwrap_or_default).collect()),
+    };
+    toml::to_string(&Tables { chain_error: [spec] }).expect("names and numbers can be written")
 }

@@ -10,7 +10,7 @@ use crate::machine::Machine;
 /// A rank correlation of residuals with something.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pattern {
-    /// Of what: the size of what is left of lengths in standard deviations, or what is left along an axis.
+    /// Of what: the size of what is left of lengths in standard deviations, or what is left along an axis or the predicted displacement.
     pub of: &'static str,
     /// With what.
     pub with: String,
@@ -40,15 +40,22 @@ struct Left {
     size: f64,
     /// Along x, y and z where they were read, in standard deviations.
     along: [Option<f64>; 3],
+    /// Of displacements, along the one that is predicted, in standard deviations: more was measured if positive.
+    along_predicted: Option<f64>,
 }
 
 fn left(fit: &Fit, measurements: &[Measurement]) -> Vec<Option<Left>> {
     let mut at = 0;
     let of = |own: &Measurement| {
         let (mut squares, mut along, mut has_any) = (0.0, [None; 3], false);
+        let (mut product, mut predicted_squares) = (0.0, 0.0);
         for reading in &own.readings {
-            let r = fit.residuals[at] / fit.stds[at];
+            let (r, predicted) = (fit.residuals[at] / fit.stds[at], fit.predicted.values[at]);
             at += 1;
+            if let Quantity::Displacement(_) = reading.quantity {
+                product += r * predicted;
+                predicted_squares += predicted * predicted;
+            }
             let axis = match reading.quantity {
                 Quantity::Rotation(_) => continue,
                 Quantity::Position(axis) => Some(axis),
@@ -59,7 +66,8 @@ fn left(fit: &Fit, measurements: &[Measurement]) -> Vec<Option<Left>> {
                 along[axis] = Some(r);
             }
         }
-        has_any.then_some(Left { size: squares.sqrt(), along })
+        let along_predicted = (predicted_squares > 0.0).then(|| product / predicted_squares.sqrt());
+        has_any.then_some(Left { size: squares.sqrt(), along, along_predicted })
     };
     measurements.iter().map(of).collect()
 }
@@ -81,9 +89,14 @@ pub fn patterns(machine: &Machine, fit: &Fit, measurements: &[Measurement]) -> V
     };
     const DRIFT: &str = "drift: something changed while measuring";
     const LOAD: &str = "lost motion, or a stiffness that changes with the load";
+    const LOAD_SIGNED: &str = "more under small forces, less under large ones: lost motion or a stiffness that grows with the load; the other way round: one that falls";
     const POSE: &str = "a stiffness or an error that changes with the pose: links, bearings, gravity springs";
     add(SIZE, "order of measuring".into(), DRIFT, sizes(&|i, _| i as f64));
-    add(SIZE, "size of the force".into(), LOAD, sizes(&|_, own| (own.load.force - own.reference.force).norm()));
+    let force = |own: &Measurement| (own.load.force - own.reference.force).norm();
+    add(SIZE, "size of the force".into(), LOAD, sizes(&|_, own| force(own)));
+    let rows = left.iter().zip(measurements);
+    let signed = rows.filter_map(|(left, own)| Some((force(own), left.as_ref()?.along_predicted?))).collect();
+    add("what is left along the predicted displacement", "size of the force".into(), LOAD_SIGNED, signed);
     for (axis, word) in ["x", "y", "z"].into_iter().enumerate() {
         let share = |own: &Measurement| {
             let force = own.load.force - own.reference.force;
