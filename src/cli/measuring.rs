@@ -34,7 +34,7 @@ Examples:
   kinetostat new identification mine      (a study, and measurements to replace by yours)
   kinetostat identify mine --out found
   kinetostat machines fanuc_r2000ic --parameters                  (names of what may be sought)
-  kinetostat run my_map                   (whose machine is \"found/machine.toml\", with what was identified)
+  kinetostat run my_map                   (whose machine is \"../found/machine.toml\", with what was identified)
 
 The study says which numbers are sought from which measurements; kinetostat run computes the same.")]
 pub struct IdentifyArguments {
@@ -48,7 +48,7 @@ pub struct IdentifyArguments {
 Examples:
   kinetostat new measurements next        (a study to change)
   kinetostat design-measurements next --out plan
-  kinetostat identify mine                (whose data is plan/sheet.csv, filled in)
+  kinetostat identify mine                (whose data is \"../plan/sheet.csv\", filled in)
 
 The study says what may be measured and what is to be known; kinetostat run computes the same.")]
 pub struct DesignArguments {

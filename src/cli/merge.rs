@@ -7,7 +7,7 @@ use kinetostat::{
     input::error::{Error, Result},
     report::counted,
     study::{
-        Study,
+        Overrides, Study,
         parts::{Opened, parts_in},
     },
     work::part_file::{Part, PartSource},
@@ -84,6 +84,9 @@ fn study(arguments: &MergeArguments, parts: &[Part]) -> Result<Study> {
             path.display(),
             file.display()
         )),
+        Err(error) if arguments.study.is_some() && overrides != Overrides::default() => {
+            refuse(format!("{} does not take the settings that the parts were computed with: {error}", path.display()))
+        }
         opened => opened.map_err(in_options),
     }
 }

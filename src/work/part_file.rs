@@ -105,6 +105,9 @@ impl Part {
     /// It cannot be read, is no part, was cut short or damaged.
     pub fn read(source: PartSource) -> Result<Self> {
         let (reader, length) = source.open()?;
+        if length < FORMAT.len() as u64 {
+            return source.refuse(format!("is cut short or damaged: it has {length} bytes; compute that part again"));
+        }
         let mut reader = BufReader::new(reader);
         let mut format = [0; FORMAT.len()];
         if !fill(&mut reader, &mut format).map_err(|fault| source.unread(fault))? || format != FORMAT {
@@ -168,7 +171,7 @@ impl Part {
     /// # Errors
     /// That; the message says what differs.
     pub fn check(&self, origin: &Origin) -> Result<()> {
-        let PartHead { program, inputs, .. } = &self.head;
+        let PartHead { program, inputs, study, .. } = &self.head;
         if *program != origin.program {
             return self.source.refuse(format!("was computed by {program}, this is {}", origin.program));
         }
@@ -178,14 +181,14 @@ impl Part {
                 inputs.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ")
             };
             let (found, expected) = (names(inputs), names(&expected));
-            return self
-                .source
-                .refuse(format!("was computed from other inputs: {found}; those of the study are {expected}"));
+            return self.source.refuse(format!(
+                "is a part of {study} and was computed from other inputs: {found}; those of the study are {expected}"
+            ));
         }
         match inputs.iter().zip(&expected).find(|(found, expected)| found != expected) {
             None => Ok(()),
             Some(((name, found), (_, expected))) => self.source.refuse(format!(
-                "was computed from other inputs: its {name} has the SHA-256 {}…, that of the study {}…",
+                "is a part of {study} and was computed from other inputs: its {name} has the SHA-256 {}…, that of the study {}…",
                 &found.chars().take(12).collect::<String>(),
                 &expected[..12]
             )),

@@ -168,15 +168,26 @@ fn coverage((name, sought): (&str, &[(&str, f64)]), repetitions: u64) -> f64 {
     let noise = Normal::new(0.0, 0.01 * (squares / (3 * exact.len()) as f64).sqrt()).unwrap();
     let names: Vec<&str> = sought.iter().map(|(name, _)| *name).collect();
     let keys = unknowns(&names) + "folds = 2\nprofile = false\n";
-    let held = |repetition: u64| {
+    // How often each is identified, and how often its interval then holds the number.
+    let held = |repetition: u64| -> Vec<[usize; 2]> {
         let mut random = Random::seed_from_u64(repetition);
         let read: Vec<Vector3<f64>> = exact.iter().map(|d| d.map(|d| d + noise.sample(&mut random))).collect();
         let found = identified(name, &keys, &csv(&machine, &places, &read));
-        let holds = |(own, (_, value)): &(&Found, &(String, f64))| (own.interval[0]..own.interval[1]).contains(value);
-        found.found.iter().zip(&truth).filter(holds).count()
+        let holds = |(own, (_, value)): (&Found, &(String, f64))| {
+            let is_known = own.open.is_none();
+            [is_known, is_known && (own.interval[0]..own.interval[1]).contains(value)].map(usize::from)
+        };
+        found.found.iter().zip(&truth).map(holds).collect()
     };
-    let held: usize = (0..repetitions).into_par_iter().map(held).sum();
-    held as f64 / (repetitions as usize * truth.len()) as f64
+    let each: Vec<Vec<[usize; 2]>> = (0..repetitions).into_par_iter().map(held).collect();
+    let sums = (0..truth.len()).map(|k| each.iter().fold([0, 0], |sum, own| [sum[0] + own[k][0], sum[1] + own[k][1]]));
+    let sums: Vec<[usize; 2]> = sums.collect();
+    println!(
+        "{name}: of {repetitions} repetitions, identified and held: {:?}",
+        names.iter().zip(&sums).collect::<Vec<_>>()
+    );
+    let [known, held] = sums.iter().fold([0, 0], |sum, own| [sum[0] + own[0], sum[1] + own[1]]);
+    held as f64 / known as f64
 }
 
 #[test]

@@ -81,21 +81,26 @@ impl Machine {
         self.check_branch(at)
     }
 
+    /// The first drive that `positions` (mm, rad) have beyond its travel, and what is to be said of it.
+    pub(crate) fn drive_beyond_travel(&self, positions: &[f64]) -> Option<(usize, Unreachable)> {
+        self.drives().zip(positions).enumerate().find_map(|(number, ((c, drive), &rho))| {
+            let (low, high) = drive.travel?;
+            let fault = || Unreachable::Travel {
+                chain: self.chains[c].name.clone(),
+                drive: drive.name.clone(),
+                value: drive.motion.shown(rho),
+                low: drive.motion.shown(low),
+                high: drive.motion.shown(high),
+                unit: drive.motion.position_unit().into(),
+            };
+            (beyond(rho, low, high) > 0.0).then(|| (number, fault()))
+        })
+    }
+
     /// Travel and joint limits at a configuration.
     pub(in crate::machine) fn check_travel(&self, at: &Configuration) -> Result<(), Unreachable> {
-        for ((c, drive), &rho) in self.drives().zip(&at.drives) {
-            if let Some((low, high)) = drive.travel
-                && beyond(rho, low, high) > 0.0
-            {
-                return Err(Unreachable::Travel {
-                    chain: self.chains[c].name.clone(),
-                    drive: drive.name.clone(),
-                    value: drive.motion.shown(rho),
-                    low: drive.motion.shown(low),
-                    high: drive.motion.shown(high),
-                    unit: drive.motion.position_unit().into(),
-                });
-            }
+        if let Some((_, fault)) = self.drive_beyond_travel(&at.drives) {
+            return Err(fault);
         }
         for (chain, values) in self.chains.iter().zip(&at.passive) {
             for (joint, &q) in chain.passive.iter().zip(values) {

@@ -103,12 +103,20 @@ impl Machine {
     ///
     /// Errors that [`Machine::with_errors`] has built in are not among them.
     pub fn parameters(&self) -> Vec<Parameter> {
+        self.parameters_called(&|_| true)
+    }
+
+    /// Those of them whose name `is_wanted`.
+    fn parameters_called(&self, is_wanted: &dyn Fn(&str) -> bool) -> Vec<Parameter> {
         let mut parameters = Vec::new();
         let about = |name: &str| {
             let named = self.provenance.iter().filter_map(|about| about.names(name).map(|part| (part, about)));
             named.max_by_key(|(part, _)| *part).map(|(_, about)| about)
         };
         walk(&mut MachineSpec::clone(&self.written.spec), &mut |Found { name, key, unit, slot }| {
+            if !is_wanted(name) {
+                return;
+            }
             let about = about(name);
             parameters.push(Parameter {
                 name: name.into(),
@@ -121,7 +129,10 @@ impl Machine {
         });
         for (errors, chain) in self.mount_errors().iter_mut().zip(&self.chains) {
             errors.walk(chain, &mut |name, unit, value| {
-                parameters.push(Parameter { name, value: Some(*value), unit, key: None, grade: None, interval: None });
+                if is_wanted(&name) {
+                    let value = Some(*value);
+                    parameters.push(Parameter { name, value, unit, key: None, grade: None, interval: None });
+                }
             });
         }
         parameters
@@ -132,11 +143,12 @@ impl Machine {
     /// # Errors
     /// There is none; the message has the nearest names.
     pub fn parameter(&self, name: &str) -> Result<Parameter> {
-        let mut all = self.parameters();
-        match all.iter().position(|parameter| parameter.name == name) {
-            Some(index) => Ok(all.swap_remove(index)),
-            None => Err(unknown(name, &all.into_iter().map(|parameter| parameter.name).collect::<Vec<_>>())),
-        }
+        let called = self.parameters_called(&|own| own == name).into_iter().next();
+        called.ok_or_else(|| unknown(name, &self.parameter_names()))
+    }
+
+    fn parameter_names(&self) -> Vec<String> {
+        self.parameters().into_iter().map(|parameter| parameter.name).collect()
     }
 
     /// This machine with other numbers, checked and assembled anew; all others stay, and so does the branch that was chosen.
@@ -172,8 +184,7 @@ impl Machine {
             });
         }
         if let Some(setting) = settings.iter().find(|setting| !setting.found) {
-            let names: Vec<String> = self.parameters().into_iter().map(|parameter| parameter.name).collect();
-            return Err(unknown(setting.name, &names));
+            return Err(unknown(setting.name, &self.parameter_names()));
         }
         if let Some(setting) = settings.iter().find(|setting| setting.value.is_nan() || setting.value.abs() > LARGEST) {
             let problem = format!("must be a number between {:e} and {LARGEST:e}, got {:?}", -LARGEST, setting.value);

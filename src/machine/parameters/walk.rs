@@ -80,31 +80,34 @@ struct Walk<'w> {
     each: &'w mut dyn FnMut(Found<'_>),
 }
 
-fn joined(path: &str, part: &str) -> String {
-    match (path, part) {
-        ("", part) => part.into(),
-        (path, "") => path.into(),
-        (path, part) => format!("{path}.{part}"),
+/// Goes from `path` to what is called `part` below it.
+fn enter(path: &mut String, part: &str) {
+    if !path.is_empty() && !part.is_empty() {
+        path.push('.');
     }
+    path.push_str(part);
 }
 
 impl Walk<'_> {
     /// Walks what stands below `name`, in the file below `key`.
     fn inside(&mut self, name: &str, key: &str, walk: impl FnOnce(&mut Self)) {
-        let (name, key) = (joined(&self.name, name), joined(&self.key, key));
-        let outer = (std::mem::replace(&mut self.name, name), std::mem::replace(&mut self.key, key));
+        let outer = (self.name.len(), self.key.len());
+        enter(&mut self.name, name);
+        enter(&mut self.key, key);
         walk(self);
-        (self.name, self.key) = outer;
+        self.name.truncate(outer.0);
+        self.key.truncate(outer.1);
     }
 
     fn slot(&mut self, unit: Unit, slot: Slot<'_>) {
         let mut name = self.name.clone();
         let mut other = 1;
-        while !self.taken.insert(name.clone()) {
+        while self.taken.contains(&name) {
             other += 1;
             name = format!("{}_{other}", self.name);
         }
         (self.each)(Found { name: &name, key: &self.key, unit, slot });
+        self.taken.insert(name);
     }
 
     fn number(&mut self, field: &str, unit: Unit, value: &mut f64) {

@@ -14,10 +14,6 @@ use crate::{machine::Machine, study::Failure};
 /// Steps of the search, and how often their damping is raised for one.
 const STEPS: usize = 60;
 const TRIES: usize = 12;
-/// A unit of a coordinate is a noticeable change: no step is longer.
-const LONGEST_STEP: f64 = 1.0;
-/// Farthest from the start; of a logarithm a factor of a thousand.
-pub(super) const FARTHEST: f64 = 7.0;
 /// The search is over where no larger share of the cost is to be gained.
 const FOUND: f64 = 1e-10;
 /// The same where rounding keeps the search from gaining it.
@@ -51,14 +47,11 @@ pub struct Noise {
     pub length: Option<f64>,
     /// rad.
     pub rotation: Option<f64>,
+    /// Whether the scatter of the readings is to tell it: no reading has one.
+    pub is_estimated: bool,
 }
 
 impl Noise {
-    /// Whether the scatter of the readings tells it.
-    pub fn is_estimated(&self) -> bool {
-        self.length.is_none()
-    }
-
     /// Standard deviation of a reading; 1 where the scatter tells it.
     pub fn of(&self, reading: &super::measurements::Reading) -> f64 {
         let own = if reading.quantity.is_rotation() { self.rotation } else { self.length };
@@ -120,7 +113,14 @@ impl Search<'_> {
         let (mut steps, mut is_found, mut damping) = (0, false, 1e-6);
         while steps < STEPS {
             let r = (&values - &predicted.values).component_div(&given) / scale;
-            let (information, gradient) = self.normal(&predicted, &r, &given, scale, &x);
+            let (mut information, mut gradient) = self.normal(&predicted, &r, &given, scale, &x);
+            let is_held = |k: &usize| self.unknowns[*k].is_at_end(x[*k]) && gradient[*k] * x[*k] > 0.0;
+            let held: Vec<usize> = (0..x.len()).filter(is_held).collect();
+            for k in held {
+                information.row_mut(k).fill(0.0);
+                information.column_mut(k).fill(0.0);
+                gradient[k] = 0.0;
+            }
             let told = SymmetricEigen::new(information);
             let cost = self.cost(&r, &x);
             let whole = damped_step(&told, &gradient, 0.0);
@@ -132,11 +132,9 @@ impl Search<'_> {
             let mut better = None;
             for _ in 0..TRIES {
                 let mut step = damped_step(&told, &gradient, damping);
-                let longest = step.amax();
-                if longest > LONGEST_STEP {
-                    step *= LONGEST_STEP / longest;
-                }
-                let next = (&x + step).map(|x| x.clamp(-FARTHEST, FARTHEST));
+                let steps = step.iter().zip(self.unknowns).map(|(step, own)| step.abs() / own.longest_step());
+                step /= steps.fold(1.0, f64::max);
+                let next = self.within(&x + step);
                 let there = values_at(self.machine, self.unknowns, &next, measurements).ok();
                 let is_better = there.is_some_and(|there| {
                     let r = (&values - there).component_div(&given) / scale;
@@ -162,8 +160,14 @@ impl Search<'_> {
         Ok(self.described(x, predicted, &values, &given, scale, (steps, is_found)))
     }
 
+    /// `x`, no unknown farther from its start than it is sought.
+    pub(super) fn within(&self, mut x: DVector<f64>) -> DVector<f64> {
+        x.iter_mut().zip(self.unknowns).for_each(|(x, own)| *x = x.clamp(-own.farthest(), own.farthest()));
+        x
+    }
+
     fn scale(&self, r: &DVector<f64>) -> f64 {
-        match self.noise.is_estimated() {
+        match self.noise.is_estimated {
             true => self.loss.scale(r, self.unknowns.len()).max(LEAST_SCATTER_MM),
             false => 1.0,
         }
@@ -229,8 +233,8 @@ impl Search<'_> {
         let misfit =
             (residuals.component_div(given).norm_squared() / (values.len() as f64 - count as f64).max(1.0)).sqrt();
         Fit {
-            stds: given * if self.noise.is_estimated() { scale } else { 1.0 },
-            scale: if self.noise.is_estimated() { scale } else { misfit },
+            stds: given * if self.noise.is_estimated { scale } else { 1.0 },
+            scale: if self.noise.is_estimated { scale } else { misfit },
             x,
             predicted,
             residuals,

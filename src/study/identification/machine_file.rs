@@ -37,9 +37,12 @@ pub(super) fn write(study: &IdentificationStudy, found: &Identified) -> MachineF
         return MachineFile { text: None, left_out };
     }
     for own in &written {
+        remove_provenance(&mut document, &own.unknown.name);
         add_provenance(&mut document, study, own);
     }
-    let text = document.to_string();
+    // Where the schema lies is true of the file that this one is made of.
+    let text: String =
+        document.to_string().split_inclusive('\n').filter(|line| !line.starts_with("#:schema")).collect();
     let read_back = Machine::from_toml(&text, "the machine file that was found");
     let is_there = |own: &&&Found| {
         let back = read_back.as_ref().ok().and_then(|machine| machine.parameter(&own.unknown.name).ok()?.value);
@@ -90,6 +93,18 @@ fn with_decor(old: &Value, number: f64) -> Value {
     let mut new = Value::from(number);
     *new.decor_mut() = old.decor().clone();
     new
+}
+
+/// What was said of the parameter `name` alone is no longer so.
+fn remove_provenance(document: &mut DocumentMut, name: &str) {
+    let Some(tables) = document.get_mut("provenance").and_then(Item::as_array_of_tables_mut) else { return };
+    for table in tables.iter_mut() {
+        if let Some(names) = table.get_mut("parameters").and_then(Item::as_array_mut) {
+            names.retain(|own| own.as_str() != Some(name));
+        }
+    }
+    let is_empty = |table: &Table| table.get("parameters").and_then(Item::as_array).is_some_and(|own| own.is_empty());
+    tables.retain(|table| !is_empty(table));
 }
 
 fn add_provenance(document: &mut DocumentMut, study: &IdentificationStudy, own: &Found) {

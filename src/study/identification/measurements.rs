@@ -18,6 +18,8 @@ use crate::{
 pub struct Measurement {
     /// What it is called: the column `pose`, or its number in the file.
     pub name: String,
+    /// Its line in the file, from 1; 0 if it is of none.
+    pub line: usize,
     /// Where the unloaded machine of the study stands.
     pub at: Configuration,
     /// The load.
@@ -68,11 +70,16 @@ impl Measurement {
     pub fn at_same_place(&self, load: Applied, readings: &[Reading]) -> Self {
         let nothing = Applied { force: Vector3::zeros(), moment: Vector3::zeros() };
         let (name, at) = (self.name.clone(), self.at.clone());
-        Self { name, at, load, reference: nothing, marker: None, readings: readings.to_vec() }
+        Self { name, line: self.line, at, load, reference: nothing, marker: None, readings: readings.to_vec() }
     }
 }
 
 impl Reading {
+    /// Whether it is of what the load changes, and not of where the machine stands.
+    pub fn is_change(&self) -> bool {
+        !matches!(self.quantity, Quantity::Position(_))
+    }
+
     /// Those that need no direction of a gauge, still to be made: displacements first.
     pub fn all_to_come() -> Vec<Self> {
         [DISPLACEMENT, POSITION, ROTATION].into_iter().flatten().filter_map(Self::to_come).collect()
@@ -148,9 +155,14 @@ fn drive_columns(machine: &Machine) -> Vec<Vec<(String, f64)>> {
 
 /// A row with its numbers by column; empty cells are not there.
 struct Cells<'a> {
+    columns: &'a [String],
     numbers: BTreeMap<&'a str, f64>,
     check: Check,
+    line: usize,
 }
+
+/// Readings are not known better than this, mm or degrees: a nanometre.
+const LEAST_STD: f64 = 1e-6;
 
 impl Cells<'_> {
     fn get(&self, column: &str) -> Option<f64> {
@@ -170,9 +182,17 @@ impl Cells<'_> {
         }
     }
 
-    fn load(&self, force: [&str; 3], moment: [&str; 3]) -> Applied {
-        let or_zero = |columns: [&str; 3]| Vector3::from(columns.map(|column| self.get(column).unwrap_or(0.0)));
-        Applied { force: or_zero(force), moment: or_zero(moment) }
+    /// Components without a column are zero, and all of them where no cell is filled.
+    fn load(&self, force: [&str; 3], moment: [&str; 3]) -> Result<Applied> {
+        let of = |columns: [&str; 3]| {
+            let is_empty = |column: &&str| self.get(column).is_none() && self.columns.iter().any(|own| own == column);
+            let has_some = columns.iter().any(|column| self.get(column).is_some());
+            match columns.iter().find(|column| has_some && is_empty(column)) {
+                Some(column) => self.check.key(column).fail("empty beside other components: expected a number".into()),
+                None => Ok(Vector3::from(columns.map(|column| self.get(column).unwrap_or(0.0)))),
+            }
+        };
+        Ok(Applied { force: of(force)?, moment: of(moment)? })
     }
 }
 
@@ -191,6 +211,9 @@ pub enum WhatFor {
 /// A column that is unknown, repeated or missing; a cell that is no number; a place that the machine does not reach.
 pub fn read(source: &[u8], file: &str, machine: &Machine, what_for: WhatFor) -> Result<Vec<Measurement>> {
     let at_line = |at: usize| Check::new(&format!("{file}:{}", line_number(source, at)));
+    if let Err(fault) = std::str::from_utf8(source) {
+        return at_line(fault.valid_up_to()).key("row").fail("is no text in UTF-8".into());
+    }
     let rows = match csv_rows::read(source) {
         Ok(rows) => rows,
         Err((at, reason)) => return at_line(at).key("row").fail(format!("is not CSV: {reason}")),
@@ -214,6 +237,14 @@ pub fn read(source: &[u8], file: &str, machine: &Machine, what_for: WhatFor) -> 
             return check.key(name).fail("second column of this name; expected one".into());
         }
     }
+    for columns in &drives {
+        let mut given = columns.iter().map(|(name, _)| name).filter(|name| names.contains(name));
+        if let (Some(first), Some(second)) = (given.next(), given.next()) {
+            return check
+                .key(second)
+                .fail(format!("says where the same drive stands as the column {first}: expected one"));
+        }
+    }
     let mut measurements = Vec::with_capacity(rows.len());
     for (number, row) in rows.iter().enumerate() {
         let check = at_line(row.span.start);
@@ -235,7 +266,9 @@ pub fn read(source: &[u8], file: &str, machine: &Machine, what_for: WhatFor) -> 
                 },
             }
         }
-        measurements.push(measurement(called, &Cells { numbers, check }, &drives, machine, what_for)?);
+        let line = line_number(source, row.span.start);
+        let cells = Cells { columns: &names, numbers, check, line };
+        measurements.push(measurement(called, &cells, &drives, machine, what_for)?);
     }
     match measurements.is_empty() {
         true => at_line(source.len()).key("row").fail("missing: expected a row for each measurement".into()),
@@ -252,28 +285,48 @@ fn measurement(
 ) -> Result<Measurement> {
     Ok(Measurement {
         name,
-        at: place(cells, drives, machine)?,
-        load: cells.load(FORCE, MOMENT),
-        reference: cells.load(REFERENCE_FORCE, REFERENCE_MOMENT),
+        line: cells.line,
+        at: place(cells, drives, machine, what_for)?,
+        load: cells.load(FORCE, MOMENT)?,
+        reference: cells.load(REFERENCE_FORCE, REFERENCE_MOMENT)?,
         marker: cells.vector(MARKER)?,
         readings: if what_for == WhatFor::Readings { readings(cells)? } else { Vec::new() },
     })
 }
 
 /// Where the machine of the study stands.
-fn place(cells: &Cells<'_>, drives: &[Vec<(String, f64)>], machine: &Machine) -> Result<Configuration> {
+///
+/// Where something was read, it stood, whatever the machine file has as travel.
+fn place(
+    cells: &Cells<'_>,
+    drives: &[Vec<(String, f64)>],
+    machine: &Machine,
+    what_for: WhatFor,
+) -> Result<Configuration> {
     let given = |columns: &Vec<(String, f64)>| columns.iter().find_map(|(name, unit)| Some(cells.get(name)? * unit));
+    // A column that is not there is called as those of other drives are.
+    let form = |drive: usize| drives[drive].iter().position(|(name, _)| cells.columns.contains(name));
+    let usual = (0..drives.len()).find_map(form).unwrap_or_default();
+    let column = |drive: usize| {
+        let (name, _) = drives[drive].get(form(drive).unwrap_or(usual)).unwrap_or(&drives[drive][0]);
+        name.clone()
+    };
     let positions: Vec<Option<f64>> = drives.iter().map(given).collect();
     let command = cells.vector(COMMAND)?;
     let found = match (positions.iter().any(Option::is_some), command) {
         (false, Some(position)) => machine.command(position).map_err(|fault| (COMMAND[0].to_string(), fault)),
         (true, None) => {
-            let missing = positions.iter().position(Option::is_none).map(|drive| drives[drive][0].0.clone());
-            if let Some(column) = missing {
-                return cells.check.key(&column).fail("missing beside the positions of the other drives".into());
+            if let Some(missing) = positions.iter().position(Option::is_none) {
+                return cells
+                    .check
+                    .key(&column(missing))
+                    .fail("missing beside the positions of the other drives".into());
             }
             let positions: Vec<f64> = positions.into_iter().flatten().collect();
-            machine.forward_kinematics(&positions).map_err(|fault| (drives[0][0].0.clone(), fault))
+            match machine.drive_beyond_travel(&positions) {
+                Some((drive, fault)) if what_for == WhatFor::Places => Err((column(drive), fault)),
+                _ => machine.forward_kinematics(&positions).map_err(|fault| (column(0), fault)),
+            }
         }
         _ => {
             let own: Vec<&str> = drives.iter().map(|columns| columns[0].0.as_str()).collect();
@@ -289,7 +342,14 @@ fn readings(cells: &Cells<'_>) -> Result<Vec<Reading>> {
     let mut readings = Vec::new();
     let [std_mm, std_deg] = STD.map(|column| cells.get(column).map(|std| (column, std)));
     let std = |given: Option<(&'static str, f64)>, unit: f64| -> Result<Option<f64>> {
-        given.map(|(column, std)| Ok(cells.check.key(column).positive(std)? * unit)).transpose()
+        let check = |column: &str, std: f64| {
+            let std = cells.check.key(column).positive(std)?;
+            match std < LEAST_STD {
+                true => cells.check.key(column).fail(format!("must be at least {LEAST_STD:e}, got {std:e}")),
+                false => Ok(std * unit),
+            }
+        };
+        given.map(|(column, std)| check(column, std)).transpose()
     };
     let (std_mm, std_rad) = (std(std_mm, 1.0)?, std(std_deg, 1f64.to_radians())?);
     let mut add = |column: &'static str, quantity: Quantity, value: f64| {

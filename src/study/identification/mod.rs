@@ -3,6 +3,7 @@
 mod advice;
 #[cfg(feature = "report")]
 mod errors_file;
+mod far_off;
 mod fit;
 mod loss;
 #[cfg(feature = "report")]
@@ -23,6 +24,7 @@ mod validate;
 use nalgebra::DVector;
 
 pub use advice::{Advice, Open};
+pub use far_off::FarOff;
 pub use fit::{Fit, Noise, Search};
 pub use measurements::{Applied, Measurement, Quantity, Reading, WhatFor, read};
 pub use model::{LoadedModel, Predicted};
@@ -116,6 +118,8 @@ pub struct Identified {
     pub left_out: Errors,
     /// What the residuals hang on.
     pub patterns: Vec<Pattern>,
+    /// Readings that lie far off all others, the farthest first.
+    pub far_off: Vec<FarOff>,
     /// Sets of unknowns by how well they predict; that of the study first.
     pub models: Vec<Model>,
 }
@@ -124,6 +128,12 @@ pub struct Identified {
 const WIDE: f64 = 1.0;
 
 impl IdentificationStudy {
+    /// A measurement in words, with its line in the file.
+    pub fn place(&self, measurement: usize) -> String {
+        let own = &self.measurements[measurement];
+        format!("pose {} ({}:{})", own.name, self.data, own.line)
+    }
+
     /// Number of readings.
     pub fn reading_count(&self) -> usize {
         self.measurements.iter().map(|measurement| measurement.readings.len()).sum()
@@ -162,7 +172,8 @@ pub fn run(study: &IdentificationStudy, work: &Work) -> Result<std::result::Resu
     profiles(study, &search, (&fit, &all), &mut found, work)?;
     let left_out = validate::left_one_out(&fit, &study.measurements);
     let patterns = patterns::patterns(&study.machine, &fit, &study.measurements);
-    Ok(Ok(Identified { found, open, advice, left_out, patterns, models, fit }))
+    let far_off = far_off::far_off(&fit, &study.measurements);
+    Ok(Ok(Identified { found, open, advice, left_out, patterns, far_off, models, fit }))
 }
 
 /// Adds the intervals by the profile of the likelihood to what is identified.
@@ -188,11 +199,11 @@ fn profiles(
 
 /// How many readings more there are than unknowns, where they tell the noise.
 fn free(study: &IdentificationStudy, fit: &Fit) -> Option<usize> {
-    study.noise.is_estimated().then(|| (study.reading_count() + study.priors.len()).saturating_sub(fit.x.len()))
+    study.noise.is_estimated.then(|| (study.reading_count() + study.priors.len()).saturating_sub(fit.x.len()))
 }
 
 fn of_measurement(study: &IdentificationStudy, at: Option<usize>, failure: Failure) -> Failure {
-    let place = at.map_or_else(String::new, |at| format!("measurement {}: ", study.measurements[at].name));
+    let place = at.map_or_else(String::new, |at| format!("{}: ", study.place(at)));
     Failure { reason: format!("{place}{}", failure.reason), ..failure }
 }
 
@@ -207,12 +218,19 @@ fn model(
     let own = if fit.is_some() { None } else { search.fit(&all, &start).ok() };
     let fit = fit.or(own.as_ref());
     let rms = |residuals: &[f64]| validate::rms_mm(residuals, &study.measurements);
-    let parts = validate::in_parts(search, &start, &study.measurements, study.folds, work)?;
+    let predicted_mm = match study.folds {
+        // Nothing is left that could predict the only measurement.
+        0 | 1 => Ok(None),
+        folds => {
+            let parts = validate::in_parts(search, &start, &study.measurements, folds, work)?;
+            parts.map(|errors| rms(&errors.residuals))
+        }
+    };
     Ok(Model {
         name: name.into(),
         unknowns: search.unknowns.len(),
         fitted_mm: fit.and_then(|fit| rms(fit.residuals.as_slice())),
-        predicted_mm: parts.map(|errors| rms(&errors.residuals)),
+        predicted_mm,
     })
 }
 
@@ -235,6 +253,23 @@ fn found(study: &IdentificationStudy, fit: &Fit, k: usize) -> Found {
 
 /// Why an unknown is not identified.
 fn why_open(study: &IdentificationStudy, fit: &Fit, k: usize, half_width: f64) -> Option<String> {
+    let (unknown, x) = (&study.unknowns[k], fit.x[k]);
+    if unknown.is_at_end(x) {
+        return Some(match unknown.coordinate {
+            Coordinate::Logarithm if x > 0.0 => {
+                "the larger the better it fits, a thousand times what the machine file says or more".into()
+            }
+            Coordinate::Logarithm => {
+                "the smaller the better it fits, a thousandth of what the machine file says or less".into()
+            }
+            Coordinate::Linear(scale) => {
+                format!("it fits best {:.0} {} or more from what the machine file says", scale * x.abs(), unknown.unit)
+            }
+        });
+    }
+    if !fit.is_found {
+        return Some("the search did not end".into());
+    }
     if half_width <= WIDE {
         return None;
     }

@@ -40,8 +40,9 @@ struct Left {
     size: f64,
     /// Along x, y and z where they were read, in standard deviations.
     along: [Option<f64>; 3],
-    /// Of displacements, along the one that is predicted, in standard deviations: more was measured if positive.
-    along_predicted: Option<f64>,
+    /// Of displacements: the size of the one that is predicted, mm, and what is left along it, in standard deviations; positive if more
+    /// was measured.
+    along_predicted: Option<(f64, f64)>,
 }
 
 fn left(fit: &Fit, measurements: &[Measurement]) -> Vec<Option<Left>> {
@@ -66,7 +67,8 @@ fn left(fit: &Fit, measurements: &[Measurement]) -> Vec<Option<Left>> {
                 along[axis] = Some(r);
             }
         }
-        let along_predicted = (predicted_squares > 0.0).then(|| product / predicted_squares.sqrt());
+        let predicted = predicted_squares.sqrt();
+        let along_predicted = (predicted > 0.0).then(|| (predicted, product / predicted));
         has_any.then_some(Left { size: squares.sqrt(), along, along_predicted })
     };
     measurements.iter().map(of).collect()
@@ -89,14 +91,13 @@ pub fn patterns(machine: &Machine, fit: &Fit, measurements: &[Measurement]) -> V
     };
     const DRIFT: &str = "drift: something changed while measuring";
     const LOAD: &str = "lost motion, or a stiffness that changes with the load";
-    const LOAD_SIGNED: &str = "more under small forces, less under large ones: lost motion or a stiffness that grows with the load; the other way round: one that falls";
+    const LOAD_SIGNED: &str = "more where little is predicted, less where much is: lost motion or a stiffness that grows with the load; the \
+                               other way round: one that falls";
     const POSE: &str = "a stiffness or an error that changes with the pose: links, bearings, gravity springs";
     add(SIZE, "order of measuring".into(), DRIFT, sizes(&|i, _| i as f64));
-    let force = |own: &Measurement| (own.load.force - own.reference.force).norm();
-    add(SIZE, "size of the force".into(), LOAD, sizes(&|_, own| force(own)));
-    let rows = left.iter().zip(measurements);
-    let signed = rows.filter_map(|(left, own)| Some((force(own), left.as_ref()?.along_predicted?))).collect();
-    add("what is left along the predicted displacement", "size of the force".into(), LOAD_SIGNED, signed);
+    add(SIZE, "size of the force".into(), LOAD, sizes(&|_, own| (own.load.force - own.reference.force).norm()));
+    let signed = left.iter().flatten().filter_map(|left| left.along_predicted).collect();
+    add("what is left along the predicted displacement", "the size of that".into(), LOAD_SIGNED, signed);
     for (axis, word) in ["x", "y", "z"].into_iter().enumerate() {
         let share = |own: &Measurement| {
             let force = own.load.force - own.reference.force;

@@ -5,7 +5,7 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::{
-    fit::{FARTHEST, Fit, LEAST_SCATTER_MM, Noise, Search, measured},
+    fit::{Fit, LEAST_SCATTER_MM, Noise, Search, measured},
     measurements::Measurement,
     model::{machine_at, values_at},
     spec::LossSpec,
@@ -39,7 +39,7 @@ pub struct Profile<'a> {
 impl<'a> Profile<'a> {
     /// Around `fit`; `None` for losses other than squares, which are no likelihoods, and where nothing is left.
     pub fn new(search: Search<'a>, fit: &'a Fit, measurements: &'a [&'a Measurement], quantile: f64) -> Option<Self> {
-        let is_noisy = !search.noise.is_estimated() || fit.scale > LEAST_SCATTER_MM;
+        let is_noisy = !search.noise.is_estimated || fit.scale > LEAST_SCATTER_MM;
         let is_likelihood = search.loss == LossSpec::Squares && quantile.is_finite() && is_noisy;
         is_likelihood.then_some(Self { search, fit, measurements, quantile })
     }
@@ -64,7 +64,7 @@ impl<'a> Profile<'a> {
         let mut at = width;
         for _ in 0..PLACES {
             let x = self.fit.x[k] + side * at;
-            if x.abs() > FARTHEST || at > FARTHER * width {
+            if self.search.unknowns[k].is_at_end(x) || at > FARTHER * width {
                 return None;
             }
             // Where the machine does not settle any more, nothing fits.
@@ -100,14 +100,12 @@ impl<'a> Profile<'a> {
         let their_priors: Vec<(usize, f64, f64)> =
             priors.iter().filter_map(|&(other, at, std)| Some((place(other)?, at, std))).collect();
         // The noise is that of the fit: a likelihood of where it has been estimated.
-        let length = if noise.is_estimated() { Some(self.fit.scale) } else { noise.length };
-        let noise = Noise { length, ..noise };
+        let length = if noise.is_estimated { Some(self.fit.scale) } else { noise.length };
+        let noise = Noise { length, is_estimated: false, ..noise };
         let search = Search { machine: &machine, unknowns: &kept, priors: &their_priors, noise, ..self.search };
         let towards = self.fit.covariance.column(k) * ((x - self.fit.x[k]) / self.fit.covariance[(k, k)]);
-        let start = DVector::from_iterator(
-            kept.len(),
-            others.iter().map(|&other| (self.fit.x[other] + towards[other]).clamp(-FARTHEST, FARTHEST)),
-        );
+        let start = others.iter().map(|&other| self.fit.x[other] + towards[other]);
+        let start = search.within(DVector::from_iterator(kept.len(), start));
         let (x_found, residuals) = match kept.is_empty() {
             false => {
                 let found = search.fit(self.measurements, &start).map_err(|(_, failure)| failure)?;

@@ -3,7 +3,7 @@
 use super::{
     IdentificationStudy,
     fit::Noise,
-    measurements::{self, WhatFor},
+    measurements::{self, Measurement, Reading, WhatFor},
     spec::{IdentificationSpec, PriorSpec},
     unknown::{Unknown, unknowns},
 };
@@ -33,25 +33,30 @@ pub(super) fn resolve(spec: &IdentificationSpec, given: &Given<'_>) -> Result<Re
         );
         return check.root().key("machine").fail(problem);
     }
+    let file = given.folder.path(&spec.data).display().to_string();
     if !given.folder.has(&spec.data) {
-        return check.key("data").fail(format!("\"{}\" is not a file in the study's folder", spec.data));
+        return check
+            .key("data")
+            .fail(format!("\"{}\" is not a file in the study's folder: there is no {file}", spec.data));
     }
     let bytes = given.folder.bytes(&spec.data)?;
-    let file = given.folder.path(&spec.data).display().to_string();
     let measured = measurements::read(&bytes, &file, machine, WhatFor::Readings)?;
     let found = unknowns(machine, &spec.unknowns, &check.key("unknowns"))?;
-    let noise = Noise {
-        length: check.key("std_mm").optional_positive(spec.std_mm)?,
-        rotation: check.key("std_deg").optional_positive(spec.std_deg)?.map(f64::to_radians),
-    };
-    check_noise(&measured, noise, check)?;
+    if measured.iter().all(|own| own.load == own.reference && own.readings.iter().all(Reading::is_change)) {
+        let problem = format!("{file}: no measurement has a load other than its reference load, so that nothing moved");
+        return check.key("data").fail(problem);
+    }
+    let noise = noise(spec, &measured, check)?;
     let readings: usize = measured.iter().map(|measurement| measurement.readings.len()).sum();
-    let folds = spec.folds.unwrap_or(FOLDS.min(measured.len()).max(2));
-    if !(2..=measured.len().max(2)).contains(&folds) {
-        let problem = format!("must be from 2 to {}, the number of measurements, got {folds}", measured.len().max(2));
+    let folds = spec.folds.unwrap_or(FOLDS.min(measured.len()));
+    if spec.folds.is_some() && measured.len() < 2 {
+        return check.key("folds").fail("has no effect: there is one measurement, which no other predicts".into());
+    }
+    if spec.folds.is_some() && !(2..=measured.len()).contains(&folds) {
+        let problem = format!("must be from 2 to {}, the number of measurements, got {folds}", measured.len());
         return check.key("folds").fail(problem);
     }
-    if noise.is_estimated() && readings + spec.prior.len() <= found.len() {
+    if noise.is_estimated && readings + spec.prior.len() <= found.len() {
         let problem = format!(
             "names {} parameters, but there are {readings} readings: with no std_mm there must be more readings than unknowns",
             found.len()
@@ -80,24 +85,34 @@ pub(super) fn resolve(spec: &IdentificationSpec, given: &Given<'_>) -> Result<Re
 }
 
 /// Either all noise is known or none, and of rotations beside lengths it is known.
-fn check_noise(measured: &[measurements::Measurement], noise: Noise, check: &Check) -> Result<()> {
+fn noise(spec: &IdentificationSpec, measured: &[Measurement], check: &Check) -> Result<Noise> {
+    let length = check.key("std_mm").optional_positive(spec.std_mm)?;
+    let rotation = check.key("std_deg").optional_positive(spec.std_deg)?.map(f64::to_radians);
     let readings = || measured.iter().flat_map(|measurement| &measurement.readings);
     let lacks = |is_rotation: bool| {
         readings().any(|reading| reading.quantity.is_rotation() == is_rotation && reading.std.is_none())
     };
     let has_own = readings().any(|reading| reading.std.is_some());
     let turns = readings().any(|reading| reading.quantity.is_rotation());
-    if (turns || has_own || noise.rotation.is_some()) && noise.length.is_none() {
-        let because = if turns { "rotations were measured" } else { "other readings have one" };
+    let is_estimated = lacks(false) && length.is_none();
+    if is_estimated && (turns || has_own || rotation.is_some()) {
+        let because = match (turns, has_own) {
+            (true, _) => "rotations were measured",
+            (_, true) => "other readings have one",
+            _ => "std_deg is given",
+        };
         return check
             .key("std_mm")
             .fail(format!("missing: {because}, so that lengths need theirs to weigh against them"));
     }
-    if lacks(true) && noise.rotation.is_none() {
+    if lacks(true) && rotation.is_none() {
         return check.key("std_deg").fail("missing: rotations were measured without a column std_deg".into());
     }
-    Ok(())
+    Ok(Noise { length, rotation, is_estimated })
 }
+
+/// A prior that is tighter than this, in the coordinate of its unknown, is none: so well, nothing is known.
+const TIGHTEST: f64 = 1e-6;
 
 /// What `specs` say of `unknowns` beforehand: the unknown, its coordinate and the standard deviation of that.
 ///
@@ -114,10 +129,16 @@ pub fn priors(specs: &[PriorSpec], unknowns: &[Unknown], check: &Check) -> Resul
             return check.key("parameter").fail(format!("\"{parameter}\" has a prior already"));
         }
         let std = check.key("std").positive(*std)?;
-        let value = value.unwrap_or(unknowns[k].start);
+        let value = check.key("value").finite_scalar(value.unwrap_or(unknowns[k].start))?;
         let Some(x) = unknowns[k].at(value) else {
             return check.key("value").fail(format!("must be greater than 0, got {value}"));
         };
+        let tightest = TIGHTEST * unknowns[k].slope(x).abs();
+        if std < tightest {
+            let problem =
+                format!("must be at least {tightest:?}, got {std:?}; leave out of unknowns what is known so well");
+            return check.key("std").fail(problem);
+        }
         priors.push((k, x, std / unknowns[k].slope(x).abs()));
     }
     Ok(priors)

@@ -45,6 +45,27 @@ impl Unknown {
         Ok(Self { name, unit, start, coordinate })
     }
 
+    /// How far from the start it is sought, in its coordinate: a factor of a thousand; a metre or all angles.
+    pub(super) fn farthest(&self) -> f64 {
+        match self.coordinate {
+            Coordinate::Logarithm => 7.0,
+            Coordinate::Linear(_) => 1000.0,
+        }
+    }
+
+    /// Whether it is not sought beyond `x`.
+    pub fn is_at_end(&self, x: f64) -> bool {
+        x.abs() >= self.farthest()
+    }
+
+    /// The longest step of its coordinate that a search takes.
+    pub(super) fn longest_step(&self) -> f64 {
+        match self.coordinate {
+            Coordinate::Logarithm => 1.0,
+            Coordinate::Linear(_) => 10.0,
+        }
+    }
+
     /// Its value at `x`.
     pub fn value(&self, x: f64) -> f64 {
         match self.coordinate {

@@ -1,6 +1,6 @@
 //! How well measurements are predicted that a fit has not seen: one left out at a time, and in parts.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::{
     fit::{Fit, Search},
@@ -8,6 +8,9 @@ use super::{
     model::values_at,
 };
 use crate::{input::error::Result, study::Failure, work::Work};
+
+/// A reading of which less than this is told by others is not predicted without its own measurement.
+const OWN: f64 = 1e-6;
 
 /// RMS of residuals, of all readings and of each measurement's.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,7 +34,10 @@ pub fn left_one_out(fit: &Fit, measurements: &[Measurement]) -> Errors {
         let scaled = DVector::from_fn(count, |i, _| {
             fit.residuals[first + i] * fit.weights[first + i].sqrt() / fit.stds[first + i]
         });
-        let left = (DMatrix::identity(count, count) - hat).lu().solve(&scaled);
+        // Where the others tell nothing of it, it predicts itself: the smallest part that is not its own is none.
+        let others = DMatrix::identity(count, count) - hat;
+        let is_told = SymmetricEigen::new(others.clone()).eigenvalues.min() > OWN;
+        let left = if is_told { others.lu().solve(&scaled) } else { None };
         for i in 0..count {
             let back = fit.stds[first + i] / fit.weights[first + i].sqrt().max(1e-9);
             residuals.push(left.as_ref().map_or(f64::INFINITY, |left| left[i] * back));
@@ -52,7 +58,6 @@ pub fn in_parts(
     folds: usize,
     work: &Work,
 ) -> Result<std::result::Result<Errors, Failure>> {
-    let folds = folds.min(measurements.len());
     let mut residuals: Vec<Vec<f64>> = vec![Vec::new(); measurements.len()];
     for fold in 0..folds {
         work.check()?;

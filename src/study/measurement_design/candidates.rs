@@ -89,7 +89,8 @@ pub fn measurements(poses: &[Configuration], forces: &[Vector3<f64>], readings: 
     let of = |(number, at): (usize, &Configuration)| {
         let name = (number + 1).to_string();
         let readings = readings.to_vec();
-        let place = Measurement { name, at: at.clone(), load: nothing, reference: nothing, marker: None, readings };
+        let place =
+            Measurement { name, line: 0, at: at.clone(), load: nothing, reference: nothing, marker: None, readings };
         let loaded =
             move |force: &Vector3<f64>| Measurement { load: Applied { force: *force, ..nothing }, ..place.clone() };
         forces.iter().map(loaded).collect::<Vec<_>>()

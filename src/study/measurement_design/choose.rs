@@ -3,6 +3,8 @@
 use nalgebra::{Cholesky, DMatrix, Dyn};
 use rayon::prelude::*;
 
+use crate::{input::error::Result, work::Work};
+
 /// Exchanges end after so many rounds over what was chosen.
 const ROUNDS: usize = 20;
 /// An exchange must tell more by this much, in the criterion's own measure.
@@ -84,22 +86,27 @@ impl Choice<'_> {
     }
 
     /// Up to `count` different candidates, each telling most beside those before it.
-    pub fn chosen(&self, count: usize) -> Vec<usize> {
+    ///
+    /// # Errors
+    /// The work was stopped.
+    pub fn chosen(&self, count: usize, work: &Work) -> Result<Vec<usize>> {
         let mut chosen = Vec::new();
         let mut information = self.known.clone();
         while chosen.len() < count {
+            work.check()?;
             let Some((next, _)) = self.best(&information, &chosen) else { break };
             information += self::information(&self.candidates[next]);
             chosen.push(next);
         }
-        self.exchange(&mut chosen);
-        self.ordered(chosen)
+        self.exchange(&mut chosen, work)?;
+        self.ordered(chosen, work)
     }
 
-    fn exchange(&self, chosen: &mut [usize]) {
+    fn exchange(&self, chosen: &mut [usize], work: &Work) -> Result<()> {
         for _ in 0..ROUNDS {
             let mut has_changed = false;
             for place in 0..chosen.len() {
+                work.check()?;
                 let others: Vec<usize> = (0..chosen.len()).filter(|&k| k != place).map(|k| chosen[k]).collect();
                 let without = self.information(&others);
                 let own = self.gains(&without, &others)[chosen[place]];
@@ -110,24 +117,26 @@ impl Choice<'_> {
                 }
             }
             if !has_changed {
-                return;
+                break;
             }
         }
+        Ok(())
     }
 
     /// So that each tells most of those that are left.
-    fn ordered(&self, mut left: Vec<usize>) -> Vec<usize> {
+    fn ordered(&self, mut left: Vec<usize>, work: &Work) -> Result<Vec<usize>> {
         left.sort_unstable();
         let mut ordered = Vec::with_capacity(left.len());
         let mut information = self.known.clone();
         while !left.is_empty() {
+            work.check()?;
             let gains = self.gains(&information, &[]);
             let most = (0..left.len()).fold(0, |best, k| if gains[left[k]] > gains[left[best]] { k } else { best });
             let next = left.remove(most);
             information += self::information(&self.candidates[next]);
             ordered.push(next);
         }
-        ordered
+        Ok(ordered)
     }
 }
 
@@ -154,7 +163,7 @@ mod tests {
         for criterion in [Criterion::AllNumbers, Criterion::Tested(tested)] {
             let choice = choice(&candidates, criterion);
             let measure = |set: &[usize]| choice.measure(&choice.information(set)).unwrap();
-            let found = measure(&choice.chosen(4));
+            let found = measure(&choice.chosen(4, &Work::default()).unwrap());
             let sets = (0u32..1 << 9).filter(|bits| bits.count_ones() == 4);
             let best = sets
                 .map(|bits| measure(&(0..9).filter(|i| bits >> i & 1 == 1).collect::<Vec<_>>()))

@@ -34,6 +34,7 @@ pub(super) fn resolve(spec: &MeasurementDesignSpec, given: &Given<'_>) -> Result
     let noise = Noise {
         length: Some(check.key("std_mm").positive(spec.std_mm)?),
         rotation: check.key("std_deg").optional_positive(spec.std_deg)?.map(f64::to_radians),
+        is_estimated: false,
     };
     let readings = readings(spec, noise, check)?;
     let mut files = Files { given, inputs: Inputs::default() };
@@ -55,6 +56,10 @@ pub(super) fn resolve(spec: &MeasurementDesignSpec, given: &Given<'_>) -> Result
         }
         (_, file) => files.rows(file.as_ref(), "tested", WhatFor::Places)?.unwrap_or_default(),
     };
+    if spec.tested.is_some() && tested.iter().all(|own| own.load == own.reference) {
+        let problem = "no row has a load other than its reference load, so that there is nothing to predict".into();
+        return check.key("tested").fail(problem);
+    }
     let displacements = Reading::displacements_to_come();
     let tested = tested.into_iter().map(|own| Measurement { readings: displacements.clone(), ..own }).collect();
     let check_count = check.key("count");
@@ -97,7 +102,9 @@ impl Files<'_> {
         let Some(file) = file else { return Ok(None) };
         let folder = self.given.folder;
         if !folder.has(file) {
-            return self.given.check.key(key).fail(format!("\"{file}\" is not a file in the study's folder"));
+            let path = folder.path(file);
+            let problem = format!("\"{file}\" is not a file in the study's folder: there is no {}", path.display());
+            return self.given.check.key(key).fail(problem);
         }
         let bytes = folder.bytes(file)?;
         let rows = read(&bytes, &folder.path(file).display().to_string(), &self.given.machine, what_for)?;

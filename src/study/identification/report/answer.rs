@@ -60,7 +60,7 @@ pub fn answer(study: &IdentificationStudy, asked: &Run<'_>) -> Result<Output> {
             Ok(_) => SOLVED,
             Err(failure) => &*failure.status,
         })),
-        is_answered: Some(true),
+        is_answered: Some(found.fit.is_found),
         tables: tables::tables(&report),
         streamed: (files, Vec::new()),
         summary: json(&report),

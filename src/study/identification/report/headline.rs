@@ -21,12 +21,20 @@ fn basis(study: &IdentificationStudy) -> String {
 /// The answer at a glance.
 pub(super) fn headline(report: &Report<'_>) -> Headline {
     let (all, known) = (report.found.found.len(), report.known().count());
-    let told = match all - known {
-        0 => format!("All {} are identified", counted(all, "number")),
-        open if known == 0 => {
-            format!("None of {} is identified: the measurements leave {open} open", counted(all, "number"))
+    let are = |count: usize| if count == 1 { "is" } else { "are" };
+    let told = match (all - known, known) {
+        _ if !report.found.fit.is_found => {
+            "The search for the numbers did not end: nothing is identified; the values in parameters.csv are the best found".into()
         }
-        open => format!("{known} of {} are identified; the measurements leave {open} open", counted(all, "number")),
+        (0, 1) => format!("The number is identified: {}", text::few(report)),
+        (0, _) => format!("All {all} numbers are identified: {}", text::few(report)),
+        (1, 0) if all == 1 => "The number is not identified: the measurements leave it open".into(),
+        (_, 0) => format!("None of {all} numbers is identified: the measurements leave them open"),
+        (open, _) => format!(
+            "{known} of {all} numbers {} identified: {}; the measurements leave {open} open",
+            are(known),
+            text::few(report)
+        ),
     };
     let predicted = report.found.models[0].predicted_mm.as_ref().ok().copied().flatten();
     let sentence = match predicted {

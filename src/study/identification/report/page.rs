@@ -97,7 +97,8 @@ fn residuals(study: &IdentificationStudy) -> Explorer {
 fn setting(study: &IdentificationStudy) -> Vec<Fact> {
     let noise = match study.noise.length {
         Some(std) => format!("{std} mm"),
-        None => "told by the scatter".into(),
+        None if study.noise.is_estimated => "told by the scatter".into(),
+        None => "as the file of measurements says".into(),
     };
     vec![
         Fact::new("machine", study.machine.title.clone()),

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::study::identification::{
-    Found, IdentificationStudy, Identified, machine_file::MachineFile, validate::rms_mm,
+    Found, IdentificationStudy, Identified, Model, machine_file::MachineFile, validate::rms_mm,
 };
 
 /// What was asked and found.
@@ -33,9 +33,20 @@ impl Report<'_> {
         rms_mm(self.found.fit.residuals.as_slice(), &self.study.measurements)
     }
 
-    /// The same as predicted without its own measurement.
+    /// The same as predicted without its own measurement; `None` where one is predicted by no other.
     pub fn left_out_mm(&self) -> Option<f64> {
-        rms_mm(&self.found.left_out.residuals, &self.study.measurements)
+        rms_mm(&self.found.left_out.residuals, &self.study.measurements).filter(|all| all.is_finite())
+    }
+
+    /// Of the other sets of unknowns, that which predicts best, if better than that of the study.
+    pub fn better(&self) -> Option<&Model> {
+        let predicted = |model: &Model| model.predicted_mm.as_ref().ok().copied().flatten();
+        let (own, others) = self.found.models.split_first()?;
+        let best = others.iter().filter(|model| predicted(model).is_some()).min_by(|a, b| {
+            let [a, b] = [a, b].map(|model| predicted(model).unwrap_or(f64::INFINITY));
+            a.total_cmp(&b)
+        })?;
+        (predicted(best)? < 0.98 * predicted(own)?).then_some(best)
     }
 
     /// A combination of unknowns in words.
@@ -82,10 +93,13 @@ pub(super) fn json(report: &Report<'_>) -> Value {
         "measured_mm": report.measured_mm(),
         "residual_mm": report.left_mm(),
         "left_one_out_mm": report.left_out_mm(),
-        "noise_estimated": study.noise.is_estimated(),
+        "noise_estimated": study.noise.is_estimated,
         "scatter": found.fit.scale,
         "patterns": found.patterns.iter().filter(|own| own.is_seen()).map(|own| json!({
             "of": own.of, "with": own.with, "rank_correlation": own.correlation, "hint": own.hint,
+        })).collect::<Vec<_>>(),
+        "far_off": found.far_off.iter().map(|own| json!({
+            "pose": study.measurements[own.measurement].name, "reading": own.column, "by": own.by,
         })).collect::<Vec<_>>(),
         "models": models.collect::<Vec<_>>(),
         "next": found.advice.as_ref().map(|advice| json!({

@@ -5,8 +5,8 @@ use super::{
     summary::Report,
 };
 use crate::{
-    report::words::{counted, millimetres},
-    study::identification::{Found, LossSpec, Pattern},
+    report::words::{counted, millimetres, percent},
+    study::identification::{Coordinate, FarOff, Found, LossSpec, Model, Pattern, Reading},
 };
 
 fn number(value: f64) -> String {
@@ -28,6 +28,30 @@ pub(super) fn value(own: &Found) -> String {
         true => format!("{}{unit} ({} to {})", number(own.value), number(low), number(high)),
         false => format!("{}{unit} (no limit)", number(own.value)),
     }
+}
+
+/// Most numbers that a sentence has.
+const FEW: usize = 3;
+
+/// What was identified, in part of a sentence: value and half interval, or the first of many.
+pub(super) fn few(report: &Report<'_>) -> String {
+    let said = |own: &Found| {
+        let unit = match own.unknown.unit.to_string() {
+            unit if unit.is_empty() => unit,
+            unit => format!(" {unit}"),
+        };
+        let about = match own.unknown.coordinate {
+            Coordinate::Logarithm => format!("{}{unit} ±{}", number(own.value), percent(own.half_width)),
+            Coordinate::Linear(scale) => format!("{} ±{}{unit}", number(own.value), number(own.half_width * scale)),
+        };
+        format!("{} {about}", own.unknown.name)
+    };
+    let all: Vec<String> = report.known().map(said).collect();
+    let more = match all.len().saturating_sub(FEW) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    format!("{}{more}", all[..all.len().min(FEW)].join(", "))
 }
 
 /// Each unknown, in a line.
@@ -82,11 +106,12 @@ pub(super) fn open(report: &Report<'_>) -> String {
     let each: Vec<String> = report.found.open.iter().map(|open| report.words(&open.parts)).collect();
     let next = match &report.found.advice {
         Some(advice) => {
-            let [x, y, z] = advice.force.into();
+            let along = ["x", "y", "z"][advice.force.iamax()];
+            let size = number(advice.force.norm());
             let pose = &report.study.measurements[advice.measurement].name;
             let known = |std: f64| if std.is_finite() { format!("{std:.2}") } else { "not at all".into() };
             format!(
-                " A force ({x:.0}, {y:.0}, {z:.0}) N at pose {pose} would tell most of the least known one: its standard deviation \
+                " A force of {size} N along {along} at pose {pose} would tell most of the least known one: its standard deviation \
                  would fall from {} to {}.",
                 known(advice.std[0]),
                 known(advice.std[1])
@@ -116,19 +141,90 @@ pub(super) fn models(report: &Report<'_>) -> String {
     format!("RMS of what is left in {} parts: {}.", report.study.folds, lines.join("; "))
 }
 
+/// A model that leaves more than this share of what was measured does not follow it.
+const FOLLOWED: f64 = 0.7;
+/// Most readings that are named.
+const NAMED: usize = 3;
+
+/// Readings that lie far off.
+fn far_off(report: &Report<'_>) -> Option<String> {
+    let all = &report.found.far_off;
+    let said = |own: &FarOff| {
+        let unit = if own.column.ends_with("deg") { "°" } else { "mm" };
+        format!("{} of {} by {:.3} {unit}", own.column, report.study.place(own.measurement), own.by)
+    };
+    let named: Vec<String> = all.iter().take(NAMED).map(said).collect();
+    let more = match all.len().saturating_sub(NAMED) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    let what = counted(all.len(), "reading");
+    (!all.is_empty()).then(|| {
+        format!(
+            "{what} far off all others: {}{more}; look there, or let such count less (loss = \"cauchy\").",
+            named.join(", ")
+        )
+    })
+}
+
+/// Numbers that fit best where they are no longer sought.
+fn at_end(report: &Report<'_>) -> Option<String> {
+    let (fit, unknowns) = (&report.found.fit, &report.study.unknowns);
+    let all: Vec<&str> =
+        (0..unknowns.len()).filter(|&k| unknowns[k].is_at_end(fit.x[k])).map(|k| &*unknowns[k].name).collect();
+    let which = match all[..] {
+        [] => return None,
+        [one] => format!("{one} fits"),
+        [one, ..] => format!("{one} and {} more fit", all.len() - 1),
+    };
+    Some(format!(
+        "{which} best as far from the machine file as numbers are sought: are loads and readings in the units of their columns?"
+    ))
+}
+
+/// Poses at which a drive stood beyond the travel that the machine file has.
+fn beyond_travel(report: &Report<'_>) -> Option<String> {
+    let study = report.study;
+    let beyond = |i: usize| Some((i, study.machine.drive_beyond_travel(&study.measurements[i].at.drives)?.1));
+    let all: Vec<_> = (0..study.measurements.len()).filter_map(beyond).collect();
+    let (first, fault) = all.first()?;
+    Some(format!(
+        "{} beyond the travel in the machine file: {}: {fault}.",
+        counted(all.len(), "pose"),
+        study.place(*first)
+    ))
+}
+
 /// What must be known with the answer.
 pub(super) fn cautions(report: &Report<'_>) -> String {
     let mut said = Vec::new();
-    if !report.found.fit.is_found {
+    if let (Some(left), Some(measured)) = (report.left_mm(), report.measured_mm())
+        && report.study.measurements.iter().flat_map(|own| &own.readings).all(Reading::is_change)
+        && left > FOLLOWED * measured
+    {
         said.push(
-            "The search ended before its steps became small: the values are the best found, not the best there are."
+            "What is left is nearly as large as what was measured: are the units, signs and axes of loads and readings those of their \
+             columns?"
                 .into(),
         );
     }
-    if !report.study.noise.is_estimated() && report.found.fit.scale > 1.5 {
+    said.extend(at_end(report));
+    said.extend(far_off(report));
+    said.extend(beyond_travel(report));
+    if !report.study.noise.is_estimated && report.found.fit.scale > 1.5 {
         said.push(format!(
             "What is left is {:.1} times the noise that was given: the model lacks something, and intervals are too narrow.",
             report.found.fit.scale
+        ));
+    }
+    if let Some(better) = report.better() {
+        let predicted =
+            |model: &Model| millimetres(model.predicted_mm.as_ref().ok().copied().flatten().unwrap_or_default(), 3);
+        said.push(format!(
+            "The unknowns of \"{}\" predict better: {} instead of {} RMS.",
+            better.name,
+            predicted(better),
+            predicted(&report.found.models[0])
         ));
     }
     said.extend(profiles(report));
@@ -138,7 +234,7 @@ pub(super) fn cautions(report: &Report<'_>) -> String {
     if report.study.loss != LossSpec::Squares {
         let out = report.found.fit.weights.iter().filter(|&&weight| weight < 0.5).count();
         if out > 0 {
-            said.push(format!("{} count less than half, for they lie far off.", counted(out, "reading")));
+            said.push(format!("{} of less than half the usual weight.", counted(out, "reading")));
         }
     }
     said.join(" ")

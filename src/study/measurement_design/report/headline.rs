@@ -20,7 +20,8 @@ fn basis(study: &MeasurementDesignStudy) -> String {
 /// The answer at a glance.
 pub(super) fn headline(report: &Report<'_>) -> Headline {
     let chosen = counted(report.plan.chosen.len(), "measurement");
-    let reached = text::reached(report).map_or_else(String::new, |reached| format!(": {reached}"));
+    let reached = text::tested_at_a_glance(report).or_else(|| text::reached(report));
+    let reached = reached.map_or_else(String::new, |reached| format!(": {reached}"));
     let all = report.study.unknowns.len();
     let sentence = match report.open().len() {
         0 => format!("{chosen} will tell all {}{reached}.", counted(all, "number")),
@@ -30,7 +31,9 @@ pub(super) fn headline(report: &Report<'_>) -> Headline {
     Headline::new(sentence, basis(report.study))
         .with_cautions(&text::open(report))
         .with_all(report.enough().map(|enough| {
-            KeyNumber::new(&enough.to_string(), "measurements are enough for the interval wanted", String::new())
+            let what = "measurements are enough for the intervals wanted";
+            let against = if enough == 0 { "known so well beforehand" } else { "" };
+            KeyNumber::new(&enough.to_string(), what, against)
         }))
         .with_all(tested.map(|error| {
             KeyNumber::new(&millimetres(error, 4), "RMS error of the tool where it is tested", String::new())

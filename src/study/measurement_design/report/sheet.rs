@@ -17,7 +17,9 @@ pub(super) fn drive_columns(machine: &Machine) -> Vec<String> {
 
 /// Where the drives stand, degrees and mm.
 pub(super) fn drive_positions<'a>(machine: &'a Machine, own: &'a Measurement) -> impl Iterator<Item = f64> + 'a {
-    own.at.drives.iter().zip(machine.drives()).map(|(position, (_, drive))| drive.motion.shown(*position))
+    // What a person types, without the rounding of its way through radians.
+    let tidy = |shown: f64| (shown * 1e9).round() / 1e9 + 0.0;
+    own.at.drives.iter().zip(machine.drives()).map(move |(position, (_, drive))| tidy(drive.motion.shown(*position)))
 }
 
 /// A vector of a measurement, if it has one.

@@ -6,7 +6,10 @@ use super::{
 };
 use crate::{
     report::exchange::{Cell, Column, Row, Table, cells, counts, numbers, texts},
-    study::{SOLVED, measurement_design::MeasurementDesignStudy},
+    study::{
+        SOLVED,
+        measurement_design::{ANYTHING, MeasurementDesignStudy},
+    },
 };
 
 /// All tables without rows, where there is no answer.
@@ -53,12 +56,17 @@ fn chosen(report: &Report<'_>) -> Table {
         let mut row: Row = vec![(k + 1).into(), (candidate + 1).into()];
         row.extend(place(report.study, candidate));
         match report.plan.widths.get(k + 1).and_then(|own| own.widest()) {
-            Some((unknown, width)) => row.extend([Cell::from(width), report.name(unknown).into()]),
+            Some((unknown, width)) => row.extend([wide(width), report.name(unknown).into()]),
             None => row.extend([Cell::Missing, Cell::Missing]),
         }
         row
     };
     Table::new(chosen_columns(report.study), report.plan.chosen.iter().enumerate().map(row).collect::<Vec<Row>>())
+}
+
+/// No number where it may be anything.
+fn wide(width: f64) -> Cell {
+    (width <= ANYTHING).then_some(width).into()
 }
 
 fn width_columns() -> Vec<Column> {
@@ -80,8 +88,8 @@ fn widths(report: &Report<'_>) -> Table {
                 count.into(),
                 unknown.name.as_str().into(),
                 unknown.coordinate_unit().into(),
-                (*width).into(),
-                other.into(),
+                wide(*width),
+                other.map_or(Cell::Missing, wide),
             ]);
         }
         if let Some(error) = own.tested_mm {

@@ -3,17 +3,29 @@
 use super::summary::Report;
 use crate::{
     report::words::{counted, listed, millimetres, percent},
-    study::{identification::Coordinate, measurement_design::Widths},
+    study::{
+        identification::Coordinate,
+        measurement_design::{ANYTHING, Widths},
+    },
 };
 
 /// Half an interval of an unknown in words: of a logarithm in percent, as long as that says something.
 pub(super) fn half_width(report: &Report<'_>, unknown: usize, width: f64) -> String {
     match report.study.unknowns[unknown].coordinate {
         Coordinate::Logarithm if width > 7.0 => "any size".into(),
+        _ if width > ANYTHING => "any size".into(),
         Coordinate::Logarithm if width > 0.5 => format!("a factor of {:.1}", width.exp()),
         Coordinate::Logarithm => format!("±{}", percent(width)),
         Coordinate::Linear(scale) => format!("±{:.3} {}", width * scale, report.study.unknowns[unknown].unit),
     }
+}
+
+/// What the plan was chosen for, where that is how well the tool is predicted.
+pub(super) fn tested_at_a_glance(report: &Report<'_>) -> Option<String> {
+    let error = report.reached()?.tested_mm?;
+    let random = report.random().and_then(|random| random.tested_mm);
+    let beside = random.map_or_else(String::new, |random| format!("; with random ones, {}", millimetres(random, 4)));
+    Some(format!("where it is tested, the tool is predicted to {} RMS{beside}", millimetres(error, 4)))
 }
 
 fn widest(report: &Report<'_>, widths: Option<&Widths>) -> Option<(usize, String)> {
@@ -55,10 +67,11 @@ pub(super) fn open(report: &Report<'_>) -> String {
 pub(super) fn target(report: &Report<'_>) -> Option<String> {
     let target = report.study.target?;
     let (chosen, all) = (report.plan.chosen.len(), counted(report.study.unknowns.len(), "unknown"));
+    let to = format!("{} of a factor, {target} mm or {target}°", percent(target));
     Some(match report.enough() {
-        Some(0) => format!("All {all} are known to ±{target} before anything is measured."),
-        Some(enough) => format!("The first {enough} of {chosen} are enough to know all {all} to ±{target}."),
-        None => format!("{} are not enough to know all {all} to ±{target}.", counted(chosen, "measurement")),
+        Some(0) => format!("{all} known within {to} before anything is measured."),
+        Some(enough) => format!("The first {enough} of {chosen} are enough to know {all} within {to}."),
+        None => format!("{} are not enough to know {all} within {to}.", counted(chosen, "measurement")),
     })
 }
 
