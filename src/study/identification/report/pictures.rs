@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::summary::Report;
+use super::{summary::Report, text};
 use crate::{
     report::figures::{Figure, LineFigure, LineSeries},
     study::identification::{Found, Measurement},
@@ -33,7 +33,8 @@ fn numbers(report: &Report<'_>) -> LineFigure {
     let bar = |(k, own): (usize, &Found)| {
         let (x, y) = (report.found.fit.x[k], (k + 1) as f64);
         let points = vec![(x - own.half_width, y), (x, y), (x + own.half_width, y)];
-        series(format!("{} {}", k + 1, own.unknown.name), points)
+        let said = if own.open.is_none() { text::about(own) } else { format!("{}: not identified", own.unknown.name) };
+        series(format!("{} {said}", k + 1), points)
     };
     let bars = finite.take(MOST).map(bar).collect();
     let labels = ["change from the machine file [ln of the factor; mm; °]", "number of the unknown"];

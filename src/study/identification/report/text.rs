@@ -33,20 +33,22 @@ pub(super) fn value(own: &Found) -> String {
 /// Most numbers that a sentence has.
 const FEW: usize = 3;
 
-/// What was identified, in part of a sentence: value and half interval, or the first of many.
-pub(super) fn few(report: &Report<'_>) -> String {
-    let said = |own: &Found| {
-        let unit = match own.unknown.unit.to_string() {
-            unit if unit.is_empty() => unit,
-            unit => format!(" {unit}"),
-        };
-        let about = match own.unknown.coordinate {
-            Coordinate::Logarithm => format!("{}{unit} ±{}", number(own.value), percent(own.half_width)),
-            Coordinate::Linear(scale) => format!("{} ±{}{unit}", number(own.value), number(own.half_width * scale)),
-        };
-        format!("{} {about}", own.unknown.name)
+/// A number that was identified, with half its interval.
+pub(super) fn about(own: &Found) -> String {
+    let unit = match own.unknown.unit.to_string() {
+        unit if unit.is_empty() => unit,
+        unit => format!(" {unit}"),
     };
-    let all: Vec<String> = report.known().map(said).collect();
+    let width = match own.unknown.coordinate {
+        Coordinate::Logarithm => format!("{unit} ±{}", percent(own.half_width)),
+        Coordinate::Linear(scale) => format!(" ±{}{unit}", number(own.half_width * scale)),
+    };
+    format!("{} {}{width}", own.unknown.name, number(own.value))
+}
+
+/// What was identified, in part of a sentence: the first of many.
+pub(super) fn few(report: &Report<'_>) -> String {
+    let all: Vec<String> = report.known().map(about).collect();
     let more = match all.len().saturating_sub(FEW) {
         0 => String::new(),
         more => format!(" and {more} more"),
