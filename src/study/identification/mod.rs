@@ -193,6 +193,15 @@ fn profiles(
         let farthest = [f64::NEG_INFINITY, f64::INFINITY];
         let value = |side: usize| ends[side].map_or(farthest[side], |x| unknown.value(x));
         found[k].profile = Some([value(0), value(1)]);
+        let farthest = ends.iter().map(|end| end.map_or(f64::INFINITY, |x| (x - fit.x[k]).abs())).fold(0.0, f64::max);
+        if farthest > WIDE {
+            found[k].open = Some(match (ends[0].is_some(), ends[1].is_some()) {
+                (true, true) => format!("it may be from {:.3e} to {:.3e} {}", value(0), value(1), unknown.unit),
+                (true, false) => format!("it may be anything from {:.3e} {} on", value(0), unknown.unit),
+                (false, true) => format!("it may be anything up to {:.3e} {}", value(1), unknown.unit),
+                (false, false) => "it may be anything".into(),
+            });
+        }
     }
     Ok(())
 }

@@ -5,7 +5,7 @@ use super::{
     summary::Report,
 };
 use crate::{
-    report::words::{counted, millimetres, percent},
+    report::words::{counted, listed, millimetres, percent},
     study::identification::{Coordinate, FarOff, Found, LossSpec, Model, Pattern, Reading},
 };
 
@@ -103,7 +103,12 @@ pub(super) fn patterns(report: &Report<'_>) -> String {
 /// What is open, and what would tell most of it.
 pub(super) fn open(report: &Report<'_>) -> String {
     if report.found.open.is_empty() {
-        return "All combinations of the unknowns are told.".into();
+        let names: Vec<&str> =
+            report.found.found.iter().filter(|own| own.open.is_some()).map(|own| &*own.unknown.name).collect();
+        return match names[..] {
+            [] => "All combinations of the unknowns are told.".into(),
+            _ => format!("Near the best fit all combinations of the unknowns are told; farther from it, {} is not.", listed(&names)),
+        };
     }
     let each: Vec<String> = report.found.open.iter().map(|open| report.words(&open.parts)).collect();
     let next = match &report.found.advice {
