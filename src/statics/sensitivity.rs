@@ -1,7 +1,7 @@
 //! How a loaded pose changes with numbers of the machine, by the implicit function theorem: `J dx/dp = −∂F/∂p` with the linear
 //! system that the solve ended with.
 //!
-//! `∂F/∂p` are differences of the residual, not of solves: of the fourth order, from machines a little off in one parameter each
+//! `∂F/∂p` are differences of the residual, not of solves: of the second order, from machines a little off in one parameter each
 //! ([`Variation`]), which are made once and serve every pose and load. What the engine makes of a number (the matrix of a beam by its
 //! section, a frame by its angles) needs no derivative of its own.
 
@@ -32,7 +32,7 @@ struct Varied {
     variation: Variation,
     /// The chains in which its machines differ from the machine, and storage for them: a number of one leg leaves the others alone.
     differs: Vec<bool>,
-    chains: [Vec<ChainSystem>; 4],
+    chains: [Vec<ChainSystem>; 2],
 }
 
 /// What a parameter does to a loaded machine whose drives stay.

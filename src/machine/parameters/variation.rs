@@ -8,13 +8,13 @@ use crate::{
 
 /// Steps of lengths, as a share of the value and of the machine's reach; of angles, degrees; of all else and of backlash, as a share of
 /// the value (of plain numbers, at least of 1).
-const SHARE: f64 = 1e-3;
+const SHARE: f64 = 3e-5;
 const SHARE_OF_REACH: f64 = 1e-6;
-const DEGREES: f64 = 0.05;
+const DEGREES: f64 = 0.005;
 /// Of forces and masses that are zero, in which a machine is linear.
 const FROM_ZERO: f64 = 1.0;
 
-/// A parameter of a machine, and the machines in which it is less and more by one and by two steps.
+/// A parameter of a machine, and the machines in which it is a step less and a step more.
 #[derive(Debug, Clone)]
 pub struct Variation {
     /// Its name.
@@ -25,18 +25,18 @@ pub struct Variation {
     pub unit: Unit,
     /// One step.
     pub step: f64,
-    /// Two steps less, one less, one more, two more.
-    pub machines: [Machine; 4],
+    /// One step less, one more.
+    pub machines: [Machine; 2],
 }
 
 impl Variation {
     /// Steps at which [`Variation::machines`] stand.
-    pub const STEPS: [f64; 4] = [-2.0, -1.0, 1.0, 2.0];
+    pub const STEPS: [f64; 2] = [-1.0, 1.0];
 
     /// Weights of values at [`Variation::machines`] whose sum is the derivative per unit of the parameter, exact for polynomials of
-    /// the fourth degree. At a kink (the torsion of a rectangle that is square), it is the mean of both sides.
-    pub fn weights(&self) -> [f64; 4] {
-        [1.0, -8.0, 8.0, -1.0].map(|weight| weight / (12.0 * self.step))
+    /// the second degree. At a kink (the torsion of a rectangle that is square), it is the mean of both sides.
+    pub fn weights(&self) -> [f64; 2] {
+        Self::STEPS.map(|steps| steps / (2.0 * self.step))
     }
 }
 
@@ -78,8 +78,8 @@ impl Machine {
         };
         let at =
             |steps: f64| self.with_parameters(&[(name, value + steps * step)]).map_err(|error| cannot(name, error));
-        let [a, b, c, d] = Variation::STEPS;
-        Ok(Variation { name: name.into(), value, unit, step, machines: [at(a)?, at(b)?, at(c)?, at(d)?] })
+        let [less, more] = Variation::STEPS;
+        Ok(Variation { name: name.into(), value, unit, step, machines: [at(less)?, at(more)?] })
     }
 }
 

@@ -107,7 +107,10 @@ pub(super) fn open(report: &Report<'_>) -> String {
             report.found.found.iter().filter(|own| own.open.is_some()).map(|own| &*own.unknown.name).collect();
         return match names[..] {
             [] => "All combinations of the unknowns are told.".into(),
-            _ => format!("Near the best fit all combinations of the unknowns are told; farther from it, {} is not.", listed(&names)),
+            _ => format!(
+                "Near the best fit all combinations of the unknowns are told; farther from it, {} is not.",
+                listed(&names)
+            ),
         };
     }
     let each: Vec<String> = report.found.open.iter().map(|open| report.words(&open.parts)).collect();
