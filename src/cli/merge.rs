@@ -84,6 +84,7 @@ fn study(arguments: &MergeArguments, parts: &[Part]) -> Result<Study> {
             path.display(),
             file.display()
         )),
+        Err(error @ (Error::Read { .. } | Error::Syntax { .. })) => Err(in_options(error)),
         Err(error) if arguments.study.is_some() && overrides != Overrides::default() => {
             refuse(format!("{} does not take the settings that the parts were computed with: {error}", path.display()))
         }

@@ -418,6 +418,44 @@ fn lost_motion_and_a_stiffness_that_depends_on_the_load_are_seen_in_what_is_left
     assert!(is_seen && softer > 0.0, "{softer}");
 }
 
+/// Forces in kN, and a decimal point in the wrong place.
+#[test]
+fn slips_of_the_pen_are_named_and_identify_nothing() {
+    let machine = catalogue_machine("fanuc_r2000ic");
+    let places = places(&machine, 16, 600.0, &mut Random::seed_from_u64(41));
+    let noise = Normal::new(0.0, 0.01).unwrap();
+    let mut random = Random::seed_from_u64(42);
+    let mut read: Vec<Vector3<f64>> =
+        places.iter().map(|place| displacement(&machine, place).map(|d| d + noise.sample(&mut random))).collect();
+    let keys = "unknowns = [\"arm.J1.stiffness\", \"arm.J2.stiffness\", \"arm.J3.stiffness\"]\nprofile = false\n";
+    let good = identified("fanuc_r2000ic", keys, &csv(&machine, &places, &read));
+    assert!(good.far_off.is_empty() && good.found.iter().all(|own| own.open.is_none()), "{:?}", good.far_off);
+    let thousandth = |place: &Place| Place { force: place.force * 1e-3, ..place.clone() };
+    let in_kilonewtons: Vec<Place> = places.iter().map(thousandth).collect();
+    let found = identified("fanuc_r2000ic", keys, &csv(&machine, &in_kilonewtons, &read));
+    assert!(found.found.iter().all(|own| own.open.is_some()), "{:?}", found.found);
+    read[5].y *= 10.0;
+    let found = identified("fanuc_r2000ic", keys, &csv(&machine, &places, &read));
+    let [first, ..] = &found.far_off[..] else { panic!("none is far off") };
+    assert!(first.measurement == 5 && first.column == "displacement_y_mm", "{first:?}");
+}
+
+/// A length is found wherever it is within a metre; a turn that no chain has is not.
+#[test]
+fn lengths_are_found_far_from_where_the_file_has_them() {
+    let machine = catalogue_machine("orthoglide");
+    let real = machine.with_parameters(&[("platform.tool_tip.z", machine.tool_tip.z + 130.0)]).unwrap();
+    let mut rows =
+        String::from("command_x_mm,command_y_mm,command_z_mm,force_x_N,position_x_mm,position_y_mm,position_z_mm\n");
+    for place in places(&machine, 6, 0.0, &mut Random::seed_from_u64(51)) {
+        let (p, tip) = (place.at.pose.translation, place.at.pose.transform(real.tool_tip));
+        writeln!(rows, "{:?},{:?},{:?},0,{:?},{:?},{:?}", p.x, p.y, p.z, tip.x, tip.y, tip.z).unwrap();
+    }
+    let found = identified("orthoglide", "unknowns = [\"platform.tool_tip.z\"]\nstd_mm = 0.01\n", &rows);
+    let own = &found.found[0];
+    assert!((own.value - real.tool_tip.z).abs() < 1e-6 && own.open.is_none(), "{own:?}");
+}
+
 #[test]
 fn a_prior_holds_what_the_measurements_leave_open() {
     let machine = catalogue_machine("fanuc_r2000ic");
@@ -445,6 +483,19 @@ fn data_that_cannot_be_read_are_refused_by_line_and_column() {
         (head.replace("force_x_N", "force_N") + row, "data.csv:1: force_N: unknown column; expected any of arm_J1_deg"),
         (head.replace("J2_deg", "J1_deg") + row, "data.csv:1: J1_deg: second column of this name"),
         (head.replace("J2_deg", "command_x_mm") + row, "missing beside the other two components"),
+        (
+            head.replace("J2_deg", "arm_J1_deg") + row,
+            "data.csv:1: J1_deg: says where the same drive stands as the column arm_J1_deg",
+        ),
+        (
+            head.replace("force_x_N", "force_x_N,force_y_N") + "0,14,-50,0,50,0,300,,0.1\n",
+            "data.csv:2: force_y_N: empty beside other",
+        ),
+        (format!("{head}0,14,-50,0,50,0,0,0.1\n"), "data.csv: no measurement has a load other than its reference load"),
+        (
+            head.replace("_x_mm", "_x_mm,std_mm") + "0,14,-50,0,50,0,300,0.1,1e-9\n",
+            "data.csv:2: std_mm: must be at least 1e-6",
+        ),
     ] {
         let error = open_error("fanuc_r2000ic", "unknowns = [\"arm.J1.stiffness\"]\n", &data);
         assert!(error.contains(expected), "{error}\n{expected}");
@@ -456,6 +507,14 @@ fn data_that_cannot_be_read_are_refused_by_line_and_column() {
         ("unknowns = [\"arm.J1.stiffness\"]\nfolds = 1\n", "folds: must be from 2 to 3"),
         ("unknowns = [\"arm.J*.stiffness\"]\n", "unknowns: names 6 parameters, but there are 3 readings"),
         ("unknowns = [\"arm.J1.stiffness\"]\nstd_mm = 0.0\n", "std_mm: must be greater than 0"),
+        (
+            "unknowns = [\"arm.J1.stiffness\"]\n[[identification.prior]]\nparameter = \"arm.J1.stiffness\"\nstd = 1.0\n",
+            "prior[0].std: must be at least 933.9, got 1.0",
+        ),
+        (
+            "unknowns = [\"arm.J1.stiffness\"]\n[[identification.prior]]\nparameter = \"arm.J1.stiffness\"\nvalue = inf\nstd = 1e7\n",
+            "prior[0].value: must be a number between",
+        ),
         (
             "unknowns = [\"arm.J1.stiffness\"]\n[[identification.prior]]\nparameter = \"arm.J2.stiffness\"\nstd = 1.0\n",
             "prior[0].parameter: \"arm.J2.stiffness\" is none of the unknowns",
@@ -612,13 +671,14 @@ fn a_run_leaves_a_machine_file_with_grades() {
 #[test]
 fn a_run_leaves_a_process_file_with_errors_of_chains() {
     let machine = catalogue_machine("orthoglide");
-    let sought = [("x.turn", 0.4), ("y.base.translation.z", 0.1), ("z.rail.offset", -0.2)];
+    let sought = [("x.turn", 0.4), ("x.base.turn.y", 0.3), ("y.base.translation.z", 0.1), ("z.rail.offset", -0.2)];
     let real = machine.with_parameters(&sought).unwrap();
     let places = places(&machine, 8, 400.0, &mut Random::seed_from_u64(11));
     let read: Vec<Vector3<f64>> = places.iter().map(|place| displacement(&real, place)).collect();
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).display().to_string();
-    let keys = "unknowns = [\"x.turn\", \"y.base.translation.z\", \"z.rail.offset\"]\nstd_mm = 1e-5\n";
+    let keys =
+        "unknowns = [\"x.turn\", \"x.base.turn.y\", \"y.base.translation.z\", \"z.rail.offset\"]\nstd_mm = 1e-5\n";
     let study = "schema = 2\nquestion = \"Which?\"\nmachine = \"orthoglide\"\n[identification]\ndata = \"data.csv\"\n";
     std::fs::write(at("study.toml"), format!("{study}{keys}")).unwrap();
     std::fs::write(at("data.csv"), csv(&machine, &places, &read)).unwrap();

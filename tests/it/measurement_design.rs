@@ -1,6 +1,10 @@
 //! Plans of measurements: what is chosen tells more than what is drawn, and what is promised is kept when it has been measured.
 
-use crate::support::{command::printed, engine::catalogue_machine, robot_data::robot_data};
+use crate::support::{
+    command::{printed, told},
+    engine::catalogue_machine,
+    robot_data::robot_data,
+};
 use kinetostat::{
     input::Folder,
     machine::catalogue,
@@ -101,6 +105,8 @@ fn what_is_promised_is_kept() {
     std::fs::write(at("plan/study.toml"), text).unwrap();
     let said = printed(&["design-measurements", &at("plan"), "--out", &at("out"), "--no-figures"]);
     assert!(said.contains("10 measurements will tell all 6 numbers"), "{said}");
+    // A sheet in which nothing is filled in may be written over.
+    printed(&["design-measurements", &at("plan"), "--out", &at("out"), "--no-figures"]);
     // What the machine itself would read, filled in.
     let sheet = std::fs::read_to_string(at("out/sheet.csv")).unwrap();
     let machine = catalogue_machine("fanuc_r2000ic");
@@ -116,6 +122,10 @@ fn what_is_promised_is_kept() {
         let read = model.each(&[chosen[at]]).remove(0).unwrap().values;
         filled += &format!("{}{},{},{}\n", line.trim_end_matches(','), format_args!(",{}", read[0]), read[1], read[2]);
     }
+    std::fs::write(at("out/sheet.csv"), &filled).unwrap();
+    let (code, _, error) = told(&["design-measurements", &at("plan"), "--out", &at("out"), "--no-figures"]);
+    assert!(code == Some(2) && error.contains("sheet.csv: has readings from line 2 on"), "{code:?} {error}");
+    assert_eq!(std::fs::read_to_string(at("out/sheet.csv")).unwrap(), filled);
     let found =
         identification("fanuc_r2000ic", "unknowns = [\"arm.J*.stiffness\"]\nstd_mm = 0.01\nfolds = 2\n", &filled);
     let found = identification::run(&found, &Work::default()).unwrap().unwrap();

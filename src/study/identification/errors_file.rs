@@ -1,11 +1,12 @@
 //! The process file with the errors of chains that were found: machine files have no place for them.
 
+use nalgebra::Vector3;
 use serde::Serialize;
 
 use super::{Found, IdentificationStudy, Identified};
 use crate::{
     input::{Folder, error::Result},
-    machine::{Chain, Machine},
+    machine::{Chain, ChainError, Machine},
     process::{Process, file::chain_errors::ChainErrorSpec},
 };
 
@@ -65,13 +66,19 @@ fn tables(chain: &Chain, errors: &[&Found]) -> String {
         let components = ["x", "y", "z"].map(|axis| value(&format!("{behind}.{axis}")));
         components.iter().any(Option::is_some).then(|| components.map(Option::unwrap_or_default))
     };
+    // A file has either: a turn is added to the base's as a rotation vector, as parameters are.
+    let about_drive = |turn: f64| ChainError::turn_about_drive_axis(chain, turn.to_radians()).base.angular;
+    let (turn, base) = match (value("turn"), vector("base.turn")) {
+        (Some(turn), Some(base)) => (None, Some((Vector3::from(base) + about_drive(turn).map(f64::to_degrees)).into())),
+        either => either,
+    };
     let offsets: Vec<Option<f64>> = chain.drives.iter().map(|drive| value(&format!("{}.offset", drive.name))).collect();
     let has_offsets = offsets.iter().any(Option::is_some);
     let spec = ChainErrorSpec {
         chain: chain.name.clone(),
-        turn_about_drive_axis_deg: value("turn"),
+        turn_about_drive_axis_deg: turn,
         base_translation_mm: vector("base.translation"),
-        base_rotation_deg: vector("base.turn"),
+        base_rotation_deg: base,
         end_translation_mm: vector("end.translation"),
         end_rotation_deg: vector("end.turn"),
         drive_offsets_mm_or_deg: has_offsets.then(|| offsets.into_iter().map(Option::unwrap_or_default).collect()),

@@ -78,6 +78,8 @@ pub struct Fit {
     pub covariance: DMatrix<f64>,
     /// Directions of coordinates that are not told at all, unit vectors.
     pub untold: Vec<DVector<f64>>,
+    /// By how much robust losses make the covariance larger than that of squares.
+    pub inflation: f64,
     /// Information `JᵀWJ` of the readings in standard deviations, with priors.
     pub information: DMatrix<f64>,
     /// Steps taken.
@@ -114,16 +116,28 @@ impl Search<'_> {
         while steps < STEPS {
             let r = (&values - &predicted.values).component_div(&given) / scale;
             let (mut information, mut gradient) = self.normal(&predicted, &r, &given, scale, &x);
-            let is_held = |k: &usize| self.unknowns[*k].is_at_end(x[*k]) && gradient[*k] * x[*k] > 0.0;
-            let held: Vec<usize> = (0..x.len()).filter(is_held).collect();
-            for k in held {
-                information.row_mut(k).fill(0.0);
-                information.column_mut(k).fill(0.0);
-                gradient[k] = 0.0;
+            // At the end of where it is sought, an unknown that would go farther stays.
+            let mut held = vec![false; x.len()];
+            let (mut told, mut whole);
+            loop {
+                told = SymmetricEigen::new(information.clone());
+                whole = damped_step(&told, &gradient, 0.0);
+                let goes_out = |k: &usize| {
+                    let is_outward = whole[*k] * x[*k] > 0.0 || gradient[*k] * x[*k] > 0.0;
+                    !held[*k] && self.unknowns[*k].is_at_end(x[*k]) && is_outward
+                };
+                let next: Vec<usize> = (0..x.len()).filter(goes_out).collect();
+                if next.is_empty() {
+                    break;
+                }
+                for k in next {
+                    held[k] = true;
+                    information.row_mut(k).fill(0.0);
+                    information.column_mut(k).fill(0.0);
+                    gradient[k] = 0.0;
+                }
             }
-            let told = SymmetricEigen::new(information);
             let cost = self.cost(&r, &x);
-            let whole = damped_step(&told, &gradient, 0.0);
             let gain = whole.dot(&gradient);
             if gain <= FOUND * (1.0 + cost) || whole.amax() <= LEAST_STEP {
                 is_found = true;
@@ -240,6 +254,7 @@ impl Search<'_> {
             residuals,
             weights,
             covariance,
+            inflation,
             untold,
             information,
             steps,
@@ -261,6 +276,21 @@ fn damped_step(told: &SymmetricEigen<f64, nalgebra::Dyn>, gradient: &DVector<f64
 }
 
 impl Fit {
+    /// Slopes of some readings over their standard deviations, with their weights.
+    pub(super) fn weighted_slopes(&self, first: usize, count: usize) -> DMatrix<f64> {
+        let mut slopes = self.predicted.slopes.rows(first, count).into_owned();
+        for (i, mut row) in slopes.row_iter_mut().enumerate() {
+            row *= self.weights[first + i].sqrt() / self.stds[first + i];
+        }
+        slopes
+    }
+
+    /// How much of some readings' predictions is told by themselves, as a matrix.
+    pub(super) fn hat(&self, first: usize, count: usize) -> DMatrix<f64> {
+        let own = self.weighted_slopes(first, count);
+        &own * &self.covariance * own.transpose() / self.inflation
+    }
+
     /// How an unknown enters the directions that are not told: 0 where not at all.
     pub fn untold_part(&self, unknown: usize) -> f64 {
         self.untold.iter().map(|direction| direction[unknown] * direction[unknown]).sum::<f64>().sqrt()

@@ -11,6 +11,14 @@ pub(super) struct MachineFile {
     pub text: Option<String>,
     /// Names of those without a place.
     pub left_out: Vec<String>,
+    /// Why there is no text, although something was identified.
+    pub problem: Option<String>,
+}
+
+impl MachineFile {
+    fn none(left_out: Vec<String>, problem: Option<String>) -> Self {
+        Self { text: None, left_out, problem }
+    }
 }
 
 /// Components of vectors and intervals, by the last part of a parameter's name.
@@ -20,9 +28,14 @@ const ROWS: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
 
 /// Writes what was identified, and what was not where it could be: a value that fits, though others do as well, is not written.
 pub(super) fn write(study: &IdentificationStudy, found: &Identified) -> MachineFile {
-    let Ok(mut document) = study.machine_text.parse::<DocumentMut>() else {
-        return MachineFile { text: None, left_out: found.found.iter().map(|own| own.unknown.name.clone()).collect() };
+    let mut document = match study.machine_text.parse::<DocumentMut>() {
+        Ok(document) => document,
+        Err(fault) => {
+            let names = found.found.iter().map(|own| own.unknown.name.clone()).collect();
+            return MachineFile::none(names, Some(fault.to_string()));
+        }
     };
+    tables_of_provenance(&mut document);
     let (mut written, mut left_out) = (Vec::new(), Vec::new());
     for own in found.found.iter().filter(|own| own.open.is_none()) {
         let name = &own.unknown.name;
@@ -34,7 +47,7 @@ pub(super) fn write(study: &IdentificationStudy, found: &Identified) -> MachineF
         }
     }
     if written.is_empty() {
-        return MachineFile { text: None, left_out };
+        return MachineFile::none(left_out, None);
     }
     for own in &written {
         remove_provenance(&mut document, &own.unknown.name);
@@ -49,13 +62,15 @@ pub(super) fn write(study: &IdentificationStudy, found: &Identified) -> MachineF
         back == Some(own.value)
     };
     let lost: Vec<String> = written.iter().filter(|own| !is_there(own)).map(|own| own.unknown.name.clone()).collect();
-    match lost.is_empty() {
-        true => MachineFile { text: Some(text), left_out },
-        false => MachineFile {
-            text: None,
-            left_out: [left_out, written.iter().map(|own| own.unknown.name.clone()).collect()].concat(),
-        },
+    if lost.is_empty() {
+        return MachineFile { text: Some(text), left_out, problem: None };
     }
+    let problem = match &read_back {
+        Err(fault) => fault.to_string(),
+        Ok(_) => format!("{} would not be read back as it was found", lost.join(", ")),
+    };
+    let all = [left_out, written.iter().map(|own| own.unknown.name.clone()).collect()].concat();
+    MachineFile::none(all, Some(problem))
 }
 
 /// Sets the number of the parameter `name` at `key`, such as `chain[0].elements[2].beam.length_mm`.
@@ -95,16 +110,30 @@ fn with_decor(old: &Value, number: f64) -> Value {
     new
 }
 
+/// Provenance that is written as a list in one line becomes tables, to which others can be added.
+fn tables_of_provenance(document: &mut DocumentMut) {
+    if let Some(item) = document.remove("provenance") {
+        let item = item.into_array_of_tables().map_or_else(|item| item, Item::ArrayOfTables);
+        document.insert("provenance", item);
+    }
+}
+
 /// What was said of the parameter `name` alone is no longer so.
 fn remove_provenance(document: &mut DocumentMut, name: &str) {
     let Some(tables) = document.get_mut("provenance").and_then(Item::as_array_of_tables_mut) else { return };
-    for table in tables.iter_mut() {
+    let mut emptied = Vec::new();
+    for (number, table) in tables.iter_mut().enumerate() {
         if let Some(names) = table.get_mut("parameters").and_then(Item::as_array_mut) {
+            let before = names.len();
             names.retain(|own| own.as_str() != Some(name));
+            if names.is_empty() && before > 0 {
+                emptied.push(number);
+            }
         }
     }
-    let is_empty = |table: &Table| table.get("parameters").and_then(Item::as_array).is_some_and(|own| own.is_empty());
-    tables.retain(|table| !is_empty(table));
+    for number in emptied.into_iter().rev() {
+        tables.remove(number);
+    }
 }
 
 fn add_provenance(document: &mut DocumentMut, study: &IdentificationStudy, own: &Found) {

@@ -162,7 +162,7 @@ struct Cells<'a> {
 }
 
 /// Readings are not known better than this, mm or degrees: a nanometre.
-const LEAST_STD: f64 = 1e-6;
+pub(super) const LEAST_STD: f64 = 1e-6;
 
 impl Cells<'_> {
     fn get(&self, column: &str) -> Option<f64> {
@@ -296,7 +296,7 @@ fn measurement(
 
 /// Where the machine of the study stands.
 ///
-/// Where something was read, it stood, whatever the machine file has as travel.
+/// Where something was read the drives stood, whatever the machine file has as travel.
 fn place(
     cells: &Cells<'_>,
     drives: &[Vec<(String, f64)>],

@@ -272,12 +272,18 @@ fn why_open(study: &IdentificationStudy, fit: &Fit, k: usize, half_width: f64) -
                 "the smaller the better it fits, a thousandth of what the machine file says or less".into()
             }
             Coordinate::Linear(scale) => {
-                format!("it fits best {:.0} {} or more from what the machine file says", scale * x.abs(), unknown.unit)
+                format!("it fits best {:?} {} or more from what the machine file says", scale * x.abs(), unknown.unit)
             }
         });
     }
     if !fit.is_found {
         return Some("the search did not end".into());
+    }
+    // One that is told, and would go farther, holds the others where they do not fit best.
+    let quantile = quantile::half_width(free(study, fit));
+    let is_stuck = |own: &usize| study.unknowns[*own].is_at_end(fit.x[*own]) && quantile * fit.std(*own) <= WIDE;
+    if let Some(stuck) = (0..fit.x.len()).find(is_stuck) {
+        return Some(format!("{} would fit better where it is not sought", study.unknowns[stuck].name));
     }
     if half_width <= WIDE {
         return None;

@@ -85,7 +85,7 @@ impl<'a> Profile<'a> {
                 Some((out, _)) => 0.5 * (inside + out),
             };
         }
-        Some(self.fit.x[k] + side * at)
+        outside.map(|_| self.fit.x[k] + side * at)
     }
 
     /// The root of twice the rise of what is left, the others fitted anew with unknown `k` at `x`.
@@ -109,6 +109,10 @@ impl<'a> Profile<'a> {
         let (x_found, residuals) = match kept.is_empty() {
             false => {
                 let found = search.fit(self.measurements, &start).map_err(|(_, failure)| failure)?;
+                if !found.is_found {
+                    // What is left might be less: this place is no limit.
+                    return Ok(0.0);
+                }
                 (found.x, found.residuals)
             }
             true => {

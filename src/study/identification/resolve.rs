@@ -3,7 +3,7 @@
 use super::{
     IdentificationStudy,
     fit::Noise,
-    measurements::{self, Measurement, Reading, WhatFor},
+    measurements::{self, LEAST_STD, Measurement, Reading, WhatFor},
     spec::{IdentificationSpec, PriorSpec},
     unknown::{Unknown, unknowns},
 };
@@ -86,8 +86,14 @@ pub(super) fn resolve(spec: &IdentificationSpec, given: &Given<'_>) -> Result<Re
 
 /// Either all noise is known or none, and of rotations beside lengths it is known.
 fn noise(spec: &IdentificationSpec, measured: &[Measurement], check: &Check) -> Result<Noise> {
-    let length = check.key("std_mm").optional_positive(spec.std_mm)?;
-    let rotation = check.key("std_deg").optional_positive(spec.std_deg)?.map(f64::to_radians);
+    for (key, std) in [("std_mm", spec.std_mm), ("std_deg", spec.std_deg)] {
+        if let Some(std) = check.key(key).optional_positive(std)?
+            && std < LEAST_STD
+        {
+            return check.key(key).fail(format!("must be at least {LEAST_STD:e}, got {std:e}"));
+        }
+    }
+    let (length, rotation) = (spec.std_mm, spec.std_deg.map(f64::to_radians));
     let readings = || measured.iter().flat_map(|measurement| &measurement.readings);
     let lacks = |is_rotation: bool| {
         readings().any(|reading| reading.quantity.is_rotation() == is_rotation && reading.std.is_none())

@@ -45,10 +45,11 @@ impl Unknown {
         Ok(Self { name, unit, start, coordinate })
     }
 
-    /// How far from the start it is sought, in its coordinate: a factor of a thousand; a metre or all angles.
+    /// How far from the start it is sought, in its coordinate: a factor of a thousand; a metre; an angle that is still an error.
     pub(super) fn farthest(&self) -> f64 {
         match self.coordinate {
             Coordinate::Logarithm => 7.0,
+            Coordinate::Linear(_) if self.unit == Unit::DEG => 29.0,
             Coordinate::Linear(_) => 1000.0,
         }
     }
@@ -62,7 +63,7 @@ impl Unknown {
     pub(super) fn longest_step(&self) -> f64 {
         match self.coordinate {
             Coordinate::Logarithm => 1.0,
-            Coordinate::Linear(_) => 10.0,
+            Coordinate::Linear(_) => 50.0,
         }
     }
 

@@ -10,7 +10,7 @@ use super::{
 use crate::{input::error::Result, study::Failure, work::Work};
 
 /// A reading of which less than this is told by others is not predicted without its own measurement.
-const OWN: f64 = 1e-6;
+pub(super) const OWN: f64 = 1e-6;
 
 /// RMS of residuals, of all readings and of each measurement's.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,16 +21,11 @@ pub struct Errors {
 
 /// Residuals of each measurement as predicted by the others: by the linear equations of the fit, `(1 − H)⁻¹ r` block by block.
 pub fn left_one_out(fit: &Fit, measurements: &[Measurement]) -> Errors {
-    let mut slopes = fit.predicted.slopes.clone();
-    for (i, mut row) in slopes.row_iter_mut().enumerate() {
-        row *= fit.weights[i].sqrt() / fit.stds[i];
-    }
     let mut residuals = Vec::with_capacity(fit.residuals.len());
     let mut first = 0;
     for measurement in measurements {
         let count = measurement.readings.len();
-        let own = slopes.rows(first, count);
-        let hat = own * &fit.covariance * own.transpose();
+        let hat = fit.hat(first, count);
         let scaled = DVector::from_fn(count, |i, _| {
             fit.residuals[first + i] * fit.weights[first + i].sqrt() / fit.stds[first + i]
         });

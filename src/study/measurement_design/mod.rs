@@ -70,8 +70,6 @@ pub struct Plan {
 
 /// Nothing is known of an unknown beforehand but that it is within a factor of e^1000, 1000 mm, 1000 degrees.
 const NOTHING_KNOWN: f64 = 1e-6;
-/// Half an interval from which an unknown may be anything: a share of what is taken to be known beforehand.
-pub(super) const ANYTHING: f64 = 100.0;
 
 impl MeasurementDesignStudy {
     fn rows(&self, model: &LoadedModel, asked: &[Measurement]) -> Vec<std::result::Result<DMatrix<f64>, Failure>> {

@@ -9,3 +9,4 @@ mod tables;
 mod text;
 
 pub use answer::answer;
+pub(crate) use text::{ANYTHING, half_width};

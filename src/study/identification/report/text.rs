@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     report::words::{counted, listed, millimetres, percent},
-    study::identification::{Coordinate, FarOff, Found, LossSpec, Model, Pattern, Reading},
+    study::identification::{Coordinate, FarOff, Found, LossSpec, Model, Pattern, Reading, Unknown},
 };
 
 fn number(value: f64) -> String {
@@ -33,17 +33,27 @@ pub(super) fn value(own: &Found) -> String {
 /// Most numbers that a sentence has.
 const FEW: usize = 3;
 
+/// Half an interval of an unknown in words: of a logarithm in percent, as long as that says something.
+pub(crate) fn half_width(unknown: &Unknown, width: f64) -> String {
+    match unknown.coordinate {
+        Coordinate::Logarithm if width > 7.0 => "any size".into(),
+        Coordinate::Linear(_) if width > ANYTHING => "any size".into(),
+        Coordinate::Logarithm if width > 0.5 => format!("within a factor of {:.1}", width.exp()),
+        Coordinate::Logarithm => format!("±{}", percent(width)),
+        Coordinate::Linear(scale) => format!("±{} {}", number(width * scale), unknown.unit).trim_end().into(),
+    }
+}
+
+/// Half an interval, in units of a coordinate, from which an unknown may be anything.
+pub(crate) const ANYTHING: f64 = 100.0;
+
 /// A number that was identified, with half its interval.
 pub(super) fn about(own: &Found) -> String {
     let unit = match own.unknown.unit.to_string() {
         unit if unit.is_empty() => unit,
         unit => format!(" {unit}"),
     };
-    let width = match own.unknown.coordinate {
-        Coordinate::Logarithm => format!("{unit} ±{}", percent(own.half_width)),
-        Coordinate::Linear(scale) => format!(" ±{}{unit}", number(own.half_width * scale)),
-    };
-    format!("{} {}{width}", own.unknown.name, number(own.value))
+    format!("{} {}{unit} {}", own.unknown.name, number(own.value), half_width(&own.unknown, own.half_width))
 }
 
 /// What was identified, in part of a sentence: the first of many.
@@ -103,12 +113,13 @@ pub(super) fn patterns(report: &Report<'_>) -> String {
 /// What is open, and what would tell most of it.
 pub(super) fn open(report: &Report<'_>) -> String {
     if report.found.open.is_empty() {
-        let names: Vec<&str> =
-            report.found.found.iter().filter(|own| own.open.is_some()).map(|own| &*own.unknown.name).collect();
+        let all: Vec<&Found> = report.found.found.iter().filter(|own| own.open.is_some()).collect();
+        let names: Vec<&str> = all.iter().map(|own| &*own.unknown.name).collect();
+        let farther = if all.iter().all(|own| own.profile.is_some()) { " near the best fit" } else { "" };
         return match names[..] {
             [] => "All combinations of the unknowns are told.".into(),
             _ => format!(
-                "Near the best fit all combinations of the unknowns are told; farther from it, {} is not.",
+                "All combinations of the unknowns are told{farther}; not identified all the same: {}.",
                 listed(&names)
             ),
         };
@@ -148,7 +159,10 @@ pub(super) fn models(report: &Report<'_>) -> String {
             format!("{} ({unknowns}): fitted {}, predicted {predicted}", model.name, shown(model.fitted_mm))
         })
         .collect();
-    format!("RMS of what is left in {} parts: {}.", report.study.folds, lines.join("; "))
+    match report.study.folds {
+        0 | 1 => format!("RMS of what is left: {}.", lines.join("; ")),
+        folds => format!("RMS of what is left in {folds} parts: {}.", lines.join("; ")),
+    }
 }
 
 /// A model that leaves more than this share of what was measured does not follow it.
@@ -169,12 +183,11 @@ fn far_off(report: &Report<'_>) -> Option<String> {
         more => format!(" and {more} more"),
     };
     let what = counted(all.len(), "reading");
-    (!all.is_empty()).then(|| {
-        format!(
-            "{what} far off all others: {}{more}; look there, or let such count less (loss = \"cauchy\").",
-            named.join(", ")
-        )
-    })
+    let advice = match report.study.loss {
+        LossSpec::Squares => "; look there, or let such count less (loss = \"cauchy\")",
+        LossSpec::Huber | LossSpec::Cauchy => "",
+    };
+    (!all.is_empty()).then(|| format!("{what} far off all others: {}{more}{advice}.", named.join(", ")))
 }
 
 /// Numbers that fit best where they are no longer sought.
@@ -253,7 +266,14 @@ pub(super) fn cautions(report: &Report<'_>) -> String {
 /// Everything the answer says.
 pub(super) fn details(report: &Report<'_>) -> String {
     let mut file = match (&report.file.text, report.file.left_out.is_empty()) {
-        (None, _) => "No machine file was written: nothing that was identified has a place in it.".to_string(),
+        (None, _) => {
+            let nothing = if report.known().next().is_none() {
+                "nothing was identified"
+            } else {
+                "nothing that was identified has a place in it"
+            };
+            format!("No machine file was written: {}.", report.file.problem.as_deref().unwrap_or(nothing))
+        }
         (Some(_), true) => format!("{MACHINE} has what was identified."),
         (Some(_), false) => {
             format!("{MACHINE} has what was identified but {}.", report.file.left_out.join(", "))

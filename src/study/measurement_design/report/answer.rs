@@ -1,6 +1,6 @@
 //! A plan of measurements into its folder.
 
-use std::path::Path;
+use std::{io::ErrorKind, path::Path};
 
 use serde_json::json;
 
@@ -18,6 +18,7 @@ use crate::{
     report::{Manifest, Output, Run, page::Description},
     study::{
         SOLVED,
+        identification::Reading,
         measurement_design::{MeasurementDesignStudy, run},
     },
 };
@@ -25,26 +26,34 @@ use crate::{
 /// What the person at the machine fills in.
 const SHEET: &str = "sheet.csv";
 
-/// Refuses to write over a sheet in which somebody has filled in what was read.
-fn refuse_to_lose_readings(study: &MeasurementDesignStudy, sheet: &Path) -> Result<()> {
-    let Ok(bytes) = std::fs::read(sheet) else { return Ok(()) };
-    let Ok(rows) = csv_rows::read(&bytes) else { return Ok(()) };
-    let Some((header, rows)) = rows.split_first() else { return Ok(()) };
-    let columns = study.candidates.first().map_or(&[][..], |own| &own.readings);
-    let is_reading =
-        |i: usize| header.fields.get(i).is_some_and(|name| columns.iter().any(|own| own.column.as_bytes() == name));
+/// Refuses to write over a sheet in which somebody has filled in what was read, or that cannot be understood.
+fn refuse_to_lose_readings(sheet: &Path) -> Result<()> {
+    let bytes = match std::fs::read(sheet) {
+        Err(fault) if fault.kind() == ErrorKind::NotFound => return Ok(()),
+        read => read.map_err(|source| Error::Read { file: sheet.to_path_buf(), source })?,
+    };
+    let refuse = |what: String| {
+        let problem = format!(
+            "{what}, and a new plan would write over it: move it to where the identification reads it, or choose another folder"
+        );
+        Err(Error::Argument { argument: sheet.display().to_string(), problem })
+    };
+    let rows = csv_rows::read(&bytes).unwrap_or_default();
+    let Some((header, rows)) =
+        rows.split_first().filter(|(header, _)| header.fields.iter().any(|name| name == b"pose"))
+    else {
+        return refuse("is no sheet as it was written".into());
+    };
+    let columns: Vec<Reading> = Reading::all_to_come();
+    let is_reading = |i: usize| {
+        let is = |name: &[u8]| name.starts_with(b"gauge") || columns.iter().any(|own| own.column.as_bytes() == name);
+        header.fields.get(i).is_some_and(is)
+    };
     let is_filled =
         |row: &csv_rows::Row| row.fields.iter().enumerate().any(|(i, cell)| is_reading(i) && !cell.is_empty());
     match rows.iter().find(|row| is_filled(row)) {
         None => Ok(()),
-        Some(row) => Err(Error::Argument {
-            argument: sheet.display().to_string(),
-            problem: format!(
-                "has readings from line {} on, which a new plan would write over: move it to where the identification reads it, or \
-                 choose another folder",
-                csv_rows::line_number(&bytes, row.span.start)
-            ),
-        }),
+        Some(row) => refuse(format!("has readings from line {} on", csv_rows::line_number(&bytes, row.span.start))),
     }
 }
 
@@ -53,7 +62,7 @@ fn refuse_to_lose_readings(study: &MeasurementDesignStudy, sheet: &Path) -> Resu
 /// # Errors
 /// Of the work.
 pub fn answer(study: &MeasurementDesignStudy, asked: &Run<'_>) -> Result<Output> {
-    refuse_to_lose_readings(study, &asked.out.join(SHEET))?;
+    refuse_to_lose_readings(&asked.out.join(SHEET))?;
     let settings = json!({
         "candidates": study.candidates.len(), "unknowns": study.unknowns.len(), "count": study.count, "draws": study.draws
     });

@@ -2,7 +2,10 @@
 
 use serde_json::{Value, json};
 
-use crate::study::measurement_design::{MeasurementDesignStudy, Plan, Widths};
+use crate::study::{
+    identification::report::ANYTHING,
+    measurement_design::{MeasurementDesignStudy, Plan, Widths},
+};
 
 /// What was asked and found.
 pub(super) struct Report<'a> {
@@ -43,8 +46,12 @@ impl Report<'_> {
 
 /// The answer for programs.
 pub(super) fn json(report: &Report<'_>) -> Value {
-    let of =
-        |widths: Option<&Widths>| widths.map(|own| json!({ "half_widths": own.each, "tested_rms_mm": own.tested_mm }));
+    let of = |widths: Option<&Widths>| {
+        widths.map(|own| {
+            let each: Vec<Option<f64>> = own.each.iter().map(|&width| (width <= ANYTHING).then_some(width)).collect();
+            json!({ "half_widths": each, "tested_rms_mm": own.tested_mm })
+        })
+    };
     let Report { study, plan } = report;
     json!({
         "schema": 1,

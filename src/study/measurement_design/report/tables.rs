@@ -6,10 +6,7 @@ use super::{
 };
 use crate::{
     report::exchange::{Cell, Column, Row, Table, cells, counts, numbers, texts},
-    study::{
-        SOLVED,
-        measurement_design::{ANYTHING, MeasurementDesignStudy},
-    },
+    study::{SOLVED, identification::report::ANYTHING, measurement_design::MeasurementDesignStudy},
 };
 
 /// All tables without rows, where there is no answer.

@@ -2,23 +2,9 @@
 
 use super::summary::Report;
 use crate::{
-    report::words::{counted, listed, millimetres, percent},
-    study::{
-        identification::Coordinate,
-        measurement_design::{ANYTHING, Widths},
-    },
+    report::words::{counted, listed, millimetres},
+    study::{identification::report::half_width, measurement_design::Widths},
 };
-
-/// Half an interval of an unknown in words: of a logarithm in percent, as long as that says something.
-pub(super) fn half_width(report: &Report<'_>, unknown: usize, width: f64) -> String {
-    match report.study.unknowns[unknown].coordinate {
-        Coordinate::Logarithm if width > 7.0 => "any size".into(),
-        _ if width > ANYTHING => "any size".into(),
-        Coordinate::Logarithm if width > 0.5 => format!("a factor of {:.1}", width.exp()),
-        Coordinate::Logarithm => format!("±{}", percent(width)),
-        Coordinate::Linear(scale) => format!("±{:.3} {}", width * scale, report.study.unknowns[unknown].unit),
-    }
-}
 
 /// What the plan was chosen for, where that is how well the tool is predicted.
 pub(super) fn tested_at_a_glance(report: &Report<'_>) -> Option<String> {
@@ -30,7 +16,7 @@ pub(super) fn tested_at_a_glance(report: &Report<'_>) -> Option<String> {
 
 fn widest(report: &Report<'_>, widths: Option<&Widths>) -> Option<(usize, String)> {
     let (unknown, width) = widths?.widest()?;
-    Some((unknown, half_width(report, unknown, width)))
+    Some((unknown, half_width(&report.study.unknowns[unknown], width)))
 }
 
 /// How far the least known of the unknowns will be known.
@@ -67,7 +53,7 @@ pub(super) fn open(report: &Report<'_>) -> String {
 pub(super) fn target(report: &Report<'_>) -> Option<String> {
     let target = report.study.target?;
     let (chosen, all) = (report.plan.chosen.len(), counted(report.study.unknowns.len(), "unknown"));
-    let to = format!("{} of a factor, {target} mm or {target}°", percent(target));
+    let to = format!("a factor of {:.3}, {target} mm or {target}°", target.exp());
     Some(match report.enough() {
         Some(0) => format!("{all} known within {to} before anything is measured."),
         Some(enough) => format!("The first {enough} of {chosen} are enough to know {all} within {to}."),
@@ -79,8 +65,10 @@ pub(super) fn target(report: &Report<'_>) -> Option<String> {
 pub(super) fn parameters(report: &Report<'_>) -> Vec<String> {
     let Some(reached) = report.reached() else { return Vec::new() };
     let line = |(k, width): (usize, &f64)| {
-        let random = report.random().map(|random| format!(" (random: {})", half_width(report, k, random.each[k])));
-        format!("{}: {}{}", report.name(k), half_width(report, k, *width), random.unwrap_or_default())
+        let random = report
+            .random()
+            .map(|random| format!(" (random: {})", half_width(&report.study.unknowns[k], random.each[k])));
+        format!("{}: {}{}", report.name(k), half_width(&report.study.unknowns[k], *width), random.unwrap_or_default())
     };
     reached.each.iter().enumerate().map(line).collect()
 }
