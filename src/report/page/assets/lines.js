@@ -79,7 +79,10 @@ function lineView(article, data, viewName) {
     heading.textContent = title + (isLog ? " (logarithmic scale)" : "");
     // Names stand beside the chart, one below the other, where there is room for them.
     const place = isNamed ? namedAxis() : {};
-    const size = isLog ? { type: "log", exponentformat: "power", nticks: isNamed ? 4 : 8 } : { rangemode: "tozero", nticks: isNamed ? 4 : 8 };
+    const nticks = isNamed ? 4 : 8;
+    // Whole powers of ten: what stands between them does not fit a narrow page.
+    const powers = Math.log10(high / Math.max(low, 0.5 * floor)) / nticks;
+    const size = isLog ? { type: "log", exponentformat: "power", dtick: Math.max(1, Math.ceil(powers)) } : { rangemode: "tozero", nticks };
     // What is rounding sets no axis.
     if (isLog && low < floor) size.range = [Math.log10(0.5 * floor), Math.log10(2 * high)];
     const isNothing = found.length > 0 && Math.max(Math.abs(low), Math.abs(high)) <= floor;
