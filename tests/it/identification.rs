@@ -62,6 +62,13 @@ fn displacement(machine: &Machine, place: &Place) -> Vector3<f64> {
     machine.tool_displacement(&rest, &settle(Wrench { force: place.force, moment }))
 }
 
+/// Displacements as they are read with noise of this size, mm.
+fn read_with_noise(machine: &Machine, places: &[Place], std_mm: f64, seed: u64) -> Vec<Vector3<f64>> {
+    let noise = Normal::new(0.0, std_mm).unwrap();
+    let mut random = Random::seed_from_u64(seed);
+    places.iter().map(|place| displacement(machine, place).map(|d| d + noise.sample(&mut random))).collect()
+}
+
 /// A file of measurements.
 fn csv(machine: &Machine, places: &[Place], displacements: &[Vector3<f64>]) -> String {
     let units = machine.drives().map(|(_, drive)| if drive.motion.position_unit() == "mm" { "mm" } else { "rad" });
@@ -359,10 +366,7 @@ fn backlash_that_was_put_in_is_found_again() {
 fn profiles_agree_with_linear_intervals_where_these_are_narrow_and_not_where_they_are_wide() {
     let machine = catalogue_machine("fanuc_r2000ic");
     let places = places(&machine, 10, 800.0, &mut Random::seed_from_u64(11));
-    let noise = Normal::new(0.0, 0.02).unwrap();
-    let mut random = Random::seed_from_u64(12);
-    let read: Vec<Vector3<f64>> =
-        places.iter().map(|place| displacement(&machine, place).map(|d| d + noise.sample(&mut random))).collect();
+    let read = read_with_noise(&machine, &places, 0.02, 12);
     let data = csv(&machine, &places, &read);
     let names = ["arm.J1.stiffness", "arm.J6.stiffness"];
     let ends = |std: f64| {
@@ -423,10 +427,7 @@ fn lost_motion_and_a_stiffness_that_depends_on_the_load_are_seen_in_what_is_left
 fn slips_of_the_pen_are_named_and_identify_nothing() {
     let machine = catalogue_machine("fanuc_r2000ic");
     let places = places(&machine, 16, 600.0, &mut Random::seed_from_u64(41));
-    let noise = Normal::new(0.0, 0.01).unwrap();
-    let mut random = Random::seed_from_u64(42);
-    let mut read: Vec<Vector3<f64>> =
-        places.iter().map(|place| displacement(&machine, place).map(|d| d + noise.sample(&mut random))).collect();
+    let mut read = read_with_noise(&machine, &places, 0.01, 42);
     let keys = "unknowns = [\"arm.J1.stiffness\", \"arm.J2.stiffness\", \"arm.J3.stiffness\"]\nprofile = false\n";
     let good = identified("fanuc_r2000ic", keys, &csv(&machine, &places, &read));
     assert!(good.far_off.is_empty() && good.found.iter().all(|own| own.open.is_none()), "{:?}", good.far_off);

@@ -296,7 +296,11 @@ fn what_does_not_belong_together_is_named() {
     mixed.push(named(9, &computed(&study, 2, &[], 1)[1]).unwrap());
     refused(mixed, &study, "part_9: is part 2 of 2, part_1 is part 1 of 3: expected parts of one division");
     let other = written(folder.path(), &SUPERPOSITION.replace("= 215.0", "= 216.0"));
-    refused(all(&[1, 2, 3]), &other, "and was computed from other inputs: its study.toml has the SHA-256 ");
+    refused(
+        all(&[1, 2, 3]),
+        &other,
+        "part_1: is a part of study and was computed from other inputs: its study.toml has the SHA-256 ",
+    );
     let foreign = study.part(share(2, 3), Vec::new(), Some("version 0"), stop(), |_| ()).unwrap();
     let mut mixed = all(&[1, 3]);
     mixed.push(named(2, &foreign).unwrap());

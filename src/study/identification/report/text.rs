@@ -58,12 +58,17 @@ pub(super) fn about(own: &Found) -> String {
 
 /// What was identified, in part of a sentence: the first of many.
 pub(super) fn few(report: &Report<'_>) -> String {
-    let all: Vec<String> = report.known().map(about).collect();
-    let more = match all.len().saturating_sub(FEW) {
+    first(FEW, report.known().map(about))
+}
+
+/// The first of `all` by name, and how many there are more.
+fn first(most: usize, all: impl Iterator<Item = String>) -> String {
+    let all: Vec<String> = all.collect();
+    let more = match all.len().saturating_sub(most) {
         0 => String::new(),
         more => format!(" and {more} more"),
     };
-    format!("{}{more}", all[..all.len().min(FEW)].join(", "))
+    format!("{}{more}", all[..all.len().min(most)].join(", "))
 }
 
 /// Each unknown, in a line.
@@ -177,17 +182,12 @@ fn far_off(report: &Report<'_>) -> Option<String> {
         let unit = if own.column.ends_with("deg") { "°" } else { "mm" };
         format!("{} of {} by {:.3} {unit}", own.column, report.study.place(own.measurement), own.by)
     };
-    let named: Vec<String> = all.iter().take(NAMED).map(said).collect();
-    let more = match all.len().saturating_sub(NAMED) {
-        0 => String::new(),
-        more => format!(" and {more} more"),
-    };
     let what = counted(all.len(), "reading");
     let advice = match report.study.loss {
         LossSpec::Squares => "; look there, or let such count less (loss = \"cauchy\")",
         LossSpec::Huber | LossSpec::Cauchy => "",
     };
-    (!all.is_empty()).then(|| format!("{what} far off all others: {}{more}{advice}.", named.join(", ")))
+    (!all.is_empty()).then(|| format!("{what} far off all others: {}{advice}.", first(NAMED, all.iter().map(said))))
 }
 
 /// Numbers that fit best where they are no longer sought.
