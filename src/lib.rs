@@ -62,6 +62,8 @@
 
 #![warn(missing_docs)]
 
+#[cfg(test)]
+mod cases;
 pub mod compensation;
 pub mod input;
 mod lanes;

@@ -252,6 +252,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(crate::cases::cases(128))]
+
         #[test]
         fn lanes_have_the_bits_of_a_single_number(values in angles()) {
             for level in Level::available() {

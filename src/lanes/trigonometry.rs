@@ -138,6 +138,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(crate::cases::cases(256))]
+
         #[test]
         fn sine_and_cosine_are_the_librarys(x in -7.0..7.0f64, far in -2e5..2e5f64) {
             assert_near_library(x);

@@ -148,6 +148,8 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
+        #![proptest_config(crate::cases::cases(128))]
+
         #[test]
         fn log_inverts_exp(x in -1.0..1.0f64, y in -1.0..1.0f64, z in -1.0..1.0f64, angle in 0.0..3.1f64) {
             let v = Vector3::new(x, y, z);

@@ -90,6 +90,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(crate::cases::cases(128))]
+
         /// A matrix whose columns are those of `left` mixed, and its rows those of `right`.
         #[test]
         fn a_matrix_of_known_rank_is_taken_apart(

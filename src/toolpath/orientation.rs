@@ -71,6 +71,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(crate::cases::cases(128))]
+
         #[test]
         fn a_tool_turns_evenly_from_one_orientation_to_the_next(a in unit(), b in unit(), c in unit(), t in 0.0..1.0f64) {
             prop_assume!(a.dot(&b) > -0.999);

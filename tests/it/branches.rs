@@ -3,6 +3,7 @@
 
 use std::{collections::HashSet, f64::consts::FRAC_PI_2};
 
+use crate::support::cases::cases;
 use crate::support::command::told;
 use crate::support::{engine::*, machines::machine_file};
 use kinetostat::{

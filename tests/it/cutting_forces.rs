@@ -12,7 +12,7 @@ use kinetostat::{
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
 
-use crate::support::engine::cases;
+use crate::support::cases::cases;
 
 const LINEAR: EdgeLaw = EdgeLaw::Linear {
     tangential: EdgeForce { cutting: 767.0, edge: 27.7 },

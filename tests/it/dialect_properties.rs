@@ -10,6 +10,8 @@ use kinetostat::toolpath::{
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
+use crate::support::cases::cases;
+
 type P = [f64; 3];
 
 /// A move: straight, or round a centre from an angle by another.
@@ -476,11 +478,7 @@ const HEIDENHAIN: &[&str] = &[
 ];
 
 proptest! {
-    #![proptest_config(ProptestConfig {
-        cases: 192,
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    })]
+    #![proptest_config(cases(192))]
 
     #[test]
     fn sinumerik_leads_where_a_second_interpreter_says(source in program(Dialect::Sinumerik)) {

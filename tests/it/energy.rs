@@ -5,6 +5,7 @@
 
 use crate::support::{
     balance::energy,
+    cases::cases,
     engine::*,
     machines::{HUNG, machine_file, places, some_errors, some_load},
 };

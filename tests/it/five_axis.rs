@@ -7,6 +7,7 @@ use kinetostat::toolpath::{
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
+use crate::support::cases::cases;
 use crate::support::command::told;
 
 fn axis(letter: char, about: Vector3<f64>, turns: Turned, through_mm: Option<[f64; 3]>) -> RotaryAxis {
@@ -282,6 +283,8 @@ fn programs(other: char) -> impl Strategy<Value = String> {
 }
 
 proptest! {
+    #![proptest_config(cases(64))]
+
     #[test]
     fn programs_that_turn_keep_their_bytes_or_go_where_they_are_sent(
         source in programs('C'), x in -0.05..0.05f64, z in -0.002..0.002f64,

@@ -1,6 +1,7 @@
 //! Moving or rotating machine, load and workpiece together moves or rotates the results and changes nothing else.
 
 use crate::support::{
+    cases::cases,
     engine::*,
     machines::{HUNG, machine_file, places, some_errors, some_load},
 };

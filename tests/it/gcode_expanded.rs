@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::support::cases::cases;
 use crate::support::programs::programs_in;
 use kinetostat::toolpath::{
     NumberFormat, Sampling,
@@ -241,11 +242,7 @@ fn words_beside_a_call_come_before_it() {
 #[test]
 fn any_text_is_written_out_or_refused() {
     use proptest::prelude::*;
-    let mut runner = proptest::test_runner::TestRunner::new(ProptestConfig {
-        cases: 512,
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    });
+    let mut runner = proptest::test_runner::TestRunner::new(cases(512));
     let text = "(o1 (if|sub|while|endwhile|endsub|call|repeat|endrepeat)|#[1-4]=|\\[|\\]|[GXMPNLO#][0-9]{0,3}|[+*/<>-]|M98 P1|M99|EQ|GOTO 1|\n| ){0,40}";
     runner
         .run(&text, |source| {

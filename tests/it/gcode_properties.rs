@@ -8,6 +8,8 @@ use kinetostat::toolpath::{
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
+use crate::support::cases::cases;
+
 fn sampling() -> Sampling {
     Sampling::new(0.05, 5.0).unwrap()
 }
@@ -173,11 +175,7 @@ fn arc_program() -> impl Strategy<Value = String> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig {
-        cases: 256,
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    })]
+    #![proptest_config(cases(256))]
 
     #[test]
     fn any_bytes_are_read_or_refused(source in prop::collection::vec(any::<u8>(), 0..400)) {

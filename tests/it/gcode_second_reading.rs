@@ -1,5 +1,6 @@
 //! Random programs, read by the library and by a reader of its own.
 
+use crate::support::cases::cases;
 use crate::support::rs274::{self, Step};
 use kinetostat::toolpath::{
     NumberFormat, Sampling,
@@ -142,7 +143,7 @@ fn is_close(a: [f64; 3], b: [f64; 3], within_mm: f64) -> bool {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(cases(200))]
 
     #[test]
     fn programs_move_as_a_second_reader_says(parts in parts()) {

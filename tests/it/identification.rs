@@ -3,8 +3,9 @@
 use std::{fmt::Write as _, path::Path};
 
 use crate::support::{
+    cases::cases,
     command::printed,
-    engine::{EXACT, cases, catalogue_machine},
+    engine::{EXACT, catalogue_machine},
     robot_data::robot_data,
 };
 use kinetostat::{

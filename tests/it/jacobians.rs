@@ -2,6 +2,7 @@
 //! chain stiffness, the wrench-weighted Hessians: eqs. (4), (5) are transcribed here with J and H from differences of
 //! the chain's pose alone.
 
+use crate::support::cases::cases;
 use crate::support::engine::*;
 use kinetostat::{
     machine::{Chain, Machine, MoveScrew, SpringLaw},

@@ -1,6 +1,7 @@
 //! Rigid kinematics: the numerical inverse against closed forms, the round trip, assembly modes, unreachable targets and
 //! mobility.
 
+use crate::support::cases::cases;
 use crate::support::{arm::ARM, engine::*};
 use kinetostat::{
     machine::{Machine, Mobility, Unreachable},

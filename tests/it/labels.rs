@@ -1,5 +1,6 @@
 //! Every outcome is labelled: no NaN without a status, no panic, no equilibrium that is none.
 
+use crate::support::cases::cases;
 use crate::support::engine::*;
 use kinetostat::{
     machine::Machine,

@@ -1,7 +1,8 @@
 //! Cases solved several at a time have the outcomes they have alone, at every level of the processor.
 
 use crate::support::{
-    engine::{CATALOGUE, at_position, cases, catalogue_machine, position_in_box, with_assembly_errors, wrench_from},
+    cases::cases,
+    engine::{CATALOGUE, at_position, catalogue_machine, position_in_box, with_assembly_errors, wrench_from},
     machines::{HUNG, machine_file, places, some_errors, some_load},
     planar::{Leg, machine},
 };

@@ -24,6 +24,7 @@ use kinetostat::{
 use proptest::prelude::*;
 
 use crate::support::{
+    cases::cases,
     command::{printed, told},
     results::{assert_same, contents},
 };
@@ -265,8 +266,7 @@ fn any_order_of_any_number_of_parts_is_the_same_whole() {
     let whole = folder.path().join("whole");
     study.run_into(&whole, &options(false), stop(), |_| ()).unwrap();
     let orders = (1u32..=12).prop_flat_map(|of| Just((1..=of).collect::<Vec<u32>>()).prop_shuffle());
-    let config = ProptestConfig { cases: 8, failure_persistence: None, ..ProptestConfig::default() };
-    proptest!(config, |(order in orders)| {
+    proptest!(cases(8), |(order in orders)| {
         let parts = computed(&study, order.len() as u32, &[], 1);
         let shuffled: Vec<Vec<u8>> = order.iter().map(|number| parts[*number as usize - 1].clone()).collect();
         let out = folder.path().join("merged");

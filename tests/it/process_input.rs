@@ -19,6 +19,8 @@ use kinetostat::{
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
+use crate::support::cases::cases;
+
 const COLUMNS: &str = "arc_length_mm,force_x_N,force_y_N,force_z_N,moment_x_Nmm,moment_y_Nmm,moment_z_Nmm";
 
 fn orthoglide() -> Machine {
@@ -249,6 +251,8 @@ fn exercise(source: &[u8]) -> Result<(), TestCaseError> {
 }
 
 proptest! {
+    #![proptest_config(cases(64))]
+
     #[test]
     fn no_bytes_panic(source in prop::collection::vec(any::<u8>(), 0..400)) {
         exercise(&source)?;

@@ -3,7 +3,7 @@
 
 use crate::support::{
     balance::{assert_balanced, is_determinate},
-    engine::cases,
+    cases::cases,
     random_machine::{RandomMachine, random_arm, random_machine},
 };
 use kinetostat::{
@@ -339,7 +339,10 @@ fn run(trial: &Trial, tally: &mut Tally) {
         }
     };
     tally.accepted += 1;
-    check_findings(&machine);
+    // A survey of what is hardly reached takes half a minute.
+    if tally.accepted % 10 == 1 {
+        check_findings(&machine);
+    }
     // What cannot be condensed takes seconds to solve where there is more.
     let is_small = unknown_count(&machine) <= 120;
     let home = machine.home.pose.translation;

@@ -11,6 +11,8 @@ use kinetostat::toolpath::{
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
+use crate::support::cases::cases;
+
 fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/robot_programs")
 }
@@ -668,6 +670,8 @@ fn apt_line() -> impl Strategy<Value = String> {
 }
 
 proptest! {
+    #![proptest_config(cases(64))]
+
     #[test]
     fn random_rapid_is_written_back(lines in prop::collection::vec(rapid_line(), 1..15), crlf in any::<bool>()) {
         let p1 = "VAR robtarget p1:=[[1,2,3.5],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];";

@@ -1,6 +1,7 @@
 //! Exact derivatives of loaded poses by parameters of machines, against formulas and against differences of whole solves.
 
 use crate::support::{
+    cases::cases,
     engine::*,
     planar::{Leg, machine},
 };

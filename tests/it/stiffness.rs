@@ -2,6 +2,7 @@
 //! symmetric and positive definite; drive sensitivities are derivatives; f and f⁻¹ are inverse to each other.
 
 use crate::support::{
+    cases::cases,
     engine::*,
     machines::{HUNG, machine_file, places, some_errors, some_load},
 };

@@ -10,6 +10,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use crate::support::cases::cases;
 use crate::support::command::told;
 use kinetostat::{
     Machine,
@@ -573,7 +574,7 @@ fn urdf(parts: &[Part]) -> String {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(cases(40))]
 
     #[test]
     fn random_chains_have_the_poses_and_masses_of_their_urdf(parts in prop::collection::vec(part(), 1..9)) {

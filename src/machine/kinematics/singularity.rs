@@ -289,6 +289,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(crate::cases::cases(24))]
+
         #[test]
         fn chains_one_by_one_say_what_the_whole_problem_says(
             which in 0..catalogue::names().count(),

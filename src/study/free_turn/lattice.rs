@@ -301,6 +301,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(crate::cases::cases(128))]
+
         #[test]
         fn the_cheapest_way_is_that_of_all_ways(
             turns in 3..6usize,

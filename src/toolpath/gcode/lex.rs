@@ -219,6 +219,8 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
+        #![proptest_config(crate::cases::cases(256))]
+
         #[test]
         fn plain_lines_are_read_as_the_lexer_reads_them(text in "([ ]{0,2}[A-Za-z][+-]?[0-9]{0,3}[.]?[0-9]{0,3}){0,6}[ ]?") {
             if let Some(words) = plain(&text) {

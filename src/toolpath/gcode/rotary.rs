@@ -206,6 +206,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(crate::cases::cases(128))]
+
         #[test]
         fn where_the_head_is_for_a_tip_brings_the_tip_there(
             a in -120.0..120.0f64, c in -360.0..360.0f64, x in -99.0..99.0f64, y in -99.0..99.0f64, is_table: bool,

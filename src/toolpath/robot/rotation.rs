@@ -115,6 +115,8 @@ mod tests {
     use super::*;
 
     proptest! {
+        #![proptest_config(crate::cases::cases(128))]
+
         #[test]
         fn angles_lead_back_to_their_rotation(a in -180.0..180.0f64, b in -90.0..90.0f64, c in -180.0..180.0f64) {
             let rotation = of_abc([a, b, c]);

@@ -6,7 +6,6 @@ use kinetostat::{
     statics::{Outcome, Settings, State, Workspace, equilibrium},
 };
 use nalgebra::{Matrix6, Vector3, Vector6};
-use proptest::test_runner::{Config as ProptestConfig, RngSeed};
 
 /// Converged to rounding.
 pub const EXACT: Settings = Settings { tolerance: 1e-13, max_iterations: 20 };
@@ -102,16 +101,4 @@ pub fn block_difference(got: &Matrix6<f64>, expected: &Matrix6<f64>) -> f64 {
     let size = |i: usize| block(expected, i, i).sqrt();
     let pairs = [(0, 0), (0, 1), (1, 0), (1, 1)];
     pairs.into_iter().fold(0.0, |most, (i, j)| most.max(block(&(got - expected), i, j) / (size(i) * size(j))))
-}
-
-/// Random inputs, the same in every run; multiplied by the environment variable `INVARIANT_CASES` to search longer, drawn
-/// from the seed `PROPTEST_RNG_SEED` if there is one.
-pub fn cases(count: u32) -> ProptestConfig {
-    let factor = std::env::var("INVARIANT_CASES").ok().and_then(|text| text.parse().ok());
-    let given = ProptestConfig::default();
-    let rng_seed = match given.rng_seed {
-        RngSeed::Random if factor.is_none() => RngSeed::Fixed(1),
-        seed => seed,
-    };
-    ProptestConfig { cases: count * factor.unwrap_or(1), failure_persistence: None, rng_seed, ..given }
 }

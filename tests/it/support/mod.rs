@@ -2,6 +2,8 @@
 
 pub mod arm;
 pub mod balance;
+#[path = "../../../src/cases.rs"]
+pub mod cases;
 pub mod command;
 pub mod engine;
 pub mod golden;

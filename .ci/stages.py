@@ -1,0 +1,342 @@
+"""The stages of .ci/run, what every change must pass, and of .ci/full, what is run before an issue is called resolved.
+
+    .ci/run  [--list | --table] [STAGE...]
+    .ci/full [--list | --table] [--again] [STAGE...]
+
+Stages that do not wait for one another run side by side, as many as there are cores. What a stage prints is in target/ci/STAGE.log and shown if it
+fails. --list says what each stage is for, --table prints the seconds of the last run of each as Markdown. .ci/full goes on where it was
+interrupted as long as the tree is the same; --again begins anew. A run of .ci/full that has gone through all stages adds a line to .ci/full.log.
+
+Needs Rust, Node with npm, and Python; the rest is fetched. The page stages install Chromium and Firefox, and the LinuxCNC stage LinuxCNC
+(Debian, as root), if they are missing.
+"""
+
+import argparse
+import concurrent.futures
+import contextlib
+import dataclasses
+import datetime
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+TARGET = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve()
+STATE = TARGET / "ci"
+LOG = ".ci/full.log"
+# .ci/full was run at most as many commits ago.
+MOST_COMMITS = 150
+# Lines that the log keeps.
+MOST_LINES = 20
+
+
+@dataclasses.dataclass
+class Stage:
+    name: str
+    # Why it is there, or, in .ci/full, why not on every change.
+    reason: str
+    # Bash, run in the root of the project; $OUT is a folder of this run, $PROGRAM the program built by `tests`.
+    script: str
+    after: tuple = ()
+    env: dict = dataclasses.field(default_factory=dict)
+
+
+# What only looks at code does so beside what builds it.
+LINT = {"CARGO_TARGET_DIR": str(TARGET / "lint")}
+# What browsers and readers are driven by.
+PAGE_TOOLS = """
+    python3 -m venv "$TARGET/ci/venv"
+    "$TARGET/ci/venv/bin/pip" install --quiet --requirement tests/page/requirements.txt
+"""
+
+RUN = [
+    Stage("format", "One layout of code.", """
+        # The questions' modules are named in a macro, where cargo does not look for files.
+        cargo fmt --check -- src/study/*/mod.rs
+    """),
+    Stage("clippy", "The compiler's and clippy's warnings, in all code.", "cargo clippy --all-targets --all-features -- -D warnings",
+          ("format",), LINT),
+    Stage("features", "The engine builds alone; each feature holds the one below it, and Python and the pages build the others.",
+          "cargo clippy --no-default-features -- -D warnings", ("clippy",), LINT),
+    Stage("docs", "Every public item is documented, and links in it lead somewhere.",
+          'RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --all-features --document-private-items', ("features",), LINT),
+    Stage("links", "Links and pictures in what is read as Markdown lead somewhere.", "python3 tests/docs/check_links.py README.md docs"),
+    Stage("tests", "The README's test command: the claims of the project.", "cargo test --all-features", ("format",)),
+    Stage("tools", "Chromium and Python's packages for the stages below.", """
+        if ! command -v chromium >/dev/null || ! python3 -c 'import ensurepip' 2>/dev/null; then
+            apt-get update -qq
+            DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends chromium python3-venv fonts-dejavu-core
+        fi
+    """ + PAGE_TOOLS),
+    Stage("pages", "The program as README and guide run it, and a map, a path and a placement in a browser.",
+          'tests/page/check.sh brief "$OUT" "$PROGRAM" "$TARGET/ci/venv/bin/python"', ("tests", "tools")),
+    Stage("python", "The package for Python: built, tested, its types checked.",
+          'CARGO_TARGET_DIR="$TARGET" KINETOSTAT="$PROGRAM" python/check.sh', ("tests",)),
+    Stage("controllers", "Generated code: built, linked by C, held against the program.",
+          'KINETOSTAT="$PROGRAM" tests/realtime/check.sh 2000', ("tests",)),
+    Stage("jobs", "A job array of Slurm, without it.", 'tests/parts/slurm.sh "$PROGRAM"', ("tests",)),
+    Stage("full", "What is not here has been run not long ago.", "python3 .ci/stages.py full --ago"),
+]
+
+FULL = [
+    Stage("program", "What the stages below run.", "cargo build --all-features --bins --examples"),
+    Stage("properties", "20 times the cases of `cargo test`, from new seeds: an hour of draws finds what a fixed seed does not.", """
+        export INVARIANT_CASES=20 PROPTEST_RNG_SEED=${PROPTEST_RNG_SEED:-$(date +%s)}
+        echo "PROPTEST_RNG_SEED=$PROPTEST_RNG_SEED draws the same again"
+        modules=$(grep -lE 'proptest!|TestRunner::new' tests/it/*.rs | xargs -n 1 basename -s .rs | sed 's/$/::/')
+        files=$(grep -rl 'proptest!' src --include='*.rs' | sed -E 's|^src/||; s|/mod\\.rs$||; s|\\.rs$||; s|/|::|g; s|$|::tests::|')
+        cargo test --all-features --test it -- $modules
+        cargo test --all-features --lib -- $files
+    """, ("program",)),
+    Stage("long", "Tests marked ignored: kills at random moments, long paths, a thousand machines, intervals of all machines, changed inputs.", """
+        export PROPTEST_RNG_SEED=${PROPTEST_RNG_SEED:-$(date +%s)} FUZZ_SEED=${FUZZ_SEED:-$(date +%s)} FUZZ_SECONDS=5
+        echo "PROPTEST_RNG_SEED=$PROPTEST_RNG_SEED FUZZ_SEED=$FUZZ_SEED draws the same again"
+        URDF_FOLDERS="$PWD/tests/urdf" cargo test --all-features --test it -- --ignored
+    """, ("properties",)),
+    Stage("question", "A new question is one folder and one line: compiles the program once more.", "tests/question/add.sh", ("long",)),
+    Stage("package", "What others get is complete, and its examples run: compiles a copy.", """
+        cargo package --quiet --allow-dirty --no-verify
+        tar -xf "$TARGET"/package/kinetostat-*.crate -C "$OUT"
+        cargo check --quiet --all-features --manifest-path "$OUT"/kinetostat-*/Cargo.toml --target-dir "$TARGET/lint"
+        for example in equilibrium map compensate; do
+            "$TARGET/debug/examples/$example" > "$OUT/$example.txt"
+        done
+        "$TARGET/debug/examples/place" studies/03_placement_circle "$OUT/placed" > "$OUT/place.txt"
+        grep -q "leaves up to" "$OUT/compensate.txt"
+        test -s "$OUT/placed/report.html"
+    """, ("program",)),
+    Stage("guide", "The guide as a book, without warnings: mdBook is compiled if it is not there.", """
+        mdbook=0.5.4
+        export PATH="$TARGET/tools/bin:$PATH"
+        if [ "$(mdbook --version 2>/dev/null)" != "mdbook v$mdbook" ]; then
+            cargo install --quiet --locked --version "$mdbook" --no-default-features --root "$TARGET/tools" --target-dir "$TARGET/mdbook" mdbook
+        fi
+        mdbook build docs --dest-dir "$OUT/guide" 2>&1 | tee "$OUT/guide.log"
+        if grep -qE 'WARN|ERROR' "$OUT/guide.log"; then exit 1; fi
+        python3 tests/docs/check_links.py "$OUT/guide"
+    """),
+    Stage("pages", "All pages in Chromium and Firefox, at all widths, printed, without WebGL: minutes of browsers.", """
+        if ! command -v chromium >/dev/null || ! command -v firefox-esr >/dev/null || ! python3 -c 'import ensurepip' 2>/dev/null; then
+            apt-get update -qq
+            DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends chromium firefox-esr python3-venv fonts-dejavu-core
+        fi
+    """ + PAGE_TOOLS + 'tests/page/check.sh all "$OUT" "$PROGRAM" "$TARGET/ci/venv/bin/python"', ("program",)),
+    Stage("engine", "The engine of the pages, made anew, held bit by bit against the program and tried in pages: compiles for the web.", """
+        mkdir -p "$OUT/engine"
+        web/build.sh "$OUT/engine"
+        node web/calls.mjs > "$OUT/calls"
+        "$TARGET/debug/examples/explore" < "$OUT/calls" > "$OUT/native"
+        node web/check.mjs "$OUT/calls" "$OUT/native" src/report/page/assets/engine.wasm.br "$OUT/engine/engine.wasm.br"
+        cmp src/report/page/assets/engine.sources "$OUT/engine/engine.sources"
+        "$TARGET/ci/venv/bin/python" tests/page/explore.py "$OUT/explored" "$PROGRAM"
+    """, ("pages",)),
+    Stage("exchange", "Parquet and VTK files, read by other programs: these are large to install.", """
+        python3 -m venv "$OUT/readers"
+        "$OUT/readers/bin/pip" install --quiet --no-deps --requirement tests/exchange/requirements.txt
+        "$PROGRAM" run studies/01_workspace_map --grid 5,4,3 --no-figures --format csv,parquet,vti --out "$OUT/map"
+        "$PROGRAM" run studies/05_superposition --grid 3 --no-figures --format csv,parquet,vti --out "$OUT/sums"
+        "$PROGRAM" run studies/02_groove_50mm --points 37 --format csv,parquet --out "$OUT/path"
+        for folder in map sums path; do
+            "$OUT/readers/bin/python" tests/exchange/check_exchange.py "$OUT/$folder"
+        done
+    """, ("program",)),
+    Stage("controllers", "Generated code, 20000 states, calls counted in instructions.", 'KINETOSTAT="$PROGRAM" tests/realtime/check.sh 20000',
+          ("program",)),
+    Stage("linuxcnc", "The kinematics in LinuxCNC's simulator, which is large to install.", 'KINETOSTAT="$PROGRAM" linuxcnc/test.sh',
+          ("controllers",)),
+]
+
+
+class Runner:
+    """Runs stages, each when those that it comes after have passed."""
+
+    def __init__(self, stages, out, known):
+        self.stages, self.results, self.out = stages, dict(known), out
+        self.env = os.environ | {
+            "OUT": str(out),
+            "TARGET": str(TARGET),
+            "PROGRAM": str(TARGET / "debug/kinetostat"),
+            # Everything is built once: what would be needed to build it again is not kept.
+            "CARGO_INCREMENTAL": "0",
+        }
+        self.began, self.lock, self.running, self.stopped = time.monotonic(), threading.Lock(), set(), False
+
+    def say(self, text):
+        with self.lock:
+            seconds = int(time.monotonic() - self.began)
+            print(f"{seconds // 60:3d} min {seconds % 60:02d} s  {text}", flush=True)
+
+    def one(self, stage):
+        log = STATE / f"{stage.name}.log"
+        script = f"set -euo pipefail\n{stage.script}"
+        began = time.monotonic()
+        with log.open("wb") as output:
+            process = subprocess.Popen(
+                ["bash", "-c", script], cwd=ROOT, env=self.env | stage.env, stdin=subprocess.DEVNULL, stdout=output, stderr=output,
+                start_new_session=True,
+            )
+            self.running.add(process.pid)
+            _, status, usage = os.wait4(process.pid, 0)
+            self.running.discard(process.pid)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        passed = process.returncode == 0
+        result = {"passed": passed, "processor_s": usage.ru_utime + usage.ru_stime, "clock_s": time.monotonic() - began}
+        if self.stopped:
+            return result
+        self.say(f"{'passed' if passed else 'FAILED'} {stage.name}: {seconds(result)}")
+        if not passed:
+            lines = log.read_text(errors="replace").splitlines()
+            with self.lock:
+                print(f"-- the end of {log}", *lines[-150:], f"-- {stage.name} failed", sep="\n", flush=True)
+        return result
+
+    def all(self, keep):
+        """Runs what is not known to pass; `keep` gets the results after each stage. Whether all have passed."""
+        names = {stage.name for stage in self.stages}
+        waiting = [stage for stage in self.stages if not self.results.get(stage.name, {}).get("passed")]
+        for stage in self.stages:
+            if stage not in waiting:
+                print(f"passed before  {stage.name}: {seconds(self.results[stage.name])}")
+        done = {stage.name for stage in self.stages if stage not in waiting}
+        with concurrent.futures.ThreadPoolExecutor(max(2, os.cpu_count() or 2)) as pool:
+            futures = {}
+            failed = False
+            while waiting or futures:
+                ready = [stage for stage in waiting if not (set(stage.after) & names) - done]
+                free = max(2, os.cpu_count() or 2) - len(futures)
+                for stage in ready[:free] if not failed else []:
+                    waiting.remove(stage)
+                    self.say(f"{stage.name} begins")
+                    futures[pool.submit(self.one, stage)] = stage
+                if not futures:
+                    break
+                for future in concurrent.futures.wait(futures, return_when=concurrent.futures.FIRST_COMPLETED).done:
+                    stage = futures.pop(future)
+                    self.results[stage.name] = future.result()
+                    failed |= not self.results[stage.name]["passed"]
+                    done.add(stage.name)
+                    keep(self.results)
+        return not failed
+
+    def stop(self):
+        self.stopped = True
+        for pid in list(self.running):
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(pid, signal.SIGTERM)
+
+
+def seconds(result):
+    return f"{result['processor_s']:.0f} s of processor time, {result['clock_s']:.0f} s by the clock"
+
+
+def git(*arguments, env=None):
+    return subprocess.run(["git", *arguments], cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True, env=env).stdout.strip()
+
+
+def tree_of(commit=None):
+    """The hash of the tree of `commit`, or of the files there are, but for the log."""
+    with tempfile.TemporaryDirectory() as folder:
+        env = os.environ | {"GIT_INDEX_FILE": f"{folder}/index"}
+        git("read-tree", commit or "HEAD", env=env)
+        if commit is None:
+            git("add", "--all", env=env)
+        git("rm", "--cached", "--quiet", "--ignore-unmatch", LOG, env=env)
+        return git("write-tree", env=env)
+
+
+def ago():
+    """Says how many commits ago .ci/full has passed, and whether that is not too long ago."""
+    lines = [line.split("\t") for line in (ROOT / LOG).read_text().splitlines()] if (ROOT / LOG).exists() else []
+    passed = [line for line in lines if len(line) > 2 and line[2] == "passed"]
+    if not passed:
+        sys.exit(f"{LOG}: no run that passed; run .ci/full")
+    trees = {line[1] for line in passed}
+    commits = git("rev-list", f"--max-count={MOST_COMMITS + 1}", "HEAD").split()
+    count = next((count for count, commit in enumerate(commits) if tree_of(commit) in trees), None)
+    if count is not None:
+        print(f".ci/full passed on the tree of {count} commits ago")
+    else:
+        # A history that was rewritten has other trees; what was written down then is all there is.
+        count = int(git("rev-list", "--count", "HEAD", f"^{git('log', '-1', '--format=%H', '--', LOG)}"))
+        print(f".ci/full passed on a tree that none of the last {len(commits)} commits has; {LOG} was written {count} commits ago")
+    if count > MOST_COMMITS:
+        sys.exit(f"more than {MOST_COMMITS} commits ago: run .ci/full and commit {LOG}")
+
+
+def record(tree, results, stages):
+    """Adds a line to the log: when, which tree, what came of it, and the stages with their seconds of processor time."""
+    passed = all(results[stage.name]["passed"] for stage in stages)
+    each = [f"{s.name}{'' if results[s.name]['passed'] else ' FAILED'} {results[s.name]['processor_s']:.0f} s" for s in stages]
+    line = "\t".join([datetime.date.today().isoformat(), tree, "passed" if passed else "failed", ", ".join(each)])
+    file = ROOT / LOG
+    lines = file.read_text().splitlines() if file.exists() else []
+    file.write_text("\n".join([*lines, line][-MOST_LINES:]) + "\n")
+
+
+def table(stages, results):
+    known = [stage for stage in stages if stage.name in results]
+    rows = [(stage.name, results[stage.name]["processor_s"], results[stage.name]["clock_s"], stage.reason) for stage in known]
+    lines = ["| stage | processor s | clock s | what for |", "|---|---:|---:|---|"]
+    lines += [f"| {name} | {processor:.0f} | {clock:.0f} | {reason} |" for name, processor, clock, reason in rows]
+    lines.append(f"| all | {sum(row[1] for row in rows):.0f} | | |")
+    return "\n".join(lines)
+
+
+def main():
+    which = sys.argv[1]
+    parser = argparse.ArgumentParser(prog=f".ci/{which}", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--list", action="store_true", help="say what each stage is for")
+    parser.add_argument("--table", action="store_true", help="print the seconds of the last run as Markdown")
+    parser.add_argument("stages", nargs="*", metavar="STAGE", help="only these, without those that they come after")
+    if which == "full":
+        parser.add_argument("--again", action="store_true", help="also what has passed on this tree")
+        parser.add_argument("--ago", action="store_true", help="say how many commits ago it has passed")
+    options = parser.parse_args(sys.argv[2:])
+    stages = {"run": RUN, "full": FULL}[which]
+    unknown = set(options.stages) - {stage.name for stage in stages}
+    if unknown:
+        parser.error(f"no stage {', '.join(sorted(unknown))}: expected {', '.join(stage.name for stage in stages)}")
+    if which == "full" and options.ago:
+        return ago()
+    STATE.mkdir(parents=True, exist_ok=True)
+    file = STATE / f"{which}.json"
+    state = json.loads(file.read_text()) if file.exists() else {}
+    if options.list:
+        return print(*(f"{stage.name:12} {stage.reason}" for stage in stages), sep="\n")
+    if options.table:
+        return print(table(stages, state.get("results", {})))
+    tree = tree_of()
+    goes_on = which == "full" and not options.again and state.get("tree") == tree
+    known = {name: result for name, result in state.get("results", {}).items() if result["passed"]} if goes_on else {}
+    chosen = [stage for stage in stages if not options.stages or stage.name in options.stages]
+
+    def keep(results):
+        written = file.with_suffix(".new")
+        written.write_text(json.dumps({"tree": tree, "results": results}))
+        written.replace(file)
+
+    out = Path(tempfile.mkdtemp())
+    runner = Runner(chosen, out, known)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+    try:
+        passed = runner.all(keep)
+    finally:
+        runner.stop()
+        shutil.rmtree(out, ignore_errors=True)
+    results = runner.results
+    print(table(stages, results))
+    if which == "full" and all(stage.name in results for stage in stages):
+        record(tree, results, stages)
+        print(f"written to {LOG}: commit it")
+    sys.exit(0 if passed else 1)
+
+
+if __name__ == "__main__":
+    main()
