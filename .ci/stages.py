@@ -67,7 +67,7 @@ RUN = [
           "cargo clippy --no-default-features -- -D warnings", ("clippy",), LINT),
     Stage("docs", "Every public item is documented, and links in it lead somewhere.",
           'RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --all-features --document-private-items', ("features",), LINT),
-    Stage("links", "Links and pictures in what is read as Markdown lead somewhere.", "python3 tests/docs/check_links.py README.md docs"),
+    Stage("links", "Links and pictures in what is read as Markdown lead somewhere.", "python3 tests/docs/check_links.py ./*.md docs studies benches/README.md python/README.md web/README.md linuxcnc/README.md"),
     Stage("tests", "The README's test command: the claims of the project.", "cargo test --all-features", ("format",)),
     Stage("tools", "Chromium and Python's packages for the stages below.", """
         if ! command -v chromium >/dev/null || ! python3 -c 'import ensurepip' 2>/dev/null; then

@@ -103,7 +103,7 @@ fn giving_places_up_changes_no_winner_no_start_and_no_front() {
         let changes =
             [("weights = { worst_deflection = 1.0 }", &*format!("weights = {{ {weights} }}\npareto = {pareto}"))];
         let mut study = groove(&changes);
-        study.search.max_iterations = 10;
+        study.search.max_iterations = 4;
         let pruned = searched(&study);
         study.search.coarse_to_fine = false;
         let full = searched(&study);

@@ -122,13 +122,23 @@ fn kill_maps(kills: usize) {
     );
 }
 
-fn kill_other_studies(kills: usize) {
-    for (name, size) in [
-        ("02_groove_50mm", ["--points", "600"]),
-        ("03_placement_circle", ["--grid", "3"]),
-        ("05_superposition", ["--grid", "3"]),
-        ("06_paper", ["--points", "24"]),
-    ] {
+/// Studies of each other kind, and how large they are.
+type Sized = (&'static str, [&'static str; 2]);
+const SMALL: [Sized; 4] = [
+    ("02_groove_50mm", ["--points", "300"]),
+    ("03_placement_circle", ["--grid", "2"]),
+    ("05_superposition", ["--grid", "2"]),
+    ("06_paper", ["--points", "12"]),
+];
+const LARGE: [Sized; 4] = [
+    ("02_groove_50mm", ["--points", "600"]),
+    ("03_placement_circle", ["--grid", "3"]),
+    ("05_superposition", ["--grid", "3"]),
+    ("06_paper", ["--points", "24"]),
+];
+
+fn kill_other_studies(studies: [Sized; 4], kills: usize) {
+    for (name, size) in studies {
         let folder = tempfile::tempdir().unwrap();
         let study = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies").join(name);
         kill_and_resume(folder.path(), &["run", path(&study), size[0], size[1], "--no-figures"], kills);
@@ -137,12 +147,12 @@ fn kill_other_studies(kills: usize) {
 
 #[test]
 fn a_killed_map_goes_on_to_the_same_bytes() {
-    kill_maps(3);
+    kill_maps(2);
 }
 
 #[test]
 fn other_killed_studies_go_on_to_the_same_bytes() {
-    kill_other_studies(2);
+    kill_other_studies(SMALL, 1);
 }
 
 /// A path in two parts.
@@ -164,10 +174,10 @@ fn kill_a_long_path(kills: usize) {
 }
 
 #[test]
-#[ignore = "takes minutes; CI runs it"]
+#[ignore = "takes minutes; .ci/full runs it"]
 fn runs_killed_many_times_go_on_to_the_same_bytes() {
     kill_maps(10);
-    kill_other_studies(5);
+    kill_other_studies(LARGE, 5);
     kill_a_long_path(5);
 }
 
@@ -213,22 +223,34 @@ fn ctrl_c_leaves_what_can_be_gone_on_with_and_nothing_else() {
     assert_same(&out, &whole, "resumed after Ctrl-C");
 }
 
+/// A search stopped each time that so many bytes of pieces are kept.
 #[cfg(unix)]
-#[test]
-fn a_search_can_be_stopped_anywhere() {
+fn stop_a_search(at: &[u64]) {
     let folder = tempfile::tempdir().unwrap();
     let study = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/03_placement_circle");
     let options = ["--grid", "2", "--no-figures"];
     let (out, whole) = (folder.path().join("out"), folder.path().join("whole"));
     ended(0, &[&["run", path(&study), "--out", path(&whole)], &options[..]].concat());
-    // In the sweep, and in the refinements.
-    for kept in [6_000, 20_000, 40_000, 60_000] {
+    for &kept in at {
         let Output { status, stdout, stderr } =
             interrupted(&study, &[&options[..], &["--resume"]].concat(), &out, kept);
         assert_eq!(status.code(), Some(130), "{kept}: {}{}", text(&stdout), text(&stderr));
     }
     ended(0, &[&["run", path(&study), "--out", path(&out), "--resume"], &options[..]].concat());
-    assert_same(&out, &whole, "a search stopped four times");
+    assert_same(&out, &whole, &format!("a search stopped at {at:?}"));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_search_can_be_stopped_in_its_sweep_and_in_its_refinements() {
+    stop_a_search(&[6_000, 40_000]);
+}
+
+#[cfg(unix)]
+#[test]
+#[ignore = "takes half a minute; .ci/full runs it"]
+fn a_search_can_be_stopped_anywhere() {
+    stop_a_search(&[6_000, 20_000, 40_000, 60_000]);
 }
 
 #[cfg(unix)]
@@ -358,7 +380,7 @@ fn what_a_killed_run_left_is_swept_away() {
     fs::create_dir_all(out.join(".partial-def")).unwrap();
     fs::write(out.join(".partial-def/map.csv"), "half").unwrap();
     fs::write(out.join(STATE), "no state").unwrap();
-    let run = ["run", path(&study), "--grid", "3", "--out"];
+    let run = ["run", path(&study), "--grid", "3", "--no-figures", "--out"];
     for options in [&["--resume"][..], &[]] {
         let (_, refusal) = ended(2, &[&run[..], &[path(&out)], options].concat());
         assert!(refusal.contains("is not a file of an unfinished run"), "{refusal}");

@@ -607,6 +607,33 @@ fn krl_line() -> impl Strategy<Value = String> {
     ]
 }
 
+/// Coordinates are refused beyond it, mm.
+const MOST_MM: f64 = 1e6;
+
+/// How far from zero a circle of the program may go, mm: by the circumference through its three points, which are read as the ends of lines.
+fn farthest_circle_mm(language: Language, lines: &[String], ending: &str) -> f64 {
+    let straight = |line: &String| match (language, line.split_once("},{"), line.split_once(",\n ")) {
+        (Language::Krl, Some((via, end)), _) if line.starts_with("CIRC") => {
+            format!("LIN {}}}{ending}LIN {{{}", via.trim_start_matches("CIRC "), end.trim_end_matches(" C_DIS"))
+        }
+        (Language::Rapid, _, Some((via, end))) if line.starts_with("MoveC") => {
+            format!("MoveL {},v20,z5,t1;{ending}MoveL {end}", via.trim_start_matches("MoveC "))
+        }
+        _ => line.clone(),
+    };
+    let lines: Vec<String> = lines.iter().map(straight).collect();
+    let path = parse(language, &lines.join(ending), &RobotOptions::default()).unwrap().toolpath(coarse()).unwrap();
+    let ends = path.points().iter().filter(|point| point.source.parameter == 1.0);
+    let mut ends: Vec<Vector3<f64>> = ends.map(|point| point.position_mm).collect();
+    ends.dedup();
+    let reach = |three: &[Vector3<f64>]| {
+        let [a, b, c] = [three[1] - three[0], three[2] - three[1], three[0] - three[2]];
+        let diameter = a.norm() * b.norm() * c.norm() / a.cross(&b).norm();
+        three[0].norm() + diameter
+    };
+    ends.windows(3).map(reach).fold(0.0, f64::max)
+}
+
 /// A random program of an accepted kind is the same without correction, and leads where it should with one.
 fn check_random(language: Language, lines: &[String], ending: &str) -> Result<(), TestCaseError> {
     let program = match parse(language, &lines.join(ending), &RobotOptions::default()) {
@@ -617,7 +644,15 @@ fn check_random(language: Language, lines: &[String], ending: &str) -> Result<()
             return Ok(());
         }
     };
-    let path = program.toolpath(Sampling::new(0.5, 40.0).unwrap().with_max_turn(0.3).unwrap()).unwrap();
+    let path = match program.toolpath(Sampling::new(0.5, 40.0).unwrap().with_max_turn(0.3).unwrap()) {
+        Ok(path) => path,
+        Err(refused) => {
+            prop_assert!(refused.to_string().contains("expected a position on the machine"), "{}", refused);
+            let farthest = farthest_circle_mm(language, lines, ending);
+            prop_assert!(farthest > MOST_MM, "{} though no circle goes beyond {} mm", refused, farthest);
+            return Ok(());
+        }
+    };
     let format = program.own_format();
     let same = program.rewrite(&path, &path.positions_mm(), None, format).unwrap();
     prop_assert_eq!(same.bytes(), program.source());
@@ -667,6 +702,23 @@ fn apt_line() -> impl Strategy<Value = String> {
         Just("FEDRAT/250.5,MMPM".into()),
         Just("PPRINT $ and GOTO/1,2,3".into()),
     ]
+}
+
+/// Drawn once: three points so nearly on a line that the way round leads beyond what coordinates may be.
+#[test]
+fn a_circle_that_goes_round_far_away_is_refused() {
+    let lines = [
+        "$BASE=$NULLFRAME",
+        "LIN {X 0,Y 0,Z 0,A 0,B 10,C 0}",
+        "$BASE={X 261,Y -181,Z 1,A -92,B -75.7,C 116.6}",
+        "CIRC {X 203,Y -288},{X 27.1,Y 109} C_DIS",
+    ]
+    .map(str::to_owned);
+    let program = parse(Language::Krl, &lines.join("\n"), &RobotOptions::default()).unwrap();
+    let refused = program.toolpath(coarse()).unwrap_err().to_string();
+    assert!(refused.starts_with("p.src:4: ") && refused.contains("expected a position on the machine"), "{refused}");
+    assert!(farthest_circle_mm(Language::Krl, &lines, "\n") > MOST_MM);
+    check_random(Language::Krl, &lines, "\n").unwrap();
 }
 
 proptest! {

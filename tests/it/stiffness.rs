@@ -83,8 +83,10 @@ impl Loaded {
     fn check_stiffness(&self) {
         let differences = columns(|i| {
             let step = self.small_step(i);
-            let motion = unit_motion(i) * step;
-            (self.wrench_after(&motion) - self.wrench_after(&-motion)) / (2.0 * step)
+            without_square(|factor| {
+                let motion = unit_motion(i) * (factor * step);
+                (self.wrench_after(&motion) - self.wrench_after(&-motion)) / (2.0 * factor * step)
+            })
         });
         let off = stiffness_difference(&self.stiffness(), &differences);
         assert!(off < 1e-6, "{}: K_C is off the differences of f by {off:e}", self.machine.name);
@@ -93,12 +95,10 @@ impl Loaded {
     fn check_compliance(&self) {
         let differences = columns(|i| {
             let step = self.small_step(i) * self.stiffness()[(i, i)];
-            let central = |factor: f64| {
+            without_square(|factor| {
                 let change = unit_motion(i) * (factor * step);
                 (self.motion_after(&change) - self.motion_after(&-change)) / (2.0 * factor * step)
-            };
-            // Without the error in the square of the step.
-            (central(1.0) * 4.0 - central(2.0)) / 3.0
+            })
         });
         let off = stiffness_difference(&self.outcome.compliance.unwrap(), &differences);
         assert!(off < 1e-6, "{}: K_C⁻¹ is off the differences of f⁻¹ by {off:e}", self.machine.name);
@@ -175,6 +175,11 @@ impl Loaded {
 /// Tight, with room for rounding: [`wrench_at_pose`] does not accept a stalled residual.
 const DIFFERENCES: kinetostat::statics::Settings =
     kinetostat::statics::Settings { tolerance: 1e-12, max_iterations: 20 };
+
+/// A central difference without its error in the square of the step, from those with one and two steps.
+fn without_square(central: impl Fn(f64) -> Vector6<f64>) -> Vector6<f64> {
+    (central(1.0) * 4.0 - central(2.0)) / 3.0
+}
 
 fn columns(column: impl Fn(usize) -> Vector6<f64>) -> Matrix6<f64> {
     Matrix6::from_columns(&std::array::from_fn::<_, 6, _>(column))

@@ -1,0 +1,139 @@
+#!/usr/bin/env python3
+"""Plants each fault of this folder into a copy of the sources and says which check catches it.
+
+    .ci/mutations/try.py [--record] [NAME...]
+
+A fault is a patch under two lines: `Claim:`, what is promised and then broken, and `Caught by:`, a stage of .ci/run or .ci/full, for `tests`
+with names of tests (`lib:` before those of src). Tests are run alone, so that they, and no others, catch it; all of them pass without it. A fault
+that does not build is none. Ends with 1 if a fault is not caught. --record writes caught.tsv. The copy is target/mutations.
+"""
+
+import argparse
+import os
+import re
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+HERE = Path(__file__).resolve().parent
+COPY = ROOT / "target/mutations/tree"
+ENV = os.environ | {"CARGO_TARGET_DIR": str(ROOT / "target/mutations/target")}
+RUN_STAGES = re.findall(r'Stage\("(\w+)"', (ROOT / ".ci/stages.py").read_text().split("\nFULL = ")[0])
+LONGEST_S = 1800
+
+
+def header(patch):
+    """Claim, stage and names of tests."""
+    lines = patch.read_text().splitlines()
+    if not (lines[0].startswith("Claim: ") and lines[1].startswith("Caught by: ")):
+        sys.exit(f"{patch}: expected `Claim:` and `Caught by:` in its first two lines")
+    stage, *tests = lines[1].removeprefix("Caught by: ").split()
+    return lines[0].removeprefix("Claim: "), stage, tests
+
+
+def renew():
+    """The files there are, those that have changed alone, so that little is built again."""
+    said = subprocess.run(["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"], cwd=ROOT, check=True, stdout=subprocess.PIPE)
+    names = {name for name in said.stdout.decode().split("\0") if name and (ROOT / name).is_file()}
+    for name in names:
+        own, copied = ROOT / name, COPY / name
+        if not copied.is_file() or copied.read_bytes() != own.read_bytes():
+            copied.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(own, copied)
+    for folder in ("src", "tests"):
+        for path in (COPY / folder).rglob("*"):
+            if path.is_file() and str(path.relative_to(COPY)) not in names:
+                path.unlink()
+
+
+def run(*command):
+    """Whether a command passes, and what it prints."""
+    try:
+        done = subprocess.run(command, cwd=COPY, env=ENV, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=LONGEST_S)
+        return done.returncode == 0, done.stdout.decode(errors="replace")
+    except subprocess.TimeoutExpired as late:
+        return False, f"{late}\n"
+
+
+def patch_with(patch, *options):
+    text = patch.read_text()
+    diff = text[text.index("diff --git") :]
+    subprocess.run(["patch", "--quiet", "--no-backup-if-mismatch", "-p1", *options], cwd=COPY, input=diff.encode(), check=True)
+
+
+def tests_of(tests):
+    """Commands that run these tests alone."""
+    of_lib = [test.removeprefix("lib:") for test in tests if test.startswith("lib:")]
+    others = [test for test in tests if not test.startswith("lib:")]
+    groups = [("--lib", of_lib), ("--test=it", others)]
+    return [["cargo", "test", "--quiet", "--all-features", target, "--", *names] for target, names in groups if names]
+
+
+def caught_by_tests(tests):
+    """The tests that fail."""
+    failed = []
+    for command in tests_of(tests):
+        names = command[command.index("--") + 1 :]
+        build = command[: command.index("--")]
+        built, said = run(*build, "--no-run")
+        if not built:
+            raise ValueError(f"does not build:\n{said[-3000:]}")
+        passed, said = run(*command)
+        ran = sum(int(count) for count in re.findall(r"^running (\d+) tests?$", said, re.MULTILINE))
+        if ran < len(names):
+            raise ValueError(f"{len(names)} names, {ran} tests: {' '.join(names)}\n{said[-2000:]}")
+        if not passed:
+            failed += sorted(set(re.findall(r"^    (\S+::\S+)$", said, re.MULTILINE))) or ["(ended)"]
+    return failed
+
+
+def caught_by_stage(stage):
+    built, said = run("cargo", "build", "--quiet", "--all-features", "--bins", "--examples")
+    if not built:
+        raise ValueError(f"does not build:\n{said[-3000:]}")
+    before = [] if stage in ("links", "controllers", "jobs", "linuxcnc", "exchange", "python") else ["tools"] if stage in RUN_STAGES else ["pages"]
+    for name in before:
+        run(f".ci/{'run' if stage in RUN_STAGES else 'full'}", name)
+    passed, said = run(f".ci/{'run' if stage in RUN_STAGES else 'full'}", stage)
+    reason = [line for line in said.splitlines() if re.search(r"FAULT|rror|FAILED|differ|no such", line)]
+    return [] if passed else [reason[0][:120] if reason else "(ended)"]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--record", action="store_true", help="write caught.tsv")
+    parser.add_argument("names", nargs="*", metavar="NAME", help="part of a patch's name")
+    options = parser.parse_args()
+    patches = sorted(HERE.glob("*.patch"))
+    chosen = [patch for patch in patches if not options.names or any(name in patch.name for name in options.names)]
+    renew()
+    all_tests = sorted({test for patch in chosen if header(patch)[1] == "tests" for test in header(patch)[2]})
+    if all_tests and (failed := caught_by_tests(all_tests)):
+        sys.exit(f"fail without a fault: {' '.join(failed)}")
+    rows, missed = [], 0
+    for patch in chosen:
+        claim, stage, tests = header(patch)
+        began = time.monotonic()
+        try:
+            patch_with(patch)
+            failed = caught_by_tests(tests) if stage == "tests" else caught_by_stage(stage)
+            verdict = f"{stage}\t{' '.join(failed)}" if failed else "NOT CAUGHT\t"
+        except (ValueError, subprocess.CalledProcessError) as fault:
+            failed, verdict = [], f"NO FAULT\t{fault}"
+        finally:
+            renew()
+        missed += not failed
+        where = "" if not failed else ".ci/run" if stage in RUN_STAGES else ".ci/full"
+        rows.append(f"{patch.stem}\t{where}\t{verdict}")
+        print(f"{rows[-1]}\t{time.monotonic() - began:.0f} s\t{claim}", flush=True)
+    print(f"{len(rows)} faults, {missed} not caught")
+    if options.record:
+        (HERE / "caught.tsv").write_text("fault\tby\tstage\tfirst sign\n" + "\n".join(rows) + "\n")
+    sys.exit(1 if missed else 0)
+
+
+if __name__ == "__main__":
+    main()
