@@ -127,6 +127,7 @@ FULL = [
             apt-get update -qq
             DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends chromium firefox-esr python3-venv fonts-dejavu-core
         fi
+        npm ci --silent --no-audit --no-fund --prefix tests/page/firefox
     """ + PAGE_TOOLS + 'tests/page/check.sh all "$OUT" "$PROGRAM" "$TARGET/ci/venv/bin/python"', ("program",)),
     Stage("engine", "The engine of the pages, made anew, held bit by bit against the program and tried in pages: compiles for the web.", """
         mkdir -p "$OUT/engine"

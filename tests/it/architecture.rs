@@ -153,3 +153,22 @@ fn used(code: &str, prefix: &str) -> Vec<String> {
     }
     folders
 }
+
+/// A property that draws anew in each run fails in some run for what somebody else has changed.
+#[test]
+fn every_property_draws_from_a_fixed_seed() {
+    let mut files = all_sources();
+    sources(&root().join("tests"), &mut files);
+    let mut count = 0;
+    for file in files.iter().filter(|file| !file.ends_with("architecture.rs")) {
+        let text = fs::read_to_string(root().join(file)).unwrap();
+        for property in ["proptest! {", "proptest!(", "TestRunner::new("] {
+            for (at, _) in text.match_indices(property) {
+                let head: String = text[at..].lines().take(2).collect();
+                assert!(head.contains("cases("), "{}: {property} without `cases`", file.display());
+                count += 1;
+            }
+        }
+    }
+    assert!(count > 25, "{count}");
+}

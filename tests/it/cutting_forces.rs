@@ -127,18 +127,27 @@ fn averaged(milling: &EndMilling, c: f64) -> (Vector3<f64>, f64) {
     (force * share, torque * share)
 }
 
-/// Teeth that follow one another so that the next enters just before the last has left: 1e-7 of a turn, hit by no even step.
+/// A tooth enters 1e-7 rad before the one in front of it leaves: no even step hits the instant at which both cut, and there the force is largest.
 #[test]
 fn the_peak_holds_an_instant_at_which_two_teeth_cut() {
-    let third = TAU / 3.0 + 1e-7;
-    let milling = EndMilling { teeth: 3, width_mm: 5.0 * (1.0 - third.cos()), ..milling(LINEAR) };
-    let alone = EndMilling { width_mm: 5.0 * (1.0 - (third - 2e-7).cos()), ..milling };
-    let [both, one] = [milling, alone].map(|milling| milling.peak(0.1).force_N.norm());
-    let seen = |milling: &EndMilling| {
-        between_changes(milling, 0.1).into_iter().map(|angle| at(milling, angle, 0.1).0.norm()).fold(0.0, f64::max)
+    let edge = EdgeLaw::Linear {
+        tangential: EdgeForce { cutting: 0.0, edge: 20.0 },
+        radial: EdgeForce::default(),
+        axial: EdgeForce { cutting: 0.0, edge: -50.0 },
     };
-    assert!(both > 1.02 * one, "{both} {one}");
-    assert!((seen(&milling) / both - 1.0).abs() < 1e-4, "{} {both}", seen(&milling));
+    let arc = |rad: f64| EndMilling { teeth: 3, width_mm: 5.0 * (1.0 - rad.cos()), ..milling(edge) };
+    let [both, one] = [1e-7, -1e-7].map(|more| arc(TAU / 3.0 + more));
+    let seen = |milling: &EndMilling, angles: Vec<f64>| {
+        angles.into_iter().map(|angle| at(milling, angle, 0.1).0.norm()).fold(0.0, f64::max)
+    };
+    let peak = |milling: &EndMilling| milling.peak(0.1).force_N.norm();
+    // Axial forces add up to twice one tooth's, tangential ones do not.
+    assert!(peak(&both) > 1.8 * peak(&one), "{} {}", peak(&both), peak(&one));
+    for milling in [both, one] {
+        assert!((seen(&milling, between_changes(&milling, 0.1)) / peak(&milling) - 1.0).abs() < 1e-6);
+    }
+    let even = (0..20_000).map(|k| TAU * f64::from(k) / 20_000.0).collect();
+    assert!(seen(&both, even) < 0.6 * peak(&both), "what a property saw that looked at even steps alone");
 }
 
 proptest! {

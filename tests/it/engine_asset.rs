@@ -53,7 +53,10 @@ fn the_engine_of_the_pages_is_made_of_these_sources() {
             !line.is_empty() && !line.starts_with("//") && !line.starts_with("#!") && !line.starts_with("# ")
         };
         let (own, tests) = text.split_once("\n#[cfg(test)]\nmod tests {").unwrap_or((&text, ""));
-        assert!(tests.lines().all(|line| line.is_empty() || line.starts_with([' ', '}'])), "{path}: code behind its tests");
+        assert!(
+            tests.lines().all(|line| line.is_empty() || line.starts_with([' ', '}'])),
+            "{path}: code behind its tests"
+        );
         let code: Vec<&str> = own.split('\n').map(str::trim).filter(is_code).collect();
         hash.update(format!("{path}\n{}\n", code.join("\n")));
     }

@@ -124,12 +124,9 @@ fn kill_maps(kills: usize) {
 
 /// Studies of each other kind, and how large they are.
 type Sized = (&'static str, [&'static str; 2]);
-const SMALL: [Sized; 4] = [
-    ("02_groove_50mm", ["--points", "300"]),
-    ("03_placement_circle", ["--grid", "2"]),
-    ("05_superposition", ["--grid", "2"]),
-    ("06_paper", ["--points", "12"]),
-];
+/// Searches for places are stopped by other tests.
+const SMALL: [Sized; 3] =
+    [("02_groove_50mm", ["--points", "300"]), ("05_superposition", ["--grid", "2"]), ("06_paper", ["--points", "12"])];
 const LARGE: [Sized; 4] = [
     ("02_groove_50mm", ["--points", "600"]),
     ("03_placement_circle", ["--grid", "3"]),
@@ -137,8 +134,8 @@ const LARGE: [Sized; 4] = [
     ("06_paper", ["--points", "24"]),
 ];
 
-fn kill_other_studies(studies: [Sized; 4], kills: usize) {
-    for (name, size) in studies {
+fn kill_other_studies(studies: &[Sized], kills: usize) {
+    for &(name, size) in studies {
         let folder = tempfile::tempdir().unwrap();
         let study = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies").join(name);
         kill_and_resume(folder.path(), &["run", path(&study), size[0], size[1], "--no-figures"], kills);
@@ -152,7 +149,7 @@ fn a_killed_map_goes_on_to_the_same_bytes() {
 
 #[test]
 fn other_killed_studies_go_on_to_the_same_bytes() {
-    kill_other_studies(SMALL, 1);
+    kill_other_studies(&SMALL, 1);
 }
 
 /// A path in two parts.
@@ -177,7 +174,7 @@ fn kill_a_long_path(kills: usize) {
 #[ignore = "takes minutes; .ci/full runs it"]
 fn runs_killed_many_times_go_on_to_the_same_bytes() {
     kill_maps(10);
-    kill_other_studies(LARGE, 5);
+    kill_other_studies(&LARGE, 5);
     kill_a_long_path(5);
 }
 

@@ -4,8 +4,9 @@
 // At 1280 and 400 px width, light and dark: no console error, nothing asked for beyond the file itself, nothing wider than the page,
 // no text or control over another, neither on the page nor within a figure, contrast, no NaN or the like in what is read. The headline
 // is seen, says what report.json beside the page says, and its numbers are those of `data-found`; a comparison, which has no
-// report.json, shows those of `data-checks`. A control is used with the keyboard and changes the drawing. What to try starts its engine.
-// A view in three dimensions is drawn, or says that there is no WebGL: Firefox without a display often has none.
+// report.json, shows those of `data-checks`, and one of places, where these are objectives, the same number in headline and below it.
+// A control is used with the keyboard and changes the drawing. What to try starts its engine. A view in three dimensions is drawn, or
+// says that there is no WebGL: Firefox without a display often has none.
 //
 // Needs Firefox as Debian has it (apt-get install --no-install-recommends firefox-esr), led through WebDriver BiDi without a driver of
 // its own. BiDi has no command for light and dark in this Firefox, so that a setting of its profile says it, one browser for each.
@@ -121,16 +122,15 @@ function headline() {
   };
 }
 
-// Labels of an axis that are turned aslant lie side by side in boxes that meet. Firefox's letters are a little wider, so that it turns
-// labels at 400 px that Chromium does not.
+// Whether two texts of a chart are apart although their boxes meet: those of Firefox are 1 px larger than the text on each side, and
+// labels of an axis that are turned aslant lie side by side in boxes that meet.
 function apart(...texts) {
-  const turns = texts.map((text) => text.getScreenCTM?.());
-  const isAslant = (turn) => turn && Math.min(Math.abs(turn.a), Math.abs(turn.b)) > 0.01;
-  if (!turns.every(isAslant)) return false;
-  const corners = texts.map((text, i) => {
+  if (!texts.every((text) => text instanceof SVGTextElement)) return false;
+  const corners = texts.map((text) => {
     const { x, y, width, height } = text.getBBox();
     const own = [[x, y], [x + width, y], [x + width, y + height], [x, y + height]];
-    return own.map(([a, b]) => new DOMPoint(a, b).matrixTransform(turns[i]));
+    const place = text.getScreenCTM();
+    return own.map(([a, b]) => new DOMPoint(a, b).matrixTransform(place));
   });
   const along = corners.flatMap(([a, b, , d]) => [[b.x - a.x, b.y - a.y], [d.x - a.x, d.y - a.y]]);
   return along.some(([x, y]) => {
@@ -212,12 +212,18 @@ function* headlineFaults(found, file) {
   }
   if (found.isComparison) {
     const shown = found.answer.match(/[+−-]?\d+(?:\.\d+)?(?:e[+−-]?\d+)?/g) ?? [];
-    for (const check of found.checks) {
+    // A best place is the one of the least objective, which is not shown; the headline and the number below it say what it costs.
+    const quoted = found.checks.filter((check) => check.columns.join() !== "objective");
+    for (const check of quoted) {
       // Of fewer digits than a comparison shows, nearly every number is some other one, rounded.
       const isShown = shown.some((text) => text.replace(/e.*|\D/g, "").replace(/^0+/, "").length >= 3 && isRounded(text, check.value));
       if (!isShown) yield `nowhere shows ${check.value}, the ${check.rule} of ${check.columns} in ${check.file}`;
     }
-    if (found.checks.length === 0) yield "quotes no number: there is nothing to hold the headline against";
+    if (found.checks.length === 0) yield "names no number that its headline quotes: the headline cannot be checked";
+    else if (quoted.length === 0) {
+      const [read, [first]] = [plain(found.sentence), found.numbers.map(({ value, unit }) => plain(`${value} ${unit}`))];
+      if (!first || !read.includes(first)) yield `the headline reads "${read}", the number below it ${first}`;
+    }
     return;
   }
   let told;

@@ -4,7 +4,7 @@
 //! unit wide and some borders of other shapes. A page pixel is divided into several units, which are averaged.
 
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{DynamicImage, ImageEncoder, RgbImage, RgbaImage};
+use image::{ColorType, ImageEncoder, RgbImage, RgbaImage};
 use plotters::backend::{BitMapBackend, DrawingBackend};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, FontTransform, RGBColor, TextStyle};
@@ -18,6 +18,8 @@ use super::text;
 
 /// Units per page pixel.
 const SCALE: f64 = 3.0;
+/// The same, counted.
+const BLOCK: usize = SCALE as usize;
 /// Opacity of the white behind text over colours.
 const BACKING: f64 = 0.8;
 /// How far polygonal cells reach under their neighbours, in pixels, so that no seams show.
@@ -30,12 +32,31 @@ pub(super) fn png(scene: &Scene) -> Result<Vec<u8>, FigureError> {
     let [width, height] = size(scene);
     let mut units = RgbImage::new(width, height);
     Painter { backend: BitMapBackend::with_buffer(&mut units, (width, height)) }.draw(scene)?;
-    let scaled = |length: u32| (f64::from(length) / SCALE) as u32;
     let mut out = Vec::new();
-    let page = DynamicImage::from(units).thumbnail_exact(scaled(width), scaled(height)).into_rgb8();
     let encoder = PngEncoder::new_with_quality(&mut out, CompressionType::Best, FilterType::Adaptive);
-    page.write_with_encoder(encoder).map_err(failed)?;
+    let [width, height] = [width, height].map(|length| length / BLOCK as u32);
+    encoder.write_image(&averaged(&units), width, height, ColorType::Rgb8).map_err(failed)?;
     Ok(out)
+}
+
+/// The mean of each block of units, by rows, three bytes a pixel.
+fn averaged(units: &RgbImage) -> Vec<u8> {
+    let channels = 3 * units.width() as usize;
+    let mut sums = vec![0_u16; channels / BLOCK];
+    let mut page = Vec::with_capacity(units.len() / (BLOCK * BLOCK));
+    for rows in units.chunks_exact(BLOCK * channels) {
+        sums.fill(0);
+        for row in rows.chunks_exact(channels) {
+            for (sum, block) in sums.chunks_exact_mut(3).zip(row.chunks_exact(3 * BLOCK)) {
+                for pixel in block.chunks_exact(3) {
+                    (0..3).for_each(|k| sum[k] += u16::from(pixel[k]));
+                }
+            }
+        }
+        let count = (BLOCK * BLOCK) as u16;
+        page.extend(sums.iter().map(|sum| ((sum + count / 2) / count) as u8));
+    }
+    page
 }
 
 /// The cells of a picture as a PNG file, an image to be stretched over its place; cells without a colour are transparent.
@@ -58,9 +79,9 @@ pub(super) fn cells(picture: &Picture) -> Result<Vec<u8>, FigureError> {
     match is_opaque {
         true => {
             let opaque: Vec<u8> = image.pixels().flat_map(|pixel| [pixel.0[0], pixel.0[1], pixel.0[2]]).collect();
-            encoder.write_image(&opaque, width, height, image::ColorType::Rgb8).map_err(failed)?;
+            encoder.write_image(&opaque, width, height, ColorType::Rgb8).map_err(failed)?;
         }
-        false => encoder.write_image(&image, width, height, image::ColorType::Rgba8).map_err(failed)?,
+        false => encoder.write_image(&image, width, height, ColorType::Rgba8).map_err(failed)?,
     }
     Ok(out)
 }

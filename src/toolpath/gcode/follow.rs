@@ -17,7 +17,8 @@ use crate::toolpath::{
 };
 
 impl Interpreter {
-    /// The motion the line makes, if it has a coordinate or, for arcs, a centre.
+    /// The motion the line makes, if it has a coordinate, an angle of an axis that is followed or, for arcs, a centre. It may lead to where the
+    /// tool is: the line is one for the control, which leads elsewhere once the lines before it are corrected.
     pub(super) fn motion(&mut self, line: usize, request: &Request) -> Result<Option<Motion>, Refusal> {
         let axes = request.axes();
         let is_arc = matches!(self.modal.motion, Some(MotionCode::Arc(_)));
@@ -25,10 +26,13 @@ impl Interpreter {
             self.refuse_arc_words(request)?;
         }
         let coordinate = axes.iter().flatten().copied().next();
-        let turns = || self.turning().turns().then(|| request.rotary().into_iter().flatten().next()).flatten();
-        let Some(first) = coordinate.or_else(|| request.arc_words().next()).or_else(turns) else {
+        let angle = || request.rotary().into_iter().flatten().find(|word| self.rotary_axes.has(word.letter));
+        let Some(first) = coordinate.or_else(|| request.arc_words().next()).or_else(angle) else {
             return Ok(None);
         };
+        if self.modal.motion.is_none() && coordinate.is_none() && !self.turning().turns() {
+            return Ok(None);
+        }
         if request.g(GWord::Dwell).is_some() {
             // X is how long; then nothing else may be on the line that would be a motion.
             let is_time = axes[1].is_none() && axes[2].is_none() && request.motion_word().is_none();

@@ -139,11 +139,11 @@ impl Interpreter {
         if request.ends_program {
             self.ended_in = Some(number);
         }
-        if effect.motions.iter().any(Motion::is_lost) {
-            self.notes.not_located.push(number);
-        }
         for motion in &mut effect.motions {
             motion.words.clone_from(&words);
+        }
+        if effect.motions.iter().any(Motion::is_lost) {
+            self.notes.not_located.push(number);
         }
         if let Some(origin_at) = &mut effect.origin_at {
             origin_at.words = words;

@@ -115,10 +115,13 @@ pub(crate) struct Motion {
 }
 
 impl Motion {
-    /// Whether it moves the tool from or to a place that is not known; a cycle that drills nothing (L0) does not move it.
+    /// Whether it moves the tool from or to a place that is not known; a cycle that drills nothing (L0) does not move it, nor does an angle
+    /// at which its axis stands.
     pub fn is_lost(&self) -> bool {
-        let drills_nothing = matches!(self.code, MotionCode::Cycle(_)) && self.start == self.end;
-        self.geometry == Geometry::Unlocated && !drills_nothing
+        let names_angles_alone =
+            self.words.iter().all(|word| !matches!(word.letter, 'X' | 'Y' | 'Z' | 'I' | 'J' | 'K' | 'R'));
+        let stays = matches!(self.code, MotionCode::Cycle(_)) || (names_angles_alone && !self.turning.turns());
+        self.geometry == Geometry::Unlocated && !(stays && self.start == self.end)
     }
 
     /// Whether it is a flat arc that would rise from `start` to `end`.
