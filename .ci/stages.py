@@ -255,18 +255,17 @@ def tree_of(commit=None):
 def ago():
     """Says how many commits ago .ci/full has passed, and whether that is not too long ago."""
     lines = [line.split("\t") for line in (ROOT / LOG).read_text().splitlines()] if (ROOT / LOG).exists() else []
-    passed = [line for line in lines if len(line) > 2 and line[2] == "passed"]
-    if not passed:
-        sys.exit(f"{LOG}: no run that passed; run .ci/full")
-    trees = {line[1] for line in passed}
+    trees = {line[1] for line in lines if len(line) > 2 and line[2] == "passed"}
     commits = git("rev-list", f"--max-count={MOST_COMMITS + 1}", "HEAD").split()
-    count = next((count for count, commit in enumerate(commits) if tree_of(commit) in trees), None)
+    count = next((count for count, commit in enumerate(commits) if tree_of(commit) in trees), None) if trees else None
     if count is not None:
         print(f".ci/full passed on the tree of {count} commits ago")
     else:
-        # A history that was rewritten has other trees; what was written down then is all there is.
-        count = int(git("rev-list", "--count", "HEAD", f"^{git('log', '-1', '--format=%H', '--', LOG)}"))
-        print(f".ci/full passed on a tree that none of the last {len(commits)} commits has; {LOG} was written {count} commits ago")
+        # Of a history that was rewritten, and before the first pass, what is known is when the log was written, or that there is such a check.
+        since = LOG if trees else ".ci/full"
+        count = int(git("rev-list", "--count", "HEAD", f"^{git('log', '-1', '--format=%H', '--', since)}"))
+        what = f"none of the last {len(commits)} commits has a tree on which .ci/full passed" if trees else ".ci/full has not passed yet"
+        print(f"{what}; {since} was written {count} commits ago")
     if count > MOST_COMMITS:
         sys.exit(f"more than {MOST_COMMITS} commits ago: run .ci/full and commit {LOG}")
 
