@@ -156,10 +156,10 @@ FULL = [
 
 
 class Runner:
-    """Runs stages, each when those that it comes after have passed."""
+    """Runs stages, each when those that it comes after have passed; `goes_on`: also when others have failed."""
 
-    def __init__(self, stages, out, known):
-        self.stages, self.results, self.out = stages, dict(known), out
+    def __init__(self, stages, out, known, goes_on):
+        self.stages, self.results, self.goes_on = stages, dict(known), goes_on
         self.env = os.environ | {
             "OUT": str(out),
             "TARGET": str(TARGET),
@@ -212,7 +212,7 @@ class Runner:
             while waiting or futures:
                 ready = [stage for stage in waiting if not (set(stage.after) & names) - done]
                 free = max(2, os.cpu_count() or 2) - len(futures)
-                for stage in ready[:free] if not failed else []:
+                for stage in ready[:free] if self.goes_on or not failed else []:
                     waiting.remove(stage)
                     self.say(f"{stage.name} begins")
                     futures[pool.submit(self.one, stage)] = stage
@@ -221,8 +221,10 @@ class Runner:
                 for future in concurrent.futures.wait(futures, return_when=concurrent.futures.FIRST_COMPLETED).done:
                     stage = futures.pop(future)
                     self.results[stage.name] = future.result()
-                    failed |= not self.results[stage.name]["passed"]
-                    done.add(stage.name)
+                    if self.results[stage.name]["passed"]:
+                        done.add(stage.name)
+                    else:
+                        failed = True
                     keep(self.results)
         return not failed
 
@@ -272,9 +274,14 @@ def ago():
 
 def record(tree, results, stages):
     """Adds a line to the log: when, which tree, what came of it, and the stages with their seconds of processor time."""
-    passed = all(results[stage.name]["passed"] for stage in stages)
-    each = [f"{s.name}{'' if results[s.name]['passed'] else ' FAILED'} {results[s.name]['processor_s']:.0f} s" for s in stages]
-    line = "\t".join([datetime.date.today().isoformat(), tree, "passed" if passed else "failed", ", ".join(each)])
+    def one(stage):
+        result = results.get(stage.name)
+        if result is None:
+            return f"{stage.name} not run"
+        return f"{stage.name} {'' if result['passed'] else 'FAILED '}{result['processor_s']:.0f} s"
+
+    passed = all(results.get(stage.name, {}).get("passed") for stage in stages)
+    line = "\t".join([datetime.date.today().isoformat(), tree, "passed" if passed else "failed", ", ".join(map(one, stages))])
     file = ROOT / LOG
     lines = file.read_text().splitlines() if file.exists() else []
     file.write_text("\n".join([*lines, line][-MOST_LINES:]) + "\n")
@@ -323,7 +330,7 @@ def main():
         written.replace(file)
 
     out = Path(tempfile.mkdtemp())
-    runner = Runner(chosen, out, known)
+    runner = Runner(chosen, out, known, which == "full")
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     try:
         passed = runner.all(keep)
@@ -332,7 +339,7 @@ def main():
         shutil.rmtree(out, ignore_errors=True)
     results = runner.results
     print(table(stages, results))
-    if which == "full" and all(stage.name in results for stage in stages):
+    if which == "full" and (not passed or all(stage.name in results for stage in stages)):
         record(tree, results, stages)
         print(f"written to {LOG}: commit it")
     sys.exit(0 if passed else 1)

@@ -256,8 +256,14 @@ fn check_compensation(machine: &Machine, trial: &Trial, at: &Configuration) {
     let at_rest = equilibrium(machine, &at.drives, &Wrench::zero(), &mut rest, &mut Workspace::new(machine), &settings);
     let wanted = Some(if machine.own_forces().is_some() { rest.pose } else { at.pose });
     for target in [Target::ToolTip, Target::FullPose] {
-        let demand = Demand { pose: at.pose, load: trial.load(), target, wanted: None, external: None };
-        for method in Method::ALL {
+        let own = Demand { pose: at.pose, load: trial.load(), target, wanted: None, external: None };
+        // Where a machine rests is known to the tolerance of equilibria, and the session finds another one than we: asked for ours, it is led
+        // there; asked for its own, it is near.
+        let ours = Demand { wanted: machine.own_forces().and(wanted), ..own };
+        let tight = 1e-10 + 1e-12 * machine.reach;
+        let asked = Method::ALL.map(|method| (ours, method, tight));
+        for (demand, method, most) in asked.into_iter().chain([(own, Method::Direct, tight.max(1e-8 * machine.reach))])
+        {
             let settings = compensation::CompensationSettings {
                 max_iterations: 30,
                 ..compensation::CompensationSettings::default()
@@ -271,7 +277,7 @@ fn check_compensation(machine: &Machine, trial: &Trial, at: &Configuration) {
                 assert_eq!(at_rest.status, Status::Solved);
                 let left = Demand { wanted, ..demand }.task_error(machine, &session.state().pose).size();
                 assert!(
-                    left <= 1e-10 + 1e-12 * machine.reach && done.outcome.is_some(),
+                    left <= most && done.outcome.is_some(),
                     "{}: {left} mm left, {:?}",
                     method.label(),
                     done.history
