@@ -331,7 +331,13 @@ def main():
 
     out = Path(tempfile.mkdtemp())
     runner = Runner(chosen, out, known, which == "full")
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+
+    def interrupted(number, _):
+        runner.stop()
+        sys.exit(128 + number)
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, interrupted)
     try:
         passed = runner.all(keep)
     finally:
