@@ -259,7 +259,8 @@ fn check_compensation(machine: &Machine, trial: &Trial, at: &Configuration) {
         let own = Demand { pose: at.pose, load: trial.load(), target, wanted: None, external: None };
         // Where a machine rests is known to the tolerance of equilibria, and the session finds another one than we: asked for ours, it is led
         // there; asked for its own, it is near.
-        let ours = Demand { wanted: machine.own_forces().and(wanted), ..own };
+        let is_at_rest = machine.own_forces().is_some() && at_rest.status == Status::Solved;
+        let ours = Demand { wanted: wanted.filter(|_| is_at_rest), ..own };
         let tight = 1e-10 + 1e-12 * machine.reach;
         let asked = Method::ALL.map(|method| (ours, method, tight));
         for (demand, method, most) in asked.into_iter().chain([(own, Method::Direct, tight.max(1e-8 * machine.reach))])
