@@ -258,6 +258,8 @@ def ago():
     """Says how many commits ago .ci/full has passed, and whether that is not too long ago."""
     lines = [line.split("\t") for line in (ROOT / LOG).read_text().splitlines()] if (ROOT / LOG).exists() else []
     trees = {line[1] for line in lines if len(line) > 2 and line[2] == "passed"}
+    if subprocess.run(["git", "rev-parse", "--verify", "--quiet", "HEAD"], cwd=ROOT, stdout=subprocess.DEVNULL).returncode != 0:
+        return print("there is no history here: how long ago .ci/full has passed is not known")
     commits = git("rev-list", f"--max-count={MOST_COMMITS + 1}", "HEAD").split()
     count = next((count for count, commit in enumerate(commits) if tree_of(commit) in trees), None) if trees else None
     if count is not None:
@@ -319,7 +321,7 @@ def main():
         return print(*(f"{stage.name:12} {stage.reason}" for stage in stages), sep="\n")
     if options.table:
         return print(table(stages, state.get("results", {})))
-    tree = tree_of()
+    tree = tree_of() if which == "full" else ""
     goes_on = which == "full" and not options.again and state.get("tree") == tree
     known = {name: result for name, result in state.get("results", {}).items() if result["passed"]} if goes_on else {}
     chosen = [stage for stage in stages if not options.stages or stage.name in options.stages]
