@@ -90,7 +90,7 @@ FULL = [
     Stage("properties", "20 times the cases of `cargo test`, from new seeds: an hour of draws finds what a fixed seed does not.", """
         export INVARIANT_CASES=20 PROPTEST_RNG_SEED=${PROPTEST_RNG_SEED:-$(date +%s)}
         echo "PROPTEST_RNG_SEED=$PROPTEST_RNG_SEED draws the same again"
-        modules=$(grep -lE 'proptest!|TestRunner::new' tests/it/*.rs | xargs -n 1 basename -s .rs | sed 's/$/::/')
+        modules=$(grep -lE 'proptest!|\\bcases\\(' tests/it/*.rs | xargs -n 1 basename -s .rs | sed 's/$/::/')
         files=$(grep -rl 'proptest!' src --include='*.rs' | sed -E 's|^src/||; s|/mod\\.rs$||; s|\\.rs$||; s|/|::|g; s|$|::tests::|')
         cargo test --all-features --test it -- $modules
         cargo test --all-features --lib -- $files
@@ -100,7 +100,11 @@ FULL = [
         echo "PROPTEST_RNG_SEED=$PROPTEST_RNG_SEED FUZZ_SEED=$FUZZ_SEED draws the same again"
         URDF_FOLDERS="$PWD/tests/urdf" cargo test --all-features --test it -- --ignored
     """, ("properties",)),
-    Stage("question", "A new question is one folder and one line: compiles the program once more.", "tests/question/add.sh", ("long",)),
+    Stage("assertions", "With debug assertions, which make tests slower by half: compiles the program once more.", """
+        cargo test --all-features --lib
+        cargo test --all-features --test it -- lanes:: reference_states:: random_machines::
+    """, ("long",), {"CARGO_PROFILE_DEV_DEBUG_ASSERTIONS": "true"}),
+    Stage("question", "A new question is one folder and one line: compiles the program once more.", "tests/question/add.sh", ("assertions",)),
     Stage("package", "What others get is complete, and its examples run: compiles a copy.", """
         cargo package --quiet --allow-dirty --no-verify
         tar -xf "$TARGET"/package/kinetostat-*.crate -C "$OUT"

@@ -5,7 +5,8 @@
 
 A fault is a patch under two lines: `Claim:`, what is promised and then broken, and `Caught by:`, a stage of .ci/run or .ci/full, for `tests`
 with names of tests (`lib:` before those of src). Tests are run alone, so that they, and no others, catch it; all of them pass without it. A fault
-that does not build is none. Ends with 1 if a fault is not caught. --record writes caught.tsv. The copy is target/mutations.
+that does not build is none. Ends with 1 if a fault is not caught. --record writes what was found into caught.tsv, after each fault, and leaves
+what it says of others. The copy is target/mutations.
 """
 
 import argparse
@@ -102,6 +103,15 @@ def caught_by_stage(stage):
     return [] if passed else [reason[0][:120] if reason else "(ended)"]
 
 
+def record(row, there):
+    """Replaces the row of a fault; those of patches that are gone are left out."""
+    file = HERE / "caught.tsv"
+    rows = file.read_text().splitlines()[1:] if file.exists() else []
+    by_name = {other.split("\t")[0]: other for other in [*rows, row]}
+    kept = [by_name[name] for name in sorted(by_name) if name in there]
+    file.write_text("fault\tby\tstage\tfirst sign\n" + "\n".join(kept) + "\n")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--record", action="store_true", help="write caught.tsv")
@@ -128,10 +138,10 @@ def main():
         missed += not failed
         where = "" if not failed else ".ci/run" if stage in RUN_STAGES else ".ci/full"
         rows.append(f"{patch.stem}\t{where}\t{verdict}")
+        if options.record:
+            record(rows[-1], {patch.stem for patch in patches})
         print(f"{rows[-1]}\t{time.monotonic() - began:.0f} s\t{claim}", flush=True)
     print(f"{len(rows)} faults, {missed} not caught")
-    if options.record:
-        (HERE / "caught.tsv").write_text("fault\tby\tstage\tfirst sign\n" + "\n".join(rows) + "\n")
     sys.exit(1 if missed else 0)
 
 

@@ -299,7 +299,7 @@ fn random_search_finds_nothing_better() {
             assert!(best > 1e-3, "the limits should bind: {best}");
             let mut random = Random(1);
             let mut closest = f64::INFINITY;
-            for trial in 0..6000 {
+            for trial in 0..3000 {
                 let radius = 0.3 * 0.3f64.powi(trial % 8);
                 let mut moved = corrections(&path);
                 moved.iter_mut().flatten().for_each(|u| *u += radius * random.next());

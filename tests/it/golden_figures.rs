@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path};
 
-use crate::support::{command::printed, golden::same};
+use crate::support::{command::printed, golden::same, placement::short_placement};
 use kinetostat::report::figures::{
     AgreementFigure, AgreementRow, Colours, CurvePanel, Figure, LineFigure, LineSeries, Look, Mark2, Mark3, Meant,
     PanelCurve, PanelFigure, PlanField, PlanFigure, PlanShape, Shading, SliceFigure, SlicePanel, VolumeFigure,
@@ -171,12 +171,14 @@ fn texts_can_be_read_in_a_column() {
 
 /// The figures of a study, computed for few points: the answer comes first, and no two have one title.
 fn figures_of(study: &str, out: &Path) -> Vec<(String, String)> {
-    let size = match study {
-        "02_groove_50mm" | "06_paper" => ["--points", "13"],
-        _ => ["--grid", "2"],
+    let coming_with = Path::new("studies").join(study);
+    let (study_folder, size) = match study {
+        "02_groove_50mm" => (coming_with, &["--points", "13"][..]),
+        "03_placement_circle" => (short_placement(out), &[][..]),
+        _ => (coming_with, &["--grid", "2"][..]),
     };
-    let study_folder = format!("studies/{study}");
-    printed(&[&["run", study_folder.as_str(), "--out", out.to_str().unwrap()], &size[..]].concat());
+    let out = out.join("results");
+    printed(&[&["run", study_folder.to_str().unwrap(), "--out", out.to_str().unwrap()], size].concat());
     let report: serde_json::Value = serde_json::from_slice(&fs::read(out.join("report.json")).unwrap()).unwrap();
     let notes = report["figures"].as_array().unwrap();
     assert_eq!(notes[0]["file"], "answer", "{study}");

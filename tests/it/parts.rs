@@ -26,6 +26,7 @@ use proptest::prelude::*;
 use crate::support::{
     cases::cases,
     command::{printed, told},
+    placement::short_placement,
     results::{assert_same, contents},
 };
 
@@ -158,7 +159,8 @@ fn a_map_in_parts_is_the_whole_map() {
     let folder = tempfile::tempdir().unwrap();
     let study = written(folder.path(), MAP);
     assert_eq!(study.kind.pieces(), 3);
-    holds(folder.path(), &study, &[1, 2, 3, 7], true);
+    holds(&folder.path().join("drawn"), &study, &[3], true);
+    holds(&folder.path().join("tables"), &study, &[1, 2, 7], false);
 }
 
 #[test]
@@ -172,7 +174,7 @@ fn a_superposition_in_parts_is_the_whole_one() {
 #[test]
 fn a_path_in_parts_is_the_whole_path() {
     let folder = tempfile::tempdir().unwrap();
-    let study = coming_with("02_groove_50mm", &Overrides { points: Some(600), ..Overrides::default() });
+    let study = coming_with("02_groove_50mm", &Overrides { points: Some(400), ..Overrides::default() });
     assert_eq!(study.kind.pieces() % 3, 0);
     holds(folder.path(), &study, &[1, 2, 3, 7], false);
 }
@@ -199,19 +201,8 @@ fn an_online_study_in_parts_is_the_whole_one() {
     holds(folder.path(), &study, &[1, 2, 3, 7], false);
 }
 
-/// A placement whose sweep, searches and front are short.
 fn placement(folder: &Path) -> Study {
-    let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/03_placement_circle");
-    let toml = fs::read_to_string(from.join("study.toml")).unwrap();
-    let few = toml
-        .replace("grid = { x = 9, y = 9, z = 5 }", "grid = { x = 4, y = 4, z = 3 }")
-        .replace("starts = 3", "starts = 1")
-        .replace("max_iterations = 80", "max_iterations = 4")
-        .replace("points = 121", "points = 25");
-    assert_ne!(few, toml);
-    fs::create_dir_all(folder.join("study")).unwrap();
-    fs::copy(from.join("process.toml"), folder.join("study/process.toml")).unwrap();
-    written(folder, &few)
+    Study::open(&short_placement(folder), &Overrides::default()).unwrap()
 }
 
 #[test]

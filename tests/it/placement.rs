@@ -100,8 +100,11 @@ fn giving_places_up_changes_no_winner_no_start_and_no_front() {
         ("worst_deflection = 1.0", "[\"rms_deflection\", \"worst_drive_force\"]"),
         ("share_within_tolerance = 1.0, worst_correction = 0.5", "[\"stability_margin\", \"departure\"]"),
     ] {
-        let changes =
-            [("weights = { worst_deflection = 1.0 }", &*format!("weights = {{ {weights} }}\npareto = {pareto}"))];
+        let changes = [
+            ("weights = { worst_deflection = 1.0 }", &*format!("weights = {{ {weights} }}\npareto = {pareto}")),
+            ("points = 33", "points = 25"),
+            ("x = 5, y = 5", "x = 4, y = 4"),
+        ];
         let mut study = groove(&changes);
         study.search.max_iterations = 4;
         let pruned = searched(&study);

@@ -3,7 +3,10 @@
 
 use std::path::Path;
 
-use crate::support::placement::{searched, study_in};
+use crate::support::{
+    cases::cases,
+    placement::{searched, study_in},
+};
 use kinetostat::study::placement::{
     Bounds, End, Entry, Evaluator, Metric, Metrics, PlacementResults, PlacementStudy, Site, SiteGrid, compare,
     report::summary_text,
@@ -415,7 +418,7 @@ const GOAL: f64 = 1e-3;
 
 #[test]
 fn random_problems_are_solved_as_well_as_by_brute_force() {
-    let count: u64 = std::env::var("PLACEMENT_PROBLEMS").ok().and_then(|count| count.parse().ok()).unwrap_or(4);
+    let count = u64::from(cases(2).cases);
     let first: u64 = std::env::var("PLACEMENT_FIRST").ok().and_then(|first| first.parse().ok()).unwrap_or(0);
     let (mut worst, mut beaten_most) = (f64::MIN, 0.0f64);
     for seed in first..first + count {

@@ -10,7 +10,10 @@ use std::{
 
 use serde_json::Value;
 
-use crate::support::results::{assert_same, contents};
+use crate::support::{
+    placement::short_placement,
+    results::{assert_same, contents},
+};
 
 const STATE: &str = "unfinished_run.state";
 
@@ -224,8 +227,8 @@ fn ctrl_c_leaves_what_can_be_gone_on_with_and_nothing_else() {
 #[cfg(unix)]
 fn stop_a_search(at: &[u64]) {
     let folder = tempfile::tempdir().unwrap();
-    let study = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/03_placement_circle");
-    let options = ["--grid", "2", "--no-figures"];
+    let study = short_placement(folder.path());
+    let options = ["--no-figures"];
     let (out, whole) = (folder.path().join("out"), folder.path().join("whole"));
     ended(0, &[&["run", path(&study), "--out", path(&whole)], &options[..]].concat());
     for &kept in at {
