@@ -74,7 +74,7 @@ int kinematicsInverse(const EmcPose *world, double *joints, const KINEMATICS_INV
 int kinematicsForward(const double *joints, EmcPose *world, const KINEMATICS_FORWARD_FLAGS *forward_flags,
                       KINEMATICS_INVERSE_FLAGS *inverse_flags)
 {
-    double drives[DRIVES], position_mm[3];
+    double drives[DRIVES], position_mm[3] = {world->tran.x, world->tran.y, world->tran.z};
     for (int drive = 0; drive < DRIVES; drive++) drives[drive] = joints[drive] * unit(drive);
     if (loaded_forward(&machine, drives, position_mm) != 0) return -1;
     *world = (EmcPose){.tran = {.x = position_mm[0], .y = position_mm[1], .z = position_mm[2]}};

@@ -16,8 +16,9 @@ enum loaded_status {
     LOADED_LIMITED = 1,            /* size or rate takes a part of the correction away */
     LOADED_FORCE_OUT_OF_RANGE = 2, /* the nearest one in range is corrected */
     LOADED_FORCE_NOT_A_NUMBER = 3, /* the last one is kept */
-    LOADED_NOT_SOLVED = 4,         /* the correction is held */
-    LOADED_NOT_RUNNING = 5         /* loaded_next_cycle has not been called */
+    LOADED_BEYOND_BOX = 4,         /* the correction is that of the nearest place in the box */
+    LOADED_NOT_SOLVED = 5,         /* the correction is held, or nothing is commanded */
+    LOADED_NOT_RUNNING = 6         /* loaded_next_cycle has not been called */
 };
 
 /* What a cycle is told. */
@@ -32,6 +33,7 @@ struct loaded_input {
 struct loaded_correction {
     double wanted[KINETOSTAT_DRIVES];
     double applied[KINETOSTAT_DRIVES];
+    int limited; /* limits take a part of it away */
     enum loaded_status status;
 };
 
@@ -40,6 +42,9 @@ struct loaded_kinematics {
     double held[KINETOSTAT_DRIVES]; /* correction at the end of the cycle before */
     struct loaded_correction last;  /* of the last call of loaded_inverse in this cycle, if there was one */
     enum loaded_status status;      /* the worst of this cycle's input and the last cycle's correction */
+    int is_lost;                    /* the last call of loaded_forward had no answer: loaded_inverse has none until one has */
+    double inverse[3][3];           /* of the Jacobian where loaded_forward was last beyond the box, if has_inverse */
+    int has_inverse;
     unsigned saturations;           /* cycles in which limits took a part of the correction away */
 };
 
@@ -49,10 +54,12 @@ void loaded_start(struct loaded_kinematics *machine);
 /* Begins a cycle. What the last call of `loaded_inverse` gave is the correction that the drives have. */
 void loaded_next_cycle(struct loaded_kinematics *machine, const struct loaded_input *input);
 
-/* Drives for a position. 0, or -1 if it lies outside of the box of the generated functions: `drives` is then left as it was. */
+/* Drives for a position. Beyond the box of the generated functions those of the rigid machine with the correction of the nearest place in the
+ * box. 0, or -1 if the machine does not reach there: `drives` is then left as it was. */
 int loaded_inverse(struct loaded_kinematics *machine, const double position_mm[3], double drives[KINETOSTAT_DRIVES]);
 
-/* Position for which `loaded_inverse` gives these drives, to 1e-6 mm. 0, or -1 if it lies outside of the box. */
-int loaded_forward(const struct loaded_kinematics *machine, const double drives[KINETOSTAT_DRIVES], double position_mm[3]);
+/* Position for which `loaded_inverse` gives these drives, to 1e-6 mm. `position_mm` holds the last one, near which it is looked for beyond
+ * the box. 0, or -1 if there is none: it is then left as it was. */
+int loaded_forward(struct loaded_kinematics *machine, const double drives[KINETOSTAT_DRIVES], double position_mm[3]);
 
 #endif

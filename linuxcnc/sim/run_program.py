@@ -3,6 +3,7 @@
 writes every cycle of the servo thread to a CSV. Ends with 1, and a message on standard error, where LinuxCNC reports an error."""
 
 import csv
+import math
 import sys
 import time
 
@@ -14,6 +15,7 @@ COLUMNS = (
     "correction_0 correction_1 correction_2 status clocks_update clocks_motion phase"
 ).split()
 PATIENCE_S = 60.0
+JOG_MM, JOG_MM_PER_S = 180.0, 90.0
 
 command, status, errors = linuxcnc.command(), linuxcnc.stat(), linuxcnc.error_channel()
 configuration = linuxcnc.ini(sys.argv[sys.argv.index("-ini") + 1])
@@ -93,6 +95,16 @@ def main():
     command.mode(linuxcnc.MODE_MANUAL)
     for teleop in (False, True, False, True):
         mode(samples, teleop)
+
+    # A joint jogged to where the tool is beyond the box, from there to axes, and back.
+    if configuration.find("KINS", "KINEMATICS") == "kinetostat_kins":
+        samples.phase = "beyond"
+        for way in (JOG_MM, -JOG_MM):
+            mode(samples, False)
+            end = status.joint_position[0] + way
+            command.jog(linuxcnc.JOG_INCREMENT, True, 0, math.copysign(JOG_MM_PER_S, way), abs(way))
+            wait(samples, lambda: status.inpos and abs(status.joint_position[0] - end) < 1e-3, "jogging a joint")
+            mode(samples, True)
     samples.take()
 
 

@@ -3,7 +3,8 @@
 
 The parts: `free` (corners of the box and random places, random loads, no bounds, every fourth switched off), `bounded` (a tool at rest
 under steps of the force, switched off and on, then moving, with range checks of other places in between), `same` (the same without these
-range checks), `faults` (a force that is not a number, one out of range, a place out of the box)."""
+range checks), `faults` (a force that is not a number, one out of range, a place out of reach, one that is not a number), `beyond` (places
+that limits of joints allow outside of the box, each for three cycles, every other one switched off)."""
 
 import csv
 import itertools
@@ -14,7 +15,10 @@ import time
 
 LOW, HIGH = (-73.65, -73.65, 26.35), (126.35, 126.35, 226.35)
 FORCE_N, MOMENT_NMM = 200.0, 2000.0
-BOUNDS = {"free": (100.0, 1e6), "bounded": (0.6, 5.0), "same": (0.6, 5.0), "faults": (100.0, 1e6)}
+BOUNDS = {"free": (100.0, 1e6), "bounded": (0.6, 5.0), "same": (0.6, 5.0), "faults": (100.0, 1e6), "beyond": (100.0, 1e6)}
+# Limits of joints in sim/orthoglide.ini, and the geometry of the Orthoglide.
+JOINTS = (-405.0, -155.0)
+LEG, OFFSET, TOOL = 310.0, 31.0, (0.0, 0.0, 100.0)
 INPUTS = "x y z ahead_x ahead_y ahead_z force_x force_y force_z moment_x moment_y moment_z on".split()
 OUTPUTS = (
     "joint_0 joint_1 joint_2 back_0 back_1 back_2 correction_0 correction_1 correction_2 "
@@ -22,6 +26,27 @@ OUTPUTS = (
 ).split()
 STILL = (40.0, 20.0, 120.0)
 NO_LOAD = (0.0,) * 6
+
+
+def rigid(place):
+    """Joints of the rigid machine with its tool tip at a place, by the lengths of its legs."""
+    p = [a - b for a, b in zip(place, TOOL)]
+    inside = [LEG**2 - sum(c * c for c in p) + c * c for c in p]
+    return tuple(c - OFFSET - math.sqrt(s) for c, s in zip(p, inside))
+
+
+def position(joints):
+    """Where its tool tip is: each leg is a sphere about its foot, and the sum of their equations is one for the square of the distance."""
+    feet = [joint + OFFSET for joint in joints]
+    a = sum(0.25 / f**2 for f in feet)
+    b = sum(0.5 * (f**2 - LEG**2) / f**2 for f in feet) - 1.0
+    c = sum(0.25 * (f**2 - LEG**2) ** 2 / f**2 for f in feet)
+    found = []
+    for sign in (1.0, -1.0):
+        square = (sign * math.sqrt(b**2 - 4.0 * a * c) - b) / (2.0 * a)
+        found.append([(square + f**2 - LEG**2) / (2.0 * f) for f in feet])
+    # The other one is its mirror image behind the feet.
+    return tuple(p + t for p, t in zip(max(found, key=sum), TOOL))
 
 
 def rows(part):
@@ -37,7 +62,14 @@ def rows(part):
         not_a_number, too_much = (math.nan,) + load()[1:], (1e6,) + load()[1:]
         first = load()
         return [(STILL, STILL, first, True)] * 5 + [(STILL, STILL, not_a_number, True)] * 5 + [
-            (STILL, STILL, too_much, True)] * 5 + [(STILL, (500.0, 0.0, 100.0), first, True)] * 5 + [(STILL, STILL, first, True)] * 5
+            (STILL, STILL, too_much, True)] * 5 + [(STILL, (500.0, 0.0, 100.0), first, True)] * 5 + [(STILL, STILL, first, True)] * 5 + [
+            ((STILL[0], math.nan, STILL[2]), STILL, first, True)] * 5 + [(STILL, STILL, first, True)] * 5
+    if part == "beyond":
+        steps = [JOINTS[0] + share * (JOINTS[1] - JOINTS[0]) for share in (0.0, 0.25, 0.5, 0.75, 1.0)]
+        joints = list(itertools.product(steps, repeat=3)) + [tuple(chance.uniform(*JOINTS) for _ in range(3)) for _ in range(600)]
+        outside = [p for p in map(position, joints) if any(not low <= c <= high for low, c, high in zip(LOW, p, HIGH))]
+        places = [(p, p, load(), number % 2 == 0) for number, p in enumerate(outside)]
+        return [cycle for cycle in places for _ in range(3)]
     pressed = (140.0, -90.0, 60.0, 1000.0, -2000.0, 500.0)
     still = [(NO_LOAD, True)] * 300 + [(pressed, True)] * 300 + [(pressed, False)] * 200 + [(pressed, True)] * 300 + [(NO_LOAD, True)] * 200
     way = [tuple(s + 0.05 * k * d for s, d in zip(STILL, (1.0, 0.6, -0.8))) for k in range(600)]

@@ -3,7 +3,7 @@
 
 import sys
 
-from calls import BOUNDS
+from calls import BOUNDS, HIGH, LOW, rigid
 from checks import Checks, distance, largest_change, place, read, three
 from kinetostat import drives
 
@@ -20,7 +20,7 @@ def main():
     parts, checks = {}, Checks()
     for row in read(calls):
         parts.setdefault(row["part"], []).append(row)
-    free, bounded, same, faults = parts["free"], parts["bounded"], parts["same"], parts["faults"]
+    free, bounded, same, faults, beyond = (parts[name] for name in ("free", "bounded", "same", "faults", "beyond"))
 
     corrected = list(zip(*drives(program, process, folder, [place(row) for row in free], [load(row) for row in free])))
     wanted = [loaded if row["on"] else nominal for row, (nominal, loaded) in zip(free, corrected)]
@@ -49,8 +49,23 @@ def main():
     kept = {(row["status"], three(row, "joint")) for row in faults[5:10]}
     checks.holds("a force that is not a number keeps the last one, status 3", kept == {(3.0, three(faults[4], "joint"))})
     checks.holds("a force out of range is shortened, status 2", all(r["status"] == 2 and r["answer"] == 0 for r in faults[10:15]))
-    checks.holds("a place out of the box is refused", all(r["answer"] == 1 for r in faults[15:20]))
-    checks.holds("and it goes on behind", faults[-1]["status"] == 0 and three(faults[-1], "joint") == three(faults[4], "joint"))
+    checks.holds("a place out of reach is refused", all(r["answer"] == 1 for r in faults[15:20]))
+    checks.holds("one that is not a number, too", all(r["answer"] == 2 for r in faults[25:30]))
+    for last in (faults[24], faults[-1]):
+        checks.holds("and it goes on behind", last["status"] == 0 and three(last, "joint") == three(faults[4], "joint"))
+
+    print(f"{len(beyond)} cycles beyond the box:")
+    settled = beyond[2::3]
+    on, off = [row for row in settled if row["on"]], [row for row in settled if not row["on"]]
+    nearest = [tuple(min(max(c, low), high) for c, low, high in zip(place(row), LOW, HIGH)) for row in on]
+    nominal, loaded = drives(program, process, folder + "_nearest", nearest, [load(row) for row in on])
+    corrections = [tuple(b - a for a, b in zip(*both)) for both in zip(nominal, loaded)]
+    wanted = [tuple(a + b for a, b in zip(rigid(place(row)), correction)) for row, correction in zip(on, corrections)]
+    checks.holds("every call answers", all(row["answer"] == 0 for row in beyond))
+    checks.holds("told by the status", all(row["status"] == 4 for row in settled))
+    checks.at_most("switched off, joints from those of the legs' lengths", max(distance(three(r, "joint"), rigid(place(r))) for r in off), 1e-6)
+    checks.at_most("joints from these with the correction of the nearest place", max(distance(three(r, "joint"), w) for r, w in zip(on, wanted)), 1e-6)
+    checks.at_most("forward of inverse from the place", max(distance(three(r, "back"), place(r)) for r in beyond), 1e-6)
     return checks.end()
 
 

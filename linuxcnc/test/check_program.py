@@ -9,6 +9,7 @@ import sys
 from checks import Checks, distance, largest_change, place, read, three
 from kinetostat import drives
 
+JOG_MM_PER_S = 90.0
 SIZE_MM, RATE_MM_PER_S, CYCLE_S = 2.0, 20.0, 1e-3
 # LinuxCNC's own spline and its own rounding.
 SPLINE_MM = 1e-9
@@ -77,10 +78,16 @@ def main():
     checks.holds("joint mode and back are in the samples", len(modes) > 400)
     checks.at_most("change of a joint in a cycle while modes change", largest_change(modes, "joint"), step + SPLINE_MM)
 
+    beyond = [row for row in rows if row["phase"] == "beyond"]
+    far = [row["joint_0"] for row in beyond]
+    checks.holds(f"joint 0 is jogged by {max(far) - far[0]:.0f} mm, beyond the box", max(far) - far[0] > 179 and any(r["status"] == 4 for r in beyond))
+    checks.at_most("change of a joint in a cycle, axes moved from there", largest_change(beyond, "joint"), JOG_MM_PER_S * CYCLE_S + step + SPLINE_MM)
+
     plain = [row for row in read(samples_plain) if row["phase"] == "program"]
     print("Time in the servo thread (a simulation on a kernel that is not real-time; other programs interrupt it):")
     print(f"  motion-controller, correction on:  {microseconds([r for r in run if r['on']], 'clocks_motion', clocks)}")
     print(f"  motion-controller, correction off: {microseconds([r for r in run if not r['on']], 'clocks_motion', clocks)}")
+    print(f"  motion-controller, beyond the box: {microseconds([r for r in beyond if r['status'] == 4], 'clocks_motion', clocks)}")
     print(f"  motion-controller, LinuxCNC's trivkins: {microseconds(plain, 'clocks_motion', clocks)}")
     print(f"  kinetostat.update: {microseconds(run, 'clocks_update', clocks)}")
     return checks.end()

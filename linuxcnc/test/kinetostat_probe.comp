@@ -16,6 +16,8 @@ FUNCTION(_) {
     double joints[3], unused[3];
     answer = kinematicsInverse(&next, unused, 0, 0) ? 1 : kinematicsInverse(&world, joints, 0, 0) ? 2 : 0;
     if (answer) return;
+    /* From the position of the cycle before, as motion does. */
+    world = (EmcPose){.tran = {back(0), back(1), back(2)}};
     if (kinematicsForward(joints, &world, 0, 0)) answer = 3;
     for (int i = 0; i < 3; i++) joint(i) = joints[i];
     back(0) = world.tran.x;

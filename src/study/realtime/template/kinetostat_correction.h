@@ -5,8 +5,8 @@
  *
  * Positions in mm in the base frame O. Wrenches: forces in N, then moments in N mm about the tool tip, along the axes of the base,
  * as they act on the tool.
- * Arrays may overlap; no pointer may be NULL. Every call makes the same operations, allocates nothing and has no state: it may be called from any
- * thread.
+ * Arrays may overlap; no pointer may be NULL. Every call in the box makes the same operations; none allocates or has a state: they may be called
+ * from any thread.
  */
 #ifndef KINETOSTAT_CORRECTION_H
 #define KINETOSTAT_CORRECTION_H
@@ -44,18 +44,20 @@ extern "C" {
 /* Drive positions, in this order: {DRIVE_NAMES}; at which the loaded machine has its tool tip at position_mm under wrench.
  * 0: done.
  * 1: outside of the box or of the range of wrenches: drives are those of the nearest point of the box and the nearest wrench.
- * 2: the last step was larger than it may be: drives are left as they were. */
+ * 2: a number that is none or infinite, or the last step was larger than it may be: drives are left as they were. */
 int kinetostat_correct(const double position_mm[3], const double wrench[6], double drives[KINETOSTAT_DRIVES]);
 
 /* Tool tip at which the loaded machine stands with these drives under wrench.
  * 0: done.
  * 1: the position is outside of the box, or the wrench of its range: position_mm is that with the nearest drives and wrench that are not,
  *    and no error is stated of it.
- * 2: the last step was larger than it may be: position_mm is left as it was. */
+ * 2: as of kinetostat_correct: position_mm is left as it was. */
 int kinetostat_where(const double drives[KINETOSTAT_DRIVES], const double wrench[6], double position_mm[3]);
 
 /* Drive positions at which the rigid machine without errors has its tool tip at position_mm: what a controller without correction commands.
- * 0: done. 1: outside of the box: drives are those of its nearest point. 2: as of kinetostat_correct. */
+ * 0: done.
+ * 1: outside of the box: drives are continued from its nearest point to there, and no error is stated of them.
+ * 2: as of kinetostat_correct, or the machine does not reach there: drives are left as they were. */
 int kinetostat_nominal(const double position_mm[3], double drives[KINETOSTAT_DRIVES]);
 
 #ifdef __cplusplus

@@ -39,6 +39,25 @@ int main(void)
         if (kinetostat_correct(outside, nothing, drives) != 1 || kinetostat_correct(corner, nothing, at_corner) != 0
             || distance(drives, at_corner) != 0.0)
             return 1;
+        /* The rigid machine is led there. */
+        if (kinetostat_nominal(outside, drives) != 1 || kinetostat_nominal(corner, at_corner) != 0 || !(distance(drives, at_corner) > 0.0)
+            || !(distance(drives, at_corner) < 10.0))
+            return 1;
+    }
+    {
+        /* What is no number is not answered, and nothing is written. */
+        const double inside[3] = {KINETOSTAT_X_MAX_MM, KINETOSTAT_Y_MAX_MM, KINETOSTAT_Z_MAX_MM};
+        const double nothing[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, none = NAN;
+        for (i = 0; i < 6; i++) {
+            double place[3] = {inside[0], inside[1], inside[2]}, wrench[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, kept[3] = {1.0, 2.0, 3.0};
+            const double as_before[3] = {1.0, 2.0, 3.0};
+            wrench[i] = i % 2 ? none : INFINITY;
+            place[i % 3] = i < 3 ? none : -INFINITY;
+            if (kinetostat_correct(inside, wrench, kept) != 2 || kinetostat_correct(place, nothing, kept) != 2
+                || kinetostat_where(inside, wrench, kept) != 2 || kinetostat_where(place, nothing, kept) != 2
+                || kinetostat_nominal(place, kept) != 2 || distance(kept, as_before) != 0.0)
+                return 1;
+        }
     }
     return status != 0 || !(largest_drives <= 1e-6) || !(largest_position <= 1e-6) || !(largest_nominal <= 1e-6);
 }
