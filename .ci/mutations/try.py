@@ -132,7 +132,7 @@ def main():
             failed = caught_by_tests(tests) if stage == "tests" else caught_by_stage(stage)
             verdict = f"{stage}\t{' '.join(failed)}" if failed else "NOT CAUGHT\t"
         except (ValueError, subprocess.CalledProcessError) as fault:
-            failed, verdict = [], f"NO FAULT\t{fault}"
+            failed, verdict = [], f"NO FAULT\t{' '.join(str(fault).split())[-300:]}"
         finally:
             renew()
         missed += not failed
