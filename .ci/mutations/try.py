@@ -98,8 +98,8 @@ def caught_by_stage(stage):
     before = [] if stage in ("links", "controllers", "jobs", "linuxcnc", "exchange", "python") else ["tools"] if stage in RUN_STAGES else ["pages"]
     for name in before:
         run(f".ci/{'run' if stage in RUN_STAGES else 'full'}", name)
-    passed, said = run(f".ci/{'run' if stage in RUN_STAGES else 'full'}", stage)
-    reason = [line for line in said.splitlines() if re.search(r"FAULT|rror|FAILED|differ|no such", line)]
+    passed, said = run(*([".ci/run"] if stage in RUN_STAGES else [".ci/full", "--again"]), stage)
+    reason = [line for line in said.partition("-- the end of")[2].splitlines() if re.search(r"FAULT|rror|FAILED|differ|no such", line)]
     return [] if passed else [reason[0][:120] if reason else "(ended)"]
 
 

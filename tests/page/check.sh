@@ -22,9 +22,10 @@ test -s "$out/groove.nc"
 kinetostat run studies/03_placement_circle --grid 3 --out "$out/circle"
 if [ "$which" = brief ]; then
     check "$out/map/report.html" &
-    check --brief "$out/groove/report.html" "$out/circle/report.html"
-    wait $!
-    exit
+    failed=0
+    check --brief "$out/groove/report.html" "$out/circle/report.html" || failed=1
+    wait $! || failed=1
+    exit "$failed"
 fi
 kinetostat run studies/04_placement_pocket --grid 3 --out "$out/pocket"
 kinetostat run studies/06_paper --points 37 --out "$out/paper"

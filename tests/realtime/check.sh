@@ -36,7 +36,9 @@ cd "$folder/made"
 RUSTFLAGS="-D warnings" cargo build --release --quiet --target-dir target
 library=target/release/libkinetostat_correction.a
 symbols=$(nm "$library" 2> /dev/null)
-grep -q ' T kinetostat_correct$' <<< "$symbols" && grep -q ' T kinetostat_where$' <<< "$symbols" && grep -q ' T kinetostat_nominal$' <<< "$symbols"
+for name in correct where nominal; do
+    grep -q " T kinetostat_$name\$" <<< "$symbols"
+done
 if grep -i panic <<< "$symbols"; then
     echo "the library has a panic path" >&2
     exit 1
