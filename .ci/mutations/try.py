@@ -56,7 +56,7 @@ def run(*command):
         done = subprocess.run(command, cwd=COPY, env=ENV, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=LONGEST_S)
         return done.returncode == 0, done.stdout.decode(errors="replace")
     except subprocess.TimeoutExpired as late:
-        return False, f"{late}\n"
+        raise ValueError(str(late)) from late
 
 
 def patch_with(patch, *options):
@@ -97,7 +97,9 @@ def caught_by_stage(stage):
         raise ValueError(f"does not build:\n{said[-3000:]}")
     before = [] if stage in ("links", "controllers", "jobs", "linuxcnc", "exchange", "python") else ["tools"] if stage in RUN_STAGES else ["pages"]
     for name in before:
-        run(f".ci/{'run' if stage in RUN_STAGES else 'full'}", name)
+        made, said = run(f".ci/{'run' if stage in RUN_STAGES else 'full'}", name)
+        if not made:
+            raise ValueError(f"{name}, which {stage} needs, fails:\n{said[-3000:]}")
     passed, said = run(*([".ci/run"] if stage in RUN_STAGES else [".ci/full", "--again"]), stage)
     reason = [line for line in said.partition("-- the end of")[2].splitlines() if re.search(r"FAULT|rror|FAILED|differ|no such", line)]
     return [] if passed else [reason[0][:120] if reason else "(ended)"]
@@ -123,6 +125,13 @@ def main():
     all_tests = sorted({test for patch in chosen if header(patch)[1] == "tests" for test in header(patch)[2]})
     if all_tests and (failed := caught_by_tests(all_tests)):
         sys.exit(f"fail without a fault: {' '.join(failed)}")
+    for stage in sorted({header(patch)[1] for patch in chosen} - {"tests"}):
+        try:
+            failed = caught_by_stage(stage)
+        except ValueError as fault:
+            sys.exit(f"{stage} cannot be run: {fault}")
+        if failed:
+            sys.exit(f"{stage} fails without a fault: {' '.join(failed)}")
     rows, missed = [], 0
     for patch in chosen:
         claim, stage, tests = header(patch)
