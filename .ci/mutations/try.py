@@ -70,14 +70,14 @@ def tests_of(tests):
     of_lib = [test.removeprefix("lib:") for test in tests if test.startswith("lib:")]
     others = [test for test in tests if not test.startswith("lib:")]
     groups = [("--lib", of_lib), ("--test=it", others)]
-    return [["cargo", "test", "--quiet", "--all-features", target, "--", *names] for target, names in groups if names]
+    return [["cargo", "test", "--quiet", "--all-features", target, "--", "--exact", *names] for target, names in groups if names]
 
 
 def caught_by_tests(tests):
     """The tests that fail."""
     failed = []
     for command in tests_of(tests):
-        names = command[command.index("--") + 1 :]
+        names = command[command.index("--exact") + 1 :]
         build = command[: command.index("--")]
         built, said = run(*build, "--no-run")
         if not built:

@@ -159,8 +159,9 @@ fn a_map_in_parts_is_the_whole_map() {
     let folder = tempfile::tempdir().unwrap();
     let study = written(folder.path(), MAP);
     assert_eq!(study.kind.pieces(), 3);
-    holds(&folder.path().join("drawn"), &study, &[3], true);
-    holds(&folder.path().join("tables"), &study, &[1, 2, 7], false);
+    let (drawn, tables): (&[u32], &[u32]) = if cases(1).cases > 1 { (&[1, 2, 3, 7], &[]) } else { (&[3], &[1, 2, 7]) };
+    holds(&folder.path().join("drawn"), &study, drawn, true);
+    holds(&folder.path().join("tables"), &study, tables, false);
 }
 
 #[test]
@@ -174,7 +175,10 @@ fn a_superposition_in_parts_is_the_whole_one() {
 #[test]
 fn a_path_in_parts_is_the_whole_path() {
     let folder = tempfile::tempdir().unwrap();
-    let study = coming_with("02_groove_50mm", &Overrides { points: Some(400), ..Overrides::default() });
+    let study = coming_with(
+        "02_groove_50mm",
+        &Overrides { points: Some(cases(400).cases.min(600) as usize), ..Overrides::default() },
+    );
     assert_eq!(study.kind.pieces() % 3, 0);
     holds(folder.path(), &study, &[1, 2, 3, 7], false);
 }

@@ -16,6 +16,7 @@ views at 400 px, the switch of the theme, the print, and the page without WebGL.
 
 import argparse
 import csv
+import decimal
 import io
 import json
 import math
@@ -37,6 +38,8 @@ WIDTHS = [1280, 400]
 SCHEMES = ["light", "dark"]
 # The browser paints no taller picture than 8192 pixels in one piece.
 TILE = 4000
+# From the unit of a column to that of the number shown.
+FACTORS = {("mm", "mm"): 1, ("mm", "µm"): 1e3, ("deg", "°"): 1, ("", ""): 1, ("", "×"): 1, ("", "%"): 100}
 
 # What is asked of a page, in Firefox too.
 CHECKS = Path(__file__).with_name("checks.js").read_text(encoding="utf-8")
@@ -166,8 +169,10 @@ class Page:
         """The numbers that the first screen says it quotes are those of the tables."""
         text = self.page.evaluate("() => document.querySelector('[data-checks]')?.dataset.checks ?? ''")
         checks = json.loads(text) if text else []
-        for found in self.page.locator("[data-found]").all():
-            found = json.loads(found.get_attribute("data-found"))
+        for number in self.page.locator("[data-found]").all():
+            found = json.loads(number.get_attribute("data-found"))
+            shown, unit = (number.locator(part).inner_text().strip() for part in (".value", ".unit"))
+            self.expect(shows(shown, unit, found), f"headline: shows {shown} {unit} for {found['value']} of {found['columns']}")
             rule = {"largest": "max", "smallest": "min"}[found.pop("extreme")]
             checks.append({**found, "where": found["rows"], "rule": rule, "any_status": True})
         for check in checks:
@@ -404,6 +409,17 @@ def rows_of(check, file):
             statuses = [row[name] for name in ("status", "correction_status") if name in row]
             place = tuple(round(float(row[c]), 7) + 0.0 if is_number(row[c]) else row[c] for c in check.get("coordinates", []))
             yield place, row, all(status in ("solved", "converged") for status in statuses)
+
+
+def shows(text, unit, found):
+    """Whether a number is that of a column, rounded to the digits shown."""
+    column = re.search(r"_(mm|deg)$|$", found["columns"][0])[1] or ""
+    limit, number = re.fullmatch(r"(less than )?(.*)", text.replace("−", "-")).groups()
+    if (column, unit) not in FACTORS:
+        return False
+    value, shown = found["value"] * FACTORS[column, unit], decimal.Decimal(number)
+    half = 0.5 * 10.0 ** shown.as_tuple().exponent
+    return 0 <= value < float(shown) if limit else abs(value - float(shown)) <= half * (1 + 1e-9)
 
 
 def recomputed(check, folder):
