@@ -248,9 +248,9 @@ fn moved(path: &Toolpath) -> Vec<Vector3<f64>> {
     path.positions_mm().into_iter().enumerate().map(|(k, position)| position + shift(k)).collect()
 }
 
-/// Positions are refused only where coordinates end.
+/// Positions are refused only where coordinates end: what is written lies beyond positions by a deviation of sampling, 1 mm, and a move.
 fn beyond_the_end(positions: &[Vector3<f64>]) {
-    assert!(positions.iter().any(|position| position.amax() > 1e6), "positions refused for no reason");
+    assert!(positions.iter().any(|position| position.amax() > 1e6 - 3.0), "positions refused for no reason");
 }
 
 fn near(found: &[Vector3<f64>], wanted: &[Vector3<f64>], last_place: f64) {
