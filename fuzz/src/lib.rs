@@ -147,7 +147,16 @@ fn poses(data: &[u8], language: Language) {
     let same = program.rewrite(&path, &path.positions_mm(), None, format).expect("its own positions");
     assert!(same.bytes() == data, "rewritten without correction, it is another program");
     let moved = moved(&path);
-    let Ok(rewritten) = program.rewrite(&path, &moved, None, format) else { return beyond_the_end(&moved) };
+    let Ok(rewritten) = program.rewrite(&path, &moved, None, format) else {
+        // The end of a circle that goes to an angle is named, and moved, but not gone to.
+        let text = String::from_utf8_lossy(data);
+        let mut words = text.split(|c: char| !c.is_ascii_digit() && !matches!(c, '+' | '-' | '.' | 'e' | 'E'));
+        let names_end = words.any(|word| word.parse::<f64>().is_ok_and(|value| value.abs() > END_MM));
+        if !names_end {
+            beyond_the_end(&moved);
+        }
+        return;
+    };
     // A program near the end of the range may be moved out of it by rounding or by its base.
     if let Ok(back) = rewritten.read_back() {
         let last_place = 10f64.powi(-i32::from(format.mm_decimals()));
@@ -248,9 +257,12 @@ fn moved(path: &Toolpath) -> Vec<Vector3<f64>> {
     path.positions_mm().into_iter().enumerate().map(|(k, position)| position + shift(k)).collect()
 }
 
-/// Positions are refused only where coordinates end: what is written lies beyond positions by a deviation of sampling, 1 mm, and a move.
+/// From here on coordinates may end: what is written lies beyond positions by a deviation of sampling, 1 mm, and a move.
+const END_MM: f64 = 1e6 - 3.0;
+
+/// Positions are refused only where coordinates end.
 fn beyond_the_end(positions: &[Vector3<f64>]) {
-    assert!(positions.iter().any(|position| position.amax() > 1e6 - 3.0), "positions refused for no reason");
+    assert!(positions.iter().any(|position| position.amax() > END_MM), "positions refused for no reason");
 }
 
 fn near(found: &[Vector3<f64>], wanted: &[Vector3<f64>], last_place: f64) {

@@ -43,7 +43,9 @@ impl Interpreter {
             return Err(word.refuse(Fault::Rotary { letter, from: stood.unwrap_or(0.0) }));
         }
         let feeds = matches!(self.modal.motion, Some(MotionCode::Line | MotionCode::Arc(_)));
-        let goes = request.axes().iter().any(Option::is_some);
+        // A whole circle names its centre alone.
+        let goes = request.axes().iter().any(Option::is_some)
+            || ['I', 'J', 'K'].iter().any(|of| request.letter(*of).is_some());
         let may_be_chamfer = self.dialect == Dialect::Iso && letter != 'B';
         if may_be_chamfer && stood.is_none() && word.value != 0.0 && feeds && goes {
             return Err(word.refuse(Fault::Chamfer { letter }));
