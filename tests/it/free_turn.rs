@@ -156,6 +156,11 @@ fn where_joint_6_alone_turns_the_tool_the_turn_changes_nothing() {
     let best = on_own.best.as_ref().unwrap().along.rms_mm.unwrap();
     assert!((best - programmed).abs() < 1e-9 * programmed, "{best} and {programmed}");
     assert!(found.best.unwrap().along.rms_mm.unwrap() <= programmed * (1.0 + 1e-9));
+    // What costs the same stays as programmed.
+    for turned in [on_own.best, on_own.best_constant] {
+        let turns = turned.unwrap().turns_deg;
+        assert!(turns.iter().all(|turn| *turn == 0.0), "{turns:?}");
+    }
 }
 
 #[test]

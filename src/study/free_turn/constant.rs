@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::{
     knots::way,
-    lattice::Shape,
+    lattice::{Shape, TIE_MM},
     nodes::{Node, Solver, Standing},
     turnable::Turnable,
 };
@@ -35,12 +35,18 @@ pub(super) fn refined(
         (low, high) = (low.max(lowest), high.min(highest));
     }
     let mut best = (turn, cost_of_each(path, shape, stance, &[turn])[0]);
+    if turn != 0.0 && (lowest..=highest).contains(&0.0) {
+        let as_programmed = cost_of_each(path, shape, stance, &[0.0])[0];
+        if as_programmed <= best.1 + TIE_MM {
+            (best, low, high) = ((0.0, as_programmed), -step, step);
+        }
+    }
     for _ in 0..ROUNDS {
         work.check()?;
         let width = (high - low) / (TRIED - 1) as f64;
         let tried: Vec<f64> = (0..TRIED).map(|i| low + width * i as f64).collect();
         for (turn, cost) in tried.iter().zip(cost_of_each(path, shape, stance, &tried)) {
-            if cost < best.1 {
+            if cost < best.1 - TIE_MM {
                 best = (*turn, cost);
             }
         }
@@ -49,7 +55,7 @@ pub(super) fn refined(
     Ok(best.0)
 }
 
-/// What each of `turns` comes to if it is held all along: mm or mm², infinite where it cannot be.
+/// What each of `turns` comes to if it is held all along, mm; infinite where it cannot be.
 fn cost_of_each(path: &Turnable<'_>, shape: &Shape, stance: usize, turns: &[f64]) -> Vec<f64> {
     let places: Vec<usize> = (0..path.points().len()).collect();
     let chunks = places.par_chunks(CHUNK).map(|places| {
@@ -76,7 +82,8 @@ fn cost_of_each(path: &Turnable<'_>, shape: &Shape, stance: usize, turns: &[f64]
                 };
             }
         }
-        Some(sum)
+        let counted = (0..layers.len()).filter(|k| path.counts(*k)).count().max(1);
+        Some(if objective == TurnObjective::Rms { (sum / counted as f64).sqrt() } else { sum })
     };
     (0..turns.len()).map(|turn| held(turn).unwrap_or(f64::INFINITY)).collect()
 }

@@ -7,7 +7,10 @@ use super::{
     nodes::{Hindrance, Node, Standing},
     turnable::MOST_DRIVES,
 };
-use crate::process::TurnObjective;
+use crate::{
+    machine::Machine,
+    process::{ToolTurn, TurnObjective},
+};
 
 /// Nodes of a knot.
 #[derive(Debug, Clone)]
@@ -35,18 +38,50 @@ pub(super) struct Shape {
     pub full_turns: Vec<Option<f64>>,
     /// Fastest motion of each drive, rad/s; none if empty.
     pub speeds: Vec<f64>,
+    /// Turn and way to stand that are nearest to as programmed; none is preferred without.
+    pub programmed: Option<(usize, usize)>,
 }
+
+/// Costs that differ by no more are the same, mm: what solving the machine leaves open.
+pub(super) const TIE_MM: f64 = 1e-9;
 
 /// A hinge that moves by a larger share of a full turn from one point to the next is not led there: it has swung about.
 const SWUNG: f64 = 0.25;
 
 impl Shape {
+    /// How far and fast drives of `machine` may move: without a lattice.
+    pub fn of(machine: &Machine, turn: &ToolTurn) -> Self {
+        let speeds = turn.speed_limits_deg_per_s.iter().map(|limit| limit.to_radians()).collect();
+        Self { full_turns: machine.full_turns().collect(), speeds, ..Self::default() }
+    }
+
     /// Whether the drives may go from `before` to `after` within `seconds`.
     pub fn allows(&self, before: &[f64; MOST_DRIVES], after: &[f64; MOST_DRIVES], seconds: f64) -> bool {
         let way = |k: usize| (after[k] - before[k]).abs();
         let is_led = |(k, turn): (usize, &Option<f64>)| turn.is_none_or(|turn| way(k) <= SWUNG * turn);
         self.full_turns.iter().enumerate().all(is_led)
             && self.speeds.iter().enumerate().all(|(k, most)| way(k) <= most * seconds)
+    }
+
+    /// What a node costs more than one that is as programmed, mm: never more than a tie, together with [`Shape::motion`].
+    fn aside(&self, node: usize) -> f64 {
+        let Some((turn, stance)) = self.programmed else { return 0.0 };
+        let stands_aside = node % self.stances != stance;
+        TIE_MM * (0.5 * self.apart(turn, node / self.stances) + if stands_aside { 0.25 } else { 0.0 })
+    }
+
+    /// What it costs more to turn from one turn to another than to stay, mm.
+    fn motion(&self, from: usize, to: usize) -> f64 {
+        if self.programmed.is_some() { 0.25 * TIE_MM * self.apart(from, to) } else { 0.0 }
+    }
+
+    /// How far two turns are apart, as a share of the farthest.
+    fn apart(&self, a: usize, b: usize) -> f64 {
+        let steps = a.abs_diff(b);
+        match self.wraps {
+            true => steps.min(self.turns - steps) as f64 / (self.turns / 2).max(1) as f64,
+            false => steps as f64 / self.turns.saturating_sub(1).max(1) as f64,
+        }
     }
 
     /// Turns from which `turn` is reached in `steps` steps either way.
@@ -108,6 +143,8 @@ impl DeadEnd {
 pub(super) struct Held {
     /// Sum of squares of what counts, mm².
     pub squares: f64,
+    /// Of how many points.
+    pub weight: f64,
     /// The largest, mm.
     pub worst: f64,
 }
@@ -137,7 +174,7 @@ impl Walk {
     /// A walk that has passed nothing. `worst` objectives are solved twice: first for the least largest cost, then with that as
     /// `ceiling_mm` for the least sum of squares.
     pub fn new(shape: Shape, objective: TurnObjective, ceiling_mm: f64) -> Self {
-        let held = vec![Some(Held { squares: 0.0, worst: 0.0 }); shape.turns * shape.stances];
+        let held = vec![Some(Held { squares: 0.0, weight: 0.0, worst: 0.0 }); shape.turns * shape.stances];
         let (value, before, back) = (Vec::new(), Vec::new(), Vec::new());
         Self { shape, objective, ceiling_mm, value, before, back, held, dead_end: None }
     }
@@ -153,13 +190,21 @@ impl Walk {
         let (mut value, mut back) = (vec![f64::INFINITY; nodes.len()], vec![NONE; nodes.len()]);
         for (node, at) in own.iter().enumerate() {
             let Some(at) = at else { continue };
-            let reached = if is_first { Some((0.0, NONE)) } else { self.reach(node, at, band, seconds) };
-            let Some((so_far, from)) = reached else { continue };
-            value[node] = match self.objective {
-                TurnObjective::Rms => so_far + weight * at.cost_mm * at.cost_mm,
-                TurnObjective::Worst => f64::max(so_far, counted(at)),
+            let aside = self.shape.aside(node);
+            let with = |so_far: f64, more: f64| {
+                let cost = at.cost_mm + aside + more;
+                match self.objective {
+                    TurnObjective::Rms if weight > 0.0 => so_far + weight * cost * cost,
+                    // Where nothing is cut, motion alone.
+                    TurnObjective::Rms => so_far + (cost - at.cost_mm) * (cost + at.cost_mm),
+                    TurnObjective::Worst if weight > 0.0 => so_far.max(cost),
+                    TurnObjective::Worst => so_far,
+                }
             };
-            back[node] = from;
+            let reached =
+                if is_first { Some((with(0.0, 0.0), NONE)) } else { self.reach(node, at, band, seconds, with) };
+            let Some((cost, from)) = reached else { continue };
+            (value[node], back[node]) = (cost, from);
         }
         if self.dead_end.is_none() && value.iter().all(|value| value.is_infinite()) {
             self.dead_end = Some(DeadEnd::of(point, &nodes));
@@ -170,19 +215,28 @@ impl Walk {
         (self.value, self.before) = (value, nodes);
     }
 
-    /// The cheapest way to a node at which the machine stands as in `at`, and the turn that it comes from.
-    fn reach(&self, node: usize, at: &Standing, band: usize, seconds: f64) -> Option<(f64, u16)> {
+    /// The cheapest way to a node at which the machine stands as in `at`, and the turn that it comes from; `with`: what a way comes to with
+    /// the node, from what it came to before and what the motion costs.
+    fn reach(
+        &self,
+        node: usize,
+        at: &Standing,
+        band: usize,
+        seconds: f64,
+        with: impl Fn(f64, f64) -> f64,
+    ) -> Option<(f64, u16)> {
         let (turn, stance) = (node / self.shape.stances, node % self.shape.stances);
         let mut cheapest: Option<(f64, u16)> = None;
         for from in self.shape.near(turn, band) {
             let before = from * self.shape.stances + stance;
             let so_far = self.value[before];
             if so_far.is_finite()
-                && cheapest.is_none_or(|(least, _)| so_far < least)
+                && let value = with(so_far, self.shape.motion(from, turn))
+                && cheapest.is_none_or(|(least, _)| value < least)
                 && let Ok(standing) = &self.before[before]
                 && self.shape.allows(&standing.drives, &at.drives, seconds)
             {
-                cheapest = Some((so_far, from as u16));
+                cheapest = Some((value, from as u16));
             }
         }
         cheapest
@@ -197,6 +251,7 @@ impl Walk {
             *held = match (*held, node) {
                 (Some(held), Ok(at)) if is_led(at) => Some(Held {
                     squares: held.squares + weight * at.cost_mm * at.cost_mm,
+                    weight: held.weight + weight,
                     worst: if weight > 0.0 { held.worst.max(at.cost_mm) } else { held.worst },
                 }),
                 _ => None,
@@ -219,15 +274,19 @@ impl Walk {
         Some((value, turns, stance))
     }
 
-    /// The turn and way to stand that are best held all along.
+    /// The turn and way to stand that are best held all along; of those that are so within a tie, the nearest to as programmed.
     pub fn best_held(&self) -> Option<(usize, usize)> {
-        let squares = |held: &Option<Held>| held.map_or(f64::INFINITY, |held| held.squares);
+        let held =
+            || self.held.iter().enumerate().filter_map(|(node, held)| Some((node, (*held)?, self.shape.aside(node))));
         let most = match self.objective {
             TurnObjective::Rms => f64::INFINITY,
-            TurnObjective::Worst => self.held.iter().flatten().map(|held| held.worst).fold(f64::INFINITY, f64::min),
+            TurnObjective::Worst => held().map(|(_, held, aside)| held.worst + aside).fold(f64::INFINITY, f64::min),
         };
-        let costs = self.held.iter().map(|held| squares(&held.filter(|held| held.worst <= most)));
-        let (node, _) = least(costs)?;
+        let rms = |held: &Held| (held.squares / held.weight.max(1.0)).sqrt();
+        let within = held().filter(|(_, held, aside)| held.worst + aside <= most);
+        let (node, _) = within
+            .map(|(node, held, aside)| (node, rms(&held) + aside))
+            .reduce(|a, b| if b.1 < a.1 { b } else { a })?;
         Some((node / self.shape.stances, node % self.shape.stances))
     }
 }
@@ -300,6 +359,32 @@ mod tests {
         walk
     }
 
+    /// Nodes all of whose turns cost the same but for noise, and a step down from the third turn on.
+    fn indifferent(turns: usize, k: usize, step: f64) -> Layer {
+        let noise = |turn: usize| 1e-13 * ((7 * turn + 3 * k) % 5) as f64;
+        let cost = |turn: usize| 0.5 + noise(turn) - if turn >= 3 { step } else { 0.0 };
+        let node = |turn: usize| Ok(Standing { drives: [0.0; MOST_DRIVES], cost_mm: cost(turn) });
+        let nodes = (0..turns * STANCES).map(|node_of| node(node_of / STANCES)).collect();
+        Layer { weight: if k == 2 { 0.0 } else { 1.0 }, band: turns, seconds: 1.0, nodes }
+    }
+
+    #[test]
+    fn a_tie_goes_to_as_programmed_and_then_to_the_least_motion() {
+        let turns = 8;
+        let shape = Shape { stances: STANCES, turns, wraps: true, programmed: Some((1, 1)), ..Shape::default() };
+        for objective in [TurnObjective::Rms, TurnObjective::Worst] {
+            for (step, expected) in [(0.0, 1), (1e-10, 1), (1e-6, 3)] {
+                let layers: Vec<Layer> = (0..6).map(|k| indifferent(turns, k, step)).collect();
+                let walk = walked(&layers, &shape, objective, f64::INFINITY);
+                assert_eq!(walk.best_held(), Some((expected, 1)), "{objective:?} {step}");
+                if objective == TurnObjective::Rms {
+                    let (_, way, stance) = walk.cheapest().unwrap();
+                    assert_eq!((way, stance), (vec![expected; 6], 1), "{step}");
+                }
+            }
+        }
+    }
+
     proptest! {
         #![proptest_config(crate::cases::cases(128))]
 
@@ -319,6 +404,7 @@ mod tests {
                 wraps,
                 full_turns: vec![Some(5.0)],
                 speeds: vec![1.0],
+                programmed: None,
             };
             let all = all_ways(&layers, &shape);
             let rms = walked(&layers, &shape, TurnObjective::Rms, f64::INFINITY);

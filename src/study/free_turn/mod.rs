@@ -17,6 +17,8 @@ mod refine;
 pub mod report;
 mod turnable;
 
+use std::cmp::Ordering;
+
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -33,7 +35,7 @@ pub use turnable::{Stance, TurnAsked};
 
 use self::{
     knots::{Knot, knots},
-    lattice::{Layer, Shape, Walk},
+    lattice::{Layer, Shape, TIE_MM, Walk},
     nodes::Solver,
     refine::Refined,
     turnable::Turnable,
@@ -41,10 +43,10 @@ use self::{
 use crate::{
     compensation::Demand,
     input::error::{Error, Result},
-    machine::{Branch, Machine},
-    process::{Redundancy, TurnObjective},
+    machine::{Branch, Configuration, Machine},
+    process::{Redundancy, ToolTurn, TurnObjective},
     study::Machines,
-    toolpath::Toolpath,
+    toolpath::{PathPoint, Toolpath},
     work::{Event, Stage, Work},
 };
 
@@ -152,17 +154,64 @@ pub fn lattice_cost(asked: TurnAsked<'_>, work: &Work) -> Result<std::result::Re
     Ok(lattice.found(&walk, asked.turn.objective).map(|(_, found)| found))
 }
 
-/// The turn of the lattice that is best held all along a path at a place, rad; without refinement. For searches that ask of many places.
+/// The turns of the lattice at which the machine can be at each point of a path at a place, rad, and as programmed if that is within their
+/// range: those that leave the loaded tool nearest to the path first. For searches that ask of many places.
 ///
 /// # Errors
-/// As [`seek`].
+/// A machine that cannot turn its tool freely, and those of `work`.
 #[cfg(not(target_family = "wasm"))]
-pub fn best_held(asked: TurnAsked<'_>, work: &Work) -> Result<std::result::Result<f64, DeadEnd>> {
+pub fn turns_by_cost(asked: TurnAsked<'_>, work: &Work) -> Result<std::result::Result<Vec<f64>, DeadEnd>> {
     let path = Turnable::new(asked)?;
-    let lattice = Lattice::new(&path)?;
-    let walk = lattice.walk(asked.turn.objective, f64::INFINITY, work)?;
-    let dead_end = || walk.dead_end.clone().unwrap_or(DeadEnd { point: 0, hindrance: None });
-    Ok(walk.best_held().map(|(turn, _)| lattice.turns[turn]).ok_or_else(dead_end))
+    let [low, high] = asked.turn.range_deg;
+    let mut turns = path.turns();
+    if (low..=high).contains(&0.0) && !turns.contains(&0.0) {
+        turns.push(0.0);
+    }
+    let mut solver = Solver::new(&path);
+    let mut costs = vec![Some(0.0f64); turns.len() * path.stances.len()];
+    for k in 0..path.points().len() {
+        work.check()?;
+        let nodes = solver.layer(k, &turns);
+        for (cost, node) in costs.iter_mut().zip(&nodes) {
+            let so_far = cost.zip(node.ok().map(|at| at.cost_mm));
+            *cost = so_far.map(|(so_far, here)| match asked.turn.objective {
+                _ if !path.counts(k) => so_far,
+                TurnObjective::Rms => so_far + here * here,
+                TurnObjective::Worst => so_far.max(here),
+            });
+        }
+        if costs.iter().all(Option::is_none) {
+            return Ok(Err(DeadEnd::of(k, &nodes)));
+        }
+    }
+    let least = |costs: &[Option<f64>]| costs.iter().flatten().copied().reduce(f64::min);
+    let of_turns = turns.into_iter().zip(costs.chunks(path.stances.len()).map(least));
+    let mut found: Vec<(f64, f64)> = of_turns.filter_map(|(turn, cost)| Some((cost?, turn))).collect();
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    Ok(Ok(found.into_iter().map(|(_, turn)| turn).collect()))
+}
+
+/// Why the machine cannot go on to a point at which it stands `here`, from the point `before`: the room that turns leave to the ends of
+/// travel and to singularities, and how far and how fast drives move.
+#[cfg(not(target_family = "wasm"))]
+pub(crate) fn hindered(
+    turn: &ToolTurn,
+    machine: &Machine,
+    before: Option<(&PathPoint, &Configuration)>,
+    here: (&PathPoint, &Configuration),
+) -> Option<&'static str> {
+    if let Err(hindrance) = nodes::room(turn, machine, here.1) {
+        return Some(hindrance.words());
+    }
+    let (before, last) = before?;
+    let (_, seconds) = knots::way(before, here.0);
+    let drives = |at: &Configuration| {
+        let mut drives = [0.0; turnable::MOST_DRIVES];
+        drives.iter_mut().zip(&at.drives).for_each(|(own, rho)| *own = *rho);
+        drives
+    };
+    let is_led = Shape::of(machine, turn).allows(&drives(last), &drives(here.1), seconds);
+    (!is_led).then_some("reached from the point before only by a swing of a hinge, or faster than the drives move")
 }
 
 /// The path of `asked` with its platform turned by `turn`, rad, all along.
@@ -211,11 +260,16 @@ fn best(
     let turns = refined.refined(lattice.between(&found))?;
     let best = turned(path, stance, turns);
     let value = |turned: &Turned| match objective {
-        TurnObjective::Rms => (turned.along.points - turned.along.solved, turned.along.rms_mm),
-        TurnObjective::Worst => (turned.along.points - turned.along.solved, turned.along.worst_mm),
+        TurnObjective::Rms => turned.along.rms_mm,
+        TurnObjective::Worst => turned.along.worst_mm,
     };
-    let is_better = |constant: &&Turned| value(constant) < value(&best);
-    let best = constant.as_ref().ok().filter(is_better).cloned().unwrap_or(best);
+    let unsolved = |turned: &Turned| turned.along.points - turned.along.solved;
+    // To turn on the way must be worth more than a tie.
+    let is_as_good = |constant: &&Turned| match unsolved(constant).cmp(&unsolved(&best)) {
+        Ordering::Equal => value(constant).zip(value(&best)).is_none_or(|(held, turned)| held <= turned + TIE_MM),
+        other => other == Ordering::Less,
+    };
+    let best = constant.as_ref().ok().filter(is_as_good).cloned().unwrap_or(best);
     Ok((Ok(found), Ok(best)))
 }
 
@@ -252,13 +306,12 @@ impl<'a> Lattice<'a> {
         let [low, high] = turn.range_deg.map(f64::to_radians);
         let step = (high - low) / (turns.len() - usize::from(!path.wraps())) as f64;
         let knots = knots(path.points(), turn.max_step_deg_per_mm.to_radians() / step, |k| path.counts(k));
-        let shape = Shape {
-            stances: path.stances.len(),
-            turns: turns.len(),
-            wraps: path.wraps(),
-            full_turns: path.full_turns.clone(),
-            speeds: turn.speed_limits_deg_per_s.iter().map(|limit| limit.to_radians()).collect(),
-        };
+        let of_drives = Shape::of(path.asked.machine, turn);
+        let nearest = (0..turns.len()).min_by(|a, b| turns[*a].abs().total_cmp(&turns[*b].abs())).unwrap_or_default();
+        let own = path.asked.machine.branch_of(&path.asked.machine.home);
+        let stance = path.stances.iter().position(|stance| stance.branch == own).unwrap_or_default();
+        let (stances, wraps, programmed) = (path.stances.len(), path.wraps(), Some((nearest, stance)));
+        let shape = Shape { stances, turns: turns.len(), wraps, programmed, ..of_drives };
         let nodes = knots.len().saturating_mul(shape.turns * shape.stances);
         if nodes > MOST_NODES {
             let problem = format!(

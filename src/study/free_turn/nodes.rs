@@ -7,7 +7,8 @@ use serde::Serialize;
 use super::turnable::{MOST_DRIVES, Stance, Turnable};
 use crate::{
     compensation::Demand,
-    machine::{Configuration, Unreachable, Zeroed},
+    machine::{Configuration, Machine, Unreachable, Zeroed},
+    process::ToolTurn,
     spatial::Wrench,
     statics::{self, Batch, Case, State, Status},
 };
@@ -113,17 +114,8 @@ impl<'a> Solver<'a> {
         found: Vec<Result<Configuration, Hindrance>>,
     ) -> Vec<Node> {
         let stance = &self.path.stances[s];
-        let least = self.path.asked.turn.min_singularity_distance;
-        let margin = self.path.asked.turn.travel_margin;
-        let has_room = |at: Configuration| match margin > 0.0 && stance.machine.limit_room(&at) < margin {
-            true => Err(Hindrance::Limits),
-            false => Ok(at),
-        };
-        let allowed = |at: Configuration| match stance.machine.is_conditioned(&at, least) {
-            true => Ok(at),
-            false => Err(Hindrance::Singularity),
-        };
-        let found: Vec<_> = found.into_iter().map(|at| at.and_then(has_room).and_then(allowed)).collect();
+        let allowed = |at: Configuration| room(self.path.asked.turn, &stance.machine, &at).map(|()| at);
+        let found: Vec<_> = found.into_iter().map(|at| at.and_then(allowed)).collect();
         let at: Vec<(&Demand, &Configuration)> =
             demands.iter().zip(&found).filter_map(|(demand, at)| at.as_ref().ok().map(|at| (demand, at))).collect();
         let (batch, resting) = &mut self.batches[s];
@@ -145,6 +137,15 @@ impl<'a> Solver<'a> {
             Ok(Standing { drives, cost_mm: self.path.cost(k, &error) })
         };
         found.into_iter().map(node).collect()
+    }
+}
+
+/// Whether a machine stands as far from the ends of travel and from singularities as turns must leave it.
+pub(super) fn room(turn: &ToolTurn, machine: &Machine, at: &Configuration) -> Result<(), Hindrance> {
+    match turn.travel_margin > 0.0 && machine.limit_room(at) < turn.travel_margin {
+        true => Err(Hindrance::Limits),
+        false if machine.is_conditioned(at, turn.min_singularity_distance) => Ok(()),
+        false => Err(Hindrance::Singularity),
     }
 }
 

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::{
     knots::way,
-    lattice::Shape,
+    lattice::{Shape, TIE_MM},
     nodes::{Node, Solver, Standing},
     turnable::Turnable,
 };
@@ -20,8 +20,6 @@ const SWEEPS: usize = 6;
 const ROUNDS: usize = 2;
 /// Turns looked at in a round.
 const TRIED: usize = Batch::WIDTH;
-/// What is less by a smaller share is not less.
-const GAIN: f64 = 1e-9;
 
 /// Points that one thread takes at a time.
 const CHUNK: usize = 64;
@@ -114,7 +112,7 @@ impl Refined<'_> {
             let tried: Vec<f64> = (0..TRIED).map(|i| low + width * i as f64).collect();
             for (turn, node) in tried.iter().zip(solver.on_stance(k, self.stance, &tried)) {
                 let Ok(at) = node else { continue };
-                if best.is_none_or(|(_, best)| at.cost_mm < best.cost_mm * (1.0 - GAIN)) && is_led(&at) {
+                if best.is_none_or(|(_, best)| at.cost_mm < best.cost_mm - TIE_MM) && is_led(&at) {
                     best = Some((*turn, at));
                     is_found = true;
                 }

@@ -60,7 +60,7 @@ impl Evaluator {
         let mut partial = opened.unwrap_or_else(|_| self.unopened(site));
         let mut features = Vec::new();
         for (f, (prepared, job)) in self.features.iter().zip(&self.study.features).enumerate() {
-            let demands = self.demands(site, job);
+            let demands = self.demands(site, f);
             let mut walk = self.walk(f);
             let last = prepared.counted.len().saturating_sub(1);
             let looked_at = prepared.counted.iter().enumerate().filter(|(i, _)| whole || i % stride == 0 || *i == last);

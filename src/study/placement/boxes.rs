@@ -7,7 +7,7 @@ use super::{
     evaluate::{Evaluator, located},
     site::Site,
 };
-use crate::study::Failure;
+use crate::{compensation::Demand, study::Failure};
 
 impl Evaluator {
     pub(super) fn check_boxes(&self, site: &Site) -> Result<(), Failure> {
@@ -27,15 +27,18 @@ impl Evaluator {
 
     /// P stays within the machine's workspace box on the whole path.
     pub(super) fn check_workspace(&self, site: &Site) -> Result<(), Failure> {
-        for job in &self.study.features {
-            for (k, demand) in self.demands(site, job).iter().enumerate() {
-                if let Some(outside) = self.study.machine.outside_workspace(demand.pose.translation) {
-                    let failure = Failure { status: "outside_workspace".into(), reason: format!("P at {outside}") };
-                    return Err(located(job, k, failure));
-                }
-            }
-        }
-        Ok(())
+        (0..self.features.len()).try_for_each(|f| self.check_within(f, &self.demands(site, f)))
+    }
+
+    /// P stays within the machine's workspace box on the path of feature `f`.
+    pub(super) fn check_within(&self, f: usize, demands: &[Demand]) -> Result<(), Failure> {
+        let job = &self.study.features[f];
+        let outside = |demand: &Demand| self.study.machine.outside_workspace(demand.pose.translation);
+        let Some((k, outside)) = demands.iter().enumerate().find_map(|(k, demand)| Some((k, outside(demand)?))) else {
+            return Ok(());
+        };
+        let reason = format!("P at {outside}{}", job.at_every_turn());
+        Err(located(job, k, Failure { status: "outside_workspace".into(), reason }))
     }
 
     /// Whether the workpiece keeps forbidden boxes and the workspace box at `site`.
@@ -50,7 +53,7 @@ impl Evaluator {
         let boxes = study.forbidden.iter().map(|b| b.extent.grown(study.clearance_mm));
         let inside = boxes.filter(|b| study.extent.overlaps(&workpiece, b)).map(|b| -study.extent.gap(&workpiece, &b));
         let machine = &study.machine;
-        let outside = study.features.iter().flat_map(|job| self.demands(site, job)).filter_map(|demand| {
+        let outside = (0..study.features.len()).flat_map(|f| self.demands(site, f)).filter_map(|demand| {
             let outside = machine.outside_workspace(demand.pose.translation)?;
             Some(f64::max(outside.ends[0] - outside.value, outside.value - outside.ends[1]))
         });
@@ -59,7 +62,7 @@ impl Evaluator {
 
     /// Positions of P on all paths, O, mm.
     fn positions(&self, site: &Site) -> Vec<Vector3<f64>> {
-        let demands = self.study.features.iter().flat_map(|job| self.demands(site, job));
+        let demands = (0..self.features.len()).flat_map(|f| self.demands(site, f));
         demands.map(|demand| demand.pose.translation).collect()
     }
 

@@ -30,10 +30,10 @@ use crate::{
 #[derive(Debug)]
 pub struct Evaluator {
     pub(super) study: PlacementStudy,
-    needs: Needs,
+    pub(super) needs: Needs,
     check_forces: bool,
     /// Whether the objective asks for the correction within limits, so that there must be one.
-    asks_bounded: bool,
+    pub(super) asks_bounded: bool,
     /// Whether the exact correction is computed, and whether a place without one is refused. It does not depend on which
     /// metrics are asked for whether the workpiece can be cut at a place.
     exact: Exact,
@@ -52,13 +52,13 @@ pub(super) struct Prepared {
     /// Share of each point in the length of all paths, a multiple of [`GRAIN`]; 0 where the tool does not cut.
     pub(super) shares: Vec<f64>,
     /// Sum of the shares.
-    share: f64,
+    pub(super) share: f64,
     /// Whether each point counts: the tool cuts there.
     pub(super) is_counted: Vec<bool>,
     /// Points that count.
     pub(super) counted: Vec<usize>,
     /// Those of them that each level adds, in path order.
-    levels: Vec<Vec<usize>>,
+    pub(super) levels: Vec<Vec<usize>>,
     /// Most force of each drive, N or N·mm.
     force_limits: Vec<f64>,
 }
@@ -147,8 +147,8 @@ impl Evaluator {
     pub(super) fn open_anywhere(&self, site: &Site) -> Result<Partial, Failure> {
         self.check_boxes(site)?;
         #[cfg(not(target_family = "wasm"))]
-        for job in &self.study.features {
-            self.turn_at(site, job).transpose()?;
+        for f in 0..self.features.len() {
+            self.turn_at(site, f).transpose()?;
         }
         let partial = self.unopened(site);
         // Only inverse kinematics says where a coordinate stands that the drives do not control.
@@ -166,11 +166,12 @@ impl Evaluator {
     }
 
     /// What is wanted at each point of a feature. Made anew whenever it is needed: a sweep has too many places to keep it.
-    pub(super) fn demands(&self, site: &Site, job: &FeatureJob) -> Vec<Demand> {
+    pub(super) fn demands(&self, site: &Site, f: usize) -> Vec<Demand> {
         #[cfg(not(target_family = "wasm"))]
-        if let Some(turned) = self.demands_at_best_turn(site, job) {
+        if let Some(turned) = self.demands_at_best_turn(site, f) {
             return turned;
         }
+        let job = &self.study.features[f];
         let feature = &job.feature;
         let placement = site.placement(feature.reference);
         demands_under(job.machine(), &placement, job.target, &feature.path, &feature.loads)
@@ -192,16 +193,15 @@ impl Evaluator {
         mut note: impl FnMut(&Configuration),
     ) -> Result<(), Failure> {
         for (f, job) in self.study.features.iter().enumerate() {
-            let machine = job.machine();
-            let mut near = machine.home.clone();
-            for (k, demand) in self.demands(&partial.site, job).iter().enumerate().filter(|(k, _)| asked(f, *k)) {
-                let reached = machine.inverse_kinematics_from(&near, &demand.pose);
-                near = reached
-                    .or_else(|_| machine.inverse_kinematics(&demand.pose))
-                    .and_then(|at| machine.check_led(&demand.pose, &at).map(|()| at))
-                    .map_err(|unreachable| located(job, k, Failure::from(unreachable)))?;
-                note(&near);
-            }
+            led(
+                job,
+                &self.demands(&partial.site, f),
+                |k| asked(f, k),
+                |_, at| {
+                    note(at);
+                    Ok(())
+                },
+            )?;
         }
         Ok(())
     }
@@ -226,10 +226,10 @@ impl Evaluator {
     /// By how much the rigid machine does not reach the path within its limits, mm or degrees.
     fn limit_violation(&self, site: &Site) -> f64 {
         let mut most: f64 = 0.0;
-        for job in &self.study.features {
+        for (f, job) in self.study.features.iter().enumerate() {
             let machine = job.machine();
             let mut near = machine.home.clone();
-            for demand in self.demands(site, job) {
+            for demand in self.demands(site, f) {
                 let reached = machine.unlimited_inverse_kinematics_from(&near, &demand.pose);
                 match reached.or_else(|_| machine.unlimited_inverse_kinematics_from(&machine.home, &demand.pose)) {
                     Ok(at) => {
@@ -246,9 +246,9 @@ impl Evaluator {
     /// By how much the corrected machine exceeds its limits on the path.
     fn loaded_violation(&self, site: &Site) -> f64 {
         let mut most: f64 = 0.0;
-        for (f, job) in self.study.features.iter().enumerate() {
+        for f in 0..self.features.len() {
             let mut walk = self.walk(f);
-            let demands = self.demands(site, job);
+            let demands = self.demands(site, f);
             for &k in &self.features[f].counted {
                 most = walk.visit(&demands[k]).map_or_else(|refusal| most.max(refusal.excess), |_| most);
                 if most >= UNMEASURED {
@@ -291,15 +291,29 @@ impl Evaluator {
         for (f, (prepared, job)) in self.features.iter().zip(&self.study.features).enumerate() {
             let mut walk = self.walk(f);
             walk.shares = shares.take();
-            let demands = self.demands(&partial.site, job);
+            let demands = self.demands(&partial.site, f);
             for &k in points(prepared) {
-                let seen = walk.visit(&demands[k]).map_err(|Refusal { failure, .. }| located(job, k, failure))?;
-                let seen = self.with_parts(seen, &partial.site, job, (k, &demands[k]), &walk);
+                let seen = self.seen(&partial.site, job, (k, &demands[k]), &mut walk)?;
                 partial.tallies[f].add(&seen, prepared.shares[k], job.feature.tolerance_mm);
             }
             *shares = walk.shares.take();
         }
         Ok(())
+    }
+
+    /// What point `k` of a feature shows.
+    ///
+    /// # Errors
+    /// Why it cannot be cut.
+    pub(super) fn seen(
+        &self,
+        site: &Site,
+        job: &FeatureJob,
+        (k, demand): (usize, &Demand),
+        walk: &mut Walk<'_>,
+    ) -> Result<Seen, Failure> {
+        let seen = walk.visit(demand).map_err(|Refusal { failure, .. }| located(job, k, failure))?;
+        Ok(self.with_parts(seen, site, job, (k, demand), walk))
     }
 
     /// `seen` at point `k` of a feature with the parts of its deflection across the direction of motion, if they are asked for.
@@ -327,7 +341,12 @@ impl Evaluator {
     /// for those of the correction within limits).
     pub(super) fn outlook(&self, partial: &Partial) -> Metrics {
         let all = partial.tallies.iter().fold(Tally::default(), |sum, tally| sum.merged(tally));
-        let mut metrics = all.metrics(&self.needs, self.share);
+        self.at_best(&all, self.share)
+    }
+
+    /// The best the metrics of a `tally` can still be, of paths that make up `share` of the length of all.
+    pub(super) fn at_best(&self, tally: &Tally, share: f64) -> Metrics {
+        let mut metrics = tally.metrics(&self.needs, share);
         if self.needs.bounded {
             Corrected::perfect().enter(&mut metrics);
         }
@@ -441,14 +460,12 @@ impl Evaluator {
     fn correct_within_limits(&self, partial: &Partial, evaluation: &mut Evaluation) {
         let mut all = Corrected::default();
         for (f, (prepared, job)) in self.features.iter().zip(&self.study.features).enumerate() {
-            let demands = self.demands(&partial.site, job);
-            match correct(job.machine(), &prepared.machines.real, &demands, job, &prepared.shares) {
+            match prepared.corrected(job, &self.demands(&partial.site, f)) {
                 Ok(corrected) => {
                     corrected.normalised(prepared.share).enter(&mut evaluation.features[f]);
                     all = all.merged(&corrected);
                 }
                 Err(reason) => {
-                    let reason = format!("feature {}: {reason}", job.feature.name);
                     evaluation.not_corrected.get_or_insert(reason);
                 }
             }
@@ -459,10 +476,49 @@ impl Evaluator {
         }
     }
 
+    /// The turn of each feature about the tool's axis at `site`, rad; `None` where none is sought or possible.
+    pub(super) fn turns_of(&self, site: &Site) -> Vec<Option<f64>> {
+        #[cfg(not(target_family = "wasm"))]
+        return (0..self.features.len()).map(|f| self.turn_at(site, f)?.ok()).collect();
+        #[cfg(target_family = "wasm")]
+        vec![None; self.features.len()]
+    }
+
     /// The real machine of feature `f`.
     pub fn real(&self, f: usize) -> &Machine {
         &self.features[f].machines.real
     }
+}
+
+impl Prepared {
+    /// The correction within limits, or why there is none.
+    pub(super) fn corrected(&self, job: &FeatureJob, demands: &[Demand]) -> Result<Corrected, String> {
+        let corrected = correct(job.machine(), &self.machines.real, demands, job, &self.shares);
+        corrected.map_err(|reason| format!("feature {}: {reason}", job.feature.name))
+    }
+}
+
+/// Leads the rigid machine to the points of a feature for which `asked` is true, each from the one before; `note` is told where it stands.
+///
+/// # Errors
+/// The first point it does not reach, and why; those of `note`.
+pub(super) fn led(
+    job: &FeatureJob,
+    demands: &[Demand],
+    asked: impl Fn(usize) -> bool,
+    mut note: impl FnMut(usize, &Configuration) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    let machine = job.machine();
+    let mut near = machine.home.clone();
+    for (k, demand) in demands.iter().enumerate().filter(|(k, _)| asked(*k)) {
+        let reached = machine.inverse_kinematics_from(&near, &demand.pose);
+        near = reached
+            .or_else(|_| machine.inverse_kinematics(&demand.pose))
+            .and_then(|at| machine.check_led(&demand.pose, &at).map(|()| at))
+            .map_err(|unreachable| located(job, k, Failure::from(unreachable)))?;
+        note(k, &near)?;
+    }
+    Ok(())
 }
 
 fn stopped(error: Error) -> Result<Evaluation, Failure> {

@@ -167,8 +167,8 @@ fn middles(evaluator: &Evaluator, study: &PlacementStudy, turned: &Site, axis: u
         ends.extend([grown.min[axis] - own_high, grown.max[axis] - own_low]);
     }
     let workspace = &study.machine.workspace;
-    for job in &study.features {
-        let along = evaluator.demands(turned, job).into_iter().map(|demand| demand.pose.translation[axis]);
+    for f in 0..study.features.len() {
+        let along = evaluator.demands(turned, f).into_iter().map(|demand| demand.pose.translation[axis]);
         let (path_low, path_high) = along.fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v), high.max(v)));
         ends.extend([workspace.min[axis] - path_low, workspace.max[axis] - path_high]);
     }

@@ -86,6 +86,15 @@ impl FeatureJob {
     pub fn machine(&self) -> &Machine {
         &self.machines.nominal
     }
+
+    /// What is said of a place outside the workspace box, where the turn about the tool's axis is sought.
+    fn at_every_turn(&self) -> &'static str {
+        #[cfg(not(target_family = "wasm"))]
+        if self.turn.is_some() {
+            return "; no turn about the tool's axis keeps the path within the box and the machine within its limits";
+        }
+        ""
+    }
 }
 
 /// A named place.

@@ -100,6 +100,8 @@ pub struct Entry {
     pub found: Found,
     /// Where.
     pub site: Site,
+    /// Turn of each feature about the tool's axis there, rad; `None` where none is sought or possible.
+    pub turns: Vec<Option<f64>>,
     /// What happens there, whether or not the path leaves the workspace box, or why nothing does.
     pub outcome: Result<Evaluation, Failure>,
     /// The objective; infinite where there is none.
@@ -178,7 +180,8 @@ pub(super) fn entries(
     let entry = |(number, (name, found, site)): (usize, (String, Found, Site))| {
         let outcome = evaluator.examine_kept(&work.dealt(number), &site);
         let value = outcome.as_ref().map_or(f64::INFINITY, |evaluation| study.objective.value(&evaluation.metrics));
-        Entry { name, found, site, outcome, value }
+        let turns = evaluator.turns_of(&site);
+        Entry { name, found, site, turns, outcome, value }
     };
     let mut entries: Vec<Entry> = places.into_par_iter().enumerate().map(entry).collect();
     // A stable sort: of equal ones, the named one first.

@@ -47,7 +47,7 @@ fn trace(evaluator: &Evaluator, study: &PlacementStudy, entry: &Entry, index: us
     let job = &study.features[index];
     let machine = job.machine();
     let feature = &job.feature;
-    let demands = evaluator.demands(&entry.site, job);
+    let demands = evaluator.demands(&entry.site, index);
     let case =
         PathCase { nominal: machine, real: evaluator.real(index), resting: machine, before: &[], demands: &demands };
     let errors = |method| {

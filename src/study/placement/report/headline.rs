@@ -80,11 +80,11 @@ fn sentence(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation) 
 
 /// How the arm is turned about its tool there, where that is sought.
 fn turned(study: &PlacementStudy, entry: &Entry) -> String {
-    let turn = |job: &FeatureJob| {
-        let degrees = job.turn_at(&entry.site)?.ok()?.to_degrees();
+    let turn = |(job, turn): (&FeatureJob, &Option<f64>)| {
+        let degrees = turn.as_ref()?.to_degrees();
         Some((job.feature.name.clone(), typographic(&format!("{degrees:.0}°"))))
     };
-    let turns: Vec<(String, String)> = study.features.iter().filter_map(turn).collect();
+    let turns: Vec<(String, String)> = study.features.iter().zip(&entry.turns).filter_map(turn).collect();
     match turns.as_slice() {
         [] => String::new(),
         [(_, turn)] => format!(", the arm turned by {turn} about its tool"),

@@ -270,7 +270,8 @@ pub(super) fn in_space(results: &PlacementResults) -> Option<Figure> {
     let farthest = (0..trace.before.len()).reduce(|a, b| if size(b) > size(a) { b } else { a })?;
     let job = &study.features[trace.feature];
     let machine = job.machine();
-    let demands = job.demands_at(&entry.site);
+    let turn = entry.turns[trace.feature].unwrap_or_default();
+    let demands = job.demands_turned(&entry.site, turn).ok()?;
     let bent = deflected_pose(machine, &job.errors, demands.get(farthest)?, String::new())?;
     let described = MachineDescription::new(machine);
     let solid = |name: String, corners: [Vector3<f64>; 8]| Solid { name, corners: corners.map(Into::into) };

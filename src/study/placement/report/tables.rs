@@ -3,8 +3,8 @@
 use crate::{
     report::exchange::{self, Column, Row, Table, counts, numbers, texts},
     study::placement::{
-        COORDINATES, Cell, Entry, FeatureJob, Found, Metric, Metrics, PlacementResults, PlacementStudy, Refinement,
-        Site, Start, UNITS, Verdict,
+        COORDINATES, Cell, Entry, Found, Metric, Metrics, PlacementResults, PlacementStudy, Refinement, Site, Start,
+        UNITS, Verdict,
     },
 };
 
@@ -56,8 +56,8 @@ pub fn candidates_table(study: &PlacementStudy, entries: &[Entry]) -> Table {
     if features > 1 {
         header.extend(numbers(study.features.iter().map(|job| format!("worst_deflection_{}_mm", job.feature.name))));
     }
-    let turned: Vec<_> = study.features.iter().filter(|job| job.turn.is_some()).collect();
-    header.extend(numbers(turned.iter().map(|job| format!("turn_{}_deg", job.feature.name))));
+    let turned: Vec<usize> = (0..features).filter(|f| study.features[*f].turn.is_some()).collect();
+    header.extend(numbers(turned.iter().map(|f| format!("turn_{}_deg", study.features[*f].feature.name))));
     header.extend(texts(["correction_within_limits"]));
     let row = |(rank, entry): (usize, &Entry)| {
         let mut row: Row = vec![entry.feasible().map(|_| rank + 1).into()];
@@ -74,8 +74,7 @@ pub fn candidates_table(study: &PlacementStudy, entries: &[Entry]) -> Table {
             let worst = |f: usize| evaluation.and_then(|e| e.features[f].get(Metric::WorstDeflection));
             row.extend((0..features).map(|f| number(worst(f))));
         }
-        let turn = |job: &&FeatureJob| job.turn_at(&entry.site).and_then(Result::ok).map(f64::to_degrees);
-        row.extend(turned.iter().map(|job| number(turn(job))));
+        row.extend(turned.iter().map(|f| number(entry.turns[*f].map(f64::to_degrees))));
         row.push(evaluation.and_then(|e| e.not_corrected.clone()).into());
         row
     };
