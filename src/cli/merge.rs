@@ -66,7 +66,20 @@ pub fn merge(arguments: &MergeArguments) -> Result<Ending> {
             format!("{} of {}; what comes next is computed here.\n", counted(rounds as usize, "round"), study.name);
         computing.reporting.print(&text)?;
     }
-    run_study(computing, writing, &run, || run.begin_from(parts))
+    run_study(computing, writing, &run, || {
+        run.begin_from(parts).map_err(|refused| in_folders(refused, &arguments.parts))
+    })
+}
+
+/// `refused` with where the parts are.
+fn in_folders(refused: Error, given: &[PathBuf]) -> Error {
+    match refused {
+        Error::Argument { argument, problem } => {
+            let given: Vec<String> = given.iter().map(|path| path.display().to_string()).collect();
+            Error::Argument { argument: format!("{}: {argument}", given.join(", ")), problem }
+        }
+        other => other,
+    }
 }
 
 /// The study that the parts are of.

@@ -13,9 +13,7 @@ const LARGE_ROTATION: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
 /// A sentence if `positions` of P (O, mm), each of which is a `noun`, are not all inside the machine's workspace box.
 pub fn outside_workspace(machine: &Machine, noun: &str, positions: impl Iterator<Item = Vector3<f64>>) -> String {
-    let mut outside = Outside::default();
-    positions.for_each(|position| outside.add(machine, position));
-    outside.words(noun)
+    Outside::of(machine, positions).words(noun)
 }
 
 /// Positions outside a machine's workspace box, counted one by one.
@@ -27,12 +25,31 @@ pub(crate) struct Outside {
 }
 
 impl Outside {
+    /// Those of `positions` of P (O, mm).
+    pub fn of(machine: &Machine, positions: impl Iterator<Item = Vector3<f64>>) -> Self {
+        let mut outside = Self::default();
+        positions.for_each(|position| outside.add(machine, position));
+        outside
+    }
+
     /// Takes a position of P (O, mm).
     pub fn add(&mut self, machine: &Machine, position: Vector3<f64>) {
         self.count += 1;
         if let Some(found) = machine.outside_workspace(position) {
             self.outside += 1;
             self.first.get_or_insert(found);
+        }
+    }
+
+    /// What a first screen begins with if there are any: that `machine` cannot run `what` as it is placed.
+    pub fn verdict(&self, machine: &Machine, what: &str) -> String {
+        match self.outside {
+            0 => String::new(),
+            outside => format!(
+                "As placed, {what} cannot be run: {outside} of {} points are outside the workspace box of the {}. Led there all the same: ",
+                self.count,
+                machine.short_title()
+            ),
         }
     }
 

@@ -85,6 +85,8 @@ pub struct FolderRun<'a> {
     out: PathBuf,
     options: RunOptions,
     origin: Origin,
+    /// Whether the folder was made for it.
+    is_new: bool,
 }
 
 /// A run that keeps its pieces from here on.
@@ -179,7 +181,8 @@ impl Study {
     pub fn may_run_into(&self, out: &Path, options: &RunOptions) -> Result<FolderRun<'_>> {
         self.check_formats(options)?;
         let origin = Origin::of(options.program.as_deref(), self.inputs.clone())?;
-        let run = FolderRun { study: self, out: out.to_path_buf(), options: options.clone(), origin };
+        let is_new = !out.exists();
+        let run = FolderRun { study: self, out: out.to_path_buf(), options: options.clone(), origin, is_new };
         prepare(out)?;
         Manifest::may_write(out, run.main_files().iter().map(String::as_str))?;
         refuse_to_lose(&out.join(STATE), &run.origin, options.begin)?;
@@ -244,7 +247,13 @@ impl FolderRun<'_> {
     /// # Errors
     /// As [`Parts::new`] and [`FolderRun::begin`].
     pub fn begin_from(&self, parts: Vec<Part>) -> Result<BegunRun<'_>> {
-        let parts = Parts::new(parts, &self.origin)?;
+        let parts = Parts::new(parts, &self.origin).or_else(|refused| {
+            // Nothing is in it yet.
+            if self.is_new {
+                std::fs::remove_dir(&self.out).map_err(|source| Error::Write { file: self.out.clone(), source })?;
+            }
+            Err(refused)
+        })?;
         Ok(BegunRun { parts: Some(parts), ..self.begin()? })
     }
 

@@ -70,6 +70,7 @@ mod placement;
 mod placement_command;
 mod placement_features;
 mod placement_search;
+mod placement_table;
 mod placement_turned;
 mod process_input;
 mod program_blocks;

@@ -275,7 +275,8 @@ fn check_compensation(machine: &Machine, trial: &Trial, at: &Configuration) {
             finite(&method.label(), done.position_error.iter().chain(done.leftover_rotation.iter()));
             assert_eq!(done.status.reason(machine).is_empty(), done.status.is_success(), "{:?}", done.status);
             if done.status == compensation::CompensationStatus::Converged {
-                assert_eq!(at_rest.status, Status::Solved);
+                // What carries nothing of its own rests where it is rigid, also where it is singular there.
+                assert!(at_rest.status == Status::Solved || machine.own_forces().is_none(), "{at_rest:?}");
                 let left = Demand { wanted, ..demand }.task_error(machine, &session.state().pose).size();
                 assert!(
                     left <= most && done.outcome.is_some(),

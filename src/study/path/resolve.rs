@@ -87,7 +87,12 @@ pub(crate) fn toolpath(
         }
         (None, Some(file)) => {
             let program = ProgramFile::in_folder(given.folder, file, process)?;
-            Ok((program.toolpath(process.sampling)?, Some(program)))
+            let path = program.toolpath(process.sampling)?;
+            if path.is_empty() {
+                let problem = format!("{file} moves nowhere: a program with at least one motion is expected");
+                return check.key("file").fail(problem);
+            }
+            Ok((path, Some(program)))
         }
         _ => check.key("circle").fail("give exactly one of circle and file".into()),
     }

@@ -13,6 +13,7 @@ impl Evaluator {
     pub(super) fn check_boxes(&self, site: &Site) -> Result<(), Failure> {
         let study = &self.study;
         let workpiece = study.workpiece(site);
+        study.table.as_ref().map_or(Ok(()), |table| table.check(&workpiece))?;
         let is_hit = |by: f64| study.forbidden.iter().find(|b| study.extent.overlaps(&workpiece, &b.extent.grown(by)));
         let reason = match (is_hit(0.0), is_hit(study.clearance_mm)) {
             (Some(forbidden), _) => format!("the workpiece would stand in the forbidden box \"{}\"", forbidden.name),
@@ -57,7 +58,8 @@ impl Evaluator {
             let outside = machine.outside_workspace(demand.pose.translation)?;
             Some(f64::max(outside.ends[0] - outside.value, outside.value - outside.ends[1]))
         });
-        inside.chain(outside).fold(0.0, f64::max)
+        let off = study.table.as_ref().map(|table| table.off(&workpiece).0);
+        inside.chain(outside).chain(off).fold(0.0, f64::max)
     }
 
     /// Positions of P on all paths, O, mm.
@@ -66,14 +68,15 @@ impl Evaluator {
         demands.map(|demand| demand.pose.translation).collect()
     }
 
-    /// How far the workpiece may at least move before it meets a box, mm; 0 where it touches one.
+    /// How far the workpiece may at least move before it meets a box or the edge of the table, mm; 0 where it touches one.
     pub(super) fn gap(&self, site: &Site) -> f64 {
         let study = &self.study;
         let workpiece = study.workpiece(site);
         let boxes = study.forbidden.iter().map(|b| study.extent.gap(&workpiece, &b.extent.grown(study.clearance_mm)));
         let workspace = &study.machine.workspace;
         let inside = |p: &Vector3<f64>| (p - workspace.min).inf(&(workspace.max - p)).min();
-        let gap = boxes.chain(self.positions(site).iter().map(inside)).fold(f64::INFINITY, f64::min);
+        let on = study.table.as_ref().map(|table| -table.off(&workpiece).0);
+        let gap = boxes.chain(on).chain(self.positions(site).iter().map(inside)).fold(f64::INFINITY, f64::min);
         gap.max(0.0)
     }
 
@@ -93,7 +96,8 @@ impl Evaluator {
             });
             along.fold(f64::INFINITY, f64::min).max(0.0)
         };
-        boxes.chain(self.positions(site).iter().map(left)).fold(f64::INFINITY, f64::min)
+        let edge = study.table.as_ref().map(|table| table.way_to_edge(&workpiece, way));
+        boxes.chain(edge).chain(self.positions(site).iter().map(left)).fold(f64::INFINITY, f64::min)
     }
 
     /// The largest distance of a point of the workpiece, or of its paths, from the origin of W, mm.

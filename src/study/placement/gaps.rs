@@ -166,6 +166,11 @@ fn middles(evaluator: &Evaluator, study: &PlacementStudy, turned: &Site, axis: u
         let grown = forbidden.extent.grown(study.clearance_mm);
         ends.extend([grown.min[axis] - own_high, grown.max[axis] - own_low]);
     }
+    if let Some(table) = study.table.as_ref().filter(|_| axis < 2) {
+        let along = table.corners().map(|corner| corner[axis]);
+        let (first, last) = along.into_iter().fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v), high.max(v)));
+        ends.extend([first + table.margin_mm - own_low, last - table.margin_mm - own_high]);
+    }
     let workspace = &study.machine.workspace;
     for f in 0..study.features.len() {
         let along = evaluator.demands(turned, f).into_iter().map(|demand| demand.pose.translation[axis]);

@@ -30,6 +30,7 @@ mod resolve;
 mod site;
 pub(crate) mod spec;
 mod sweep;
+mod table;
 mod tally;
 mod trace;
 #[cfg(not(target_family = "wasm"))]
@@ -49,6 +50,7 @@ pub(crate) use resolve::at_point;
 pub use resolve::{CLEARANCE_MM, place};
 pub use site::{Bounds, COORDINATES, Site, SiteGrid, UNITS, is_angle};
 pub use sweep::{Cell, Verdict};
+pub use table::Table;
 pub use trace::Trace;
 
 use crate::{
@@ -128,6 +130,8 @@ pub struct PlacementStudy {
     pub features: Vec<FeatureJob>,
     /// The room the workpiece takes, in W.
     pub extent: Extent,
+    /// The table on which it is to stand.
+    pub table: Option<Table>,
     /// Boxes it must stay out of, in O.
     pub forbidden: Vec<ForbiddenBox>,
     /// How far it must stay from them on every side, mm.
@@ -216,6 +220,7 @@ impl PlacementStudy {
             machine,
             features: vec![job],
             extent,
+            table: None,
             forbidden: Vec::new(),
             clearance_mm: 0.0,
             grid: SiteGrid::new(&bounds, [1; 6]),

@@ -1,12 +1,13 @@
 //! From a placement study as written to a checked one.
 
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 
 use super::{
     Candidate, FeatureJob, PlacementStudy, Search,
     metric::{Metric, Objective},
     outcome::is_name_of_found,
     site::{Bounds, COORDINATES, Site, SiteGrid, is_angle},
+    table::Table,
 };
 use crate::{
     input::{
@@ -22,7 +23,7 @@ use crate::{
         path::resolve::{check_total, named_point, on_carrier, points_of, program_input, toolpath},
         placement::spec::{
             BoundsSpec, CandidateSpec, FeatureSpec, FixedSpec, ForbiddenSpec, ObjectiveSpec, PlacementStudySpec,
-            SearchSpec,
+            SearchSpec, TableSpec,
         },
         within_limits,
     },
@@ -56,7 +57,12 @@ pub(super) fn resolve(spec: &PlacementStudySpec, given: &Given<'_>) -> Result<Re
         None => around(&features),
     };
     let clearance_mm = check.key("clearance_mm").not_negative(spec.clearance_mm.unwrap_or(CLEARANCE_MM))?;
+    let footprint = || match &spec.workpiece {
+        Some(_) => extent.corners().to_vec(),
+        None => features.iter().flat_map(|job| job.feature.path.points()).map(|point| point.position_mm).collect(),
+    };
     let study = PlacementStudy {
+        table: spec.table.map(|spec| table(&spec, footprint(), &check.key("table"))).transpose()?,
         forbidden: forbidden(&spec.forbidden, check)?,
         clearance_mm,
         grid: grid(&spec.search, &bounds, overrides, &check.key("search"))?,
@@ -110,9 +116,6 @@ fn feature(spec: &FeatureSpec, given: &Given<'_>, check: &Check) -> Result<(Feat
     let folder = given.folder;
     let process = at_one_turn(given.turned_process(spec.process.as_deref(), check)?, given, spec)?;
     let (path, program) = toolpath(spec.circle.as_ref(), spec.file.as_deref(), &process, given, check)?;
-    if path.is_empty() {
-        return check.key("file").fail("moves nowhere: a program with at least one motion is expected".into());
-    }
     let origin = spec.file.as_ref().map_or_else(|| check.place(), |file| folder.path(file).display().to_string());
     if let [first, ..] = path.external_axes() {
         let problem =
@@ -225,6 +228,32 @@ fn holds_paths(extent: &Extent, features: &[FeatureJob], check: &Check) -> Resul
         }
     }
     Ok(())
+}
+
+fn table(spec: &TableSpec, footprint: Vec<Vector3<f64>>, check: &Check) -> Result<Table> {
+    let pair = |key: &str, [x, y]: [f64; 2]| -> Result<Vector2<f64>> {
+        let check = check.key(key);
+        Ok(Vector2::new(check.finite_scalar(x)?, check.finite_scalar(y)?))
+    };
+    let (centre_mm, size_mm) = match (spec.min_mm, spec.max_mm, spec.centre_mm, spec.size_mm) {
+        (Some(min), Some(max), None, None) => {
+            let (min, max) = (pair("min_mm", min)?, pair("max_mm", max)?);
+            (0.5 * (min + max), max - min)
+        }
+        (None, None, Some(centre), Some(size)) => (pair("centre_mm", centre)?, pair("size_mm", size)?),
+        _ => return check.fail("expected min_mm and max_mm, or centre_mm and size_mm".into()),
+    };
+    if size_mm.min() <= 0.0 {
+        let [x, y]: [f64; 2] = size_mm.into();
+        return check.fail(format!("is {x} mm × {y} mm: expected sides above 0"));
+    }
+    let margin_mm = check.key("margin_mm").not_negative(spec.margin_mm.unwrap_or(0.0))?;
+    if 2.0 * margin_mm >= size_mm.min() {
+        return check.key("margin_mm").fail(format!("is {margin_mm} mm: nothing is left of a table of {} mm", size_mm.min()));
+    }
+    let yaw = check.key("yaw_deg").finite_scalar(spec.yaw_deg.unwrap_or(0.0))?.to_radians();
+    let height_mm = spec.height_mm.map(|height| check.key("height_mm").finite_scalar(height)).transpose()?;
+    Ok(Table { centre_mm, size_mm, yaw, height_mm, margin_mm, footprint })
 }
 
 fn forbidden(specs: &[ForbiddenSpec], check: &Check) -> Result<Vec<ForbiddenBox>> {

@@ -14,6 +14,8 @@ pub struct PlacementStudySpec {
     pub feature: Vec<FeatureSpec>,
     /// The room the workpiece takes in its own frame W; the box around its paths if not given.
     pub workpiece: Option<BoxSpec>,
+    /// The table on which the workpiece is to stand; it may stand anywhere if not given.
+    pub table: Option<TableSpec>,
     /// Boxes in O that the workpiece must stay out of.
     #[serde(default)]
     pub forbidden: Vec<ForbiddenSpec>,
@@ -48,6 +50,26 @@ pub struct FeatureSpec {
     pub file: Option<String>,
     /// How far the tool may be from its path; as its process says if not given.
     pub tolerance_mm: Option<f64>,
+}
+
+/// A rectangle in O that must hold the footprint of the workpiece. It has `min_mm` and `max_mm`, or `centre_mm` and `size_mm`.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TableSpec {
+    /// Corner of least x and y.
+    pub min_mm: Option<[f64; 2]>,
+    /// The opposite one.
+    pub max_mm: Option<[f64; 2]>,
+    /// Its middle.
+    pub centre_mm: Option<[f64; 2]>,
+    /// Lengths of its sides.
+    pub size_mm: Option<[f64; 2]>,
+    /// Angle from x of O to its first side, about its middle; 0.
+    pub yaw_deg: Option<f64>,
+    /// z of its surface; not looked at if not given.
+    pub height_mm: Option<f64>,
+    /// How far the workpiece must stay from its edge; 0.
+    pub margin_mm: Option<f64>,
 }
 
 /// A box the workpiece must stay out of, in O.

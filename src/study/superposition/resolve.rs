@@ -74,6 +74,7 @@ fn locations(specs: Option<&[LocationSpec]>, machine: &Machine, check: &Check) -
         };
         check.key("name").readable(&name)?;
         check.key("name").unique(&name, locations.iter().map(|l| l.name.as_str()))?;
+        check.key("name").unique_file(&name, locations.iter().map(|l| l.name.as_str()))?;
         let position = match (&spec.point, spec.position_mm) {
             (Some(point), None) => named_point(machine, point, &check.key("point"))?,
             (None, Some(position)) => check.key("position_mm").finite(position)?,

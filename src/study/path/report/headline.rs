@@ -7,6 +7,7 @@ use super::{
 use crate::{
     report::{
         Said,
+        cautions::Outside,
         headline::{Extreme, Headline, InTable, KeyNumber},
         table::{columns_of, correction_columns, kind_word},
         words::{counted, millimetres, percent},
@@ -38,8 +39,10 @@ pub(super) fn headline(summary: &Summary, study: &PathStudy, shown: &Shown, text
         Some(left) => format!("; compensated, by {}", millimetres(left, 4)),
         None => "; no compensation was found at any point".into(),
     };
-    let sentence =
-        format!("{under}, the tool of the {name} is off this path by up to {off}, {}{then}.", place(study, shown, k));
+    let positions = study.demands.iter().map(|demand| demand.pose.translation);
+    let verdict = Outside::of(&study.machine, positions).verdict(&study.machine, "this path");
+    let place = place(study, shown, k);
+    let sentence = format!("{verdict}{under}, the tool of the {name} is off this path by up to {off}, {place}{then}.");
     let against = match (study.tolerance_mm, summary.share_within()) {
         (Some(tolerance), Some(share)) => format!("tolerance {tolerance} mm: kept at {} of the points", percent(share)),
         _ => String::new(),

@@ -120,6 +120,15 @@ fn setting(study: &PlacementStudy) -> Vec<Fact> {
         let (low, high) = (corner(study.machine.workspace.min), corner(study.machine.workspace.max));
         format!("{low} to {high} mm, the machine's workspace box")
     }));
+    if let Some(table) = &study.table {
+        let (centre, size) = (table.centre_mm, table.size_mm);
+        let mut words = format!("{} mm × {} mm around ({}, {}) mm", size.x, size.y, centre.x, centre.y);
+        if table.yaw != 0.0 {
+            words += &format!(", turned by {}°", table.yaw.to_degrees());
+        }
+        words += &table.height_mm.map_or_else(String::new, |height| format!(", surface at z = {height} mm"));
+        facts.push(Fact::new("table", format!("{words}, margin {} mm", table.margin_mm)));
+    }
     if !study.forbidden.is_empty() {
         let clearance =
             format!("{} mm on every side (clearance_mm; {CLEARANCE_MM} mm if not given)", study.clearance_mm);

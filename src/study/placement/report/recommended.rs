@@ -35,6 +35,11 @@ pub(super) fn plan(results: &PlacementResults) -> Option<Figure> {
             outline(results, &entry.site, Look::Ghost, format!("{}\n{words}", entry.name))
         })
         .collect();
+    shapes.extend(study.table.iter().map(|table| PlanShape {
+        look: Look::Ghost,
+        points: table.corners().map(|corner| (corner.x, corner.y)).to_vec(),
+        label: "table".into(),
+    }));
     shapes.extend(study.forbidden.iter().map(|forbidden| PlanShape {
         look: Look::InTheWay,
         points: hull(forbidden.extent.corners().map(|p| (p.x, p.y)).to_vec()),
