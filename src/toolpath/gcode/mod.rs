@@ -66,7 +66,7 @@ mod writing;
 
 pub use blocks::Move;
 pub use dialect::{Dialect, Foreign};
-pub use error::{ArcFault, Fault, GcodeError, MacroFault, Unsupported};
+pub use error::{ArcFault, Contradiction, Fault, GcodeError, MacroFault, Unsupported};
 pub use expand::{Beside, CalledFile, Calls, Differs, How};
 pub use notes::Notes;
 pub use offsets::WorkOffset;
