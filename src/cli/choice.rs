@@ -85,9 +85,12 @@ pub struct ChosenDialect(pub Option<Dialect>);
 
 /// `--dialect`.
 pub fn dialect() -> impl TypedValueParser<Value = ChosenDialect> {
-    const ALL: [ChosenDialect; 4] = [
+    const ALL: [ChosenDialect; 7] = [
         ChosenDialect(None),
         ChosenDialect(Some(Dialect::Iso)),
+        ChosenDialect(Some(Dialect::Fanuc)),
+        ChosenDialect(Some(Dialect::Haas)),
+        ChosenDialect(Some(Dialect::LinuxCnc)),
         ChosenDialect(Some(Dialect::Sinumerik)),
         ChosenDialect(Some(Dialect::Heidenhain)),
     ];
@@ -96,7 +99,10 @@ pub fn dialect() -> impl TypedValueParser<Value = ChosenDialect> {
         |chosen| chosen.0.map_or("auto", Dialect::label),
         |chosen| match chosen.0 {
             None => "What the text of the program shows",
-            Some(Dialect::Iso) => "ISO code as Fanuc, Haas, LinuxCNC and Grbl read it",
+            Some(Dialect::Iso) => "ISO code, as far as Fanuc, Haas, LinuxCNC and Grbl read it alike",
+            Some(Dialect::Fanuc) => "ISO code of Fanuc: G10 L20 sets G54.1",
+            Some(Dialect::Haas) => "ISO code of Haas: G10 L20 sets G54.1 (G154)",
+            Some(Dialect::LinuxCnc) => "ISO code of LinuxCNC and Grbl: G10 L20 sets G54 ... by where the tool is",
             Some(Dialect::Sinumerik) => "Siemens Sinumerik 840D and its kin",
             Some(Dialect::Heidenhain) => "Heidenhain's conversational language (Klartext)",
         },

@@ -2,7 +2,7 @@
 
 use kinetostat::toolpath::{
     NumberFormat, Sampling, Toolpath,
-    gcode::{GcodeOptions, Program, Writing},
+    gcode::{Dialect, GcodeOptions, Program, Writing},
     polyline::{self, Polyline},
 };
 use nalgebra::Vector3;
@@ -15,7 +15,11 @@ fn sampling() -> Sampling {
 }
 
 fn options() -> GcodeOptions {
-    GcodeOptions { start_mm: Some(Vector3::new(1.0, 2.0, 3.0)), ..GcodeOptions::default() }
+    GcodeOptions {
+        start_mm: Some(Vector3::new(1.0, 2.0, 3.0)),
+        dialect: Some(Dialect::LinuxCnc),
+        ..GcodeOptions::default()
+    }
 }
 
 /// Reads `source` as a program; if it is one, writes it back without and with corrections.
@@ -136,6 +140,10 @@ fn line() -> impl Strategy<Value = String> {
         "G80",
         "G4 P1",
         "G53",
+        "M70",
+        "M71",
+        "M72",
+        "M73",
     ])
     .prop_map(str::to_owned);
     let ending = prop::sample::select(vec!["\n", "\r\n", "\n", ""]);

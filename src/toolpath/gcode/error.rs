@@ -11,7 +11,7 @@ pub(crate) use crate::toolpath::gcode::refused::Refusal;
 pub use crate::toolpath::gcode::{
     dialect::Foreign,
     macro_fault::MacroFault,
-    refused::{ArcFault, Unsupported},
+    refused::{ArcFault, Contradiction, Unsupported},
 };
 
 /// A program that cannot be followed: where, at which word, why, and what was expected.
@@ -89,6 +89,20 @@ pub enum Fault {
     /// A feature of the language this program cannot follow.
     #[error("{0}")]
     Unsupported(Unsupported),
+    /// A word that controls read in ways that contradict.
+    #[error(
+        "{0}; expected dialect = \"fanuc\", \"haas\" or \"linuxcnc\" in [gcode] of the process file (--dialect), which says whose it is"
+    )]
+    Contradicts(Contradiction),
+    /// M72 without M70.
+    #[error("restores modes where none are kept; expected M70 or M73 before it, in the same program or subprogram")]
+    NothingKept,
+    /// Another word on the line of M70 to M73.
+    #[error("on a line with M{code}, which keeps or restores modes; expected M{code} on a line of its own")]
+    BesideKept {
+        /// The number after M.
+        code: u32,
+    },
     /// A word whose number must be whole.
     #[error("expected a whole number after {letter}")]
     NotWhole {

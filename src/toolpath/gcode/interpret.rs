@@ -43,6 +43,8 @@ pub(crate) struct Interpreter {
     pub(super) rotary_before: [Option<f64>; 3],
     /// What they turn.
     pub(super) rotary_axes: Rotary,
+    /// What M70 has kept.
+    kept: Option<(Modal, WorkOffset)>,
     named: bool,
     unit_said: bool,
     pub notes: Notes,
@@ -75,7 +77,7 @@ pub(crate) struct OriginAt {
 impl Interpreter {
     pub fn new(options: &GcodeOptions, dialect: Dialect) -> Interpreter {
         let unit = options.unit.unwrap_or_default();
-        let centres = if dialect == Dialect::Iso { options.arc_centres.into() } else { Distance::Incremental };
+        let centres = if dialect.is_iso() { options.arc_centres.into() } else { Distance::Incremental };
         let start = options.start_mm.map_or([None; 3], |p| [Some(p.x), Some(p.y), Some(p.z)]);
         Interpreter {
             modal: Modal::at_start(unit, centres),
@@ -93,6 +95,7 @@ impl Interpreter {
             rotary: [None; 3],
             rotary_before: [None; 3],
             rotary_axes: options.rotary.clone(),
+            kept: None,
             named: false,
             unit_said: options.unit.is_some(),
             notes: Notes { dialect, ..Notes::default() },
@@ -117,6 +120,7 @@ impl Interpreter {
         }
         let request = Request::of(that_count(&words), self.dialect)?;
         self.program_number(&request)?;
+        self.keep_modes(&request)?;
         self.apply_modal(&request)?;
         self.take_tool(&request)?;
         request.check_parameters(matches!(self.modal.motion, Some(MotionCode::Cycle(_))))?;
@@ -151,6 +155,23 @@ impl Interpreter {
             pole.words = words;
         }
         Ok(effect)
+    }
+
+    /// M70 to M73 of a main program, which M73 has no end of a subprogram to restore at.
+    fn keep_modes(&mut self, request: &Request) -> Result<(), Refusal> {
+        let Some((word, code)) = request.keeps else { return Ok(()) };
+        match code {
+            71 => self.kept = None,
+            72 => {
+                let (kept, offset) = self.kept.ok_or_else(|| word.refuse(Fault::NothingKept))?;
+                self.control_tip(kept.tip_control);
+                let Modal { motion, tool, feature, .. } = self.modal;
+                self.modal = Modal { motion, tool, feature, ..kept };
+                self.offsets.activate(offset);
+            }
+            _ => self.kept = Some((self.modal, self.offsets.active())),
+        }
+        Ok(())
     }
 
     /// A program has one number; a second one begins a subprogram.

@@ -14,6 +14,7 @@ use g_code::parse::ast::Spanned;
 use g_code::parse::snippet_parser;
 
 use crate::toolpath::gcode::{
+    Dialect,
     error::{Fault, Refusal},
     modal::{Distance, Vocable},
 };
@@ -62,6 +63,12 @@ impl Word {
             Some(tenths) if tenths % 10 == 0 => Ok(tenths / 10),
             _ => Err(self.refuse(Fault::NotWhole { letter: self.letter })),
         }
+    }
+
+    /// The number of M70 to M73, which keep and restore modes for LinuxCNC; Fanuc and Haas do not have them.
+    pub fn keeps_modes(&self, dialect: Dialect) -> Option<u32> {
+        let is_read = self.letter == 'M' && matches!(dialect, Dialect::Iso | Dialect::LinuxCnc);
+        self.whole().ok().filter(|code| is_read && matches!(code, 70..=73))
     }
 
     /// `fault` at this word.

@@ -3,6 +3,7 @@
 use crate::toolpath::{
     Plane, Turn,
     gcode::{
+        Dialect,
         error::{Fault, Refusal, Unsupported},
         lex::Word,
         offsets::WorkOffset,
@@ -150,7 +151,7 @@ pub(crate) enum GWord {
     Smoothing,
     /// G4.
     Dwell,
-    /// G28, G30, G28.2.
+    /// G28, G30, G28.2; G28.1 and G30.1 but of LinuxCNC.
     Home,
     /// G15, which with H selects a work offset of Okuma's.
     PolarOff,
@@ -207,8 +208,12 @@ pub(crate) struct Vocable {
 
 impl GWord {
     /// What `word`, a G word, does.
-    pub fn of(word: &Word) -> Result<GWord, Refusal> {
+    pub fn of(word: &Word, dialect: Dialect) -> Result<GWord, Refusal> {
         let tenths = word.tenths().ok_or_else(|| word.refuse(Fault::Unsupported(Unsupported::UnknownG)))?;
+        // Kept there, an axis stands; to Fanuc and Mach it is where axes go.
+        if matches!(tenths, 281 | 301) && dialect != Dialect::LinuxCnc {
+            return Ok(GWord::Home);
+        }
         GWord::supported(tenths).ok_or_else(|| word.refuse(Fault::Unsupported(unsupported(tenths))))
     }
 

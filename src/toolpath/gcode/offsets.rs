@@ -252,11 +252,11 @@ impl Offsets {
         self.local[axis] += value;
     }
 
-    /// G92.1, G92.2.
-    pub fn end_shift(&mut self, keeps: bool) {
-        self.suspended = if keeps { self.shift } else { Vector3::zeros() };
-        self.shift = Vector3::zeros();
-        for axis in 0..3 {
+    /// G92.1, G92.2. What G52 has moved goes back as well: to LinuxCNC it is the same shift, and Fanuc presets all of it.
+    pub fn end_shift(&mut self, keeps: bool, axes: [bool; 3]) {
+        for axis in (0..3).filter(|axis| axes[*axis]) {
+            self.suspended[axis] = if keeps { self.shift[axis] } else { 0.0 };
+            (self.shift[axis], self.local[axis]) = (0.0, 0.0);
             if std::mem::take(&mut self.by_shift_alone[axis]) {
                 // Where the zero is without the shift was never known.
                 self.zeros.values_mut().for_each(|zero| zero[axis] = None);

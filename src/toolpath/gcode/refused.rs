@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use thiserror::Error;
 
-use crate::toolpath::gcode::{Dialect, Fault, GcodeError};
+use crate::toolpath::gcode::{Dialect, Fault, GcodeError, lex::Word};
 
 /// A feature of the language that cannot be followed, so that ignoring it would cut something else.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
@@ -35,14 +35,90 @@ pub enum Unsupported {
         "corners that the control rounds or bevels (,R ,C) are not supported; expected the corner written as moves"
     )]
     Corner,
-    /// M97, M98, M99, O words after the first.
+    /// M97, M98, M99, M198, O words after the first.
     #[error(
         "subprograms are not read; expected one program, or expand in [gcode] of the process file (--expand), which writes it out"
     )]
     Subprogram,
+    /// M21 to M23.
+    #[error(
+        "mirrors axes on some controls; expected a program without it, or dialect = \"haas\" in [gcode], to which it is a function of the user's"
+    )]
+    Mirror,
+    /// M128, M129, M428 to M430.
+    #[error(
+        "switches on some controls whether X, Y and Z are those of the tip; expected G43.4 and G49, or dialect = \"fanuc\" or \"haas\" \
+         in [gcode], to which it is another function"
+    )]
+    TipFunction,
+    /// Marlin's M206, M218, M290, M428.
+    #[error(
+        "moves the zero or the tool (Marlin); expected a program without it, or dialect = \"fanuc\" or \"haas\" in [gcode], to which it is \
+         another function"
+    )]
+    MovedZero,
+    /// M46 with P, M96.
+    #[error("goes on elsewhere in the program as the machine says; expected the lines in the order they run")]
+    Jump,
+    /// M47.
+    #[error(
+        "runs the program from its first line again (Mach); expected M2 or M30, or dialect = \"fanuc\" or \"haas\" in [gcode], to which it \
+         is another function"
+    )]
+    Again,
+    /// M109 with P.
+    #[error("asks for the value of a variable (Haas); expected a program that assigns it")]
+    Asked,
     /// G53 with an arc in force.
     #[error("machine coordinates with an arc are not supported; expected G53 with G0 or G1")]
     MachineArc,
+}
+
+impl Unsupported {
+    /// Why `word`, an M word of a line of `words`, is not kept as it is, if it may change where the tool goes.
+    pub(super) fn of_m(word: &Word, words: &[Word], dialect: Dialect) -> Option<Unsupported> {
+        let has_p = || words.iter().any(|word| word.letter == 'P');
+        let is_other_to = |dialects: &[Dialect]| dialects.contains(&dialect);
+        let of_builder = is_other_to(&[Dialect::Fanuc, Dialect::Haas]);
+        match word.whole().ok()? {
+            97..=99 | 198 => Some(Unsupported::Subprogram),
+            21..=23 if !is_other_to(&[Dialect::Haas, Dialect::Sinumerik, Dialect::Heidenhain]) => {
+                Some(Unsupported::Mirror)
+            }
+            _ if !dialect.is_iso() => None,
+            46 if has_p() => Some(Unsupported::Jump),
+            96 => Some(Unsupported::Jump),
+            109 if has_p() => Some(Unsupported::Asked),
+            47 if !of_builder => Some(Unsupported::Again),
+            128 | 129 | 428..=430 if !of_builder => Some(Unsupported::TipFunction),
+            206 | 218 | 290 if !of_builder => Some(Unsupported::MovedZero),
+            _ => None,
+        }
+    }
+}
+
+/// A word that controls read in ways that contradict.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum Contradiction {
+    /// G10 L20.
+    #[error(
+        "G10 L20 P1 puts G54.1 P1 at these machine coordinates on Fanuc and Haas, and on LinuxCNC and Grbl gives these coordinates of G54 to \
+         where the tool is"
+    )]
+    WorkOffset,
+    /// G43.1 with coordinates.
+    #[error("G43.1 with X, Y or Z moves there on Fanuc, and on LinuxCNC and Grbl sets the length of the tool")]
+    Length,
+    /// M73 in a subprogram that is called by its number.
+    #[error(
+        "M73 in a subprogram restores modes at its end on LinuxCNC, and is a function of the machine on Fanuc and Haas"
+    )]
+    KeptModes,
+    /// ROUND in the number of a word.
+    #[error(
+        "ROUND in the number of a word rounds to the last decimal of a coordinate on Fanuc and Haas, and on LinuxCNC to a whole number"
+    )]
+    Rounded,
 }
 
 /// An arc whose words do not make an arc.

@@ -17,18 +17,20 @@ pub(crate) struct Request<'w> {
     pub ends_program: bool,
     /// Whether M6 is among the words.
     pub changes_tool: bool,
+    /// M70 to M73, which keep and restore modes.
+    pub keeps: Option<(&'w Word, u32)>,
 }
 
 impl<'w> Request<'w> {
     /// Sorts `words` and refuses what no state could make right.
     pub fn of(words: &'w [Word], dialect: Dialect) -> Result<Request<'w>, Refusal> {
         let changes_tool = words.iter().any(|word| word.letter == 'M' && word.value == 6.0);
-        let mut request = Request { words, g_words: Vec::new(), ends_program: false, changes_tool };
+        let mut request = Request { words, g_words: Vec::new(), ends_program: false, changes_tool, keeps: None };
         for (at, word) in words.iter().enumerate() {
             match (word.asks, word.letter) {
                 (Some(vocable), _) => request.add_g(word, vocable.asks)?,
                 (None, 'G') => request.add_g(word, dialect.g_word(word)?)?,
-                (None, 'M') => request.add_m(word)?,
+                (None, 'M') => request.add_m(word, dialect)?,
                 (None, letter) => {
                     check_letter(word)?;
                     if words[..at].iter().any(|other| other.letter == letter) {
@@ -53,11 +55,14 @@ impl<'w> Request<'w> {
         Ok(())
     }
 
-    fn add_m(&mut self, word: &Word) -> Result<(), Refusal> {
-        match word.whole()? {
-            97..=99 | 198 => return Err(word.refuse(Fault::Unsupported(Unsupported::Subprogram))),
-            2 | 30 => self.ends_program = true,
-            _ => {}
+    fn add_m(&mut self, word: &'w Word, dialect: Dialect) -> Result<(), Refusal> {
+        self.ends_program |= matches!(word.whole()?, 2 | 30);
+        if let Some(unsupported) = Unsupported::of_m(word, self.words, dialect) {
+            return Err(word.refuse(Fault::Unsupported(unsupported)));
+        }
+        if let Some(code) = word.keeps_modes(dialect) {
+            check_keeps(self.words, word, code)?;
+            self.keeps = Some((word, code));
         }
         Ok(())
     }
@@ -68,9 +73,11 @@ impl<'w> Request<'w> {
         let g = |test: fn(&GWord) -> bool| self.g_words.iter().any(|(_, g)| test(g));
         let setting = self.setting().is_some();
         let smoothing = g(|g| *g == GWord::Smoothing);
+        // Of an arc, LinuxCNC reads P as turns.
+        let of_m = m && self.arc_words().next().is_none();
         for (letter, owned) in [
             ('L', in_cycle || setting),
-            ('P', in_cycle || setting || smoothing || m || g(GWord::takes_p)),
+            ('P', in_cycle || setting || smoothing || of_m || g(GWord::takes_p)),
             ('Q', in_cycle || smoothing || m || g(GWord::takes_p)),
         ] {
             if let Some(word) = self.letter(letter).filter(|_| !owned) {
@@ -149,6 +156,8 @@ pub(crate) fn that_count(words: &[Word]) -> &[Word] {
     let sets = |word: &Word| match word.whole() {
         Ok(92 | 200..=299) => !has(&['G']),
         // LinuxCNC has these for its users, and a coordinate beside them is one.
+        // Haas asks the operator with M109 P.
+        Ok(109) if has(&['P']) => false,
         Ok(104..=109 | 140 | 190) => !has(&['G', 'X', 'Y', 'Z']),
         _ => false,
     };
@@ -156,6 +165,18 @@ pub(crate) fn that_count(words: &[Word]) -> &[Word] {
         Some(at) if words[at].letter == 'M' && sets(&words[at]) => &words[..=at],
         _ => words,
     }
+}
+
+/// Refuses what stands beside `word`, M70 to M73, and is not read as LinuxCNC reads it: of M72 all, since it drops motions, and what
+/// counts before the modes are kept (F, S and their modes, M).
+pub(crate) fn check_keeps(words: &[Word], word: &Word, code: u32) -> Result<(), Refusal> {
+    let is_before = |other: &Word| match other.letter {
+        'F' | 'S' | 'M' => true,
+        'G' => matches!(other.tenths(), Some(930..=970)),
+        _ => code == 72,
+    };
+    let beside = words.iter().find(|other| *other != word && other.letter != 'N' && (code == 72 || is_before(other)));
+    beside.map_or(Ok(()), |other| Err(other.refuse(Fault::BesideKept { code })))
 }
 
 /// Refuses letters that have no meaning here.

@@ -1,7 +1,8 @@
 //! Words whose coordinates are no motion: G10, G52, G92, G43.1.
 
 use crate::toolpath::gcode::{
-    error::{Fault, Refusal},
+    Dialect,
+    error::{Contradiction, Fault, Refusal},
     interpret::{Interpreter, OriginAt},
     lex::Word,
     modal::{Distance, Setting},
@@ -21,7 +22,13 @@ impl Interpreter {
     ) -> Result<Option<OriginAt>, Refusal> {
         let mixed = || Err(word.refuse(Fault::LocalAndShift));
         match setting {
-            Setting::Length | Setting::Stored => {}
+            Setting::Stored => {}
+            Setting::Length => {
+                let moves = request.axes().into_iter().flatten().next().filter(|_| self.dialect != Dialect::LinuxCnc);
+                if moves.is_some() {
+                    return Err(word.refuse(Fault::Contradicts(Contradiction::Length)));
+                }
+            }
             Setting::Data => return self.data(request, word),
             Setting::Local if self.offsets.is_shifted() => return mixed(),
             Setting::Local => {
@@ -31,7 +38,13 @@ impl Interpreter {
             }
             Setting::Origin | Setting::OriginOn if self.offsets.is_local() => return mixed(),
             Setting::Origin => return self.shift(request, word).map(Some),
-            Setting::OriginOff { keeps } => self.offsets.end_shift(keeps),
+            Setting::OriginOff { keeps: true } if self.offsets.is_local() => return mixed(),
+            Setting::OriginOff { keeps } => {
+                let given = request.axes().map(|axis| axis.is_some());
+                // Fanuc names the axes, LinuxCNC has no words with it.
+                let axes = if given == [false; 3] { [true; 3] } else { given };
+                self.offsets.end_shift(keeps, axes);
+            }
             Setting::OriginOn => self.offsets.restore_shift(),
             Setting::Translation { afresh } => self.translate(request, afresh)?,
             // The centre of arcs is no zero.
@@ -110,6 +123,15 @@ impl Interpreter {
                 for (axis, value) in coordinates {
                     self.offsets.set_in_machine(offset, axis, value);
                 }
+                Ok(None)
+            }
+            Some(20) if self.dialect == Dialect::Iso => Err(word.refuse(Fault::Contradicts(Contradiction::WorkOffset))),
+            Some(20) if self.dialect != Dialect::LinuxCnc => {
+                if rotation || self.modal.distance != Distance::Absolute {
+                    return Err(refused());
+                }
+                let offset = number.and_then(WorkOffset::extended).ok_or_else(refused)?;
+                coordinates.into_iter().for_each(|(axis, value)| self.offsets.set_in_machine(offset, axis, value));
                 Ok(None)
             }
             Some(20) if !rotation => {

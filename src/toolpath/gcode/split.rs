@@ -4,7 +4,6 @@ use nalgebra::Vector3;
 
 use crate::toolpath::{
     gcode::{
-        Dialect,
         arc::{Arc, Centre},
         check::Stretch,
         edit::{LineEdit, acts_at_end, is_arc_word, takes_parameters},
@@ -160,7 +159,7 @@ impl Writer<'_> {
         [start, end]: [Vector3<f64>; 2],
     ) -> Option<(Geometry, Vec<(char, String)>)> {
         let MotionCode::Arc(turn) = motion.code else { return None };
-        if self.style.dialect != Dialect::Iso {
+        if !self.style.dialect.is_iso() {
             return None;
         }
         if !self.writing.helical_arcs && motion.makes_helix(&start, &end) {

@@ -1,7 +1,6 @@
 //! What A, B and C of a line do.
 
 use crate::toolpath::gcode::{
-    Dialect,
     error::{Fault, Refusal},
     interpret::Interpreter,
     lex::Word,
@@ -46,7 +45,7 @@ impl Interpreter {
         // A whole circle names its centre alone.
         let goes = request.axes().iter().any(Option::is_some)
             || ['I', 'J', 'K'].iter().any(|of| request.letter(*of).is_some());
-        let may_be_chamfer = self.dialect == Dialect::Iso && letter != 'B';
+        let may_be_chamfer = self.dialect.is_iso() && letter != 'B';
         if may_be_chamfer && stood.is_none() && word.value != 0.0 && feeds && goes {
             return Err(word.refuse(Fault::Chamfer { letter }));
         }

@@ -52,6 +52,15 @@ struct Reading {
     steps: Vec<Step>,
 }
 
+/// What M70 and M73 keep.
+#[derive(Clone, Copy)]
+struct Modes {
+    unit: f64,
+    steps_mode: bool,
+    plane: [usize; 3],
+    active: usize,
+}
+
 /// What `source` moves.
 pub fn read(source: &str) -> Vec<Step> {
     let lines: Vec<Vec<(char, f64)>> = source.lines().map(words).collect();
@@ -93,6 +102,8 @@ fn words(line: &str) -> Vec<(char, f64)> {
 impl Reading {
     /// Runs from line `at` to the end of the program or subprogram.
     fn run(&mut self, lines: &[Vec<(char, f64)>], mut at: usize) {
+        // At the end of a subprogram only what M73 kept last is restored.
+        let (mut kept, mut restores) = (None, false);
         while let Some(line) = lines.get(at) {
             let m = |number: f64| line.contains(&('M', number));
             let value = |letter: char| line.iter().find(|(l, _)| *l == letter).map(|(_, value)| *value);
@@ -102,12 +113,26 @@ impl Reading {
                     self.run(lines, begin + 1);
                 }
             } else if m(99.0) || m(2.0) || m(30.0) {
-                return;
+                return kept.filter(|_| restores).map_or((), |modes| self.become_as(modes));
+            } else if m(70.0) || m(73.0) {
+                let Reading { unit, steps_mode, plane, active, .. } = *self;
+                (kept, restores) = (Some(Modes { unit, steps_mode, plane, active }), m(73.0));
+                self.line(line);
+            } else if m(71.0) {
+                kept = None;
+                self.line(line);
+            } else if m(72.0) {
+                self.become_as(kept.unwrap());
             } else {
                 self.line(line);
             }
             at += 1;
         }
+    }
+
+    fn become_as(&mut self, modes: Modes) {
+        let Modes { unit, steps_mode, plane, active } = modes;
+        (self.unit, self.steps_mode, self.plane, self.active) = (unit, steps_mode, plane, active);
     }
 
     fn origin(&self, axis: usize) -> f64 {

@@ -28,9 +28,16 @@ use crate::toolpath::gcode::{
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Dialect {
-    /// ISO code as Fanuc, Haas, LinuxCNC and Grbl read it.
+    /// ISO code, as far as Fanuc, Haas, LinuxCNC and Grbl read it alike.
     #[default]
     Iso,
+    /// ISO code of Fanuc.
+    Fanuc,
+    /// ISO code of Haas.
+    Haas,
+    /// ISO code of LinuxCNC, whose work offsets Grbl sets alike.
+    #[serde(rename = "linuxcnc")]
+    LinuxCnc,
     /// Siemens Sinumerik 840D and its kin.
     Sinumerik,
     /// Heidenhain's conversational language (Klartext).
@@ -42,13 +49,23 @@ const READS_ALL: bool = !cfg!(target_family = "wasm");
 
 impl Dialect {
     /// All of them.
-    pub const ALL: [Dialect; 3] = [Dialect::Iso, Dialect::Sinumerik, Dialect::Heidenhain];
+    pub const ALL: [Dialect; 6] =
+        [Dialect::Iso, Dialect::Fanuc, Dialect::Haas, Dialect::LinuxCnc, Dialect::Sinumerik, Dialect::Heidenhain];
+
+    /// Whether it is ISO code, of whatever control.
+    #[must_use]
+    pub fn is_iso(self) -> bool {
+        !matches!(self, Dialect::Sinumerik | Dialect::Heidenhain)
+    }
 
     /// Its name in files and on the command line.
     #[must_use]
     pub fn label(self) -> &'static str {
         match self {
             Dialect::Iso => "iso",
+            Dialect::Fanuc => "fanuc",
+            Dialect::Haas => "haas",
+            Dialect::LinuxCnc => "linuxcnc",
             Dialect::Sinumerik => "sinumerik",
             Dialect::Heidenhain => "heidenhain",
         }
@@ -59,6 +76,9 @@ impl Dialect {
     pub fn name(self) -> &'static str {
         match self {
             Dialect::Iso => "ISO",
+            Dialect::Fanuc => "Fanuc",
+            Dialect::Haas => "Haas",
+            Dialect::LinuxCnc => "LinuxCNC",
             Dialect::Sinumerik => "Sinumerik",
             Dialect::Heidenhain => "Heidenhain",
         }
@@ -68,6 +88,9 @@ impl Dialect {
     pub(crate) fn read_as(self) -> &'static str {
         match self {
             Dialect::Iso => "",
+            Dialect::Fanuc => " (read as Fanuc)",
+            Dialect::Haas => " (read as Haas)",
+            Dialect::LinuxCnc => " (read as LinuxCNC)",
             Dialect::Sinumerik => " (read as Sinumerik)",
             Dialect::Heidenhain => " (read as Heidenhain)",
         }
@@ -77,7 +100,7 @@ impl Dialect {
     pub(super) fn g_word(self, word: &Word) -> Result<GWord, Refusal> {
         match self {
             Dialect::Sinumerik if READS_ALL => sinumerik_words::g_word(word),
-            _ => GWord::of(word),
+            _ => GWord::of(word, self),
         }
     }
 
@@ -93,7 +116,7 @@ impl Dialect {
     /// `None` where there are none, or some that cannot be.
     pub(super) fn without_cycles(self, source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
         match self {
-            Dialect::Iso => None,
+            Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc => None,
             Dialect::Sinumerik => sinumerik_cycles::written_out(source),
             Dialect::Heidenhain => heidenhain_cycles::written_out(source),
         }
@@ -106,11 +129,11 @@ impl Dialect {
         let begins =
             |line: &usize, marks: &[u8]| lines::first(&bytes[all.content(*line)]).is_some_and(|b| marks.contains(&b));
         match self {
-            Dialect::Iso => (format!("({text})\n"), usize::from(all.len() > 0 && begins(&0, b"%"))),
+            _ if self.is_iso() => (format!("({text})\n"), usize::from(all.len() > 0 && begins(&0, b"%"))),
             Dialect::Sinumerik => {
                 (format!("; {text}\n"), (0..all.len()).take_while(|line| begins(line, b"%;")).count())
             }
-            Dialect::Heidenhain => {
+            _ => {
                 // With the number of the block before, from which blocks are then counted on.
                 let number = (all.len() > 0).then(|| block_numbers::number(&bytes[all.content(0)])).flatten();
                 let number = number.map_or_else(String::new, |(_, number)| format!("{number} "));
@@ -123,7 +146,7 @@ impl Dialect {
     pub(super) fn numbered(self, source: &[u8], written: Vec<u8>) -> Vec<u8> {
         match self {
             Dialect::Heidenhain => block_numbers::rising(source, written),
-            Dialect::Iso | Dialect::Sinumerik => written,
+            _ => written,
         }
     }
 }
@@ -155,9 +178,9 @@ pub(super) enum Language {
 impl Language {
     pub fn new(dialect: Dialect) -> Language {
         match dialect {
-            Dialect::Iso => Language::Iso,
             Dialect::Sinumerik => Language::Sinumerik,
             Dialect::Heidenhain => Language::Heidenhain(heidenhain::Reader::default()),
+            _ => Language::Iso,
         }
     }
 
@@ -181,7 +204,7 @@ impl Language {
 /// One that is not read.
 pub(super) fn chosen(source: &[u8], name: &str, given: Option<Dialect>) -> Result<Dialect, GcodeError> {
     match given {
-        Some(dialect) if READS_ALL || dialect == Dialect::Iso => Ok(dialect),
+        Some(dialect) if READS_ALL || dialect.is_iso() => Ok(dialect),
         Some(dialect) => Err(on_first_line(source, name, dialect, Fault::Language)),
         None if READS_ALL => Ok(Dialect::of(source)),
         None => Ok(Dialect::Iso),

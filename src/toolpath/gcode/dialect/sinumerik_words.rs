@@ -1,7 +1,7 @@
 //! What Sinumerik's words ask for: G words, names, and names with a value.
 
 use crate::toolpath::gcode::{
-    LengthUnit, WorkOffset,
+    Dialect, LengthUnit, WorkOffset,
     dialect::Foreign,
     error::{Fault, Refusal, Unsupported},
     lex::Word,
@@ -12,7 +12,7 @@ use crate::toolpath::gcode::{
 pub(super) fn g_word(word: &Word) -> Result<GWord, Refusal> {
     let number = word.whole()?;
     Ok(match number {
-        0..=4 | 9 | 17..=19 | 40 | 53..=57 | 64 | 90 | 91 | 93..=95 | 97 => return GWord::of(word),
+        0..=4 | 9 | 17..=19 | 40 | 53..=57 | 64 | 90 | 91 | 93..=95 | 97 => return GWord::of(word, Dialect::Sinumerik),
         60 | 641..=645 => GWord::PathControl,
         70 => GWord::UnitOfCoordinates(LengthUnit::Inch),
         71 => GWord::UnitOfCoordinates(LengthUnit::Millimetre),

@@ -6,6 +6,7 @@ use crate::toolpath::gcode::{
         CalledFile, Origin,
         jumps::Source,
         line::{CalledWord, SourceLine},
+        modes::Frame,
         run::{Next, Run, Step},
         variables::argument,
     },
@@ -183,6 +184,7 @@ impl Run<'_> {
             self.variables.call(arguments);
         }
         let back = Origin { line: self.here.line + 1, ..self.here };
+        self.frames.push(Frame::default());
         self.calls.push(Call { back, begin, left: times, arguments });
         self.here = begin;
         Ok(Next::At(begin.line))
@@ -190,6 +192,9 @@ impl Run<'_> {
 
     /// The end of a subprogram: it begins again, or the flow goes back.
     pub(super) fn end_call(&mut self) -> Result<Next, Fault> {
+        if !self.calls.is_empty() {
+            self.restore_at_return();
+        }
         let Some(call) = self.calls.last_mut() else { return Err(Fault::Macro(MacroFault::NoCall)) };
         call.left -= 1;
         if call.left > 0 {
@@ -202,6 +207,7 @@ impl Run<'_> {
         self.here = call.back;
         let (line, has_scope) = (call.back.line, call.arguments.is_some());
         self.calls.pop();
+        self.frames.pop();
         if has_scope {
             self.variables.end_call();
         }

@@ -1,12 +1,15 @@
 //! Expressions of macros and what they are worth: LinuxCNC's and Fanuc's, angles in degrees.
 
 use crate::toolpath::gcode::{
+    Dialect,
     error::{Fault, MacroFault},
     expand::variables::Variables,
 };
 
 /// What two values may differ by and be equal, as for LinuxCNC.
 const EQUAL: f64 = 1e-6;
+/// Half of the last decimal of coordinates, in inches.
+const LAST_PLACE: f64 = 5e-5;
 /// The deepest brackets.
 const DEEPEST: usize = 64;
 
@@ -18,11 +21,13 @@ pub(super) struct Reader<'t> {
     pub at: usize,
     variables: &'t Variables,
     depth: usize,
+    /// Whether ROUND has changed a number beyond the decimals of coordinates.
+    pub has_rounded: bool,
 }
 
 impl<'t> Reader<'t> {
     pub fn new(text: &'t str, at: usize, variables: &'t Variables) -> Reader<'t> {
-        Reader { text: text.as_bytes(), at, variables, depth: 0 }
+        Reader { text: text.as_bytes(), at, variables, depth: 0, has_rounded: false }
     }
 
     pub fn skip_blanks(&mut self) {
@@ -134,6 +139,14 @@ impl<'t> Reader<'t> {
             let taken = operators.iter().find(|operator| (**operator != "*" || !is_power) && self.takes(operator));
             let Some(operator) = taken else { return Ok(left) };
             let right = self.binary(level + 1)?;
+            let is_negative = |value: Option<f64>| value.is_some_and(|value| value < 0.0);
+            // Fanuc's remainder is that of the amounts.
+            if *operator == "MOD"
+                && (is_negative(left) || is_negative(right))
+                && self.variables.dialect != Dialect::LinuxCnc
+            {
+                return Err(Fault::Macro(MacroFault::Expression { expected: "MOD of no negative number" }));
+            }
             left = Some(apply(operator, left, right)?);
         }
     }
@@ -169,7 +182,10 @@ impl<'t> Reader<'t> {
             "FIX" => x.floor(),
             "FUP" => x.ceil(),
             "LN" => x.ln(),
-            "ROUND" => x.round(),
+            "ROUND" => {
+                self.has_rounded |= (x - x.round()).abs() >= LAST_PLACE;
+                x.round()
+            }
             "SIN" => x.to_radians().sin(),
             "SQRT" => x.sqrt(),
             _ => x.to_radians().tan(),

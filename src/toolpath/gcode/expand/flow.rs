@@ -73,7 +73,9 @@ impl Run<'_> {
                     arguments.push(reader.bracket()?.ok_or(Fault::Macro(MacroFault::NoValue))?);
                 }
                 let begin = self.find(name, Named::Word)?;
-                self.call(begin, 1, Some((1..).zip(arguments).collect()))
+                let next = self.call(begin, 1, Some((1..).zip(arguments).collect()))?;
+                self.frames.last_mut().into_iter().for_each(|frame| frame.by_o_word = true);
+                Ok(next)
             }
             "IF" => {
                 let is_true = reader.bracket()?.is_some_and(|value| value != 0.0);

@@ -108,7 +108,7 @@ impl Program {
             beside.push(CalledFile { name: source.name.clone(), bytes: refilled(file, &source.bytes, &became)? });
         }
         let bytes_of = |name: &str| beside.iter().find(|file| file.name == name).map(|file| file.bytes.clone());
-        let again = Run::new(program.clone(), &self.name, self.options.block_delete, &bytes_of).all();
+        let again = Run::new(program.clone(), &self.name, &self.options, &bytes_of).all();
         match again {
             Ok((again, _)) if again == run => Ok(Calls::Stay { program, beside }),
             Ok((again, _)) => Err((written_out.first_difference(&again, &run), How::OutOfPlace)),

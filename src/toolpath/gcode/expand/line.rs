@@ -3,7 +3,8 @@
 use std::ops::Range;
 
 use crate::toolpath::gcode::{
-    error::{Fault, MacroFault},
+    Dialect,
+    error::{Contradiction, Fault, MacroFault},
     expand::{expression::Reader, variables::Variables},
     lines,
 };
@@ -176,6 +177,9 @@ pub(super) fn evaluated(line: &SourceLine, variables: &mut Variables) -> Result<
                 reader.skip_blanks();
                 let value_at = reader.at;
                 let value = reader.number().map_err(|fault| (at, fault))?;
+                if reader.has_rounded && variables.dialect != Dialect::LinuxCnc {
+                    return Err((at, Fault::Contradicts(Contradiction::Rounded)));
+                }
                 if text[value_at..reader.at].iter().any(|b| !matches!(b, b'0'..=b'9' | b'.' | b'+' | b'-' | b' ')) {
                     out.extend_from_slice(&line.bytes[from..=at]);
                     out.extend_from_slice(number(text[at], value).as_bytes());

@@ -9,6 +9,7 @@ mod flow;
 mod fold;
 mod jumps;
 mod line;
+mod modes;
 mod run;
 mod variables;
 
@@ -153,7 +154,7 @@ impl Program {
         let dialect = options.dialect.unwrap_or_else(|| Dialect::of(&source));
         let options = &GcodeOptions { dialect: Some(dialect), ..options.clone() };
         let (mut bytes, mut written_out) = match dialect {
-            Dialect::Iso => run::Run::new(source, name, options.block_delete, beside).all()?,
+            _ if dialect.is_iso() => run::Run::new(source, name, options, beside).all()?,
             _ => {
                 let Some((bytes, lines)) = dialect.without_cycles(&source) else {
                     return Err(dialect::not_written_out(&source, name, dialect));
@@ -161,7 +162,7 @@ impl Program {
                 (bytes, WrittenOut::of_lines(name, source, &lines))
             }
         };
-        if dialect != Dialect::Iso {
+        if !dialect.is_iso() {
             // Moves have taken the place of its cycles.
         } else if keeps_calls {
             written_out.keeps_calls = true;

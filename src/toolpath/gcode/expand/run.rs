@@ -1,13 +1,14 @@
 //! A program as it runs, line by line, writing out what it does.
 
 use crate::toolpath::gcode::{
-    BlockDelete,
+    BlockDelete, Dialect, GcodeOptions,
     error::{Fault, GcodeError, MacroFault, Refusal},
     expand::{
         Beside, CalledFile, Origin, WrittenOut,
         calls::Call,
         jumps::Source,
         line::{SourceLine, evaluated},
+        modes::{Frame, Modes},
         variables::Variables,
     },
     lines::{self, Lines},
@@ -26,6 +27,10 @@ pub(super) struct Run<'a> {
     /// LinuxCNC's `repeat` loops under way: their lines and how often they are still to be done.
     pub(super) repeats: Vec<(Origin, u32)>,
     pub(super) variables: Variables,
+    pub(super) dialect: Dialect,
+    pub(super) modes: Modes,
+    /// What is kept of modes: of the main program, and of each call.
+    pub(super) frames: Vec<Frame>,
     bytes: Vec<u8>,
     origins: Vec<Origin>,
     /// Whether a % has opened the program.
@@ -42,16 +47,20 @@ pub(super) enum Next {
 pub(super) type Step = Result<Next, (usize, Fault)>;
 
 impl<'a> Run<'a> {
-    pub fn new(source: Vec<u8>, name: &str, block_delete: BlockDelete, beside: &'a Beside<'a>) -> Run<'a> {
+    pub fn new(source: Vec<u8>, name: &str, options: &GcodeOptions, beside: &'a Beside<'a>) -> Run<'a> {
+        let dialect = options.dialect.unwrap_or_default();
         Run {
-            block_delete,
+            block_delete: options.block_delete,
             beside,
             sources: vec![Source::new(&source)],
             files: vec![CalledFile { name: name.to_owned(), bytes: source }],
             here: Origin { file: 0, line: 0 },
             calls: Vec::new(),
             repeats: Vec::new(),
-            variables: Variables::default(),
+            variables: Variables::of(dialect),
+            dialect,
+            modes: Modes::new(options),
+            frames: vec![Frame::default()],
             bytes: Vec::new(),
             origins: Vec::new(),
             has_tape_marks: false,
@@ -178,13 +187,14 @@ impl<'a> Run<'a> {
     /// Writes a line that steers nothing, with values in place of its expressions.
     pub(super) fn plain(&mut self, line: &SourceLine) -> Result<(), (usize, Fault)> {
         let bytes = evaluated(line, &mut self.variables)?;
+        let bytes = self.kept_and_restored(line, bytes)?;
         if !bytes.trim_ascii().is_empty() || line.bytes.trim_ascii().is_empty() {
             self.write(bytes);
         }
         Ok(())
     }
 
-    fn write(&mut self, bytes: Vec<u8>) {
+    pub(super) fn write(&mut self, bytes: Vec<u8>) {
         let ending = &self.sources[self.here.file].endings[self.here.line];
         self.bytes.extend(bytes);
         self.bytes.extend_from_slice(if ending.is_empty() { b"\n" } else { ending });

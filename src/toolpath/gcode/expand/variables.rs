@@ -2,7 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use crate::toolpath::gcode::error::{Fault, MacroFault};
+use crate::toolpath::gcode::{
+    Dialect,
+    error::{Fault, MacroFault},
+};
 
 /// All variables, and those of each call.
 #[derive(Debug)]
@@ -10,11 +13,13 @@ pub(super) struct Variables {
     common: BTreeMap<String, f64>,
     /// The innermost call last.
     local: Vec<BTreeMap<String, f64>>,
+    /// Whose expressions they stand in.
+    pub dialect: Dialect,
 }
 
 impl Default for Variables {
     fn default() -> Variables {
-        Variables { common: BTreeMap::new(), local: vec![BTreeMap::new()] }
+        Variables::of(Dialect::Iso)
     }
 }
 
@@ -24,6 +29,10 @@ const OWN: u32 = 999;
 const LOCAL: u32 = 33;
 
 impl Variables {
+    pub fn of(dialect: Dialect) -> Variables {
+        Variables { common: BTreeMap::new(), local: vec![BTreeMap::new()], dialect }
+    }
+
     /// The value of `#name`, `None` if it has none.
     pub fn get(&self, name: &str) -> Result<Option<f64>, Fault> {
         let own = self.map(name).get(name).copied();

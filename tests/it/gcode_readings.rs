@@ -1,0 +1,138 @@
+//! Words that controls read in ways that contradict, and functions that may change where the tool goes.
+
+use kinetostat::toolpath::{
+    Sampling,
+    gcode::{Dialect, GcodeError, GcodeOptions, Program},
+};
+use nalgebra::Vector3;
+
+fn read_as(source: &str, dialect: Option<Dialect>) -> Result<Vec<Vector3<f64>>, GcodeError> {
+    let options = GcodeOptions { dialect, ..GcodeOptions::default() };
+    let program =
+        Program::parse(source, "part.nc", &options).or_else(|refused| match refused.fault.is_met_by_expanding() {
+            true => Program::parse_with_calls(source, "part.nc", &options, &|_| None),
+            false => Err(refused),
+        })?;
+    Ok(program.toolpath(Sampling::new(1.0, 1e6).unwrap())?.positions_mm())
+}
+
+const KEY: &str = "; expected dialect = \"fanuc\", \"haas\" or \"linuxcnc\" in [gcode] of the process file (--dialect), which says whose it is";
+
+fn contradicts(source: &str, expected: &str) {
+    for dialect in [None, Some(Dialect::Iso)] {
+        assert_eq!(read_as(source, dialect).unwrap_err().to_string(), format!("part.nc:{expected}{KEY}"));
+    }
+}
+
+#[test]
+fn whose_g10_l20_it_is_must_be_said() {
+    let at = Vector3::new;
+    for source in [
+        "%\nO1\nG21 G90 G17 G54\nG0 X0 Y0 Z5\nG1 X10 F100\nG10 L20 P1 X-250. Y-120. Z-300.\nG1 X20\nM30\n%\n",
+        "G21 G90 G17 G54\nO1\n\n(c)\nG0 X0 Y0 Z5 F100\nG10 L20 P1 X-250. Y-120. Z-300.\nG1 X20\nM98 P7\nM30\nO7\nM99\n",
+    ] {
+        let source = source.replace("O1\n\n(c)\n", "(a)\n(b)\n(c)\n");
+        contradicts(
+            &source,
+            "6:1: `G10`: G10 L20 P1 puts G54.1 P1 at these machine coordinates on Fanuc and Haas, and on LinuxCNC and Grbl gives these \
+             coordinates of G54 to where the tool is",
+        );
+        for dialect in [Dialect::Fanuc, Dialect::Haas] {
+            assert_eq!(read_as(&source, Some(dialect)).unwrap().last(), Some(&at(20.0, 0.0, 5.0)));
+        }
+        let last = *read_as(&source, Some(Dialect::LinuxCnc)).unwrap().last().unwrap();
+        assert_eq!(last.yz(), nalgebra::Vector2::new(0.0, 5.0));
+        assert!(last.x > 250.0);
+    }
+    // There it says how G54.1 P1 stands to the others.
+    let source =
+        "G21 G90\nG10 L2 P1 X-400 Y-250 Z-100\nG10 L20 P3 X-300 Y-240 Z-99.5\nG54 G0 X0 Y0 Z0\nG54.1 P3 X1 Y1 Z1\n";
+    assert_eq!(read_as(source, Some(Dialect::Fanuc)).unwrap()[1], at(101.0, 11.0, 1.5));
+    let refused = read_as("G91\nG10 L20 P1 X5\n", Some(Dialect::Haas)).unwrap_err().to_string();
+    assert!(refused.contains("this G10 is not read") && refused.ends_with("(read as Haas)"), "{refused}");
+}
+
+#[test]
+fn whose_g43_1_and_round_it_is_must_be_said() {
+    let source = "G0 X0 Y0 Z9\nG43.1 Z5\nG1 X1 F9\n";
+    contradicts(
+        source,
+        "2:1: `G43.1`: G43.1 with X, Y or Z moves there on Fanuc, and on LinuxCNC and Grbl sets the length of the tool",
+    );
+    assert_eq!(read_as(source, Some(Dialect::LinuxCnc)).unwrap()[1], Vector3::new(1.0, 0.0, 9.0));
+    let source = "G0 X0 Y0 Z0\n#1=2.345\nG1 X[ROUND[#1]] F9\n";
+    contradicts(
+        source,
+        "3:4: `X[ROUND[#1]] F9`: ROUND in the number of a word rounds to the last decimal of a coordinate on Fanuc and Haas, and on LinuxCNC \
+         to a whole number",
+    );
+    assert_eq!(read_as(source, Some(Dialect::LinuxCnc)).unwrap()[1].x, 2.0);
+    // Both say the same of these.
+    assert_eq!(
+        read_as("G0 X0 Y0 Z0\n#1=[ROUND[2.345]]\nG1 X#1 Y[ROUND[3.]] F9\n", None).unwrap()[1].xy(),
+        [2.0, 3.0].into()
+    );
+    let source = "G0 X0 Y0 Z0\nG1 X[[-7] MOD 3] F9\n";
+    assert!(read_as(source, None).unwrap_err().to_string().contains("expected MOD of no negative number"));
+    assert_eq!(read_as(source, Some(Dialect::LinuxCnc)).unwrap()[1].x, 2.0);
+}
+
+#[test]
+fn a_place_that_some_controls_go_to_and_others_keep_is_not_known_behind_it() {
+    // Mach goes home with G28.1, Fanuc to a floating place with G30.1: what follows stays as it is until all is given again.
+    for word in ["G28.1", "G30.1"] {
+        let source = format!("G21 G90 F99\nG0 X0 Y0 Z5\n{word}\nG1 X5\nG0 X1 Y1 Z1\nG1 X2\n");
+        assert_eq!(read_as(&source, None).unwrap().len(), 3);
+        assert_eq!(read_as(&source, Some(Dialect::LinuxCnc)).unwrap().len(), 4);
+    }
+}
+
+#[test]
+fn g92_1_ends_g52_as_well_and_of_fanuc_axis_by_axis() {
+    let x = |source: &str| read_as(source, None).unwrap().last().unwrap().x;
+    assert_eq!(x("G21 G90\nG0 X0 Y0 Z0\nG52 X10\nX5\nG92.1\nX5 Y1\n"), 5.0);
+    assert_eq!(x("G21 G90\nG0 X0 Y0 Z0\nG92 X10 Y10\nG92.1 Y0\nX11 Y1\n"), 1.0);
+    assert!(read_as("G0 X0 Y0 Z0\nG52 X10\nG92.2\nX5\n", None).unwrap_err().to_string().contains("G52 and G92"));
+}
+
+#[test]
+fn functions_that_may_change_where_the_tool_goes_are_refused_by_name() {
+    let (iso, linuxcnc, fanuc, haas) = (None, Some(Dialect::LinuxCnc), Some(Dialect::Fanuc), Some(Dialect::Haas));
+    for (lines, reason, refusing, kept) in [
+        (vec!["M21", "M22", "M23"], "mirrors axes on some controls", vec![iso, linuxcnc, fanuc], vec![haas]),
+        (
+            vec!["M128", "M129", "M428", "M429", "M430"],
+            "whether X, Y and Z are those of the tip",
+            vec![iso, linuxcnc],
+            vec![fanuc, haas],
+        ),
+        (
+            vec!["M206 X5", "M218 T1 X5", "M290 Z0.1"],
+            "moves the zero or the tool (Marlin)",
+            vec![iso, linuxcnc],
+            vec![],
+        ),
+        (vec!["M47"], "runs the program from its first line again", vec![iso, linuxcnc], vec![fanuc, haas]),
+        (vec!["M46 Q1 P10", "M96 P10", "M96 P10 Q4"], "goes on elsewhere", vec![iso, linuxcnc, fanuc, haas], vec![]),
+        (vec!["M109 P501"], "asks for the value of a variable", vec![iso, fanuc, haas], vec![]),
+    ] {
+        for line in lines {
+            let source = format!("G21 G90 F99\nG0 X0 Y0 Z5\n{line}\nG1 X5\n");
+            for dialect in &refusing {
+                let refused = read_as(&source, *dialect).unwrap_err().to_string();
+                let name = line.split(' ').next().unwrap();
+                assert!(
+                    refused.starts_with(&format!("part.nc:3:1: `{name}`: ")) && refused.contains(reason),
+                    "{refused}"
+                );
+            }
+            for dialect in &kept {
+                assert_eq!(read_as(&source, *dialect).unwrap().last(), Some(&Vector3::new(5.0, 0.0, 5.0)));
+            }
+        }
+    }
+    // Turns of LinuxCNC's arcs, which a function beside them does not take.
+    assert!(read_as("G0 X0 Y0 Z0\nG2 X0 Y0 I5 P2 M8 F9\n", None).unwrap_err().to_string().contains("`P2`"));
+    // Machines heat, and say what they do, as before.
+    assert!(read_as("M109 S200\nM104 S210\nM106 P1 S255\nG0 X0 Y0 Z0\nM8\nM46\nG1 X1 F9\nM221 S95\n", None).is_ok());
+}
