@@ -60,7 +60,10 @@ impl Table {
             (off, _) if off <= ROUNDING_MM => return Ok(()),
             (off, "") => format!("the workpiece would be {off:.1} mm below the surface of the table"),
             (off, side) if self.margin_mm > 0.0 => {
-                format!("the workpiece would be {off:.1} mm beyond the margin of {} mm on side {side} of the table", self.margin_mm)
+                format!(
+                    "the workpiece would be {off:.1} mm beyond the margin of {} mm on side {side} of the table",
+                    self.margin_mm
+                )
             }
             (off, side) => format!("the workpiece would hang {off:.1} mm over side {side} of the table"),
         };
@@ -75,9 +78,10 @@ impl Table {
         let left = |point: &Vector3<f64>| {
             let point = workpiece.transform(*point);
             let own = back * (point.xy() - self.centre_mm);
-            let to_side = SIDES.iter().filter(|(side, _)| side.dot(&along) > 0.0).map(|(side, _)| {
-                (side.abs().dot(&half) - self.margin_mm - side.dot(&own)) / side.dot(&along)
-            });
+            let to_side = SIDES
+                .iter()
+                .filter(|(side, _)| side.dot(&along) > 0.0)
+                .map(|(side, _)| (side.abs().dot(&half) - self.margin_mm - side.dot(&own)) / side.dot(&along));
             let down = self.height_mm.filter(|_| way.z < 0.0).map(|height| (height - point.z) / way.z);
             to_side.chain(down).fold(f64::INFINITY, f64::min)
         };
