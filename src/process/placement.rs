@@ -197,6 +197,14 @@ impl Placed {
         Wrench { force: rotation * load.force_N, moment: rotation * load.moment_Nmm }
             .shift(-(self.orientation * self.tool.translation))
     }
+
+    /// The load about the tool tip in W axes of a `wrench` at P in O axes: the inverse of [`Placed::wrench`].
+    #[must_use]
+    pub fn load(&self, wrench: &Wrench) -> Load {
+        let Wrench { force, moment } = wrench.shift(self.orientation * self.tool.translation);
+        let rotation = &self.workpiece.rotation;
+        Load { force_N: rotation.tr_mul(&force), moment_Nmm: rotation.tr_mul(&moment) }
+    }
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use crate::{
         cutting::{LoadError, PathLoad},
         file::Process,
     },
-    spatial::Pose,
+    spatial::{Pose, Wrench},
     study::external_axes::along,
     toolpath::{Orientation, PathPoint, Toolpath},
 };
@@ -107,24 +107,27 @@ pub fn demands_under(
     path: &Toolpath,
     loads: &[PathLoad],
 ) -> Vec<Demand> {
-    let mut demand = demanding(machine, placement, target, path);
-    path.points().iter().zip(loads).map(|(point, load)| demand(point, load)).collect()
+    let mut unloaded = unloaded(machine, placement, target, path);
+    let demand = |(point, load): (&PathPoint, &PathLoad)| {
+        let (demand, there) = unloaded(point);
+        Demand { load: there.wrench(&load.on_tool(point.tangent, there.tool_axes())), ..demand }
+    };
+    path.points().iter().zip(loads).map(demand).collect()
 }
 
-/// As [`demands_under`], asked for points of `path` one after another.
-pub(super) fn demanding<'a>(
+/// What is wanted without load, and how workpiece and tool stand there, asked for points of `path` one after another.
+pub(super) fn unloaded<'a>(
     machine: &'a Machine,
     placement: &'a Placement,
     target: Target,
     path: &'a Toolpath,
-) -> impl FnMut(&PathPoint, &PathLoad) -> Demand + use<'a> {
+) -> impl FnMut(&PathPoint) -> (Demand, Placed) + use<'a> {
     let mut led = Led::new(machine, placement);
     let external = along(machine, path);
-    move |point, load| {
+    move |point| {
         let external = external(point);
         let pose = led.pose(point.position_mm, point.orientation.as_ref(), external);
         let there = led.placed(external).turned(&pose.rotation);
-        let load = there.wrench(&load.on_tool(point.tangent, there.tool_axes()));
-        Demand { pose, load, target, wanted: None, external }
+        (Demand { pose, load: Wrench::zero(), target, wanted: None, external }, there)
     }
 }

@@ -87,6 +87,12 @@ fn in_machine_coordinates_the_tip_is_where_the_machine_brings_it() {
     let (_, path) = read("G21 G90\nG0 X30 Y0 Z0 A0 C0\nG1 C90 F100\n", table());
     assert!((path.points().last().unwrap().position_mm - Vector3::new(0.0, -30.0, 0.0)).norm() < 1e-9);
     assert!(path.points().iter().all(|point| (point.position_mm.norm() - 30.0).abs() < 1e-9));
+    // The length of the path is that of the way round, though no coordinate of the program changes.
+    assert!((path.length_mm() - 30.0 * 90f64.to_radians()).abs() < 0.01, "{}", path.length_mm());
+    // So is the feed of a block that is to take a minute.
+    let (_, path) = read("G21 G90\nG0 X30 Y0 Z0 A0 C0\nG93\nG1 C90 F1\n", table());
+    let feed = path.points().last().unwrap().feed_mm_per_min.unwrap();
+    assert!((feed - 30.0 * 90f64.to_radians()).abs() < 0.01, "{feed}");
 }
 
 #[test]

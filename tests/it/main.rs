@@ -14,6 +14,7 @@ mod compensation_methods;
 mod compensation_six_drives;
 mod controls;
 mod convergence;
+mod corner_forces;
 mod cutting_forces;
 mod dialect_cycles;
 mod dialect_errors;

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::heading;
+use super::{heading, share_across};
 
 /// Force on the tool at its tip and torque about its axis, in the directions of feed and tool: f along the feed, s from the tip
 /// to the spindle, n = s × f.
@@ -17,12 +17,13 @@ pub struct CutForce {
 
 impl CutForce {
     /// Force (N) and moment about the tip (N·mm) on a tool that moves along the unit vector `tangent`; all in axes of the tool,
-    /// whose z points away from the spindle. A motion without heading has only the force and torque along the tool.
+    /// whose z points away from the spindle. A motion without heading has only the force and torque along the tool, and one near
+    /// that a share of what acts across it.
     pub(super) fn on_tool(&self, tangent: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
         let spindle = -Vector3::z();
         let axial = spindle * self.force_N.z;
         let force = match heading(tangent) {
-            Some(f) => f * self.force_N.x + spindle.cross(&f) * self.force_N.y + axial,
+            Some(f) => (f * self.force_N.x + spindle.cross(&f) * self.force_N.y) * share_across(tangent) + axial,
             None => axial,
         };
         (force, spindle * self.torque_Nmm)

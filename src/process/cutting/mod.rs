@@ -12,7 +12,14 @@
 //! ```
 //!
 //! Seen from the spindle, f × a is to the left. A motion without heading, such as a plunge along the tool's axis, has only
-//! the axial part. Where the tool is not cutting (G0), laws that compute the force give none.
+//! the axial part. With θ the angle between the motion and the tool's axis, what acts along f and f × a is the law's times
+//!
+//! ```text
+//! min(1, sin θ / sin 5°)
+//! ```
+//!
+//! as on a nearly vertical move rounding of the program decides where f points: a move that leaves the axis by a little more, or turns past
+//! it, changes the force by a little. Where the tool is not cutting (G0), laws that compute the force give none.
 
 mod arc;
 mod cut_force;
@@ -150,10 +157,23 @@ impl PathLoad {
 /// No load.
 const NO_LOAD: Load = Load { force_N: Vector3::new(0.0, 0.0, 0.0), moment_Nmm: Vector3::new(0.0, 0.0, 0.0) };
 
+/// A motion nearer to the tool's axis than this has but a share of the force across the axis, as the sine of the angle: 5°, as far as a
+/// drill may be from its axis.
+const FULL_HEADING: f64 = 0.087_155_742_747_658_17;
+
 /// f in axes of the tool: the direction of motion normal to the tool, of unit length, for a motion along `tangent` (a unit
 /// vector, axes of the tool). `None` for a motion along the tool's axis, steeper than one in a million, and for none.
 fn heading(tangent: Vector3<f64>) -> Option<Vector3<f64>> {
-    Vector3::new(tangent.x, tangent.y, 0.0).try_normalize(1e-6)
+    Vector3::new(tangent.x, tangent.y, 0.0).try_normalize(LEAST_HEADING)
+}
+
+/// A motion nearer to the tool's axis has no heading, as the sine of the angle.
+const LEAST_HEADING: f64 = 1e-6;
+
+/// The share of the force across the tool that a motion along `tangent` has (a unit vector, axes of the tool), from 0 where it has no
+/// heading.
+fn share_across(tangent: Vector3<f64>) -> f64 {
+    ((tangent.xy().norm() - LEAST_HEADING) / (FULL_HEADING - LEAST_HEADING)).clamp(0.0, 1.0)
 }
 
 #[cfg(test)]

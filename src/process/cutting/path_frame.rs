@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::Vector3;
 
-use super::heading;
+use super::{heading, share_across};
 use crate::process::MillingForce;
 
 /// Constant radial, tangential and axial force, eq. (17), with the tool angle φ taken from the path:
@@ -19,7 +19,7 @@ use crate::process::MillingForce;
 /// back, F_z < 0. On a circle run counter-clockwise about the tool's axis φ is the polar angle of the point, and the radial
 /// direction is the outward normal. The printed law is no rotation: its force depends on how the path lies to the axes of W.
 ///
-/// A motion without heading (a plunge) has only the axial force.
+/// A motion without heading (a plunge) has only the axial force, one near it a share of the others.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathFrame {
     /// Radial, tangential and axial force with the law that turns them.
@@ -30,10 +30,9 @@ impl PathFrame {
     /// Force on the tool moving along the unit vector `tangent`, N; both in axes of the tool.
     #[must_use]
     pub fn force(&self, tangent: Vector3<f64>) -> Vector3<f64> {
-        match Self::tool_angle(tangent) {
-            Some(phi) => self.force.force(phi),
-            None => Vector3::new(0.0, 0.0, self.force.axial),
-        }
+        let full = Self::tool_angle(tangent).map_or_else(Vector3::zeros, |phi| self.force.force(phi));
+        let share = share_across(tangent);
+        Vector3::new(full.x * share, full.y * share, self.force.axial)
     }
 
     /// φ in rad for a motion along the unit vector `tangent` (axes of the tool), from −3π/2 to π/2; `None` without heading.

@@ -18,7 +18,7 @@ use std::{path::Path, sync::OnceLock};
 
 use serde::Serialize;
 
-use self::{corners::Corners, part::LedPart};
+use self::part::LedPart;
 pub use calls::WrittenCalls;
 pub use corrected::{Corrected, Written};
 pub use part::Part;
@@ -35,7 +35,7 @@ use crate::{
     study::{
         Machines, ProgramFile, Sent,
         along_path::{Commands, Left, PathAnswer, PathSummary, PathSums, run_where_led},
-        demands::{Led, demands},
+        demands::Led,
         external_axes::held_along,
     },
     toolpath::{PathPoint, Toolpath},
@@ -119,18 +119,16 @@ impl ProgramJob {
         let path = process.with_cuts(path, name)?;
         let process = Process { machine: held_along(&process.machine, &path, name)?, ..process };
         let machine = process.machine.clone();
+        let faulty = |fault: LoadError| load_fault(name, &fault);
+        process.check_loads(&path).map_err(faulty)?;
         let kept = match machine.turns_with_position {
-            true => {
-                let (mut kept, mut corners) = (demands(&process, &path, name)?, Corners::new(&process, &path));
-                for (k, demand) in kept.iter_mut().enumerate() {
-                    *demand = corners.rounded(k, *demand).map_err(|fault| load_fault(name, &fault))?;
-                }
-                Some(kept)
-            }
-            false => {
-                process.check_loads(&path).map_err(|fault| load_fault(name, &fault))?;
-                None
-            }
+            true => Some(
+                (0..path.len())
+                    .map(part::demanding(&process, &path))
+                    .collect::<std::result::Result<_, _>>()
+                    .map_err(faulty)?,
+            ),
+            false => None,
         };
         let real = Machines::new(&machine, &process.errors)?.real;
         let cuts_nowhere = !path.points().iter().any(|point| point.cutting);

@@ -7,9 +7,10 @@ use crate::{
     compensation::Demand,
     input::error::{Error, Result},
     machine::Machine,
+    process::{cutting::LoadError, file::Process},
     study::{
         along_path::{BLOCK, PART, PathCase, lead, parts},
-        demands::demanding,
+        demands::unloaded,
         led_along::LedPoint,
     },
     toolpath::{PathPoint, Toolpath},
@@ -67,6 +68,19 @@ pub(super) fn led(path: &Toolpath) -> Vec<OnceLock<LedPart>> {
     if path.len() > LED_ONCE { Vec::new() } else { parts(path.len()).map(|_| OnceLock::new()).collect() }
 }
 
+/// What is wanted at points of `path`, asked for one after another by their indices: the force goes over from one move to the next.
+pub(super) fn demanding<'a>(
+    process: &'a Process,
+    path: &'a Toolpath,
+) -> impl FnMut(usize) -> std::result::Result<Demand, LoadError> + use<'a> {
+    let mut unloaded = unloaded(&process.machine, &process.placement, process.target, path);
+    let mut corners = Corners::new(process, path);
+    move |k| {
+        let (demand, there) = unloaded(&path.points()[k]);
+        Ok(Demand { load: there.wrench(&corners.load(k, &there)?), ..demand })
+    }
+}
+
 impl ProgramJob {
     /// Where the machine is led along `part`, which is `case`.
     pub(super) fn led_along(&self, part: &Part<'_>, case: &PathCase<'_>) -> Cow<'_, [Vec<LedPoint>]> {
@@ -89,8 +103,7 @@ impl ProgramJob {
     /// None in fact: there is a load at every point of a program that was read.
     pub fn parts(&self) -> impl Iterator<Item = Result<Part<'_>>> {
         let process = &self.process;
-        let mut demand = demanding(&self.machine, &process.placement, process.target, &self.path);
-        let mut corners = Corners::new(process, &self.path);
+        let mut demand = demanding(process, &self.path);
         let mut passed: Vec<Demand> = Vec::new();
         parts(self.path.len()).map(move |range| {
             let (first, points) = (range.start, &self.path.points()[range.clone()]);
@@ -98,10 +111,8 @@ impl ProgramJob {
             match &self.kept {
                 Some(kept) => demands.extend_from_slice(&kept[range]),
                 None => {
-                    for (k, point) in range.zip(points) {
-                        let load = process.load(point);
-                        let rounded = load.and_then(|load| corners.rounded(k, demand(point, &load)));
-                        demands.push(rounded.map_err(|fault| load_fault(&self.name, &fault))?);
+                    for k in range {
+                        demands.push(demand(k).map_err(|fault| load_fault(&self.name, &fault))?);
                     }
                 }
             }

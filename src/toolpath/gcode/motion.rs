@@ -193,14 +193,28 @@ impl Motion {
         rotary: &Rotary,
         points: &mut Vec<PathPoint>,
     ) {
-        let length = self.geometry.length();
-        for &parameter in parameters {
-            let (so_far, cutting) = match &self.geometry {
-                Geometry::Hole(hole) => (hole.length_to(parameter), Hole::feeds_at(parameter)),
-                _ => (length * parameter, self.code != MotionCode::Rapid),
-            };
+        // Of coordinates that are not the tip's, the length is that of the tip, in pieces along which axes turn by little.
+        let is_moved =
+            self.turning.displaces() && self.turning.turns() && !matches!(self.geometry, Geometry::Arrival(_));
+        let mut passed = self.at(0.0, rotary).filter(|_| is_moved).map(|(begin, _)| (begin, 0.0));
+        let mut length_to = |parameter: f64| match (&mut passed, &self.geometry) {
+            (Some((before, length)), _) => {
+                let here = self.at(parameter, rotary).map_or(*before, |(position, _)| position);
+                *length += (here - std::mem::replace(before, here)).norm();
+                *length
+            }
+            (None, Geometry::Hole(hole)) => hole.length_to(parameter),
+            (None, geometry) => geometry.length() * parameter,
+        };
+        let lengths: Vec<f64> = parameters.iter().map(|parameter| length_to(*parameter)).collect();
+        let length = lengths.last().copied().filter(|_| is_moved).unwrap_or_else(|| self.geometry.length());
+        for (&parameter, so_far) in parameters.iter().zip(lengths) {
             let Some((position_mm, tangent)) = self.at(parameter, rotary) else {
                 return;
+            };
+            let cutting = match self.geometry {
+                Geometry::Hole(_) => Hole::feeds_at(parameter),
+                _ => self.code != MotionCode::Rapid,
             };
             points.push(PathPoint {
                 position_mm,

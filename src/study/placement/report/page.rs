@@ -11,7 +11,8 @@ use crate::{
         words::{counted, typographic},
     },
     study::{
-        demands::placed,
+        demands::Led,
+        external_axes::along,
         placement::{
             CLEARANCE_MM, COORDINATES, Entry, FeatureJob, Found, Metric, PlacementResults, PlacementStudy, UNITS,
             report::{advice, compromises::compromises, summary},
@@ -143,9 +144,13 @@ fn setting(study: &PlacementStudy) -> Vec<Fact> {
 
 fn feature(job: &FeatureJob) -> String {
     let (machine, feature) = (job.machine(), &job.feature);
-    let placed = placed(machine, &Placement::default());
-    let loads = feature.path.points().iter().zip(&feature.loads);
-    let forces = loads.map(|(point, load)| load.on_tool(point.tangent, placed.tool_axes()).force_N.norm());
+    let (unplaced, external) = (Placement::default(), along(machine, &feature.path));
+    let mut led = Led::new(machine, &unplaced);
+    let forces = feature.path.points().iter().zip(&feature.loads).map(|(point, load)| {
+        let placed = led.placed(external(point));
+        let there = point.orientation.map_or(*placed, |orientation| placed.oriented(&orientation));
+        load.on_tool(point.tangent, there.tool_axes()).force_N.norm()
+    });
     let most = forces.fold(0.0, f64::max);
     let limits = &job.limits;
     let mut words = format!(
