@@ -135,7 +135,8 @@ impl<'a> LawBehind<'a> {
             };
             if !(0..6).all(is_between) {
                 let problem = format!(
-                    "the cutting force of move {} at {at} mm of the path is not between those of its law: {found:?}, the law gives {own:?} (N,                      N·mm, axes of the workpiece). This is a fault of kinetostat, not of its input",
+                    "the cutting force of move {} at {at} mm of the path is not between those of its law: {found:?}, the law gives {own:?} (N, \
+                     N·mm, axes of the workpiece). This is a fault of kinetostat, not of its input",
                     segment + 1
                 );
                 return Err(Error::Argument { argument: self.job.name.clone(), problem });
