@@ -58,7 +58,12 @@ impl Sensitivities {
     /// # Errors
     /// Those of [`Machine::variations`].
     pub fn new<N: AsRef<str>>(machine: &Machine, names: &[N]) -> Result<Self> {
-        let varied = machine.variations(names)?.into_iter().map(|variation| {
+        Ok(Self::by(machine, machine.variations(names)?))
+    }
+
+    /// For parameters of which `variations` has the machines beside `machine`.
+    pub(crate) fn by(machine: &Machine, variations: Vec<Variation>) -> Self {
+        let varied = variations.into_iter().map(|variation| {
             let differs = |chain: usize| {
                 let weighs = |beside: &Machine| beside.gravity != machine.gravity;
                 let is_other = |beside: &Machine| beside.chains[chain] != machine.chains[chain];
@@ -68,7 +73,7 @@ impl Sensitivities {
             let chains = variation.machines.each_ref().map(ChainSystem::all);
             Varied { variation, differs, chains }
         });
-        Ok(Self { varied: varied.collect() })
+        Self { varied: varied.collect() }
     }
 
     /// The parameters, in the order of their names, with the machines beside.

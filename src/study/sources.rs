@@ -226,6 +226,17 @@ impl Machines {
         Ok(perfect.with_errors(errors))
     }
 
+    /// The machine that stands where `machine`, whose errors are those of its parameters, is sent: as it was zeroed.
+    ///
+    /// # Errors
+    /// Those of [`Machines::new`], and of [`Machine::nominal`].
+    pub(crate) fn zeroed_as_used(machine: &Machine) -> Result<Machine> {
+        if !is_offset(machine) {
+            return Ok(machine.clone());
+        }
+        Ok(Self::new(&machine.nominal()?, &machine.parameter_errors())?.real)
+    }
+
     /// The same machine with other errors of its chains.
     pub fn with_errors(&self, errors: &[ChainError]) -> Self {
         Self { real: self.zeroed.with_errors(errors), ..self.clone() }
@@ -271,10 +282,15 @@ impl Machines {
     }
 }
 
+/// Whether zeroing offsets the drives of `machine`.
+fn is_offset(machine: &Machine) -> bool {
+    machine.zeroed == Zeroed::AtHome && machine.own_forces().is_some()
+}
+
 /// The machine as zeroing at home leaves it: its drives offset so that it stands there under its weight and springs as the rigid
 /// model does.
 fn zeroed_at_home(nominal: &Machine) -> Result<Machine> {
-    if nominal.zeroed != Zeroed::AtHome || nominal.own_forces().is_none() {
+    if !is_offset(nominal) {
         return Ok(nominal.clone());
     }
     let home = &nominal.home;

@@ -12,7 +12,7 @@ use crate::{
     machine::{Machine, Variation},
     spatial::{Pose, Wrench, rotation_exp, rotation_log},
     statics::{Outcome, Sensitivities, Sensitivity, Settings, State, Workspace, equilibrium, lost_motions},
-    study::Failure,
+    study::{Failure, Machines},
 };
 
 /// Solved this closely, derivatives are good to more digits than measurements have.
@@ -106,9 +106,15 @@ impl LoadedModel {
     /// # Errors
     /// There is no such machine.
     pub fn new(machine: &Machine, unknowns: &[Unknown], x: &DVector<f64>, by: &[Unknown]) -> Result<Self> {
-        let machine = machine_at(machine, unknowns, x)?;
+        let own = machine_at(machine, unknowns, x)?;
         let names: Vec<&str> = by.iter().map(|unknown| unknown.name.as_str()).collect();
-        let sensitivities = Sensitivities::new(&machine, &names)?;
+        let mut variations = own.variations(&names)?;
+        // What a number does to where the drives were zeroed is a part of what it does.
+        for beside in variations.iter_mut().flat_map(|variation| &mut variation.machines) {
+            *beside = Machines::zeroed_as_used(beside)?;
+        }
+        let machine = Machines::zeroed_as_used(&own)?;
+        let sensitivities = Sensitivities::by(&machine, variations);
         let of = |variation: &Variation| {
             let mut slopes = vec![0.0; machine.drive_count()];
             for (beside, weight) in variation.machines.iter().zip(variation.weights()) {
