@@ -35,12 +35,8 @@ impl<'a> Led<'a> {
     /// Where the workpiece is with the external axes at `external`.
     pub fn placed(&mut self, external: Option<ExternalAxes>) -> &Placed {
         if external != self.external {
-            let standing = |axes: ExternalAxes| {
-                let turned = self.machine.is_turned_by_held().then(|| self.machine.standing(&axes).ok()).flatten();
-                turned.unwrap_or_else(|| self.machine.carried(&axes))
-            };
-            let there = external.map_or_else(|| self.machine.clone(), standing);
-            self.placed = placed(&there, self.placement);
+            let carrier = external.map_or_else(|| self.machine.clone(), |axes| self.machine.carried(&axes));
+            self.placed = placed(&carrier, self.placement);
             self.external = external;
         }
         &self.placed
@@ -77,10 +73,7 @@ impl<'a> Led<'a> {
 
 /// The placement on the machine, or on its workpiece carrier, with the platform oriented as at home.
 pub(super) fn placed(machine: &Machine, placement: &Placement) -> Placed {
-    let mut placed = placement.on(&machine.home.pose.rotation, &machine.tool());
-    if machine.is_turned_by_held() {
-        placed = placed.turned(&machine.home.pose.rotation);
-    }
+    let placed = placement.on(&machine.home.pose.rotation, &machine.tool());
     match &machine.carrier {
         Some(carrier) => placed.carried(&carrier.home.pose),
         None => placed,

@@ -85,7 +85,6 @@ mod report_page;
 mod resume;
 mod robot_compensated;
 mod robot_programs;
-mod rotary_drives;
 mod scaling;
 mod schema;
 mod sensitivities;
