@@ -63,16 +63,17 @@ impl Shape {
             && self.speeds.iter().enumerate().all(|(k, most)| way(k) <= most * seconds)
     }
 
-    /// What a node costs more than one that is as programmed, mm: never more than a tie, together with [`Shape::motion`].
+    /// What a node costs more than one that is as programmed, mm: never more than a tie, together with [`Shape::motion`], beside which it is
+    /// little, so that a path begins turned and does not turn on its way.
     fn aside(&self, node: usize) -> f64 {
         let Some((turn, stance)) = self.programmed else { return 0.0 };
         let stands_aside = node % self.stances != stance;
-        TIE_MM * (0.5 * self.apart(turn, node / self.stances) + if stands_aside { 0.25 } else { 0.0 })
+        TIE_MM * (0.05 * self.apart(turn, node / self.stances) + if stands_aside { 0.25 } else { 0.0 })
     }
 
     /// What it costs more to turn from one turn to another than to stay, mm.
     fn motion(&self, from: usize, to: usize) -> f64 {
-        if self.programmed.is_some() { 0.25 * TIE_MM * self.apart(from, to) } else { 0.0 }
+        if self.programmed.is_some() { 0.5 * TIE_MM * self.apart(from, to) } else { 0.0 }
     }
 
     /// How far two turns are apart, as a share of the farthest.
@@ -149,6 +150,9 @@ pub(super) struct Held {
     pub worst: f64,
 }
 
+/// What a motion in air is weighed by, mm: about what tools leave their paths by where they cut.
+const AIR_MM: f64 = 1.0;
+
 /// No node before.
 const NONE: u16 = u16::MAX;
 
@@ -190,13 +194,14 @@ impl Walk {
         let (mut value, mut back) = (vec![f64::INFINITY; nodes.len()], vec![NONE; nodes.len()]);
         for (node, at) in own.iter().enumerate() {
             let Some(at) = at else { continue };
-            let aside = self.shape.aside(node);
+            // From as programmed to the first turn, as motion is: what has no effect is not turned back for.
+            let aside = if is_first { self.shape.aside(node) } else { 0.0 };
             let with = |so_far: f64, more: f64| {
                 let cost = at.cost_mm + aside + more;
                 match self.objective {
                     TurnObjective::Rms if weight > 0.0 => so_far + weight * cost * cost,
-                    // Where nothing is cut, motion alone.
-                    TurnObjective::Rms => so_far + (cost - at.cost_mm) * (cost + at.cost_mm),
+                    // Where nothing is cut, motion alone, wherever it is.
+                    TurnObjective::Rms => so_far + (aside + more) * AIR_MM,
                     TurnObjective::Worst if weight > 0.0 => so_far.max(cost),
                     TurnObjective::Worst => so_far,
                 }

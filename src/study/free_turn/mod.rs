@@ -43,12 +43,15 @@ use self::{
 use crate::{
     compensation::Demand,
     input::error::{Error, Result},
-    machine::{Branch, Configuration, Machine},
-    process::{Redundancy, ToolTurn, TurnObjective},
+    machine::{Branch, Machine},
+    process::{Redundancy, TurnObjective},
     study::Machines,
-    toolpath::{PathPoint, Toolpath},
+    toolpath::Toolpath,
     work::{Event, Stage, Work},
 };
+
+#[cfg(not(target_family = "wasm"))]
+use crate::{machine::Configuration, process::ToolTurn, toolpath::PathPoint};
 
 /// Knots whose nodes are computed together.
 const STRIPE: usize = 64;
