@@ -26,7 +26,7 @@ pub fn headline(job: &ProgramJob, proved: &Proved<'_>, rounded_mm: f64, exceeded
     let length = job.path.length_mm();
     let basis = format!("{}, {cutting} of them cutting, {length:.1} mm of path", counted(job.path.len(), "point"));
     let outside = outside(job)?;
-    let verdict = outside.verdict(&job.machine, &proved.name);
+    let verdict = outside.verdict(&job.machine, proved.name);
     let mut headline = Headline::new(verdict + &sentence(job, proved), basis)
         .with_cautions(&worse_as_written(proved.passes, rounded_mm).unwrap_or_default())
         .with_cautions(exceeded)
