@@ -139,7 +139,7 @@ fn body(depth: usize) -> impl Strategy<Value = String> {
         2 => prop::sample::select(vec!["M70", "M73", "M70 G91"]).prop_map(str::to_owned),
         1 => Just("M71".to_owned()),
         3 => Just("M72".to_owned()),
-        2 => (1u32..3).prop_map(move |times| if depth < 2 { format!("M98 P{} L{times}", 100 * (depth + 1)) } else { "Y1".to_owned() }),
+        2 => (1u32..3).prop_map(move |times| if depth < 2 { format!("M98 P{} L{times}", 100 * (depth + 1)) } else { "G1 Y1 F80".to_owned() }),
     ];
     prop::collection::vec(line, 3..12).prop_map(|lines| {
         let mut kept = false;
