@@ -189,6 +189,14 @@ impl Placed {
         &self.tool_axes
     }
 
+    /// The load about the tool tip in W axes of a `wrench` at P in O axes: the inverse of [`Placed::wrench`].
+    #[must_use]
+    pub fn load(&self, wrench: &Wrench) -> Load {
+        let Wrench { force, moment } = wrench.shift(self.orientation * self.tool.translation);
+        let rotation = &self.workpiece.rotation;
+        Load { force_N: rotation.tr_mul(&force), moment_Nmm: rotation.tr_mul(&moment) }
+    }
+
     /// The wrench at P in O axes of a `load` about the tool tip in W axes, at the commanded orientation: `f = R_OW f_W`,
     /// `m = R_OW m_W + p_PT × f`. Without a moment of the load and with W along O this is eq. (16).
     #[must_use]
@@ -196,14 +204,6 @@ impl Placed {
         let rotation = &self.workpiece.rotation;
         Wrench { force: rotation * load.force_N, moment: rotation * load.moment_Nmm }
             .shift(-(self.orientation * self.tool.translation))
-    }
-
-    /// The load about the tool tip in W axes of a `wrench` at P in O axes: the inverse of [`Placed::wrench`].
-    #[must_use]
-    pub fn load(&self, wrench: &Wrench) -> Load {
-        let Wrench { force, moment } = wrench.shift(self.orientation * self.tool.translation);
-        let rotation = &self.workpiece.rotation;
-        Load { force_N: rotation.tr_mul(&force), moment_Nmm: rotation.tr_mul(&moment) }
     }
 }
 
@@ -280,10 +280,13 @@ mod tests {
         let unturned = Placement::default().on(&Matrix3::identity(), &tool).wrench(&load);
         assert!((unturned.to_vector() - force.wrench(0.7, &tool).to_vector()).norm() < 1e-12);
         let load = Load { moment_Nmm: Vector3::new(5.0, 6.0, 7.0), ..load };
-        let turned = placement(PathReference::ToolTip).on(&Matrix3::identity(), &tool).wrench(&load);
+        let placed = placement(PathReference::ToolTip).on(&Matrix3::identity(), &tool);
+        let turned = placed.wrench(&load);
         let f = Vector3::new(-load.force_N.y, load.force_N.x, load.force_N.z);
         assert!((turned.force - f).norm() < 1e-12);
         let moment = Vector3::new(-6.0 - 100.0 * f.y, 5.0 + 100.0 * f.x, 7.0);
         assert!((turned.moment - moment).norm() < 1e-11);
+        let back = placed.load(&turned);
+        assert!((back.force_N - load.force_N).norm() < 1e-12 && (back.moment_Nmm - load.moment_Nmm).norm() < 1e-10);
     }
 }

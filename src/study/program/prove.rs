@@ -119,28 +119,29 @@ impl<'a> LawBehind<'a> {
             let there = self.led.placed(demand.external).turned(&demand.pose.rotation);
             let (segment, at) = (point.source.segment, point.arc_length_mm);
             let own = components(&law.on_tool(point.tangent, there.tool_axes()));
-            if !point.cutting || matches!(law, PathLoad::Workpiece(_)) {
-                (self.before, _) = (None, self.ends.clear());
+            let goes_over = point.cutting && !matches!(law, PathLoad::Workpiece(_));
+            if !goes_over {
+                self.before = None;
+                self.ends.clear();
             }
             self.ends.extend(self.before.filter(|before| before.0 != segment).map(|(_, at, load)| (at, load)));
             self.ends.retain(|end| end.0 > at - self.job.process.corner_mm);
             let found = components(&there.load(&demand.load));
-            let of_axis = |axis: usize| self.ends.iter().map(move |end| end.1[axis]).chain([own[axis]]);
-            let most =
-                self.ends.iter().flat_map(|end| end.1).chain(own).fold(0.0, |most: f64, load| most.max(load.abs()));
+            let loads = || self.ends.iter().map(|end| end.1).chain([own]);
+            let rounding = ROUNDING * loads().flatten().fold(0.0, |most: f64, load| most.max(load.abs()));
             let is_between = |axis: usize| {
-                let (low, high) = of_axis(axis)
-                    .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), load| (low.min(load), high.max(load)));
-                found[axis] >= low - ROUNDING * most && found[axis] <= high + ROUNDING * most
+                let above = loads().any(|load| load[axis] + rounding >= found[axis]);
+                above && loads().any(|load| load[axis] - rounding <= found[axis])
             };
             if !(0..6).all(is_between) {
                 let problem = format!(
-                    "the cutting force of move {} at {at} mm of the path is not between those of its law: {found:?}, the law gives {own:?} (N,                      N·mm, axes of the workpiece). This is a fault of kinetostat, not of its input",
+                    "the cutting force of move {} at {at} mm of the path is not between those of its law: {found:?}, the law gives {own:?} \
+                     (N, N·mm, axes of the workpiece). This is a fault of kinetostat, not of its input",
                     segment + 1
                 );
                 return Err(Error::Argument { argument: self.job.name.clone(), problem });
             }
-            self.before = (point.cutting && !matches!(law, PathLoad::Workpiece(_))).then_some((segment, at, own));
+            self.before = goes_over.then_some((segment, at, own));
         }
         Ok(())
     }
