@@ -99,6 +99,22 @@ fn m73_restores_at_the_end_of_its_subprogram_and_what_is_written_out_says_it_in_
     assert!(written.starts_with("o100 sub\nM73\nG91 G20\nG1 X1") && written.contains("o100 endsub\n"), "{written}");
 }
 
+/// As rs274 of LinuxCNC says of it.
+#[test]
+fn m70_behind_m73_says_to_what_the_end_restores_and_m71_that_it_does_not() {
+    let last = |body: &str| {
+        let source = format!("o100 sub\n{body}\no100 endsub\nG21 G90 F100\nG0 X0 Y0 Z0\no100 call\nG1 X1\nG1 X1\nM2\n");
+        let program = with_calls(&source, &GcodeOptions::default()).unwrap();
+        path(&program).points().last().unwrap().position_mm.x
+    };
+    assert_eq!(last("M73\nG91"), 1.0);
+    assert_eq!(last("M73\nG91\nM70\nG90"), 2.0);
+    assert_eq!(last("M73\nM70 G91"), 1.0);
+    assert_eq!(last("M73\nG91\nM71"), 2.0);
+    assert_eq!(last("M73\nM71\nM70\nG91"), 1.0);
+    assert_eq!(last("M70\nG91"), 2.0);
+}
+
 #[test]
 fn whose_m73_it_is_in_a_numbered_subprogram_must_be_said() {
     let source = "G21 G90 F100\nG0 X0 Y0 Z0\nM98 P100\nG1 X20\nM30\nO100\nM73\nG91\nG1 X1\nM99\n";

@@ -70,7 +70,7 @@ fn whose_g43_1_and_round_it_is_must_be_said() {
     // Both say the same of these.
     assert_eq!(
         read_as("G0 X0 Y0 Z0\n#1=[ROUND[2.345]]\nG1 X#1 Y[ROUND[3.]] F9\n", None).unwrap()[1].xy(),
-        [2.0, 3.0].into()
+        nalgebra::Vector2::new(2.0, 3.0)
     );
     let source = "G0 X0 Y0 Z0\nG1 X[[-7] MOD 3] F9\n";
     assert!(read_as(source, None).unwrap_err().to_string().contains("expected MOD of no negative number"));

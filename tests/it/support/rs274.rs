@@ -102,7 +102,7 @@ fn words(line: &str) -> Vec<(char, f64)> {
 impl Reading {
     /// Runs from line `at` to the end of the program or subprogram.
     fn run(&mut self, lines: &[Vec<(char, f64)>], mut at: usize) {
-        // At the end of a subprogram only what M73 kept last is restored.
+        // At the end of a subprogram with M73, what was kept last is restored.
         let (mut kept, mut restores) = (None, false);
         while let Some(line) = lines.get(at) {
             let m = |number: f64| line.contains(&('M', number));
@@ -116,7 +116,7 @@ impl Reading {
                 return kept.filter(|_| restores).map_or((), |modes| self.become_as(modes));
             } else if m(70.0) || m(73.0) {
                 let Reading { unit, steps_mode, plane, active, .. } = *self;
-                (kept, restores) = (Some(Modes { unit, steps_mode, plane, active }), m(73.0));
+                (kept, restores) = (Some(Modes { unit, steps_mode, plane, active }), restores || m(73.0));
                 self.line(line);
             } else if m(71.0) {
                 kept = None;

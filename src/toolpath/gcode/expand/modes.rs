@@ -184,7 +184,8 @@ impl Run<'_> {
             }
             _ => {
                 frame.kept = Some(self.modes.clone());
-                frame.restores = code == 73 && !is_main;
+                // A later M70 says to what, not whether.
+                frame.restores |= code == 73 && !is_main;
             }
         }
         self.modes.see(&words, self.dialect);
