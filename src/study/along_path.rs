@@ -1,7 +1,7 @@
 //! A toolpath on a machine: what happens without compensation, what each method commands and leaves, what a written
 //! program does.
 
-use std::{convert::Infallible, ops::Range};
+use std::{convert::Infallible, ops::Range, sync::OnceLock};
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -11,11 +11,11 @@ pub use super::path_sums::{Left, PathSummary, PathSums};
 use crate::{
     compensation::{CompensationStatus, Demand, Method},
     input::error::Result,
-    machine::Machine,
+    machine::{Configuration, Machine},
     spatial::Pose,
     statics::Batch,
     study::{
-        led_along::{LedPoint, Stretch, led_along},
+        led_along::{LedPoint, join, last_of, led_along},
         path_blocks::blocks,
     },
     work::{Event, Work, here},
@@ -34,9 +34,8 @@ pub struct PathCase<'a> {
     pub real: &'a Machine,
     /// From whose rest deflections are measured, if the nominal machine is zeroed there.
     pub resting: &'a Machine,
-    /// What is wanted at the points before, in path order; where the machine stands there decides in which posture it begins. Empty
-    /// at the beginning of the path.
-    pub before: &'a [Demand],
+    /// Where the nominal machine stands at the point before, from which it goes on; `None` at the beginning of the path.
+    pub before: Option<&'a Configuration>,
     /// What is wanted at each point, in path order.
     pub demands: &'a [Demand],
 }
@@ -106,19 +105,43 @@ pub fn run_in_parts<E>(
     done: &(dyn Fn() + Sync),
     mut take: impl FnMut(Vec<PathAnswer>) -> std::result::Result<(), E>,
 ) -> std::result::Result<(), E> {
+    let mut before = case.before.cloned();
     for part in parts(case.demands.len()) {
         let first = part.start / BLOCK;
-        let led = lead(case, part);
+        let led = lead(case.nominal, before.as_ref(), &case.demands[part], |_, _| true);
+        before = last_of_blocks(&led).cloned().or(before);
         take(side_by_side(case, commands, first, &led, done))?;
     }
     Ok(())
 }
 
-/// The nominal machine of `case` led along the blocks of some of its points, for [`run_where_led`].
-pub(super) fn lead(case: &PathCase<'_>, points: Range<usize>) -> Vec<Vec<LedPoint>> {
-    let starts: Vec<usize> = points.step_by(BLOCK).collect();
+/// `nominal` led along the blocks of `demands`, behind the point at which it stands as in `before`. A block ends early where `goes_on`, told
+/// the index of its first point and the points so far, says no.
+pub(super) fn lead(
+    nominal: &Machine,
+    before: Option<&Configuration>,
+    demands: &[Demand],
+    goes_on: impl Fn(usize, &[LedPoint]) -> bool + Sync,
+) -> Vec<Vec<LedPoint>> {
+    let starts: Vec<usize> = (0..demands.len()).step_by(BLOCK).collect();
     let groups = starts.par_chunks(together(starts.len()));
-    groups.flat_map_iter(|starts| case.led_blocks(starts, |_, _| true)).collect()
+    let mut led: Vec<Vec<LedPoint>> = groups
+        .flat_map_iter(|starts| {
+            let blocks: Vec<&[Demand]> = starts.iter().map(|&start| block(demands, start)).collect();
+            led_along(nominal, &blocks, |k, points| goes_on(starts[k], points))
+        })
+        .collect();
+    join(nominal, before, demands.chunks(BLOCK).zip(&mut led));
+    led
+}
+
+/// Where the machine stands at the last point of `led` to which it can be led.
+pub(super) fn last_of_blocks(led: &[Vec<LedPoint>]) -> Option<&Configuration> {
+    led.iter().rev().find_map(|points| last_of(points))
+}
+
+fn block(demands: &[Demand], start: usize) -> &[Demand] {
+    &demands[start..demands.len().min(start + BLOCK)]
 }
 
 /// Of so many blocks, how many at a time are worth it: which are solved together makes no difference to what is found.
@@ -167,13 +190,44 @@ pub fn run(case: &PathCase<'_>, commands: &Commands<'_>, done: &(dyn Fn() + Sync
     answers
 }
 
-/// Pieces of `work` along the part of the path that begins at `first`: what `keep` takes of the answers of a method, but for those that
-/// another part of the work computes. The pieces of `passes` along the path are numbered together.
+/// Where the nominal machine is led along points of a path: of a machine whose hinges count their turns found for all at once, of others block
+/// by block, as each is asked for.
+#[derive(Debug)]
+pub(super) struct LedBlocks<'a> {
+    nominal: &'a Machine,
+    demands: &'a [Demand],
+    blocks: Vec<OnceLock<Vec<LedPoint>>>,
+}
+
+impl<'a> LedBlocks<'a> {
+    /// Along `demands`, behind the point at which `nominal` stands as in `before`.
+    pub fn new(nominal: &'a Machine, before: Option<&Configuration>, demands: &'a [Demand]) -> Self {
+        let blocks = match nominal.may_change_posture() {
+            true => lead(nominal, before, demands, |_, _| true).into_iter().map(OnceLock::from).collect(),
+            false => demands.chunks(BLOCK).map(|_| OnceLock::new()).collect(),
+        };
+        Self { nominal, demands, blocks }
+    }
+
+    /// Where it stands at the last point, from which the next goes on.
+    pub fn last(&self) -> Option<Configuration> {
+        self.blocks.iter().rev().filter_map(OnceLock::get).find_map(|points| last_of(points)).cloned()
+    }
+
+    fn block(&self, start: usize) -> &Vec<LedPoint> {
+        let found = || led_along(self.nominal, &[block(self.demands, start)], |_, _| true).swap_remove(0);
+        self.blocks[start / BLOCK].get_or_init(found)
+    }
+}
+
+/// Pieces of `work` along the part of the path that begins at `first`, along which the machine is `led`: what `keep` takes of the answers of a
+/// method, but for those that another part of the work computes. The pieces of `passes` along the path are numbered together.
 ///
 /// # Errors
 /// Of `work`.
 pub(super) fn kept<T: Serialize + DeserializeOwned + Send>(
     case: &PathCase<'_>,
+    led: &LedBlocks<'_>,
     (first, passes): (usize, usize),
     method: Method,
     work: &Work,
@@ -186,8 +240,8 @@ pub(super) fn kept<T: Serialize + DeserializeOwned + Send>(
                 work.tell(Event::Computed(1));
                 work.check()
             };
-            let led = case.led_blocks(&[start], |_, _| true);
-            let answers = blocks(case, &Commands::Method(method), start / BLOCK, &led, &done)?.concat();
+            let led = std::slice::from_ref(led.block(start));
+            let answers = blocks(case, &Commands::Method(method), start / BLOCK, led, &done)?.concat();
             let unsolved = answers.iter().filter(|answer| !answer.is_settled).count();
             if unsolved > 0 {
                 work.tell(Event::Unsolved(unsolved));
@@ -197,24 +251,4 @@ pub(super) fn kept<T: Serialize + DeserializeOwned + Send>(
         here(work.piece(&(first + start), Vec::len, compute)).transpose()
     });
     Ok(blocks.collect::<Result<Vec<Vec<T>>>>()?.into_iter().flatten().collect())
-}
-
-impl PathCase<'_> {
-    /// The nominal machine led along the blocks that begin at `starts`. A block ends early where `goes_on`, told its number among them
-    /// and its last point, says no.
-    pub(super) fn led_blocks(
-        &self,
-        starts: &[usize],
-        goes_on: impl FnMut(usize, &LedPoint) -> bool,
-    ) -> Vec<Vec<LedPoint>> {
-        let stretch = |&start: &usize| Stretch {
-            // What decides the posture in which the block begins.
-            passed: match start {
-                0 => &self.before[self.before.len().saturating_sub(BLOCK)..],
-                start => &self.demands[start - BLOCK..start],
-            },
-            demands: &self.demands[start..self.demands.len().min(start + BLOCK)],
-        };
-        led_along(self.nominal, &starts.iter().map(stretch).collect::<Vec<_>>(), goes_on)
-    }
 }

@@ -12,37 +12,47 @@ pub(super) struct LedPoint {
     pub asked: Result<(), CompensationStatus>,
 }
 
-/// A piece of a path along which a machine is to be led.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Stretch<'a> {
-    /// The points before it, which decide in which posture it begins.
-    pub passed: &'a [Demand],
-    /// Its points.
-    pub demands: &'a [Demand],
+impl LedPoint {
+    /// Where the machine stands, if it can be there at all.
+    fn stands(&self) -> Option<&Configuration> {
+        self.at.as_ref().filter(|_| !matches!(self.asked, Err(CompensationStatus::Unreachable(_))))
+    }
 }
 
-/// `nominal` led along each of `stretches`, as many of them at a time as the processor can. A stretch ends where `goes_on`, told its
-/// number and its last point, says no.
+/// `nominal` led along each of `stretches`, as many of them at a time as the processor can, each from home, so that none waits for another;
+/// [`join`] puts them behind one another. A stretch ends where `goes_on`, told its number and its points so far, says no.
 pub(super) fn led_along(
     nominal: &Machine,
-    stretches: &[Stretch<'_>],
-    mut goes_on: impl FnMut(usize, &LedPoint) -> bool,
+    stretches: &[&[Demand]],
+    goes_on: impl Fn(usize, &[LedPoint]) -> bool,
 ) -> Vec<Vec<LedPoint>> {
     let mut storage = SideBySide::new(nominal);
     let mut led: Vec<LedAlong> = stretches.iter().map(|_| LedAlong::new(nominal)).collect();
-    if nominal.may_change_posture() {
-        let passed: Vec<&[Demand]> = stretches.iter().map(|stretch| stretch.passed).collect();
-        step_by_step(&mut led, &passed, &mut storage, |_, _| true);
-        led.iter_mut().for_each(LedAlong::begin);
-    }
-    let demands: Vec<&[Demand]> = stretches.iter().map(|stretch| stretch.demands).collect();
-    let mut points: Vec<Vec<LedPoint>> = demands.iter().map(|demands| Vec::with_capacity(demands.len())).collect();
-    step_by_step(&mut led, &demands, &mut storage, |k, point| {
-        let goes_on = goes_on(k, &point);
+    let mut points: Vec<Vec<LedPoint>> = stretches.iter().map(|demands| Vec::with_capacity(demands.len())).collect();
+    step_by_step(&mut led, stretches, &mut storage, |k, point| {
         points[k].push(point);
-        goes_on
+        goes_on(k, &points[k])
     });
     points
+}
+
+/// Puts stretches of a path that follow one another, each led from home, behind the point at which the machine stands as in `before`: it
+/// goes on there, hinges at the turn that they have reached.
+pub(super) fn join<'a>(
+    nominal: &Machine,
+    before: Option<&Configuration>,
+    stretches: impl Iterator<Item = (&'a [Demand], &'a mut Vec<LedPoint>)>,
+) {
+    if nominal.may_change_posture() {
+        let mut led = LedAlong::new(nominal);
+        led.before = before.cloned();
+        stretches.for_each(|(demands, points)| led.go_on_with(demands, points));
+    }
+}
+
+/// Where the machine stands at the last of `led` to which it can be led.
+pub(super) fn last_of(led: &[LedPoint]) -> Option<&Configuration> {
+    led.iter().rev().find_map(LedPoint::stands)
 }
 
 /// Leads each machine along its demands, all of them to their next points before any goes on. `take` gets each point with the number
@@ -86,9 +96,43 @@ impl LedAlong {
         Self { nominal: Standing::new(nominal), near: nominal.home.clone(), before: None }
     }
 
-    /// Begins a stretch: what is commanded from here on does not depend on the way here.
-    fn begin(&mut self) {
-        self.near = self.nominal.as_it_came().home.clone();
+    /// Puts `points` of `demands`, which were led from home, behind the point before; gives its place to the last of them.
+    fn go_on_with(&mut self, demands: &[Demand], points: &mut Vec<LedPoint>) {
+        if let (Some(before), Some(first)) =
+            (self.before.clone(), points.iter().position(|point| point.stands().is_some()))
+        {
+            self.go_on_behind(&before, demands, points, first);
+        }
+        if let Some(last) = last_of(points) {
+            self.before = Some(last.clone());
+        }
+    }
+
+    /// As `go_on_with`, where `first` of the points is the first to which the machine can be led, and the one before is known.
+    fn go_on_behind(&mut self, before: &Configuration, demands: &[Demand], points: &mut Vec<LedPoint>, first: usize) {
+        let demand = &demands[first];
+        let there = match self.nominal.move_to(demand.external) {
+            Ok(_) => self.nominal.inverse_kinematics_from(before, &demand.pose).ok(),
+            Err(_) => None,
+        };
+        let Some(from_home) = points[first].at.as_ref() else { return };
+        let turns = self.nominal.turns_towards(&from_home.drives, &there.as_ref().unwrap_or(before).drives);
+        let is_turned = turns.iter().all(|turn| *turn == 0.0) || turn(&self.nominal, points, &turns);
+        if let (true, Some(at)) = (is_turned, points[first].at.clone())
+            && there.as_ref().is_none_or(|there| self.nominal.is_beside(there, &at))
+        {
+            points[first].asked = self.keep_posture(&at, there.is_some(), demand);
+            return;
+        }
+        // From where the machine stands or, where no straight way leads on, from home at the same turn.
+        self.near = match there {
+            Some(_) => before.clone(),
+            None => with_turns(self.nominal.as_it_came().home.clone(), &turns),
+        };
+        for (demand, point) in demands.iter().zip(points) {
+            let (at, asked) = self.step(demand, None);
+            *point = LedPoint { at, asked };
+        }
     }
 
     /// The configuration at the next point, if it can be reached, and why the machine cannot be led there, if it cannot: also where it
@@ -134,4 +178,22 @@ impl LedAlong {
             }
         }
     }
+}
+
+/// Takes the hinges of `points` as many `turns` (mm or rad) farther, if the machine can be led so to all of them; whether it can.
+fn turn(machine: &Machine, points: &mut Vec<LedPoint>, turns: &[f64]) -> bool {
+    let turned = |point: &LedPoint| {
+        let at = with_turns(point.at.clone()?, turns);
+        let is_led = point.asked.is_ok() && machine.drive_beyond_travel(&at.drives).is_none();
+        is_led.then_some(LedPoint { at: Some(at), asked: Ok(()) })
+    };
+    let all: Option<Vec<LedPoint>> = points.iter().map(turned).collect();
+    let is_turned = all.is_some();
+    *points = all.unwrap_or_else(|| std::mem::take(points));
+    is_turned
+}
+
+fn with_turns(mut at: Configuration, turns: &[f64]) -> Configuration {
+    at.drives.iter_mut().zip(turns).for_each(|(drive, turn)| *drive += turn);
+    at
 }

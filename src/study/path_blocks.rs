@@ -11,7 +11,7 @@ use crate::{
         Compensation, CompensationStatus, Demand, Session, compensate_batch, find_targets, simulate_batch,
         simulate_drives,
     },
-    machine::Configuration,
+    machine::{Configuration, Machine},
     spatial::Pose,
     statics::{Batch, State},
 };
@@ -126,7 +126,10 @@ fn solve(
     let mut solved = solved.into_iter();
     let answers = blocks.iter().zip(asked).map(|(block, demand)| match &block.led[point].asked {
         Err(reason) => Some(block.session.refuse(demand, reason.clone())),
-        Ok(()) => solved.next(),
+        Ok(()) => solved.next().map(|found| match block.turned_back(case.nominal, point, commands, &found) {
+            Some(change) => block.session.refuse(demand, change),
+            None => found,
+        }),
     });
     answers.flatten().collect()
 }
@@ -138,6 +141,23 @@ impl<'a> Block<'a> {
             self.session.know(self.near, &demand.pose, at);
             self.near = at;
         }
+    }
+
+    /// Whether a corrected command has a hinge turned back within its travel, where the path goes on.
+    fn turned_back(
+        &self,
+        nominal: &Machine,
+        point: usize,
+        commands: &Commands<'_>,
+        found: &Compensation,
+    ) -> Option<CompensationStatus> {
+        let at = self.led[point]
+            .at
+            .as_ref()
+            .filter(|_| found.outcome.is_some() && !matches!(commands, Commands::Drives(_)))?;
+        let change = nominal.turned_back(&at.drives, &found.drives)?;
+        let here_mm = at.pose.translation;
+        Some(CompensationStatus::ChangesPosture { change, before_mm: here_mm, here_mm })
     }
 
     fn answer(&mut self, point: usize, found: Compensation) -> PathAnswer {

@@ -65,7 +65,7 @@ fn parts_answer_as_the_whole_does() {
     assert_eq!(demands.len(), job.path.len());
     assert!(demands.len() > 4096);
     let case =
-        PathCase { nominal: &job.machine, real: &job.real, resting: &job.machine, before: &[], demands: &demands };
+        PathCase { nominal: &job.machine, real: &job.real, resting: &job.machine, before: None, demands: &demands };
     let nothing_to_tell = || ();
     let mut corrected = Corrected::new(&job);
     let mut answers: Vec<PathAnswer> = Vec::new();

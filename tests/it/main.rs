@@ -34,6 +34,7 @@ mod forces_of_tools;
 mod foreign_machines;
 mod frame_invariance;
 mod free_turn;
+mod full_turns;
 mod fuzz_corpus;
 mod gcode_calls;
 mod gcode_cycles;

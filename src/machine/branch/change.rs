@@ -11,6 +11,8 @@ use crate::machine::{Configuration, Machine};
 const TURNED_BACK: f64 = 0.75;
 /// The same where no way led there: a wrist at its straight position swings by half a turn.
 const SWUNG: f64 = 0.25;
+/// Configurations whose hinges and slides differ by less than this share of a full turn, and of the reach, are the same.
+const BESIDE: f64 = 1e-3;
 
 /// Why a machine cannot be led from one configuration to the next along a path.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -64,15 +66,39 @@ impl Machine {
             return Some(PostureChange::Branch { from: Branch::of_signs(from), to: Branch::of_signs(to) });
         }
         let most = if is_led { TURNED_BACK } else { SWUNG };
-        let values = before.drives.iter().zip(&after.drives);
+        self.jump(&before.drives, &after.drives, most)
+    }
+
+    /// Whether a hinge that stood as in `from` (drive positions, mm or rad) has been turned back within its travel in `to`, though both
+    /// are the same place or beside one another.
+    pub(crate) fn turned_back(&self, from: &[f64], to: &[f64]) -> Option<PostureChange> {
+        self.may_change_posture().then(|| self.jump(from, to, TURNED_BACK)).flatten()
+    }
+
+    /// The first hinge that stands more than this share of a full turn elsewhere.
+    fn jump(&self, from: &[f64], to: &[f64], most: f64) -> Option<PostureChange> {
         let moved = self
             .full_turns()
-            .zip(values)
-            .position(|(turn, (before, after))| turn.is_some_and(|turn| (after - before).abs() > most * turn))?;
+            .zip(from.iter().zip(to))
+            .position(|(turn, (from, to))| turn.is_some_and(|turn| (to - from).abs() > most * turn))?;
         Some(PostureChange::Jump {
             drive: self.drive_labels().swap_remove(moved),
-            from_deg: before.drives[moved].to_degrees(),
-            to_deg: after.drives[moved].to_degrees(),
+            from_deg: from[moved].to_degrees(),
+            to_deg: to[moved].to_degrees(),
         })
+    }
+
+    /// The full turns (mm or rad of the drive) that bring each hinge of `from` nearest to where it stands in `to`.
+    pub(crate) fn turns_towards(&self, from: &[f64], to: &[f64]) -> Vec<f64> {
+        let turns = |(turn, (from, to)): (Option<f64>, (&f64, &f64))| {
+            turn.map_or(0.0, |turn| ((to - from) / turn).round() * turn)
+        };
+        self.full_turns().zip(from.iter().zip(to)).map(turns).collect()
+    }
+
+    /// Whether all drives stand at the same place, but for what a search leaves.
+    pub(crate) fn is_beside(&self, a: &Configuration, b: &Configuration) -> bool {
+        let values = a.drives.iter().zip(&b.drives);
+        self.full_turns().zip(values).all(|(turn, (a, b))| (a - b).abs() <= BESIDE * turn.unwrap_or(self.reach))
     }
 }

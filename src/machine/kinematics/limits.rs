@@ -36,11 +36,8 @@ impl Machine {
 
     /// Takes hinge drives as many full turns back or on as bring them nearest to home.
     pub(in crate::machine) fn turn_nearest_to_home(&self, at: &mut Configuration) {
-        for (turn, (rho, home)) in self.full_turns().zip(at.drives.iter_mut().zip(&self.home.drives)) {
-            if let Some(turn) = turn {
-                *rho -= ((*rho - home) / turn).round() * turn;
-            }
-        }
+        let turns = self.turns_towards(&at.drives, &self.home.drives);
+        at.drives.iter_mut().zip(turns).for_each(|(rho, turns)| *rho += turns);
     }
 
     /// Takes hinge drives beyond their travel a full turn back or on where that brings them within.

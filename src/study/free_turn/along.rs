@@ -38,7 +38,7 @@ pub(super) fn along(path: &Turnable<'_>, machines: &Machines, demands: &[Demand]
         nominal: machines.commanding(Source::All),
         real: machines.answering(Source::All),
         resting: machines.resting(),
-        before: &[],
+        before: None,
         demands,
     };
     let answers = run(&case, &Commands::Method(Method::None), &|| ());

@@ -199,7 +199,7 @@ impl Cut<'_> {
             nominal: machines.commanding(Source::All),
             real: machines.answering(Source::All),
             resting: machines.resting(),
-            before: &[],
+            before: None,
             demands,
         };
         along_path(&case, commands, &|| ())

@@ -18,10 +18,10 @@ use serde::Serialize;
 use crate::{
     compensation::{Demand, Method},
     input::error::Result,
-    machine::{ChainError, Machine},
+    machine::{ChainError, Configuration, Machine},
     study::{
         BySource, Machines, Source,
-        along_path::{self, Left, PathAnswer, PathCase, PathSummary, PathSums, kept},
+        along_path::{self, LedBlocks, Left, PathAnswer, PathCase, PathSummary, PathSums, kept},
     },
     work::Work,
 };
@@ -194,9 +194,12 @@ pub fn run_in_parts(
     let machines = Machines::new(&study.machine, &study.errors)?;
     let mut methods = vec![PathSums::default(); study.methods.len()];
     let mut done: Option<PathPart> = None;
+    let mut before: Option<Configuration> = None;
     for points in along_path::parts(study.demands.len()) {
+        let led = LedBlocks::new(&machines.nominal, before.as_ref(), &study.demands[points.clone()]);
+        before = led.last().or(before);
         let (next, taken) =
-            rayon::join(|| part(study, &machines, points, work), || done.take().map_or(Ok(()), &mut take));
+            rayon::join(|| part(study, &machines, &led, points, work), || done.take().map_or(Ok(()), &mut take));
         taken?;
         let (next, left) = next?;
         let counted_before = usize::from(study.begins_twice && next.first == 0);
@@ -221,7 +224,10 @@ type LeftByMethods = Vec<Vec<Left>>;
 /// Of `work`.
 pub fn run_range(study: &PathStudy, points: Range<usize>, work: &Work) -> Result<PathPart> {
     let points = points.start.min(study.demands.len())..points.end.min(study.demands.len());
-    let part = sources(study, &Machines::new(&study.machine, &study.errors)?, points, work)?;
+    let machines = Machines::new(&study.machine, &study.errors)?;
+    let passed = LedBlocks::new(&machines.nominal, None, &study.demands[..points.start]);
+    let led = LedBlocks::new(&machines.nominal, passed.last().as_ref(), &study.demands[points.clone()]);
+    let part = sources(study, &machines, &led, points, work)?;
     work.gathered()?;
     Ok(part)
 }
@@ -229,41 +235,47 @@ pub fn run_range(study: &PathStudy, points: Range<usize>, work: &Work) -> Result
 fn part(
     study: &PathStudy,
     machines: &Machines,
+    led: &LedBlocks<'_>,
     points: Range<usize>,
     work: &Work,
 ) -> Result<(PathPart, LeftByMethods)> {
     let first = points.start;
-    let (before, rest) = study.demands.split_at(points.start);
-    let case = case(machines, Source::All, before, &rest[..points.len()]);
+    let case = case(machines, Source::All, &study.demands[points.clone()]);
     let left = |(index, &method): (usize, &Method)| {
         let work = work.part(&format!("method {index}")).after(passes_of_sources(study) + index);
-        kept(&case, (first, passes(study)), method, &work, |answer| Left::of(&answer, &study.machine))
+        kept(&case, led, (first, passes(study)), method, &work, |answer| Left::of(&answer, &study.machine))
     };
     let (part, left) = rayon::join(
-        || sources(study, machines, points, work),
+        || sources(study, machines, led, points, work),
         || study.methods.par_iter().enumerate().map(left).collect::<Result<LeftByMethods>>(),
     );
     Ok((part?, left?))
 }
 
-fn case<'a>(machines: &'a Machines, source: Source, before: &'a [Demand], demands: &'a [Demand]) -> PathCase<'a> {
+fn case<'a>(machines: &'a Machines, source: Source, demands: &'a [Demand]) -> PathCase<'a> {
     PathCase {
         nominal: machines.commanding(source),
         real: machines.answering(source),
         resting: machines.resting(),
-        before,
+        before: None,
         demands,
     }
 }
 
-fn sources(study: &PathStudy, machines: &Machines, points: Range<usize>, work: &Work) -> Result<PathPart> {
+fn sources(
+    study: &PathStudy,
+    machines: &Machines,
+    led: &LedBlocks<'_>,
+    points: Range<usize>,
+    work: &Work,
+) -> Result<PathPart> {
     let first = points.start;
     let along = |(number, &source): (usize, &Source)| -> Result<SourceAlongPath> {
         let demands: Vec<Demand> = study.demands[points.clone()].iter().map(|demand| source.demand(demand)).collect();
-        let case = case(machines, source, &study.demands[..first], &demands);
+        let case = case(machines, source, &demands);
         let pass = |method, number: usize, command: &str| -> Result<Vec<PathAnswer>> {
             let work = work.part(source.label()).part(command).after(number);
-            kept(&case, (first, passes(study)), method, &work, |answer| answer)
+            kept(&case, led, (first, passes(study)), method, &work, |answer| answer)
         };
         let (plain, compensated) = rayon::join(
             || pass(Method::None, 2 * number, "plain"),

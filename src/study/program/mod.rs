@@ -166,11 +166,11 @@ impl ProgramJob {
         done: &(dyn Fn() + Sync),
         mut take: impl FnMut(&Part<'_>, &[PathAnswer]) -> Result<()>,
     ) -> Result<Pass> {
-        let (mut sums, mut led) = (PathSums::default(), self.led());
+        let (mut sums, mut led, mut before) = (PathSums::default(), self.led(), None);
         for part in self.parts() {
             let part = part?;
             let case = part.case([&self.machine, &self.real, &self.machine]);
-            let along = self.led_along(&part, &case);
+            let along = self.led_along(&part, &mut before);
             let answers =
                 self.answers(&part, &mut led, commands, &|commands| run_where_led(&case, commands, &along, done));
             self.sum_up(&mut sums, part.first, &answers);

@@ -6,10 +6,10 @@ use super::{ProgramJob, corners::Corners, load_fault};
 use crate::{
     compensation::Demand,
     input::error::{Error, Result},
-    machine::Machine,
+    machine::{Configuration, Machine},
     process::{cutting::LoadError, file::Process},
     study::{
-        along_path::{BLOCK, PART, PathCase, lead, parts},
+        along_path::{PART, PathCase, last_of_blocks, lead, parts},
         demands::unloaded,
         led_along::LedPoint,
     },
@@ -23,18 +23,13 @@ pub struct Part<'a> {
     pub first: usize,
     /// The points.
     pub points: &'a [PathPoint],
-    /// What is wanted at the points before, as far back as it matters, and at these.
     demands: Vec<Demand>,
 }
 
 impl Part<'_> {
     /// What is wanted at its points, under load.
     pub fn demands(&self) -> &[Demand] {
-        &self.demands[self.passed()..]
-    }
-
-    fn passed(&self) -> usize {
-        self.demands.len() - self.points.len()
+        &self.demands
     }
 
     /// Indices of its points.
@@ -44,8 +39,7 @@ impl Part<'_> {
 
     /// It as a path: the machine by which commands are computed, the one that answers, and from whose rest deflections are measured.
     pub(super) fn case<'a>(&'a self, [nominal, real, resting]: [&'a Machine; 3]) -> PathCase<'a> {
-        let (before, demands) = self.demands.split_at(self.passed());
-        PathCase { nominal, real, resting, before, demands }
+        PathCase { nominal, real, resting, before: None, demands: &self.demands }
     }
 
     /// The same points, something else wanted of them.
@@ -82,12 +76,17 @@ pub(super) fn demanding<'a>(
 }
 
 impl ProgramJob {
-    /// Where the machine is led along `part`, which is `case`.
-    pub(super) fn led_along(&self, part: &Part<'_>, case: &PathCase<'_>) -> Cow<'_, [Vec<LedPoint>]> {
-        match self.led.get(part.first / PART) {
-            Some(led) => Cow::Borrowed(led.get_or_init(|| lead(case, 0..case.demands.len()))),
-            None => Cow::Owned(lead(case, 0..case.demands.len())),
+    /// Where the machine is led along `part`, which follows what it was led along `before`; `before` then stands at its end.
+    pub(super) fn led_along(&self, part: &Part<'_>, before: &mut Option<Configuration>) -> Cow<'_, [Vec<LedPoint>]> {
+        let find = || lead(&self.machine, before.as_ref(), part.demands(), |_, _| true);
+        let led = match self.led.get(part.first / PART) {
+            Some(led) => Cow::Borrowed(led.get_or_init(find).as_slice()),
+            None => Cow::Owned(find()),
+        };
+        if let Some(last) = last_of_blocks(&led) {
+            *before = Some(last.clone());
         }
+        led
     }
 
     /// Notes where the machine is led along `part`.
@@ -104,19 +103,15 @@ impl ProgramJob {
     pub fn parts(&self) -> impl Iterator<Item = Result<Part<'_>>> {
         let process = &self.process;
         let mut demand = demanding(process, &self.path);
-        let mut passed: Vec<Demand> = Vec::new();
         parts(self.path.len()).map(move |range| {
             let (first, points) = (range.start, &self.path.points()[range.clone()]);
-            let mut demands = std::mem::take(&mut passed);
-            match &self.kept {
-                Some(kept) => demands.extend_from_slice(&kept[range]),
-                None => {
-                    for k in range {
-                        demands.push(demand(k).map_err(|fault| load_fault(&self.name, &fault))?);
-                    }
-                }
-            }
-            passed = demands[demands.len().saturating_sub(BLOCK)..].to_vec();
+            let demands = match &self.kept {
+                Some(kept) => kept[range].to_vec(),
+                None => range
+                    .map(&mut demand)
+                    .collect::<std::result::Result<_, _>>()
+                    .map_err(|fault| load_fault(&self.name, &fault))?,
+            };
             Ok(Part { first, points, demands })
         })
     }

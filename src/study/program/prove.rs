@@ -59,12 +59,12 @@ impl ProgramJob {
         let machines = Machines::new(&self.machine, &self.process.errors)?;
         let (mut none, mut other_sums, mut as_written) =
             (PathSums::default(), vec![PathSums::default(); others.len()], PathSums::default());
-        let (mut written_led, mut law) = (self.led(), LawBehind::new(self));
+        let (mut written_led, mut law, mut led_before) = (self.led(), LawBehind::new(self), None);
         for part in self.parts() {
             let part = part?;
             law.holds(&part)?;
             let case = part.case([&self.machine, &self.real, &self.machine]);
-            let led = self.led_along(&part, &case);
+            let led = self.led_along(&part, &mut led_before);
             let before = BySource::of(&self.machine, |source| {
                 let asked = part.asked(|demand| source.demand(demand));
                 let case = asked.case([machines.commanding(source), machines.answering(source), machines.resting()]);

@@ -1,12 +1,11 @@
 //! Whether the machine can be led along a program at all: asked before anything bends.
 
-use rayon::prelude::*;
-
-use super::{Part, ProgramJob, part::LedPart};
+use super::{Part, ProgramJob};
 use crate::{
     input::error::Result,
+    machine::Configuration,
     study::{
-        along_path::{BLOCK, together},
+        along_path::{BLOCK, last_of_blocks, lead},
         led_along::LedPoint,
     },
 };
@@ -18,9 +17,10 @@ impl ProgramJob {
     /// # Errors
     /// As [`ProgramJob::parts`].
     pub fn out_of_reach(&self, most: usize, mut done: impl FnMut(usize)) -> Result<Vec<(usize, String)>> {
+        let mut before = None;
         for part in self.parts() {
             let part = part?;
-            let found = self.out_of_reach_in(&part, most);
+            let found = self.out_of_reach_in(&part, &mut before, most);
             done(part.points.len());
             if !found.is_empty() {
                 return Ok(found);
@@ -29,30 +29,28 @@ impl ProgramJob {
         Ok(Vec::new())
     }
 
-    fn out_of_reach_in(&self, part: &Part<'_>, most: usize) -> Vec<(usize, String)> {
-        let case = part.case([&self.machine, &self.real, &self.machine]);
+    fn out_of_reach_in(
+        &self,
+        part: &Part<'_>,
+        before: &mut Option<Configuration>,
+        most: usize,
+    ) -> Vec<(usize, String)> {
         let is_out = |k: usize, at: &LedPoint| part.points[k].cutting && at.asked.is_err();
-        let of_blocks = |starts: &[usize]| {
-            let mut counts = vec![(0, 0); starts.len()];
-            case.led_blocks(starts, |block, at| {
-                let (seen, out) = &mut counts[block];
-                *out += usize::from(is_out(starts[block] + *seen, at));
-                *seen += 1;
-                // What is out of reach takes longest.
-                *out < most
-            })
-        };
-        let starts: Vec<usize> = (0..part.points.len()).step_by(BLOCK).collect();
-        let led: LedPart = starts.par_chunks(together(starts.len())).flat_map_iter(of_blocks).collect();
+        let out = |start: usize, led: &[LedPoint]| (start..).zip(led).filter(|(k, at)| is_out(*k, at)).count();
+        // What is out of reach takes longest.
+        let led = lead(&self.machine, before.as_ref(), part.demands(), |start, led| {
+            led.last().is_none_or(|at| at.asked.is_ok()) || out(start, led) < most
+        });
         let mut found = Vec::new();
-        for (start, led) in starts.iter().zip(&led) {
-            for (k, at) in (*start..).zip(led) {
+        for (start, led) in (0..).step_by(BLOCK).zip(&led) {
+            for (k, at) in (start..).zip(led) {
                 if let (true, Err(status)) = (is_out(k, at), &at.asked) {
                     found.push((part.first + k, status.reason(&self.machine)));
                 }
             }
         }
         if found.is_empty() {
+            *before = last_of_blocks(&led).cloned().or(before.take());
             self.keep_led(part, led);
         }
         found.truncate(most);
