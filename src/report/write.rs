@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use tempfile::{NamedTempFile, TempDir};
+use tempfile::{NamedTempFile, TempDir, TempPath};
 
 use crate::input::error::{Error, Result};
 
@@ -181,6 +181,37 @@ pub fn write_beside(file: &Path, files: Vec<OutputFile>) -> Result<Vec<PathBuf>>
     write_by(folder_of(file), files, &beside_file(file))
 }
 
+/// A change of one file that comes whole or not at all.
+#[derive(Debug)]
+pub(crate) enum Step {
+    /// A file made beside its place takes it.
+    Place(TempPath, PathBuf),
+    /// A file is removed, if it is there.
+    Remove(PathBuf),
+}
+
+impl Step {
+    /// That `content` takes its place beside `file`, for which all is made now.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn place_beside(file: &Path, content: OutputFile) -> Result<Self> {
+        let (made, path) = stage(folder_of(file), content, &beside_file(file))?;
+        Ok(Self::Place(made.into_temp_path(), path))
+    }
+
+    /// Makes the change.
+    ///
+    /// # Errors
+    /// It cannot be made.
+    pub fn take(self) -> Result<()> {
+        match self {
+            Self::Place(made, path) => made.persist(&path).map_err(|e| Error::Write { file: path, source: e.error }),
+            Self::Remove(path) => remove(&path),
+        }
+    }
+}
+
 /// As [`staging`], beside `file`, whose folder is made if need be.
 ///
 /// # Errors
@@ -201,23 +232,29 @@ fn beside_file(file: &Path) -> String {
 }
 
 fn write_by(folder: &Path, files: Vec<OutputFile>, prefix: &str) -> Result<Vec<PathBuf>> {
-    let fault = |file: &Path, source| Error::Write { file: file.to_path_buf(), source };
-    std::fs::create_dir_all(folder).map_err(|e| fault(folder, e))?;
+    std::fs::create_dir_all(folder).map_err(|source| Error::Write { file: folder.to_path_buf(), source })?;
     let mut written = Vec::new();
     for file in files {
-        let path = folder.join(&file.name);
-        let temporary = match file.content {
-            Content::File(temporary) => temporary,
-            Content::Bytes(bytes) => {
-                let mut temporary = temporary(folder, prefix).map_err(|e| fault(&path, e))?;
-                temporary.write_all(&bytes).map_err(|e| fault(&path, e))?;
-                temporary
-            }
-        };
-        temporary.persist(&path).map_err(|e| fault(&path, e.error))?;
+        let (made, path) = stage(folder, file, prefix)?;
+        made.persist(&path).map_err(|e| Error::Write { file: path.clone(), source: e.error })?;
         written.push(path);
     }
     Ok(written)
+}
+
+/// `file` under another name in `folder`, and its place.
+fn stage(folder: &Path, file: OutputFile, prefix: &str) -> Result<(NamedTempFile, PathBuf)> {
+    let path = folder.join(&file.name);
+    let fault = |source| Error::Write { file: folder.join(&file.name), source };
+    let made = match file.content {
+        Content::File(made) => made,
+        Content::Bytes(bytes) => {
+            let mut made = temporary(folder, prefix).map_err(fault)?;
+            made.write_all(&bytes).map_err(fault)?;
+            made
+        }
+    };
+    Ok((made, path))
 }
 
 /// Removes a file; one that is not there is no fault.

@@ -1,5 +1,5 @@
-//! A compensated program, its points and its report: three files, replaced only where they are as a command before left
-//! them. The report says what that is.
+//! A compensated program, its points, its report and its page, replaced only where they are as a command before left them. The report says
+//! what that is. A command that is cut short while they are replaced leaves no program beside files of another, and a page that says so.
 
 use std::{
     fs::File,
@@ -22,7 +22,7 @@ use crate::{
         figures::Figure,
         may_replace,
         page::{Description, ResultFolder, page_with},
-        write::{prepare_beside, staging_beside, write_beside},
+        write::{Step, prepare_beside, staging_beside},
     },
     toolpath::gcode::CalledFile,
 };
@@ -128,18 +128,36 @@ impl ProgramFiles {
         files.extend(called.map(|file| OutputFile::new(&file.name, file.bytes.as_slice())));
         files.push(OutputFile::new(self.named(""), program));
         files.push(OutputFile::new(self.named(PAGE), page));
+        self.replace(files, report)?.into_iter().try_for_each(Step::take)?;
+        Ok(self.out.with_file_name(self.named(PAGE)))
+    }
+
+    /// Makes `files`, of which the program and the page are the last, and the report of them; the changes by which they then take their places.
+    fn replace(&self, mut files: Vec<OutputFile>, report: Value) -> Result<Vec<Step>> {
+        let fault = |source| Error::Write { file: self.out.clone(), source };
         let entry = |file: &OutputFile| Ok(json!({ "name": file.name, "sha256": hash(file.reader()?)? }));
-        let entries = files.iter().map(entry).collect::<IoResult<Vec<Value>>>();
-        let entries = entries.map_err(|source| Error::Write { file: self.out.clone(), source })?;
-        let mut report_with = |files: &[Value]| {
+        let entries = files.iter().map(entry).collect::<IoResult<Vec<Value>>>().map_err(fault)?;
+        let page = files.pop();
+        let unfinished = OutputFile::new(self.named(PAGE), UNFINISHED);
+        // If this is cut short, the next command finds here whose the files are, the former and the new ones.
+        let both = [self.former.as_slice(), &entries, &[entry(&unfinished).map_err(fault)?]].concat();
+        let report_with = |files: &[Value], is_unfinished: bool| {
+            let mut report = report.clone();
             report["files"] = json!(files);
+            if is_unfinished {
+                report["unfinished"] = json!(true);
+            }
             OutputFile::new(self.named(REPORT), format!("{report:#}\n"))
         };
-        // If this is cut short, the next command finds here whose the files are, the former and the new ones.
-        let both = report_with(&[self.former.as_slice(), &entries].concat());
-        let all = [both].into_iter().chain(files).chain([report_with(&entries)]).collect();
-        write_beside(&self.out, all)?;
-        Ok(self.out.with_file_name(self.named(PAGE)))
+        let place = |file| Step::place_beside(&self.out, file);
+        let mut steps = vec![place(report_with(&both, true))?, place(unfinished)?, Step::Remove(self.out.clone())];
+        // The program behind what it calls and what tells of it.
+        for file in files {
+            steps.push(place(file)?);
+        }
+        steps.extend(page.map(place).transpose()?);
+        steps.push(place(report_with(&entries, false))?);
+        Ok(steps)
     }
 
     /// The page, made from a copy of the points in the folder `made`.
@@ -169,6 +187,10 @@ impl ProgramFiles {
 const POINTS: &str = ".points";
 const REPORT: &str = ".report.json";
 const PAGE: &str = ".html";
+/// The page while files are replaced.
+const UNFINISHED: &str = "<!DOCTYPE html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width\">\n\
+<title>Not finished</title>\n<h1>Not finished</h1>\n<p>kinetostat compensate is writing this program and the files beside it. If it no longer runs, it \
+was stopped, and these files may be of two programs: do not cut with them. Run the command again.</p>\n</html>\n";
 
 /// SHA-256, hexadecimal.
 fn hash(mut bytes: impl Read) -> IoResult<String> {
@@ -177,6 +199,48 @@ fn hash(mut bytes: impl Read) -> IoResult<String> {
         match bytes.read(&mut part)? {
             0 => return Ok(hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect()),
             length => hasher.update(&part[..length]),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn files(of: &str) -> Vec<OutputFile> {
+        let file = |name: &str| OutputFile::new(name, format!("{name} of {of}"));
+        vec![file("part.nc.points.csv"), file("sub.nc"), file("part.nc"), file("part.nc.html")]
+    }
+
+    fn write(files: Vec<OutputFile>, out: &Path, steps: usize) -> usize {
+        let prepared = ProgramFiles::prepare(out, Foreign::KeptUnlessForced).unwrap();
+        let all = prepared.replace(files, json!({ "program": env!("CARGO_PKG_NAME") })).unwrap();
+        let count = all.len();
+        all.into_iter().take(steps).for_each(|step| step.take().unwrap());
+        count
+    }
+
+    #[test]
+    fn what_is_cut_short_leaves_no_program_beside_files_of_another() {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("part.nc");
+        let count = write(files("one"), &out, usize::MAX);
+        let text = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap_or_default();
+        let sets = |names: &[&str]| -> Vec<bool> { names.iter().map(|name| text(name).ends_with("two")).collect() };
+        for steps in 0..=count {
+            write(files("one"), &out, usize::MAX);
+            write(files("two"), &out, steps);
+            let of_two = sets(&["part.nc.points.csv", "sub.nc", "part.nc", "part.nc.html"]);
+            let report: Value = serde_json::from_str(&text("part.nc.report.json")).unwrap();
+            let is_whole = of_two.iter().all(|is| *is) || !of_two.iter().any(|is| *is) && !text("part.nc").is_empty();
+            let is_said = text("part.nc.html").contains("was stopped");
+            assert!(is_whole || is_said, "{steps}: {of_two:?}");
+            assert!(text("part.nc").is_empty() || of_two[0] == of_two[2] && of_two[1] == of_two[2], "{steps}");
+            assert_eq!(report["unfinished"] == true, (1..count).contains(&steps), "{steps}");
+            // The next command knows all of them, and nothing else remains.
+            write(files("one"), &out, usize::MAX);
+            assert_eq!(sets(&["part.nc.points.csv", "sub.nc", "part.nc", "part.nc.html"]), [false; 4]);
+            assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 5);
         }
     }
 }
