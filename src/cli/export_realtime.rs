@@ -8,10 +8,10 @@ use kinetostat::{
     input::error::{Error, Result},
     machine::Machine,
     process::file::Process,
-    report::{Foreign, OutputFile, PreparedFolder, may_replace, prepare, write_all},
+    report::{Foreign, OutputFile, PreparedFolder, may_replace, prepare, remove, write_all},
     study::{
         Machines,
-        realtime::{AIM_MM, Domain, Errors, MARK, PLACES, Question, Realtime, files, generate},
+        realtime::{AIM_MM, Domain, Errors, MANIFEST, MARK, PLACES, Question, Realtime, files, generate},
     },
 };
 
@@ -95,6 +95,8 @@ fn write(folder: &Path, files: Vec<OutputFile>, foreign: Foreign) -> Result<()> 
     for name in ["src", "include", "example"] {
         prepare(&folder.join(name))?;
     }
+    // Cut short, what is there belongs to two exports: it must not build.
+    remove(&folder.join(MANIFEST))?;
     write_all(folder, files).map(drop)
 }
 
