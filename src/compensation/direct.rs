@@ -95,8 +95,8 @@ fn between_equilibria(session: &mut Session, demand: &Demand, progress: &mut Pro
         if let Some(status) = session.is_over(progress, task.size()) {
             return Ok((status, outcome));
         }
-        let by_target = session.nominal.drive_jacobian(&session.command).ok_or(CompensationStatus::Singular)?;
-        let response = task.slope.rows(0, task.count) * &outcome.drive_sensitivity * (by_target * &changes);
+        let by_shift = session.nominal.drive_motions(&session.command, &changes).ok_or(CompensationStatus::Singular)?;
+        let response = task.slope.rows(0, task.count) * &outcome.drive_sensitivity * by_shift;
         let correction = response.lu().solve(&task.error.rows(0, task.count)).ok_or(CompensationStatus::Singular)?;
         for (value, change) in shift.iter_mut().zip(correction.iter()) {
             *value -= change;

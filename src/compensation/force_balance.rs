@@ -186,8 +186,9 @@ impl Linearised {
         pose: &Pose,
     ) -> Result<Self, CompensationStatus> {
         let free = free_motions(demand, session, pose);
-        let by_target = session.nominal.drive_jacobian(&session.command).ok_or(CompensationStatus::Singular)?;
-        let target_stiffness = &force.drive_wrench * (by_target * demand.control_changes(&session.nominal));
+        let changes = demand.control_changes(&session.nominal);
+        let by_shift = session.nominal.drive_motions(&session.command, &changes).ok_or(CompensationStatus::Singular)?;
+        let target_stiffness = &force.drive_wrench * by_shift;
         let mut matrix = force.stiffness * free;
         for (column, wrench) in target_stiffness.column_iter().enumerate() {
             matrix.set_column(column, &wrench);

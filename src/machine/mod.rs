@@ -22,6 +22,7 @@ mod parameters;
 mod provenance;
 mod redundancy;
 mod resolve;
+mod rotary_drives;
 mod route;
 #[cfg(feature = "cli")]
 mod schema;
@@ -50,6 +51,8 @@ pub use kinematics::{Configuration, Unreachable};
 pub use mobility::Mobility;
 pub use parameters::{Parameter, Unit, Variation};
 pub use provenance::{Grade, Provenance};
+#[cfg(not(target_family = "wasm"))]
+pub(crate) use rotary_drives::RotaryDrive;
 pub use route::{Anchor, Loop, Mass, PointSpring, Route, Step};
 #[cfg(feature = "cli")]
 pub use schema::file_schema;

@@ -35,8 +35,12 @@ impl<'a> Led<'a> {
     /// Where the workpiece is with the external axes at `external`.
     pub fn placed(&mut self, external: Option<ExternalAxes>) -> &Placed {
         if external != self.external {
-            let carrier = external.map_or_else(|| self.machine.clone(), |axes| self.machine.carried(&axes));
-            self.placed = placed(&carrier, self.placement);
+            let standing = |axes: ExternalAxes| {
+                let turned = self.machine.is_turned_by_held().then(|| self.machine.standing(&axes).ok()).flatten();
+                turned.unwrap_or_else(|| self.machine.carried(&axes))
+            };
+            let there = external.map_or_else(|| self.machine.clone(), standing);
+            self.placed = placed(&there, self.placement);
             self.external = external;
         }
         &self.placed
@@ -73,7 +77,10 @@ impl<'a> Led<'a> {
 
 /// The placement on the machine, or on its workpiece carrier, with the platform oriented as at home.
 pub(super) fn placed(machine: &Machine, placement: &Placement) -> Placed {
-    let placed = placement.on(&machine.home.pose.rotation, &machine.tool());
+    let mut placed = placement.on(&machine.home.pose.rotation, &machine.tool());
+    if machine.is_turned_by_held() {
+        placed = placed.turned(&machine.home.pose.rotation);
+    }
     match &machine.carrier {
         Some(carrier) => placed.carried(&carrier.home.pose),
         None => placed,

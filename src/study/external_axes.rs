@@ -24,8 +24,14 @@ pub(crate) fn held_along(machine: &Machine, path: &Toolpath, origin: &str) -> Re
         }
         positions.push((drive, value));
     }
-    let mut held =
-        machine.with_drives_held(&positions).map_err(|why| fault(origin, "external axes", why.to_string()))?;
+    // A head is told where to stand, and how the tool stands is no task then.
+    let rotary = if path.is_oriented() { Vec::new() } else { machine.rotary_drives().drives };
+    let is_of_head = |label: &String| rotary.iter().any(|drive| !drive.carries && drive.label == *label);
+    let held = match positions.iter().any(|(label, _)| is_of_head(label)) {
+        true => machine.with_drives_told(&positions),
+        false => machine.with_drives_held(&positions),
+    };
+    let mut held = held.map_err(|why| fault(origin, "external axes", why.to_string()))?;
     if held.external_axis_count() > ExternalAxes::MOST {
         let problem =
             format!("the machine holds {} drives: expected at most {}", held.external_axis_count(), ExternalAxes::MOST);

@@ -110,7 +110,9 @@ impl ProgramFile {
     fn is_noted_as_points(&self, process: &Process) -> bool {
         match self {
             ProgramFile::Polyline(_) => false,
-            ProgramFile::Gcode(_) => !process.gcode.rotary.is_empty() && process.own_forces.is_empty(),
+            ProgramFile::Gcode(program) => {
+                program.is_turned() && !process.gcode.rotary.is_empty() && process.own_forces.is_empty()
+            }
             ProgramFile::Robot(_) => true,
         }
     }

@@ -134,5 +134,5 @@ fn functions_that_may_change_where_the_tool_goes_are_refused_by_name() {
     // Turns of LinuxCNC's arcs, which a function beside them does not take.
     assert!(read_as("G0 X0 Y0 Z0\nG2 X0 Y0 I5 P2 M8 F9\n", None).unwrap_err().to_string().contains("`P2`"));
     // Machines heat, and say what they do, as before.
-    assert!(read_as("M109 S200\nM104 S210\nG0 X0 Y0 Z0\nM8\nM46\nG1 X1 F9\nM221 S95\n", None).is_ok());
+    assert!(read_as("M109 S200\nM104 S210\nM106 P1 S255\nG0 X0 Y0 Z0\nM8\nM46\nG1 X1 F9\nM221 S95\n", None).is_ok());
 }

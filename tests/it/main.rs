@@ -86,6 +86,7 @@ mod report_page;
 mod resume;
 mod robot_compensated;
 mod robot_programs;
+mod rotary_drives;
 mod scaling;
 mod schema;
 mod sensitivities;

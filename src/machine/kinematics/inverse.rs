@@ -89,15 +89,8 @@ impl Machine {
     pub fn drive_jacobian(&self, at: &Configuration) -> Option<DMatrix<f64>> {
         let mut closure = Closure::new(self);
         closure.linearise(at, &Command::Task(&at.pose));
-        let (equations, coordinates) = (closure.jacobian.nrows(), self.controls.len());
-        let mut right = DMatrix::zeros(equations, coordinates);
-        for (i, coordinate) in self.controls.iter().enumerate() {
-            right[(equations - coordinates + i, i)] = match coordinate {
-                Coordinate::Translation(_) => 1.0,
-                Coordinate::Rotation(_) => self.reach,
-            };
-        }
-        let mut by_task = if self.redundancy > 0 {
+        let right = self.asked_changes(&closure, &DMatrix::identity(self.controls.len(), self.controls.len()));
+        let by_task = if self.redundancy > 0 {
             closure.least_motions(&right)?
         } else {
             let transposed = closure.jacobian.transpose();
@@ -108,9 +101,37 @@ impl Machine {
             }
             unknowns.rows(6, self.drive_count()).into_owned()
         };
-        for (mut row, (_, drive)) in by_task.row_iter_mut().zip(self.drives()) {
+        Some(self.in_units_of_drives(&closure, by_task))
+    }
+
+    /// Motions of the drives (rows; mm, rad) that change the controlled coordinates as the columns of `changes` say (mm, rad about the axes
+    /// of the platform). In a singularity, `None` only of changes that the drives cannot make there: a fork head whose tool stands along
+    /// its first axis moves its tip as it does elsewhere.
+    pub(crate) fn drive_motions(&self, at: &Configuration, changes: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+        if let Some(jacobian) = self.drive_jacobian(at) {
+            return Some(jacobian * changes);
+        }
+        let mut closure = Closure::new(self);
+        closure.linearise(at, &Command::Task(&at.pose));
+        let motions = closure.least_motions(&self.asked_changes(&closure, changes))?;
+        Some(self.in_units_of_drives(&closure, motions))
+    }
+
+    /// What the equations of `closure` change by with the controlled coordinates.
+    fn asked_changes(&self, closure: &Closure<'_>, changes: &DMatrix<f64>) -> DMatrix<f64> {
+        let (equations, coordinates) = (closure.jacobian.nrows(), self.controls.len());
+        let mut right = DMatrix::zeros(equations, changes.ncols());
+        right.rows_mut(equations - coordinates, coordinates).copy_from(changes);
+        for (i, _) in self.controls.iter().enumerate().filter(|(_, c)| matches!(c, Coordinate::Rotation(_))) {
+            right.row_mut(equations - coordinates + i).scale_mut(self.reach);
+        }
+        right
+    }
+
+    fn in_units_of_drives(&self, closure: &Closure<'_>, mut motions: DMatrix<f64>) -> DMatrix<f64> {
+        for (mut row, (_, drive)) in motions.row_iter_mut().zip(self.drives()) {
             row /= closure.unit(drive.motion);
         }
-        Some(by_task)
+        motions
     }
 }

@@ -7,6 +7,8 @@ pub(crate) mod force_spec;
 mod resolve;
 #[cfg(not(target_family = "wasm"))]
 mod robot;
+#[cfg(not(target_family = "wasm"))]
+mod rotary;
 pub(crate) mod spec;
 mod tool_force;
 #[cfg(not(target_family = "wasm"))]

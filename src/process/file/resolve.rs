@@ -4,7 +4,12 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
+#[cfg(not(target_family = "wasm"))]
+use super::rotary::rotary;
+#[cfg(target_family = "wasm")]
+use crate::toolpath::gcode::{Rotary, RotaryColumn};
 use crate::{
+    compensation::Target,
     input::{Folder, check::Check, error::Result},
     machine::Machine,
     process::{
@@ -13,13 +18,13 @@ use crate::{
             CORNER_MM, CorrectionLimits, Decimals, Process, WRITE_TOLERANCE_MM,
             chain_errors::chain_errors,
             force::{force, own_forces},
-            spec::{CuttingRuleSpec, GcodeSpec, LimitsSpec, PlacementSpec, ProcessSpec, RotaryTip, SamplingSpec},
+            spec::{CuttingRuleSpec, GcodeSpec, LimitsSpec, PlacementSpec, ProcessSpec, SamplingSpec},
         },
         tilt::Turned,
     },
     toolpath::{
         NumberFormat, Sampling,
-        gcode::{Expand, GcodeOptions, Rotary, RotaryAxis, WorkOffset},
+        gcode::{Expand, GcodeOptions, WorkOffset},
     },
 };
 
@@ -57,11 +62,14 @@ fn process(
         Some(tool) => &machine.with_tool(tool, &check.key("tool"))?,
         None => machine,
     };
+    let placement = placement(&spec.placement, machine, &check.key("placement"))?;
+    let target = spec.compensate.target;
     Ok(Process {
         machine: machine.clone(),
         has_own_tool: spec.tool.is_some(),
         tolerance_mm: spec.tolerance_mm.map(|given| check.key("tolerance_mm").positive(given)).transpose()?,
-        placement: placement(&spec.placement, machine, &check.key("placement"))?,
+        gcode: GcodeOptions { features, ..gcode_options(&spec.gcode, machine, &placement, target, &check_gcode)? },
+        placement,
         is_placed: spec.placement.origin_mm.is_some(),
         cutting,
         own_forces,
@@ -69,11 +77,10 @@ fn process(
         errors: chain_errors(&spec.chain_error, machine, check)?,
         sampling: sampling(&spec.sampling, &check.key("sampling"))?,
         limits: limits(&spec.limits, &check.key("limits"))?,
-        target: spec.compensate.target,
+        target,
         corner_mm: check.key("compensate.corner_mm").not_negative(spec.compensate.corner_mm.unwrap_or(CORNER_MM))?,
         #[cfg(not(target_family = "wasm"))]
         tool_turn: super::tool_turn::tool_turn(&spec.tool_turn, machine, &check.key("tool_turn"))?,
-        gcode: GcodeOptions { features, ..gcode_options(&spec.gcode, &check_gcode)? },
         #[cfg(not(target_family = "wasm"))]
         robot_program: super::robot::options(&spec.robot_program, &check.key("robot_program"))?,
         decimals: decimals(&spec.gcode, &check_gcode)?,
@@ -137,7 +144,19 @@ fn limits(spec: &LimitsSpec, check: &Check) -> Result<CorrectionLimits> {
     })
 }
 
-fn gcode_options(spec: &GcodeSpec, check: &Check) -> Result<GcodeOptions> {
+/// Pages get programs that turn as points.
+#[cfg(target_family = "wasm")]
+fn rotary(_: &GcodeSpec, _: &Machine, _: &Placement, _: Target, _: &Check) -> Result<(Rotary, Vec<RotaryColumn>)> {
+    Ok(Default::default())
+}
+
+fn gcode_options(
+    spec: &GcodeSpec,
+    machine: &Machine,
+    placement: &Placement,
+    target: Target,
+    check: &Check,
+) -> Result<GcodeOptions> {
     let given = [spec.g54_mm, spec.g55_mm, spec.g56_mm, spec.g57_mm, spec.g58_mm, spec.g59_mm];
     let mut work_offsets_mm = BTreeMap::new();
     for (number, given) in (1..).zip(given) {
@@ -156,6 +175,7 @@ fn gcode_options(spec: &GcodeSpec, check: &Check) -> Result<GcodeOptions> {
             }
         };
     }
+    let (rotary, rotary_columns) = rotary(spec, machine, placement, target, check)?;
     Ok(GcodeOptions {
         dialect: spec.dialect,
         unit: spec.unit,
@@ -164,36 +184,14 @@ fn gcode_options(spec: &GcodeSpec, check: &Check) -> Result<GcodeOptions> {
         block_delete: spec.block_delete,
         arc_centres: spec.arc_centres,
         features: Vec::new(),
-        rotary: rotary(spec, check)?,
+        rotary,
+        rotary_columns,
         expand: match spec.expand {
             None => Expand::WhereNeeded,
             Some(true) => Expand::Always,
             Some(false) => Expand::Never,
         },
     })
-}
-
-#[cfg(target_family = "wasm")]
-fn rotary(_: &GcodeSpec, _: &Check) -> Result<Rotary> {
-    Ok(Rotary::default())
-}
-
-#[cfg(not(target_family = "wasm"))]
-fn rotary(spec: &GcodeSpec, check: &Check) -> Result<Rotary> {
-    let mut axes: Vec<RotaryAxis> = Vec::new();
-    for (index, given) in spec.rotary.iter().enumerate() {
-        let check = check.key("rotary").item(index);
-        if !['A', 'B', 'C'].contains(&given.letter) || axes.iter().any(|axis| axis.letter == given.letter) {
-            return check.key("letter").fail(format!("\"{}\": expected A, B or C, each once", given.letter));
-        }
-        let about = check.key("about").finite(given.about)?;
-        let Some(about) = about.try_normalize(1e-9) else {
-            return check.key("about").fail("has no length: expected a direction".into());
-        };
-        let through_mm = given.through_mm.map(|point| check.key("through_mm").finite(point)).transpose()?;
-        axes.push(RotaryAxis { letter: given.letter, about, turns: given.turns, through_mm });
-    }
-    Ok(Rotary { axes, always_of_tip: spec.rotary_tip == RotaryTip::Always })
 }
 
 fn decimals(spec: &GcodeSpec, check: &Check) -> Result<Decimals> {

@@ -72,7 +72,7 @@ pub use notes::Notes;
 pub use offsets::WorkOffset;
 pub use options::{ArcCentres, BlockDelete, Expand, GcodeOptions};
 pub use rewrite::{RewriteError, Rewritten};
-pub use rotary::{Rotary, RotaryAxis, Turned};
+pub use rotary::{Rotary, RotaryAxis, RotaryColumn, Turned};
 pub use unit::LengthUnit;
 pub use writing::Writing;
 
@@ -100,6 +100,8 @@ pub struct Program {
     own_format: NumberFormat,
     /// How its author writes words.
     style: Style,
+    /// Whether it names A, B or C.
+    names_rotary: bool,
     notes: Notes,
     /// Of a program written out, where its lines come from.
     written_out: Option<WrittenOut>,
@@ -139,6 +141,7 @@ impl Program {
             arcs_of_poles: Vec::new(),
             own_format: NumberFormat::default(),
             style: Style::plain(dialect),
+            names_rotary: false,
             notes: Notes::default(),
             written_out: None,
         };
@@ -238,7 +241,26 @@ impl Program {
         let mut points = Vec::with_capacity(self.motions.len());
         let parameters = |_, motion: &Motion| Some(motion.parameters(motion.pieces(sampling, &self.options.rotary)?));
         self.sample(most, parameters, |point| points.push(*point))?;
-        Ok(Toolpath::assemble(points))
+        let columns: Vec<_> = self.told().iter().map(|told| told.column.clone()).collect();
+        Ok(Toolpath::assemble(points).with_external_axes(&columns))
+    }
+
+    /// The rotary axes that its path tells where to stand.
+    fn told(&self) -> &[RotaryColumn] {
+        let columns = &self.options.rotary_columns;
+        let is_told = self.names_rotary || columns.iter().any(|column| column.is_given);
+        if is_told { columns } else { &[] }
+    }
+
+    /// Whether its path says how the tool stands.
+    #[cfg(all(feature = "study", not(target_family = "wasm")))]
+    pub(crate) fn is_turned(&self) -> bool {
+        !self.told().is_empty() || !self.turns_by_drives()
+    }
+
+    /// Whether all rotary axes, if there are any, are drives of the machine: how the tool stands is then theirs.
+    fn turns_by_drives(&self) -> bool {
+        self.options.rotary.axes.len() == self.options.rotary_columns.len()
     }
 
     /// The points of the path, at most `most`, those of each motion where `parameters` says; a tangent that is not known is
@@ -257,6 +279,7 @@ impl Program {
                 let own = own.ok_or_else(|| self.refused(motion, Fault::TooManyPoints { most }))?;
                 points.clear();
                 motion.sample(segment, &own, length_mm, &self.options.rotary, &mut points);
+                self.tell_drives(motion, &mut points);
                 // The ends of an arc are within the range; what lies between need not be.
                 if points.iter().any(|point| point.position_mm.amax() > Fault::MAX_COORDINATE_MM) {
                     return Err(self.refused(motion, Fault::TooFar));
@@ -269,6 +292,18 @@ impl Program {
             Ok(())
         })?;
         Ok(())
+    }
+
+    /// Has the `points` of `motion` say where the drives stand that are rotary axes.
+    fn tell_drives(&self, motion: &Motion, points: &mut [PathPoint]) {
+        let (told, turns_by_drives) = (self.told(), self.turns_by_drives());
+        for point in points {
+            let angles = motion.turning.at(point.source.parameter);
+            for (axis, stands) in told.iter().zip(&mut point.external) {
+                *stands = angles[rotary::index(axis.letter)];
+            }
+            point.orientation = point.orientation.filter(|_| !turns_by_drives);
+        }
     }
 
     fn refused(&self, motion: &Motion, fault: Fault) -> GcodeError {

@@ -9,7 +9,7 @@ use crate::toolpath::gcode::{
     Dialect,
     modal::{Distance, LengthUnit},
     offsets::WorkOffset,
-    rotary::Rotary,
+    rotary::{Rotary, RotaryColumn},
 };
 
 /// What a program does not say itself.
@@ -35,6 +35,8 @@ pub struct GcodeOptions {
     pub features: Vec<String>,
     /// What A, B and C turn.
     pub rotary: Rotary,
+    /// The axes of `rotary` that are drives of the machine: paths tell these where to stand.
+    pub rotary_columns: Vec<RotaryColumn>,
     /// Whether whoever reads the file is to write it out first, by [`Program::parse_expanded`](super::Program::parse_expanded).
     pub expand: Expand,
 }

@@ -156,7 +156,9 @@ pub(crate) fn that_count(words: &[Word]) -> &[Word] {
     let sets = |word: &Word| match word.whole() {
         Ok(92 | 200..=299) => !has(&['G']),
         // LinuxCNC has these for its users, and a coordinate beside them is one.
-        Ok(104..=109 | 140 | 190) => !has(&['G', 'X', 'Y', 'Z', 'P']),
+        // Haas asks the operator with M109 P.
+        Ok(109) if has(&['P']) => false,
+        Ok(104..=109 | 140 | 190) => !has(&['G', 'X', 'Y', 'Z']),
         _ => false,
     };
     match first {

@@ -35,6 +35,18 @@ pub struct RotaryAxis {
     pub through_mm: Option<Vector3<f64>>,
 }
 
+/// A rotary axis that is a drive of the machine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RotaryColumn {
+    /// A, B or C.
+    pub letter: char,
+    /// What a path calls it: `external_A_deg`.
+    pub column: String,
+    /// Whether the file has it as well, so that it stands at 0 in programs that do not name it; else it stands at home in those that
+    /// name none.
+    pub is_given: bool,
+}
+
 /// The rotary axes of a machine tool, from its base outwards.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rotary {

@@ -1,0 +1,139 @@
+//! What A, B and C of programs turn: as `[[gcode.rotary]]` says, and as the drives of the machine of these names do.
+
+use nalgebra::Vector3;
+
+use super::spec::{GcodeSpec, RotaryTip};
+use crate::{
+    compensation::Target,
+    input::{check::Check, error::Result},
+    machine::{Machine, RotaryDrive},
+    process::Placement,
+    toolpath::gcode::{Rotary, RotaryAxis, RotaryColumn, Turned},
+};
+
+/// Directions nearer to each other are the same, rad, and axes that pass each other nearer, mm: files have so many digits.
+const SAME_DIRECTION: f64 = 1e-5;
+const SAME_PLACE_MM: f64 = 1e-3;
+
+/// The axes, and those that drives of `machine` are.
+pub(super) fn rotary(
+    spec: &GcodeSpec,
+    machine: &Machine,
+    placement: &Placement,
+    target: Target,
+    check: &Check,
+) -> Result<(Rotary, Vec<RotaryColumn>)> {
+    let mut given = as_given(spec, check)?;
+    let (mut axes, mut columns) = (Vec::new(), Vec::new());
+    let own = of_machine(machine, placement, target);
+    check_order(&given, &own, machine, check)?;
+    for (drive, axis) in own {
+        let is_given = match given.iter().position(|(_, given)| given.letter == axis.letter) {
+            Some(at) => {
+                let (index, given) = given.remove(at);
+                check_same(&given, &axis, &drive, machine, &check.key("rotary").item(index))?;
+                true
+            }
+            None => false,
+        };
+        columns.push(RotaryColumn { letter: axis.letter, column: format!("external_{}_deg", drive.label), is_given });
+        axes.push(axis);
+    }
+    axes.extend(given.into_iter().map(|(_, axis)| axis));
+    Ok((Rotary { axes, always_of_tip: spec.rotary_tip == RotaryTip::Always }, columns))
+}
+
+/// As the file says, with their places in its list.
+fn as_given(spec: &GcodeSpec, check: &Check) -> Result<Vec<(usize, RotaryAxis)>> {
+    let mut axes: Vec<(usize, RotaryAxis)> = Vec::new();
+    for (index, given) in spec.rotary.iter().enumerate() {
+        let check = check.key("rotary").item(index);
+        if !['A', 'B', 'C'].contains(&given.letter) || axes.iter().any(|(_, axis)| axis.letter == given.letter) {
+            return check.key("letter").fail(format!("\"{}\": expected A, B or C, each once", given.letter));
+        }
+        let about = check.key("about").finite(given.about)?;
+        let Some(about) = about.try_normalize(1e-9) else {
+            return check.key("about").fail("has no length: expected a direction".into());
+        };
+        let through_mm = given.through_mm.map(|point| check.key("through_mm").finite(point)).transpose()?;
+        axes.push((index, RotaryAxis { letter: given.letter, about, turns: given.turns, through_mm }));
+    }
+    Ok(axes)
+}
+
+/// The drives that A, B and C are, with their axes in W. Where the orientation is corrected as well, those of a head serve the task.
+fn of_machine(machine: &Machine, placement: &Placement, target: Target) -> Vec<(RotaryDrive, RotaryAxis)> {
+    let rotary = machine.rotary_drives();
+    let workpiece = rotary.carrier.compose(&placement.pose());
+    let tip = rotary.platform.transform(machine.tool_tip);
+    let told = rotary.drives.into_iter().filter(|drive| drive.carries || target != Target::FullPose);
+    told.map(|drive| {
+        let about = workpiece.rotation.tr_mul(&drive.about);
+        let through = match drive.carries {
+            true => workpiece.inverse().transform(drive.through),
+            false => workpiece.rotation.tr_mul(&(drive.through - tip)),
+        };
+        let turns = if drive.carries { Turned::Workpiece } else { Turned::Tool };
+        let axis = RotaryAxis { letter: drive.letter, about, turns, through_mm: Some(through) };
+        (drive, axis)
+    })
+    .collect()
+}
+
+/// Axes of one kind must follow one another as the drives do.
+fn check_order(
+    given: &[(usize, RotaryAxis)],
+    own: &[(RotaryDrive, RotaryAxis)],
+    machine: &Machine,
+    check: &Check,
+) -> Result<()> {
+    let place = |letter: char| given.iter().position(|(_, axis)| axis.letter == letter);
+    for (k, (_, outer)) in own.iter().enumerate() {
+        for (_, inner) in own[..k].iter().filter(|(_, inner)| inner.turns == outer.turns) {
+            if let (Some(inner_at), Some(outer_at)) = (place(inner.letter), place(outer.letter))
+                && inner_at > outer_at
+            {
+                return check.key("rotary").item(given[outer_at].0).key("letter").fail(format!(
+                    "{} before {}: in machine {} drive {} carries drive {}; expected them from its base outwards",
+                    outer.letter, inner.letter, machine.name, inner.letter, outer.letter
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn check_same(
+    given: &RotaryAxis,
+    own: &RotaryAxis,
+    drive: &RotaryDrive,
+    machine: &Machine,
+    check: &Check,
+) -> Result<()> {
+    let (name, label) = (&machine.name, &drive.label);
+    if given.turns != own.turns {
+        let what = if drive.carries { "workpiece" } else { "tool" };
+        let problem = format!("drive {label} of machine {name} turns the {what}: expected \"{what}\"");
+        return check.key("turns").fail(problem);
+    }
+    let shown = |v: Vector3<f64>| v.map(|x| (x * 1e6).round() / 1e6 + 0.0);
+    if (given.about - own.about).norm() > SAME_DIRECTION {
+        let [x, y, z]: [f64; 3] = shown(own.about).into();
+        let problem =
+            format!("drive {label} of machine {name} turns about ({x}, {y}, {z}) of W: expected that direction");
+        return check.key("about").fail(problem);
+    }
+    let Some((through, at)) = given.through_mm.zip(own.through_mm) else { return Ok(()) };
+    let beside = (through - at).cross(&own.about).norm();
+    if beside > SAME_PLACE_MM {
+        let nearest = at + own.about * own.about.dot(&(through - at));
+        let [x, y, z]: [f64; 3] = shown(nearest).into();
+        let from = if drive.carries { "in W" } else { "from the tip of the tool" };
+        let problem = format!(
+            "lies {beside:.3} mm beside the axis of drive {label} of machine {name}, which passes ({x}, {y}, {z}) mm {from}: expected a point \
+             of that axis, or none"
+        );
+        return check.key("through_mm").fail(problem);
+    }
+    Ok(())
+}
