@@ -194,7 +194,9 @@ fn measure(points: &mut [PathPoint]) {
         let here = points[k].position_mm;
         let step = points.get(k + 1).map_or_else(Vector3::zeros, |next| next.position_mm - here);
         let departure = if k + 1 < points.len() { direction(step) } else { last_departure };
-        let is_corner = arrival.cross(&departure).norm().atan2(arrival.dot(&departure)) > CORNER_RAD;
+        // Without arrival there is no corner: of a zero vector the angle below may be −0 and half a turn.
+        let is_corner = arrival != Vector3::zeros()
+            && arrival.cross(&departure).norm().atan2(arrival.dot(&departure)) > CORNER_RAD;
         points[k].tangent = if is_corner { arrival } else { direction(arrival + departure) };
         points[k].arc_length_mm = length;
         length += step.norm();
@@ -229,6 +231,18 @@ mod tests {
         let load = points[1].load.unwrap();
         assert_eq!(load.force_N, Vector3::new(10.0, 11.0, 12.0));
         assert_eq!(load.moment_Nmm, Vector3::new(13.0, 14.0, 15.0));
+    }
+
+    #[test]
+    fn a_path_begins_along_its_first_move_whichever_way_that_leads() {
+        for (x, y, z) in [(-1.0, -1.0, -1.0), (-1.0, -0.1, -0.0), (1.0, 0.0, -1.0), (-0.5, 2.0, 0.0)] {
+            let along = Vector3::new(x, y, z);
+            let end = along * 2.0 + Vector3::new(0.0, 0.05, 0.05);
+            let rows = [Vector3::zeros(), along, end].map(|row| format!("{:?},{:?},{:?}\n", row.x, row.y, row.z)).concat();
+            let polyline = Polyline::read(&format!("x_mm,y_mm,z_mm\n{rows}"), "path.csv").unwrap();
+            let first = polyline.toolpath().points()[0].tangent;
+            assert!((first - along.normalize()).norm() < 1e-12, "{along} {first}");
+        }
     }
 
     #[test]
