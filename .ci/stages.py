@@ -31,6 +31,8 @@ ROOT = Path(__file__).resolve().parents[1]
 TARGET = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve()
 STATE = TARGET / "ci"
 LOG = ".ci/full.log"
+# Where draws that failed are kept, by a run that finds them: a run is of the same tree before and after.
+KEPT = "tests/proptest-regressions"
 # .ci/full was run at most as many commits ago.
 MOST_COMMITS = 150
 # Lines that the log keeps.
@@ -249,13 +251,13 @@ def git(*arguments, env=None):
 
 
 def tree_of(commit=None):
-    """The hash of the tree of `commit`, or of the files there are, but for the log."""
+    """The hash of the tree of `commit`, or of the files there are, but for the log and the draws that are kept."""
     with tempfile.TemporaryDirectory() as folder:
         env = os.environ | {"GIT_INDEX_FILE": f"{folder}/index"}
         git("read-tree", commit or "HEAD", env=env)
         if commit is None:
             git("add", "--all", env=env)
-        git("rm", "--cached", "--force", "--quiet", "--ignore-unmatch", LOG, env=env)
+        git("rm", "--cached", "--force", "--quiet", "--ignore-unmatch", "-r", LOG, KEPT, env=env)
         return git("write-tree", env=env)
 
 

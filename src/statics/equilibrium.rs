@@ -9,6 +9,7 @@ use super::{
     full_system,
     iteration::{Iteration, Verdict},
     platform::{self, Square, SquareTask},
+    rigid_directions::RigidDirections,
     state::{FreeAtHome, State, Workspace},
     stiffness::{largest_compliance, smallest_eigenvalue},
     task::TaskError,
@@ -475,7 +476,7 @@ impl<'a> Newton<'a> {
                     return Softest::of_stiffness(&matrix, reach, is_stable);
                 }
                 let compliance = single(platform::compliance(rigid, tangent)).map(|rows| platform::matrix(&rows));
-                Softest::of_compliance(compliance.as_ref(), reach, is_stable, rigid.slack_compliance())
+                Softest::of_compliance(compliance.as_ref(), reach, is_stable, rigid)
             }
             None => {
                 self.linearise(state);
@@ -483,7 +484,7 @@ impl<'a> Newton<'a> {
                 let Workspace { chains, rigid, .. } = &mut *self.workspace;
                 let full = full_system::tangent(&self.machine.chains, chains, &weight);
                 let (compliance, is_stable) = (full.compliance.as_ref(), full.status == Status::Solved);
-                let softest = Softest::of_compliance(compliance, reach, is_stable, rigid.slack_compliance());
+                let softest = Softest::of_compliance(compliance, reach, is_stable, rigid);
                 Softest { has_idle_motion: full.has_idle_motion, ..softest }
             }
         }
@@ -667,8 +668,8 @@ impl<'a> Newton<'a> {
                 let full = full_system::tangent(&self.machine.chains, &self.workspace.chains, &weight);
                 outcome.status = full.status;
                 self.has_idle_motion = full.has_idle_motion;
-                let slack = self.workspace.rigid.slack_compliance();
-                if full.compliance.is_some_and(|compliance| is_free(&compliance, reach, slack)) {
+                let rigid = &self.workspace.rigid;
+                if full.compliance.is_some_and(|compliance| is_free(&compliance, reach, rigid)) {
                     outcome.status = Status::Singular;
                     return outcome;
                 }
@@ -736,15 +737,15 @@ impl Softest {
         Self { value, largest, stiffness, is_stable, has_idle_motion: false }
     }
 
-    /// Of a platform with `compliance`; a free one has none. `slack` is a compliance such as drives have, mm/N.
-    fn of_compliance(compliance: Option<&Matrix6<f64>>, reach: f64, is_stable: bool, slack: f64) -> Self {
+    /// Of a platform with `compliance`; a free one has none. A slack yields as drives do.
+    fn of_compliance(compliance: Option<&Matrix6<f64>>, reach: f64, is_stable: bool, rigid: &RigidDirections) -> Self {
         let (mut value, mut largest, mut stiffness) = (0.0, 1.0, None);
         if let Some(compliance) = compliance.and_then(|compliance| at_reach(compliance, 1.0 / reach)) {
             let values = compliance.symmetric_eigenvalues();
             let (least, most) = (values.min(), values.max());
-            let is_rigid = least <= RIGID * most;
+            let is_rigid = least <= rigid.nearly_rigid().max(RIGID * most);
             value = if most > 0.0 { 1.0 / most } else { f64::MAX };
-            largest = 1.0 / if is_rigid { slack } else { least };
+            largest = 1.0 / if is_rigid { rigid.slack_compliance() } else { least };
             stiffness = if is_rigid { None } else { compliance.try_inverse() };
         }
         Self { value, largest, stiffness, is_stable, has_idle_motion: false }
@@ -778,12 +779,12 @@ fn at_reach(stiffness: &Matrix6<f64>, reach: f64) -> Option<Matrix6<f64>> {
     scaled.iter().all(|entry| entry.is_finite()).then_some(scaled)
 }
 
-/// Whether a compliance is that of a platform which only rounding holds in some direction; `slack` is a compliance such as
-/// drives have, mm/N.
-fn is_free(compliance: &Matrix6<f64>, reach: f64, slack: f64) -> bool {
+/// Whether a compliance is that of a platform which only rounding holds in some direction; a slack yields as drives do.
+fn is_free(compliance: &Matrix6<f64>, reach: f64, rigid: &RigidDirections) -> bool {
     at_reach(compliance, 1.0 / reach).is_some_and(|compliance| {
         let values = compliance.symmetric_eigenvalues().abs();
-        let stiffest = if values.min() <= RIGID * values.max() { slack } else { values.min() };
+        let is_rigid = values.min() <= rigid.nearly_rigid().max(RIGID * values.max());
+        let stiffest = if is_rigid { rigid.slack_compliance() } else { values.min() };
         stiffest <= FREE * values.max()
     })
 }

@@ -1,12 +1,12 @@
 //! The same linear system without condensation: for chains that are not elastic in six directions (a serial arm with few
 //! springs, rigid legs), have idle joints, or have buckled. Slower; pivots by a factorisation that shows the rank.
 
-use nalgebra::{DMatrix, DVector, Matrix6, Matrix6xX, Vector6};
+use nalgebra::{DMatrix, DVector, Dyn, Matrix6, Matrix6xX, SymmetricEigen, Vector6};
 
 use super::{adjoint::Adjoint, chain_system::ChainSystem, equilibrium::Status};
 use crate::{
     machine::Chain,
-    spatial::{RankRevealing, rank, skew},
+    spatial::{RankRevealing, skew},
 };
 
 /// A pivot or eigenvalue below this fraction of the largest, after equilibration, is zero.
@@ -75,9 +75,9 @@ impl FullSystem {
         Some(solution)
     }
 
-    /// Stability from the inertia of the symmetric part: stable if the negative eigenvalues are those of the closure
-    /// equations alone. A chain that has more of them when held at its end buckles. Also whether something moves without
-    /// resistance, if only within a chain.
+    /// Stability from the inertia of the symmetric part: stable if it has as many positive eigenvalues as there are motions that meet
+    /// resistance. A chain that has fewer of them when held at its end buckles. Also whether something moves without resistance, if only
+    /// within a chain.
     fn status(&self, chains: &[ChainSystem]) -> (Status, bool) {
         if !self.is_finite() {
             return (Status::Singular, false);
@@ -93,15 +93,14 @@ impl FullSystem {
             })
         };
         let is_idle = moves_freely(&|row| !closures.contains(&row));
-        let status =
-            if negative_count(&eigen.eigenvalues, zero) > rank(&symmetric.select_rows(&closures), RANK_TOLERANCE) {
-                let buckled = (0..chains.len()).find(|&chain| self.buckles(chains, chain));
-                buckled.map_or(Status::Unstable, |chain| Status::Buckled { chain })
-            } else if moves_freely(&|row| row >= self.platform()) {
-                Status::Singular
-            } else {
-                Status::Solved
-            };
+        let status = if is_unstable(&eigen, &closures) {
+            let buckled = (0..chains.len()).find(|&chain| self.buckles(chains, chain));
+            buckled.map_or(Status::Unstable, |chain| Status::Buckled { chain })
+        } else if moves_freely(&|row| row >= self.platform()) {
+            Status::Singular
+        } else {
+            Status::Solved
+        };
         (status, is_idle)
     }
 
@@ -115,14 +114,25 @@ impl FullSystem {
         let (start, size) = (self.first[chain], chains[chain].unknown_count());
         let own = self.matrix.view((start, start), (size, size)).into_owned();
         let closures: Vec<usize> = self.closure_rows(chains, chain).iter().map(|row| row - start).collect();
-        let eigenvalues = own.symmetric_eigenvalues();
-        negative_count(&eigenvalues, RANK_TOLERANCE * eigenvalues.amax())
-            > rank(&own.select_rows(&closures), RANK_TOLERANCE)
+        is_unstable(&((&own + own.transpose()) * 0.5).symmetric_eigen(), &closures)
     }
 }
 
-fn negative_count(eigenvalues: &DVector<f64>, zero: f64) -> usize {
-    eigenvalues.iter().filter(|&&value| value < -zero).count()
+/// Whether fewer eigenvalues are positive than there are motions with resistance. Negative ones would not tell: of those that belong to
+/// closure equations, some are all but zero where links that hardly yield hold one another.
+fn is_unstable(eigen: &SymmetricEigen<f64, Dyn>, closures: &[usize]) -> bool {
+    let zero = RANK_TOLERANCE * eigen.eigenvalues.amax();
+    let motions: Vec<usize> = (0..eigen.eigenvalues.len()).filter(|row| !closures.contains(row)).collect();
+    let positive = eigen.eigenvalues.iter().filter(|&&value| value > zero).count();
+    let none: Vec<usize> =
+        eigen.eigenvalues.iter().enumerate().filter(|(_, value)| value.abs() <= zero).map(|(k, _)| k).collect();
+    if none.is_empty() {
+        return motions.len() > positive;
+    }
+    // Motions without resistance, and what closures carry against one another: each is all of one kind or of the other.
+    let moved = eigen.eigenvectors.select_rows(&motions).select_columns(&none);
+    let shares = (moved.transpose() * &moved).symmetric_eigenvalues();
+    motions.len() > positive + shares.iter().filter(|&&share| share > 0.5).count()
 }
 
 /// Symmetric scaling that brings the largest entry of each row near 1 (Ruiz's iteration).

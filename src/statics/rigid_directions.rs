@@ -21,6 +21,9 @@ use crate::lanes::{Real, clear, pairs, solve, subtract};
 const REGULAR: f64 = 1e-7;
 const DEPENDENT: f64 = 1e-10;
 
+/// A direction of the platform that yields less than this fraction of a slack says nothing of how soft others are.
+const NEARLY_RIGID: f64 = 1e-7;
+
 /// The slacks of all chains, and the platform's response to them.
 #[derive(Debug, Clone)]
 pub(super) struct RigidDirections<R = f64> {
@@ -62,6 +65,11 @@ impl<R: Real> RigidDirections<R> {
     /// Compliance s of the slack springs, mm/N.
     pub fn slack_compliance(&self) -> f64 {
         1.0 / self.unit
+    }
+
+    /// Compliance of a platform below which a direction is nearly rigid, mm/N; 0 where no chain has slack springs.
+    pub fn nearly_rigid(&self) -> f64 {
+        if self.is_empty() { 0.0 } else { NEARLY_RIGID / self.unit }
     }
 
     pub fn is_empty(&self) -> bool {

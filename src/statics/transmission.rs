@@ -1,7 +1,7 @@
-//! A chain of rigid links, seen through the wrenches that it transmits.
+//! A chain of rigid or nearly rigid links, seen through the wrenches that it transmits.
 //!
-//! Where springs alone do not let a chain's end move in six directions, the chain has no compliance to invert. Its `p`
-//! free joints leave `6 − p` wrenches that it transmits. An orthogonal transformation `Qᵀ` of the closure equations makes
+//! Where springs alone do not let a chain's end move in six directions, the chain has no compliance to invert; where links hold
+//! some of them a great deal stiffer than the drives, its stiffness has no digits left for the others. Its `p` free joints leave `6 − p` wrenches that it transmits. An orthogonal transformation `Qᵀ` of the closure equations makes
 //! `J_q` triangular: the first `p` of them give dq, the others, which are those wrenches' f, hold no dq any more:
 //!
 //! ```text
@@ -18,6 +18,8 @@
 //! where it is elastic ([`Transmission::settle`]) or else on the platform ([`super::rigid_directions`]), leaves no trace of
 //! s; up to there all pivots are regular.
 
+use nalgebra::Matrix6;
+
 use super::bordered::Bordered;
 use crate::{
     lanes::{Real, clear, copy, pairs, subtract},
@@ -31,6 +33,8 @@ const INDEPENDENT: f64 = 1e-6;
 const IDLE: f64 = 1e-9;
 /// A slack whose chain takes back less than this fraction of it is rigid.
 const RIGID: f64 = 1e-9;
+/// A link that yields less than this fraction of the slack in some direction leaves too few digits to what is softer.
+const NEARLY_RIGID: f64 = 1e-5;
 
 /// What makes the quantities of a machine's chains comparable.
 #[derive(Debug, Clone, Copy)]
@@ -50,6 +54,13 @@ impl Scale {
         });
         let softest = compliances.fold(0.0, f64::max);
         Self { reach, slack: if softest > 0.0 { 0.1 * softest } else { 1e-6 } }
+    }
+
+    /// Whether a link of this stiffness is nearly rigid in some direction.
+    fn is_nearly_rigid(&self, stiffness: &Matrix6<f64>) -> bool {
+        let lever = |i: usize| if i < 3 { 1.0 } else { self.reach };
+        let at_reach = Matrix6::from_fn(|i, j| stiffness[(i, j)] / (lever(i) * lever(j)));
+        at_reach.symmetric_eigenvalues().max() * self.slack * NEARLY_RIGID > 1.0
     }
 }
 
@@ -90,7 +101,8 @@ pub(super) struct Transmission<R> {
 
 impl<R: Real> Transmission<R> {
     /// Of a route of `chain` that moves its coordinates `own`, with `extra` columns of drives and turn, which have forces in
-    /// passive joints or not. `None` for routes with an elastic link, whose ends move in six directions by it.
+    /// passive joints or not. `None` for routes with an elastic link, whose ends move in six directions by it, each by about as much as
+    /// by drives.
     pub fn new(
         chain: &Chain,
         route: &Route,
@@ -99,8 +111,11 @@ impl<R: Real> Transmission<R> {
         has_extra_forces: bool,
         scale: Scale,
     ) -> Option<Self> {
-        let has_link = |spring: &Spring| matches!(spring.law, SpringLaw::Link(_)) && own.contains(&spring.start);
-        if chain.springs.iter().any(has_link) {
+        let is_elastic = |spring: &Spring| {
+            let SpringLaw::Link(stiffness) = &spring.law else { return false };
+            own.contains(&spring.start) && !scale.is_nearly_rigid(stiffness)
+        };
+        if chain.springs.iter().any(is_elastic) {
             return None;
         }
         let virtual_count = own.iter().filter(|&&coordinate| coordinate < chain.virtual_count).count();

@@ -62,6 +62,7 @@ mod machine_files;
 mod machine_states;
 mod measured_robot;
 mod measurement_design;
+mod nearly_rigid;
 mod new_study;
 mod online;
 mod oriented_paths;

@@ -323,7 +323,10 @@ fn a_tip_is_put_right_where_a_head_cannot_turn_its_tool_every_way() {
         let row: Vec<String> = (0..6).map(|j| if j == k { format!("{stiffness:e}") } else { "0.0".into() }).collect();
         format!("[{}]", row.join(", "))
     });
-    let link = format!("  {{ link = {{ advance_mm = 0.0, stiffness_N_mm_rad = [{}] }} }},\n", rows.collect::<Vec<_>>().join(", "));
+    let link = format!(
+        "  {{ link = {{ advance_mm = 0.0, stiffness_N_mm_rad = [{}] }} }},\n",
+        rows.collect::<Vec<_>>().join(", ")
+    );
     let bends = rigid.replace("  { fixed", &(link + "  { fixed"));
     // Without a stiffness of the platform in every direction there is no Newton's method.
     for (file, method) in [(&rigid, Method::Direct), (&bends, Method::Direct), (&bends, Method::Newton)] {

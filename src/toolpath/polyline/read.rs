@@ -195,8 +195,8 @@ fn measure(points: &mut [PathPoint]) {
         let step = points.get(k + 1).map_or_else(Vector3::zeros, |next| next.position_mm - here);
         let departure = if k + 1 < points.len() { direction(step) } else { last_departure };
         // Without arrival there is no corner: of a zero vector the angle below may be −0 and half a turn.
-        let is_corner = arrival != Vector3::zeros()
-            && arrival.cross(&departure).norm().atan2(arrival.dot(&departure)) > CORNER_RAD;
+        let is_corner =
+            arrival != Vector3::zeros() && arrival.cross(&departure).norm().atan2(arrival.dot(&departure)) > CORNER_RAD;
         points[k].tangent = if is_corner { arrival } else { direction(arrival + departure) };
         points[k].arc_length_mm = length;
         length += step.norm();
@@ -238,7 +238,8 @@ mod tests {
         for (x, y, z) in [(-1.0, -1.0, -1.0), (-1.0, -0.1, -0.0), (1.0, 0.0, -1.0), (-0.5, 2.0, 0.0)] {
             let along = Vector3::new(x, y, z);
             let end = along * 2.0 + Vector3::new(0.0, 0.05, 0.05);
-            let rows = [Vector3::zeros(), along, end].map(|row| format!("{:?},{:?},{:?}\n", row.x, row.y, row.z)).concat();
+            let rows =
+                [Vector3::zeros(), along, end].map(|row| format!("{:?},{:?},{:?}\n", row.x, row.y, row.z)).concat();
             let polyline = Polyline::read(&format!("x_mm,y_mm,z_mm\n{rows}"), "path.csv").unwrap();
             let first = polyline.toolpath().points()[0].tangent;
             assert!((first - along.normalize()).norm() < 1e-12, "{along} {first}");

@@ -1,0 +1,138 @@
+//! Links that hardly yield stand where rigid ones do.
+
+use kinetostat::{
+    compensation::{Demand, Method, Session, Target, compensate},
+    machine::{Machine, catalogue},
+    spatial::Wrench,
+    statics::{State, Status, Workspace, equilibrium},
+    study::settings,
+};
+use nalgebra::Vector3;
+
+use crate::support::engine::{EXACT, machine_from, position_in_box};
+
+/// Stiffness of a link in files, and the lever at which a force bends it as far as it draws it out, mm.
+#[derive(Clone, Copy)]
+struct Link {
+    newtons_per_mm: f64,
+    lever_mm: f64,
+}
+
+impl Link {
+    fn matrix(self) -> String {
+        // Files have no larger numbers.
+        let turned = (self.lever_mm * self.lever_mm * self.newtons_per_mm).min(1e18);
+        let entry = |i: usize| if i < 3 { self.newtons_per_mm } else { turned };
+        let row = |i: usize| format!("{:?}", std::array::from_fn::<f64, 6, _>(|j| if i == j { entry(i) } else { 0.0 }));
+        (0..6).map(row).collect::<Vec<_>>().join(", ")
+    }
+}
+
+/// A built-in machine whose beams have this stiffness, and another such link behind each drive; `None`: declared rigid.
+fn with_links(text: &str, stiffness: Option<Link>) -> String {
+    let number = |line: &str, key: &str| -> Option<f64> {
+        let behind = &line[line.find(key)? + key.len()..];
+        behind[..behind.find([',', ' ', '}'])?].parse().ok()
+    };
+    let link = |advance: f64| match stiffness {
+        Some(stiffness) => {
+            format!("  {{ link = {{ advance_mm = {advance:?}, stiffness_N_mm_rad = [{}] }} }},", stiffness.matrix())
+        }
+        None => format!("  {{ fixed = {{ translation_mm = [{advance:?}, 0.0, 0.0] }} }},"),
+    };
+    let mut lines = Vec::new();
+    for line in text.lines() {
+        if line.contains("beam = {") {
+            let advance = number(line, "advance_mm = ").or_else(|| number(line, "length_mm = "));
+            lines.push(link(advance.unwrap()));
+            continue;
+        }
+        lines.push(line.to_string());
+        if line.contains("_drive = {") {
+            lines.push(link(0.0));
+        }
+    }
+    // What is said of the beams that are gone is said of nothing.
+    let text = lines.join("\n");
+    let head = text.find("[[provenance]]").unwrap_or(0);
+    let end = text.find("[platform]").unwrap_or(0);
+    format!("{}{}", &text[..head.min(end)], &text[end..])
+}
+
+/// How the machine settles, where its tip is, mm, and its softest stiffness, N/mm.
+fn tip(machine: &Machine, position: Vector3<f64>, force: Vector3<f64>) -> (Status, Vector3<f64>, f64) {
+    let at = machine.command(position).unwrap_or_else(|e| panic!("{}: {e}", machine.name));
+    let mut state = State::rigid(machine, &at);
+    let moment = (at.pose.rotation * machine.tool_tip).cross(&force);
+    let load = Wrench { force, moment };
+    let outcome = equilibrium(machine, &at.drives, &load, &mut state, &mut Workspace::new(machine), &EXACT);
+    let softest = outcome.softest(machine.reach).unwrap_or(f64::NAN);
+    (outcome.status, state.pose.transform(machine.tool_tip), softest)
+}
+
+#[test]
+fn links_that_hardly_yield_stand_where_rigid_ones_do() {
+    for entry in catalogue::ENTRIES {
+        let rigid = machine_from(&with_links(entry.toml, None));
+        for share in [[0.5, 0.5, 0.5], [0.3, 0.6, 0.4]] {
+            let position = position_in_box(&rigid, 0.2, 0.8, share);
+            let force = Vector3::new(300.0, -200.0, 250.0);
+            let (status, expected, soft) = tip(&rigid, position, force);
+            assert_eq!(status, Status::Solved, "{}, rigid", entry.name);
+            let off = |newtons_per_mm: f64, lever_mm: f64| {
+                let machine = machine_from(&with_links(entry.toml, Some(Link { newtons_per_mm, lever_mm })));
+                let (status, found, softest) = tip(&machine, position, force);
+                assert_eq!(status, Status::Solved, "{}, {newtons_per_mm:e} N/mm", entry.name);
+                assert!((softest / soft - 1.0).abs() < 1e-3, "{}, {newtons_per_mm:e}: {softest} {soft}", entry.name);
+                found - expected
+            };
+            for power in 11..=15 {
+                let off = off(10f64.powi(power), 1000.0).norm();
+                assert!(off < 1e-6, "{}, 1e{power} N/mm: {off} mm", entry.name);
+            }
+            // What they do yield is a tenth where they are ten times as stiff.
+            let (more, less) = (off(1e11, 100.0), off(1e12, 100.0));
+            assert!((more - 10.0 * less).norm() < 1e-3 * more.norm(), "{}: {more} {less}", entry.name);
+        }
+    }
+}
+
+/// One joint, and a link of 1e13 N/mm.
+#[test]
+fn an_arm_of_one_nearly_rigid_link_is_not_singular() {
+    let file = |link: &str| {
+        format!(
+            "schema = 1\nname = \"lk\"\ntitle = \"lk\"\n[platform]\ntool_tip_mm = [0.0, 0.0, -100.0]\ncontrols = [\"rotation_z\"]\n\
+             [home]\nposition_mm = [400.0, 0.0, 0.0]\nrotation_deg = [0.0, 0.0, 0.0]\n\
+             [workspace]\nmin_mm = [350.0, -50.0, -50.0]\nmax_mm = [450.0, 50.0, 50.0]\n\
+             [[chain]]\nname = \"c\"\nelements = [\n\
+             {{ revolute_drive = {{ name = \"A\", axis = \"z\", stiffness_Nmm_per_rad = 20000000.0, home_deg = 0.0 }} }},\n{link}\n]\n\
+             [[mount]]\nname = \"m\"\nchain = \"c\"\n"
+        )
+    };
+    let matrix = Link { newtons_per_mm: 1e13, lever_mm: 100.0 }.matrix();
+    let nearly =
+        machine_from(&file(&format!("{{ link = {{ advance_mm = 400.0, stiffness_N_mm_rad = [{matrix}] }} }}")));
+    let rigid = machine_from(&file("{ fixed = { translation_mm = [400.0, 0.0, 0.0] } }"));
+    let [(status, nearly, command), (_, rigid, rigid_command)] = [&nearly, &rigid].map(|machine| {
+        let mut state = State::rigid(machine, &machine.home);
+        let load = Wrench { force: Vector3::new(10.0, 50.0, -20.0), moment: Vector3::zeros() };
+        let drives = &machine.home.drives;
+        let outcome = equilibrium(machine, drives, &load, &mut state, &mut Workspace::new(machine), &EXACT);
+        let mut session = Session::new(machine, machine, settings());
+        let pose = machine.home.pose;
+        let demand = Demand { pose, load, target: Target::FullPose, wanted: None, external: None };
+        let corrected = compensate(&mut session, &demand, Method::Direct);
+        (outcome.status, state.pose.transform(machine.tool_tip), corrected)
+    });
+    assert_eq!(status, Status::Solved);
+    // A place is not called singular because a link is much stiffer than the drive.
+    assert_eq!(command.status.label(), rigid_command.status.label());
+    assert!(
+        (command.drives[0] - rigid_command.drives[0]).abs() < 1e-9,
+        "{:?} {:?}",
+        command.drives,
+        rigid_command.drives
+    );
+    assert!((nearly - rigid).norm() < 1e-6, "{nearly} {rigid}");
+}
