@@ -242,13 +242,24 @@ class Page:
         found = other.locator(".chosen h4").first
         self.expect(found.count() and found.text_content() == heading, "the address leads to another point")
         other.close()
-        step = view.get_attribute("data-step-ms")
-        self.expect(step is None or float(step) < step_ms, f"a slice takes {step} ms")
         chosen.get_by_role("button", name="Close the point").click()
         self.settle()
         space = view.locator(".chart.space .plot canvas, .chart.space .plot .nsewdrag").first
         if space.count():
             self.check_space(view)
+        self.check_steps(view, step_ms)
+
+    def check_steps(self, view, step_ms):
+        """The next slice comes soon; of a machine that is busy with something else the least of three times tells."""
+        times = [view.get_attribute("data-step-ms")]
+        slider = view.locator("input[type=range]").first
+        for key in ["ArrowLeft", "ArrowRight"]:
+            if times[0] is None or min(map(float, times)) < step_ms:
+                return
+            slider.press(key)
+            self.settle()
+            times.append(view.get_attribute("data-step-ms"))
+        self.expect(min(map(float, times)) < step_ms, f"a slice takes {' and '.join(times)} ms")
 
     def check_bent(self, view, chosen):
         """A page of a map with the engine draws the machine bent at the place, moved as far as the table says."""

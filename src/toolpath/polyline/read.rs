@@ -240,7 +240,7 @@ mod tests {
             let end = along * 2.0 + Vector3::new(0.0, 0.05, 0.05);
             let rows =
                 [Vector3::zeros(), along, end].map(|row| format!("{:?},{:?},{:?}\n", row.x, row.y, row.z)).concat();
-            let polyline = Polyline::read(&format!("x_mm,y_mm,z_mm\n{rows}"), "path.csv").unwrap();
+            let polyline = Polyline::read(format!("x_mm,y_mm,z_mm\n{rows}"), "path.csv").unwrap();
             let first = polyline.toolpath().points()[0].tangent;
             assert!((first - along.normalize()).norm() < 1e-12, "{along} {first}");
         }
