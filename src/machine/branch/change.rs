@@ -12,6 +12,7 @@ const TURNED_BACK: f64 = 0.75;
 /// The same where no way led there: a wrist at its straight position swings by half a turn.
 const SWUNG: f64 = 0.25;
 /// Configurations whose hinges and slides differ by less than this share of a full turn, and of the reach, are the same.
+#[cfg(feature = "study")]
 const BESIDE: f64 = 1e-3;
 
 /// Why a machine cannot be led from one configuration to the next along a path.
@@ -71,6 +72,7 @@ impl Machine {
 
     /// Whether a hinge that stood as in `from` (drive positions, mm or rad) has been turned back within its travel in `to`, though both
     /// are the same place or beside one another.
+    #[cfg(feature = "study")]
     pub(crate) fn turned_back(&self, from: &[f64], to: &[f64]) -> Option<PostureChange> {
         self.may_change_posture().then(|| self.jump(from, to, TURNED_BACK)).flatten()
     }
@@ -97,6 +99,7 @@ impl Machine {
     }
 
     /// Whether all drives stand at the same place, but for what a search leaves.
+    #[cfg(feature = "study")]
     pub(crate) fn is_beside(&self, a: &Configuration, b: &Configuration) -> bool {
         let values = a.drives.iter().zip(&b.drives);
         self.full_turns().zip(values).all(|(turn, (a, b))| (a - b).abs() <= BESIDE * turn.unwrap_or(self.reach))
