@@ -1,17 +1,25 @@
-//! `kinetostat identify` and `kinetostat design-measurements`: studies of measurements, by what a person asks of them.
+//! `kinetostat identify`, `kinetostat predict` and `kinetostat design-measurements`: studies of measurements, by what a person asks of them.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use kinetostat::{
-    input::error::{Error, Result},
-    study::{Overrides, Study, StudyKind},
+    input::{
+        Folder,
+        error::{Error, Result},
+    },
+    report::{OutputFile, exchange::csv, prepare_beside, write_beside},
+    study::{
+        Overrides, Study, StudyKind,
+        identification::{self, WhatFor, report::predicted},
+    },
+    work::Work,
 };
 
 use super::{
-    Ending,
+    Ending, print,
     results::{Computing, Writing, in_options},
-    run,
+    run, say,
 };
 
 #[derive(Debug, Args)]
@@ -42,6 +50,26 @@ pub struct IdentifyArguments {
     one: OneStudy,
 }
 
+/// Predict readings at poses that an identification has not seen, each with its 95 % interval
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  kinetostat predict mine --poses others.csv
+  kinetostat predict mine --poses others.csv --out predicted.csv
+
+The file of poses has the columns of the study's measurements: readings in it are predicted and set beside, and displacements of the
+tool tip are where a row has none. The interval holds what is known of the numbers, what the model leaves, and the noise of the reading.")]
+pub struct PredictArguments {
+    /// Study folder (with a study.toml) of an identification, or study file
+    study: PathBuf,
+    /// CSV file of poses and loads, with or without readings
+    #[arg(long)]
+    poses: PathBuf,
+    /// CSV file for the answer [default: standard output]
+    #[arg(long)]
+    out: Option<PathBuf>,
+}
+
 /// Choose the next measurements: poses and loads that tell most of a machine's numbers, and a sheet to fill in
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -61,6 +89,49 @@ pub fn identify(arguments: &IdentifyArguments) -> Result<Ending> {
     run_if(&arguments.one, is_one, "[identification]")
 }
 
+pub fn predict(arguments: &PredictArguments) -> Result<Ending> {
+    if let Some(out) = &arguments.out {
+        prepare_beside(out)?;
+    }
+    let opened = Study::open(&arguments.study, &Overrides::default()).map_err(in_options)?;
+    let StudyKind::Identification(study, ()) = &opened.kind else {
+        return Err(other_kind(&arguments.study, "[identification]"));
+    };
+    let file = arguments.poses.display().to_string();
+    let bytes = Folder::from(PathBuf::new()).bytes(&file)?;
+    let poses = identification::read(&bytes, &file, &study.machine, WhatFor::Predictions)?;
+    let found = match identification::run(study, &Work::default())? {
+        Ok(found) if found.fit.is_found => found,
+        Ok(_) => return Ok(refused("the search for the numbers did not end")),
+        Err(failure) => return Ok(refused(&failure.reason)),
+    };
+    let answers = identification::predict(study, &found, &poses)?;
+    let table = predicted::table(&poses, &answers);
+    let written = csv(&table).map_err(|fault| Error::Write { file: "the answer".into(), source: fault.into() })?;
+    match &arguments.out {
+        None => print(&String::from_utf8_lossy(&written))?,
+        Some(out) => {
+            let name = prepare_beside(out)?;
+            write_beside(out, vec![OutputFile::new(name, written)])?;
+        }
+    }
+    let said = predicted::said(study, &found, &answers);
+    if !said.is_empty() {
+        say(&said);
+    }
+    Ok(if answers.iter().all(std::result::Result::is_ok) { Ending::Complete } else { Ending::SomeUnsolved })
+}
+
+fn refused(reason: &str) -> Ending {
+    say(&format!("Nothing is predicted: {}.", reason.trim_end_matches('.')));
+    Ending::SomeUnsolved
+}
+
+fn other_kind(study: &Path, table: &str) -> Error {
+    let problem = format!("is a study of another kind: expected one with {table}; kinetostat run computes any");
+    Error::Argument { argument: study.display().to_string(), problem }
+}
+
 pub fn design(arguments: &DesignArguments) -> Result<Ending> {
     let is_one = |kind: &StudyKind| matches!(kind, StudyKind::MeasurementDesign(..));
     run_if(&arguments.one, is_one, "[measurement_design]")
@@ -70,8 +141,7 @@ fn run_if(one: &OneStudy, is_one: impl Fn(&StudyKind) -> bool, table: &str) -> R
     one.computing.reporting.start_log()?;
     let study = Study::open(&one.study, &Overrides::default()).map_err(in_options)?;
     if !is_one(&study.kind) {
-        let problem = format!("is a study of another kind: expected one with {table}; kinetostat run computes any");
-        return Err(Error::Argument { argument: one.study.display().to_string(), problem });
+        return Err(other_kind(&one.study, table));
     }
     run::compute(&[study], one.out.as_ref(), (&one.writing, &one.computing))
 }

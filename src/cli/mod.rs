@@ -52,6 +52,7 @@ Examples:
   kinetostat report results/01_workspace_map /tmp/stiffer_feet --out comparison.html
   kinetostat explore orthoglide --path part.nc --process milling.toml
   kinetostat identify my_measurements --out found
+  kinetostat predict my_measurements --poses others.csv
   kinetostat design-measurements my_plan --out plan
   kinetostat export-correction --machine orthoglide --process milling.toml --out correction
   kinetostat export-realtime --machine orthoglide --out orthoglide_correction
@@ -67,6 +68,7 @@ enum Command {
     Run(run::RunArguments),
     Merge(merge::MergeArguments),
     Identify(measuring::IdentifyArguments),
+    Predict(measuring::PredictArguments),
     DesignMeasurements(measuring::DesignArguments),
     Point(point::PointArguments),
     Compensate(compensate::CompensateArguments),
@@ -123,6 +125,7 @@ pub fn dispatch(arguments: Arguments) -> Result<Ending> {
         Command::Run(arguments) => run::run(&arguments),
         Command::Merge(arguments) => merge::merge(&arguments),
         Command::Identify(arguments) => measuring::identify(&arguments),
+        Command::Predict(arguments) => measuring::predict(&arguments),
         Command::DesignMeasurements(arguments) => measuring::design(&arguments),
         Command::Point(arguments) => point::point(&arguments),
         Command::Compensate(arguments) => compensate::compensate(&arguments),

@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use super::{
     measurements::Measurement,
     model::{Predicted, predict, values_at},
+    quantile,
     spec::LossSpec,
     unknown::Unknown,
 };
@@ -78,8 +79,10 @@ pub struct Fit {
     pub covariance: DMatrix<f64>,
     /// Directions of coordinates that are not told at all, unit vectors.
     pub untold: Vec<DVector<f64>>,
-    /// By how much robust losses make the covariance larger than that of squares.
+    /// By how much robust losses, and what is left beyond the noise that was given, make the covariance larger than that of squares.
     pub inflation: f64,
+    /// Whether what is left is more than the noise that was given makes once in a hundred times.
+    pub is_beyond_noise: bool,
     /// Information `JᵀWJ` of the readings in standard deviations, with priors.
     pub information: DMatrix<f64>,
     /// Steps taken.
@@ -233,22 +236,32 @@ impl Search<'_> {
         // Covariances of M-estimators are those of squares, inflated.
         let plain = Search { loss: LossSpec::Squares, ..*self };
         let (information, _) = plain.normal(&predicted, &r, given, scale, &x);
-        let inflation = self.loss.inflation(&r, self.unknowns.len());
         let told = SymmetricEigen::new(information.clone());
         let most = told.eigenvalues.amax();
         let count = self.unknowns.len();
+        let is_told = |value: f64| value > RANK * most && value > 0.0;
+        let told_count = told.eigenvalues.iter().filter(|value| is_told(**value)).count();
+        let free = (values.len() + self.priors.len()).saturating_sub(told_count);
+        let of_priors: f64 = self.priors.iter().map(|&(k, at, std)| ((x[k] - at) / std).powi(2)).sum();
+        let squares: f64 = r.iter().zip(weights.iter()).map(|(r, weight)| weight * r * r).sum::<f64>() + of_priors;
+        let mean_square = squares / free.max(1) as f64;
+        let is_given = !self.noise.is_estimated;
+        // Robust losses take the spread of what is left into account by themselves.
+        let inflation = match self.loss {
+            LossSpec::Squares if is_given => mean_square.max(1.0),
+            loss => loss.inflation(&r, self.unknowns.len()),
+        };
         let (mut covariance, mut untold) = (DMatrix::zeros(count, count), Vec::new());
         for (value, vector) in told.eigenvalues.iter().zip(told.eigenvectors.column_iter()) {
-            match *value > RANK * most && *value > 0.0 {
+            match is_told(*value) {
                 true => covariance += vector * vector.transpose() * (inflation / value),
                 false => untold.push(vector.into_owned()),
             }
         }
-        let misfit =
-            (residuals.component_div(given).norm_squared() / (values.len() as f64 - count as f64).max(1.0)).sqrt();
         Fit {
             stds: given * if self.noise.is_estimated { scale } else { 1.0 },
-            scale: if self.noise.is_estimated { scale } else { misfit },
+            scale: if is_given { mean_square.sqrt() } else { scale },
+            is_beyond_noise: is_given && mean_square > quantile::most_by_chance(free),
             x,
             predicted,
             residuals,

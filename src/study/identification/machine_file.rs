@@ -2,8 +2,14 @@
 
 use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, Value, value};
 
-use super::{Found, IdentificationStudy, Identified};
-use crate::{machine::Machine, report::words::counted};
+use super::{
+    Found, IdentificationStudy, Identified,
+    validate::{left_share, rms_mm},
+};
+use crate::{
+    machine::Machine,
+    report::words::{counted, listed, millimetres, percent},
+};
 
 /// The file, and the parameters it has no place for: errors of chains, which belong to a process.
 pub(super) struct MachineFile {
@@ -51,7 +57,7 @@ pub(super) fn write(study: &IdentificationStudy, found: &Identified) -> MachineF
     }
     for own in &written {
         remove_provenance(&mut document, &own.unknown.name);
-        add_provenance(&mut document, study, own);
+        add_provenance(&mut document, study, found, own);
     }
     // Where the schema lies is true of the file that this one is made of.
     let text: String =
@@ -136,15 +142,55 @@ fn remove_provenance(document: &mut DocumentMut, name: &str) {
     }
 }
 
-fn add_provenance(document: &mut DocumentMut, study: &IdentificationStudy, own: &Found) {
+/// What the fit leaves, in words: against the noise that was given, or what was measured.
+fn misfit_words(study: &IdentificationStudy, found: &Identified) -> String {
+    let fit = &found.fit;
+    if !study.noise.is_estimated {
+        let widened = if fit.scale > 1.0 { ", and the interval is wider by it" } else { "" };
+        return format!("what is left is {:.2} times the noise that was given{widened}", fit.scale);
+    }
+    let left = rms_mm(fit.residuals.as_slice(), &study.measurements);
+    let left = left.map_or_else(|| "nothing".into(), |left| format!("{} RMS", millimetres(left, 4)));
+    let share = left_share(&fit.residuals, &study.measurements);
+    let share = share.map_or_else(String::new, |share| format!(", {} of what was measured", percent(share)));
+    format!("what is left is {left}{share}, and is in the interval")
+}
+
+/// What a file with some of the numbers that were fitted together costs, in a sentence; `None` where it has all or none.
+pub(super) fn mixed_words(study: &IdentificationStudy, found: &Identified) -> Option<String> {
+    let mixed = found.mixed.as_ref()?;
+    let names: Vec<&str> = mixed.kept.iter().map(|&k| &*study.unknowns[k].name).collect();
+    let (are, they) = if names.len() == 1 { ("is", "it is") } else { ("are", "they are") };
+    let kept = format!("{} {are} not identified, and {they} in the file as before", listed(&names));
+    let all = rms_mm(found.fit.residuals.as_slice(), &study.measurements);
+    Some(match (&mixed.left_mm, all) {
+        (Ok(Some(mixed)), Some(all)) => {
+            format!(
+                "{kept}: so the machine leaves {} RMS, with all numbers as fitted {}.",
+                millimetres(*mixed, 3),
+                millimetres(all, 3)
+            )
+        }
+        (Ok(_), _) => format!("{kept}, with which what was identified was not fitted."),
+        (Err(failure), _) => format!("{kept}: so the machine is not solved: {}.", failure.reason.trim_end_matches('.')),
+    })
+}
+
+fn add_provenance(document: &mut DocumentMut, study: &IdentificationStudy, found: &Identified, own: &Found) {
     let mut table = Table::new();
     let unit = own.unknown.unit;
     table["what"] = value(own.unknown.name.as_str());
     table["grade"] = value("identified");
     let measurements = counted(study.measurements.len(), "measurement");
-    table["source"] = value(
-        format!("Identified from {measurements} in {}; before: {:e} {unit}", study.data, own.unknown.start).trim_end(),
-    );
+    let before = format!("{:e} {unit}", own.unknown.start);
+    let mixed =
+        mixed_words(study, found).map_or_else(String::new, |words| format!("; {}", words.trim_end_matches('.')));
+    table["source"] = value(format!(
+        "Identified from {measurements} in {}; {}{mixed}; before: {}",
+        study.data,
+        misfit_words(study, found),
+        before.trim_end()
+    ));
     let mut names = toml_edit::Array::new();
     names.push(own.unknown.name.as_str());
     table["parameters"] = value(names);

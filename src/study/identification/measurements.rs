@@ -203,6 +203,8 @@ pub enum WhatFor {
     Readings,
     /// Poses and loads alone: readings have no effect.
     Places,
+    /// Poses and loads whose readings are predicted: a row may have some.
+    Predictions,
 }
 
 /// Reads the measurements of `machine` in `source`, called `file` in messages.
@@ -290,7 +292,11 @@ fn measurement(
         load: cells.load(FORCE, MOMENT)?,
         reference: cells.load(REFERENCE_FORCE, REFERENCE_MOMENT)?,
         marker: cells.vector(MARKER)?,
-        readings: if what_for == WhatFor::Readings { readings(cells)? } else { Vec::new() },
+        readings: match what_for {
+            WhatFor::Readings => readings(cells)?,
+            WhatFor::Predictions if has_reading(cells) => readings(cells)?,
+            WhatFor::Places | WhatFor::Predictions => Vec::new(),
+        },
     })
 }
 
@@ -336,6 +342,10 @@ fn place(
         }
     };
     found.or_else(|(column, fault)| cells.check.key(&column).fail(fault.to_string()))
+}
+
+fn has_reading(cells: &Cells<'_>) -> bool {
+    [DISPLACEMENT, POSITION, ROTATION].into_iter().flatten().chain([GAUGE]).any(|column| cells.get(column).is_some())
 }
 
 fn readings(cells: &Cells<'_>) -> Result<Vec<Reading>> {

@@ -11,6 +11,7 @@ mod machine_file;
 mod measurements;
 mod model;
 mod patterns;
+mod prediction;
 mod profile;
 mod quantile;
 mod question;
@@ -18,6 +19,7 @@ mod question;
 pub mod report;
 mod resolve;
 pub(crate) mod spec;
+mod unit_factor;
 mod unknown;
 mod validate;
 
@@ -25,18 +27,22 @@ use nalgebra::DVector;
 
 pub use advice::{Advice, Open};
 pub use far_off::FarOff;
+use fit::measured;
 pub use fit::{Fit, Noise, Search};
 pub use measurements::{Applied, Measurement, Quantity, Reading, WhatFor, read};
+use model::values_at;
 pub use model::{LoadedModel, Predicted};
 pub use patterns::Pattern;
+pub use prediction::{Answer, predict};
 pub use quantile::half_width;
 pub(crate) use resolve::priors;
 pub use spec::LossSpec;
+pub use unit_factor::UnitFactor;
 pub(crate) use unknown::unknowns;
 pub use unknown::{Coordinate, Unknown};
 pub use validate::Errors;
 
-use self::profile::Profile;
+use self::profile::{End, Profile};
 use crate::{
     input::error::Result,
     machine::Machine,
@@ -80,8 +86,10 @@ pub struct Found {
     pub value: f64,
     /// Its 95 % interval; infinite where nothing limits it.
     pub interval: [f64; 2],
-    /// Its 95 % interval by the profile of the likelihood, if that was sought; infinite where nothing limits it.
+    /// Its 95 % interval by the profile of the likelihood, if that was sought and could be found; infinite where nothing limits it.
     pub profile: Option<[f64; 2]>,
+    /// Whether that was sought, and is not known: the others could not be fitted anew.
+    pub is_profile_unknown: bool,
     /// Half the interval in the coordinate of the unknown: a factor of e, a millimetre or a degree is 1.
     pub half_width: f64,
     /// Why it is not identified; `None` if it is.
@@ -103,6 +111,15 @@ pub struct Model {
     pub predicted_mm: std::result::Result<Option<f64>, Failure>,
 }
 
+/// A machine with the numbers that were identified, and all others as its file has them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mixed {
+    /// Those others that were sought with them, by index.
+    pub kept: Vec<usize>,
+    /// RMS of what it leaves of lengths, mm; or why that is not known.
+    pub left_mm: std::result::Result<Option<f64>, Failure>,
+}
+
 /// What was found.
 #[derive(Debug, Clone)]
 pub struct Identified {
@@ -120,6 +137,10 @@ pub struct Identified {
     pub patterns: Vec<Pattern>,
     /// Readings that lie far off all others, the farthest first.
     pub far_off: Vec<FarOff>,
+    /// The machine with what was identified alone; `None` where all or nothing was.
+    pub mixed: Option<Mixed>,
+    /// What all stiffnesses are off by, if it looks like a unit.
+    pub unit_factor: Option<UnitFactor>,
     /// Sets of unknowns by how well they predict; that of the study first.
     pub models: Vec<Model>,
 }
@@ -170,10 +191,32 @@ pub fn run(study: &IdentificationStudy, work: &Work) -> Result<std::result::Resu
     let mut found: Vec<Found> = (0..study.unknowns.len()).map(|k| found(study, &fit, k)).collect();
     work.check()?;
     profiles(study, &search, (&fit, &all), &mut found, work)?;
+    let mixed = mixed(study, &search, (&fit, &all), &found);
+    let unit_factor = unit_factor::unit_factor(study, &fit);
     let left_out = validate::left_one_out(&fit, &study.measurements);
     let patterns = patterns::patterns(&study.machine, &fit, &study.measurements);
     let far_off = far_off::far_off(&fit, &study.measurements);
-    Ok(Ok(Identified { found, open, advice, left_out, patterns, far_off, models, fit }))
+    Ok(Ok(Identified { found, open, advice, left_out, patterns, far_off, models, mixed, unit_factor, fit }))
+}
+
+/// The machine that a file with what was identified describes; `None` where all or nothing was.
+fn mixed(
+    study: &IdentificationStudy,
+    search: &Search<'_>,
+    (fit, all): (&Fit, &[&Measurement]),
+    found: &[Found],
+) -> Option<Mixed> {
+    let kept: Vec<usize> = (0..found.len()).filter(|&k| found[k].open.is_some()).collect();
+    if kept.is_empty() || kept.len() == found.len() {
+        return None;
+    }
+    let x = DVector::from_fn(found.len(), |k, _| if kept.contains(&k) { 0.0 } else { fit.x[k] });
+    let there = values_at(search.machine, search.unknowns, &x, all);
+    let left_mm = match there {
+        Ok(there) => Ok(validate::rms_mm((measured(all) - there).as_slice(), &study.measurements)),
+        Err((at, failure)) => Err(of_measurement(study, at, failure)),
+    };
+    Some(Mixed { kept, left_mm })
 }
 
 /// Adds the intervals by the profile of the likelihood to what is identified.
@@ -190,18 +233,29 @@ fn profiles(
     let known: Vec<usize> = (0..found.len()).filter(|&k| found[k].open.is_none()).collect();
     for (&k, ends) in known.iter().zip(profile.ends(&known, work)?) {
         let unknown = &study.unknowns[k];
-        let farthest = [f64::NEG_INFINITY, f64::INFINITY];
-        let value = |side: usize| ends[side].map_or(farthest[side], |x| unknown.value(x));
-        found[k].profile = Some([value(0), value(1)]);
-        let farthest = ends.iter().map(|end| end.map_or(f64::INFINITY, |x| (x - fit.x[k]).abs())).fold(0.0, f64::max);
-        if farthest > WIDE {
-            found[k].open = Some(match (ends[0].is_some(), ends[1].is_some()) {
-                (true, true) => format!("it may be from {:.3e} to {:.3e} {}", value(0), value(1), unknown.unit),
-                (true, false) => format!("it may be anything from {:.3e} {} on", value(0), unknown.unit),
-                (false, true) => format!("it may be anything up to {:.3e} {}", value(1), unknown.unit),
+        // Where the profile does not say an end, the linear interval does.
+        let value = |side: usize| match ends[side] {
+            End::At(x) => unknown.value(x),
+            End::Nowhere => [f64::NEG_INFINITY, f64::INFINITY][side],
+            End::Unknown => found[k].interval[side],
+        };
+        let values = [value(0), value(1)];
+        let farthest = ends.iter().map(|end| match end {
+            End::At(x) => (x - fit.x[k]).abs(),
+            End::Nowhere => f64::INFINITY,
+            End::Unknown => 0.0,
+        });
+        if farthest.fold(0.0, f64::max) > WIDE {
+            let [low, high] = values;
+            found[k].open = Some(match (low.is_finite(), high.is_finite()) {
+                (true, true) => format!("it may be from {low:.3e} to {high:.3e} {}", unknown.unit),
+                (true, false) => format!("it may be anything from {low:.3e} {} on", unknown.unit),
+                (false, true) => format!("it may be anything up to {high:.3e} {}", unknown.unit),
                 (false, false) => "it may be anything".into(),
             });
         }
+        found[k].is_profile_unknown = ends.contains(&End::Unknown);
+        found[k].profile = (!found[k].is_profile_unknown).then_some(values);
     }
     Ok(())
 }
@@ -254,6 +308,7 @@ fn found(study: &IdentificationStudy, fit: &Fit, k: usize) -> Found {
         value: unknown.value(x),
         interval: ends,
         profile: None,
+        is_profile_unknown: false,
         half_width,
         open: why_open(study, fit, k, half_width),
         correlated: correlated.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())),
@@ -278,6 +333,12 @@ fn why_open(study: &IdentificationStudy, fit: &Fit, k: usize, half_width: f64) -
     }
     if !fit.is_found {
         return Some("the search did not end".into());
+    }
+    if fit.is_beyond_noise {
+        return Some(format!(
+            "what is left is {:.1} times the noise that was given, more than chance explains",
+            fit.scale
+        ));
     }
     // One that is told, and would go farther, holds the others where they do not fit best.
     let quantile = quantile::half_width(free(study, fit));

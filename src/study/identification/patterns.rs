@@ -10,7 +10,8 @@ use crate::machine::Machine;
 /// A rank correlation of residuals with something.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pattern {
-    /// Of what: the size of what is left of lengths in standard deviations, or what is left along an axis or the predicted displacement.
+    /// Of what: the size of what is left of lengths in standard deviations, what is left along an axis, or its share along the predicted
+    /// displacement.
     pub of: &'static str,
     /// With what.
     pub with: String,
@@ -40,8 +41,8 @@ struct Left {
     size: f64,
     /// Along x, y and z where they were read, in standard deviations.
     along: [Option<f64>; 3],
-    /// Of displacements: the size of the one that is predicted, mm, and what is left along it, in standard deviations; positive if more
-    /// was measured.
+    /// Of displacements: the size of the one that is predicted, mm, and what is left along it as a share of that; positive if more was
+    /// measured.
     along_predicted: Option<(f64, f64)>,
 }
 
@@ -52,9 +53,10 @@ fn left(fit: &Fit, measurements: &[Measurement]) -> Vec<Option<Left>> {
         let (mut product, mut predicted_squares) = (0.0, 0.0);
         for reading in &own.readings {
             let (r, predicted) = (fit.residuals[at] / fit.stds[at], fit.predicted.values[at]);
+            let left = fit.residuals[at];
             at += 1;
             if let Quantity::Displacement(_) = reading.quantity {
-                product += r * predicted;
+                product += left * predicted;
                 predicted_squares += predicted * predicted;
             }
             let axis = match reading.quantity {
@@ -68,7 +70,7 @@ fn left(fit: &Fit, measurements: &[Measurement]) -> Vec<Option<Left>> {
             }
         }
         let predicted = predicted_squares.sqrt();
-        let along_predicted = (predicted > 0.0).then(|| (predicted, product / predicted));
+        let along_predicted = (predicted > 0.0).then(|| (predicted, product / predicted_squares));
         has_any.then_some(Left { size: squares.sqrt(), along, along_predicted })
     };
     measurements.iter().map(of).collect()
@@ -80,6 +82,13 @@ pub fn patterns(machine: &Machine, fit: &Fit, measurements: &[Measurement]) -> V
     const SIZE: &str = "what is left";
     let left = left(fit, measurements);
     let mut patterns = Vec::new();
+    const LOAD_SIGNED: &str = "lost motion, or a stiffness that changes with the load: the share is larger where the force is small (lost \
+                               motion, a stiffness that grows) or where it is large (one that falls)";
+    if let Some((correlation, limit)) = by_load(&left, measurements) {
+        let (of, with) =
+            ("what is left along the predicted displacement", "size of the force, as a share of it".into());
+        patterns.push(Pattern { of, with, hint: LOAD_SIGNED, correlation, limit });
+    }
     let mut add = |of: &'static str, with: String, hint: &'static str, pairs: Vec<(f64, f64)>| {
         if let Some((correlation, limit)) = rank_correlation(&pairs) {
             patterns.push(Pattern { of, with, hint, correlation, limit });
@@ -90,14 +99,10 @@ pub fn patterns(machine: &Machine, fit: &Fit, measurements: &[Measurement]) -> V
         rows.filter_map(|(i, (left, own))| Some((value(i, own), left.as_ref()?.size))).collect()
     };
     const DRIFT: &str = "drift: something changed while measuring";
-    const LOAD: &str = "lost motion, or a stiffness that changes with the load";
-    const LOAD_SIGNED: &str = "more where little is predicted, less where much is: lost motion or a stiffness that grows with the load; the \
-                               other way round: one that falls";
+    const LOAD: &str = "yielding that the model lacks; try play of the drives, bearings that tilt (an arm's elbow first), elastic links";
     const POSE: &str = "a stiffness or an error that changes with the pose: links, bearings, gravity springs";
     add(SIZE, "order of measuring".into(), DRIFT, sizes(&|i, _| i as f64));
     add(SIZE, "size of the force".into(), LOAD, sizes(&|_, own| (own.load.force - own.reference.force).norm()));
-    let signed = left.iter().flatten().filter_map(|left| left.along_predicted).collect();
-    add("what is left along the predicted displacement", "the size of that".into(), LOAD_SIGNED, signed);
     for (axis, word) in ["x", "y", "z"].into_iter().enumerate() {
         let share = |own: &Measurement| {
             let force = own.load.force - own.reference.force;
@@ -126,6 +131,23 @@ pub fn patterns(machine: &Machine, fit: &Fit, measurements: &[Measurement]) -> V
         );
     }
     patterns
+}
+
+/// What only a machine that is not elastic leaves: a share along the predicted displacement that hangs on the size of the force. Rank
+/// correlation of both with what each displacement per force tells of them taken out, since whatever yields at a place and the model lacks
+/// is the same share of the displacement there under any force; and what chance exceeds once in a thousand times.
+fn by_load(left: &[Option<Left>], measurements: &[Measurement]) -> Option<(f64, f64)> {
+    let rows = left.iter().zip(measurements).filter_map(|(left, own)| {
+        let (predicted, share) = left.as_ref()?.along_predicted?;
+        let force = (own.load.force - own.reference.force).norm();
+        (force > 0.0).then(|| [share, force, predicted / force])
+    });
+    let rows: Vec<[f64; 3]> = rows.collect();
+    let of = |a: usize, b: usize| rank_correlation(&rows.iter().map(|row| (row[a], row[b])).collect::<Vec<_>>());
+    let ((share_force, _), (share_yield, _), (force_yield, _)) = (of(0, 1)?, of(0, 2)?, of(1, 2)?);
+    let rest = ((1.0 - share_yield * share_yield) * (1.0 - force_yield * force_yield)).sqrt();
+    let limit = (ONCE_IN_A_THOUSAND * (1.06 / (rows.len() as f64 - 4.0)).sqrt()).tanh();
+    (rest > 1e-6).then(|| (((share_force - share_yield * force_yield) / rest).clamp(-1.0, 1.0), limit))
 }
 
 /// Rank correlation of pairs and what chance exceeds once in a thousand times (Fieller, Hartley and Pearson 1957); `None` for too few,

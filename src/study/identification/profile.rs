@@ -24,8 +24,24 @@ const PLACES: usize = 8;
 /// An end is sought no farther than so many linear half widths.
 const FARTHER: f64 = 20.0;
 
-/// Ends of an interval in the coordinate of its unknown; `None` where what is left does not grow enough on that side.
-pub type Ends = [Option<f64>; 2];
+/// Where an interval ends on one side.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum End {
+    /// Here, in the coordinate of its unknown.
+    At(f64),
+    /// What is left does not grow enough on that side.
+    Nowhere,
+    /// The others could not be fitted where it may end.
+    Unknown,
+}
+
+/// By how much what is left grows, in standard deviations.
+#[derive(Debug, Clone, Copy)]
+enum Rise {
+    By(f64),
+    /// The others are not fitted as well as they can be.
+    AtMost(f64),
+}
 
 /// The profile of each unknown's likelihood, to be asked where it has risen.
 pub struct Profile<'a> {
@@ -48,7 +64,7 @@ impl<'a> Profile<'a> {
     ///
     /// # Errors
     /// The work was stopped.
-    pub fn ends(&self, unknowns: &[usize], work: &Work) -> Result<Vec<Ends>> {
+    pub fn ends(&self, unknowns: &[usize], work: &Work) -> Result<Vec<[End; 2]>> {
         let of = |&k: &usize| {
             work.check()?;
             Ok([-1.0, 1.0].map(|side| self.end(k, side)))
@@ -57,25 +73,30 @@ impl<'a> Profile<'a> {
     }
 
     /// The end on one side: where the root of the rise, in standard deviations, is the quantile.
-    fn end(&self, k: usize, side: f64) -> Option<f64> {
+    fn end(&self, k: usize, side: f64) -> End {
         let width = self.quantile * self.fit.std(k);
         let (mut inside, mut outside) = (0.0, None::<(f64, f64)>);
-        let mut rise_inside = 0.0;
+        let (mut rise_inside, mut is_unknown) = (0.0, false);
         let mut at = width;
         for _ in 0..PLACES {
             let x = self.fit.x[k] + side * at;
             if self.search.unknowns[k].is_at_end(x) || at > FARTHER * width {
-                return None;
+                return End::Nowhere;
             }
             // Where the machine does not settle any more, nothing fits.
-            let rise = self.rise(k, x).unwrap_or(f64::INFINITY);
+            let (rise, is_known) = match self.rise(k, x).unwrap_or(Rise::By(f64::INFINITY)) {
+                Rise::By(rise) => (rise, true),
+                // No more than what is within the interval is within.
+                Rise::AtMost(rise) if rise < self.quantile => (rise, true),
+                Rise::AtMost(_) => (f64::INFINITY, false),
+            };
             if (rise - self.quantile).abs() < NEAR_ENOUGH * self.quantile {
-                return Some(self.fit.x[k] + side * at * self.quantile / rise);
+                return End::At(self.fit.x[k] + side * at * self.quantile / rise);
             }
             if rise < self.quantile {
                 (inside, rise_inside) = (at, rise)
             } else {
-                outside = Some((at, rise))
+                (outside, is_unknown) = (Some((at, rise)), !is_known)
             }
             at = match outside {
                 None => inside * (self.quantile / rise_inside.max(0.25 * self.quantile)).min(4.0),
@@ -85,11 +106,15 @@ impl<'a> Profile<'a> {
                 Some((out, _)) => 0.5 * (inside + out),
             };
         }
-        outside.map(|_| self.fit.x[k] + side * at)
+        match outside {
+            None => End::Nowhere,
+            Some(_) if is_unknown => End::Unknown,
+            Some(_) => End::At(self.fit.x[k] + side * at),
+        }
     }
 
     /// The root of twice the rise of what is left, the others fitted anew with unknown `k` at `x`.
-    fn rise(&self, k: usize, x: f64) -> std::result::Result<f64, Failure> {
+    fn rise(&self, k: usize, x: f64) -> std::result::Result<Rise, Failure> {
         let Search { machine, unknowns, priors, noise, .. } = self.search;
         let fixed = [unknowns[k].clone()];
         let none = |error: Error| Failure { status: "no_machine".into(), reason: error.to_string() };
@@ -104,20 +129,18 @@ impl<'a> Profile<'a> {
         let noise = Noise { length, is_estimated: false, ..noise };
         let search = Search { machine: &machine, unknowns: &kept, priors: &their_priors, noise, ..self.search };
         let towards = self.fit.covariance.column(k) * ((x - self.fit.x[k]) / self.fit.covariance[(k, k)]);
-        let start = others.iter().map(|&other| self.fit.x[other] + towards[other]);
+        // One that fits best at the end of where it is sought stays there: how it moves with the others is not linear.
+        let moved = |other: usize| if unknowns[other].is_at_end(self.fit.x[other]) { 0.0 } else { towards[other] };
+        let start = others.iter().map(|&other| self.fit.x[other] + moved(other));
         let start = search.within(DVector::from_iterator(kept.len(), start));
-        let (x_found, residuals) = match kept.is_empty() {
+        let (x_found, residuals, is_found) = match kept.is_empty() {
             false => {
                 let found = search.fit(self.measurements, &start).map_err(|(_, failure)| failure)?;
-                if !found.is_found {
-                    // What is left might be less: this place is no limit.
-                    return Ok(0.0);
-                }
-                (found.x, found.residuals)
+                (found.x, found.residuals, found.is_found)
             }
             true => {
                 let there = values_at(&machine, &kept, &start, self.measurements).map_err(|(_, failure)| failure)?;
-                (start, measured(self.measurements) - there)
+                (start, measured(self.measurements) - there, true)
             }
         };
         let squares = |residuals: &DVector<f64>| residuals.component_div(&self.fit.stds).norm_squared();
@@ -128,6 +151,8 @@ impl<'a> Profile<'a> {
         let rise = squares(&residuals) + of_priors(&there)
             - squares(&self.fit.residuals)
             - of_priors(&|other| self.fit.x[other]);
-        Ok(rise.max(0.0).sqrt())
+        // As intervals are, widened by what is left beyond the noise that was given.
+        let rise = (rise.max(0.0) / self.fit.inflation).sqrt();
+        Ok(if is_found { Rise::By(rise) } else { Rise::AtMost(rise) })
     }
 }

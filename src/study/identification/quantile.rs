@@ -1,9 +1,11 @@
-//! Half widths of 95 % intervals in standard deviations.
+//! Half widths of 95 % intervals in standard deviations, and how much scatter more than the noise chance explains.
 
 /// Of Student's distribution with 1, 2 and 3 degrees of freedom.
 const FEW: [f64; 3] = [12.706_204_74, 4.302_652_73, 3.182_446_31];
 /// Of the normal distribution.
 const NORMAL: f64 = 1.959_963_985;
+/// Of the normal distribution, exceeded once in a hundred times.
+const ONCE_IN_A_HUNDRED: f64 = 2.326_347_874;
 
 /// Of an estimate whose standard deviation was told by `free` readings more than there are unknowns; of a known one (`None`).
 pub fn half_width(free: Option<usize>) -> f64 {
@@ -26,9 +28,35 @@ pub fn half_width(free: Option<usize>) -> f64 {
     }
 }
 
+/// What the mean square of residuals over their noise exceeds once in a hundred times, with `free` readings more than there are unknowns:
+/// quantile of the F distribution with `free` and infinitely many degrees of freedom.
+pub fn most_by_chance(free: usize) -> f64 {
+    match free {
+        0 => f64::INFINITY,
+        1 => 6.634_896_60,
+        2 => 4.605_170_19,
+        free => {
+            // Wilson and Hilferty's cube root.
+            let spread = 2.0 / (9.0 * free as f64);
+            (1.0 - spread + ONCE_IN_A_HUNDRED * spread.sqrt()).powi(3)
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::half_width;
+    use super::{half_width, most_by_chance};
+
+    #[test]
+    fn what_chance_explains_is_that_of_tables() {
+        let table =
+            [(1, 6.635), (2, 9.210), (3, 11.345), (4, 13.277), (5, 15.086), (10, 23.209), (30, 50.892), (100, 135.807)];
+        for (free, expected) in table {
+            let found = most_by_chance(free) * free as f64;
+            assert!((found / expected - 1.0).abs() < 3e-3, "{free}: {found}");
+        }
+        assert_eq!(most_by_chance(0), f64::INFINITY);
+    }
 
     #[test]
     fn quantiles_are_those_of_tables() {

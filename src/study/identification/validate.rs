@@ -85,3 +85,12 @@ pub fn rms_mm(residuals: &[f64], measurements: &[Measurement]) -> Option<f64> {
     let (sum, count) = of_lengths.fold((0.0, 0usize), |(sum, count), (_, r)| (sum + r * r, count + 1));
     (count > 0).then(|| (sum / count as f64).sqrt())
 }
+
+/// RMS of `residuals` over that of what was measured, of lengths that the load changes; `None` without any.
+pub fn left_share(residuals: &DVector<f64>, measurements: &[Measurement]) -> Option<f64> {
+    let readings = measurements.iter().flat_map(|own| &own.readings).zip(residuals);
+    let lengths = readings.filter(|(reading, _)| reading.is_change() && !reading.quantity.is_rotation());
+    let (left, all) =
+        lengths.fold((0.0, 0.0), |(left, all), (reading, r)| (left + r * r, all + reading.value * reading.value));
+    (all > 0.0).then(|| (left / all).sqrt())
+}

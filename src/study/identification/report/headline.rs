@@ -26,6 +26,9 @@ pub(super) fn headline(report: &Report<'_>) -> Headline {
         _ if !report.found.fit.is_found => {
             "The search for the numbers did not end: nothing is identified; the values in parameters.csv are the best found".into()
         }
+        _ if report.found.fit.is_beyond_noise => {
+            "Nothing is identified: more is left of what was measured than the noise that was given explains".into()
+        }
         (0, 1) => format!("The number is identified: {}", text::few(report)),
         (0, _) => format!("All {all} numbers are identified: {}", text::few(report)),
         (1, 0) if all == 1 => "The number is not identified: the measurements leave it open".into(),

@@ -4,6 +4,7 @@ mod answer;
 mod headline;
 mod page;
 mod pictures;
+pub mod predicted;
 mod summary;
 mod tables;
 mod text;

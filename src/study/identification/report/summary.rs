@@ -3,7 +3,9 @@
 use serde_json::{Value, json};
 
 use crate::study::identification::{
-    Found, IdentificationStudy, Identified, Model, machine_file::MachineFile, validate::rms_mm,
+    Found, IdentificationStudy, Identified, Model,
+    machine_file::{self, MachineFile},
+    validate::{left_share, rms_mm},
 };
 
 /// What was asked and found.
@@ -19,6 +21,17 @@ impl Report<'_> {
     /// Unknowns that were identified.
     pub fn known(&self) -> impl Iterator<Item = &Found> {
         self.found.found.iter().filter(|own| own.open.is_none())
+    }
+
+    /// RMS of what is left over that of what was measured, of lengths that the load changes; `None` without any.
+    pub fn left_share(&self) -> Option<f64> {
+        left_share(&self.found.fit.residuals, &self.study.measurements)
+    }
+
+    /// What a machine file with some of the numbers costs, in a sentence.
+    pub fn mixed_words(&self) -> Option<String> {
+        self.file.text.as_ref()?;
+        machine_file::mixed_words(self.study, self.found)
     }
 
     /// Root of the mean square of the lengths read, mm.
@@ -74,6 +87,7 @@ pub(super) fn json(report: &Report<'_>) -> Value {
             "high": finite(own.interval[1]),
             "profile_low": own.profile.and_then(|ends| finite(ends[0])),
             "profile_high": own.profile.and_then(|ends| finite(ends[1])),
+            "profile_unknown": own.is_profile_unknown,
             "identified": own.open.is_none(),
             "reason": own.open,
         })
@@ -95,6 +109,16 @@ pub(super) fn json(report: &Report<'_>) -> Value {
         "left_one_out_mm": report.left_out_mm(),
         "noise_estimated": study.noise.is_estimated,
         "scatter": found.fit.scale,
+        "beyond_noise": found.fit.is_beyond_noise,
+        "residual_share": report.left_share(),
+        "unit_factor": found.unit_factor.as_ref().map(|own| json!({
+            "factor": own.factor, "low": own.interval[0], "high": own.interval[1], "found_is_lower": own.is_lower,
+            "unit": own.looks_like.0, "looks_like": own.looks_like.1,
+        })),
+        "machine_file": found.mixed.as_ref().map(|mixed| json!({
+            "as_before": mixed.kept.iter().map(|&k| &*study.unknowns[k].name).collect::<Vec<_>>(),
+            "residual_mm": mixed.left_mm.as_ref().ok(),
+        })),
         "patterns": found.patterns.iter().filter(|own| own.is_seen()).map(|own| json!({
             "of": own.of, "with": own.with, "rank_correlation": own.correlation, "hint": own.hint,
         })).collect::<Vec<_>>(),

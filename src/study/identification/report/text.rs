@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     report::words::{counted, listed, millimetres, percent},
-    study::identification::{Coordinate, FarOff, Found, LossSpec, Model, Pattern, Reading, Unknown},
+    study::identification::{Coordinate, FarOff, Found, LossSpec, Model, Pattern, Unknown},
 };
 
 fn number(value: f64) -> String {
@@ -172,6 +172,8 @@ pub(super) fn models(report: &Report<'_>) -> String {
 
 /// A model that leaves more than this share of what was measured does not follow it.
 const FOLLOWED: f64 = 0.7;
+/// One that leaves more than this lacks something, or the readings scatter.
+const NOTEWORTHY: f64 = 0.1;
 /// Most readings that are named.
 const NAMED: usize = 3;
 
@@ -218,28 +220,66 @@ fn beyond_travel(report: &Report<'_>) -> Option<String> {
     ))
 }
 
+/// What the model leaves that it should not, first of all.
+pub(super) fn misfit(report: &Report<'_>) -> Option<String> {
+    const TRY: &str = "Try as unknowns: play of the drives, bearings that tilt across the joints' axes (an arm's elbow first), elastic links.";
+    let (fit, share) = (&report.found.fit, report.left_share().unwrap_or(0.0));
+    let words = percent(share);
+    if share > FOLLOWED {
+        return Some(format!(
+            "What is left is nearly as large as what was measured ({words}): are the units, signs and axes of loads and readings those of \
+             their columns?"
+        ));
+    }
+    if fit.is_beyond_noise {
+        return Some(format!(
+            "What is left is {:.1} times the noise that was given, which chance makes less than once in a hundred times: the model lacks \
+             something, and nothing is identified. {TRY}",
+            fit.scale
+        ));
+    }
+    if report.study.noise.is_estimated && share > NOTEWORTHY {
+        return Some(format!(
+            "What is left is {words} of what was measured: the model lacks something, or readings scatter so; intervals are as wide as if they \
+             did. {TRY}"
+        ));
+    }
+    let is_widened = report.study.loss == LossSpec::Squares && !report.study.noise.is_estimated && fit.scale > 1.5;
+    is_widened
+        .then(|| format!("What is left is {:.1} times the noise that was given; intervals are wider by it.", fit.scale))
+}
+
+/// Stiffnesses that look like those of another unit.
+pub(super) fn unit_factor(report: &Report<'_>) -> Option<String> {
+    let own = report.found.unit_factor.as_ref()?;
+    let [low, high] = own.interval;
+    let than = if own.is_lower { "lower" } else { "higher" };
+    let (unit, words) = own.looks_like;
+    Some(format!(
+        "Stiffnesses are {} ({} to {}) times {than} than the machine file's, all alike: that looks like {words} ({unit}), in loads, readings \
+         or the file.",
+        number(own.factor),
+        number(low),
+        number(high)
+    ))
+}
+
+/// Numbers whose interval by the profile is not known.
+fn unknown_profiles(report: &Report<'_>) -> Option<String> {
+    let all: Vec<&str> = report.known().filter(|own| own.is_profile_unknown).map(|own| &*own.unknown.name).collect();
+    (!all.is_empty()).then(|| {
+        format!("The profile of the likelihood is unknown of {}: the others could not be fitted anew; intervals are linear.", listed(&all))
+    })
+}
+
 /// What must be known with the answer.
 pub(super) fn cautions(report: &Report<'_>) -> String {
-    let mut said = Vec::new();
-    if let (Some(left), Some(measured)) = (report.left_mm(), report.measured_mm())
-        && report.study.measurements.iter().flat_map(|own| &own.readings).all(Reading::is_change)
-        && left > FOLLOWED * measured
-    {
-        said.push(
-            "What is left is nearly as large as what was measured: are the units, signs and axes of loads and readings those of their \
-             columns?"
-                .into(),
-        );
-    }
+    let mut said: Vec<String> = misfit(report).into_iter().collect();
+    said.extend(unit_factor(report));
+    said.extend(report.mixed_words());
     said.extend(at_end(report));
     said.extend(far_off(report));
     said.extend(beyond_travel(report));
-    if !report.study.noise.is_estimated && report.found.fit.scale > 1.5 {
-        said.push(format!(
-            "What is left is {:.1} times the noise that was given: the model lacks something, and intervals are too narrow.",
-            report.found.fit.scale
-        ));
-    }
     if let Some(better) = report.better() {
         let predicted =
             |model: &Model| millimetres(model.predicted_mm.as_ref().ok().copied().flatten().unwrap_or_default(), 3);
@@ -251,6 +291,7 @@ pub(super) fn cautions(report: &Report<'_>) -> String {
         ));
     }
     said.extend(profiles(report));
+    said.extend(unknown_profiles(report));
     if report.found.patterns.iter().any(Pattern::is_seen) {
         said.push(patterns(report));
     }
@@ -279,6 +320,9 @@ pub(super) fn details(report: &Report<'_>) -> String {
             format!("{MACHINE} has what was identified but {}.", report.file.left_out.join(", "))
         }
     };
+    if let Some(mixed) = report.mixed_words() {
+        file += &format!(" {mixed}");
+    }
     if !report.errors.is_empty() {
         file += &format!(" {ERRORS}, a process file, has {}.", report.errors.join(", "));
     }
