@@ -99,6 +99,11 @@ fn study(arguments: &CompareArguments, machine: &str, process: &Path, file: &Pat
     }
     let path = ProgramFile::read(file, &process)?.toolpath(process.sampling)?;
     let path = process.with_cuts(path, &file.display().to_string())?;
+    if !arguments.at.is_empty() && process.gcode.turns_drives(&path) {
+        let problem = "the program tells rotary drives where to stand, and where their axes pass in it changes with the place: expected \
+                       a process file for each place";
+        return fault("--at".into(), problem.into());
+    }
     let Some(extent) = Extent::of(path.positions_mm().into_iter()) else {
         let problem = "moves nowhere: a program with at least one motion is expected".into();
         return fault(file.display().to_string(), problem);

@@ -73,6 +73,11 @@ fn check(machine: &str, process: &Path, program: &Path) -> Result<()> {
     let machine = Machine::named_or_file(machine)?;
     let process = Process::open(process, &machine)?;
     let path = ProgramFile::read(program, &process)?.toolpath(process.sampling)?;
+    if process.gcode.turns_drives(&path) {
+        let problem = "tells rotary drives where to stand, and where their axes pass in it changes as the workpiece is dragged: expected a \
+                       program of other drives";
+        return Err(Error::Argument { argument: program.display().to_string(), problem: problem.into() });
+    }
     if path.is_empty() {
         let problem = "moves nowhere: a program with at least one motion is expected".into();
         return Err(Error::Argument { argument: program.display().to_string(), problem });

@@ -315,9 +315,11 @@ impl Machine {
         self.chains.iter().enumerate().flat_map(|(c, chain)| chain.drives.iter().map(move |drive| (c, drive)))
     }
 
-    /// Of each drive, the least change that leaves all joints where they stand, see `Chain::full_turn`.
+    /// Of each drive, the least change that leaves all joints where they stand, see `Chain::full_turn`; none of one that is held, which
+    /// stands where it is told.
     pub(crate) fn full_turns(&self) -> impl Iterator<Item = Option<f64>> {
-        self.chains.iter().flat_map(|chain| (0..chain.drives.len()).map(|drive| chain.full_turn(drive)))
+        let turns = self.chains.iter().flat_map(|chain| (0..chain.drives.len()).map(|drive| chain.full_turn(drive)));
+        turns.enumerate().map(|(index, turn)| turn.filter(|_| self.held.iter().all(|&(held, _)| held != index)))
     }
 
     /// Number of drives.

@@ -6,6 +6,9 @@ use crate::{
     toolpath::{PathPoint, Toolpath},
 };
 
+/// What rounding may put a position beyond its travel by, as a share of it, and what is shown of the travel.
+const ROUNDING: f64 = 1e-9;
+
 /// `machine` with the drives held that `path`, called `origin` in errors, commands beside the tool; they stand where its first point has
 /// them.
 ///
@@ -55,7 +58,10 @@ pub(crate) fn held_along(machine: &Machine, path: &Toolpath, origin: &str) -> Re
         }
         let Some((low, high)) = axis.travel else { continue };
         let (low, high) = (axis.motion.shown(low), axis.motion.shown(high));
-        if let Some(point) = path.points().iter().find(|point| !(low..=high).contains(&point.external[k])) {
+        let slack = ROUNDING * low.abs().max(high.abs());
+        let is_beyond = |point: &&PathPoint| point.external[k] < low - slack || point.external[k] > high + slack;
+        if let Some(point) = path.points().iter().find(is_beyond) {
+            let [low, high] = [low, high].map(|end| (end / ROUNDING).round() * ROUNDING);
             let problem = format!(
                 "is {} at move {}: expected its travel of {low} to {high} {unit}",
                 point.external[k],

@@ -302,6 +302,93 @@ fn what_the_process_says_of_a_drive_must_be_so() {
 }
 
 #[test]
+fn what_would_lead_a_drive_elsewhere_than_its_words_say_is_refused() {
+    let read = |machine: &Machine, more: &str, program: &str| {
+        let process = process(machine, ORIGIN, more).map_err(|refused| refused.to_string())?;
+        let folder = Folder::in_memory([("part.nc".into(), format!("G21 G90 G17\n{program}\nM30\n").into_bytes())]);
+        let file = ProgramFile::in_folder(&folder, "part.nc", &process).map_err(|refused| refused.to_string())?;
+        ProgramJob::new(process, file, "part.nc").map_err(|refused| refused.to_string())
+    };
+    let gantry = head("\"rotation_x\", \"rotation_y\"", 0.0);
+    let end = "G0 X0 Y0 Z50 C0\nG43.4\nG1 Z0 F500\nG1 X20";
+    for (program, expected) in [
+        (format!("G10 L2 P1 A20\n{end}"), "sets where A is 0"),
+        (format!("G52 A45\n{end}"), "sets where A is 0"),
+        (format!("G92 A45\n{end}"), "sets where A is 0"),
+        (format!("G0 A10\nG92 A0\n{end}"), "sets where A is 0"),
+        (format!("G0 A10\nG28 A0\n{end}"), "it is not known where A stands"),
+        (format!("G28 A0\nG91 G0 A5\nG90\n{end}"), "it is not known where A stands"),
+        ("G0 X0 Y0 Z50 C0\nG28 A0\nG1 X20 A5 F500".into(), "it is not known where A stands"),
+    ] {
+        let refused = read(&gantry, "", &program).unwrap_err();
+        assert!(refused.contains(expected), "{program}: {refused}");
+    }
+    let stands = |program: &str| -> f64 {
+        let job = read(&gantry, "", program).unwrap();
+        let column = job.path.external_axes().iter().position(|name| name == "external_mill_A_deg").unwrap();
+        job.path.points().last().unwrap().external[column]
+    };
+    assert_eq!(stands(&format!("G10 L2 P1 A0\nG52 A0\nG0 A5\nG92 A5\n{end}")), 5.0);
+    assert_eq!(stands(&format!("G53 G0 A45\n{end}")), 45.0);
+    assert_eq!(stands(&format!("G28 A0\nG0 A7\n{end}")), 7.0);
+    // A line of safety alone leads all of them.
+    let tilted = head("\"rotation_x\", \"rotation_z\"", -10.0);
+    let safe = read(&tilted, "", "G53 G0 C0\nG0 X0 Y0 Z50\nG1 Z0 F500").unwrap();
+    assert_eq!(safe.path.points().last().unwrap().external[..2], [0.0, 0.0]);
+    let with_table = head_file("\"rotation_x\", \"rotation_y\"", 0.0)
+        + "[[chain]]\nname = \"round\"\nelements = [\n  { revolute_drive = { name = \"C\", axis = \"z\", stiffness_Nmm_per_rad = 1e9 } },\n]\n\
+           [workpiece_carrier]\nname = \"table\"\nchain = \"round\"\nbase = { position_mm = [1000.0, 500.0, 100.0] }\n";
+    let refused = read(&machine_from(&with_table), "", end).unwrap_err();
+    assert!(refused.contains("are both called C"), "{refused}");
+    let other = "[[gcode.rotary]]\nletter = \"B\"\nabout = [0.0, 1.0, 0.0]\nturns = \"workpiece\"\n";
+    let refused = read(&gantry, other, end).unwrap_err();
+    assert!(refused.contains("B is no drive of machine gantry, and mill_C, mill_A are"), "{refused}");
+    let pivot = "[[gcode.rotary]]\nletter = \"A\"\nabout = [1.0, 0.0, 0.0]\nturns = \"tool\"\nthrough_mm = [0.0, 0.0, 100.0]\n\
+                 [compensate]\ntarget = \"full_pose\"\n";
+    let text = format!("schema = 1\n[placement]\norigin_mm = {ORIGIN:?}\n{pivot}");
+    let refused = Process::from_toml(&text, "process.toml", Folder::in_memory([]), &gantry).unwrap_err().to_string();
+    assert!(refused.contains("lies 350.000 mm beside the axis"), "{refused}");
+}
+
+#[test]
+fn the_pivot_of_a_head_is_that_of_the_point_that_the_path_leads() {
+    let machine = head("\"rotation_x\", \"rotation_y\"", 0.0);
+    let text = format!("schema = 1\n[placement]\norigin_mm = {ORIGIN:?}\nreference = \"platform_point\"\n{FORCE}");
+    let process = Process::from_toml(&text, "process.toml", Folder::in_memory([]), &machine).unwrap();
+    let program = b"G21 G90 G17\nG0 X0 Y0 Z50 A0 C0\nG1 Z0 A10 F500\nM30\n".to_vec();
+    let folder = Folder::in_memory([("part.nc".into(), program)]);
+    let file = ProgramFile::in_folder(&folder, "part.nc", &process).unwrap();
+    let job = ProgramJob::new(process, file, "part.nc").unwrap();
+    // Without control of the tip the words are those of the slides, of P above its place with A at 0.
+    let last = pass(&job, Method::None).pop().unwrap().answer.nominal_drives;
+    let expected = Vector3::from(ORIGIN) + Vector3::z() * 200.0;
+    assert!((Vector3::new(last[0], last[1], last[2]) - expected).norm() < 1e-7, "{last:?} {expected:?}");
+}
+
+#[test]
+fn a_drive_stands_at_the_end_of_its_travel_and_turns_as_far_as_it_is_told() {
+    let ends = head_file("\"rotation_x\", \"rotation_y\"", 0.0)
+        .replace("travel_deg = [-110.0, 110.0]", "travel_deg = [-30.0, 60.0]");
+    let at_end =
+        job(&machine_from(&ends), ORIGIN, "", "G21 G90 G17\nG0 X0 Y0 Z50 A0 C0\nG43.4\nG1 A60 F500\nG1 A-30\nM30\n");
+    assert_eq!(at_end.path.points().last().unwrap().external[1], -30.0);
+    // C is told: it has no turn to choose, wherever a block of points begins.
+    for x in [253, 254, 255, 256] {
+        let program =
+            format!("G21 G90 G17\nG0 X0 Y0 Z50 A5 C0\nG43.4\nG1 X{x} F5000\nG0 X{} C200\nG1 X300\nM30\n", x + 1);
+        let finely = FORCE.replace("max_segment_mm = 10.0", "max_segment_mm = 1.0");
+        let machine = head("\"rotation_x\", \"rotation_y\"", 0.0);
+        let text = format!("schema = 1\n[placement]\norigin_mm = {ORIGIN:?}\n{finely}");
+        let process = Process::from_toml(&text, "process.toml", Folder::in_memory([]), &machine).unwrap();
+        let folder = Folder::in_memory([("part.nc".into(), program.into_bytes())]);
+        let file = ProgramFile::in_folder(&folder, "part.nc", &process).unwrap();
+        let job = ProgramJob::new(process, file, "part.nc").unwrap();
+        let last = pass(&job, Method::Direct).pop().unwrap().answer.drives;
+        assert!((last[3].to_degrees() - 200.0).abs() < 1e-9, "{x}: {last:?}");
+    }
+}
+
+#[test]
 fn travel_holds_for_what_a_program_says() {
     let machine = table();
     let process = process(&machine, ON_TABLE, "").unwrap();

@@ -7,7 +7,7 @@ use crate::{
     compensation::Target,
     input::{check::Check, error::Result},
     machine::{Machine, RotaryDrive},
-    process::Placement,
+    process::{PathReference, Placement},
     toolpath::gcode::{Rotary, RotaryAxis, RotaryColumn, Turned},
 };
 
@@ -25,9 +25,17 @@ pub(super) fn rotary(
 ) -> Result<(Rotary, Vec<RotaryColumn>)> {
     let mut given = as_given(spec, check)?;
     let (mut axes, mut columns) = (Vec::new(), Vec::new());
-    let own = of_machine(machine, placement, target);
+    let own = of_machine(machine, placement);
     check_order(&given, &own, machine, check)?;
+    check_letters(&given, &own, machine, check)?;
     for (drive, axis) in own {
+        // Where the orientation is corrected as well, the drives of a head serve the task, and are no columns of the path.
+        if target == Target::FullPose && !drive.carries {
+            if let Some((index, given)) = given.iter().find(|(_, given)| given.letter == axis.letter) {
+                check_same(given, &axis, &drive, machine, &check.key("rotary").item(*index))?;
+            }
+            continue;
+        }
         let is_given = match given.iter().position(|(_, given)| given.letter == axis.letter) {
             Some(at) => {
                 let (index, given) = given.remove(at);
@@ -61,23 +69,55 @@ fn as_given(spec: &GcodeSpec, check: &Check) -> Result<Vec<(usize, RotaryAxis)>>
     Ok(axes)
 }
 
-/// The drives that A, B and C are, with their axes in W. Where the orientation is corrected as well, those of a head serve the task.
-fn of_machine(machine: &Machine, placement: &Placement, target: Target) -> Vec<(RotaryDrive, RotaryAxis)> {
+/// The drives that A, B and C are, with their axes in W, those of a head from the point that the path leads.
+fn of_machine(machine: &Machine, placement: &Placement) -> Vec<(RotaryDrive, RotaryAxis)> {
     let rotary = machine.rotary_drives();
     let workpiece = rotary.carrier.compose(&placement.pose());
-    let tip = rotary.platform.transform(machine.tool_tip);
-    let told = rotary.drives.into_iter().filter(|drive| drive.carries || target != Target::FullPose);
-    told.map(|drive| {
+    let led = match placement.reference {
+        PathReference::ToolTip => rotary.platform.transform(machine.tool_tip),
+        PathReference::PlatformPoint => rotary.platform.translation,
+    };
+    let drives = rotary.drives.into_iter().map(|drive| {
         let about = workpiece.rotation.tr_mul(&drive.about);
         let through = match drive.carries {
             true => workpiece.inverse().transform(drive.through),
-            false => workpiece.rotation.tr_mul(&(drive.through - tip)),
+            false => workpiece.rotation.tr_mul(&(drive.through - led)),
         };
         let turns = if drive.carries { Turned::Workpiece } else { Turned::Tool };
         let axis = RotaryAxis { letter: drive.letter, about, turns, through_mm: Some(through) };
         (drive, axis)
-    })
-    .collect()
+    });
+    drives.collect()
+}
+
+/// A letter is one drive, and where some are drives of the machine, all are: how others follow them is not known.
+fn check_letters(
+    given: &[(usize, RotaryAxis)],
+    own: &[(RotaryDrive, RotaryAxis)],
+    machine: &Machine,
+    check: &Check,
+) -> Result<()> {
+    for (k, (drive, axis)) in own.iter().enumerate() {
+        if let Some((other, _)) = own[..k].iter().find(|(_, other)| other.letter == axis.letter) {
+            return check.key("rotary").fail(format!(
+                "drives {} and {} of machine {} are both called {}: expected one of them with another name, so that a program tells one",
+                other.label, drive.label, machine.name, axis.letter
+            ));
+        }
+    }
+    let other = given.iter().find(|(_, given)| own.iter().all(|(_, own)| own.letter != given.letter));
+    match other.filter(|_| !own.is_empty()) {
+        None => Ok(()),
+        Some((index, given)) => {
+            let labels: Vec<&str> = own.iter().map(|(drive, _)| drive.label.as_str()).collect();
+            check.key("rotary").item(*index).key("letter").fail(format!(
+                "{} is no drive of machine {}, and {} are: expected all rotary axes among its drives, or none",
+                given.letter,
+                machine.name,
+                labels.join(", ")
+            ))
+        }
+    }
 }
 
 /// Axes of one kind must follow one another as the drives do.

@@ -157,6 +157,20 @@ pub enum Fault {
         /// Where it stood, as the program says.
         from: f64,
     },
+    /// A zero of a rotary axis.
+    #[error("sets where {letter} is 0; expected no offsets of rotary axes: {letter} is where the machine has it")]
+    RotaryZero {
+        /// A, B or C.
+        letter: char,
+    },
+    /// A rotary axis that has been led to a place that is not known.
+    #[error(
+        "it is not known where {letter} stands; expected a G0 before that names {letter}, as a line led it to a place of the machine"
+    )]
+    RotaryLost {
+        /// A, B or C.
+        letter: char,
+    },
     /// An axis that turns the tool or the workpiece, and no control of the tip.
     #[error(
         "{letter} is not 0 and X, Y and Z are not those of the tip; expected G43.4 before, through_mm of {letter} in [[gcode.rotary]], or \

@@ -41,6 +41,9 @@ pub(crate) struct Interpreter {
     pub(super) rotary: [Option<f64>; 3],
     /// Where they stood before the line.
     pub(super) rotary_before: [Option<f64>; 3],
+    /// Of which of them a line, as G28, has made it unknown where they stand, and that before the line.
+    pub(super) rotary_lost: [bool; 3],
+    pub(super) rotary_lost_before: [bool; 3],
     /// What they turn.
     pub(super) rotary_axes: Rotary,
     /// What M70 has kept.
@@ -94,6 +97,8 @@ impl Interpreter {
             begun: None,
             rotary: [None; 3],
             rotary_before: [None; 3],
+            rotary_lost: [false; 3],
+            rotary_lost_before: [false; 3],
             rotary_axes: options.rotary.clone(),
             kept: None,
             named: false,

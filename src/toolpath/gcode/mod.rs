@@ -100,8 +100,6 @@ pub struct Program {
     own_format: NumberFormat,
     /// How its author writes words.
     style: Style,
-    /// Whether it names A, B or C.
-    names_rotary: bool,
     notes: Notes,
     /// Of a program written out, where its lines come from.
     written_out: Option<WrittenOut>,
@@ -141,7 +139,6 @@ impl Program {
             arcs_of_poles: Vec::new(),
             own_format: NumberFormat::default(),
             style: Style::plain(dialect),
-            names_rotary: false,
             notes: Notes::default(),
             written_out: None,
         };
@@ -248,7 +245,7 @@ impl Program {
     /// The rotary axes that its path tells where to stand.
     fn told(&self) -> &[RotaryColumn] {
         let columns = &self.options.rotary_columns;
-        let is_told = self.names_rotary || columns.iter().any(|column| column.is_given);
+        let is_told = self.notes.names_rotary || columns.iter().any(|column| column.is_given);
         if is_told { columns } else { &[] }
     }
 

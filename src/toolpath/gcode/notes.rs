@@ -13,4 +13,6 @@ pub struct Notes {
     pub not_located: Vec<usize>,
     /// Lines that the program has, and that it was written out in.
     pub written_out: Option<[usize; 2]>,
+    /// Whether it leads A, B or C anywhere.
+    pub(crate) names_rotary: bool,
 }

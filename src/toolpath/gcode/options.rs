@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 use serde::Deserialize;
 
+use crate::toolpath::Toolpath;
 use crate::toolpath::gcode::{
     Dialect,
     modal::{Distance, LengthUnit},
@@ -51,6 +52,13 @@ pub enum Expand {
     WhereNeeded,
     /// All, their cycles as well.
     Always,
+}
+
+impl GcodeOptions {
+    /// Whether `path`, of a program read so, tells rotary drives of the machine where to stand.
+    pub fn turns_drives(&self, path: &Toolpath) -> bool {
+        self.rotary_columns.iter().any(|column| path.external_axes().contains(&column.column))
+    }
 }
 
 /// The position of the machine's block-delete switch.

@@ -4,7 +4,7 @@ use crate::toolpath::gcode::{
     error::{Fault, Refusal},
     interpret::Interpreter,
     lex::Word,
-    modal::{Distance, GWord, MotionCode},
+    modal::{Distance, GWord, MotionCode, Setting},
     request::Request,
     rotary::{Turning, index},
 };
@@ -12,22 +12,47 @@ use crate::toolpath::gcode::{
 impl Interpreter {
     /// Where A, B and C stand after the line. Those of which it is not known what they turn may be named, but must stand still.
     pub(super) fn turn(&mut self, request: &Request) -> Result<(), Refusal> {
-        self.rotary_before = self.rotary;
+        (self.rotary_before, self.rotary_lost_before) = (self.rotary, self.rotary_lost);
         for (axis, letter) in ['A', 'B', 'C'].into_iter().enumerate() {
             let Some(word) = request.letter(letter) else { continue };
             let distance = word.distance.unwrap_or(self.modal.distance);
-            let is_followed = self.rotary_axes.has(letter) && request.setting().is_none();
-            if is_followed {
-                self.rotary[axis] = match distance {
-                    _ if request.leaves() => None,
-                    Distance::Absolute => Some(word.value),
-                    Distance::Incremental => Some(self.rotary[axis].unwrap_or(0.0) + word.value),
-                };
-            } else {
+            self.notes.names_rotary |= request.setting().is_none();
+            if !self.rotary_axes.has(letter) {
                 self.stand_still(request, letter, word, distance)?;
+                continue;
             }
+            if let Some((_, setting)) = request.setting() {
+                self.keep_zero(request, setting, letter, word)?;
+                continue;
+            }
+            // Words of the machine's coordinates are those of the drives, as all others are.
+            let is_lost =
+                request.leaves() && (request.g(GWord::Machine).is_none() || distance == Distance::Incremental);
+            if distance == Distance::Incremental && self.rotary_lost[axis] && !is_lost {
+                return Err(word.refuse(Fault::RotaryLost { letter }));
+            }
+            self.rotary[axis] = match distance {
+                _ if is_lost => None,
+                Distance::Absolute => Some(word.value),
+                Distance::Incremental => Some(self.rotary[axis].unwrap_or(0.0) + word.value),
+            };
+            self.rotary_lost[axis] = is_lost;
         }
         Ok(())
+    }
+
+    /// Refuses a line that sets where the zero of a rotary axis is, unless it stays: its words are those of the drive.
+    fn keep_zero(&self, request: &Request, setting: Setting, letter: char, word: &Word) -> Result<(), Refusal> {
+        let says_where_it_stands = match setting {
+            Setting::Origin => true,
+            Setting::Data => request.letter('L').is_some_and(|l| l.value == 20.0),
+            _ => false,
+        };
+        let stays = match says_where_it_stands {
+            true => self.rotary[index(letter)] == Some(word.value),
+            false => word.value == 0.0,
+        };
+        if stays { Ok(()) } else { Err(word.refuse(Fault::RotaryZero { letter })) }
     }
 
     fn stand_still(&mut self, request: &Request, letter: char, word: &Word, distance: Distance) -> Result<(), Refusal> {
@@ -75,6 +100,11 @@ impl Interpreter {
     pub(super) fn control_tip(&mut self, of_tip: bool) {
         let was = self.turning();
         self.modal.tip_control = of_tip;
+        if self.rotary_lost.contains(&true) {
+            // Where the tip is depends on where they stand.
+            self.position = [None; 3];
+            return;
+        }
         if self.turning().of_tip != was.of_tip {
             self.position = self.rotary_axes.switched(self.position, &was.to, of_tip);
         }
@@ -82,6 +112,14 @@ impl Interpreter {
 
     /// Whether it is known where the tip is along the line.
     pub(super) fn check_turning(&self, turning: &Turning, word: &Word) -> Result<(), Refusal> {
+        let is_fed = self.modal.motion != Some(MotionCode::Rapid);
+        let is_lost = |letter: &char| {
+            let axis = index(*letter);
+            self.rotary_lost[axis] || is_fed && self.rotary_lost_before[axis]
+        };
+        if let Some(letter) = ['A', 'B', 'C'].into_iter().find(is_lost) {
+            return Err(word.refuse(Fault::RotaryLost { letter }));
+        }
         if turning.of_tip {
             let unknown = ['A', 'B', 'C'].into_iter().filter(|letter| !self.rotary_axes.has(*letter));
             let turned = unknown.filter_map(|letter| Some((letter, self.rotary[index(letter)]?)));

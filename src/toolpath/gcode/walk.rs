@@ -136,13 +136,12 @@ impl Program {
     /// Walks through the program for the first time, and keeps what is asked of all of it.
     pub(super) fn survey(&mut self) -> Result<(), GcodeError> {
         let (mut motions, mut decimals, mut style) = (Vec::new(), DecimalsSeen::default(), ShownStyle::default());
-        let (mut poles, mut names_rotary) = (ArcsOfPoles::default(), false);
+        let mut poles = ArcsOfPoles::default();
         let notes = self.walk(|block| {
             if let Some(motion) = block.motions.first() {
                 let content = self.content(block.line);
                 decimals.see(motion, content);
                 style = style.or_on_line(content, &motion.words);
-                names_rotary |= motion.words.iter().any(|word| matches!(word.letter, 'A'..='C'));
             }
             poles.see(block, motions.len());
             let at =
@@ -152,7 +151,6 @@ impl Program {
         })?;
         let [mm, inch] = decimals.0;
         (self.motions, self.notes) = (motions, notes);
-        self.names_rotary = names_rotary;
         (self.own_format, self.style) = (NumberFormat::seen(mm, inch), style.over(Style::plain(self.dialect)));
         self.arcs_of_poles = poles.arcs;
         Ok(())
