@@ -99,7 +99,8 @@ fn is_driven(machine: &Machine, drives: &[Vec<f64>], what: &str) {
 fn five_thousand_moves_pass_half_a_turn_on_each_joint_that_can() {
     let wide = "-350.0, 350.0";
     let machine = arm(&[("A1", wide), ("A4", wide)]);
-    let ways: [(usize, &[f64]); 3] = [(0, &[290.0, -310.0]), (3, &[340.0, -345.0]), (5, &[-349.0, 345.0])];
+    let ways: [(usize, &[f64]); 3] =
+        [(0, &[290.0, -310.0, -200.0]), (3, &[340.0, -345.0, -200.0]), (5, &[-349.0, 345.0, 200.0])];
     for (number, by_way_of) in ways {
         is_driven(&machine, &sweep(&machine, number, by_way_of, 5000), &format!("A{}", number + 1));
     }
