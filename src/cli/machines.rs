@@ -145,7 +145,7 @@ fn written(toml: &str, out: Option<&Path>) -> Result<()> {
 }
 
 /// The name of a file that is not there yet and can be written.
-fn new_file(file: &Path) -> Result<&str> {
+pub(super) fn new_file(file: &Path) -> Result<&str> {
     if file.symlink_metadata().is_ok() {
         let problem =
             format!("{} exists already and was left as it is: expected the name of a new file", file.display());

@@ -8,7 +8,7 @@ use kinetostat::{
         Folder,
         error::{Error, Result},
     },
-    report::{OutputFile, exchange::csv, prepare_beside, write_beside},
+    report::{OutputFile, exchange::csv, write_beside},
     study::{
         Overrides, Study, StudyKind,
         identification::{self, WhatFor, report::predicted},
@@ -17,7 +17,9 @@ use kinetostat::{
 };
 
 use super::{
-    Ending, print,
+    Ending,
+    machines::new_file,
+    print,
     results::{Computing, Writing, in_options},
     run, say,
 };
@@ -65,7 +67,7 @@ pub struct PredictArguments {
     /// CSV file of poses and loads, with or without readings
     #[arg(long)]
     poses: PathBuf,
-    /// CSV file for the answer [default: standard output]
+    /// CSV file for the answer, a new one [default: standard output]
     #[arg(long)]
     out: Option<PathBuf>,
 }
@@ -90,9 +92,7 @@ pub fn identify(arguments: &IdentifyArguments) -> Result<Ending> {
 }
 
 pub fn predict(arguments: &PredictArguments) -> Result<Ending> {
-    if let Some(out) = &arguments.out {
-        prepare_beside(out)?;
-    }
+    arguments.out.as_deref().map(new_file).transpose()?;
     let opened = Study::open(&arguments.study, &Overrides::default()).map_err(in_options)?;
     let StudyKind::Identification(study, ()) = &opened.kind else {
         return Err(other_kind(&arguments.study, "[identification]"));
@@ -111,7 +111,7 @@ pub fn predict(arguments: &PredictArguments) -> Result<Ending> {
     match &arguments.out {
         None => print(&String::from_utf8_lossy(&written))?,
         Some(out) => {
-            let name = prepare_beside(out)?;
+            let name = new_file(out)?;
             write_beside(out, vec![OutputFile::new(name, written)])?;
         }
     }

@@ -1012,6 +1012,12 @@ fn predict_answers_at_given_poses() {
     assert!(said.contains("1 length read"), "{said}");
     printed(&["predict", &at("mine"), "--poses", &at("poses.csv"), "--out", &at("predicted.csv")]);
     assert_eq!(std::fs::read_to_string(at("predicted.csv")).unwrap(), table);
+    // What is there is never replaced, the poses themselves least of all.
+    for (there, text) in [("poses.csv", poses), ("predicted.csv", &*table)] {
+        let (code, _, said) = told(&["predict", &at("mine"), "--poses", &at("poses.csv"), "--out", &at(there)]);
+        assert!(code == Some(2) && said.contains("exists already and was left as it is"), "{said}");
+        assert_eq!(std::fs::read_to_string(at(there)).unwrap(), text);
+    }
     let (code, _, said) = told(&["predict", &at("mine"), "--poses", &at("none.csv")]);
     assert!(code == Some(2) && said.contains("none.csv"), "{said}");
 }
