@@ -89,6 +89,10 @@ pub fn compare(arguments: &CompareArguments) -> Result<Ending> {
     Ok(if complete { Ending::Complete } else { Ending::SomeUnsolved })
 }
 
+/// Of a program that cannot be put at other places than that of its process.
+pub(super) const TURNS_ABOUT_ITS_PLACE: &str = "tells rotary drives where to stand, and where their axes pass in it changes with the place: expected the place of its process alone, as \
+     in compensate, run or compare without --at";
+
 fn study(arguments: &CompareArguments, machine: &str, process: &Path, file: &Path) -> Result<PlacementStudy> {
     let machine = Machine::named_or_file(machine)?;
     let process = Process::open(process, &machine)?;
@@ -100,9 +104,7 @@ fn study(arguments: &CompareArguments, machine: &str, process: &Path, file: &Pat
     let path = ProgramFile::read(file, &process)?.toolpath(process.sampling)?;
     let path = process.with_cuts(path, &file.display().to_string())?;
     if !arguments.at.is_empty() && process.gcode.turns_drives(&path) {
-        let problem = "the program tells rotary drives where to stand, and where their axes pass in it changes with the place: expected \
-                       a process file for each place";
-        return fault("--at".into(), problem.into());
+        return fault(file.display().to_string(), TURNS_ABOUT_ITS_PLACE.into());
     }
     let Some(extent) = Extent::of(path.positions_mm().into_iter()) else {
         let problem = "moves nowhere: a program with at least one motion is expected".into();

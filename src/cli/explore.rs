@@ -14,7 +14,7 @@ use kinetostat::{
     },
 };
 
-use super::{Ending, print};
+use super::{Ending, compare::TURNS_ABOUT_ITS_PLACE, print};
 
 /// Make a page on which the machine bends under your hand, and a workpiece can be dragged to where it is cut best.
 #[derive(Debug, Args)]
@@ -74,9 +74,7 @@ fn check(machine: &str, process: &Path, program: &Path) -> Result<()> {
     let process = Process::open(process, &machine)?;
     let path = ProgramFile::read(program, &process)?.toolpath(process.sampling)?;
     if process.gcode.turns_drives(&path) {
-        let problem = "tells rotary drives where to stand, and where their axes pass in it changes as the workpiece is dragged: expected a \
-                       program of other drives";
-        return Err(Error::Argument { argument: program.display().to_string(), problem: problem.into() });
+        return Err(Error::Argument { argument: program.display().to_string(), problem: TURNS_ABOUT_ITS_PLACE.into() });
     }
     if path.is_empty() {
         let problem = "moves nowhere: a program with at least one motion is expected".into();

@@ -301,7 +301,7 @@ pub(super) fn cautions(report: &Report<'_>) -> String {
             said.push(format!("{} of less than half the usual weight.", counted(out, "reading")));
         }
     }
-    said.join(" ")
+    said.join("\n")
 }
 
 /// Everything the answer says.
