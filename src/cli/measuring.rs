@@ -115,7 +115,7 @@ pub fn predict(arguments: &PredictArguments) -> Result<Ending> {
             write_beside(out, vec![OutputFile::new(name, written)])?;
         }
     }
-    let said = predicted::said(study, &found, &answers);
+    let said = predicted::said(study, &found, &poses, &answers);
     if !said.is_empty() {
         say(&said);
     }

@@ -99,6 +99,25 @@ fn m73_restores_at_the_end_of_its_subprogram_and_what_is_written_out_says_it_in_
     assert!(written.starts_with("o100 sub\nM73\nG91 G20\nG1 X1") && written.contains("o100 endsub\n"), "{written}");
 }
 
+/// G43.1 sets lengths beside or without G43; a length is written in the unit that is in force again.
+#[test]
+fn lengths_of_tools_that_g43_1_has_set_are_restored() {
+    let written = |begin: &str, within: &str| {
+        let source = format!(
+            "o100 sub\nM73\n{within}\nG1 X1\no100 endsub\nG21 G90 F100\n{begin}\nG0 X0 Y0 Z0\no100 call\nG1 X20\nM2\n"
+        );
+        let program = Program::parse_expanded(source.as_str(), "part.nc", &of_linuxcnc(), &|_| None).unwrap();
+        let text = String::from_utf8(program.source().to_vec()).unwrap();
+        let (_, behind) = text.split_once("G1 X1\n").unwrap();
+        behind.strip_suffix("G1 X20\nM2\n").unwrap().to_owned()
+    };
+    assert_eq!(written("G43.1 Z3", "G49"), "G49\nG43.1 Z3\n");
+    assert_eq!(written("G43 H1", "G43.1 X2 Z3"), "G43 H1\n");
+    assert_eq!(written("G43 H1\nG43.1 X2\nG43.1 Z3", "G43.1 Z4"), "G43 H1\nG43.1 X2 Z3\n");
+    assert_eq!(written("G20\nG43.1 Z1\nG21", "G20 G49"), "G21\nG49 F100\nG43.1 Z25.4\n");
+    assert_eq!(written("G43.1 Z3", "G91"), "G90\n");
+}
+
 /// As rs274 of LinuxCNC says of it.
 #[test]
 fn m70_behind_m73_says_to_what_the_end_restores_and_m71_that_it_does_not() {

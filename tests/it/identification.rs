@@ -1022,6 +1022,50 @@ fn predict_answers_at_given_poses() {
     assert!(code == Some(2) && said.contains("none.csv"), "{said}");
 }
 
+/// What the model leaves is known of what was fitted, whatever noise another reading has; noise that is given of a reading counts.
+#[test]
+fn intervals_of_predictions_hold_what_was_fitted_and_the_noise_of_the_reading() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    printed(&["new", "identification", &at("mine")]);
+    let spec = std::fs::read_to_string(at("mine/study.toml")).unwrap();
+    let pose = "pose,J1_deg,J2_deg,J3_deg,J4_deg,J5_deg,J6_deg,force_x_N,force_y_N,force_z_N,displacement_z_mm";
+    let stds = |study: &str, columns: &str, own: &str, j2: f64| {
+        std::fs::write(at("poses.csv"), format!("{pose}{columns}\na,0,{j2},-50,0,50,0,500,0,0,-1.0{own}\n")).unwrap();
+        let (code, table, said) = told(&["predict", &at(study), "--poses", &at("poses.csv")]);
+        assert_eq!(code, Some(0), "{said}");
+        let rows: Vec<Vec<Option<f64>>> =
+            table.lines().skip(1).map(|line| line.split(',').skip(4).map(|cell| cell.parse().ok()).collect()).collect();
+        (rows, said)
+    };
+    // The scatter tells the noise; noise that is given comes to it.
+    let (plain, _) = stds("mine", "", "", 14.0);
+    let (loud, _) = stds("mine", ",std_mm", ",0.5", 14.0);
+    let of = |rows: &[Vec<Option<f64>>], column: usize| rows[0][column].unwrap();
+    assert_eq!((of(&plain, 4), of(&plain, 5)), (of(&loud, 4), 0.0));
+    assert_eq!(of(&loud, 5), 0.5);
+    assert!(of(&loud, 2) - of(&loud, 1) > 2.0 * 0.5 * 1.9);
+    // Rotations were not fitted: they have no interval.
+    let (turned, said) = stds("mine", ",rotation_x_deg", ",0.01", 14.0);
+    assert!(turned[0][0].is_some() && turned[0][1].is_none() && turned[0][4].is_none(), "{turned:?}");
+    assert!(said.contains("of which none were fitted have no interval"), "{said}");
+    // Noise that is given and a misfit beyond it: that of what was fitted.
+    std::fs::create_dir(at("given")).unwrap();
+    for entry in std::fs::read_dir(at("mine")).unwrap() {
+        let entry = entry.unwrap();
+        std::fs::copy(entry.path(), folder.path().join("given").join(entry.file_name())).unwrap();
+    }
+    let with_noise = spec.replacen("[identification]", "[identification]\nstd_mm = 1e-4", 1);
+    assert_ne!(spec, with_noise);
+    std::fs::write(at("given/study.toml"), with_noise).unwrap();
+    let (usual, _) = stds("given", "", "", 14.0);
+    let (other, said) = stds("given", ",std_mm", ",1e-6", 170.0);
+    let (misfit, left) = (of(&usual, 4), of(&plain, 4));
+    assert!((misfit / left - 1.0).abs() < 0.01, "{misfit} {left}");
+    assert_eq!((of(&other, 4), of(&other, 5)), (misfit, 1e-6));
+    assert!(said.contains("1 pose beyond the travel in the machine file: pose a"), "{said}");
+}
+
 fn walk(folder: &Path) -> Vec<std::path::PathBuf> {
     let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     entries.flat_map(|path| if path.is_dir() { walk(&path) } else { vec![path] }).collect()

@@ -53,8 +53,8 @@ fn the_best_place_is_on_the_table() {
     // Without a table it is at (0, 0), about.
     let free = searched(&study("").unwrap()).best.unwrap();
     assert!(free.site.0[0] < 20.0, "{:?}", free.site);
-    let table = "[placement.workpiece]\nmin_mm = [-15.0, -12.0, -10.0]\nmax_mm = [15.0, 12.0, 0.0]\n\
-                 [placement.table]\nmin_mm = [30.0, -100.0]\nmax_mm = [120.0, 100.0]\nheight_mm = 90.0\nmargin_mm = 5.0\n";
+    let table = "[placement.workpiece]\nmin_mm = [-15.0, -12.0, 0.0]\nmax_mm = [15.0, 12.0, 10.0]\n\
+                 [placement.table]\nmin_mm = [30.0, -100.0]\nmax_mm = [120.0, 100.0]\nheight_mm = 110.0\nmargin_mm = 5.0\n";
     let results = searched(&study(table).unwrap());
     let best = results.best.unwrap();
     // 30 mm for the table, 5 mm for its margin, 15 mm for the part.
@@ -68,7 +68,7 @@ fn the_best_place_is_on_the_table() {
 
 #[test]
 fn a_place_off_the_table_says_by_how_much() {
-    let part = "[placement.workpiece]\nmin_mm = [-15.0, -12.0, -10.0]\nmax_mm = [15.0, 12.0, 0.0]\n";
+    let part = "[placement.workpiece]\nmin_mm = [-15.0, -12.0, 0.0]\nmax_mm = [15.0, 12.0, 10.0]\n";
     for (table, reason) in [
         ("min_mm = [-20.0, -20.0]\nmax_mm = [20.0, 20.0]\n", "would hang 2.0 mm over side +x of the table"),
         (
@@ -76,8 +76,8 @@ fn a_place_off_the_table_says_by_how_much() {
             "would be 5.0 mm beyond the margin of 3 mm on side +x of the table",
         ),
         (
-            "min_mm = [-20.0, -20.0]\nmax_mm = [200.0, 200.0]\nheight_mm = 96.0\n",
-            "would be 6.0 mm below the surface of the table",
+            "min_mm = [-20.0, -20.0]\nmax_mm = [200.0, 200.0]\nheight_mm = 104.0\n",
+            "would be 6.0 mm above the surface of the table, under which it hangs: the tool points up",
         ),
         // A quarter of a turn makes its long side y: in its own axes the part, 7 mm along x, is at −y.
         (
@@ -91,6 +91,33 @@ fn a_place_off_the_table_says_by_how_much() {
         assert_eq!(&*refusal.status, "off_table", "{table}");
         assert!(refusal.reason.contains(reason), "{table}: {}", refusal.reason);
     }
+}
+
+/// The tool of the delta points down, that of the Orthoglide up: the part is on the side that the tool comes to.
+#[test]
+fn a_part_stands_on_a_table_that_the_tool_points_down_to_and_hangs_under_one_that_it_points_up_to() {
+    let refusal = |machine: &str, height_mm: f64, part: [f64; 2]| {
+        let machine_line = format!("machine = \"{machine}\"");
+        let text = CIRCLE.replace("machine = \"orthoglide\"", &machine_line)
+            + &format!(
+                "[placement.workpiece]\nmin_mm = [-15.0, -12.0, {:?}]\nmax_mm = [15.0, 12.0, {:?}]\n\
+                 [placement.table]\nmin_mm = [-500.0, -500.0]\nmax_mm = [500.0, 500.0]\nheight_mm = {height_mm:?}\n{}",
+                part[0],
+                part[1],
+                candidate(0.0, 0.0)
+            );
+        let folder = tempfile::tempdir().unwrap();
+        let study = study_in(folder.path(), &text).unwrap();
+        let entries = compare(&study);
+        entries[0].refusal().map(|failure| failure.reason.to_string()).filter(|reason| reason.contains("table"))
+    };
+    // The origin of the part is at z = 100 mm.
+    assert_eq!(refusal("orthoglide", 120.0, [0.0, 20.0]), None);
+    let up = refusal("orthoglide", 90.0, [0.0, 20.0]).unwrap();
+    assert!(up.contains("30.0 mm above the surface of the table"), "{up}");
+    assert_eq!(refusal("rotary_delta", 80.0, [-20.0, 0.0]), None);
+    let down = refusal("rotary_delta", 120.0, [-20.0, 0.0]).unwrap();
+    assert!(down.contains("40.0 mm below the surface of the table"), "{down}");
 }
 
 #[test]
@@ -140,6 +167,7 @@ proptest! {
             size_mm: Vector2::from(size),
             yaw,
             height_mm: None,
+            is_overhead: false,
             margin_mm: 0.0,
             footprint: footprint.clone(),
         };

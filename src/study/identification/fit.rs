@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::{
-    measurements::Measurement,
+    measurements::{Measurement, Reading},
     model::{Predicted, predict, values_at},
     quantile,
     spec::LossSpec,
@@ -54,9 +54,13 @@ pub struct Noise {
 
 impl Noise {
     /// Standard deviation of a reading; 1 where the scatter tells it.
-    pub fn of(&self, reading: &super::measurements::Reading) -> f64 {
-        let own = if reading.quantity.is_rotation() { self.rotation } else { self.length };
-        reading.std.or(own).unwrap_or(1.0)
+    pub fn of(&self, reading: &Reading) -> f64 {
+        self.given(reading).unwrap_or(1.0)
+    }
+
+    /// Standard deviation of a reading, if the file or the study gives it.
+    pub fn given(&self, reading: &Reading) -> Option<f64> {
+        reading.std.or(if reading.quantity.is_rotation() { self.rotation } else { self.length })
     }
 }
 

@@ -151,7 +151,7 @@ fn misfit_words(study: &IdentificationStudy, found: &Identified) -> String {
     }
     let left = rms_mm(fit.residuals.as_slice(), &study.measurements);
     let left = left.map_or_else(|| "nothing".into(), |left| format!("{} RMS", millimetres(left, 4)));
-    let share = left_share(&fit.residuals, &study.measurements);
+    let share = left_share(&fit.residuals, &study.measurements, &[]);
     let share = share.map_or_else(String::new, |share| format!(", {} of what was measured", percent(share)));
     format!("what is left is {left}{share}, and is in the interval")
 }

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{
     IdentificationStudy, Identified,
-    fit::Noise,
+    fit::{Fit, Noise},
     free,
     measurements::{Measurement, Reading},
     model::{LoadedModel, Predicted},
@@ -19,10 +19,10 @@ pub struct Answer {
     pub column: &'static str,
     /// mm or rad.
     pub value: f64,
-    /// Half its 95 % interval, mm or rad; infinite where it depends on what was not told.
+    /// Half its 95 % interval, mm or rad; infinite where it depends on what was not told, or nothing of its kind was fitted.
     pub half_width: f64,
-    /// Standard deviations that make it, mm or rad: by what is known of the numbers (their covariance); by what the model leaves beyond the
-    /// noise of readings, in which that is where the scatter tells it; by the noise of the reading that was given.
+    /// Standard deviations that make it, mm or rad: by what is known of the numbers (their covariance); by what the model leaves of readings
+    /// of its kind beyond their noise, in which that is where the scatter tells it; by the noise of the reading that was given.
     pub stds: [f64; 3],
     /// What was read, mm or rad, if the file says so.
     pub measured: Option<f64>,
@@ -44,12 +44,13 @@ pub fn predict(
     let model = LoadedModel::new(&study.machine, &study.unknowns, &fit.x, &study.unknowns)?;
     let untold = DMatrix::from_fn(fit.x.len(), fit.untold.len(), |i, j| fit.untold[j][i]);
     let quantile = quantile::half_width(free(study, fit));
+    let left = [false, true].map(|is_rotation| Left::of(study, fit, is_rotation));
     let of = |(predicted, (own, pose)): (Predicted, (&&Measurement, &Measurement))| {
         let each = own.readings.iter().enumerate().map(|(i, reading)| {
             let slopes: DVector<f64> = predicted.slopes.row(i).transpose();
             let by_numbers = slopes.dot(&(&fit.covariance * &slopes)).max(0.0).sqrt();
             let is_untold = (untold.transpose() * &slopes).amax() > UNTOLD * slopes.amax();
-            let [misfit, noise] = of_reading(study.noise, fit.scale, reading);
+            let [misfit, noise] = left[usize::from(reading.quantity.is_rotation())].of_reading(study.noise, reading);
             let stds = [if is_untold { f64::INFINITY } else { by_numbers }, misfit, noise];
             let half_width = quantile * stds.iter().map(|std| std * std).sum::<f64>().sqrt();
             let measured = pose.readings.get(i).map(|reading| reading.value);
@@ -68,10 +69,32 @@ fn readings(pose: &Measurement) -> Vec<Reading> {
     if pose.readings.is_empty() { Reading::displacements_to_come() } else { pose.readings.clone() }
 }
 
-/// Standard deviations of a reading by the misfit and by its noise.
-fn of_reading(noise: Noise, scale: f64, reading: &Reading) -> [f64; 2] {
-    match noise.is_estimated {
-        true => [scale, 0.0],
-        false => [noise.of(reading) * (scale * scale - 1.0).max(0.0).sqrt(), noise.of(reading)],
+/// What the fit leaves of lengths, or of rotations.
+struct Left {
+    /// Beyond the noise of readings, mm or rad; infinite where none were fitted.
+    misfit: f64,
+    /// Noise of those that were fitted, mm or rad.
+    noise: f64,
+}
+
+impl Left {
+    fn of(study: &IdentificationStudy, fit: &Fit, is_rotation: bool) -> Self {
+        let readings = study.measurements.iter().flat_map(|own| &own.readings).zip(&fit.stds);
+        let squares: Vec<f64> = readings
+            .filter(|(reading, _)| reading.quantity.is_rotation() == is_rotation)
+            .map(|(_, std)| std * std)
+            .collect();
+        if squares.is_empty() {
+            return Self { misfit: f64::INFINITY, noise: f64::INFINITY };
+        }
+        let noise = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+        let share = if study.noise.is_estimated { 1.0 } else { (fit.scale * fit.scale - 1.0).max(0.0).sqrt() };
+        Self { misfit: noise * share, noise }
+    }
+
+    /// Standard deviations of a reading by the misfit and by its noise.
+    fn of_reading(&self, noise: Noise, reading: &Reading) -> [f64; 2] {
+        let other = if noise.is_estimated { 0.0 } else { noise.given(reading).unwrap_or(self.noise) };
+        [self.misfit, reading.std.unwrap_or(other)]
     }
 }

@@ -10,6 +10,8 @@ pub struct UnitFactor {
     pub factor: f64,
     /// Its 95 % interval.
     pub interval: [f64; 2],
+    /// Least and largest of the factors of each.
+    pub each: [f64; 2],
     /// Whether what was found is lower.
     pub is_lower: bool,
     /// The factor it looks like, and between which units that is.
@@ -29,6 +31,8 @@ const UNITS: [(f64, &str); 6] = [
 const NEAR: f64 = 0.03;
 /// A wider interval, either way, holds too many factors to look like one.
 const WIDEST: f64 = 0.26;
+/// Stiffnesses that scatter by more about their common factor have none, as `ln` of a factor: files are about as wrong.
+const MOST_SCATTER: f64 = 0.2;
 
 /// The common factor of all stiffnesses that were told, if it looks like a unit. They differ from their file's by more than what is known
 /// of each: their mean is that of a sample with a scatter of its own (DerSimonian and Laird 1986).
@@ -51,10 +55,12 @@ pub fn unit_factor(study: &IdentificationStudy, fit: &Fit) -> Option<UnitFactor>
     let scatter = if more > 0.0 && told.len() > 1 { more / (sum - squares / sum) } else { 0.0 };
     let (log, sum) = mean(scatter);
     let width = quantile::half_width(free(study, fit)) / sum.sqrt();
-    if !(fit.is_found && width <= WIDEST) {
+    if !(fit.is_found && told.len() > 1 && width <= WIDEST && scatter.sqrt() <= MOST_SCATTER) {
         return None;
     }
     let looks_like = UNITS.into_iter().find(|(unit, _)| (log.abs() - unit.ln()).abs() <= width + NEAR)?;
     let interval = [log.abs() - width, log.abs() + width].map(f64::exp);
-    Some(UnitFactor { factor: log.abs().exp(), interval, is_lower: log < 0.0, looks_like })
+    let sizes = || told.iter().map(|(x, _)| (x * log.signum()).exp());
+    let each = [sizes().fold(f64::INFINITY, f64::min), sizes().fold(0.0, f64::max)];
+    Some(UnitFactor { each, factor: log.abs().exp(), interval, is_lower: log < 0.0, looks_like })
 }

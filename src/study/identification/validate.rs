@@ -3,8 +3,9 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::{
+    far_off::FarOff,
     fit::{Fit, Search},
-    measurements::{Measurement, Quantity},
+    measurements::{Measurement, Quantity, Reading},
     model::values_at,
 };
 use crate::{input::error::Result, study::Failure, work::Work};
@@ -86,11 +87,15 @@ pub fn rms_mm(residuals: &[f64], measurements: &[Measurement]) -> Option<f64> {
     (count > 0).then(|| (sum / count as f64).sqrt())
 }
 
-/// RMS of `residuals` over that of what was measured, of lengths that the load changes; `None` without any.
-pub fn left_share(residuals: &DVector<f64>, measurements: &[Measurement]) -> Option<f64> {
-    let readings = measurements.iter().flat_map(|own| &own.readings).zip(residuals);
-    let lengths = readings.filter(|(reading, _)| reading.is_change() && !reading.quantity.is_rotation());
+/// RMS of `residuals` over that of what was measured, of lengths that the load changes and that are not among `far_off`; `None` without any.
+pub fn left_share(residuals: &DVector<f64>, measurements: &[Measurement], far_off: &[FarOff]) -> Option<f64> {
+    let readings = measurements.iter().enumerate().flat_map(|(m, own)| own.readings.iter().map(move |r| (m, r)));
+    let is_far =
+        |m: usize, reading: &Reading| far_off.iter().any(|far| (far.measurement, far.column) == (m, reading.column));
+    let lengths = readings
+        .zip(residuals)
+        .filter(|((m, reading), _)| reading.is_change() && !reading.quantity.is_rotation() && !is_far(*m, reading));
     let (left, all) =
-        lengths.fold((0.0, 0.0), |(left, all), (reading, r)| (left + r * r, all + reading.value * reading.value));
+        lengths.fold((0.0, 0.0), |(left, all), ((_, reading), r)| (left + r * r, all + reading.value * reading.value));
     (all > 0.0).then(|| (left / all).sqrt())
 }

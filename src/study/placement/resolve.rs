@@ -27,6 +27,7 @@ use crate::{
         },
         within_limits,
     },
+    toolpath::Orientation,
 };
 
 /// Most places of a sweep.
@@ -62,7 +63,10 @@ pub(super) fn resolve(spec: &PlacementStudySpec, given: &Given<'_>) -> Result<Re
         None => features.iter().flat_map(|job| job.feature.path.points()).map(|point| point.position_mm).collect(),
     };
     let study = PlacementStudy {
-        table: spec.table.map(|spec| table(&spec, footprint(), &check.key("table"))).transpose()?,
+        table: spec
+            .table
+            .map(|spec| table(&spec, footprint(), tool_points_up(&features), &check.key("table")))
+            .transpose()?,
         forbidden: forbidden(&spec.forbidden, check)?,
         clearance_mm,
         grid: grid(&spec.search, &bounds, overrides, &check.key("search"))?,
@@ -230,7 +234,22 @@ fn holds_paths(extent: &Extent, features: &[FeatureJob], check: &Check) -> Resul
     Ok(())
 }
 
-fn table(spec: &TableSpec, footprint: Vec<Vector3<f64>>, check: &Check) -> Result<Table> {
+/// Whether the tool comes from below, on average over what is cut: the workpiece is then above its tip.
+fn tool_points_up(features: &[FeatureJob]) -> bool {
+    let axes = features.iter().flat_map(|job| {
+        let machine = job.machine();
+        let along = machine.tool_axes.column(2).into_owned();
+        job.feature.path.points().iter().map(move |point| match point.orientation {
+            Some(Orientation::ToolAxis(to_spindle)) => -to_spindle,
+            Some(Orientation::Platform(rotation)) => rotation * along,
+            None => machine.home.pose.rotation * along,
+        })
+    });
+    let sum: Vector3<f64> = axes.sum();
+    sum.z > 0.5 * sum.norm()
+}
+
+fn table(spec: &TableSpec, footprint: Vec<Vector3<f64>>, is_overhead: bool, check: &Check) -> Result<Table> {
     let pair = |key: &str, [x, y]: [f64; 2]| -> Result<Vector2<f64>> {
         let check = check.key(key);
         Ok(Vector2::new(check.finite_scalar(x)?, check.finite_scalar(y)?))
@@ -255,7 +274,7 @@ fn table(spec: &TableSpec, footprint: Vec<Vector3<f64>>, check: &Check) -> Resul
     }
     let yaw = check.key("yaw_deg").finite_scalar(spec.yaw_deg.unwrap_or(0.0))?.to_radians();
     let height_mm = spec.height_mm.map(|height| check.key("height_mm").finite_scalar(height)).transpose()?;
-    Ok(Table { centre_mm, size_mm, yaw, height_mm, margin_mm, footprint })
+    Ok(Table { centre_mm, size_mm, yaw, height_mm, is_overhead, margin_mm, footprint })
 }
 
 fn forbidden(specs: &[ForbiddenSpec], check: &Check) -> Result<Vec<ForbiddenBox>> {

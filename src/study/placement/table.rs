@@ -13,8 +13,10 @@ pub struct Table {
     pub size_mm: Vector2<f64>,
     /// Angle from x of O to its first side, rad.
     pub yaw: f64,
-    /// z of its surface in O, mm, if the workpiece must not stand lower.
+    /// z of its surface in O, mm, if the workpiece must not reach behind it.
     pub height_mm: Option<f64>,
+    /// Whether the workpiece hangs under it, since the tool comes from below.
+    pub is_overhead: bool,
     /// How far the workpiece must stay from its edge, mm.
     pub margin_mm: f64,
     /// Points that must be on it, in W, mm.
@@ -45,10 +47,15 @@ impl Table {
                 let off = side.dot(&own) - side.abs().dot(&half) + self.margin_mm;
                 most = if off > most.0 { (off, name) } else { most };
             }
-            let below = self.height_mm.map_or(f64::NEG_INFINITY, |height| height - point.z);
-            most = if below > most.0 { (below, "") } else { most };
+            let behind = self.height_mm.map_or(f64::NEG_INFINITY, |height| (height - point.z) * self.up());
+            most = if behind > most.0 { (behind, "") } else { most };
         }
         most
+    }
+
+    /// From the table to the workpiece, along z of O.
+    fn up(&self) -> f64 {
+        if self.is_overhead { -1.0 } else { 1.0 }
     }
 
     /// The workpiece at `workpiece`, `X_OW`, stands on the table.
@@ -58,6 +65,11 @@ impl Table {
     pub(super) fn check(&self, workpiece: &Pose) -> Result<(), Failure> {
         let reason = match self.off(workpiece) {
             (off, _) if off <= ROUNDING_MM => return Ok(()),
+            (off, "") if self.is_overhead => {
+                format!(
+                    "the workpiece would be {off:.1} mm above the surface of the table, under which it hangs: the tool points up"
+                )
+            }
             (off, "") => format!("the workpiece would be {off:.1} mm below the surface of the table"),
             (off, side) if self.margin_mm > 0.0 => {
                 format!(
@@ -82,7 +94,7 @@ impl Table {
                 .iter()
                 .filter(|(side, _)| side.dot(&along) > 0.0)
                 .map(|(side, _)| (side.abs().dot(&half) - self.margin_mm - side.dot(&own)) / side.dot(&along));
-            let down = self.height_mm.filter(|_| way.z < 0.0).map(|height| (height - point.z) / way.z);
+            let down = self.height_mm.filter(|_| way.z * self.up() < 0.0).map(|height| (height - point.z) / way.z);
             to_side.chain(down).fold(f64::INFINITY, f64::min)
         };
         self.footprint.iter().map(left).fold(f64::INFINITY, f64::min).max(0.0)

@@ -42,8 +42,13 @@ pub fn table(poses: &[Measurement], predicted: &[Result<Vec<Answer>, Failure>]) 
     Table::new(columns, rows)
 }
 
-/// How well what was read is predicted, and what must be known with it.
-pub fn said(study: &IdentificationStudy, found: &Identified, predicted: &[Result<Vec<Answer>, Failure>]) -> String {
+/// How well what was read at `poses` is predicted, and what must be known with it.
+pub fn said(
+    study: &IdentificationStudy,
+    found: &Identified,
+    poses: &[Measurement],
+    predicted: &[Result<Vec<Answer>, Failure>],
+) -> String {
     let of_lengths = predicted.iter().flatten().flatten().filter(|own| !own.column.ends_with("_deg"));
     let off: Vec<(f64, f64)> = of_lengths.filter_map(|own| Some((own.measured? - own.value, own.half_width))).collect();
     let mut said = Vec::new();
@@ -56,6 +61,13 @@ pub fn said(study: &IdentificationStudy, found: &Identified, predicted: &[Result
             millimetres(rms, 3)
         ));
     }
+    let has_no_misfit = |own: &Answer| !own.stds[1].is_finite();
+    if predicted.iter().flatten().flatten().any(has_no_misfit) {
+        said.push(
+            "Lengths or rotations of which none were fitted have no interval: how much the model leaves of them is not known.".to_owned(),
+        );
+    }
+    said.extend(text::beyond_travel(&study.machine, poses, |i| format!("pose {}", poses[i].name)));
     let file = MachineFile { text: None, left_out: Vec::new(), problem: None };
     let report = Report { study, found, file: &file, errors: &[] };
     said.extend(text::misfit(&report));

@@ -25,7 +25,12 @@ impl Report<'_> {
 
     /// RMS of what is left over that of what was measured, of lengths that the load changes; `None` without any.
     pub fn left_share(&self) -> Option<f64> {
-        left_share(&self.found.fit.residuals, &self.study.measurements)
+        left_share(&self.found.fit.residuals, &self.study.measurements, &[])
+    }
+
+    /// The same without the readings that are far off all others.
+    pub fn left_share_of_others(&self) -> Option<f64> {
+        left_share(&self.found.fit.residuals, &self.study.measurements, &self.found.far_off)
     }
 
     /// What a machine file with some of the numbers costs, in a sentence.

@@ -5,8 +5,9 @@ use super::{
     summary::Report,
 };
 use crate::{
+    machine::Machine,
     report::words::{counted, listed, millimetres, percent},
-    study::identification::{Coordinate, FarOff, Found, LossSpec, Model, Pattern, Unknown},
+    study::identification::{Coordinate, FarOff, Found, LossSpec, Measurement, Model, Pattern, Unknown},
 };
 
 fn number(value: f64) -> String {
@@ -174,6 +175,10 @@ pub(super) fn models(report: &Report<'_>) -> String {
 const FOLLOWED: f64 = 0.7;
 /// One that leaves more than this lacks something, or the readings scatter.
 const NOTEWORTHY: f64 = 0.1;
+/// Noise of which less than this is seen, in more readings than unknowns by [`MANY`], is not that of these readings: chance leaves so little
+/// less than once in a thousand times.
+const TOO_QUIET: f64 = 0.25;
+const MANY: usize = 8;
 /// Most readings that are named.
 const NAMED: usize = 3;
 
@@ -207,17 +212,16 @@ fn at_end(report: &Report<'_>) -> Option<String> {
     ))
 }
 
-/// Poses at which a drive stood beyond the travel that the machine file has.
-fn beyond_travel(report: &Report<'_>) -> Option<String> {
-    let study = report.study;
-    let beyond = |i: usize| Some((i, study.machine.drive_beyond_travel(&study.measurements[i].at.drives)?.1));
-    let all: Vec<_> = (0..study.measurements.len()).filter_map(beyond).collect();
+/// Poses at which a drive stands beyond the travel that the machine file has; `place` says which of them one is.
+pub(super) fn beyond_travel(
+    machine: &Machine,
+    poses: &[Measurement],
+    place: impl Fn(usize) -> String,
+) -> Option<String> {
+    let beyond = |i: usize| Some((i, machine.drive_beyond_travel(&poses[i].at.drives)?.1));
+    let all: Vec<_> = (0..poses.len()).filter_map(beyond).collect();
     let (first, fault) = all.first()?;
-    Some(format!(
-        "{} beyond the travel in the machine file: {}: {fault}.",
-        counted(all.len(), "pose"),
-        study.place(*first)
-    ))
+    Some(format!("{} beyond the travel in the machine file: {}: {fault}.", counted(all.len(), "pose"), place(*first)))
 }
 
 /// What the model leaves that it should not, first of all.
@@ -225,6 +229,11 @@ pub(super) fn misfit(report: &Report<'_>) -> Option<String> {
     const TRY: &str = "Try as unknowns: play of the drives, bearings that tilt across the joints' axes (an arm's elbow first), elastic links.";
     let (fit, share) = (&report.found.fit, report.left_share().unwrap_or(0.0));
     let words = percent(share);
+    let others = report.left_share_of_others().unwrap_or(share);
+    if share > NOTEWORTHY && others < 0.5 * share {
+        let far = far_off(report).unwrap_or_default();
+        return Some(format!("What is left is {words} of what was measured, {} without {far}", percent(others)));
+    }
     if share > FOLLOWED {
         return Some(format!(
             "What is left is nearly as large as what was measured ({words}): are the units, signs and axes of loads and readings those of \
@@ -244,6 +253,13 @@ pub(super) fn misfit(report: &Report<'_>) -> Option<String> {
              did. {TRY}"
         ));
     }
+    if !report.study.noise.is_estimated && fit.scale < TOO_QUIET && report.study.reading_count() >= fit.x.len() + MANY {
+        return Some(format!(
+            "What is left is but {} times the noise that was given: are std_mm and std_deg in these units? Intervals are as wide as that noise \
+             makes them.",
+            number(fit.scale)
+        ));
+    }
     let is_widened = report.study.loss == LossSpec::Squares && !report.study.noise.is_estimated && fit.scale > 1.5;
     is_widened
         .then(|| format!("What is left is {:.1} times the noise that was given; intervals are wider by it.", fit.scale))
@@ -256,11 +272,13 @@ pub(super) fn unit_factor(report: &Report<'_>) -> Option<String> {
     let than = if own.is_lower { "lower" } else { "higher" };
     let (unit, words) = own.looks_like;
     Some(format!(
-        "Stiffnesses are {} ({} to {}) times {than} than the machine file's, all alike: that looks like {words} ({unit}), in loads, readings \
-         or the file.",
+        "Stiffnesses are {} ({} to {}) times {than} than the machine file's, each of them {} to {} times: that looks like {words} ({unit}), in \
+         loads, readings or the file.",
         number(own.factor),
         number(low),
-        number(high)
+        number(high),
+        number(own.each[0]),
+        number(own.each[1])
     ))
 }
 
@@ -276,10 +294,15 @@ fn unknown_profiles(report: &Report<'_>) -> Option<String> {
 pub(super) fn cautions(report: &Report<'_>) -> String {
     let mut said: Vec<String> = misfit(report).into_iter().collect();
     said.extend(unit_factor(report));
+    if report.found.fit.is_beyond_noise {
+        // A wrong unit leaves more than any play.
+        said.reverse();
+    }
     said.extend(report.mixed_words());
     said.extend(at_end(report));
-    said.extend(far_off(report));
-    said.extend(beyond_travel(report));
+    said.extend(far_off(report).filter(|far| said.iter().all(|own| !own.ends_with(far))));
+    let study = report.study;
+    said.extend(beyond_travel(&study.machine, &study.measurements, |i| study.place(i)));
     if let Some(better) = report.better() {
         let predicted =
             |model: &Model| millimetres(model.predicted_mm.as_ref().ok().copied().flatten().unwrap_or_default(), 3);

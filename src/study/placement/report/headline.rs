@@ -165,8 +165,8 @@ fn after(study: &PlacementStudy, entry: &Entry, evaluation: &Evaluation) -> Opti
     Some(number.found(in_candidates(study, entry, metric, evaluation.metrics.get(metric)?)))
 }
 
-/// Room below this is none, mm.
-const NO_ROOM_MM: f64 = 0.05;
+/// Room below this is none, mm: none of what is shown.
+const NO_ROOM_MM: f64 = 0.1;
 /// The same of angles, degrees.
 const NO_ROOM_DEG: f64 = 0.05;
 
@@ -181,7 +181,11 @@ fn room(results: &PlacementResults) -> Option<KeyNumber> {
     let name = |room: &Room| format!("{}{}", sign(room), COORDINATES[room.coordinate]);
     let none: Vec<String> = blocked.iter().map(|room| format!("none towards {}: {}", name(room), end(room))).collect();
     let free = free.into_iter().filter(|room| !is_angle(room.coordinate));
-    let least = free.min_by(|a, b| a.distance.total_cmp(&b.distance))?;
+    let Some(least) = free.min_by(|a, b| a.distance.total_cmp(&b.distance)) else {
+        let is_blocked = blocked.iter().any(|room| !is_angle(room.coordinate));
+        return is_blocked
+            .then(|| KeyNumber::new("0.0 mm", "room: the part fits there alone".to_owned(), none.join("; ")));
+    };
     // What is said can be done.
     let distance = (10.0 * least.distance).floor() / 10.0;
     let what = match &least.end {

@@ -127,7 +127,8 @@ fn setting(study: &PlacementStudy) -> Vec<Fact> {
         if table.yaw != 0.0 {
             words += &format!(", turned by {}°", table.yaw.to_degrees());
         }
-        words += &table.height_mm.map_or_else(String::new, |height| format!(", surface at z = {height} mm"));
+        let hangs = if table.is_overhead { ", the part under it: the tool points up" } else { "" };
+        words += &table.height_mm.map_or_else(String::new, |height| format!(", surface at z = {height} mm{hangs}"));
         facts.push(Fact::new("table", format!("{words}, margin {} mm", table.margin_mm)));
     }
     if !study.forbidden.is_empty() {

@@ -13,7 +13,7 @@ use crate::toolpath::{
         },
         lex::{self, Word},
         lines::{self, Code},
-        modal::GWord,
+        modal::{GWord, Setting},
         request::check_keeps,
     },
     number::shortest,
@@ -26,7 +26,7 @@ const KEPT: [(&str, &str); 13] = [
     ("distance", "G90"),
     ("centres", "G91.1"),
     ("work offset", "G54"),
-    ("tool length", "G49"),
+    (TOOL_LENGTH, "G49"),
     ("return level", "G98"),
     ("feed mode", "G94"),
     ("spindle mode", "G97"),
@@ -37,6 +37,9 @@ const KEPT: [(&str, &str); 13] = [
     ("feed override", "M50 P1"),
 ];
 const PATH_CONTROL: &str = "path control";
+const TOOL_LENGTH: &str = "tool length";
+/// The letters of lengths, as G43.1 has them.
+const LENGTHS: &str = "XYZUVW";
 /// The others with a P of their own.
 const OVERRIDES: [(&str, &str); 3] =
     [("speed override", "M51 P1"), ("adaptive feed", "M52 P0"), ("feed hold", "M53 P1")];
@@ -45,6 +48,8 @@ const OVERRIDES: [(&str, &str); 3] =
 #[derive(Clone, Debug)]
 pub(super) struct Modes {
     words: BTreeMap<&'static str, String>,
+    /// What G43.1 has set since, and the unit that it was written in.
+    lengths: BTreeMap<char, (f64, LengthUnit)>,
     /// As it is written, and the unit that it was written in.
     feed: Option<(f64, String, LengthUnit)>,
     speed: Option<String>,
@@ -70,7 +75,7 @@ impl Modes {
         if options.arc_centres == ArcCentres::Absolute {
             words.insert("centres", "G90.1".to_owned());
         }
-        Modes { words, feed: None, speed: None }
+        Modes { words, lengths: BTreeMap::new(), feed: None, speed: None }
     }
 
     fn unit(&self) -> LengthUnit {
@@ -88,14 +93,23 @@ impl Modes {
         for word in words {
             match (word.letter, word.whole().ok()) {
                 ('G', _) => {
-                    let group = GWord::of(word, dialect).map_or("", GWord::group);
+                    let own = GWord::of(word, dialect);
+                    if let Ok(GWord::Setting(Setting::Length)) = own {
+                        let unit = self.unit();
+                        let given = words.iter().filter(|word| LENGTHS.contains(word.letter));
+                        self.lengths.extend(given.map(|word| (word.letter, (word.value, unit))));
+                    }
+                    let group = own.map_or("", GWord::group);
+                    if group == TOOL_LENGTH {
+                        self.lengths.clear();
+                    }
                     if let Some(text) = self.words.get_mut(group) {
                         *text = with(
                             word,
                             match group {
                                 PATH_CONTROL => &['P', 'Q'],
                                 "work offset" => &['P'],
-                                "tool length" => &['H'],
+                                TOOL_LENGTH => &['H'],
                                 "spindle mode" => &['D'],
                                 _ => &[],
                             },
@@ -131,17 +145,23 @@ impl Modes {
 
     /// The lines that lead from these to those that were `kept`. A feed is read in the unit in force before its line.
     fn lines_to(&self, kept: &Modes) -> Vec<String> {
-        let differs = |group: &str| self.words[group] != kept.words[group];
+        let differs = |group: &str| {
+            self.words[group] != kept.words[group] || (group == TOOL_LENGTH && self.lengths != kept.lengths)
+        };
         let mut lines: Vec<String> = differs("unit").then(|| kept.words["unit"].clone()).into_iter().collect();
         let mut words = Vec::new();
         for (group, _) in &KEPT[1..10] {
             words.extend(differs(group).then(|| kept.words[group].clone()));
         }
+        let in_kept_unit = |value: f64, unit: LengthUnit| {
+            let value = if unit == kept.unit() { value } else { value * unit.mm() / kept.unit().mm() };
+            shortest(value, 0).trim_end_matches('.').to_owned()
+        };
         let is_other_feed = self.feed != kept.feed || differs("unit") || differs("feed mode");
         if is_other_feed && kept.words["feed mode"] != "G93" {
             words.push(match &kept.feed {
                 Some((_, text, unit)) if *unit == kept.unit() => text.clone(),
-                Some((value, _, unit)) => format!("F{}", shortest(value * unit.mm() / kept.unit().mm(), 0)),
+                Some((value, _, unit)) => format!("F{}", in_kept_unit(*value, *unit)),
                 None => "F0".to_owned(),
             });
         }
@@ -149,6 +169,11 @@ impl Modes {
             words.push(kept.speed.clone().unwrap_or_else(|| "S0".to_owned()));
         }
         lines.extend((!words.is_empty()).then(|| words.join(" ")));
+        if differs(TOOL_LENGTH) && !kept.lengths.is_empty() {
+            let lengths =
+                kept.lengths.iter().map(|(letter, (value, unit))| format!(" {letter}{}", in_kept_unit(*value, *unit)));
+            lines.push(format!("G43.1{}", lengths.collect::<String>()));
+        }
         if differs("coolant") {
             lines.push("M9".to_owned());
             lines.extend(kept.words["coolant"].lines().filter(|line| *line != "M9").map(String::from));
