@@ -18,6 +18,7 @@ use kinetostat::{
             report::{candidates_table, entries_table, known},
         },
     },
+    toolpath::Toolpath,
 };
 
 use super::{
@@ -89,9 +90,18 @@ pub fn compare(arguments: &CompareArguments) -> Result<Ending> {
     Ok(if complete { Ending::Complete } else { Ending::SomeUnsolved })
 }
 
-/// Of a program that cannot be put at other places than that of its process.
-pub(super) const TURNS_ABOUT_ITS_PLACE: &str = "tells rotary drives where to stand, and where their axes pass in it changes with the place: expected the place of its process alone, as \
-     in compensate, run or compare without --at";
+/// Refuses a program that tells rotary drives where to stand, which cannot be put at other places than that of its process.
+pub(super) fn can_be_put_elsewhere(file: &Path, process: &Process, path: &Toolpath) -> Result<()> {
+    if !process.gcode.turns_drives(path) {
+        return Ok(());
+    }
+    Err(Error::Argument {
+        argument: file.display().to_string(),
+        problem: "tells rotary drives where to stand, and where their axes pass in it changes with the place: expected the place of its \
+                  process alone, as in compensate, run or compare without --at"
+            .into(),
+    })
+}
 
 fn study(arguments: &CompareArguments, machine: &str, process: &Path, file: &Path) -> Result<PlacementStudy> {
     let machine = Machine::named_or_file(machine)?;
@@ -103,8 +113,8 @@ fn study(arguments: &CompareArguments, machine: &str, process: &Path, file: &Pat
     }
     let path = ProgramFile::read(file, &process)?.toolpath(process.sampling)?;
     let path = process.with_cuts(path, &file.display().to_string())?;
-    if !arguments.at.is_empty() && process.gcode.turns_drives(&path) {
-        return fault(file.display().to_string(), TURNS_ABOUT_ITS_PLACE.into());
+    if !arguments.at.is_empty() {
+        can_be_put_elsewhere(file, &process, &path)?;
     }
     let Some(extent) = Extent::of(path.positions_mm().into_iter()) else {
         let problem = "moves nowhere: a program with at least one motion is expected".into();

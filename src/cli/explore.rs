@@ -14,7 +14,7 @@ use kinetostat::{
     },
 };
 
-use super::{Ending, compare::TURNS_ABOUT_ITS_PLACE, print};
+use super::{Ending, compare::can_be_put_elsewhere, print};
 
 /// Make a page on which the machine bends under your hand, and a workpiece can be dragged to where it is cut best.
 #[derive(Debug, Args)]
@@ -73,9 +73,7 @@ fn check(machine: &str, process: &Path, program: &Path) -> Result<()> {
     let machine = Machine::named_or_file(machine)?;
     let process = Process::open(process, &machine)?;
     let path = ProgramFile::read(program, &process)?.toolpath(process.sampling)?;
-    if process.gcode.turns_drives(&path) {
-        return Err(Error::Argument { argument: program.display().to_string(), problem: TURNS_ABOUT_ITS_PLACE.into() });
-    }
+    can_be_put_elsewhere(program, &process, &path)?;
     if path.is_empty() {
         let problem = "moves nowhere: a program with at least one motion is expected".into();
         return Err(Error::Argument { argument: program.display().to_string(), problem });

@@ -554,6 +554,23 @@ fn slips_of_the_pen_are_named_and_identify_nothing() {
     let found = identified("fanuc_r2000ic", keys, &csv(&machine, &places, &read));
     let [first, ..] = &found.far_off[..] else { panic!("none is far off") };
     assert!(first.measurement == 5 && first.column == "displacement_y_mm", "{first:?}");
+    // The reading is named before what it costs: wide intervals, or, beyond the noise that was given, all numbers.
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    read[5].y *= 100.0;
+    std::fs::write(at("data.csv"), csv(&machine, &places, &read)).unwrap();
+    let study =
+        "schema = 2\nquestion = \"Which?\"\nmachine = \"fanuc_r2000ic\"\n[identification]\ndata = \"data.csv\"\n";
+    for (noise, cost) in
+        [("", "Intervals are as wide as if all readings scattered so"), ("std_mm = 0.01\n", "nothing is identified.")]
+    {
+        std::fs::write(at("study.toml"), format!("{study}{keys}{noise}")).unwrap();
+        let said = printed(&["identify", &at(""), "--out", &at("results")]);
+        let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+        let named = said.find("displacement_y_mm of").unwrap_or_else(|| panic!("{said}"));
+        let costs = said.find(cost).unwrap_or_else(|| panic!("{said}"));
+        assert!(named < costs && !said.contains("Try as unknowns"), "{said}");
+    }
 }
 
 /// A length is found wherever it is within a metre; a turn that no chain has is not.

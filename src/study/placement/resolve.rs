@@ -239,7 +239,7 @@ fn tool_points_up(features: &[FeatureJob]) -> bool {
     let axes = features.iter().flat_map(|job| {
         let machine = job.machine();
         let along = machine.tool_axes.column(2).into_owned();
-        job.feature.path.points().iter().map(move |point| match point.orientation {
+        job.feature.path.points().iter().filter(|point| point.cutting).map(move |point| match point.orientation {
             Some(Orientation::ToolAxis(to_spindle)) => -to_spindle,
             Some(Orientation::Platform(rotation)) => rotation * along,
             None => machine.home.pose.rotation * along,

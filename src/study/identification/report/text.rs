@@ -230,9 +230,19 @@ pub(super) fn misfit(report: &Report<'_>) -> Option<String> {
     let (fit, share) = (&report.found.fit, report.left_share().unwrap_or(0.0));
     let words = percent(share);
     let others = report.left_share_of_others().unwrap_or(share);
-    if share > NOTEWORTHY && others < 0.5 * share {
-        let far = far_off(report).unwrap_or_default();
-        return Some(format!("What is left is {words} of what was measured, {} without {far}", percent(others)));
+    let far = if share > NOTEWORTHY && others < 0.5 * share { far_off(report) } else { None };
+    if let Some(far) = far {
+        let far = format!("What is left is {words} of what was measured, {} without {far}", percent(others));
+        if fit.is_beyond_noise {
+            return Some(format!(
+                "{far} It is {:.1} times the noise that was given, which chance makes less than once in a hundred times: nothing is identified.",
+                fit.scale
+            ));
+        }
+        return Some(match report.study.noise.is_estimated {
+            true => format!("{far} Intervals are as wide as if all readings scattered so."),
+            false => far,
+        });
     }
     if share > FOLLOWED {
         return Some(format!(
@@ -300,7 +310,7 @@ pub(super) fn cautions(report: &Report<'_>) -> String {
     }
     said.extend(report.mixed_words());
     said.extend(at_end(report));
-    said.extend(far_off(report).filter(|far| said.iter().all(|own| !own.ends_with(far))));
+    said.extend(far_off(report).filter(|far| said.iter().all(|own| !own.contains(far))));
     let study = report.study;
     said.extend(beyond_travel(&study.machine, &study.measurements, |i| study.place(i)));
     if let Some(better) = report.better() {
