@@ -48,6 +48,11 @@ def renew():
         for path in (COPY / folder).rglob("*"):
             if path.is_file() and str(path.relative_to(COPY)) not in names:
                 path.unlink()
+    # .ci/full goes by what git knows of the files.
+    if not (COPY / ".git").exists():
+        git = ["git", "-c", "user.name=try", "-c", "user.email=try@localhost"]
+        for command in (["init", "--quiet"], ["add", "--all"], ["commit", "--quiet", "--message=As it is"]):
+            subprocess.run([*git, *command], cwd=COPY, check=True)
 
 
 def run(*command):
