@@ -31,9 +31,8 @@ ROOT = Path(__file__).resolve().parents[1]
 TARGET = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve()
 STATE = TARGET / "ci"
 LOG = ".ci/full.log"
-# What runs write, and what they are not of: draws that failed, and which planted faults were caught.
-KEPT = "tests/proptest-regressions"
-CAUGHT = ".ci/mutations/caught.tsv"
+# What runs write, and what says what was measured, of which .ci/full runs nothing: draws that failed, planted faults, and the table of seconds.
+APART = (LOG, "tests/proptest-regressions", ".ci/mutations", "CONTRIBUTING.md")
 # .ci/full was run at most as many commits ago.
 MOST_COMMITS = 150
 # Lines that the log keeps.
@@ -254,13 +253,13 @@ def git(*arguments, env=None):
 
 
 def tree_of(commit=None):
-    """The hash of the tree of `commit`, or of the files there are, but for the log, the draws that are kept and the faults that were caught."""
+    """The hash of the tree of `commit`, or of the files there are, but for what is apart."""
     with tempfile.TemporaryDirectory() as folder:
         env = os.environ | {"GIT_INDEX_FILE": f"{folder}/index"}
         git("read-tree", commit or "HEAD", env=env)
         if commit is None:
             git("add", "--all", env=env)
-        git("rm", "--cached", "--force", "--quiet", "--ignore-unmatch", "-r", LOG, KEPT, CAUGHT, env=env)
+        git("rm", "--cached", "--force", "--quiet", "--ignore-unmatch", "-r", *APART, env=env)
         return git("write-tree", env=env)
 
 
