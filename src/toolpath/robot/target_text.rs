@@ -87,10 +87,19 @@ impl Pen {
         goal: &Goal,
         from: Option<&Stand>,
     ) -> Result<Option<Shown>, RobotFault> {
-        let Some(own) = lead(self.language, statement, target, from)? else { return Ok(None) };
+        let whole;
+        let (target, own, is_whole) = match (lead(self.language, statement, target, from), &goal.orientation) {
+            // Where a motion is split near B = ±90°, a part of A, B and C does not say how the tool stands: all of them do.
+            (Err(RobotFault::PartOfOrientation), Some(wanted)) if !statement.is_step => {
+                whole = self.with(target, &self.rotations(wanted, statement, target));
+                (&whole, lead(self.language, statement, &whole, from)?, true)
+            }
+            (own, _) => (target, own?, false),
+        };
+        let Some(own) = own else { return Ok(None) };
         let changes = self.changes(statement, target, &own, goal, from)?;
         if changes.is_empty() {
-            return Ok(Some(Shown { text: target.text.clone(), is_changed: false, stand: own }));
+            return Ok(Some(Shown { text: target.text.clone(), is_changed: is_whole, stand: own }));
         }
         let written = self.with(target, &changes);
         let stand = lead(self.language, statement, &written, from)?.unwrap_or(own);
@@ -128,9 +137,7 @@ impl Pen {
                     expected: "LIN with a pose",
                 });
             }
-            let numbers = rotation::numbers(self.language, &wanted, frames, target);
-            let shown = |(entry, value)| (Component::Rotation(entry), fixed(value, self.decimals.rotation));
-            changes.extend(numbers.into_iter().enumerate().map(shown));
+            changes.extend(self.rotations(&wanted, statement, target));
         }
         let half = last_place(self.decimals.external) * (0.5 + 1e-6);
         for (axis, (own, wanted)) in own.external.into_iter().zip(goal.external).enumerate() {
@@ -141,6 +148,13 @@ impl Pen {
             }
         }
         Ok(changes)
+    }
+
+    /// The numbers that say `wanted`, with their texts.
+    fn rotations(self, wanted: &Orientation, statement: &Statement, target: &Target) -> Vec<(Component, String)> {
+        let numbers = rotation::numbers(self.language, wanted, &statement.frames, target);
+        let shown = |(entry, value)| (Component::Rotation(entry), fixed(value, self.decimals.rotation));
+        numbers.into_iter().enumerate().map(shown).collect()
     }
 
     /// `target` with the numbers of `changes`.

@@ -178,8 +178,11 @@ pub fn assert_balanced(machine: &Machine, drives: &[f64], load: &Wrench, state: 
     let mut state = state.clone();
     for (c, power) in found.iter().enumerate() {
         let turns = rotations(&machine.chains[c]);
+        // Slides may stand many times the reach away: a turn then moves what is behind it as much farther.
+        let slid = state.chains[c].coordinates.iter().zip(&turns).filter(|(_, turns)| !**turns);
+        let far = reach + slid.map(|(value, _)| value.abs()).sum::<f64>();
         for (i, power) in power.iter().enumerate() {
-            let (step, lever) = if turns[i] { (1e-4, reach) } else { (1e-3, 1.0) };
+            let (step, lever) = if turns[i] { (1e-4 * reach / far, reach) } else { (1e-3, 1.0) };
             let slope = energy_slope(machine, drives, &mut state, c, i, step);
             let off = ((power - slope).abs() - rounding / step).max(0.0) / lever;
             assert!(
