@@ -170,8 +170,10 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let passes: Vec<Pass> = [proof.none].into_iter().chain(proof.others).chain([own, proof.as_written]).collect();
     progress.end();
     let exceeded = exceedances.map(Exceedances::worst);
+    let outside = report::outside_workspace(&job)?;
     let proved = Proved {
         name: &file_name(&arguments.path),
+        outside: &outside,
         findings: &findings,
         passes: &passes,
         bounded: bounded.as_ref(),
@@ -306,7 +308,7 @@ fn header(job: &ProgramJob) -> Result<String> {
     let cutting = job.path.points().iter().filter(|point| point.cutting).count();
     let machine = &job.machine;
     let facts = facts_text(&job.process.facts());
-    let outside = report::outside_workspace(job)?;
+    let outside = report::outside_workspace(job)?.words("point");
     let cautions = cautions::carried(machine) + &cautions::large_errors(machine, &job.process.errors) + &outside;
     Ok(format!(
         "{}: {}, {cutting} of them cutting, path length {:.1} mm\n{facts}{cautions}",

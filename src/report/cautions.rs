@@ -18,7 +18,7 @@ pub fn outside_workspace(machine: &Machine, noun: &str, positions: impl Iterator
 
 /// Positions outside a machine's workspace box, counted one by one.
 #[derive(Debug, Default)]
-pub(crate) struct Outside {
+pub struct Outside {
     count: usize,
     outside: usize,
     first: Option<OutsideWorkspace>,
@@ -39,6 +39,11 @@ impl Outside {
             self.outside += 1;
             self.first.get_or_insert(found);
         }
+    }
+
+    /// Whether there are any.
+    pub fn any(&self) -> bool {
+        self.outside > 0
     }
 
     /// What a first screen begins with if there are any: that `machine` cannot run `what` as it is placed.

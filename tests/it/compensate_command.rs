@@ -67,6 +67,22 @@ fn written_program_keeps_the_tool_on_its_path() {
     assert!(text(&output.stderr).is_empty(), "no progress in a pipe");
 }
 
+/// A program that its machine cannot run as it is placed is not said to be ready.
+#[test]
+fn a_program_outside_the_workspace_box_is_not_to_be_loaded() {
+    let groove = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/02_groove_50mm");
+    for (process, can_run) in [("process_middle.toml", true), ("process_program.toml", false)] {
+        let (output, out) = compensate(&groove.join("groove.nc"), &groove.join(process), &[]);
+        let page = std::fs::read_to_string(out.path().join("out.nc.html")).unwrap();
+        let shown = unwrapped(&text(&output.stdout));
+        assert_eq!(shown.starts_with("As placed, groove.nc cannot be run"), !can_run, "{shown}");
+        for said in [&shown, &page] {
+            assert_eq!(said.contains("Load it in place of groove.nc"), can_run, "{process}");
+            assert_eq!(said.contains("Do not load it: the Orthoglide cannot run it as placed."), !can_run, "{process}");
+        }
+    }
+}
+
 #[test]
 fn only_motion_words_change() {
     let (_, out) = compensate(&folder().join("groove.nc"), &folder().join("process.toml"), &[]);

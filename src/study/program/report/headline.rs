@@ -25,12 +25,11 @@ pub fn headline(job: &ProgramJob, proved: &Proved<'_>, rounded_mm: f64, exceeded
     let cutting = job.path.points().iter().filter(|point| point.cutting).count();
     let length = job.path.length_mm();
     let basis = format!("{}, {cutting} of them cutting, {length:.1} mm of path", counted(job.path.len(), "point"));
-    let outside = outside(job)?;
-    let verdict = outside.verdict(&job.machine, proved.name);
+    let verdict = proved.outside.verdict(&job.machine, proved.name);
     let mut headline = Headline::new(verdict + &sentence(job, proved), basis)
         .with_cautions(&worse_as_written(proved.passes, rounded_mm).unwrap_or_default())
         .with_cautions(exceeded)
-        .with_cautions(&known(job, proved, &outside))
+        .with_cautions(&known(job, proved))
         .with_all(before(job, proved))
         .with_all(after(job, proved))
         .with_all(correction(job, proved));
@@ -39,25 +38,21 @@ pub fn headline(job: &ProgramJob, proved: &Proved<'_>, rounded_mm: f64, exceeded
 }
 
 /// What must be known with the answer.
-fn known(job: &ProgramJob, proved: &Proved<'_>, outside: &Outside) -> String {
+fn known(job: &ProgramJob, proved: &Proved<'_>) -> String {
     let machine = &job.machine;
     cautions::zeroed(machine)
         + &cautions::carried(machine)
         + &cautions::large_errors(machine, &job.process.errors)
-        + &outside.words("point")
+        + &proved.outside.words("point")
         + &facts_text(&job.process.assumed())
         + &notes_text(job, proved.calls)
 }
 
-/// A sentence if not all points are inside the workspace box of the machine.
+/// Which points are outside the workspace box of the machine.
 ///
 /// # Errors
 /// As [`ProgramJob::parts`].
-pub fn outside_workspace(job: &ProgramJob) -> Result<String> {
-    Ok(outside(job)?.words("point"))
-}
-
-fn outside(job: &ProgramJob) -> Result<Outside> {
+pub fn outside_workspace(job: &ProgramJob) -> Result<Outside> {
     let mut outside = Outside::default();
     for part in job.parts() {
         part?.demands().iter().for_each(|demand| outside.add(&job.machine, demand.pose.translation));

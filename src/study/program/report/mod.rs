@@ -28,7 +28,7 @@ use super::{Pass, WrittenCalls};
 use crate::{
     compensation::BoundedPath,
     machine::{Machine, Motion},
-    report::table::largest_position,
+    report::{cautions::Outside, table::largest_position},
     study::{along_path::PathAnswer, blocks::BlocksBeforeAfter},
 };
 
@@ -42,6 +42,8 @@ pub fn largest_correction(machine: &Machine, kind: Motion, answer: &PathAnswer) 
 pub struct Proved<'a> {
     /// Its file name.
     pub name: &'a str,
+    /// Its points outside the workspace box of the machine.
+    pub outside: &'a Outside,
     /// What the tool does at its points, without compensation and as written.
     pub findings: &'a Findings,
     /// What each kind of commands leaves; that of the written program last.

@@ -37,10 +37,14 @@ pub fn use_text(job: &ProgramJob, proved: &Proved<'_>) -> String {
     if let Some(turned) = turned.filter(|angle| *angle > LEAST_TURN) {
         text += &format!("What bends also turns the tool, by up to {:.3}°, and that is left.\n", turned.to_degrees());
     }
-    text += &loaded(job, name);
-    text += &switched_off(job);
-    text += &dry_run(proved);
-    text
+    if proved.outside.any() {
+        let machine = job.machine.short_title();
+        return text
+            + &format!(
+                "Do not load it: the {machine} cannot run it as placed. Place the workpiece inside its workspace box, and compute again.\n"
+            );
+    }
+    text + &loaded(job, name) + &switched_off(job) + &dry_run(proved)
 }
 
 /// How it is loaded, and what has to be the same there.
@@ -81,7 +85,7 @@ fn dry_run(proved: &Proved<'_>) -> String {
     match largest > ROUNDING_MM {
         true => format!(
             "Try it above the part with nothing to cut: the tool is then beside the drawn path by up to {}, since it is sent \
-             against a cutting force that is not there.\n",
+             against a cutting force that is not there. So it is wherever the feed stops in the cut: lead it out of the part before.\n",
             millimetres(largest, 3)
         ),
         false => "Try it above the part: with no cutting force in the process, the tool then follows the drawn path.\n"
