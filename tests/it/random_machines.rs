@@ -377,16 +377,22 @@ fn run(trial: &Trial, tally: &mut Tally) {
     }
 }
 
+/// Draws that have failed once: they come first, beside those asked for.
+fn kept() -> usize {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/proptest-regressions/random_machines.txt");
+    std::fs::read_to_string(file).unwrap_or_default().lines().filter(|line| line.starts_with("cc ")).count()
+}
+
 /// Draws `count` machines, and on, up to four times as many, until a third of `count` states are solved. Of the states that machines drawn at random
 /// reach, a sixth to a third rest under a trial's load: a share of few would be held by the seed that was looked at, not by the search.
 fn search(count: u32, machine: impl Strategy<Value = RandomMachine>) -> Tally {
     let asked = cases(count);
-    let count = asked.cases as usize;
+    let (count, wanted) = (asked.cases as usize + kept(), asked.cases as usize / 3);
     let tally = std::cell::RefCell::new(Tally::default());
     let slow = std::env::var_os("RANDOM_MACHINES_TIMES").is_some();
     let config = Config { cases: 4 * asked.cases, max_shrink_time: 60_000, ..asked };
     let outcome = TestRunner::new(config).run(&trial(machine), |trial| {
-        let is_enough = |tally: &Tally| tally.drawn >= count && 3 * tally.solved >= count;
+        let is_enough = |tally: &Tally| tally.drawn >= count && tally.solved >= wanted;
         if is_enough(&tally.borrow()) {
             return Ok(());
         }
@@ -405,19 +411,19 @@ fn search(count: u32, machine: impl Strategy<Value = RandomMachine>) -> Tally {
     }
     let tally = tally.into_inner();
     // The search is worth nothing if nearly all machines are refused or singular.
-    assert!(2 * tally.accepted > tally.drawn && 3 * tally.solved >= count, "{tally:?}");
+    assert!(2 * tally.accepted > tally.drawn && tally.solved >= wanted, "{tally:?}");
     tally
 }
 
 #[test]
 fn random_machines_are_solved_or_say_why_not() {
-    let tally = search(22, random_machine());
+    let tally = search(20, random_machine());
     assert!(tally.compared > 0, "{tally:?}");
 }
 
 #[test]
 fn random_arms_with_modules_are_solved_or_say_why_not() {
-    search(14, random_arm());
+    search(12, random_arm());
 }
 
 /// Minutes; `PROPTEST_RNG_SEED` draws other machines, `INVARIANT_CASES` more of them.
