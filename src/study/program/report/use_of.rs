@@ -85,7 +85,7 @@ fn dry_run(proved: &Proved<'_>) -> String {
     match largest > ROUNDING_MM {
         true => format!(
             "Try it above the part with nothing to cut: the tool is then beside the drawn path by up to {}, since it is sent \
-             against a cutting force that is not there. So it is wherever the feed stops in the cut: lead it out of the part before.\n",
+             against a cutting force that is not there. It springs there too wherever the feed stops in the cut: lead it out of the part before.\n",
             millimetres(largest, 3)
         ),
         false => "Try it above the part: with no cutting force in the process, the tool then follows the drawn path.\n"
