@@ -386,12 +386,12 @@ fn kept() -> usize {
 /// Draws `count` machines, and on, up to four times as many, until a third of `count` states are solved. Of the states that machines drawn at random
 /// reach, a sixth to a third rest under a trial's load: a share of few would be held by the seed that was looked at, not by the search.
 fn search(count: u32, machine: impl Strategy<Value = RandomMachine>) -> Tally {
-    let asked = cases(count);
-    let (count, wanted) = (asked.cases as usize + kept(), asked.cases as usize / 3);
+    let mut runner = TestRunner::new(Config { max_shrink_time: 60_000, ..cases(4 * count) });
+    let asked = cases(count).cases as usize;
+    let (count, wanted) = (asked + kept(), asked / 3);
     let tally = std::cell::RefCell::new(Tally::default());
     let slow = std::env::var_os("RANDOM_MACHINES_TIMES").is_some();
-    let config = Config { cases: 4 * asked.cases, max_shrink_time: 60_000, ..asked };
-    let outcome = TestRunner::new(config).run(&trial(machine), |trial| {
+    let outcome = runner.run(&trial(machine), |trial| {
         let is_enough = |tally: &Tally| tally.drawn >= count && tally.solved >= wanted;
         if is_enough(&tally.borrow()) {
             return Ok(());
