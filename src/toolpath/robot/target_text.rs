@@ -189,7 +189,8 @@ impl Pen {
         text.extend_from_slice(&target.text[copied..end]);
         let separator = if target.text.windows(2).any(|pair| pair == b", ") { ", " } else { "," };
         for (component, shown) in changes.iter().filter(|(component, _)| target.number(*component).is_none()) {
-            if !text.ends_with(b"{") {
+            // `{E6POS:` names a type and nothing yet.
+            if !text.ends_with(b"{") && !text.ends_with(b":") {
                 text.extend_from_slice(separator.as_bytes());
             }
             if self.language == Language::Krl {
