@@ -4,6 +4,7 @@ mod check;
 mod choice;
 mod compare;
 mod compensate;
+mod completions;
 mod explore;
 mod export_correction;
 mod export_realtime;
@@ -81,6 +82,7 @@ enum Command {
     Check(check::CheckArguments),
     New(new::NewArguments),
     Upgrade(upgrade::UpgradeArguments),
+    Completions(completions::CompletionsArguments),
 }
 
 /// How a command ended.
@@ -138,6 +140,7 @@ pub fn dispatch(arguments: Arguments) -> Result<Ending> {
         Command::Check(arguments) => check::check(&arguments),
         Command::New(arguments) => new::new(&arguments),
         Command::Upgrade(arguments) => upgrade::upgrade(&arguments),
+        Command::Completions(arguments) => completions::completions(&arguments),
     }
 }
 
