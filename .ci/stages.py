@@ -70,6 +70,12 @@ RUN = [
     Stage("docs", "Every public item is documented, and links in it lead somewhere.",
           'RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --all-features --document-private-items', ("features",), LINT),
     Stage("links", "Links and pictures in what is read as Markdown lead somewhere.", "python3 tests/docs/check_links.py ./*.md docs studies benches/README.md python/README.md web/README.md linuxcnc/README.md"),
+    Stage("workflows", "Workflows of GitHub, which are not run here, have no fault that linters find, nor has the Bash in them.", """
+        python3 -m venv "$TARGET/ci/linters"
+        "$TARGET/ci/linters/bin/pip" install --quiet --requirement tests/workflows/requirements.txt
+        PATH="$TARGET/ci/linters/bin:$PATH" actionlint .github/workflows/*.yml
+        "$TARGET/ci/linters/bin/check-jsonschema" --builtin-schema vendor.github-workflows .github/workflows/*.yml
+    """, ("tools",)),
     Stage("tests", "The README's test command: the claims of the project.", "cargo test --all-features", ("format",)),
     Stage("tools", "Chromium and Python's packages for the stages below.", """
         if ! command -v chromium >/dev/null || ! python3 -c 'import ensurepip' 2>/dev/null; then
@@ -121,6 +127,16 @@ FULL = [
         grep -q "leaves up to" "$OUT/compensate.txt"
         test -s "$OUT/placed/report.html"
     """, ("program",)),
+    Stage("packages", "Archive and wheel as others get them, tried where there is nothing but libc and Python: release builds take minutes.", """
+        python3 -m venv "$OUT/packages_venv"
+        export PATH="$OUT/packages_venv/bin:$PATH"
+        pip install --quiet --requirement packaging/requirements.txt
+        archive=$(packaging/make.py archive --out "$OUT/packages")
+        again=$(packaging/make.py archive --out "$OUT/packages_again")
+        cmp "$archive" "$again"
+        wheel=$(packaging/make.py wheel --out "$OUT/packages")
+        packaging/try.py "$archive" "$wheel"
+    """, ("pages",)),
     Stage("guide", "The guide as a book, without warnings: mdBook is compiled if it is not there.", """
         mdbook=0.5.4
         export PATH="$TARGET/tools/bin:$PATH"

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Builds the wheel, installs it into a clean environment and runs its tests, notebooks, examples and type checks: python/check.sh [OUT]
 #
-# PROFILE says how the wheel is built: dev (if nothing is said) is the quickest; wheel is the one for others, which must also be under 6 MB, and
-# whose source distribution must build alone. KINETOSTAT names the program that studies are held against; without, they are not. OUT is the
+# PROFILE says how packaging/make.py builds the wheel: dev (if nothing is said) is the quickest; wheel is the one for others, whose source
+# distribution must also build alone. KINETOSTAT names the program that studies are held against; without, they are not. OUT is the
 # folder of the wheel.
 set -euo pipefail
 if [ -n "${KINETOSTAT:-}" ]; then
@@ -11,25 +11,14 @@ if [ -n "${KINETOSTAT:-}" ]; then
 fi
 cd "$(dirname "$0")"
 profile=${PROFILE:-dev}
-most=6000000
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 wheels=${1:-$folder/wheels}
 python3 -m venv "$folder/venv"
 "$folder/venv/bin/pip" install --quiet --requirement tests/requirements.txt
 export PATH="$folder/venv/bin:$PATH"
+wheel=$(python ../packaging/make.py wheel --profile "$profile" --out "$wheels")
 if [ "$profile" = wheel ]; then
-    # Little is inlined but what code asks for: much smaller, and nearly as fast (benches/README.md). What is the same code is there once.
-    RUSTFLAGS="-C llvm-args=-inline-threshold=25 -C llvm-args=-inlinehint-threshold=150 -C llvm-args=-unroll-runtime=false"
-    export RUSTFLAGS="$RUSTFLAGS -C no-vectorize-loops -C link-arg=-Wl,--icf=all"
-fi
-maturin build --quiet --locked --profile "$profile" --out "$wheels"
-wheel=$(ls -t "$wheels"/kinetostat-*-abi3-*.whl | head -n 1)
-if [ "$profile" = wheel ]; then
-    python pack.py "$wheel"
-    size=$(stat --format %s "$wheel")
-    echo "$(basename "$wheel"): $size bytes"
-    test "$size" -lt "$most"
     maturin sdist --out "$folder/source" 2> "$folder/said" || { cat "$folder/said"; exit 1; }
     mkdir "$folder/unpacked"
     tar -xf "$folder"/source/kinetostat-*.tar.gz -C "$folder/unpacked"

@@ -77,6 +77,7 @@ fn the_help_of_every_command_shows_examples() {
         &["check", "--help"],
         &["new", "--help"],
         &["export-correction", "--help"],
+        &["completions", "--help"],
     ] {
         let help = printed(0, command);
         let examples = help.split_once("Examples:").unwrap_or_else(|| panic!("{command:?} has no examples")).1;
@@ -86,6 +87,22 @@ fn the_help_of_every_command_shows_examples() {
     for command in ["run", "report", "point", "machines", "check", "new", "export-correction"] {
         assert!(commands.contains(&format!("\n  {command} ")), "{command} is not listed");
     }
+}
+
+#[test]
+fn shells_complete_every_command() {
+    let help = printed(0, &["--help"]);
+    let listed = help.split_once("Commands:\n").unwrap().1.split_once("\n\n").unwrap().0;
+    let commands: Vec<&str> = listed.lines().filter_map(|line| line.split_whitespace().next()).collect();
+    assert!(commands.contains(&"compensate") && commands.contains(&"completions"), "{commands:?}");
+    for shell in ["bash", "zsh", "fish", "powershell"] {
+        let script = printed(0, &["completions", shell]);
+        for word in commands.iter().chain(["chain-errors"].iter()) {
+            assert!(script.contains(word), "{shell} does not know {word}");
+        }
+        assert!(script.contains("viridis") || shell == "powershell", "{shell} knows no values");
+    }
+    refused(&["completions", "tcsh"], "possible values: bash");
 }
 
 #[test]

@@ -16,6 +16,7 @@ mod controls;
 mod convergence;
 mod corner_forces;
 mod cutting_forces;
+mod dependencies;
 mod dialect_cycles;
 mod dialect_errors;
 mod dialect_properties;
