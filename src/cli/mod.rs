@@ -21,7 +21,6 @@ mod reporting;
 mod results;
 mod run;
 mod set;
-mod upgrade;
 
 use std::io::{ErrorKind, Write};
 
@@ -80,7 +79,6 @@ enum Command {
     Machines(machines::MachinesArguments),
     Check(check::CheckArguments),
     New(new::NewArguments),
-    Upgrade(upgrade::UpgradeArguments),
 }
 
 /// How a command ended.
@@ -137,7 +135,6 @@ pub fn dispatch(arguments: Arguments) -> Result<Ending> {
         Command::Machines(arguments) => machines::machines(&arguments),
         Command::Check(arguments) => check::check(&arguments),
         Command::New(arguments) => new::new(&arguments),
-        Command::Upgrade(arguments) => upgrade::upgrade(&arguments),
     }
 }
 
