@@ -1,7 +1,6 @@
 //! The command line: parse → resolve → run → report.
 
 mod cli;
-mod memory;
 
 use std::{
     panic::{UnwindSafe, catch_unwind},
@@ -16,9 +15,6 @@ use kinetostat::input::error::{Error, Result};
 const BAD_INPUT: u8 = 2;
 /// Exit code for a fault of the program itself.
 const INTERNAL: u8 = 3;
-
-#[global_allocator]
-static MEMORY: memory::EndingInWords = memory::EndingInWords;
 
 fn main() -> ExitCode {
     exit_code(|| {

@@ -6,7 +6,7 @@ import { fileURLToPath } from "node:url";
 
 const root = fileURLToPath(new URL("..", import.meta.url));
 // Of src, what the feature `study` leaves out, and texts for people.
-const apart = (path) => /^src\/(report|cli)(\/|$)|^src\/main\.rs$|^src\/memory\.rs$|^src\/cases\.rs$|\/report(\/|\.rs$)|\/template(\/|$)/.test(path);
+const apart = (path) => /^src\/(report|cli)(\/|$)|^src\/main\.rs$|^src\/cases\.rs$|\/report(\/|\.rs$)|\/template(\/|$)/.test(path);
 function files(folder) {
   return readdirSync(root + folder).flatMap((name) => {
     const path = `${folder}/${name}`;

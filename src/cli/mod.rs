@@ -22,7 +22,6 @@ mod reporting;
 mod results;
 mod run;
 mod set;
-mod upgrade;
 
 use std::io::{ErrorKind, Write};
 
@@ -60,8 +59,8 @@ Examples:
   kinetostat check my_machine.toml
   kinetostat new map my_question
 
-Exit codes: 0 all points solved; 1 some points could not be solved (their status says why); 2 bad input, a file that cannot
-be read or written, or too little memory; 3 an internal error, which is a fault of this program; 130 stopped (run goes on
+Exit codes: 0 all points solved; 1 some points could not be solved (their status says why); 2 bad input, or a file that cannot
+be read or written; 3 an internal error, which is a fault of this program; 130 stopped (run goes on
 with --resume).";
 
 #[derive(Debug, Subcommand)]
@@ -81,7 +80,6 @@ enum Command {
     Machines(machines::MachinesArguments),
     Check(check::CheckArguments),
     New(new::NewArguments),
-    Upgrade(upgrade::UpgradeArguments),
     Completions(completions::CompletionsArguments),
 }
 
@@ -139,7 +137,6 @@ pub fn dispatch(arguments: Arguments) -> Result<Ending> {
         Command::Machines(arguments) => machines::machines(&arguments),
         Command::Check(arguments) => check::check(&arguments),
         Command::New(arguments) => new::new(&arguments),
-        Command::Upgrade(arguments) => upgrade::upgrade(&arguments),
         Command::Completions(arguments) => completions::completions(&arguments),
     }
 }

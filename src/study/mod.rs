@@ -42,8 +42,6 @@ mod source_group;
 mod source_words;
 mod sources;
 pub(crate) mod spec;
-#[cfg(feature = "cli")]
-pub mod upgrade;
 mod within_limits;
 
 pub use failure::{Failure, SOLVED, status_of};
@@ -117,7 +115,7 @@ impl Study {
     /// As [`Study::open`].
     pub fn from_toml(text: &str, origin: &str, folder: impl Into<Folder>, overrides: &Overrides) -> Result<Study> {
         let (folder, check) = (folder.into().noting(), Check::new(origin));
-        let spec: StudySpec = crate::input::toml_file::parse(text, origin)?;
+        let spec: StudySpec = spec::parse(text, origin)?;
         let (header, asked) = spec.split(&check)?;
         let (machine, machine_text) = resolve::header(&header, &folder, overrides, &check)?;
         let set = overrides.branch.map_or_else(Inputs::default, |branch| Inputs::of("branch", branch.label()));
@@ -133,7 +131,6 @@ impl Study {
             name: "",
             header: &header,
             asked_process: Cell::new(false),
-            asked_map_keys: Cell::new(false),
         };
         let (kind, settings) = asked.resolve(given)?;
         Ok(Study {

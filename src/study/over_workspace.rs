@@ -3,15 +3,12 @@
 
 use nalgebra::Vector3;
 
-use super::{
-    Given, Overrides,
-    spec::{MillingSpec, ProcessRef, SCHEMA},
-};
+use super::{Given, Overrides, spec::ProcessRef};
 use crate::{
     compensation::Target,
     input::{Inputs, check::Check, error::Result},
     machine::{ChainError, Machine},
-    process::{MillingForce, cutting::CuttingLaw, file::chain_errors::chain_errors},
+    process::{MillingForce, cutting::CuttingLaw},
     spatial::Grid,
 };
 
@@ -39,43 +36,12 @@ pub(super) struct Acting {
 /// What a study says in its own keys.
 pub(super) struct OwnKeys {
     pub phi_step_deg: Option<f64>,
-    /// Of schema 1.
-    pub compensate: Option<Target>,
     /// Whether it compensates.
     pub uses_target: bool,
 }
 
-/// The process of a study over the workspace: of schema 2, or by the keys of schema 1.
+/// The process of a study over the workspace.
 pub(super) fn acting(given: &Given<'_>, own: OwnKeys) -> Result<Acting> {
-    let top = given.check.root();
-    given.refuse_old(own.compensate.as_ref(), &given.check.key("compensate"), "process.compensate.target")?;
-    if given.header.schema == SCHEMA {
-        return of_process(given, &own);
-    }
-    given.asked_map_keys.set(true);
-    let Some(spec) = &given.header.milling else {
-        let problem = format!("{} needs a [milling] table with the cutting force", given.name);
-        return top.key("milling").fail(problem);
-    };
-    if own.phi_step_deg.is_some() {
-        return given.check.key("phi_step_deg").fail("belongs in the [milling] table in schema 1".into());
-    }
-    let check = top.key("milling");
-    let MillingSpec { radial_force, tangential_force, axial_force, law, .. } = *spec;
-    let force = MillingForce { radial: radial_force, tangential: tangential_force, axial: axial_force, law };
-    Ok(Acting {
-        machine: given.machine.clone(),
-        force: force.checked(&check)?,
-        phis: tool_angles(spec.phi_step_deg.unwrap_or(PHI_STEP_DEG), &check.key("phi_step_deg"))?,
-        errors: chain_errors(given.header.chain_error.as_deref().unwrap_or_default(), &given.machine, &top)?,
-        target: own.compensate.unwrap_or_default(),
-        tolerance_mm: None,
-        not_used: Vec::new(),
-        inputs: Inputs::default(),
-    })
-}
-
-fn of_process(given: &Given<'_>, own: &OwnKeys) -> Result<Acting> {
     let process = given.process(None, &given.check)?;
     let CuttingLaw::PathFrame(frame) = process.cutting else {
         let problem = format!(

@@ -12,7 +12,7 @@ use crate::{
     },
     machine::{Branch, Machine},
     process::{Process, Redundancy},
-    study::spec::{Header, ProcessRef, SCHEMA},
+    study::spec::{Header, ProcessRef},
     work::Work,
 };
 
@@ -150,8 +150,6 @@ pub struct Given<'a> {
     pub(super) header: &'a Header,
     /// Whether the question has asked for the process of the study.
     pub(super) asked_process: Cell<bool>,
-    /// Whether it has asked for the keys of schema 1 by which a map said its process.
-    pub(super) asked_map_keys: Cell<bool>,
 }
 
 impl Given<'_> {
@@ -205,10 +203,7 @@ impl Given<'_> {
             (Some(file), _) => self.process_file(file, &check.key("process")),
             (None, Some(ProcessRef::File(file))) => self.process_file(file, &top),
             (None, Some(ProcessRef::Tables(spec))) => Process::from_tables(spec, &top, self.folder, &self.machine),
-            (None, None) if self.header.schema == SCHEMA => {
-                top.fail("missing: expected the name of a process file, or its tables".into())
-            }
-            (None, None) => check.key("process").fail("missing: expected the name of a process file".into()),
+            (None, None) => top.fail("missing: expected the name of a process file, or its tables".into()),
         }
     }
 
@@ -223,16 +218,11 @@ impl Given<'_> {
 
     /// Refuses what stands in the file beside the question's own table and was not asked for.
     pub(super) fn refuse_unused(&self) -> Result<()> {
-        let Header { process, milling, chain_error, .. } = self.header;
-        if process.is_some() && !self.asked_process.get() {
+        if self.header.process.is_some() && !self.asked_process.get() {
             let problem = format!("has no effect: nothing in {} takes it", self.name);
             return self.check.root().key("process").fail(problem);
         }
-        let old = [("milling", milling.is_some()), ("chain_error", chain_error.is_some())];
-        match old.iter().find(|(_, is_given)| *is_given && !self.asked_map_keys.get()) {
-            Some((key, _)) => self.check.root().key(key).fail(format!("belongs in the process file of {}", self.name)),
-            None => Ok(()),
-        }
+        Ok(())
     }
 
     /// The place of the process that [`Given::process`] gives for `own`.
@@ -246,19 +236,6 @@ impl Given<'_> {
 
     fn place_of(&self, file: &str) -> Check {
         Check::new(&self.folder.path(file).display().to_string())
-    }
-
-    /// Refuses a key of schema 1 that stands at `check` of a study of schema 2. `instead` is what it is now.
-    ///
-    /// # Errors
-    /// It is given.
-    pub fn refuse_old<T>(&self, value: Option<&T>, check: &Check, instead: &str) -> Result<()> {
-        match value {
-            Some(_) if self.header.schema == SCHEMA => {
-                check.fail(format!("is a key of schema 1; expected {instead} in schema {SCHEMA}"))
-            }
-            _ => Ok(()),
-        }
     }
 }
 
@@ -286,8 +263,6 @@ macro_rules! questions {
             #[serde(default)]
             held: std::collections::BTreeMap<String, f64>,
             process: Option<spec::ProcessRef>,
-            milling: Option<spec::MillingSpec>,
-            chain_error: Option<Vec<crate::process::file::chain_errors::ChainErrorSpec>>,
             $($(#[$gate])* $key: Option<<$folder::$study as Question>::Spec>,)*
         }
 
@@ -301,8 +276,6 @@ macro_rules! questions {
                     branch: self.branch,
                     held: self.held,
                     process: self.process,
-                    milling: self.milling,
-                    chain_error: self.chain_error,
                 };
                 let mut asked = Vec::new();
                 $($(#[$gate])* asked.extend(self.$key.map(|table| Asked::$kind(Box::new(table))));)*

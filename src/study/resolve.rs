@@ -1,10 +1,10 @@
-//! The keys that all study files have, and messages for those of the other schema.
+//! The keys that all study files have.
 
 use std::path::Path;
 
 use super::{
     Overrides,
-    spec::{Header, SCHEMA, SCHEMAS},
+    spec::{Header, check_schema},
 };
 use crate::{
     input::{
@@ -22,14 +22,10 @@ pub(super) fn header(
     overrides: &Overrides,
     check: &Check,
 ) -> Result<(Machine, String)> {
-    if !SCHEMAS.contains(&header.schema) {
-        let problem = format!("this program reads versions 1 and {SCHEMA}, got {}", header.schema);
-        return check.key("schema").fail(problem);
-    }
+    check_schema(header.schema, check)?;
     if header.question.trim().is_empty() {
         return check.key("question").fail("must be a sentence, which is printed with the answer, got none".into());
     }
-    dialect(header, check)?;
     let (machine, text) = machine(&header.machine, folder, &check.key("machine"))?;
     let machine = with_parameters(machine, overrides)?;
     let machine = on_branch(machine, header.branch.as_deref(), overrides, &check.key("branch"))?;
@@ -68,22 +64,6 @@ fn on_branch(machine: Machine, word: Option<&str>, overrides: &Overrides, check:
         Error::Argument { problem, .. } => place.fail(problem),
         other => Err(other),
     })
-}
-
-/// Refuses keys of the other schema.
-fn dialect(header: &Header, check: &Check) -> Result<()> {
-    if header.schema != SCHEMA {
-        let problem = format!("is a key of schema {SCHEMA}; `kinetostat upgrade` rewrites a file of schema 1");
-        return if header.process.is_some() { check.key("process").fail(problem) } else { Ok(()) };
-    }
-    let old = [
-        ("milling", header.milling.is_some(), "[process.force.path_frame]"),
-        ("chain_error", header.chain_error.is_some(), "[[process.chain_error]]"),
-    ];
-    match old.iter().find(|(_, is_given, _)| *is_given) {
-        Some((key, _, now)) => check.key(key).fail(format!("is a key of schema 1; expected {now} in schema {SCHEMA}")),
-        None => Ok(()),
-    }
 }
 
 /// The machine and its file's text.

@@ -5,18 +5,49 @@ use std::collections::BTreeMap;
 
 use serde::{
     Deserialize, Deserializer,
-    de::{MapAccess, Visitor, value::MapAccessDeserializer},
+    de::{DeserializeOwned, IgnoredAny, MapAccess, Visitor, value::MapAccessDeserializer},
 };
 
-use crate::process::{
-    ForceLaw,
-    file::{chain_errors::ChainErrorSpec, spec::ProcessSpec},
+use crate::{
+    input::{check::Check, error::Result, toml_file},
+    process::file::spec::ProcessSpec,
 };
 
-/// Version of study files as they are written now: a study names a process file or holds the same tables.
+/// Version of study files.
 pub const SCHEMA: u32 = 2;
-/// Versions that are read. In schema 1, maps said force and chain errors in keys of their own.
-pub const SCHEMAS: [u32; 2] = [1, SCHEMA];
+
+/// What tells a study of any version.
+#[derive(Deserialize)]
+struct Versioned {
+    schema: u32,
+    #[serde(rename = "question")]
+    _question: IgnoredAny,
+}
+
+/// Parses a study as written. Where it is of another version, that is what is told, not the first key that is unknown in
+/// this one; `origin` names it.
+///
+/// # Errors
+/// As [`toml_file::parse`].
+pub(super) fn parse<T: DeserializeOwned>(text: &str, origin: &str) -> Result<T> {
+    toml_file::parse(text, origin).or_else(|fault| {
+        if let Ok(versioned) = toml_file::parse::<Versioned>(text, origin) {
+            check_schema(versioned.schema, &Check::new(origin))?;
+        }
+        Err(fault)
+    })
+}
+
+/// Refuses a version that is not read.
+///
+/// # Errors
+/// It is another than [`SCHEMA`].
+pub(super) fn check_schema(schema: u32, check: &Check) -> Result<()> {
+    match schema {
+        SCHEMA => Ok(()),
+        _ => check.key("schema").fail(format!("this program reads studies of version {SCHEMA}, got {schema}")),
+    }
+}
 
 /// The keys of a study of any kind.
 #[derive(Debug, Clone)]
@@ -33,10 +64,6 @@ pub struct Header {
     pub held: BTreeMap<String, f64>,
     /// Force, chain errors, placement and what else is said of a process.
     pub process: Option<ProcessRef>,
-    /// Of schema 1: the cutting force of a workspace map or superposition study.
-    pub milling: Option<MillingSpec>,
-    /// Of schema 1: manufacturing and assembly errors of a workspace map or superposition study.
-    pub chain_error: Option<Vec<ChainErrorSpec>>,
 }
 
 /// The process of a study.
@@ -49,7 +76,7 @@ pub enum ProcessRef {
 }
 
 impl<'de> Deserialize<'de> for ProcessRef {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
         struct NameOrTables;
 
         impl<'de> Visitor<'de> for NameOrTables {
@@ -59,11 +86,11 @@ impl<'de> Deserialize<'de> for ProcessRef {
                 f.write_str("the name of a process file, or its tables")
             }
 
-            fn visit_str<E>(self, name: &str) -> Result<ProcessRef, E> {
+            fn visit_str<E>(self, name: &str) -> std::result::Result<ProcessRef, E> {
                 Ok(ProcessRef::File(name.into()))
             }
 
-            fn visit_map<A: MapAccess<'de>>(self, tables: A) -> Result<ProcessRef, A::Error> {
+            fn visit_map<A: MapAccess<'de>>(self, tables: A) -> std::result::Result<ProcessRef, A::Error> {
                 ProcessSpec::deserialize(MapAccessDeserializer::new(tables)).map(|spec| ProcessRef::Tables(spec.into()))
             }
         }
@@ -84,26 +111,6 @@ pub struct CircleSpec {
     pub diameter_mm: f64,
     /// Points along it, both ends included.
     pub points: usize,
-}
-
-/// Groove milling, eqs. (16) and (17), in the frame of the tool: see [`crate::process::MillingForce`].
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct MillingSpec {
-    /// F_r.
-    #[serde(rename = "radial_force_N")]
-    pub radial_force: f64,
-    /// F_t.
-    #[serde(rename = "tangential_force_N")]
-    pub tangential_force: f64,
-    /// F_z.
-    #[serde(rename = "axial_force_N")]
-    pub axial_force: f64,
-    /// `rotated` (default) or `printed`.
-    #[serde(default)]
-    pub law: ForceLaw,
-    /// Step between tool angles over one turn; 10° if not given.
-    pub phi_step_deg: Option<f64>,
 }
 
 pub(super) fn default_grid() -> [usize; 3] {

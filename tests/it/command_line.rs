@@ -714,11 +714,11 @@ fn write_study(folder: &Path, machine: &str, min: f64, max: f64) -> PathBuf {
     let study = folder.join("study");
     fs::create_dir_all(&study).unwrap();
     let text = format!(
-        r#"schema = 1
+        r#"schema = 2
 question = "Where can the machine go?"
 machine = "{machine}"
-milling = {{ radial_force_N = 215.0, tangential_force_N = -10.0, axial_force_N = -25.0, phi_step_deg = 90.0 }}
-workspace_map = {{ grid = [2, 2, 2], min_mm = [{min}, {min}, {min}], max_mm = [{max}, {max}, {max}], slices_z_mm = [{}] }}
+process.force.path_frame = {{ radial_force_N = 215.0, tangential_force_N = -10.0, axial_force_N = -25.0 }}
+workspace_map = {{ grid = [2, 2, 2], phi_step_deg = 90.0, min_mm = [{min}, {min}, {min}], max_mm = [{max}, {max}, {max}], slices_z_mm = [{}] }}
 "#,
         0.5 * (min + max)
     );

@@ -15,7 +15,6 @@ fn is_apart(path: &str) -> bool {
     in_folder("src/report")
         || in_folder("src/cli")
         || path == "src/main.rs"
-        || path == "src/memory.rs"
         || path == "src/cases.rs"
         || path.contains("/report/")
         || path.ends_with("/report")

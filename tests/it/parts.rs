@@ -32,17 +32,17 @@ use crate::support::{
 
 /// A workspace map that is cheap per point, in three blocks.
 const MAP: &str = r#"
-schema = 1
+schema = 2
 question = "How far?"
 machine = "orthoglide"
 [workspace_map]
 grid = [22, 21, 20]
 slices_z_mm = [0.0]
-[milling]
+phi_step_deg = 360.0
+[process.force.path_frame]
 radial_force_N = 215.0
 tangential_force_N = -10.0
 axial_force_N = -25.0
-phi_step_deg = 360.0
 "#;
 
 const SUPERPOSITION: &str = r#"

@@ -56,12 +56,12 @@ fn groove_of_study_02_has_the_numbers_its_readme_quotes() {
 #[test]
 fn a_line_is_cut_with_the_heading_less_a_quarter_turn() {
     let toml = r#"
-schema = 1
+schema = 2
 question = "q"
 machine = "orthoglide"
 
-[path]
 process = "process.toml"
+[path]
 line = { start_mm = [0.0, 0.0, 0.0], end_mm = [0.0, 20.0, 0.0] }
 methods = ["mirror_2", "direct"]
 "#;
@@ -84,7 +84,7 @@ fn along(machine: &str, rows: &[&str]) -> PathResults {
     let process = format!("schema = 1\n[force.path_frame]\n{force}\n");
     fs::write(folder.path().join("process.toml"), process).unwrap();
     let toml = format!(
-        "schema = 1\nquestion = \"q\"\nmachine = \"{machine}\"\n[path]\nprocess = \"process.toml\"\n\
+        "schema = 2\nquestion = \"q\"\nmachine = \"{machine}\"\nprocess = \"process.toml\"\n[path]\n\
          file = \"path.csv\"\nmethods = [\"none\", \"mirror\"]\n"
     );
     results(Study::from_toml(&toml, "study.toml", folder.path(), &Overrides::default()).unwrap())

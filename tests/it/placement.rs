@@ -23,7 +23,7 @@ fn study_in(folder: &Path, toml: &str) -> PlacementStudy {
 
 /// A 50 mm groove on the Orthoglide, its centre anywhere in the plane z = 0.
 const GROOVE: &str = r#"
-schema = 1
+schema = 2
 question = "where?"
 machine = "orthoglide"
 [placement]
@@ -145,7 +145,7 @@ fn a_path_wholly_out_of_tolerance_has_no_share_within_and_one_wholly_within_has_
     for points in [35, 50] {
         for (tolerance, expected) in [(1e-12, 0.0), (1e3, 1.0)] {
             let features = feature("one", 50.0, points, tolerance) + &feature("two", 31.7, points + 3, tolerance);
-            let head = "schema = 1\nquestion = \"where?\"\nmachine = \"orthoglide\"\n";
+            let head = "schema = 2\nquestion = \"where?\"\nmachine = \"orthoglide\"\n";
             let study = study_in(groove_folder(), &format!("{head}{features}{rest}"));
             let results = searched(&study);
             for cell in &results.cells {

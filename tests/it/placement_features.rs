@@ -23,7 +23,7 @@ fn write(folder: &Path, name: &str, text: &str) {
 
 /// Three points on an arm that can tilt its tool, each under its own force in W.
 const TILTED: &str = r#"
-schema = 1
+schema = 2
 question = "how tilted?"
 machine = "arm.toml"
 [[placement.feature]]
@@ -147,7 +147,7 @@ fn a_tilt_that_the_machine_cannot_follow_is_refused() {
 
 /// Two grooves on the Orthoglide, the second one cut harder.
 const TWO: &str = r#"
-schema = 1
+schema = 2
 question = "where?"
 machine = "orthoglide"
 [[placement.feature]]

@@ -33,7 +33,7 @@ elements = [
 ]
 "#;
 
-const STUDY: &str = r#"schema = 1
+const STUDY: &str = r#"schema = 2
 question = "where?"
 machine = "gantry.toml"
 [placement]
@@ -325,7 +325,7 @@ fn a_named_place_within_the_bounds_is_a_start_and_never_loses() {
 
 fn groove(points: usize, bounds: &str, search: &str, weights: &str) -> String {
     format!(
-        "schema = 1\nquestion = \"where?\"\nmachine = \"orthoglide\"\n[placement]\nclearance_mm = 0.0\n\
+        "schema = 2\nquestion = \"where?\"\nmachine = \"orthoglide\"\n[placement]\nclearance_mm = 0.0\n\
          [[placement.feature]]\nname = \"groove\"\nprocess = \"process.toml\"\ntolerance_mm = 0.6\n\
          circle = {{ centre_mm = [0.0, 0.0, 0.0], diameter_mm = 50.0, points = {points} }}\n\
          [placement.bounds]\n{bounds}\n[placement.fixed]\nz_mm = 60.0\n\

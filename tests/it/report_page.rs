@@ -43,12 +43,13 @@ fn map(folder: &Path, name: &str, law: &str, grid: &str, figures: bool) -> PathB
     let study = folder.join("studies").join(name);
     fs::create_dir_all(&study).unwrap();
     let toml = format!(
-        r#"schema = 1
+        r#"schema = 2
 question = '''{QUESTION}'''
 machine = "orthoglide"
-milling = {{ radial_force_N = 215.0, tangential_force_N = -10.0, axial_force_N = -25.0, law = "{law}", phi_step_deg = 90.0 }}
-workspace_map = {{ grid = [3, 3, 3], slices_z_mm = [0.0] }}
-[[chain_error]]
+workspace_map = {{ grid = [3, 3, 3], slices_z_mm = [0.0], phi_step_deg = 90.0 }}
+[process.force]
+path_frame = {{ radial_force_N = 215.0, tangential_force_N = -10.0, axial_force_N = -25.0, law = "{law}" }}
+[[process.chain_error]]
 chain = "x"
 turn_about_drive_axis_deg = 1.0
 "#

@@ -19,21 +19,21 @@ const STATE: &str = "unfinished_run.state";
 
 /// A workspace map that is cheap per point, in several blocks.
 const MAP: &str = r#"
-schema = 1
+schema = 2
 question = "How far?"
 machine = "orthoglide"
 
 [workspace_map]
 grid = [22, 21, 20]
 slices_z_mm = [0.0]
+phi_step_deg = 120.0
 
-[milling]
+[process.force.path_frame]
 radial_force_N = 215.0
 tangential_force_N = -10.0
 axial_force_N = -25.0
-phi_step_deg = 120.0
 
-[[chain_error]]
+[[process.chain_error]]
 chain = "y"
 turn_about_drive_axis_deg = -1.0
 "#;

@@ -126,7 +126,7 @@ fn commands_put_the_tool_where_the_written_program_says() {
 fn a_path_study_moves_the_tool_as_point_does() {
     let (_, toml, origin) = machines().into_iter().next().unwrap();
     let folder = files(&toml, &origin, FORCE);
-    let study = "schema = 1\nquestion = \"q\"\nmachine = \"machine.toml\"\n[path]\nprocess = \"process.toml\"\nfile = \"part.nc\"\n\
+    let study = "schema = 2\nquestion = \"q\"\nmachine = \"machine.toml\"\nprocess = \"process.toml\"\n[path]\nfile = \"part.nc\"\n\
                  methods = [\"none\", \"direct\"]\n";
     fs::write(folder.path().join("study.toml"), study).unwrap();
     run(folder.path(), &["run", "study.toml", "--out", "results", "--no-figures"]);

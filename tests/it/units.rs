@@ -57,8 +57,7 @@ fn run(name: &str, study: &str) -> TempDir {
         "[[chain_error]]\nchain = \"robot\"\nturn_about_drive_axis_deg = 0.5\ndrive_offsets_mm_or_deg = {offsets}\n"
     );
     fs::write(folder.path().join("process.toml"), format!("{PROCESS}{error}")).unwrap();
-    let own = if study.contains("[path]") { "" } else { &error };
-    let text = format!("schema = 1\nquestion = \"?\"\nmachine = \"machine.toml\"\n{own}{study}");
+    let text = format!("schema = 2\nquestion = \"?\"\nmachine = \"machine.toml\"\nprocess = \"process.toml\"\n{study}");
     fs::write(folder.path().join("study.toml"), text).unwrap();
     let out = folder.path().join("out");
     kinetostat(&["run", folder.path().to_str().unwrap(), "--out", out.to_str().unwrap()]);
@@ -106,7 +105,7 @@ fn keys(value: &Value) -> Vec<&str> {
     value.as_object().unwrap().keys().map(String::as_str).collect()
 }
 
-const LINE: &str = "[path]\nprocess = \"process.toml\"\nmethods = [\"none\"]\n";
+const LINE: &str = "process = \"process.toml\"\n[path]\nmethods = [\"none\"]\n";
 const SLIDES: [&str; 2] = ["delta_rho_max_mm", "drive_force_max_N"];
 const HINGES: [&str; 2] = ["delta_rho_max_deg", "drive_torque_max_Nmm"];
 
@@ -165,9 +164,7 @@ fn slides_and_hinges_of_one_machine_are_told_apart() {
         assert!(out.join(format!("{stem}.svg")).is_file(), "{stem}");
     }
 
-    let milling = "radial_force_N = 200.0\ntangential_force_N = -10.0\naxial_force_N = -25.0\nlaw = \"rotated\"\nphi_step_deg = 90.0\n";
-    let folder =
-        run("gantry", &format!("[milling]\n{milling}[workspace_map]\ngrid = [2, 2, 2]\nslices_z_mm = [0.0]\n"));
+    let folder = run("gantry", "[workspace_map]\ngrid = [2, 2, 2]\nphi_step_deg = 90.0\nslices_z_mm = [0.0]\n");
     let summary = json(&folder, "summary.json");
     let both = keys(&summary["sources"]["all"]);
     for key in ["delta_rho_largest_drive_mm", "delta_rho_largest_drive_deg", "drive_force_largest_drive_N"] {

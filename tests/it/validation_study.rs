@@ -87,7 +87,7 @@ fn an_assumed_origin_and_what_differs_between_processes_are_said() {
     for (name, text) in [("bare.toml", "schema = 1\n"), ("placed.toml", placed)] {
         std::fs::write(folder.path().join(name), text).unwrap();
     }
-    let toml = "schema = 1\nquestion = \"q\"\nmachine = \"orthoglide\"\n\
+    let toml = "schema = 2\nquestion = \"q\"\nmachine = \"orthoglide\"\n\
                 [[validation.variant]]\nname = \"today\"\nprocess = \"bare.toml\"\n\
                 [[validation.variant]]\nname = \"raised\"\nprocess = \"placed.toml\"\n\
                 [[validation.case]]\nname = \"c\"\n\
@@ -114,7 +114,7 @@ fn drive_forces_hardly_depend_on_the_stiffness() {
     std::fs::write(folder.path().join("process.toml"), process).unwrap();
     let study = |machine: &str| {
         let toml = format!(
-            "schema = 1\nquestion = \"q\"\nmachine = \"{machine}\"\n[[validation.variant]]\nname = \"v\"\n\
+            "schema = 2\nquestion = \"q\"\nmachine = \"{machine}\"\n[[validation.variant]]\nname = \"v\"\n\
              process = \"process.toml\"\n[[validation.case]]\nname = \"Q1\"\n\
              circle = {{ centre_point = \"Q1\", diameter_mm = 50.0, points = 37 }}\n\
              [[validation.quoted]]\nsource = \"s\"\ncase = \"Q1\"\nquantity = \"drive_force\"\nvalue = 300.0\n\
@@ -151,7 +151,7 @@ fn a_path_that_nothing_moves_has_no_ratios() {
                    [force.path_frame]\nradial_force_N = 0.0\ntangential_force_N = 0.0\naxial_force_N = 0.0\n\
                    law = \"rotated\"\n";
     std::fs::write(folder.path().join("process.toml"), process).unwrap();
-    let mut toml = "schema = 1\nquestion = \"q\"\nmachine = \"orthoglide\"\n[[validation.variant]]\nname = \"v\"\n\
+    let mut toml = "schema = 2\nquestion = \"q\"\nmachine = \"orthoglide\"\n[[validation.variant]]\nname = \"v\"\n\
                     process = \"process.toml\"\n[[validation.case]]\nname = \"c\"\n\
                     circle = { centre_point = \"Q1\", diameter_mm = 50.0, points = 13 }\n"
         .to_string();

@@ -6,15 +6,14 @@ use serde::Deserialize;
 
 use super::{STUDY, Scene};
 use crate::{
-    input::{Folder, check::Check, error::Result, toml_file},
+    input::{Folder, check::Check, error::Result},
     machine::Machine,
-    process::file::chain_errors::ChainErrorSpec,
     study::{
         Given, Overrides, Question,
         map::{WorkspaceMapStudy, spec::WorkspaceMapSpec},
         placement::{PlacementStudy, spec::PlacementStudySpec},
         resolve,
-        spec::{Header, MillingSpec, ProcessRef, SCHEMA},
+        spec::{self, Header, ProcessRef, SCHEMA},
     },
 };
 
@@ -29,8 +28,6 @@ struct Written {
     #[serde(default)]
     held: BTreeMap<String, f64>,
     process: Option<ProcessRef>,
-    milling: Option<MillingSpec>,
-    chain_error: Option<Vec<ChainErrorSpec>>,
     placement: Option<PlacementStudySpec>,
     workspace_map: Option<WorkspaceMapSpec>,
 }
@@ -48,10 +45,9 @@ pub(super) enum Asked {
 /// # Errors
 /// As [`crate::study::Study::from_toml`].
 pub(super) fn read(text: &str, folder: &Folder, overrides: &Overrides) -> Result<(Machine, Asked)> {
-    let written: Written = toml_file::parse(text, STUDY)?;
-    let Written { schema, question, machine, branch, held, process, milling, chain_error, placement, workspace_map } =
-        written;
-    let header = Header { schema, question, machine, branch, held, process, milling, chain_error };
+    let written: Written = spec::parse(text, STUDY)?;
+    let Written { schema, question, machine, branch, held, process, placement, workspace_map } = written;
+    let header = Header { schema, question, machine, branch, held, process };
     let check = Check::new(STUDY);
     let (machine, _) = resolve::header(&header, folder, overrides, &check)?;
     let given = |check: Check, name: &'static str| Given {
@@ -62,7 +58,6 @@ pub(super) fn read(text: &str, folder: &Folder, overrides: &Overrides) -> Result
         name,
         header: &header,
         asked_process: Cell::new(false),
-        asked_map_keys: Cell::new(false),
     };
     let asked = match (placement, workspace_map) {
         (Some(spec), None) => {
@@ -107,8 +102,6 @@ pub(super) fn machine(scene: &Scene, folder: &Folder, overrides: &Overrides) -> 
         branch: None,
         held: BTreeMap::new(),
         process: None,
-        milling: None,
-        chain_error: None,
     };
     Ok(resolve::header(&header, folder, overrides, &Check::new(STUDY))?.0)
 }

@@ -14,7 +14,7 @@ const MAX_POINTS: usize = 100_000_000;
 
 pub(super) fn resolve(spec: &WorkspaceMapSpec, given: &Given<'_>) -> Result<Resolved<WorkspaceMapStudy>> {
     given.overrides.refuse_points(given.name)?;
-    let own = OwnKeys { phi_step_deg: spec.phi_step_deg, compensate: spec.compensate, uses_target: true };
+    let own = OwnKeys { phi_step_deg: spec.phi_step_deg, uses_target: true };
     let Acting { machine, force, phis, errors, target, tolerance_mm, not_used, inputs } = acting(given, own)?;
     let corners = map_box(spec.min_mm, spec.max_mm, &machine, &given.check)?;
     let grid = box_grid(corners, spec.grid, given.overrides, (MAX_POINTS, &given.check))?;

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use crate::{compensation::Target, study::spec::default_grid};
+use crate::study::spec::default_grid;
 
 /// A grid over the workspace box.
 #[derive(Debug, Clone, Deserialize)]
@@ -17,8 +17,6 @@ pub struct WorkspaceMapSpec {
     pub max_mm: Option<[f64; 3]>,
     /// Step between tool angles over one turn; 10° if not given.
     pub phi_step_deg: Option<f64>,
-    /// Of schema 1: what compensation puts right.
-    pub compensate: Option<Target>,
     /// Heights of the slices drawn; the grid plane nearest to each is shown.
     pub slices_z_mm: Vec<f64>,
 }

@@ -26,7 +26,6 @@ pub(super) fn resolve(spec: &OnlineSpec, given: &Given<'_>) -> Result<Resolved<O
         return of_limits.key("force_limit_N").fail(format!("is not looked at by {}", given.name));
     }
     let of_path = PathSpec {
-        process: None,
         circle: spec.circle.clone(),
         line: spec.line.clone(),
         file: spec.file.clone(),

@@ -23,8 +23,7 @@ use crate::{
 /// Checks a path study.
 pub(super) fn resolve(spec: &PathSpec, given: &Given<'_>) -> Result<Resolved<PathStudy>> {
     given.overrides.refuse_grid(given.name)?;
-    given.refuse_old(spec.process.as_ref(), &given.check.key("process"), "process at the top of the file")?;
-    let process = given.turned_process(spec.process.as_deref(), &given.check)?;
+    let process = given.turned_process(None, &given.check)?;
     let (study, program) = path(spec, &process, given, &given.check)?;
     let points = Inputs::of("points of the path", study.stations.len().to_string());
     let inputs = process.inputs.and(program).and(points);

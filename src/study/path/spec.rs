@@ -8,8 +8,6 @@ use crate::study::spec::CircleSpec;
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PathSpec {
-    /// Of schema 1: the process file, relative to the study's folder.
-    pub process: Option<String>,
     /// A full circle in the xy-plane. A path has this, `line` or `file`.
     pub circle: Option<CircleSpec>,
     /// A straight line. A path has this, `circle` or `file`.

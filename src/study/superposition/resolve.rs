@@ -30,7 +30,7 @@ pub(super) fn resolve(spec: &SuperpositionSpec, given: &Given<'_>) -> Result<Res
         return given.check.root().key("machine").fail(problem);
     }
     let Acting { machine, force, phis, errors, not_used, inputs, .. } =
-        acting(given, OwnKeys { phi_step_deg: spec.phi_step_deg, compensate: None, uses_target: false })?;
+        acting(given, OwnKeys { phi_step_deg: spec.phi_step_deg, uses_target: false })?;
     let own = &given.check;
     let corners = map_box(spec.min_mm, spec.max_mm, &machine, own)?;
     let grid = box_grid(corners, spec.grid, given.overrides, (MAX_POINTS, own))?;

@@ -40,7 +40,7 @@ fn can_turn(machine: &Machine) -> std::result::Result<(), String> {
 pub(super) fn resolve(spec: &TurnMapSpec, given: &Given<'_>) -> Result<Resolved<TurnMapStudy>> {
     given.overrides.refuse_points(given.name)?;
     let phi_step_deg = Some(spec.phi_step_deg.unwrap_or(PHI_STEP_DEG));
-    let own = OwnKeys { phi_step_deg, compensate: None, uses_target: true };
+    let own = OwnKeys { phi_step_deg, uses_target: true };
     let Acting { machine, force, phis, errors, target, tolerance_mm, not_used, inputs } = acting(given, own)?;
     can_turn(&machine).or_else(|problem| given.check.root().key("machine").fail(problem))?;
     let check = &given.check;

@@ -43,13 +43,8 @@ pub(super) fn resolve(spec: &ValidationSpec, given: &Given<'_>) -> Result<Resolv
         let process = given.process(written.process.as_deref(), &check.key("variant").item(v))?;
         let mut paths = Vec::new();
         for (i, case) in spec.case.iter().enumerate() {
-            let path = PathSpec {
-                process: None,
-                circle: Some(case.circle.clone()),
-                line: None,
-                file: None,
-                methods: Some(Vec::new()),
-            };
+            let path =
+                PathSpec { circle: Some(case.circle.clone()), line: None, file: None, methods: Some(Vec::new()) };
             let (path, _) = paths::path(&path, &process, given, &check.key("case").item(i))?;
             paths.push(path);
             inputs = inputs.and(process.inputs.clone());
