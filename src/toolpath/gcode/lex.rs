@@ -1,17 +1,8 @@
-//! Words of a line, found by the `g-code` crate's lexer.
+//! Words of a line: letters with their numbers.
 //!
-//! Of the maintained crates, `g-code` 0.6 gives byte spans and loses no digit. `gcode` 0.7 stores 32-bit numbers and
-//! `gcode-nom` 0.7 gives no spans and has no radius form; neither can rewrite a program. `g-code` rejects `%`,
-//! leading `/`, and comments that are not ASCII, which [`crate::toolpath::gcode::lines`] takes out beforehand; and it would panic on
-//! `X+-1.0` and could on numbers of 29 digits, which [`lexed`] refuses beforehand.
-//!
-//! Most lines of long programs are nothing but letters with their numbers. [`plain`] reads those as the lexer does, in a tenth of
-//! the time; the lexer is asked about all others.
+//! Most lines of long programs are nothing else, and are read at once; of others it is then looked for what is wrong with them.
 
 use std::ops::Range;
-
-use g_code::parse::ast::Spanned;
-use g_code::parse::snippet_parser;
 
 use crate::toolpath::gcode::{
     Dialect,
@@ -79,11 +70,11 @@ impl Word {
 
 /// The words in `text`, a line with its comments blanked out, in order.
 pub(crate) fn words(text: &str) -> Result<Vec<Word>, Refusal> {
-    plain(text).map_or_else(|| lexed(text), Ok)
+    plain(text, Fault::MAX_DIGITS).map_or_else(|| parted(text), Ok)
 }
 
-/// The words of a line in which each is a letter and behind it a number; `None` of any other.
-fn plain(text: &str) -> Option<Vec<Word>> {
+/// The words of a line in which each is a letter and behind it a number of at most `longest` bytes; `None` of any other.
+fn plain(text: &str, longest: usize) -> Option<Vec<Word>> {
     let bytes = text.as_bytes();
     let mut words = Vec::with_capacity(8);
     let mut at = 0;
@@ -96,7 +87,7 @@ fn plain(text: &str) -> Option<Vec<Word>> {
         let digits = at + 1 + sign;
         let is_number = |byte: &&u8| byte.is_ascii_digit() || **byte == b'.';
         let length = bytes.get(digits..)?.iter().take_while(is_number).count();
-        if !byte.is_ascii_alphabetic() || length > Fault::MAX_DIGITS {
+        if !byte.is_ascii_alphabetic() || length > longest {
             return None;
         }
         // No number: nothing, a point alone, two points.
@@ -107,24 +98,14 @@ fn plain(text: &str) -> Option<Vec<Word>> {
     Some(words)
 }
 
-/// The words in `text`, by the lexer.
-fn lexed(text: &str) -> Result<Vec<Word>, Refusal> {
-    guard(text)?;
+/// The words in `text`, in which blanks may part letters from their numbers and numbers may be long.
+fn parted(text: &str) -> Result<Vec<Word>, Refusal> {
+    check_signs_and_digits(text)?;
     let (joined, letters) = joined(text);
-    let text = joined.as_str();
-    let snippet = snippet_parser(text).map_err(|e| not_a_word(text, e.location.offset))?;
-    let mut words = Vec::new();
-    for line in snippet.iter() {
-        // The lexer gives a letter without number its own kind of token, a flag.
-        if let Some(flag) = line.iter_flags().next() {
-            return Err(not_a_word(text, flag.span().0));
-        }
-        for field in line.iter_fields() {
-            let mut word = word(text, field.span().into())?;
-            if let Ok(index) = letters.binary_search_by_key(&word.span.start, |(_, to)| *to) {
-                word.span.start = letters[index].0;
-            }
-            words.push(word);
+    let mut words = plain(&joined, usize::MAX).ok_or_else(|| not_words(&joined))?;
+    for word in &mut words {
+        if let Ok(index) = letters.binary_search_by_key(&word.span.start, |(_, to)| *to) {
+            word.span.start = letters[index].0;
         }
     }
     Ok(words)
@@ -147,19 +128,8 @@ fn joined(text: &str) -> (String, Vec<(usize, usize)>) {
     (String::from_utf8_lossy(&bytes).into_owned(), moved)
 }
 
-/// The word at `span`. The lexer takes several letters before a number as one name; a word has one.
-fn word(text: &str, span: Range<usize>) -> Result<Word, Refusal> {
-    let written = &text[span.clone()];
-    let letter = written.chars().next().filter(char::is_ascii_alphabetic);
-    // Read from the text, not from the lexer's decimal: this conversion rounds correctly.
-    match (letter, written.get(1..).map(str::parse)) {
-        (Some(letter), Some(Ok(value))) => Ok(Word::plain(letter.to_ascii_uppercase(), value, span)),
-        _ => Err(not_a_word(text, span.start)),
-    }
-}
-
-/// Refuses what the lexer would panic on.
-fn guard(text: &str) -> Result<(), Refusal> {
+/// Refuses two signs in a row, and numbers of more digits than a coordinate can hold.
+fn check_signs_and_digits(text: &str) -> Result<(), Refusal> {
     let bytes = text.as_bytes();
     if let Some(at) = bytes.windows(2).position(|pair| pair.iter().all(|b| matches!(b, b'+' | b'-'))) {
         return Err(not_a_word(text, at));
@@ -172,6 +142,40 @@ fn guard(text: &str) -> Result<(), Refusal> {
         start += run.len() + 1;
     }
     Ok(())
+}
+
+/// Refuses the first part of `text` between blanks with the worst that is wrong with any: it is no letters and numbers, its last letter
+/// has no number, or several letters have one.
+fn not_words(text: &str) -> Refusal {
+    let mut at = 0;
+    let parts = text.split(' ').map(|part| {
+        let start = at;
+        at += part.len() + 1;
+        (start, part)
+    });
+    let worst = parts.filter_map(|(start, part)| Some((wrong_with(part)?, start))).min_by_key(|(wrong, _)| *wrong);
+    not_a_word(text, worst.map_or(0, |(_, start)| start))
+}
+
+/// How bad it is, 0 the worst, if anything is wrong with text without blanks.
+fn wrong_with(mut rest: &str) -> Option<u8> {
+    let mut found = None;
+    while !rest.is_empty() {
+        let letters = rest.bytes().take_while(u8::is_ascii_alphabetic).count();
+        let behind = &rest[letters..];
+        let digits = |from: usize| behind[from..].bytes().take_while(u8::is_ascii_digit).count();
+        let sign = usize::from(behind.starts_with(['+', '-']));
+        let whole = sign + digits(sign);
+        let end = if behind[whole..].starts_with('.') { whole + 1 + digits(whole + 1) } else { whole };
+        match (letters, behind[..end].parse::<f64>()) {
+            (1.., Err(_)) if behind.is_empty() => return Some(1),
+            (0, _) | (_, Err(_)) => return Some(0),
+            (1, Ok(_)) => {}
+            (_, Ok(_)) => found = Some(2),
+        }
+        rest = &behind[end..];
+    }
+    found
 }
 
 /// Refuses the blank-separated text around `at`.
@@ -229,16 +233,16 @@ mod tests {
         #![proptest_config(crate::cases::cases(256))]
 
         #[test]
-        fn plain_lines_are_read_as_the_lexer_reads_them(text in "([ ]{0,2}[A-Za-z][+-]?[0-9]{0,3}[.]?[0-9]{0,3}){0,6}[ ]?") {
-            if let Some(words) = plain(&text) {
-                prop_assert_eq!(lexed(&text), Ok(words));
+        fn plain_lines_are_read_as_all_others_are(text in "([ ]{0,2}[A-Za-z][+-]?[0-9]{0,3}[.]?[0-9]{0,3}){0,6}[ ]?") {
+            if let Some(words) = plain(&text, Fault::MAX_DIGITS) {
+                prop_assert_eq!(parted(&text), Ok(words));
             }
         }
 
         #[test]
-        fn what_is_not_plain_is_left_to_the_lexer(text in "[GXO1-9.+ -]{0,12}") {
-            if let Some(words) = plain(&text) {
-                prop_assert_eq!(lexed(&text), Ok(words));
+        fn what_is_not_plain_is_looked_at_again(text in "[GXO1-9.+ -]{0,12}") {
+            if let Some(words) = plain(&text, Fault::MAX_DIGITS) {
+                prop_assert_eq!(parted(&text), Ok(words));
             }
         }
     }
@@ -246,10 +250,10 @@ mod tests {
     #[test]
     fn lines_of_motion_are_plain() {
         for text in ["G1 X1.5Y-.25 Z+3. F600", "N10 g01x5", "", "  ", "M30"] {
-            assert!(plain(text).is_some(), "{text}");
+            assert!(plain(text, 17).is_some(), "{text}");
         }
         for text in ["X", "X 5", "X+-1", "X1.2.3", "X.", "5", "XY5", "X1 %"] {
-            assert!(plain(text).is_none(), "{text}");
+            assert!(plain(text, 17).is_none(), "{text}");
         }
     }
 

@@ -69,7 +69,7 @@ pub(crate) enum Code {
 /// Blanks out comments and the block-delete mark, keeping every word at its byte.
 ///
 /// Comments may hold any bytes, so programs in UTF-8 and in older encodings pass. What remains is checked to be
-/// ASCII letters, digits, signs, points and blanks: all that the lexer is then asked about.
+/// ASCII letters, digits, signs, points and blanks.
 pub(crate) fn code(line: &[u8]) -> Result<Code, Refusal> {
     let mut text = String::with_capacity(line.len());
     match line.get(blanks(line)) {
