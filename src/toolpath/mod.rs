@@ -13,6 +13,7 @@ mod orientation;
 mod path;
 mod plane;
 pub mod polyline;
+mod program;
 pub mod robot;
 mod sampling;
 
@@ -22,4 +23,25 @@ pub use orientation::Orientation;
 pub(crate) use orientation::least_turn;
 pub use path::{Load, PathPoint, PointSource, PositionsError, Toolpath};
 pub use plane::{Plane, Turn};
+pub use program::{Program, RewriteError, Rewritten};
 pub use sampling::{Sampling, SamplingError};
+
+/// Faults of programs and paths, of which the one error of the program is made.
+macro_rules! program_faults {
+    ($($fault:ty),+) => {
+        $(impl From<$fault> for crate::input::error::Error {
+            fn from(fault: $fault) -> Self {
+                Self::program(fault)
+            }
+        })+
+    };
+}
+
+program_faults!(
+    FormatError,
+    PositionsError,
+    RewriteError,
+    gcode::GcodeError,
+    polyline::PolylineError,
+    robot::RobotError
+);

@@ -22,12 +22,6 @@ pub struct FormatError {
     pub decimals: u8,
 }
 
-impl From<FormatError> for crate::input::error::Error {
-    fn from(fault: FormatError) -> Self {
-        Self::program(fault)
-    }
-}
-
 impl NumberFormat {
     /// The most decimals a format may have.
     pub const MAX_DECIMALS: u8 = 9;

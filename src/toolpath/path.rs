@@ -221,12 +221,6 @@ pub enum PositionsError {
     },
 }
 
-impl From<PositionsError> for crate::input::error::Error {
-    fn from(fault: PositionsError) -> Self {
-        Self::program(fault)
-    }
-}
-
 /// Checks that there is one position on the machine for every point of `path`, and one orientation if there are any.
 pub(crate) fn check_corrected(
     path: &Toolpath,

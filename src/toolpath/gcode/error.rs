@@ -39,12 +39,6 @@ impl GcodeError {
     }
 }
 
-impl From<GcodeError> for crate::input::error::Error {
-    fn from(fault: GcodeError) -> Self {
-        Self::program(fault)
-    }
-}
-
 /// What is wrong with a word or a line. The text says what was expected.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum Fault {
@@ -77,7 +71,7 @@ pub enum Fault {
     /// A comment that is opened and not closed on its line.
     #[error("comment is not closed; expected `)` on the same line")]
     OpenComment,
-    /// Something the lexer does not take for a word.
+    /// Something that is no word.
     #[error("not a word; expected a letter followed by a number, such as X10.5")]
     NotAWord,
     /// More digits than a coordinate can hold exactly.

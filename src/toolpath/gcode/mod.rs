@@ -71,10 +71,13 @@ pub use expand::{Beside, CalledFile, Calls, Differs, How};
 pub use notes::Notes;
 pub use offsets::WorkOffset;
 pub use options::{ArcCentres, BlockDelete, Expand, GcodeOptions};
-pub use rewrite::{RewriteError, Rewritten};
 pub use rotary::{Rotary, RotaryAxis, RotaryColumn, Turned};
 pub use unit::LengthUnit;
 pub use writing::Writing;
+
+pub use crate::toolpath::RewriteError;
+/// A G-code program written back.
+pub type Rewritten = crate::toolpath::Rewritten<Program>;
 
 use edit::Style;
 use expand::WrittenOut;
@@ -82,7 +85,10 @@ use lines::Lines;
 use motion::Motion;
 use walk::MotionAt;
 
-use crate::toolpath::{NumberFormat, PathPoint, Sampling, Toolpath};
+use crate::toolpath::{
+    NumberFormat, PathPoint, Sampling, Toolpath,
+    program::{self, NoPoints, Sampler},
+};
 
 /// A program that has been read and followed. It is held as its bytes: what a line does is found anew whenever the program
 /// is walked through.
@@ -238,8 +244,7 @@ impl Program {
         let mut points = Vec::with_capacity(self.motions.len());
         let parameters = |_, motion: &Motion| Some(motion.parameters(motion.pieces(sampling, &self.options.rotary)?));
         self.sample(most, parameters, |point| points.push(*point))?;
-        let columns: Vec<_> = self.told().iter().map(|told| told.column.clone()).collect();
-        Ok(Toolpath::assemble(points).with_external_axes(&columns))
+        Ok(Toolpath::assemble(points).with_external_axes(&program::Program::external_axes(self)))
     }
 
     /// The rotary axes that its path tells where to stand.
@@ -266,25 +271,25 @@ impl Program {
         &self,
         most: usize,
         mut parameters: impl FnMut(usize, &Motion) -> Option<Vec<f64>>,
-        mut take: impl FnMut(&PathPoint),
+        take: impl FnMut(&PathPoint),
     ) -> Result<(), GcodeError> {
-        let (mut segment, mut count, mut length_mm) = (0, 0, 0.0);
-        let mut points: Vec<PathPoint> = Vec::new();
+        let mut sampler = Sampler::new(most, take);
         self.walk(|block| {
             for motion in &block.motions {
-                let own = parameters(segment, motion).filter(|own| count + own.len() <= most);
-                let own = own.ok_or_else(|| self.refused(motion, Fault::TooManyPoints { most }))?;
-                points.clear();
-                motion.sample(segment, &own, length_mm, &self.options.rotary, &mut points);
-                self.tell_drives(motion, &mut points);
-                // The ends of an arc are within the range; what lies between need not be.
-                if points.iter().any(|point| point.position_mm.amax() > Fault::MAX_COORDINATE_MM) {
-                    return Err(self.refused(motion, Fault::TooFar));
-                }
-                points.iter().for_each(&mut take);
-                length_mm = points.last().map_or(length_mm, |point| point.arc_length_mm);
-                count += points.len();
-                segment += 1;
+                let add = |segment, own: &[f64], length_mm, points: &mut Vec<PathPoint>| {
+                    motion.sample(segment, own, length_mm, &self.options.rotary, points);
+                    self.tell_drives(motion, points);
+                };
+                let done = sampler.motion(|segment| parameters(segment, motion), add);
+                done.map_err(|why| {
+                    self.refused(
+                        motion,
+                        match why {
+                            NoPoints::TooMany => Fault::TooManyPoints { most },
+                            NoPoints::TooFar => Fault::TooFar,
+                        },
+                    )
+                })?;
             }
             Ok(())
         })?;
@@ -313,5 +318,26 @@ impl Program {
     /// The bytes of line `index` (from 0), without its ending.
     fn content(&self, index: usize) -> &[u8] {
         &self.source[self.lines.content(index)]
+    }
+}
+
+impl program::Program for Program {
+    type Error = GcodeError;
+    type Reading = (String, GcodeOptions);
+
+    fn read_written(bytes: Vec<u8>, (name, options): &Self::Reading) -> Result<Self, GcodeError> {
+        Program::parse(bytes, name, options)
+    }
+
+    fn points_at(
+        &self,
+        mut places: impl FnMut(usize) -> Option<Vec<f64>>,
+        take: impl FnMut(&PathPoint),
+    ) -> Result<(), GcodeError> {
+        self.sample(Program::MAX_POINTS, |segment, _| places(segment), take)
+    }
+
+    fn external_axes(&self) -> Vec<String> {
+        self.told().iter().map(|told| told.column.clone()).collect()
     }
 }

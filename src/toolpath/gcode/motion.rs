@@ -14,6 +14,7 @@ use crate::toolpath::{
         rotary::{self, Rotary, Turning},
     },
     path::direction,
+    program::even_places,
 };
 
 /// Coordinates of which some may not be known, mm in the workpiece frame.
@@ -152,7 +153,7 @@ impl Motion {
     pub fn parameters(&self, pieces: usize) -> Vec<f64> {
         match self.geometry {
             Geometry::Hole(_) => Hole::parameters(pieces).collect(),
-            _ => (1..=pieces).map(|k| k as f64 / pieces as f64).collect(),
+            _ => even_places(pieces),
         }
     }
 

@@ -3,152 +3,19 @@
 use std::{borrow::Cow, collections::BTreeSet, ops::Range};
 
 use nalgebra::Vector3;
-use thiserror::Error;
 
 use crate::toolpath::{
-    Orientation, PathPoint, PositionsError, Toolpath,
+    Orientation, PathPoint, RewriteError, Toolpath,
     gcode::{
-        Calls, GcodeOptions, Program, Writing,
-        error::GcodeError,
+        Calls, Program, Rewritten, Writing,
         modal::MotionCode,
         motion::{Geometry, Motion},
         rotary::{Angles, Rotary},
         writer::{Targets, Writer},
     },
     path::check_corrected,
+    program::end_of,
 };
-
-/// Corrected positions that cannot be written into a program.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum RewriteError {
-    /// The positions do not fit the path.
-    #[error(transparent)]
-    Positions(#[from] PositionsError),
-    /// The tolerance is none.
-    #[error("write tolerance {tolerance_mm} mm: expected a finite number, 0 or more")]
-    Tolerance {
-        /// What was given, mm.
-        tolerance_mm: f64,
-    },
-    /// The program cannot be followed.
-    #[error(transparent)]
-    Program(#[from] GcodeError),
-    /// The path was not sampled from this program.
-    #[error("the path does not belong to program {program}: expected a path sampled from it")]
-    ForeignPath {
-        /// The program's name.
-        program: String,
-    },
-    /// The tool's axis is to be corrected in a hole.
-    #[error(
-        "{program}:{line}: a hole of a cycle keeps its direction, and its tool's axis is to be corrected: expected a program written \
-         out, --expand"
-    )]
-    TurnedHole {
-        /// The program's name.
-        program: String,
-        /// The line, from 1.
-        line: usize,
-    },
-}
-
-impl From<RewriteError> for crate::input::error::Error {
-    fn from(fault: RewriteError) -> Self {
-        Self::program(fault)
-    }
-}
-
-/// A program written back, with what is needed to read it point by point.
-#[derive(Clone, Debug)]
-pub struct Rewritten {
-    bytes: Vec<u8>,
-    /// How many path points each motion of the written program stands for.
-    pieces: Vec<usize>,
-    /// Where on its motion each of them lies, from 0 to 1.
-    places: Vec<f64>,
-    /// Where the bytes end that each line of a program written out has become.
-    line_ends: Vec<usize>,
-    name: String,
-    options: GcodeOptions,
-}
-
-impl Rewritten {
-    /// The program's bytes.
-    #[must_use]
-    pub fn bytes(&self) -> &[u8] {
-        &self.bytes
-    }
-
-    /// The program's bytes, to keep.
-    #[must_use]
-    pub fn into_bytes(self) -> Vec<u8> {
-        self.bytes
-    }
-
-    pub(super) fn line_ends(&self) -> &[usize] {
-        &self.line_ends
-    }
-
-    /// The written program, read as a controller would; it takes the bytes along, so that there is one copy of them.
-    ///
-    /// # Errors
-    /// When it cannot be followed.
-    #[cfg(feature = "study")]
-    pub(crate) fn take_and_read(&mut self) -> Result<Program, GcodeError> {
-        Program::parse(std::mem::take(&mut self.bytes), &self.name, &self.options)
-    }
-
-    /// The written program, read as a controller would.
-    ///
-    /// # Errors
-    /// When it cannot be followed.
-    pub fn read(&self) -> Result<Program, GcodeError> {
-        Program::parse(self.bytes.clone(), &self.name, &self.options)
-    }
-
-    /// The path of the written program, point k where point k of the original path is passed: the same number of points, in
-    /// the same order.
-    ///
-    /// # Errors
-    /// When the written program cannot be followed.
-    pub fn read_back(&self) -> Result<Toolpath, GcodeError> {
-        self.path_of(&self.read()?)
-    }
-
-    /// The same of the written program once it has been read.
-    ///
-    /// # Errors
-    /// When it is another program.
-    pub fn path_of(&self, written: &Program) -> Result<Toolpath, GcodeError> {
-        let mut points = Vec::with_capacity(self.places.len());
-        self.each_of(written, |point| points.push(*point))?;
-        Ok(Toolpath::assemble(points))
-    }
-
-    /// As [`Rewritten::path_of`], the positions alone (workpiece frame, mm).
-    ///
-    /// # Errors
-    /// When it is another program.
-    pub fn positions_of(&self, written: &Program) -> Result<Vec<Vector3<f64>>, GcodeError> {
-        let mut positions = Vec::with_capacity(self.places.len());
-        self.each_of(written, |point| positions.push(point.position_mm))?;
-        Ok(positions)
-    }
-
-    /// The same, point after point, given to `take`.
-    ///
-    /// # Errors
-    /// When it is another program.
-    pub(crate) fn each_of(&self, written: &Program, take: impl FnMut(&PathPoint)) -> Result<(), GcodeError> {
-        let mut places = self.places.as_slice();
-        let own = |segment: usize, _: &Motion| {
-            let (own, rest) = places.split_at_checked(*self.pieces.get(segment)?)?;
-            places = rest;
-            Some(own.to_vec())
-        };
-        written.sample(Program::MAX_POINTS, own, take)
-    }
-}
 
 /// A path and where its points should be instead.
 #[derive(Clone, Copy)]
@@ -243,6 +110,7 @@ impl Program {
         writing: Writing,
         spelled: &BTreeSet<usize>,
     ) -> Result<Rewritten, RewriteError> {
+        let foreign = || RewriteError::ForeignPath { program: self.name.clone() };
         let mut writer = Writer::new(self, writing, spelled);
         let (mut segment, mut next, mut line) = (0, 0, 0);
         let mut arcs_of_poles = self.arcs_of_poles.iter();
@@ -258,7 +126,9 @@ impl Program {
             line = block.line + 1;
             let mut on_block = Vec::with_capacity(block.motions.len());
             for motion in &block.motions {
-                let points = next..self.end_of(motion, segment, next, path)?;
+                let has_points = motion.geometry != Geometry::Unlocated;
+                let at = |t: f64| motion.at(t, &self.options.rotary).map(|(position, _)| position);
+                let points = next..end_of(path, segment, next, has_points, at).ok_or_else(foreign)?;
                 let angles = corrected.angles(motion, points.clone(), &self.options.rotary);
                 let turns = |angles: &Vec<Angles>| angles.iter().any(|angles| *angles != motion.turning.to);
                 if matches!(motion.code, MotionCode::Cycle(_)) && angles.as_ref().is_some_and(turns) {
@@ -296,15 +166,14 @@ impl Program {
         })?;
         (line..self.lines.len()).for_each(|index| writer.copy_line(index));
         if next != path.len() {
-            return Err(self.foreign());
+            return Err(foreign());
         }
         Ok(Rewritten {
             bytes: self.dialect.numbered(&self.source, writer.out),
             pieces: writer.pieces,
             places: writer.places,
             line_ends: writer.line_ends,
-            name: self.name.clone(),
-            options: self.options.clone(),
+            reading: (self.name.clone(), self.options.clone()),
         })
     }
 
@@ -330,27 +199,5 @@ impl Program {
             ..*point
         });
         (own.collect(), (0..points.len()).map(head).collect())
-    }
-
-    fn foreign(&self) -> RewriteError {
-        RewriteError::ForeignPath { program: self.name.clone() }
-    }
-
-    /// Where the points end that `motion`, the `segment`-th, has in `path` from `first` on, after checking that they are its.
-    fn end_of(&self, motion: &Motion, segment: usize, first: usize, path: &Toolpath) -> Result<usize, RewriteError> {
-        let points = path.points();
-        let mut next = first;
-        while let Some(point) = points.get(next).filter(|point| point.source.segment == segment) {
-            let here = motion.at(point.source.parameter, &self.options.rotary);
-            if here.map(|(position, _)| position) != Some(point.position_mm) {
-                return Err(self.foreign());
-            }
-            next += 1;
-        }
-        let complete = match motion.geometry {
-            Geometry::Unlocated => next == first,
-            _ => next > first && points[next - 1].source.parameter == 1.0,
-        };
-        if complete { Ok(next) } else { Err(self.foreign()) }
     }
 }

@@ -1,5 +1,7 @@
 //! Blocks that one block does not replace: written as the fewest arcs and lines that pass their points.
 
+use std::convert::Infallible;
+
 use nalgebra::Vector3;
 
 use crate::toolpath::{
@@ -17,6 +19,7 @@ use crate::toolpath::{
         writer::{Writer, put_axis},
     },
     number::shortest,
+    program::longest,
 };
 
 /// Of a written arc that is no full circle, start and end are apart by as many units of the last decimal: rounding must neither
@@ -96,30 +99,21 @@ impl Writer<'_> {
         self.end_line(block, is_last);
     }
 
-    /// The piece that passes most of the first points of `left`: all of a block, or sought in steps that double, then between the
-    /// last two. A line to the first point always does.
+    /// The piece that passes most of the first points of `left`: all of a block, or the longest. A line to the first point always does.
     fn longest(&self, splitting: Splitting, left: Stretch, is_first: bool) -> Piece {
         let most = if self.writing.tolerance_mm > 0.0 { left.points.len() } else { 1 };
         let attempt = |count: usize| self.piece(splitting, left.first(count), [is_first, count == left.points.len()]);
         if is_first && let Some(piece) = attempt(most) {
             return piece;
         }
-        let mut best = attempt(1).unwrap_or_else(|| {
+        let best = attempt(1).unwrap_or_else(|| {
             let lines = [is_first, left.points.len() == 1];
             let (axes, at) = self.step(splitting, &left.corrected[0], lines);
             let turned = self.turned(splitting, left.first(1), lines);
             Piece { code: MotionCode::Line, axes, centre: Vec::new(), turned, at, places: vec![1.0] }
         });
-        let (mut passed, mut failed) = (1, most + 1);
-        while failed - passed > 1 {
-            let is_doubling = failed == most + 1 && passed * 2 < most;
-            let count = if is_doubling { passed * 2 } else { usize::midpoint(passed, failed) };
-            match attempt(count) {
-                Some(piece) => (best, passed) = (piece, count),
-                None => failed = count,
-            }
-        }
-        best
+        let Ok(longest) = longest(best, most, |count| Ok::<_, Infallible>(attempt(count)));
+        longest
     }
 
     /// One block through all points of `stretch`, if there is one; `[first, last]`: on which lines of the program's block.

@@ -1,6 +1,6 @@
 //! How a program with moved points is to be written.
 
-use crate::toolpath::{NumberFormat, gcode::RewriteError};
+use crate::toolpath::{NumberFormat, RewriteError};
 
 /// Decimals, and how far from its points a program may be written.
 #[derive(Clone, Copy, Debug, PartialEq)]

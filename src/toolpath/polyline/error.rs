@@ -16,12 +16,6 @@ pub struct PolylineError {
     pub fault: PolylineFault,
 }
 
-impl From<PolylineError> for crate::input::error::Error {
-    fn from(fault: PolylineError) -> Self {
-        Self::program(fault)
-    }
-}
-
 /// What is wrong with a line of a polyline file.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum PolylineFault {

@@ -24,7 +24,10 @@ mod sample;
 mod write;
 
 pub use error::{PolylineError, PolylineFault};
-pub use write::{RewrittenPolyline, write};
+pub use write::write;
+
+/// A polyline file written back.
+pub type RewrittenPolyline = crate::toolpath::Rewritten<Polyline>;
 
 use std::ops::Range;
 

@@ -1,9 +1,10 @@
 //! The path through the points of a polyline file, its moves split as those of a program are.
 
 use crate::toolpath::{
-    Load, PathPoint, PointSource, Sampling, Toolpath,
+    Load, PathPoint, PointSource, Program, Sampling, Toolpath,
     path::direction,
     polyline::{Polyline, PolylineError, PolylineFault},
+    program::even_places,
 };
 
 impl Polyline {
@@ -14,38 +15,51 @@ impl Polyline {
     /// # Errors
     /// When the path would have more than [`Sampling::MAX_POINTS`] points.
     pub fn sampled(&self, sampling: Sampling) -> Result<Toolpath, PolylineError> {
-        self.split(|row, before| match before {
+        let places = |row: usize| match row.checked_sub(1).map(|before| &self.path.points()[before]) {
             Some(before) if self.path.points()[row].cutting => {
                 let here = &self.path.points()[row];
                 let turn = before.orientation.zip(here.orientation).map_or(0.0, |(a, b)| a.angle_to(&b));
-                sampling.turning_pieces((here.position_mm - before.position_mm).norm(), turn)
+                let pieces = sampling.turning_pieces((here.position_mm - before.position_mm).norm(), turn);
+                pieces.filter(|pieces| *pieces <= Sampling::MAX_POINTS).map(even_places)
             }
-            _ => Some(1),
-        })
+            _ => Some(vec![1.0]),
+        };
+        let mut points = Vec::with_capacity(self.rows.len());
+        self.points_at(places, |point| points.push(*point))?;
+        Ok(Toolpath::assemble(points).with_external_axes(self.path.external_axes()))
+    }
+}
+
+impl Program for Polyline {
+    type Error = PolylineError;
+    type Reading = ();
+
+    fn read_written(bytes: Vec<u8>, (): &()) -> Result<Self, PolylineError> {
+        Polyline::read(bytes, "written file")
     }
 
-    /// The path with the move to each row in as many pieces as `pieces` says of the row and the point before it.
-    pub(super) fn split(
+    fn points_at(
         &self,
-        pieces: impl Fn(usize, Option<&PathPoint>) -> Option<usize>,
-    ) -> Result<Toolpath, PolylineError> {
-        let mut points: Vec<PathPoint> = Vec::with_capacity(self.rows.len());
+        mut places: impl FnMut(usize) -> Option<Vec<f64>>,
+        mut take: impl FnMut(&PathPoint),
+    ) -> Result<(), PolylineError> {
+        let (mut count, mut start) = (0, None);
         for (row, end) in self.path.points().iter().enumerate() {
-            let start = row.checked_sub(1).map(|before| &self.path.points()[before]);
-            let count = pieces(row, start).filter(|count| points.len() + count <= Sampling::MAX_POINTS);
-            let Some(count) = count else {
-                return Err(PolylineError {
-                    file: self.name.clone(),
-                    line: self.line_of(row).unwrap_or(1),
-                    fault: PolylineFault::TooManyPoints,
-                });
-            };
-            if let Some(start) = start {
-                points.extend((1..count).map(|k| between(start, end, k as f64 / count as f64)));
-            }
-            points.push(*end);
+            let own = places(row).filter(|own| count + own.len() <= Sampling::MAX_POINTS);
+            let own = own.ok_or_else(|| PolylineError {
+                file: self.name.clone(),
+                line: self.line_of(row).unwrap_or(1),
+                fault: PolylineFault::TooManyPoints,
+            })?;
+            let at = |t: &f64| start.filter(|_| *t < 1.0).map_or(*end, |start| between(start, end, *t));
+            own.iter().for_each(|t| take(&at(t)));
+            (count, start) = (count + own.len(), Some(end));
         }
-        Ok(Toolpath::assemble(points).with_external_axes(self.path.external_axes()))
+        Ok(())
+    }
+
+    fn external_axes(&self) -> Vec<String> {
+        self.path.external_axes().to_vec()
     }
 }
 

@@ -8,7 +8,8 @@ use crate::toolpath::{
     number::{fixed, last_place},
     orientation::WRITTEN_RAD,
     path::check_corrected,
-    polyline::{Polyline, PolylineError, column::Column},
+    polyline::{Polyline, RewrittenPolyline, column::Column},
+    program::even_places,
 };
 
 impl Polyline {
@@ -59,6 +60,7 @@ impl Polyline {
         let turned = |k: usize| orientations.map_or(points[k].orientation, |orientations| Some(orientations[k]));
         let mut out = Vec::with_capacity(self.source.len());
         let (mut copied, mut next, mut pieces) = (0, 0, Vec::with_capacity(self.rows.len()));
+        let mut places = Vec::with_capacity(points.len());
         let mut before: Option<(Vector3<f64>, Option<Orientation>)> = None;
         for (index, row) in self.rows.iter().enumerate() {
             let first = next;
@@ -89,9 +91,11 @@ impl Polyline {
                     out.extend(self.row(&self.source[row.clone()], &cells, Inserted::Point(&inserted)));
                     out.extend_from_slice(self.line_ending());
                     pieces.push(1);
+                    places.push(1.0);
                 }
             }
             pieces.push(if is_split { 1 } else { next - first });
+            places.extend(even_places(pieces[pieces.len() - 1]));
             let turns = |(own, turned): (Orientation, Orientation)| own.angle_to(&turned) > SAME_RAD;
             let new = points[last].orientation.zip(turned(last)).filter(|pair| turns(*pair)).map(|(_, turned)| turned);
             if new.is_some() || written[last - first].iter().any(Option::is_some) {
@@ -103,7 +107,7 @@ impl Polyline {
             before = Some((end, new.or(points[last].orientation)));
         }
         out.extend_from_slice(&self.source[copied..]);
-        Ok(RewrittenPolyline { bytes: out, pieces })
+        Ok(RewrittenPolyline { bytes: out, pieces, places, line_ends: Vec::new(), reading: () })
     }
 
     /// The row `text` with the coordinates in `moved` in place of its own, and with what `inserted` has.
@@ -164,32 +168,6 @@ impl Inserted<'_> {
             Inserted::Orientation(orientation) => Some(*orientation),
             Inserted::Point(point) => point.orientation,
         }
-    }
-}
-
-/// A polyline file written back, with what is needed to read it point by point.
-#[derive(Clone, Debug)]
-pub struct RewrittenPolyline {
-    bytes: Vec<u8>,
-    /// How many points of the path each row of the written file stands for.
-    pieces: Vec<usize>,
-}
-
-impl RewrittenPolyline {
-    /// The file's bytes, to keep.
-    #[must_use]
-    pub fn into_bytes(self) -> Vec<u8> {
-        self.bytes
-    }
-
-    /// Reads the written file, and gives its path with point k where point k of the original path was: the same number of
-    /// points, in the same order.
-    ///
-    /// # Errors
-    /// When the written file cannot be read.
-    pub fn read_back(&self) -> Result<Toolpath, PolylineError> {
-        let written = Polyline::read(self.bytes.clone(), "written file")?;
-        written.split(|row, _| self.pieces.get(row).copied())
     }
 }
 

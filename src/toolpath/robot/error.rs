@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::toolpath::{PositionsError, path::MAX_COORDINATE_MM};
+use crate::toolpath::path::MAX_COORDINATE_MM;
 
 /// A program that cannot be followed: where, at which statement, why, and what was expected.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -16,12 +16,6 @@ pub struct RobotError {
     pub statement: String,
     /// What is wrong with it and what was expected.
     pub fault: RobotFault,
-}
-
-impl From<RobotError> for crate::input::error::Error {
-    fn from(fault: RobotError) -> Self {
-        Self::program(fault)
-    }
 }
 
 /// What is wrong with a statement. The text says what was expected.
@@ -159,27 +153,4 @@ pub enum RobotFault {
         /// The most.
         most: usize,
     },
-}
-
-/// Corrected positions that cannot be written into a program of poses.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum RobotRewriteError {
-    /// The positions do not fit the path.
-    #[error(transparent)]
-    Positions(#[from] PositionsError),
-    /// The program cannot be followed.
-    #[error(transparent)]
-    Program(#[from] RobotError),
-    /// The path was not sampled from this program.
-    #[error("the path does not belong to program {program}: expected a path sampled from it")]
-    ForeignPath {
-        /// The program's name.
-        program: String,
-    },
-}
-
-impl From<RobotRewriteError> for crate::input::error::Error {
-    fn from(fault: RobotRewriteError) -> Self {
-        Self::program(fault)
-    }
 }

@@ -36,17 +36,22 @@ mod target_text;
 mod walk;
 mod way;
 
-pub use error::{RobotError, RobotFault, RobotRewriteError};
+pub use error::{RobotError, RobotFault};
 pub use language::Language;
 pub use options::RobotOptions;
-pub use rewrite::RewrittenRobot;
 pub use rotation::of_abc as rotation_of_abc;
 pub use walk::RobotNotes;
+
+/// A program of poses written back.
+pub type RewrittenRobot = crate::toolpath::Rewritten<RobotProgram>;
 
 use target_text::Decimals;
 use walk::MotionAt;
 
-use crate::toolpath::{NumberFormat, PathPoint, Sampling, Toolpath, path::MAX_COORDINATE_MM};
+use crate::toolpath::{
+    NumberFormat, PathPoint, Sampling, Toolpath,
+    program::{self, NoPoints, Sampler, even_places},
+};
 use follow::Motion;
 
 /// A program of poses that has been read and followed.
@@ -166,10 +171,7 @@ impl RobotProgram {
     /// When the path would have more points, or a circle leaves the range of coordinates.
     pub fn toolpath_up_to(&self, sampling: Sampling, most: usize) -> Result<Toolpath, RobotError> {
         let mut points = Vec::with_capacity(self.motions.len());
-        let parameters = |_, motion: &Motion| {
-            let pieces = motion.pieces(sampling)?;
-            Some((1..=pieces).map(|k| k as f64 / pieces as f64).collect())
-        };
+        let parameters = |_, motion: &Motion| Some(even_places(motion.pieces(sampling)?));
         self.sample(most, parameters, |point| points.push(*point))?;
         Ok(Toolpath::assemble(points).with_external_axes(&self.options.external_axes))
     }
@@ -180,26 +182,46 @@ impl RobotProgram {
         &self,
         most: usize,
         mut parameters: impl FnMut(usize, &Motion) -> Option<Vec<f64>>,
-        mut take: impl FnMut(&PathPoint),
+        take: impl FnMut(&PathPoint),
     ) -> Result<(), RobotError> {
-        let (mut segment, mut count, mut length_mm) = (0, 0, 0.0);
-        let mut points: Vec<PathPoint> = Vec::new();
+        let mut sampler = Sampler::new(most, take);
         self.walk(|motion| {
-            let refused = |fault| self.refused(&motion.statement, fault);
-            let own = parameters(segment, motion).filter(|own| count + own.len() <= most);
-            let own = own.ok_or_else(|| refused(RobotFault::TooManyPoints { most }))?;
-            points.clear();
-            motion.sample(segment, &own, length_mm, &mut points);
-            // The ends of a circle are within the range; what lies between need not be.
-            if points.iter().any(|point| point.position_mm.amax() > MAX_COORDINATE_MM) {
-                return Err(refused(RobotFault::TooFar));
-            }
-            points.iter().for_each(&mut take);
-            length_mm = points.last().map_or(length_mm, |point| point.arc_length_mm);
-            count += points.len();
-            segment += 1;
-            Ok(())
+            let add = |segment, own: &[f64], length_mm, points: &mut Vec<PathPoint>| {
+                motion.sample(segment, own, length_mm, points);
+            };
+            let done = sampler.motion(|segment| parameters(segment, motion), add);
+            done.map_err(|why| {
+                self.refused(
+                    &motion.statement,
+                    match why {
+                        NoPoints::TooMany => RobotFault::TooManyPoints { most },
+                        NoPoints::TooFar => RobotFault::TooFar,
+                    },
+                )
+            })
         })?;
         Ok(())
+    }
+}
+
+impl program::Program for RobotProgram {
+    type Error = RobotError;
+    type Reading = (String, Language, Option<(String, Vec<u8>)>, RobotOptions);
+
+    fn read_written(bytes: Vec<u8>, reading: &Self::Reading) -> Result<Self, RobotError> {
+        let (name, language, beside, options) = reading;
+        RobotProgram::parse(bytes, name, *language, beside.clone(), options)
+    }
+
+    fn points_at(
+        &self,
+        mut places: impl FnMut(usize) -> Option<Vec<f64>>,
+        take: impl FnMut(&PathPoint),
+    ) -> Result<(), RobotError> {
+        self.sample(RobotProgram::MAX_POINTS, |segment, _| places(segment), take)
+    }
+
+    fn external_axes(&self) -> Vec<String> {
+        self.options.external_axes.clone()
     }
 }

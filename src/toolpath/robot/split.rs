@@ -12,7 +12,7 @@ use super::{
     target_text::{Goal, Pen, Shown},
     way::Way,
 };
-use crate::toolpath::{Orientation, PathPoint, orientation::WRITTEN_RAD};
+use crate::toolpath::{Orientation, PathPoint, orientation::WRITTEN_RAD, program::longest};
 
 /// Points of one motion, and where they should be.
 #[derive(Clone, Copy, Debug)]
@@ -217,8 +217,7 @@ impl<'a> Writer<'a> {
         Ok(())
     }
 
-    /// The piece that passes most of the points from `first` on: sought in steps that double, then between the last two. A line to
-    /// the first point always does.
+    /// The piece that passes most of the points from `first` on. A line to the first point always does.
     fn longest(&self, motion: &Motion, target: &Target, points: Points<'_>, first: usize) -> Result<Piece, RobotFault> {
         let from = self.tracked.ok_or(RobotFault::CircleFromNowhere)?;
         let most = if self.tolerance_mm > 0.0 { points.len() - first } else { 1 };
@@ -232,16 +231,7 @@ impl<'a> Writer<'a> {
             let places = self.places(&way, [from, shown.stand], motion, points, first..first + count);
             Ok(places.map(|places| Piece { via: None, shown, places }))
         };
-        let mut best = Piece { via: None, shown: show(first)?, places: vec![1.0] };
-        let (mut passed, mut failed) = (1, most + 1);
-        while failed - passed > 1 {
-            let is_doubling = failed == most + 1 && passed * 2 < most;
-            let count = if is_doubling { passed * 2 } else { usize::midpoint(passed, failed) };
-            match attempt(count)? {
-                Some(piece) => (best, passed) = (piece, count),
-                None => failed = count,
-            }
-        }
+        let mut best = longest(Piece { via: None, shown: show(first)?, places: vec![1.0] }, most, attempt)?;
         if let Some(arc) = self.longest_arc(motion, target, from, points, first..first + most)?
             && arc.places.len() > best.places.len()
         {

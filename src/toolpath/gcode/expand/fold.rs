@@ -77,7 +77,7 @@ impl Program {
         let mut became: BTreeMap<Origin, Became<'_>> = BTreeMap::new();
         let mut run = Vec::with_capacity(rewritten.bytes().len());
         let mut first = 0;
-        for (line, (origin, end)) in written_out.origins.iter().zip(rewritten.line_ends()).enumerate() {
+        for (line, (origin, end)) in written_out.origins.iter().zip(&rewritten.line_ends).enumerate() {
             let text = &rewritten.bytes()[first..*end];
             first = *end;
             if line == written_out.header {
