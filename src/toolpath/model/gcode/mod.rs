@@ -1,0 +1,15 @@
+//! What G-code programs are made of.
+
+pub(crate) mod arc;
+pub(crate) mod dialect;
+pub(crate) mod error;
+pub(crate) mod foreign;
+pub(crate) mod hole;
+pub(crate) mod macro_fault;
+pub(crate) mod modal;
+pub(crate) mod motion;
+pub(crate) mod options;
+pub(crate) mod refused;
+pub(crate) mod rotary;
+pub(crate) mod word;
+pub(crate) mod work_offset;
