@@ -19,8 +19,7 @@ pub use model::{
     generate::{Circle, GenerateError},
     number::{FormatError, NumberFormat},
     orientation::Orientation,
-    path::{Load, PathPoint, PointSource, PositionsError, Toolpath},
-    plane::{Plane, Turn},
+    path::{Load, PathPoint, Plane, PointSource, PositionsError, Toolpath, Turn},
     program::{Program, RewriteError, Rewritten},
     sampling::{Sampling, SamplingError},
 };

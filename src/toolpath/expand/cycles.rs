@@ -8,9 +8,8 @@ use crate::toolpath::{
     model::{
         gcode::{
             error::{Fault, GcodeError},
-            hole::Hole,
             modal::{Distance, FeedMode, MotionCode},
-            motion::{Geometry, Motion},
+            motion::{Geometry, Hole, Motion},
             refused::Refusal,
             word::Word,
         },

@@ -6,8 +6,7 @@ use nalgebra::Vector3;
 use thiserror::Error;
 
 use crate::toolpath::model::{
-    path::{PathPoint, PointSource, Toolpath, direction},
-    plane::{Plane, Turn},
+    path::{PathPoint, Plane, PointSource, Toolpath, Turn, direction},
     sampling::Sampling,
 };
 
@@ -154,77 +153,5 @@ fn cutting_point(position_mm: Vector3<f64>, tangent: Vector3<f64>, arc_length_mm
         load: None,
         external: Default::default(),
         source: PointSource { segment: 0, parameter },
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn circle() -> Circle {
-        Circle {
-            centre_mm: Vector3::new(1.0, 2.0, 3.0),
-            diameter_mm: 50.0,
-            plane: Plane::Xy,
-            turn: Turn::CounterClockwise,
-            start_angle_rad: 0.3,
-            points: 361,
-        }
-    }
-
-    #[test]
-    fn points_lie_on_the_circle_and_the_path_closes() {
-        for plane in [Plane::Xy, Plane::Zx, Plane::Yz] {
-            for turn in [Turn::CounterClockwise, Turn::Clockwise] {
-                let circle = Circle { plane, turn, ..circle() };
-                let path = circle.toolpath().unwrap();
-                assert_eq!(path.len(), 361);
-                assert_eq!(path.points()[0].position_mm, path.points()[360].position_mm);
-                assert!((path.length_mm() - 50.0 * std::f64::consts::PI).abs() < 1e-9);
-                let normal = plane.axes()[2];
-                for pair in path.points().windows(2) {
-                    let arm = pair[0].position_mm - circle.centre_mm;
-                    assert!((arm.norm() - 25.0).abs() < 1e-12 && arm[normal].abs() < 1e-12);
-                    assert!((pair[0].tangent.norm() - 1.0).abs() < 1e-12);
-                    assert!(arm.dot(&pair[0].tangent).abs() < 1e-12);
-                    // The motion goes where the tangent points, and the way round that was asked for.
-                    assert!((pair[1].position_mm - pair[0].position_mm).dot(&pair[0].tangent) > 0.0);
-                    let sense = arm.cross(&pair[0].tangent)[normal];
-                    assert_eq!(sense > 0.0, turn == Turn::CounterClockwise);
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn a_line_has_both_ends_and_equal_pieces() {
-        let (start, end) = (Vector3::new(0.0, 0.0, 1.0), Vector3::new(3.0, 4.0, 1.0));
-        let path = Toolpath::line(start, end, Sampling::new(0.01, 2.0).unwrap()).unwrap();
-        assert_eq!(path.len(), 4);
-        assert_eq!((path.points()[0].position_mm, path.points()[3].position_mm), (start, end));
-        assert!(path.points().iter().all(|p| (p.tangent - Vector3::new(0.6, 0.8, 0.0)).norm() < 1e-15));
-        assert!((path.length_mm() - 5.0).abs() < 1e-12);
-        let path = path.with_feed(600.0).with_spindle(9000.0);
-        assert_eq!(path.points()[2].feed_mm_per_min, Some(600.0));
-        assert_eq!(path.points()[2].spindle_rev_per_min, Some(9000.0));
-    }
-
-    #[test]
-    fn wrong_values_are_named() {
-        let message = |circle: Circle| circle.toolpath().unwrap_err().to_string();
-        assert_eq!(
-            message(Circle { diameter_mm: -1.0, ..circle() }),
-            "circle: diameter_mm = -1: expected a finite number above 0"
-        );
-        assert_eq!(message(Circle { points: 3, ..circle() }), "circle: 3 points: expected 4 to 2000000");
-        assert_eq!(
-            message(Circle { start_angle_rad: f64::INFINITY, ..circle() }),
-            "circle: start_angle_rad: expected finite numbers"
-        );
-        let far = Vector3::new(1e9, 0.0, 0.0);
-        assert_eq!(
-            Toolpath::line(Vector3::zeros(), far, Sampling::default()).unwrap_err().to_string(),
-            "line: 1000000000 mm in pieces of at most 1 mm: expected at most 2000000 points"
-        );
     }
 }

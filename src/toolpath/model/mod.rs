@@ -5,7 +5,6 @@ pub(crate) mod generate;
 pub(crate) mod number;
 pub(crate) mod orientation;
 pub(crate) mod path;
-pub(crate) mod plane;
 pub(crate) mod program;
 pub(crate) mod robot;
 pub(crate) mod sampling;

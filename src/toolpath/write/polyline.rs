@@ -268,51 +268,6 @@ mod tests {
     use crate::toolpath::{Circle, Load, Plane, Turn};
 
     #[test]
-    fn only_moved_coordinates_change() {
-        let source = "\u{feff}z_mm,x_mm, y_mm,feed_mm_per_min\r\n5, 1.50 ,2,1e2\r\n\r\n5,\"3\",4,0200\r\n6,3,4,200";
-        let polyline = Polyline::read(source, "path.csv").unwrap();
-        let nominal = polyline.toolpath().positions_mm();
-        let format = polyline.own_format();
-        assert_eq!(format.mm_decimals(), 3);
-        assert_eq!(polyline.rewrite(&nominal, format).unwrap(), source.as_bytes());
-        let mut moved = nominal;
-        moved[0].x += 0.0126;
-        moved[0].z += 0.0004;
-        moved[1].y -= 4.0001;
-        let written = String::from_utf8(polyline.rewrite(&moved, format).unwrap()).unwrap();
-        assert_eq!(
-            written,
-            "\u{feff}z_mm,x_mm, y_mm,feed_mm_per_min\r\n5, 1.513 ,2,1e2\r\n\r\n5,3,0.000,0200\r\n6,3,4,200"
-        );
-    }
-
-    #[test]
-    fn points_between_rows_become_rows_where_the_correction_bends() {
-        let source = "x_mm,y_mm,z_mm,feed_mm_per_min,force_x_N,force_y_N,force_z_N,cutting\r\n\
-                      0,0,5,900,0,0,0,0\r\n0,0,0, 0300,0,0,0,1\r\n3,0,0,200 ,6,0,0,1\r\n3,2,0,200,6,0,0,1\r\n";
-        let polyline = Polyline::read(source, "path.csv").unwrap();
-        let path = polyline.sampled(crate::toolpath::Sampling::default()).unwrap();
-        let (nominal, format) = (path.positions_mm(), polyline.own_format());
-        assert_eq!(polyline.rewrite_sampled(&path, &nominal, format).unwrap().into_bytes(), source.as_bytes());
-        let mut bent = nominal;
-        for point in &mut bent[6..9] {
-            // Along the second cut only.
-            point.y += 0.1 * (point.x - 3.0) * point.x;
-        }
-        let written = polyline.rewrite_sampled(&path, &bent, format).unwrap();
-        let back = written.read_back().unwrap().positions_mm();
-        assert_eq!(back.len(), path.len());
-        assert!(back.iter().zip(&bent).all(|(a, b)| (a - b).amax() <= 1.001e-3));
-        assert_eq!(
-            String::from_utf8(written.into_bytes()).unwrap(),
-            "x_mm,y_mm,z_mm,feed_mm_per_min,force_x_N,force_y_N,force_z_N,cutting\r\n\
-             0,0,5,900,0,0,0,0\r\n0,0,0, 0300,0,0,0,1\r\n\
-             1.000,-0.200,0.000,200 ,2,0,0,1\r\n2.000,-0.200,0.000,200 ,4,0,0,1\r\n3,0,0,200 ,6,0,0,1\r\n\
-             3,2,0,200,6,0,0,1\r\n"
-        );
-    }
-
-    #[test]
     fn a_generated_path_is_read_back_as_it_was() {
         let circle = Circle {
             centre_mm: Vector3::new(1.0, 2.0, 3.0),
@@ -332,17 +287,5 @@ mod tests {
             assert!((a.position_mm - b.position_mm).amax() <= 0.5e-9 * 1.001);
             assert_eq!((a.feed_mm_per_min, a.load, a.cutting), (b.feed_mm_per_min, b.load, b.cutting));
         }
-    }
-
-    #[test]
-    fn positions_must_fit_the_path() {
-        let polyline = Polyline::read("x_mm,y_mm,z_mm\n1,2,3\n", "path.csv").unwrap();
-        let refused =
-            |positions: &[Vector3<f64>]| polyline.rewrite(positions, NumberFormat::default()).unwrap_err().to_string();
-        assert_eq!(refused(&[]), "0 corrected positions for a path of 1 points: expected one for each point");
-        assert_eq!(
-            refused(&[Vector3::new(f64::NAN, 0.0, 0.0)]),
-            "corrected position 0 is (NaN, 0, 0) mm: expected finite numbers up to 1000000"
-        );
     }
 }

@@ -6,8 +6,7 @@ use nalgebra::Vector3;
 
 use crate::toolpath::model::{
     gcode::refused::ArcFault,
-    path::direction,
-    plane::{Plane, Turn},
+    path::{Plane, Turn, direction},
 };
 
 /// How a program says where an arc's centre is, mm, in the order of the plane's two axes.

@@ -4,7 +4,6 @@ pub(crate) mod arc;
 pub(crate) mod dialect;
 pub(crate) mod error;
 pub(crate) mod foreign;
-pub(crate) mod hole;
 pub(crate) mod macro_fault;
 pub(crate) mod modal;
 pub(crate) mod motion;

@@ -1,15 +1,15 @@
 //! The state words leave behind for later lines, and which words there are.
 
-use crate::toolpath::model::gcode::options::LengthUnit;
 use crate::toolpath::model::{
     gcode::{
         dialect::Dialect,
         error::Fault,
+        options::LengthUnit,
         refused::{Refusal, Unsupported},
         word::Word,
         work_offset::WorkOffset,
     },
-    plane::{Plane, Turn},
+    path::{Plane, Turn},
 };
 
 /// The motion in force.

@@ -9,13 +9,12 @@ use crate::toolpath::{
     model::{
         gcode::{
             error::Fault,
-            hole::Hole,
             modal::{Distance, MotionCode},
-            motion::{Geometry, Known, Motion, located},
+            motion::{Geometry, Hole, Known, Motion, located},
             refused::{Refusal, Unsupported},
             word::Word,
         },
-        plane::Plane,
+        path::Plane,
     },
     read::gcode::{interpret::Interpreter, request::Request},
 };

@@ -13,7 +13,7 @@ use crate::toolpath::{
             refused::{ArcFault, Refusal, Unsupported},
             word::Word,
         },
-        plane::Plane,
+        path::Plane,
     },
     read::gcode::{interpret::Interpreter, request::Request},
 };

@@ -17,8 +17,8 @@ use crate::toolpath::{
     read::gcode::{
         cycle::Cycle,
         offsets::Offsets,
-        pole::Pole,
         request::{Request, that_count},
+        settings::Pole,
     },
 };
 

@@ -21,13 +21,11 @@ use crate::toolpath::{
 pub(crate) mod blocks;
 pub(crate) mod cycle;
 pub(crate) mod dialect;
-pub(crate) mod features;
 pub(crate) mod follow;
 pub(crate) mod interpret;
 pub(crate) mod lex;
 pub(crate) mod lines;
 pub(crate) mod offsets;
-pub(crate) mod pole;
 pub(crate) mod request;
 pub(crate) mod settings;
 pub(crate) mod style;

@@ -22,7 +22,6 @@ pub(crate) mod follow;
 pub(crate) mod frames;
 pub(crate) mod krl;
 pub(crate) mod rapid;
-pub(crate) mod read;
 pub(crate) mod scan;
 pub(crate) mod source;
 pub(crate) mod walk;

@@ -5,9 +5,8 @@ use nalgebra::Vector3;
 use crate::toolpath::{
     expand::edit::LineEdit,
     model::gcode::{
-        hole::Hole,
         modal::Distance,
-        motion::{Geometry, Known, Motion},
+        motion::{Geometry, Hole, Known, Motion},
     },
     read::gcode::walk::Block,
     write::gcode::{

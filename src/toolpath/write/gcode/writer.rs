@@ -17,7 +17,7 @@ use crate::toolpath::{
         number::{NumberFormat, shortest},
         path::PathPoint,
     },
-    read::gcode::{Program, follow::route, interpret::OriginAt, pole::Pole, style::Style, walk::Block},
+    read::gcode::{Program, follow::route, interpret::OriginAt, settings::Pole, style::Style, walk::Block},
     write::gcode::{
         check::{Allowed, Stretch},
         place::{Place, Reached},

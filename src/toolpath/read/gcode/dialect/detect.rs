@@ -67,33 +67,3 @@ fn shows_sinumerik(line: &[u8]) -> bool {
     }
     false
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn programs_show_their_dialect() {
-        for (source, dialect) in [
-            ("0 BEGIN PGM A MM\n", Dialect::Heidenhain),
-            ("; post\n  begin pgm 12 INCH\r\n", Dialect::Heidenhain),
-            ("%_N_A_MPF\nG0 X1\n", Dialect::Sinumerik),
-            ("G1 X=10\n", Dialect::Sinumerik),
-            ("N10 G2 X1 Y1 CR = 5\n", Dialect::Sinumerik),
-            ("N10 G54 G710\n", Dialect::Sinumerik),
-            ("N10 G17 G71 G90\n", Dialect::Sinumerik),
-            ("N10 S1=900 M1=3\n", Dialect::Sinumerik),
-            ("N10 MSG(\"roughing\")\n", Dialect::Sinumerik),
-            ("TRAORI\n", Dialect::Sinumerik),
-            ("CYCLE83(50,0,2,-25)\n", Dialect::Sinumerik),
-            ("G0 X1 (X=5)\n; MSG(\"x\")\n", Dialect::Iso),
-            ("#1=5\n#<depth>=2\nIF [#1 GT 2] GOTO 5\n", Dialect::Iso),
-            ("(MSG, hello)\n$J=G91 X1\n", Dialect::Iso),
-            ("G1 X1*36\nN5 G28 Z0\n%\n", Dialect::Iso),
-            ("__ X_\n", Dialect::Iso),
-            ("", Dialect::Iso),
-        ] {
-            assert_eq!(Dialect::of(source.as_bytes()), dialect, "{source}");
-        }
-    }
-}

@@ -10,7 +10,7 @@ use crate::toolpath::{
             refused::{Refusal, Unsupported},
             word::Word,
         },
-        plane::Plane,
+        path::Plane,
     },
     read::gcode::{
         dialect::{

@@ -11,7 +11,7 @@ use crate::toolpath::{
             refused::{Refusal, Unsupported},
             word::Word,
         },
-        plane::Turn,
+        path::Turn,
     },
     read::gcode::dialect::scan::Scan,
 };

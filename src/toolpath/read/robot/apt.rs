@@ -13,13 +13,10 @@ use crate::toolpath::{
         statement::{Component, Frames, Kind, Number, Statement, Target},
     },
     read::robot::{
-        apt::words::{KEPT, REFUSED, TEXTS, is_among},
         scan::Scan,
         source::{LineCursor, Refusal, trimmed},
     },
 };
-
-mod words;
 
 /// mm in an inch.
 const INCH_MM: f64 = 25.4;
@@ -268,4 +265,23 @@ fn words_of(minor: &[u8]) -> Vec<String> {
 fn axis_is_z(words: &[String]) -> bool {
     let numbers: Vec<f64> = words.iter().filter_map(|word| word.parse().ok()).collect();
     matches!(numbers.as_slice(), [x, y, z] if *x == 0.0 && *y == 0.0 && *z > 0.0)
+}
+
+/// Records of free text, in which `$` means nothing.
+const TEXTS: [&str; 6] = ["PPRINT", "PARTNO", "REMARK", "TPRINT", "LETTER", "PPFUN"];
+
+/// Records that move the tool in ways that are not followed, or change what motions mean.
+const REFUSED: &str = "CIRCLE MOVARC CYCLE CUTCOM TRACUT REFSYS TRANS ROTATE ROTABL ROTHED ORIGIN COPY CALL MACRO TERMAC LOOPST \
+    LOOPND JUMPTO IF GOLFT GORGT GOFWD GOBACK GOUP GODOWN GO INDIRP INDIRV PSIS THICK TLLFT TLRGT TLON TLAXIS \
+    POLYGO NURBS SPLINE INSERT";
+
+/// Records that neither move the tool nor change what motions mean.
+const KEPT: &str = "PPRINT PARTNO REMARK TPRINT LETTER PPFUN MACHIN MULTAX COOLNT CUTTER TLDATA TOOL TOOLNO SELCTL TURRET UNLOAD \
+    INTOL OUTTOL TOLER MAXANG MAXDP AUXFUN PREFUN OPSTOP STOP DELAY DWELL END END-OF-PATH FINI SEQNO OPTIOM \
+    OPSKIP CLEARP CLAMP CLRSRF PAINT TMARK DISPLAY PLABEL CLPRNT NOPOST PRINT PUNCH LINTOL BREAK CHECK ARCSLP \
+    LEADER REWIND RESET SET ISN AIR";
+
+/// Whether `word` is one of `words`.
+fn is_among(word: &str, words: &str) -> bool {
+    words.split_whitespace().any(|own| own == word)
 }
