@@ -8,8 +8,8 @@ use crate::toolpath::{
         run::{Next, Run, Step},
         variables::argument,
     },
-    model::gcode::{error::Fault, macro_fault::MacroFault},
-    read::gcode::written_out::{CalledFile, Origin},
+    model::gcode::{Fault, MacroFault},
+    read::gcode::{CalledFile, Origin},
 };
 
 /// The deepest calls.

@@ -6,16 +6,11 @@
 use crate::toolpath::{
     expand::edit::{LineEdit, acts_at_end},
     model::{
-        gcode::{
-            error::{Fault, GcodeError},
-            modal::{Distance, FeedMode, MotionCode},
-            motion::{Geometry, Hole, Motion},
-            refused::Refusal,
-            word::Word,
-        },
-        number::{NumberFormat, shortest},
+        NumberFormat,
+        gcode::{Distance, Fault, FeedMode, GcodeError, Geometry, Hole, Motion, MotionCode, Refusal, Word},
+        shortest,
     },
-    read::gcode::{Program, walk::Block},
+    read::gcode::{Block, Program},
 };
 
 /// The most pecks of a hole.

@@ -1,8 +1,8 @@
 //! Changing words of a line and nothing else of it.
 
 use crate::toolpath::{
-    model::gcode::{modal::MotionCode, word::Word},
-    read::gcode::style::{Style, is_axis_word},
+    model::gcode::{MotionCode, Word},
+    read::gcode::{Style, is_axis_word},
 };
 
 /// What becomes of one word.

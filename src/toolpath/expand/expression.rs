@@ -2,7 +2,7 @@
 
 use crate::toolpath::{
     expand::variables::Variables,
-    model::gcode::{dialect::Dialect, error::Fault, macro_fault::MacroFault},
+    model::gcode::{Dialect, Fault, MacroFault},
 };
 
 /// What two values may differ by and be equal, as for LinuxCNC.

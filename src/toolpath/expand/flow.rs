@@ -8,8 +8,8 @@ use crate::toolpath::{
         line::{SourceLine, evaluated},
         run::{Next, Run},
     },
-    model::gcode::{error::Fault, macro_fault::MacroFault},
-    read::gcode::written_out::Origin,
+    model::gcode::{Fault, MacroFault},
+    read::gcode::Origin,
 };
 
 impl Run<'_> {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::toolpath::{
-    model::number::{NumberFormat, shortest},
+    model::{NumberFormat, shortest},
     read::gcode::{
         dialect::{block_numbers, scan::Scan},
         lines::{self, Lines},

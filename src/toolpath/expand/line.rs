@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::toolpath::{
     expand::{expression::Reader, variables::Variables},
-    model::gcode::{dialect::Dialect, error::Fault, macro_fault::MacroFault, refused::Contradiction},
+    model::gcode::{Contradiction, Dialect, Fault, MacroFault},
     read::gcode::lines,
 };
 

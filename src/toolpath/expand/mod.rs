@@ -2,8 +2,8 @@
 //! interpreted; then cycles as the moves that they are. What depends on the state of the machine is refused.
 
 use crate::toolpath::{
-    model::gcode::{dialect::Dialect, error::GcodeError, options::GcodeOptions},
-    read::gcode::{Program, dialect, written_out::WrittenOut},
+    model::gcode::{Dialect, GcodeError, GcodeOptions},
+    read::gcode::{Program, WrittenOut, dialect},
 };
 
 mod calls;

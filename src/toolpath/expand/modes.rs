@@ -9,20 +9,12 @@ use crate::toolpath::{
         run::Run,
     },
     model::{
-        gcode::{
-            dialect::Dialect,
-            error::Fault,
-            modal::{GWord, Setting},
-            options::{ArcCentres, GcodeOptions, LengthUnit},
-            refused::Contradiction,
-            word::Word,
-        },
-        number::shortest,
+        gcode::{ArcCentres, Contradiction, Dialect, Fault, GWord, GcodeOptions, LengthUnit, Setting, Word},
+        shortest,
     },
     read::gcode::{
-        lex,
+        check_keeps, lex,
         lines::{self, Code},
-        request::check_keeps,
     },
 };
 

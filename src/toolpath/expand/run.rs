@@ -9,16 +9,10 @@ use crate::toolpath::{
         modes::{Frame, Modes},
         variables::Variables,
     },
-    model::gcode::{
-        dialect::Dialect,
-        error::{Fault, GcodeError},
-        macro_fault::MacroFault,
-        options::{BlockDelete, GcodeOptions},
-        refused::Refusal,
-    },
+    model::gcode::{BlockDelete, Dialect, Fault, GcodeError, GcodeOptions, MacroFault, Refusal},
     read::gcode::{
+        CalledFile, Origin, WrittenOut,
         lines::{self, Lines},
-        written_out::{CalledFile, Origin, WrittenOut},
     },
 };
 

@@ -1,9 +1,10 @@
 //! Sinumerik's drilling cycles CYCLE81 and CYCLE82 written out as the moves they make, once or behind each block (MCALL).
 
 use crate::toolpath::{
-    model::{gcode::word::Word, number::shortest},
+    model::{gcode::Word, shortest},
     read::gcode::{
-        dialect::{Statement, scan::Scan, sinumerik},
+        Statement,
+        dialect::{scan::Scan, sinumerik},
         lines::{self, Lines},
     },
 };

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::toolpath::model::gcode::{dialect::Dialect, error::Fault, macro_fault::MacroFault};
+use crate::toolpath::model::gcode::{Dialect, Fault, MacroFault};
 
 /// All variables, and those of each call.
 #[derive(Debug)]

@@ -5,10 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::Vector3;
 use thiserror::Error;
 
-use crate::toolpath::model::{
-    path::{PathPoint, Plane, PointSource, Toolpath, Turn, direction},
-    sampling::Sampling,
-};
+use crate::toolpath::model::{PathPoint, Plane, PointSource, Sampling, Toolpath, Turn, direction};
 
 /// A full circle to be cut, closed: its last point is its first.
 ///

@@ -8,3 +8,5 @@ pub(crate) mod path;
 pub(crate) mod program;
 pub(crate) mod robot;
 pub(crate) mod sampling;
+
+pub(crate) use {number::*, orientation::*, path::*, program::*, sampling::*};

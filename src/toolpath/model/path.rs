@@ -3,7 +3,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use thiserror::Error;
 
-use crate::{machine::ExternalAxes, toolpath::model::orientation::Orientation};
+use crate::{machine::ExternalAxes, toolpath::model::Orientation};
 
 /// The largest coordinate of a path, mm: beyond any machine.
 pub(crate) const MAX_COORDINATE_MM: f64 = 1e6;

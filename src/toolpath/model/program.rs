@@ -6,10 +6,7 @@ use nalgebra::Vector3;
 use thiserror::Error;
 
 use crate::toolpath::model::{
-    gcode::error::GcodeError,
-    orientation::Orientation,
-    path::{MAX_COORDINATE_MM, PathPoint, PositionsError, Toolpath},
-    robot::error::RobotError,
+    MAX_COORDINATE_MM, Orientation, PathPoint, PositionsError, Toolpath, gcode::GcodeError, robot::RobotError,
 };
 
 /// A program as its format has it, which is read, followed and written back.

@@ -5,12 +5,10 @@ use nalgebra::Vector3;
 
 use crate::toolpath::{
     model::{
-        number::{NumberFormat, fixed, last_place},
-        orientation::{Orientation, WRITTEN_RAD},
-        path::{PathPoint, PositionsError, Toolpath, check_corrected},
-        program::{Rewritten, even_places},
+        NumberFormat, Orientation, PathPoint, PositionsError, Rewritten, Toolpath, WRITTEN_RAD, check_corrected,
+        even_places, fixed, last_place,
     },
-    read::polyline::{Polyline, column::Column},
+    read::polyline::{Column, Polyline},
 };
 
 /// A polyline file written back.

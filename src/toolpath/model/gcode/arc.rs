@@ -4,10 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::Vector3;
 
-use crate::toolpath::model::{
-    gcode::refused::ArcFault,
-    path::{Plane, Turn, direction},
-};
+use crate::toolpath::model::{Plane, Turn, direction, gcode::ArcFault};
 
 /// How a program says where an arc's centre is, mm, in the order of the plane's two axes.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,14 +3,8 @@
 use thiserror::Error;
 
 use crate::toolpath::model::{
-    gcode::{
-        dialect::Dialect,
-        foreign::Foreign,
-        macro_fault::MacroFault,
-        refused::{ArcFault, Contradiction, Unsupported},
-        work_offset::WorkOffset,
-    },
-    path::MAX_COORDINATE_MM,
+    MAX_COORDINATE_MM,
+    gcode::{ArcFault, Contradiction, Dialect, Foreign, MacroFault, Unsupported, WorkOffset},
 };
 
 /// A program that cannot be followed: where, at which word, why, and what was expected.

@@ -12,3 +12,8 @@ pub(crate) mod refused;
 pub(crate) mod rotary;
 pub(crate) mod word;
 pub(crate) mod work_offset;
+
+pub(crate) use {
+    arc::*, dialect::*, error::*, foreign::*, macro_fault::*, modal::*, motion::*, options::*, refused::*, rotary::*,
+    word::*, work_offset::*,
+};

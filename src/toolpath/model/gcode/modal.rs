@@ -1,15 +1,8 @@
 //! The state words leave behind for later lines, and which words there are.
 
 use crate::toolpath::model::{
-    gcode::{
-        dialect::Dialect,
-        error::Fault,
-        options::LengthUnit,
-        refused::{Refusal, Unsupported},
-        word::Word,
-        work_offset::WorkOffset,
-    },
-    path::{Plane, Turn},
+    Plane, Turn,
+    gcode::{Dialect, Fault, LengthUnit, Refusal, Unsupported, Word, WorkOffset},
 };
 
 /// The motion in force.

@@ -5,16 +5,8 @@ use std::ops::Range;
 use nalgebra::Vector3;
 
 use crate::toolpath::model::{
-    gcode::{
-        arc::{Arc, Centre},
-        modal::{Modal, MotionCode},
-        rotary::{self, Rotary, Turning},
-        word::Word,
-    },
-    orientation::Orientation,
-    path::{PathPoint, PointSource, direction},
-    program::even_places,
-    sampling::Sampling,
+    Orientation, PathPoint, PointSource, Sampling, direction, even_places,
+    gcode::{Arc, Centre, Modal, MotionCode, Rotary, Turning, Word, rotary},
 };
 
 /// Coordinates of which some may not be known, mm in the workpiece frame.

@@ -6,15 +6,8 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 
 use crate::toolpath::model::{
-    gcode::{
-        dialect::Dialect,
-        modal::Distance,
-        rotary::{Rotary, RotaryColumn},
-        work_offset::WorkOffset,
-    },
-    number::NumberFormat,
-    path::Toolpath,
-    program::RewriteError,
+    NumberFormat, RewriteError, Toolpath,
+    gcode::{Dialect, Distance, Rotary, RotaryColumn, WorkOffset},
 };
 
 /// What a program does not say itself.

@@ -4,11 +4,7 @@ use std::ops::Range;
 
 use thiserror::Error;
 
-use crate::toolpath::model::gcode::{
-    dialect::Dialect,
-    error::{Fault, GcodeError},
-    word::Word,
-};
+use crate::toolpath::model::gcode::{Dialect, Fault, GcodeError, Word};
 
 /// A feature of the language that cannot be followed, so that ignoring it would cut something else.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]

@@ -10,7 +10,7 @@ use serde::Deserialize;
 
 use crate::{
     spatial::{Pose, rotation_exp},
-    toolpath::model::gcode::motion::{Known, located},
+    toolpath::model::gcode::{Known, located},
 };
 
 /// What a rotary axis turns.

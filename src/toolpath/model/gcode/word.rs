@@ -2,12 +2,7 @@
 
 use std::ops::Range;
 
-use crate::toolpath::model::gcode::{
-    dialect::Dialect,
-    error::Fault,
-    modal::{Distance, Vocable},
-    refused::Refusal,
-};
+use crate::toolpath::model::gcode::{Dialect, Distance, Fault, Refusal, Vocable};
 
 /// A letter with its number.
 #[derive(Clone, Debug, PartialEq)]

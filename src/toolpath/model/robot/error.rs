@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::toolpath::model::path::MAX_COORDINATE_MM;
+use crate::toolpath::model::MAX_COORDINATE_MM;
 
 /// A program that cannot be followed: where, at which statement, why, and what was expected.
 #[derive(Clone, Debug, PartialEq, Error)]

@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, path::Path};
 
 use nalgebra::{Isometry3, UnitQuaternion};
 
-use crate::toolpath::model::number::NumberFormat;
+use crate::toolpath::model::NumberFormat;
 
 /// A language that programs of poses are written in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

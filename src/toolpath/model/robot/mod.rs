@@ -5,3 +5,5 @@ pub(crate) mod language;
 pub(crate) mod rotation;
 pub(crate) mod statement;
 pub(crate) mod way;
+
+pub(crate) use {error::*, language::*, rotation::*, statement::*, way::*};

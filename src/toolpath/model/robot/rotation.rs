@@ -3,12 +3,8 @@
 use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
 
 use crate::toolpath::model::{
-    orientation::Orientation,
-    robot::{
-        error::RobotFault,
-        language::Language,
-        statement::{Component, Frames, Target},
-    },
+    Orientation,
+    robot::{Component, Frames, Language, RobotFault, Target},
 };
 
 /// Lengths of quaternions and axes may differ from 1 by as much.

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::{spatial::rotation_exp, toolpath::model::path::direction};
+use crate::{spatial::rotation_exp, toolpath::model::direction};
 
 /// An arc of a circle.
 #[derive(Clone, Copy, Debug, PartialEq)]

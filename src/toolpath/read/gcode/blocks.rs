@@ -3,11 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::toolpath::{
-    model::gcode::{
-        error::GcodeError,
-        modal::MotionCode,
-        motion::{Geometry, Motion},
-    },
+    model::gcode::{GcodeError, Geometry, Motion, MotionCode},
     read::gcode::Program,
 };
 

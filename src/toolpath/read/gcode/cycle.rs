@@ -7,16 +7,10 @@ use nalgebra::Vector3;
 
 use crate::toolpath::{
     model::{
-        gcode::{
-            error::Fault,
-            modal::{Distance, MotionCode},
-            motion::{Geometry, Hole, Known, Motion, located},
-            refused::{Refusal, Unsupported},
-            word::Word,
-        },
-        path::Plane,
+        Plane,
+        gcode::{Distance, Fault, Geometry, Hole, Known, Motion, MotionCode, Refusal, Unsupported, Word, located},
     },
-    read::gcode::{interpret::Interpreter, request::Request},
+    read::gcode::{Interpreter, Request},
 };
 
 /// What a cycle leaves for the next holes, mm.

@@ -4,18 +4,13 @@ use nalgebra::Vector3;
 
 use crate::toolpath::{
     model::{
+        Plane,
         gcode::{
-            arc::{Arc, Centre},
-            dialect::Dialect,
-            error::Fault,
-            modal::{Distance, FeedMode, GWord, Modal, MotionCode},
-            motion::{Geometry, Known, Motion, located},
-            refused::{ArcFault, Refusal, Unsupported},
-            word::Word,
+            Arc, ArcFault, Centre, Dialect, Distance, Fault, FeedMode, GWord, Geometry, Known, Modal, Motion,
+            MotionCode, Refusal, Unsupported, Word, located,
         },
-        path::Plane,
     },
-    read::gcode::{interpret::Interpreter, request::Request},
+    read::gcode::{Interpreter, Request},
 };
 
 impl Interpreter {

@@ -4,22 +4,10 @@ use nalgebra::Vector3;
 
 use crate::toolpath::{
     model::gcode::{
-        dialect::Dialect,
-        error::Fault,
-        modal::{Distance, FeedMode, GWord, Modal, MotionCode, Setting},
-        motion::{Known, Motion},
-        options::{GcodeOptions, Notes},
-        refused::{Refusal, Unsupported},
-        rotary::Rotary,
-        word::Word,
-        work_offset::WorkOffset,
+        Dialect, Distance, Fault, FeedMode, GWord, GcodeOptions, Known, Modal, Motion, MotionCode, Notes, Refusal,
+        Rotary, Setting, Unsupported, Word, WorkOffset,
     },
-    read::gcode::{
-        cycle::Cycle,
-        offsets::Offsets,
-        request::{Request, that_count},
-        settings::Pole,
-    },
+    read::gcode::{Cycle, Offsets, Pole, Request, that_count},
 };
 
 /// Follows a program line by line.

@@ -2,7 +2,7 @@
 //!
 //! Most lines of long programs are nothing else, and are read at once; of others it is then looked for what is wrong with them.
 
-use crate::toolpath::model::gcode::{error::Fault, refused::Refusal, word::Word};
+use crate::toolpath::model::gcode::{Fault, Refusal, Word};
 
 /// The words in `text`, a line with its comments blanked out, in order.
 pub(crate) fn words(text: &str) -> Result<Vec<Word>, Refusal> {

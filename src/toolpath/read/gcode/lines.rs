@@ -2,10 +2,7 @@
 
 use std::ops::Range;
 
-use crate::toolpath::model::gcode::{
-    error::Fault,
-    refused::{Refusal, Unsupported},
-};
+use crate::toolpath::model::gcode::{Fault, Refusal, Unsupported};
 
 /// The lines of a source, as byte ranges into it that cover it without gap: copying them gives it back.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -1,23 +1,5 @@
 //! G-code programs, read and followed.
 
-use crate::toolpath::{
-    model::{
-        gcode::{
-            dialect::Dialect,
-            error::{Fault, GcodeError},
-            motion::Motion,
-            options::{GcodeOptions, Notes},
-            refused::Refusal,
-            rotary::{self, RotaryColumn},
-        },
-        number::NumberFormat,
-        path::{PathPoint, Toolpath},
-        program::{self, NoPoints, Sampler},
-        sampling::Sampling,
-    },
-    read::gcode::{lines::Lines, style::Style, walk::MotionAt, written_out::WrittenOut},
-};
-
 pub(crate) mod blocks;
 pub(crate) mod cycle;
 pub(crate) mod dialect;
@@ -32,6 +14,20 @@ pub(crate) mod style;
 pub(crate) mod turn;
 pub(crate) mod walk;
 pub(crate) mod written_out;
+
+pub(crate) use {
+    cycle::*, dialect::*, follow::*, interpret::*, offsets::*, request::*, settings::*, style::*, walk::*,
+    written_out::*,
+};
+
+use crate::toolpath::{
+    model::{
+        NoPoints, NumberFormat, PathPoint, Sampler, Sampling, Toolpath,
+        gcode::{Dialect, Fault, GcodeError, GcodeOptions, Motion, Notes, Refusal, RotaryColumn, rotary},
+        program,
+    },
+    read::gcode::lines::Lines,
+};
 
 /// A program that has been read and followed. It is held as its bytes: what a line does is found anew whenever the program
 /// is walked through.

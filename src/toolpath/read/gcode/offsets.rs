@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
-use crate::toolpath::model::gcode::{error::Fault, motion::Known, options::GcodeOptions, work_offset::WorkOffset};
+use crate::toolpath::model::gcode::{Fault, GcodeOptions, Known, WorkOffset};
 
 /// The zeros of all coordinates, mm, as far as they are known.
 #[derive(Debug)]

@@ -1,12 +1,6 @@
 //! The words of one line, sorted by what they ask for.
 
-use crate::toolpath::model::gcode::{
-    dialect::Dialect,
-    error::Fault,
-    modal::{GWord, MotionCode, Setting},
-    refused::{Refusal, Unsupported},
-    word::Word,
-};
+use crate::toolpath::model::gcode::{Dialect, Fault, GWord, MotionCode, Refusal, Setting, Unsupported, Word};
 
 /// What one line asks for, before any state is looked at.
 #[derive(Debug)]

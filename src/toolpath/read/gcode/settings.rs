@@ -4,19 +4,9 @@ use nalgebra::Vector3;
 
 use crate::toolpath::{
     model::gcode::{
-        arc::Centre,
-        dialect::Dialect,
-        error::Fault,
-        modal::{Distance, Modal, Setting},
-        motion::{Known, Motion},
-        refused::{Contradiction, Refusal},
-        word::Word,
-        work_offset::WorkOffset,
+        Centre, Contradiction, Dialect, Distance, Fault, Known, Modal, Motion, Refusal, Setting, Word, WorkOffset,
     },
-    read::gcode::{
-        interpret::{Interpreter, OriginAt},
-        request::Request,
-    },
+    read::gcode::{Interpreter, OriginAt, Request},
 };
 
 const AXES: [&str; 3] = ["X", "Y", "Z"];

@@ -1,6 +1,6 @@
 //! How an author writes words, as lines show it.
 
-use crate::toolpath::model::gcode::{dialect::Dialect, modal::MotionCode, word::Word};
+use crate::toolpath::model::gcode::{Dialect, MotionCode, Word};
 
 /// How an author writes words, so that new words look like their neighbours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

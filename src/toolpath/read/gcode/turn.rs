@@ -1,14 +1,8 @@
 //! What A, B and C of a line do.
 
 use crate::toolpath::{
-    model::gcode::{
-        error::Fault,
-        modal::{Distance, GWord, MotionCode, Setting},
-        refused::Refusal,
-        rotary::{Turning, index},
-        word::Word,
-    },
-    read::gcode::{interpret::Interpreter, request::Request},
+    model::gcode::{Distance, Fault, GWord, MotionCode, Refusal, Setting, Turning, Word, index},
+    read::gcode::{Interpreter, Request},
 };
 
 impl Interpreter {

@@ -3,24 +3,11 @@
 
 use crate::toolpath::{
     model::{
-        gcode::{
-            arc::Centre,
-            error::GcodeError,
-            modal::MotionCode,
-            motion::{Geometry, Motion},
-            options::{BlockDelete, LengthUnit, Notes},
-            refused::Refusal,
-        },
-        number::{self, NumberFormat},
+        NumberFormat,
+        gcode::{BlockDelete, Centre, GcodeError, Geometry, LengthUnit, Motion, MotionCode, Notes, Refusal},
+        number,
     },
-    read::gcode::{
-        Program,
-        dialect::{Language, Statement},
-        interpret::{Effect, Interpreter, OriginAt},
-        lines,
-        settings::Pole,
-        style::{ShownStyle, Style},
-    },
+    read::gcode::{Effect, Interpreter, Language, OriginAt, Pole, Program, ShownStyle, Statement, Style, lines},
 };
 
 /// A line that has to do with motion.

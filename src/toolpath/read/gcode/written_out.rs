@@ -1,7 +1,7 @@
 //! Where the lines of a program that was written out come from.
 
 use crate::toolpath::{
-    model::gcode::{dialect::Dialect, error::GcodeError},
+    model::gcode::{Dialect, GcodeError},
     read::gcode::lines::Lines,
 };
 

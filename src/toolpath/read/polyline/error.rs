@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::{machine::ExternalAxes, toolpath::model::sampling::Sampling};
+use crate::{machine::ExternalAxes, toolpath::model::Sampling};
 
 /// A polyline file that cannot be read: which file and line, and why.
 #[derive(Clone, Debug, PartialEq, Error)]

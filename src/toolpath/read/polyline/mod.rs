@@ -1,16 +1,15 @@
 //! Polyline files, read.
 
-use std::ops::Range;
-
-use crate::toolpath::{
-    model::{number::NumberFormat, path::Toolpath},
-    read::polyline::column::Column,
-};
-
 pub(crate) mod column;
 pub(crate) mod error;
 pub(crate) mod read;
 pub(crate) mod sample;
+
+pub(crate) use {column::*, error::*};
+
+use std::ops::Range;
+
+use crate::toolpath::model::{NumberFormat, Toolpath};
 
 /// A polyline file that has been read.
 #[derive(Clone, Debug)]

@@ -9,17 +9,8 @@ use crate::{
     input::csv_rows::{self, Row, line_number},
     machine::ExternalAxes,
     toolpath::{
-        model::{
-            number::{self, NumberFormat},
-            orientation::Orientation,
-            path::{Load, PathPoint, PointSource, Toolpath, direction},
-            sampling::Sampling,
-        },
-        read::polyline::{
-            Polyline,
-            column::{Column, EXTERNAL_WORDS},
-            error::{PolylineError, PolylineFault},
-        },
+        model::{Load, NumberFormat, Orientation, PathPoint, PointSource, Sampling, Toolpath, direction, number},
+        read::polyline::{Column, EXTERNAL_WORDS, Polyline, PolylineError, PolylineFault},
     },
 };
 

@@ -1,15 +1,8 @@
 //! The path through the points of a polyline file, its moves split as those of a program are.
 
 use crate::toolpath::{
-    model::{
-        path::{Load, PathPoint, PointSource, Toolpath, direction},
-        program::{Program, even_places},
-        sampling::Sampling,
-    },
-    read::polyline::{
-        Polyline,
-        error::{PolylineError, PolylineFault},
-    },
+    model::{Load, PathPoint, PointSource, Program, Sampling, Toolpath, direction, even_places},
+    read::polyline::{Polyline, PolylineError, PolylineFault},
 };
 
 impl Polyline {

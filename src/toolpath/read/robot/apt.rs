@@ -7,15 +7,8 @@
 use std::ops::Range;
 
 use crate::toolpath::{
-    model::robot::{
-        error::RobotFault,
-        language::RobotOptions,
-        statement::{Component, Frames, Kind, Number, Statement, Target},
-    },
-    read::robot::{
-        scan::Scan,
-        source::{LineCursor, Refusal, trimmed},
-    },
+    model::robot::{Component, Frames, Kind, Number, RobotFault, RobotOptions, Statement, Target},
+    read::robot::{LineCursor, Refusal, Scan, trimmed},
 };
 
 /// mm in an inch.

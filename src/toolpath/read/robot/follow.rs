@@ -5,16 +5,8 @@ use nalgebra::Vector3;
 use crate::{
     machine::ExternalAxes,
     toolpath::model::{
-        orientation::Orientation,
-        path::{MAX_COORDINATE_MM, PathPoint, PointSource},
-        robot::{
-            error::RobotFault,
-            language::Language,
-            rotation,
-            statement::{Component, Kind, Statement, Target},
-            way::{Arc, Way},
-        },
-        sampling::Sampling,
+        MAX_COORDINATE_MM, Orientation, PathPoint, PointSource, Sampling,
+        robot::{Arc, Component, Kind, Language, RobotFault, Statement, Target, Way, rotation},
     },
 };
 

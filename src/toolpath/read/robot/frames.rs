@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
-use crate::toolpath::model::robot::{error::RobotFault, language::RobotOptions};
+use crate::toolpath::model::robot::{RobotFault, RobotOptions};
 
 /// A base or work object as a program names it.
 #[derive(Clone, Debug, PartialEq)]

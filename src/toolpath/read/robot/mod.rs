@@ -1,22 +1,5 @@
 //! Programs of poses, read and followed.
 
-use crate::toolpath::{
-    model::{
-        number::NumberFormat,
-        path::{PathPoint, Toolpath},
-        program::{self, NoPoints, Sampler, even_places},
-        robot::{
-            error::{RobotError, RobotFault},
-            language::{Decimals, Language, RobotOptions},
-        },
-        sampling::Sampling,
-    },
-    read::robot::{
-        follow::Motion,
-        walk::{MotionAt, RobotNotes},
-    },
-};
-
 pub(crate) mod apt;
 pub(crate) mod follow;
 pub(crate) mod frames;
@@ -25,6 +8,13 @@ pub(crate) mod rapid;
 pub(crate) mod scan;
 pub(crate) mod source;
 pub(crate) mod walk;
+
+pub(crate) use {follow::*, frames::*, scan::*, source::*, walk::*};
+
+use crate::toolpath::model::{
+    NoPoints, NumberFormat, PathPoint, Sampler, Sampling, Toolpath, even_places, program,
+    robot::{Decimals, Language, RobotError, RobotFault, RobotOptions},
+};
 
 /// A program of poses that has been read and followed.
 #[derive(Clone, Debug)]

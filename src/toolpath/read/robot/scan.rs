@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::toolpath::model::robot::error::RobotFault;
+use crate::toolpath::model::robot::RobotFault;
 
 /// More digits than this identify no `f64`.
 const MOST_DIGITS: usize = 17;

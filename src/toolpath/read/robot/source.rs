@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::toolpath::model::robot::error::{RobotError, RobotFault};
+use crate::toolpath::model::robot::{RobotError, RobotFault};
 
 /// A fault, and the bytes of the source that it is about.
 #[derive(Clone, Debug, PartialEq)]

@@ -5,20 +5,10 @@ use nalgebra::Vector3;
 
 use crate::toolpath::{
     model::{
-        number::{NumberFormat, decimals_in},
-        robot::{
-            error::{RobotError, RobotFault},
-            language::{Decimals, Language},
-            statement::{Component, Statement, Target},
-            way::Way,
-        },
+        NumberFormat, decimals_in,
+        robot::{Component, Decimals, Language, RobotError, RobotFault, Statement, Target, Way},
     },
-    read::robot::{
-        RobotProgram, apt,
-        follow::{Follower, Motion},
-        krl, rapid,
-        source::Refusal,
-    },
+    read::robot::{Follower, Motion, Refusal, RobotProgram, apt, krl, rapid},
 };
 
 /// What is kept of a motion.

@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 
 use crate::toolpath::model::{
-    gcode::{motion::Geometry, rotary::Angles},
-    path::PathPoint,
+    PathPoint,
+    gcode::{Angles, Geometry},
 };
 
 /// A written arc may turn by as much more or less than the programmed one, rad.

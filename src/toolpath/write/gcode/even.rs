@@ -9,15 +9,8 @@ use std::{
 use nalgebra::Vector3;
 
 use crate::toolpath::{
-    model::{
-        gcode::options::LengthUnit,
-        number::NumberFormat,
-        path::{PathPoint, Toolpath},
-    },
-    read::gcode::{
-        Program,
-        written_out::{Origin, WrittenOut},
-    },
+    model::{NumberFormat, PathPoint, Toolpath, gcode::LengthUnit},
+    read::gcode::{Origin, Program, WrittenOut},
 };
 
 impl Program {

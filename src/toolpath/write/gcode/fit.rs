@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix2, Vector2, Vector3};
 
-use crate::toolpath::model::path::Plane;
+use crate::toolpath::model::Plane;
 
 /// A circle of a larger radius, mm, is a line.
 const LARGEST_RADIUS_MM: f64 = 1e5;

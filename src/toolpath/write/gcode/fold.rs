@@ -10,9 +10,8 @@ use thiserror::Error;
 use crate::toolpath::{
     expand::{line::SourceLine, run::Run},
     read::gcode::{
-        Program,
+        CalledFile, Origin, Program, WrittenOut,
         lines::{self, Lines},
-        written_out::{CalledFile, Origin, WrittenOut},
     },
     write::gcode::Rewritten,
 };

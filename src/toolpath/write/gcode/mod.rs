@@ -11,6 +11,8 @@ mod turn_words;
 mod write_holes;
 mod writer;
 
+pub(crate) use {check::*, fit::*, fold::*, place::*, turn_words::*, write_holes::*, writer::*};
+
 use crate::toolpath::read::gcode::Program;
 
 /// A G-code program written back.

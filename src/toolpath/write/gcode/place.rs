@@ -3,13 +3,9 @@
 use nalgebra::Vector3;
 
 use crate::toolpath::model::{
-    gcode::{
-        arc::Centre,
-        modal::{Distance, Modal},
-        motion::{Known, Motion},
-        word::Word,
-    },
-    number::{fixed, last_place},
+    fixed,
+    gcode::{Centre, Distance, Known, Modal, Motion, Word},
+    last_place,
 };
 
 /// How positions are written on a line.

@@ -6,22 +6,11 @@ use nalgebra::Vector3;
 
 use crate::toolpath::{
     model::{
-        gcode::{
-            modal::MotionCode,
-            motion::{Geometry, Motion},
-            options::Writing,
-            rotary::{Angles, Rotary},
-        },
-        orientation::Orientation,
-        path::{PathPoint, Toolpath, check_corrected},
-        program::{RewriteError, end_of},
+        Orientation, PathPoint, RewriteError, Toolpath, check_corrected, end_of,
+        gcode::{Angles, Geometry, Motion, MotionCode, Rotary, Writing},
     },
     read::gcode::Program,
-    write::gcode::{
-        Rewritten,
-        fold::Calls,
-        writer::{Targets, Writer},
-    },
+    write::gcode::{Calls, Rewritten, Targets, Writer},
 };
 
 /// A path and where its points should be instead.

@@ -7,22 +7,11 @@ use nalgebra::Vector3;
 use crate::toolpath::{
     expand::edit::{LineEdit, acts_at_end, is_arc_word, takes_parameters},
     model::{
-        gcode::{
-            arc::{Arc, Centre},
-            modal::{FeedMode, MotionCode},
-            motion::{Geometry, Known, Motion, located},
-        },
-        number::shortest,
-        program::longest,
+        gcode::{Arc, Centre, FeedMode, Geometry, Known, Motion, MotionCode, located},
+        longest, shortest,
     },
-    read::gcode::{follow::route, walk::Block},
-    write::gcode::{
-        check::Stretch,
-        fit::centre_through,
-        place::Place,
-        turn_words::{Turned, allowed_deg},
-        writer::{Writer, put_axis},
-    },
+    read::gcode::{Block, route},
+    write::gcode::{Place, Stretch, Turned, Writer, allowed_deg, centre_through, put_axis},
 };
 
 /// Of a written arc that is no full circle, start and end are apart by as many units of the last decimal: rounding must neither

@@ -2,15 +2,11 @@
 
 use crate::toolpath::{
     model::{
-        gcode::{
-            modal::Distance,
-            motion::Motion,
-            rotary::{Angles, Turning},
-        },
-        number::{fixed, last_place},
-        orientation::WRITTEN_RAD,
+        WRITTEN_RAD, fixed,
+        gcode::{Angles, Distance, Motion, Turning},
+        last_place,
     },
-    write::gcode::writer::Writer,
+    write::gcode::Writer,
 };
 
 /// Decimals of written angles, degrees.

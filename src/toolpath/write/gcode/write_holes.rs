@@ -4,15 +4,9 @@ use nalgebra::Vector3;
 
 use crate::toolpath::{
     expand::edit::LineEdit,
-    model::gcode::{
-        modal::Distance,
-        motion::{Geometry, Hole, Known, Motion},
-    },
-    read::gcode::walk::Block,
-    write::gcode::{
-        place::{Place, Reached},
-        writer::{Targets, Writer, put_axis},
-    },
+    model::gcode::{Distance, Geometry, Hole, Known, Motion},
+    read::gcode::Block,
+    write::gcode::{Place, Reached, Targets, Writer, put_axis},
 };
 
 /// What the lines written so far leave for the next hole, mm.

@@ -7,23 +7,12 @@ use nalgebra::Vector3;
 use crate::toolpath::{
     expand::edit::LineEdit,
     model::{
-        gcode::{
-            arc::Centre,
-            modal::MotionCode,
-            motion::{Known, Motion, located},
-            options::{LengthUnit, Writing},
-            rotary::Angles,
-        },
-        number::{NumberFormat, shortest},
-        path::PathPoint,
+        NumberFormat, PathPoint,
+        gcode::{Angles, Centre, Known, LengthUnit, Motion, MotionCode, Writing, located},
+        shortest,
     },
-    read::gcode::{Program, follow::route, interpret::OriginAt, settings::Pole, style::Style, walk::Block},
-    write::gcode::{
-        check::{Allowed, Stretch},
-        place::{Place, Reached},
-        turn_words::{Turned, allowed_deg},
-        write_holes::Drilled,
-    },
+    read::gcode::{Block, OriginAt, Pole, Program, Style, route},
+    write::gcode::{Allowed, Drilled, Place, Reached, Stretch, Turned, allowed_deg},
 };
 
 /// The points of one motion and where they should be.

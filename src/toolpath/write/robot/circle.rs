@@ -5,16 +5,9 @@ use std::{f64::consts::PI, ops::Range};
 use nalgebra::Vector3;
 
 use crate::toolpath::{
-    model::robot::{
-        error::RobotFault,
-        statement::Target,
-        way::{Arc, Way},
-    },
-    read::robot::follow::{Motion, Stand, lead},
-    write::robot::{
-        split::{Piece, Points, Writer},
-        target_text::Goal,
-    },
+    model::robot::{Arc, RobotFault, Target, Way},
+    read::robot::{Motion, Stand, lead},
+    write::robot::{Goal, Piece, Points, Writer},
 };
 
 /// A written circle may turn by as much more or less than the programmed one, rad.

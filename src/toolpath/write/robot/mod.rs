@@ -5,6 +5,8 @@ mod rewrite;
 mod split;
 mod target_text;
 
+pub(crate) use {split::*, target_text::*};
+
 use crate::toolpath::read::robot::RobotProgram;
 
 /// A program of poses written back.

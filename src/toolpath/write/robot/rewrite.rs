@@ -3,19 +3,9 @@
 use nalgebra::Vector3;
 
 use crate::toolpath::{
-    model::{
-        gcode::options::Writing,
-        orientation::Orientation,
-        path::{Toolpath, check_corrected},
-        program::{RewriteError, end_of},
-        robot::way::Way,
-    },
+    model::{Orientation, RewriteError, Toolpath, check_corrected, end_of, gcode::Writing, robot::Way},
     read::robot::RobotProgram,
-    write::robot::{
-        RewrittenRobot,
-        split::{Points, Writer},
-        target_text::Pen,
-    },
+    write::robot::{Pen, Points, RewrittenRobot, Writer},
 };
 
 impl RobotProgram {

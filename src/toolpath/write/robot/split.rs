@@ -5,21 +5,11 @@ use nalgebra::Vector3;
 
 use crate::toolpath::{
     model::{
-        orientation::{Orientation, WRITTEN_RAD},
-        path::PathPoint,
-        program::longest,
-        robot::{
-            error::RobotFault,
-            language::Language,
-            statement::{Kind, Target},
-            way::Way,
-        },
+        Orientation, PathPoint, WRITTEN_RAD, longest,
+        robot::{Kind, Language, RobotFault, Target, Way},
     },
-    read::robot::{
-        follow::{Motion, Stand},
-        source::{indent, line_ending},
-    },
-    write::robot::target_text::{Goal, Pen, Shown},
+    read::robot::{Motion, Stand, indent, line_ending},
+    write::robot::{Goal, Pen, Shown},
 };
 
 /// Points of one motion, and where they should be.

@@ -6,16 +6,10 @@ use crate::{
     machine::ExternalAxes,
     toolpath::{
         model::{
-            number::{NumberFormat, fixed, last_place},
-            orientation::Orientation,
-            robot::{
-                error::RobotFault,
-                language::{Decimals, Language},
-                rotation,
-                statement::{Component, Number, Statement, Target},
-            },
+            NumberFormat, Orientation, fixed, last_place,
+            robot::{Component, Decimals, Language, Number, RobotFault, Statement, Target, rotation},
         },
-        read::robot::follow::{Stand, lead},
+        read::robot::{Stand, lead},
     },
 };
 

@@ -1,7 +1,7 @@
 //! Which dialect a program is in, as its text shows.
 
 use crate::toolpath::{
-    model::gcode::dialect::Dialect,
+    model::gcode::Dialect,
     read::gcode::{
         dialect::{block_numbers, scan::Scan, sinumerik_words},
         lines,

@@ -2,19 +2,13 @@
 
 use crate::toolpath::{
     model::{
-        gcode::{
-            error::Fault,
-            foreign::Foreign,
-            modal::{GWord, Setting, Vocable},
-            options::LengthUnit,
-            refused::{Refusal, Unsupported},
-            word::Word,
-        },
-        path::Plane,
+        Plane,
+        gcode::{Fault, Foreign, GWord, LengthUnit, Refusal, Setting, Unsupported, Vocable, Word},
     },
     read::gcode::{
+        Statement,
         dialect::{
-            Statement, block_numbers,
+            block_numbers,
             heidenhain_words::{self, OF_MACHINE, OF_TIP, Verb},
             scan::Scan,
         },

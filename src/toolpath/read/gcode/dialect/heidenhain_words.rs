@@ -4,14 +4,8 @@ use std::ops::Range;
 
 use crate::toolpath::{
     model::{
-        gcode::{
-            error::Fault,
-            foreign::Foreign,
-            modal::{Distance, FeedMode, GWord, MotionCode, Setting, Vocable},
-            refused::{Refusal, Unsupported},
-            word::Word,
-        },
-        path::Turn,
+        Turn,
+        gcode::{Distance, Fault, FeedMode, Foreign, GWord, MotionCode, Refusal, Setting, Unsupported, Vocable, Word},
     },
     read::gcode::dialect::scan::Scan,
 };

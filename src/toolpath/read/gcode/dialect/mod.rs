@@ -2,14 +2,7 @@
 //! followed and changed alike.
 
 use crate::toolpath::{
-    model::gcode::{
-        dialect::Dialect,
-        error::{Fault, GcodeError},
-        modal::GWord,
-        options::LengthUnit,
-        refused::Refusal,
-        word::Word,
-    },
+    model::gcode::{Dialect, Fault, GWord, GcodeError, LengthUnit, Refusal, Word},
     read::gcode::{
         lex,
         lines::{self, Code, Lines},

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::toolpath::{
-    model::gcode::{error::Fault, foreign::Foreign, refused::Refusal},
+    model::gcode::{Fault, Foreign, Refusal},
     read::gcode::lines::is_blank,
 };
 

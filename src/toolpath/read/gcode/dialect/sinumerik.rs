@@ -2,16 +2,10 @@
 //! arguments.
 
 use crate::toolpath::{
-    model::gcode::{
-        error::Fault,
-        foreign::Foreign,
-        modal::Distance,
-        refused::{Refusal, Unsupported},
-        word::Word,
-    },
+    model::gcode::{Distance, Fault, Foreign, Refusal, Unsupported, Word},
     read::gcode::{
+        Statement,
         dialect::{
-            Statement,
             scan::Scan,
             sinumerik_words::{self, Assigned, Name},
         },

@@ -1,14 +1,7 @@
 //! What Sinumerik's words ask for: G words, names, and names with a value.
 
 use crate::toolpath::model::gcode::{
-    dialect::Dialect,
-    error::Fault,
-    foreign::Foreign,
-    modal::{GWord, Setting, Vocable},
-    options::LengthUnit,
-    refused::{Refusal, Unsupported},
-    word::Word,
-    work_offset::WorkOffset,
+    Dialect, Fault, Foreign, GWord, LengthUnit, Refusal, Setting, Unsupported, Vocable, Word, WorkOffset,
 };
 
 /// What a G word asks for. Those that Sinumerik shares with ISO mean the same.

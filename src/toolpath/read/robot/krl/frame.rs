@@ -5,12 +5,8 @@ use std::ops::Range;
 use nalgebra::Isometry3;
 
 use crate::toolpath::{
-    model::robot::{
-        error::RobotFault,
-        rotation::of_abc,
-        statement::{Component, Number, Target},
-    },
-    read::robot::scan::Scan,
+    model::robot::{Component, Number, RobotFault, Target, of_abc},
+    read::robot::Scan,
 };
 
 /// The bytes of the braces that come next, with all within them.

@@ -6,13 +6,8 @@
 use std::ops::Range;
 
 use crate::toolpath::{
-    model::robot::{error::RobotFault, language::RobotOptions, statement::Statement},
-    read::robot::{
-        frames::{Base, Bases, Tool, Tools},
-        krl::points::Points,
-        scan::Scan,
-        source::{LineCursor, Refusal, trimmed},
-    },
+    model::robot::{RobotFault, RobotOptions, Statement},
+    read::robot::{Base, Bases, LineCursor, Refusal, Scan, Tool, Tools, krl::points::Points, trimmed},
 };
 
 mod frame;

@@ -3,14 +3,11 @@
 use std::ops::Range;
 
 use crate::toolpath::{
-    model::robot::{
-        error::RobotFault,
-        statement::{Component, Frames, Kind, Statement, Target},
-    },
+    model::robot::{Component, Frames, Kind, RobotFault, Statement, Target},
     read::robot::{
+        Scan,
         krl::{Reader, frame, state::place},
-        scan::Scan,
-        source::trimmed,
+        trimmed,
     },
 };
 

@@ -3,12 +3,8 @@
 use std::{collections::HashMap, ops::Range};
 
 use crate::toolpath::{
-    model::robot::error::RobotFault,
-    read::robot::{
-        krl::frame,
-        scan::Scan,
-        source::{LineCursor, trimmed},
-    },
+    model::robot::RobotFault,
+    read::robot::{LineCursor, Scan, krl::frame, trimmed},
 };
 
 /// What a name stands for.

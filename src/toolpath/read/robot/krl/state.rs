@@ -3,12 +3,11 @@
 use std::ops::Range;
 
 use crate::toolpath::{
-    model::robot::error::RobotFault,
+    model::robot::RobotFault,
     read::robot::{
-        frames::{Base, Tool},
+        Base, Scan, Tool,
         krl::{FIXED_TOOL, Reader, frame},
-        scan::Scan,
-        source::trimmed,
+        trimmed,
     },
 };
 

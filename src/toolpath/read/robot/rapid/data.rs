@@ -5,14 +5,11 @@ use std::{collections::HashMap, ops::Range};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
 use crate::toolpath::{
-    model::robot::{
-        error::RobotFault,
-        statement::{Component, Number},
-    },
+    model::robot::{Component, Number, RobotFault},
     read::robot::{
+        Refusal, Scan,
         rapid::lex::{Unit, Units},
-        scan::Scan,
-        source::{Refusal, trimmed},
+        trimmed,
     },
 };
 

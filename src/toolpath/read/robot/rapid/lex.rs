@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use crate::toolpath::{
-    model::robot::error::RobotFault,
-    read::robot::{scan::Scan, source::Refusal},
+    model::robot::RobotFault,
+    read::robot::{Refusal, Scan},
 };
 
 /// A statement, or what opens or closes a part of a module.

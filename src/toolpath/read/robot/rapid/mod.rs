@@ -5,15 +5,13 @@
 //! tool, work object and speed.
 
 use crate::toolpath::{
-    model::robot::{error::RobotFault, language::RobotOptions, statement::Statement},
+    model::robot::{RobotFault, RobotOptions, Statement},
     read::robot::{
-        frames::{Bases, Tools},
+        Bases, Refusal, Scan, Tools,
         rapid::{
             data::Data,
             lex::{Unit, Units},
         },
-        scan::Scan,
-        source::Refusal,
     },
 };
 

@@ -6,21 +6,17 @@ use nalgebra::Isometry3;
 
 use crate::toolpath::{
     model::{
-        number::shortest,
-        robot::{
-            error::RobotFault,
-            statement::{Component, Frames, Kind, Number, Statement, Target},
-        },
+        robot::{Component, Frames, Kind, Number, RobotFault, Statement, Target},
+        shortest,
     },
     read::robot::{
-        frames::{Base, Tool},
+        Base, Scan, Tool,
         rapid::{
             Reader,
             data::{self, Type},
             lex::{self, Unit},
         },
-        scan::Scan,
-        source::trimmed,
+        trimmed,
     },
 };
 
