@@ -6,8 +6,8 @@
 use crate::toolpath::{
     expand::edit::{LineEdit, acts_at_end},
     model::{
-        NumberFormat,
-        gcode::{Distance, Fault, FeedMode, GcodeError, Geometry, Hole, Motion, MotionCode, Refusal, Word},
+        Hole, NumberFormat, Way,
+        gcode::{Distance, Fault, FeedMode, GcodeError, Motion, MotionCode, Refusal, Word},
         shortest,
     },
     read::gcode::{Block, Program},
@@ -87,7 +87,7 @@ impl Program {
             .collect();
         let mut lines = Vec::new();
         for motion in &block.motions {
-            let Geometry::Hole(hole) = &motion.geometry else { continue };
+            let Way::Hole(hole) = &motion.geometry else { continue };
             let mut height = hole.start.z;
             for step in kept.moves(motion, hole, !over.is_empty())? {
                 let mut words = match &step {
@@ -139,7 +139,7 @@ fn series_to_write_out(blocks: &[Block]) -> Vec<usize> {
             goes_on &= motions.is_empty() && block.motion_word.is_none();
             continue;
         };
-        let begins = motions.iter().any(|motion| matches!(motion.geometry, Geometry::Hole(hole) if hole.is_first));
+        let begins = motions.iter().any(|motion| matches!(motion.geometry, Way::Hole(hole) if hole.is_first));
         let has_holes = |block: &usize| blocks[*block].motions.iter().any(is_hole);
         match series.last_mut() {
             Some(last) if goes_on && !(begins && last.iter().any(has_holes)) => last.push(number),
@@ -161,7 +161,7 @@ fn series_to_write_out(blocks: &[Block]) -> Vec<usize> {
 impl Kept {
     /// Takes P and Q of the line of `motion`.
     fn take(&mut self, content: &[u8], motion: &Motion) {
-        if matches!(motion.geometry, Geometry::Hole(Hole { is_first: true, .. })) {
+        if matches!(motion.geometry, Way::Hole(Hole { is_first: true, .. })) {
             *self = Kept::default();
         }
         let word = |letter| motion.words.iter().find(|word| word.letter == letter);
@@ -244,7 +244,7 @@ fn number(motion: &Motion, from: f64, to: f64) -> String {
 }
 
 fn is_hole(motion: &Motion) -> bool {
-    matches!(motion.geometry, Geometry::Hole(_))
+    matches!(motion.geometry, Way::Hole(_))
 }
 
 /// Words that only a cycle has a use for, and its coordinates.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::toolpath::{
-    model::{NumberFormat, shortest},
+    model::{NumberFormat, plain},
     read::gcode::{
         dialect::{block_numbers, scan::Scan},
         lines::{self, Lines},
@@ -181,10 +181,6 @@ impl Cycle {
         moves.extend(feed.map(|feed| format!("L {feed}")));
         Some(moves)
     }
-}
-
-fn plain(value: f64) -> String {
-    shortest(value, 0).trim_end_matches('.').to_owned()
 }
 
 fn signed(value: f64) -> String {

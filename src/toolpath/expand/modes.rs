@@ -10,7 +10,7 @@ use crate::toolpath::{
     },
     model::{
         gcode::{ArcCentres, Contradiction, Dialect, Fault, GWord, GcodeOptions, LengthUnit, Setting, Word},
-        shortest,
+        plain,
     },
     read::gcode::{
         check_keeps, lex,
@@ -83,7 +83,7 @@ impl Modes {
 
     /// Takes the words of a line that is written.
     fn see(&mut self, words: &[Word], dialect: Dialect) {
-        let written = |word: &Word| format!("{}{}", word.letter, shortest(word.value, 0).trim_end_matches('.'));
+        let written = |word: &Word| format!("{}{}", word.letter, plain(word.value));
         let of_letters: BTreeMap<char, &Word> = words.iter().map(|word| (word.letter, word)).collect();
         let with = |word: &Word, letters: &[char]| {
             let own = letters.iter().filter_map(|letter| of_letters.get(letter)).map(|word| written(word));
@@ -154,7 +154,7 @@ impl Modes {
         }
         let in_kept_unit = |value: f64, unit: LengthUnit| {
             let value = if unit == kept.unit() { value } else { value * unit.mm() / kept.unit().mm() };
-            shortest(value, 0).trim_end_matches('.').to_owned()
+            plain(value)
         };
         let is_other_feed = self.feed != kept.feed || differs("unit") || differs("feed mode");
         if is_other_feed && kept.words["feed mode"] != "G93" {

@@ -1,7 +1,7 @@
 //! Sinumerik's drilling cycles CYCLE81 and CYCLE82 written out as the moves they make, once or behind each block (MCALL).
 
 use crate::toolpath::{
-    model::{gcode::Word, shortest},
+    model::{gcode::Word, plain},
     read::gcode::{
         Statement,
         dialect::{scan::Scan, sinumerik},
@@ -164,8 +164,4 @@ impl Hole {
         moves.extend(motion.filter(|motion| *motion != 0.0).map(|motion| format!("G{motion}")));
         moves
     }
-}
-
-fn plain(value: f64) -> String {
-    shortest(value, 0).trim_end_matches('.').to_owned()
 }

@@ -8,5 +8,6 @@ pub(crate) mod path;
 pub(crate) mod program;
 pub(crate) mod robot;
 pub(crate) mod sampling;
+pub(crate) mod way;
 
-pub(crate) use {number::*, orientation::*, path::*, program::*, sampling::*};
+pub(crate) use {number::*, orientation::*, path::*, program::*, sampling::*, way::*};

@@ -88,6 +88,11 @@ pub(crate) fn shortest(value: f64, decimals: u8) -> String {
     text
 }
 
+/// `value` with as many decimals as it takes, and no point without any.
+pub(crate) fn plain(value: f64) -> String {
+    shortest(value, 0).trim_end_matches('.').to_owned()
+}
+
 /// The size of one unit of the last of `decimals` decimals.
 pub(crate) fn last_place(decimals: u8) -> f64 {
     10f64.powi(-i32::from(decimals))

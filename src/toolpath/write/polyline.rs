@@ -218,7 +218,7 @@ pub fn write(path: &Toolpath, positions_mm: &[Vector3<f64>], format: NumberForma
     };
     let external = path.external_axes();
     let beside = (0..external.len()).map(Column::External);
-    let columns: Vec<Column> = Column::ALL.into_iter().filter(wanted).chain(beside).collect();
+    let columns: Vec<Column> = Column::all().filter(wanted).chain(beside).collect();
     let mut rows = vec![columns.iter().map(|column| column.name(external).into_owned()).collect::<Vec<_>>()];
     for (point, position) in points.iter().zip(positions_mm) {
         let text = |column: &Column| match column {

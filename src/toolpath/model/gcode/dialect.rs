@@ -60,14 +60,7 @@ impl Dialect {
     }
 
     /// What messages end with; nothing for ISO.
-    pub(crate) fn read_as(self) -> &'static str {
-        match self {
-            Dialect::Iso => "",
-            Dialect::Fanuc => " (read as Fanuc)",
-            Dialect::Haas => " (read as Haas)",
-            Dialect::LinuxCnc => " (read as LinuxCNC)",
-            Dialect::Sinumerik => " (read as Sinumerik)",
-            Dialect::Heidenhain => " (read as Heidenhain)",
-        }
+    pub(crate) fn read_as(self) -> String {
+        if self == Dialect::Iso { String::new() } else { format!(" (read as {})", self.name()) }
     }
 }

@@ -1,9 +1,9 @@
 //! What programs of poses are made of.
 
+pub(crate) mod arc;
 pub(crate) mod error;
 pub(crate) mod language;
 pub(crate) mod rotation;
 pub(crate) mod statement;
-pub(crate) mod way;
 
-pub(crate) use {error::*, language::*, rotation::*, statement::*, way::*};
+pub(crate) use {arc::*, error::*, language::*, rotation::*, statement::*};

@@ -3,7 +3,10 @@
 use nalgebra::Vector3;
 
 use crate::toolpath::{
-    model::gcode::{GcodeError, Geometry, Motion, MotionCode},
+    model::{
+        Way,
+        gcode::{GcodeError, Motion, MotionCode},
+    },
     read::gcode::Program,
 };
 
@@ -58,5 +61,5 @@ fn driven(motion: &Motion, arrival: &Vector3<f64>) -> Move {
 }
 
 fn is_fed(motion: &Motion) -> bool {
-    matches!(motion.geometry, Geometry::Line(..) | Geometry::Arc(_)) && motion.code != MotionCode::Rapid
+    matches!(motion.geometry, Way::Line(..) | Way::Arc(_)) && motion.code != MotionCode::Rapid
 }

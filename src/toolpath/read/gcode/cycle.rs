@@ -7,8 +7,8 @@ use nalgebra::Vector3;
 
 use crate::toolpath::{
     model::{
-        Plane,
-        gcode::{Distance, Fault, Geometry, Hole, Known, Motion, MotionCode, Refusal, Unsupported, Word, located},
+        Hole, Plane, Way,
+        gcode::{Distance, Fault, Known, Motion, MotionCode, Refusal, Unsupported, Word, located},
     },
     read::gcode::{Interpreter, Request},
 };
@@ -59,7 +59,7 @@ impl Interpreter {
             // Nothing is drilled, but R and Z stay for the lines that follow.
             self.cycle = Some(cycle);
             let here = self.position;
-            return Ok(vec![self.hole(line, [here, here], Geometry::Unlocated, origin, blame)]);
+            return Ok(vec![self.hole(line, [here, here], Way::Unlocated, origin, blame)]);
         }
         let without = |letter| blame.refuse(Fault::CycleWithout { number, letter });
         let (clear, depth) = (cycle.clear.ok_or_else(|| without('R'))?, cycle.depth.ok_or_else(|| without('Z'))?);
@@ -90,7 +90,7 @@ impl Interpreter {
                 (Some(start), Some(clear), Some(bottom), Some(back)) => {
                     let at = |z| Vector3::new(back.x, back.y, z);
                     let over = at(start.z.max(clear));
-                    Geometry::Hole(Hole {
+                    Way::Hole(Hole {
                         start,
                         over,
                         clear: at(clear),
@@ -99,7 +99,7 @@ impl Interpreter {
                         is_first: is_first && motions.is_empty(),
                     })
                 }
-                _ => Geometry::Unlocated,
+                _ => Way::Unlocated,
             };
             self.arrive(end);
             motions.push(self.hole(line, [start, end], geometry, origin, blame));
@@ -108,14 +108,7 @@ impl Interpreter {
         Ok(motions)
     }
 
-    fn hole(
-        &self,
-        line: usize,
-        [start, end]: [Known; 2],
-        geometry: Geometry,
-        origin: Vector3<f64>,
-        blame: &Word,
-    ) -> Motion {
+    fn hole(&self, line: usize, [start, end]: [Known; 2], geometry: Way, origin: Vector3<f64>, blame: &Word) -> Motion {
         let (modal, span) = (self.modal, blame.span.clone());
         let code = modal.motion.unwrap_or(MotionCode::Rapid);
         Motion {

@@ -4,10 +4,10 @@ use nalgebra::Vector3;
 
 use crate::toolpath::{
     model::{
-        Plane,
+        Plane, Way,
         gcode::{
-            Arc, ArcFault, Centre, Dialect, Distance, Fault, FeedMode, GWord, Geometry, Known, Modal, Motion,
-            MotionCode, Refusal, Unsupported, Word, located,
+            Arc, ArcFault, Centre, Dialect, Distance, Fault, FeedMode, GWord, Known, Modal, Motion, MotionCode,
+            Refusal, Unsupported, Word, located,
         },
     },
     read::gcode::{Interpreter, Request},
@@ -126,13 +126,13 @@ impl Interpreter {
         end: Known,
         centre: Option<Centre>,
         blame: &Word,
-    ) -> Result<Geometry, Refusal> {
+    ) -> Result<Way, Refusal> {
         match (located(start), located(end), code) {
-            (None, Some(end), MotionCode::Rapid | MotionCode::Line) => Ok(Geometry::Arrival(end)),
+            (None, Some(end), MotionCode::Rapid | MotionCode::Line) => Ok(Way::Arrival(end)),
             (Some(start), Some(end), _) => {
                 route(code, self.modal, start, end, centre).map_err(|fault| blame.refuse(Fault::Arc(fault)))
             }
-            _ => Ok(Geometry::Unlocated),
+            _ => Ok(Way::Unlocated),
         }
     }
 
@@ -152,10 +152,10 @@ pub(crate) fn route(
     start: Vector3<f64>,
     end: Vector3<f64>,
     centre: Option<Centre>,
-) -> Result<Geometry, ArcFault> {
+) -> Result<Way, ArcFault> {
     match (code, centre) {
-        (MotionCode::Arc(turn), Some(centre)) => Ok(Geometry::Arc(Arc::new(modal.plane, turn, start, end, centre)?)),
-        _ => Ok(Geometry::Line(start, end)),
+        (MotionCode::Arc(turn), Some(centre)) => Ok(Way::Arc(Arc::new(modal.plane, turn, start, end, centre)?)),
+        _ => Ok(Way::Line(start, end)),
     }
 }
 

@@ -3,8 +3,8 @@
 
 use crate::toolpath::{
     model::{
-        NumberFormat,
-        gcode::{BlockDelete, Centre, GcodeError, Geometry, LengthUnit, Motion, MotionCode, Notes, Refusal},
+        NumberFormat, Way,
+        gcode::{BlockDelete, Centre, GcodeError, LengthUnit, Motion, MotionCode, Notes, Refusal},
         number,
     },
     read::gcode::{Effect, Interpreter, Language, OriginAt, Pole, Program, ShownStyle, Statement, Style, lines},
@@ -135,8 +135,7 @@ impl Program {
                 style = style.or_on_line(content, &motion.words);
             }
             poles.see(block, motions.len());
-            let at =
-                |motion: &Motion| MotionAt { line: motion.line, is_hole: matches!(motion.geometry, Geometry::Hole(_)) };
+            let at = |motion: &Motion| MotionAt { line: motion.line, is_hole: matches!(motion.geometry, Way::Hole(_)) };
             motions.extend(block.motions.iter().map(at));
             Ok::<(), GcodeError>(())
         })?;

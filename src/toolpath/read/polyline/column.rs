@@ -31,27 +31,13 @@ pub(crate) enum Column {
 
 impl Column {
     /// Every column but external axes, in the order they are written.
-    pub const ALL: [Column; 19] = [
-        Column::Position(0),
-        Column::Position(1),
-        Column::Position(2),
-        Column::Feed,
-        Column::Spindle,
-        Column::Force(0),
-        Column::Force(1),
-        Column::Force(2),
-        Column::Moment(0),
-        Column::Moment(1),
-        Column::Moment(2),
-        Column::ToolAxis(0),
-        Column::ToolAxis(1),
-        Column::ToolAxis(2),
-        Column::Platform(0),
-        Column::Platform(1),
-        Column::Platform(2),
-        Column::Platform(3),
-        Column::Cutting,
-    ];
+    pub fn all() -> impl Iterator<Item = Column> {
+        let three = |of: fn(usize) -> Column| (0..3).map(of);
+        let driven =
+            [Column::Feed, Column::Spindle].into_iter().chain(three(Column::Force)).chain(three(Column::Moment));
+        let stands = three(Column::ToolAxis).chain((0..4).map(Column::Platform));
+        three(Column::Position).chain(driven).chain(stands).chain([Column::Cutting])
+    }
 
     /// Its name in the header of a file with these external axes.
     pub fn name(self, external: &[String]) -> Cow<'static, str> {
@@ -78,7 +64,7 @@ impl Column {
             }
             return Some(Column::External(known));
         }
-        Column::ALL.into_iter().find(|column| column.name(&[]) == name)
+        Column::all().find(|column| column.name(&[]) == name)
     }
 
     /// The columns that must be there if this one is.

@@ -78,7 +78,7 @@ fn header_columns(header: &ByteRecord) -> Result<(Vec<Column>, Vec<String>), Pol
     for name in header {
         let name = String::from_utf8_lossy(name);
         let Some(column) = Column::named(&name, &mut external) else {
-            let optional = Column::ALL[3..].iter().map(|column| column.name(&external));
+            let optional = Column::all().skip(3).map(|column| column.name(&external));
             let optional = optional.chain([EXTERNAL_WORDS.into()]).collect::<Vec<_>>().join(", ");
             return Err(PolylineFault::UnknownColumn { name: name.into_owned(), optional });
         };

@@ -5,8 +5,8 @@ use nalgebra::Vector3;
 use crate::{
     machine::ExternalAxes,
     toolpath::model::{
-        MAX_COORDINATE_MM, Orientation, PathPoint, PointSource, Sampling,
-        robot::{Arc, Component, Kind, Language, RobotFault, Statement, Target, Way, rotation},
+        MAX_COORDINATE_MM, Orientation, PathPoint, PointSource, Sampling, Way,
+        robot::{Arc, Component, Kind, Language, RobotFault, Statement, Target, rotation},
     },
 };
 
@@ -85,7 +85,7 @@ impl Follower {
         };
         let via = via.ok_or(RobotFault::NoCircle)?.position;
         let arc = Arc::through([start.position, via, end.position], statement.sweep_rad);
-        Ok(Way::Arc(arc.ok_or(RobotFault::NoCircle)?))
+        Ok(Way::Circle(arc.ok_or(RobotFault::NoCircle)?))
     }
 
     /// Axes with names must be known, the others must stand still.
@@ -165,15 +165,7 @@ impl Motion {
     /// Into how many pieces the motion is split; `None` when into more than a path may have points. A motion from point
     /// to point is never split: nothing says on which way it goes.
     pub fn pieces(&self, sampling: Sampling) -> Option<usize> {
-        match &self.way {
-            Way::Unlocated => Some(0),
-            Way::Arrival(_) => Some(1),
-            Way::Line(..) => sampling.turning_pieces(self.way.length(), self.turn_rad()),
-            Way::Arc(arc) => {
-                let by_turn = sampling.turning_pieces(0.0, self.turn_rad())?;
-                Some(by_turn.max(sampling.arc_pieces(arc.radius(), arc.sweep_rad(), self.way.length())?))
-            }
-        }
+        self.way.pieces(sampling, self.turn_rad())
     }
 
     /// Adds the points of the motion at `parameters` to `points`; `segment` is its index in the program, `before_mm`

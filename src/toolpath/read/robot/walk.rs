@@ -5,8 +5,8 @@ use nalgebra::Vector3;
 
 use crate::toolpath::{
     model::{
-        NumberFormat, decimals_in,
-        robot::{Component, Decimals, Language, RobotError, RobotFault, Statement, Target, Way},
+        NumberFormat, Way, decimals_in,
+        robot::{Component, Decimals, Language, RobotError, RobotFault, Statement, Target},
     },
     read::robot::{Follower, Motion, Refusal, RobotProgram, apt, krl, rapid},
 };

@@ -2,10 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::toolpath::model::{
-    PathPoint,
-    gcode::{Angles, Geometry},
-};
+use crate::toolpath::model::{PathPoint, Way, gcode::Angles};
 
 /// A written arc may turn by as much more or less than the programmed one, rad.
 const TURN_RAD: f64 = 0.5;
@@ -14,7 +11,7 @@ const TURN_RAD: f64 = 0.5;
 #[derive(Clone, Copy)]
 pub(crate) struct Stretch<'a> {
     /// The block as programmed.
-    pub nominal: &'a Geometry,
+    pub nominal: &'a Way,
     /// Parameter and correction, mm, of where it begins.
     pub before: (f64, Vector3<f64>),
     pub points: &'a [PathPoint],
@@ -81,8 +78,8 @@ impl<'a> Stretch<'a> {
     }
 
     /// Whether an arc turns about as much as programmed: near its ends, points do not tell a full turn from none.
-    fn turns_as(&self, candidate: &Geometry) -> bool {
-        let (Geometry::Arc(nominal), Geometry::Arc(candidate)) = (self.nominal, candidate) else { return true };
+    fn turns_as(&self, candidate: &Way) -> bool {
+        let (Way::Arc(nominal), Way::Arc(candidate)) = (self.nominal, candidate) else { return true };
         let share = self.correction(self.points.len().checked_sub(1)).0 - self.before.0;
         (candidate.sweep_rad() - nominal.sweep_rad() * share).abs() < TURN_RAD
     }
@@ -96,11 +93,11 @@ impl<'a> Stretch<'a> {
     }
 
     /// Where on `candidate` its points lie, from 0 to 1, one after another; `None` if it does not pass them.
-    pub fn places(self, candidate: &Geometry, allowed: Allowed) -> Option<Vec<f64>> {
+    pub fn places(self, candidate: &Way, allowed: Allowed) -> Option<Vec<f64>> {
         if !self.turns_as(candidate) {
             return None;
         }
-        let is_straight = [self.nominal, candidate].into_iter().all(|way| matches!(way, Geometry::Line(..)));
+        let is_straight = [self.nominal, candidate].into_iter().all(|way| matches!(way, Way::Line(..)));
         let mut places = Vec::with_capacity(self.points.len());
         let mut from = 0.0;
         for goal in self.goals().filter(|goal| goal.is_point || !is_straight) {
@@ -114,7 +111,7 @@ impl<'a> Stretch<'a> {
 }
 
 /// Where `candidate` passes `goal`, not before `from`; `turns`: rotary axes turn along it, and must stand right there.
-fn place(candidate: &Geometry, from: f64, goal: &Goal, allowed: Allowed, turns: bool) -> Option<f64> {
+fn place(candidate: &Way, from: f64, goal: &Goal, allowed: Allowed, turns: bool) -> Option<f64> {
     let off = |t: f64| Some(candidate.at(t)?.0 - goal.position);
     let off_there = off(goal.share)?;
     if off_there.amax() <= allowed.unit_mm || (turns && off_there.norm() <= allowed.tolerance_mm) {
@@ -123,6 +120,26 @@ fn place(candidate: &Geometry, from: f64, goal: &Goal, allowed: Allowed, turns: 
     if turns {
         return None;
     }
-    let place = if goal.share < 1.0 { candidate.nearest(&goal.position, goal.share)?.max(from) } else { 1.0 };
+    let place = if goal.share < 1.0 { nearest(candidate, &goal.position, goal.share)?.max(from) } else { 1.0 };
     (off(place)?.norm() <= allowed.tolerance_mm).then_some(place)
 }
+
+/// Where `way` passes nearest to `goal`, from 0 to 1, sought from `guess` on.
+fn nearest(way: &Way, goal: &Vector3<f64>, guess: f64) -> Option<f64> {
+    let length = way.length();
+    let mut t = guess;
+    for _ in 0..MOST_STEPS {
+        let (position, tangent) = way.at(t)?;
+        let step = (goal - position).dot(&tangent) / length;
+        if step.is_nan() || step.abs() * length <= NEAR_MM {
+            break;
+        }
+        t = (t + step).clamp(0.0, 1.0);
+    }
+    Some(t)
+}
+
+/// Steps to the nearest place, each shorter than the one before by the distance over the radius.
+const MOST_STEPS: usize = 20;
+/// A place is found when it moves by less, mm.
+const NEAR_MM: f64 = 1e-7;

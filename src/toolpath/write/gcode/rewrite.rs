@@ -6,8 +6,8 @@ use nalgebra::Vector3;
 
 use crate::toolpath::{
     model::{
-        Orientation, PathPoint, RewriteError, Toolpath, check_corrected, end_of,
-        gcode::{Angles, Geometry, Motion, MotionCode, Rotary, Writing},
+        Orientation, PathPoint, RewriteError, Toolpath, Way, check_corrected, end_of,
+        gcode::{Angles, Motion, MotionCode, Rotary, Writing},
     },
     read::gcode::Program,
     write::gcode::{Calls, Rewritten, Targets, Writer},
@@ -122,7 +122,7 @@ impl Program {
             line = block.line + 1;
             let mut on_block = Vec::with_capacity(block.motions.len());
             for motion in &block.motions {
-                let has_points = motion.geometry != Geometry::Unlocated;
+                let has_points = motion.geometry != Way::Unlocated;
                 let at = |t: f64| motion.at(t, &self.options.rotary).map(|(position, _)| position);
                 let points = next..end_of(path, segment, next, has_points, at).ok_or_else(foreign)?;
                 let angles = corrected.angles(motion, points.clone(), &self.options.rotary);

@@ -7,7 +7,8 @@ use nalgebra::Vector3;
 use crate::toolpath::{
     expand::edit::{LineEdit, acts_at_end, is_arc_word, takes_parameters},
     model::{
-        gcode::{Arc, Centre, FeedMode, Geometry, Known, Motion, MotionCode, located},
+        Way,
+        gcode::{Arc, Centre, FeedMode, Known, Motion, MotionCode, located},
         longest, shortest,
     },
     read::gcode::{Block, route},
@@ -114,7 +115,7 @@ impl Writer<'_> {
         let (axes, at) = self.step(splitting, stretch.corrected.last()?, lines);
         let (start, end) = (located(self.tracked)?, located(at)?);
         let turned = self.turned(splitting, stretch, lines);
-        let passes = |candidate: &Geometry| {
+        let passes = |candidate: &Way| {
             let places = stretch.places(candidate, self.allowed(place))?;
             let between = [&self.stands[1], &turned.to];
             stretch.is_turned(&places, between, allowed_deg(&motion.turning)).then_some(places)
@@ -125,7 +126,7 @@ impl Writer<'_> {
         {
             return Some(Piece { code: motion.code, axes, centre, turned, at, places });
         }
-        let places = passes(&Geometry::Line(start, end))?;
+        let places = passes(&Way::Line(start, end))?;
         Some(Piece { code: MotionCode::Line, axes, centre: Vec::new(), turned, at, places })
     }
 
@@ -143,7 +144,7 @@ impl Writer<'_> {
         place: Place,
         stretch: Stretch,
         [start, end]: [Vector3<f64>; 2],
-    ) -> Option<(Geometry, Vec<(char, String)>)> {
+    ) -> Option<(Way, Vec<(char, String)>)> {
         let MotionCode::Arc(turn) = motion.code else { return None };
         if !self.style.dialect.is_iso() {
             return None;

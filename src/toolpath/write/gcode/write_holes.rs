@@ -4,7 +4,10 @@ use nalgebra::Vector3;
 
 use crate::toolpath::{
     expand::edit::LineEdit,
-    model::gcode::{Distance, Geometry, Hole, Known, Motion},
+    model::{
+        Hole, Way,
+        gcode::{Distance, Known, Motion},
+    },
     read::gcode::Block,
     write::gcode::{Place, Reached, Targets, Writer, put_axis},
 };
@@ -122,7 +125,7 @@ impl Writer<'_> {
 
     /// The numbers of one hole, from where the tool is; those of the line where they are right.
     fn hole(&self, motion: &Motion, place: Place, goal: Goal) -> Written {
-        let is_first = matches!(motion.geometry, Geometry::Hole(Hole { is_first: true, .. }));
+        let is_first = matches!(motion.geometry, Way::Hole(Hole { is_first: true, .. }));
         let level = self.tracked[2];
         let mut drilled = self.drilled;
         drilled.initial = drilled.initial.filter(|_| !is_first).or(level);

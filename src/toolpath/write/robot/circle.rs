@@ -5,7 +5,10 @@ use std::{f64::consts::PI, ops::Range};
 use nalgebra::Vector3;
 
 use crate::toolpath::{
-    model::robot::{Arc, RobotFault, Target, Way},
+    model::{
+        Way,
+        robot::{Arc, RobotFault, Target},
+    },
     read::robot::{Motion, Stand, lead},
     write::robot::{Goal, Piece, Points, Writer},
 };
@@ -57,7 +60,7 @@ impl Writer<'_> {
         if (written.sweep_rad() - arc.sweep_rad()).abs() > TURN_RAD {
             return Ok(false);
         }
-        let way = Way::Arc(written);
+        let way = Way::Circle(written);
         shown_end.stand.position = way.at(1.0).map_or(shown_end.stand.position, |(position, _)| position);
         let Some(places) = self.places(&way, [from, shown_end.stand], motion, points, 0..points.len()) else {
             return Ok(false);
@@ -105,7 +108,7 @@ impl Writer<'_> {
         which: Range<usize>,
     ) -> Result<Option<Piece>, RobotFault> {
         let statement = &motion.statement;
-        let (Way::Arc(arc), Some(via), None) = (&motion.way, &statement.via, statement.sweep_rad) else {
+        let (Way::Circle(arc), Some(via), None) = (&motion.way, &statement.via, statement.sweep_rad) else {
             return Ok(None);
         };
         let middle = which.start + which.len() / 2 - 1;
@@ -119,7 +122,7 @@ impl Writer<'_> {
         if !is_alike || written.sweep_rad() < LEAST_TURN_RAD || chord_mm < LEAST_CHORD_MM {
             return Ok(None);
         }
-        let places = self.places(&Way::Arc(written), [from, shown.stand], motion, points, which);
+        let places = self.places(&Way::Circle(written), [from, shown.stand], motion, points, which);
         Ok(places.map(|places| Piece { via: Some(passed), shown, places }))
     }
 }

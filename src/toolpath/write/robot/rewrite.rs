@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::toolpath::{
-    model::{Orientation, RewriteError, Toolpath, check_corrected, end_of, gcode::Writing, robot::Way},
+    model::{Orientation, RewriteError, Toolpath, Way, check_corrected, end_of, gcode::Writing},
     read::robot::RobotProgram,
     write::robot::{Pen, Points, RewrittenRobot, Writer},
 };

@@ -5,8 +5,8 @@ use nalgebra::Vector3;
 
 use crate::toolpath::{
     model::{
-        Orientation, PathPoint, WRITTEN_RAD, longest,
-        robot::{Kind, Language, RobotFault, Target, Way},
+        Orientation, PathPoint, WRITTEN_RAD, Way, longest,
+        robot::{Kind, Language, RobotFault, Target},
     },
     read::robot::{Motion, Stand, indent, line_ending},
     write::robot::{Goal, Pen, Shown},
@@ -101,7 +101,7 @@ impl<'a> Writer<'a> {
                     None => self.split(motion, points)?,
                 }
             }
-            (Way::Arc(arc), Some(from)) => {
+            (Way::Circle(arc), Some(from)) => {
                 if !self.circle(motion, arc, from, points)? {
                     self.split(motion, points)?;
                 }
@@ -160,7 +160,7 @@ impl<'a> Writer<'a> {
             let place = if off(share)?.amax() <= unit_mm {
                 share.max(passed)
             } else {
-                let place = if k + 1 < which.end { way.nearest(goal, share).max(passed) } else { 1.0 };
+                let place = if k + 1 < which.end { nearest(way, goal, share).max(passed) } else { 1.0 };
                 if off(place)?.norm() > self.tolerance_mm {
                     return None;
                 }
@@ -236,5 +236,18 @@ impl<'a> Writer<'a> {
             best = arc;
         }
         Ok(best)
+    }
+}
+
+/// Where `way` passes nearest to `goal`, from 0 to 1; of a circle, next to `guess`.
+fn nearest(way: &Way, goal: &Vector3<f64>, guess: f64) -> f64 {
+    match way {
+        Way::Line(start, end) => {
+            let along = end - start;
+            let share = (goal - start).dot(&along) / along.norm_squared();
+            if share.is_finite() { share.clamp(0.0, 1.0) } else { guess }
+        }
+        Way::Circle(arc) => arc.nearest(goal, guess),
+        _ => 1.0,
     }
 }

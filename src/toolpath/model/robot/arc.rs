@@ -1,4 +1,4 @@
-//! The way of a motion in the workpiece frame: straight, or on a circle through three points.
+//! Arcs of circles through three points.
 
 use nalgebra::Vector3;
 
@@ -42,16 +42,23 @@ impl Arc {
         (self.start - self.centre).norm()
     }
 
+    /// Length, mm.
+    pub fn length(&self) -> f64 {
+        self.radius() * self.sweep_rad
+    }
+
     pub fn sweep_rad(&self) -> f64 {
         self.sweep_rad
     }
 
-    fn at(&self, t: f64) -> (Vector3<f64>, Vector3<f64>) {
+    /// Position and unit tangent at `t` from 0 to 1.
+    pub fn at(&self, t: f64) -> (Vector3<f64>, Vector3<f64>) {
         let turned = rotation_exp(self.axis * (self.sweep_rad * t)) * (self.start - self.centre);
         (self.centre + turned, direction(self.axis.cross(&turned)))
     }
 
-    fn nearest(&self, goal: &Vector3<f64>, guess: f64) -> f64 {
+    /// Where it passes nearest to `goal`, from 0 to 1, next to `guess`.
+    pub fn nearest(&self, goal: &Vector3<f64>, guess: f64) -> f64 {
         let (from, to) = (self.start - self.centre, goal - self.centre);
         let angle = from.cross(&to).dot(&self.axis).atan2(from.dot(&to));
         // Of the angles that differ by turns, the one next to the guess.
@@ -64,56 +71,6 @@ impl Arc {
 const LEAST_AREA: f64 = 1e-9;
 /// A larger circle is a line with rounding in it.
 const MOST_RADIUS_MM: f64 = 1e7;
-
-/// The way of a motion, workpiece frame, mm.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Way {
-    /// Its end is not known: the path has no point for it.
-    Unlocated,
-    /// Its start is not known, or how it gets there: the path has only its end.
-    Arrival(Vector3<f64>),
-    /// Straight from the first to the second.
-    Line(Vector3<f64>, Vector3<f64>),
-    /// Round.
-    Arc(Arc),
-}
-
-impl Way {
-    /// Position and unit tangent at `t` from 0 to 1; the tangent is zero where there is none.
-    pub fn at(&self, t: f64) -> Option<(Vector3<f64>, Vector3<f64>)> {
-        match self {
-            Way::Unlocated => None,
-            Way::Arrival(end) => Some((*end, Vector3::zeros())),
-            Way::Line(start, end) => {
-                let position = if t < 1.0 { start.lerp(end, t) } else { *end };
-                Some((position, direction(end - start)))
-            }
-            Way::Arc(arc) => Some(arc.at(t)),
-        }
-    }
-
-    /// Length, mm, of what is known of it.
-    pub fn length(&self) -> f64 {
-        match self {
-            Way::Unlocated | Way::Arrival(_) => 0.0,
-            Way::Line(start, end) => (end - start).norm(),
-            Way::Arc(arc) => arc.radius() * arc.sweep_rad,
-        }
-    }
-
-    /// Where it passes nearest to `goal`, from 0 to 1; of a circle, next to `guess`.
-    pub fn nearest(&self, goal: &Vector3<f64>, guess: f64) -> f64 {
-        match self {
-            Way::Unlocated | Way::Arrival(_) => 1.0,
-            Way::Line(start, end) => {
-                let along = end - start;
-                let share = (goal - start).dot(&along) / along.norm_squared();
-                if share.is_finite() { share.clamp(0.0, 1.0) } else { guess }
-            }
-            Way::Arc(arc) => arc.nearest(goal, guess),
-        }
-    }
-}
 
 #[cfg(test)]
 mod tests {
@@ -128,13 +85,13 @@ mod tests {
         assert!((arc.sweep_rad() - 1.5 * PI).abs() < 1e-12 && (arc.radius() - 1.0).abs() < 1e-12);
         for (t, point) in [(0.0, points[0]), (arc.via, points[1]), (1.0, points[2])] {
             assert!((arc.at(t).0 - point).norm() < 1e-12);
-            assert!((Way::Arc(arc).nearest(&point, t) - t).abs() < 1e-12);
+            assert!((arc.nearest(&point, t) - t).abs() < 1e-12);
         }
         let back = Arc::through(points, Some(-FRAC_PI_2)).unwrap();
         assert!((back.at(1.0).0 - points[2]).norm() < 1e-12, "{:?}", back.at(1.0));
         let twice = Arc::through(points, Some(4.0 * PI)).unwrap();
         assert!((twice.at(1.0).0 - points[0]).norm() < 1e-12);
-        assert!((Way::Arc(twice).nearest(&points[1], 0.6) - 0.625).abs() < 1e-12);
+        assert!((twice.nearest(&points[1], 0.6) - 0.625).abs() < 1e-12);
         assert_eq!(Arc::through([points[0], points[0], points[1]], None), None);
         let [x, y] = [Vector3::x(), Vector3::x() * 2.0];
         assert_eq!(Arc::through([Vector3::zeros(), x, y], None), None);
