@@ -14,7 +14,7 @@ use crate::{
     process::file::Process,
     study::blocks::{Blocks, BlocksBeforeAfter},
     toolpath::{
-        Orientation, PathPoint, Sampling, Toolpath,
+        self, Orientation, PathPoint, Sampling, Toolpath,
         gcode::{Beside, Calls, Expand, Fault, Program},
         polyline::Polyline,
     },
@@ -246,11 +246,12 @@ impl ProgramFile {
         orientations: Option<&[Orientation]>,
         process: &Process,
     ) -> Result<Rewritten> {
+        let is_turned = orientations.is_some();
         match self {
             ProgramFile::Polyline(polyline) => {
                 let format = process.decimals.format(polyline.own_format())?;
                 let rewritten = polyline.rewrite_turned(path, positions, orientations, format)?;
-                let back = Sent::of(rewritten.read_back()?.points(), orientations.is_some());
+                let back = Sent::back(&rewritten, &rewritten.read()?, path.len(), is_turned)?;
                 Ok(Rewritten { bytes: rewritten.into_bytes(), back, blocks: None, calls: None })
             }
             ProgramFile::Gcode(program) => {
@@ -258,18 +259,16 @@ impl ProgramFile {
                 let mut rewritten = program.rewrite_turned(path, positions, orientations, writing)?;
                 let calls = program.calls_of(&rewritten);
                 let written = rewritten.take_and_read()?;
-                let mut back = Sent::new(path.len(), orientations.is_some());
-                rewritten.each_of(&written, |point| back.add(point))?;
+                let back = Sent::back(&rewritten, &written, path.len(), is_turned)?;
                 drop(rewritten);
                 let blocks = BlocksBeforeAfter { before: Blocks::of(program)?, after: Blocks::of(&written)? };
                 Ok(Rewritten { bytes: written.into_source(), back, blocks: Some(blocks), calls })
             }
             #[cfg(not(target_family = "wasm"))]
             ProgramFile::Robot(program) => {
-                let rewritten =
-                    program.rewrite(path, positions, orientations, process.writing(program.own_format())?)?;
-                let mut back = Sent::new(path.len(), orientations.is_some());
-                rewritten.each_of(&rewritten.read()?, |point| back.add(point))?;
+                let writing = process.writing(program.own_format())?;
+                let rewritten = program.rewrite(path, positions, orientations, writing)?;
+                let back = Sent::back(&rewritten, &rewritten.read()?, path.len(), is_turned)?;
                 Ok(Rewritten { bytes: rewritten.into_bytes(), back, blocks: None, calls: None })
             }
         }
@@ -291,10 +290,16 @@ impl Sent {
         Self { positions: Vec::with_capacity(points), orientations: is_turned.then(|| Vec::with_capacity(points)) }
     }
 
-    fn of(points: &[PathPoint], is_turned: bool) -> Self {
-        let mut sent = Self::new(points.len(), is_turned);
-        points.iter().for_each(|point| sent.add(point));
-        sent
+    /// Where `written`, as it was read, passes the `points` of the path.
+    fn back<P: toolpath::Program>(
+        rewritten: &toolpath::Rewritten<P>,
+        written: &P,
+        points: usize,
+        is_turned: bool,
+    ) -> std::result::Result<Self, P::Error> {
+        let mut sent = Self::new(points, is_turned);
+        rewritten.each_of(written, |point| sent.add(point))?;
+        Ok(sent)
     }
 
     /// Adds where `point` is and how the tool stands there.

@@ -6,20 +6,40 @@
 //!
 //! Units: mm, mm/min, rev/min, N, N·mm. Frame: the workpiece frame W throughout.
 
+mod expand;
 pub mod gcode;
-mod generate;
-mod number;
-mod orientation;
-mod path;
-mod plane;
+mod model;
 pub mod polyline;
+mod read;
 pub mod robot;
-mod sampling;
+mod write;
 
-pub use generate::{Circle, GenerateError};
-pub use number::{FormatError, NumberFormat};
-pub use orientation::Orientation;
-pub(crate) use orientation::least_turn;
-pub use path::{Load, PathPoint, PointSource, PositionsError, Toolpath};
-pub use plane::{Plane, Turn};
-pub use sampling::{Sampling, SamplingError};
+pub(crate) use model::orientation::least_turn;
+pub use model::{
+    generate::{Circle, GenerateError},
+    number::{FormatError, NumberFormat},
+    orientation::Orientation,
+    path::{Load, PathPoint, Plane, PointSource, PositionsError, Toolpath, Turn},
+    program::{Program, RewriteError, Rewritten},
+    sampling::{Sampling, SamplingError},
+};
+
+/// Faults of programs and paths, of which the one error of the program is made.
+macro_rules! program_faults {
+    ($($fault:ty),+) => {
+        $(impl From<$fault> for crate::input::error::Error {
+            fn from(fault: $fault) -> Self {
+                Self::program(fault)
+            }
+        })+
+    };
+}
+
+program_faults!(
+    FormatError,
+    PositionsError,
+    RewriteError,
+    gcode::GcodeError,
+    polyline::PolylineError,
+    robot::RobotError
+);

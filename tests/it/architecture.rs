@@ -131,6 +131,25 @@ fn no_questions_use_one_another_in_a_circle() {
     }
 }
 
+/// Folders of the toolpaths; each may use those before it, so that nothing that is read hangs on how it is written.
+const TOOLPATHS: [&str; 4] = ["model", "read", "expand", "write"];
+
+#[test]
+fn what_is_read_of_a_program_knows_nothing_of_how_it_is_written() {
+    let place = |folder: &str| TOOLPATHS.iter().position(|name| *name == folder);
+    let mut seen = [0; 4];
+    for file in all_sources().iter().filter(|file| file.starts_with("src/toolpath")) {
+        let Some(own) = file.iter().nth(2).and_then(|part| place(part.to_str().unwrap())) else { continue };
+        seen[own] += 1;
+        for used in used(&code(file), "toolpath::") {
+            // Beside the folders there are the names that users have; of these, those of points and faults are of the model.
+            let is_below = place(&used).map_or(used.starts_with(char::is_uppercase), |other| other <= own);
+            assert!(is_below, "{} uses toolpath::{used}, which is above it", file.display());
+        }
+    }
+    assert!(seen.iter().all(|files| *files > 5), "{seen:?}");
+}
+
 /// What is named after `prefix`, in braces too.
 fn used(code: &str, prefix: &str) -> Vec<String> {
     let word = |text: &str| text.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>();

@@ -100,6 +100,7 @@ mod superposition;
 mod superposition_command;
 mod tool_frame;
 mod tool_of_process;
+mod toolpaths;
 mod turn_map;
 mod turning_platforms;
 mod units;

@@ -1,0 +1,254 @@
+//! Cycles written out as the moves they make: up, to the hole, in with pecks and dwell, and back.
+//!
+//! A series of holes that stops or turns the spindle (G74, G84, G86) stays as it is, as no move does that; so does one whose
+//! first hole begins where it is not known where the tool is, with feed by time (G93), or with pecks by I, J and K.
+
+use crate::toolpath::{
+    expand::edit::{LineEdit, acts_at_end},
+    model::{
+        Hole, NumberFormat, Way,
+        gcode::{Distance, Fault, FeedMode, GcodeError, Motion, MotionCode, Refusal, Word},
+        shortest,
+    },
+    read::gcode::{Block, Program},
+};
+
+/// The most pecks of a hole.
+const MOST_PECKS: f64 = 10_000.0;
+
+/// A program without cycles: its bytes, and the line, from 0, that each of its lines comes from.
+pub(crate) type WithoutCycles = (Vec<u8>, Vec<usize>);
+
+/// P and Q stay for the holes that follow.
+#[derive(Default)]
+struct Kept {
+    /// What stands after P, and the cycle it was said of.
+    dwell: Option<(String, u32)>,
+    /// The peck, mm, and whether it is written with a point.
+    peck_mm: Option<(f64, bool)>,
+}
+
+/// What a line with G0, G1 or G4 does.
+enum Move {
+    Rapid(f64),
+    /// Over the hole, by X and Y as they are on the line of the cycle.
+    Over,
+    Feed(f64),
+    Dwell(String),
+}
+
+impl Program {
+    /// The program with its cycles written out; `None` if none of them can be.
+    ///
+    /// # Errors
+    /// A peck that is none.
+    pub(crate) fn without_cycles(&self) -> Result<Option<WithoutCycles>, GcodeError> {
+        let blocks = self.all_blocks()?;
+        let written_out = series_to_write_out(&blocks);
+        if written_out.is_empty() {
+            return Ok(None);
+        }
+        let (mut bytes, mut origins) = (Vec::new(), Vec::new());
+        let mut kept = Kept::default();
+        let mut blocks = blocks.iter().enumerate().peekable();
+        for index in 0..self.lines.len() {
+            let ending = match &self.source[self.lines.ending(index)] {
+                [] => b"\n",
+                own => own,
+            };
+            let block = blocks.next_if(|(_, block)| block.line == index);
+            let lines = match block.filter(|(number, _)| written_out.contains(number)) {
+                Some((_, block)) => self
+                    .moves_of(block, &mut kept)
+                    .map_err(|refusal| refusal.locate(&self.name, index + 1, self.content(index)))?,
+                None => vec![self.content(index).to_vec()],
+            };
+            for line in lines {
+                bytes.extend(line);
+                bytes.extend_from_slice(ending);
+                origins.push(index);
+            }
+        }
+        Ok(Some((bytes, origins)))
+    }
+
+    /// The lines that do what the cycle of `block` does.
+    fn moves_of(&self, block: &Block, kept: &mut Kept) -> Result<Vec<Vec<u8>>, Refusal> {
+        let content = self.content(block.line);
+        let Some(first) = block.motions.first() else { return Ok(vec![content.to_vec()]) };
+        kept.take(content, first);
+        let mut edit = LineEdit::new(content, &first.words, self.style);
+        let style = edit.style();
+        let over: Vec<String> = first
+            .words
+            .iter()
+            .filter(|word| matches!(word.letter, 'X' | 'Y'))
+            .map(|word| String::from_utf8_lossy(&content[word.span.clone()]).into_owned())
+            .collect();
+        let mut lines = Vec::new();
+        for motion in &block.motions {
+            let Way::Hole(hole) = &motion.geometry else { continue };
+            let mut height = hole.start.z;
+            for step in kept.moves(motion, hole, !over.is_empty())? {
+                let mut words = match &step {
+                    Move::Dwell(seconds) => vec![style.word('G', "4"), style.word('P', seconds)],
+                    Move::Feed(_) => vec![style.motion(MotionCode::Line)],
+                    Move::Rapid(_) | Move::Over => vec![style.motion(MotionCode::Rapid)],
+                };
+                match step {
+                    Move::Over => words.extend(over.iter().cloned()),
+                    Move::Rapid(to) | Move::Feed(to) => {
+                        words.push(style.word('Z', &number(motion, height, to)));
+                        height = to;
+                    }
+                    Move::Dwell(_) => {}
+                }
+                lines.push(words.join(style.separator()));
+            }
+        }
+        let anchor = edit.find(of_cycle);
+        let mut at_end = Vec::new();
+        for (index, word) in first.words.iter().enumerate() {
+            if of_cycle(word) {
+                edit.remove(index);
+            } else if lines.len() > 1 && acts_at_end(word) {
+                at_end.extend(edit.remove(index));
+            }
+        }
+        let mut lines = lines.into_iter();
+        if let (Some(index), Some(line)) = (anchor, lines.next()) {
+            edit.put(index, line);
+        }
+        let mut written = vec![edit.render()];
+        written.extend(lines.map(|line| [&content[..block.prefix], line.as_bytes()].concat()));
+        if let Some(last) = written.last_mut().filter(|_| !at_end.is_empty()) {
+            last.extend_from_slice(style.separator().as_bytes());
+            last.extend_from_slice(at_end.join(style.separator()).as_bytes());
+        }
+        Ok(written)
+    }
+}
+
+/// Indices of those of `blocks` of all series of holes that can be written out.
+fn series_to_write_out(blocks: &[Block]) -> Vec<usize> {
+    let mut series: Vec<Vec<usize>> = Vec::new();
+    let mut goes_on = false;
+    for (number, block) in blocks.iter().enumerate() {
+        let motions = &block.motions;
+        let Some(Motion { code: MotionCode::Cycle(_), .. }) = motions.first() else {
+            goes_on &= motions.is_empty() && block.motion_word.is_none();
+            continue;
+        };
+        let begins = motions.iter().any(|motion| matches!(motion.geometry, Way::Hole(hole) if hole.is_first));
+        let has_holes = |block: &usize| blocks[*block].motions.iter().any(is_hole);
+        match series.last_mut() {
+            Some(last) if goes_on && !(begins && last.iter().any(has_holes)) => last.push(number),
+            _ => series.push(vec![number]),
+        }
+        goes_on = true;
+    }
+    let can_be = |block: &usize| {
+        blocks[*block].motions.iter().all(|motion| {
+            !motion.is_lost()
+                && matches!(motion.code, MotionCode::Cycle(73 | 81 | 82 | 83 | 85 | 89))
+                && motion.modal.feed_mode != FeedMode::InverseTime
+                && !motion.words.iter().any(|word| matches!(word.letter, 'I' | 'J'))
+        })
+    };
+    series.into_iter().filter(|blocks| blocks.iter().all(can_be)).flatten().collect()
+}
+
+impl Kept {
+    /// Takes P and Q of the line of `motion`.
+    fn take(&mut self, content: &[u8], motion: &Motion) {
+        if matches!(motion.geometry, Way::Hole(Hole { is_first: true, .. })) {
+            *self = Kept::default();
+        }
+        let word = |letter| motion.words.iter().find(|word| word.letter == letter);
+        let text =
+            |word: &Word| String::from_utf8_lossy(&content[word.span.start + 1..word.span.end]).trim().to_owned();
+        self.dwell = word('P').map(|word| (text(word), motion.code.number())).or(self.dwell.take());
+        let peck = |word: &Word| (word.value * motion.modal.unit.mm(), text(word).contains('.'));
+        self.peck_mm = word('Q').map(peck).or(self.peck_mm);
+    }
+
+    /// The moves of one hole.
+    fn moves(&self, motion: &Motion, hole: &Hole, has_place: bool) -> Result<Vec<Move>, Refusal> {
+        let (clear, bottom) = (hole.clear.z, hole.bottom.z);
+        let mut moves = Vec::new();
+        if hole.over.z > hole.start.z {
+            moves.push(Move::Rapid(hole.over.z));
+        }
+        if has_place {
+            moves.push(Move::Over);
+        }
+        if hole.over.z > clear {
+            moves.push(Move::Rapid(clear));
+        }
+        let MotionCode::Cycle(code) = motion.code else { return Ok(moves) };
+        if let (73 | 83, Some((peck, has_point))) = (code, self.peck_mm) {
+            check_peck(motion, peck, has_point, clear - bottom)?;
+            // What is left of the hole's depth is measured by how many pecks are done: they do not add up.
+            for deep in (1..)
+                .map(|pecks| clear - f64::from(pecks) * peck)
+                .take_while(|deep| deep - bottom > NumberFormat::FINEST)
+            {
+                let above = deep + CLEARANCE_MM;
+                moves.push(Move::Feed(deep));
+                if code == 83 || above > clear {
+                    moves.push(Move::Rapid(clear));
+                }
+                if above < clear {
+                    moves.push(Move::Rapid(above));
+                }
+            }
+        }
+        moves.push(Move::Feed(bottom));
+        match &self.dwell {
+            Some((dwell, said_of)) if matches!(code, 82 | 89) || (matches!(code, 73 | 83) && *said_of == code) => {
+                moves.push(Move::Dwell(dwell.clone()));
+            }
+            _ => {}
+        }
+        match code {
+            85 | 89 => {
+                moves.push(Move::Feed(clear));
+                moves.extend((hole.back.z > clear).then_some(Move::Rapid(hole.back.z)));
+            }
+            _ => moves.push(Move::Rapid(hole.back.z)),
+        }
+        Ok(moves)
+    }
+}
+
+/// Refuses a peck that does not lead down, or that some controls read in thousandths.
+fn check_peck(motion: &Motion, peck: f64, has_point: bool, depth: f64) -> Result<(), Refusal> {
+    let word = motion.words.iter().find(|word| word.letter == 'Q');
+    let span = word.map_or(motion.span.clone(), |word| word.span.clone());
+    if peck <= 0.0 || depth / peck > MOST_PECKS || (peck > depth && !has_point) {
+        return Err(Refusal::new(span, Fault::Peck { depth_mm: depth }));
+    }
+    Ok(())
+}
+
+/// How far above the last depth the feed begins again, mm: 0.01 inch, as LinuxCNC has it.
+const CLEARANCE_MM: f64 = 0.254;
+
+/// The number after Z that leads from the height `from` to `to`.
+fn number(motion: &Motion, from: f64, to: f64) -> String {
+    let zero = match motion.modal.distance {
+        Distance::Absolute => motion.origin.z,
+        Distance::Incremental => from,
+    };
+    shortest((to - zero) / motion.modal.unit.mm(), 1)
+}
+
+fn is_hole(motion: &Motion) -> bool {
+    matches!(motion.geometry, Way::Hole(_))
+}
+
+/// Words that only a cycle has a use for, and its coordinates.
+fn of_cycle(word: &Word) -> bool {
+    let code = || word.tenths().is_some_and(|tenths| matches!(tenths, 730 | 810 | 820 | 830 | 850 | 890));
+    matches!(word.letter, 'X' | 'Y' | 'Z' | 'R' | 'P' | 'Q' | 'L' | 'K') || (word.letter == 'G' && code())
+}

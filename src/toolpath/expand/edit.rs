@@ -1,0 +1,213 @@
+//! Changing words of a line and nothing else of it.
+
+use crate::toolpath::{
+    model::gcode::{MotionCode, Word},
+    read::gcode::{Style, is_axis_word},
+};
+
+/// What becomes of one word.
+#[derive(Clone, Debug, Default)]
+struct Slot {
+    before: Vec<String>,
+    text: Option<String>,
+    after: Vec<String>,
+}
+
+/// A line being edited. Blanks and comments between the words stay where they are.
+#[derive(Clone, Debug)]
+pub(crate) struct LineEdit<'a> {
+    content: &'a [u8],
+    words: &'a [Word],
+    style: Style,
+    slots: Vec<Slot>,
+}
+
+impl<'a> LineEdit<'a> {
+    /// The line `content` with its `words`, unchanged so far.
+    pub fn new(content: &'a [u8], words: &'a [Word], style: Style) -> LineEdit<'a> {
+        let text = |word: &Word| String::from_utf8_lossy(&content[word.span.clone()]).into_owned();
+        let slots = words.iter().map(|word| Slot { text: Some(text(word)), ..Slot::default() }).collect();
+        LineEdit { content, words, style: style.on_line(content, words), slots }
+    }
+
+    /// The style new words on this line are written in.
+    pub fn style(&self) -> Style {
+        self.style
+    }
+
+    /// Index of the first word for which `test` holds.
+    pub fn find(&self, test: impl Fn(&Word) -> bool) -> Option<usize> {
+        self.words.iter().position(test)
+    }
+
+    /// Puts `number` in the place of the number of word `index`.
+    pub fn set_number(&mut self, index: usize, number: &str) {
+        let word = &self.words[index];
+        if let Some(text) = &mut self.slots[index].text {
+            let number = if is_axis_word(word) || is_rotary_word(word) {
+                self.style.numbers.write(number)
+            } else {
+                number.to_owned()
+            };
+            let end = text.len() - usize::from(word.around[1]);
+            text.replace_range(usize::from(word.around[0])..end, &number);
+        }
+    }
+
+    /// Takes word `index` out, with the blanks before it, and returns its text.
+    pub fn remove(&mut self, index: usize) -> Option<String> {
+        self.slots[index].text.take()
+    }
+
+    /// Puts `text` in the place of word `index`.
+    pub fn put(&mut self, index: usize, text: String) {
+        self.slots[index].text = Some(text);
+    }
+
+    /// Adds an axis word (0 = X, 1 = Y, 2 = Z) that the line does not have: next to the other axis words in the
+    /// order X Y Z; or else behind the motion word; or else where the arc words are.
+    pub fn add_axis(&mut self, axis: usize, number: &str) {
+        const LETTERS: [char; 3] = ['X', 'Y', 'Z'];
+        let text = self.style.axis(axis, number);
+        let place = |letter: char| self.find(|word| word.letter == letter);
+        let lower = LETTERS[..axis].iter().rev().find_map(|letter| place(*letter));
+        let higher = LETTERS[axis + 1..].iter().find_map(|letter| place(*letter));
+        let motion = || self.find(is_motion_word);
+        match (lower, higher) {
+            (Some(index), _) => self.slots[index].after.push(text),
+            (None, Some(index)) => self.slots[index].before.push(text),
+            (None, None) => match (motion(), self.find(is_arc_word)) {
+                (Some(index), _) => self.slots[index].after.push(text),
+                (None, Some(index)) => self.slots[index].before.push(text),
+                (None, None) => self.slots.last_mut().into_iter().for_each(|s| s.after.push(text.clone())),
+            },
+        }
+    }
+
+    /// Puts the angle of a rotary axis in its word, or adds the word behind the last of an axis.
+    pub fn put_turn(&mut self, letter: char, number: &str) {
+        match self.find(|word| word.letter == letter) {
+            Some(index) => self.set_number(index, number),
+            None => {
+                let text = self.style.coordinate(letter, number);
+                let last = self.words.iter().rposition(|word| is_axis_word(word) || is_rotary_word(word));
+                if let Some(slot) = self.slots.get_mut(last.unwrap_or_default()) {
+                    slot.after.push(text);
+                }
+            }
+        }
+    }
+
+    /// Adds a word behind the last of X, Y, Z and R.
+    pub fn add_last(&mut self, letter: char, number: &str) {
+        let text = self.style.word(letter, number);
+        let last = self.words.iter().rposition(|word| is_axis_word(word) || word.letter == 'R');
+        if let Some(slot) = self.slots.get_mut(last.unwrap_or_default()) {
+            slot.after.push(text);
+        }
+    }
+
+    /// Puts the number of an arc word in its word, or adds the word: in the order I J K, or else behind the axis words.
+    pub fn put_arc(&mut self, letter: char, number: &str) {
+        let text = self.style.word(letter, number);
+        let of = |letters: &[char]| self.find(|word| letters.contains(&word.letter));
+        let place = (of(&[letter]), of(if letter == 'K' { &['I', 'J'] } else { &['I'] }), of(&['J', 'K']));
+        match place {
+            (Some(index), ..) => self.set_number(index, number),
+            (None, Some(index), _) if letter != 'I' => self.slots[index].after.push(text),
+            (None, _, Some(index)) if letter != 'K' => self.slots[index].before.push(text),
+            _ => self.add_last(letter, number),
+        }
+    }
+
+    /// Makes the line's motion word `code`, adding one before the coordinates if the line has none.
+    pub fn set_motion(&mut self, code: MotionCode) {
+        let text = self.style.motion(code);
+        if let Some(index) = self.find(|word| is_motion_word(word) && word.asks.is_some()) {
+            self.slots[index].text = Some(text);
+        } else if let Some(index) = self.find(is_motion_word) {
+            self.set_number(index, &text[1..]);
+        } else if let Some(index) = self.find(|word| is_axis_word(word) || is_arc_word(word)) {
+            self.slots[index].before.insert(0, text);
+        }
+    }
+
+    /// The edited line.
+    pub fn render(self) -> Vec<u8> {
+        let mut out = Vec::with_capacity(self.content.len() + 16);
+        let mut from = 0;
+        for (word, slot) in self.words.iter().zip(self.slots) {
+            let gap = &self.content[from..word.span.start];
+            let texts: Vec<String> = slot.before.into_iter().chain(slot.text).chain(slot.after).collect();
+            let kept = if texts.is_empty() { gap.trim_ascii_end() } else { gap };
+            out.extend_from_slice(kept);
+            out.extend_from_slice(texts.join(self.style.separator()).as_bytes());
+            from = word.span.end;
+        }
+        out.extend_from_slice(&self.content[from..]);
+        out
+    }
+}
+
+/// G0, G1, G2 or G3.
+fn is_motion_word(word: &Word) -> bool {
+    word.letter == 'G' && matches!(word.tenths(), Some(0 | 10 | 20 | 30))
+}
+
+/// A, B or C.
+fn is_rotary_word(word: &Word) -> bool {
+    matches!(word.letter, 'A' | 'B' | 'C')
+}
+
+/// I, J, K or R, or Heidenhain's DR.
+pub(crate) fn is_arc_word(word: &Word) -> bool {
+    matches!(word.letter, 'I' | 'J' | 'K' | 'R' | Word::SENSE)
+}
+
+/// Words that P and Q may belong to.
+pub(crate) fn takes_parameters(word: &Word) -> bool {
+    word.letter == 'M' || (word.letter == 'G' && matches!(word.tenths(), Some(40 | 610 | 611 | 640)))
+}
+
+/// M words that a controller runs after the motion of their block.
+pub(crate) fn acts_at_end(word: &Word) -> bool {
+    word.letter == 'M' && matches!(word.whole(), Ok(0 | 1 | 2 | 5 | 9 | 30 | 60))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::toolpath::Turn;
+    use crate::toolpath::{model::gcode::dialect::Dialect, read::gcode::lex};
+
+    fn edit(line: &str, change: impl Fn(&mut LineEdit)) -> String {
+        let words = lex::words(&line.replace("(c)", "   ")).unwrap();
+        let mut edit = LineEdit::new(line.as_bytes(), &words, Style::plain(Dialect::Iso));
+        change(&mut edit);
+        String::from_utf8(edit.render()).unwrap()
+    }
+
+    #[test]
+    fn words_are_added_in_the_style_of_the_line() {
+        assert_eq!(edit("G1 X1 Z3  (c)", |e| e.add_axis(1, "2.0")), "G1 X1 Y2.0 Z3  (c)");
+        assert_eq!(edit("g01y3f5", |e| e.add_axis(0, "2.0")), "g01x2.0y3f5");
+        assert_eq!(edit("N5 Z1", |e| e.set_motion(MotionCode::Line)), "N5 G1 Z1");
+        assert_eq!(edit("\tG02X1 F9", |e| e.set_motion(MotionCode::Line)), "\tG01X1 F9");
+    }
+
+    #[test]
+    fn arc_words_give_way() {
+        let to_line = |e: &mut LineEdit| {
+            while let Some(index) = (0..e.words.len()).find(|&i| is_arc_word(&e.words[i]) && e.slots[i].text.is_some())
+            {
+                e.remove(index);
+            }
+            e.add_axis(0, "7.5");
+            e.set_motion(MotionCode::Line);
+        };
+        assert_eq!(edit("N1 G3 (c) I5 J0 F9 ", to_line), "N1 G1 X7.5 (c) F9 ");
+        assert_eq!(edit("I5J0", to_line), "G1X7.5");
+        let back = |e: &mut LineEdit| e.set_motion(MotionCode::Arc(Turn::Clockwise));
+        assert_eq!(edit("X1 Y2 I3", back), "G2 X1 Y2 I3");
+    }
+}

@@ -1,0 +1,189 @@
+//! Heidenhain's drilling (CYCL DEF 200) and reaming (201) written out as the moves they make where CYCL CALL or M99 calls them.
+
+use std::collections::BTreeMap;
+
+use crate::toolpath::{
+    model::{NumberFormat, plain},
+    read::gcode::{
+        dialect::{block_numbers, scan::Scan},
+        lines::{self, Lines},
+    },
+};
+
+/// The most pecks of a hole.
+const MOST_PECKS: f64 = 10_000.0;
+
+/// The cycle of the last CYCL DEF.
+struct Cycle {
+    /// What stands after each Q.
+    q: BTreeMap<u32, f64>,
+    is_reaming: bool,
+}
+
+/// `source` with its cycles written out, and the line, from 0, that each line comes from; `None` where one of them cannot be, or there is
+/// none.
+pub(crate) fn written_out(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
+    let lines = Lines::of(source);
+    let (mut out, mut origins) = (Vec::with_capacity(source.len()), Vec::new());
+    let (mut cycle, mut feed, mut is_changed) = (None, None, false);
+    let mut line = 0;
+    while line < lines.len() {
+        let content = &source[lines.content(line)];
+        let ending = match &source[lines.ending(line)] {
+            [] => b"\n",
+            own => own,
+        };
+        let start = block_numbers::number(content).map_or_else(|| lines::prefix(content), |(range, _)| range.end);
+        let prefix = &content[..start];
+        let code = Scan::new(content, start);
+        let text = code.upper(start..code.line.len()).trim().to_owned();
+        let mut put = |text: &[u8]| {
+            out.extend_from_slice(text);
+            out.extend_from_slice(ending);
+            origins.push(line);
+        };
+        let block = |text: &str| [prefix, if prefix.is_empty() { b"" } else { b" " }, text.as_bytes()].concat();
+        let words: Vec<&str> = text.split_whitespace().collect();
+        let (mut last, mut calls) = (line, false);
+        match words[..] {
+            ["CYCL", "DEF", number, ..] if matches!(number, "200" | "201") => {
+                last = last_of_definition(source, &lines, line);
+                cycle = Some(Cycle::read(source, &lines, line..last + 1, number == "201")?);
+                put(&block(&format!("; CYCL DEF {number}, written out where it is called")));
+                is_changed = true;
+            }
+            ["CYCL", "CALL", ref rest @ ..] => {
+                let is_m = |word: &&str| word.strip_prefix('M').is_some_and(|number| number.parse::<u32>().is_ok());
+                if !rest.iter().all(is_m) {
+                    return None;
+                }
+                if !rest.is_empty() {
+                    put(&block(&rest.join(" ")));
+                }
+                calls = true;
+            }
+            _ => {
+                if words.contains(&"M89") || (words[..].starts_with(&["TOOL", "CALL"]) && is_across(&words)) {
+                    return None;
+                }
+                calls = words.contains(&"M99");
+                let moved = if calls { without_m99(content, start, code.line.len())? } else { content.to_vec() };
+                put(&moved);
+                feed = feed_of(&words).or(feed);
+            }
+        }
+        if calls {
+            for text in cycle.as_ref()?.moves(feed.as_deref())? {
+                put(&block(&text));
+            }
+            is_changed = true;
+        }
+        line = last + 1;
+    }
+    // The number of lines may be as it was, and that of a block then stand twice.
+    is_changed.then(|| (block_numbers::rising(b"", out), origins))
+}
+
+/// The last line of the CYCL DEF that begins in `line`: `~` goes on in the next, and so does a line with Q and no number.
+fn last_of_definition(source: &[u8], lines: &Lines, line: usize) -> usize {
+    let goes_on = |line: usize| source[lines.content(line)].trim_ascii_end().ends_with(b"~");
+    let is_value = |line: usize| source[lines.content(line)].trim_ascii_start().first() == Some(&b'Q');
+    (line..lines.len()).take_while(|next| *next == line || goes_on(next - 1) || is_value(*next)).last().unwrap_or(line)
+}
+
+/// The text of a line without M99, which is a word of its own.
+fn without_m99(content: &[u8], start: usize, end: usize) -> Option<Vec<u8>> {
+    let at = (start..end.checked_sub(2)?).find(|at| {
+        content[*at..*at + 3].eq_ignore_ascii_case(b"M99")
+            && content[..*at].last().is_some_and(|byte| lines::is_blank(*byte))
+            && content.get(*at + 3).is_none_or(|byte| !byte.is_ascii_alphanumeric())
+    })?;
+    let before = content[..at].trim_ascii_end();
+    Some([before, &content[at + 3..]].concat())
+}
+
+/// Whether the axis of the tool is none of Z.
+fn is_across(words: &[&str]) -> bool {
+    words.iter().any(|word| matches!(*word, "X" | "Y" | "U" | "V" | "W"))
+}
+
+/// The feed in force behind a block, as a word.
+fn feed_of(words: &[&str]) -> Option<String> {
+    let is_feed =
+        |word: &&&str| word.strip_prefix('F').is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()));
+    let word = words.iter().find(is_feed);
+    match words.first() {
+        Some(&"TOOL") => word.map(|_| "F AUTO".into()),
+        _ => word.map(|word| (*word).to_owned()),
+    }
+}
+
+impl Cycle {
+    fn read(source: &[u8], lines: &Lines, range: std::ops::Range<usize>, is_reaming: bool) -> Option<Cycle> {
+        let mut q = BTreeMap::new();
+        for line in range {
+            let scan = Scan::new(&source[lines.content(line)], 0);
+            let code = scan.upper(0..scan.line.len());
+            for (at, _) in code.match_indices('Q') {
+                let Some((number, value)) = code[at + 1..].split_once('=') else { continue };
+                let Ok(number) = number.trim().parse::<u32>() else { continue };
+                let mut value = Scan::new(value.trim_start().as_bytes(), 0);
+                q.insert(number, value.number().ok()??.0);
+                if value.next().is_some_and(|byte| !matches!(byte, b'Q' | b'~')) {
+                    return None;
+                }
+            }
+        }
+        let known: &[u32] = match is_reaming {
+            true => &[200, 201, 203, 204, 206, 208, 211],
+            false => &[200, 201, 202, 203, 204, 206, 210, 211, 395],
+        };
+        let needed: &[u32] = if is_reaming { &[200, 201, 203, 206] } else { &[200, 201, 202, 203, 206] };
+        let is_known =
+            q.keys().all(|number| known.contains(number)) && needed.iter().all(|number| q.contains_key(number));
+        (is_known && q.get(&395).is_none_or(|depth| *depth == 0.0)).then_some(Cycle { q, is_reaming })
+    }
+
+    /// The blocks that drill one hole where the tool is; `feed` is in force before and behind it.
+    fn moves(&self, feed: Option<&str>) -> Option<Vec<String>> {
+        let q = |number: u32| self.q.get(&number).copied().unwrap_or(0.0);
+        let (set_up, depth, surface, plunge) = (q(200), -q(201), q(203), q(206));
+        let (clear, bottom) = (surface + set_up, surface - depth);
+        if depth <= 0.0 || set_up <= 0.0 || plunge <= 0.0 {
+            return None;
+        }
+        let peck = if self.is_reaming { depth } else { q(202) };
+        if peck <= 0.0 || depth / peck > MOST_PECKS {
+            return None;
+        }
+        let rapid = |z: f64| format!("L Z{} R0 FMAX", signed(z));
+        let fed = |z: f64, feed: f64| format!("L Z{} R0 F{}", signed(z), plain(feed));
+        let dwell = |seconds: f64| {
+            let blocks = ["CYCL DEF 9.0 DWELL TIME".to_owned(), format!("CYCL DEF 9.1 DWELL {}", plain(seconds))];
+            blocks.into_iter().filter(move |_| seconds > 0.0)
+        };
+        let mut moves = vec![rapid(clear)];
+        let pecks = (1..).map(|pecks| surface - f64::from(pecks) * peck);
+        for deep in pecks.take_while(|deep| deep - bottom > NumberFormat::FINEST) {
+            moves.extend([fed(deep, plunge), rapid(clear)]);
+            moves.extend(dwell(q(210)));
+            moves.push(rapid(deep + set_up));
+        }
+        moves.push(fed(bottom, plunge));
+        moves.extend(dwell(q(211)));
+        let second = surface + q(204);
+        if self.is_reaming {
+            moves.push(fed(clear, if q(208) > 0.0 { q(208) } else { plunge }));
+            moves.extend((second > clear).then(|| rapid(second)));
+        } else {
+            moves.push(rapid(clear.max(second)));
+        }
+        moves.extend(feed.map(|feed| format!("L {feed}")));
+        Some(moves)
+    }
+}
+
+fn signed(value: f64) -> String {
+    let text = plain(value);
+    if text.starts_with('-') { text } else { format!("+{text}") }
+}

@@ -1,0 +1,205 @@
+//! One line of a program with macros: what steers the flow, what is assigned, and words with their values.
+
+use std::ops::Range;
+
+use crate::toolpath::{
+    expand::{expression::Reader, variables::Variables},
+    model::gcode::{Contradiction, Dialect, Fault, MacroFault},
+    read::gcode::lines,
+};
+
+/// A line as it is steered by.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct SourceLine {
+    pub bytes: Vec<u8>,
+    /// Its code in capitals, without comments, the same bytes long; nothing if it is no code.
+    pub code: String,
+    /// The name after a leading O: `100` or `<NAME>`.
+    pub o_name: Option<String>,
+    /// The number after a leading N.
+    pub n_number: Option<u32>,
+    /// Where its code begins behind the block-delete mark, N and the O name.
+    pub begin: usize,
+}
+
+impl SourceLine {
+    pub fn new(bytes: &[u8]) -> SourceLine {
+        let code = code(bytes);
+        let mut line = SourceLine { bytes: bytes.to_vec(), code, o_name: None, n_number: None, begin: 0 };
+        let text = line.code.as_bytes();
+        let mut at = text.iter().take_while(|b| **b == b' ').count();
+        if text.get(at) == Some(&b'/') {
+            at += 1 + text[at + 1..].iter().take_while(|b| **b == b' ' || b.is_ascii_digit()).count();
+        }
+        let digits = |from: usize| text[from..].iter().take_while(|b| b.is_ascii_digit()).count();
+        let blanks = |from: usize| text[from..].iter().take_while(|b| **b == b' ').count();
+        if text.get(at) == Some(&b'N') && digits(at + 1) > 0 {
+            let end = at + 1 + digits(at + 1);
+            line.n_number = line.code[at + 1..end].parse().ok();
+            at = end + blanks(end);
+        }
+        if matches!(text.get(at), Some(b'O' | b':')) {
+            let length = match text.get(at + 1) {
+                Some(b'<') => text[at..].iter().position(|b| *b == b'>').unwrap_or(0),
+                _ => digits(at + 1),
+            };
+            if length > 0 {
+                let end = at + 1 + length;
+                let name = line.code[at + 1..end].replace(' ', "");
+                line.o_name = Some(name.parse::<u32>().map_or(name, |number| number.to_string()));
+                at = end + blanks(end);
+            }
+        }
+        line.begin = at.min(line.code.len());
+        line
+    }
+
+    /// The code behind the block-delete mark, N and the O name.
+    pub fn rest(&self) -> &str {
+        self.code[self.begin..].trim()
+    }
+
+    /// The word of letters that the rest begins with: `SUB`, `WHILE`.
+    pub fn keyword(&self) -> &str {
+        let rest = self.rest();
+        &rest[..rest.bytes().take_while(u8::is_ascii_alphabetic).count()]
+    }
+
+    /// Whether it only says which program begins.
+    pub fn begins_program(&self) -> bool {
+        self.o_name.is_some() && self.rest().is_empty()
+    }
+
+    /// The words of a line that assigns nothing: each letter with its number, evaluated, and the bytes they stand in; `None` is
+    /// Fanuc's null.
+    pub fn words(&self, variables: &Variables) -> Result<Vec<CalledWord>, (usize, Fault)> {
+        let text = self.code.as_bytes();
+        let (mut words, mut at) = (Vec::new(), self.begin);
+        while at < text.len() {
+            match text[at] {
+                b' ' => at += 1,
+                letter if letter.is_ascii_alphabetic() => {
+                    let mut reader = Reader::new(&self.code, at + 1, variables);
+                    let value = reader.value().map_err(|fault| (at, fault))?;
+                    words.push(CalledWord { letter: char::from(letter), value, span: at..reader.at });
+                    at = reader.at;
+                }
+                _ => return Err((at, Fault::Character)),
+            }
+        }
+        Ok(words)
+    }
+
+    /// Whether it has a word of `letter` with one of these numbers, written plainly: `M98`, `M 098`, `G65`.
+    pub fn has(&self, letter: u8, numbers: &[f64]) -> bool {
+        (self.begin..self.code.len()).filter(|at| self.code.as_bytes()[*at] == letter).any(|at| {
+            let digits = self.code[at + 1..].trim_start();
+            let length = digits.bytes().take_while(|b| b.is_ascii_digit() || *b == b'.').count();
+            digits[..length].parse::<f64>().is_ok_and(|number| numbers.contains(&number))
+        })
+    }
+
+    /// Whether it is a % that opens or closes the program.
+    pub fn is_mark(&self) -> bool {
+        lines::first(&self.bytes) == Some(b'%')
+    }
+
+    /// Whether it has no code, not even a % or an O.
+    pub fn is_bare(&self) -> bool {
+        self.code.trim().is_empty() && !self.is_mark()
+    }
+
+    /// The line without `words`, which are in order, if any other word but N is left.
+    pub fn without(&self, words: &[CalledWord]) -> Option<SourceLine> {
+        let mut bytes = self.bytes.clone();
+        for word in words.iter().rev() {
+            let blanks = bytes[..word.span.start].iter().rev().take_while(|b| **b == b' ').count();
+            bytes.drain(word.span.start - blanks..word.span.end);
+        }
+        let rest = SourceLine::new(bytes.trim_ascii_end());
+        (!rest.rest().is_empty()).then_some(rest)
+    }
+}
+
+/// A word of a line that calls something.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct CalledWord {
+    pub letter: char,
+    pub value: Option<f64>,
+    pub span: Range<usize>,
+}
+
+/// The code of a line, as long as it is in bytes: comments and what is no ASCII are blanks.
+fn code(bytes: &[u8]) -> String {
+    let mut text = String::with_capacity(bytes.len());
+    if lines::first(bytes).is_some_and(|b| matches!(b, b'%' | b'$' | b'?' | b'!' | b'~')) {
+        return text;
+    }
+    while let Some(&byte) = bytes.get(text.len()) {
+        match byte {
+            b'(' => {
+                let at = text.len();
+                let length = lines::comment_length(bytes, at).unwrap_or(bytes.len() - at);
+                text.extend(std::iter::repeat_n(' ', length));
+            }
+            b';' => break,
+            b' '..=b'~' => text.push(char::from(byte.to_ascii_uppercase())),
+            _ => text.push(' '),
+        }
+    }
+    text
+}
+
+/// The bytes of the line with its values in place of expressions, without what it assigns, which is done.
+pub(crate) fn evaluated(line: &SourceLine, variables: &mut Variables) -> Result<Vec<u8>, (usize, Fault)> {
+    if !line.code.contains(['#', '[']) {
+        return Ok(line.bytes.clone());
+    }
+    let text = line.code.as_bytes();
+    let (mut out, mut from, mut at) = (Vec::new(), 0, line.begin);
+    let mut assigned = Vec::new();
+    while at < text.len() {
+        match text[at] {
+            b'#' => {
+                let mut reader = Reader::new(&line.code, at + 1, variables);
+                let assignment = reader.name().and_then(|name| match reader.takes("=") {
+                    true => reader.expression().map(|value| (name, value)),
+                    false => Err(Fault::Macro(MacroFault::Expression { expected: "= after a variable" })),
+                });
+                assigned.push(assignment.map_err(|fault| (at, fault))?);
+                out.extend_from_slice(&line.bytes[from..at]);
+                at = reader.at;
+                from = at;
+            }
+            b if b.is_ascii_alphabetic() => {
+                let mut reader = Reader::new(&line.code, at + 1, variables);
+                reader.skip_blanks();
+                let value_at = reader.at;
+                let value = reader.number().map_err(|fault| (at, fault))?;
+                if reader.has_rounded && variables.dialect != Dialect::LinuxCnc {
+                    return Err((at, Fault::Contradicts(Contradiction::Rounded)));
+                }
+                if text[value_at..reader.at].iter().any(|b| !matches!(b, b'0'..=b'9' | b'.' | b'+' | b'-' | b' ')) {
+                    out.extend_from_slice(&line.bytes[from..=at]);
+                    out.extend_from_slice(number(text[at], value).as_bytes());
+                    from = reader.at;
+                }
+                at = reader.at;
+            }
+            b' ' => at += 1,
+            _ => return Err((at, Fault::Character)),
+        }
+    }
+    out.extend_from_slice(&line.bytes[from..]);
+    for (name, value) in assigned {
+        variables.set(&name, value).map_err(|fault| (line.begin, fault))?;
+    }
+    Ok(out)
+}
+
+/// A value as a word has it: whole for words that must be, with a point for the others.
+fn number(letter: u8, value: f64) -> String {
+    let least = u8::from(!matches!(letter, b'G' | b'M' | b'N' | b'T' | b'H' | b'D' | b'O' | b'P' | b'L'));
+    let text = crate::toolpath::model::number::shortest(value, least);
+    if least == 0 { text.trim_end_matches('.').to_owned() } else { text }
+}

@@ -1,0 +1,167 @@
+//! Sinumerik's drilling cycles CYCLE81 and CYCLE82 written out as the moves they make, once or behind each block (MCALL).
+
+use crate::toolpath::{
+    model::{gcode::Word, plain},
+    read::gcode::{
+        Statement,
+        dialect::{scan::Scan, sinumerik},
+        lines::{self, Lines},
+    },
+};
+
+/// A hole where the tool is: heights as absolute coordinates.
+#[derive(Clone)]
+struct Hole {
+    retract: f64,
+    clear: f64,
+    bottom: f64,
+    dwell_s: f64,
+}
+
+/// What a line has to do with cycles.
+enum Line {
+    /// A hole here.
+    Hole(Hole),
+    /// A hole behind each block that moves from now on; `None` is no more.
+    Modal(Option<Hole>),
+    Other,
+}
+
+/// `source` with its cycles written out, and the line, from 0, that each line comes from; `None` where one of them cannot be, or there is
+/// none.
+pub(crate) fn written_out(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
+    let lines = Lines::of(source);
+    let (mut out, mut origins) = (Vec::with_capacity(source.len()), Vec::new());
+    let (mut modal, mut motion, mut is_changed, mut is_across) = (None, None, false, false);
+    for line in 0..lines.len() {
+        let content = &source[lines.content(line)];
+        let ending = match &source[lines.ending(line)] {
+            [] => b"\n",
+            own => own,
+        };
+        let mut put = |text: &[u8]| {
+            out.extend_from_slice(text);
+            out.extend_from_slice(ending);
+            origins.push(line);
+        };
+        let found = self::line(content)?;
+        let mut hole = None;
+        match &found {
+            Line::Other => {
+                put(content);
+                let words = words(content);
+                is_across |= words.iter().any(|word| is_g(word, &[18.0, 19.0]));
+                motion =
+                    words.iter().rev().find(|word| is_g(word, &[0.0, 1.0, 2.0, 3.0])).map(|word| word.value).or(motion);
+                let moves = words.iter().any(|word| matches!(word.letter, 'X' | 'Y' | 'Z'));
+                let leaves = words.iter().any(|word| is_g(word, &[74.0, 75.0]));
+                // Coordinates that may be no motion of the tool to where it drills.
+                let is_other =
+                    |word: &Word| (word.asks.is_some() && word.letter == 'G') || is_g(word, &[4.0, 53.0, 153.0]);
+                if modal.is_some() && (leaves || (moves && words.iter().any(is_other))) {
+                    return None;
+                }
+                if moves {
+                    hole.clone_from(&modal);
+                }
+            }
+            Line::Hole(own) => hole = Some(own.clone()),
+            Line::Modal(own) => {
+                modal.clone_from(own);
+                is_changed = true;
+            }
+        }
+        if !matches!(found, Line::Other) {
+            let comment = &content[Scan::new(content, 0).line.len()..];
+            if !comment.is_empty() {
+                put(comment);
+            }
+        }
+        let Some(hole) = hole else { continue };
+        if is_across {
+            return None;
+        }
+        is_changed = true;
+        let prefix = &content[..lines::prefix(content)];
+        hole.moves(motion).iter().for_each(|text| put(&[prefix, text.as_bytes()].concat()));
+    }
+    is_changed.then_some((out, origins))
+}
+
+/// The words of a line; none where it cannot be read, which reading it later says.
+fn words(content: &[u8]) -> Vec<Word> {
+    match sinumerik::statement(content) {
+        Ok(Statement::Words { words, .. }) => words,
+        _ => Vec::new(),
+    }
+}
+
+fn is_g(word: &Word, values: &[f64]) -> bool {
+    word.letter == 'G' && word.asks.is_none() && values.contains(&word.value)
+}
+
+/// What a line is; `None` for a cycle that cannot be written out.
+fn line(content: &[u8]) -> Option<Line> {
+    let mut scan = Scan::new(content, lines::prefix(content));
+    if matches!(scan.next(), Some(b'N' | b'n')) {
+        let mut number = scan;
+        number.at += 1;
+        if !number.run(|byte| byte.is_ascii_digit()).is_empty() {
+            scan = number;
+        }
+    }
+    scan.next();
+    let name = |scan: &mut Scan| {
+        let range = scan.run(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
+        scan.upper(range)
+    };
+    let mut first = name(&mut scan);
+    let is_modal = first == "MCALL";
+    if is_modal {
+        scan.next();
+        first = name(&mut scan);
+    }
+    match first.as_str() {
+        "" if is_modal && scan.peek().is_none() => Some(Line::Modal(None)),
+        "CYCLE81" | "CYCLE82" => {
+            let hole = Hole::of(&first, &scan.upper(scan.at..scan.line.len()))?;
+            Some(if is_modal { Line::Modal(Some(hole)) } else { Line::Hole(hole) })
+        }
+        _ if is_modal => None,
+        _ => Some(Line::Other),
+    }
+}
+
+impl Hole {
+    /// From `(RTP, RFP, SDIS, DP, DPR)`, of CYCLE82 with DTB behind them.
+    fn of(name: &str, arguments: &str) -> Option<Hole> {
+        let inner = arguments.trim().strip_prefix('(')?.strip_suffix(')')?;
+        let mut values = Vec::new();
+        for text in inner.split(',').map(str::trim) {
+            let value =
+                if text.is_empty() { None } else { Some(text.parse::<f64>().ok().filter(|value| value.is_finite())?) };
+            values.push(value);
+        }
+        let most = if name == "CYCLE82" { 6 } else { 5 };
+        if values.iter().skip(most).any(Option::is_some) {
+            return None;
+        }
+        let value = |at: usize| values.get(at).copied().flatten();
+        let (retract, reference, distance) = (value(0)?, value(1)?, value(2).unwrap_or(0.0).abs());
+        let clear = reference + distance;
+        // With both, the one from the reference plane counts.
+        let bottom = value(4).map(|depth| reference - depth.abs()).or(value(3))?;
+        let dwell_s = value(5).unwrap_or(0.0);
+        (retract >= clear && bottom < reference && dwell_s >= 0.0).then_some(Hole { retract, clear, bottom, dwell_s })
+    }
+
+    /// The lines that drill it; `motion` is the G word in force before and behind it.
+    fn moves(&self, motion: Option<f64>) -> Vec<String> {
+        let goes = |g: u32, z: f64| format!("G{g} Z=AC({})", plain(z));
+        let mut moves = vec![goes(0, self.clear), goes(1, self.bottom)];
+        moves.extend((self.dwell_s > 0.0).then(|| format!("G4 F{}", plain(self.dwell_s))));
+        moves.push(goes(0, self.retract));
+        moves.extend(motion.filter(|motion| *motion != 0.0).map(|motion| format!("G{motion}")));
+        moves
+    }
+}

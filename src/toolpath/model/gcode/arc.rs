@@ -1,0 +1,211 @@
+//! Circular and helical arcs: centre, sense and turns from the words of a block.
+
+use std::f64::consts::TAU;
+
+use nalgebra::Vector3;
+
+use crate::toolpath::model::{Plane, Turn, direction, gcode::ArcFault};
+
+/// How a program says where an arc's centre is, mm, in the order of the plane's two axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Centre {
+    /// From the start (G91.1).
+    FromStart([f64; 2]),
+    /// In the workpiece frame (G90.1).
+    At([f64; 2]),
+    /// The same, said by a line before it (Heidenhain's CC).
+    Pole([f64; 2]),
+    /// By the radius: positive for the shorter of the two arcs, negative for the longer.
+    Radius(f64),
+}
+
+/// An arc in a plane, with a linear motion along the plane's normal.
+///
+/// At t from 0 to 1 it is at the angle α + t·σ from the plane's first axis, σ negative for G2, at the distance
+/// r_0 + t (r_1 − r_0) from its centre. The two radii differ by what rounding in the program leaves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Arc {
+    plane: Plane,
+    centre: [f64; 2],
+    radii: [f64; 2],
+    start_angle_rad: f64,
+    sweep_rad: f64,
+    start: Vector3<f64>,
+    end: Vector3<f64>,
+}
+
+/// Below this distance, mm, the ends of an arc are the same point and the arc a full circle.
+const SAME_POINT_MM: f64 = 1e-9;
+
+impl Arc {
+    /// The arc from `start` to `end`, mm in the workpiece frame.
+    ///
+    /// # Errors
+    /// When no such arc exists. Radii may differ as LinuxCNC and the defaults of other controllers allow: by
+    /// 0.005 mm, or by 0.1 % of the radius up to 0.5 mm.
+    pub fn new(
+        plane: Plane,
+        turn: Turn,
+        start: Vector3<f64>,
+        end: Vector3<f64>,
+        centre: Centre,
+    ) -> Result<Arc, ArcFault> {
+        let [first, second, _] = plane.axes();
+        let from = [start[first], start[second]];
+        let to = [end[first], end[second]];
+        let centre = match centre {
+            Centre::At(centre) | Centre::Pole(centre) => centre,
+            Centre::FromStart(offset) => [from[0] + offset[0], from[1] + offset[1]],
+            Centre::Radius(radius) => centre_by_radius(from, to, radius, turn)?,
+        };
+        let arm = |p: [f64; 2]| [p[0] - centre[0], p[1] - centre[1]];
+        let radii = [arm(from), arm(to)].map(|[a, b]| a.hypot(b));
+        check_radii(radii)?;
+        let [start_angle_rad, end_angle_rad] = [arm(from), arm(to)].map(|[a, b]| b.atan2(a));
+        let full = (to[0] - from[0]).hypot(to[1] - from[1]) < SAME_POINT_MM;
+        let sweep_rad = sweep(if full { 0.0 } else { end_angle_rad - start_angle_rad }, turn);
+        Ok(Arc { plane, centre, radii, start_angle_rad, sweep_rad, start, end })
+    }
+
+    /// Position and unit tangent at `t`; exactly the programmed end at 1.
+    pub fn at(&self, t: f64) -> (Vector3<f64>, Vector3<f64>) {
+        let [first, second, normal] = self.plane.axes();
+        let (sin, cos) = (self.start_angle_rad + t * self.sweep_rad).sin_cos();
+        let widening = self.radii[1] - self.radii[0];
+        let radius = self.radii[0] + t * widening;
+        let rise = self.end[normal] - self.start[normal];
+        let mut position = self.end;
+        if t < 1.0 {
+            position[first] = self.centre[0] + radius * cos;
+            position[second] = self.centre[1] + radius * sin;
+            position[normal] = self.start[normal] + t * rise;
+        }
+        let mut velocity = Vector3::zeros();
+        velocity[first] = widening * cos - radius * self.sweep_rad * sin;
+        velocity[second] = widening * sin + radius * self.sweep_rad * cos;
+        velocity[normal] = rise;
+        (position, direction(velocity))
+    }
+
+    /// Length, mm; exact where the radii are equal.
+    pub fn length(&self) -> f64 {
+        let rise = self.end[self.plane.axes()[2]] - self.start[self.plane.axes()[2]];
+        let round = f64::midpoint(self.radii[0], self.radii[1]) * self.sweep_rad;
+        round.hypot(rise)
+    }
+
+    /// The larger of its radii, mm.
+    pub fn radius(&self) -> f64 {
+        self.radii[0].max(self.radii[1])
+    }
+
+    /// The angle it turns by, rad, negative for G2.
+    pub fn sweep_rad(&self) -> f64 {
+        self.sweep_rad
+    }
+}
+
+/// The angle from start to end, taken the way round that was asked for; a full turn if there is none.
+fn sweep(difference_rad: f64, turn: Turn) -> f64 {
+    let positive = difference_rad.rem_euclid(TAU);
+    match turn {
+        Turn::CounterClockwise if positive > 0.0 => positive,
+        Turn::CounterClockwise => TAU,
+        Turn::Clockwise => positive - TAU,
+    }
+}
+
+fn check_radii([start_mm, end_mm]: [f64; 2]) -> Result<(), ArcFault> {
+    if start_mm < SAME_POINT_MM {
+        return Err(ArcFault::NoRadius);
+    }
+    let difference = (start_mm - end_mm).abs();
+    if difference > 0.5 || (difference > 0.005 && difference > 1e-3 * start_mm) {
+        return Err(ArcFault::Radii { start_mm, end_mm });
+    }
+    Ok(())
+}
+
+/// The centre of the arc of a given radius: on the bisector of the chord, at √(r² − (c/2)²) from its middle; to the
+/// left of the motion for a short counter-clockwise arc.
+fn centre_by_radius(from: [f64; 2], to: [f64; 2], radius: f64, turn: Turn) -> Result<[f64; 2], ArcFault> {
+    let chord = [to[0] - from[0], to[1] - from[1]];
+    let chord_mm = chord[0].hypot(chord[1]);
+    if chord_mm < SAME_POINT_MM {
+        return Err(ArcFault::NoChord);
+    }
+    let half = chord_mm / 2.0;
+    if radius.abs() + 0.0025 < half {
+        return Err(ArcFault::TooShort { radius_mm: radius.abs(), chord_mm });
+    }
+    let height = (radius * radius - half * half).max(0.0).sqrt();
+    let left = (turn == Turn::CounterClockwise) == (radius > 0.0);
+    let side = if left { height } else { -height } / chord_mm;
+    Ok([f64::midpoint(from[0], to[0]) - side * chord[1], f64::midpoint(from[1], to[1]) + side * chord[0]])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::{FRAC_PI_2, PI};
+
+    fn arc(turn: Turn, end: [f64; 3], centre: Centre) -> Result<Arc, ArcFault> {
+        Arc::new(Plane::Xy, turn, Vector3::new(10.0, 0.0, 0.0), Vector3::from(end), centre)
+    }
+
+    #[test]
+    fn quarter_full_and_three_quarter_turns() {
+        let to_centre = Centre::FromStart([-10.0, 0.0]);
+        let quarter = arc(Turn::CounterClockwise, [0.0, 10.0, 0.0], to_centre).unwrap();
+        assert!((quarter.sweep_rad() - FRAC_PI_2).abs() < 1e-15);
+        let rest = arc(Turn::Clockwise, [0.0, 10.0, 0.0], to_centre).unwrap();
+        assert!((rest.sweep_rad() + 1.5 * PI).abs() < 1e-15);
+        for (turn, sign) in [(Turn::Clockwise, -1.0), (Turn::CounterClockwise, 1.0)] {
+            let full = arc(turn, [10.0, 0.0, 3.0], to_centre).unwrap();
+            assert!((full.sweep_rad() - sign * TAU).abs() < 1e-15);
+            assert!((full.length() - (20.0 * PI).hypot(3.0)).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn radius_form_takes_the_short_arc_or_the_long_one() {
+        for (turn, radius, sweep) in [
+            (Turn::CounterClockwise, 10.0, FRAC_PI_2),
+            (Turn::CounterClockwise, -10.0, 1.5 * PI),
+            (Turn::Clockwise, 10.0, -FRAC_PI_2),
+            (Turn::Clockwise, -10.0, -1.5 * PI),
+        ] {
+            let arc = arc(turn, [0.0, 10.0, 0.0], Centre::Radius(radius)).unwrap();
+            assert!((arc.sweep_rad() - sweep).abs() < 1e-12, "{turn:?} {radius}: {}", arc.sweep_rad());
+        }
+        // A chord a little over two radii is a semicircle.
+        let half = arc(Turn::Clockwise, [-10.0, 0.0, 0.0], Centre::Radius(9.998)).unwrap();
+        assert!((half.sweep_rad() + PI).abs() < 1e-12);
+    }
+
+    #[test]
+    fn arcs_that_cannot_be_are_refused() {
+        let refusal = |end, centre| arc(Turn::Clockwise, end, centre).unwrap_err();
+        assert_eq!(refusal([0.0, 10.0, 0.0], Centre::FromStart([0.0, 0.0])), ArcFault::NoRadius);
+        assert_eq!(refusal([10.0, 0.0, 0.0], Centre::Radius(5.0)), ArcFault::NoChord);
+        assert!(matches!(refusal([0.0, 9.0, 0.0], Centre::At([0.0, 0.0])), ArcFault::Radii { .. }));
+        assert!(matches!(refusal([-10.0, 0.0, 0.0], Centre::Radius(9.0)), ArcFault::TooShort { .. }));
+    }
+
+    #[test]
+    fn tangent_is_the_derivative_of_position() {
+        let helix = Arc::new(
+            Plane::Zx,
+            Turn::Clockwise,
+            Vector3::new(0.0, 1.0, 5.0),
+            Vector3::new(5.0, 4.0, 0.003),
+            Centre::At([0.0, 0.0]),
+        )
+        .unwrap();
+        for t in [0.0, 0.3, 0.7, 0.99] {
+            let h = 1e-6;
+            let numeric = direction(helix.at(t + h).0 - helix.at(t - h).0);
+            assert!((numeric - helix.at(t).1).norm() < 1e-8);
+        }
+    }
+}

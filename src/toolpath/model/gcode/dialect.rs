@@ -1,0 +1,66 @@
+//! The dialects of G-code.
+
+use serde::Deserialize;
+
+/// The language of a control.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Dialect {
+    /// ISO code, as far as Fanuc, Haas, LinuxCNC and Grbl read it alike.
+    #[default]
+    Iso,
+    /// ISO code of Fanuc.
+    Fanuc,
+    /// ISO code of Haas.
+    Haas,
+    /// ISO code of LinuxCNC, whose work offsets Grbl sets alike.
+    #[serde(rename = "linuxcnc")]
+    LinuxCnc,
+    /// Siemens Sinumerik 840D and its kin.
+    Sinumerik,
+    /// Heidenhain's conversational language (Klartext).
+    Heidenhain,
+}
+
+impl Dialect {
+    /// All of them.
+    pub const ALL: [Dialect; 6] =
+        [Dialect::Iso, Dialect::Fanuc, Dialect::Haas, Dialect::LinuxCnc, Dialect::Sinumerik, Dialect::Heidenhain];
+
+    /// Whether it is ISO code, of whatever control.
+    #[must_use]
+    pub fn is_iso(self) -> bool {
+        !matches!(self, Dialect::Sinumerik | Dialect::Heidenhain)
+    }
+
+    /// Its name in files and on the command line.
+    #[must_use]
+    pub fn label(self) -> &'static str {
+        match self {
+            Dialect::Iso => "iso",
+            Dialect::Fanuc => "fanuc",
+            Dialect::Haas => "haas",
+            Dialect::LinuxCnc => "linuxcnc",
+            Dialect::Sinumerik => "sinumerik",
+            Dialect::Heidenhain => "heidenhain",
+        }
+    }
+
+    /// Its name in sentences.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Dialect::Iso => "ISO",
+            Dialect::Fanuc => "Fanuc",
+            Dialect::Haas => "Haas",
+            Dialect::LinuxCnc => "LinuxCNC",
+            Dialect::Sinumerik => "Sinumerik",
+            Dialect::Heidenhain => "Heidenhain",
+        }
+    }
+
+    /// What messages end with; nothing for ISO.
+    pub(crate) fn read_as(self) -> String {
+        if self == Dialect::Iso { String::new() } else { format!(" (read as {})", self.name()) }
+    }
+}

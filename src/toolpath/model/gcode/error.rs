@@ -1,0 +1,321 @@
+//! What can be wrong with a program, said so that the line can be found and mended.
+
+use thiserror::Error;
+
+use crate::toolpath::model::{
+    MAX_COORDINATE_MM,
+    gcode::{ArcFault, Contradiction, Dialect, Foreign, MacroFault, Unsupported, WorkOffset},
+};
+
+/// A program that cannot be followed: where, at which word, why, and what was expected.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("{file}:{line}:{column}: `{found}`: {fault}{}", dialect.read_as())]
+pub struct GcodeError {
+    /// The program's name as given.
+    pub file: String,
+    /// Line in the file, from 1.
+    pub line: usize,
+    /// Character in the line, from 1.
+    pub column: usize,
+    /// The text the fault is about.
+    pub found: String,
+    /// What is wrong with it and what was expected.
+    pub fault: Fault,
+    /// The dialect it was read as.
+    pub dialect: Dialect,
+}
+
+impl GcodeError {
+    /// The same, of a program that was read as `dialect`.
+    pub(crate) fn read_as(self, dialect: Dialect) -> GcodeError {
+        GcodeError { dialect, ..self }
+    }
+}
+
+/// What is wrong with a word or a line. The text says what was expected.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum Fault {
+    /// A character no word can hold.
+    #[error("unexpected character; expected words such as X10.5, or a comment in ( ) or after ;")]
+    Character,
+    /// Words of another language than ISO code.
+    #[error(
+        "not ISO code but another language, such as Sinumerik's or Heidenhain's; expected words such as X10.5, or --dialect, which says what it is"
+    )]
+    Language,
+    /// What another dialect has and what is not followed of it.
+    #[error("{0}")]
+    Foreign(Foreign),
+    /// A program of another dialect that is to be written out.
+    #[error(
+        "only ISO programs and some drilling cycles of others are written out; expected CYCLE81 or CYCLE82, CYCL DEF 200 or 201 and no other, or \
+         no --expand"
+    )]
+    NotWrittenOut,
+    /// A variable, an expression or an assignment.
+    #[error(
+        "variables and expressions are not read; expected plain numbers, or expand in [gcode] of the process file (--expand), which \
+         writes it out"
+    )]
+    Variable,
+    /// A line checksum, which a changed line would break.
+    #[error("line checksums are not supported; expected the line without `*` and the number after it")]
+    Checksum,
+    /// A comment that is opened and not closed on its line.
+    #[error("comment is not closed; expected `)` on the same line")]
+    OpenComment,
+    /// Something that is no word.
+    #[error("not a word; expected a letter followed by a number, such as X10.5")]
+    NotAWord,
+    /// More digits than a coordinate can hold exactly.
+    #[error("number has {digits} digits in a row; expected at most {most}", most = Fault::MAX_DIGITS)]
+    TooManyDigits {
+        /// How many there are.
+        digits: usize,
+    },
+    /// A feature of the language this program cannot follow.
+    #[error("{0}")]
+    Unsupported(Unsupported),
+    /// A word that controls read in ways that contradict.
+    #[error(
+        "{0}; expected dialect = \"fanuc\", \"haas\" or \"linuxcnc\" in [gcode] of the process file (--dialect), which says whose it is"
+    )]
+    Contradicts(Contradiction),
+    /// M72 without M70.
+    #[error("restores modes where none are kept; expected M70 or M73 before it, in the same program or subprogram")]
+    NothingKept,
+    /// Another word on the line of M70 to M73.
+    #[error("on a line with M{code}, which keeps or restores modes; expected M{code} on a line of its own")]
+    BesideKept {
+        /// The number after M.
+        code: u32,
+    },
+    /// A word whose number must be whole.
+    #[error("expected a whole number after {letter}")]
+    NotWhole {
+        /// The word's letter.
+        letter: char,
+    },
+    /// The same letter twice on one line.
+    #[error("second {letter} word on the line; expected one")]
+    Repeated {
+        /// The letter.
+        letter: char,
+    },
+    /// Two words of one modal group on one line.
+    #[error("contradicts {other} on the same line; expected one of them")]
+    Conflict {
+        /// The word before it.
+        other: String,
+    },
+    /// A coordinate, but no motion in force.
+    #[error("coordinate without a motion; expected G0, G1, G2, G3 or a cycle on this line or before it")]
+    NoMotion,
+    /// A coordinate on a line whose G word does not move to it.
+    #[error("coordinate on a line with {word}, which is no motion to it; expected it on a line of its own")]
+    NotACoordinate {
+        /// The word that claims the line.
+        word: &'static str,
+    },
+    /// G92 or G10 L20 at a place that is not known any more.
+    #[error(
+        "sets the origin where {axis} is not known{since}; expected a move to a position before it, or start_mm in [gcode]"
+    )]
+    OriginAtUnknown {
+        /// X, Y or Z.
+        axis: &'static str,
+        /// Why it is not known: " after line 12", or nothing.
+        since: String,
+    },
+    /// G52 and G92 together.
+    #[error("G52 and G92 in force together mean different things to different controls; expected one of them")]
+    LocalAndShift,
+    /// A G10 whose meaning is not known.
+    #[error("this G10 is not read; expected L2 or L20 with P and coordinates in G90, or data of tools")]
+    Data,
+    /// A, B or C that does not stand still.
+    #[error(
+        "turns {letter}, which stood at {from}; expected rotary axes that keep one value, or [[gcode.rotary]] in the process file, which \
+         says what {letter} turns"
+    )]
+    Rotary {
+        /// A, B or C.
+        letter: char,
+        /// Where it stood, as the program says.
+        from: f64,
+    },
+    /// A zero of a rotary axis.
+    #[error("sets where {letter} is 0; expected no offsets of rotary axes: {letter} is where the machine has it")]
+    RotaryZero {
+        /// A, B or C.
+        letter: char,
+    },
+    /// A rotary axis that has been led to a place that is not known.
+    #[error(
+        "it is not known where {letter} stands; expected a G0 before that names {letter}, as a line led it to a place of the machine"
+    )]
+    RotaryLost {
+        /// A, B or C.
+        letter: char,
+    },
+    /// An axis that turns the tool or the workpiece, and no control of the tip.
+    #[error(
+        "{letter} is not 0 and X, Y and Z are not those of the tip; expected G43.4 before, through_mm of {letter} in [[gcode.rotary]], or \
+         rotary_tip = \"always\" in [gcode]"
+    )]
+    NoPivot {
+        /// A, B or C.
+        letter: char,
+    },
+    /// Control of the tip with an axis turned that is not known.
+    #[error(
+        "{letter} = {at} with control of the tip; expected [[gcode.rotary]] in the process file, which says what {letter} turns"
+    )]
+    UnknownRotary {
+        /// A, B or C.
+        letter: char,
+        /// Where it stands, degrees.
+        at: f64,
+    },
+    /// A cycle drills along Z, and the tool stands otherwise.
+    #[error("a cycle with the tool turned ({letter} = {at}); expected it written out as G0 and G1 moves")]
+    TurnedCycle {
+        /// A, B or C.
+        letter: char,
+        /// Where it stands, degrees.
+        at: f64,
+    },
+    /// A or C with a feed, where no G0 has said that there is such an axis.
+    #[error(
+        "{letter} with a feed is an axis on some controls and an angle or a chamfer on others; expected a G0 with {letter} before, \
+         or the line without it"
+    )]
+    Chamfer {
+        /// A or C.
+        letter: char,
+    },
+    /// I, J, K or R on a line that is no arc.
+    #[error("arc word on a line that is no arc; expected G2 or G3 in force")]
+    NotAnArc,
+    /// P or Q on a line with no word it could belong to.
+    #[error("parameter that belongs to no word; expected the G or M word on the line")]
+    StrayParameter,
+    /// Only the selected plane's two centre words mean anything.
+    #[error("centre word outside the selected plane; expected {expected} in {plane}")]
+    CentreOutsidePlane {
+        /// The two that would be right.
+        expected: &'static str,
+        /// G17, G18 or G19.
+        plane: &'static str,
+    },
+    /// An arc without centre and without radius.
+    #[error("arc without a centre; expected {expected} in {plane}, or R")]
+    NoCentre {
+        /// The two centre words.
+        expected: &'static str,
+        /// G17, G18 or G19.
+        plane: &'static str,
+    },
+    /// An arc with absolute centre (G90.1) that gives one of its two coordinates.
+    #[error("absolute centre (G90.1) with one coordinate; expected both {expected} in {plane}")]
+    HalfCentre {
+        /// The two centre words.
+        expected: &'static str,
+        /// G17, G18 or G19.
+        plane: &'static str,
+    },
+    /// An arc whose centre words are of two kinds.
+    #[error("one centre word from the start and one from the zero; expected both of one kind")]
+    MixedCentre,
+    /// A CC with one coordinate, or with one outside the plane.
+    #[error("expected both coordinates of the plane that TOOL CALL chooses by the axis of the tool, or none")]
+    PoleAxes,
+    /// Heidenhain's C without CC.
+    #[error("arc without a centre; expected CC with its coordinates before it")]
+    NoPole,
+    /// An arc with both centre and radius.
+    #[error("arc with a radius and a centre; expected one of them")]
+    CentreAndRadius,
+    /// An arc that cannot be drawn.
+    #[error("{0}")]
+    Arc(ArcFault),
+    /// A work offset that was not given.
+    #[error(
+        "how {offset} stands to the work offset before it is not known; expected its zero in [gcode] of the process file{}",
+        offset.by_the_program()
+    )]
+    NoWorkOffset {
+        /// Which one.
+        offset: WorkOffset,
+    },
+    /// G54.1 without the number of a work offset.
+    #[error("names no work offset; expected P1 to P300 on the line")]
+    NoExtended,
+    /// A macro or call that cannot be followed.
+    #[error("{0}")]
+    Macro(MacroFault),
+    /// G93 and no F.
+    #[error("feed by time (G93) without an F on the line; expected one on each line with G1, G2 or G3")]
+    NoInverseTime,
+    /// A cycle before its height or depth is said.
+    #[error("cycle G{number} without {letter}; expected R and Z on this line or one before it")]
+    CycleWithout {
+        /// The number after G.
+        number: u32,
+        /// R or Z.
+        letter: char,
+    },
+    /// A peck that is none, or more than the hole is deep.
+    #[error(
+        "not a peck of a hole {depth_mm:.3} mm deep; expected Q above 0, at least 1/10000 of the depth, and with a point if it is more"
+    )]
+    Peck {
+        /// From the plane R to the bottom, mm.
+        depth_mm: f64,
+    },
+    /// A cycle in G18 or G19.
+    #[error("cycles are read in G17 only; expected the cycle written out as G0 and G1 moves")]
+    CyclePlane,
+    /// A series of holes in G91 and G99.
+    #[error("a second hole in G91 and G99 has another R on other controls; expected G90 or G98")]
+    CycleSteps,
+    /// More repetitions than anybody drills.
+    #[error("expected at most {most} repetitions")]
+    TooManyRepeats {
+        /// The most.
+        most: u32,
+    },
+    /// A feed or spindle speed below what it can be.
+    #[error("expected {expected}")]
+    Speed {
+        /// The range.
+        expected: &'static str,
+    },
+    /// A coordinate no machine has.
+    #[error("coordinate beyond {most} mm; expected a position on the machine", most = Fault::MAX_COORDINATE_MM)]
+    TooFar,
+    /// A motion after the end of the program.
+    #[error("a motion after the end of the program in line {end}; expected none")]
+    AfterEnd {
+        /// The line with M2, M30 or the second %.
+        end: usize,
+    },
+    /// More points than a path may have.
+    #[error("path of more than {most} points; expected a coarser sampling or a shorter program")]
+    TooManyPoints {
+        /// The most.
+        most: usize,
+    },
+}
+
+impl Fault {
+    /// The most digits in a row a number may have; 17 identify any `f64`.
+    pub const MAX_DIGITS: usize = 17;
+    /// The largest coordinate followed, mm.
+    pub const MAX_COORDINATE_MM: f64 = MAX_COORDINATE_MM;
+
+    /// Whether the program may be read once it is written out as the motion that it makes.
+    pub fn is_met_by_expanding(&self) -> bool {
+        matches!(self, Fault::Variable | Fault::Unsupported(Unsupported::Subprogram) | Fault::Foreign(Foreign::Cycle))
+    }
+}

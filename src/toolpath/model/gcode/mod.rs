@@ -1,0 +1,19 @@
+//! What G-code programs are made of.
+
+pub(crate) mod arc;
+pub(crate) mod dialect;
+pub(crate) mod error;
+pub(crate) mod foreign;
+pub(crate) mod macro_fault;
+pub(crate) mod modal;
+pub(crate) mod motion;
+pub(crate) mod options;
+pub(crate) mod refused;
+pub(crate) mod rotary;
+pub(crate) mod word;
+pub(crate) mod work_offset;
+
+pub(crate) use {
+    arc::*, dialect::*, error::*, foreign::*, macro_fault::*, modal::*, motion::*, options::*, refused::*, rotary::*,
+    word::*, work_offset::*,
+};

@@ -1,0 +1,305 @@
+//! The state words leave behind for later lines, and which words there are.
+
+use crate::toolpath::model::{
+    Plane, Turn,
+    gcode::{Dialect, Fault, LengthUnit, Refusal, Unsupported, Word, WorkOffset},
+};
+
+/// The motion in force.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum MotionCode {
+    /// G0.
+    Rapid,
+    /// G1.
+    Line,
+    /// G2, G3.
+    Arc(Turn),
+    /// G73, G74, G76, G81 to G86, G89.
+    Cycle(u32),
+}
+
+impl MotionCode {
+    /// The number after G.
+    pub fn number(self) -> u32 {
+        match self {
+            MotionCode::Rapid => 0,
+            MotionCode::Line => 1,
+            MotionCode::Arc(Turn::Clockwise) => 2,
+            MotionCode::Arc(Turn::CounterClockwise) => 3,
+            MotionCode::Cycle(number) => number,
+        }
+    }
+}
+
+/// Whether numbers are positions or steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Distance {
+    /// G90, G90.1.
+    Absolute,
+    /// G91, G91.1.
+    Incremental,
+}
+
+/// What is in force on a line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Modal {
+    pub motion: Option<MotionCode>,
+    pub plane: Plane,
+    pub unit: LengthUnit,
+    /// Meaning of X, Y, Z.
+    pub distance: Distance,
+    /// Meaning of I, J, K.
+    pub centres: Distance,
+    /// G99: cycles end at their plane R; otherwise (G98) where they began.
+    pub returns_to_clear: bool,
+    pub feed_mode: FeedMode,
+    /// mm in a unit of F, unless it is one over a time.
+    pub feed_unit_mm: f64,
+    /// S in rev/min (G97), not a surface speed (G96).
+    pub counts_turns: bool,
+    /// The number after F, inches made mm unless it is one over a time.
+    pub feed: Option<f64>,
+    /// The number after S.
+    pub spindle: Option<f64>,
+    /// Whether the control keeps the tip in its place while rotary axes turn: G43.4.
+    pub tip_control: bool,
+    /// The tool in the spindle: that of the last M6, or before the first that of the last T.
+    pub tool: Option<u32>,
+    /// The feature the line is in, an index into [`GcodeOptions::features`](crate::toolpath::gcode::GcodeOptions::features).
+    pub feature: Option<u16>,
+}
+
+/// What F is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum FeedMode {
+    /// G93: one over the minutes of the block.
+    InverseTime,
+    /// G94.
+    PerMinute,
+    /// G95.
+    PerRevolution,
+}
+
+impl Modal {
+    /// The state a controller starts in: G0, G17, G90, G94, G97, G98. Some start in G1, which goes the same way.
+    pub fn at_start(unit: LengthUnit, centres: Distance) -> Modal {
+        Modal {
+            motion: Some(MotionCode::Rapid),
+            plane: Plane::Xy,
+            unit,
+            distance: Distance::Absolute,
+            centres,
+            returns_to_clear: false,
+            feed_mode: FeedMode::PerMinute,
+            feed_unit_mm: unit.mm(),
+            counts_turns: true,
+            feed: None,
+            spindle: None,
+            tip_control: false,
+            tool: None,
+            feature: None,
+        }
+    }
+
+    /// Spindle speed, if S gives it.
+    pub fn spindle_rev_per_min(&self) -> Option<f64> {
+        self.spindle.filter(|_| self.counts_turns)
+    }
+
+    /// Feed along `length_mm` of motion, mm/min, if F gives it.
+    pub fn feed_mm_per_min(&self, length_mm: f64) -> Option<f64> {
+        match self.feed_mode {
+            FeedMode::PerMinute => self.feed,
+            FeedMode::PerRevolution => Some(self.feed? * self.spindle_rev_per_min()?),
+            FeedMode::InverseTime => self.feed.map(|per_minute| per_minute * length_mm),
+        }
+    }
+}
+
+/// What a G word does. Words that put things into the state this module takes for granted, or that do not change
+/// where the tool goes, are [`GWord::Passive`] and stay in the program as they are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum GWord {
+    Motion(MotionCode),
+    /// G80.
+    CancelMotion,
+    Plane(Plane),
+    Unit(LengthUnit),
+    /// The unit of coordinates alone, not that of the feed.
+    UnitOfCoordinates(LengthUnit),
+    Distance(Distance),
+    Centres(Distance),
+    /// G54 to G59.3, and G54.1, whose P says which.
+    WorkOffset(Option<WorkOffset>),
+    /// A preset of Heidenhain's table, whose number the word has.
+    Preset,
+    Feed(FeedMode),
+    /// G97, or G96.
+    CountsTurns(bool),
+    /// G99, or G98.
+    ReturnsToClear(bool),
+    /// Words whose coordinates are no motion.
+    Setting(Setting),
+    /// G5, G5.1, G8, G187: smoothing; they carry P, Q, E or R, and no coordinates.
+    Smoothing,
+    /// G4.
+    Dwell,
+    /// G28, G30, G28.2; G28.1 and G30.1 but of LinuxCNC.
+    Home,
+    /// G15, which with H selects a work offset of Okuma's.
+    PolarOff,
+    /// G53.
+    Machine,
+    /// Away from the workpiece along the tool, to a place that the program does not say.
+    Retract,
+    /// The feed of the tool's call or table, which the program does not say.
+    FeedOfTool,
+    /// G43.4: X, Y and Z are those of the tip, whatever rotary axes do.
+    TipControl,
+    /// M129: no longer, once the line has run.
+    TipControlEnds,
+    /// The end of the program.
+    End,
+    /// Other words for the machine, any number of them on a line.
+    Auxiliary,
+    /// G61, G64: they may carry a P.
+    PathControl,
+    /// Those that only need their group, which no other word of the line may share: tool length (G43, G44, G49), radius
+    /// compensation off (G40), exact stop (G9), scaling, mirroring, macros and rotation off (G50, G50.1, G67, G69).
+    Passive(&'static str),
+}
+
+/// A word that sets something by its coordinates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Setting {
+    /// G10.
+    Data,
+    /// G52.
+    Local,
+    /// G92.
+    Origin,
+    /// G92.1, G92.2: the origin of G92 no longer counts; kept for G92.3 if so.
+    OriginOff { keeps: bool },
+    /// G92.3.
+    OriginOn,
+    /// G43.1: a tool length.
+    Length,
+    /// G28.1, G30.1: where the machine stands is kept for G28 and G30.
+    Stored,
+    /// The zero moves on from that of the work offset: to the coordinates, those left out to 0 if it is set `afresh`, or by them.
+    Translation { afresh: bool },
+    /// The centre of arcs that follow.
+    Pole,
+}
+
+/// A word of another dialect than ISO that is no G word.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Vocable {
+    pub name: &'static str,
+    pub asks: GWord,
+}
+
+impl GWord {
+    /// What `word`, a G word, does.
+    pub fn of(word: &Word, dialect: Dialect) -> Result<GWord, Refusal> {
+        let tenths = word.tenths().ok_or_else(|| word.refuse(Fault::Unsupported(Unsupported::UnknownG)))?;
+        // Kept there, an axis stands; to Fanuc and Mach it is where axes go.
+        if matches!(tenths, 281 | 301) && dialect != Dialect::LinuxCnc {
+            return Ok(GWord::Home);
+        }
+        GWord::supported(tenths).ok_or_else(|| word.refuse(Fault::Unsupported(unsupported(tenths))))
+    }
+
+    fn supported(tenths: u32) -> Option<GWord> {
+        Some(match tenths {
+            0 => GWord::Motion(MotionCode::Rapid),
+            10 => GWord::Motion(MotionCode::Line),
+            20 => GWord::Motion(MotionCode::Arc(Turn::Clockwise)),
+            30 => GWord::Motion(MotionCode::Arc(Turn::CounterClockwise)),
+            40 => GWord::Dwell,
+            150 => GWord::PolarOff,
+            170 => GWord::Plane(Plane::Xy),
+            180 => GWord::Plane(Plane::Zx),
+            190 => GWord::Plane(Plane::Yz),
+            200 => GWord::Unit(LengthUnit::Inch),
+            210 => GWord::Unit(LengthUnit::Millimetre),
+            50 | 51 | 80 | 1870 => GWord::Smoothing,
+            90 => GWord::Passive("exact stop"),
+            100 => GWord::Setting(Setting::Data),
+            280 | 282 | 300 => GWord::Home,
+            281 | 301 => GWord::Setting(Setting::Stored),
+            400 => GWord::Passive("radius compensation"),
+            430 | 440 | 490 => GWord::Passive("tool length"),
+            434 => GWord::TipControl,
+            431 => GWord::Setting(Setting::Length),
+            500 => GWord::Passive("scaling"),
+            501 => GWord::Passive("mirroring"),
+            520 => GWord::Setting(Setting::Local),
+            530 => GWord::Machine,
+            541 | 1540 => GWord::WorkOffset(None),
+            // G112 and G113 are polar coordinates to Fanuc.
+            540..=593 | 1100 | 1110 | 1140..=1290 => GWord::WorkOffset(Some(WorkOffset::of_tenths(tenths)?)),
+            610 | 611 | 640 => GWord::PathControl,
+            670 => GWord::Passive("macro"),
+            690 => GWord::Passive("rotation"),
+            920 => GWord::Setting(Setting::Origin),
+            921 | 922 => GWord::Setting(Setting::OriginOff { keeps: tenths == 922 }),
+            923 => GWord::Setting(Setting::OriginOn),
+            800 => GWord::CancelMotion,
+            900 => GWord::Distance(Distance::Absolute),
+            910 => GWord::Distance(Distance::Incremental),
+            901 => GWord::Centres(Distance::Absolute),
+            911 => GWord::Centres(Distance::Incremental),
+            930 => GWord::Feed(FeedMode::InverseTime),
+            940 => GWord::Feed(FeedMode::PerMinute),
+            950 => GWord::Feed(FeedMode::PerRevolution),
+            960 | 970 => GWord::CountsTurns(tenths == 970),
+            730 | 740 | 760 | 810 | 820 | 830 | 840 | 850 | 860 | 890 => GWord::Motion(MotionCode::Cycle(tenths / 10)),
+            980 | 990 => GWord::ReturnsToClear(tenths == 990),
+            _ => return None,
+        })
+    }
+
+    /// Whether P and Q may belong to it.
+    pub fn takes_p(&self) -> bool {
+        matches!(self, GWord::Dwell | GWord::PathControl | GWord::WorkOffset(None))
+    }
+
+    /// The modal group: a line has one word of each.
+    pub fn group(self) -> &'static str {
+        match self {
+            GWord::Motion(_) => "motion",
+            // A safety line has it beside G0.
+            GWord::CancelMotion => "end of cycles",
+            GWord::Plane(_) => "plane",
+            GWord::Unit(_) | GWord::UnitOfCoordinates(_) => "unit",
+            GWord::Distance(_) => "distance",
+            GWord::Centres(_) => "centres",
+            GWord::WorkOffset(_) | GWord::Preset => "work offset",
+            GWord::FeedOfTool => "feed",
+            GWord::Feed(_) => "feed mode",
+            GWord::CountsTurns(_) => "spindle mode",
+            GWord::Dwell | GWord::Home | GWord::Machine | GWord::Retract | GWord::Setting(_) => "once",
+            GWord::ReturnsToClear(_) => "return level",
+            GWord::Smoothing => "smoothing",
+            GWord::PathControl => "path control",
+            GWord::End | GWord::Auxiliary => "auxiliary",
+            GWord::PolarOff => "polar",
+            GWord::TipControl | GWord::TipControlEnds => "tool length",
+            GWord::Passive(group) => group,
+        }
+    }
+}
+
+/// Why the G word of this number is not followed.
+fn unsupported(tenths: u32) -> Unsupported {
+    match tenths {
+        410..=429 => Unsupported::CutterCompensation,
+        730..=769 | 810..=899 => Unsupported::CannedCycle,
+        435 => Unsupported::ToolVector,
+        160 | 510..=519 | 680..=689 => Unsupported::Transform,
+        650..=669 => Unsupported::Subprogram,
+        310 | 360 | 370 | 52..=69 | 330..=339 | 380..=389 => Unsupported::Motion,
+        _ => Unsupported::UnknownG,
+    }
+}

@@ -1,0 +1,13 @@
+//! What paths and programs are made of: points, moves, words, faults and options.
+
+pub(crate) mod gcode;
+pub(crate) mod generate;
+pub(crate) mod number;
+pub(crate) mod orientation;
+pub(crate) mod path;
+pub(crate) mod program;
+pub(crate) mod robot;
+pub(crate) mod sampling;
+pub(crate) mod way;
+
+pub(crate) use {number::*, orientation::*, path::*, program::*, sampling::*, way::*};

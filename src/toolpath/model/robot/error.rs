@@ -1,0 +1,156 @@
+//! What can be wrong with a program of poses, said so that the statement can be found and mended.
+
+use thiserror::Error;
+
+use crate::toolpath::model::MAX_COORDINATE_MM;
+
+/// A program that cannot be followed: where, at which statement, why, and what was expected.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("{file}:{line}: `{statement}`: {fault}")]
+pub struct RobotError {
+    /// The program's name as given.
+    pub file: String,
+    /// Line in the file, from 1.
+    pub line: usize,
+    /// The statement the fault is about.
+    pub statement: String,
+    /// What is wrong with it and what was expected.
+    pub fault: RobotFault,
+}
+
+/// What is wrong with a statement. The text says what was expected.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum RobotFault {
+    /// A statement of the language that is not followed.
+    #[error("{what} not followed; expected {expected}")]
+    NotFollowed {
+        /// What it is, with its verb: "splines are".
+        what: &'static str,
+        /// What would be followed.
+        expected: &'static str,
+    },
+    /// Something that is no statement known here.
+    #[error("not a statement that is known; expected {expected}")]
+    Unknown {
+        /// What would be.
+        expected: &'static str,
+    },
+    /// A form that a statement does not have.
+    #[error("expected {expected}")]
+    Form {
+        /// What was expected at this place.
+        expected: &'static str,
+    },
+    /// A motion that need not run, or not once.
+    #[error(
+        "in {keyword} of line {line}, so that it may run never or more than once; expected it outside, once in the order it runs"
+    )]
+    Branch {
+        /// What it stands in.
+        keyword: String,
+        /// Where that begins, from 1.
+        line: usize,
+    },
+    /// A motion in a second routine.
+    #[error(
+        "a motion in the routine of line {line}, beside those of line {first}; expected all motions in one routine"
+    )]
+    SecondRoutine {
+        /// Where the routine begins, from 1.
+        line: usize,
+        /// Where the first with motions does.
+        first: usize,
+    },
+    /// A call of what is not in the file.
+    #[error(
+        "calls {name}, which may move the tool; expected the program in one routine, or {name} in robot_program.calls_kept if it does not"
+    )]
+    Call {
+        /// Its name.
+        name: String,
+    },
+    /// A point that is not in the file.
+    #[error("{name} is not known; expected its numbers in the file{beside}, or in the statement")]
+    NoPoint {
+        /// Its name.
+        name: String,
+        /// Which other file was looked at: " or beside it in part.dat".
+        beside: String,
+    },
+    /// A point that was computed.
+    #[error("{name} is computed in line {line}; expected a point whose numbers the file gives")]
+    Computed {
+        /// Its name.
+        name: String,
+        /// Where, from 1.
+        line: usize,
+    },
+    /// A base whose place is not known.
+    #[error(
+        "where {name} stands to the base before it is not known; expected its pose in robot_program.bases of the process"
+    )]
+    NoBase {
+        /// Its name.
+        name: String,
+    },
+    /// A second tool whose rotation or tip may be another.
+    #[error(
+        "uses {name} after {before}; expected one tool, or tools whose orientation the program gives and whose tips are the same"
+    )]
+    SecondTool {
+        /// The tool.
+        name: String,
+        /// The one before.
+        before: String,
+    },
+    /// An external axis that moves and is not named.
+    #[error(
+        "external axis {axis} goes from {from} to {to}; expected it to stand still, or the drive it is in robot_program.external_axes"
+    )]
+    External {
+        /// Which, from 1.
+        axis: usize,
+        /// Where it was, mm or degrees.
+        from: f64,
+        /// Where it goes.
+        to: f64,
+    },
+    /// An external axis that is named, but nothing says where it stands.
+    #[error("nothing says where external axis {axis} stands; expected its value here or before")]
+    NoExternal {
+        /// Which, from 1.
+        axis: usize,
+    },
+    /// A circle whose start is not known.
+    #[error("circular motion from a place that is not known; expected a motion to a full pose before it")]
+    CircleFromNowhere,
+    /// Three points on no circle.
+    #[error("start, middle and end are on no circle; expected three points apart and not on a line")]
+    NoCircle,
+    /// A part of an orientation where it is not unique.
+    #[error("part of an orientation near B = ±90°, where A and C are not unique; expected A, B and C")]
+    PartOfOrientation,
+    /// A quaternion or axis of no length.
+    #[error("{what} has length {length}; expected 1")]
+    NotUnit {
+        /// Which.
+        what: &'static str,
+        /// Its length.
+        length: f64,
+    },
+    /// A coordinate no machine has.
+    #[error("coordinate or external axis beyond {MAX_COORDINATE_MM}; expected a position on the machine")]
+    TooFar,
+    /// A motion behind the end.
+    #[error("a motion after the end of the program in line {end}; expected none")]
+    AfterEnd {
+        /// Where it ends, from 1.
+        end: usize,
+    },
+    /// More points than a path may have.
+    #[error("path of more than {most} points; expected a coarser sampling or a shorter program")]
+    TooManyPoints {
+        /// The most.
+        most: usize,
+    },
+}

@@ -1,0 +1,103 @@
+//! The languages programs of poses are written in, and what their programs do not say themselves.
+
+use std::{collections::BTreeMap, path::Path};
+
+use nalgebra::{Isometry3, UnitQuaternion};
+
+use crate::toolpath::model::NumberFormat;
+
+/// A language that programs of poses are written in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Language {
+    /// KUKA Robot Language.
+    Krl,
+    /// RAPID of ABB.
+    Rapid,
+    /// APT, and the CLDATA of CAM systems as text.
+    Apt,
+}
+
+impl Language {
+    /// The language of a file, as its name ends and, where other programs have such names too, as its first words are;
+    /// `None` for what is no program of poses.
+    #[must_use]
+    pub fn of(file: &Path, bytes: &[u8]) -> Option<Language> {
+        let extension = file.extension()?.to_string_lossy().to_ascii_lowercase();
+        match extension.as_str() {
+            "src" => Some(Language::Krl),
+            "apt" | "cl" | "cls" | "ncl" | "cldata" => Some(Language::Apt),
+            "modx" => Some(Language::Rapid),
+            "mod" | "prg" => {
+                first_words(bytes).any(|word| matches!(word.as_str(), "MODULE" | "PROC")).then_some(Language::Rapid)
+            }
+            _ => None,
+        }
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Language::Krl => "KRL",
+            Language::Rapid => "RAPID",
+            Language::Apt => "APT",
+        }
+    }
+
+    /// What its programs are called in `language` of reports.
+    #[must_use]
+    pub fn label(self) -> &'static str {
+        match self {
+            Language::Krl => "krl",
+            Language::Rapid => "rapid",
+            Language::Apt => "apt",
+        }
+    }
+}
+
+/// The first words of lines, in capitals.
+fn first_words(bytes: &[u8]) -> impl Iterator<Item = String> {
+    bytes.split(|byte| matches!(byte, b'\n' | b'\r')).map(|line| {
+        let line = line.trim_ascii_start();
+        let end = line.iter().position(|byte| !byte.is_ascii_alphanumeric()).unwrap_or(line.len());
+        String::from_utf8_lossy(&line[..end]).to_ascii_uppercase()
+    })
+}
+
+/// What a program of poses does not say itself.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct RobotOptions {
+    /// Orientation of the frame of the tool, as the program has it, in the platform or flange: `R_PN`. Of a tool that
+    /// the program defines itself, its own counts.
+    pub tool_rotation: UnitQuaternion<f64>,
+    /// Poses in the workpiece frame W, mm, of bases or work objects by their names, small letters: `base_data[3]`,
+    /// `wobj1`; `world` is the frame in which the program itself says where its bases are.
+    pub bases: BTreeMap<String, Isometry3<f64>>,
+    /// What the external axes E1, E2, … of the program move, as columns of a path name it: `external_rail_mm`. Those
+    /// that are not named must stand still.
+    pub external_axes: Vec<String>,
+    /// Subprograms, by names in small letters, that do not move the tool.
+    pub calls_kept: Vec<String>,
+}
+
+impl RobotOptions {
+    /// The name under which `bases` has the frame in which a program says where its bases are.
+    pub const WORLD: &'static str = "world";
+}
+
+/// Decimals of numbers that are no positions.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Decimals {
+    pub rotation: u8,
+    pub external: u8,
+}
+
+impl Decimals {
+    /// Those seen, but at least what keeps the tip of a long tool where it should be.
+    pub fn seen(language: Language, rotation: usize, external: usize) -> Decimals {
+        let least = if language == Language::Krl { 4 } else { 6 };
+        let clamp =
+            |seen: usize, least: u8| u8::try_from(seen).unwrap_or(u8::MAX).clamp(least, NumberFormat::MAX_DECIMALS);
+        Decimals { rotation: clamp(rotation, least), external: clamp(external, 3) }
+    }
+}

@@ -1,0 +1,140 @@
+//! Orientations as languages write them: A, B, C in degrees, a quaternion, or the axis of the tool.
+
+use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
+
+use crate::toolpath::model::{
+    Orientation,
+    robot::{Component, Frames, Language, RobotFault, Target},
+};
+
+/// Lengths of quaternions and axes may differ from 1 by as much.
+const NOT_UNIT: f64 = 1e-2;
+/// Cosine of B below which A and C are not unique.
+const LEAST_COSINE: f64 = 1e-9;
+
+/// `R_z(A) R_y(B) R_x(C)` of A, B, C in degrees.
+#[must_use]
+pub fn of_abc([a, b, c]: [f64; 3]) -> UnitQuaternion<f64> {
+    UnitQuaternion::from_euler_angles(c.to_radians(), b.to_radians(), a.to_radians())
+}
+
+/// A, B, C in degrees, A and C within ±180; where they are not unique, with the C that is given.
+pub(crate) fn abc_of(rotation: &UnitQuaternion<f64>, c_deg: f64) -> [f64; 3] {
+    let m = rotation.to_rotation_matrix();
+    let cosine = m[(0, 0)].hypot(m[(1, 0)]);
+    let b = (-m[(2, 0)]).atan2(cosine);
+    let (a, c) = if cosine > LEAST_COSINE {
+        (m[(1, 0)].atan2(m[(0, 0)]), m[(2, 1)].atan2(m[(2, 2)]))
+    } else {
+        // R_z(A) R_y(±90°) R_x(C) depends on A ∓ C alone.
+        let c = c_deg.to_radians();
+        ((-m[(0, 1)]).atan2(m[(1, 1)]) + c * b.signum(), c)
+    };
+    [within_half_a_turn(a.to_degrees()), b.to_degrees(), within_half_a_turn(c.to_degrees())]
+}
+
+fn within_half_a_turn(degrees: f64) -> f64 {
+    degrees - 360.0 * (degrees / 360.0).round()
+}
+
+/// How the tool stands at `target`, in the workpiece frame; `before` is how it stood. `None` if nothing says it.
+pub(crate) fn orientation(
+    language: Language,
+    target: &Target,
+    frames: &Frames,
+    before: Option<Orientation>,
+) -> Result<Option<Orientation>, RobotFault> {
+    let numbers: [Option<f64>; 4] = std::array::from_fn(|entry| target.number(Component::Rotation(entry)));
+    if numbers.iter().all(Option::is_none) {
+        return Ok(before);
+    }
+    let platform = |in_base| Some(Orientation::Platform(frames.base.rotation * in_base * frames.tool.inverse()));
+    let [a, b, c, d] = numbers.map(Option::unwrap_or_default);
+    match language {
+        Language::Krl => {
+            let [Some(_), Some(_), Some(_), _] = numbers else {
+                let Some(Orientation::Platform(platform)) = before else { return Ok(None) };
+                let own = abc_of(&in_base(&platform, frames), 0.0);
+                if own[1].to_radians().cos().abs() < NEARLY_UPRIGHT {
+                    return Err(RobotFault::PartOfOrientation);
+                }
+                let abc = std::array::from_fn(|entry| numbers[entry].unwrap_or(own[entry]));
+                return Ok(Some(Orientation::Platform(frames.base.rotation * of_abc(abc) * frames.tool.inverse())));
+            };
+            Ok(platform(of_abc([a, b, c])))
+        }
+        Language::Rapid => {
+            let quaternion = Quaternion::new(a, b, c, d);
+            check_unit("quaternion", quaternion.norm())?;
+            Ok(platform(UnitQuaternion::from_quaternion(quaternion)))
+        }
+        Language::Apt => {
+            let axis = Vector3::new(a, b, c);
+            check_unit("tool axis", axis.norm())?;
+            Ok(Some(Orientation::ToolAxis(frames.base.rotation * Unit::new_normalize(axis).into_inner())))
+        }
+    }
+}
+
+/// Cosine of B below which a part of A, B, C says too little.
+const NEARLY_UPRIGHT: f64 = 1e-4;
+
+fn check_unit(what: &'static str, length: f64) -> Result<(), RobotFault> {
+    if (length - 1.0).abs() <= NOT_UNIT { Ok(()) } else { Err(RobotFault::NotUnit { what, length }) }
+}
+
+/// `R_BN` of the tool frame in the base, of `R_WP`.
+fn in_base(platform: &UnitQuaternion<f64>, frames: &Frames) -> UnitQuaternion<f64> {
+    frames.base.rotation.inverse() * platform * frames.tool
+}
+
+/// The numbers that say `orientation`; of those that do, the ones nearest to those of `own`.
+pub(crate) fn numbers(language: Language, orientation: &Orientation, frames: &Frames, own: &Target) -> Vec<f64> {
+    let number = |entry| own.number(Component::Rotation(entry)).unwrap_or_default();
+    match (language, orientation) {
+        (Language::Krl, Orientation::Platform(platform)) => abc_of(&in_base(platform, frames), number(2)).to_vec(),
+        (Language::Rapid, Orientation::Platform(platform)) => {
+            let q = in_base(platform, frames);
+            let entries = [q.w, q.i, q.j, q.k];
+            let along: f64 = (0..4).map(|entry| entries[entry] * number(entry)).sum();
+            entries.map(|entry| if along < 0.0 { -entry } else { entry }).to_vec()
+        }
+        (Language::Apt, Orientation::ToolAxis(axis)) => {
+            (frames.base.rotation.inverse() * axis).iter().copied().collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #![proptest_config(crate::cases::cases(128))]
+
+        #[test]
+        fn angles_lead_back_to_their_rotation(a in -180.0..180.0f64, b in -90.0..90.0f64, c in -180.0..180.0f64) {
+            let rotation = of_abc([a, b, c]);
+            prop_assert!(of_abc(abc_of(&rotation, 0.0)).angle_to(&rotation) < 1e-7);
+        }
+
+        #[test]
+        fn where_b_is_a_right_angle_c_stays(a in -180.0..180.0f64, c in -180.0..180.0f64, up in any::<bool>()) {
+            let rotation = of_abc([a, if up { 90.0 } else { -90.0 }, c]);
+            let found = abc_of(&rotation, c);
+            prop_assert!(of_abc(found).angle_to(&rotation) < 1e-7);
+            prop_assert!(within_half_a_turn(found[0] - a).abs() < 1e-5, "{:?}", found);
+        }
+    }
+
+    #[test]
+    fn angles_are_those_of_kuka() {
+        // R_z(A) R_y(B) R_x(C): the approach of a tool with A = 0, B = 90, C = 0 is along +x.
+        assert!((of_abc([0.0, 90.0, 0.0]) * Vector3::z() - Vector3::x()).norm() < 1e-15);
+        assert!((of_abc([90.0, 90.0, 0.0]) * Vector3::z() - Vector3::y()).norm() < 1e-15);
+        assert!((of_abc([0.0, 0.0, 90.0]) * Vector3::z() + Vector3::y()).norm() < 1e-15);
+    }
+}

@@ -1,0 +1,56 @@
+//! Block numbers of Heidenhain's programs, which must be different and rise.
+
+use std::ops::Range;
+
+use crate::toolpath::read::gcode::lines::{self, Lines};
+
+/// `written`, in which the lines that a block was split into begin with the number of the block: each of them is counted on, and
+/// so are all that follow. Numbers are not what jumps go to. A program of as many lines as `source` is as it was.
+pub(crate) fn rising(source: &[u8], written: Vec<u8>) -> Vec<u8> {
+    let lines = Lines::of(&written);
+    if lines.len() == Lines::of(source).len() {
+        return written;
+    }
+    let mut out = Vec::with_capacity(written.len() + lines.len());
+    let (mut before, mut added) = (None, 0);
+    for line in 0..lines.len() {
+        let content = &written[lines.content(line)];
+        match number(content) {
+            Some((range, number)) => {
+                added += u64::from(before == Some(number));
+                before = Some(number);
+                out.extend_from_slice(&content[..range.start]);
+                out.extend_from_slice((number + added).to_string().as_bytes());
+                out.extend_from_slice(&content[range.end..]);
+            }
+            None => out.extend_from_slice(content),
+        }
+        out.extend_from_slice(&written[lines.ending(line)]);
+    }
+    out
+}
+
+/// The number that a block begins with, and where.
+pub(crate) fn number(content: &[u8]) -> Option<(Range<usize>, u64)> {
+    let blanks = |from: usize| from + content[from..].iter().take_while(|byte| lines::is_blank(**byte)).count();
+    let start = lines::blanks(content);
+    let start = if content.get(start) == Some(&b'/') { blanks(start + 1) } else { start };
+    let length = content[start..].iter().take_while(|byte| byte.is_ascii_digit()).count();
+    let ends = content.get(start + length).is_none_or(|byte| lines::is_blank(*byte) || *byte == b'/');
+    let digits = str::from_utf8(&content[start..start + length]).ok()?;
+    let number = digits.parse().ok().filter(|number| *number < u64::from(u32::MAX))?;
+    ends.then_some((start..start + length, number))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn added_lines_are_counted_on() {
+        let written = b"0 BEGIN PGM A MM\n5 L X+1\n5 L X+2\n5 L X+3\n / 6 L X+4\n;7\n07 M30\n".to_vec();
+        let expected = b"0 BEGIN PGM A MM\n5 L X+1\n6 L X+2\n7 L X+3\n / 8 L X+4\n;7\n9 M30\n";
+        assert_eq!(rising(b"one line\n", written.clone()), expected);
+        assert_eq!(rising(&written.clone(), written.clone()), written);
+    }
+}

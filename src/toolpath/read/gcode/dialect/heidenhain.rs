@@ -1,0 +1,248 @@
+//! Blocks of Heidenhain's conversational programs: what each begins with says what it is.
+
+use crate::toolpath::{
+    model::{
+        Plane,
+        gcode::{Fault, Foreign, GWord, LengthUnit, Refusal, Setting, Unsupported, Vocable, Word},
+    },
+    read::gcode::{
+        Statement,
+        dialect::{
+            block_numbers,
+            heidenhain_words::{self, OF_MACHINE, OF_TIP, Verb},
+            scan::Scan,
+        },
+        lines,
+    },
+};
+
+/// Reads blocks, one after the other.
+#[derive(Default)]
+pub(crate) struct Reader {
+    /// The block that goes on in this line, as `~` at its end says.
+    continued: Option<Continued>,
+    /// The feed of the last TOOL CALL.
+    tool_feed: Option<f64>,
+}
+
+/// A block of several lines.
+#[derive(Clone, Copy, PartialEq)]
+enum Continued {
+    /// One that does not change where the tool goes.
+    Passive,
+    /// CYCL DEF 247.
+    Preset,
+}
+
+static MILLIMETRE: Vocable = Vocable { name: "MM", asks: GWord::Unit(LengthUnit::Millimetre) };
+static INCH: Vocable = Vocable { name: "INCH", asks: GWord::Unit(LengthUnit::Inch) };
+static END: Vocable = Vocable { name: "END PGM", asks: GWord::End };
+static TOOL_Z: Vocable = Vocable { name: "Z", asks: GWord::Plane(Plane::Xy) };
+static TOOL_Y: Vocable = Vocable { name: "Y", asks: GWord::Plane(Plane::Zx) };
+static TOOL_X: Vocable = Vocable { name: "X", asks: GWord::Plane(Plane::Yz) };
+static SHIFT: Vocable = Vocable { name: "CYCL DEF 7", asks: GWord::Setting(Setting::Translation { afresh: false }) };
+static PRESET: Vocable = Vocable { name: "CYCL DEF 247", asks: GWord::Preset };
+
+/// What FUNCTION TCPM may say behind it.
+const TCPM: [&str; 2] = ["F TCP AXIS POS PATHCTRL AXIS", "F TCP AXIS POS PATHCTRL AXIS REFPNT TIP-TIP"];
+
+impl Reader {
+    /// What `line` says.
+    pub fn statement(&mut self, line: &[u8]) -> Result<Statement, Refusal> {
+        let goes_on = line.trim_ascii_end().ends_with(b"~");
+        if let Some(block) = self.continued {
+            self.continued = self.continued.filter(|_| goes_on);
+            let words = if block == Continued::Preset { preset(Scan::new(line, 0))? } else { Vec::new() };
+            return Ok(Statement::Words { words, prefix: 0 });
+        }
+        let start = block_numbers::number(line).map_or_else(|| lines::prefix(line), |(range, _)| range.end);
+        let mut scan = Scan::new(line, start);
+        scan.next();
+        let prefix = scan.at;
+        // A heading of the program's outline.
+        let is_empty = matches!(scan.peek(), None | Some(b'*'));
+        let words = if is_empty { Vec::new() } else { self.block(scan, goes_on)? };
+        if goes_on && !is_empty {
+            self.continued.get_or_insert(Continued::Passive);
+        }
+        Ok(Statement::Words { words, prefix })
+    }
+
+    /// The words of a block.
+    fn block(&mut self, mut scan: Scan, goes_on: bool) -> Result<Vec<Word>, Refusal> {
+        let start = scan.at;
+        let name = scan.letters();
+        let verb = match name.as_str() {
+            "L" => Verb::Line,
+            "C" => Verb::Arc,
+            "CR" => Verb::ArcByRadius,
+            "CC" => Verb::Centre,
+            "M" => Verb::None,
+            _ => return self.statement_called(&name, scan, start),
+        };
+        if goes_on {
+            return Err(scan.refuse_all(start, Foreign::Continued));
+        }
+        if verb == Verb::None {
+            scan.at = start;
+        }
+        heidenhain_words::words(scan, verb, start, self.tool_feed)
+    }
+
+    /// A block that is no motion.
+    fn statement_called(&mut self, name: &str, mut scan: Scan, start: usize) -> Result<Vec<Word>, Refusal> {
+        scan.next();
+        let scan = scan;
+        let mut rest = scan;
+        let second = rest.letters();
+        let refuse = |foreign: Foreign| Err(scan.refuse_all(start, foreign));
+        match (name, second.as_str()) {
+            ("BEGIN", "PGM") => begin(scan, start),
+            ("END", "PGM") => Ok(vec![Word { asks: Some(&END), ..Word::plain('G', 0.0, start..rest.at) }]),
+            ("BLK", _) | ("TOOL", "DEF") | ("STOP" | "LBL", _) => Ok(Vec::new()),
+            ("FUNCTION", "RESET") if ends_with(&rest, "TCPM") => Ok(vec![word_of(&OF_MACHINE, start..scan.line.len())]),
+            ("FUNCTION", "RESET") => Ok(Vec::new()),
+            // Rotary axes turn evenly to their own angles; with others the tool would turn otherwise.
+            ("FUNCTION", "TCPM") if TCPM.contains(&said(&rest).as_str()) => {
+                Ok(vec![word_of(&OF_TIP, start..scan.line.len())])
+            }
+            ("FUNCTION", "MODE") if ends_with(&rest, "MILL") => Ok(Vec::new()),
+            ("PLANE", "RESET") if ends_with(&rest, "STAY") => Ok(Vec::new()),
+            ("TOOL", "CALL") => self.tool(rest),
+            ("CYCL", "DEF") => self.cycle(rest, start),
+            ("CALL", "LBL") | ("IF", _) => refuse(Foreign::Flow),
+            ("CALL" | "SEL", _) => refuse(Foreign::Call),
+            ("FN", _) if matches!(scan.line.get(scan.at..), Some([b'9', ..] | [b'1', b'0'..=b'2', ..])) => {
+                refuse(Foreign::Flow)
+            }
+            ("FN", _) => refuse(Foreign::Parameter),
+            ("Q" | "QL" | "QR" | "QS" | "DECLARE", _) => refuse(Foreign::Parameter),
+            ("CYCL" | "PATTERN" | "TCH", _) => refuse(Foreign::Cycle),
+            ("PLANE" | "FUNCTION" | "LN", _) => refuse(Foreign::Kinematics),
+            ("LP" | "CP" | "CTP" | "TRANS", _) => refuse(Foreign::Frame),
+            ("CT" | "APPR" | "DEP" | "SPL", _) => refuse(Foreign::Motion),
+            ("FL" | "FLT" | "FC" | "FCT" | "FPOL" | "FSELECT", _) => refuse(Foreign::Motion),
+            ("RND" | "CHF", _) => refuse(Foreign::Corner),
+            _ => refuse(Foreign::Unknown),
+        }
+    }
+
+    /// TOOL CALL: the tool, the plane by its axis, S and F.
+    fn tool(&mut self, mut scan: Scan) -> Result<Vec<Word>, Refusal> {
+        let mut words = Vec::new();
+        scan.next();
+        if let Some((number, range)) = scan.number()? {
+            words.push(Word::plain('T', number, range.clone()));
+            words.push(Word::plain('M', 6.0, range));
+        }
+        while let Some(byte) = scan.next() {
+            let start = scan.at;
+            if byte == b'"' {
+                scan.closed(b'"', b'"')?;
+                continue;
+            }
+            if scan.number()?.is_some() {
+                // How much it is longer or thicker than its table says.
+                continue;
+            }
+            let letters = scan.letters();
+            let plane = match letters.as_str() {
+                "Z" => &TOOL_Z,
+                "Y" => &TOOL_Y,
+                "X" => &TOOL_X,
+                "DL" | "DR" => continue,
+                "S" | "F" => {
+                    scan.next();
+                    let (value, number) =
+                        scan.number()?.ok_or_else(|| scan.refuse(start, heidenhain_words::no_number(&scan)))?;
+                    if letters == "F" {
+                        self.tool_feed = Some(value);
+                    }
+                    let letter = if letters == "S" { 'S' } else { 'F' };
+                    words.push(heidenhain_words::word(letter, value, start, number)?);
+                    continue;
+                }
+                "U" | "V" | "W" => {
+                    return Err(scan.refuse(start, Fault::Unsupported(Unsupported::SecondaryAxis)));
+                }
+                "Q" | "QL" | "QR" | "QS" | "SQ" | "FQ" => return Err(scan.refuse(start, Foreign::Parameter)),
+                _ => return Err(scan.refuse(start, Foreign::Unknown)),
+            };
+            words.push(Word { asks: Some(plane), ..Word::plain('G', 0.0, start..scan.at) });
+        }
+        Ok(words)
+    }
+
+    /// CYCL DEF: a datum shift, a preset, and what does not move the tool.
+    fn cycle(&mut self, mut scan: Scan, start: usize) -> Result<Vec<Word>, Refusal> {
+        scan.next();
+        let refuse = |foreign: Foreign| Err(scan.refuse_all(start, foreign));
+        let mut rest = scan;
+        let Some((number, range)) = rest.number()? else { return refuse(Foreign::Cycle) };
+        match number.trunc() as u32 {
+            7 if scan.upper(range).ends_with(".0") => Ok(Vec::new()),
+            7 => {
+                if rest.next() == Some(b'#') {
+                    return refuse(Foreign::DatumTable);
+                }
+                let mut words = vec![Word { asks: Some(&SHIFT), ..Word::plain('G', 0.0, start..start + 4) }];
+                words.extend(heidenhain_words::coordinates(rest)?);
+                Ok(words)
+            }
+            247 => {
+                self.continued = Some(Continued::Preset);
+                let words = preset(rest)?;
+                if !scan.line.trim_ascii_end().ends_with(b"~") && !words.is_empty() {
+                    self.continued = None;
+                }
+                Ok(words)
+            }
+            9 | 13 | 32 => Ok(Vec::new()),
+            8 | 10 | 11 | 26 => refuse(Foreign::Frame),
+            19 => refuse(Foreign::Kinematics),
+            12 => refuse(Foreign::Call),
+            _ => refuse(Foreign::Cycle),
+        }
+    }
+}
+
+/// BEGIN PGM: the unit is its last word.
+fn begin(scan: Scan, start: usize) -> Result<Vec<Word>, Refusal> {
+    let text = scan.line.trim_ascii_end();
+    let length = text.iter().rev().take_while(|byte| byte.is_ascii_alphabetic()).count();
+    let span = text.len() - length..text.len();
+    let unit = match scan.upper(span.clone()).as_str() {
+        "MM" => &MILLIMETRE,
+        "INCH" => &INCH,
+        _ => return Err(scan.refuse_all(start, Foreign::NoUnit)),
+    };
+    Ok(vec![Word { asks: Some(unit), ..Word::plain('G', 0.0, span) }])
+}
+
+/// The number of the preset behind `Q339=`, if it is on the line.
+fn preset(mut scan: Scan) -> Result<Vec<Word>, Refusal> {
+    let Some(at) = scan.line.windows(4).position(|text| text.eq_ignore_ascii_case(b"Q339")) else {
+        return Ok(Vec::new());
+    };
+    scan.at = at + 4;
+    if !scan.takes(b'=') {
+        return Err(scan.refuse(at, Foreign::NoNumber));
+    }
+    scan.next();
+    let (value, number) = scan.number()?.ok_or_else(|| scan.refuse(at, heidenhain_words::no_number(&scan)))?;
+    Ok(vec![Word { asks: Some(&PRESET), ..heidenhain_words::word('G', value, at, number)? }])
+}
+
+/// What is left of the line, in upper case, with single blanks.
+fn said(scan: &Scan) -> String {
+    let rest = scan.upper(scan.at..scan.line.len());
+    rest.split_ascii_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+fn word_of(asks: &'static Vocable, span: std::ops::Range<usize>) -> Word {
+    Word { asks: Some(asks), ..Word::plain('G', 0.0, span) }
+}
+
+fn ends_with(scan: &Scan, word: &str) -> bool {
+    scan.upper(scan.at..scan.line.len()).trim_end().ends_with(word)
+}

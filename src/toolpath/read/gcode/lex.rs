@@ -1,0 +1,243 @@
+//! Words of a line: letters with their numbers.
+//!
+//! Most lines of long programs are nothing else, and are read at once; of others it is then looked for what is wrong with them.
+
+use crate::toolpath::model::gcode::{Fault, Refusal, Word};
+
+/// The words in `text`, a line with its comments blanked out, in order.
+pub(crate) fn words(text: &str) -> Result<Vec<Word>, Refusal> {
+    plain(text, Fault::MAX_DIGITS).map_or_else(|| parted(text), Ok)
+}
+
+/// The words of a line in which each is a letter and behind it a number of at most `longest` bytes; `None` of any other.
+fn plain(text: &str, longest: usize) -> Option<Vec<Word>> {
+    let bytes = text.as_bytes();
+    let mut words = Vec::with_capacity(8);
+    let mut at = 0;
+    while let Some(&byte) = bytes.get(at) {
+        if byte == b' ' {
+            at += 1;
+            continue;
+        }
+        let sign = usize::from(matches!(bytes.get(at + 1), Some(b'+' | b'-')));
+        let digits = at + 1 + sign;
+        let is_number = |byte: &&u8| byte.is_ascii_digit() || **byte == b'.';
+        let length = bytes.get(digits..)?.iter().take_while(is_number).count();
+        if !byte.is_ascii_alphabetic() || length > longest {
+            return None;
+        }
+        // No number: nothing, a point alone, two points.
+        let value = text[at + 1..digits + length].parse().ok()?;
+        words.push(Word::plain(char::from(byte.to_ascii_uppercase()), value, at..digits + length));
+        at = digits + length;
+    }
+    Some(words)
+}
+
+/// The words in `text`, in which blanks may part letters from their numbers and numbers may be long.
+fn parted(text: &str) -> Result<Vec<Word>, Refusal> {
+    check_signs_and_digits(text)?;
+    let (joined, letters) = joined(text);
+    let mut words = plain(&joined, usize::MAX).ok_or_else(|| not_words(&joined))?;
+    for word in &mut words {
+        if let Ok(index) = letters.binary_search_by_key(&word.span.start, |(_, to)| *to) {
+            word.span.start = letters[index].0;
+        }
+    }
+    Ok(words)
+}
+
+/// `text` with letters that blanks part from their numbers (`X 10`) moved to them, and from where to where.
+fn joined(text: &str) -> (String, Vec<(usize, usize)>) {
+    let mut bytes = text.as_bytes().to_vec();
+    let mut moved = Vec::new();
+    for from in 0..bytes.len() {
+        let rest = &text.as_bytes()[from + 1..];
+        let blanks = rest.iter().take_while(|b| **b == b' ').count();
+        let alone = from == 0 || !text.as_bytes()[from - 1].is_ascii_alphabetic();
+        let number = rest.get(blanks).is_some_and(|b| b.is_ascii_digit() || matches!(b, b'+' | b'-' | b'.'));
+        if bytes[from].is_ascii_alphabetic() && alone && blanks > 0 && number {
+            bytes.swap(from, from + blanks);
+            moved.push((from, from + blanks));
+        }
+    }
+    (String::from_utf8_lossy(&bytes).into_owned(), moved)
+}
+
+/// Refuses two signs in a row, and numbers of more digits than a coordinate can hold.
+fn check_signs_and_digits(text: &str) -> Result<(), Refusal> {
+    let bytes = text.as_bytes();
+    if let Some(at) = bytes.windows(2).position(|pair| pair.iter().all(|b| matches!(b, b'+' | b'-'))) {
+        return Err(not_a_word(text, at));
+    }
+    let mut start = 0;
+    for run in bytes.split(|b| !b.is_ascii_digit()) {
+        if run.len() > Fault::MAX_DIGITS {
+            return Err(Refusal::new(start..start + run.len(), Fault::TooManyDigits { digits: run.len() }));
+        }
+        start += run.len() + 1;
+    }
+    Ok(())
+}
+
+/// Refuses the first part of `text` between blanks with the worst that is wrong with any: it is no letters and numbers, its last letter
+/// has no number, or several letters have one.
+fn not_words(text: &str) -> Refusal {
+    let mut at = 0;
+    let parts = text.split(' ').map(|part| {
+        let start = at;
+        at += part.len() + 1;
+        (start, part)
+    });
+    let worst = parts.filter_map(|(start, part)| Some((wrong_with(part)?, start))).min_by_key(|(wrong, _)| *wrong);
+    not_a_word(text, worst.map_or(0, |(_, start)| start))
+}
+
+/// How bad it is, 0 the worst, if anything is wrong with text without blanks.
+fn wrong_with(mut rest: &str) -> Option<u8> {
+    let mut found = None;
+    while !rest.is_empty() {
+        let letters = rest.bytes().take_while(u8::is_ascii_alphabetic).count();
+        let behind = &rest[letters..];
+        let digits = |from: usize| behind[from..].bytes().take_while(u8::is_ascii_digit).count();
+        let sign = usize::from(behind.starts_with(['+', '-']));
+        let whole = sign + digits(sign);
+        let end = if behind[whole..].starts_with('.') { whole + 1 + digits(whole + 1) } else { whole };
+        match (letters, behind[..end].parse::<f64>()) {
+            (1.., Err(_)) if behind.is_empty() => return Some(1),
+            (0, _) | (_, Err(_)) => return Some(0),
+            (1, Ok(_)) => {}
+            (_, Ok(_)) => found = Some(2),
+        }
+        rest = &behind[end..];
+    }
+    found
+}
+
+/// Refuses the blank-separated text around `at`.
+fn not_a_word(text: &str, at: usize) -> Refusal {
+    let start = text[..at].rfind(' ').map_or(0, |p| p + 1);
+    let end = text[at..].find(' ').map_or(text.len(), |p| at + p);
+    Refusal::new(start..end, what_instead(text, start))
+}
+
+/// What else text that is no word may be: that of another language or a macro.
+fn what_instead(text: &str, start: usize) -> Fault {
+    const MACRO: [&str; 24] = [
+        "IF",
+        "THEN",
+        "GOTO",
+        "WHILE",
+        "DO",
+        "END",
+        "SUB",
+        "ENDSUB",
+        "CALL",
+        "RETURN",
+        "ELSE",
+        "ELSEIF",
+        "ENDIF",
+        "ENDWHILE",
+        "REPEAT",
+        "ENDREPEAT",
+        "BREAK",
+        "CONTINUE",
+        "SETVN",
+        "POPEN",
+        "DPRNT",
+        "PCLOS",
+        "BPRNT",
+        "O",
+    ];
+    let name_at = |at: usize| -> String { text[at..].chars().take_while(char::is_ascii_alphabetic).collect() };
+    let before = || text[..start].trim_end().rfind(' ').map_or(0, |p| p + 1);
+    let name = Some(name_at(start)).filter(|name| !name.is_empty()).unwrap_or_else(|| name_at(before())).to_uppercase();
+    let o_word = text.trim_start().starts_with(['o', 'O']);
+    match name.len() {
+        _ if MACRO.contains(&name.as_str()) && (name != "O" || o_word) => Fault::Variable,
+        3.. => Fault::Language,
+        _ => Fault::NotAWord,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #![proptest_config(crate::cases::cases(256))]
+
+        #[test]
+        fn plain_lines_are_read_as_all_others_are(text in "([ ]{0,2}[A-Za-z][+-]?[0-9]{0,3}[.]?[0-9]{0,3}){0,6}[ ]?") {
+            if let Some(words) = plain(&text, Fault::MAX_DIGITS) {
+                prop_assert_eq!(parted(&text), Ok(words));
+            }
+        }
+
+        #[test]
+        fn what_is_not_plain_is_looked_at_again(text in "[GXO1-9.+ -]{0,12}") {
+            if let Some(words) = plain(&text, Fault::MAX_DIGITS) {
+                prop_assert_eq!(parted(&text), Ok(words));
+            }
+        }
+    }
+
+    #[test]
+    fn lines_of_motion_are_plain() {
+        for text in ["G1 X1.5Y-.25 Z+3. F600", "N10 g01x5", "", "  ", "M30"] {
+            assert!(plain(text, 17).is_some(), "{text}");
+        }
+        for text in ["X", "X 5", "X+-1", "X1.2.3", "X.", "5", "XY5", "X1 %"] {
+            assert!(plain(text, 17).is_none(), "{text}");
+        }
+    }
+
+    #[test]
+    fn words_keep_their_place_and_their_digits() {
+        let words = words("  g01X-.5y+3.Z123456.789012").unwrap();
+        let seen: Vec<_> = words.iter().map(|w| (w.letter, w.value, w.span.clone())).collect();
+        assert_eq!(seen, [('G', 1.0, 2..5), ('X', -0.5, 5..9), ('Y', 3.0, 9..13), ('Z', 123456.789012, 13..27)]);
+    }
+
+    #[test]
+    fn blanks_may_part_a_letter_from_its_number() {
+        let words = words("G 1 X  10.5Y -2").unwrap();
+        let seen: Vec<_> = words.iter().map(|w| (w.letter, w.value, w.span.clone())).collect();
+        assert_eq!(seen, [('G', 1.0, 0..3), ('X', 10.5, 4..11), ('Y', -2.0, 11..15)]);
+    }
+
+    #[test]
+    fn other_languages_are_told_apart() {
+        let fault = |text: &str| super::words(text).unwrap_err().fault;
+        assert_eq!(fault("N10 TRAORI"), Fault::Language);
+        assert_eq!(fault("MSG"), Fault::Language);
+        assert_eq!(fault("O100 sub"), Fault::Variable);
+        assert_eq!(fault("GOTO 100"), Fault::Variable);
+    }
+
+    #[test]
+    fn numbers_of_codes_are_exact() {
+        let tenths = |text: &str| words(text).unwrap()[0].tenths();
+        assert_eq!(tenths("G90.1"), Some(901));
+        assert_eq!(tenths("G002"), Some(20));
+        assert_eq!(tenths("G1.05"), None);
+        assert_eq!(tenths("G-1"), None);
+    }
+
+    #[test]
+    fn what_is_no_word_is_refused_where_it_stands() {
+        for (text, span) in [
+            ("G1 X Y5", 3..4),
+            ("G1 XY5", 3..6),
+            ("G1 X+-1.0 Y1", 3..9),
+            ("5", 0..1),
+            ("G1 X--1", 3..7),
+            ("X1.2.3", 0..6),
+        ] {
+            assert_eq!(words(text), Err(Refusal::new(span, Fault::NotAWord)), "{text}");
+        }
+        let long = format!("X{}.9", "7".repeat(29));
+        assert_eq!(words(&long), Err(Refusal::new(1..30, Fault::TooManyDigits { digits: 29 })));
+    }
+}

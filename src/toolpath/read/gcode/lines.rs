@@ -1,0 +1,220 @@
+//! A program as lines: where each ends, and which of its bytes are code.
+
+use std::ops::Range;
+
+use crate::toolpath::model::gcode::{Fault, Refusal, Unsupported};
+
+/// The lines of a source, as byte ranges into it that cover it without gap: copying them gives it back.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Lines {
+    /// Of each line, where its content ends and where its ending does.
+    ends: Vec<[usize; 2]>,
+}
+
+impl Lines {
+    pub fn of(source: &[u8]) -> Lines {
+        let mut ends = Vec::new();
+        let mut start = 0;
+        while start < source.len() {
+            let rest = &source[start..];
+            let length = rest.iter().position(|b| matches!(b, b'\r' | b'\n')).unwrap_or(rest.len());
+            let end = start + length;
+            let next = match &source[end..] {
+                [b'\r', b'\r', b'\n', ..] => end + 3,
+                [b'\r', b'\n', ..] => end + 2,
+                [_, ..] => end + 1,
+                [] => end,
+            };
+            ends.push([end, next]);
+            start = next;
+        }
+        Lines { ends }
+    }
+
+    pub fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// Line `index` (from 0) without its ending.
+    pub fn content(&self, index: usize) -> Range<usize> {
+        let start = index.checked_sub(1).map_or(0, |before| self.ends[before][1]);
+        start..self.ends[index][0]
+    }
+
+    /// Its ending: `\n`, `\r\n`, `\r\r\n`, `\r`, or nothing at the end of the file.
+    pub fn ending(&self, index: usize) -> Range<usize> {
+        let [content, ending] = self.ends[index];
+        content..ending
+    }
+}
+
+/// What a line holds once its comments are out of the way.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Code {
+    /// A `%` that opens or closes the program.
+    Percent,
+    /// A command to a Grbl control (`$`, `?`, `!`, `~`), no code.
+    Command {
+        /// Whether it may move the machine: `$H`, `$J=`.
+        moves: bool,
+    },
+    /// Words, at their own places in the line; all else is blanks.
+    Words {
+        text: String,
+        /// The length of the leading blanks and block-delete mark.
+        prefix: usize,
+    },
+}
+
+/// Blanks out comments and the block-delete mark, keeping every word at its byte.
+///
+/// Comments may hold any bytes, so programs in UTF-8 and in older encodings pass. What remains is checked to be
+/// ASCII letters, digits, signs, points and blanks.
+pub(crate) fn code(line: &[u8]) -> Result<Code, Refusal> {
+    let mut text = String::with_capacity(line.len());
+    match line.get(blanks(line)) {
+        Some(b'%') => return Ok(Code::Percent),
+        Some(b'$') => {
+            let moves = line.get(blanks(line) + 1).is_some_and(|b| matches!(b.to_ascii_uppercase(), b'H' | b'J'));
+            return Ok(Code::Command { moves });
+        }
+        Some(b'?' | b'!' | b'~') => return Ok(Code::Command { moves: false }),
+        _ => {}
+    }
+    let prefix = prefix(line);
+    text.extend(std::iter::repeat_n(' ', prefix));
+    let message = message(line, prefix);
+    while let Some(&byte) = line.get(text.len()) {
+        let at = text.len();
+        match byte {
+            _ if message.is_some_and(|begin| at >= begin) => text.push(' '),
+            b'(' => text.extend(std::iter::repeat_n(' ', comment_length(line, at)?)),
+            b';' => text.extend(std::iter::repeat_n(' ', line.len() - at)),
+            _ if is_blank(byte) => text.push(' '),
+            // A program number, as tapes have it.
+            b':' if text.trim().is_empty() && line.get(at + 1).is_some_and(u8::is_ascii_digit) => text.push('O'),
+            b'+' | b'-' | b'.' => text.push(char::from(byte)),
+            _ if byte.is_ascii_alphanumeric() => text.push(char::from(byte)),
+            _ => return Err(unexpected(line, at)),
+        }
+    }
+    Ok(Code::Words { text, prefix })
+}
+
+/// Length of the leading blanks and block-delete mark.
+pub(crate) fn prefix(line: &[u8]) -> usize {
+    let blanks = blanks(line);
+    if !is_deletable(line) {
+        return blanks;
+    }
+    // A digit after the slash is the number of the delete switch.
+    blanks + 1 + usize::from(line.get(blanks + 1).is_some_and(u8::is_ascii_digit))
+}
+
+/// Where the text of a message begins (M117, M118), if the line has one.
+fn message(line: &[u8], prefix: usize) -> Option<usize> {
+    let digits = |from: usize| line[from..].iter().take_while(|b| b.is_ascii_digit()).count();
+    let skip = |from: usize| from + line[from..].iter().take_while(|b| is_blank(**b)).count();
+    let mut at = prefix;
+    if matches!(line.get(at), Some(b'N' | b'n')) {
+        at = skip(at + 1 + digits(at + 1));
+    }
+    let end = at + 4;
+    let is_message = line.get(at..end).is_some_and(|word| matches!(&word.to_ascii_uppercase()[..], b"M117" | b"M118"));
+    (is_message && digits(end) == 0).then_some(end)
+}
+
+/// Whether the line begins with a block-delete mark.
+pub(crate) fn is_deletable(line: &[u8]) -> bool {
+    first(line) == Some(b'/')
+}
+
+/// The first byte that is not blank.
+pub(crate) fn first(line: &[u8]) -> Option<u8> {
+    line.get(blanks(line)).copied()
+}
+
+/// Length of what is blank at the beginning of `line`; the byte-order mark of a file in UTF-8 is.
+pub(crate) fn blanks(line: &[u8]) -> usize {
+    let mark = if line.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 };
+    mark + line[mark..].iter().take_while(|b| is_blank(**b)).count()
+}
+
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
+/// Blanks, and what tapes and old file systems leave: NUL, form feed, the codes of a reader, end of file.
+pub(crate) fn is_blank(byte: u8) -> bool {
+    matches!(byte, b' ' | b'\t' | 0 | 0x0b | 0x0c | 0x11..=0x14 | 0x1a)
+}
+
+/// Length of the comment that opens at `at`, its parentheses included. It ends at the first that closes; of a comment within
+/// it, the parenthesis that would close both may follow.
+pub(crate) fn comment_length(line: &[u8], at: usize) -> Result<usize, Refusal> {
+    let rest = &line[at..];
+    let Some(close) = rest.iter().position(|&b| b == b')') else {
+        return Err(Refusal::new(at..line.len(), Fault::OpenComment));
+    };
+    let mut length = close + 1;
+    for _ in 1..rest[..close].iter().filter(|b| **b == b'(').count() {
+        let blanks = rest[length..].iter().take_while(|b| is_blank(**b)).count();
+        match rest.get(length + blanks) {
+            Some(b')') => length += blanks + 1,
+            _ => break,
+        }
+    }
+    Ok(length)
+}
+
+/// Why the byte at `at` cannot be code, quoting the word-like text it stands in.
+fn unexpected(line: &[u8], at: usize) -> Refusal {
+    let fault = match line[at] {
+        // `X=10` is Sinumerik's; in a macro, what is assigned has a `#`.
+        b'=' if !line.contains(&b'#') => Fault::Language,
+        b'#' | b'[' | b']' | b'=' | b'<' | b'>' => Fault::Variable,
+        b'*' => Fault::Checksum,
+        b',' => Fault::Unsupported(Unsupported::Corner),
+        b'"' => Fault::Language,
+        _ => Fault::Character,
+    };
+    let bounds = |b: &u8| is_blank(*b) || matches!(b, b'(' | b';');
+    let start = line[..at].iter().rposition(bounds).map_or(0, |p| p + 1);
+    let end = line[at..].iter().position(bounds).map_or(line.len(), |p| at + p);
+    Refusal::new(start..end, fault)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_cover_the_source_whatever_their_endings() {
+        let source = b"a\r\nb\n\rc\r\r\n\nd";
+        let lines = Lines::of(source);
+        let all = || 0..lines.len();
+        let joined: Vec<u8> =
+            all().flat_map(|l| [&source[lines.content(l)], &source[lines.ending(l)]].concat()).collect();
+        assert_eq!(joined, source);
+        let contents: Vec<_> = all().map(|l| &source[lines.content(l)]).collect();
+        assert_eq!(contents, [&b"a"[..], b"b", b"", b"c", b"", b"d"]);
+        assert_eq!(Lines::of(b"").len(), 0);
+    }
+
+    #[test]
+    fn comments_and_delete_marks_become_blanks() {
+        let line = " /2 G1(Ø6 mm)X1.5 ; für ( alles".as_bytes();
+        let Ok(Code::Words { text, prefix }) = code(line) else { panic!() };
+        assert_eq!(text.trim_end(), "    G1        X1.5");
+        assert_eq!((text.len(), prefix), (line.len(), 3));
+        assert_eq!(code(b"  % main"), Ok(Code::Percent));
+        assert_eq!(code(b"$H"), Ok(Code::Command { moves: true }));
+        assert_eq!(code(b"?"), Ok(Code::Command { moves: false }));
+        let Ok(Code::Words { text, .. }) = code(b"N5 M117 Ready, 100 %!") else { panic!() };
+        assert_eq!(text.trim_end(), "N5 M117");
+        let Ok(Code::Words { text, prefix }) = code(b"\xef\xbb\xbf:1000") else { panic!() };
+        assert_eq!((text.as_str(), prefix), ("   O1000", 3));
+        assert!(code(b"(\xff\xfe)").is_ok());
+        let Ok(Code::Words { text, .. }) = code(b"(a (b (c)) ) X5") else { panic!() };
+        assert_eq!(text, "             X5");
+        assert!(code(b"(a (b) X5)").is_err());
+    }
+}

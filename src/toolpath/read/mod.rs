@@ -1,0 +1,5 @@
+//! Programs read and followed, format by format.
+
+pub(crate) mod gcode;
+pub(crate) mod polyline;
+pub(crate) mod robot;

@@ -1,0 +1,58 @@
+//! Polyline files, read.
+
+pub(crate) mod column;
+pub(crate) mod error;
+pub(crate) mod read;
+pub(crate) mod sample;
+
+pub(crate) use {column::*, error::*};
+
+use std::ops::Range;
+
+use crate::toolpath::model::{NumberFormat, Toolpath};
+
+/// A polyline file that has been read.
+#[derive(Clone, Debug)]
+pub struct Polyline {
+    pub(crate) name: String,
+    pub(crate) source: Vec<u8>,
+    pub(crate) columns: Vec<Column>,
+    /// The bytes of each row, without its line ending.
+    pub(crate) rows: Vec<Range<usize>>,
+    /// The line of each row, from 1.
+    pub(crate) lines: Vec<usize>,
+    pub(crate) path: Toolpath,
+    pub(crate) own_format: NumberFormat,
+}
+
+impl Polyline {
+    /// The points of the file as a path; [`PointSource::segment`](crate::toolpath::PointSource) is the row, from 0.
+    #[must_use]
+    pub fn toolpath(&self) -> &Toolpath {
+        &self.path
+    }
+
+    /// The file's bytes.
+    #[cfg(feature = "study")]
+    pub(crate) fn source(&self) -> &[u8] {
+        &self.source
+    }
+
+    /// The line, from 1, that the row of a point stands on; blank lines count.
+    #[must_use]
+    pub fn line_of(&self, segment: usize) -> Option<usize> {
+        self.lines.get(segment).copied()
+    }
+
+    /// The bytes of the row of a point, without its line ending.
+    #[must_use]
+    pub fn content_of(&self, segment: usize) -> Option<&[u8]> {
+        self.rows.get(segment).map(|row| &self.source[row.clone()])
+    }
+
+    /// The decimals the file writes its positions with, at most, and at least 3.
+    #[must_use]
+    pub fn own_format(&self) -> NumberFormat {
+        self.own_format
+    }
+}

@@ -1,0 +1,202 @@
+//! Reading a polyline file.
+
+use std::ops::Range;
+
+use csv::ByteRecord;
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+use crate::{
+    input::csv_rows::{self, Row, line_number},
+    machine::ExternalAxes,
+    toolpath::{
+        model::{Load, NumberFormat, Orientation, PathPoint, PointSource, Sampling, Toolpath, direction, number},
+        read::polyline::{Column, EXTERNAL_WORDS, Polyline, PolylineError, PolylineFault},
+    },
+};
+
+impl Polyline {
+    /// Reads a polyline. `name` is the file's name, for messages; `source` its bytes.
+    ///
+    /// # Errors
+    /// When a column is unknown, repeated or missing, a row has the wrong number of values, a value cannot be read,
+    /// or there is no row.
+    pub fn read(source: impl Into<Vec<u8>>, name: &str) -> Result<Polyline, PolylineError> {
+        let source = source.into();
+        let parsed = parse(&source).map_err(|(at, fault)| PolylineError {
+            file: name.to_owned(),
+            line: line_number(&source, at),
+            fault,
+        })?;
+        let Parsed { columns, external, rows, points, decimals } = parsed;
+        let path = Toolpath::assemble(points).with_external_axes(&external);
+        let own_format = NumberFormat::seen(decimals, 0);
+        let lines = csv_rows::line_numbers(&source, rows.iter().map(|row| row.start));
+        Ok(Polyline { name: name.to_owned(), source, columns, rows, lines, path, own_format })
+    }
+}
+
+/// A fault at a byte of the file.
+type At<T> = Result<T, (usize, PolylineFault)>;
+
+struct Parsed {
+    columns: Vec<Column>,
+    /// Names of the external axes.
+    external: Vec<String>,
+    rows: Vec<Range<usize>>,
+    points: Vec<PathPoint>,
+    /// The most decimals of a coordinate.
+    decimals: usize,
+}
+
+fn parse(source: &[u8]) -> At<Parsed> {
+    let rows = csv_rows::read(source).map_err(|(at, reason)| (at, PolylineFault::NotCsv { reason }))?;
+    let Some((header, rows)) = rows.split_first() else {
+        return Err((0, PolylineFault::NoPoints));
+    };
+    let (columns, external) = header_columns(&header.fields).map_err(|fault| (header.span.start, fault))?;
+    if rows.is_empty() {
+        return Err((source.len(), PolylineFault::NoPoints));
+    }
+    if rows.len() >= Sampling::MAX_POINTS {
+        return Err((source.len(), PolylineFault::TooManyPoints));
+    }
+    let mut points = Vec::with_capacity(rows.len());
+    let mut decimals = 0;
+    for Row { fields, span } in rows {
+        let values = values(&columns, &external, fields).map_err(|fault| (span.start, fault))?;
+        let orientation = orientation(&columns, &values).map_err(|fault| (span.start, fault))?;
+        points.push(PathPoint { orientation, ..point(&columns, &values, points.len()) });
+        decimals = decimals.max(most_decimals(&columns, fields));
+    }
+    measure(&mut points);
+    Ok(Parsed { columns, external, rows: rows.iter().map(|row| row.span.clone()).collect(), points, decimals })
+}
+
+/// The columns of the file, and the names of its external axes.
+fn header_columns(header: &ByteRecord) -> Result<(Vec<Column>, Vec<String>), PolylineFault> {
+    let (mut columns, mut external) = (Vec::new(), Vec::new());
+    for name in header {
+        let name = String::from_utf8_lossy(name);
+        let Some(column) = Column::named(&name, &mut external) else {
+            let optional = Column::all().skip(3).map(|column| column.name(&external));
+            let optional = optional.chain([EXTERNAL_WORDS.into()]).collect::<Vec<_>>().join(", ");
+            return Err(PolylineFault::UnknownColumn { name: name.into_owned(), optional });
+        };
+        if columns.contains(&column) {
+            return Err(PolylineFault::RepeatedColumn { name: name.into_owned() });
+        }
+        columns.push(column);
+    }
+    let with_others = columns.iter().flat_map(|c| c.companions()).map(|c| (c, "with its companions"));
+    let always = [0, 1, 2].map(|axis| (Column::Position(axis), "in every file"));
+    for (column, because) in always.into_iter().chain(with_others) {
+        if !columns.contains(&column) {
+            return Err(PolylineFault::MissingColumn { name: column.name(&external).into_owned(), because });
+        }
+    }
+    if [Column::ToolAxis(0), Column::Platform(0)].iter().all(|column| columns.contains(column)) {
+        return Err(PolylineFault::TwoOrientations);
+    }
+    if external.len() > ExternalAxes::MOST {
+        return Err(PolylineFault::TooManyAxes { count: external.len() });
+    }
+    Ok((columns, external))
+}
+
+/// The numbers of a row, in the order of `columns`.
+fn values(columns: &[Column], external: &[String], record: &ByteRecord) -> Result<Vec<f64>, PolylineFault> {
+    if record.len() != columns.len() {
+        return Err(PolylineFault::Width { found: record.len(), expected: columns.len() });
+    }
+    let value = |(column, field): (&Column, &[u8])| {
+        let read = std::str::from_utf8(field).ok().and_then(|text| column.value(text));
+        read.ok_or_else(|| PolylineFault::Value {
+            column: column.name(external).into_owned(),
+            value: String::from_utf8_lossy(field).into_owned(),
+            expected: column.expected(),
+        })
+    };
+    columns.iter().zip(record).map(value).collect()
+}
+
+fn most_decimals(columns: &[Column], record: &ByteRecord) -> usize {
+    let positions = columns.iter().zip(record).filter(|(c, _)| matches!(c, Column::Position(_)));
+    positions.map(|(_, field)| number::decimals_in(&String::from_utf8_lossy(field))).max().unwrap_or(0)
+}
+
+/// How the tool stands at a row, if the file says it.
+fn orientation(columns: &[Column], values: &[f64]) -> Result<Option<Orientation>, PolylineFault> {
+    let entry = |wanted: Column| columns.iter().position(|c| *c == wanted).map(|at| values[at]);
+    if let [Some(x), Some(y), Some(z)] = [0, 1, 2].map(|axis| entry(Column::ToolAxis(axis))) {
+        let axis = Vector3::new(x, y, z).try_normalize(LEAST_AXIS);
+        return axis.map(|axis| Some(Orientation::ToolAxis(axis))).ok_or(PolylineFault::NoDirection);
+    }
+    let [Some(w), Some(x), Some(y), Some(z)] = [0, 1, 2, 3].map(|index| entry(Column::Platform(index))) else {
+        return Ok(None);
+    };
+    let quaternion = Quaternion::new(w, x, y, z);
+    let norm = quaternion.norm();
+    match (norm - 1.0).abs() <= NOT_UNIT {
+        true => Ok(Some(Orientation::Platform(UnitQuaternion::new_normalize(quaternion)))),
+        false => Err(PolylineFault::NotUnit { norm }),
+    }
+}
+
+/// A shorter direction is none.
+const LEAST_AXIS: f64 = 1e-9;
+/// How far from 1 the length of a quaternion may be: files have so many digits.
+const NOT_UNIT: f64 = 1e-3;
+
+/// The point of row `segment`; its tangent and length come later.
+fn point(columns: &[Column], values: &[f64], segment: usize) -> PathPoint {
+    let value = |wanted: Column| columns.iter().position(|c| *c == wanted).map(|at| values[at]);
+    let vector = |of: fn(usize) -> Column| {
+        let [x, y, z] = [0, 1, 2].map(|axis| value(of(axis)));
+        Some(Vector3::new(x?, y?, z?))
+    };
+    let (force, moment) = (vector(Column::Force), vector(Column::Moment));
+    let load = (force.is_some() || moment.is_some())
+        .then(|| Load { force_N: force.unwrap_or_default(), moment_Nmm: moment.unwrap_or_default() });
+    PathPoint {
+        position_mm: vector(Column::Position).unwrap_or_default(),
+        orientation: None,
+        tangent: Vector3::zeros(),
+        arc_length_mm: 0.0,
+        cutting: value(Column::Cutting) != Some(0.0),
+        feed_mm_per_min: value(Column::Feed),
+        spindle_rev_per_min: value(Column::Spindle),
+        tool: None,
+        feature: None,
+        load,
+        external: std::array::from_fn(|axis| value(Column::External(axis)).unwrap_or(0.0)),
+        source: PointSource { segment, parameter: 1.0 },
+    }
+}
+
+/// Where a path turns by more it has a corner, rad: less is a curve, given by points.
+const CORNER_RAD: f64 = 20.0 * std::f64::consts::PI / 180.0;
+
+/// Sets arc lengths and tangents. The tangent is the mean of the directions of arrival and departure on a curve, and at a corner the
+/// direction of arrival, as in a program. A path that ends where it begins turns there too.
+fn measure(points: &mut [PathPoint]) {
+    let steps = points.windows(2).map(|pair| direction(pair[1].position_mm - pair[0].position_mm));
+    let moving: Vec<Vector3<f64>> = steps.filter(|step| *step != Vector3::zeros()).collect();
+    let is_closed = points.first().map(|p| p.position_mm) == points.last().map(|p| p.position_mm);
+    let around = |end: Option<&Vector3<f64>>| end.copied().filter(|_| is_closed).unwrap_or_else(Vector3::zeros);
+    let (mut arrival, last_departure) = (around(moving.last()), around(moving.first()));
+    let mut length = 0.0;
+    for k in 0..points.len() {
+        let here = points[k].position_mm;
+        let step = points.get(k + 1).map_or_else(Vector3::zeros, |next| next.position_mm - here);
+        let departure = if k + 1 < points.len() { direction(step) } else { last_departure };
+        // Without arrival there is no corner: of a zero vector the angle below may be −0 and half a turn.
+        let is_corner =
+            arrival != Vector3::zeros() && arrival.cross(&departure).norm().atan2(arrival.dot(&departure)) > CORNER_RAD;
+        points[k].tangent = if is_corner { arrival } else { direction(arrival + departure) };
+        points[k].arc_length_mm = length;
+        length += step.norm();
+        if departure != Vector3::zeros() {
+            arrival = departure;
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! Motions of KRL: `LIN {…} C_DIS`, `CIRC {…},{…}, CA 90`, `PTP XP1`, `LIN_REL {Z 5}`.
+
+use std::ops::Range;
+
+use crate::toolpath::{
+    model::robot::{Component, Frames, Kind, RobotFault, Statement, Target},
+    read::robot::{
+        Scan,
+        krl::{Reader, frame, state::place},
+        trimmed,
+    },
+};
+
+/// Where a motion leads.
+enum Leads {
+    To(Target),
+    /// To positions of joints, or to a point that nothing here says.
+    Somewhere,
+    /// Nowhere: where the robot is.
+    Nowhere,
+}
+
+impl Reader<'_> {
+    /// The motion `word` in the bytes `code`.
+    pub(crate) fn motion(&mut self, word: &str, code: Range<usize>) -> Result<Option<Statement>, RobotFault> {
+        let (kind, is_step) = match word {
+            "LIN" => (Kind::Line, false),
+            "LIN_REL" => (Kind::Line, true),
+            "PTP" => (Kind::PointToPoint, false),
+            "PTP_REL" => (Kind::PointToPoint, true),
+            "CIRC" => (Kind::Circle, false),
+            "CIRC_REL" => {
+                return Err(RobotFault::NotFollowed { what: "circles by steps are", expected: "CIRC" });
+            }
+            _ => return Err(RobotFault::NotFollowed { what: "splines are", expected: "LIN, CIRC and PTP" }),
+        };
+        self.check_runs_once()?;
+        if let Some(end) = self.ended {
+            return Err(RobotFault::AfterEnd { end });
+        }
+        let text = &self.source[code.clone()];
+        let mut scan = Scan::new(text);
+        let (_, keyword) = scan.name();
+        let via = match kind {
+            Kind::Circle => {
+                let Leads::To(via) = self.leads(kind, &mut scan, text, code.start)? else {
+                    return Err(RobotFault::Form { expected: "a point on the circle" });
+                };
+                scan.expect(b',', ", and the end of the circle")?;
+                Some(via)
+            }
+            _ => None,
+        };
+        let end = match self.leads(kind, &mut scan, text, code.start)? {
+            Leads::To(target) => Some(target),
+            Leads::Somewhere => None,
+            Leads::Nowhere => return Ok(None),
+        };
+        let is_angle_next = kind == Kind::Circle && scan.takes(b',');
+        let sweep_rad = if is_angle_next { Some(circle_angle(&mut scan)?) } else { None };
+        let pose_end = end.as_ref().map_or(code.end, |end| end.at.end);
+        let suffix = if is_angle_next { code.start + scan.at } else { pose_end }..code.end;
+        let in_tool = behind(scan)?;
+        if is_step {
+            let turns = |target: &Target| {
+                (0..3).any(|angle| target.number(Component::Rotation(angle)).is_some_and(|a| a != 0.0))
+            };
+            let moves_axes =
+                |target: &Target| target.numbers.iter().any(|n| matches!(n.component, Component::External(_)));
+            if in_tool || end.as_ref().is_some_and(|end| turns(end) || moves_axes(end)) {
+                return Err(RobotFault::NotFollowed {
+                    what: "steps along the axes of the tool, turns and external axes by steps are",
+                    expected: "steps of X, Y and Z in the base",
+                });
+            }
+        }
+        if let (Kind::Circle, Some(_)) = (kind, self.carried_on_circles) {
+            return Err(RobotFault::NotFollowed {
+                what: "circles that carry the orientation along ($CIRC_TYPE) are",
+                expected: "$CIRC_TYPE=#BASE before it",
+            });
+        }
+        let end = end.map(|end| if is_step { without_turns(end) } else { end });
+        let frames = match &end {
+            Some(_) => Frames {
+                base: self.bases.pose(self.base.as_ref())?,
+                tool: self.tools.rotation(self.tool.as_ref())?,
+                unit_mm: 1.0,
+            },
+            None => Frames::default(),
+        };
+        Ok(Some(Statement {
+            line: self.lines.line,
+            keyword: code.start + keyword.start..code.start + keyword.end,
+            at: code,
+            suffix,
+            kind,
+            via,
+            end,
+            sweep_rad,
+            is_step,
+            frames,
+            feed_mm_per_min: self.feed_mm_per_min,
+            spindle_rev_per_min: None,
+            tool: None,
+        }))
+    }
+
+    /// Where the point leads that comes next in `text`, which begins at byte `start` of the source.
+    fn leads(&self, kind: Kind, scan: &mut Scan<'_>, text: &[u8], start: usize) -> Result<Leads, RobotFault> {
+        let from = scan.blanks().at;
+        let written: &[u8] = match scan.peek() {
+            Some(b'{') => {
+                let braces = frame::braces(scan, text)?;
+                &text[braces]
+            }
+            _ => {
+                let name = place(scan).map_err(|_| RobotFault::Form { expected: "a point" })?;
+                match self.points.find(&name)? {
+                    Some(written) => written,
+                    None if matches!(name.as_str(), "$AXIS_ACT" | "$POS_ACT") => return Ok(Leads::Nowhere),
+                    None if kind == Kind::PointToPoint => {
+                        return if operator(*scan) { Err(OPERATOR) } else { Ok(Leads::Somewhere) };
+                    }
+                    None => return Err(self.points.missing(&name)),
+                }
+            }
+        };
+        if operator(*scan) {
+            return Err(OPERATOR);
+        }
+        match (frame::value(written)?, kind) {
+            (frame::Value::Pose(numbers), _) => {
+                let at = trimmed(self.source, start + from..start + scan.at);
+                Ok(Leads::To(Target { at, text: written.to_vec(), numbers }))
+            }
+            (frame::Value::Joints, Kind::PointToPoint) => Ok(Leads::Somewhere),
+            (frame::Value::Joints, _) => Err(RobotFault::Form { expected: "a pose, not positions of joints" }),
+        }
+    }
+}
+
+const OPERATOR: RobotFault =
+    RobotFault::NotFollowed { what: "operators on points are", expected: "a point whose numbers the file gives" };
+
+fn operator(mut scan: Scan<'_>) -> bool {
+    scan.is_in_expression()
+}
+
+/// `CA 90` or `CA=90` behind a circle, rad.
+fn circle_angle(scan: &mut Scan<'_>) -> Result<f64, RobotFault> {
+    let expected = RobotFault::Form { expected: "CA and the angle of the circle, not 0" };
+    if !scan.name().0.eq_ignore_ascii_case("CA") {
+        return Err(expected);
+    }
+    scan.takes(b'=');
+    let (degrees, _) = scan.number()?;
+    if degrees == 0.0 || degrees.abs() > MOST_DEGREES { Err(expected) } else { Ok(degrees.to_radians()) }
+}
+
+/// A hundred turns.
+const MOST_DEGREES: f64 = 36_000.0;
+
+/// Reads what stands behind the last point; whether its axes are those of the tool.
+fn behind(mut scan: Scan<'_>) -> Result<bool, RobotFault> {
+    let mut in_tool = false;
+    while !scan.is_done() {
+        let is_mode = scan.takes(b'#');
+        let (word, _) = scan.name();
+        match word.to_ascii_uppercase().as_str() {
+            "C_DIS" | "C_VEL" | "C_ORI" | "C_PTP" | "C_SPL" if !is_mode => {}
+            "BASE" if is_mode => {}
+            "TOOL" if is_mode => in_tool = true,
+            _ => {
+                return Err(RobotFault::Form { expected: "C_DIS, C_VEL, C_ORI or C_PTP behind the point, or nothing" });
+            }
+        }
+    }
+    Ok(in_tool)
+}
+
+/// A step whose angles, all 0, keep the orientation.
+fn without_turns(mut target: Target) -> Target {
+    target.numbers.retain(|number| !matches!(number.component, Component::Rotation(_)));
+    target
+}

@@ -1,0 +1,197 @@
+//! What lines of KRL set: bases, tools, velocity, modes.
+
+use std::ops::Range;
+
+use crate::toolpath::{
+    model::robot::RobotFault,
+    read::robot::{
+        Base, Scan, Tool,
+        krl::{FIXED_TOOL, Reader, frame},
+        trimmed,
+    },
+};
+
+/// mm/min in 1 m/s.
+const PER_METRE_PER_SECOND: f64 = 60_000.0;
+
+const FRAME_VALUE: RobotFault = RobotFault::Form {
+    expected: "{X …, Y …, Z …, A …, B …, C …}, base_data[n], tool_data[n], a declared frame, $NULLFRAME or $WORLD",
+};
+
+impl Reader<'_> {
+    /// A line that begins with no word of the language.
+    pub(crate) fn assignment_or_call(&mut self, code: Range<usize>) -> Result<(), RobotFault> {
+        let text = &self.source[code.clone()];
+        let mut scan = Scan::new(text);
+        let name = place(&mut scan)?;
+        if scan.takes(b'=') {
+            let value = trimmed(self.source, code.start + scan.at..code.end);
+            return self.assign(name, value);
+        }
+        if scan.takes(b'(') {
+            return self.check_call(&name);
+        }
+        // A label.
+        if scan.takes(b':') && scan.is_done() {
+            Ok(())
+        } else {
+            Err(RobotFault::Unknown { expected: "a statement of KRL" })
+        }
+    }
+
+    fn assign(&mut self, name: String, value: Range<usize>) -> Result<(), RobotFault> {
+        let text = &self.source[value.clone()];
+        let is = |word: &str| text.eq_ignore_ascii_case(word.as_bytes());
+        match name.as_str() {
+            "$BASE" | "$TOOL" => {
+                self.check_runs_once()?;
+                let (frame_name, frame) = self.frame_of(text)?;
+                match name.as_str() {
+                    "$BASE" => self.base = Some(Base { name: frame_name, in_world: frame }),
+                    _ => self.tool = Some(Tool { name: frame_name, in_flange: frame }),
+                }
+            }
+            "$VEL.CP" => {
+                let speed = Scan::new(text).number().ok().filter(|(_, at)| at.end == text.len());
+                self.set_speed(speed.map(|(speed, _)| speed));
+            }
+            "$VEL" => self.set_speed(None),
+            "$IPO_MODE" if !is("#BASE") => return Err(FIXED_TOOL),
+            "$ORI_TYPE" if !is("#VAR") => {
+                return Err(RobotFault::NotFollowed {
+                    what: "orientations that do not turn evenly along a motion ($ORI_TYPE) are",
+                    expected: "#VAR",
+                });
+            }
+            "$CIRC_TYPE" => self.carried_on_circles = (!is("#BASE")).then_some(self.lines.line),
+            "FDAT_ACT" => {
+                let data = match text.starts_with(b"{") {
+                    true => Some(text),
+                    false => self.points.find(&String::from_utf8_lossy(text).to_ascii_uppercase())?,
+                };
+                let data = data.ok_or_else(|| self.points.missing(&String::from_utf8_lossy(text)))?;
+                self.frame_data = frame::numbers_of_frames(data)?;
+            }
+            _ if name.starts_with("$BASE.") || name.starts_with("$TOOL.") || name.starts_with("$BASE_C") => {
+                return Err(RobotFault::NotFollowed { what: "parts of frames are", expected: "a whole frame" });
+            }
+            _ if name.starts_with('$') => {}
+            _ => {
+                let runs_once = self.around.is_empty();
+                self.points.assign(name, value, self.lines.line, runs_once);
+            }
+        }
+        Ok(())
+    }
+
+    /// Name and pose of a frame in its parent as `text` says it.
+    fn frame_of(&self, text: &[u8]) -> Result<(String, Option<nalgebra::Isometry3<f64>>), RobotFault> {
+        let mut scan = Scan::new(text);
+        if scan.peek() == Some(b'{') {
+            let braces = frame::braces(&mut scan, text)?;
+            let shown = String::from_utf8_lossy(&text[braces.clone()]).into_owned();
+            return if scan.is_done() { Ok((shown, Some(frame::frame(&text[braces])?))) } else { Err(FRAME_VALUE) };
+        }
+        let name = place(&mut scan)?;
+        if scan.takes(b'(') {
+            return Err(RobotFault::NotFollowed {
+                what: "bases that move with external axes (EK, EB) are",
+                expected: "a base that stands still",
+            });
+        }
+        if !scan.is_done() {
+            return Err(FRAME_VALUE);
+        }
+        match name.as_str() {
+            "$NULLFRAME" | "$WORLD" => return Ok((name.to_ascii_lowercase(), Some(nalgebra::Isometry3::identity()))),
+            _ if name.starts_with('$') => return Err(FRAME_VALUE),
+            _ => {}
+        }
+        let written = self.points.find(&name)?;
+        let is_data = name.starts_with("BASE_DATA[") || name.starts_with("TOOL_DATA[");
+        match written {
+            Some(written) => Ok((name.to_ascii_lowercase(), Some(frame::frame(written)?))),
+            None if is_data => Ok((name.to_ascii_lowercase(), None)),
+            None => Err(self.points.missing(&name)),
+        }
+    }
+
+    /// `BAS(#…, …)`, by which inline forms set what motions need.
+    pub(crate) fn bas(&mut self, mut scan: Scan<'_>) -> Result<(), RobotFault> {
+        scan.expect(b'(', "(")?;
+        scan.expect(b'#', "# and a word")?;
+        let word = scan.name().0.to_ascii_uppercase();
+        let value = if scan.takes(b',') { scan.number().ok().map(|(value, _)| value) } else { None };
+        let index = value.filter(|value| *value >= 0.0 && value.fract() == 0.0).map(|value| value as usize);
+        match word.as_str() {
+            "VEL_CP" => self.set_speed(value),
+            "CP_PARAMS" => {
+                self.set_speed(value);
+                let frames = self.frame_data;
+                self.set_frames(frames)?;
+            }
+            "PTP_PARAMS" | "FRAMES" => {
+                let frames = self.frame_data;
+                self.set_frames(frames)?;
+            }
+            "TOOL" => self.set_frames([index, None])?,
+            "BASE" => self.set_frames([None, index])?,
+            "EX_BASE" => {
+                return Err(RobotFault::NotFollowed {
+                    what: "bases that move are",
+                    expected: "a base that stands still",
+                });
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn set_speed(&mut self, metres_per_second: Option<f64>) {
+        let speed = metres_per_second.filter(|speed| *speed > 0.0 && self.around.is_empty());
+        self.feed_mm_per_min = speed.map(|speed| speed * PER_METRE_PER_SECOND);
+    }
+
+    /// Tool and base by their numbers; number 0 is the flange, and the world.
+    fn set_frames(&mut self, [tool, base]: [Option<usize>; 2]) -> Result<(), RobotFault> {
+        if tool.is_some() || base.is_some() {
+            self.check_runs_once()?;
+        }
+        let named = |kind: &str, number: usize| match number {
+            0 => Ok(("$nullframe".to_owned(), Some(nalgebra::Isometry3::identity()))),
+            _ => self.frame_of(format!("{kind}[{number}]").as_bytes()),
+        };
+        let tool = tool.map(|number| named("TOOL_DATA", number)).transpose()?;
+        let base = base.map(|number| named("BASE_DATA", number)).transpose()?;
+        if let Some((name, in_flange)) = tool {
+            self.tool = Some(Tool { name, in_flange });
+        }
+        if let Some((name, in_world)) = base {
+            self.base = Some(Base { name, in_world });
+        }
+        Ok(())
+    }
+}
+
+/// The name of what is assigned or used, with indices and parts, in capitals and without blanks: `XP[3]`, `$VEL.CP`.
+pub(crate) fn place(scan: &mut Scan<'_>) -> Result<String, RobotFault> {
+    let mut name = scan.name().0.to_ascii_uppercase();
+    if name.is_empty() {
+        return Err(RobotFault::Unknown { expected: "a statement of KRL" });
+    }
+    loop {
+        if scan.takes(b'[') {
+            let index = scan.rest();
+            let length = index.iter().position(|byte| *byte == b']');
+            let length = length.ok_or(RobotFault::Form { expected: "] on the same line" })?;
+            let blank = |byte: &&u8| !byte.is_ascii_whitespace();
+            let inside: Vec<u8> = index[..length].iter().filter(blank).copied().collect();
+            name += &format!("[{}]", String::from_utf8_lossy(&inside).to_ascii_uppercase());
+            scan.at += length + 1;
+        } else if scan.takes(b'.') {
+            name += &format!(".{}", scan.name().0.to_ascii_uppercase());
+        } else {
+            return Ok(name);
+        }
+    }
+}

@@ -1,0 +1,189 @@
+//! Programs of poses, read and followed.
+
+pub(crate) mod apt;
+pub(crate) mod follow;
+pub(crate) mod frames;
+pub(crate) mod krl;
+pub(crate) mod rapid;
+pub(crate) mod scan;
+pub(crate) mod source;
+pub(crate) mod walk;
+
+pub(crate) use {follow::*, frames::*, scan::*, source::*, walk::*};
+
+use crate::toolpath::model::{
+    NoPoints, NumberFormat, PathPoint, Sampler, Sampling, Toolpath, even_places, program,
+    robot::{Decimals, Language, RobotError, RobotFault, RobotOptions},
+};
+
+/// A program of poses that has been read and followed.
+#[derive(Clone, Debug)]
+pub struct RobotProgram {
+    pub(crate) name: String,
+    pub(crate) language: Language,
+    pub(crate) options: RobotOptions,
+    pub(crate) source: Vec<u8>,
+    /// Name and bytes of the `.dat` beside a `.src`.
+    pub(crate) beside: Option<(String, Vec<u8>)>,
+    /// Where its motions are, in order.
+    pub(crate) motions: Vec<MotionAt>,
+    pub(crate) own_format: NumberFormat,
+    pub(crate) decimals: Decimals,
+    pub(crate) notes: RobotNotes,
+}
+
+impl RobotProgram {
+    /// The most points that may be asked for of the path of a program.
+    pub const MAX_POINTS: usize = Sampling::MAX_PIECES;
+
+    /// Reads and follows a program in `language`. `name` is its file name, for messages; `beside` is name and bytes of
+    /// the `.dat` of a KRL program, if there is one.
+    ///
+    /// # Errors
+    /// When the program has a statement that is not followed.
+    pub fn parse(
+        source: impl Into<Vec<u8>>,
+        name: &str,
+        language: Language,
+        beside: Option<(String, Vec<u8>)>,
+        options: &RobotOptions,
+    ) -> Result<RobotProgram, RobotError> {
+        let mut program = RobotProgram {
+            name: name.to_owned(),
+            language,
+            options: options.clone(),
+            source: source.into(),
+            beside,
+            motions: Vec::new(),
+            own_format: NumberFormat::default(),
+            decimals: Decimals::default(),
+            notes: RobotNotes::default(),
+        };
+        program.survey()?;
+        Ok(program)
+    }
+
+    /// The program's name as given.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The language it is in.
+    #[must_use]
+    pub fn language(&self) -> Language {
+        self.language
+    }
+
+    /// The program's bytes.
+    #[must_use]
+    pub fn source(&self) -> &[u8] {
+        &self.source
+    }
+
+    /// Name and bytes of the `.dat` beside it.
+    #[must_use]
+    pub fn beside(&self) -> Option<(&str, &[u8])> {
+        self.beside.as_ref().map(|(name, bytes)| (name.as_str(), bytes.as_slice()))
+    }
+
+    /// What a reader should know of it.
+    #[must_use]
+    pub fn notes(&self) -> &RobotNotes {
+        &self.notes
+    }
+
+    /// How many motions the program has; [`PointSource::segment`](crate::toolpath::PointSource) counts them.
+    #[must_use]
+    pub fn motion_count(&self) -> usize {
+        self.motions.len()
+    }
+
+    /// The line, from 1, on which a motion begins.
+    #[must_use]
+    pub fn line_of(&self, segment: usize) -> Option<usize> {
+        self.motions.get(segment).map(|motion| motion.line as usize)
+    }
+
+    /// The bytes of that line from the motion on, without its ending.
+    #[must_use]
+    pub fn content_of(&self, segment: usize) -> Option<&[u8]> {
+        let rest = &self.source[self.motions.get(segment)?.start..];
+        let length = rest.iter().position(|byte| matches!(byte, b'\r' | b'\n')).unwrap_or(rest.len());
+        Some(&rest[..length])
+    }
+
+    /// The decimals this program itself writes its positions with, at most; at least 3 for mm and 4 for inch.
+    #[must_use]
+    pub fn own_format(&self) -> NumberFormat {
+        self.own_format
+    }
+
+    /// The path of the program in the workpiece frame: the ends of the pieces its motions are split into.
+    ///
+    /// # Errors
+    /// When the path would have more than [`Sampling::MAX_POINTS`] points, or a circle leaves the range of coordinates.
+    pub fn toolpath(&self, sampling: Sampling) -> Result<Toolpath, RobotError> {
+        self.toolpath_up_to(sampling, Sampling::MAX_POINTS)
+    }
+
+    /// As [`RobotProgram::toolpath`], of at most `most` points, up to [`RobotProgram::MAX_POINTS`].
+    ///
+    /// # Errors
+    /// When the path would have more points, or a circle leaves the range of coordinates.
+    pub fn toolpath_up_to(&self, sampling: Sampling, most: usize) -> Result<Toolpath, RobotError> {
+        let mut points = Vec::with_capacity(self.motions.len());
+        let parameters = |_, motion: &Motion| Some(even_places(motion.pieces(sampling)?));
+        self.sample(most, parameters, |point| points.push(*point))?;
+        Ok(Toolpath::assemble(points).with_external_axes(&self.options.external_axes))
+    }
+
+    /// The points of the path, at most `most`, those of each motion where `parameters` says; a tangent that is not
+    /// known is zero.
+    pub(crate) fn sample(
+        &self,
+        most: usize,
+        mut parameters: impl FnMut(usize, &Motion) -> Option<Vec<f64>>,
+        take: impl FnMut(&PathPoint),
+    ) -> Result<(), RobotError> {
+        let mut sampler = Sampler::new(most, take);
+        self.walk(|motion| {
+            let add = |segment, own: &[f64], length_mm, points: &mut Vec<PathPoint>| {
+                motion.sample(segment, own, length_mm, points);
+            };
+            let done = sampler.motion(|segment| parameters(segment, motion), add);
+            done.map_err(|why| {
+                self.refused(
+                    &motion.statement,
+                    match why {
+                        NoPoints::TooMany => RobotFault::TooManyPoints { most },
+                        NoPoints::TooFar => RobotFault::TooFar,
+                    },
+                )
+            })
+        })?;
+        Ok(())
+    }
+}
+
+impl program::Program for RobotProgram {
+    type Error = RobotError;
+    type Reading = (String, Language, Option<(String, Vec<u8>)>, RobotOptions);
+
+    fn read_written(bytes: Vec<u8>, reading: &Self::Reading) -> Result<Self, RobotError> {
+        let (name, language, beside, options) = reading;
+        RobotProgram::parse(bytes, name, *language, beside.clone(), options)
+    }
+
+    fn points_at(
+        &self,
+        mut places: impl FnMut(usize) -> Option<Vec<f64>>,
+        take: impl FnMut(&PathPoint),
+    ) -> Result<(), RobotError> {
+        self.sample(RobotProgram::MAX_POINTS, |segment, _| places(segment), take)
+    }
+
+    fn external_axes(&self) -> Vec<String> {
+        self.options.external_axes.clone()
+    }
+}

@@ -1,0 +1,215 @@
+//! Data of a RAPID module: targets, tools, work objects and speeds, declared or written where they are used.
+
+use std::{collections::HashMap, ops::Range};
+
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+
+use crate::toolpath::{
+    model::robot::{Component, Number, RobotFault},
+    read::robot::{
+        Refusal, Scan,
+        rapid::lex::{Unit, Units},
+        trimmed,
+    },
+};
+
+/// External axes at 9E9 are not used.
+const NOT_USED: f64 = 9e8;
+
+/// What a declared name stands for.
+#[derive(Clone, Debug)]
+enum Value {
+    /// What stands in these bytes, of this type.
+    Written(Type, Range<usize>),
+    /// What only the controller knows, by this line.
+    Computed(usize),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Type {
+    Target,
+    Tool,
+    WorkObject,
+    Speed,
+}
+
+/// What a module declares.
+#[derive(Debug, Default)]
+pub(crate) struct Data {
+    values: HashMap<String, Value>,
+    /// Names of procedures, in capitals.
+    pub procedures: Vec<String>,
+}
+
+impl Data {
+    /// Goes through the whole source once.
+    pub fn of(source: &[u8]) -> Result<Data, Refusal> {
+        let (mut data, mut units) = (Data::default(), Units::new(source));
+        while let Some(unit) = units.next()? {
+            data.see(source, &unit);
+        }
+        Ok(data)
+    }
+
+    fn see(&mut self, source: &[u8], unit: &Unit) {
+        let mut scan = Scan::new(&source[unit.at.clone()]);
+        let mut word = scan.name().0.to_ascii_uppercase();
+        if !unit.is_statement {
+            if word == "LOCAL" {
+                word = scan.name().0.to_ascii_uppercase();
+            }
+            if word == "PROC" {
+                self.procedures.push(scan.name().0.to_ascii_uppercase());
+            }
+            return;
+        }
+        while matches!(word.as_str(), "LOCAL" | "TASK") {
+            word = scan.name().0.to_ascii_uppercase();
+        }
+        let is_declared = matches!(word.as_str(), "CONST" | "PERS" | "VAR");
+        let kind = if is_declared { scan.name().0.to_ascii_uppercase() } else { String::new() };
+        let name = if is_declared { scan.name().0.to_ascii_uppercase() } else { word };
+        let kind = match kind.as_str() {
+            "ROBTARGET" => Some(Type::Target),
+            "TOOLDATA" => Some(Type::Tool),
+            "WOBJDATA" => Some(Type::WorkObject),
+            "SPEEDDATA" => Some(Type::Speed),
+            _ => None,
+        };
+        let is_whole = scan.takes(b':') && scan.takes(b'=');
+        let value = trimmed(source, unit.at.start + scan.at..unit.at.end - 1);
+        let before = self.values.get(&name);
+        let entry = match (kind, before) {
+            // Another one of this name: routines have data of their own.
+            (Some(kind), Some(Value::Written(other, text)))
+                if *other == kind && source[text.clone()] == source[value.clone()] =>
+            {
+                return;
+            }
+            (Some(kind), None) if is_whole && source[value.clone()].starts_with(b"[") => Value::Written(kind, value),
+            (Some(_), _) => Value::Computed(unit.line),
+            // An assignment to it or to a part of it.
+            (None, Some(_)) if !is_declared && is_assignment(&source[unit.at.clone()]) => Value::Computed(unit.line),
+            (None, None) if !is_declared && is_assignment(&source[unit.at.clone()]) => Value::Computed(unit.line),
+            _ => return,
+        };
+        self.values.insert(name, entry);
+    }
+
+    /// The text of the `kind` that is called `name` (capitals), if it is known at all.
+    pub fn find<'a>(&self, source: &'a [u8], kind: Type, name: &str) -> Result<Option<&'a [u8]>, RobotFault> {
+        match self.values.get(name) {
+            Some(Value::Written(of, at)) if *of == kind => Ok(Some(&source[at.clone()])),
+            Some(Value::Computed(line)) => Err(RobotFault::Computed { name: name.to_owned(), line: *line }),
+            _ => Ok(None),
+        }
+    }
+}
+
+fn is_assignment(text: &[u8]) -> bool {
+    super::lex::code(text).any(|(at, byte)| byte == b':' && text.get(at + 1) == Some(&b'='))
+}
+
+/// `[a, b, …]` of `N` plain numbers, with where they stand.
+fn numbers<const N: usize>(scan: &mut Scan<'_>) -> Result<[(f64, Range<usize>); N], RobotFault> {
+    scan.expect(b'[', "[ and plain numbers")?;
+    let mut found = std::array::from_fn(|_| (0.0, 0..0));
+    for (entry, number) in found.iter_mut().enumerate() {
+        if entry > 0 {
+            scan.expect(b',', ", behind a plain number")?;
+        }
+        *number = scan.number()?;
+    }
+    scan.expect(b']', "] behind plain numbers")?;
+    Ok(found)
+}
+
+/// The numbers of `[[x,y,z],[q1,q2,q3,q4],[cf1,cf4,cf6,cfx],[six external axes]]`, places in `text`.
+pub(crate) fn target(text: &[u8]) -> Result<Vec<Number>, RobotFault> {
+    let mut scan = Scan::new(text);
+    scan.expect(b'[', "[[x,y,z],[q1,q2,q3,q4],[cf1,cf4,cf6,cfx],[six external axes]]")?;
+    let position = numbers::<3>(&mut scan)?;
+    scan.expect(b',', ", and [q1,q2,q3,q4]")?;
+    let rotation = numbers::<4>(&mut scan)?;
+    scan.expect(b',', ", and [cf1,cf4,cf6,cfx]")?;
+    numbers::<4>(&mut scan)?;
+    scan.expect(b',', ", and [six external axes]")?;
+    let external = numbers::<6>(&mut scan)?;
+    scan.expect(b']', "]")?;
+    if !scan.is_done() {
+        return Err(RobotFault::Form { expected: "nothing behind the target" });
+    }
+    let named = |component: fn(usize) -> Component| {
+        move |(entry, (value, at))| Number { component: component(entry), at, value }
+    };
+    let used = external.into_iter().enumerate().filter(|(_, (value, _))| value.abs() < NOT_USED);
+    let position = position.into_iter().enumerate().map(named(Component::Position));
+    let rotation = rotation.into_iter().enumerate().map(named(Component::Rotation));
+    Ok(position.chain(rotation).chain(used.map(named(Component::External))).collect())
+}
+
+/// `[[x,y,z],[q1,q2,q3,q4]]`.
+fn pose(scan: &mut Scan<'_>) -> Result<Isometry3<f64>, RobotFault> {
+    scan.expect(b'[', "[[x,y,z],[q1,q2,q3,q4]]")?;
+    let [x, y, z] = numbers::<3>(scan)?.map(|(value, _)| value);
+    scan.expect(b',', ", and [q1,q2,q3,q4]")?;
+    let [w, i, j, k] = numbers::<4>(scan)?.map(|(value, _)| value);
+    scan.expect(b']', "] behind a pose")?;
+    let quaternion = Quaternion::new(w, i, j, k);
+    let length = quaternion.norm();
+    if (length - 1.0).abs() > 1e-2 {
+        return Err(RobotFault::NotUnit { what: "quaternion", length });
+    }
+    let at = Vector3::new(x, y, z);
+    Ok(Isometry3::from_parts(Translation3::from(at), UnitQuaternion::from_quaternion(quaternion)))
+}
+
+fn truth(scan: &mut Scan<'_>) -> Result<bool, RobotFault> {
+    match scan.name().0.to_ascii_uppercase().as_str() {
+        "TRUE" => Ok(true),
+        "FALSE" => Ok(false),
+        _ => Err(RobotFault::Form { expected: "TRUE or FALSE" }),
+    }
+}
+
+/// The frame of a tool in the flange: `[TRUE,[[x,y,z],[q1,q2,q3,q4]],…]`.
+pub(crate) fn tool_frame(text: &[u8]) -> Result<Isometry3<f64>, RobotFault> {
+    let mut scan = Scan::new(text);
+    scan.expect(b'[', "[TRUE,[[x,y,z],[q1,q2,q3,q4]],…]")?;
+    if !truth(&mut scan)? {
+        return Err(RobotFault::NotFollowed {
+            what: "tools that stand still are",
+            expected: "a tool that the robot holds",
+        });
+    }
+    scan.expect(b',', ", and the frame of the tool")?;
+    pose(&mut scan)
+}
+
+/// Where a work object stands in the world: `[FALSE,TRUE,"",[user frame],[object frame]]`.
+pub(crate) fn work_object_frame(text: &[u8]) -> Result<Isometry3<f64>, RobotFault> {
+    let mut scan = Scan::new(text);
+    scan.expect(b'[', "[FALSE,TRUE,\"\",[user frame],[object frame]]")?;
+    let is_held = truth(&mut scan)?;
+    scan.expect(b',', ",")?;
+    let is_fixed = truth(&mut scan)?;
+    if is_held || !is_fixed {
+        return Err(RobotFault::NotFollowed {
+            what: "work objects that move are",
+            expected: "one that stands still (robhold FALSE, ufprog TRUE)",
+        });
+    }
+    scan.expect(b',', ", and the name of a unit")?;
+    scan.expect(b'"', "\"\"")?;
+    scan.expect(b'"', "\"\", no mechanical unit")?;
+    scan.expect(b',', ", and the user frame")?;
+    let user = pose(&mut scan)?;
+    scan.expect(b',', ", and the object frame")?;
+    Ok(user * pose(&mut scan)?)
+}
+
+/// The velocity of the tip, mm/s: `[v_tcp,v_ori,v_leax,v_reax]`.
+pub(crate) fn speed(text: &[u8]) -> Result<f64, RobotFault> {
+    let mut scan = Scan::new(text);
+    Ok(numbers::<4>(&mut scan)?[0].0)
+}

@@ -1,0 +1,130 @@
+//! A statement read from left to right.
+
+use std::ops::Range;
+
+use crate::toolpath::model::robot::RobotFault;
+
+/// More digits than this identify no `f64`.
+const MOST_DIGITS: usize = 17;
+
+/// What is left to read of some bytes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Scan<'a> {
+    bytes: &'a [u8],
+    /// Where the next byte is.
+    pub at: usize,
+}
+
+impl<'a> Scan<'a> {
+    pub fn new(bytes: &'a [u8]) -> Self {
+        Self { bytes, at: 0 }
+    }
+
+    pub fn peek(&self) -> Option<u8> {
+        self.bytes.get(self.at).copied()
+    }
+
+    /// Skips blanks and line endings.
+    pub fn blanks(&mut self) -> &mut Self {
+        while self.peek().is_some_and(|byte| byte.is_ascii_whitespace()) {
+            self.at += 1;
+        }
+        self
+    }
+
+    /// Whether nothing but blanks is left.
+    pub fn is_done(&mut self) -> bool {
+        self.blanks().peek().is_none()
+    }
+
+    /// Whether `byte` comes next behind blanks, which is then passed.
+    pub fn takes(&mut self, byte: u8) -> bool {
+        let is_next = self.blanks().peek() == Some(byte);
+        self.at += usize::from(is_next);
+        is_next
+    }
+
+    pub fn expect(&mut self, byte: u8, expected: &'static str) -> Result<(), RobotFault> {
+        if self.takes(byte) { Ok(()) } else { Err(RobotFault::Form { expected }) }
+    }
+
+    /// The name that comes next behind blanks, and where it stands; empty if there is none. Names have letters, digits,
+    /// `_`, `$`.
+    pub fn name(&mut self) -> (&'a str, Range<usize>) {
+        let start = self.blanks().at;
+        let is_of_name = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'$');
+        if self.peek().is_some_and(|byte| !byte.is_ascii_digit()) {
+            while self.peek().is_some_and(is_of_name) {
+                self.at += 1;
+            }
+        }
+        // The bytes are ASCII.
+        (std::str::from_utf8(&self.bytes[start..self.at]).unwrap_or_default(), start..self.at)
+    }
+
+    /// The plain number that comes next behind blanks, and where it stands.
+    pub fn number(&mut self) -> Result<(f64, Range<usize>), RobotFault> {
+        let fault = RobotFault::Form { expected: "a plain number" };
+        let start = self.blanks().at;
+        let mut at = start + usize::from(matches!(self.peek(), Some(b'+' | b'-')));
+        let digits = |mut at: usize| {
+            while self.bytes.get(at).is_some_and(u8::is_ascii_digit) {
+                at += 1;
+            }
+            at
+        };
+        let whole = at;
+        at = digits(at);
+        let mut count = at - whole;
+        if self.bytes.get(at) == Some(&b'.') {
+            let end = digits(at + 1);
+            count += end - at - 1;
+            at = end;
+        }
+        if count == 0 || count > MOST_DIGITS {
+            return Err(fault);
+        }
+        if matches!(self.bytes.get(at), Some(b'e' | b'E')) {
+            let sign = at + 1 + usize::from(matches!(self.bytes.get(at + 1), Some(b'+' | b'-')));
+            let end = digits(sign);
+            if end > sign {
+                at = end;
+            }
+        }
+        let text = std::str::from_utf8(&self.bytes[start..at]).unwrap_or_default();
+        let value = text.parse().ok().filter(|value: &f64| value.is_finite()).ok_or(fault)?;
+        self.at = at;
+        Ok((value, start..at))
+    }
+
+    /// What is left.
+    pub fn rest(&self) -> &'a [u8] {
+        &self.bytes[self.at..]
+    }
+
+    /// Whether an operator comes next, so that what was read is part of an expression.
+    pub fn is_in_expression(&mut self) -> bool {
+        matches!(self.blanks().peek(), Some(b'+' | b'-' | b'*' | b'/' | b':'))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_end_where_they_end() {
+        let text = b" -1.5E-3,E1 .25 7. 3EX";
+        let mut scan = Scan::new(text);
+        assert_eq!(scan.number().unwrap(), (-0.0015, 1..8));
+        assert!(scan.takes(b','));
+        assert_eq!(scan.name().0, "E1");
+        assert_eq!(scan.number().unwrap().0, 0.25);
+        assert_eq!(scan.number().unwrap().0, 7.0);
+        assert_eq!(scan.number().unwrap().0, 3.0);
+        assert_eq!(scan.name().0, "EX");
+        assert!(scan.is_done() && scan.number().is_err());
+        assert!(Scan::new(b"123456789012345678").number().is_err());
+        assert!(Scan::new(b"1e999").number().is_err());
+    }
+}

@@ -1,0 +1,82 @@
+//! A source as its readers go through it: line after line, and what is refused at its place.
+
+use std::ops::Range;
+
+use crate::toolpath::model::robot::{RobotError, RobotFault};
+
+/// A fault, and the bytes of the source that it is about.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Refusal {
+    pub line: usize,
+    pub at: Range<usize>,
+    pub fault: RobotFault,
+}
+
+/// The most characters of a statement that a message shows.
+const SHOWN: usize = 80;
+
+impl Refusal {
+    pub fn locate(self, name: &str, source: &[u8]) -> RobotError {
+        let text = String::from_utf8_lossy(source.get(self.at).unwrap_or_default());
+        let words: Vec<&str> = text.split_whitespace().collect();
+        let mut statement: String = words.join(" ").chars().take(SHOWN + 1).collect();
+        if statement.chars().count() > SHOWN {
+            statement = statement.chars().take(SHOWN - 1).chain(['…']).collect();
+        }
+        RobotError { file: name.to_owned(), line: self.line, statement, fault: self.fault }
+    }
+}
+
+/// Lines of a source, one after another.
+#[derive(Clone, Debug)]
+pub(crate) struct LineCursor<'a> {
+    source: &'a [u8],
+    /// Where the next line begins.
+    next: usize,
+    /// Number of the line last given, from 1.
+    pub line: usize,
+}
+
+impl<'a> LineCursor<'a> {
+    pub fn new(source: &'a [u8]) -> Self {
+        Self { source, next: 0, line: 0 }
+    }
+
+    /// The next line without its ending.
+    pub fn advance(&mut self) -> Option<Range<usize>> {
+        let rest = self.source.get(self.next..).filter(|rest| !rest.is_empty())?;
+        let start = self.next;
+        let length = rest.iter().position(|byte| matches!(byte, b'\r' | b'\n')).unwrap_or(rest.len());
+        let ending = match &rest[length..] {
+            [b'\r', b'\n', ..] => 2,
+            [_, ..] => 1,
+            [] => 0,
+        };
+        self.next = start + length + ending;
+        self.line += 1;
+        Some(start..start + length)
+    }
+}
+
+/// How a source ends its lines.
+pub(crate) fn line_ending(source: &[u8]) -> &'static [u8] {
+    match source.iter().position(|byte| matches!(byte, b'\r' | b'\n')) {
+        Some(at) if source[at..].starts_with(b"\r\n") => b"\r\n",
+        Some(at) if source[at] == b'\r' => b"\r",
+        _ => b"\n",
+    }
+}
+
+/// The blanks a line begins with, of the line that holds the byte `at`; and whether nothing else stands before `at`.
+pub(crate) fn indent(source: &[u8], at: usize) -> (&[u8], bool) {
+    let start = source[..at].iter().rposition(|byte| matches!(byte, b'\r' | b'\n')).map_or(0, |end| end + 1);
+    let blanks = source[start..at].iter().position(|byte| !matches!(byte, b' ' | b'\t')).unwrap_or(at - start);
+    (&source[start..start + blanks], start + blanks == at)
+}
+
+/// `range` without the blanks around it.
+pub(crate) fn trimmed(source: &[u8], range: Range<usize>) -> Range<usize> {
+    let text = &source[range.clone()];
+    let start = range.start + text.len() - text.trim_ascii_start().len();
+    start..(range.start + text.trim_ascii_end().len()).max(start)
+}

@@ -1,0 +1,81 @@
+//! Corrections of a line that runs several times, made the same where no written number could show that they differ.
+
+use std::{
+    borrow::Cow,
+    collections::{BTreeMap, BTreeSet},
+    ops::Range,
+};
+
+use nalgebra::Vector3;
+
+use crate::toolpath::{
+    model::{NumberFormat, PathPoint, Toolpath, gcode::LengthUnit},
+    read::gcode::{Origin, Program, WrittenOut},
+};
+
+impl Program {
+    /// `corrected_mm`, one position for each point of `path`, for a program that is to keep its calls: of each line that runs
+    /// several times, point by point the middle of its corrections if none is farther from another than a unit of the last decimal.
+    pub(crate) fn evened<'a>(
+        &self,
+        path: &Toolpath,
+        corrected_mm: &'a [Vector3<f64>],
+        format: NumberFormat,
+    ) -> Cow<'a, [Vector3<f64>]> {
+        let Some(written_out) = self.written_out.as_ref().filter(|written_out| written_out.keeps_calls) else {
+            return Cow::Borrowed(corrected_mm);
+        };
+        let points = path.points();
+        let mut evened = Cow::Borrowed(corrected_mm);
+        let unit_mm = resolution_mm(format);
+        for runs in self.runs(written_out, points) {
+            let runs: Vec<Range<usize>> = runs.into_iter().map(|(_, points)| points).collect();
+            if runs.iter().any(|run| run.len() != runs[0].len()) {
+                continue;
+            }
+            for k in 0..runs[0].len() {
+                let moved = |run: &Range<usize>| corrected_mm[run.start + k] - points[run.start + k].position_mm;
+                let least = runs.iter().map(moved).reduce(|one, other| one.inf(&other)).unwrap_or_default();
+                let most = runs.iter().map(moved).reduce(|one, other| one.sup(&other)).unwrap_or_default();
+                if least != most && (most - least).amax() <= unit_mm {
+                    for run in &runs {
+                        evened.to_mut()[run.start + k] = points[run.start + k].position_mm + (least + most) / 2.0;
+                    }
+                }
+            }
+        }
+        evened
+    }
+
+    /// The lines, from 1, that come from one that runs several times and leads to the same corrected place each time.
+    pub(crate) fn lines_led_alike(&self, path: &Toolpath, corrected_mm: &[Vector3<f64>]) -> BTreeSet<usize> {
+        let Some(written_out) = &self.written_out else { return BTreeSet::new() };
+        let end = |points: &Range<usize>| corrected_mm[points.end - 1];
+        let is_alike = |runs: &Vec<(usize, Range<usize>)>| {
+            runs.iter().all(|(_, points)| (end(points) - end(&runs[0].1)).amax() < NumberFormat::FINEST)
+        };
+        let alike = self.runs(written_out, path.points()).into_iter().filter(is_alike);
+        alike.flatten().map(|(line, _)| line).collect()
+    }
+
+    /// Of each line of a source that runs several times the lines, from 1, that it was written out in, with their points.
+    fn runs(&self, written_out: &WrittenOut, points: &[PathPoint]) -> Vec<Vec<(usize, Range<usize>)>> {
+        let line_of = |point: &PathPoint| self.motions.get(point.source.segment).map(|motion| motion.line);
+        let mut runs: BTreeMap<Origin, Vec<(usize, Range<usize>)>> = BTreeMap::new();
+        let mut first = 0;
+        for own in points.chunk_by(|one, next| line_of(one) == line_of(next)) {
+            let range = first..first + own.len();
+            first = range.end;
+            if let Some(line) = line_of(&own[0]) {
+                runs.entry(written_out.origin(line)).or_default().push((line, range));
+            }
+        }
+        runs.into_values().filter(|runs| runs.len() > 1).collect()
+    }
+}
+
+/// A unit of the last decimal, mm; of the finer of both units.
+fn resolution_mm(format: NumberFormat) -> f64 {
+    let unit = |unit: LengthUnit, decimals: u8| unit.mm() * 10_f64.powi(-i32::from(decimals));
+    unit(LengthUnit::Millimetre, format.mm_decimals()).min(unit(LengthUnit::Inch, format.inch_decimals()))
+}

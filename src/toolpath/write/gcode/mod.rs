@@ -1,0 +1,19 @@
+//! G-code programs, written back with moved points.
+
+mod check;
+mod even;
+mod fit;
+pub(crate) mod fold;
+mod place;
+mod rewrite;
+mod split;
+mod turn_words;
+mod write_holes;
+mod writer;
+
+pub(crate) use {check::*, fit::*, fold::*, place::*, turn_words::*, write_holes::*, writer::*};
+
+use crate::toolpath::read::gcode::Program;
+
+/// A G-code program written back.
+pub type Rewritten = crate::toolpath::Rewritten<Program>;

@@ -1,0 +1,199 @@
+//! Writing a program back with moved points.
+
+use std::{borrow::Cow, collections::BTreeSet, ops::Range};
+
+use nalgebra::Vector3;
+
+use crate::toolpath::{
+    model::{
+        Orientation, PathPoint, RewriteError, Toolpath, Way, check_corrected, end_of,
+        gcode::{Angles, Motion, MotionCode, Rotary, Writing},
+    },
+    read::gcode::Program,
+    write::gcode::{Calls, Rewritten, Targets, Writer},
+};
+
+/// A path and where its points should be instead.
+#[derive(Clone, Copy)]
+struct Corrected<'a> {
+    path: &'a Toolpath,
+    positions: &'a [Vector3<f64>],
+    orientations: Option<&'a [Orientation]>,
+}
+
+impl Corrected<'_> {
+    /// Where rotary axes should stand at the `points` of `motion`, if they turn or are corrected.
+    fn angles(&self, motion: &Motion, points: Range<usize>, rotary: &Rotary) -> Option<Vec<Angles>> {
+        if self.orientations.is_none() && !motion.turning.turns() {
+            return None;
+        }
+        let angles = |k: usize| {
+            let own = motion.turning.at(self.path.points()[k].source.parameter);
+            let wanted = self.orientations.map(|orientations| orientations[k]);
+            let Some(Orientation::ToolAxis(axis)) = wanted else { return own };
+            let turned = rotary.angles_for(&axis, &own);
+            // Where the tip would go with an axis that is nowhere, it keeps its angle.
+            let is_nowhere = !motion.turning.of_tip && rotary.without_place(&turned).is_some();
+            if is_nowhere { own } else { turned }
+        };
+        Some(points.map(angles).collect())
+    }
+}
+
+impl Program {
+    /// The program with the points of `path` moved to `corrected_mm`, positions in the workpiece frame.
+    ///
+    /// `path` is what [`Program::toolpath`] gave. A motion block stays one block where one block of its kind passes all its
+    /// corrected points to one unit of the last decimal, or within the tolerance; where the correction varies so that none does,
+    /// it becomes a sequence of blocks, each of which passes as many points within the tolerance as it can: arcs of the same
+    /// plane and turn, with the words for centres that the block has, where an arc does, lines otherwise. Blocks end at
+    /// corrected points, to half a unit of the last decimal. Of a block that stays, only the numbers change that must, by more than half
+    /// a unit of the last decimal: without correction the bytes are the same.
+    ///
+    /// A hole of a cycle stays one: its X, Y and Z are those of its corrected bottom and R that of its corrected beginning.
+    ///
+    /// Of a block that is split, the first line keeps the line number, comments, feed and all other words; M words
+    /// that act at the end of a block (M0, M1, M2, M5, M9, M30, M60) go to its last line. An axis word keeps its text on the
+    /// first line or the last where it leads there as it is. Later lines that rely on a
+    /// motion in force get the word back. Incremental coordinates lead from where the rounded words before them
+    /// have led, so that rounding does not add up.
+    ///
+    /// In Heidenhain's dialect the sequence is of L blocks; if they are numbered, all that follow are counted on. A CC moves with
+    /// the first arc about it.
+    ///
+    /// # Errors
+    /// When there is not one finite position for every point, `path` is from another program, or the tolerance is none.
+    pub fn rewrite(
+        &self,
+        path: &Toolpath,
+        corrected_mm: &[Vector3<f64>],
+        writing: impl Into<Writing>,
+    ) -> Result<Rewritten, RewriteError> {
+        self.rewrite_turned(path, corrected_mm, None, writing)
+    }
+
+    /// As [`Program::rewrite`], the tool's axis turned to `orientations` as well, if they are given: by the rotary axes that the options
+    /// name, from the angles of the program by the least turns that lead there, near a pole as far as turns of a few degrees do.
+    ///
+    /// # Errors
+    /// As [`Program::rewrite`], and where a hole of a cycle would have to be turned.
+    pub fn rewrite_turned(
+        &self,
+        path: &Toolpath,
+        corrected_mm: &[Vector3<f64>],
+        orientations: Option<&[Orientation]>,
+        writing: impl Into<Writing>,
+    ) -> Result<Rewritten, RewriteError> {
+        check_corrected(path, corrected_mm, orientations)?;
+        let orientations = orientations.filter(|_| !self.options.rotary.is_empty());
+        let writing = writing.into().checked()?;
+        let corrected_mm = &*self.evened(path, corrected_mm, writing.format);
+        let corrected = Corrected { path, positions: corrected_mm, orientations };
+        let rewritten = self.rewrite_with(corrected, writing, &BTreeSet::new())?;
+        if !matches!(self.calls_of(&rewritten), Some(Calls::WrittenOut(_))) {
+            return Ok(rewritten);
+        }
+        // What comes from several places needs words that it does not need coming from one.
+        let spelled = self.rewrite_with(corrected, writing, &self.lines_led_alike(path, corrected_mm))?;
+        let stays = matches!(self.calls_of(&spelled), Some(Calls::Stay { .. }));
+        Ok(if stays { spelled } else { rewritten })
+    }
+
+    /// As [`Program::rewrite`]; moves of the lines `spelled` (from 1) get a word for every axis.
+    fn rewrite_with(
+        &self,
+        corrected @ Corrected { path, positions: corrected_mm, .. }: Corrected<'_>,
+        writing: Writing,
+        spelled: &BTreeSet<usize>,
+    ) -> Result<Rewritten, RewriteError> {
+        let foreign = || RewriteError::ForeignPath { program: self.name.clone() };
+        let mut writer = Writer::new(self, writing, spelled);
+        let (mut segment, mut next, mut line) = (0, 0, 0);
+        let mut arcs_of_poles = self.arcs_of_poles.iter();
+        let moved_with = |arc: Option<usize>| {
+            let behind = arc.map(|arc| path.points().partition_point(|point| point.source.segment <= arc));
+            let last = behind
+                .and_then(|behind| behind.checked_sub(1))
+                .filter(|last| Some(path.points()[*last].source.segment) == arc);
+            last.map_or_else(Vector3::zeros, |last| corrected_mm[last] - path.points()[last].position_mm)
+        };
+        self.walk(|block| {
+            (line..block.line).for_each(|index| writer.copy_line(index));
+            line = block.line + 1;
+            let mut on_block = Vec::with_capacity(block.motions.len());
+            for motion in &block.motions {
+                let has_points = motion.geometry != Way::Unlocated;
+                let at = |t: f64| motion.at(t, &self.options.rotary).map(|(position, _)| position);
+                let points = next..end_of(path, segment, next, has_points, at).ok_or_else(foreign)?;
+                let angles = corrected.angles(motion, points.clone(), &self.options.rotary);
+                let turns = |angles: &Vec<Angles>| angles.iter().any(|angles| *angles != motion.turning.to);
+                if matches!(motion.code, MotionCode::Cycle(_)) && angles.as_ref().is_some_and(turns) {
+                    return Err(RewriteError::TurnedHole { program: self.name.clone(), line: motion.line });
+                }
+                let (points_of, positions) = (&path.points()[points.clone()], &corrected_mm[points.clone()]);
+                let (own, goals) = self.coordinates(motion, points_of, positions, angles.as_deref());
+                on_block.push((own, goals, angles));
+                (segment, next) = (segment + 1, points.end);
+            }
+            let targets: Vec<Targets> = on_block
+                .iter()
+                .map(|(points, corrected, angles)| Targets { points, corrected, angles: angles.as_deref() })
+                .collect();
+            match (block.motions.first().map(|motion| motion.code), &block.origin_at) {
+                (Some(MotionCode::Cycle(_)), _) => writer.holes(block, &block.motions, &targets),
+                (Some(_), _) => {
+                    let motions = block.motions.iter().zip(targets);
+                    motions.for_each(|(motion, targets)| writer.motion(block, motion, targets));
+                }
+                (None, origin_at) => {
+                    match (origin_at, &block.pole) {
+                        (Some(origin_at), _) => writer.origin(block, origin_at),
+                        (None, Some(pole)) => {
+                            let arc = arcs_of_poles.next().copied().flatten();
+                            writer.pole(block, pole, moved_with(arc));
+                        }
+                        (None, None) => writer.copy(block.line),
+                    }
+                    writer.motion_word = block.motion_word.or(writer.motion_word);
+                }
+            }
+            writer.end_of_block();
+            Ok::<(), RewriteError>(())
+        })?;
+        (line..self.lines.len()).for_each(|index| writer.copy_line(index));
+        if next != path.len() {
+            return Err(foreign());
+        }
+        Ok(Rewritten {
+            bytes: self.dialect.numbered(&self.source, writer.out),
+            pieces: writer.pieces,
+            places: writer.places,
+            line_ends: writer.line_ends,
+            reading: (self.name.clone(), self.options.clone()),
+        })
+    }
+
+    /// The points of a motion and where they should be, both in the coordinates that its words are.
+    fn coordinates<'a>(
+        &self,
+        motion: &Motion,
+        points: &'a [PathPoint],
+        corrected_mm: &'a [Vector3<f64>],
+        angles: Option<&[Angles]>,
+    ) -> (Cow<'a, [PathPoint]>, Cow<'a, [Vector3<f64>]>) {
+        let is_turned = |angles: &[Angles]| angles.iter().any(|angles| *angles != [0.0; 3]);
+        let displaces = motion.turning.displaces() || (!motion.turning.of_tip && angles.is_some_and(is_turned));
+        if !displaces {
+            return (points.into(), corrected_mm.into());
+        }
+        let head = |k: usize| {
+            let own = || motion.turning.at(points[k].source.parameter);
+            self.options.rotary.head(corrected_mm[k], &angles.map_or_else(own, |angles| angles[k]))
+        };
+        let own = points.iter().map(|point| PathPoint {
+            position_mm: motion.geometry.at(point.source.parameter).map_or(point.position_mm, |(at, _)| at),
+            ..*point
+        });
+        (own.collect(), (0..points.len()).map(head).collect())
+    }
+}

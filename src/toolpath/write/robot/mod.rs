@@ -1,0 +1,13 @@
+//! Programs of poses, written back with moved points.
+
+mod circle;
+mod rewrite;
+mod split;
+mod target_text;
+
+pub(crate) use {split::*, target_text::*};
+
+use crate::toolpath::read::robot::RobotProgram;
+
+/// A program of poses written back.
+pub type RewrittenRobot = crate::toolpath::Rewritten<RobotProgram>;

@@ -1,0 +1,193 @@
+//! The text of a pose that leads somewhere else: numbers changed in their places, and missing ones added.
+
+use nalgebra::Vector3;
+
+use crate::{
+    machine::ExternalAxes,
+    toolpath::{
+        model::{
+            NumberFormat, Orientation, fixed, last_place,
+            robot::{Component, Decimals, Language, Number, RobotFault, Statement, Target, rotation},
+        },
+        read::robot::{Stand, lead},
+    },
+};
+
+/// Where a pose should lead, in the workpiece frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Goal {
+    /// mm.
+    pub position: Vector3<f64>,
+    pub orientation: Option<Orientation>,
+    pub external: [Option<f64>; ExternalAxes::MOST],
+}
+
+/// A pose as it is written.
+#[derive(Clone, Debug)]
+pub(crate) struct Shown {
+    pub text: Vec<u8>,
+    pub is_changed: bool,
+    /// Where it leads, rounding included.
+    pub stand: Stand,
+}
+
+/// How poses are written.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pen {
+    pub language: Language,
+    pub format: NumberFormat,
+    pub decimals: Decimals,
+}
+
+impl Pen {
+    /// Decimals of positions in the unit of the program.
+    fn position_decimals(self, unit_mm: f64) -> u8 {
+        if unit_mm == 1.0 { self.format.mm_decimals() } else { self.format.inch_decimals() }
+    }
+
+    /// A unit of the last decimal of positions, mm.
+    pub fn unit_mm(self, statement: &Statement) -> f64 {
+        let unit_mm = statement.frames.unit_mm;
+        last_place(self.position_decimals(unit_mm)) * unit_mm
+    }
+
+    /// Half a unit of the last decimal of rotations, rad.
+    fn half_turn_unit(self) -> f64 {
+        let half = last_place(self.decimals.rotation) * (0.5 + 1e-6);
+        if self.language == Language::Krl { half.to_radians() } else { half }
+    }
+
+    /// `target` of `statement`, which begins `from` where the tool is, as it leads to `goal`: what it says as it stands
+    /// to half a unit of the last decimal is kept. `None` if it leads nowhere known.
+    pub fn show(
+        self,
+        statement: &Statement,
+        target: &Target,
+        goal: &Goal,
+        from: Option<&Stand>,
+    ) -> Result<Option<Shown>, RobotFault> {
+        let whole;
+        let (target, own, is_whole) = match (lead(self.language, statement, target, from), &goal.orientation) {
+            // Where a motion is split near B = ±90°, a part of A, B and C does not say how the tool stands: all of them do.
+            (Err(RobotFault::PartOfOrientation), Some(wanted)) if !statement.is_step => {
+                whole = self.with(target, &self.rotations(wanted, statement, target));
+                (&whole, lead(self.language, statement, &whole, from)?, true)
+            }
+            (own, _) => (target, own?, false),
+        };
+        let Some(own) = own else { return Ok(None) };
+        let changes = self.changes(statement, target, &own, goal, from)?;
+        if changes.is_empty() {
+            return Ok(Some(Shown { text: target.text.clone(), is_changed: is_whole, stand: own }));
+        }
+        let written = self.with(target, &changes);
+        let stand = lead(self.language, statement, &written, from)?.unwrap_or(own);
+        Ok(Some(Shown { text: written.text, is_changed: true, stand }))
+    }
+
+    /// The numbers to write, with their texts.
+    fn changes(
+        self,
+        statement: &Statement,
+        target: &Target,
+        own: &Stand,
+        goal: &Goal,
+        from: Option<&Stand>,
+    ) -> Result<Vec<(Component, String)>, RobotFault> {
+        let frames = &statement.frames;
+        let in_base =
+            |position: Vector3<f64>| frames.base.inverse_transform_point(&position.into()).coords / frames.unit_mm;
+        let decimals = self.position_decimals(frames.unit_mm);
+        let (here, there) = (in_base(own.position), in_base(goal.position));
+        let begin = from.filter(|_| statement.is_step).map_or_else(Vector3::zeros, |from| in_base(from.position));
+        let half = last_place(decimals) * (0.5 + 1e-6);
+        let mut changes = Vec::new();
+        for axis in 0..3 {
+            if (there[axis] - here[axis]).abs() > half {
+                changes.push((Component::Position(axis), fixed(there[axis] - begin[axis], decimals)));
+            }
+        }
+        if let (Some(own), Some(wanted)) = (own.orientation, goal.orientation)
+            && own.angle_to(&wanted) > self.half_turn_unit()
+        {
+            if statement.is_step {
+                return Err(RobotFault::NotFollowed {
+                    what: "corrected orientations of steps are",
+                    expected: "LIN with a pose",
+                });
+            }
+            changes.extend(self.rotations(&wanted, statement, target));
+        }
+        let half = last_place(self.decimals.external) * (0.5 + 1e-6);
+        for (axis, (own, wanted)) in own.external.into_iter().zip(goal.external).enumerate() {
+            if let (Some(own), Some(wanted)) = (own, wanted)
+                && (own - wanted).abs() > half
+            {
+                changes.push((Component::External(axis), fixed(wanted, self.decimals.external)));
+            }
+        }
+        Ok(changes)
+    }
+
+    /// The numbers that say `wanted`, with their texts.
+    fn rotations(self, wanted: &Orientation, statement: &Statement, target: &Target) -> Vec<(Component, String)> {
+        let numbers = rotation::numbers(self.language, wanted, &statement.frames, target);
+        let shown = |(entry, value)| (Component::Rotation(entry), fixed(value, self.decimals.rotation));
+        numbers.into_iter().enumerate().map(shown).collect()
+    }
+
+    /// `target` with the numbers of `changes`.
+    fn with(self, target: &Target, changes: &[(Component, String)]) -> Target {
+        let (mut text, mut numbers) = (Vec::with_capacity(target.text.len() + 16), Vec::new());
+        let mut put = |text: &mut Vec<u8>, component: Component, shown: &str| {
+            // X-5 may become X 5, but not X5, which is another name.
+            if text.last().is_some_and(u8::is_ascii_alphanumeric) && !shown.starts_with(['-', '+', '.']) {
+                text.push(b' ');
+            }
+            let at = text.len()..text.len() + shown.len();
+            text.extend_from_slice(shown.as_bytes());
+            // What was written by us is a number.
+            numbers.push(Number { component, at, value: shown.parse().unwrap_or_default() });
+        };
+        let mut own: Vec<&Number> = target.numbers.iter().collect();
+        own.sort_by_key(|number| number.at.start);
+        let mut copied = 0;
+        for number in own {
+            text.extend_from_slice(&target.text[copied..number.at.start]);
+            let changed = changes.iter().find(|(component, _)| *component == number.component);
+            match changed {
+                Some((component, shown)) => put(&mut text, *component, shown),
+                None => put(&mut text, number.component, &String::from_utf8_lossy(&target.text[number.at.clone()])),
+            }
+            copied = number.at.end;
+        }
+        // Behind the last value, before the brace that closes.
+        let rest = &target.text[copied..];
+        let end = if self.language == Language::Krl { rest.iter().rposition(|byte| *byte == b'}') } else { None };
+        let end = copied + rest[..end.unwrap_or(rest.len())].trim_ascii_end().len();
+        text.extend_from_slice(&target.text[copied..end]);
+        let separator = if target.text.windows(2).any(|pair| pair == b", ") { ", " } else { "," };
+        for (component, shown) in changes.iter().filter(|(component, _)| target.number(*component).is_none()) {
+            // `{E6POS:` names a type and nothing yet.
+            if !text.ends_with(b"{") && !text.ends_with(b":") {
+                text.extend_from_slice(separator.as_bytes());
+            }
+            if self.language == Language::Krl {
+                text.extend_from_slice(name(*component).as_bytes());
+                text.push(b' ');
+            }
+            put(&mut text, *component, shown);
+        }
+        text.extend_from_slice(&target.text[end..]);
+        Target { at: target.at.clone(), text, numbers }
+    }
+}
+
+/// The name of a component in KRL.
+fn name(component: Component) -> String {
+    match component {
+        Component::Position(axis) => ["X", "Y", "Z"][axis].into(),
+        Component::Rotation(angle) => ["A", "B", "C", ""][angle].into(),
+        Component::External(axis) => format!("E{}", axis + 1),
+    }
+}
