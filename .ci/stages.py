@@ -32,7 +32,7 @@ TARGET = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve()
 STATE = TARGET / "ci"
 LOG = ".ci/full.log"
 # What runs write, and what says what was measured, of which .ci/full runs nothing: draws that failed, planted faults, and the table of seconds.
-APART = (LOG, "tests/proptest-regressions", "fuzz/corpus/*/found_*", ".ci/mutations", "CONTRIBUTING.md")
+APART = (LOG, "tests/proptest-regressions", "crates/engine/tests/proptest-regressions", "fuzz/corpus/*/found_*", ".ci/mutations", "CONTRIBUTING.md")
 # .ci/full was run at most as many commits ago.
 MOST_COMMITS = 150
 # Lines that the log keeps.
@@ -66,7 +66,7 @@ RUN = [
     Stage("clippy", "The compiler's and clippy's warnings, in all code.", "cargo clippy --all-targets --all-features -- -D warnings",
           ("format",), LINT),
     Stage("features", "The engine builds alone; each feature holds the one below it, and Python and the pages build the others.",
-          "cargo clippy --no-default-features -- -D warnings", ("clippy",), LINT),
+          "cargo clippy --package kinetostat-engine --package kinetostat --no-default-features -- -D warnings", ("clippy",), LINT),
     Stage("docs", "Every public item is documented, and links in it lead somewhere.",
           'RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --all-features --document-private-items', ("features",), LINT),
     Stage("links", "Links and pictures in what is read as Markdown lead somewhere.", "python3 tests/docs/check_links.py ./*.md docs studies benches/README.md python/README.md web/README.md linuxcnc/README.md"),
@@ -99,7 +99,7 @@ FULL = [
         export INVARIANT_CASES=20 PROPTEST_RNG_SEED=${PROPTEST_RNG_SEED:-$(date +%s)}
         echo "PROPTEST_RNG_SEED=$PROPTEST_RNG_SEED draws the same again"
         modules=$(grep -lE 'proptest!|\\bcases\\(' tests/it/*.rs | xargs -n 1 basename -s .rs | sed 's/$/::/')
-        files=$(grep -rl 'proptest!' src --include='*.rs' | sed -E 's|^src/||; s|/mod\\.rs$||; s|\\.rs$||; s|/|::|g; s|$|::tests::|')
+        files=$(grep -rl 'proptest!' src crates --include='*.rs' | sed -E 's|^(crates/[a-z]+/)?src/||; s|/mod\\.rs$||; s|\\.rs$||; s|/|::|g; s|$|::tests::|')
         cargo test --all-features --test it -- $modules
         cargo test --all-features --lib -- $files
     """, ("program",)),
@@ -117,9 +117,17 @@ FULL = [
     Stage("question", "A new question is one folder and one line: compiles the program once more.", "tests/question/add.sh",
           ("program",), {"CARGO_TARGET_DIR": str(TARGET / "question")}),
     Stage("package", "What others get is complete, and its examples run: compiles a copy.", """
+        rm -f "$TARGET"/package/kinetostat-*.crate
         cargo package --quiet --allow-dirty --no-verify
-        tar -xf "$TARGET"/package/kinetostat-*.crate -C "$OUT"
-        cargo check --quiet --all-features --manifest-path "$OUT"/kinetostat-*/Cargo.toml --target-dir "$TARGET/lint"
+        for packed in "$TARGET"/package/kinetostat-*.crate; do
+            tar -xf "$packed" -C "$OUT"
+        done
+        # Each of the packed copies, with those below it.
+        patch=()
+        for below in engine input; do
+            patch+=(--config "patch.crates-io.kinetostat-$below.path='$(echo "$OUT/kinetostat-$below"-*)'")
+        done
+        cargo check --quiet --all-features "${patch[@]}" --manifest-path "$OUT"/kinetostat-[0-9]*/Cargo.toml --target-dir "$TARGET/lint"
         for example in equilibrium map compensate; do
             "$TARGET/debug/examples/$example" > "$OUT/$example.txt"
         done

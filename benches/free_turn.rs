@@ -25,7 +25,7 @@ tangential_force_N = -200.0
 axial_force_N = -150.0
 ";
 
-const ROBOT: &str = include_str!("../src/machine/catalogue/fanuc_r2000ic.toml");
+const ROBOT: &str = include_str!("../crates/engine/src/machine/catalogue/fanuc_r2000ic.toml");
 
 /// The machine of `toml`, which stands on all branches if its travel is not limited.
 fn without_travel(toml: &str) -> String {

@@ -63,16 +63,12 @@
 #![warn(missing_docs)]
 
 #[cfg(test)]
+#[path = "../crates/engine/src/cases.rs"]
 mod cases;
-pub mod compensation;
 pub mod input;
-mod lanes;
-pub mod machine;
 pub mod process;
 #[cfg(feature = "report")]
 pub mod report;
-pub mod spatial;
-pub mod statics;
 #[cfg(feature = "study")]
 pub mod study;
 pub mod toolpath;
@@ -81,8 +77,13 @@ pub mod urdf;
 #[cfg(feature = "study")]
 pub mod work;
 
+/// The engine: how a loaded machine settles, and what to tell its drives instead.
+pub use kinetostat_engine::{compensation, machine, spatial, statics};
 /// The linear algebra in the types of this library.
 pub use nalgebra;
+
+#[cfg(feature = "report")]
+use kinetostat_engine::lanes;
 
 pub use compensation::{Compensation, Demand, Method, Session, Target, compensate};
 pub use input::{

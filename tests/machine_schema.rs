@@ -27,7 +27,7 @@ fn toml_files(folder: &str) -> Vec<(PathBuf, String)> {
 #[test]
 fn machine_files_fit_the_schema() {
     let validator = jsonschema::validator_for(&schema()).unwrap();
-    let folders = ["src/machine/catalogue", "tests/machines", "src/cli/templates"];
+    let folders = ["crates/engine/src/machine/catalogue", "tests/machines", "src/cli/templates"];
     let files: Vec<(PathBuf, String)> = folders.iter().flat_map(|folder| toml_files(folder)).collect();
     assert!(files.len() > 18, "{}", files.len());
     for (file, text) in files {

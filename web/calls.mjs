@@ -5,7 +5,7 @@ import { fileURLToPath } from "node:url";
 const root = fileURLToPath(new URL("..", import.meta.url));
 const read = (path) => readFileSync(root + path, "utf8");
 const ask = (call, answer) => console.log(JSON.stringify({ ask: call, ...answer }));
-const open = (machine) => ask({ call: "open", machine, files: { [machine]: read(`src/machine/catalogue/${machine}.toml`) } });
+const open = (machine) => ask({ call: "open", machine, files: { [machine]: read(`crates/engine/src/machine/catalogue/${machine}.toml`) } });
 for (const machine of ["orthoglide", "tripteron"]) {
   open(machine);
   for (const state of JSON.parse(read(`tests/reference/${machine}.json`))) {
@@ -23,12 +23,12 @@ for (const [folder, files, places] of [
   ["03_placement_circle", ["process.toml"], [[26, 26, 26, 0, 0, 0]]],
 ]) {
   const named = Object.fromEntries(files.map((name) => [name, read(`studies/${folder}/${name}`)]));
-  named.orthoglide = read("src/machine/catalogue/orthoglide.toml");
+  named.orthoglide = read("crates/engine/src/machine/catalogue/orthoglide.toml");
   ask({ call: "open", machine: "orthoglide", files: named, study: read(`studies/${folder}/study.toml`) });
   for (const place of places) {
     ask({ call: "place", place, most: 40 });
     ask({ call: "place", place });
   }
 }
-ask({ call: "open", machine: "orthoglide", files: { orthoglide: read("src/machine/catalogue/orthoglide.toml") }, study: read("studies/01_workspace_map/study.toml") });
+ask({ call: "open", machine: "orthoglide", files: { orthoglide: read("crates/engine/src/machine/catalogue/orthoglide.toml") }, study: read("studies/01_workspace_map/study.toml") });
 for (const source of ["all", "cutting", "errors"]) ask({ call: "effect", position: [100, -50, 20], source, phi_deg: source === "errors" ? null : 40 });

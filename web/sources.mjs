@@ -16,7 +16,7 @@ function files(folder) {
   });
 }
 const own = ["web/Cargo.toml", "web/Cargo.lock", "web/package.json", "web/build.sh", "web/.cargo/config.toml"];
-const all = [...files("src"), ...files("web/src"), ...files("web/clock"), ...own].sort();
+const all = [...files("crates"), ...files("src"), ...files("web/src"), ...files("web/clock"), ...own].sort();
 const hash = createHash("sha256");
 for (const path of all) {
   const lines = readFileSync(root + path, "utf8").split("\n#[cfg(test)]\nmod tests {")[0].split("\n").map((line) => line.trim());

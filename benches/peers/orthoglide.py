@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-MACHINE_FILE = Path(__file__).parents[2] / "src/machine/catalogue/orthoglide.toml"
+MACHINE_FILE = Path(__file__).parents[2] / "crates/engine/src/machine/catalogue/orthoglide.toml"
 
 
 def element(document, kind):

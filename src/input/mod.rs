@@ -1,13 +1,10 @@
-//! How anything is read: files, bounded; TOML with line and key in errors; values checked; and the one error type.
+//! How anything is read: what machine files are read with ([`kinetostat_input`]), folders of files, rows of CSV, and what results were
+//! computed from.
 
-pub mod check;
 pub(crate) mod csv_rows;
-pub mod error;
-#[cfg(feature = "study")]
-pub mod file;
 mod folder;
 mod inputs;
-pub mod toml_file;
 
 pub use folder::Folder;
 pub use inputs::Inputs;
+pub use kinetostat_input::{check, error, file, toml_file};

@@ -240,7 +240,8 @@ fn a_machine_stays_on_the_branch_that_was_chosen() {
 /// A KR 270 with another home and other travel of its fifth drive.
 fn kr270(home: &str, travel_of_fifth: &str) -> Machine {
     let text =
-        std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/src/machine/catalogue/kr270.toml")).unwrap();
+        std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/crates/engine/src/machine/catalogue/kr270.toml"))
+            .unwrap();
     let text = text.replace("rotation_deg = [0.0, 180.0, 0.0]", home).replace("[-120.0, 120.0]", travel_of_fifth);
     machine_from(&text)
 }
@@ -382,7 +383,8 @@ fn a_point_is_solved_on_the_branch_of_the_command_line() {
 fn study(branch: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let text =
-        std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/src/machine/catalogue/kr270.toml")).unwrap();
+        std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/crates/engine/src/machine/catalogue/kr270.toml"))
+            .unwrap();
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
     write("machine.toml", &text.replace("rotation_deg = [0.0, 180.0, 0.0]", AHEAD));
     let force = "[force.path_frame]\nradial_force_N = 215.0\ntangential_force_N = -10.0\naxial_force_N = -25.0\n";

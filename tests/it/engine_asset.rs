@@ -41,7 +41,7 @@ fn files(root: &Path, folder: &str, found: &mut Vec<String>) {
 fn the_engine_of_the_pages_is_made_of_these_sources() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut found: Vec<String> = OWN.map(String::from).to_vec();
-    for folder in ["src", "web/src", "web/clock"] {
+    for folder in ["crates", "src", "web/src", "web/clock"] {
         files(root, folder, &mut found);
     }
     found.sort();

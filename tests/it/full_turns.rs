@@ -11,7 +11,7 @@ use nalgebra::Rotation3;
 
 /// The arm of the catalogue whose drives have the travel, degrees; the others as they are.
 fn arm(travel: &[(&str, &str)]) -> Machine {
-    let mut text = std::fs::read_to_string("src/machine/catalogue/kr270.toml").unwrap();
+    let mut text = std::fs::read_to_string("crates/engine/src/machine/catalogue/kr270.toml").unwrap();
     for (drive, own) in travel {
         let line = text.lines().find(|line| line.contains(&format!("name = \"{drive}\""))).unwrap().to_owned();
         let (start, rest) = line.split_once("travel_deg = [").unwrap();

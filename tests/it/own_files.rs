@@ -198,7 +198,7 @@ fn no_input_of_a_compensation_is_written_over() {
     };
     let (groove, process) = (copy("groove.nc"), copy("process.toml"));
     let machine = folder.path().join("machine.toml");
-    fs::copy(repository("src/machine/catalogue/orthoglide.toml"), &machine).unwrap();
+    fs::copy(repository("crates/engine/src/machine/catalogue/orthoglide.toml"), &machine).unwrap();
     for input in [&groove, &process, &machine] {
         let before = fs::read(input).unwrap();
         let arguments = [

@@ -15,7 +15,7 @@ use kinetostat::{
 };
 use nalgebra::Vector6;
 
-const ORTHOGLIDE: &str = include_str!("../../src/machine/catalogue/orthoglide.toml");
+const ORTHOGLIDE: &str = include_str!("../../crates/engine/src/machine/catalogue/orthoglide.toml");
 
 /// An Orthoglide of 30 times the size, on which every program finds room.
 fn large() -> Machine {

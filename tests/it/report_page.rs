@@ -378,7 +378,7 @@ fn what_differs_is_told_key_by_key_and_held_against_a_tolerance() {
     let short = map(folder.path(), "short", "printed", "2", false);
     // The same study of the same machine with a longer tool.
     let study = folder.path().join("studies/short/study.toml");
-    let machine = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/machine/catalogue/orthoglide.toml");
+    let machine = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/engine/src/machine/catalogue/orthoglide.toml");
     let longer = fs::read_to_string(machine)
         .unwrap()
         .replace("tool_tip_mm = [0.0, 0.0, 100.0]", "tool_tip_mm = [0.0, 0.0, 150.0]");

@@ -12,7 +12,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-CATALOGUE = Path(__file__).parents[2] / "src/machine/catalogue"
+CATALOGUE = Path(__file__).parents[2] / "crates/engine/src/machine/catalogue"
 STUDY = """schema = 2
 question = "How far does the tool of {machine} move under a milling force?"
 machine = "{machine}"

@@ -2,7 +2,7 @@
 
 pub mod arm;
 pub mod balance;
-#[path = "../../../src/cases.rs"]
+#[path = "../../../crates/engine/src/cases.rs"]
 pub mod cases;
 pub mod command;
 pub mod engine;

@@ -1,0 +1,187 @@
+//! What to command instead, so that the loaded tool is where it should be.
+//!
+//! A [`Session`] holds the nominal machine, by which commands are computed, and the real one, which answers. A
+//! [`Demand`] says what is wanted at a point, a [`Method`] how the command is found; every method returns the same
+//! [`Compensation`]; [`compensate_batch`] and
+//! [`simulate_batch`] serve several sessions at a time. Where the drives are limited, [`compensate_bounded`] corrects a whole
+//! path at once.
+
+mod batch;
+mod bounded;
+mod demand;
+mod direct;
+mod force_balance;
+mod linear;
+mod matrix_free;
+mod nominal;
+mod outcome;
+mod session;
+mod workpiece;
+
+use nalgebra::Vector6;
+use serde::Serialize;
+
+use crate::spatial::Pose;
+
+pub use batch::{compensate_batch, simulate_batch};
+pub use bounded::{
+    Binding, BoundedError, BoundedPath, BoundedPoint, BoundedSettings, BoundedStatus, BoundedSummary, CorrectedPoint,
+    ErrorNorm, Errors, LimitKind, Limits, Price, Side, compensate_bounded,
+};
+pub use demand::{Demand, Target};
+pub use nominal::find_targets;
+pub use outcome::{Compensation, CompensationStatus};
+pub use session::{CompensationSettings, Session};
+use session::{Ending, Progress};
+
+/// How a command is found.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub enum Method {
+    /// The nominal command: no compensation.
+    None,
+    /// The target shifted by the linear deflection `−K_C⁻¹ F`.
+    Linear,
+    /// The error of a pass mirrored at the wanted path, Figure 2, this many times; each pass is simulated.
+    Mirror {
+        /// Passes that are measured and mirrored.
+        passes: usize,
+    },
+    /// Eq. (13): no matrices, step length α in (0, 1].
+    MatrixFree {
+        /// Step length.
+        alpha: f64,
+    },
+    /// Eq. (12): stiffness matrix of the start, step length α in (0, 1].
+    FixedMatrix {
+        /// Step length.
+        alpha: f64,
+    },
+    /// Eqs. (9)–(11): Newton on the target with the exact K_t.p.
+    Newton,
+    /// Newton on the drives.
+    Direct,
+    /// Figure 3: linear deflection and aggregated chain errors, eqs. (14), (15), as the starting value of eq. (13).
+    Procedure {
+        /// Step length.
+        alpha: f64,
+    },
+}
+
+/// Most passes that can be mirrored.
+const MAX_PASSES: usize = 100;
+
+impl Method {
+    /// All methods with their usual parameters, in the order of tables: comparators first.
+    pub const ALL: [Method; 9] = [
+        Method::None,
+        Method::Linear,
+        Method::Mirror { passes: 1 },
+        Method::Mirror { passes: 3 },
+        Method::MatrixFree { alpha: 1.0 },
+        Method::FixedMatrix { alpha: 1.0 },
+        Method::Procedure { alpha: 1.0 },
+        Method::Newton,
+        Method::Direct,
+    ];
+
+    /// The method called `name` in a command or file, with step length `alpha` where it has one; `mirror_N` mirrors N
+    /// passes.
+    pub fn named(name: &str, alpha: f64) -> Option<Self> {
+        if let Some(passes) = name.strip_prefix("mirror_").and_then(|count| count.parse().ok()) {
+            return (1..=MAX_PASSES).contains(&passes).then_some(Method::Mirror { passes });
+        }
+        let with_alpha = |method| match method {
+            Method::MatrixFree { .. } => Method::MatrixFree { alpha },
+            Method::FixedMatrix { .. } => Method::FixedMatrix { alpha },
+            Method::Procedure { .. } => Method::Procedure { alpha },
+            other => other,
+        };
+        Self::ALL.into_iter().find(|method| method.label() == name).map(with_alpha)
+    }
+
+    /// Word used in tables and commands.
+    pub fn label(self) -> String {
+        match self {
+            Method::None => "none".into(),
+            Method::Linear => "linear".into(),
+            Method::Mirror { passes: 1 } => "mirror".into(),
+            Method::Mirror { passes } => format!("mirror_{passes}"),
+            Method::MatrixFree { .. } => "matrix_free".into(),
+            Method::FixedMatrix { .. } => "fixed_matrix".into(),
+            Method::Procedure { .. } => "procedure".into(),
+            Method::Newton => "newton".into(),
+            Method::Direct => "direct".into(),
+        }
+    }
+
+    /// Whether the method has a step length α.
+    pub fn has_step_length(self) -> bool {
+        self.step_length().is_some()
+    }
+
+    /// Step length of the methods that have one.
+    fn step_length(self) -> Option<f64> {
+        match self {
+            Method::MatrixFree { alpha } | Method::FixedMatrix { alpha } | Method::Procedure { alpha } => Some(alpha),
+            _ => None,
+        }
+    }
+}
+
+/// Finds the command for `demand` by `method`, starting from where `session` stands; leaves it at the compensated
+/// equilibrium.
+pub fn compensate(session: &mut Session, demand: &Demand, method: Method) -> Compensation {
+    let mut progress = Progress::new();
+    let demand = match session.zeroed(demand) {
+        Ok(demand) => demand,
+        Err(status) => return session.conclude(demand, Err(status), progress.history),
+    };
+    let ending = run(session, &demand, method, &mut progress);
+    session.conclude(&demand, ending, progress.history)
+}
+
+/// Commands `target` instead of what `demand` wants, and lets the machine settle under its load: what a given program does.
+pub fn simulate(session: &mut Session, demand: &Demand, target: &Pose) -> Compensation {
+    let demand = match session.zeroed(demand) {
+        Ok(demand) => demand,
+        Err(status) => return session.conclude(demand, Err(status), Vec::new()),
+    };
+    let ending = session.go_to(target).and_then(|()| Ok((CompensationStatus::Applied, session.settle(&demand)?)));
+    let history = vec![session.task_error(&demand).size()];
+    session.conclude(&demand, ending, history)
+}
+
+/// Commands `drives` (mm or rad) whatever they lead to, and lets the machine settle under the load of `demand`.
+pub fn simulate_drives(session: &mut Session, demand: &Demand, drives: &[f64]) -> Compensation {
+    let demand = match session.zeroed(demand) {
+        Ok(demand) => demand,
+        Err(status) => return session.conclude(demand, Err(status), Vec::new()),
+    };
+    let ending = session.go_to(&demand.pose).and_then(|()| {
+        session.drives.copy_from_slice(drives);
+        Ok((CompensationStatus::Applied, session.settle(&demand)?))
+    });
+    let history = vec![session.task_error(&demand).size()];
+    session.conclude(&demand, ending, history)
+}
+
+fn run(session: &mut Session, demand: &Demand, method: Method, progress: &mut Progress) -> Ending {
+    if let Some(alpha) = method.step_length().filter(|alpha| !(*alpha > 0.0 && *alpha <= 1.0)) {
+        return Err(CompensationStatus::BadStepLength { alpha });
+    }
+    match method {
+        Method::None => matrix_free::mirror(session, demand, 0, progress),
+        Method::Linear => linear::compensate(session, demand, progress),
+        Method::Mirror { passes } => matrix_free::mirror(session, demand, passes, progress),
+        Method::MatrixFree { alpha } => matrix_free::iterate(session, demand, alpha, Vector6::zeros(), progress),
+        Method::FixedMatrix { alpha } => {
+            force_balance::iterate(session, demand, force_balance::Matrix::Fixed { alpha }, progress)
+        }
+        Method::Newton => force_balance::iterate(session, demand, force_balance::Matrix::Exact, progress),
+        Method::Direct => direct::compensate(session, demand, progress),
+        Method::Procedure { alpha } => {
+            let start = linear::shift(session, demand, true)?;
+            matrix_free::iterate(session, demand, alpha, start, progress)
+        }
+    }
+}

@@ -1,0 +1,267 @@
+//! A number that writes down what is done with it, at several postures at once.
+//!
+//! Its lanes are postures. Whatever branches, branches as it would for these postures side by side: where they need
+//! different ways, code over [`Real`] goes the way that serves all of them, which has no branches, and that is what is
+//! written down.
+
+use std::{
+    cell::RefCell,
+    ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign},
+};
+
+use super::{
+    MAX_LANES, Real,
+    tape::{Operation, Place, Program, Tape},
+};
+
+/// The values of a number at the postures.
+type Lanes = [f64; MAX_LANES];
+
+#[derive(Default)]
+struct Recording {
+    tape: Tape,
+    values: Vec<Lanes>,
+    /// Inputs by posture.
+    inputs: Vec<Vec<f64>>,
+    /// Whether something was computed posture by posture, by means that cannot be written down.
+    is_broken: bool,
+}
+
+thread_local! {
+    static RECORDING: RefCell<Recording> = RefCell::default();
+}
+
+/// What makes the numbers that `work` returns of its inputs, which `postures` gives, a row for each of [`MAX_LANES`] postures. `None` where
+/// that cannot be written down as one list of operations.
+pub fn record(postures: &[Vec<f64>], work: impl FnOnce(&[Traced]) -> Option<Vec<Traced>>) -> Option<Program> {
+    debug_assert_eq!(postures.len(), MAX_LANES);
+    let count = postures.first().map_or(0, Vec::len);
+    RECORDING.replace(Recording { inputs: postures.to_vec(), ..Recording::default() });
+    let inputs: Vec<Traced> = (0..count as u32).map(|number| put(Operation::Input(number))).collect();
+    let outputs = work(&inputs);
+    let recording = RECORDING.take();
+    let outputs: Vec<Place> = outputs?.into_iter().map(|output| output.0).collect();
+    (!recording.is_broken).then(|| recording.tape.program(count, &outputs))
+}
+
+fn put(operation: Operation) -> Traced {
+    RECORDING.with_borrow_mut(|recording| {
+        let place = recording.tape.put(operation);
+        for place in recording.values.len()..recording.tape.len() {
+            let mut values = [0.0; MAX_LANES];
+            for (lane, value) in values.iter_mut().enumerate() {
+                let at = |operand: Place| recording.values[operand as usize][lane];
+                *value = recording.tape.operation(place as Place).value(&recording.inputs[lane], at);
+            }
+            recording.values.push(values);
+        }
+        Traced(place)
+    })
+}
+
+fn values(number: Traced) -> Lanes {
+    RECORDING.with_borrow(|recording| recording.values[number.0 as usize])
+}
+
+/// A number of the computation that is being recorded on this thread.
+#[derive(Debug, Clone, Copy)]
+pub struct Traced(Place);
+
+/// Truth that is known for all postures, or that follows from numbers.
+#[derive(Debug, Clone, Copy)]
+pub enum TracedMask {
+    /// Of each posture, a bit.
+    Known(u8),
+    /// Where the first is the greater.
+    Greater(Traced, Traced),
+    /// Where it is no number.
+    Nan(Traced),
+}
+
+impl Add for Traced {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        put(Operation::Sum(self.0, other.0))
+    }
+}
+
+impl Sub for Traced {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        put(Operation::Difference(self.0, other.0))
+    }
+}
+
+impl Mul for Traced {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        put(Operation::Product(self.0, other.0))
+    }
+}
+
+impl Div for Traced {
+    type Output = Self;
+    fn div(self, other: Self) -> Self {
+        put(Operation::Quotient(self.0, other.0))
+    }
+}
+
+impl Neg for Traced {
+    type Output = Self;
+    fn neg(self) -> Self {
+        put(Operation::Negative(self.0))
+    }
+}
+
+impl AddAssign for Traced {
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl SubAssign for Traced {
+    fn sub_assign(&mut self, other: Self) {
+        *self = *self - other;
+    }
+}
+
+impl Real for Traced {
+    const LANES: usize = MAX_LANES;
+    type Mask = TracedMask;
+
+    fn splat(value: f64) -> Self {
+        put(Operation::Constant(value.to_bits()))
+    }
+
+    fn lane(self, lane: usize) -> f64 {
+        values(self)[lane]
+    }
+
+    fn set_lane(&mut self, _lane: usize, _value: f64) {
+        RECORDING.with_borrow_mut(|recording| recording.is_broken = true);
+    }
+
+    fn sqrt(self) -> Self {
+        put(Operation::Root(self.0))
+    }
+
+    fn abs(self) -> Self {
+        put(Operation::Size(self.0))
+    }
+
+    fn greater(self, other: Self) -> TracedMask {
+        TracedMask::Greater(self, other)
+    }
+
+    fn is_nan(self) -> TracedMask {
+        TracedMask::Nan(self)
+    }
+
+    fn select(mask: TracedMask, yes: Self, no: Self) -> Self {
+        match mask {
+            TracedMask::Known(Self::ALL) => yes,
+            TracedMask::Known(0) => no,
+            TracedMask::Known(_) => {
+                RECORDING.with_borrow_mut(|recording| recording.is_broken = true);
+                no
+            }
+            TracedMask::Greater(a, b) => put(Operation::IfGreater([a.0, b.0, yes.0, no.0])),
+            TracedMask::Nan(a) => put(Operation::IfNan([a.0, yes.0, no.0])),
+        }
+    }
+
+    fn bits(mask: TracedMask) -> u8 {
+        let each = |holds: &dyn Fn(usize) -> bool| (0..MAX_LANES).map(|lane| u8::from(holds(lane)) << lane).sum();
+        match mask {
+            TracedMask::Known(bits) => bits,
+            TracedMask::Greater(a, b) => {
+                let (a, b) = (values(a), values(b));
+                each(&|lane| a[lane] > b[lane])
+            }
+            TracedMask::Nan(a) => {
+                let a = values(a);
+                each(&|lane| a[lane].is_nan())
+            }
+        }
+    }
+
+    fn mask(bits: u8) -> TracedMask {
+        TracedMask::Known(bits & Self::ALL)
+    }
+
+    /// Whether it is the constant zero: one that merely is zero at the postures is not left out.
+    fn is_zero(self) -> bool {
+        RECORDING.with_borrow(|recording| recording.tape.constant(self.0) == Some(0.0))
+    }
+
+    fn vectorized<T>(work: impl FnOnce() -> T) -> T {
+        work()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lanes::{sin_cos, solve};
+
+    fn postures(of: impl Fn(f64) -> Vec<f64>) -> Vec<Vec<f64>> {
+        (0..MAX_LANES).map(|lane| of(lane as f64)).collect()
+    }
+
+    #[test]
+    fn sine_and_cosine_serve_all_angles_if_the_postures_have_large_ones() {
+        let angles = postures(|lane| vec![0.4 * lane - 1.3]);
+        let program = record(&angles, |inputs| {
+            let (sin, cos) = sin_cos(inputs[0]);
+            Some(vec![sin, cos])
+        });
+        let program = program.unwrap();
+        for i in -40..40 {
+            let angle = 0.1 * f64::from(i) + 0.03;
+            assert_eq!(program.evaluate(&[angle], &mut Vec::new()), <[f64; 2]>::from(sin_cos(angle)));
+        }
+    }
+
+    #[test]
+    fn rows_are_exchanged_where_some_posture_asks_for_it() {
+        let matrices = postures(|lane| vec![lane - 3.5, 2.0, 1.0, -1.0]);
+        let program = record(&matrices, |m| {
+            let mut right = [[Traced::splat(1.0), Traced::splat(2.0)]];
+            let regular = solve([[m[0], m[1]], [m[2], m[3]]], 2, &mut right);
+            (regular == u8::MAX).then(|| right[0].to_vec())
+        });
+        let program = program.unwrap();
+        for first in [0.0, 0.5, -7.0, 1.5] {
+            let mut right = [[1.0, 2.0]];
+            assert_eq!(solve([[first, 2.0], [1.0, -1.0]], 2, &mut right), 1);
+            assert_eq!(program.evaluate(&[first, 2.0, 1.0, -1.0], &mut Vec::new()), right[0]);
+        }
+    }
+
+    #[test]
+    fn what_has_no_effect_is_left_out() {
+        let program = record(&postures(|lane| vec![lane, 2.0 + lane]), |inputs| {
+            let (x, y) = (inputs[0], inputs[1]);
+            let (zero, one) = (Traced::zero(), Traced::splat(1.0));
+            let unused = x / y;
+            let product = (x + zero) * y * one;
+            let same = y * (x - zero);
+            let minus = zero - (-x) * y;
+            assert!((zero * unused).is_zero() && !x.is_zero());
+            Some(vec![product + same, minus])
+        });
+        let program = program.unwrap();
+        assert_eq!(program.operation_count(), 2);
+        assert_eq!(program.evaluate(&[3.0, 5.0], &mut Vec::new()), [30.0, 15.0]);
+    }
+
+    #[test]
+    fn what_is_computed_posture_by_posture_cannot_be_recorded() {
+        let program = record(&postures(|lane| vec![lane]), |inputs| {
+            let mut number = inputs[0];
+            number.set_lane(0, 1.0);
+            Some(vec![number])
+        });
+        assert_eq!(program, None);
+    }
+}

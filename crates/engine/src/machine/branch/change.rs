@@ -1,0 +1,104 @@
+//! Changes of posture between two points of a path: no tool stays on its path meanwhile.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Branch, arm::ON_BOTH};
+use crate::machine::{Configuration, Machine};
+
+/// A hinge that stands this share of a full turn elsewhere has been turned back within its travel, though the way led there.
+const TURNED_BACK: f64 = 0.75;
+/// The same where no way led there: a wrist at its straight position swings by half a turn.
+const SWUNG: f64 = 0.25;
+/// Configurations whose hinges and slides differ by less than this share of a full turn, and of the reach, are the same.
+const BESIDE: f64 = 1e-3;
+
+/// Why a machine cannot be led from one configuration to the next along a path.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum PostureChange {
+    /// An arm stands on another branch: a singularity is between.
+    Branch {
+        /// Before.
+        from: Branch,
+        /// After.
+        to: Branch,
+    },
+    /// A hinge stands elsewhere: taken a full turn back within its travel, or swung about where a singularity is between.
+    Jump {
+        /// Its drive, as tables call it.
+        drive: String,
+        /// What it showed, degrees.
+        from_deg: f64,
+        /// What it shows, degrees.
+        to_deg: f64,
+    },
+}
+
+impl fmt::Display for PostureChange {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            PostureChange::Branch { from, to } => write!(f, "changes branch from {from} to {to}"),
+            PostureChange::Jump { drive, from_deg, to_deg } => {
+                write!(f, "drive {drive} jumps from {from_deg:.1}° to {to_deg:.1}°")
+            }
+        }
+    }
+}
+
+impl Machine {
+    /// Whether it has several postures for a pose and nothing that holds it in one: hinges, one chain and no passive joints.
+    pub fn may_change_posture(&self) -> bool {
+        matches!(self.chains.as_slice(), [chain] if chain.passive.is_empty())
+            && self.full_turns().any(|turn| turn.is_some())
+    }
+
+    /// How the posture changes from one point of a path, where the machine stands as in `before`, to the next, `after`; `None` where
+    /// it stays, and of machines that are no serial chain with hinges. `is_led`: whether the straight line leads there
+    /// ([`Machine::inverse_kinematics_from`]). Postures at a singularity are on both branches that meet there.
+    pub fn posture_change(&self, before: &Configuration, after: &Configuration, is_led: bool) -> Option<PostureChange> {
+        if !self.may_change_posture() {
+            return None;
+        }
+        if let (Some(from), Some(to)) = (self.branch_signs(before), self.branch_signs(after))
+            && from.iter().zip(&to).any(|(from, to)| from.abs().min(to.abs()) > ON_BOTH && from * to < 0.0)
+        {
+            return Some(PostureChange::Branch { from: Branch::of_signs(from), to: Branch::of_signs(to) });
+        }
+        let most = if is_led { TURNED_BACK } else { SWUNG };
+        self.jump(&before.drives, &after.drives, most)
+    }
+
+    /// Whether a hinge that stood as in `from` (drive positions, mm or rad) has been turned back within its travel in `to`, though both
+    /// are the same place or beside one another.
+    pub fn turned_back(&self, from: &[f64], to: &[f64]) -> Option<PostureChange> {
+        self.may_change_posture().then(|| self.jump(from, to, TURNED_BACK)).flatten()
+    }
+
+    /// The first hinge that stands more than this share of a full turn elsewhere.
+    fn jump(&self, from: &[f64], to: &[f64], most: f64) -> Option<PostureChange> {
+        let moved = self
+            .full_turns()
+            .zip(from.iter().zip(to))
+            .position(|(turn, (from, to))| turn.is_some_and(|turn| (to - from).abs() > most * turn))?;
+        Some(PostureChange::Jump {
+            drive: self.drive_labels().swap_remove(moved),
+            from_deg: from[moved].to_degrees(),
+            to_deg: to[moved].to_degrees(),
+        })
+    }
+
+    /// The full turns (mm or rad of the drive) that bring each hinge of `from` nearest to where it stands in `to`.
+    pub fn turns_towards(&self, from: &[f64], to: &[f64]) -> Vec<f64> {
+        let turns = |(turn, (from, to)): (Option<f64>, (&f64, &f64))| {
+            turn.map_or(0.0, |turn| ((to - from) / turn).round() * turn)
+        };
+        self.full_turns().zip(from.iter().zip(to)).map(turns).collect()
+    }
+
+    /// Whether all drives stand at the same place, but for what a search leaves.
+    pub fn is_beside(&self, a: &Configuration, b: &Configuration) -> bool {
+        let values = a.drives.iter().zip(&b.drives);
+        self.full_turns().zip(values).all(|(turn, (a, b))| (a - b).abs() <= BESIDE * turn.unwrap_or(self.reach))
+    }
+}

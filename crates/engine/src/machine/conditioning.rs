@@ -1,0 +1,95 @@
+//! How far a machine is from a singularity, whatever its kind.
+
+use nalgebra::{Matrix6, Vector6};
+
+use super::MoveScrew;
+use super::{Configuration, Coordinate, Machine, Motion};
+
+impl Machine {
+    /// Inverse condition number of the Jacobian between the drives and the controlled task coordinates at `at`: its smallest singular
+    /// value as a share of the largest, hinges and rotations in mm at [`Machine::reach`](crate::machine::Model::reach). 0 where the
+    /// machine is singular, be it that the drives do not hold the platform or that they cannot move it in some way, and 1 where all
+    /// directions are alike (the local conditioning index of Gosselin and Angeles 1991). Redundant drives move as little as they can.
+    pub fn conditioning(&self, at: &Configuration) -> f64 {
+        let Some(mut jacobian) = self.drive_jacobian(at) else { return 0.0 };
+        for (mut row, (_, drive)) in jacobian.row_iter_mut().zip(self.drives()) {
+            if drive.motion == Motion::Revolute {
+                row *= self.reach;
+            }
+        }
+        for (mut column, coordinate) in jacobian.column_iter_mut().zip(&self.controls) {
+            if matches!(coordinate, Coordinate::Rotation(_)) {
+                column /= self.reach;
+            }
+        }
+        if !jacobian.iter().all(|entry| entry.is_finite()) {
+            return 0.0;
+        }
+        let values = jacobian.singular_values();
+        let (least, most) = (values.min(), values.max());
+        if most > 0.0 { least / most } else { 0.0 }
+    }
+
+    /// Whether [`Machine::conditioning`] is at least `least`: of an arm with a spherical wrist that controls all six coordinates by its
+    /// six hinges from their axes, for many postures.
+    pub fn is_conditioned(&self, at: &Configuration, least: f64) -> bool {
+        if least <= 0.0 {
+            return true;
+        }
+        let Some(jacobian) = self.arm_jacobian(at) else { return self.conditioning(at) >= least };
+        // What singular values are at least and at most.
+        let bound = jacobian.try_inverse().map_or(0.0, |inverse| 1.0 / (jacobian.norm() * inverse.norm()));
+        bound >= least || inverse_condition(&jacobian) >= least
+    }
+
+    /// Motion of P per motion of each drive, of an arm as [`Machine::is_conditioned`] takes it; rotations at the reach, both as shares of
+    /// it. `None` for other machines.
+    fn arm_jacobian(&self, at: &Configuration) -> Option<Matrix6<f64>> {
+        let first = self.first_of_arm().filter(|_| self.controls.len() == 6)?;
+        let chain = &self.chains[0];
+        let mut values = Vec::with_capacity(chain.virtual_count);
+        chain.rigid_values(&at.drives, &[], &mut values);
+        let mut screws: Vec<MoveScrew> = Vec::new();
+        chain.forward(&values, &mut screws);
+        let mut joints = Matrix6::zeros();
+        for (column, drive) in chain.drives[first..].iter().enumerate() {
+            let twist = screws.iter().find(|screw| screw.coordinate == drive.coordinate)?.twist;
+            let [v, w] = [twist.linear / self.reach, twist.angular];
+            joints.set_column(column, &Vector6::new(v.x, v.y, v.z, w.x, w.y, w.z));
+        }
+        let coupled = Matrix6::from_fn(|joint, drive| chain.joint_per_drive(first + joint, first + drive));
+        Some(joints * coupled)
+    }
+}
+
+/// Smallest singular value as a share of the largest.
+fn inverse_condition(matrix: &Matrix6<f64>) -> f64 {
+    let values = matrix.singular_values();
+    let (least, most) = (values.min(), values.max());
+    if most > 0.0 { least / most } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_axes_of_an_arm_tell_what_its_closure_does() {
+        for name in ["fanuc_r2000ic", "kr270"] {
+            let machine = Machine::named(name).unwrap();
+            for seed in 0..20 {
+                let beside = |(k, home): (usize, &f64)| home + 0.4 * ((seed * 7 + k * 3) as f64).sin();
+                let drives: Vec<f64> = machine.home.drives.iter().enumerate().map(beside).collect();
+                let at = machine.forward_kinematics(&drives).unwrap();
+                let own = inverse_condition(&machine.arm_jacobian(&at).unwrap());
+                let of_closure = machine.conditioning(&at);
+                assert!((own - of_closure).abs() < 1e-9 * of_closure.max(1e-3), "{name}: {own} and {of_closure}");
+                assert!(machine.is_conditioned(&at, 0.999 * own) && !machine.is_conditioned(&at, 1.001 * own));
+            }
+        }
+        let orthoglide = Machine::named("orthoglide").unwrap();
+        assert!(
+            orthoglide.arm_jacobian(&orthoglide.home).is_none() && orthoglide.is_conditioned(&orthoglide.home, 0.1)
+        );
+    }
+}

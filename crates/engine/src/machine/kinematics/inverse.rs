@@ -1,0 +1,137 @@
+//! Inverse kinematics: from a pose of P to the drives.
+
+use nalgebra::DMatrix;
+
+use super::{
+    Configuration, Unreachable,
+    closure::{Closure, Command},
+    continuation::MIN_STEP,
+    singularity::Barriers,
+};
+use crate::{
+    machine::{Coordinate, Machine, redundancy::is_met},
+    spatial::{Pose, rotation_exp, rotation_log},
+};
+
+/// Where a straight way ends is found to this share of the machine's reach, but to no less than this share of the way.
+const WAY_END: f64 = 1e-4;
+const MIN_WAY_STEP: f64 = 1.0 / 16384.0;
+
+impl Machine {
+    /// Inverse kinematics: the configuration that puts the controlled task coordinates of P on those of `target`, on the
+    /// assembly mode of home.
+    ///
+    /// It is the one that the straight line from home leads to. Where that does not lead there, or beyond a limit, other
+    /// ways are tried: a serial machine takes any posture that its travel allows, the nearest to home of those found, since
+    /// nothing is in the way from one to another; a parallel one goes around, without passing a singularity. Hinges are
+    /// taken a full turn back or on where that brings them within their travel. Where the drives control more than the
+    /// task asks for, they stand as near to home as they can, see [`Machine::redundancy`](crate::machine::Model::redundancy).
+    ///
+    /// An arm for which a branch was chosen ([`Machine::on_branch`]) stands on that branch only.
+    ///
+    /// # Errors
+    /// [`Unreachable`] if no such configuration is found, or only beyond a limit or on another branch.
+    pub fn inverse_kinematics(&self, target: &Pose) -> Result<Configuration, Unreachable> {
+        self.inverse_kinematics_from(&self.home, target).or_else(|straight| self.way_around(target, straight))
+    }
+
+    /// Inverse kinematics continued on the straight line from a known configuration `start` instead of home; no other way
+    /// is tried.
+    ///
+    /// # Errors
+    /// As [`Machine::inverse_kinematics`].
+    pub fn inverse_kinematics_from(&self, start: &Configuration, target: &Pose) -> Result<Configuration, Unreachable> {
+        self.within_span(target)?;
+        let configuration = self.unlimited_inverse_kinematics_from(start, target)?;
+        self.within_limits(configuration, target)
+    }
+
+    /// As [`Machine::inverse_kinematics_from`], as if travel and joints had no limits.
+    pub fn unlimited_inverse_kinematics_from(
+        &self,
+        start: &Configuration,
+        target: &Pose,
+    ) -> Result<Configuration, Unreachable> {
+        let turn = rotation_log(&(start.pose.rotation.transpose() * target.rotation));
+        let shift = target.translation - start.pose.translation;
+        let start_pose = start.pose;
+        let along = move |s: f64| Pose {
+            rotation: start_pose.rotation * rotation_exp(turn * s),
+            translation: start_pose.translation + shift * s,
+        };
+        let length = shift.norm().hypot(turn.norm() * self.reach);
+        let least_step = (WAY_END * self.reach / length).clamp(MIN_WAY_STEP, MIN_STEP);
+        let reached = self.follow(start, least_step, Barriers::All, |s, closure, from| {
+            let pose = if s == 1.0 { *target } else { along(s) };
+            closure.newton(from, &Command::Task(&pose))
+        });
+        let end = reached.at.pose;
+        self.closed(reached, &Command::Task(target)).map_err(|unreachable| match unreachable {
+            Unreachable::Closure { chain, .. } => Unreachable::TooFar { chain, short_mm: self.way_left(&end, target) },
+            other => other,
+        })
+    }
+
+    /// From `at` to `target` in the controlled coordinates, mm, rotations weighted by the reach.
+    fn way_left(&self, at: &Pose, target: &Pose) -> f64 {
+        let turn = rotation_log(&(at.rotation.transpose() * target.rotation)) * self.reach;
+        let shift = target.translation - at.translation;
+        let left = self.controls.iter().map(|coordinate| match *coordinate {
+            Coordinate::Translation(axis) => shift[axis],
+            Coordinate::Rotation(axis) => turn[axis],
+        });
+        left.map(|left| left * left).sum::<f64>().sqrt()
+    }
+
+    /// Derivative of the drives by the controlled task coordinates at `at`: one row per drive (mm, rad), one column per
+    /// coordinate (mm, rad about the axes of the platform). Redundant drives move as little as they can, slides in mm and
+    /// hinges in mm at the machine's reach. `None` in a singularity, as at the end of a chain's reach.
+    pub fn drive_jacobian(&self, at: &Configuration) -> Option<DMatrix<f64>> {
+        let mut closure = Closure::new(self);
+        closure.linearise(at, &Command::Task(&at.pose));
+        let right = self.asked_changes(&closure, &DMatrix::identity(self.controls.len(), self.controls.len()));
+        let by_task = if self.redundancy > 0 {
+            closure.least_motions(&right)?
+        } else {
+            let transposed = closure.jacobian.transpose();
+            let factor = (&transposed * &closure.jacobian).cholesky()?;
+            let unknowns = factor.solve(&(transposed * &right));
+            if !is_met(&(&closure.jacobian * &unknowns), &right) {
+                return None;
+            }
+            unknowns.rows(6, self.drive_count()).into_owned()
+        };
+        Some(self.in_units_of_drives(&closure, by_task))
+    }
+
+    /// Motions of the drives (rows; mm, rad) that change the controlled coordinates as the columns of `changes` say (mm, rad about the axes
+    /// of the platform). In a singularity, `None` only of changes that the drives cannot make there: a fork head whose tool stands along
+    /// its first axis moves its tip as it does elsewhere.
+    pub(crate) fn drive_motions(&self, at: &Configuration, changes: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+        if let Some(jacobian) = self.drive_jacobian(at) {
+            return Some(jacobian * changes);
+        }
+        let mut closure = Closure::new(self);
+        closure.linearise(at, &Command::Task(&at.pose));
+        let motions = closure.least_motions(&self.asked_changes(&closure, changes))?;
+        Some(self.in_units_of_drives(&closure, motions))
+    }
+
+    /// What the equations of `closure` change by with the controlled coordinates.
+    fn asked_changes(&self, closure: &Closure<'_>, changes: &DMatrix<f64>) -> DMatrix<f64> {
+        let (equations, coordinates) = (closure.jacobian.nrows(), self.controls.len());
+        let mut right = DMatrix::zeros(equations, changes.ncols());
+        right.rows_mut(equations - coordinates, coordinates).copy_from(changes);
+        for (i, _) in self.controls.iter().enumerate().filter(|(_, c)| matches!(c, Coordinate::Rotation(_))) {
+            right.row_mut(equations - coordinates + i).scale_mut(self.reach);
+        }
+        right
+    }
+
+    fn in_units_of_drives(&self, closure: &Closure<'_>, mut motions: DMatrix<f64>) -> DMatrix<f64> {
+        for (mut row, (_, drive)) in motions.row_iter_mut().zip(self.drives()) {
+            row /= closure.unit(drive.motion);
+        }
+        motions
+    }
+}

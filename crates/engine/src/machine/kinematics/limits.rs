@@ -1,0 +1,184 @@
+//! Travel of drives and limits of passive joints.
+
+use super::{Configuration, Unreachable};
+use crate::{
+    machine::{Machine, Motion},
+    spatial::Pose,
+};
+
+/// A drive or joint is at its limit, not beyond it, within this share of the limit: rounding of what the search for the
+/// configuration, and a program's numbers, leave.
+const LIMIT_ROUNDING: f64 = 1e-9;
+
+impl Machine {
+    /// `at`, which meets `target`, moved by what is free: full turns, and the freedom of redundant drives.
+    ///
+    /// # Errors
+    /// A limit that is violated all the same.
+    pub(in crate::machine) fn within_limits(
+        &self,
+        at: Configuration,
+        target: &Pose,
+    ) -> Result<Configuration, Unreachable> {
+        let at = self.freed(at, target);
+        self.check_limits(&at)?;
+        Ok(at)
+    }
+
+    /// As [`Machine::within_limits`], whether or not a limit is violated all the same.
+    pub(in crate::machine) fn freed(&self, at: Configuration, target: &Pose) -> Configuration {
+        let mut at = if self.redundancy > 0 { self.nearest_to_home(at, target) } else { at };
+        if self.check_travel(&at).is_err() {
+            self.turn_within_travel(&mut at);
+        }
+        at
+    }
+
+    /// Takes hinge drives as many full turns back or on as bring them nearest to home.
+    pub(in crate::machine) fn turn_nearest_to_home(&self, at: &mut Configuration) {
+        let turns = self.turns_towards(&at.drives, &self.home.drives);
+        at.drives.iter_mut().zip(turns).for_each(|(rho, turns)| *rho += turns);
+    }
+
+    /// Takes hinge drives beyond their travel a full turn back or on where that brings them within.
+    fn turn_within_travel(&self, at: &mut Configuration) {
+        for (((_, drive), turn), rho) in self.drives().zip(self.full_turns()).zip(&mut at.drives) {
+            let (Some((low, high)), Some(turn)) = (drive.travel, turn) else { continue };
+            let (up, down) = (*rho + ((low - *rho) / turn).ceil() * turn, *rho - ((*rho - high) / turn).ceil() * turn);
+            match *rho {
+                value if value < low && up <= high => *rho = up,
+                value if value > high && down >= low => *rho = down,
+                _ => {}
+            }
+        }
+    }
+
+    /// Takes hinge drives that are beyond their travel as many full turns back or on as bring them nearest to its middle.
+    pub(in crate::machine) fn turn_nearest_to_travel(&self, at: &mut Configuration) {
+        for (((_, drive), turn), rho) in self.drives().zip(self.full_turns()).zip(&mut at.drives) {
+            if let (Some((low, high)), Some(turn)) = (drive.travel, turn)
+                && beyond(*rho, low, high) > 0.0
+            {
+                *rho -= ((*rho - 0.5 * (low + high)) / turn).round() * turn;
+            }
+        }
+    }
+
+    /// Whether a drive's travel, a passive joint or the branch is limited.
+    pub(crate) fn has_limits(&self) -> bool {
+        let drives = self.drives().any(|(_, drive)| drive.travel.is_some());
+        drives
+            || self.branch.is_some()
+            || self.chains.iter().flat_map(|chain| &chain.passive).any(|joint| joint.limits.is_some())
+    }
+
+    /// Travel and joint limits at a configuration, and the branch that was chosen.
+    pub fn check_limits(&self, at: &Configuration) -> Result<(), Unreachable> {
+        self.check_travel(at)?;
+        self.check_branch(at)
+    }
+
+    /// The first drive that `positions` (mm, rad) have beyond its travel, and what is to be said of it.
+    pub fn drive_beyond_travel(&self, positions: &[f64]) -> Option<(usize, Unreachable)> {
+        self.drives().zip(positions).enumerate().find_map(|(number, ((c, drive), &rho))| {
+            let (low, high) = drive.travel?;
+            let fault = || Unreachable::Travel {
+                chain: self.chains[c].name.clone(),
+                drive: drive.name.clone(),
+                value: drive.motion.shown(rho),
+                low: drive.motion.shown(low),
+                high: drive.motion.shown(high),
+                unit: drive.motion.position_unit().into(),
+            };
+            (beyond(rho, low, high) > 0.0).then(|| (number, fault()))
+        })
+    }
+
+    /// Travel and joint limits at a configuration.
+    pub(in crate::machine) fn check_travel(&self, at: &Configuration) -> Result<(), Unreachable> {
+        if let Some((_, fault)) = self.drive_beyond_travel(&at.drives) {
+            return Err(fault);
+        }
+        for (chain, values) in self.chains.iter().zip(&at.passive) {
+            for (joint, &q) in chain.passive.iter().zip(values) {
+                if let Some((low, high)) = joint.limits
+                    && beyond(q, low, high) > 0.0
+                {
+                    return Err(Unreachable::JointLimit {
+                        chain: chain.name.clone(),
+                        joint: joint.name.clone(),
+                        value: joint.motion.shown(q),
+                        low: joint.motion.shown(low),
+                        high: joint.motion.shown(high),
+                        unit: joint.motion.position_unit().into(),
+                    });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// How far the drive or joint farthest beyond its limits is beyond them, mm or degrees; 0 within.
+    pub fn limit_excess(&self, at: &Configuration) -> f64 {
+        let drives = self.drives().zip(&at.drives).map(|((_, drive), &rho)| (drive.travel, drive.motion, rho));
+        let joints = self.chains.iter().zip(&at.passive).flat_map(|(chain, values)| {
+            chain.passive.iter().zip(values).map(|(joint, &q)| (joint.limits, joint.motion, q))
+        });
+        let excess = |(limits, motion, value): (Option<(f64, f64)>, Motion, f64)| {
+            limits.map_or(0.0, |(low, high)| motion.shown(beyond(value, low, high)))
+        };
+        drives.chain(joints).map(excess).fold(0.0, f64::max)
+    }
+
+    /// How far the drive or joint nearest to an end of its limits is from it, mm or degrees; less than 0 beyond, infinite without limits.
+    pub fn limit_room(&self, at: &Configuration) -> f64 {
+        let drives = self.drives().zip(&at.drives).map(|((_, drive), &rho)| (drive.travel, drive.motion, rho));
+        let joints = self.chains.iter().zip(&at.passive).flat_map(|(chain, values)| {
+            chain.passive.iter().zip(values).map(|(joint, &q)| (joint.limits, joint.motion, q))
+        });
+        let room = |(limits, motion, value): (Option<(f64, f64)>, Motion, f64)| {
+            limits.map_or(f64::INFINITY, |(low, high)| motion.shown(f64::min(value - low, high - value)))
+        };
+        drives.chain(joints).map(room).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Adds to `shares` where each limited drive and joint stands in its range: −1 at the lower end and 1 at the upper one,
+    /// as `Machine::check_limits` takes them.
+    pub fn limit_shares(&self, at: &Configuration, shares: &mut Vec<f64>) {
+        let drives = self.drives().zip(&at.drives).map(|((_, drive), &rho)| (drive.travel, rho));
+        let joints = self
+            .chains
+            .iter()
+            .zip(&at.passive)
+            .flat_map(|(chain, values)| chain.passive.iter().zip(values).map(|(joint, &q)| (joint.limits, q)));
+        let limited = drives.chain(joints).filter_map(|(limits, value)| limits.map(|limits| (limits, value)));
+        shares.extend(limited.map(|((low, high), value)| {
+            let half = 0.5 * (high - low) + rounding(low, high);
+            (value - 0.5 * (low + high)) / half
+        }));
+    }
+}
+
+/// `value` of a drive taken as many times a full `turn` of it back or on as bring it within its travel, if any do.
+pub(in crate::machine) fn within_travel(value: f64, (low, high): (f64, f64), turn: Option<f64>) -> Option<f64> {
+    if beyond(value, low, high) == 0.0 {
+        return Some(value);
+    }
+    let turn = turn?;
+    let back = match value < low {
+        true => value + ((low - value) / turn).ceil() * turn,
+        false => value - ((value - high) / turn).ceil() * turn,
+    };
+    (beyond(back, low, high) == 0.0).then_some(back)
+}
+
+/// How far `value` is beyond the limits, in its unit; 0 within them and as far outside as rounding may put it.
+fn beyond(value: f64, low: f64, high: f64) -> f64 {
+    let excess = f64::max(low - value, value - high);
+    if excess > rounding(low, high) { excess } else { 0.0 }
+}
+
+/// How far beyond its limits rounding may put a value.
+fn rounding(low: f64, high: f64) -> f64 {
+    LIMIT_ROUNDING * low.abs().max(high.abs()).max(high - low)
+}

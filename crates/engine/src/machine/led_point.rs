@@ -1,0 +1,145 @@
+//! A point of the platform led to a position, on machines whose platform turns with its position.
+//!
+//! Where the drives do not control all rotations, the platform may turn as it moves: a Tricept tilts, an arm with a free turn
+//! has the orientation that leaves its drives nearest to home. A point beside P then moves by more than P does, and where P has
+//! to stand for it is sought: `p + R(p) r` is the position wanted, along the axes that the drives control.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::{Configuration, Machine, Unreachable};
+use crate::spatial::Pose;
+
+/// A distance below this share of the machine's reach is none.
+const MET: f64 = 1e-13;
+/// A distance above this share of the machine's reach is too much where the search ends.
+const MISSED: f64 = 1e-9;
+/// Places of P tried.
+const MAX_STEPS: usize = 40;
+/// How far the machine is moved to see whether its platform turns, as shares of its reach, and the direction.
+const TRIALS: [f64; 4] = [0.02, -0.02, 0.005, -0.005];
+const TRIAL_WAY: [f64; 3] = [0.61, -0.52, 0.43];
+
+impl Machine {
+    /// Whether rotations of the platform that the drives do not control change as it moves, seen at home and beside it.
+    pub(super) fn turns_beside_home(&self) -> bool {
+        let is_still = |at: &Configuration| self.uncontrolled_turn(at) <= super::mobility::MOVES;
+        if !is_still(&self.home) {
+            return true;
+        }
+        let beside = TRIALS.iter().find_map(|share| {
+            let way = Vector3::from(TRIAL_WAY) * (share * self.reach);
+            let asked = self.as_controlled(self.home.pose.translation + way);
+            self.unlimited_inverse_kinematics_from(&self.home, &self.pose_at(asked)).ok()
+        });
+        beside.is_some_and(|at| !is_still(&at))
+    }
+
+    /// Inverse kinematics of `point` (platform axes from P, mm) at where it is when P stands at `asked`, as far as the drives
+    /// control its translations; the others of P stay where they are at home. Rotations that are controlled are those of
+    /// `asked`, the others follow. The search begins at `near`.
+    ///
+    /// # Errors
+    /// A place of P on the way that cannot be reached, or [`Unreachable::Turned`].
+    pub fn lead(&self, point: Vector3<f64>, asked: &Pose, near: &Configuration) -> Result<Configuration, Unreachable> {
+        let wanted = asked.transform(point);
+        let mut at = near.clone();
+        let mut place = self.as_controlled(wanted - at.pose.rotation * point);
+        // What the place has to change by per change of the point: without turning, the same (Broyden's method).
+        let mut inverse = Matrix3::identity();
+        let mut last: Option<(Vector3<f64>, Vector3<f64>)> = None;
+        let (mut best, mut least) = (None, f64::INFINITY);
+        for _ in 0..MAX_STEPS {
+            let pose = Pose { translation: place, ..*asked };
+            at = self.inverse_kinematics_from(&at, &pose).or_else(|_| self.inverse_kinematics(&pose))?;
+            let reached = Pose { translation: place, ..at.pose }.transform(point) - wanted;
+            let missed = Vector3::from_fn(|i, _| if self.controls_translation(i) { reached[i] } else { 0.0 });
+            let distance = missed.norm();
+            if distance < least {
+                (best, least) = (Some(at.clone()), distance);
+            } else if least <= MISSED * self.reach {
+                break;
+            }
+            if distance <= MET * self.reach {
+                break;
+            }
+            if let Some((step, before)) = last {
+                let change = missed - before;
+                let left = step.transpose() * inverse;
+                let along = (left * change)[0];
+                if along.abs() > f64::EPSILON * step.norm_squared() {
+                    inverse += (step - inverse * change) * left / along;
+                }
+            }
+            let step = -(inverse * missed);
+            last = Some((step, missed));
+            place += step;
+        }
+        match best {
+            Some(at) if least <= MISSED * self.reach => Ok(at),
+            _ => Err(Unreachable::Turned { beside_mm: least }),
+        }
+    }
+
+    /// Refuses a pose that was commanded for a path where the platform at `at`, which meets it as far as the drives control,
+    /// is turned so that its tool tip is elsewhere.
+    ///
+    /// # Errors
+    /// [`Unreachable::Uncontrolled`] as [`Machine::check_asked`], and [`Unreachable::Turned`].
+    pub fn check_led(&self, asked: &Pose, at: &Configuration) -> Result<(), Unreachable> {
+        self.check_asked(asked.translation, at)?;
+        let beside_mm = ((at.pose.rotation - asked.rotation) * self.tool_tip).norm();
+        if beside_mm > super::task_space::SAME_PLACE * self.reach {
+            return Err(Unreachable::Turned { beside_mm });
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::spatial::rotation_exp;
+
+    fn machine(name: &str) -> Machine {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/machines");
+        Machine::from_file(&folder.join(format!("{name}.toml"))).unwrap()
+    }
+
+    #[test]
+    fn what_turns_is_told_from_what_does_not() {
+        for name in ["orthoglide", "tripteron"] {
+            assert!(!Machine::named_or_file(name).unwrap().turns_with_position, "{name}");
+        }
+        for (name, turns) in
+            [("tricept", true), ("fivebar", true), ("hexapod", false), ("kr270", false), ("linear_delta", false)]
+        {
+            assert_eq!(machine(name).turns_with_position, turns, "{name}");
+        }
+    }
+
+    #[test]
+    fn the_tip_of_a_tilting_tool_stands_where_it_is_wanted() {
+        let tricept = machine("tricept");
+        let home = tricept.home.pose;
+        for way in [Vector3::new(40.0, -25.0, 30.0), Vector3::new(-90.0, 60.0, -50.0)] {
+            let asked = Pose { translation: home.translation + way, ..home };
+            let at = tricept.lead(tricept.tool_tip, &asked, &tricept.home).unwrap();
+            let tip = at.pose.transform(tricept.tool_tip);
+            assert!((tip - asked.transform(tricept.tool_tip)).norm() < 1e-9, "{tip}");
+            // Its tool points away from the centre of the guide's universal joint, O.
+            let along = -at.pose.rotation.column(2);
+            assert!((along - at.pose.translation.normalize()).norm() < 1e-10);
+            assert!((at.pose.translation - asked.translation).norm() > 1.0);
+        }
+    }
+
+    #[test]
+    fn a_platform_that_does_not_turn_stands_where_it_is_asked() {
+        let orthoglide = Machine::named_or_file("orthoglide").unwrap();
+        let asked = orthoglide.pose_at(Vector3::new(30.0, -40.0, 75.0));
+        let at = orthoglide.lead(orthoglide.tool_tip, &asked, &orthoglide.home).unwrap();
+        assert!((at.pose.translation - asked.translation).norm() < 1e-9);
+        let turned = Pose { rotation: rotation_exp(Vector3::new(0.0, 0.01, 0.0)) * asked.rotation, ..asked };
+        assert!(matches!(orthoglide.check_led(&turned, &at), Err(Unreachable::Turned { .. })));
+    }
+}

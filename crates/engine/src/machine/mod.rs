@@ -1,0 +1,393 @@
+//! What a machine is: chains of joints, elastic links and parallelograms between base and platform, with their limits and
+//! rigid kinematics. Immutable once built; solves nothing elastic.
+//!
+//! A machine is read from a TOML file ([`Machine::from_file`]) or taken from the [`catalogue`]. Manufacturing and assembly
+//! errors make another machine of it ([`Machine::with_errors`]): commands are computed with the nominal one, what happens
+//! is computed with the real one.
+
+mod branch;
+mod carrier;
+pub mod catalogue;
+mod chain;
+mod conditioning;
+mod element_names;
+mod errors;
+mod external_axes;
+mod held;
+mod kinematics;
+mod led_point;
+mod mobility;
+mod other_tool;
+mod parameters;
+mod provenance;
+mod redundancy;
+mod resolve;
+mod rotary_drives;
+mod route;
+#[cfg(feature = "schema")]
+mod schema;
+mod section;
+mod skeleton;
+mod span;
+pub mod spec;
+mod task_space;
+mod unknown;
+mod ways_around;
+
+use std::{
+    ops::{Deref, DerefMut},
+    sync::Arc,
+};
+
+use nalgebra::{Matrix3, Matrix6, Vector3};
+
+pub use branch::{Branch, Clearance, Elbow, Posture, PostureChange, Shoulder, Wrist};
+pub use chain::{Chain, Coupling, Drive, Motion, MoveScrew, PassiveJoint, Spring, SpringLaw};
+pub use errors::ChainError;
+pub use external_axes::ExternalAxes;
+pub use external_axes::Standing;
+pub use kinematics::SideBySide;
+pub use kinematics::{Configuration, Unreachable};
+pub use mobility::Mobility;
+pub use parameters::{Parameter, Unit, Variation};
+pub use provenance::{Grade, Provenance};
+pub use rotary_drives::{RotaryDrive, RotaryDrives};
+pub use route::{Anchor, Loop, Mass, PointSpring, Route, Step};
+#[cfg(feature = "schema")]
+pub use schema::file_schema;
+pub use section::{Material, Section, beam_stiffness, parallelogram_terms};
+pub use skeleton::{ChainSkeleton, JointMark, MassMark, Polyline, Skeleton};
+pub use spec::OtherToolSpec;
+pub use task_space::{OutsideWorkspace, UncontrolledDifference};
+pub use unknown::{Geometry, UnknownStiffness};
+
+use crate::{
+    input::error::{Error, Result},
+    spatial::Pose,
+};
+
+/// A task coordinate that the drives can control.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Coordinate {
+    /// Translation along the axis of O with this index.
+    Translation(usize),
+    /// Rotation about the axis of the commanded platform frame with this index.
+    Rotation(usize),
+}
+
+/// Where the direction of the tool comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ToolAxisSource {
+    /// The machine file.
+    Given,
+    /// The direction from P to the tool tip.
+    TowardsTip,
+    /// The platform's z axis: the tool tip is P itself.
+    PlatformZ,
+}
+
+/// A named location of P, mm.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NamedPoint {
+    /// Its name.
+    pub name: String,
+    /// `p_OP`.
+    pub position: Vector3<f64>,
+}
+
+/// What moves with the platform: spindle, holder, tool.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlatformMass {
+    /// kg.
+    pub kilograms: f64,
+    /// Its centre in platform axes, from P, mm.
+    pub at: Vector3<f64>,
+}
+
+/// From where deflections of a machine with weight or springs are measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Zeroed {
+    /// From where it stands without a load, under its weight and springs: it was zeroed there.
+    AtRest,
+    /// From where the rigid model stands, without weight and springs.
+    Weightless,
+    /// From where the rigid model stands, with drives offset so that it stands there at home under its weight and springs.
+    AtHome,
+}
+
+impl Zeroed {
+    /// Word in files.
+    pub fn label(self) -> &'static str {
+        match self {
+            Zeroed::AtRest => "at_rest",
+            Zeroed::Weightless => "weightless",
+            Zeroed::AtHome => "at_home",
+        }
+    }
+}
+
+/// An axis-aligned box of positions of P, mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WorkspaceBox {
+    /// Lower corner.
+    pub min: Vector3<f64>,
+    /// Upper corner.
+    pub max: Vector3<f64>,
+}
+
+/// A machine, checked and assembled at home: a handle to its [`Model`], whose fields it gives. Clones share the model; one
+/// that is changed becomes another machine.
+#[derive(Debug, Clone)]
+pub struct Machine(Arc<Model>);
+
+impl Deref for Machine {
+    type Target = Model;
+
+    fn deref(&self) -> &Model {
+        &self.0
+    }
+}
+
+impl DerefMut for Machine {
+    fn deref_mut(&mut self) -> &mut Model {
+        Arc::make_mut(&mut self.0)
+    }
+}
+
+/// What a [`Machine`] is made of.
+#[derive(Debug, Clone)]
+pub struct Model {
+    /// Short name.
+    pub name: String,
+    /// One line: what machine it is.
+    pub title: String,
+    /// Where its numbers come from.
+    pub source: String,
+    /// The same for groups of them, with how far each may be trusted.
+    pub provenance: Vec<Provenance>,
+    /// Chains between base and platform.
+    pub chains: Vec<Chain>,
+    /// Tool tip `p_PT` in platform axes, mm.
+    pub tool_tip: Vector3<f64>,
+    /// `R_PT`, axes of the tool frame T in platform axes: z along the tool from the spindle to its tip, x the projection of the
+    /// platform's x axis onto the plane normal to it (of its y axis for a tool along x), y = z × x. Forces of milling live in it.
+    pub tool_axes: Matrix3<f64>,
+    /// Where the direction of the tool comes from.
+    pub tool_axis_source: ToolAxisSource,
+    /// Task coordinates the drives control.
+    pub controls: Vec<Coordinate>,
+    /// Nominal workspace of P.
+    pub workspace: WorkspaceBox,
+    /// Acceleration of gravity in O, m/s²: the weight of a kilogram in N.
+    pub gravity: Vector3<f64>,
+    /// Mass that moves with P.
+    pub platform_mass: Option<PlatformMass>,
+    /// From where deflections are measured.
+    pub zeroed: Zeroed,
+    /// Compliance of what lies between P and T (spindle, holder, cutter): deflection of T per wrench there, in the axes of T
+    /// (mm, rad; N, N·mm); `None` where it is rigid.
+    pub tool_compliance: Option<Box<Matrix6<f64>>>,
+    /// Named locations of P.
+    pub points: Vec<NamedPoint>,
+    /// The configuration from which all others are reached.
+    pub home: Configuration,
+    /// Pose of P from which home was sought. Coordinates that are not controlled follow from the chains and may differ.
+    pub home_sought: Pose,
+    /// Largest distance in mm from P to a chain's base or joint axis at home: the length by which rotations and moments are made comparable
+    /// with displacements and forces in residuals and eigenvalues.
+    pub reach: f64,
+    /// Number of independent motions of the drives beyond those that the controlled coordinates take: 0 for most machines.
+    ///
+    /// The drives of a redundant machine stand as near to home as the task allows: the sum of squares of their ways from
+    /// home is least, slides in mm and hinges in mm at [`Machine::reach`](crate::machine::Model::reach). That is a function of the target alone, so a path
+    /// has the same commands from wherever it is begun. A drive that would leave its travel stays at its end, and the others
+    /// make up for it. Motions of the platform that are not controlled follow.
+    pub redundancy: usize,
+    /// Whether rotations of the platform that the drives do not control change as it moves. A path then asks for the pose in
+    /// which the machine stands with the path's point on it, see [`Machine::lead`].
+    pub turns_with_position: bool,
+    /// Drives that stay where they are told and take no part in the task, with their positions, mm or rad: see
+    /// [`Machine::with_drives_held`].
+    pub held: Vec<(usize, f64)>,
+    /// What carries the workpiece, if it can move or bend: a machine of one chain from O to the workpiece frame W, whose P is the
+    /// origin of W and whose home is where its drives stand.
+    pub carrier: Option<Machine>,
+    /// What it is if it is a six-axis arm with a spherical wrist.
+    arm: Option<Box<branch::Arm>>,
+    /// The branch that was chosen for it ([`Machine::on_branch`]); `None` where any will do.
+    pub branch: Option<Branch>,
+    /// What it was made of: see [`Machine::parameters`].
+    written: parameters::Written,
+}
+
+fn no_machine(problem: &str) -> Error {
+    let names = catalogue::names().collect::<Vec<_>>().join(", ");
+    Error::Argument { argument: "machine".into(), problem: format!("{problem}; built in: {names}") }
+}
+
+impl Machine {
+    /// What machine it is, in a few words: its title up to the first comma or bracket.
+    pub fn short_title(&self) -> &str {
+        let words = self.title.split([',', '(']).next().unwrap_or_default().trim();
+        if words.is_empty() { &self.name } else { words }
+    }
+
+    fn of(model: Model) -> Self {
+        Self(Arc::new(model))
+    }
+
+    /// Reads and checks a machine file.
+    pub fn from_file(file: &std::path::Path) -> Result<Self> {
+        let text = crate::input::toml_file::read(file)?;
+        Self::from_toml(&text, &file.display().to_string())
+    }
+
+    /// Checks a machine given as TOML text; `origin` names it in error messages.
+    pub fn from_toml(text: &str, origin: &str) -> Result<Self> {
+        Geometry::from_toml(text, origin)?.machine()
+    }
+
+    /// The built-in machine called `name`.
+    ///
+    /// # Errors
+    /// There is none of this name.
+    pub fn named(name: &str) -> Result<Self> {
+        match catalogue::find(name) {
+            Some(entry) => Self::from_toml(entry.toml, entry.name),
+            None => Err(no_machine(&format!("no built-in machine \"{name}\""))),
+        }
+    }
+
+    /// A built-in machine by name, or the machine of a file by path.
+    pub fn named_or_file(name: &str) -> Result<Self> {
+        Geometry::named_or_file(name)?.machine()
+    }
+
+    /// This machine without weight.
+    pub fn weightless(&self) -> Self {
+        let mut machine = self.clone();
+        if machine.has_weight() {
+            machine.gravity = Vector3::zeros();
+            machine.written.without_gravity();
+            machine.carrier = machine.carrier.as_ref().map(Machine::weightless);
+        }
+        machine
+    }
+
+    /// Stiffness of what lies between P and T, the inverse of its compliance.
+    pub fn tool_stiffness(&self) -> Option<Matrix6<f64>> {
+        self.tool_compliance.as_ref()?.try_inverse()
+    }
+
+    /// Whether it, or what carries the workpiece, has a mass, and gravity acts on it.
+    pub fn has_weight(&self) -> bool {
+        let own = self.chains.iter().chain(self.carrier.iter().flat_map(|carrier| &carrier.chains));
+        let has_mass = self.platform_mass.is_some() || own.into_iter().any(|chain| chain.route.has_mass());
+        has_mass && self.gravity != Vector3::zeros()
+    }
+
+    /// Whether it, or what carries the workpiece, has springs between points or in passive joints.
+    pub fn has_springs(&self) -> bool {
+        let mut own = self.chains.iter().chain(self.carrier.iter().flat_map(|carrier| &carrier.chains));
+        let is_sprung = |route: &Route| !route.point_springs.is_empty();
+        own.any(|chain| {
+            chain.passive.iter().any(|joint| joint.stiffness > 0.0)
+                || chain.route.with_loops().into_iter().any(is_sprung)
+        })
+    }
+
+    /// What moves it without a load, in words: its weight, its springs or both; `None` if nothing does, so that it rests where the rigid
+    /// model stands.
+    pub fn own_forces(&self) -> Option<&'static str> {
+        match (self.has_weight(), self.has_springs()) {
+            (true, true) => Some("weight and springs"),
+            (true, false) => Some("weight"),
+            (false, true) => Some("springs"),
+            (false, false) => None,
+        }
+    }
+
+    /// Drives of all chains in order, with the index of their chain.
+    pub fn drives(&self) -> impl Iterator<Item = (usize, &Drive)> {
+        self.chains.iter().enumerate().flat_map(|(c, chain)| chain.drives.iter().map(move |drive| (c, drive)))
+    }
+
+    /// Of each drive, the least change that leaves all joints where they stand, see `Chain::full_turn`; none of one that is held, which
+    /// stands where it is told.
+    pub fn full_turns(&self) -> impl Iterator<Item = Option<f64>> {
+        let turns = self.chains.iter().flat_map(|chain| (0..chain.drives.len()).map(|drive| chain.full_turn(drive)));
+        turns.enumerate().map(|(index, turn)| turn.filter(|_| self.held.iter().all(|&(held, _)| held != index)))
+    }
+
+    /// Number of drives.
+    pub fn drive_count(&self) -> usize {
+        self.chains.iter().map(|chain| chain.drives.len()).sum()
+    }
+
+    /// Name of each drive in tables: the chain's name, followed by the drive's where a chain has several.
+    pub fn drive_labels(&self) -> Vec<String> {
+        let label = |chain: &Chain, drive: &Drive| match chain.drives.len() {
+            1 => chain.name.clone(),
+            _ => format!("{}_{}", chain.name, drive.name),
+        };
+        self.drives().map(|(c, drive)| label(&self.chains[c], drive)).collect()
+    }
+
+    /// The kinds of drives there are, slides first. Values of slides and hinges have no common unit.
+    pub fn drive_kinds(&self) -> impl Iterator<Item = Motion> {
+        let has = |kind: &Motion| self.drives().any(|(_, drive)| drive.motion == *kind);
+        [Motion::Prismatic, Motion::Revolute].into_iter().filter(has)
+    }
+
+    /// Whether there are slides and hinges.
+    pub fn has_mixed_drives(&self) -> bool {
+        self.drive_kinds().count() > 1
+    }
+
+    /// Index of the chain called `name`.
+    pub fn chain_index(&self, name: &str) -> Option<usize> {
+        self.chains.iter().position(|chain| chain.name == name)
+    }
+
+    /// Named location, if the machine has one of this name.
+    pub fn point(&self, name: &str) -> Option<&NamedPoint> {
+        self.points.iter().find(|point| point.name == name)
+    }
+
+    /// This machine with drives that stand farther than commanded by `offsets`, mm or rad, one for each drive.
+    pub fn with_drive_offsets(&self, offsets: &[f64]) -> Self {
+        let mut first = 0;
+        let errors: Vec<ChainError> = self
+            .chains
+            .iter()
+            .map(|chain| {
+                let own = &offsets[first..first + chain.drives.len()];
+                first += own.len();
+                let joint = |joint: usize| (0..own.len()).map(|d| chain.joint_per_drive(joint, d) * own[d]).sum();
+                ChainError { drive_offsets: (0..own.len()).map(joint).collect(), ..ChainError::default() }
+            })
+            .collect();
+        self.with_errors(&errors)
+    }
+
+    /// `X_PT`: the tool frame T, with its origin at the tool tip, in platform axes.
+    pub fn tool(&self) -> Pose {
+        Pose { rotation: self.tool_axes, translation: self.tool_tip }
+    }
+
+    /// The tool frame T as seen from P in O axes, where the platform has the orientation `rotation` (`R_OP`): the columns of its
+    /// rotation are the tool's axes in O, its translation is `p_PT` in O axes, mm.
+    pub fn tool_at(&self, rotation: &Matrix3<f64>) -> Pose {
+        Pose { rotation: rotation * self.tool_axes, translation: rotation * self.tool_tip }
+    }
+
+    /// Displacement of the tool tip when P moves from pose `from` to pose `to`, O axes, mm.
+    pub fn tool_displacement(&self, from: &Pose, to: &Pose) -> Vector3<f64> {
+        to.transform(self.tool_tip) - from.transform(self.tool_tip)
+    }
+
+    /// Pose of P that commands position `position` mm with the platform oriented as at home.
+    pub fn pose_at(&self, position: Vector3<f64>) -> Pose {
+        Pose { rotation: self.home.pose.rotation, translation: position }
+    }
+}

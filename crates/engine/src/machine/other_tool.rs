@@ -1,0 +1,75 @@
+//! A machine with another tool than its file has: what a process changes about it.
+
+use super::{
+    Machine, Model,
+    spec::{MachineSpec, OtherToolSpec, ToolSpec},
+};
+use crate::input::{
+    check::Check,
+    error::{Error, Result},
+};
+
+/// Keys of a machine file with a tool, and of a process with another.
+const KEYS: [(&str, &str); 4] = [
+    ("platform.tool_tip_mm", "tip_mm"),
+    ("platform.tool_axis", "axis"),
+    ("platform.tool.", ""),
+    ("material.", "material."),
+];
+
+impl Machine {
+    /// This machine with the tool that stands at `check` of a process.
+    ///
+    /// # Errors
+    /// Values that make no tool; a tip elsewhere or another axis without what bends there, where the machine's own tool bends.
+    pub fn with_tool(&self, tool: &OtherToolSpec, check: &Check) -> Result<Machine> {
+        let mut spec = MachineSpec::clone(self.written.spec());
+        for (name, material) in &tool.material {
+            if spec.material.insert(name.clone(), material.clone()).is_some() {
+                return check
+                    .key("material")
+                    .key(name)
+                    .fail("is a material of the machine file: choose another name".into());
+            }
+        }
+        let (is_elsewhere, bends) =
+            (tool.tip_mm.is_some() || tool.axis.is_some(), tool.compliance.is_some() || tool.cutter.is_some());
+        if is_elsewhere && !bends && spec.platform.tool.is_some() {
+            let problem =
+                "the machine's tool bends, and this one is another: give its cutter or compliance_mm_rad_N, too";
+            return check.fail(problem.into());
+        }
+        spec.platform.tool_tip_mm = tool.tip_mm.unwrap_or(spec.platform.tool_tip_mm);
+        spec.platform.tool_axis = tool.axis.or(spec.platform.tool_axis);
+        if bends {
+            spec.platform.tool = Some(ToolSpec { compliance: tool.compliance.clone(), cutter: tool.cutter.clone() });
+        }
+        self.remade(spec).or_else(|error| match &error {
+            Error::Value { key, problem, .. } => match in_process(key) {
+                Some(key) => check.key(&key).fail(problem.clone()),
+                None => Err(error),
+            },
+            _ => Err(error),
+        })
+    }
+}
+
+impl Model {
+    /// Where its tool ends, and how it bends there.
+    pub fn tool_words(&self) -> String {
+        let [x, y, z]: [f64; 3] = self.tool_tip.into();
+        let tip = format!("tip at ({x}, {y}, {z}) mm of the platform");
+        match &self.tool_compliance {
+            None => format!("{tip}, rigid"),
+            Some(compliance) => {
+                let across = compliance[(0, 0)].max(compliance[(1, 1)]);
+                format!("{tip}, {:.0} N/mm across its axis", 1.0 / across)
+            }
+        }
+    }
+}
+
+/// What a key of the machine file is called in the table of a process.
+fn in_process(key: &str) -> Option<String> {
+    KEYS.iter().find_map(|(machine, own)| key.strip_prefix(machine).map(|rest| format!("{own}{rest}")))
+}

@@ -1,0 +1,544 @@
+//! The Newton iteration of [`super::equilibrium()`] in lanes: one case per lane, plain full steps only.
+//!
+//! A lane follows the scalar iteration bit by bit. One that converges early is left as it is; one that needs anything but
+//! full steps over condensed chains (load steps, a chain that cannot be condensed, a stability that is not plain) fails,
+//! and is left to the scalar iteration.
+
+pub mod one_step;
+
+use std::ops::Range;
+
+use nalgebra::Matrix6xX;
+
+use super::{
+    batch::Case,
+    chain_system::{Carried, ChainResidual, ChainSystem},
+    equilibrium::{Outcome, Settings, Status},
+    iteration::{Iteration, Verdict},
+    platform::{self, Square, SquareTask},
+    rigid_directions::RigidDirections,
+    tool, weight,
+};
+use crate::{
+    lanes::{Frame, MAX_LANES, Real, Screw, Vec3, pairs, rotation_exp},
+    machine::Machine,
+    spatial::Wrench,
+};
+
+/// One case per lane, and the linearised machine at their states.
+///
+/// States and linearisation are kept from solve to solve, so that a case which starts where the last one in its lane
+/// ended does not linearise the machine again.
+#[derive(Debug, Clone)]
+pub(super) struct LaneSolver<R> {
+    drives: Vec<R>,
+    platform: Frame<R>,
+    chains: Vec<LaneChain<R>>,
+    systems: Vec<ChainSystem<R>>,
+    rigid: RigidDirections<R>,
+    residuals: Vec<ChainResidual<R>>,
+    /// Loads at P, for a tool that bends.
+    loads: [Wrench; MAX_LANES],
+    /// Whether the systems are those at the present states.
+    is_linearised: bool,
+    /// Lanes in which all chains could be condensed.
+    condensed: u8,
+    tangent: Square<R>,
+    drive_step: Vec<R>,
+    /// Of each drive: wrench with the platform held, and at the end the twist under constant load.
+    drive_wrenches: Vec<[R; 6]>,
+}
+
+/// Unknowns of one chain, see [`super::ChainState`].
+#[derive(Debug, Clone)]
+struct LaneChain<R> {
+    coordinates: Vec<R>,
+    wrench: Screw<R>,
+    loops: Vec<Screw<R>>,
+    /// Its drives among all.
+    drives: Range<usize>,
+}
+
+/// What tasks make of the poses, one per lane.
+struct Tasks<R> {
+    square: SquareTask<R>,
+    sizes: [f64; MAX_LANES],
+    /// Lanes with as many coordinates as drives.
+    fitting: u8,
+}
+
+/// How the lanes stand.
+struct Progress {
+    iterations: [Iteration; MAX_LANES],
+    residuals: [f64; MAX_LANES],
+    /// Lanes under way, and lanes solved.
+    active: u8,
+    solved: u8,
+}
+
+impl<R: Real> LaneSolver<R> {
+    pub fn new(machine: &Machine) -> Self {
+        let mut drive_count = 0;
+        let chains = machine.chains.iter().map(|chain| {
+            let first = drive_count;
+            drive_count += chain.drives.len();
+            LaneChain {
+                coordinates: vec![R::zero(); chain.coordinate_count()],
+                wrench: Screw::zero(),
+                loops: vec![Screw::zero(); chain.route.loop_count()],
+                drives: first..drive_count,
+            }
+        });
+        let chains: Vec<_> = chains.collect();
+        let nothing = ChainResidual { gap: R::zero(), force: R::zero() };
+        let systems = ChainSystem::all(machine);
+        Self {
+            drives: vec![R::zero(); machine.drive_count()],
+            platform: Frame { axes: [Vec3::zero(); 3], origin: Vec3::zero() },
+            residuals: vec![nothing; chains.len()],
+            rigid: RigidDirections::new(&systems),
+            systems,
+            chains,
+            loads: [Wrench::zero(); MAX_LANES],
+            is_linearised: false,
+            condensed: 0,
+            tangent: [[R::zero(); 6]; 6],
+            drive_step: vec![R::zero(); machine.drive_count()],
+            drive_wrenches: Vec::with_capacity(machine.drive_count()),
+        }
+    }
+
+    /// Solves up to [`Real::LANES`] cases and appends what came out; `None` for those left to the scalar iteration, which
+    /// are as they were.
+    pub fn solve(
+        &mut self,
+        machine: &Machine,
+        cases: &mut [Case<'_>],
+        settings: &Settings,
+        outcomes: &mut Vec<Option<Outcome>>,
+    ) {
+        debug_assert!(cases.len() <= R::LANES);
+        for (lane, case) in cases.iter().enumerate() {
+            self.load(machine, lane, case);
+        }
+        let mut progress = Progress {
+            iterations: [Iteration::new(); MAX_LANES],
+            residuals: [f64::INFINITY; MAX_LANES],
+            active: u8::MAX >> (MAX_LANES - cases.len()),
+            solved: 0,
+        };
+        for iteration in 0..=settings.max_iterations {
+            if !self.is_linearised {
+                self.linearise(machine);
+            }
+            let tasks = self.tasks(machine, cases, progress.active);
+            let imbalance = self.balance(machine, cases, tasks.as_ref(), &mut progress, settings);
+            if iteration == 0 {
+                progress.active &= self.plainly_stable(machine);
+            }
+            if progress.active == 0 {
+                break;
+            }
+            self.step(machine, imbalance, tasks.as_ref(), &mut progress);
+        }
+        self.finish(machine, cases, &progress, outcomes);
+    }
+
+    /// Takes up a case.
+    fn load(&mut self, machine: &Machine, lane: usize, case: &Case<'_>) {
+        let mut is_new = machine.tool_compliance.is_some() && self.loads[lane] != case.load;
+        self.loads[lane] = case.load;
+        let mut put = |number: &mut R, value: f64| {
+            is_new |= number.lane(lane) != value;
+            number.set_lane(lane, value);
+        };
+        for (number, &value) in pairs(&mut self.drives, &*case.drives) {
+            put(number, value);
+        }
+        let pose = case.state.platform();
+        for (j, axis) in self.platform.axes.iter_mut().enumerate() {
+            for (i, number) in axis.0.iter_mut().enumerate() {
+                put(number, pose.rotation[(i, j)]);
+            }
+        }
+        for (i, number) in self.platform.origin.0.iter_mut().enumerate() {
+            put(number, pose.translation[i]);
+        }
+        for (chain, from) in pairs(&mut self.chains, &case.state.chains) {
+            for (number, &value) in pairs(&mut chain.coordinates, &from.coordinates) {
+                put(number, value);
+            }
+            let wrenches = std::iter::once(&mut chain.wrench).chain(&mut chain.loops);
+            for (own, from) in wrenches.zip(std::iter::once(&from.wrench).chain(&from.loops)) {
+                for i in 0..3 {
+                    put(&mut own.linear.0[i], from.force[i]);
+                    put(&mut own.angular.0[i], from.moment[i]);
+                }
+            }
+        }
+        self.is_linearised &= !is_new;
+    }
+
+    /// Linearises and condenses the machine at the present states.
+    fn linearise(&mut self, machine: &Machine) {
+        R::vectorized(
+            #[inline(always)]
+            || {
+                let gravity = Vec3::splat(&machine.gravity);
+                self.condensed = R::ALL;
+                for (((system, chain), own), residual) in
+                    pairs(pairs(pairs(&mut self.systems, &machine.chains), &self.chains), &mut self.residuals)
+                {
+                    let drives = &self.drives[own.drives.clone()];
+                    let (wrench, loops) = (own.wrench, &own.loops[..]);
+                    let carried = Carried { drives, coordinates: &own.coordinates, wrench, loops, gravity };
+                    system.fill(chain, &self.platform, &carried);
+                    *residual = system.residual(machine.reach);
+                    self.condensed &= system.eliminate();
+                }
+                self.tangent = platform::tangent(&self.systems);
+                weight::add_stiffness(machine, &self.platform, gravity, &mut self.tangent);
+                if machine.tool_compliance.is_some() {
+                    self.add_tool_stiffness(machine);
+                }
+                self.condensed &= self.rigid.factorise(&self.systems, &self.tangent, machine.reach);
+            },
+        );
+        self.is_linearised = true;
+    }
+
+    /// Adds what a bent tool takes of the tangent, lane by lane.
+    fn add_tool_stiffness(&mut self, machine: &Machine) {
+        for lane in 0..R::LANES {
+            let mut own = [[0.0; 6]; 6];
+            tool::add_stiffness(machine, &self.platform.lane(lane), &self.loads[lane], &mut own);
+            for (row, own) in pairs(&mut self.tangent, &own) {
+                for (number, &part) in pairs(row, own) {
+                    number.set_lane(lane, number.lane(lane) + part);
+                }
+            }
+        }
+    }
+
+    /// Lanes in which the platform is plainly stable as it stands. From a start that is not, the scalar path says where it leads.
+    fn plainly_stable(&self, machine: &Machine) -> u8 {
+        R::vectorized(
+            #[inline(always)]
+            || platform::plainly_definite(&self.tangent, machine.reach),
+        )
+    }
+
+    /// What each active lane with a task makes of its pose; `None` without tasks.
+    fn tasks(&self, machine: &Machine, cases: &[Case<'_>], active: u8) -> Option<Tasks<R>> {
+        let nothing = SquareTask { count: self.drives.len(), error: [R::zero(); 6], slope: [[R::zero(); 6]; 6] };
+        let mut tasks = Tasks { square: nothing, sizes: [0.0; MAX_LANES], fitting: 0 };
+        for lane in lanes(active) {
+            let body = self.platform.lane(lane);
+            let task = cases[lane].task?(&tool::bend(machine, &body, &cases[lane].load));
+            tasks.sizes[lane] = task.size();
+            let Some(square) = SquareTask::new(&task, self.drives.len()) else { continue };
+            tasks.fitting |= 1 << lane;
+            for (row, from) in pairs(&mut tasks.square.slope, &square.slope) {
+                for (number, &value) in pairs(row, from) {
+                    number.set_lane(lane, value);
+                }
+            }
+            for (number, &value) in pairs(&mut tasks.square.error, &square.error) {
+                number.set_lane(lane, value);
+            }
+        }
+        Some(tasks)
+    }
+
+    /// Judges the active lanes by their residuals; applied wrench less chain wrenches.
+    fn balance(
+        &self,
+        machine: &Machine,
+        cases: &[Case<'_>],
+        tasks: Option<&Tasks<R>>,
+        progress: &mut Progress,
+        settings: &Settings,
+    ) -> [R; 6] {
+        let mut imbalance = [R::zero(); 6];
+        for (lane, case) in cases.iter().enumerate() {
+            let load = match machine.tool_compliance {
+                None => case.load,
+                Some(_) => tool::load_on_body(machine, &self.platform.lane(lane), &case.load),
+            };
+            for (number, value) in pairs(imbalance.iter_mut(), load.to_array()) {
+                number.set_lane(lane, value);
+            }
+        }
+        let residuals = R::vectorized(
+            #[inline(always)]
+            || {
+                let (reach, one) = (R::splat(machine.reach), R::splat(1.0));
+                let mut largest_wrench = Screw::from_array(imbalance).wrench_norm(machine.reach);
+                imbalance = self.imbalance(machine, imbalance);
+                largest_wrench = R::select(largest_wrench.greater(one), largest_wrench, one);
+                let (mut gap, mut force) = (R::zero(), R::zero());
+                for (chain, residual) in pairs(&self.chains, &self.residuals) {
+                    gap = gap.larger(residual.gap);
+                    force = force.larger(residual.force);
+                    let wrench = chain.wrench.wrench_norm(machine.reach);
+                    largest_wrench = R::select(wrench.greater(largest_wrench), wrench, largest_wrench);
+                }
+                force = force.larger(Screw::from_array(imbalance).wrench_norm(machine.reach));
+                (gap / reach).larger(force / largest_wrench)
+            },
+        );
+        progress.active &= self.condensed & tasks.map_or(u8::MAX, |tasks| tasks.fitting);
+        for lane in lanes(progress.active) {
+            let task_error = tasks.map_or(0.0, |tasks| tasks.sizes[lane] / machine.reach);
+            let residual = task_error.larger(residuals.lane(lane));
+            progress.residuals[lane] = residual;
+            match progress.iterations[lane].judge(residual, settings) {
+                Verdict::Continue => {}
+                Verdict::Failed => progress.active &= !(1 << lane),
+                Verdict::Solved => {
+                    progress.active &= !(1 << lane);
+                    progress.solved |= 1 << lane;
+                }
+            }
+        }
+        imbalance
+    }
+
+    /// `load` on the platform's body and its weight, less the chain wrenches.
+    #[inline(always)]
+    fn imbalance(&self, machine: &Machine, load: [R; 6]) -> [R; 6] {
+        let mut imbalance = load;
+        if machine.platform_mass.is_some() {
+            let weight = weight::wrench(machine, &self.platform, Vec3::splat(&machine.gravity));
+            for (entry, part) in pairs(imbalance.iter_mut(), weight.to_array()) {
+                *entry += part;
+            }
+        }
+        for chain in &self.chains {
+            for (entry, part) in pairs(imbalance.iter_mut(), chain.wrench.to_array()) {
+                *entry -= part;
+            }
+        }
+        imbalance
+    }
+
+    /// Takes a full Newton step in the active lanes.
+    fn step(&mut self, machine: &Machine, imbalance: [R; 6], tasks: Option<&Tasks<R>>, progress: &mut Progress) {
+        let (twist, turn) = R::vectorized(
+            #[inline(always)]
+            || {
+                let right = platform::right_hand_side(&self.systems, &imbalance);
+                let (twist, regular) = match tasks {
+                    None => platform::step(&self.systems, &mut self.rigid, self.tangent, right),
+                    Some(tasks) => {
+                        platform::drive_wrenches(&self.systems, &mut self.drive_wrenches);
+                        platform::step_to_task(
+                            &self.systems,
+                            &mut self.rigid,
+                            self.tangent,
+                            right,
+                            &self.drive_wrenches,
+                            &tasks.square,
+                            &mut self.drive_step,
+                        )
+                    }
+                };
+                progress.active &= regular;
+                let mut turn = R::zero();
+                for component in &twist[3..] {
+                    turn = turn.larger(component.abs());
+                }
+                let mut slacks = self.rigid.slacks();
+                for (system, own) in pairs(&mut self.systems, &self.chains) {
+                    let (own_slacks, others) = slacks.split_at(system.slack_count());
+                    slacks = others;
+                    system.substitute(1.0, &twist, &self.drive_step[own.drives.clone()], Some(own_slacks));
+                    turn = turn.larger(system.largest_rotation());
+                }
+                (twist, turn)
+            },
+        );
+        for lane in lanes(progress.active) {
+            if !progress.iterations[lane].accepts(turn.lane(lane)) {
+                progress.active &= !(1 << lane);
+            }
+        }
+        self.apply(machine, twist, progress.active);
+    }
+
+    /// Adds the step to the states of `active` lanes.
+    fn apply(&mut self, machine: &Machine, twist: [R; 6], active: u8) {
+        R::vectorized(
+            #[inline(always)]
+            || {
+                let mask = R::mask(active);
+                for (drive, &step) in pairs(&mut self.drives, &self.drive_step) {
+                    *drive = R::select(mask, *drive + step, *drive);
+                }
+                for ((system, chain), own) in pairs(pairs(&self.systems, &machine.chains), &mut self.chains) {
+                    for (coordinate, value) in own.coordinates.iter_mut().enumerate() {
+                        *value = R::select(mask, *value + system.coordinate_step(coordinate), *value);
+                    }
+                    // The chain's step is that of the joint, ρ + θ_a; ρ has taken its part of it.
+                    for (joint, drive) in chain.drives.iter().enumerate() {
+                        let value = own.coordinates[drive.coordinate];
+                        let mut deflection = value;
+                        for (moved, &step) in self.drive_step[own.drives.clone()].iter().enumerate() {
+                            match chain.joint_per_drive(joint, moved) {
+                                0.0 => {}
+                                1.0 => deflection -= step,
+                                share => deflection -= R::splat(share) * step,
+                            }
+                        }
+                        own.coordinates[drive.coordinate] = R::select(mask, deflection, value);
+                    }
+                    let mut wrench = own.wrench.to_array();
+                    for (entry, step) in pairs(wrench.iter_mut(), system.wrench_step(&twist)) {
+                        *entry = R::select(mask, *entry + step, *entry);
+                    }
+                    own.wrench = Screw::from_array(wrench);
+                    if !own.loops.is_empty() {
+                        let mut number = 0;
+                        system.loop_wrench_steps(&mut |steps| {
+                            let mut wrench = own.loops[number].to_array();
+                            for (entry, step) in pairs(wrench.iter_mut(), steps) {
+                                *entry = R::select(mask, *entry + step, *entry);
+                            }
+                            own.loops[number] = Screw::from_array(wrench);
+                            number += 1;
+                        });
+                    }
+                }
+                let Frame { axes, origin } = self.platform;
+                let step = Screw::from_array(twist);
+                let turned = self.platform.turned(&rotation_exp(step.angular));
+                for (axis, (turned, old)) in pairs(&mut self.platform.axes, pairs(turned, axes)) {
+                    *axis = Vec3::select(mask, turned, old);
+                }
+                self.platform.origin = Vec3::select(mask, origin + step.linear, origin);
+            },
+        );
+        self.is_linearised = active == 0;
+    }
+
+    /// Hands back the solved lanes whose stability is plain.
+    fn finish(
+        &mut self,
+        machine: &Machine,
+        cases: &mut [Case<'_>],
+        progress: &Progress,
+        outcomes: &mut Vec<Option<Outcome>>,
+    ) {
+        let (compliance, good) = R::vectorized(
+            #[inline(always)]
+            || {
+                let definite = platform::plainly_definite(&self.tangent, machine.reach);
+                let (compliance, regular) = platform::compliance(&mut self.rigid, self.tangent);
+                let twists = &mut self.drive_wrenches;
+                platform::drive_twists(&self.systems, &mut self.rigid, &self.tangent, &compliance, twists);
+                (compliance, definite & regular)
+            },
+        );
+        let twists = &self.drive_wrenches;
+        let is_good = |lane: usize| (progress.solved & good) >> lane & 1 == 1;
+        for (lane, case) in cases.iter_mut().enumerate() {
+            outcomes.push(is_good(lane).then(|| {
+                self.store(lane, case);
+                let compliance = platform::of_lane(&compliance, lane);
+                let stiffness = if self.rigid.is_empty() {
+                    Some(platform::of_lane(&self.tangent, lane))
+                } else {
+                    platform::stiffness(&compliance, machine.reach, self.rigid.slack_compliance())
+                };
+                let mut outcome = Outcome {
+                    status: Status::Solved,
+                    iterations: progress.iterations[lane].steps,
+                    residual: progress.residuals[lane],
+                    load_steps: 1,
+                    stiffness: stiffness.as_ref().map(platform::matrix),
+                    compliance: Some(platform::matrix(&compliance)),
+                    drive_sensitivity: Matrix6xX::from_fn(twists.len(), |i, j| twists[j][i].lane(lane)),
+                };
+                if machine.tool_compliance.is_some() {
+                    tool::leave(machine, &case.load, case.state, &mut outcome);
+                }
+                outcome
+            }));
+        }
+    }
+
+    /// Writes the state and the drives of a lane.
+    fn store(&self, lane: usize, case: &mut Case<'_>) {
+        for (value, number) in pairs(&mut *case.drives, &self.drives) {
+            *value = number.lane(lane);
+        }
+        case.state.pose = self.platform.lane(lane);
+        case.state.body = None;
+        for (to, chain) in pairs(&mut case.state.chains, &self.chains) {
+            for (value, number) in pairs(&mut to.coordinates, &chain.coordinates) {
+                *value = number.lane(lane);
+            }
+            let of_lane = |wrench: &Screw<R>| Wrench::new(wrench.to_array().map(|number| number.lane(lane)));
+            to.wrench = of_lane(&chain.wrench);
+            for (to, own) in pairs(&mut to.loops, &chain.loops) {
+                *to = of_lane(own);
+            }
+        }
+    }
+}
+
+/// Indices of the lanes whose bits are set.
+fn lanes(bits: u8) -> impl Iterator<Item = usize> {
+    (0..MAX_LANES).filter(move |lane| bits >> lane & 1 == 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        lanes::{Counted, take_counts},
+        spatial::Wrench,
+        statics::State,
+    };
+    use nalgebra::Vector3;
+
+    /// The milling force of the paper, eq. (17), at the angle `phi` rad.
+    fn milling_wrench(machine: &Machine, phi: f64) -> Wrench {
+        let (sin, cos) = phi.sin_cos();
+        let tool = machine.tool();
+        let force = tool.rotation * Vector3::new(215.0 * cos - 10.0 * sin, 215.0 * sin - 10.0 * cos, -25.0);
+        Wrench { force, moment: tool.translation.cross(&force) }
+    }
+
+    /// Operations of a warm equilibrium as `benches/README.md` and `benches/equilibrium.rs` have them.
+    const DOCUMENTED: u64 = 50_650;
+
+    #[test]
+    fn an_equilibrium_costs_the_operations_documented() {
+        let nominal = Machine::named_or_file("orthoglide").unwrap();
+        let real = nominal.with_errors(&nominal.assembly_errors(&[1.0, -1.0, 1.0]));
+        let at = nominal.inverse_kinematics(&nominal.pose_at(nominal.point("Q1").unwrap().position)).unwrap();
+        let (mut drives, mut state) = (at.drives.clone(), State::rigid(&nominal, &at));
+        let mut solver: LaneSolver<Counted> = LaneSolver::new(&real);
+        let mut turn = || {
+            let mut iterations = 0;
+            for i in 0..36 {
+                let load = milling_wrench(&nominal, (10.0 * f64::from(i)).to_radians());
+                let case = Case { drives: &mut drives, load, state: &mut state, task: None };
+                let mut outcomes = Vec::new();
+                solver.solve(&real, &mut [case], &Settings::default(), &mut outcomes);
+                iterations += outcomes[0].as_ref().expect("solved").iterations;
+            }
+            iterations
+        };
+        turn();
+        take_counts();
+        let iterations = turn();
+        let counts = take_counts();
+        let total = counts.iter().sum::<u64>() / 36;
+        assert!(
+            total.abs_diff(DOCUMENTED) < DOCUMENTED / 100,
+            "{total} operations per equilibrium with {iterations} iterations for 36: {counts:?}"
+        );
+    }
+}

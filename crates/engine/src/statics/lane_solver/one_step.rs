@@ -1,0 +1,218 @@
+//! One Newton step of the whole machine as a function of numbers: what controllers compute.
+//!
+//! A state as a row of numbers has the positions of the drives, the axes of the platform (its rotation column by column) and
+//! its origin, and of each chain its coordinates, its wrench and those of its loops.
+
+use super::{Iteration, LaneSolver, MAX_LANES, Progress, Tasks};
+use crate::{
+    lanes::{Frame, Program, Real, Screw, Vec3, pairs, record},
+    machine::Machine,
+    spatial::{Pose, Wrench},
+    statics::{ChainState, State, platform::SquareTask},
+};
+
+/// What a step is given besides the state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Given {
+    /// Where the tool tip is to stand: the drives are found.
+    Tip,
+    /// Nothing: the drives stand where the state has them, and the platform is found.
+    Drives,
+}
+
+impl Given {
+    /// How many numbers a step is given besides the state: a position, mm, and the wrench.
+    pub fn count(self) -> usize {
+        match self {
+            Given::Tip => 3 + 6,
+            Given::Drives => 6,
+        }
+    }
+}
+
+/// First of the numbers of the platform's origin, mm, of a machine with so many drives.
+pub fn origin(drives: usize) -> usize {
+    drives + 9
+}
+
+/// A state as a row of numbers.
+pub fn numbers(drives: &[f64], state: &State) -> Vec<f64> {
+    let pose = state.platform();
+    let mut numbers = drives.to_vec();
+    numbers.extend(pose.rotation.iter().chain(pose.translation.iter()));
+    for chain in &state.chains {
+        numbers.extend(&chain.coordinates);
+        for wrench in std::iter::once(&chain.wrench).chain(&chain.loops) {
+            numbers.extend(wrench.force.iter().chain(wrench.moment.iter()));
+        }
+    }
+    numbers
+}
+
+/// Drives and state of a row of numbers.
+pub fn state_of(machine: &Machine, numbers: &[f64]) -> (Vec<f64>, State) {
+    let mut rest = numbers.iter().copied();
+    let mut take = |count: usize| rest.by_ref().take(count).collect::<Vec<f64>>();
+    let drives = take(machine.drive_count());
+    let rotation = nalgebra::Matrix3::from_iterator(take(9));
+    let pose = Pose { rotation, translation: nalgebra::Vector3::from_iterator(take(3)) };
+    let wrench_of = |numbers: Vec<f64>| {
+        let mut wrench = [0.0; 6];
+        for (entry, number) in wrench.iter_mut().zip(numbers) {
+            *entry = number;
+        }
+        Wrench::new(wrench)
+    };
+    let chains = machine.chains.iter().map(|chain| ChainState {
+        coordinates: take(chain.coordinate_count()),
+        wrench: wrench_of(take(6)),
+        loops: (0..chain.route.loop_count()).map(|_| wrench_of(take(6))).collect(),
+    });
+    let chains = chains.collect();
+    (drives, State { pose, chains, body: None })
+}
+
+/// A Newton step of `machine`, whose drives control its three translations, as a list of operations: of the numbers of a state and what is
+/// `given` to those of the next. The wrench is a dead one about the tool tip, the platform turned as at home.
+///
+/// `postures` are rows of such numbers, which show the ways that the step takes; `None` where it cannot be written down.
+pub fn step_program(machine: &Machine, given: Given, postures: &[Vec<f64>]) -> Option<Program> {
+    record(postures, |inputs| step(machine, given, inputs))
+}
+
+/// The step itself.
+fn step<R: Real>(machine: &Machine, given: Given, inputs: &[R]) -> Option<Vec<R>> {
+    let (state, asked) = inputs.split_at(inputs.len() - given.count());
+    let (position, wrench) = asked.split_at(asked.len() - 6);
+    let mut solver: LaneSolver<R> = LaneSolver::new(machine);
+    solver.take(state);
+    solver.linearise(machine);
+    let task = (given == Given::Tip).then(|| solver.tip_task(machine, position));
+    let imbalance = solver.imbalance(machine, at_platform(machine, wrench));
+    let mut progress = Progress {
+        iterations: [Iteration::new(); MAX_LANES],
+        residuals: [0.0; MAX_LANES],
+        active: R::ALL & solver.condensed,
+        solved: 0,
+    };
+    solver.step(machine, imbalance, task.as_ref(), &mut progress);
+    (progress.active == R::ALL).then(|| solver.give())
+}
+
+/// The wrench at P of one about the tool tip, the platform turned as at home.
+fn at_platform<R: Real>(machine: &Machine, wrench: &[R]) -> [R; 6] {
+    let mut numbers = [R::zero(); 6];
+    numbers.copy_from_slice(wrench);
+    let mut own = Screw::from_array(numbers);
+    let lever = Vec3::splat(&(machine.home.pose.rotation * machine.tool_tip));
+    own.angular += lever.cross(own.linear);
+    own.to_array()
+}
+
+impl<R: Real> LaneSolver<R> {
+    /// Takes up a state.
+    fn take(&mut self, numbers: &[R]) {
+        let mut rest = numbers.iter().copied();
+        let mut put = |number: &mut R| {
+            if let Some(value) = rest.next() {
+                *number = value;
+            }
+        };
+        self.drives.iter_mut().for_each(&mut put);
+        self.platform.axes.iter_mut().for_each(|axis| axis.0.iter_mut().for_each(&mut put));
+        self.platform.origin.0.iter_mut().for_each(&mut put);
+        for chain in &mut self.chains {
+            chain.coordinates.iter_mut().for_each(&mut put);
+            for wrench in std::iter::once(&mut chain.wrench).chain(&mut chain.loops) {
+                wrench.linear.0.iter_mut().for_each(&mut put);
+                wrench.angular.0.iter_mut().for_each(&mut put);
+            }
+        }
+    }
+
+    /// The state.
+    fn give(&self) -> Vec<R> {
+        let mut numbers = self.drives.clone();
+        numbers.extend(self.platform.axes.iter().flat_map(|axis| axis.0));
+        numbers.extend(self.platform.origin.0);
+        for chain in &self.chains {
+            numbers.extend(&chain.coordinates);
+            for wrench in std::iter::once(&chain.wrench).chain(&chain.loops) {
+                numbers.extend(wrench.to_array());
+            }
+        }
+        numbers
+    }
+
+    /// Where the tool tip is, less `wanted`, along the axes that the drives control.
+    fn tip_task(&self, machine: &Machine, wanted: &[R]) -> Tasks<R> {
+        let Frame { axes: _, origin } = self.platform;
+        let lever = self.platform.outward(Vec3::splat(&machine.tool_tip));
+        let tip = origin + lever;
+        let (mut error, mut slope) = ([R::zero(); 6], [[R::zero(); 6]; 6]);
+        for axis in 0..3 {
+            let mut along = Vec3::zero();
+            along.0[axis] = R::splat(1.0);
+            error[axis] = tip.0[axis] - wanted[axis];
+            slope[axis][axis] = along.0[axis];
+            for (entry, part) in pairs(&mut slope[axis][3..], lever.cross(along).0) {
+                *entry = part;
+            }
+        }
+        Tasks { square: SquareTask { count: 3, error, slope }, sizes: [0.0; MAX_LANES], fitting: R::ALL }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// States near equilibria of a machine all over its workspace, and what is asked there.
+    fn inputs(machine: &Machine, given: Given, seed: usize) -> Vec<f64> {
+        let share = |k: usize| (0.618_033_988_749_894_9 * (seed * 16 + k + 1) as f64).fract();
+        let (low, high) = (machine.workspace.min, machine.workspace.max);
+        // Not to its corners, of which some are nearly singular.
+        let at = nalgebra::Vector3::from_fn(|i, _| low[i] + (0.1 + 0.8 * share(i)) * (high[i] - low[i]));
+        let configuration = machine.command(at).unwrap();
+        let mut state = State::rigid(machine, &configuration);
+        for (c, chain) in state.chains.iter_mut().enumerate() {
+            for (i, coordinate) in chain.coordinates.iter_mut().enumerate() {
+                *coordinate += 1e-4 * (share(7 * c + i) - 0.5);
+            }
+            chain.wrench = Wrench::new(std::array::from_fn(|i| 50.0 * (share(5 * c + i) - 0.5)));
+        }
+        let mut all = numbers(&configuration.drives, &state);
+        let asked = at + machine.home.pose.rotation * machine.tool_tip;
+        if given == Given::Tip {
+            all.extend(asked.iter());
+        }
+        all.extend((0..6).map(|i| 50.0 * (share(3 + i) - 0.5)));
+        all
+    }
+
+    #[test]
+    fn what_is_written_down_has_the_bits_of_the_engine() {
+        for name in ["orthoglide", "tripteron", "delta_3puu", "rotary_delta"] {
+            let machine = Machine::named(name).unwrap();
+            for given in [Given::Tip, Given::Drives] {
+                let postures: Vec<Vec<f64>> = (0..MAX_LANES).map(|seed| inputs(&machine, given, 1000 + seed)).collect();
+                let program = step_program(&machine, given, &postures).unwrap();
+                let mut values = Vec::new();
+                for seed in 0..100 {
+                    let inputs = inputs(&machine, given, seed);
+                    let expected: Vec<f64> = step(&machine, given, &inputs).unwrap();
+                    assert_eq!(program.evaluate(&inputs, &mut values), expected, "{name}, {given:?}, state {seed}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_state_is_what_its_numbers_say() {
+        let machine = Machine::named("rotary_delta").unwrap();
+        let numbers = inputs(&machine, Given::Drives, 3);
+        let (drives, state) = state_of(&machine, &numbers);
+        assert_eq!(super::numbers(&drives, &state), numbers[..numbers.len() - 6]);
+        assert_eq!(state.pose.translation.as_slice(), &numbers[origin(3)..origin(3) + 3]);
+    }
+}

@@ -1,0 +1,141 @@
+//! How a loaded pose changes with numbers of the machine, by the implicit function theorem: `J dx/dp = −∂F/∂p` with the linear
+//! system that the solve ended with.
+//!
+//! `∂F/∂p` are differences of the residual, not of solves: of the second order, from machines a little off in one parameter each
+//! ([`Variation`]), which are made once and serve every pose and load. What the engine makes of a number (the matrix of a beam by its
+//! section, a frame by its angles) needs no derivative of its own.
+
+use nalgebra::{Vector3, Vector6};
+
+use super::{
+    adjoint::{Adjoint, adjoints},
+    chain_system::ChainSystem,
+    equilibrium::chain_inputs,
+    state::{State, Workspace},
+    tool, weight,
+};
+use crate::{
+    input::error::Result,
+    lanes::{Frame, Vec3},
+    machine::{Machine, Variation},
+    spatial::{Pose, Wrench, rotation_log},
+};
+
+/// What derivatives by some parameters of a machine are taken from.
+#[derive(Debug, Clone)]
+pub struct Sensitivities {
+    varied: Vec<Varied>,
+}
+
+#[derive(Debug, Clone)]
+struct Varied {
+    variation: Variation,
+    /// The chains in which its machines differ from the machine, and storage for them: a number of one leg leaves the others alone.
+    differs: Vec<bool>,
+    chains: [Vec<ChainSystem>; 2],
+}
+
+/// What a parameter does to a loaded machine whose drives stay.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sensitivity {
+    /// Twist of P per unit of the parameter under the load, mm and rad in the axes of O.
+    pub twist: Vector6<f64>,
+    /// Change of the tool tip in the platform's axes, mm per unit.
+    pub tool_tip: Vector3<f64>,
+}
+
+impl Sensitivity {
+    /// Displacement of the tool tip per unit of the parameter, P at `pose`, mm in the axes of O.
+    pub fn of_tool_tip(&self, machine: &Machine, pose: &Pose) -> Vector3<f64> {
+        let (linear, angular) = (self.twist.fixed_rows::<3>(0), self.twist.fixed_rows::<3>(3));
+        linear + angular.cross(&(pose.rotation * machine.tool_tip)) + pose.rotation * self.tool_tip
+    }
+}
+
+impl Sensitivities {
+    /// For the parameters of `machine` called `names`.
+    ///
+    /// # Errors
+    /// Those of [`Machine::variations`].
+    pub fn new<N: AsRef<str>>(machine: &Machine, names: &[N]) -> Result<Self> {
+        Ok(Self::by(machine, machine.variations(names)?))
+    }
+
+    /// For parameters of which `variations` has the machines beside `machine`.
+    pub fn by(machine: &Machine, variations: Vec<Variation>) -> Self {
+        let varied = variations.into_iter().map(|variation| {
+            let differs = |chain: usize| {
+                let weighs = |beside: &Machine| beside.gravity != machine.gravity;
+                let is_other = |beside: &Machine| beside.chains[chain] != machine.chains[chain];
+                variation.machines.iter().any(|beside| weighs(beside) || is_other(beside))
+            };
+            let differs = (0..machine.chains.len()).map(differs).collect();
+            let chains = variation.machines.each_ref().map(ChainSystem::all);
+            Varied { variation, differs, chains }
+        });
+        Self { varied: varied.collect() }
+    }
+
+    /// The parameters, in the order of their names, with the machines beside.
+    pub fn variations(&self) -> impl Iterator<Item = &Variation> {
+        self.varied.iter().map(|varied| &varied.variation)
+    }
+
+    /// What each parameter does where `state` is an equilibrium of `machine` with the drives at `drives` (mm, rad) under `load`, that of
+    /// the machine or of one beside it: the dead wrench at P in O axes, N and N·mm, which may depend on where the tool tip is. The
+    /// tighter the equilibrium was solved, the better: an error of it goes into the linear system.
+    ///
+    /// With the platform held, the wrench on it changes by `−K_C` times the twist ([`Outcome::stiffness`](super::Outcome::stiffness)). A
+    /// workpiece carrier is not part of it. `None` where the platform is free.
+    pub fn at(
+        &mut self,
+        machine: &Machine,
+        drives: &[f64],
+        state: &State,
+        load: &dyn Fn(&Machine) -> Wrench,
+        workspace: &mut Workspace,
+    ) -> Option<Vec<Sensitivity>> {
+        let own_load = load(machine);
+        let adjoints = adjoints(machine, drives, state, &own_load, workspace)?;
+        let carried = tool::carried(machine, state.platform(), &own_load);
+        let of = |varied: &mut Varied| {
+            let weights = varied.variation.weights();
+            let (mut by_body, mut by_tool, mut tool_tip) = (Vector6::zeros(), Vector6::zeros(), Vector3::zeros());
+            for ((beside, chains), weight) in varied.variation.machines.iter().zip(&mut varied.chains).zip(weights) {
+                let load = load(beside);
+                let on_body = load_and_weight(beside, state, &load);
+                by_body += weight * Vector6::from_iterator(adjoints.iter().map(|own| own.by_imbalance(&on_body)));
+                let inputs = chain_inputs(beside, state, drives);
+                let systems = chains.iter_mut().zip(&beside.chains).zip(inputs).enumerate();
+                for (number, ((system, chain), (own, drives))) in systems.filter(|(number, _)| varied.differs[*number])
+                {
+                    system.linearise(chain, drives, own, state.platform(), &beside.gravity);
+                    let residual = system.right_hand_sides();
+                    let moved = |adjoint: &Adjoint| adjoint.by_residual(number, system, &residual);
+                    by_body += weight * Vector6::from_iterator(adjoints.iter().map(moved));
+                }
+                by_tool += weight * tool_motion(beside, state, &load);
+                tool_tip += weight * beside.tool_tip;
+            }
+            Sensitivity { twist: carried * by_body + by_tool, tool_tip }
+        };
+        Some(self.varied.iter_mut().map(of).collect())
+    }
+}
+
+/// What the platform's body receives of the load and of its weight, where `state` has it.
+fn load_and_weight(machine: &Machine, state: &State, load: &Wrench) -> Vector6<f64> {
+    let weight: Wrench = weight::wrench(machine, &Frame::splat(state.platform()), Vec3::splat(&machine.gravity)).into();
+    tool::load_on_body(machine, state.platform(), load).to_vector() + weight.to_vector()
+}
+
+/// Where P stands of the state's body, with the tool of `machine` under `load`, from where the state has it.
+fn tool_motion(machine: &Machine, state: &State, load: &Wrench) -> Vector6<f64> {
+    if machine.tool_compliance.is_none() {
+        return Vector6::zeros();
+    }
+    let pose = tool::bend(machine, state.platform(), load);
+    let turned = rotation_log(&(pose.rotation * state.pose.rotation.transpose()));
+    let moved = pose.translation - state.pose.translation;
+    Vector6::new(moved.x, moved.y, moved.z, turned.x, turned.y, turned.z)
+}

@@ -1,0 +1,29 @@
+//! What machine files are read with: files, never longer than a limit; TOML with line and key in errors; values checked; and the one error
+//! type of [kinetostat](https://docs.rs/kinetostat).
+//!
+//! ```
+//! use kinetostat_input::toml_file::parse;
+//!
+//! #[derive(Debug, serde::Deserialize)]
+//! #[serde(deny_unknown_fields)]
+//! struct Slide {
+//!     travel_mm: f64,
+//! }
+//!
+//! let slide: Slide = parse("travel_mm = 200.0", "slide.toml")?;
+//! assert_eq!(slide.travel_mm, 200.0);
+//! let fault = parse::<Slide>("travel_mm = \"far\"", "slide.toml").unwrap_err();
+//! assert!(fault.to_string().starts_with("slide.toml:1: travel_mm: "));
+//! # Ok::<(), kinetostat_input::error::Error>(())
+//! ```
+
+#![warn(missing_docs)]
+
+pub mod check;
+pub mod error;
+pub mod file;
+pub mod toml_file;
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

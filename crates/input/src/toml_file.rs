@@ -1,0 +1,61 @@
+//! TOML files to raw specs, with errors that name file, line and key.
+
+mod reader;
+
+use std::marker::PhantomData;
+use std::ops::Range;
+use std::path::Path;
+
+use serde::de::DeserializeOwned;
+use toml::de::DeTable;
+
+use crate::error::{Error, Result};
+
+/// A longer file is no machine or study file, bytes.
+pub const MAX_LENGTH: u64 = 1 << 20;
+
+/// Reads `file` as text.
+pub fn read(file: &Path) -> Result<String> {
+    text(crate::file::read_at_most(file, MAX_LENGTH)?, file)
+}
+
+/// The text that `bytes` of `file` are.
+pub fn text(bytes: Vec<u8>, file: &Path) -> Result<String> {
+    let fault = |_| Error::Read { file: file.to_path_buf(), source: std::io::Error::other("not a text file (UTF-8)") };
+    String::from_utf8(bytes).map_err(fault)
+}
+
+/// Parses `text`; `origin` names it in error messages.
+pub fn parse<T: DeserializeOwned>(text: &str, origin: &str) -> Result<T> {
+    let fault = |message: &str, span: Option<Range<usize>>, key: String| Error::Syntax {
+        file: origin.to_string(),
+        line: span.as_ref().map(|span| 1 + text[..span.start.min(text.len())].matches('\n').count()),
+        key,
+        problem: in_words(message, span.and_then(|span| text.get(span)).unwrap_or_default()),
+    };
+    let table = DeTable::parse(text).map_err(|error| fault(error.message(), error.span(), String::new()))?;
+    let read = reader::Reader::from(table).read(PhantomData);
+    read.map_err(|error| fault(&error.to_string(), error.span(), error.key()))
+}
+
+/// The message about `place`, programming terms replaced by those of a TOML file.
+fn in_words(message: &str, place: &str) -> String {
+    let message = message.trim_end().replace('\n', "; ");
+    if message == "duplicate key" {
+        return format!("key `{place}` is given twice");
+    }
+    let (found, expected) = message.split_once(", expected ").unwrap_or((&message, ""));
+    let found = found
+        .replace("unknown variant", "unknown value")
+        .replace("unknown field", "unknown key")
+        .replace("missing field", "missing key")
+        .replace("invalid type: map", "invalid type: table");
+    match expected {
+        "" => found,
+        "a string" => format!("{found}, expected a text in quotes"),
+        "f64" => format!("{found}, expected a number"),
+        "u32" | "usize" => format!("{found}, expected a whole number, 0 or more"),
+        table if table.starts_with("struct ") => format!("{found}, expected a table"),
+        other => format!("{found}, expected {other}"),
+    }
+}
