@@ -61,7 +61,7 @@ PAGE_TOOLS = """
 RUN = [
     Stage("format", "One layout of code.", """
         # The questions' modules are named in a macro, where cargo does not look for files.
-        cargo fmt --check -- src/study/*/mod.rs
+        cargo fmt --check -- src/questions/*/mod.rs
     """),
     Stage("clippy", "The compiler's and clippy's warnings, in all code.", "cargo clippy --all-targets --all-features -- -D warnings",
           ("format",), LINT),
@@ -167,8 +167,8 @@ FULL = [
         web/build.sh "$OUT/engine"
         node web/calls.mjs > "$OUT/calls"
         "$TARGET/debug/examples/explore" < "$OUT/calls" > "$OUT/native"
-        node web/check.mjs "$OUT/calls" "$OUT/native" src/report/page/assets/engine.wasm.br "$OUT/engine/engine.wasm.br"
-        cmp src/report/page/assets/engine.sources "$OUT/engine/engine.sources"
+        node web/check.mjs "$OUT/calls" "$OUT/native" src/page/assets/engine.wasm.br "$OUT/engine/engine.wasm.br"
+        cmp src/page/assets/engine.sources "$OUT/engine/engine.sources"
         "$TARGET/ci/venv/bin/python" tests/page/explore.py "$OUT/explored" "$PROGRAM"
     """, ("pages",)),
     Stage("exchange", "Parquet and VTK files, read by other programs: these are large to install.", """

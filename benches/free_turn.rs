@@ -6,7 +6,7 @@ use std::time::Instant;
 use kinetostat::{
     machine::Machine,
     process::{Process, Redundancy, ToolTurn, TurnObjective},
-    study::free_turn::{FreeTurn, TurnAsked, TurnedAlong, seek},
+    redundancy::{FreeTurn, TurnAsked, TurnedAlong, seek},
     toolpath::polyline::Polyline,
     work::Work,
 };

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use criterion::Criterion;
 use kinetostat::{
-    study::{Overrides, Study, StudyKind, map},
+    questions::{Overrides, Study, StudyKind, map},
     work::Work,
 };
 

@@ -8,7 +8,7 @@ use std::{
 };
 
 use kinetostat::{
-    study::{
+    questions::{
         Overrides, Study, StudyKind,
         placement::{PlacementResults, Verdict, run},
     },

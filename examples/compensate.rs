@@ -6,10 +6,8 @@
 
 use kinetostat::{
     Folder, Machine, Method, Process,
-    study::{
-        ProgramFile,
-        program::{Corrected, ProgramCommands, ProgramJob},
-    },
+    products::program::{Corrected, ProgramCommands, ProgramJob},
+    simulation::ProgramFile,
 };
 
 const PROCESS: &str = r#"

@@ -4,7 +4,7 @@
 
 use std::io::{BufRead, Write, stdin, stdout};
 
-use kinetostat::study::explore::call;
+use kinetostat::explore::call;
 use serde_json::Value;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use kinetostat::{
     Event, Grid, Machine, MillingForce, Source, Target, Work,
-    study::map::{self, WorkspaceMapStudy},
+    questions::map::{self, WorkspaceMapStudy},
 };
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

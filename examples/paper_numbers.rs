@@ -15,7 +15,7 @@ use argmin::{
 use kinetostat::{
     Work,
     input::Folder,
-    study::{
+    questions::{
         Overrides, Study, StudyKind,
         validation::{self, Relation},
     },

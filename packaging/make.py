@@ -36,8 +36,8 @@ COMPLETIONS = {"bash": "kinetostat.bash", "zsh": "_kinetostat", "fish": "kinetos
 LICENCES = ("LICENSE", "LICENSE-APACHE", "LICENSE-MIT")
 # What is embedded and no package of Rust: name, licence and its text.
 EMBEDDED = (
-    ("plotly.js (part of pages)", "MIT", "src/report/page/assets/plotly/LICENSE"),
-    ("DejaVu Sans (in figures)", "Bitstream Vera", "src/report/figures/fonts/LICENSE-DejaVu.txt"),
+    ("plotly.js (part of pages)", "MIT", "src/page/assets/plotly/LICENSE"),
+    ("DejaVu Sans (in figures)", "Bitstream Vera", "src/figures/fonts/LICENSE-DejaVu.txt"),
 )
 LICENCE_FILE = re.compile(r"(licen[cs]e|copying|unlicense|notice|copyright)", re.IGNORECASE)
 

@@ -11,7 +11,7 @@
 //! with the elastic energy U, the wrench F_i the chain receives and the platform pose t. [`statics`] solves this for the
 //! pose under a load, `t = f⁻¹(F | t₀)` (7), or for the load at a pose, `F = f(t | t₀)` (2), (3), with the exact loaded
 //! stiffness (4)–(6). [`compensation`] finds the drives that bring the loaded tool to where it was commanded (8)–(13).
-//! [`study`] asks the questions a user has, [`report`] answers them in tables and figures. Equation numbers are those of
+//! [`questions`] asks what a user wants to know, [`answer`] says it in tables and figures. Equation numbers are those of
 //! Klimchik, Pashkevich, Chablat and Hovland, *Compliance error compensation technique for parallel robots composed of
 //! non-perfect serial chains*.
 //!
@@ -31,9 +31,9 @@
 //! | make a machine file of a URDF | [`urdf::import`] |
 //! | solve a loaded state | [`statics::equilibrium`], many at once [`statics::Batch`] |
 //! | correct a command | [`compensate`] on a [`Session`], a whole path within limits [`compensation::compensate_bounded`] |
-//! | map a workspace, or a range of it | [`study::map::run`], [`study::map::run_range`] |
-//! | judge places for a workpiece | [`Evaluator`], [`study::placement::run`] |
-//! | rewrite a program and prove it | [`study::program::ProgramJob`] |
+//! | map a workspace, or a range of it | [`questions::map::run`], [`questions::map::run_range`] |
+//! | judge places for a workpiece | [`Evaluator`], [`questions::placement::run`] |
+//! | rewrite a program and prove it | [`products::program::ProgramJob`] |
 //! | run a study file into a folder | [`Study::open`], [`Study::run_into`] |
 //! | share it out, and merge the parts | [`Study::part`], [`Study::merge_into`] |
 //!
@@ -62,15 +62,33 @@
 
 #![warn(missing_docs)]
 
+#[cfg(feature = "study")]
+pub mod answer;
 #[cfg(test)]
 #[path = "../crates/engine/src/cases.rs"]
 mod cases;
-pub mod input;
-pub mod process;
-#[cfg(feature = "report")]
-pub mod report;
 #[cfg(feature = "study")]
-pub mod study;
+pub mod explore;
+#[cfg(feature = "report")]
+pub mod figures;
+#[cfg(feature = "report")]
+pub mod files;
+pub mod input;
+#[cfg(feature = "study")]
+pub mod inspect;
+#[cfg(feature = "report")]
+pub mod page;
+pub mod process;
+#[cfg(feature = "study")]
+pub mod products;
+#[cfg(feature = "study")]
+pub mod questions;
+#[cfg(feature = "study")]
+pub mod redundancy;
+#[cfg(feature = "report")]
+pub mod run;
+#[cfg(feature = "study")]
+pub mod simulation;
 pub mod toolpath;
 #[cfg(feature = "study")]
 pub mod urdf;
@@ -92,13 +110,15 @@ pub use input::{
 };
 pub use machine::{ChainError, Machine};
 pub use process::{MillingForce, Process};
-pub use spatial::{Grid, Pose, Wrench};
-#[cfg(feature = "report")]
-pub use study::{Begin, Finished, RunOptions};
 #[cfg(feature = "study")]
-pub use study::{
-    Failure, Overrides, Source, Study, StudyKind,
+pub use questions::{
+    Overrides, Study, StudyKind,
     placement::{Evaluator, Metric, Site},
 };
+#[cfg(feature = "report")]
+pub use run::{Begin, Finished, RunOptions};
+#[cfg(feature = "study")]
+pub use simulation::{Failure, Source};
+pub use spatial::{Grid, Pose, Wrench};
 #[cfg(feature = "study")]
 pub use work::{Event, Work};

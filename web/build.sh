@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Makes the engine of the pages anew: src/report/page/assets/engine.wasm.br, and engine.sources beside it, which says of what.
+# Makes the engine of the pages anew: src/page/assets/engine.wasm.br, and engine.sources beside it, which says of what.
 # Needs rustup's target wasm32-unknown-unknown, Node and npm (for binaryen's wasm-opt).
 #   web/build.sh [FOLDER]     writes into FOLDER instead of the assets
 set -euo pipefail
 cd "$(dirname "$0")"
-out=$(realpath "${1:-../src/report/page/assets}")
+out=$(realpath "${1:-../src/page/assets}")
 rustup target list --installed | grep -q wasm32-unknown-unknown || rustup target add wasm32-unknown-unknown
 # Paths of this machine do not get into the file.
 export CARGO_ENCODED_RUSTFLAGS

@@ -7,9 +7,11 @@ use std::{path::Path, sync::LazyLock};
 
 use kinetostat::{
     compensation::{Compensation, CompensationSettings, Demand, Method, Session, compensate},
+    inspect::machine_check,
     machine::Machine,
     process::Process,
-    study::{Overrides, Study, StudyKind, demands::demands, machine_check, map, path::PathStudy, turn_map},
+    questions::{Overrides, Study, StudyKind, map, path::PathStudy, turn_map},
+    simulation::demands::demands,
     toolpath::{
         Circle, Plane, Sampling, Toolpath, Turn,
         gcode::{Dialect, GcodeOptions, Program},

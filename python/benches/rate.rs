@@ -7,12 +7,7 @@
 
 use std::time::Instant;
 
-use kinetostat::{
-    Machine, Wrench,
-    nalgebra::Vector3,
-    statics::{Batch, Case, State, Status},
-    study::settings,
-};
+use kinetostat::{Machine, Wrench, nalgebra::Vector3, statics::{Batch, Case, State, Status}, simulation::settings};
 use rayon::prelude::*;
 
 const GROUP: usize = Batch::WIDTH;

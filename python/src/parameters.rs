@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use kinetostat::{Error, Machine, Method, Result, Target, study::Machines};
+use kinetostat::{Error, Machine, Method, Result, Target, simulation::Machines};
 use rayon::prelude::*;
 
 use crate::{

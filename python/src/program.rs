@@ -8,15 +8,7 @@ use std::{
     },
 };
 
-use kinetostat::{
-    Error, Method, Result,
-    nalgebra::Vector3,
-    study::{
-        ProgramFile,
-        along_path::PathAnswer,
-        program::{Corrected, Part, Pass, ProgramCommands, ProgramJob},
-    },
-};
+use kinetostat::{Error, Method, Result, nalgebra::Vector3, simulation::{ProgramFile, along_path::PathAnswer}, products::program::{Corrected, Part, Pass, ProgramCommands, ProgramJob}};
 use pyo3::{
     prelude::*,
     types::{PyBytes, PyDict},

@@ -5,10 +5,7 @@ use std::{
     sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
-use kinetostat::{
-    Begin, Event, Overrides, RunOptions, Study,
-    report::{exchange::Format, figures::Colours},
-};
+use kinetostat::{Begin, Event, Overrides, RunOptions, Study, files::exchange::Format, figures::Colours};
 use pyo3::{prelude::*, types::PyDict};
 
 use crate::{

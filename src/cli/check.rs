@@ -3,11 +3,11 @@
 use clap::Args;
 use kinetostat::{
     input::error::{Error, Result},
-    machine::Branch,
-    study::machine_check::{
+    inspect::machine_check::{
         check as check_machine, check_geometry,
         report::{geometry_text, machine_text},
     },
+    machine::Branch,
 };
 
 use super::{

@@ -2,10 +2,12 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use kinetostat::{
+    figures::Colours,
+    files::exchange::Format,
     machine::{Branch, Elbow, Shoulder, Wrist},
     process::{ForceLaw, Redundancy},
-    report::{exchange::Format, figures::Colours},
-    study::{TEMPLATES, Template, correction::report::CorrectionFormat},
+    products::correction::report::CorrectionFormat,
+    questions::{TEMPLATES, Template},
     toolpath::gcode::Dialect,
 };
 

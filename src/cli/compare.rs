@@ -4,20 +4,18 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use kinetostat::{
+    files::exchange,
     input::error::{Error, Result},
     machine::Machine,
     process::{
         Extent, Feature,
         file::{Process, TOLERANCE_MM},
     },
-    report::exchange,
-    study::{
-        Machines, ProgramFile,
-        placement::{
-            Candidate, FeatureJob, PlacementStudy, compare as evaluate, place,
-            report::{candidates_table, entries_table, known},
-        },
+    questions::placement::{
+        Candidate, FeatureJob, PlacementStudy, compare as evaluate, place,
+        report::{candidates_table, entries_table, known},
     },
+    simulation::{Machines, ProgramFile},
     toolpath::Toolpath,
 };
 

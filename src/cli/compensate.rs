@@ -8,26 +8,24 @@ use std::{
 
 use clap::Args;
 use kinetostat::{
+    answer::cautions,
     compensation::Method,
+    files::{Foreign, counted, if_any, millimetres_in_table, text_table::text_table},
     input::error::{Error, Result},
     process::{Redundancy, file::Process},
-    report::{Foreign, cautions, counted, if_any, millimetres_in_table, text_table::text_table},
-    study::{
-        ProgramFile, Sent,
-        along_path::PathAnswer,
-        free_turn::{self, FreeTurn},
-        path::report::{facts_text, failures_text},
-        program::{
-            Corrected, Part, Pass, ProgramCommands, ProgramJob, TurnedProgram, Written,
-            bounded::Exceedances,
-            files::ProgramFiles,
-            report::{
-                self, Findings, Proved, blocks_text, bounded_text, exceeded_text, holes_text, left_text,
-                program_columns, program_json, program_table, use_text, worse_as_written,
-            },
-            turned,
+    products::program::{
+        Corrected, Part, Pass, ProgramCommands, ProgramJob, TurnedProgram, Written,
+        bounded::Exceedances,
+        files::ProgramFiles,
+        report::{
+            self, Findings, Proved, blocks_text, bounded_text, exceeded_text, holes_text, left_text, program_columns,
+            program_json, program_table, use_text, worse_as_written,
         },
+        turned,
     },
+    questions::path::report::{facts_text, failures_text},
+    redundancy::{self, FreeTurn},
+    simulation::{ProgramFile, Sent, along_path::PathAnswer},
     toolpath::{gcode::Expand, polyline::Polyline},
     work::{Event, Work},
 };

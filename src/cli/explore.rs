@@ -4,14 +4,13 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use kinetostat::{
+    explore::{Explorer, ProgramAtProcess, Scene},
+    files::{Foreign, OutputFile, may_replace, prepare_beside, write_beside},
     input::error::{Error, Result},
     machine::{Machine, catalogue},
+    page::explore_page,
     process::file::Process,
-    report::{Foreign, OutputFile, may_replace, page::explore_page, prepare_beside, write_beside},
-    study::{
-        ProgramFile,
-        explore::{Explorer, ProgramAtProcess, Scene},
-    },
+    simulation::ProgramFile,
 };
 
 use super::{Ending, compare::can_be_put_elsewhere, print};

@@ -10,15 +10,13 @@ use kinetostat::{
         toml_file,
     },
     machine::catalogue,
+    page::PAGE,
     process::Process,
-    report::page::PAGE,
-    study::{
-        Overrides,
-        correction::{
-            CorrectionQuestion,
-            report::{CorrectionExport, CorrectionFormat, export},
-        },
+    products::correction::{
+        CorrectionQuestion,
+        report::{CorrectionExport, CorrectionFormat, export},
     },
+    questions::Overrides,
     work::Work,
 };
 

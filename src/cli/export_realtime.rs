@@ -5,14 +5,12 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use kinetostat::{
     compensation::Target,
+    files::{Foreign, OutputFile, PreparedFolder, may_replace, prepare, remove, write_all},
     input::error::{Error, Result},
     machine::Machine,
     process::file::Process,
-    report::{Foreign, OutputFile, PreparedFolder, may_replace, prepare, remove, write_all},
-    study::{
-        Machines,
-        realtime::{AIM_MM, Domain, Errors, MANIFEST, MARK, PLACES, Question, Realtime, files, generate},
-    },
+    products::realtime::{AIM_MM, Domain, Errors, MANIFEST, MARK, PLACES, Question, Realtime, files, generate},
+    simulation::Machines,
 };
 
 use super::{Ending, number, numbers, print};

@@ -1,9 +1,9 @@
 //! The answer at a glance, for a terminal: the sentence, its numbers, what must be known with them.
 
 use anstyle::{AnsiColor, Style};
-use kinetostat::report::{
-    headline::{Headline, KeyNumber},
-    visible,
+use kinetostat::{
+    files::visible,
+    page::headline::{Headline, KeyNumber},
 };
 
 const BOLD: Style = Style::new().bold();

@@ -8,9 +8,9 @@ use std::path::{Path, PathBuf};
 use clap::{ArgGroup, Args};
 use comfy_table::ContentArrangement;
 use kinetostat::{
+    files::{OutputFile, prepare_beside, text_table::text_table, write_beside},
     input::error::{Error, Result},
     machine::{Machine, catalogue, file_schema},
-    report::{OutputFile, prepare_beside, text_table::text_table, write_beside},
     urdf::{DriveStiffness, ImportOptions, import_file},
 };
 

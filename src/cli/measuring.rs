@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use kinetostat::{
+    files::{OutputFile, exchange::csv, write_beside},
     input::{
         Folder,
         error::{Error, Result},
     },
-    report::{OutputFile, exchange::csv, write_beside},
-    study::{
+    questions::{
         Overrides, Study, StudyKind,
         identification::{self, WhatFor, report::predicted},
     },

@@ -4,12 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 use kinetostat::{
+    files::counted,
     input::error::{Error, Result},
-    report::counted,
-    study::{
-        Overrides, Study,
-        parts::{Opened, parts_in},
-    },
+    questions::{Overrides, Study},
+    run::parts::{Opened, parts_in},
     work::part_file::{Part, PartSource},
 };
 

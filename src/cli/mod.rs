@@ -27,11 +27,11 @@ use std::io::{ErrorKind, Write};
 
 use clap::{Parser, Subcommand};
 use kinetostat::{
+    files::{visible, visible_json},
     input::{
         check::LARGEST,
         error::{Error, Result},
     },
-    report::{visible, visible_json},
 };
 
 /// How far a loaded machine leaves its path, what to tell the drives instead, and where to put the workpiece.

@@ -7,9 +7,9 @@ use std::{
 
 use clap::Args;
 use kinetostat::{
+    files::{OutputFile, write_all},
     input::error::{Error, Result},
-    report::{OutputFile, write_all},
-    study::Template,
+    questions::Template,
 };
 
 use super::{Ending, choice, print};

@@ -8,12 +8,10 @@ use std::{
 
 use kinetostat::{
     Event,
+    files::counted,
     input::error::{Error, Result},
-    report::counted,
-    study::{
-        Overrides, Study,
-        parts::{Opened, PartInFolder, PartOptions},
-    },
+    questions::{Overrides, Study},
+    run::parts::{Opened, PartInFolder, PartOptions},
     work::share::Share,
 };
 use serde_json::json;

@@ -4,18 +4,16 @@ use clap::{ArgGroup, Args};
 use kinetostat::{
     compensation::Target,
     input::error::{Error, Result},
+    inspect::point::{
+        Place, PointLoad, PointQuestion,
+        report::{point_json, point_text, unreachable_json},
+        solve,
+    },
     machine::{Branch, ChainError, Machine, Motion},
     process::{ForceLaw, MillingForce},
+    simulation::Machines,
     spatial::{Pose, Wrench},
     statics::Status,
-    study::{
-        Machines,
-        point::{
-            Place, PointLoad, PointQuestion,
-            report::{point_json, point_text, unreachable_json},
-            solve,
-        },
-    },
 };
 use nalgebra::Vector3;
 use serde_json::Value;

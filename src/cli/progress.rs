@@ -10,7 +10,7 @@ use std::{
 use clap::ValueEnum;
 use indicatif::{HumanCount, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use kinetostat::{
-    report::{counted, visible, visible_json},
+    files::{counted, visible, visible_json},
     work::{Event, Stage},
 };
 use serde_json::{Value, json};

@@ -8,12 +8,9 @@ use std::{
 
 use clap::Args;
 use kinetostat::{
+    files::{Foreign, OutputFile, may_replace, prepare_beside, write_beside},
     input::error::{Error, Result},
-    report::{
-        Foreign, OutputFile, may_replace,
-        page::{GENERATOR, PAGE, ResultFolder, comparison, page},
-        prepare_beside, write_beside,
-    },
+    page::{GENERATOR, PAGE, ResultFolder, comparison, page},
 };
 
 use super::{Ending, print};

@@ -13,8 +13,8 @@ use std::{
 use clap::Args;
 use env_logger::{Builder, Target};
 use kinetostat::{
+    files::{Foreign, may_replace, visible},
     input::error::{Error, Result},
-    report::{Foreign, may_replace, visible},
 };
 use log::LevelFilter;
 use signal_hook::{

@@ -5,9 +5,12 @@ use std::{io::Write, path::PathBuf, sync::Arc, time::Instant};
 
 use clap::Args;
 use kinetostat::{
+    figures::Colours,
+    files::exchange::Format,
     input::error::{Error, Result, Way},
-    report::{exchange::Format, figures::Colours, page::PAGE},
-    study::{Begin, BegunRun, Finished, FolderRun, Overrides, RunOptions, Study},
+    page::PAGE,
+    questions::{Overrides, Study},
+    run::{Begin, BegunRun, Finished, FolderRun, RunOptions},
 };
 use rayon::ThreadPool;
 use serde_json::json;

@@ -7,7 +7,8 @@ use kinetostat::{
     input::error::{Error, Result},
     machine::Branch,
     process::Redundancy,
-    study::{FolderRun, Overrides, Study},
+    questions::{Overrides, Study},
+    run::FolderRun,
     work::share::Share,
 };
 

@@ -12,7 +12,7 @@ use kinetostat::{
     input::error::Error,
     machine::Machine,
     process::Process,
-    study::{Overrides, Study},
+    questions::{Overrides, Study},
 };
 
 /// Fewer files than this in a folder means that files were lost.

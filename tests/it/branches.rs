@@ -9,11 +9,9 @@ use crate::support::{engine::*, machines::machine_file};
 use kinetostat::{
     compensation::{Demand, Method, Target},
     machine::{Branch, Configuration, Elbow, Machine, Posture, Shoulder, Wrist},
+    questions::{Overrides, Study, StudyKind},
+    simulation::along_path::{Commands, PathCase, run},
     spatial::{Pose, Wrench, rotation_log},
-    study::{
-        Overrides, Study, StudyKind,
-        along_path::{Commands, PathCase, run},
-    },
 };
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;

@@ -7,13 +7,13 @@ use crate::support::{
     golden::check,
 };
 use kinetostat::{
+    files::exchange::csv,
     machine::catalogue,
-    report::exchange::csv,
-    statics::{Workspace, unloaded_compliance},
-    study::{
+    questions::{
         Overrides, Study, StudyKind,
         map::{self, report::table},
     },
+    statics::{Workspace, unloaded_compliance},
     work::Work,
 };
 use nalgebra::Vector3;

@@ -9,8 +9,8 @@ use std::{
 
 use crate::support::{Within, reference};
 use kinetostat::{
+    inspect::machine_check,
     machine::{Machine, catalogue},
-    study::machine_check,
 };
 use serde_json::{Value, json};
 

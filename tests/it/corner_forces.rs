@@ -5,8 +5,9 @@ use kinetostat::{
     input::Folder,
     machine::Machine,
     process::{Process, cutting::CuttingLaw},
+    products::program::ProgramJob,
+    simulation::ProgramFile,
     spatial::Wrench,
-    study::{ProgramFile, program::ProgramJob},
 };
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3, Vector6};
 use proptest::prelude::*;

@@ -4,7 +4,7 @@ use std::{fs, path::Path};
 
 use sha2::{Digest, Sha256};
 
-use kinetostat::report::page::ENGINE_SOURCES;
+use kinetostat::page::ENGINE_SOURCES;
 
 const OWN: [&str; 5] =
     ["web/Cargo.toml", "web/Cargo.lock", "web/package.json", "web/build.sh", "web/.cargo/config.toml"];
@@ -63,6 +63,6 @@ fn the_engine_of_the_pages_is_made_of_these_sources() {
     assert_eq!(
         ENGINE_SOURCES.trim(),
         hash,
-        "src/report/page/assets/engine.wasm.br is made of other sources: web/build.sh makes it anew"
+        "src/page/assets/engine.wasm.br is made of other sources: web/build.sh makes it anew"
     );
 }

@@ -5,14 +5,12 @@ use std::path::Path;
 use kinetostat::{
     Evaluator, Machine, Metric, Site, Study, StudyKind, Wrench,
     compensation::Target,
+    explore::{EffectAsked, Explorer, LoadAsked, PlaceAsked, PlaceOfTool, Scene, SliceAsked, ToolAsked},
     input::Folder,
+    inspect::point::{Place, PointLoad, PointQuestion, solve},
     machine::catalogue,
-    study::{
-        Machines, Overrides, Source,
-        explore::{EffectAsked, Explorer, LoadAsked, PlaceAsked, PlaceOfTool, Scene, SliceAsked, ToolAsked},
-        map::run,
-        point::{Place, PointLoad, PointQuestion, solve},
-    },
+    questions::{Overrides, map::run},
+    simulation::{Machines, Source},
     work::Work,
 };
 use nalgebra::Vector3;

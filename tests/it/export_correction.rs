@@ -11,14 +11,12 @@ use kinetostat::{
     compensation::{Demand, Session, simulate_drives},
     machine::Machine,
     process::{Process, cutting::CuttingLaw},
+    products::correction::{
+        CorrectionAnswer, CorrectionQuestion, CorrectionTable, Corrector, ForceTerms, MOST_ENTRIES, answer,
+    },
+    simulation::{Machines, Source},
     spatial::{Pose, Wrench},
     statics::State,
-    study::{
-        Machines, Source,
-        correction::{
-            CorrectionAnswer, CorrectionQuestion, CorrectionTable, Corrector, ForceTerms, MOST_ENTRIES, answer,
-        },
-    },
     work::Work,
 };
 use nalgebra::Vector3;

@@ -5,8 +5,8 @@ use crate::support::engine::*;
 use kinetostat::{
     compensation::{Demand, Method, Session, Target, compensate},
     machine::Machine,
+    simulation::settings,
     spatial::Wrench,
-    study::settings,
 };
 use nalgebra::Vector3;
 

@@ -7,13 +7,13 @@ use crate::support::{
 };
 use kinetostat::{
     compensation::{Demand, Target},
+    inspect::machine_check::{self, report::machine_text},
     machine::{Configuration, Machine},
     spatial::{Pose, Wrench},
     statics::{
         Batch, Case, Level, Outcome, Settings, State, Status, Workspace, drive_force_sensitivity, equilibrium,
         unloaded_stiffness,
     },
-    study::machine_check::{self, report::machine_text},
 };
 use nalgebra::{DMatrix, Matrix6, Matrix6xX, Vector3, Vector6};
 use serde_json::Value;

@@ -8,9 +8,9 @@ use kinetostat::{
     compensation::Target,
     machine::{Branch, Machine},
     process::{Placement, Process, Redundancy, ToolTurn, TurnCost, TurnObjective, cutting::PathLoad},
+    redundancy::{FreeTurn, Hindrance, OnLattice, TurnAsked, lattice_cost, seek},
     spatial::{Pose, Wrench},
     statics::{State, Status, Workspace, equilibrium},
-    study::free_turn::{FreeTurn, Hindrance, OnLattice, TurnAsked, lattice_cost, seek},
     toolpath::{Load, Orientation, Toolpath, polyline::Polyline},
     work::Work,
 };

@@ -1,11 +1,8 @@
 //! Paths on which hinges of an arm go beyond half a turn: at home, where programs begin, the same pose is a full turn away.
 
 use kinetostat::{
-    compensation::Method,
-    input::Folder,
-    machine::Machine,
-    process::file::Process,
-    study::{ProgramFile, program::ProgramJob},
+    compensation::Method, input::Folder, machine::Machine, process::file::Process, products::program::ProgramJob,
+    simulation::ProgramFile,
 };
 use nalgebra::Rotation3;
 

@@ -13,7 +13,7 @@ use std::{
 
 use kinetostat::{
     machine::{Machine, catalogue},
-    study::{Overrides, Study},
+    questions::{Overrides, Study},
     toolpath::{
         Sampling,
         gcode::{Dialect, GcodeOptions, Program},

@@ -3,7 +3,7 @@
 use std::{fs, path::Path};
 
 use crate::support::{command::printed, golden::same, placement::short_placement};
-use kinetostat::report::figures::{
+use kinetostat::figures::{
     AgreementFigure, AgreementRow, Colours, CurvePanel, Figure, LineFigure, LineSeries, Look, Mark2, Mark3, Meant,
     PanelCurve, PanelFigure, PlanField, PlanFigure, PlanShape, Shading, SliceFigure, SlicePanel, VolumeFigure,
 };

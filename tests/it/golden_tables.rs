@@ -4,8 +4,8 @@ use std::path::Path;
 
 use crate::support::golden::{agree, check};
 use kinetostat::{
-    report::exchange::{Table, csv},
-    study::{
+    files::exchange::{Table, csv},
+    questions::{
         Overrides, Study, StudyKind,
         map::{self, report::table},
         placement::{PlacementStudy, compare, report, run},

@@ -11,17 +11,18 @@ use crate::support::{
 use kinetostat::{
     compensation::Target,
     input::Folder,
+    inspect::point::{self, PointLoad, PointQuestion},
     machine::{Configuration, Grade, Machine, Zeroed, catalogue},
     process::Process,
-    spatial::{Wrench, rotation_log},
-    statics::{State, Status, Workspace, drive_forces, equilibrium},
-    study::{
-        Machines, Overrides, Study, StudyKind,
+    questions::{
+        Overrides, Study, StudyKind,
         identification::{
             Answer, Found, IdentificationStudy, Identified, LoadedModel, Predicted, WhatFor, predict, read, run,
         },
-        point::{self, PointLoad, PointQuestion},
     },
+    simulation::Machines,
+    spatial::{Wrench, rotation_log},
+    statics::{State, Status, Workspace, drive_forces, equilibrium},
     work::Work,
 };
 use nalgebra::{DVector, Matrix6, Vector3, Vector6};
@@ -726,7 +727,7 @@ fn joints_of_a_measured_robot_have_intervals_that_hold_the_least_squares_values(
     assert!(predicted < 0.35, "{predicted}");
 }
 
-const TEMPLATE: &str = "src/study/identification/template/measurements.csv";
+const TEMPLATE: &str = "src/questions/identification/template/measurements.csv";
 
 /// What `kinetostat new identification` writes: displacements of an arm whose joints are other than those of its file, with noise.
 #[test]

@@ -7,7 +7,7 @@ use std::sync::{
 
 use kinetostat::{
     Begin, Error, Event, Folder, Overrides, RunOptions, Study, StudyKind, Work,
-    study::{map, path, superposition},
+    questions::{map, path, superposition},
 };
 
 const PROCESS: &str = r#"

@@ -10,7 +10,7 @@ use std::{
 use kinetostat::{
     machine::Machine,
     process::Process,
-    study::{Overrides, Study},
+    questions::{Overrides, Study},
 };
 use toml::{Table, Value};
 

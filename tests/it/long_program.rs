@@ -5,10 +5,10 @@ use kinetostat::{
     input::Folder,
     machine::Machine,
     process::file::Process,
-    study::{
+    products::program::{Corrected, ProgramCommands, ProgramJob},
+    simulation::{
         ProgramFile, Source,
         along_path::{Commands, PathAnswer, PathCase, run},
-        program::{Corrected, ProgramCommands, ProgramJob},
     },
 };
 use nalgebra::Vector3;

@@ -1,8 +1,8 @@
 //! What `check` finds of a machine: reach, droop, payload, where its compliance comes from, and numbers in another unit.
 
 use kinetostat::{
+    inspect::machine_check::{Findings, Payload, check},
     machine::Machine,
-    study::machine_check::{Findings, Payload, check},
 };
 
 use crate::support::engine::machine_from;

@@ -7,8 +7,8 @@ use std::{
 
 use crate::support::command::{kinetostat, printed};
 use kinetostat::{
+    inspect::machine_check,
     machine::{Machine, catalogue, file_schema},
-    study::machine_check,
 };
 use serde_json::Value;
 

@@ -8,7 +8,7 @@ use crate::support::{
 use kinetostat::{
     input::Folder,
     machine::catalogue,
-    study::{
+    questions::{
         Overrides, Study, StudyKind,
         identification::{self, IdentificationStudy, LossSpec, Measurement, Noise, Search},
         measurement_design::{MeasurementDesignStudy, Plan, run},

@@ -3,9 +3,9 @@
 use kinetostat::{
     compensation::{Demand, Method, Session, Target, compensate},
     machine::{Machine, catalogue},
+    simulation::settings,
     spatial::Wrench,
     statics::{State, Status, Workspace, equilibrium},
-    study::settings,
 };
 use nalgebra::Vector3;
 

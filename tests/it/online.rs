@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use kinetostat::{
-    study::{
+    questions::{
         Overrides, Study, StudyKind,
         online::{OnlineResults, run},
     },

@@ -6,8 +6,8 @@ use kinetostat::{
     compensation::Demand,
     machine::Machine,
     process::file::Process,
+    simulation::demands::demands,
     spatial::rotation_exp,
-    study::demands::demands,
     toolpath::{Orientation, PathPoint, Sampling, Toolpath, polyline::Polyline},
 };
 use nalgebra::{Rotation3, UnitQuaternion, Vector3};

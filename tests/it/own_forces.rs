@@ -4,14 +4,13 @@ use crate::support::command::told;
 use crate::support::engine::*;
 use kinetostat::{
     compensation::{Demand, Method, Session, Target, compensate},
-    machine::Machine,
-    spatial::Wrench,
-    study::{
-        Machines, Source,
+    inspect::{
         machine_check::check,
         point::{Place, PointLoad, PointQuestion, solve},
-        settings,
     },
+    machine::Machine,
+    simulation::{Machines, Source, settings},
+    spatial::Wrench,
 };
 use nalgebra::Vector3;
 

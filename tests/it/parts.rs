@@ -12,7 +12,7 @@ use std::{
 
 use kinetostat::{
     Error, Event, Overrides, RunOptions, Study,
-    study::{
+    run::{
         Begin,
         parts::{Opened, PartInFolder, PartOptions, parts_in},
     },

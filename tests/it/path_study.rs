@@ -7,14 +7,15 @@ use std::{
 };
 
 use kinetostat::{
-    study::{
-        Overrides, Source, Study, StudyKind,
+    questions::{
+        Overrides, Study, StudyKind,
         path::{
             PathResults, Shown,
             report::{Summary, text},
             run,
         },
     },
+    simulation::Source,
     work::Work,
 };
 

@@ -6,7 +6,7 @@ use std::{
 };
 
 use kinetostat::{
-    study::placement::{
+    questions::placement::{
         Bounds, Cell, Evaluator, Found, Metric, PlacementResults, PlacementStudy, Site, SiteGrid, Verdict, compare,
         report::{candidates_table, sweep_table},
         run,
@@ -202,7 +202,7 @@ fn results_do_not_depend_on_the_number_of_threads() {
 fn reasons(candidates: &str, rest: &str) -> Vec<(String, Option<(String, String)>)> {
     let toml = format!("{}\n{rest}\n{candidates}", GROOVE);
     let entries = compare(&study_in(groove_folder(), &toml));
-    let failure = |outcome: &Result<_, kinetostat::study::Failure>| {
+    let failure = |outcome: &Result<_, kinetostat::simulation::Failure>| {
         outcome.as_ref().err().map(|f| (f.status.to_string(), f.reason.clone()))
     };
     entries.iter().map(|entry| (entry.name.clone(), failure(&entry.outcome))).collect()

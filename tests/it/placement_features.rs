@@ -8,12 +8,12 @@ use crate::support::{
 };
 use kinetostat::{
     compensation::{CompensationSettings, Demand, Method, Session, Target, compensate},
-    report::exchange::csv,
-    spatial::{Pose, Wrench},
-    study::placement::{
+    files::exchange::csv,
+    questions::placement::{
         Evaluator, Metric, PlacementStudy, Site,
         report::{candidates_table, figures},
     },
+    spatial::{Pose, Wrench},
 };
 use nalgebra::Vector3;
 
@@ -195,7 +195,7 @@ fn several_features_are_judged_together_and_shown_one_by_one() {
     let results = searched(&study);
     let best = results.entries.iter().find(|entry| entry.outcome.is_ok()).unwrap();
     let evaluation = best.outcome.as_ref().unwrap();
-    let worst = |metrics: &kinetostat::study::placement::Metrics| metrics.get(Metric::WorstDeflection).unwrap();
+    let worst = |metrics: &kinetostat::questions::placement::Metrics| metrics.get(Metric::WorstDeflection).unwrap();
     let [shallow, deep] = [0, 1].map(|f| worst(&evaluation.features[f]));
     assert!(deep > 1.5 * shallow, "{shallow} {deep}");
     assert_eq!(worst(&evaluation.metrics), shallow.max(deep));

@@ -7,7 +7,7 @@ use crate::support::{
     cases::cases,
     placement::{searched, study_in},
 };
-use kinetostat::study::placement::{
+use kinetostat::questions::placement::{
     Bounds, End, Entry, Evaluator, Metric, Metrics, PlacementResults, PlacementStudy, Site, SiteGrid, compare,
     report::summary_text,
 };
@@ -276,7 +276,7 @@ fn an_angle_goes_round() {
     let results = searched(&study);
     check_recommendation(&results);
     // 530° is 170°: a start.
-    let near = |refinement: &kinetostat::study::placement::Refinement| {
+    let near = |refinement: &kinetostat::questions::placement::Refinement| {
         (refinement.start.0[3].to_degrees() - 170.0).abs() < 1e-6
     };
     assert!(results.refinements.iter().any(near));

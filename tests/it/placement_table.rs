@@ -1,8 +1,8 @@
 //! The table that must hold a workpiece.
 
 use kinetostat::{
+    questions::placement::{PlacementStudy, Table, compare},
     spatial::Pose,
-    study::placement::{PlacementStudy, Table, compare},
 };
 use nalgebra::{Vector2, Vector3};
 use proptest::prelude::*;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use kinetostat::study::{
+use kinetostat::questions::{
     Overrides, Study, StudyKind,
     placement::{Evaluator, Metric, PlacementResults, PlacementStudy, compare, run},
 };

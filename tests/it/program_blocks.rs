@@ -6,10 +6,10 @@ use kinetostat::{
     input::Folder,
     machine::Machine,
     process::{Process, file::WRITE_TOLERANCE_MM},
-    study::{
+    products::program::{Corrected, Part, ProgramJob, Written},
+    simulation::{
         ProgramFile,
         blocks::{Blocks, BlocksBeforeAfter},
-        program::{Corrected, Part, ProgramJob, Written},
     },
     toolpath::gcode::Program,
 };

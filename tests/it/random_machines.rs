@@ -8,16 +8,14 @@ use crate::support::{
 };
 use kinetostat::{
     compensation::{self, Demand, Method, Session, Target, compensate},
+    inspect::machine_check,
     machine::{Chain, ChainError, Configuration, Machine, Motion, SpringLaw},
     process::MillingForce,
+    questions::map::{self, WorkspaceMapStudy},
     spatial::{Grid, Pose, Twist, Wrench, rotation_log},
     statics::{
         Outcome, Settings, Solution, State, Status, Workspace, aggregate_errors, equilibrium, unloaded_stiffness,
         wrench_at_pose,
-    },
-    study::{
-        machine_check,
-        map::{self, WorkspaceMapStudy},
     },
     work::Work,
 };

@@ -5,12 +5,10 @@ use std::{collections::HashMap, sync::OnceLock};
 use kinetostat::{
     compensation::{Demand, Method, Target, compensate},
     machine::{Machine, catalogue},
+    products::realtime::{Domain, MANIFEST, Question, Realtime, files, generate},
+    simulation::{Machines, Source},
     spatial::Wrench,
     statics::{Settings, State, Workspace, equilibrium},
-    study::{
-        Machines, Source,
-        realtime::{Domain, MANIFEST, Question, Realtime, files, generate},
-    },
 };
 use nalgebra::Vector3;
 

@@ -5,10 +5,8 @@ use kinetostat::{
     input::Folder,
     machine::Machine,
     process::Process,
-    study::{
-        ProgramFile,
-        program::{Corrected, Part, ProgramJob, Written},
-    },
+    products::program::{Corrected, Part, ProgramJob, Written},
+    simulation::ProgramFile,
     toolpath::{Orientation, polyline::Polyline},
 };
 use nalgebra::{UnitQuaternion, Vector3};

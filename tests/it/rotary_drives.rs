@@ -5,11 +5,8 @@ use kinetostat::{
     input::Folder,
     machine::Machine,
     process::file::Process,
-    study::{
-        ProgramFile,
-        along_path::PathAnswer,
-        program::{Corrected, Part, ProgramJob},
-    },
+    products::program::{Corrected, Part, ProgramJob},
+    simulation::{ProgramFile, along_path::PathAnswer},
 };
 use nalgebra::{Matrix3, Rotation3, Vector3};
 

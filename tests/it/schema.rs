@@ -4,7 +4,7 @@ use std::path::Path;
 
 use kinetostat::{
     input::Folder,
-    study::{Overrides, Study},
+    questions::{Overrides, Study},
 };
 
 const HEAD: &str = r#"schema = 2

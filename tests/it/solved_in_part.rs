@@ -3,17 +3,18 @@
 use std::path::Path;
 
 use kinetostat::{
+    files::exchange::Cell,
     machine::Machine,
-    report::exchange::Cell,
-    spatial::Grid,
-    study::{
-        Overrides, Source, Study, StudyKind,
+    questions::{
+        Overrides, Study, StudyKind,
         map::{
             MapPoint, WorkspaceMap, WorkspaceMapStudy,
             report::{Summary, table, text},
             run,
         },
     },
+    simulation::Source,
+    spatial::Grid,
     work::Work,
 };
 use nalgebra::Vector3;

@@ -4,12 +4,11 @@ use std::path::Path;
 
 use crate::support::engine::*;
 use kinetostat::{
+    figures::Colours,
+    files::exchange::csv,
     machine::{ChainError, Machine},
     process::{ForceLaw, MillingForce},
-    report::{exchange::csv, figures::Colours},
-    spatial::{Grid, Pose, Wrench},
-    statics::{Workspace, tool_compliance, unloaded_stiffness},
-    study::{
+    questions::{
         Overrides, Study, StudyKind,
         superposition::{
             LocationResult, Scaled, Shown, Superposition, SuperpositionStudy,
@@ -19,6 +18,8 @@ use kinetostat::{
             safe::LargestFactor,
         },
     },
+    spatial::{Grid, Pose, Wrench},
+    statics::{Workspace, tool_compliance, unloaded_stiffness},
     work::Work,
 };
 use nalgebra::{Matrix3, Vector3};
@@ -62,7 +63,7 @@ fn departures(results: &Superposition, sum: Sum) -> Vec<f64> {
     let map = results.points.iter().map(|point| &point.departures);
     let all = map.chain(results.locations.iter().map(|location| &location.departures));
     let sizes = |departures: &Result<_, _>| {
-        let departures: &kinetostat::study::superposition::departure::Departures = departures.as_ref().unwrap();
+        let departures: &kinetostat::questions::superposition::departure::Departures = departures.as_ref().unwrap();
         Followed::ALL.map(|followed| departures.worst(sum, followed).unwrap().departure_mm)
     };
     all.flat_map(sizes).collect()
@@ -122,7 +123,7 @@ fn maps_have_the_symmetry_of_the_machine() {
     let results = solve(&symmetric);
     let turn = Matrix3::new(0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0);
     let at = |position: Vector3<f64>| {
-        let near = |p: &&kinetostat::study::superposition::DeparturePoint| {
+        let near = |p: &&kinetostat::questions::superposition::DeparturePoint| {
             (Vector3::from(p.position_mm) - position).norm() < 1e-9
         };
         results.points.iter().find(near).unwrap()
@@ -131,7 +132,7 @@ fn maps_have_the_symmetry_of_the_machine() {
         let turned = at(turn * Vector3::from(point.position_mm));
         let (here, there) = (point.departures.as_ref().unwrap(), turned.departures.as_ref().unwrap());
         for sum in Sum::ALL {
-            let vector = |d: &kinetostat::study::superposition::departure::Departures| {
+            let vector = |d: &kinetostat::questions::superposition::departure::Departures| {
                 Vector3::from(d.worst(sum, Followed::Platform).unwrap().departure_vector_mm)
             };
             let gap = (turn * vector(here) - vector(there)).norm();

@@ -5,7 +5,7 @@ use std::{fs, path::Path};
 use kinetostat::{
     machine::{Machine, catalogue},
     process::Process,
-    study::{Overrides, Study, StudyKind, map, path, placement},
+    questions::{Overrides, Study, StudyKind, map, path, placement},
     work::Work,
 };
 

@@ -5,11 +5,12 @@ use std::path::Path;
 use kinetostat::{
     compensation::{Demand, Method, Target, compensate},
     process::{Placement, cutting::PathFrame},
-    spatial::{frame_about, rotation_exp},
-    study::{
-        Machines, Overrides, Source, Study, StudyKind,
+    questions::{
+        Overrides, Study, StudyKind,
         turn_map::{AtTurn, TurnMap, TurnMapPoint, TurnMapStudy, run},
     },
+    simulation::{Machines, Source},
+    spatial::{frame_about, rotation_exp},
     toolpath::Orientation,
     work::Work,
 };

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use kinetostat::{
+    files::exchange::csv,
     input::error::Result,
-    report::exchange::csv,
-    study::{
+    questions::{
         Overrides, Study, StudyKind,
         validation::{
             Quantity, ValidationResults,

@@ -4,9 +4,10 @@ use crate::support::command::told;
 use crate::support::engine::*;
 use kinetostat::{
     compensation::{Compensation, Demand, Method, Session, Target, compensate},
+    inspect::machine_check::check,
     machine::Machine,
+    simulation::{Machines, Source, settings},
     spatial::{Pose, Wrench},
-    study::{Machines, Source, machine_check::check, settings},
 };
 use nalgebra::{Matrix3, Vector3};
 
@@ -533,8 +534,8 @@ fn corrections_within_limits_do_not_move_what_is_held() {
         let process = Process::from_toml(toml, "process.toml", std::path::PathBuf::new(), machine).unwrap();
         let text = b"x_mm,y_mm,z_mm\n0,0,0\n10,0,0\n".to_vec();
         let polyline = kinetostat::toolpath::polyline::Polyline::read(text, "path.csv").unwrap();
-        let file = kinetostat::study::ProgramFile::Polyline(polyline);
-        kinetostat::study::program::ProgramJob::new(process, file, "path.csv").unwrap()
+        let file = kinetostat::simulation::ProgramFile::Polyline(polyline);
+        kinetostat::products::program::ProgramJob::new(process, file, "path.csv").unwrap()
     };
     let machine = slides_on_a_rail();
     assert!(process(&machine).bounded_pass(&|| (), |_, _| Ok(())).is_ok());

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # A seventh question is one folder and one line: adds the folder `reach` beside this script and its line in
-# src/study/mod.rs to a copy of the sources, shows the difference, and runs `kinetostat new reach` and the study it writes.
+# src/questions/mod.rs to a copy of the sources, shows the difference, and runs `kinetostat new reach` and the study it writes.
 #
 # usage: tests/question/add.sh    (CARGO_TARGET_DIR shares what is built already)
 set -euo pipefail
@@ -12,10 +12,10 @@ cp -r src crates examples Cargo.toml Cargo.lock "$copy"
 cp benches/*.rs "$copy/benches"
 cp -r benches/peers "$copy/benches"
 export CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$PWD/target}"
-cp -r tests/question/reach "$copy/src/study/reach"
-sed -i 's|^    validation: Validation(validation::ValidationStudy),$|&\n    reach: Reach(reach::ReachStudy),|' "$copy/src/study/mod.rs"
+cp -r tests/question/reach "$copy/src/questions/reach"
+sed -i 's|^    validation: Validation(validation::ValidationStudy),$|&\n    reach: Reach(reach::ReachStudy),|' "$copy/src/questions/mod.rs"
 diff -r src "$copy/src" || true
-changed=$(diff src/study/mod.rs "$copy/src/study/mod.rs" | grep -c '^[<>]' || true)
+changed=$(diff src/questions/mod.rs "$copy/src/questions/mod.rs" | grep -c '^[<>]' || true)
 if [ "$changed" != 1 ] || [ "$(diff -rq src "$copy/src" | wc -l)" != 2 ]; then
     echo "expected one folder and one line" >&2
     exit 1

@@ -1,4 +1,4 @@
-//! The engine of kinetostat as a WebAssembly module: questions and answers as JSON, see [`kinetostat::study::explore`].
+//! The engine of kinetostat as a WebAssembly module: questions and answers as JSON, see [`kinetostat::explore`].
 //!
 //! A page writes a question into memory that [`allocate`] gives it, calls [`call`], and reads the answer. The scene stays in the
 //! module between calls. A fault of the program ends the module; [`fault`] then says in words what it was.
@@ -8,7 +8,7 @@ use std::{
     sync::{Mutex, PoisonError},
 };
 
-use kinetostat::study::explore::{self, Explorer};
+use kinetostat::explore::{Explorer, self};
 
 thread_local! {
     static EXPLORER: RefCell<Option<Explorer>> = const { RefCell::new(None) };

@@ -2,9 +2,9 @@
 
 use comfy_table::CellAlignment;
 use kinetostat::{
+    files::text_table::text_table,
     input::error::Result,
     machine::{Geometry, Grade, Parameter},
-    report::text_table::text_table,
 };
 use serde_json::json;
 

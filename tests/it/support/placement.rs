@@ -7,7 +7,7 @@ use std::{
 
 use kinetostat::{
     input::error::Result,
-    study::{
+    questions::{
         Overrides, Study, StudyKind,
         placement::{PlacementResults, PlacementStudy, run},
     },

@@ -69,7 +69,7 @@ impl Question for ReachStudy {
     }
 
     #[cfg(feature = "report")]
-    fn answer(&self, (): &(), run: &crate::report::Run<'_>) -> Result<crate::report::Output> {
+    fn answer(&self, (): &(), run: &crate::answer::Run<'_>) -> Result<crate::answer::Output> {
         report::answer(self, run)
     }
 }

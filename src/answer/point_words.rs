@@ -1,0 +1,55 @@
+//! What the named points of a machine are, for the first figure that shows them.
+
+use crate::files::words::position;
+use crate::machine::{Machine, NamedPoint};
+
+/// Within this share of the workspace box a point lies on its border or in its middle.
+const ON: f64 = 1e-6;
+
+/// One point: its name, where it lies in the workspace box of P, and its coordinates.
+pub(crate) fn point(machine: &Machine, point: &NamedPoint) -> String {
+    let (low, high) = (machine.workspace.min, machine.workspace.max);
+    let is_near = |i: usize, value: f64| (point.position[i] - value).abs() <= ON * (high[i] - low[i]).max(1.0);
+    let axes = |end: &dyn Fn(usize) -> f64| -> Vec<&str> {
+        (0..3).filter(|&i| high[i] > low[i] && is_near(i, end(i))).map(|i| ["x", "y", "z"][i]).collect()
+    };
+    let (lowest, highest) = (axes(&|i| low[i]), axes(&|i| high[i]));
+    let middle = (0..3).all(|i| is_near(i, 0.5 * (low[i] + high[i])));
+    let words = match (lowest.len() + highest.len(), lowest.as_slice(), highest.as_slice()) {
+        _ if high == low => String::new(),
+        (3, lowest, highest) => {
+            let end = |word: &str, axes: &[&str]| match axes {
+                [] => None,
+                axes => Some(format!("{word} {}", axes.join(", "))),
+            };
+            let ends: Vec<String> = [end("largest", highest), end("smallest", lowest)].into_iter().flatten().collect();
+            format!("the corner of the workspace box at the {}, ", ends.join(" and the "))
+        }
+        _ if middle => "the middle of the workspace box, ".into(),
+        _ if (0..3).all(|i| (low[i]..=high[i]).contains(&point.position[i])) => {
+            "a point within the workspace box, ".into()
+        }
+        _ => "a point outside the workspace box, ".into(),
+    };
+    let [x, y, z]: [f64; 3] = point.position.into();
+    format!("{}: {words}{}", point.name, position(x, y, z))
+}
+
+/// All points, for the caption of the first figure that shows them; empty without points.
+pub(crate) fn points(machine: &Machine) -> String {
+    machine.points.iter().map(|p| point(machine, p)).collect::<Vec<_>>().join("; ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_are_told_by_where_they_lie_in_the_box() {
+        let machine = Machine::named_or_file("orthoglide").unwrap();
+        let words: Vec<String> = machine.points.iter().map(|p| point(&machine, p)).collect();
+        assert!(words[0].starts_with("Q0: a point within the workspace box"), "{}", words[0]);
+        assert!(words[1].starts_with("Q1: the corner of the workspace box at the largest x, y, z"), "{}", words[1]);
+        assert!(words[3].contains("at the largest x, y and the smallest z"), "{}", words[3]);
+    }
+}

@@ -1,0 +1,115 @@
+//! What one source of error does to the machine of a map at one place: how far it moves the tool, and its lines.
+
+use serde::{Deserialize, Serialize};
+
+use super::Explorer;
+use crate::{
+    compensation::Demand,
+    input::{
+        check::LARGEST,
+        error::{Error, Result},
+    },
+    machine::{Skeleton, Zeroed},
+    questions::map::WorkspaceMapStudy,
+    simulation::{Failure, Machines, SOLVED, Source, settled::settled},
+    spatial::Wrench,
+};
+
+/// A map, and the machines that answer for its sources.
+#[derive(Debug)]
+pub(super) struct Map {
+    study: WorkspaceMapStudy,
+    machines: Machines,
+}
+
+/// A place of a map, a source, and the angle of the tool.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EffectAsked {
+    /// Commanded position of P, mm.
+    pub position: [f64; 3],
+    /// What acts.
+    pub source: Source,
+    /// φ in degrees, where the cutting force acts: the nearest of the map's tool angles is taken.
+    pub phi_deg: Option<f64>,
+}
+
+/// What happens there, mm.
+#[derive(Debug, Clone, Serialize)]
+pub struct EffectAnswer {
+    /// `solved`, or why there is no answer.
+    pub status: String,
+    /// The same in words, empty where it is solved.
+    pub reason: String,
+    /// The tool angle, degrees.
+    pub phi_deg: Option<f64>,
+    /// Displacement of the tool tip, O axes.
+    pub displacement: Option<[f64; 3]>,
+    /// The machine as displacements are measured from: as commanded, or at rest under its weight and springs.
+    pub before: Option<Skeleton>,
+    /// The machine as it settles.
+    pub loaded: Option<Skeleton>,
+}
+
+impl Map {
+    pub(super) fn new(study: WorkspaceMapStudy) -> Result<Self> {
+        Ok(Self { machines: Machines::new(&study.machine, &study.errors)?, study })
+    }
+
+    fn effect(&self, asked: &EffectAsked, phi: Option<f64>) -> std::result::Result<EffectAnswer, Failure> {
+        let Self { study, machines } = self;
+        let pose = study.machine.command(asked.position.into())?.pose;
+        let force = |phi: f64| study.force.wrench(phi, &study.machine.tool_at(&pose.rotation));
+        let load = phi.map_or(Wrench::zero(), force);
+        let demand = Demand { pose, load, target: study.target, wanted: None, external: None };
+        let found = settled(machines, asked.source, &demand)?;
+        let commanding = machines.commanding(asked.source);
+        // Weight itself is measured from the rigid machine.
+        let is_load = asked.source != Source::Weight;
+        let rests = is_load && commanding.zeroed == Zeroed::AtRest && commanding.own_forces().is_some();
+        let before = if rests { settled(machines, Source::Weight, &demand)?.loaded } else { found.commanded };
+        Ok(EffectAnswer {
+            status: SOLVED.into(),
+            reason: String::new(),
+            phi_deg: phi.map(f64::to_degrees),
+            displacement: Some(found.tool_displacement_mm.into()),
+            before: Some(before),
+            loaded: Some(found.loaded),
+        })
+    }
+}
+
+impl Explorer {
+    /// What a source does at a place of the scene's map.
+    ///
+    /// # Errors
+    /// There is no map, or this is no place of one. Where there is no equilibrium is an answer.
+    pub fn effect(&self, asked: &EffectAsked) -> Result<EffectAnswer> {
+        let refused = |argument: &str, problem: String| Error::Argument { argument: argument.into(), problem };
+        let map = self.map.as_ref().ok_or_else(|| refused("effect", "there is no map in this scene".into()))?;
+        if let Some(value) = asked.position.iter().find(|value| value.is_nan() || value.abs() > LARGEST) {
+            return Err(refused("position", format!("expected numbers up to {LARGEST:e}, got {value}")));
+        }
+        let phi = match (asked.source.has_cutting_force(), asked.phi_deg) {
+            (false, _) => None,
+            (true, Some(degrees)) if degrees.is_finite() => Some(map.study.nearest_phi(degrees.to_radians())),
+            (true, _) => {
+                return Err(refused("phi_deg", "expected the tool angle in degrees, where cutting force acts".into()));
+            }
+        };
+        Ok(map.effect(asked, phi).unwrap_or_else(EffectAnswer::refused))
+    }
+}
+
+impl EffectAnswer {
+    fn refused(failure: Failure) -> Self {
+        Self {
+            status: failure.status.to_string(),
+            reason: failure.reason,
+            phi_deg: None,
+            displacement: None,
+            before: None,
+            loaded: None,
+        }
+    }
+}

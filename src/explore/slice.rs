@@ -1,0 +1,159 @@
+//! A plane of the workspace under a load: how far the tool moves at each node, and what must be commanded instead.
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use super::{Explorer, LoadAsked, tool::shown};
+use crate::{
+    compensation::{Compensation, Demand, Method, Session, Target, compensate},
+    input::{
+        check::LARGEST,
+        error::{Error, Result},
+    },
+    inspect::point::PointLoad,
+    machine::Configuration,
+    simulation::{Failure, Source},
+    spatial::Grid,
+    statics::State,
+};
+
+/// Most nodes of a plane.
+const MOST_NODES: usize = 40_000;
+
+/// Nodes of a plane of the workspace box of P.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SliceAsked {
+    /// The axis of O that is normal to the plane: 0, 1 or 2.
+    pub axis: usize,
+    /// Where the plane is on it, mm.
+    pub level: f64,
+    /// Nodes along the two other axes, in their order.
+    pub counts: [usize; 2],
+    /// The first and one more than the last of the nodes wanted; the first of the two axes runs fastest.
+    pub nodes: [usize; 2],
+    /// The load; over a turn, the worst counts.
+    pub load: LoadAsked,
+}
+
+/// What happens at the nodes; no value where there is no answer.
+#[derive(Debug, Clone, Serialize)]
+pub struct SliceAnswer {
+    /// The nodes.
+    pub nodes: [usize; 2],
+    /// Largest displacement of the tool tip, mm.
+    pub displacement: Vec<Option<f64>>,
+    /// Largest correction of a drive, mm, or degrees where all drives are hinges; of machines with both, of slides.
+    pub correction: Vec<Option<f64>>,
+    /// Largest force of a drive at the nominal command, N, or N·mm where all drives are hinges; of machines with both, of slides.
+    pub force: Vec<Option<f64>>,
+    /// Distance to singularity.
+    pub conditioning: Vec<Option<f64>>,
+    /// Why there is no answer, for the nodes without one.
+    pub failures: Vec<(usize, Failure)>,
+}
+
+impl Explorer {
+    /// Asks for nodes of a plane. Each is solved for itself, so that its values do not depend on which others are asked for.
+    ///
+    /// # Errors
+    /// This is no plane or no load.
+    pub fn slice(&self, asked: &SliceAsked) -> Result<SliceAnswer> {
+        let grid = self.grid(asked)?;
+        let loads = asked.load.all()?;
+        let mut answer = SliceAnswer {
+            nodes: [asked.nodes[0].min(grid.len()), asked.nodes[1].min(grid.len())],
+            displacement: Vec::new(),
+            correction: Vec::new(),
+            force: Vec::new(),
+            conditioning: Vec::new(),
+            failures: Vec::new(),
+        };
+        let session = self.machines.session(Source::All);
+        for index in answer.nodes[0]..answer.nodes[1] {
+            let at = self.machine.command(grid.position(index)).map_err(Failure::from);
+            let node = at.as_ref().map_err(Clone::clone).and_then(|at| self.node(session.clone(), at, &loads));
+            answer.conditioning.push(at.as_ref().ok().map(|at| self.machine.conditioning(at)));
+            answer.displacement.push(node.as_ref().ok().map(|node| node.displacement));
+            answer.correction.push(node.as_ref().ok().and_then(|node| node.correction));
+            answer.force.push(node.as_ref().ok().map(|node| node.force));
+            answer.failures.extend(node.err().map(|failure| (index, failure)));
+        }
+        Ok(answer)
+    }
+
+    fn grid(&self, asked: &SliceAsked) -> Result<Grid> {
+        let refused = |problem: String| Err(Error::Argument { argument: "slice".into(), problem });
+        if asked.axis > 2 || asked.level.is_nan() || asked.level.abs() > LARGEST {
+            return refused(format!("expected an axis of 0 to 2 and a level, got {} and {}", asked.axis, asked.level));
+        }
+        let nodes = asked.counts[0].checked_mul(asked.counts[1]);
+        if nodes.is_none_or(|nodes| nodes == 0 || nodes > MOST_NODES) {
+            return refused(format!("expected 1 to {MOST_NODES} nodes, got {:?}", asked.counts));
+        }
+        let (mut min, mut max) = (self.machine.workspace.min, self.machine.workspace.max);
+        (min[asked.axis], max[asked.axis]) = (asked.level, asked.level);
+        let mut others = asked.counts.into_iter();
+        let counts = std::array::from_fn(|i| if i == asked.axis { 1 } else { others.next().unwrap_or(1) });
+        Ok(Grid::new(min, max, counts))
+    }
+
+    fn node(
+        &self,
+        mut session: Session,
+        at: &Configuration,
+        loads: &[PointLoad],
+    ) -> std::result::Result<Node, Failure> {
+        let machine = &self.machine;
+        let mut node = Node { displacement: 0.0, correction: Some(0.0), force: 0.0 };
+        session.stand(at, &State::rigid(machine, at));
+        let mut corrected = session.clone();
+        for (index, load) in loads.iter().enumerate() {
+            let load = match *load {
+                PointLoad::Milling(force, phi) => force.wrench(phi, &machine.tool_at(&at.pose.rotation)),
+                PointLoad::Wrench(wrench) => wrench,
+            };
+            let demand = Demand { pose: at.pose, load, target: Target::ToolTip, wanted: None, external: None };
+            let plain = compensate(&mut session, &demand, Method::None);
+            if !plain.status.is_success() {
+                let reason = plain.status.reason(machine);
+                return Err(Failure { status: plain.status.label().into(), reason });
+            }
+            node.displacement = node.displacement.max(plain.tool_displacement.norm());
+            node.force = node.force.max(self.largest(&plain.drive_forces));
+            if index == 0 {
+                corrected.stand(at, session.state());
+            }
+            let exact = compensate(&mut corrected, &demand, Method::Direct);
+            let correction = exact.status.is_success().then(|| self.largest(&self.added(&exact, at)));
+            node.correction = node.correction.zip(correction).map(|(most, own)| most.max(own));
+        }
+        Ok(node)
+    }
+
+    /// What a correction adds to the drive positions, as shown.
+    fn added(&self, exact: &Compensation, at: &Configuration) -> Vec<f64> {
+        let added: Vec<f64> = exact.drives.iter().zip(&at.drives).map(|(rho, nominal)| rho - nominal).collect();
+        shown(&self.machine, &added)
+    }
+
+    /// The largest size over the drives of the first kind.
+    fn largest(&self, values: &[f64]) -> f64 {
+        let kind = self.machine.drive_kinds().next();
+        let own = values.iter().zip(self.machine.drives()).filter(|(_, (_, drive))| Some(drive.motion) == kind);
+        own.map(|(value, _)| value.abs()).fold(0.0, f64::max)
+    }
+}
+
+/// Where P may be asked for.
+pub(super) fn corners(explorer: &Explorer) -> [[f64; 3]; 2] {
+    let (low, high): (Vector3<f64>, Vector3<f64>) = (explorer.machine.workspace.min, explorer.machine.workspace.max);
+    [low.into(), high.into()]
+}
+
+/// A node with an answer.
+struct Node {
+    displacement: f64,
+    correction: Option<f64>,
+    force: f64,
+}

@@ -1,0 +1,170 @@
+//! What a figure shows, in words: its caption, and a text for readers who do not see it.
+
+use super::{AgreementFigure, Figure, LineFigure, PanelFigure, PlanFigure, PoseFigure, SliceFigure, VolumeFigure};
+
+impl Figure {
+    /// Title and setting.
+    pub(crate) fn caption(&self) -> String {
+        let (title, subtitle) = match self {
+            Self::Slices(figure) => (&figure.title, &figure.subtitle),
+            Self::Volume(figure) => (&figure.title, &figure.subtitle),
+            Self::Lines(figure) => (&figure.title, &figure.subtitle),
+            Self::Panels(figure) => (&figure.title, &figure.subtitle),
+            Self::Plan(figure) => (&figure.title, &figure.subtitle),
+            Self::Agreement(figure) => (&figure.title, &figure.subtitle),
+            Self::Pose(figure) => (&figure.title, &figure.subtitle),
+        };
+        let remark = if let Self::Slices(figure) = self { figure.remark.as_str() } else { "" };
+        let parts = [title, subtitle.as_str(), remark].into_iter().filter(|part| !part.is_empty());
+        parts.collect::<Vec<_>>().join(". ")
+    }
+
+    /// The kind of figure, what is drawn, and its range.
+    pub fn alternative(&self) -> String {
+        match self {
+            Self::Slices(figure) => slices(figure),
+            Self::Volume(figure) => volume(figure),
+            Self::Lines(figure) => lines(figure),
+            Self::Panels(figure) => panels(figure),
+            Self::Plan(figure) => plan(figure),
+            Self::Agreement(figure) => agreement(figure),
+            Self::Pose(figure) => pose(figure),
+        }
+    }
+}
+
+/// Smallest and largest of the values, in words.
+fn range(values: impl Iterator<Item = f64>) -> String {
+    let ends = values.fold(None, |ends: Option<(f64, f64)>, value| {
+        Some(ends.map_or((value, value), |(low, high)| (low.min(value), high.max(value))))
+    });
+    ends.map_or_else(|| "without values".into(), |(low, high)| format!("from {} to {}", number(low), number(high)))
+}
+
+/// Four significant digits.
+fn number(value: f64) -> String {
+    let digits = if value == 0.0 { 0 } else { (3.0 - value.abs().log10().floor()).clamp(0.0, 12.0) as usize };
+    let text = format!("{value:.digits$}");
+    text.replace('-', "\u{2212}")
+}
+
+fn slices(figure: &SliceFigure) -> String {
+    let titles: Vec<&str> = figure.panels.iter().map(|panel| panel.title.as_str()).collect();
+    let values = figure.panels.iter().flat_map(|panel| panel.values.iter().flatten().copied());
+    format!(
+        "Colour maps of {} over {} and {}, {}; values {}.",
+        figure.quantity,
+        figure.x_label,
+        figure.y_label,
+        titles.join("; "),
+        range(values)
+    )
+}
+
+fn volume(figure: &VolumeFigure) -> String {
+    format!(
+        "Three outer faces of the workspace box coloured by {}; values in the box {}.",
+        figure.quantity,
+        range(figure.values.iter().flatten().copied())
+    )
+}
+
+fn lines(figure: &LineFigure) -> String {
+    let curves: Vec<String> = figure
+        .series
+        .iter()
+        .filter(|series| !series.points.is_empty())
+        .map(|series| {
+            let values = range(series.points.iter().map(|point| point.1));
+            if series.label.is_empty() { values } else { format!("{} ({values})", series.label) }
+        })
+        .collect();
+    let note = figure.closed_note.as_ref().map_or_else(String::new, |note| format!(" {note}."));
+    format!("Curves of {} over {}: {}.{note}", figure.y_label, figure.x_label, curves.join(", "))
+}
+
+fn panels(figure: &PanelFigure) -> String {
+    let names: Vec<&str> = figure.curves.iter().map(|(name, _)| name.as_str()).collect();
+    let panels: Vec<String> = figure
+        .panels
+        .iter()
+        .map(|panel| {
+            let values = panel.curves.iter().flat_map(|curve| curve.pieces.iter().flatten()).map(|point| point.1);
+            format!("{} ({})", panel.title, range(values))
+        })
+        .collect();
+    let note = if figure.note.is_empty() { String::new() } else { format!(" {}.", figure.note) };
+    format!(
+        "Curves of {} over {}, {}, in frames side by side: {}.{note}",
+        figure.y_label,
+        figure.x_label,
+        names.join(", "),
+        panels.join("; ")
+    )
+}
+
+fn plan(figure: &PlanFigure) -> String {
+    let shapes = figure.shapes.iter().map(|shape| shape.label.as_str());
+    let marks = figure.marks.iter().map(|mark| mark.2.as_str());
+    let labels: Vec<String> =
+        marks.chain(shapes).filter(|label| !label.is_empty()).map(|label| label.replace('\n', " ")).collect();
+    let values = figure.field.iter().flat_map(|field| field.values.iter().flatten().copied());
+    let values = values.chain(figure.coloured.iter().flatten().map(|point| point.2));
+    let colours = match figure.quantity.as_str() {
+        "" => String::new(),
+        quantity => format!(", coloured by {quantity} {}", range(values)),
+    };
+    let note = if figure.note.is_empty() { String::new() } else { format!(" {}.", figure.note) };
+    format!("Plan over {} and {}{colours}: {}.{note}", figure.x_label, figure.y_label, labels.join("; "))
+}
+
+fn agreement(figure: &AgreementFigure) -> String {
+    let row = |row: &super::AgreementRow| {
+        format!("{}, {}: {}", row.label, row.numbers, if row.agrees { "agrees" } else { "differs" })
+    };
+    let rows: Vec<String> = figure.rows.iter().map(row).collect();
+    format!("Numbers, {}, each as its difference in tolerances. {}.", figure.numbers, rows.join("; "))
+}
+
+fn pose(figure: &PoseFigure) -> String {
+    let chains: Vec<&str> = figure.pose.chains.iter().map(|chain| chain.name.as_str()).collect();
+    let drawn = if figure.displaced.is_some() { ", as commanded and as it settles" } else { "" };
+    let note = figure.note.as_ref().map_or_else(String::new, |note| format!(" {note}."));
+    let springs = if figure.pose.springs().next().is_some() { ", springs" } else { "" };
+    let masses = if figure.pose.masses().next().is_some() { ", masses" } else { "" };
+    format!(
+        "Line drawing of the machine with chains {}{drawn}, its joints{springs}{masses}, tool and workspace box.{note}",
+        chains.join(", ")
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figures::LineSeries;
+
+    #[test]
+    fn the_alternative_names_axes_curves_and_ranges() {
+        let series = |label: &str, points: Vec<(f64, f64)>| LineSeries {
+            label: label.into(),
+            points,
+            dashed: false,
+            band: Vec::new(),
+        };
+        let figure = LineFigure {
+            title: "Errors".into(),
+            subtitle: "orthoglide".into(),
+            x_label: "path length [mm]".into(),
+            y_label: "|Δt| [mm]".into(),
+            series: vec![series("both", vec![(0.0, 0.123456), (1.0, -2.0)]), series("none", vec![])],
+            equal_axes: false,
+            log_x: false,
+            log_y: false,
+            closed_note: Some("amplified".into()),
+        };
+        let figure = Figure::Lines(figure);
+        assert_eq!(figure.caption(), "Errors. orthoglide");
+        let expected = "Curves of |Δt| [mm] over path length [mm]: both (from \u{2212}2.000 to 0.1235). amplified.";
+        assert_eq!(figure.alternative(), expected);
+    }
+}

@@ -1,0 +1,148 @@
+//! Colours of fields.
+
+use std::sync::LazyLock;
+
+use colorgrad::{BlendMode, Color, Gradient, GradientBuilder, LinearGradient};
+use plotters::style::RGBColor;
+use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
+
+use super::scene::Rgb;
+
+/// Colours from the smallest to the largest value of a field. In all of them lightness rises steadily, so a grey print
+/// keeps the order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Colours {
+    /// Perceptually uniform, from dark violet over green to yellow.
+    #[default]
+    Viridis,
+    /// Perceptually uniform, from dark blue over grey to yellow; looks nearly the same to readers with and without colour
+    /// vision.
+    ///
+    /// Source: J. R. Nuñez, C. R. Anderton, R. S. Renslow, PLoS ONE 13(7), 2018.
+    Cividis,
+    /// From dark to light grey in even steps of lightness, apart from the ink of lines and the white of paper.
+    Grey,
+}
+
+impl Colours {
+    /// All of them.
+    pub const ALL: [Colours; 3] = [Colours::Viridis, Colours::Cividis, Colours::Grey];
+
+    /// Its name.
+    pub fn label(self) -> &'static str {
+        match self {
+            Colours::Viridis => "viridis",
+            Colours::Cividis => "cividis",
+            Colours::Grey => "grey",
+        }
+    }
+}
+
+/// How the values of a field become colours.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Shading {
+    /// From the smallest to the largest; where values lie on both sides of zero, from blue over white at zero to red.
+    #[default]
+    Ordered,
+    /// Angles in degrees: 0° and 360° have one colour.
+    Cyclic,
+    /// Grey over whatever paper there is, the stronger the larger: a background.
+    Faint,
+}
+
+/// Light at 0 and at 1, over blue to dark and back over red; the stations of `twilight` of Matplotlib (public domain).
+static CYCLIC: LazyLock<LinearGradient> = LazyLock::new(|| {
+    let stations = [
+        [226, 217, 226],
+        [158, 187, 201],
+        [103, 133, 190],
+        [94, 67, 165],
+        [47, 20, 54],
+        [125, 32, 79],
+        [178, 93, 80],
+        [204, 158, 142],
+        [226, 217, 226],
+    ];
+    let colours = stations.map(|[r, g, b]| Color::from_rgba8(r, g, b, 255));
+    let gradient = GradientBuilder::new().colors(&colours).mode(BlendMode::Oklab).build();
+    gradient.unwrap_or_else(|e| unreachable!("nine colours make a gradient: {e}"))
+});
+
+/// The colour of an angle, 0..1 of a turn.
+pub(super) fn of_turn(share: f64) -> Rgb {
+    rgb(&CYCLIC.at((share - share.floor()) as f32))
+}
+
+/// The colour of a value on a scale from −1 to 1 around zero: blue, white, red.
+pub(super) fn around_zero(share: f64) -> Rgb {
+    rgb(&colorgrad::preset::rd_bu().at((0.5 - 0.5 * share.clamp(-1.0, 1.0)) as f32))
+}
+
+static GREY: LazyLock<LinearGradient> = LazyLock::new(|| {
+    let ends = [Color::from_rgba8(38, 38, 38, 255), Color::from_rgba8(240, 240, 240, 255)];
+    let gradient = GradientBuilder::new().colors(&ends).mode(BlendMode::Oklab).build();
+    gradient.unwrap_or_else(|e| unreachable!("two colours make a gradient: {e}"))
+});
+
+impl Colours {
+    /// The colour of a fraction 0..1 of the range; fractions outside take the end colours.
+    pub(super) fn at(self, fraction: f64) -> Rgb {
+        let fraction = fraction.clamp(0.0, 1.0);
+        match self {
+            Colours::Viridis => {
+                let RGBColor(r, g, b) = ViridisRGB.get_color(fraction);
+                [r, g, b]
+            }
+            Colours::Cividis => rgb(&colorgrad::preset::cividis().at(fraction as f32)),
+            Colours::Grey => rgb(&GREY.at(fraction as f32)),
+        }
+    }
+}
+
+fn rgb(colour: &Color) -> Rgb {
+    let [r, g, b, _] = colour.to_rgba8();
+    [r, g, b]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figures::luminance::luminance;
+
+    /// CIE lightness, 0..100.
+    fn lightness(colour: Rgb) -> f64 {
+        116.0 * luminance(colour).cbrt() - 16.0
+    }
+
+    #[test]
+    fn lightness_rises_steadily_in_all_colours() {
+        for colours in [Colours::Viridis, Colours::Cividis, Colours::Grey] {
+            let steps: Vec<f64> = (0..=20).map(|k| lightness(colours.at(f64::from(k) / 20.0))).collect();
+            let even = (steps[20] - steps[0]) / 20.0;
+            assert!(even > 3.0, "{colours:?} spans {} of 100", steps[20] - steps[0]);
+            for (k, pair) in steps.windows(2).enumerate() {
+                let step = pair[1] - pair[0];
+                assert!(step > 0.4 * even && step < 1.7 * even, "{colours:?}, step {k}: {step}, {even} on average");
+            }
+            assert_eq!(colours.at(-1.0), colours.at(0.0));
+            assert_eq!(colours.at(2.0), colours.at(1.0));
+        }
+    }
+
+    #[test]
+    fn a_turn_closes_and_zero_is_the_lightest() {
+        assert_eq!(of_turn(0.0), of_turn(1.0));
+        assert!(lightness(of_turn(0.5)) < 20.0 && lightness(of_turn(0.0)) > 85.0);
+        let [low, zero, high] = [-1.0, 0.0, 1.0].map(around_zero);
+        assert!(low[2] > low[0] && high[0] > high[2], "{low:?} {high:?}");
+        assert!(lightness(zero) > 93.0);
+    }
+
+    #[test]
+    fn the_ends_are_those_published() {
+        assert_eq!([Colours::Viridis.at(0.0), Colours::Viridis.at(1.0)], [[68, 1, 84], [254, 232, 37]]);
+        let near = |found: Rgb, published: Rgb| found.iter().zip(published).all(|(a, b)| a.abs_diff(b) <= 6);
+        assert!(near(Colours::Cividis.at(0.0), [0, 32, 77]), "{:?}", Colours::Cividis.at(0.0));
+        assert!(near(Colours::Cividis.at(1.0), [255, 234, 70]), "{:?}", Colours::Cividis.at(1.0));
+    }
+}

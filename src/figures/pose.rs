@@ -1,0 +1,516 @@
+//! A machine in one or two poses, seen from above, right and front.
+
+use super::error::{FigureError, check_drawable};
+use super::labels::{Occupied, Spot, around};
+use super::legend::{self, Sample, line};
+use super::plan;
+use super::scene::{Anchor, Point, Rect, Rgb, Scene, Stroke, Text};
+use super::style::{self, BORDER, CURVES, HATCH, INK, MUTED, PAGE_WIDTH, Sizes, WHITE};
+use super::text::{self, Weight};
+use crate::machine::Skeleton;
+
+const SIZES: Sizes = Sizes::FIGURE;
+/// Direction of view: the eye stands at this azimuth from +x and elevation from the xy plane, in degrees.
+const AZIMUTH: f64 = 32.0;
+const ELEVATION: f64 = 24.0;
+/// Highest drawing.
+const TALLEST: f64 = 1150.0;
+/// Side of the mark of a drive.
+const MARK: f64 = 13.0;
+/// Radius of the mark of the largest mass, and least one.
+const MASS: [f64; 2] = [24.0, 7.0];
+/// Half the width of a spring, and its turns.
+const COIL: f64 = 9.0;
+const TURNS: usize = 7;
+/// Length of a frame's axes as a share of the drawing's diagonal.
+const FRAME: f64 = 0.09;
+/// Space left and right of the drawing for labels.
+const SIDE: f64 = 150.0;
+
+const BOX: Stroke = Stroke { colour: HATCH, width: 2.5, dash: &[10.0, 10.0] };
+const RAIL: Stroke = Stroke { colour: HATCH, width: 9.0, dash: &[] };
+const GHOST: Stroke = Stroke { colour: HATCH, width: 4.0, dash: &[14.0, 12.0] };
+const LINK: Stroke = Stroke { colour: INK, width: 6.0, dash: &[] };
+const TOOL: Stroke = Stroke { colour: CURVES[1], width: 9.0, dash: &[] };
+const PART: Stroke = Stroke { colour: plan::PART[0], width: 4.5, dash: &[] };
+const PATH: Stroke = Stroke { colour: INK, width: 3.5, dash: &[] };
+const IN_THE_WAY: Stroke = Stroke { colour: plan::IN_THE_WAY, width: 4.5, dash: &[] };
+const BENT: Stroke = Stroke { colour: CURVES[2], width: 6.0, dash: &[] };
+
+/// A machine as lines: chains, joints, springs, masses, the ways of its slides, frames, the workspace box and named points.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PoseFigure {
+    /// What is shown.
+    pub title: String,
+    /// The setting.
+    pub subtitle: String,
+    /// The machine as commanded.
+    pub pose: Skeleton,
+    /// The same machine displaced, drawn over it; displacements are amplified already.
+    pub displaced: Option<Skeleton>,
+    /// Ends of the ways of slides, mm.
+    pub rails: Vec<[[f64; 3]; 2]>,
+    /// Lower and upper corner of the workspace of P, mm; equal where there is none.
+    pub workspace: [[f64; 3]; 2],
+    /// What stands around it.
+    pub around: Surroundings,
+    /// A remark a reader must not miss, for example the amplification.
+    pub note: Option<String>,
+}
+
+/// A box that need not be upright.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Solid {
+    /// Its name.
+    pub name: String,
+    /// Corner k lies at the high end along the first, second and third axis where bits 0, 1 and 2 of k are set, mm.
+    pub corners: [[f64; 3]; 8],
+}
+
+/// What stands around a machine, and what it cuts.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Surroundings {
+    /// The room the part takes.
+    pub part: Option<Solid>,
+    /// Boxes that the part must stay out of.
+    pub in_the_way: Vec<Solid>,
+    /// Paths of the tool, mm.
+    pub paths: Vec<Vec<[f64; 3]>>,
+    /// Where it goes without compensation, mm; deviations are amplified already.
+    pub before: Vec<Vec<[f64; 3]>>,
+    /// Where it goes with it.
+    pub after: Vec<Vec<[f64; 3]>>,
+}
+
+impl Surroundings {
+    fn solids(&self) -> impl Iterator<Item = &Solid> {
+        self.part.iter().chain(&self.in_the_way)
+    }
+
+    fn points(&self) -> impl Iterator<Item = [f64; 3]> {
+        let lines = [&self.paths, &self.before, &self.after];
+        self.solids().flat_map(|solid| solid.corners).chain(lines.into_iter().flatten().flatten().copied())
+    }
+}
+
+impl PoseFigure {
+    fn points(&self) -> impl Iterator<Item = [f64; 3]> {
+        let skeletons = std::iter::once(&self.pose).chain(&self.displaced);
+        let of = |s: &Skeleton| {
+            let links = s.chains.iter().flat_map(|chain| chain.links.iter().flatten().copied());
+            let joints = s.chains.iter().flat_map(|chain| chain.joints.iter().map(|joint| joint.position_mm));
+            let springs = s.springs().flatten().copied();
+            let masses = s.masses().map(|mass| mass.position_mm);
+            let ends = [s.platform_mm, s.tool_tip_mm];
+            links.chain(joints).chain(springs).chain(masses).chain(ends).collect::<Vec<_>>()
+        };
+        let ends = self.rails.iter().flatten().chain(&self.workspace).copied();
+        skeletons.flat_map(of).chain(ends).chain(self.around.points()).chain([[0.0; 3]])
+    }
+
+    fn has_workspace(&self) -> bool {
+        self.workspace[0] != self.workspace[1]
+    }
+
+    fn solid_stroke(&self, solid: &Solid) -> Stroke {
+        if self.around.in_the_way.contains(solid) { IN_THE_WAY } else { PART }
+    }
+
+    fn largest_mass(&self) -> f64 {
+        self.pose.masses().fold(0.0, |most, mass| most.max(mass.kilograms))
+    }
+}
+
+/// A parallel projection onto the page.
+struct View {
+    right: [f64; 3],
+    up: [f64; 3],
+    scale: f64,
+    origin: Point,
+    top: f64,
+    bottom: f64,
+    /// Largest extent of what is shown, mm.
+    size: f64,
+}
+
+impl View {
+    fn fitted(figure: &PoseFigure, top: f64) -> Self {
+        let (az, el) = (AZIMUTH.to_radians(), ELEVATION.to_radians());
+        let mut view = Self {
+            right: [-az.sin(), az.cos(), 0.0],
+            up: [-el.sin() * az.cos(), -el.sin() * az.sin(), el.cos()],
+            scale: 1.0,
+            origin: [0.0, 0.0],
+            top,
+            bottom: top,
+            size: 1.0,
+        };
+        let corners = box_corners(figure.workspace);
+        let places: Vec<Point> = figure.points().chain(corners).map(|p| view.place(p)).collect();
+        let span = |axis: usize| {
+            let values = places.iter().map(|p| p[axis]);
+            (values.clone().fold(f64::INFINITY, f64::min), values.fold(f64::NEG_INFINITY, f64::max))
+        };
+        let ((x0, x1), (y0, y1)) = (span(0), span(1));
+        view.size = (x1 - x0).max(y1 - y0).max(1e-3);
+        let room = PAGE_WIDTH - 2.0 * (BORDER + SIDE);
+        view.scale = (room / (x1 - x0).max(1e-3)).min(TALLEST / (y1 - y0).max(1e-3));
+        let slack = (room - view.scale * (x1 - x0)) / 2.0;
+        view.origin = [BORDER + SIDE + slack - view.scale * x0, top + SIZES.tick - view.scale * y0];
+        view.bottom = top + SIZES.tick + view.scale * (y1 - y0);
+        view
+    }
+
+    fn place(&self, point: [f64; 3]) -> Point {
+        let dot = |along: [f64; 3]| (0..3).map(|axis| along[axis] * point[axis]).sum::<f64>();
+        [self.origin[0] + self.scale * dot(self.right), self.origin[1] - self.scale * dot(self.up)]
+    }
+
+    fn line(&self, scene: &mut Scene, points: &[[f64; 3]], stroke: Stroke) {
+        scene.line(points.iter().map(|p| self.place(*p)).collect(), stroke);
+    }
+}
+
+fn box_corners([low, high]: [[f64; 3]; 2]) -> [[f64; 3]; 8] {
+    std::array::from_fn(|k| std::array::from_fn(|axis| if k >> axis & 1 == 1 { high[axis] } else { low[axis] }))
+}
+
+pub(super) fn scene(figure: &PoseFigure) -> Result<Scene, FigureError> {
+    check_drawable(figure.points().flatten(), || "pose figure".into())?;
+    if figure.pose.chains.is_empty() {
+        return Err(FigureError::Empty { what: "pose figure".into() });
+    }
+    let (mut scene, top) = style::page(&figure.title, &figure.subtitle, SIZES);
+    let view = View::fitted(figure, top);
+    if figure.has_workspace() {
+        draw_box(&mut scene, &view, figure.workspace);
+    }
+    for rail in &figure.rails {
+        view.line(&mut scene, rail, RAIL);
+    }
+    figure.around.solids().for_each(|solid| draw_solid(&mut scene, &view, solid, figure.solid_stroke(solid)));
+    match &figure.displaced {
+        None => draw_machine(&mut scene, &view, &figure.pose, LINK, figure.largest_mass()),
+        Some(displaced) => {
+            draw_lines(&mut scene, &view, &figure.pose, GHOST, GHOST);
+            draw_machine(&mut scene, &view, displaced, BENT, figure.largest_mass());
+        }
+    }
+    let Surroundings { paths, before, after, .. } = &figure.around;
+    for (lines, stroke) in [(paths, PATH), (before, legend::BEFORE), (after, legend::AFTER)] {
+        lines.iter().for_each(|path| view.line(&mut scene, path, stroke));
+    }
+    let mut occupied = occupied(&view, figure);
+    draw_frame(&mut scene, &view, &mut occupied);
+    draw_labels(&mut scene, &view, figure, occupied);
+    let lowest = view.bottom.max(scene.lowest());
+    let mut bottom = legend::draw(&mut scene, samples(figure), SIZES.tick, lowest + 1.6 * SIZES.body);
+    if let Some(note) = &figure.note {
+        for line in text::wrap(note, SIZES.body, Weight::Bold, PAGE_WIDTH - 2.0 * BORDER) {
+            bottom += 1.3 * SIZES.body;
+            scene.text(Text::new(line, SIZES.body, [BORDER, bottom], Anchor::Start).bold());
+        }
+    }
+    scene.height = bottom + BORDER;
+    Ok(scene)
+}
+
+fn draw_box(scene: &mut Scene, view: &View, workspace: [[f64; 3]; 2]) {
+    let corners = box_corners(workspace);
+    for (a, b) in (0..8usize).flat_map(|a| [1, 2, 4].map(|bit| (a, a | bit))).filter(|(a, b)| a != b) {
+        view.line(scene, &[corners[a], corners[b]], BOX);
+    }
+}
+
+fn draw_solid(scene: &mut Scene, view: &View, solid: &Solid, stroke: Stroke) {
+    for (a, b) in (0..8usize).flat_map(|a| [1, 2, 4].map(|bit| (a, a | bit))).filter(|(a, b)| a != b) {
+        view.line(scene, &[solid.corners[a], solid.corners[b]], stroke);
+    }
+}
+
+fn draw_lines(scene: &mut Scene, view: &View, skeleton: &Skeleton, link: Stroke, tool: Stroke) {
+    for line in skeleton.chains.iter().flat_map(|chain| &chain.links) {
+        view.line(scene, line, link);
+    }
+    for rod in rods(skeleton) {
+        view.line(scene, &rod, link);
+    }
+    view.line(scene, &[skeleton.platform_mm, skeleton.tool_tip_mm], tool);
+}
+
+/// From the joint before a slide to the slide, which is as long as it is out: legs that telescope.
+fn rods(skeleton: &Skeleton) -> impl Iterator<Item = [[f64; 3]; 2]> {
+    let pairs = skeleton.chains.iter().flat_map(|chain| chain.joints.windows(2));
+    pairs.filter(|pair| pair[1].slides).map(|pair| [pair[0].position_mm, pair[1].position_mm])
+}
+
+fn draw_machine(scene: &mut Scene, view: &View, skeleton: &Skeleton, link: Stroke, largest_mass: f64) {
+    draw_lines(scene, view, skeleton, link, TOOL);
+    for spring in skeleton.springs() {
+        if let [from, to] = spring.as_slice() {
+            draw_spring(scene, view.place(*from), view.place(*to), link.colour);
+        }
+    }
+    for mass in skeleton.masses() {
+        draw_mass(scene, view.place(mass.position_mm), (mass.kilograms / largest_mass).cbrt(), link.colour);
+    }
+    for joint in skeleton.chains.iter().flat_map(|chain| &chain.joints) {
+        draw_joint(scene, view.place(joint.position_mm), joint.is_drive, link.colour);
+    }
+    scene.circle(view.place(skeleton.tool_tip_mm), 0.8 * MARK, Stroke { width: 6.0, ..TOOL });
+}
+
+/// A filled square for a drive, a ring for a joint without.
+fn draw_joint(scene: &mut Scene, [x, y]: Point, is_drive: bool, colour: Rgb) {
+    let radius = if is_drive { MARK } else { 0.75 * MARK };
+    if is_drive {
+        scene.convex(
+            vec![
+                [x - radius, y - radius],
+                [x + radius, y - radius],
+                [x + radius, y + radius],
+                [x - radius, y + radius],
+            ],
+            colour,
+        );
+    } else {
+        let corners = (0..20).map(|k| f64::from(k) / 20.0 * std::f64::consts::TAU);
+        scene.convex(corners.map(|a| [x + radius * a.cos(), y + radius * a.sin()]).collect(), WHITE);
+        scene.circle([x, y], radius, Stroke { colour, width: 4.0, dash: &[] });
+    }
+}
+
+/// A zigzag between two straight ends.
+fn draw_spring(scene: &mut Scene, from: Point, to: Point, colour: Rgb) {
+    let [dx, dy] = [to[0] - from[0], to[1] - from[1]];
+    let length = dx.hypot(dy).max(1.0);
+    let [nx, ny] = [-dy / length * COIL, dx / length * COIL];
+    let turn = |k: usize| {
+        let share = 0.15 + 0.7 * (k as f64 + 0.5) / TURNS as f64;
+        let side = if k.is_multiple_of(2) { 1.0 } else { -1.0 };
+        [from[0] + share * dx + side * nx, from[1] + share * dy + side * ny]
+    };
+    let along = |share: f64| [from[0] + share * dx, from[1] + share * dy];
+    let mut points = vec![from, along(0.15)];
+    points.extend((0..TURNS).map(turn));
+    points.extend([along(0.85), to]);
+    scene.line(points, Stroke { colour, width: 3.5, dash: &[] });
+}
+
+fn mass_radius(size: f64) -> f64 {
+    (MASS[0] * size).max(MASS[1])
+}
+
+/// The sign of a centre of gravity, a disc in quarters, as large as `size` (1: the largest) says.
+fn draw_mass(scene: &mut Scene, [x, y]: Point, size: f64, colour: Rgb) {
+    let radius = mass_radius(size);
+    let at = |k: usize| {
+        let angle = k as f64 / 40.0 * std::f64::consts::TAU;
+        [x + radius * angle.cos(), y + radius * angle.sin()]
+    };
+    scene.convex((0..40).map(at).collect(), WHITE);
+    for first in [0, 20] {
+        scene.convex(std::iter::once([x, y]).chain((first..=first + 10).map(at)).collect(), colour);
+    }
+    scene.circle([x, y], radius, Stroke { colour, width: 2.5, dash: &[] });
+}
+
+/// Frame O: three arrows with their names.
+fn draw_frame(scene: &mut Scene, view: &View, occupied: &mut Occupied) {
+    let mut names = Vec::new();
+    for (axis, (name, colour)) in [("x", CURVES[1]), ("y", CURVES[3]), ("z", CURVES[2])].into_iter().enumerate() {
+        let mut along = [0.0; 3];
+        along[axis] = FRAME * view.size;
+        let (start, end) = (view.place([0.0; 3]), view.place(along));
+        scene.line(vec![start, end], Stroke { colour, width: 5.0, dash: &[] });
+        let [dx, dy] = [end[0] - start[0], end[1] - start[1]];
+        let reach = dx.hypot(dy).max(1.0);
+        let [ux, uy] = [dx / reach * 18.0, dy / reach * 18.0];
+        let tip = [end[0] + ux, end[1] + uy];
+        scene.convex(vec![tip, [end[0] - 0.5 * uy, end[1] + 0.5 * ux], [end[0] + 0.5 * uy, end[1] - 0.5 * ux]], colour);
+        occupied.marks.extend([around(end, [14.0; 2])]);
+        occupied.add_line(&[start, end], 6.0);
+        names.push((name, colour, end));
+    }
+    for (name, colour, end) in names {
+        draw_label(scene, view, occupied, end, (name, colour));
+    }
+}
+
+/// What labels keep clear of: marks of joints and masses, and rather also the lines of the machine.
+fn occupied(view: &View, figure: &PoseFigure) -> Occupied {
+    let mut occupied = Occupied::default();
+    for skeleton in std::iter::once(&figure.pose).chain(&figure.displaced) {
+        let tool = [skeleton.platform_mm, skeleton.tool_tip_mm];
+        for line in skeleton.chains.iter().flat_map(|chain| &chain.links).map(Vec::as_slice).chain([&tool[..]]) {
+            let points: Vec<Point> = line.iter().map(|p| view.place(*p)).collect();
+            occupied.add_line(&points, 8.0);
+        }
+    }
+    for rod in std::iter::once(&figure.pose).chain(&figure.displaced).flat_map(rods) {
+        occupied.add_line(&rod.map(|p| view.place(p)), 8.0);
+    }
+    for solid in figure.around.solids() {
+        for (a, b) in (0..8usize).flat_map(|a| [1, 2, 4].map(|bit| (a, a | bit))).filter(|(a, b)| a != b) {
+            occupied.add_line(&[view.place(solid.corners[a]), view.place(solid.corners[b])], 8.0);
+        }
+    }
+    for line in &figure.rails {
+        occupied.add_line(&line.map(|p| view.place(p)), 9.0);
+    }
+    let shown = figure.displaced.as_ref().unwrap_or(&figure.pose);
+    let joints = shown.chains.iter().flat_map(|chain| &chain.joints);
+    occupied.marks.extend(joints.map(|joint| around(view.place(joint.position_mm), [MARK; 2])));
+    let size = |kilograms: f64| mass_radius((kilograms / figure.largest_mass()).cbrt());
+    let masses = shown.masses().map(|mass| around(view.place(mass.position_mm), [size(mass.kilograms); 2]));
+    occupied.marks.extend(masses);
+    occupied.marks.push(around(view.place(shown.tool_tip_mm), [MARK; 2]));
+    occupied
+}
+
+/// Names of the chains at their first joints, and of the tool tip.
+fn draw_labels(scene: &mut Scene, view: &View, figure: &PoseFigure, mut occupied: Occupied) {
+    let shown = figure.displaced.as_ref().unwrap_or(&figure.pose);
+    let tip = view.place(shown.tool_tip_mm);
+    draw_label(scene, view, &mut occupied, tip, ("tool tip T", INK));
+    for solid in figure.around.solids() {
+        let corners = solid.corners.map(|corner| view.place(corner));
+        let top = corners.into_iter().reduce(|a, b| if b[1] < a[1] { b } else { a }).unwrap_or_default();
+        draw_label(scene, view, &mut occupied, top, (&solid.name, figure.solid_stroke(solid).colour));
+    }
+    for chain in &shown.chains {
+        let Some(first) = chain.joints.first() else { continue };
+        let at = view.place(first.position_mm);
+        draw_label(scene, view, &mut occupied, at, (&format!("chain {}", chain.name), INK));
+    }
+}
+
+/// A label beside what stands at a place.
+fn draw_label(scene: &mut Scene, view: &View, occupied: &mut Occupied, at: Point, (words, colour): (&str, Rgb)) {
+    let half = [
+        text::width(words, SIZES.tick, Weight::Bold) / 2.0 + 0.12 * SIZES.tick,
+        text::capital_height(SIZES.tick) / 2.0 + 0.12 * SIZES.tick,
+    ];
+    let page =
+        Rect { x: BORDER, y: view.top, width: PAGE_WIDTH - 2.0 * BORDER, height: view.bottom - view.top + SIZES.tick };
+    let Spot { rect, leader } = occupied.place(at, MARK, half, page);
+    if let Some(leader) = leader {
+        scene.line(leader.to_vec(), Stroke { colour: MUTED, width: 2.0, dash: &[] });
+    }
+    let place = [rect.centre()[0], rect.centre()[1] + text::capital_height(SIZES.tick) / 2.0];
+    scene.text(Text::new(words, SIZES.tick, place, Anchor::Middle).bold().coloured(colour).with_halo());
+}
+
+fn samples(figure: &PoseFigure) -> Vec<Sample<'_>> {
+    let colour = if figure.displaced.is_some() { BENT.colour } else { LINK.colour };
+    let joint = move |is_drive| {
+        Box::new(move |scene: &mut Scene, [x, y]: Point| draw_joint(scene, [x + 35.0, y], is_drive, colour))
+    };
+    let mut samples: Vec<Sample<'_>> = Vec::new();
+    if figure.displaced.is_some() {
+        samples.push((line(GHOST), "as commanded"));
+        samples.push((line(BENT), "as it settles"));
+    }
+    samples.push((joint(true), "drive"));
+    if figure.pose.chains.iter().flat_map(|chain| &chain.joints).any(|joint| !joint.is_drive) {
+        samples.push((joint(false), "passive joint"));
+    }
+    samples.push((line(TOOL), "tool, P to T"));
+    if figure.pose.springs().next().is_some() {
+        let draw = move |scene: &mut Scene, [x, y]: Point| draw_spring(scene, [x, y], [x + 70.0, y], colour);
+        samples.push((Box::new(draw), "spring"));
+    }
+    if figure.largest_mass() > 0.0 {
+        let draw = move |scene: &mut Scene, [x, y]: Point| draw_mass(scene, [x + 35.0, y], 0.6, colour);
+        samples.push((Box::new(draw), "mass (diameter: cube root)"));
+    }
+    if !figure.rails.is_empty() {
+        samples.push((line(RAIL), "way of a slide"));
+    }
+    if figure.around.part.is_some() {
+        samples.push((line(PART), "room of the part"));
+    }
+    if !figure.around.paths.is_empty() {
+        samples.push((line(PATH), "path"));
+    }
+    if !figure.around.before.is_empty() {
+        samples.push((line(legend::BEFORE), legend::BEFORE_WORDS));
+    }
+    if !figure.around.after.is_empty() {
+        samples.push((line(legend::AFTER), legend::AFTER_WORDS));
+    }
+    if figure.has_workspace() {
+        samples.push((line(BOX), "workspace of P"));
+    }
+    samples
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::files::scene::Item;
+    use crate::machine::{Machine, catalogue};
+
+    fn at_home(machine: &Machine) -> PoseFigure {
+        PoseFigure {
+            title: machine.title.clone(),
+            subtitle: String::new(),
+            pose: machine.rigid_skeleton(&machine.home),
+            displaced: None,
+            rails: Vec::new(),
+            workspace: [machine.workspace.min.into(), machine.workspace.max.into()],
+            around: Surroundings::default(),
+            note: None,
+        }
+    }
+
+    fn texts(figure: &PoseFigure) -> Vec<Text> {
+        let items = scene(figure).unwrap().items.into_iter();
+        items.filter_map(|item| if let Item::Text(text) = item { Some(text) } else { None }).collect()
+    }
+
+    #[test]
+    fn no_label_of_a_machine_of_the_catalogue_covers_another() {
+        for name in catalogue::names() {
+            let machine = Machine::named_or_file(name).unwrap();
+            let texts = texts(&at_home(&machine));
+            let labels = texts.iter().filter(|text| text.content.starts_with("chain ")).count();
+            assert_eq!(labels, machine.chains.len(), "{name}");
+            for (i, text) in texts.iter().enumerate() {
+                for other in &texts[..i] {
+                    let shared = text.bounds().overlap(&other.bounds());
+                    assert!(shared == 0.0, "{name}: \"{}\" over \"{}\"", text.content, other.content);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn springs_and_masses_are_drawn_and_told_where_there_are_any() {
+        let legend = |name: &str| {
+            let machine = Machine::named_or_file(name).unwrap();
+            let texts = texts(&at_home(&machine));
+            ["spring", "mass (diameter: cube root)", "passive joint"]
+                .map(|words| texts.iter().any(|t| t.content == words))
+        };
+        assert_eq!(legend("orthoglide"), [false, false, true]);
+        assert_eq!(legend("kr270"), [false, false, false]);
+        assert_eq!(legend("fanuc_r2000ic"), [false, true, false]);
+        assert_eq!(legend("hybrid_3ups"), [false, true, true]);
+        assert_eq!(legend("tests/machines/robot_6r.toml"), [true, true, false]);
+    }
+
+    #[test]
+    fn what_stands_beside_the_links_is_on_the_page() {
+        for name in ["fanuc_r2000ic", "tests/machines/robot_6r.toml"] {
+            let figure = at_home(&Machine::named_or_file(name).unwrap());
+            let page = scene(&figure).unwrap();
+            let view = View::fitted(&figure, 0.0);
+            let places =
+                figure.pose.masses().map(|mass| mass.position_mm).chain(figure.pose.springs().flatten().copied());
+            for [x, y] in places.map(|place| view.place(place)) {
+                assert!(x > BORDER && x < PAGE_WIDTH - BORDER && y > 0.0 && y < page.height, "{name}: ({x}, {y})");
+            }
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! Colours of figures on a dark page.
+
+use super::agreement::BAND;
+use super::plan::{IN_THE_WAY, PART, ROOM};
+use super::scene::Rgb;
+use super::style::{CURVES, GRID, HATCH, INK, MUTED, WHITE};
+
+/// Colours of paper, ink and lines, and what stands for them on a dark page. Those of fields stay.
+pub(super) const DARK: [(Rgb, Rgb); 18] = [
+    (WHITE, [20, 23, 27]),
+    (INK, [236, 239, 243]),
+    (MUTED, [170, 178, 190]),
+    (GRID, [52, 58, 66]),
+    (HATCH, [130, 138, 148]),
+    (CURVES[0], [244, 246, 248]),
+    (CURVES[1], [255, 138, 66]),
+    (CURVES[2], [96, 176, 236]),
+    (CURVES[3], [69, 207, 159]),
+    (CURVES[4], [231, 155, 203]),
+    (CURVES[5], [240, 180, 60]),
+    (CURVES[6], [130, 205, 245]),
+    (PART[0], [140, 192, 242]),
+    (PART[1], [30, 52, 76]),
+    (ROOM[0], [255, 154, 85]),
+    (ROOM[1], [84, 48, 18]),
+    (IN_THE_WAY, [255, 120, 100]),
+    (BAND, [30, 62, 50]),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figures::luminance::luminance;
+
+    fn contrast(a: Rgb, b: Rgb) -> f64 {
+        let (a, b) = (luminance(a), luminance(b));
+        (a.max(b) + 0.05) / (a.min(b) + 0.05)
+    }
+
+    #[test]
+    fn what_can_be_read_on_paper_can_be_read_on_a_dark_page() {
+        let paper = DARK[0];
+        for (light, dark) in &DARK[1..] {
+            for (colour, ground) in [(*light, paper.0), (*dark, paper.1)] {
+                let is_text = [INK, MUTED, PART[0], ROOM[0], IN_THE_WAY].contains(light);
+                let least = if is_text { 4.5 } else { 1.1 };
+                assert!(contrast(colour, ground) >= least, "{colour:?} on {ground:?}: {}", contrast(colour, ground));
+            }
+        }
+    }
+}

@@ -1,0 +1,279 @@
+//! Maps on a grid as VTK image data (`.vti`), which ParaView opens.
+//!
+//! An image has one array per quantity and kind of row of its tables, such as `both/deflection_mm`, and `both/status`, whole
+//! numbers that say at each point whether there is a solution or why not ([`STATUS`]). VTK has no missing values; as
+//! ParaView does, images put NaN where a number is missing, and only images do. Every array has its status beside it.
+//!
+//! Origin and spacing of an image are of single precision in the crate that writes it (`vti_file`), a millionth of the
+//! workspace; `position_mm` holds the positions themselves.
+
+use std::{io, path::Path};
+
+use serde_json::{Value, json};
+
+use super::table::{Cell, Column, Kind, Row, SCHEMA, Table};
+use crate::{
+    files::OutputFile,
+    input::error::{self, Error},
+    spatial::Grid,
+};
+
+/// Statuses of points; their place is their number in images. New ones go to the end.
+pub(crate) const STATUS: [&str; 15] = [
+    "solved",
+    "unreachable",
+    "unstable",
+    "buckled",
+    "singular",
+    "not_converged",
+    "slow",
+    "diverged",
+    "uncontrollable",
+    "bad_step_length",
+    "applied",
+    "reached",
+    "below_to_limit",
+    "no_equilibrium",
+    "snapped",
+];
+
+/// The maps of a study.
+#[derive(Debug, Clone)]
+pub struct Image {
+    /// The grid of all layers.
+    pub grid: Grid,
+    /// Tables with rows for every grid point, in grid order.
+    pub layers: Vec<Layer>,
+}
+
+/// A table whose rows belong to grid points, as many to each point.
+#[derive(Debug, Clone, Copy)]
+pub struct Layer {
+    /// Name of the table.
+    pub table: &'static str,
+    /// Columns of words that tell the rows of a point apart.
+    pub keys: &'static [&'static str],
+    /// Quantities of which columns `_x_mm`, `_y_mm` and `_z_mm` are one vector.
+    pub vectors: &'static [&'static str],
+}
+
+/// An array over the grid.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Array {
+    pub name: String,
+    unit: Option<String>,
+    pub values: Values,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Values {
+    Scalars(Vec<f64>),
+    Vectors(Vec<[f64; 3]>),
+    Statuses(Vec<i32>),
+}
+
+impl Image {
+    /// The image and its description as files of `folder`.
+    ///
+    /// # Errors
+    /// The image cannot hold the data.
+    pub fn files(&self, folder: &Path, tables: &[(String, Table)]) -> error::Result<Vec<OutputFile>> {
+        let fault = |source| Error::Write { file: folder.join("map.vti"), source };
+        let (bytes, described) = self.vti(tables).map_err(fault)?;
+        Ok(vec![OutputFile::new("map.vti", bytes), OutputFile::new("map.vti.json", format!("{described:#}\n"))])
+    }
+
+    /// The image as a `.vti` file, and its description as JSON: arrays, units, statuses.
+    ///
+    /// # Errors
+    /// A table is missing or does not fit the grid, or a status is unknown.
+    pub fn vti(&self, tables: &[(String, Table)]) -> io::Result<(Vec<u8>, Value)> {
+        let arrays = self.arrays(tables)?;
+        let description = self.description(&arrays);
+        let bytes = super::vti_file::bytes(&self.grid, arrays)?;
+        Ok((bytes, description))
+    }
+
+    fn arrays(&self, tables: &[(String, Table)]) -> io::Result<Vec<Array>> {
+        let mut arrays = Vec::new();
+        for layer in &self.layers {
+            let found = tables.iter().find(|(name, _)| name == layer.table);
+            let (_, table) = found.ok_or_else(|| io::Error::other(format!("there is no table {}", layer.table)))?;
+            arrays.extend(layer.arrays(table, self.grid.len())?);
+        }
+        // Programs show the first array: a quantity of the first table.
+        arrays.sort_by_key(|array| matches!(array.values, Values::Statuses(_)));
+        let positions = (0..self.grid.len()).map(|index| self.grid.position(index).into()).collect();
+        arrays.push(Array { name: "position_mm".into(), unit: Some("mm".into()), values: Values::Vectors(positions) });
+        Ok(arrays)
+    }
+
+    fn description(&self, arrays: &[Array]) -> Value {
+        let arrays = arrays.iter().map(|array| {
+            let components = if matches!(array.values, Values::Vectors(_)) { 3 } else { 1 };
+            json!({ "name": array.name, "unit": array.unit, "components": components })
+        });
+        let numbers: serde_json::Map<String, Value> =
+            STATUS.iter().enumerate().map(|(number, status)| ((*status).to_string(), json!(number))).collect();
+        json!({
+            "schema": SCHEMA,
+            "points": self.grid.counts(),
+            "missing": "NaN; the array status of the same name says why",
+            "status": numbers,
+            "arrays": arrays.collect::<Vec<_>>(),
+        })
+    }
+}
+
+impl Layer {
+    fn arrays(&self, table: &Table, points: usize) -> io::Result<Vec<Array>> {
+        let (rows, kinds) = (table.rows(), table.rows().len() / points);
+        if kinds * points != rows.len() {
+            return Err(io::Error::other(format!("{}: {} rows for {points} points", self.table, rows.len())));
+        }
+        let mut arrays = Vec::new();
+        for (kind, first) in rows.iter().take(kinds).enumerate() {
+            let label = self.label(table, first)?;
+            let rows: Vec<&Row> = rows.iter().skip(kind).step_by(kinds).collect();
+            for (index, column) in table.columns().iter().enumerate() {
+                if let Some((name, values)) = self.values(column, index, &rows)? {
+                    let name = format!("{label}/{name}");
+                    arrays.push(Array { name, unit: column.unit().map(String::from), values });
+                }
+            }
+        }
+        Ok(arrays)
+    }
+
+    /// What the names of arrays begin with: the words that tell a row apart, or the name of the table.
+    fn label(&self, table: &Table, row: &Row) -> io::Result<String> {
+        let word = |key: &&str| match table.position(key).map(|index| &row[index]) {
+            Some(Cell::Text(word)) => Ok(word.clone()),
+            other => Err(io::Error::other(format!("{}: {key} is {other:?}, not a word", self.table))),
+        };
+        let words = self.keys.iter().map(word).collect::<io::Result<Vec<_>>>()?;
+        Ok(if words.is_empty() { self.table.into() } else { words.join("/") })
+    }
+
+    /// The array that begins with column `index`; `None` for positions, words, other components of a vector, and numbers
+    /// that are missing at all points.
+    fn values(&self, column: &Column, index: usize, rows: &[&Row]) -> io::Result<Option<(String, Values)>> {
+        let name = column.name.as_str();
+        if name == "status" || name.ends_with("_status") {
+            let numbers = rows.iter().map(|row| status_number(&row[index])).collect::<io::Result<_>>()?;
+            return Ok(Some((name.into(), Values::Statuses(numbers))));
+        }
+        let is_known = rows.iter().any(|row| row[index] != Cell::Missing);
+        if column.kind == Kind::Text || ["x_mm", "y_mm", "z_mm"].contains(&name) || !is_known {
+            return Ok(None);
+        }
+        let of_vector = self.vectors.iter().find_map(|vector| {
+            let axis = name.strip_prefix(vector)?.strip_suffix("_mm")?;
+            Some((vector, ["_x", "_y", "_z"].iter().position(|component| axis == *component)?))
+        });
+        Ok(match of_vector {
+            Some((vector, 0)) => {
+                let vectors = rows.iter().map(|row| [0, 1, 2].map(|axis| number(&row[index + axis]))).collect();
+                Some((format!("{vector}_vector_mm"), Values::Vectors(vectors)))
+            }
+            Some(_) => None,
+            None => Some((name.into(), Values::Scalars(rows.iter().map(|row| number(&row[index])).collect()))),
+        })
+    }
+}
+
+/// A cell's number, NaN if it is missing.
+fn number(cell: &Cell) -> f64 {
+    match cell {
+        Cell::Number(number) => *number,
+        Cell::Count(count) => *count as f64,
+        Cell::Missing | Cell::Text(_) => f64::NAN,
+    }
+}
+
+fn status_number(cell: &Cell) -> io::Result<i32> {
+    let place = |word: &String| STATUS.iter().position(|status| status == word);
+    let found = if let Cell::Text(word) = cell { place(word) } else { None };
+    let number = found.and_then(|place| i32::try_from(place).ok());
+    number.ok_or_else(|| io::Error::other(format!("status {cell:?} has no number in images")))
+}
+
+#[cfg(all(test, feature = "vtk"))]
+mod tests {
+    use nalgebra::Vector3;
+    use vtkio::model::{Attribute, DataSet, Extent, IOBuffer, Piece, Vtk};
+
+    use super::{
+        super::table::{numbers, texts},
+        *,
+    };
+
+    const LAYER: Layer = Layer { table: "map", keys: &["source"], vectors: &["deflection"] };
+
+    /// A map on 3 × 2 × 1 points with two sources; the second point is out of reach.
+    fn map(status: &str) -> (Image, Vec<(String, Table)>) {
+        let grid = Grid::new(Vector3::new(-73.65, 0.0, 5.0), Vector3::new(26.35, 10.0, 15.0), [3, 2, 1]);
+        let quantities = ["deflection_mm", "deflection_x_mm", "deflection_y_mm", "deflection_z_mm", "departure_mm"];
+        let columns =
+            [numbers(["x_mm", "y_mm", "z_mm"]), texts(["source", "status", "reason"]), numbers(quantities)].concat();
+        let row = |index: usize, source: &str| {
+            let mut row: Row = grid.position(index).iter().map(|v| Cell::from(*v)).collect();
+            row.push(source.into());
+            if index == 1 {
+                row.extend([status.into(), "too far".into()]);
+                row.resize(11, Cell::Missing);
+                return row;
+            }
+            row.extend(["solved".into(), Cell::Missing]);
+            row.extend([1.0 / 3.0, 0.1, 0.2, 0.3].map(|v| Cell::from(v * index as f64)));
+            row.push((source == "both").then_some(0.25).into());
+            row
+        };
+        let rows: Vec<Row> = (0..6).flat_map(|index| ["cutting", "both"].map(|source| row(index, source))).collect();
+        (Image { grid, layers: vec![LAYER] }, vec![("map".into(), Table::new(columns, rows))])
+    }
+
+    #[test]
+    fn an_image_is_read_back_as_it_was() {
+        let (image, tables) = map("unreachable");
+        let (bytes, description) = image.vti(&tables).unwrap();
+        assert_eq!(bytes, image.vti(&tables).unwrap().0);
+        let read = Vtk::parse_xml(bytes.as_slice()).unwrap();
+        let DataSet::ImageData { extent, origin, spacing, pieces, .. } = read.data else { panic!("image data") };
+        assert_eq!(extent, Extent::Ranges([0..=2, 0..=1, 0..=0]));
+        assert_eq!((origin, spacing), ([-73.65, 0.0, 10.0], [50.0, 10.0, 1.0]));
+        let [Piece::Inline(piece)] = pieces.as_slice() else { panic!("one piece") };
+        let array = |name: &str| {
+            let arrays = piece.data.point.iter().filter_map(|attribute| match attribute {
+                Attribute::DataArray(array) => Some(array),
+                Attribute::Field { .. } => None,
+            });
+            arrays.into_iter().find(|array| array.name == name).map(|array| array.data.clone())
+        };
+        assert_eq!(array("both/status"), Some(IOBuffer::I32(vec![0, 1, 0, 0, 0, 0])));
+        let Some(IOBuffer::F64(lengths)) = array("both/deflection_mm") else { panic!("an array of numbers") };
+        let is_expected = |(index, length): (usize, &f64)| match index {
+            1 => length.is_nan(),
+            _ => *length == 1.0 / 3.0 * index as f64,
+        };
+        assert!(lengths.len() == 6 && lengths.iter().enumerate().all(is_expected), "{lengths:?}");
+        let Some(IOBuffer::F64(vectors)) = array("cutting/deflection_vector_mm") else { panic!("an array of vectors") };
+        assert_eq!(vectors[15..], [0.5, 1.0, 1.5]);
+        assert_eq!(array("cutting/departure_mm"), None, "an array without any number");
+        let named: Vec<&str> =
+            description["arrays"].as_array().unwrap().iter().map(|array| array["name"].as_str().unwrap()).collect();
+        assert_eq!((named[0], named[named.len() - 1]), ("cutting/deflection_mm", "position_mm"));
+        assert_eq!(description["status"]["unreachable"], 1);
+    }
+
+    #[test]
+    fn an_unknown_status_and_a_table_of_another_grid_are_faults() {
+        let (image, tables) = map("tired");
+        let fault = image.vti(&tables).unwrap_err().to_string();
+        assert!(fault.contains("tired"), "{fault}");
+        let (mut image, tables) = map("unreachable");
+        image.grid.axes[2] = (0..7).map(f64::from).collect();
+        let fault = image.vti(&tables).unwrap_err().to_string();
+        assert_eq!(fault, "map: 12 rows for 42 points");
+    }
+}

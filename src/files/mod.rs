@@ -1,0 +1,23 @@
+//! What is left in files: tables in every format, written whole or not at all, with a manifest; and the words of both.
+
+pub mod exchange;
+mod manifest;
+mod prepared;
+mod recorded;
+mod replace;
+pub(crate) mod table;
+pub mod text_table;
+pub(crate) mod visible;
+pub(crate) mod words;
+pub(crate) mod write;
+
+pub use manifest::{Manifest, StatusCount};
+pub use prepared::PreparedFolder;
+pub use recorded::Recorded;
+pub use replace::{Foreign, may_replace};
+pub use visible::{visible, visible_json};
+pub use words::{counted, if_any, millimetres, millimetres_in_table};
+pub use write::{OutputFile, prepare, prepare_beside, remove, staging, write_all, write_beside};
+pub(crate) use write::{clean, publish, staging_beside, temporary_file};
+
+pub(crate) use crate::input::check::file_stem;

@@ -1,0 +1,291 @@
+//! Findings about a machine, for reading.
+
+use nalgebra::{Matrix6, Vector3, Vector6};
+
+use crate::{
+    files::{
+        table::shown_positions,
+        words::{counted, typographic},
+    },
+    inspect::machine_check::{Droop, Findings, Payload, Softest, Span, Survey},
+    machine::{Clearance, Drive, Geometry, Machine, ToolAxisSource, UnknownStiffness},
+};
+
+/// The findings as text.
+pub fn machine_text(machine: &Machine, findings: &Findings) -> String {
+    let mut text = rigid_text(machine, findings);
+    text += &stiffness_text(machine, findings);
+    text += &survey_text(findings);
+    text += &shares_text(machine, findings);
+    text + &provenance_text(machine) + &warnings_text(findings)
+}
+
+/// The findings about a machine of which only the geometry is known, as text.
+pub fn geometry_text(geometry: &Geometry, findings: &Findings) -> String {
+    let unknown: Vec<&str> = geometry.unknown().iter().map(|UnknownStiffness { drive, .. }| drive.as_str()).collect();
+    let mut text = rigid_text(geometry.kinematics(), findings);
+    text += &format!("  stiffness          unknown of {}: how far the tool moves cannot be said\n", unknown.join(", "));
+    text + &provenance_text(geometry.kinematics()) + &warnings_text(findings)
+}
+
+/// Where the tool's compliance comes from, at home and where it is softest.
+fn shares_text(machine: &Machine, findings: &Findings) -> String {
+    let softest = findings.survey.as_ref().and_then(|survey| survey.softest.as_ref());
+    let title = match &machine.carrier {
+        Some(_) => "where its compliance from the workpiece is",
+        None => "where the tool's compliance comes from",
+    };
+    if findings.compliance_shares.is_empty() {
+        return String::new();
+    }
+    let mut text = match softest {
+        Some(_) => format!("  {title:<42} at home   softest\n"),
+        None => format!("  {title:<42} at home\n"),
+    };
+    for (i, (name, share)) in findings.compliance_shares.iter().enumerate() {
+        let there = softest.and_then(|place| place.compliance_shares.get(i));
+        let there = there.map_or_else(String::new, |(_, share)| format!(" {:>7.3} %", share * 100.0));
+        text += &format!("    {name:<38} {:>7.3} %{there}\n", share * 100.0);
+    }
+    text
+}
+
+/// What is found over the workspace.
+fn survey_text(findings: &Findings) -> String {
+    let Some(Survey { counts: [nx, ny, nz], reached, softest, droop, payload }) = &findings.survey else {
+        return String::new();
+    };
+    let mut text = format!("  over the workspace {reached} of {} places reached ({nx} x {ny} x {nz})\n", nx * ny * nz);
+    if let Some(Softest { position_mm, tool_stiffness_n_per_mm: [least, ..], .. }) = softest {
+        text += &format!("    softest          {least:.1} N/mm {}\n", place(position_mm));
+    }
+    if let Some(Droop { range_mm: [least, largest], position_mm, .. }) = droop
+        && least.is_finite()
+    {
+        text += &format!(
+            "    droop by weight  {least:.3} to {largest:.3} mm of the tool tip from the rigid machine, most {}\n",
+            place(position_mm)
+        );
+    }
+    text += &match payload {
+        Some(Payload { kilograms, drive, position_mm }) => format!(
+            "    payload          {kilograms:.1} kg at the tool tip, at rest, beside its own weight: {drive} is then at its limit {}\n",
+            place(position_mm)
+        ),
+        None if *reached == 0 => String::new(),
+        None => "    payload          not told: no drive with a force or torque limit carries it\n".into(),
+    };
+    text
+}
+
+/// A place, rounded.
+fn place(position: &Vector3<f64>) -> String {
+    let [x, y, z]: [f64; 3] = position.map(|v| (v * 10.0).round() / 10.0 + 0.0).into();
+    format!("at ({x}, {y}, {z}) mm")
+}
+
+/// How far the tool goes from home, along the axes that are controlled.
+fn spans_text(findings: &Findings) -> String {
+    let end = |value: f64| if value.is_finite() { format!("{:+.1}", value + 0.0) } else { "without end".into() };
+    let along = |(axis, span): (&str, &Option<Span>)| {
+        span.as_ref().map(|[back, forth]| format!("{axis} {} to {}", end(*back), end(*forth)))
+    };
+    let spans: Vec<String> = ["x", "y", "z"].into_iter().zip(&findings.spans).filter_map(along).collect();
+    if spans.is_empty() {
+        return String::new();
+    }
+    format!("  from home          {} mm, one axis at a time, oriented as at home\n", spans.join(", "))
+}
+
+fn provenance_text(machine: &Machine) -> String {
+    let told = machine.provenance.iter();
+    let lines: String = told
+        .map(|told| format!("    {:<11} {}\n                {}\n", told.grade.label(), told.what, told.source))
+        .collect();
+    if lines.is_empty() { lines } else { format!("  where its numbers come from\n{lines}") }
+}
+
+fn warnings_text(findings: &Findings) -> String {
+    let warnings: String = findings.warnings.iter().map(|warning| format!("warning: {warning}\n")).collect();
+    if warnings.is_empty() { "no warnings\n".into() } else { warnings }
+}
+
+/// What does not depend on stiffness.
+fn rigid_text(machine: &Machine, findings: &Findings) -> String {
+    let mobility = &findings.mobility;
+    let mut text = format!("{} — {}\n", machine.name, machine.title);
+    text += &format!(
+        "  chains             {} ({}), {}\n",
+        machine.chains.len(),
+        machine.chains.iter().map(|chain| chain.name.as_str()).collect::<Vec<_>>().join(", "),
+        counted(machine.drive_count(), "drive")
+    );
+    text += &format!(
+        "  mobility           {} ({} of the platform), over-constraint {}, left with drives locked {}\n",
+        mobility.mechanism, mobility.platform, mobility.over_constraint, mobility.uncontrolled
+    );
+    if machine.redundancy > 0 {
+        text += &format!(
+            "  redundant          by {}: {} for {}; the drives stand as near to home as the task allows \
+             (least squares, hinges at {:.0} mm){}\n",
+            machine.redundancy,
+            counted(machine.drive_count(), "drive"),
+            counted(machine.controls.len(), "controlled coordinate"),
+            machine.reach,
+            if mobility.platform > machine.controls.len() { ", and the platform's other motions follow" } else { "" }
+        );
+    }
+    if let Some(carrier) = &machine.carrier {
+        let [x, y, z]: [f64; 3] = carrier.home.pose.translation.map(|v| (v * 1e3).round() / 1e3 + 0.0).into();
+        text += &format!(
+            "  workpiece carrier  {}, {} ({}), W at ({x}, {y}, {z}) mm of the base\n",
+            carrier.name,
+            counted(carrier.drive_count(), "drive"),
+            position_list(carrier, &carrier.home.drives)
+        );
+    }
+    text += &format!("  drives at home     {}\n", position_list(machine, &findings.home_drives));
+    text += &format!("  reach at home      {:.1} mm\n", machine.reach);
+    text += &format!(
+        "  tool axis          {} of the platform, {} of the base at home, from the spindle to the tip{}\n",
+        direction(machine.tool_axes.column(2).into()),
+        direction((machine.home.pose.rotation * machine.tool_axes).column(2).into()),
+        tool_axis_words(machine.tool_axis_source)
+    );
+    text += &spans_text(findings);
+    let failures = findings.reached.iter().filter(|(_, _, reached)| reached.is_err()).count();
+    text += &format!(
+        "  places reached     {} of {} (home, named points, workspace corners)\n",
+        findings.reached.len() - failures,
+        findings.reached.len()
+    );
+    text += &format!(
+        "  round trip         {:.1e} mm, {:.1e} rad (forward after inverse kinematics, largest)\n",
+        findings.round_trip.0, findings.round_trip.1
+    );
+    text += &format!("  singularity        {}\n", conditioning_words(findings.conditioning));
+    text + &branches_text(machine, findings)
+}
+
+/// A distance to singularity, with what it is.
+pub(crate) fn conditioning_words(conditioning: f64) -> String {
+    format!("{conditioning:.4} away: inverse condition number of the Jacobian, 0 where singular")
+}
+
+/// How far an arm is from changing its branch.
+pub(crate) fn clearance_words(clearance: &Clearance) -> String {
+    let Clearance { shoulder_mm, elbow_deg, wrist_deg } = clearance;
+    let side = if *shoulder_mm < 0.0 { "behind" } else { "ahead of" };
+    format!(
+        "wrist centre {:.1} mm {side} axis 1, elbow bent by {elbow_deg:.1}°, wrist by {wrist_deg:.1}°",
+        shoulder_mm.abs()
+    )
+}
+
+/// How an arm would stand at home on each branch.
+fn branches_text(machine: &Machine, findings: &Findings) -> String {
+    let Some(clearance) = &findings.clearance else { return String::new() };
+    let own = machine.branch_of(&machine.home);
+    let mut text = format!("  at home            {}\n", clearance_words(clearance));
+    text += "  branches at home\n";
+    for (branch, posture) in &findings.branches {
+        let mark = if own == Some(*branch) { " (home)" } else { "" };
+        let words = match posture {
+            None => "not reached".into(),
+            Some(posture) => {
+                let limits = match &posture.limits {
+                    Ok(()) => "within travel".into(),
+                    Err(limit) => limit.to_string(),
+                };
+                format!("{}: {limits}{mark}", position_list(machine, &posture.at.drives))
+            }
+        };
+        text += &format!("    {branch:<18} {words}\n");
+    }
+    text
+}
+
+/// Positions of the drives with their units.
+fn position_list(machine: &Machine, drives: &[f64]) -> String {
+    let shown = |(rho, (_, drive)): (f64, (usize, &Drive))| drive.motion.position_words(rho);
+    shown_positions(machine, drives).into_iter().zip(machine.drives()).map(shown).collect::<Vec<_>>().join(", ")
+}
+
+/// How a tool axis was found that the machine file does not give, in brackets.
+pub(crate) fn tool_axis_words(source: ToolAxisSource) -> &'static str {
+    match source {
+        ToolAxisSource::Given => "",
+        ToolAxisSource::TowardsTip => " (assumed: from P to the tool tip)",
+        ToolAxisSource::PlatformZ => " (assumed: z of the platform, as the tool tip is P)",
+    }
+}
+
+/// The tool axis at home and the signs of forces about it, for pages.
+pub(crate) fn tool_axis_fact(machine: &Machine) -> String {
+    format!(
+        "{} of the base at home, from the spindle to the tip{}; radial pushes the tool along φ, tangential along φ + 90°, \
+         negative axial into the spindle",
+        typographic(&direction((machine.home.pose.rotation * machine.tool_axes).column(2).into())),
+        tool_axis_words(machine.tool_axis_source)
+    )
+}
+
+/// Rounded components of a unit vector, without a minus sign before zero.
+fn direction(v: Vector3<f64>) -> String {
+    let [x, y, z]: [f64; 3] = v.map(|c| (c * 1e3).round() / 1e3 + 0.0).into();
+    format!("({x}, {y}, {z})")
+}
+
+fn stiffness_text(machine: &Machine, findings: &Findings) -> String {
+    let mut text = String::new();
+    match findings.tool_stiffness {
+        Some(principal) => {
+            let shown = principal.map(|k| if k.is_infinite() { "rigid".into() } else { format!("{k:.1}") });
+            let without = if machine.has_weight() { ", without weight" } else { "" };
+            text += &format!(
+                "  tool stiffness     {} N/mm (principal, of the tool tip, at home{without})\n",
+                shown.join(", ")
+            );
+        }
+        None => text += "  tool stiffness     none: the platform is free or unstable at home\n",
+    }
+    match (&findings.stiffness, &findings.compliance) {
+        (Some(stiffness), _) => {
+            text += "  K_C at home        N/mm, N; N, N·mm/rad\n";
+            text += &matrix_text(stiffness, 1e-6);
+        }
+        (None, Some(compliance)) => {
+            let (wrenches, chains) = &findings.rigid;
+            let cause = match chains.as_slice() {
+                [] => String::new(),
+                [chain] => format!(" by chain {chain}"),
+                chains => format!(" by chains {}", chains.join(", ")),
+            };
+            text += &format!("  K_C at home        none: rigid in {} of 6 directions{cause}\n", wrenches.len());
+            for wrench in wrenches {
+                text += &format!("    no motion by     {} at P\n", wrench_text(wrench));
+            }
+            text += "  compliance at home mm/N, mm/(N·mm); rad/N, rad/(N·mm) at P\n";
+            text += &matrix_text(compliance, 1e-12 * compliance.amax());
+        }
+        (None, None) => text += "  K_C at home        none: the platform is free or unstable at home\n",
+    }
+    text
+}
+
+/// Rows of a matrix; entries below `least` are zero.
+fn matrix_text(matrix: &Matrix6<f64>, least: f64) -> String {
+    let rows = matrix.row_iter().map(|row| {
+        let cells: Vec<String> =
+            row.iter().map(|v| format!("{:>12.4e}", if v.abs() < least { 0.0 } else { *v })).collect();
+        format!("    {}\n", cells.join(" "))
+    });
+    rows.collect()
+}
+
+/// A wrench by its components.
+fn wrench_text(wrench: &Vector6<f64>) -> String {
+    let names = ["N along x", "N along y", "N along z", "N·mm about x", "N·mm about y", "N·mm about z"];
+    let parts = wrench.iter().zip(names).filter(|(value, _)| **value != 0.0);
+    parts.map(|(value, name)| format!("{} {name}", (value * 1e3).round() / 1e3)).collect::<Vec<_>>().join(" with ")
+}

@@ -1,0 +1,396 @@
+//! One location, for reading and for programs.
+
+use nalgebra::{Matrix6, Vector3};
+use serde_json::{Map, Value, json};
+
+use crate::{
+    answer::cautions,
+    files::{
+        table::{shown_positions, tidy_degrees},
+        text_table::text_table,
+        words::{counted, millimetres, signed},
+    },
+    inspect::{
+        machine_check::report::{clearance_words, conditioning_words, tool_axis_words},
+        point::{PointAnswer, PointLoad, PointQuestion},
+    },
+    machine::{Drive, Machine, Motion, Unreachable},
+    simulation::{Failure, status_of},
+    spatial::rotation_log,
+    statics::Status,
+};
+
+fn rows(matrix: &Matrix6<f64>) -> Vec<Vec<f64>> {
+    matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
+}
+
+fn array(vector: Vector3<f64>) -> [f64; 3] {
+    vector.into()
+}
+
+fn change(answer: &PointAnswer) -> Option<Vec<f64>> {
+    let compensated = answer.compensated.as_ref().ok()?;
+    Some(compensated.drives.iter().zip(&answer.nominal.drives).map(|(after, before)| after - before).collect())
+}
+
+fn tool_displacement(answer: &PointAnswer) -> Option<Vector3<f64>> {
+    let zero = answer.zero.as_ref().ok()?;
+    Some(answer.question.machine.tool_displacement(zero, &answer.loaded.pose))
+}
+
+/// Force on the tool in axes of the tool frame T, N. That of milling is eq. (17) itself, without the rounding of its way
+/// through O.
+fn force_on_tool(answer: &PointAnswer) -> Vector3<f64> {
+    match answer.question.load {
+        PointLoad::Milling(force, phi) => force.force(phi),
+        PointLoad::Wrench(_) => answer.tool.rotation.tr_mul(&answer.wrench.force),
+    }
+}
+
+/// Version of the object of [`point_json`]. In 1, keys of hinges had the units of slides; in 2, `chain_errors_deg` was called
+/// `assembly_deg`.
+const SCHEMA: u32 = 3;
+
+/// What a drive is and in which units its values are; lists of drive values have this order.
+fn drives(machine: &Machine) -> Vec<Value> {
+    let described = |(label, (chain, drive)): (String, (usize, &Drive))| {
+        json!({
+            "label": label,
+            "chain": machine.chains[chain].name,
+            "motion": drive.motion.label(),
+            "position_unit": drive.motion.position_unit(),
+            "force_unit": drive.motion.force_unit(),
+        })
+    };
+    machine.drive_labels().into_iter().zip(machine.drives()).map(described).collect()
+}
+
+/// Drive values under a key for each kind of drive of the machine, with null for drives of the other kind.
+fn by_kind(machine: &Machine, key: impl Fn(Motion) -> String, values: Option<Vec<f64>>) -> Map<String, Value> {
+    let of = |kind: Motion| {
+        let own = |values: &Vec<f64>| -> Value {
+            let drives = values.iter().zip(machine.drives());
+            drives.map(|(value, (_, drive))| (drive.motion == kind).then_some(*value)).collect()
+        };
+        (key(kind), values.as_ref().map_or(Value::Null, own))
+    };
+    machine.drive_kinds().map(of).collect()
+}
+
+/// `KEY_mm` of slides and `KEY_deg` of hinges, from mm and rad.
+fn positions(machine: &Machine, key: &str, values: Option<&[f64]>) -> Map<String, Value> {
+    let shown = values.map(|values| shown_positions(machine, values));
+    by_kind(machine, |kind| format!("{key}_{}", kind.position_unit()), shown)
+}
+
+/// `PREFIXactuator_force_N` of slides and `PREFIXactuator_torque_Nmm` of hinges.
+fn forces(machine: &Machine, prefix: &str, values: Option<Vec<f64>>) -> Map<String, Value> {
+    by_kind(machine, |kind| format!("{prefix}actuator_{}_{}", kind.force_word(), kind.force_unit()), values)
+}
+
+/// What is known of a location before anything is solved there; every other quantity of [`point_json`] is null.
+fn blank(question: &PointQuestion, chain_errors_deg: &[f64]) -> Map<String, Value> {
+    let machine = &question.machine;
+    let phi_deg = match question.load {
+        PointLoad::Milling(_, phi) => Some(tidy_degrees(phi.to_degrees())),
+        PointLoad::Wrench(_) => None,
+    };
+    let mut object = Map::new();
+    object.insert("schema".into(), json!(SCHEMA));
+    object.insert("drives".into(), json!(drives(machine)));
+    object.insert("position_mm".into(), json!(question.place.position().map(array)));
+    object.insert("zeroed".into(), json!(machine.own_forces().map(|_| machine.zeroed.label())));
+    let held: Map<String, Value> =
+        machine.held_drives().into_iter().map(|(label, value, _)| (label, json!(value))).collect();
+    if !held.is_empty() {
+        object.insert("held".into(), held.into());
+    }
+    object.insert("phi_deg".into(), json!(phi_deg));
+    object.insert("chain_errors_deg".into(), json!(chain_errors_deg));
+    for key in [
+        "branch",
+        "clearance",
+        "conditioning",
+        "tool_axis",
+        "force_tool_frame_N",
+        "wrench_N_Nmm",
+        "platform_mm",
+        "platform_rotvec_rad",
+        "platform_turn_rad",
+        "tool_displacement_mm",
+        "tool_displacement_by_weight_mm",
+        "tool_play_mm",
+        "chain_wrench_N_Nmm",
+        "stiffness_unloaded",
+        "stiffness_loaded",
+        "compensated_rotvec_rad",
+        "tip_error_after_compensation_mm",
+        "tip_error_after_compensation_norm_mm",
+        "residual",
+    ] {
+        object.insert(key.into(), Value::Null);
+    }
+    for key in ["rho_nominal", "rho_compensated", "delta_rho"] {
+        object.append(&mut positions(machine, key, None));
+    }
+    for prefix in ["", "compensated_"] {
+        object.append(&mut forces(machine, prefix, None));
+    }
+    object
+}
+
+/// The object of [`point_json`] for a location that the machine cannot reach: every quantity is null.
+pub fn unreachable_json(question: &PointQuestion, chain_errors_deg: &[f64], unreachable: &Unreachable) -> Value {
+    let mut object = blank(question, chain_errors_deg);
+    let unreachable = Failure::from(unreachable.clone());
+    for key in ["status", "compensation_status"] {
+        object.insert(key.into(), json!(unreachable.status));
+    }
+    for key in ["reason", "compensation_reason"] {
+        object.insert(key.into(), json!(unreachable.reason));
+    }
+    object.insert("iterations".into(), json!(0));
+    object.into()
+}
+
+/// One object with the keys of `tests/reference/orthoglide.json`, where drives are slides, and `schema`, `drives`,
+/// `status`, `reason`, `iterations`, `residual` and what is left after compensation; `tool_axis`, the direction from the
+/// spindle to the tool tip in O axes, and `force_tool_frame_N`, the force in axes of the tool frame; `conditioning`
+/// ([`Machine::conditioning`]) and, of arms, `branch` and `clearance` ([`Machine::clearance`]).
+///
+/// Keys of drive values end with their unit: `_mm` and `_N` of slides, `_deg` and `_Nmm` of hinges (`actuator_torque_Nmm`).
+/// A machine with both has both, each with null where a drive is of the other kind. `chain_errors_deg` is passed through. Keys
+/// whose quantity does not exist in this outcome are null.
+pub fn point_json(answer: &PointAnswer, chain_errors_deg: &[f64]) -> Value {
+    let (machine, loaded) = (&answer.question.machine, &answer.loaded);
+    let mut object = blank(&answer.question, chain_errors_deg);
+    let is_solved = loaded.status == Status::Solved;
+    for (key, value) in [
+        ("tool_axis", json!(array(answer.tool.rotation.column(2).into()))),
+        ("branch", json!(answer.branch.map(|(branch, _)| branch.label()))),
+        ("clearance", json!(answer.branch.map(|(_, clearance)| clearance))),
+        ("conditioning", json!(answer.conditioning)),
+        ("force_tool_frame_N", json!(array(force_on_tool(answer)))),
+        ("wrench_N_Nmm", json!(answer.wrench.to_array())),
+        ("stiffness_unloaded", json!(answer.stiffness_unloaded.as_ref().map(rows))),
+        ("stiffness_loaded", json!(loaded.stiffness.as_ref().map(rows))),
+        ("status", json!(loaded.status.label())),
+        ("reason", json!((!is_solved).then(|| loaded.status.reason(machine)))),
+        ("compensation_status", json!(status_of(&answer.compensated))),
+        ("compensation_reason", json!(answer.compensated.as_ref().err().map(|failure| &failure.reason))),
+        ("iterations", json!(loaded.iterations)),
+        ("residual", json!(loaded.residual)),
+    ] {
+        object.insert(key.into(), value);
+    }
+    object.append(&mut positions(machine, "rho_nominal", Some(&answer.nominal.drives)));
+    object["position_mm"] = json!(array(answer.nominal.pose.translation));
+    object["tool_displacement_by_weight_mm"] =
+        json!(answer.by_weight.as_ref().and_then(|d| Some(array(*d.as_ref().ok()?))));
+    if loaded.status.is_equilibrium() {
+        object["platform_mm"] = json!(array(loaded.pose.translation));
+        object["platform_rotvec_rad"] = json!(array(rotation_log(&loaded.pose.rotation)));
+        let turn = rotation_log(&(loaded.pose.rotation * answer.nominal.pose.rotation.transpose()));
+        object["platform_turn_rad"] = json!(array(turn));
+        object["tool_displacement_mm"] = json!(tool_displacement(answer).map(array));
+        object["tool_play_mm"] = json!(loaded.tool_play.map(array));
+        object.append(&mut forces(machine, "", Some(loaded.drive_forces())));
+        let wrenches: Vec<[f64; 6]> = loaded.chains.iter().map(|chain| chain.wrench.to_array()).collect();
+        object["chain_wrench_N_Nmm"] = json!(wrenches);
+    }
+    if let (Ok(compensated), Some(change)) = (&answer.compensated, change(answer)) {
+        let zero = answer.zero.as_ref().unwrap_or(&answer.nominal.pose);
+        let left = machine.tool_displacement(zero, &compensated.solution.pose);
+        object.append(&mut positions(machine, "rho_compensated", Some(&compensated.drives)));
+        object.append(&mut positions(machine, "delta_rho", Some(&change)));
+        object.append(&mut forces(machine, "compensated_", Some(compensated.solution.drive_forces())));
+        object["compensated_rotvec_rad"] = json!(array(rotation_log(&compensated.solution.pose.rotation)));
+        object["tip_error_after_compensation_mm"] = json!(array(left));
+        object["tip_error_after_compensation_norm_mm"] = json!(left.norm());
+    }
+    object.into()
+}
+
+/// A rounded number, without a minus sign before zero.
+fn rounded(value: f64, decimals: usize) -> String {
+    let unit = 10f64.powi(decimals as i32);
+    format!("{:.decimals$}", (value * unit).round() / unit + 0.0)
+}
+
+/// Rounded components.
+fn triple(v: Vector3<f64>, decimals: usize) -> String {
+    let [x, y, z]: [String; 3] = v.map(|c| rounded(c, decimals)).into();
+    format!("({x}, {y}, {z})")
+}
+
+/// What was asked, and all that was found.
+fn details(answer: &PointAnswer) -> String {
+    let (machine, loaded) = (&answer.question.machine, &answer.loaded);
+    let wrench = answer.wrench;
+    let mut text = format!("{}\n", machine.title);
+    let commanded = answer.question.place.position().unwrap_or(answer.nominal.pose.translation);
+    text += &format!("  commanded position of P   {} mm\n", triple(commanded, 3));
+    if let Some(outside) = machine.outside_workspace(commanded) {
+        text += &format!("  outside the workspace     {outside}\n");
+    }
+    for sentence in cautions::zeroed(machine).lines() {
+        text += &format!("  zero                      {sentence}\n");
+    }
+    for sentence in cautions::carried(machine).lines() {
+        let what = if machine.carrier.is_some() { "workpiece" } else { "drives" };
+        text += &format!("  {what:<25} {sentence}\n");
+    }
+    for sentence in cautions::large_errors(machine, &answer.question.errors).lines() {
+        text += &format!("  large error               {sentence}\n");
+    }
+    text += &format!(
+        "  tool axis                 {} in base axes, from the spindle to the tip{}\n",
+        triple(answer.tool.rotation.column(2).into(), 3),
+        tool_axis_words(machine.tool_axis_source)
+    );
+    text += &format!("  singularity               {}\n", conditioning_words(answer.conditioning));
+    if let Some((branch, clearance)) = &answer.branch {
+        text += &format!("  branch                    {branch}: {}\n", clearance_words(clearance));
+    }
+    if let PointLoad::Milling(force, phi) = answer.question.load {
+        text += &format!("  tool angle                {:.1}°\n", phi.to_degrees());
+        text += &format!(
+            "  milling force             radial {} N along φ, tangential {} N along φ + 90°, axial {} N {}\n",
+            force.radial,
+            force.tangential,
+            force.axial,
+            if force.axial < 0.0 { "(into the spindle)" } else { "(out of the spindle)" }
+        );
+        text += &format!(
+            "  eq. (17) {:<16} {} N along x, y, z of the tool\n",
+            force.law.label(),
+            triple(force_on_tool(answer), 1)
+        );
+    }
+    text += &format!(
+        "  load at P                 force {} N, moment {} N·mm\n",
+        triple(wrench.force, 1),
+        triple(wrench.moment, 0)
+    );
+    text +=
+        &format!("  equilibrium               {}, {}", loaded.status.label(), counted(loaded.iterations, "iteration"));
+    if loaded.residual.is_finite() {
+        text += &format!(", residual {:.1e}", loaded.residual);
+    }
+    text.push('\n');
+    if loaded.status != Status::Solved {
+        text += &format!("  reason                    {}\n", loaded.status.reason(machine));
+    }
+    if !loaded.status.is_equilibrium() {
+        return text;
+    }
+    match (&answer.zero, tool_displacement(answer)) {
+        (_, Some(moved)) => {
+            text += &format!("  tool displacement         {:.4} mm = {} mm\n", moved.norm(), triple(moved, 4));
+        }
+        (zero, _) => {
+            let reason = zero.as_ref().err().map_or("", |failure| &failure.reason);
+            text += &format!("  tool displacement         unknown: {reason}\n");
+        }
+    }
+    match &answer.by_weight {
+        Some(Ok(sunk)) => {
+            text += &format!("  by weight, of rigid model {:.4} mm = {} mm\n", sunk.norm(), triple(*sunk, 4));
+        }
+        Some(Err(failure)) => text += &format!("  by weight                 unknown: {}\n", failure.reason),
+        None => {}
+    }
+    if let Some(play) = loaded.tool_play {
+        text +=
+            &format!("  play at the tool          ±{} mm by backlash and friction of the drives\n", triple(play, 4));
+    }
+    if let Ok(zero) = &answer.zero {
+        let turn = rotation_log(&(loaded.pose.rotation * zero.rotation.transpose()));
+        let what = if machine.tool_compliance.is_some() { "P, as the tool has it" } else { "platform displacement" };
+        text += &format!(
+            "  {what:<25} {} mm, rotation {} mrad\n",
+            triple(loaded.pose.translation - zero.translation, 4),
+            triple(turn * 1e3, 3)
+        );
+    }
+    if let Some([least, middle, most]) = answer.tool_stiffness {
+        let [least, middle, most] = [least, middle, most].map(|stiffness| match stiffness.is_finite() {
+            true => format!("{stiffness:.1}"),
+            false => "rigid".into(),
+        });
+        text += &format!("  tool stiffness            {least}, {middle}, {most} N/mm (principal, of the tool tip)\n");
+    }
+    text
+}
+
+/// What happens and what to command instead, in a sentence.
+fn answer_text(answer: &PointAnswer) -> String {
+    let machine = &answer.question.machine;
+    let Some(moved) = tool_displacement(answer).filter(|_| answer.loaded.status.is_equilibrium()) else {
+        return format!("How far the tool moves is unknown: {}.\n", answer.loaded.status.reason(machine));
+    };
+    let mut text = format!("The tool moves by {}", millimetres(moved.norm(), 4));
+    let Some(change) = change(answer) else { return text + "; there is no correction.\n" };
+    let shown = shown_positions(machine, &change);
+    let drives = machine.drive_labels().into_iter().zip(machine.drives()).zip(&shown);
+    let words: Vec<String> = drives
+        .map(|((label, (_, drive)), value)| {
+            let sign = if *value > 0.0 { "+" } else { "" };
+            format!("{label} {sign}{}{}", rounded(*value, 4), drive.motion.position_suffix())
+        })
+        .collect();
+    text += &signed(&format!("; to keep it there, command {}.\n", words.join(", ")));
+    text
+}
+
+/// A summary for reading: the answer, the drives, and what it rests on.
+pub fn point_text(answer: &PointAnswer) -> String {
+    let details = details(answer);
+    match answer.loaded.status.is_equilibrium() {
+        true => format!("{}\n{}\n{details}", answer_text(answer), drive_table(answer)),
+        false => format!("{}\n{details}", answer_text(answer)),
+    }
+}
+
+/// Drives: nominal and compensated commands, what they carry, internal force of their chains.
+fn drive_table(answer: &PointAnswer) -> String {
+    let machine = &answer.question.machine;
+    let load = machine.drive_kinds().map(Motion::force_word).collect::<Vec<_>>().join(" or ");
+    let [before, after] = ["before", "after"].map(|when| format!("{load} {when}"));
+    let mut table = text_table(["drive", "nominal ρ", "compensated ρ", "Δρ", &before, &after, "internal"], 1);
+    let nominal = shown_positions(machine, &answer.nominal.drives);
+    let after = answer.compensated.as_ref().ok();
+    let compensated = after.map(|after| shown_positions(machine, &after.drives));
+    let change = change(answer).map(|change| shown_positions(machine, &change));
+    let forces = answer.loaded.drive_forces();
+    let forces_after = after.map(|after| after.solution.drive_forces());
+    for (d, (label, (chain, drive))) in machine.drive_labels().into_iter().zip(machine.drives()).enumerate() {
+        let optional = |value: Option<&Vec<f64>>, decimals: usize, unit: &str| {
+            value.map_or_else(|| "–".into(), |v| format!("{}{unit}", rounded(v[d], decimals)))
+        };
+        let (unit, force_unit) = (drive.motion.position_suffix(), format!(" {}", drive.motion.shown_force_unit()));
+        let internal = answer.loaded.chains[chain].internal_wrench;
+        table.add_row([
+            label,
+            format!("{}{unit}", rounded(nominal[d], 4)),
+            optional(compensated.as_ref(), 4, unit),
+            optional(change.as_ref(), 4, unit),
+            format!("{}{force_unit}", rounded(forces[d], 1)),
+            optional(forces_after.as_ref(), 1, &force_unit),
+            internal.map_or_else(|| "–".into(), |w| format!("{:.1} N", w.force.norm())),
+        ]);
+    }
+    let mut text = format!("{table}\n");
+    for (d, (label, (_, drive))) in machine.drive_labels().into_iter().zip(machine.drives()).enumerate() {
+        let largest = forces_after.iter().map(|after| after[d].abs()).fold(forces[d].abs(), f64::max);
+        if let Some(limit) = drive.force_limit.filter(|limit| largest > *limit) {
+            let (word, unit) = (drive.motion.force_word(), drive.motion.shown_force_unit());
+            text +=
+                &format!("drive {label} is beyond its {word} limit: {largest:.1} {unit}, limit {limit:.1} {unit}\n");
+        }
+    }
+    if let Err(failure) = &answer.compensated {
+        text += &format!("not compensated: {}\n", failure.reason);
+    }
+    text
+}

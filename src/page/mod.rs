@@ -1,0 +1,92 @@
+//! The answer as one HTML file: everything a result folder says, readable without this program or a network.
+//!
+//! [`Description`] is what a run leaves beside its tables; [`ResultFolder`] reads both back; [`page()`] makes a report of one
+//! folder and [`comparison()`] of several.
+
+mod address;
+mod aligned;
+mod best_places;
+mod changes;
+mod check;
+mod columns;
+mod common;
+mod compared;
+mod comparison;
+mod dataset;
+mod description;
+mod explore;
+mod floors;
+mod folder;
+mod frame;
+pub mod headline;
+mod machine;
+mod nodes;
+mod packed;
+mod picture;
+mod point_command;
+mod ranking;
+mod record;
+mod sentences;
+mod side_by_side;
+mod single;
+mod table;
+mod template;
+mod terms;
+mod verdict;
+mod winners;
+mod wins;
+
+pub use comparison::comparison;
+pub use description::{
+    Better, Column, Description, Explorer, Fact, FigureNote, Group, GroupValue, Mark, Quantity, Section, Shape,
+    SmallTable, TableNote,
+};
+pub use explore::{ENGINE_SOURCES, ToTry, explore_page};
+pub use folder::ResultFolder;
+pub use machine::DeflectedPose;
+pub use machine::MachineDescription;
+pub(crate) use machine::error_facts;
+pub(crate) use single::{MACHINE_AT_HOME, WORST_ANGLE};
+pub use single::{page, page_with};
+
+use crate::files::table::{columns_of, correction_columns, force_columns, kind_word};
+use crate::machine::{Drive, Machine};
+
+/// Largest correction and largest force over the drives, of slides and of hinges.
+pub(crate) fn largest_of_drives(machine: &Machine) -> Vec<Quantity> {
+    let name = |kind, what: &str| match machine.has_mixed_drives() {
+        false => format!("largest drive {what}"),
+        true => format!("largest {what} of {}", kind_word(machine, kind)),
+    };
+    let corrections = machine.drive_kinds().map(|kind| {
+        let columns = columns_of(machine, kind, correction_columns(machine));
+        let words = format!("{} |Δρ|", name(kind, "correction"));
+        Quantity::new(columns, &words, kind.shown_position_unit(), Better::Smaller)
+    });
+    let forces = machine.drive_kinds().map(|kind| {
+        let columns = columns_of(machine, kind, force_columns(machine));
+        let words = format!("{} |τ|", name(kind, kind.force_word()));
+        Quantity::new(columns, &words, kind.shown_force_unit(), Better::Smaller)
+    });
+    corrections.chain(forces).collect()
+}
+
+/// Name of the page in a result folder.
+pub const PAGE: &str = "report.html";
+
+/// What a page says near its begin of the program that made it.
+pub const GENERATOR: &str = r#"<meta name="generator" content="kinetostat">"#;
+
+/// Correction and force of each drive.
+pub(crate) fn drive_quantities(machine: &Machine, better: Better) -> Vec<Quantity> {
+    let labels = machine.drive_labels();
+    let drives: Vec<(&String, &Drive)> = labels.iter().zip(machine.drives().map(|(_, drive)| drive)).collect();
+    let corrections = correction_columns(machine).zip(&drives).map(|(column, (label, drive))| {
+        Quantity::new([column], &format!("correction of drive {label}"), drive.motion.shown_position_unit(), better)
+    });
+    let forces = force_columns(machine).zip(&drives).map(|(column, (label, drive))| {
+        let words = format!("{} of drive {label}", drive.motion.force_word());
+        Quantity::new([column], &words, drive.motion.shown_force_unit(), better)
+    });
+    corrections.chain(forces).collect()
+}

@@ -1,0 +1,336 @@
+//! The report of one result folder.
+
+use std::{collections::BTreeMap, path::Path};
+
+use serde::Serialize;
+
+use super::{
+    address::href,
+    changes::recorded,
+    dataset::{Dataset, MOST_NUMBERS},
+    description::{Column, Description, Explorer, Fact, Mark, Quantity, Section, Shape},
+    explore::EngineView,
+    folder::ResultFolder,
+    packed::{Packed, Precision, data_address, script_json},
+    point_command::{PointCommand, point_commands},
+    record::{ReasonView, StatusView, count_reasons, facts, statuses},
+    table::TableView,
+    template::render,
+    terms::terms,
+};
+use crate::{
+    figures::{Colours, Figure, FigureError},
+    input::error::{Error, Result},
+    machine::{MassMark, Polyline},
+};
+
+/// Most reasons listed.
+const MOST_REASONS: usize = 20;
+
+/// What the template shows.
+#[derive(Debug, Serialize)]
+struct SinglePage<'a> {
+    description: &'a Description,
+    /// The picture of the first screen.
+    hero: Option<FigureView>,
+    terms: Vec<Fact>,
+    sections: Vec<SectionView<'a>>,
+    machine: FigureView,
+    /// What no section takes.
+    rest: Contents,
+    statuses: Vec<StatusView>,
+    reasons: Vec<ReasonView>,
+    more_reasons: usize,
+    manifest: Vec<Fact>,
+    engine: Option<EngineView>,
+}
+
+/// A part under a heading.
+#[derive(Debug, Serialize)]
+struct SectionView<'a> {
+    section: &'a Section,
+    contents: Contents,
+}
+
+/// What is shown in a part.
+#[derive(Debug, Default, Serialize)]
+struct Contents {
+    explorers: Vec<ExplorerView>,
+    figures: Vec<FigureView>,
+    tables: Vec<TableView>,
+}
+
+/// An image with its words.
+#[derive(Debug, Serialize)]
+pub(super) struct FigureView {
+    source: String,
+    caption: String,
+    alternative: String,
+    /// Where the figure lies as a file, if it does, and its data.
+    href: Option<String>,
+    png: Option<String>,
+    csv: Option<String>,
+    /// File name without extension.
+    #[serde(skip)]
+    stem: String,
+}
+
+/// An interactive view: its words, and its numbers for the script.
+#[derive(Debug, Serialize)]
+pub(super) struct ExplorerView {
+    pub title: String,
+    pub shape: Shape,
+    pub note: String,
+    pub json: String,
+    /// What its data is called on the page.
+    pub id: String,
+}
+
+/// What the script needs of an explorer.
+#[derive(Debug, Serialize)]
+struct ExplorerData<'a> {
+    shape: Shape,
+    title: &'a str,
+    colours: &'a str,
+    coordinates: &'a [Column],
+    axes: &'a [Vec<f64>],
+    names: &'a [String],
+    group_label: &'a str,
+    groups: Vec<&'a str>,
+    quantities: Vec<QuantityData<'a>>,
+    notes: &'a [String],
+    flags: &'a [Vec<(usize, usize)>],
+    marks: &'a [Mark],
+    /// What explains a point, by group.
+    commands: Vec<Option<PointCommand>>,
+    command_note: String,
+    /// What the engine of the page can be asked of each group; none where it has no such answer.
+    sources: Vec<String>,
+    /// Which quantity is the tool's angle.
+    phi: Option<usize>,
+    machine: Vec<&'a Polyline>,
+    springs: Vec<&'a Polyline>,
+    masses: Vec<&'a MassMark>,
+    /// From P to T, mm.
+    tool: [[f64; 3]; 2],
+}
+
+#[derive(Debug, Serialize)]
+struct QuantityData<'a> {
+    label: &'a str,
+    unit: &'a str,
+    series: Vec<Option<Packed>>,
+}
+
+/// The report of `folder` as HTML that lies at `out`.
+///
+/// # Errors
+/// A file of the folder is missing or not of the expected form.
+pub fn page(folder: &ResultFolder, out: &Path) -> Result<String> {
+    page_with(folder, &[], out)
+}
+
+/// As [`page`], with figures besides those of the folder, by name.
+///
+/// # Errors
+/// As [`page`].
+pub fn page_with(folder: &ResultFolder, besides: &[(String, Figure)], out: &Path) -> Result<String> {
+    let description = &folder.description;
+    let address = |name: &str| href(out, &folder.path.join(name));
+    let mut explorers = Vec::new();
+    let share = MOST_NUMBERS / description.explorers.len().max(1);
+    let keys = recorded(folder)?;
+    for explorer in &description.explorers {
+        let data = Dataset::read(explorer, &folder.table(&explorer.table)?, share)?;
+        explorers.push(explorer_view(explorer, &data, description, (&keys, explorers.len())));
+    }
+    let mut tables = Vec::new();
+    let mut reasons = Vec::new();
+    for note in &description.tables {
+        let table = folder.table(&note.file)?;
+        count_reasons(&note.file, &table, &mut reasons)?;
+        tables.push(TableView::new(&table, note, address(&note.file))?);
+    }
+    let more_reasons = reasons.len().saturating_sub(MOST_REASONS);
+    reasons.truncate(MOST_REASONS);
+    let mut figures = figures(folder, out)?;
+    for (stem, figure) in besides {
+        figures.push(FigureView { stem: stem.clone(), ..drawn(figure)? });
+    }
+    let hero = figures.iter().position(|figure| figure.stem == ANSWER).map(|at| figures.remove(at));
+    let mut rest = Contents { explorers, figures, tables };
+    let sections = description.sections.iter().map(|section| SectionView { section, contents: rest.take(section) });
+    let context = SinglePage {
+        description,
+        hero,
+        terms: terms(description),
+        sections: sections.collect(),
+        machine: drawn(&description.machine.figure())?,
+        rest,
+        statuses: statuses(&folder.manifest),
+        reasons,
+        more_reasons,
+        manifest: facts(&folder.manifest),
+        engine: description.to_try.as_ref().map(|to_try| EngineView::new(trying(description), to_try)),
+    };
+    render("single.html", &context)
+}
+
+/// What the engine lets a reader try.
+fn trying(description: &Description) -> (&'static str, &'static str) {
+    match description.kind.as_str() {
+        "workspace_map" => ("Try another force", "pull the tool, change a number: computed in this page"),
+        _ => ("Try another place", "move the part, pull the tool, change a number: computed in this page"),
+    }
+}
+
+impl Contents {
+    /// What `section` names, taken out.
+    fn take(&mut self, section: &Section) -> Self {
+        let begins = |stem: &str| section.figures.iter().any(|begin| stem.starts_with(begin));
+        Self {
+            explorers: self.explorers.extract_if(.., |view| section.explorers.contains(&view.title)).collect(),
+            figures: self.figures.extract_if(.., |figure| begins(&figure.stem)).collect(),
+            tables: self.tables.extract_if(.., |table| section.tables.contains(&table.file)).collect(),
+        }
+    }
+}
+
+/// File stem of the figure that shows the answer.
+pub(crate) const ANSWER: &str = "answer";
+
+/// A figure drawn for the page alone.
+pub(super) fn drawn(figure: &Figure) -> Result<FigureView> {
+    let fault = |fault: FigureError| Error::Figure { name: "machine".into(), problem: fault.to_string() };
+    Ok(FigureView {
+        source: picture_address(&figure.svg(Colours::default()).map_err(fault)?),
+        caption: figure.caption(),
+        alternative: figure.alternative(),
+        href: None,
+        png: None,
+        csv: None,
+        stem: String::new(),
+    })
+}
+
+fn picture_address(svg: &str) -> String {
+    data_address("image/svg+xml", Figure::for_page(svg).as_bytes())
+}
+
+/// The figures of the folder, but for the machine at home, which every page has.
+fn figures(folder: &ResultFolder, out: &Path) -> Result<Vec<FigureView>> {
+    let shown = folder.description.figures.iter().filter(|note| note.file != MACHINE_AT_HOME);
+    shown
+        .map(|note| {
+            let name = format!("{}.svg", note.file);
+            let beside = |name: String| Some(href(out, &folder.path.join(name)));
+            let data = format!("{}_data.csv", note.file);
+            Ok(FigureView {
+                source: picture_address(&folder.text(&name)?),
+                caption: note.caption.clone(),
+                alternative: note.alternative.clone(),
+                png: beside(format!("{}.png", note.file)),
+                csv: if folder.path.join(&data).is_file() { beside(data) } else { None },
+                href: beside(name),
+                stem: note.file.clone(),
+            })
+        })
+        .collect()
+}
+
+/// File stem of the figure of the machine at home.
+pub(crate) const MACHINE_AT_HOME: &str = "machine_at_home";
+
+fn explorer_view(
+    explorer: &Explorer,
+    data: &Dataset,
+    description: &Description,
+    (keys, index): (&BTreeMap<(String, String), String>, usize),
+) -> ExplorerView {
+    let precision = Precision::for_numbers(data.number_count());
+    let quantity = |(quantity, groups): (&'_ Quantity, &Vec<Vec<f64>>)| QuantitySeries {
+        label: quantity.label.clone(),
+        unit: quantity.unit.clone(),
+        series: groups.iter().map(|values| Packed::new(values, precision)).collect(),
+    };
+    let quantities: Vec<QuantitySeries> = explorer
+        .quantities
+        .iter()
+        .zip(&data.values)
+        .map(quantity)
+        .filter(|q| q.series.iter().any(Option::is_some))
+        .collect();
+    let labels: Vec<&str> = quantities.iter().map(|q| q.label.as_str()).collect();
+    let phi = labels.iter().position(|label| *label == WORST_ANGLE);
+    let (commands, command_note) = point_commands(description, explorer, phi, keys);
+    let home = &description.machine.home;
+    let lines = home.chains.iter().flat_map(|chain| &chain.links);
+    let json = script_json(&ExplorerData {
+        shape: explorer.shape,
+        title: &explorer.title,
+        colours: description.colours(),
+        coordinates: &explorer.coordinates,
+        axes: &data.axes,
+        names: &data.names,
+        group_label: explorer.group.as_ref().map_or("", |group| &group.label),
+        groups: group_labels(explorer),
+        quantities: quantities
+            .iter()
+            .map(|q| QuantityData { label: &q.label, unit: &q.unit, series: q.series.clone() })
+            .collect(),
+        notes: &data.notes,
+        flags: &data.flags,
+        marks: &explorer.marks,
+        commands,
+        command_note,
+        sources: sources(description, explorer),
+        phi,
+        machine: lines.collect(),
+        springs: home.springs().collect(),
+        masses: home.masses().collect(),
+        tool: [home.platform_mm, home.tool_tip_mm],
+    });
+    ExplorerView {
+        title: explorer.title.clone(),
+        shape: explorer.shape,
+        note: note(explorer, data, precision),
+        json,
+        id: format!("data-{index}"),
+    }
+}
+
+struct QuantitySeries {
+    label: String,
+    unit: String,
+    series: Vec<Option<Packed>>,
+}
+
+/// Label of the quantity that is the tool's angle.
+pub(crate) const WORST_ANGLE: &str = "tool angle of the worst deflection";
+
+/// The source of each group, of a map.
+fn sources(description: &Description, explorer: &Explorer) -> Vec<String> {
+    let groups = explorer.group.iter().flat_map(|group| &group.values);
+    groups.filter(|_| description.kind == "workspace_map").map(|value| value.cells.join(" ")).collect()
+}
+
+pub(super) fn group_labels(explorer: &Explorer) -> Vec<&str> {
+    explorer.group.iter().flat_map(|group| group.values.iter().map(|value| value.label.as_str())).collect()
+}
+
+/// What a reader must know of the numbers of a view.
+pub(super) fn note(explorer: &Explorer, data: &Dataset, precision: Precision) -> String {
+    let times = |axes: Vec<usize>| axes.iter().map(usize::to_string).collect::<Vec<_>>().join(" × ");
+    let counts = |axes: &[Vec<f64>]| times(axes.iter().map(Vec::len).collect());
+    let mut note = match &data.thinned_from {
+        Some(all) => format!(
+            "{} of {} nodes of {}, evenly chosen so that this page stays small. ",
+            counts(&data.axes),
+            times(all.clone()),
+            explorer.table
+        ),
+        None => String::new(),
+    };
+    note += &format!("{}; {} has all digits.", precision.words(), explorer.table);
+    note
+}

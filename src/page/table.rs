@@ -1,0 +1,257 @@
+//! Tables read back from CSV, and the rows of them that a page shows.
+
+use std::path::{Path, PathBuf};
+
+use csv::StringRecord;
+use serde::Serialize;
+
+use super::{
+    description::TableNote,
+    ranking::{FirstRows, Ranked},
+};
+use crate::{
+    files::{exchange::text_of, words::typographic},
+    input::{
+        error::{Error, Result},
+        file,
+    },
+};
+
+/// Most rows of a table on a page.
+const MOST_ROWS: usize = 60;
+
+/// A CSV file with a header. Rows are read anew each time: a map may have millions.
+#[derive(Debug, Clone)]
+pub(super) struct Table {
+    file: PathBuf,
+    pub header: Vec<String>,
+}
+
+impl Table {
+    pub fn open(file: &Path) -> Result<Self> {
+        let mut table = Self { file: file.to_path_buf(), header: Vec::new() };
+        let mut reader = table.reader()?;
+        let header = reader.headers().map_err(|fault| table.fault(&fault))?;
+        table.header = header.iter().map(|column| text_of(column).to_string()).collect();
+        Ok(table)
+    }
+
+    fn reader(&self) -> Result<csv::Reader<std::fs::File>> {
+        Ok(csv::Reader::from_reader(file::open(&self.file)?))
+    }
+
+    fn fault(&self, fault: &csv::Error) -> Error {
+        Error::Syntax {
+            file: self.file.display().to_string(),
+            line: fault.position().map(|at| at.line() as usize),
+            key: String::new(),
+            problem: fault.to_string(),
+        }
+    }
+
+    /// Calls `see` with each row.
+    ///
+    /// # Errors
+    /// A row that cannot be read.
+    pub(crate) fn each_row(&self, mut see: impl FnMut(&StringRecord)) -> Result<()> {
+        let mut reader = self.reader()?;
+        let mut row = StringRecord::new();
+        while reader.read_record(&mut row).map_err(|fault| self.fault(&fault))? {
+            // Texts as they were before spreadsheets were thought of. Rows without the mark, nearly all, are looked at as a whole.
+            if row.as_slice().contains('\'') && row.iter().any(|cell| cell.starts_with('\'')) {
+                let at = row.position().cloned();
+                row = row.iter().map(text_of).collect();
+                row.set_position(at);
+            }
+            see(&row);
+        }
+        Ok(())
+    }
+
+    /// No more rows than it can have: each has a separator per column, the last of which is its end.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub(crate) fn most_rows(&self) -> Result<u64> {
+        let fault = |source| Error::Read { file: self.file.clone(), source };
+        let bytes = file::open(&self.file)?.metadata().map_err(fault)?.len();
+        Ok(bytes / self.header.len().max(1) as u64)
+    }
+
+    /// The fault of a `cell` of a row that should hold a number, or nothing.
+    pub(crate) fn no_number(&self, row: &StringRecord, column: usize) -> Error {
+        Error::Syntax {
+            file: self.file.display().to_string(),
+            line: row.position().map(|at| at.line() as usize),
+            key: self.header[column].clone(),
+            problem: format!("expected a number or nothing, got {:?}", row.get(column).unwrap_or_default()),
+        }
+    }
+
+    /// Index of a column.
+    ///
+    /// # Errors
+    /// There is none of this name.
+    pub fn column(&self, name: &str) -> Result<usize> {
+        self.header.iter().position(|column| column == name).ok_or_else(|| Error::Syntax {
+            file: self.file.display().to_string(),
+            line: Some(1),
+            key: String::new(),
+            problem: format!("there is no column \"{name}\""),
+        })
+    }
+}
+
+/// A table on a page.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct TableView {
+    pub file: String,
+    pub href: String,
+    pub caption: String,
+    pub ranked_by: Option<String>,
+    pub total: usize,
+    pub columns: Vec<String>,
+    /// Whether all cells of a column are numbers or empty.
+    pub numeric: Vec<bool>,
+    pub rows: Vec<Vec<Cell>>,
+    /// Which rows stand first in any order, for a script; empty where all rows are here.
+    pub ranking: String,
+}
+
+/// A cell as shown and as sorted by.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub(super) struct Cell {
+    pub text: String,
+    pub sort: String,
+}
+
+impl TableView {
+    pub fn new(table: &Table, note: &TableNote, href: String) -> Result<Self> {
+        let ranked_by = match &note.largest_first {
+            Some(column) => Some(table.column(column)?),
+            None => None,
+        };
+        let mut ranks: Vec<(f64, usize)> = Vec::new();
+        let mut total = 0;
+        let shorten = |ranks: &mut Vec<(f64, usize)>| {
+            if ranked_by.is_some() {
+                ranks.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+            }
+            ranks.truncate(MOST_ROWS);
+        };
+        let mut first = FirstRows::of(table.header.len());
+        table.each_row(|row| {
+            first.see(row);
+            let value = ranked_by.and_then(|column| row.get(column)?.parse().ok()).unwrap_or(f64::NEG_INFINITY);
+            ranks.push((value, total));
+            total += 1;
+            // A map may have more rows than memory.
+            if ranks.len() == 100 * MOST_ROWS {
+                shorten(&mut ranks);
+            }
+        })?;
+        if total > MOST_ROWS {
+            shorten(&mut ranks);
+        }
+        let mut chosen: Vec<(usize, Vec<Cell>)> = Vec::new();
+        let wanted: std::collections::BTreeSet<usize> = ranks.iter().map(|(_, index)| *index).collect();
+        let mut ranked = (total > MOST_ROWS).then(|| Ranked::new(first));
+        let mut index = 0;
+        table.each_row(|row| {
+            if wanted.contains(&index) {
+                chosen.push((index, row.iter().map(Cell::new).collect()));
+            }
+            ranked.iter_mut().for_each(|ranked| ranked.take(index, row));
+            index += 1;
+        })?;
+        let rows: Vec<Vec<Cell>> = ranks
+            .iter()
+            .filter_map(|(_, index)| chosen.iter().find(|(at, _)| at == index).map(|(_, row)| row.clone()))
+            .collect();
+        let is_numeric = |column: usize| {
+            let cells = rows.iter().map(|row| &row[column].sort);
+            cells.clone().any(|cell| !cell.is_empty())
+                && cells.into_iter().all(|cell| cell.is_empty() || cell.parse::<f64>().is_ok())
+        };
+        Ok(Self {
+            ranking: ranked.map_or_else(String::new, |ranked| ranked.json(total)),
+            file: note.file.clone(),
+            href,
+            caption: note.caption.clone(),
+            ranked_by: note.largest_first.clone().filter(|_| total > MOST_ROWS),
+            total,
+            numeric: (0..table.header.len()).map(is_numeric).collect(),
+            columns: table.header.clone(),
+            rows,
+        })
+    }
+}
+
+impl Cell {
+    pub fn new(text: &str) -> Self {
+        let shown = match text.parse::<f64>() {
+            Ok(value) if value != 0.0 && value.abs() < ROUNDING => "≈ 0".into(),
+            Ok(value) => number(value),
+            Err(_) => text.to_string(),
+        };
+        Self { text: shown, sort: text.to_string() }
+    }
+}
+
+/// Numbers of tables below this are rounding, whatever their unit.
+const ROUNDING: f64 = 1e-12;
+
+/// Five significant digits, whole numbers as they are; a real minus sign.
+pub(super) fn number(value: f64) -> String {
+    if !value.is_finite() {
+        return "–".into();
+    }
+    if value == value.trunc() && value.abs() < 1e9 {
+        return typographic(&format!("{value:.0}").replace("-0", "0"));
+    }
+    let exponent = value.abs().log10().floor();
+    let text = if (-4.0..9.0).contains(&exponent) {
+        format!("{value:.*}", (4.0 - exponent).max(0.0) as usize)
+    } else {
+        format!("{value:.3e}")
+    };
+    typographic(&text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_keep_five_digits() {
+        for (value, shown) in [
+            (0.0, "0"),
+            (-0.0, "0"),
+            (-73.65, "\u{2212}73.650"),
+            (1.123456789, "1.1235"),
+            (0.00012345678, "0.00012346"),
+            (1.5e-13, "1.500e\u{2212}13"),
+            (123456.78, "123457"),
+            (-10.0, "\u{2212}10"),
+            (361.0, "361"),
+            (f64::NAN, "–"),
+        ] {
+            assert_eq!(number(value), shown);
+        }
+    }
+
+    #[test]
+    fn the_largest_rows_come_first_and_the_rest_is_counted() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("t.csv");
+        let rows: String = (0..200).map(|k| format!("{k},{}\n", (k * 37) % 200)).collect();
+        std::fs::write(&file, format!("k,v\n{rows}")).unwrap();
+        let view =
+            TableView::new(&Table::open(&file).unwrap(), &TableNote::ranked("t.csv", "", "v"), "t.csv".into()).unwrap();
+        assert_eq!((view.total, view.rows.len()), (200, MOST_ROWS));
+        assert_eq!(view.rows[0][1].text, "199");
+        assert_eq!(view.numeric, [true, true]);
+        let fault = TableView::new(&Table::open(&file).unwrap(), &TableNote::ranked("t.csv", "", "w"), String::new());
+        assert!(fault.unwrap_err().to_string().contains("there is no column \"w\""));
+    }
+}

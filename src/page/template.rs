@@ -1,0 +1,106 @@
+//! Templates, styles and scripts of a page.
+
+use std::{io::Read as _, sync::LazyLock};
+
+use brotli_decompressor::Decompressor;
+use minijinja::{
+    AutoEscape, Environment, context, escape_formatter,
+    value::{Serde, Value},
+};
+use serde::Serialize;
+
+use crate::{
+    files::visible::visible,
+    input::error::{Error, Result},
+};
+
+/// Styles.
+const STYLE: &str = concat!(include_str!("assets/page.css"), include_str!("assets/comparison.css"));
+/// Own scripts, in the order they run.
+const SCRIPTS: [&str; 12] = [
+    include_str!("assets/theme.js"),
+    include_str!("assets/folds.js"),
+    include_str!("assets/tables.js"),
+    include_str!("assets/data.js"),
+    include_str!("assets/colours.js"),
+    include_str!("assets/address.js"),
+    include_str!("assets/chosen.js"),
+    include_str!("assets/slice.js"),
+    include_str!("assets/space.js"),
+    include_str!("assets/grid.js"),
+    include_str!("assets/lines.js"),
+    include_str!("assets/start.js"),
+];
+/// The charting library; see `assets/plotly/README.md`.
+static PLOTLY: LazyLock<String> = LazyLock::new(|| {
+    let mut text = String::new();
+    let compressed: &[u8] = include_bytes!("assets/plotly/plotly-kinetostat.min.js.br");
+    let read = Decompressor::new(compressed, BUFFER).read_to_string(&mut text);
+    read.expect("the library is part of the program, and memory takes it");
+    text
+});
+/// Bytes that are decompressed at once.
+pub(super) const BUFFER: usize = 1 << 16;
+
+static TEMPLATES: LazyLock<std::result::Result<Environment<'static>, minijinja::Error>> = LazyLock::new(|| {
+    let mut environment = Environment::new();
+    environment.set_auto_escape_callback(|_| AutoEscape::Html);
+    // What is marked as safe is this program's own, or JSON that has been made visible.
+    environment.set_formatter(|out, state, value| match value.as_str().filter(|_| !value.is_safe()) {
+        Some(text) => escape_formatter(out, state, &Value::from(visible(text).into_owned())),
+        None => escape_formatter(out, state, value),
+    });
+    environment.add_template("base.html", include_str!("assets/base.html"))?;
+    environment.add_template("parts.html", include_str!("assets/parts.html"))?;
+    environment.add_template("single.html", include_str!("assets/single.html"))?;
+    environment.add_template("explore_block.html", include_str!("assets/explore_block.html"))?;
+    environment.add_template("explore.html", include_str!("assets/explore.html"))?;
+    environment.add_template("comparison.html", include_str!("assets/comparison.html"))?;
+    Ok(environment)
+});
+
+/// The page of template `name` with `content`. Every text of it is escaped.
+///
+/// # Errors
+/// The template asks for something the content does not have: a fault of this program.
+pub(super) fn render(name: &str, content: &impl Serialize) -> Result<String> {
+    let fault = |fault: &minijinja::Error| Error::Page { template: name.into(), problem: fault.to_string() };
+    let templates = TEMPLATES.as_ref().map_err(fault)?;
+    let page = context! {
+        style => Value::from_safe_string(STYLE.into()),
+        script => Value::from_safe_string(SCRIPTS.concat()),
+        plotly => Value::from_safe_string(PLOTLY.clone()),
+        ..Value::from(Serde(content))
+    };
+    templates.get_template(name).and_then(|template| template.render(page)).map_err(|e| fault(&e))
+}
+
+#[cfg(test)]
+mod tests {
+    use sha2::{Digest, Sha256};
+
+    use super::*;
+
+    #[test]
+    fn the_charting_library_is_the_pinned_one() {
+        let readme = include_str!("assets/plotly/README.md");
+        let hash: String = Sha256::digest(PLOTLY.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect();
+        assert!(readme.contains(&hash), "assets/plotly/README.md does not name {hash}");
+    }
+
+    #[test]
+    fn texts_are_escaped_and_visible_and_scripts_are_left() {
+        let templates = TEMPLATES.as_ref().unwrap();
+        let shown =
+            templates.render_str("{{ name }} {{ own | safe }}", context! { name => "<\u{202e}>", own => "<b>" });
+        assert_eq!(shown.unwrap(), "&lt;\\u{202e}&gt; <b>");
+    }
+
+    #[test]
+    fn scripts_and_styles_cannot_end_their_elements() {
+        for text in SCRIPTS.iter().chain(&crate::page::explore::SCRIPTS).copied().chain([PLOTLY.as_str()]) {
+            assert!(!text.to_ascii_lowercase().contains("</script"));
+        }
+        assert!(!STYLE.to_ascii_lowercase().contains("</style"));
+    }
+}

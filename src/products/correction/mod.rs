@@ -1,0 +1,157 @@
+//! The correction as a table that a controller reads: Figure 1a of the paper.
+//!
+//! At each node of a grid over positions of P, for each drive, the correction Δρ by which the loaded tool is where it is wanted, as a
+//! polynomial in the force on the tool tip, so that one table serves measured and predicted forces. Between nodes the controller
+//! interpolates linearly along each axis. The grid is the smallest whose worst error at the tool, sought over positions and forces
+//! with the loaded machine itself, keeps a tolerance.
+
+mod bound;
+mod cases;
+mod climb;
+mod corrector;
+mod force;
+mod loaded;
+mod per_joint;
+mod probe;
+#[cfg(feature = "report")]
+pub mod report;
+mod residual;
+mod smallest;
+mod table;
+mod terms;
+
+use nalgebra::{Matrix3, Vector3};
+use serde::Serialize;
+
+use crate::{
+    compensation::Target,
+    input::error::Result,
+    machine::{ChainError, Machine},
+    process::Process,
+    questions::Overrides,
+    simulation::Machines,
+    work::Work,
+};
+
+pub use bound::{Worst, worst};
+pub use corrector::Corrector;
+pub use per_joint::{JointTable, MOST_ENTRIES};
+pub use residual::{ResidualPoint, residual_grid, residuals};
+pub use table::CorrectionTable;
+pub use terms::ForceTerms;
+
+/// What a table is to hold.
+#[derive(Debug, Clone)]
+#[allow(non_snake_case, reason = "the unit is N, not n")]
+pub struct CorrectionQuestion {
+    /// The nominal machine with the tool of the process, by which positions are commanded.
+    pub machine: Machine,
+    /// Errors of each chain of the real machine.
+    pub errors: Vec<ChainError>,
+    /// What is put right.
+    pub target: Target,
+    /// `R_OP` at which the platform is commanded.
+    pub orientation: Matrix3<f64>,
+    /// Smallest and largest position of P in O, mm.
+    pub corners: [Vector3<f64>; 2],
+    /// The correction is for forces on the tool tip of at most this size, N.
+    pub largest_force_N: f64,
+    /// How far the tool may be from where it is wanted, mm.
+    pub tolerance_mm: f64,
+    /// Nodes along x, y and z; `None`: as few as keep the tolerance.
+    pub counts: Option<[usize; 3]>,
+}
+
+/// What a table brings.
+#[derive(Debug, Clone, Serialize)]
+pub struct CorrectionAnswer {
+    /// The table.
+    pub table: CorrectionTable,
+    /// The farthest that the tool was found from where it is wanted with the table.
+    pub with_table: Worst,
+    /// The same at the nodes alone: what the terms in the force leave, which no finer grid takes away.
+    pub at_nodes_mm: f64,
+    /// The same without correction.
+    pub without: Worst,
+    /// A table for each drive over its own position, and the worst with them; why there is none.
+    pub per_joint: std::result::Result<(Vec<JointTable>, Worst), String>,
+}
+
+impl CorrectionAnswer {
+    /// Whether tables for single drives leave less than no correction.
+    pub fn is_per_joint_of_use(&self) -> bool {
+        self.per_joint.as_ref().is_ok_and(|(_, worst)| worst.error_mm < self.without.error_mm)
+    }
+
+    /// Whether they leave more.
+    pub fn is_per_joint_harmful(&self) -> bool {
+        self.per_joint.as_ref().is_ok_and(|(_, worst)| worst.error_mm > self.without.error_mm)
+    }
+}
+
+impl CorrectionQuestion {
+    /// A table for `process` over the workspace box of its machine, or over `corners` (P in O, mm), for forces of at most
+    /// `largest_force_N` or else of the process.
+    ///
+    /// # Errors
+    /// A box or a number that makes no sense; a process whose largest force is not known without a path.
+    #[allow(non_snake_case, reason = "the unit is N, not n")]
+    pub fn new(
+        process: &Process,
+        corners: Option<[Vector3<f64>; 2]>,
+        largest_force_N: Option<f64>,
+        tolerance_mm: f64,
+        counts: Option<[usize; 3]>,
+    ) -> Result<Self> {
+        let machine = process.machine.clone();
+        let place = |key: &str| Overrides::place(key);
+        let largest_force_N = match largest_force_N {
+            Some(given) if given >= 0.0 && given.is_finite() => given,
+            Some(given) => return place("force-N").fail(format!("must be at least 0, got {given}")),
+            None => force::largest_force_N(process).or_else(|problem| place("force-N").fail(problem))?,
+        };
+        let question = Self {
+            errors: process.errors.clone(),
+            target: process.target,
+            orientation: process.placement.platform_orientation(&machine.home.pose.rotation),
+            corners: table::corners(&machine, corners)?,
+            largest_force_N,
+            tolerance_mm: place("tolerance").positive(tolerance_mm)?,
+            counts: None,
+            machine,
+        };
+        let counts = counts.map(|counts| table::checked(&question, counts)).transpose()?;
+        Ok(Self { counts, ..question })
+    }
+
+    /// Axes of O along which the table has more than one node.
+    pub fn axes(&self) -> impl Iterator<Item = usize> {
+        (0..3).filter(|&axis| self.corners[0][axis] < self.corners[1][axis])
+    }
+}
+
+/// Finds the table, on the current rayon pool; what is found does not depend on the number of threads.
+///
+/// # Errors
+/// A position of the box that the machine does not reach, or at which it does not stand under a force; a tolerance that no table
+/// of a sensible size keeps. Of `work`.
+pub fn answer(question: &CorrectionQuestion, work: &Work) -> Result<CorrectionAnswer> {
+    let machines = Machines::new(&question.machine, &question.errors)?;
+    let found = smallest::table(question, &machines, work)?;
+    let cells = &found.table.grid;
+    let without = worst(question, &machines, &Corrector::Nothing, cells, f64::INFINITY, work)?;
+    let per_joint = match per_joint::tables(question, &machines, &found.table)? {
+        Ok(tables) => {
+            let worst = worst(question, &machines, &Corrector::PerJoint(&tables), cells, f64::INFINITY, work)?;
+            Ok((tables, worst))
+        }
+        Err(reason) => Err(reason),
+    };
+    Ok(CorrectionAnswer {
+        table: found.table,
+        with_table: found.worst,
+        at_nodes_mm: found.at_nodes_mm,
+        without,
+        per_joint,
+    })
+}

@@ -1,0 +1,117 @@
+//! What a correction table says, in sentences.
+
+use super::{CorrectionFormat, Report, headline::place};
+use crate::{
+    answer::cautions,
+    files::words::{counted, millimetres},
+    products::correction::ForceTerms,
+    simulation::ROUNDING_MM,
+};
+
+/// What must be known with the answer.
+pub(super) fn cautions(report: &Report<'_>) -> String {
+    let question = report.question;
+    let machine = &question.machine;
+    let corners = question.corners.into_iter();
+    not_kept(report)
+        + &cautions::zeroed(machine)
+        + &cautions::carried(machine)
+        + &cautions::large_errors(machine, &question.errors)
+        + &cautions::outside_workspace(machine, "corner of the box", corners)
+        + &left(report)
+}
+
+fn not_kept(report: &Report<'_>) -> String {
+    match report.is_kept() {
+        true => String::new(),
+        false => format!("The tolerance of {} mm is not kept.\n", report.question.tolerance_mm),
+    }
+}
+
+fn left(report: &Report<'_>) -> String {
+    let axes = report.question.machine.uncontrolled_names();
+    axes.map_or_else(String::new, |axes| format!("Errors along {axes} stay: the drives do not control it.\n"))
+}
+
+/// What the table leaves, and how that is known.
+pub(super) fn what_is_left(report: &Report<'_>) -> String {
+    let (question, answer) = (report.question, report.answer);
+    let worst = &answer.with_table;
+    if answer.without.error_mm <= ROUNDING_MM {
+        return "Nothing is off without correction.\n".into();
+    }
+    let size = counted(answer.table.grid.len(), "node");
+    let smallest = match question.counts {
+        Some(_) => "a size that was given",
+        None => "with one node less along any axis the tolerance was found to be broken",
+    };
+    format!(
+        "The table has {} ({}), {smallest}.\nThe largest error found with it is {}, {}; without correction {}, {}.\n\
+         How that was found: the loaded machine was solved at {} and forces off the grid, on a lattice of half cells, at \
+         points spread evenly over position and force, and by climbing from the worst of them. That is a search, not a proof: a \
+         larger error that it has missed is possible, and not likely.\nAt the nodes themselves up to {} is left: what {} miss of \
+         the correction, whatever the grid.\n",
+        report.size(),
+        size,
+        millimetres(worst.error_mm, 5),
+        place(worst),
+        millimetres(answer.without.error_mm, 4),
+        place(&answer.without),
+        counted(worst.looked_at, "position"),
+        millimetres(answer.at_nodes_mm, 5),
+        match answer.table.terms {
+            ForceTerms::Constant => "rounding may",
+            ForceTerms::Linear => "terms linear in the force",
+            ForceTerms::Quadratic => "terms up to the square of the force",
+        },
+    )
+}
+
+/// How a controller uses the table.
+pub(super) fn how_to_use(report: &Report<'_>) -> String {
+    let force = match report.answer.table.terms {
+        ForceTerms::Constant => "There is no force: each drive has one coefficient, its correction.".to_string(),
+        ForceTerms::Linear => format!(
+            "For each drive: Δρ = c + c_x F_x + c_y F_y + c_z F_z, with the force F on the tool tip in the axes of the base, measured or \
+             predicted, up to {} N. A torque about the tool tip is not in it.",
+            report.force()
+        ),
+        ForceTerms::Quadratic => format!(
+            "For each drive: Δρ = c + c_x F_x + c_y F_y + c_z F_z + c_xx F_x² + c_yy F_y² + c_zz F_z² + c_xy F_x F_y + c_xz F_x F_z + \
+             c_yz F_y F_z, with the force F on the tool tip in the axes of the base, measured or predicted, up to {} N: terms linear \
+             in the force would leave more than half of the tolerance. A torque about the tool tip is not in it.",
+            report.force()
+        ),
+    };
+    format!(
+        "The table is over positions of the platform point P in the base frame, as the program wants them, not corrected.\n\
+         Between nodes each coefficient is linear along each axis (of eight corners of a cell, each with the product of its three \
+         shares).\n{force}\nΔρ is added to the position that the kinematics of the rigid machine give the drive.\n"
+    )
+}
+
+/// What a table for each drive is worth.
+pub(super) fn per_joint(report: &Report<'_>) -> String {
+    let not_written = match report.has(CorrectionFormat::Comp) {
+        false if report.answer.is_per_joint_harmful() => "It does harm, so no such files are written.\n",
+        false if !report.answer.is_per_joint_of_use() => "It is of no use, so no such files are written.\n",
+        _ => "",
+    };
+    match &report.answer.per_joint {
+        Ok((_, worst)) => format!(
+            "A control that knows only a table for each joint over its own position can take the part of the correction that depends \
+             on neither the other joints nor the force: the middle between the smallest and the largest correction of a drive that \
+             stands there. It leaves up to {}, {}; the full table leaves {}, and no correction {}.\n{not_written}",
+            millimetres(worst.error_mm, 4),
+            place(worst),
+            millimetres(report.answer.with_table.error_mm, 4),
+            millimetres(report.answer.without.error_mm, 4)
+        ),
+        Err(reason) => format!("No files for single joints (LinuxCNC's COMP_FILE): {reason}.\n"),
+    }
+}
+
+/// Everything, for a terminal.
+pub(super) fn details(report: &Report<'_>) -> String {
+    what_is_left(report) + &how_to_use(report) + &per_joint(report)
+}

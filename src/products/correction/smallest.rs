@@ -1,0 +1,157 @@
+//! The smallest grid whose table keeps the tolerance: grown where interpolation errs most, then made smaller along each axis until
+//! that would break it.
+
+use super::{
+    CorrectionQuestion, CorrectionTable, Corrector, Worst,
+    bound::{worst, worst_at_nodes},
+    probe::{Probe, probe},
+    table::MOST_NODES,
+};
+use crate::{
+    input::error::Result,
+    questions::Overrides,
+    simulation::{Machines, ROUNDING_MM},
+    work::{Event, Stage, Work},
+};
+
+/// A table and the worst with it.
+pub(super) struct Found {
+    pub table: CorrectionTable,
+    pub worst: Worst,
+    pub at_nodes_mm: f64,
+}
+
+/// The table of `question`.
+///
+/// # Errors
+/// A tolerance that no table of at most [`MOST_NODES`] nodes keeps; as [`CorrectionTable::new`] and [`worst`].
+pub(super) fn table(question: &CorrectionQuestion, machines: &Machines, work: &Work) -> Result<Found> {
+    let search = Smallest { question, machines, work, probe: probe(question, machines, work)? };
+    let (table, worst) = match question.counts {
+        Some(counts) => {
+            let table = search.table(counts)?;
+            let worst = search.worst(&table, f64::INFINITY)?;
+            (table, worst)
+        }
+        None => search.shrunk(search.grown()?)?,
+    };
+    let at_nodes_mm = worst_at_nodes(question, machines, &Corrector::Table(&table), &table.grid, work)?;
+    Ok(Found { table, worst, at_nodes_mm })
+}
+
+struct Smallest<'a> {
+    question: &'a CorrectionQuestion,
+    machines: &'a Machines,
+    work: &'a Work,
+    probe: Probe,
+}
+
+impl Smallest<'_> {
+    fn table(&self, counts: [usize; 3]) -> Result<CorrectionTable> {
+        self.work.tell(Event::Stage(Stage { of: "nodes", items: counts.iter().product() }));
+        CorrectionTable::new(self.question, self.machines, counts, self.probe.terms, self.work)
+    }
+
+    fn worst(&self, table: &CorrectionTable, enough: f64) -> Result<Worst> {
+        worst(self.question, self.machines, &Corrector::Table(table), &table.grid, enough, self.work)
+    }
+
+    /// The table with `counts` nodes and its worst if that keeps the tolerance; else what was found to exceed it, mm.
+    fn kept(&self, counts: [usize; 3]) -> Result<std::result::Result<(CorrectionTable, Worst), f64>> {
+        let table = self.table(counts)?;
+        let worst = self.worst(&table, self.question.tolerance_mm)?;
+        Ok(if worst.error_mm > self.question.tolerance_mm { Err(worst.error_mm) } else { Ok((table, worst)) })
+    }
+
+    /// From two nodes along each axis to a table that keeps the tolerance.
+    fn grown(&self) -> Result<(CorrectionTable, Worst)> {
+        let tolerance = self.question.tolerance_mm;
+        let floor = self.probe.at_nodes_mm;
+        if floor > tolerance {
+            return self.too_fine(floor);
+        }
+        let mut counts = self.at_least(1.0, f64::INFINITY);
+        loop {
+            let found = match self.kept(counts)? {
+                Ok(kept) => return Ok(kept),
+                Err(found) => found,
+            };
+            // By how much the estimate is too small, and with that the grid that shares the tolerance among the axes.
+            let scale = (found - floor).max(ROUNDING_MM) / self.estimate(counts).max(ROUNDING_MM);
+            let sized = self.at_least(scale, tolerance - floor);
+            let most = self.most_bent(counts);
+            counts = [0, 1, 2].map(|axis| counts[axis].max(sized[axis]).max(counts[axis] + usize::from(axis == most)));
+            if counts.iter().try_fold(1usize, |all, &n| all.checked_mul(n)).is_none_or(|all| all > MOST_NODES) {
+                let share = self.estimate(counts) / counts.iter().map(|&n| n as f64).product::<f64>().powf(-2.0 / 3.0);
+                return self.too_fine(floor + scale * share * (MOST_NODES as f64).powf(-2.0 / 3.0));
+            }
+        }
+    }
+
+    /// `found` with fewer nodes along each axis, as long as the tolerance is kept.
+    fn shrunk(&self, mut found: (CorrectionTable, Worst)) -> Result<(CorrectionTable, Worst)> {
+        let mut axes: Vec<usize> = self.question.axes().collect();
+        // First along those where a node takes the most others with it.
+        let cost = |found: &(CorrectionTable, Worst), axis: usize| found.0.grid.axes[axis].len();
+        axes.sort_by_key(|&axis| cost(&found, axis));
+        let mut tight = 0;
+        let mut turn = 0;
+        while !axes.is_empty() && tight < axes.len() {
+            let axis = axes[turn % axes.len()];
+            let mut counts = found.0.grid.counts();
+            counts[axis] -= 1;
+            turn += 1;
+            if counts[axis] < 2 {
+                tight += 1;
+                continue;
+            }
+            match self.kept(counts)? {
+                Ok(smaller) => {
+                    found = smaller;
+                    tight = 0;
+                    turn -= 1;
+                }
+                Err(_) => tight += 1,
+            }
+        }
+        Ok(found)
+    }
+
+    /// What interpolation errs by with `counts` nodes, as far as the probe knows, mm.
+    fn estimate(&self, counts: [usize; 3]) -> f64 {
+        self.question.axes().map(|axis| self.share(counts, axis)).sum()
+    }
+
+    fn share(&self, counts: [usize; 3], axis: usize) -> f64 {
+        let steps = (counts[axis] - 1) as f64;
+        self.probe.bends_mm[axis] / (steps * steps)
+    }
+
+    /// The axis along which interpolation errs most.
+    fn most_bent(&self, counts: [usize; 3]) -> usize {
+        let by_share = |&a: &usize, &b: &usize| self.share(counts, a).total_cmp(&self.share(counts, b)).then(b.cmp(&a));
+        self.question.axes().max_by(by_share).unwrap_or(0)
+    }
+
+    /// As few nodes as leave `allowed` mm, if the estimate times `scale` is right: every axis errs by the same.
+    fn at_least(&self, scale: f64, allowed: f64) -> [usize; 3] {
+        let axes: Vec<usize> = self.question.axes().collect();
+        let each = allowed.max(ROUNDING_MM) / axes.len().max(1) as f64;
+        [0, 1, 2].map(|axis| match axes.contains(&axis) {
+            true => {
+                1 + ((scale * self.probe.bends_mm[axis] / each).sqrt().ceil().min(MOST_NODES as f64) as usize).max(1)
+            }
+            false => 1,
+        })
+    }
+
+    fn too_fine<T>(&self, reachable: f64) -> Result<T> {
+        let problem = format!(
+            "no table of at most {MOST_NODES} nodes keeps {} mm for forces up to {} N; {:.2} mm can be reached: expected a larger tolerance, a smaller force or a smaller box",
+            self.question.tolerance_mm,
+            (self.question.largest_force_N * 10.0).round() / 10.0,
+            (reachable * 100.0).ceil() / 100.0
+        );
+        Overrides::place("tolerance").fail(problem)
+    }
+}

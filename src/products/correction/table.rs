@@ -1,0 +1,148 @@
+//! The table: coefficients at the nodes of a grid, linear along each axis between them.
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::{CorrectionQuestion, ForceTerms, loaded::Loaded};
+use crate::{
+    input::error::Result,
+    machine::Machine,
+    questions::Overrides,
+    simulation::Machines,
+    spatial::Grid,
+    work::{Event, Work},
+};
+
+/// Most nodes of a table.
+pub(super) const MOST_NODES: usize = 40_000;
+
+/// Corrections over positions of P, for any force up to the largest one.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CorrectionTable {
+    /// Nodes: positions of P in O, mm.
+    pub grid: Grid,
+    /// Terms in the force.
+    pub terms: ForceTerms,
+    /// Number of drives.
+    pub drives: usize,
+    /// Node after node (x fastest), in each drive after drive, in each the coefficients of the terms: mm or rad per power of N.
+    pub values: Vec<f64>,
+}
+
+impl CorrectionTable {
+    /// The table of `question` with so many nodes along x, y and z.
+    ///
+    /// # Errors
+    /// A node without correction. Of `work`.
+    pub(super) fn new(
+        question: &CorrectionQuestion,
+        machines: &Machines,
+        counts: [usize; 3],
+        terms: ForceTerms,
+        work: &Work,
+    ) -> Result<Self> {
+        let [min, max] = question.corners;
+        let grid = Grid::new(min, max, counts);
+        let node = |loaded: &mut Loaded<'_>, index: usize| {
+            work.check()?;
+            let at = loaded.stand(grid.position(index))?;
+            let coefficients = terms.at(loaded, &at, question.largest_force_N)?;
+            work.tell(Event::Computed(1));
+            Ok(coefficients)
+        };
+        let nodes: Vec<Result<Vec<f64>>> =
+            (0..grid.len()).into_par_iter().map_init(|| Loaded::new(question, machines), node).collect();
+        // The first in the order of the nodes, whichever thread was first.
+        let values = nodes.into_iter().collect::<Result<Vec<_>>>()?.concat();
+        Ok(Self { grid, terms, drives: question.machine.drive_count(), values })
+    }
+
+    /// The same table with at most linear terms.
+    pub(super) fn without_quadratic_terms(&self) -> Self {
+        if self.terms != ForceTerms::Quadratic {
+            return self.clone();
+        }
+        let kept = ForceTerms::Linear.count();
+        let values = self.values.chunks(self.terms.count()).flat_map(|own| own[..kept].iter().copied()).collect();
+        Self { grid: self.grid.clone(), terms: ForceTerms::Linear, drives: self.drives, values }
+    }
+
+    /// Coefficients at `position` (P in O, mm; outside the box those at its nearest point), drive after drive.
+    pub fn at(&self, position: Vector3<f64>) -> Vec<f64> {
+        let sides = [0, 1, 2].map(|axis| side(&self.grid.axes[axis], position[axis]));
+        let width = self.drives * self.terms.count();
+        let mut sum = vec![0.0; width];
+        for corner in 0..8 {
+            let chosen = |axis: usize| sides[axis][corner >> axis & 1];
+            let weight: f64 = (0..3).map(|axis| chosen(axis).1).product();
+            if weight == 0.0 {
+                continue;
+            }
+            let node = self.grid.index([0, 1, 2].map(|axis| chosen(axis).0));
+            for (sum, value) in sum.iter_mut().zip(&self.values[node * width..]) {
+                *sum += weight * value;
+            }
+        }
+        sum
+    }
+
+    /// Δρ of each drive with P at `position` (O, mm) under a force on the tool tip (O axes, N), mm or rad.
+    pub fn correction(&self, position: Vector3<f64>, force: Vector3<f64>) -> Vec<f64> {
+        let terms = self.terms.values(force);
+        let of_drive = |own: &[f64]| own.iter().zip(&terms).map(|(c, term)| c * term).sum();
+        self.at(position).chunks(self.terms.count()).map(of_drive).collect()
+    }
+}
+
+/// The nodes on both sides of `value`, with their weights.
+fn side(nodes: &[f64], value: f64) -> [(usize, f64); 2] {
+    let last = nodes.len() - 1;
+    if last == 0 {
+        return [(0, 1.0), (0, 0.0)];
+    }
+    let low = nodes.partition_point(|node| *node <= value).clamp(1, last) - 1;
+    let share = ((value - nodes[low]) / (nodes[low + 1] - nodes[low])).clamp(0.0, 1.0);
+    [(low, 1.0 - share), (low + 1, share)]
+}
+
+/// The box of a table: `given`, or the machine's workspace; where the drives do not control a coordinate, the machine stands.
+pub(super) fn corners(machine: &Machine, given: Option<[Vector3<f64>; 2]>) -> Result<[Vector3<f64>; 2]> {
+    let [min, max] = given.unwrap_or([machine.workspace.min, machine.workspace.max]);
+    let check = Overrides::place("box");
+    if let Some(axis) = (0..3).find(|&axis| min[axis] > max[axis]) {
+        let name = ["x", "y", "z"][axis];
+        return check.fail(format!("must begin below its end, got {} to {} mm along {name}", min[axis], max[axis]));
+    }
+    let home = machine.home.pose.translation;
+    for axis in machine.uncontrolled_axes() {
+        if given.is_some() && !(min[axis]..=max[axis]).contains(&home[axis]) {
+            let name = ["x", "y", "z"][axis];
+            return check.fail(format!(
+                "the drives do not control {name}, which stands at {} mm; got {} to {} mm",
+                home[axis], min[axis], max[axis]
+            ));
+        }
+    }
+    Ok([machine.as_controlled(min), machine.as_controlled(max)])
+}
+
+/// Nodes along each axis that `question` can have; one number for all is meant for the axes along which the box has a length.
+pub(super) fn checked(question: &CorrectionQuestion, counts: [usize; 3]) -> Result<[usize; 3]> {
+    let axes: Vec<usize> = question.axes().collect();
+    let is_for_all = counts[0] == counts[1] && counts[1] == counts[2];
+    let counts = [0, 1, 2].map(|axis| if is_for_all && !axes.contains(&axis) { 1 } else { counts[axis] });
+    let check = Overrides::place("grid");
+    for axis in 0..3 {
+        let (name, least) = (["x", "y", "z"][axis], if axes.contains(&axis) { 2 } else { 1 });
+        let is_right = if least == 1 { counts[axis] == 1 } else { counts[axis] >= 2 };
+        if !is_right {
+            let expected = if least == 1 { "exactly 1, as the box has no length there" } else { "at least 2" };
+            return check.fail(format!("nodes along {name} must be {expected}, got {}", counts[axis]));
+        }
+    }
+    match counts.iter().try_fold(1usize, |product, &n| product.checked_mul(n)) {
+        Some(total) if total <= MOST_NODES => Ok(counts),
+        _ => check.fail(format!("at most {MOST_NODES} nodes, got {counts:?}")),
+    }
+}

@@ -1,0 +1,6 @@
+//! What is made for a control: a compensated program, a table of corrections, code that computes them.
+
+pub mod correction;
+pub mod program;
+#[cfg(feature = "report")]
+pub mod realtime;

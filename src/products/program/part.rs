@@ -1,0 +1,138 @@
+//! A program in parts, so that memory does not grow with it: what is wanted at the points of a part is found when it is needed.
+
+use std::{borrow::Cow, ops::Range, sync::OnceLock};
+
+use super::{ProgramJob, corners::Corners, load_fault};
+use crate::{
+    compensation::Demand,
+    input::error::{Error, Result},
+    machine::{Configuration, Machine},
+    process::{cutting::LoadError, file::Process},
+    simulation::{
+        along_path::{PART, PathCase, last_of_blocks, lead, parts},
+        demands::unloaded,
+        led_along::LedPoint,
+    },
+    toolpath::{PathPoint, Toolpath},
+};
+
+/// Points of a program that follow one another.
+#[derive(Debug, Clone)]
+pub struct Part<'a> {
+    /// Index of the first of them.
+    pub first: usize,
+    /// The points.
+    pub points: &'a [PathPoint],
+    demands: Vec<Demand>,
+}
+
+impl Part<'_> {
+    /// What is wanted at its points, under load.
+    pub fn demands(&self) -> &[Demand] {
+        &self.demands
+    }
+
+    /// Indices of its points.
+    pub fn range(&self) -> Range<usize> {
+        self.first..self.first + self.points.len()
+    }
+
+    /// It as a path: the machine by which commands are computed, the one that answers, and from whose rest deflections are measured.
+    pub(super) fn case<'a>(&'a self, [nominal, real, resting]: [&'a Machine; 3]) -> PathCase<'a> {
+        PathCase { nominal, real, resting, before: None, demands: &self.demands }
+    }
+
+    /// The same points, something else wanted of them.
+    pub(super) fn asked(&self, other: impl Fn(&Demand) -> Demand) -> Self {
+        Self { demands: self.demands.iter().map(other).collect(), ..self.clone() }
+    }
+}
+
+/// Most points of a program that is corrected within limits: of all of them at once.
+const MOST_AT_ONCE: usize = 200_000;
+
+/// Where the nominal machine is led along a part, block by block.
+pub(super) type LedPart = Vec<Vec<LedPoint>>;
+
+/// Of a program of at most so many points, where the machine is led is found once; of a longer one whenever it is needed.
+const LED_ONCE: usize = 200_000;
+
+/// Where the machine is led along the parts of `path`, none found yet.
+pub(super) fn led(path: &Toolpath) -> Vec<OnceLock<LedPart>> {
+    if path.len() > LED_ONCE { Vec::new() } else { parts(path.len()).map(|_| OnceLock::new()).collect() }
+}
+
+/// What is wanted at points of `path`, asked for one after another by their indices: the force goes over from one move to the next.
+pub(super) fn demanding<'a>(
+    process: &'a Process,
+    path: &'a Toolpath,
+) -> impl FnMut(usize) -> std::result::Result<Demand, LoadError> + use<'a> {
+    let mut unloaded = unloaded(&process.machine, &process.placement, process.target, path);
+    let mut corners = Corners::new(process, path);
+    move |k| {
+        let (demand, there) = unloaded(&path.points()[k]);
+        Ok(Demand { load: there.wrench(&corners.load(k, &there)?), ..demand })
+    }
+}
+
+impl ProgramJob {
+    /// Where the machine is led along `part`, which follows what it was led along `before`; `before` then stands at its end.
+    pub(super) fn led_along(&self, part: &Part<'_>, before: &mut Option<Configuration>) -> Cow<'_, [Vec<LedPoint>]> {
+        let find = || lead(&self.machine, before.as_ref(), part.demands(), |_, _| true);
+        let led = match self.led.get(part.first / PART) {
+            Some(led) => Cow::Borrowed(led.get_or_init(find).as_slice()),
+            None => Cow::Owned(find()),
+        };
+        if let Some(last) = last_of_blocks(&led) {
+            *before = Some(last.clone());
+        }
+        led
+    }
+
+    /// Notes where the machine is led along `part`.
+    pub(super) fn keep_led(&self, part: &Part<'_>, found: LedPart) {
+        if let Some(led) = self.led.get(part.first / PART) {
+            led.get_or_init(|| found);
+        }
+    }
+
+    /// The parts of the program, in order.
+    ///
+    /// # Errors
+    /// None in fact: there is a load at every point of a program that was read.
+    pub fn parts(&self) -> impl Iterator<Item = Result<Part<'_>>> {
+        let process = &self.process;
+        let mut demand = demanding(process, &self.path);
+        parts(self.path.len()).map(move |range| {
+            let (first, points) = (range.start, &self.path.points()[range.clone()]);
+            let demands = match &self.kept {
+                Some(kept) => kept[range].to_vec(),
+                None => range
+                    .map(&mut demand)
+                    .collect::<std::result::Result<_, _>>()
+                    .map_err(|fault| load_fault(&self.name, &fault))?,
+            };
+            Ok(Part { first, points, demands })
+        })
+    }
+
+    /// What is wanted at all points.
+    ///
+    /// # Errors
+    /// Too many points.
+    pub(super) fn all_demands(&self) -> Result<Vec<Demand>> {
+        let points = self.path.len();
+        if points > MOST_AT_ONCE {
+            let problem = format!(
+                "bounded corrects the whole path at once: {points} points, expected at most {MOST_AT_ONCE}; a coarser \
+                 [sampling] or a part of the program has fewer"
+            );
+            return Err(Error::Argument { argument: "--method".into(), problem });
+        }
+        let mut demands = Vec::with_capacity(points);
+        for part in self.parts() {
+            demands.extend_from_slice(part?.demands());
+        }
+        Ok(demands)
+    }
+}

@@ -1,0 +1,188 @@
+//! What a written program does, beside no compensation, whose sources are told apart, and other methods.
+
+use nalgebra::Vector3;
+
+use super::{Part, Pass, ProgramCommands, ProgramJob, Written, load_fault};
+use crate::{
+    compensation::Method,
+    input::error::{Error, Result},
+    process::cutting::PathLoad,
+    simulation::{
+        BySource, Machines, Source,
+        along_path::{Commands, PathAnswer, PathSums, run_where_led},
+        demands::Led,
+    },
+    spatial::Wrench,
+    toolpath::Load,
+};
+
+/// Passes over a program.
+#[derive(Debug, Clone)]
+pub struct Proof {
+    /// Without compensation.
+    pub none: Pass,
+    /// By the other methods, in their order.
+    pub others: Vec<Pass>,
+    /// As written.
+    pub as_written: Pass,
+}
+
+/// Points of a program that follow one another, and what the tool does there.
+#[derive(Debug)]
+pub struct ProvedPart<'a> {
+    /// The points.
+    pub part: &'a Part<'a>,
+    /// Displacements from the path without compensation under each source, base axes, mm; `None` where the machine does not settle.
+    pub before: &'a BySource<Vec<Option<Vector3<f64>>>>,
+    /// The program as written.
+    pub written: &'a [PathAnswer],
+}
+
+impl ProgramJob {
+    /// Passes over the program that [`ProgramJob::prove`] makes beside those of other methods.
+    pub fn proof_passes(&self) -> usize {
+        Source::of(&self.machine).len() + 1
+    }
+
+    /// What the program does as `written` under `name`, without compensation, and by `others`. All of this is computed part by part,
+    /// as the machine is led along a part but once; `take` gets them in order. `done` is called after each point of each pass.
+    ///
+    /// # Errors
+    /// Of `take`, a machine that does not rest under its weight, or a cutting force that its law does not give.
+    pub fn prove(
+        &self,
+        (name, written): (String, &Written),
+        others: &[Method],
+        done: &(dyn Fn() + Sync),
+        mut take: impl FnMut(&ProvedPart<'_>) -> Result<()>,
+    ) -> Result<Proof> {
+        let machines = Machines::new(&self.machine, &self.process.errors)?;
+        let (mut none, mut other_sums, mut as_written) =
+            (PathSums::default(), vec![PathSums::default(); others.len()], PathSums::default());
+        let (mut written_led, mut law, mut led_before) = (self.led(), LawBehind::new(self), None);
+        for part in self.parts() {
+            let part = part?;
+            law.holds(&part)?;
+            let case = part.case([&self.machine, &self.real, &self.machine]);
+            let led = self.led_along(&part, &mut led_before);
+            let before = BySource::of(&self.machine, |source| {
+                let asked = part.asked(|demand| source.demand(demand));
+                let case = asked.case([machines.commanding(source), machines.answering(source), machines.resting()]);
+                let answers = run_where_led(&case, &Commands::Method(Method::None), &led, done);
+                if source == Source::All {
+                    self.sum_up(&mut none, part.first, &answers);
+                }
+                answers.iter().map(PathAnswer::settled_error).collect()
+            });
+            for (method, sums) in others.iter().zip(&mut other_sums) {
+                let answers = run_where_led(&case, &Commands::Method(*method), &led, done);
+                self.sum_up(sums, part.first, &answers);
+            }
+            let commands = ProgramCommands::Sent(&written.sent);
+            let answers = self
+                .answers(&part, &mut written_led, &commands, &|commands| run_where_led(&case, commands, &led, done));
+            self.sum_up(&mut as_written, part.first, &answers);
+            take(&ProvedPart { part: &part, before: &before, written: &answers })?;
+        }
+        let pass = |name: String, sums: &PathSums| Pass { name, summary: sums.summary() };
+        Ok(Proof {
+            none: pass(Method::None.label(), &none),
+            others: others.iter().zip(&other_sums).map(|(method, sums)| pass(method.label(), sums)).collect(),
+            as_written: pass(name, &as_written),
+        })
+    }
+}
+
+/// What the law of the cutting force gives at the ends of moves behind a point. Commands and proof take the force from the same demands, so
+/// the proof holds it against the law itself.
+struct LawBehind<'a> {
+    job: &'a ProgramJob,
+    led: Led<'a>,
+    /// The move of the point before, the length of the path up to it, and the six components there, N and N·mm.
+    before: Option<(usize, f64, [f64; 6])>,
+    ends: Vec<(f64, [f64; 6])>,
+}
+
+/// How far a component may be beyond those of the law, as a share of the largest: rounding.
+const ROUNDING: f64 = 1e-9;
+
+impl<'a> LawBehind<'a> {
+    fn new(job: &'a ProgramJob) -> Self {
+        Self { job, led: job.led(), before: None, ends: Vec::new() }
+    }
+
+    /// Checks that on each axis of W the load at the points of the next `part` is between those of the law there and at the ends of moves
+    /// less than the length of corners behind.
+    fn holds(&mut self, part: &Part<'_>) -> Result<()> {
+        for (point, demand) in part.points.iter().zip(part.demands()) {
+            let law = self.job.process.load(point).map_err(|fault| load_fault(&self.job.name, &fault))?;
+            let there = self.led.placed(demand.external).turned(&demand.pose.rotation);
+            let (segment, at) = (point.source.segment, point.arc_length_mm);
+            let own = components(&law.on_tool(point.tangent, there.tool_axes()));
+            if !point.cutting || matches!(law, PathLoad::Workpiece(_)) {
+                (self.before, _) = (None, self.ends.clear());
+            }
+            self.ends.extend(self.before.filter(|before| before.0 != segment).map(|(_, at, load)| (at, load)));
+            self.ends.retain(|end| end.0 > at - self.job.process.corner_mm);
+            let found = components(&there.load(&demand.load));
+            let of_axis = |axis: usize| self.ends.iter().map(move |end| end.1[axis]).chain([own[axis]]);
+            let most =
+                self.ends.iter().flat_map(|end| end.1).chain(own).fold(0.0, |most: f64, load| most.max(load.abs()));
+            let is_between = |axis: usize| {
+                let (low, high) = of_axis(axis)
+                    .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), load| (low.min(load), high.max(load)));
+                found[axis] >= low - ROUNDING * most && found[axis] <= high + ROUNDING * most
+            };
+            if !(0..6).all(is_between) {
+                let problem = format!(
+                    "the cutting force of move {} at {at} mm of the path is not between those of its law: {found:?}, the law gives {own:?} (N, \
+                     N·mm, axes of the workpiece). This is a fault of kinetostat, not of its input",
+                    segment + 1
+                );
+                return Err(Error::Argument { argument: self.job.name.clone(), problem });
+            }
+            self.before = (point.cutting && !matches!(law, PathLoad::Workpiece(_))).then_some((segment, at, own));
+        }
+        Ok(())
+    }
+}
+
+/// Force and moment about the tip.
+fn components(load: &Load) -> [f64; 6] {
+    Wrench { force: load.force_N, moment: load.moment_Nmm }.to_array()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        compensation::Demand, input::Folder, machine::Machine, process::file::Process, simulation::ProgramFile,
+    };
+
+    #[test]
+    fn a_force_that_the_law_does_not_give_is_no_proof() {
+        let machine = Machine::named("orthoglide").unwrap();
+        let process = "schema = 1\n[force.path_frame]\nradial_force_N = 200.0\ntangential_force_N = -80.0\naxial_force_N = -100.0\n";
+        let process = Process::from_toml(process, "process", Folder::in_memory([]), &machine).unwrap();
+        let program = b"G21 G90 G17\nG0 X0 Y0 Z0\nG1 X10 F100\nG2 X10 Y0.6 I0 J0.3\nG1 X20\nG0 Z5\n";
+        let folder = Folder::in_memory([("part.nc".into(), program.to_vec())]);
+        let file = ProgramFile::in_folder(&folder, "part.nc", &process).unwrap();
+        let job = ProgramJob::new(process, file, "part.nc").unwrap();
+        let part = job.parts().next().unwrap().unwrap();
+        let proof_of = |part: &Part<'_>| LawBehind::new(&job).holds(part);
+        proof_of(&part).unwrap();
+        let first = part.demands()[1].load;
+        let wrong: [&dyn Fn(&Demand) -> Wrench; 4] = [
+            &|demand| demand.load.scale(1.000_001),
+            &|demand| Wrench { force: -demand.load.force, ..demand.load },
+            &|demand| Wrench { moment: demand.load.moment.add_scalar(0.01), ..demand.load },
+            // That of the first move all along.
+            &|_| first,
+        ];
+        for load in wrong {
+            let refused =
+                proof_of(&part.asked(|demand| Demand { load: load(demand), ..*demand })).unwrap_err().to_string();
+            assert!(refused.contains("is not between those of its law"), "{refused}");
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! The points of a compensated program.
+
+use crate::{
+    answer::command_columns::{drive_cells, drive_columns, pose_cells, pose_columns},
+    compensation::{BoundedPath, Side},
+    files::{
+        exchange::{Cell, Column, Row, Table, cells, counts, numbers, texts},
+        table::{correction_columns, force_columns, shown_positions},
+    },
+    products::program::{ProgramJob, ProvedPart},
+    questions::path::{
+        Station,
+        report::{ANGLE, cutting_force},
+        resolve::stations,
+    },
+    simulation::{Source, along_path::PathAnswer},
+};
+
+/// The columns of [`program_table`].
+pub fn program_columns(job: &ProgramJob) -> Vec<Column> {
+    let (machine, calls_files) = (&job.machine, !job.file.called_files().is_empty());
+    let quantities = [
+        "x_mm",
+        "y_mm",
+        "z_mm",
+        "commanded_x_mm",
+        "commanded_y_mm",
+        "commanded_z_mm",
+        "error_after_mm",
+        "error_after_x_mm",
+        "error_after_y_mm",
+        "error_after_z_mm",
+        "leftover_rotation_deg",
+    ];
+    let mut columns = counts(["point", "line"]);
+    columns.extend(texts(calls_files.then_some("called_file")));
+    columns.extend(numbers(["arc_length_mm", ANGLE[0]]));
+    columns.extend(counts(["cutting"]));
+    columns.extend(numbers(quantities[..6].iter().copied()));
+    columns.extend(numbers(Source::of(machine).iter().map(|source| before_column(*source))));
+    columns.extend(numbers(quantities[6..].iter().copied()));
+    columns.extend(numbers(cutting_force::columns()));
+    columns.extend(texts(["status", "reason", "limits"]));
+    columns.extend(numbers(["nominal", "commanded"].into_iter().flat_map(pose_columns)));
+    columns.extend(numbers(drive_columns(machine)));
+    columns.extend(numbers(correction_columns(machine).chain(force_columns(machine))));
+    columns
+}
+
+/// The column of the error without compensation under `source`.
+pub(super) fn before_column(source: Source) -> String {
+    match source {
+        Source::All => "error_before_mm".into(),
+        alone => format!("error_before_{}_mm", alone.label()),
+    }
+}
+
+/// One row per point of `proved`: the line that leads there (of `called_file`, if the program calls some), the tool angle, where the tool should be, what is commanded instead (both in the workpiece frame),
+/// the error before (mm, by point of the path) and as written (base axes), the cutting force, the poses of P in O and the drive positions
+/// without and with compensation, drive corrections and forces as written. An empty cell has its reason in `status` and
+/// `reason`. `limits` names the limits that bind, if the path was corrected within limits.
+pub fn program_table(job: &ProgramJob, proved: &ProvedPart<'_>, bounded: Option<&BoundedPath>) -> Table {
+    let machine = &job.machine;
+    let columns = program_columns(job);
+    let called = job.file.called_files();
+    let width = columns.len();
+    let ProvedPart { part, before, written } = proved;
+    let (points, demands) = (part.points, part.demands());
+    let stations = stations(&job.process, points, demands, Some(&job.file));
+    let mut led = job.led();
+    let row = |((i, answer), station): ((usize, &PathAnswer), Station)| {
+        let (k, point, demand) = (part.first + i, &points[i], &demands[i]);
+        let mut row: Row = vec![k.into(), job.file.line_of(point.source.segment).into()];
+        if !called.is_empty() {
+            let file = job.file.file_of(point.source.segment).checked_sub(1);
+            row.push(file.map_or_else(String::new, |file| called[file].clone()).into());
+        }
+        row.extend([point.arc_length_mm.into(), station.phi_deg.into(), usize::from(point.cutting).into()]);
+        row.extend(cells(point.position_mm.iter().copied()));
+        let commanded = answer.target.map(|pose| job.commanded(&mut led, point, demand.external, pose));
+        row.extend((0..3).map(|i| commanded.map(|point| point.position_mm[i]).into()));
+        row.extend(Source::of(machine).iter().map(|source| before[*source][i].map(|error| error.norm()).into()));
+        let shown = |value: f64| Cell::from(answer.is_settled.then_some(value));
+        row.push(shown(answer.position_error.norm()));
+        row.extend(answer.position_error.iter().map(|v| shown(*v)));
+        row.push(shown(answer.leftover_rotation.norm().to_degrees()));
+        row.extend(cutting_force::force_cells(demand));
+        row.extend([
+            answer.status.label().into(),
+            answer.status.reason(machine).into(),
+            binding(job, bounded, k).into(),
+        ]);
+        row.extend(pose_cells(Some(&demand.pose)));
+        row.extend(pose_cells(answer.target.as_ref()));
+        row.extend(drive_cells(machine, demand, answer, answer.is_settled));
+        row.extend(shown_positions(machine, &answer.delta_rho()).iter().map(|v| shown(*v)));
+        row.resize(width - machine.drive_count(), Cell::Missing);
+        row.extend(answer.drive_forces.iter().map(|v| shown(*v)));
+        row.resize(width, Cell::Missing);
+        row
+    };
+    Table::new(columns, written.iter().enumerate().zip(stations).map(row))
+}
+
+/// Limits that bind at point `k`, such as `correction x upper`.
+fn binding(job: &ProgramJob, bounded: Option<&BoundedPath>, k: usize) -> String {
+    let labels = job.machine.drive_labels();
+    let corrected = bounded.and_then(|path| path.points[k].corrected());
+    let words = corrected.into_iter().flat_map(|point| &point.binding).map(|binding| {
+        let side = match binding.side {
+            Side::Lower => "lower",
+            Side::Upper => "upper",
+        };
+        format!("{} {} {side}", binding.kind.label(), labels[binding.drive])
+    });
+    words.collect::<Vec<_>>().join("; ")
+}

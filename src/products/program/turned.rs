@@ -1,0 +1,88 @@
+//! A program whose free turn about the tool's axis is sought before it is compensated.
+
+use super::load_fault;
+use crate::{
+    input::error::{Error, Result},
+    process::file::Process,
+    redundancy::{FreeTurn, TurnAsked, seek},
+    simulation::{ProgramFile, external_axes::held_along},
+    toolpath::{
+        NumberFormat, Orientation, Toolpath,
+        polyline::{self, Polyline},
+    },
+    work::Work,
+};
+
+/// A program as it is turned: what is compensated, and what was found.
+#[derive(Debug)]
+pub struct TurnedProgram {
+    /// The process, its machine on the branch that was found.
+    pub process: Process,
+    /// The program, which says how the platform stands: a polyline with a row for each point, or the program of a robot with other
+    /// orientations.
+    pub file: ProgramFile,
+    /// What was found.
+    pub found: FreeTurn,
+}
+
+/// Pieces of a path that is split once more are longer than the longest by at most this share: rounding of written positions.
+const ROUNDING: f64 = 1e-6;
+
+/// Seeks the turn about the tool's axis along `program`, called `name` in errors, as `process` says.
+///
+/// # Errors
+/// A format that cannot say how the platform stands, a machine that cannot turn its tool freely, no turn that goes all along, and those
+/// of `work`.
+pub fn turned(process: &Process, program: &ProgramFile, name: &str, work: &Work) -> Result<TurnedProgram> {
+    let fault = |problem: String| Error::Argument { argument: name.into(), problem };
+    if matches!(program, ProgramFile::Gcode(_)) {
+        let problem = "its turns about the tool's axis cannot be written: expected a polyline (.csv) or a program of a robot, which can \
+                       say how the platform stands, or --redundancy as_programmed";
+        return Err(fault(problem.into()));
+    }
+    let path = process.with_cuts(program.toolpath(process.sampling)?, name)?;
+    let machine = held_along(&process.machine, &path, name)?;
+    let loads = process.loads(&path).map_err(|source| load_fault(name, &source))?;
+    let asked = TurnAsked {
+        machine: &machine,
+        errors: &process.errors,
+        placement: &process.placement,
+        target: process.target,
+        path: &path,
+        loads: &loads,
+        turn: &process.tool_turn,
+    };
+    let found = seek(asked, work)?;
+    let turned = match found.chosen(process.tool_turn.redundancy) {
+        Some(Ok(turned)) => turned,
+        Some(Err(dead_end)) => {
+            return Err(fault(format!("no turn about the tool's axis goes all along; {}", dead_end.reason())));
+        }
+        None => return Err(fault("is to stand as programmed".into())),
+    };
+    let mut process = Process { machine: turned.machine.clone(), ..process.clone() };
+    let file = match program {
+        ProgramFile::Robot(own) => {
+            let orientations: Vec<Orientation> =
+                turned.path.points().iter().filter_map(|point| point.orientation).collect();
+            let writing = process.writing(own.own_format())?;
+            let rewritten = own.rewrite(&path, &path.positions_mm(), Some(&orientations), writing)?;
+            ProgramFile::Robot(Box::new(rewritten.read()?))
+        }
+        _ => {
+            process.sampling = process.sampling.of_points(ROUNDING);
+            as_points(&turned.path, program, &mut process, name)?
+        }
+    };
+    Ok(TurnedProgram { process, file, found })
+}
+
+/// The polyline `program` with a row for each point of `path`, which says how the platform stands there.
+fn as_points(path: &Toolpath, program: &ProgramFile, process: &mut Process, name: &str) -> Result<ProgramFile> {
+    if let ProgramFile::Polyline(own) = program {
+        process.decimals.mm = process.decimals.mm.or(Some(own.own_format().mm_decimals()));
+    }
+    let format = NumberFormat::new(NumberFormat::MAX_DECIMALS, NumberFormat::MAX_DECIMALS)?;
+    let bytes = polyline::write(path, &path.positions_mm(), format)?;
+    Ok(ProgramFile::Polyline(Polyline::read(bytes, name)?))
+}

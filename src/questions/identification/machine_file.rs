@@ -1,0 +1,202 @@
+//! The machine file with the numbers that were found: the text of the study's, with values and provenance changed.
+
+use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, Value, value};
+
+use super::{
+    Found, IdentificationStudy, Identified,
+    validate::{left_share, rms_mm},
+};
+use crate::{
+    files::words::{counted, listed, millimetres, percent},
+    machine::Machine,
+};
+
+/// The file, and the parameters it has no place for: errors of chains, which belong to a process.
+pub(super) struct MachineFile {
+    /// Its text; `None` where none of the parameters has a place.
+    pub text: Option<String>,
+    /// Names of those without a place.
+    pub left_out: Vec<String>,
+    /// Why there is no text, although something was identified.
+    pub problem: Option<String>,
+}
+
+impl MachineFile {
+    fn none(left_out: Vec<String>, problem: Option<String>) -> Self {
+        Self { text: None, left_out, problem }
+    }
+}
+
+/// Components of vectors and intervals, by the last part of a parameter's name.
+const COMPONENTS: [(&str, usize); 5] = [("x", 0), ("y", 1), ("z", 2), ("min", 0), ("max", 1)];
+/// Rows and columns of matrices, as parameters name them.
+const ROWS: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
+
+/// Writes what was identified, and what was not where it could be: a value that fits, though others do as well, is not written.
+pub(super) fn write(study: &IdentificationStudy, found: &Identified) -> MachineFile {
+    let mut document = match study.machine_text.parse::<DocumentMut>() {
+        Ok(document) => document,
+        Err(fault) => {
+            let names = found.found.iter().map(|own| own.unknown.name.clone()).collect();
+            return MachineFile::none(names, Some(fault.to_string()));
+        }
+    };
+    tables_of_provenance(&mut document);
+    let (mut written, mut left_out) = (Vec::new(), Vec::new());
+    for own in found.found.iter().filter(|own| own.open.is_none()) {
+        let name = &own.unknown.name;
+        let key = study.machine.parameter(name).ok().and_then(|parameter| parameter.key);
+        // What was written is read back below.
+        match key.is_some_and(|key| set(document.as_item_mut(), &key, name, own.value).is_some()) {
+            true => written.push(own),
+            false => left_out.push(name.clone()),
+        }
+    }
+    if written.is_empty() {
+        return MachineFile::none(left_out, None);
+    }
+    for own in &written {
+        remove_provenance(&mut document, &own.unknown.name);
+        add_provenance(&mut document, study, found, own);
+    }
+    // Where the schema lies is true of the file that this one is made of.
+    let text: String =
+        document.to_string().split_inclusive('\n').filter(|line| !line.starts_with("#:schema")).collect();
+    let read_back = Machine::from_toml(&text, "the machine file that was found");
+    let is_there = |own: &&&Found| {
+        let back = read_back.as_ref().ok().and_then(|machine| machine.parameter(&own.unknown.name).ok()?.value);
+        back == Some(own.value)
+    };
+    let lost: Vec<String> = written.iter().filter(|own| !is_there(own)).map(|own| own.unknown.name.clone()).collect();
+    if lost.is_empty() {
+        return MachineFile { text: Some(text), left_out, problem: None };
+    }
+    let problem = match &read_back {
+        Err(fault) => fault.to_string(),
+        Ok(_) => format!("{} would not be read back as it was found", lost.join(", ")),
+    };
+    let all = [left_out, written.iter().map(|own| own.unknown.name.clone()).collect()].concat();
+    MachineFile::none(all, Some(problem))
+}
+
+/// Sets the number of the parameter `name` at `key`, such as `chain[0].elements[2].beam.length_mm`.
+fn set(document: &mut Item, key: &str, name: &str, number: f64) -> Option<()> {
+    let mut item = document;
+    for part in key.split('.') {
+        let (word, indices) = part.split_once('[').map_or((part, None), |(word, rest)| (word, Some(rest)));
+        item = item.get_mut(word)?;
+        for index in indices.into_iter().flat_map(|rest| rest.split('[')) {
+            item = item.get_mut(index.trim_end_matches(']').parse::<usize>().ok()?)?;
+        }
+    }
+    let last = name.rsplit('.').next()?;
+    if item.as_array().is_none() {
+        *item.as_value_mut()? = with_decor(item.as_value()?, number);
+        return Some(());
+    }
+    if let Some((_, index)) = COMPONENTS.iter().find(|(word, _)| *word == last) {
+        let entry = item.get_mut(*index)?;
+        *entry.as_value_mut()? = with_decor(entry.as_value()?, number);
+        return Some(());
+    }
+    let (row, column) = last.split_once('_')?;
+    let place = |word: &str| ROWS.iter().position(|row| *row == word);
+    let (row, column) = (place(row)?, place(column)?);
+    for (i, j) in [(row, column), (column, row)] {
+        let entry = item.get_mut(i)?.get_mut(j)?;
+        *entry.as_value_mut()? = with_decor(entry.as_value()?, number);
+    }
+    Some(())
+}
+
+/// `number` with the blanks and remarks around `old`.
+fn with_decor(old: &Value, number: f64) -> Value {
+    let mut new = Value::from(number);
+    *new.decor_mut() = old.decor().clone();
+    new
+}
+
+/// Provenance that is written as a list in one line becomes tables, to which others can be added.
+fn tables_of_provenance(document: &mut DocumentMut) {
+    if let Some(item) = document.remove("provenance") {
+        let item = item.into_array_of_tables().map_or_else(|item| item, Item::ArrayOfTables);
+        document.insert("provenance", item);
+    }
+}
+
+/// What was said of the parameter `name` alone is no longer so.
+fn remove_provenance(document: &mut DocumentMut, name: &str) {
+    let Some(tables) = document.get_mut("provenance").and_then(Item::as_array_of_tables_mut) else { return };
+    let mut emptied = Vec::new();
+    for (number, table) in tables.iter_mut().enumerate() {
+        if let Some(names) = table.get_mut("parameters").and_then(Item::as_array_mut) {
+            let before = names.len();
+            names.retain(|own| own.as_str() != Some(name));
+            if names.is_empty() && before > 0 {
+                emptied.push(number);
+            }
+        }
+    }
+    for number in emptied.into_iter().rev() {
+        tables.remove(number);
+    }
+}
+
+/// What the fit leaves, in words: against the noise that was given, or what was measured.
+fn misfit_words(study: &IdentificationStudy, found: &Identified) -> String {
+    let fit = &found.fit;
+    if !study.noise.is_estimated {
+        let widened = if fit.scale > 1.0 { ", and the interval is wider by it" } else { "" };
+        return format!("what is left is {:.2} times the noise that was given{widened}", fit.scale);
+    }
+    let left = rms_mm(fit.residuals.as_slice(), &study.measurements);
+    let left = left.map_or_else(|| "nothing".into(), |left| format!("{} RMS", millimetres(left, 4)));
+    let share = left_share(&fit.residuals, &study.measurements, &[]);
+    let share = share.map_or_else(String::new, |share| format!(", {} of what was measured", percent(share)));
+    format!("what is left is {left}{share}, and is in the interval")
+}
+
+/// What a file with some of the numbers that were fitted together costs, in a sentence; `None` where it has all or none.
+pub(super) fn mixed_words(study: &IdentificationStudy, found: &Identified) -> Option<String> {
+    let mixed = found.mixed.as_ref()?;
+    let names: Vec<&str> = mixed.kept.iter().map(|&k| &*study.unknowns[k].name).collect();
+    let (are, they) = if names.len() == 1 { ("is", "it is") } else { ("are", "they are") };
+    let kept = format!("{} {are} not identified, and {they} in the file as before", listed(&names));
+    let all = rms_mm(found.fit.residuals.as_slice(), &study.measurements);
+    Some(match (&mixed.left_mm, all) {
+        (Ok(Some(mixed)), Some(all)) => {
+            format!(
+                "{kept}: so the machine leaves {} RMS, with all numbers as fitted {}.",
+                millimetres(*mixed, 3),
+                millimetres(all, 3)
+            )
+        }
+        (Ok(_), _) => format!("{kept}, with which what was identified was not fitted."),
+        (Err(failure), _) => format!("{kept}: so the machine is not solved: {}.", failure.reason.trim_end_matches('.')),
+    })
+}
+
+fn add_provenance(document: &mut DocumentMut, study: &IdentificationStudy, found: &Identified, own: &Found) {
+    let mut table = Table::new();
+    let unit = own.unknown.unit;
+    table["what"] = value(own.unknown.name.as_str());
+    table["grade"] = value("identified");
+    let measurements = counted(study.measurements.len(), "measurement");
+    let before = format!("{:e} {unit}", own.unknown.start);
+    let mixed =
+        mixed_words(study, found).map_or_else(String::new, |words| format!("; {}", words.trim_end_matches('.')));
+    table["source"] = value(format!(
+        "Identified from {measurements} in {}; {}{mixed}; before: {}",
+        study.data,
+        misfit_words(study, found),
+        before.trim_end()
+    ));
+    let mut names = toml_edit::Array::new();
+    names.push(own.unknown.name.as_str());
+    table["parameters"] = value(names);
+    table["interval"] = value(toml_edit::Array::from_iter(own.interval));
+    let all = document.entry("provenance").or_insert(Item::ArrayOfTables(ArrayOfTables::new()));
+    if let Some(tables) = all.as_array_of_tables_mut() {
+        tables.push(table);
+    }
+}

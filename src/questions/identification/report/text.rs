@@ -1,0 +1,363 @@
+//! An identification in sentences.
+
+use super::{
+    answer::{ERRORS, MACHINE},
+    summary::Report,
+};
+use crate::{
+    files::words::{counted, listed, millimetres, percent},
+    machine::Machine,
+    questions::identification::{Coordinate, FarOff, Found, LossSpec, Measurement, Model, Pattern, Unknown},
+};
+
+fn number(value: f64) -> String {
+    if value.abs() >= 1e4 || (value != 0.0 && value.abs() < 1e-2) {
+        format!("{value:.3e}")
+    } else {
+        format!("{value:.4}")
+    }
+}
+
+/// A value with its interval.
+pub(super) fn value(own: &Found) -> String {
+    let unit = match own.unknown.unit.to_string() {
+        unit if unit.is_empty() => unit,
+        unit => format!(" {unit}"),
+    };
+    let [low, high] = own.interval;
+    match low.is_finite() && high.is_finite() {
+        true => format!("{}{unit} ({} to {})", number(own.value), number(low), number(high)),
+        false => format!("{}{unit} (no limit)", number(own.value)),
+    }
+}
+
+/// Most numbers that a sentence has.
+const FEW: usize = 3;
+
+/// Half an interval of an unknown in words: of a logarithm in percent, as long as that says something.
+pub(crate) fn half_width(unknown: &Unknown, width: f64) -> String {
+    match unknown.coordinate {
+        Coordinate::Logarithm if width > 7.0 => "any size".into(),
+        Coordinate::Linear(_) if width > ANYTHING => "any size".into(),
+        Coordinate::Logarithm if width > 0.5 => format!("within a factor of {:.1}", width.exp()),
+        Coordinate::Logarithm => format!("±{}", percent(width)),
+        Coordinate::Linear(scale) => format!("±{} {}", number(width * scale), unknown.unit).trim_end().into(),
+    }
+}
+
+/// Half an interval, in units of a coordinate, from which an unknown may be anything.
+pub(crate) const ANYTHING: f64 = 100.0;
+
+/// A number that was identified, with half its interval.
+pub(super) fn about(own: &Found) -> String {
+    let unit = match own.unknown.unit.to_string() {
+        unit if unit.is_empty() => unit,
+        unit => format!(" {unit}"),
+    };
+    format!("{} {}{unit} {}", own.unknown.name, number(own.value), half_width(&own.unknown, own.half_width))
+}
+
+/// What was identified, in part of a sentence: the first of many.
+pub(super) fn few(report: &Report<'_>) -> String {
+    first(FEW, report.known().map(about))
+}
+
+/// The first of `all` by name, and how many there are more.
+fn first(most: usize, all: impl Iterator<Item = String>) -> String {
+    let all: Vec<String> = all.collect();
+    let more = match all.len().saturating_sub(most) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    format!("{}{more}", all[..all.len().min(most)].join(", "))
+}
+
+/// Each unknown, in a line.
+pub(super) fn parameters(report: &Report<'_>) -> Vec<String> {
+    let line = |own: &Found| match &own.open {
+        None => format!("{}: {}", own.unknown.name, value(own)),
+        Some(reason) => format!("{}: not identified: {reason}", own.unknown.name),
+    };
+    report.found.found.iter().map(line).collect()
+}
+
+/// Where the profile of the likelihood says otherwise than the linear interval, by more than a tenth of its half.
+fn profiles(report: &Report<'_>) -> Option<String> {
+    let differs = |own: &&Found| {
+        let Some(profile) = own.profile else { return false };
+        let at = |value: f64| own.unknown.at(value).unwrap_or(f64::INFINITY);
+        let off = |side: usize| (at(profile[side]) - at(own.interval[side])).abs();
+        // An end that is nowhere makes this no number, which is not less.
+        !(off(0) < 0.1 * own.half_width && off(1) < 0.1 * own.half_width)
+    };
+    let said = |own: &Found| {
+        let end = |end: f64| if end.is_finite() { number(end) } else { "no limit".into() };
+        let [low, high] = own.profile.unwrap_or(own.interval).map(end);
+        format!("{} ({low} to {high})", own.unknown.name)
+    };
+    let all: Vec<String> = report.known().filter(differs).map(said).collect();
+    (!all.is_empty()).then(|| format!("By the profile of the likelihood, intervals are others: {}.", all.join("; ")))
+}
+
+/// What the residuals hang on.
+pub(super) fn patterns(report: &Report<'_>) -> String {
+    let said = |own: &Pattern| {
+        format!("{} hangs on {} (rank correlation {:+.2}), as by {}", own.of, own.with, own.correlation, own.hint)
+    };
+    let seen: Vec<String> = report.found.patterns.iter().filter(|own| own.is_seen()).map(said).collect();
+    match (report.found.patterns.is_empty(), seen.is_empty()) {
+        (true, _) => "There are too few measurements to show a pattern in what is left.".into(),
+        (_, true) => {
+            "What is left shows no pattern over order, load, direction and pose: no rank correlation is larger than chance makes once \
+             in a thousand times."
+                .into()
+        }
+        _ => format!("A pattern in what is left: {}.", seen.join("; ")),
+    }
+}
+
+/// What is open, and what would tell most of it.
+pub(super) fn open(report: &Report<'_>) -> String {
+    if report.found.open.is_empty() {
+        let all: Vec<&Found> = report.found.found.iter().filter(|own| own.open.is_some()).collect();
+        let names: Vec<&str> = all.iter().map(|own| &*own.unknown.name).collect();
+        let farther = if all.iter().all(|own| own.profile.is_some()) { " near the best fit" } else { "" };
+        return match names[..] {
+            [] => "All combinations of the unknowns are told.".into(),
+            _ => format!(
+                "All combinations of the unknowns are told{farther}; not identified all the same: {}.",
+                listed(&names)
+            ),
+        };
+    }
+    let each: Vec<String> = report.found.open.iter().map(|open| report.words(&open.parts)).collect();
+    let next = match &report.found.advice {
+        Some(advice) => {
+            let along = ["x", "y", "z"][advice.force.iamax()];
+            let size = number(advice.force.norm());
+            let pose = &report.study.measurements[advice.measurement].name;
+            let known = |std: f64| if std.is_finite() { format!("{std:.2}") } else { "not at all".into() };
+            format!(
+                " A force of {size} N along {along} at pose {pose} would tell most of the least known one: its standard deviation \
+                 would fall from {} to {}.",
+                known(advice.std[0]),
+                known(advice.std[1])
+            )
+        }
+        None => " No force on the tool tip at these poses would tell them.".into(),
+    };
+    format!("Open, the least known first: {}.{next}", each.join("; "))
+}
+
+/// What the sets of unknowns predict.
+pub(super) fn models(report: &Report<'_>) -> String {
+    let lines: Vec<String> = report
+        .found
+        .models
+        .iter()
+        .map(|model| {
+            let shown = |value: Option<f64>| value.map_or_else(|| "none".into(), |value| millimetres(value, 4));
+            let predicted = match &model.predicted_mm {
+                Ok(value) => shown(*value),
+                Err(failure) => failure.reason.clone(),
+            };
+            let unknowns = counted(model.unknowns, "unknown");
+            format!("{} ({unknowns}): fitted {}, predicted {predicted}", model.name, shown(model.fitted_mm))
+        })
+        .collect();
+    match report.study.folds {
+        0 | 1 => format!("RMS of what is left: {}.", lines.join("; ")),
+        folds => format!("RMS of what is left in {folds} parts: {}.", lines.join("; ")),
+    }
+}
+
+/// A model that leaves more than this share of what was measured does not follow it.
+const FOLLOWED: f64 = 0.7;
+/// One that leaves more than this lacks something, or the readings scatter.
+const NOTEWORTHY: f64 = 0.1;
+/// Noise of which less than this is seen, in more readings than unknowns by [`MANY`], is not that of these readings: chance leaves so little
+/// less than once in a thousand times.
+const TOO_QUIET: f64 = 0.25;
+const MANY: usize = 8;
+/// Most readings that are named.
+const NAMED: usize = 3;
+
+/// Readings that lie far off.
+fn far_off(report: &Report<'_>) -> Option<String> {
+    let all = &report.found.far_off;
+    let said = |own: &FarOff| {
+        let unit = if own.column.ends_with("deg") { "°" } else { "mm" };
+        format!("{} of {} by {:.3} {unit}", own.column, report.study.place(own.measurement), own.by)
+    };
+    let what = counted(all.len(), "reading");
+    let advice = match report.study.loss {
+        LossSpec::Squares => "; look there, or let such count less (loss = \"cauchy\")",
+        LossSpec::Huber | LossSpec::Cauchy => "",
+    };
+    (!all.is_empty()).then(|| format!("{what} far off all others: {}{advice}.", first(NAMED, all.iter().map(said))))
+}
+
+/// Numbers that fit best where they are no longer sought.
+fn at_end(report: &Report<'_>) -> Option<String> {
+    let (fit, unknowns) = (&report.found.fit, &report.study.unknowns);
+    let all: Vec<&str> =
+        (0..unknowns.len()).filter(|&k| unknowns[k].is_at_end(fit.x[k])).map(|k| &*unknowns[k].name).collect();
+    let which = match all[..] {
+        [] => return None,
+        [one] => format!("{one} fits"),
+        [one, ..] => format!("{one} and {} more fit", all.len() - 1),
+    };
+    Some(format!(
+        "{which} best as far from the machine file as numbers are sought: are loads and readings in the units of their columns?"
+    ))
+}
+
+/// Poses at which a drive stands beyond the travel that the machine file has; `place` says which of them one is.
+pub(super) fn beyond_travel(
+    machine: &Machine,
+    poses: &[Measurement],
+    place: impl Fn(usize) -> String,
+) -> Option<String> {
+    let beyond = |i: usize| Some((i, machine.drive_beyond_travel(&poses[i].at.drives)?.1));
+    let all: Vec<_> = (0..poses.len()).filter_map(beyond).collect();
+    let (first, fault) = all.first()?;
+    Some(format!("{} beyond the travel in the machine file: {}: {fault}.", counted(all.len(), "pose"), place(*first)))
+}
+
+/// What the model leaves that it should not, first of all.
+pub(super) fn misfit(report: &Report<'_>) -> Option<String> {
+    const TRY: &str = "Try as unknowns: play of the drives, bearings that tilt across the joints' axes (an arm's elbow first), elastic links.";
+    let (fit, share) = (&report.found.fit, report.left_share().unwrap_or(0.0));
+    let words = percent(share);
+    let others = report.left_share_of_others().unwrap_or(share);
+    let far = if share > NOTEWORTHY && others < 0.5 * share { far_off(report) } else { None };
+    if let Some(far) = far {
+        let far = format!("What is left is {words} of what was measured, {} without {far}", percent(others));
+        if fit.is_beyond_noise {
+            return Some(format!(
+                "{far} It is {:.1} times the noise that was given, which chance makes less than once in a hundred times: nothing is identified.",
+                fit.scale
+            ));
+        }
+        return Some(match report.study.noise.is_estimated {
+            true => format!("{far} Intervals are as wide as if all readings scattered so."),
+            false => far,
+        });
+    }
+    if share > FOLLOWED {
+        return Some(format!(
+            "What is left is nearly as large as what was measured ({words}): are the units, signs and axes of loads and readings those of \
+             their columns?"
+        ));
+    }
+    if fit.is_beyond_noise {
+        return Some(format!(
+            "What is left is {:.1} times the noise that was given, which chance makes less than once in a hundred times: the model lacks \
+             something, and nothing is identified. {TRY}",
+            fit.scale
+        ));
+    }
+    if report.study.noise.is_estimated && share > NOTEWORTHY {
+        return Some(format!(
+            "What is left is {words} of what was measured: the model lacks something, or readings scatter so; intervals are as wide as if they \
+             did. {TRY}"
+        ));
+    }
+    if !report.study.noise.is_estimated && fit.scale < TOO_QUIET && report.study.reading_count() >= fit.x.len() + MANY {
+        return Some(format!(
+            "What is left is but {} times the noise that was given: are std_mm and std_deg in these units? Intervals are as wide as that noise \
+             makes them.",
+            number(fit.scale)
+        ));
+    }
+    let is_widened = report.study.loss == LossSpec::Squares && !report.study.noise.is_estimated && fit.scale > 1.5;
+    is_widened
+        .then(|| format!("What is left is {:.1} times the noise that was given; intervals are wider by it.", fit.scale))
+}
+
+/// Stiffnesses that look like those of another unit.
+pub(super) fn unit_factor(report: &Report<'_>) -> Option<String> {
+    let own = report.found.unit_factor.as_ref()?;
+    let [low, high] = own.interval;
+    let than = if own.is_lower { "lower" } else { "higher" };
+    let (unit, words) = own.looks_like;
+    Some(format!(
+        "Stiffnesses are {} ({} to {}) times {than} than the machine file's, each of them {} to {} times: that looks like {words} ({unit}), in \
+         loads, readings or the file.",
+        number(own.factor),
+        number(low),
+        number(high),
+        number(own.each[0]),
+        number(own.each[1])
+    ))
+}
+
+/// Numbers whose interval by the profile is not known.
+fn unknown_profiles(report: &Report<'_>) -> Option<String> {
+    let all: Vec<&str> = report.known().filter(|own| own.is_profile_unknown).map(|own| &*own.unknown.name).collect();
+    (!all.is_empty()).then(|| {
+        format!("The profile of the likelihood is unknown of {}: the others could not be fitted anew; intervals are linear.", listed(&all))
+    })
+}
+
+/// What must be known with the answer.
+pub(super) fn cautions(report: &Report<'_>) -> String {
+    let mut said: Vec<String> = misfit(report).into_iter().collect();
+    said.extend(unit_factor(report));
+    if report.found.fit.is_beyond_noise {
+        // A wrong unit leaves more than any play.
+        said.reverse();
+    }
+    said.extend(report.mixed_words());
+    said.extend(at_end(report));
+    said.extend(far_off(report).filter(|far| said.iter().all(|own| !own.contains(far))));
+    let study = report.study;
+    said.extend(beyond_travel(&study.machine, &study.measurements, |i| study.place(i)));
+    if let Some(better) = report.better() {
+        let predicted =
+            |model: &Model| millimetres(model.predicted_mm.as_ref().ok().copied().flatten().unwrap_or_default(), 3);
+        said.push(format!(
+            "The unknowns of \"{}\" predict better: {} instead of {} RMS.",
+            better.name,
+            predicted(better),
+            predicted(&report.found.models[0])
+        ));
+    }
+    said.extend(profiles(report));
+    said.extend(unknown_profiles(report));
+    if report.found.patterns.iter().any(Pattern::is_seen) {
+        said.push(patterns(report));
+    }
+    if report.study.loss != LossSpec::Squares {
+        let out = report.found.fit.weights.iter().filter(|&&weight| weight < 0.5).count();
+        if out > 0 {
+            said.push(format!("{} of less than half the usual weight.", counted(out, "reading")));
+        }
+    }
+    said.join("\n")
+}
+
+/// Everything the answer says.
+pub(super) fn details(report: &Report<'_>) -> String {
+    let mut file = match (&report.file.text, report.file.left_out.is_empty()) {
+        (None, _) => {
+            let nothing = if report.known().next().is_none() {
+                "nothing was identified"
+            } else {
+                "nothing that was identified has a place in it"
+            };
+            format!("No machine file was written: {}.", report.file.problem.as_deref().unwrap_or(nothing))
+        }
+        (Some(_), true) => format!("{MACHINE} has what was identified."),
+        (Some(_), false) => {
+            format!("{MACHINE} has what was identified but {}.", report.file.left_out.join(", "))
+        }
+    };
+    if let Some(mixed) = report.mixed_words() {
+        file += &format!(" {mixed}");
+    }
+    if !report.errors.is_empty() {
+        file += &format!(" {ERRORS}, a process file, has {}.", report.errors.join(", "));
+    }
+    [parameters(report).join("\n"), open(report), models(report), patterns(report), file].join("\n")
+}

@@ -1,0 +1,162 @@
+//! From an identification as written to a checked study.
+
+use super::{
+    IdentificationStudy,
+    fit::Noise,
+    measurements::{self, LEAST_STD, Measurement, Reading, WhatFor},
+    spec::{IdentificationSpec, PriorSpec},
+    unknown::{Unknown, unknowns},
+};
+use crate::{
+    input::{Inputs, check::Check, error::Result},
+    machine::catalogue,
+    questions::{Given, Overrides, Resolved},
+};
+
+/// Parts of the measurements if the study does not say how many.
+const FOLDS: usize = 5;
+/// More unknowns have a profile only if the study asks for it: each takes some fits of all others.
+const PROFILED: usize = 20;
+
+pub(super) fn resolve(spec: &IdentificationSpec, given: &Given<'_>) -> Result<Resolved<IdentificationStudy>> {
+    for (name, is_given) in [("points", given.overrides.points.is_some()), ("grid", given.overrides.grid.is_some())] {
+        if is_given {
+            return Overrides::place(name).fail(format!("{} has measurements, and no {name}", given.name));
+        }
+    }
+    let (check, machine) = (&given.check, &given.machine);
+    if let Some(carrier) = &machine.carrier {
+        let problem = format!(
+            "the workpiece carrier {} of machine {} bends as well, which measurements of the tool do not tell: expected a \
+             machine without [workpiece_carrier]",
+            carrier.name, machine.name
+        );
+        return check.root().key("machine").fail(problem);
+    }
+    let file = given.folder.path(&spec.data).display().to_string();
+    if !given.folder.has(&spec.data) {
+        return check
+            .key("data")
+            .fail(format!("\"{}\" is not a file in the study's folder: there is no {file}", spec.data));
+    }
+    let bytes = given.folder.bytes(&spec.data)?;
+    let measured = measurements::read(&bytes, &file, machine, WhatFor::Readings)?;
+    let found = unknowns(machine, &spec.unknowns, &check.key("unknowns"))?;
+    if measured.iter().all(|own| own.load == own.reference && own.readings.iter().all(Reading::is_change)) {
+        let problem = format!("{file}: no measurement has a load other than its reference load, so that nothing moved");
+        return check.key("data").fail(problem);
+    }
+    let noise = noise(spec, &measured, check)?;
+    let readings: usize = measured.iter().map(|measurement| measurement.readings.len()).sum();
+    let folds = spec.folds.unwrap_or(FOLDS.min(measured.len()));
+    if spec.folds.is_some() && measured.len() < 2 {
+        return check.key("folds").fail("has no effect: there is one measurement, which no other predicts".into());
+    }
+    if spec.folds.is_some() && !(2..=measured.len()).contains(&folds) {
+        let problem = format!("must be from 2 to {}, the number of measurements, got {folds}", measured.len());
+        return check.key("folds").fail(problem);
+    }
+    if noise.is_estimated && readings + spec.prior.len() <= found.len() {
+        let problem = format!(
+            "names {} parameters, but there are {readings} readings: with no std_mm there must be more readings than unknowns",
+            found.len()
+        );
+        return check.key("unknowns").fail(problem);
+    }
+    let machine_text = match catalogue::find(&given.header.machine) {
+        Some(entry) => entry.toml.to_string(),
+        None => given.folder.text(&given.header.machine)?,
+    };
+    let study = IdentificationStudy {
+        machine: machine.clone(),
+        machine_text,
+        data: spec.data.clone(),
+        priors: priors(&spec.prior, &found, &check.key("prior"))?,
+        profile: spec.profile.unwrap_or(found.len() <= PROFILED),
+        alternatives: alternatives(spec, given)?,
+        unknowns: found,
+        measurements: measured,
+        noise,
+        loss: spec.loss,
+        folds,
+    };
+    let text = String::from_utf8_lossy(&bytes).into_owned();
+    Ok(Resolved { study, shown: (), inputs: Inputs::of(&spec.data, text) })
+}
+
+/// Either all noise is known or none, and of rotations beside lengths it is known.
+fn noise(spec: &IdentificationSpec, measured: &[Measurement], check: &Check) -> Result<Noise> {
+    for (key, std) in [("std_mm", spec.std_mm), ("std_deg", spec.std_deg)] {
+        if let Some(std) = check.key(key).optional_positive(std)?
+            && std < LEAST_STD
+        {
+            return check.key(key).fail(format!("must be at least {LEAST_STD:e}, got {std:e}"));
+        }
+    }
+    let (length, rotation) = (spec.std_mm, spec.std_deg.map(f64::to_radians));
+    let readings = || measured.iter().flat_map(|measurement| &measurement.readings);
+    let lacks = |is_rotation: bool| {
+        readings().any(|reading| reading.quantity.is_rotation() == is_rotation && reading.std.is_none())
+    };
+    let has_own = readings().any(|reading| reading.std.is_some());
+    let turns = readings().any(|reading| reading.quantity.is_rotation());
+    let is_estimated = lacks(false) && length.is_none();
+    if is_estimated && (turns || has_own || rotation.is_some()) {
+        let because = match (turns, has_own) {
+            (true, _) => "rotations were measured",
+            (_, true) => "other readings have one",
+            _ => "std_deg is given",
+        };
+        return check
+            .key("std_mm")
+            .fail(format!("missing: {because}, so that lengths need theirs to weigh against them"));
+    }
+    if lacks(true) && rotation.is_none() {
+        return check.key("std_deg").fail("missing: rotations were measured without a column std_deg".into());
+    }
+    Ok(Noise { length, rotation, is_estimated })
+}
+
+/// A prior that is tighter than this, in the coordinate of its unknown, is none: so well, nothing is known.
+const TIGHTEST: f64 = 1e-6;
+
+/// What `specs` say of `unknowns` beforehand: the unknown, its coordinate and the standard deviation of that.
+///
+/// # Errors
+/// One that is none of the unknowns, is named twice or makes no sense.
+pub fn priors(specs: &[PriorSpec], unknowns: &[Unknown], check: &Check) -> Result<Vec<(usize, f64, f64)>> {
+    let mut priors: Vec<(usize, f64, f64)> = Vec::new();
+    for (i, PriorSpec { parameter, value, std }) in specs.iter().enumerate() {
+        let check = check.item(i);
+        let Some(k) = unknowns.iter().position(|unknown| unknown.name == *parameter) else {
+            return check.key("parameter").fail(format!("\"{parameter}\" is none of the unknowns"));
+        };
+        if priors.iter().any(|(other, ..)| *other == k) {
+            return check.key("parameter").fail(format!("\"{parameter}\" has a prior already"));
+        }
+        let std = check.key("std").positive(*std)?;
+        let value = check.key("value").finite_scalar(value.unwrap_or(unknowns[k].start))?;
+        let Some(x) = unknowns[k].at(value) else {
+            return check.key("value").fail(format!("must be greater than 0, got {value}"));
+        };
+        let tightest = TIGHTEST * unknowns[k].slope(x).abs();
+        if std < tightest {
+            let problem =
+                format!("must be at least {tightest:?}, got {std:?}; leave out of unknowns what is known so well");
+            return check.key("std").fail(problem);
+        }
+        priors.push((k, x, std / unknowns[k].slope(x).abs()));
+    }
+    Ok(priors)
+}
+
+fn alternatives(spec: &IdentificationSpec, given: &Given<'_>) -> Result<Vec<(String, Vec<Unknown>)>> {
+    let mut all: Vec<(String, Vec<Unknown>)> = Vec::new();
+    for (i, other) in spec.alternative.iter().enumerate() {
+        let check = given.check.key("alternative").item(i);
+        check.key("name").readable(&other.name)?;
+        check.key("name").unique(&other.name, all.iter().map(|(name, _)| name.as_str()))?;
+        all.push((other.name.clone(), unknowns(&given.machine, &other.unknowns, &check.key("unknowns"))?));
+    }
+    Ok(all)
+}

@@ -1,0 +1,106 @@
+//! A plan of measurements into its folder.
+
+use std::{io::ErrorKind, path::Path};
+
+use serde_json::json;
+
+use super::{
+    headline, page,
+    pictures::figures,
+    summary::{Report, json},
+    tables, text,
+};
+use crate::{
+    answer::{Output, Run},
+    files::Manifest,
+    input::{
+        csv_rows,
+        error::{Error, Result},
+    },
+    page::Description,
+    questions::{
+        identification::Reading,
+        measurement_design::{MeasurementDesignStudy, run},
+    },
+    simulation::SOLVED,
+};
+
+/// What the person at the machine fills in.
+const SHEET: &str = "sheet.csv";
+
+/// Refuses to write over a sheet in which somebody has filled in what was read, or that cannot be understood.
+fn refuse_to_lose_readings(sheet: &Path) -> Result<()> {
+    let bytes = match std::fs::read(sheet) {
+        Err(fault) if fault.kind() == ErrorKind::NotFound => return Ok(()),
+        read => read.map_err(|source| Error::Read { file: sheet.to_path_buf(), source })?,
+    };
+    let refuse = |what: String| {
+        let problem = format!(
+            "{what}, and a new plan would write over it: move it to where the identification reads it, or choose another folder"
+        );
+        Err(Error::Argument { argument: sheet.display().to_string(), problem })
+    };
+    let rows = csv_rows::read(&bytes).unwrap_or_default();
+    let Some((header, rows)) =
+        rows.split_first().filter(|(header, _)| header.fields.iter().any(|name| name == b"pose"))
+    else {
+        return refuse("is no sheet as it was written".into());
+    };
+    let columns: Vec<Reading> = Reading::all_to_come();
+    let is_reading = |i: usize| {
+        let is = |name: &[u8]| name.starts_with(b"gauge") || columns.iter().any(|own| own.column.as_bytes() == name);
+        header.fields.get(i).is_some_and(is)
+    };
+    let is_filled =
+        |row: &csv_rows::Row| row.fields.iter().enumerate().any(|(i, cell)| is_reading(i) && !cell.is_empty());
+    match rows.iter().find(|row| is_filled(row)) {
+        None => Ok(()),
+        Some(row) => refuse(format!("has readings from line {} on", csv_rows::line_number(&bytes, row.span.start))),
+    }
+}
+
+/// Chooses the measurements and makes what is left.
+///
+/// # Errors
+/// Of the work.
+pub fn answer(study: &MeasurementDesignStudy, asked: &Run<'_>) -> Result<Output> {
+    refuse_to_lose_readings(&asked.out.join(SHEET))?;
+    let settings = json!({
+        "candidates": study.candidates.len(), "unknowns": study.unknowns.len(), "count": study.count, "draws": study.draws
+    });
+    let plan = match run(study, asked.work)? {
+        Ok(plan) => plan,
+        Err(failure) => {
+            let headline = headline::failed(study, &failure);
+            return Ok(Output {
+                settings,
+                statuses: Manifest::count([&*failure.status].into_iter()),
+                is_answered: Some(false),
+                tables: tables::none(study),
+                streamed: Default::default(),
+                summary: json!({ "schema": 1, "status": failure.status, "reason": failure.reason }),
+                figures: Vec::new(),
+                page: Description { headline, ..page::without_answer(study) },
+                bent: None,
+                details: failure.reason,
+                best_place: None,
+            });
+        }
+    };
+    let report = Report { study, plan: &plan };
+    let failed = plan.failures.iter().map(|(_, failure)| &*failure.status);
+    let solved = std::iter::repeat_n(SOLVED, study.candidates.len() - plan.failures.len());
+    Ok(Output {
+        settings,
+        statuses: Manifest::count(solved.chain(failed)),
+        is_answered: Some(!plan.chosen.is_empty()),
+        tables: tables::tables(&report),
+        streamed: Default::default(),
+        summary: json(&report),
+        figures: asked.drawn(|| figures(&report)),
+        page: Description { headline: headline::headline(&report), ..page::page(&report) },
+        bent: None,
+        details: text::details(&report),
+        best_place: None,
+    })
+}

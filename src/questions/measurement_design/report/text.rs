@@ -1,0 +1,98 @@
+//! A plan in sentences.
+
+use super::summary::Report;
+use crate::{
+    files::words::{counted, listed, millimetres},
+    questions::{identification::report::half_width, measurement_design::Widths},
+};
+
+/// What the plan was chosen for, where that is how well the tool is predicted.
+pub(super) fn tested_at_a_glance(report: &Report<'_>) -> Option<String> {
+    let error = report.reached()?.tested_mm?;
+    let random = report.random().and_then(|random| random.tested_mm);
+    let beside = random.map_or_else(String::new, |random| format!("; with random ones, {}", millimetres(random, 4)));
+    Some(format!("where it is tested, the tool is predicted to {} RMS{beside}", millimetres(error, 4)))
+}
+
+fn widest(report: &Report<'_>, widths: Option<&Widths>) -> Option<(usize, String)> {
+    let (unknown, width) = widths?.widest()?;
+    Some((unknown, half_width(&report.study.unknowns[unknown], width)))
+}
+
+/// How far the least known of the unknowns will be known.
+pub(super) fn reached(report: &Report<'_>) -> Option<String> {
+    let (unknown, width) = widest(report, report.reached())?;
+    let random = widest(report, report.random());
+    let beside = random.map_or_else(String::new, |(_, random)| format!("; with random ones, {random}"));
+    Some(format!("the least known, {}, to {width}{beside}", report.name(unknown)))
+}
+
+/// What no candidate tells, or not enough.
+pub(super) fn open(report: &Report<'_>) -> String {
+    let (mut untold, mut wide) = (Vec::new(), Vec::new());
+    for k in report.open() {
+        if report.plan.most_told[k] == 0.0 { untold.push(report.name(k)) } else { wide.push(report.name(k)) }
+    }
+    let mut said = Vec::new();
+    if !untold.is_empty() {
+        said.push(format!(
+            "No candidate tells anything of {}: other poses, loads or readings are needed.",
+            listed(&untold)
+        ));
+    }
+    if !wide.is_empty() {
+        said.push(format!(
+            "{} will still be open: more measurements, larger forces or other readings are needed.",
+            listed(&wide)
+        ));
+    }
+    said.join(" ")
+}
+
+/// How many are enough.
+pub(super) fn target(report: &Report<'_>) -> Option<String> {
+    let target = report.study.target?;
+    let (chosen, all) = (report.plan.chosen.len(), counted(report.study.unknowns.len(), "unknown"));
+    let to = format!("a factor of {:.3}, {target} mm or {target}°", target.exp());
+    Some(match report.enough() {
+        Some(0) => format!("{all} known within {to} before anything is measured."),
+        Some(enough) => format!("The first {enough} of {chosen} are enough to know {all} within {to}."),
+        None => format!("{} are not enough to know {all} within {to}.", counted(chosen, "measurement")),
+    })
+}
+
+/// Each unknown, in a line.
+pub(super) fn parameters(report: &Report<'_>) -> Vec<String> {
+    let Some(reached) = report.reached() else { return Vec::new() };
+    let line = |(k, width): (usize, &f64)| {
+        let random = report
+            .random()
+            .map(|random| format!(" (random: {})", half_width(&report.study.unknowns[k], random.each[k])));
+        format!("{}: {}{}", report.name(k), half_width(&report.study.unknowns[k], *width), random.unwrap_or_default())
+    };
+    reached.each.iter().enumerate().map(line).collect()
+}
+
+/// What the tool is predicted to, where rows are tested.
+pub(super) fn tested(report: &Report<'_>) -> Option<String> {
+    let error = report.reached()?.tested_mm?;
+    let random = report.random().and_then(|random| random.tested_mm);
+    let beside = random.map_or_else(String::new, |random| format!(", with random ones {}", millimetres(random, 4)));
+    Some(format!(
+        "Where it is tested, the tool is predicted to {} RMS{beside}, if the model holds.",
+        millimetres(error, 4)
+    ))
+}
+
+/// Everything the answer says.
+pub(super) fn details(report: &Report<'_>) -> String {
+    let mut lines = parameters(report);
+    lines.extend(tested(report));
+    lines.extend(target(report));
+    let open = open(report);
+    if !open.is_empty() {
+        lines.push(open);
+    }
+    lines.push("sheet.csv is for the machine: fill in what is read, and identify.".into());
+    lines.join("\n")
+}

@@ -1,0 +1,231 @@
+//! From a plan of measurements as written to a checked one.
+
+use nalgebra::Vector3;
+
+use super::{
+    MeasurementDesignStudy,
+    candidates::{Region, measurements, poses},
+    spec::{CandidateSpec, CriterionSpec, MeasurementDesignSpec},
+};
+use crate::{
+    input::{Inputs, check::Check, error::Result},
+    machine::{Branch, Machine},
+    questions::{
+        Given, Overrides, Resolved,
+        identification::{Measurement, Noise, Reading, WhatFor, priors, read, unknowns},
+    },
+};
+
+/// Random choices if the study does not say how many.
+const DRAWS: usize = 200;
+const MOST_DRAWS: usize = 10_000;
+const MOST_POSES: usize = 100_000;
+const MOST_CANDIDATES: usize = 200_000;
+const MOST_CHOSEN: usize = 1000;
+
+pub(super) fn resolve(spec: &MeasurementDesignSpec, given: &Given<'_>) -> Result<Resolved<MeasurementDesignStudy>> {
+    for (name, is_given) in [("points", given.overrides.points.is_some()), ("grid", given.overrides.grid.is_some())] {
+        if is_given {
+            return Overrides::place(name).fail(format!("{} has measurements, and no {name}", given.name));
+        }
+    }
+    let (check, machine) = (&given.check, &given.machine);
+    let unknowns = unknowns(machine, &spec.unknowns, &check.key("unknowns"))?;
+    let noise = Noise {
+        length: Some(check.key("std_mm").positive(spec.std_mm)?),
+        rotation: check.key("std_deg").optional_positive(spec.std_deg)?.map(f64::to_radians),
+        is_estimated: false,
+    };
+    let readings = readings(spec, noise, check)?;
+    let mut files = Files { given, inputs: Inputs::default() };
+    let candidates = candidates(spec, machine, &readings, &mut files)?;
+    let measured = files.rows(spec.measured.as_ref(), "measured", WhatFor::Readings)?.unwrap_or_default();
+    let has_no_std =
+        |own: &Measurement| own.readings.iter().any(|reading| reading.quantity.is_rotation() && reading.std.is_none());
+    if noise.rotation.is_none() && measured.iter().any(has_no_std) {
+        return check.key("std_deg").fail("missing: rotations were measured without a column std_deg".into());
+    }
+    let tested = match (spec.criterion, &spec.tested) {
+        (CriterionSpec::AllNumbers, Some(_)) => {
+            return check.key("tested").fail("has no effect: expected criterion = \"tested\" beside it".into());
+        }
+        (CriterionSpec::Tested, None) => {
+            return check
+                .key("tested")
+                .fail("missing: expected a file of poses and loads whose prediction counts".into());
+        }
+        (_, file) => files.rows(file.as_ref(), "tested", WhatFor::Places)?.unwrap_or_default(),
+    };
+    if spec.tested.is_some() && tested.iter().all(|own| own.load == own.reference) {
+        let problem = "no row has a load other than its reference load, so that there is nothing to predict".into();
+        return check.key("tested").fail(problem);
+    }
+    let displacements = Reading::displacements_to_come();
+    let tested = tested.into_iter().map(|own| Measurement { readings: displacements.clone(), ..own }).collect();
+    let check_count = check.key("count");
+    if !(1..=MOST_CHOSEN.min(candidates.len())).contains(&spec.count) {
+        let most = MOST_CHOSEN.min(candidates.len());
+        return check_count.fail(format!(
+            "must be from 1 to {most} ({} candidates, at most {MOST_CHOSEN} chosen), got {}",
+            candidates.len(),
+            spec.count
+        ));
+    }
+    let draws = spec.draws.unwrap_or(DRAWS);
+    if draws > MOST_DRAWS {
+        return check.key("draws").fail(format!("must be at most {MOST_DRAWS}, got {draws}"));
+    }
+    let study = MeasurementDesignStudy {
+        machine: machine.clone(),
+        priors: priors(&spec.prior, &unknowns, &check.key("prior"))?,
+        unknowns,
+        measured,
+        candidates,
+        tested,
+        noise,
+        criterion: spec.criterion,
+        count: spec.count,
+        target: check.key("target").optional_positive(spec.target)?,
+        draws,
+    };
+    Ok(Resolved { study, shown: (), inputs: files.inputs })
+}
+
+/// Files of rows that a study names.
+struct Files<'a> {
+    given: &'a Given<'a>,
+    inputs: Inputs,
+}
+
+impl Files<'_> {
+    fn rows(&mut self, file: Option<&String>, key: &str, what_for: WhatFor) -> Result<Option<Vec<Measurement>>> {
+        let Some(file) = file else { return Ok(None) };
+        let folder = self.given.folder;
+        if !folder.has(file) {
+            let path = folder.path(file);
+            let problem = format!("\"{file}\" is not a file in the study's folder: there is no {}", path.display());
+            return self.given.check.key(key).fail(problem);
+        }
+        let bytes = folder.bytes(file)?;
+        let rows = read(&bytes, &folder.path(file).display().to_string(), &self.given.machine, what_for)?;
+        let text = String::from_utf8_lossy(&bytes).into_owned();
+        self.inputs = std::mem::take(&mut self.inputs).and(Inputs::of(file, text));
+        Ok(Some(rows))
+    }
+}
+
+/// What is read at each candidate.
+fn readings(spec: &MeasurementDesignSpec, noise: Noise, check: &Check) -> Result<Vec<Reading>> {
+    let check = check.key("reads");
+    let all = Reading::all_to_come();
+    let names = || all.iter().map(|reading| reading.column).collect::<Vec<_>>().join(", ");
+    let Some(columns) = &spec.reads else {
+        return Ok(Reading::displacements_to_come());
+    };
+    let mut readings: Vec<Reading> = Vec::new();
+    for (i, column) in columns.iter().enumerate() {
+        let check = check.item(i);
+        let Some(reading) = all.iter().find(|reading| reading.column == column) else {
+            return check.fail(format!("must be any of {}, got \"{column}\"", names()));
+        };
+        if readings.iter().any(|other| other.column == column) {
+            return check.fail(format!("\"{column}\" is named twice"));
+        }
+        if reading.quantity.is_rotation() && noise.rotation.is_none() {
+            return check.root().key("std_deg").fail(format!("missing: {column} is to be read"));
+        }
+        readings.push(reading.clone());
+    }
+    if readings.is_empty() {
+        return check.fail(format!("must name at least one of {}", names()));
+    }
+    Ok(readings)
+}
+
+fn candidates(
+    spec: &MeasurementDesignSpec,
+    machine: &Machine,
+    readings: &[Reading],
+    files: &mut Files<'_>,
+) -> Result<Vec<Measurement>> {
+    let check = files.given.check.clone();
+    match (&spec.candidates, &spec.candidate) {
+        (Some(_), None) => {
+            let rows = files.rows(spec.candidates.as_ref(), "candidates", WhatFor::Places)?.unwrap_or_default();
+            Ok(rows.into_iter().map(|own| Measurement { readings: readings.to_vec(), ..own }).collect())
+        }
+        (None, Some(spec)) => spread(spec, machine, readings, &check.key("candidate")),
+        _ => check.key("candidates").fail("give either a file of candidates, or [measurement_design.candidate]".into()),
+    }
+}
+
+fn spread(spec: &CandidateSpec, machine: &Machine, readings: &[Reading], check: &Check) -> Result<Vec<Measurement>> {
+    if !(1..=MOST_POSES).contains(&spec.poses) {
+        return check.key("poses").fail(format!("must be from 1 to {MOST_POSES}, got {}", spec.poses));
+    }
+    let mut forces = Vec::with_capacity(spec.forces.len());
+    for (i, force) in spec.forces.iter().enumerate() {
+        forces.push(check.key("forces_N").item(i).finite(*force)?);
+    }
+    if forces.is_empty() {
+        return check.key("forces_N").fail("must have at least one force, got none".into());
+    }
+    if spec.poses * forces.len() > MOST_CANDIDATES {
+        let problem = format!(
+            "{} poses under {} forces are {} candidates: expected at most {MOST_CANDIDATES}",
+            spec.poses,
+            forces.len(),
+            spec.poses * forces.len()
+        );
+        return check.key("forces_N").fail(problem);
+    }
+    let corner = |key: &str, value: [f64; 3]| check.key(key).finite(value);
+    let corners = |min: [f64; 3], max: [f64; 3], check: &Check| -> Result<[Vector3<f64>; 2]> {
+        let corners = [check.key("min_mm").finite(min)?, check.key("max_mm").finite(max)?];
+        check.ordered_box(corners[0], corners[1])?;
+        Ok(corners)
+    };
+    let tip = match (spec.min_mm, spec.max_mm) {
+        (Some(min), Some(max)) => {
+            let found = [corner("min_mm", min)?, corner("max_mm", max)?];
+            check.ordered_box(found[0], found[1])?;
+            Some(found)
+        }
+        (None, None) => None,
+        (Some(_), None) => return check.missing("max_mm"),
+        (None, Some(_)) => return check.missing("min_mm"),
+    };
+    let mut forbidden = Vec::new();
+    for (i, own) in spec.forbidden.iter().enumerate() {
+        let check = check.key("forbidden").item(i);
+        check.key("name").readable(&own.name)?;
+        forbidden.push(corners(own.min_mm, own.max_mm, &check)?);
+    }
+    let region = Region { tip, forbidden, branches: branches(spec, machine, check)? };
+    let found = poses(machine, &region, spec.poses);
+    if found.len() < spec.poses {
+        return check.key("poses").fail(format!(
+            "{} of {} poses were found that the machine reaches, in the box, outside forbidden ones{}: expected a larger region, \
+             or fewer poses",
+            found.len(),
+            spec.poses,
+            if region.branches.is_empty() { "" } else { ", on these branches" }
+        ));
+    }
+    Ok(measurements(&found, &forces, readings))
+}
+
+fn branches(spec: &CandidateSpec, machine: &Machine, check: &Check) -> Result<Vec<Branch>> {
+    let check = check.key("branches");
+    let mut branches = Vec::new();
+    for (i, word) in spec.branches.iter().enumerate() {
+        match word.parse::<Branch>() {
+            Ok(branch) => branches.push(branch),
+            Err(problem) => return check.item(i).fail(problem.to_string()),
+        }
+    }
+    if !branches.is_empty() && machine.branch_of(&machine.home).is_none() {
+        return check.fail(format!("machine {} has no branches: it is no arm with a spherical wrist", machine.name));
+    }
+    Ok(branches)
+}

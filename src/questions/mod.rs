@@ -1,0 +1,106 @@
+//! The questions: a study file as written (`spec`), checked ([`Study`]), run, and its plain results.
+//!
+//! Each question is a folder (spec, resolve, run, report and template) and one line of the list below; those that pages do not ask are
+//! left out of what is built for them. What is cut along a
+//! toolpath is said in a process file ([`crate::process::file`]), or in the same tables of the study.
+//!
+//! A study is a folder with a `study.toml`; its inputs are named relative to that folder.
+
+mod over_workspace;
+mod question;
+pub(crate) mod resolve;
+pub(crate) mod spec;
+
+pub use question::{Given, Overrides, Question, Resolved, Template};
+
+use std::{cell::Cell, path::Path};
+
+use crate::input::{Folder, Inputs, check::Check, error::Result};
+
+question::questions! {
+    workspace_map: WorkspaceMap(map::WorkspaceMapStudy),
+    path: Path(path::PathStudy),
+    placement: Placement(placement::PlacementStudy),
+    #[cfg(not(target_family = "wasm"))]
+    superposition: Superposition(superposition::SuperpositionStudy),
+    #[cfg(not(target_family = "wasm"))]
+    validation: Validation(validation::ValidationStudy),
+    #[cfg(not(target_family = "wasm"))]
+    online: Online(online::OnlineStudy),
+    #[cfg(not(target_family = "wasm"))]
+    turn_map: TurnMap(turn_map::TurnMapStudy),
+    #[cfg(not(target_family = "wasm"))]
+    identification: Identification(identification::IdentificationStudy),
+    #[cfg(not(target_family = "wasm"))]
+    measurement_design: MeasurementDesign(measurement_design::MeasurementDesignStudy),
+}
+
+/// A checked study, ready to run.
+#[derive(Debug, Clone)]
+pub struct Study {
+    /// Name of its folder; results are written under it.
+    pub name: String,
+    /// The question it answers.
+    pub question: String,
+    /// What decides its results.
+    pub inputs: Inputs,
+    /// What to compute.
+    pub kind: StudyKind,
+    /// Its text and the files it was read from, by names relative to its folder; see [`explore::Scene`].
+    pub files: StudyFiles,
+}
+
+/// What a study was read from.
+#[derive(Debug, Clone, Default)]
+pub struct StudyFiles {
+    /// The study file.
+    pub text: String,
+    /// The files that it names, and those that they name.
+    pub named: std::collections::BTreeMap<String, Vec<u8>>,
+}
+
+impl Study {
+    /// Reads and checks the study in `path`: a folder with a `study.toml`, or the file itself.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is not of the expected form, or holds values that make no sense.
+    pub fn open(path: &Path, overrides: &Overrides) -> Result<Study> {
+        let file = if path.is_dir() { path.join("study.toml") } else { path.to_path_buf() };
+        let text = crate::input::toml_file::read(&file)?;
+        let folder = file.parent().map(Path::to_path_buf).unwrap_or_default();
+        Self::from_toml(&text, &file.display().to_string(), folder, overrides)
+    }
+
+    /// Checks a study given as TOML text. `origin` names it in errors; files that it names are sought relative to `folder`.
+    ///
+    /// # Errors
+    /// As [`Study::open`].
+    pub fn from_toml(text: &str, origin: &str, folder: impl Into<Folder>, overrides: &Overrides) -> Result<Study> {
+        let (folder, check) = (folder.into().noting(), Check::new(origin));
+        let spec: StudySpec = spec::parse(text, origin)?;
+        let (header, asked) = spec.split(&check)?;
+        let (machine, machine_text) = resolve::header(&header, &folder, overrides, &check)?;
+        let set = overrides.branch.map_or_else(Inputs::default, |branch| Inputs::of("branch", branch.label()));
+        let inputs = Inputs::of_file(origin, text).and(Inputs::of(&header.machine, machine_text)).and(set);
+        #[cfg(not(target_family = "wasm"))]
+        let inputs =
+            inputs.and(overrides.redundancy.map_or_else(Inputs::default, |own| Inputs::of("redundancy", own.label())));
+        let given = Given {
+            machine,
+            folder: &folder,
+            overrides,
+            check,
+            name: "",
+            header: &header,
+            asked_process: Cell::new(false),
+        };
+        let (kind, settings) = asked.resolve(given)?;
+        Ok(Study {
+            name: resolve::folder_name(folder.here()),
+            question: header.question.trim().to_string(),
+            inputs: inputs.and(settings),
+            kind,
+            files: StudyFiles { text: text.into(), named: folder.noted() },
+        })
+    }
+}

@@ -1,0 +1,97 @@
+//! From an online study as written to a checked one.
+
+use super::{OnlineStudy, Sensor, spec::OnlineSpec};
+use crate::{
+    input::{Inputs, check::Check, error::Result},
+    questions::{
+        Given, Resolved,
+        path::{resolve::path, spec::PathSpec},
+    },
+    simulation::within_limits,
+};
+
+/// Most seeds and force errors together.
+const MOST_TRIALS: usize = 100_000;
+/// Most cycles of the controller along the path.
+const MOST_CYCLES: f64 = 1e8;
+
+/// Checks an online study.
+pub(super) fn resolve(spec: &OnlineSpec, given: &Given<'_>) -> Result<Resolved<OnlineStudy>> {
+    given.overrides.refuse_grid(given.name)?;
+    let check = &given.check;
+    let process = given.process(None, check)?;
+    let of_limits = given.process_place(None).key("limits");
+    within_limits::check(&process.machine, &process.limits).or_else(|problem| of_limits.fail(problem))?;
+    if process.limits.force_N.is_some() {
+        return of_limits.key("force_limit_N").fail(format!("is not looked at by {}", given.name));
+    }
+    let of_path = PathSpec {
+        circle: spec.circle.clone(),
+        line: spec.line.clone(),
+        file: spec.file.clone(),
+        methods: Some(Vec::new()),
+    };
+    let (path, program) = path(&of_path, &process, given, check)?;
+    let feed_mm_per_min = check.key("feed_mm_per_min").positive(spec.feed)?;
+    let times_s: Vec<f64> = path.stations.iter().map(|at| at.arc_length_mm * 60.0 / feed_mm_per_min).collect();
+    let sensor = sensor(spec, check)?;
+    let cycles = times_s.last().map_or(0.0, |last| sensor.cycles(*last));
+    if cycles > MOST_CYCLES {
+        let problem = format!("the path takes {cycles:.0} cycles: expected at most {MOST_CYCLES:.0}");
+        return check.key("cycle_ms").fail(problem);
+    }
+    let known_share = share(spec.known_chain_errors_percent, 0.0, 200.0, &check.key("known_chain_errors_percent"))?;
+    let (force_errors, seeds) = trials(spec, check)?;
+    let stiffness = check.key("cutting_stiffness_N_per_mm").optional_positive(spec.cutting_stiffness)?;
+    let inputs = process.inputs.and(program).and(Inputs::of("points of the path", path.stations.len().to_string()));
+    let study = OnlineStudy {
+        times_s,
+        feed_mm_per_min,
+        sensor,
+        too_soft: share(
+            spec.model_compliance_error_percent,
+            -90.0,
+            900.0,
+            &check.key("model_compliance_error_percent"),
+        )?,
+        known_errors: path.errors.iter().map(|error| error.scale(known_share)).collect(),
+        known_share,
+        force_errors,
+        seeds,
+        limits: process.limits,
+        cutting_stiffness: stiffness,
+        path,
+    };
+    Ok(Resolved { study, shown: (), inputs })
+}
+
+fn sensor(spec: &OnlineSpec, check: &Check) -> Result<Sensor> {
+    Ok(Sensor {
+        cycle_s: check.key("cycle_ms").positive(spec.cycle_ms)? / 1000.0,
+        delay_s: check.key("delay_ms").not_negative(spec.delay_ms)? / 1000.0,
+        low_pass_Hz: check.key("low_pass_Hz").optional_positive(spec.low_pass)?,
+        noise_N: check.key("noise_N").not_negative(spec.noise)?,
+        bias_N: check.key("bias_N").not_negative(spec.bias)?,
+    })
+}
+
+fn trials(spec: &OnlineSpec, check: &Check) -> Result<(Vec<f64>, usize)> {
+    let of_errors = check.key("force_errors_percent");
+    let given = spec.force_errors_percent.iter();
+    let errors = given.map(|percent| share(*percent, 0.0, 100.0, &of_errors)).collect::<Result<Vec<f64>>>()?;
+    if errors.is_empty() || errors.windows(2).any(|pair| pair[0] >= pair[1]) {
+        return of_errors.fail("must be at least one, ascending".into());
+    }
+    if spec.seeds == 0 || spec.seeds * errors.len() > MOST_TRIALS {
+        let problem = format!("must be from 1 to {}, got {}", MOST_TRIALS / errors.len(), spec.seeds);
+        return check.key("seeds").fail(problem);
+    }
+    Ok((errors, spec.seeds))
+}
+
+fn share(percent: f64, least: f64, most: f64, check: &Check) -> Result<f64> {
+    match (least..=most).contains(&percent) {
+        true => Ok(percent / 100.0),
+        false => check.fail(format!("must be from {least} to {most}, got {percent:?}")),
+    }
+}

@@ -1,0 +1,66 @@
+//! The table `[online]` of a study file, as written.
+
+use serde::Deserialize;
+
+use crate::questions::{path::spec::LineSpec, spec::CircleSpec};
+
+/// Correction in the controller by measured forces, against one made beforehand by predicted forces.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OnlineSpec {
+    /// A circle, a line or a file, as in a path study.
+    pub circle: Option<CircleSpec>,
+    /// See `circle`.
+    pub line: Option<LineSpec>,
+    /// See `circle`.
+    pub file: Option<String>,
+    /// Feed all along the path.
+    #[serde(rename = "feed_mm_per_min")]
+    pub feed: f64,
+    /// Time between two commands of the controller.
+    #[serde(default = "default_cycle")]
+    pub cycle_ms: f64,
+    /// Time from the force to its measured value in the controller.
+    #[serde(default)]
+    pub delay_ms: f64,
+    /// Corner frequency of the first-order low-pass of the measured force; none if not given.
+    #[serde(rename = "low_pass_Hz")]
+    pub low_pass: Option<f64>,
+    /// Standard deviation of each measured value.
+    #[serde(rename = "noise_N", default)]
+    pub noise: f64,
+    /// Standard deviation of the constant error of each axis of the sensor, over seeds.
+    #[serde(rename = "bias_N", default)]
+    pub bias: f64,
+    /// By how much the model bends too much under a force, in per cent; below 0 too little.
+    #[serde(default)]
+    pub model_compliance_error_percent: f64,
+    /// How much of the chain errors of the process the model knows.
+    #[serde(default = "default_known")]
+    pub known_chain_errors_percent: f64,
+    /// Standard deviations of the error of the predicted force, over seeds.
+    #[serde(default = "default_force_errors")]
+    pub force_errors_percent: Vec<f64>,
+    /// Seeds.
+    #[serde(default = "default_seeds")]
+    pub seeds: usize,
+    /// By how much the cutting force changes as the tool leaves its depth.
+    #[serde(rename = "cutting_stiffness_N_per_mm")]
+    pub cutting_stiffness: Option<f64>,
+}
+
+fn default_cycle() -> f64 {
+    1.0
+}
+
+fn default_known() -> f64 {
+    100.0
+}
+
+fn default_force_errors() -> Vec<f64> {
+    vec![0.0, 2.0, 5.0, 10.0, 20.0, 30.0, 50.0]
+}
+
+fn default_seeds() -> usize {
+    20
+}

@@ -1,0 +1,302 @@
+//! A path study: what each source of error does along a path, what must be commanded instead, and what each method costs
+//! and leaves.
+
+mod question;
+#[cfg(feature = "report")]
+pub mod report;
+pub(crate) mod resolve;
+pub(crate) mod spec;
+#[cfg_attr(target_family = "wasm", path = "not_turned.rs")]
+mod turned;
+
+use std::ops::Range;
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::{
+    compensation::{Demand, Method},
+    input::error::Result,
+    machine::{ChainError, Configuration, Machine},
+    simulation::{
+        BySource, Machines, Source,
+        along_path::{self, LedBlocks, Left, PathAnswer, PathCase, PathSummary, PathSums, kept},
+    },
+    work::Work,
+};
+
+pub use turned::PathTurn;
+
+/// A point of the path as tables and figures show it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Station {
+    /// Length of the path up to here, mm.
+    pub arc_length_mm: f64,
+    /// Tool angle φ: heading less a quarter turn, degrees in [0, 360); `None` where the path does not move in the plane.
+    pub phi_deg: Option<f64>,
+    /// Whether the tool cuts on the way here.
+    pub cutting: bool,
+    /// Line of the program that leads here, from 1; `None` of a path that is in no file.
+    #[serde(skip)]
+    pub line: Option<usize>,
+    /// The number of the file it is in: 0 is that of the path, then come [`PathStudy::called_files`].
+    #[serde(skip)]
+    pub file: usize,
+}
+
+/// A checked path study.
+#[derive(Debug, Clone)]
+pub struct PathStudy {
+    /// The nominal machine.
+    pub machine: Machine,
+    /// Errors of each chain of the real machine.
+    pub errors: Vec<ChainError>,
+    /// The path's points.
+    pub stations: Vec<Station>,
+    /// What is wanted at each, under load.
+    pub demands: Vec<Demand>,
+    /// How far the tool may be from its path, mm, if the process says it.
+    pub tolerance_mm: Option<f64>,
+    /// Methods compared.
+    pub methods: Vec<Method>,
+    /// Whether the path is that of a file and its last point is the first once more, so that it is counted only once in what
+    /// methods leave. Circles count their closing point.
+    pub begins_twice: bool,
+    /// Where the workpiece stands and what is cut: [`Process::facts`](crate::process::Process::facts).
+    pub facts: Vec<(&'static str, String)>,
+    /// What of them nobody may have meant: [`Process::assumed`](crate::process::Process::assumed).
+    pub assumed: Vec<(&'static str, String)>,
+    /// The turn about the tool's axis, if it is sought; see [`PathStudy::turned`].
+    pub turn: Option<PathTurn>,
+    /// The names of the files that its program calls.
+    pub called_files: Vec<String>,
+}
+
+/// What pages of a path say of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shown {
+    /// Whether the path is a circle, so that φ runs along it once.
+    pub is_circle: bool,
+}
+
+impl PathStudy {
+    /// Where the point put right should be at each point of the path, O axes, mm.
+    pub fn wanted(&self) -> Vec<Vector3<f64>> {
+        self.demands.iter().map(|demand| demand.pose.transform(demand.offset(&self.machine))).collect()
+    }
+}
+
+/// One source of error along a part of the path.
+#[derive(Debug, Clone, Serialize)]
+pub struct SourceAlongPath {
+    /// Which.
+    pub source: Source,
+    /// At the nominal command.
+    pub plain: Vec<PathAnswer>,
+    /// At the compensated command.
+    pub compensated: Vec<PathAnswer>,
+}
+
+/// Points of a path that follow one another, and what the sources do there. Points have the indices of the whole path.
+#[derive(Debug, Clone, Serialize)]
+pub struct PathPart {
+    /// The first of them.
+    pub first: usize,
+    /// What each source does.
+    pub sources: BySource<SourceAlongPath>,
+}
+
+impl PathPart {
+    /// Indices of the points.
+    pub fn points(&self) -> Range<usize> {
+        self.first..self.first + self.sources[Source::All].plain.len()
+    }
+
+    /// The nominal command of a point.
+    pub fn plain(&self, source: Source, point: usize) -> &PathAnswer {
+        &self.sources[source].plain[point - self.first]
+    }
+
+    /// The compensated command of a point, whether it succeeds or not.
+    pub fn answer(&self, source: Source, point: usize) -> &PathAnswer {
+        &self.sources[source].compensated[point - self.first]
+    }
+
+    /// Displacement of the point put right at the nominal command, O axes, mm; `None` where there is no equilibrium.
+    pub fn displacement(&self, source: Source, point: usize) -> Option<Vector3<f64>> {
+        self.plain(source, point).settled_error()
+    }
+
+    /// The compensated command of a point, if it succeeds.
+    pub fn compensated(&self, source: Source, point: usize) -> Option<&PathAnswer> {
+        Some(self.answer(source, point)).filter(|answer| answer.status.is_success())
+    }
+
+    /// How far P is commanded from where it should be to put both sources right, O axes, mm.
+    pub fn command_shift(&self, study: &PathStudy, point: usize) -> Option<Vector3<f64>> {
+        let target = self.compensated(Source::All, point)?.target?;
+        Some(target.translation - study.demands[point].pose.translation)
+    }
+}
+
+/// A method along the path, both sources.
+#[derive(Debug, Clone, Serialize)]
+pub struct MethodAlongPath {
+    /// Which.
+    pub method: Method,
+    /// What it leaves.
+    pub summary: PathSummary,
+}
+
+/// Results of a path study, all at once.
+#[derive(Debug, Clone, Serialize)]
+pub struct PathResults {
+    /// The study.
+    #[serde(skip)]
+    pub study: PathStudy,
+    /// All points.
+    pub whole: PathPart,
+    /// In the order of the study.
+    pub methods: Vec<MethodAlongPath>,
+}
+
+/// Runs the study on the current rayon pool; the path is turned first, if that is sought.
+///
+/// # Errors
+/// As [`PathStudy::turned`].
+pub fn run(study: &PathStudy, work: &Work) -> Result<PathResults> {
+    let turned = study.turned(work)?;
+    let study = turned.as_ref();
+    let nothing = |source| SourceAlongPath { source, plain: Vec::new(), compensated: Vec::new() };
+    let mut whole = PathPart { first: 0, sources: BySource::of(&study.machine, nothing) };
+    let methods = run_in_parts(study, work, |part| {
+        part.sources.map(|source, next| {
+            let all = &mut whole.sources[source];
+            all.plain.extend(next.plain);
+            all.compensated.extend(next.compensated);
+        });
+        Ok(())
+    })?;
+    Ok(PathResults { whole, methods, study: study.clone() })
+}
+
+/// As [`run`] of a study that has been [turned](PathStudy::turned), but gives the points to `take` part by part, in the order of the path, so that memory does not grow with it.
+/// The next part is computed meanwhile. What the methods leave, in the order of the study.
+///
+/// # Errors
+/// Of `work` and of `take`.
+pub fn run_in_parts(
+    study: &PathStudy,
+    work: &Work,
+    mut take: impl FnMut(PathPart) -> Result<()> + Send,
+) -> Result<Vec<MethodAlongPath>> {
+    let machines = Machines::new(&study.machine, &study.errors)?;
+    let mut methods = vec![PathSums::default(); study.methods.len()];
+    let mut done: Option<PathPart> = None;
+    let mut before: Option<Configuration> = None;
+    for points in along_path::parts(study.demands.len()) {
+        let led = LedBlocks::new(&machines.nominal, before.as_ref(), &study.demands[points.clone()]);
+        before = led.last().or(before);
+        let (next, taken) =
+            rayon::join(|| part(study, &machines, &led, points, work), || done.take().map_or(Ok(()), &mut take));
+        taken?;
+        let (next, left) = next?;
+        let counted_before = usize::from(study.begins_twice && next.first == 0);
+        for (sums, left) in methods.iter_mut().zip(left) {
+            left.iter().skip(counted_before).for_each(|left| sums.add(left));
+        }
+        done = Some(next);
+    }
+    done.map_or(Ok(()), take)?;
+    work.gathered()?;
+    let along = |(&method, sums): (&Method, PathSums)| MethodAlongPath { method, summary: sums.summary() };
+    Ok(study.methods.iter().zip(methods).map(along).collect())
+}
+
+/// What each method leaves at points.
+type LeftByMethods = Vec<Vec<Left>>;
+
+/// What the sources do at the points with these indices, in parallel on the current rayon pool. Each is solved from the one
+/// before: a range that does not begin at a multiple of 256 may differ by rounding from the same points of the whole path.
+///
+/// # Errors
+/// Of `work`.
+pub fn run_range(study: &PathStudy, points: Range<usize>, work: &Work) -> Result<PathPart> {
+    let points = points.start.min(study.demands.len())..points.end.min(study.demands.len());
+    let machines = Machines::new(&study.machine, &study.errors)?;
+    let passed = LedBlocks::new(&machines.nominal, None, &study.demands[..points.start]);
+    let led = LedBlocks::new(&machines.nominal, passed.last().as_ref(), &study.demands[points.clone()]);
+    let part = sources(study, &machines, &led, points, work)?;
+    work.gathered()?;
+    Ok(part)
+}
+
+fn part(
+    study: &PathStudy,
+    machines: &Machines,
+    led: &LedBlocks<'_>,
+    points: Range<usize>,
+    work: &Work,
+) -> Result<(PathPart, LeftByMethods)> {
+    let first = points.start;
+    let case = case(machines, Source::All, &study.demands[points.clone()]);
+    let left = |(index, &method): (usize, &Method)| {
+        let work = work.part(&format!("method {index}")).after(passes_of_sources(study) + index);
+        kept(&case, led, (first, passes(study)), method, &work, |answer| Left::of(&answer, &study.machine))
+    };
+    let (part, left) = rayon::join(
+        || sources(study, machines, led, points, work),
+        || study.methods.par_iter().enumerate().map(left).collect::<Result<LeftByMethods>>(),
+    );
+    Ok((part?, left?))
+}
+
+fn case<'a>(machines: &'a Machines, source: Source, demands: &'a [Demand]) -> PathCase<'a> {
+    PathCase {
+        nominal: machines.commanding(source),
+        real: machines.answering(source),
+        resting: machines.resting(),
+        before: None,
+        demands,
+    }
+}
+
+fn sources(
+    study: &PathStudy,
+    machines: &Machines,
+    led: &LedBlocks<'_>,
+    points: Range<usize>,
+    work: &Work,
+) -> Result<PathPart> {
+    let first = points.start;
+    let along = |(number, &source): (usize, &Source)| -> Result<SourceAlongPath> {
+        let demands: Vec<Demand> = study.demands[points.clone()].iter().map(|demand| source.demand(demand)).collect();
+        let case = case(machines, source, &demands);
+        let pass = |method, number: usize, command: &str| -> Result<Vec<PathAnswer>> {
+            let work = work.part(source.label()).part(command).after(number);
+            kept(&case, led, (first, passes(study)), method, &work, |answer| answer)
+        };
+        let (plain, compensated) = rayon::join(
+            || pass(Method::None, 2 * number, "plain"),
+            || pass(Method::Direct, 2 * number + 1, "compensated"),
+        );
+        Ok(SourceAlongPath { source, plain: plain?, compensated: compensated? })
+    };
+    let answers: Vec<Result<SourceAlongPath>> = Source::of(&study.machine).par_iter().enumerate().map(along).collect();
+    Ok(PathPart { first, sources: BySource::answered(answers)? })
+}
+
+/// Passes over the path that [`run`] makes: each source twice, and each method.
+pub fn passes(study: &PathStudy) -> usize {
+    passes_of_sources(study) + study.methods.len()
+}
+
+fn passes_of_sources(study: &PathStudy) -> usize {
+    2 * Source::of(&study.machine).len()
+}
+
+/// Blocks of all passes.
+pub(super) fn blocks(study: &PathStudy) -> usize {
+    study.demands.len().div_ceil(along_path::BLOCK) * passes(study)
+}

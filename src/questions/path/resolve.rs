@@ -1,0 +1,197 @@
+//! From a path study as written to a checked one.
+
+use nalgebra::Vector3;
+
+use crate::{
+    compensation::{Demand, Method},
+    input::{Inputs, check::Check, error::Result},
+    machine::Machine,
+    process::Process,
+    questions::{
+        Given, Overrides, Resolved,
+        path::{
+            PathStudy, PathTurn, Shown, Station,
+            spec::{LineSpec, PathSpec},
+        },
+        spec::CircleSpec,
+    },
+    simulation::{
+        ProgramFile,
+        demands::{Led, demands},
+        external_axes::held_along,
+    },
+    toolpath::{Circle, PathPoint, Plane, Sampling, Toolpath, Turn},
+};
+
+/// Checks a path study.
+pub(super) fn resolve(spec: &PathSpec, given: &Given<'_>) -> Result<Resolved<PathStudy>> {
+    given.overrides.refuse_grid(given.name)?;
+    let process = given.turned_process(None, &given.check)?;
+    let (study, program) = path(spec, &process, given, &given.check)?;
+    let points = Inputs::of("points of the path", study.stations.len().to_string());
+    let inputs = process.inputs.and(program).and(points);
+    Ok(Resolved { study, shown: Shown { is_circle: spec.circle.is_some() }, inputs })
+}
+
+/// A path that stands at `check`, cut by `process`, and the program it is read from as an input.
+pub(crate) fn path(
+    spec: &PathSpec,
+    process: &Process,
+    given: &Given<'_>,
+    check: &Check,
+) -> Result<(PathStudy, Inputs)> {
+    let (toolpath, program) = match &spec.line {
+        Some(line) if spec.circle.is_none() && spec.file.is_none() => {
+            (self::line(line, process, &check.key("line"))?, None)
+        }
+        Some(_) => return check.key("line").fail("give exactly one of circle, line and file".into()),
+        None => toolpath(spec.circle.as_ref(), spec.file.as_deref(), process, given, check)?,
+    };
+    let origin = spec.file.as_ref().map_or_else(|| check.place(), |file| given.folder.path(file).display().to_string());
+    let toolpath = process.with_cuts(toolpath, &origin)?;
+    let process = &Process { machine: held_along(&process.machine, &toolpath, &origin)?, ..process.clone() };
+    let demands = demands(process, &toolpath, &origin)?;
+    let study = PathStudy {
+        errors: process.errors.clone(),
+        stations: stations(process, toolpath.points(), &demands, program.as_ref()),
+        demands,
+        tolerance_mm: process.tolerance_mm,
+        methods: methods(spec, &check.key("methods"))?,
+        begins_twice: spec.file.is_some() && toolpath.begins_twice(),
+        facts: process.facts(),
+        assumed: process.assumed(),
+        turn: PathTurn::of(process, &toolpath, &origin),
+        called_files: program.as_ref().map_or_else(Vec::new, ProgramFile::called_files),
+        machine: process.machine.clone(),
+    };
+    Ok((study, program_input(spec.file.as_deref(), program.as_ref())))
+}
+
+/// The program called `file` that a path is read from; nothing for a circle, which stands in the study.
+pub(crate) fn program_input(file: Option<&str>, program: Option<&ProgramFile>) -> Inputs {
+    file.zip(program).map_or_else(Inputs::default, |(file, program)| program.inputs(file))
+}
+
+/// A circle, or the path of a program relative to the folder, and the program.
+pub(crate) fn toolpath(
+    circle: Option<&CircleSpec>,
+    file: Option<&str>,
+    process: &Process,
+    given: &Given<'_>,
+    check: &Check,
+) -> Result<(Toolpath, Option<ProgramFile>)> {
+    match (circle, file) {
+        (Some(circle), None) => {
+            Ok((self::circle(circle, &given.machine, given.overrides, &check.key("circle"))?, None))
+        }
+        (None, Some(_)) if given.overrides.points.is_some() => {
+            Overrides::place("points").fail("the points of a path from a file are those of the file".into())
+        }
+        (None, Some(file)) => {
+            let program = ProgramFile::in_folder(given.folder, file, process)?;
+            let path = program.toolpath(process.sampling)?;
+            if path.is_empty() {
+                let problem = format!("{file} moves nowhere: a program with at least one motion is expected");
+                return check.key("file").fail(problem);
+            }
+            Ok((path, Some(program)))
+        }
+        _ => check.key("circle").fail("give exactly one of circle and file".into()),
+    }
+}
+
+/// Refuses paths that have more than [`Sampling::MAX_POINTS`] points together.
+pub(crate) fn check_total(points: usize, check: &Check) -> Result<()> {
+    match points {
+        0..=Sampling::MAX_POINTS => Ok(()),
+        _ => check.fail(format!("the paths have {points} points together: expected at most {}", Sampling::MAX_POINTS)),
+    }
+}
+
+/// Points that circles ask for, together.
+pub(crate) fn points_of<'a>(circles: impl Iterator<Item = &'a CircleSpec>, overrides: &Overrides) -> usize {
+    circles.map(|circle| overrides.points.unwrap_or(circle.points)).fold(0, usize::saturating_add)
+}
+
+fn line(spec: &LineSpec, process: &Process, check: &Check) -> Result<Toolpath> {
+    let start = check.key("start_mm").finite(spec.start_mm)?;
+    let end = check.key("end_mm").finite(spec.end_mm)?;
+    Toolpath::line(start, end, process.sampling).or_else(|fault| check.fail(fault.to_string()))
+}
+
+fn circle(spec: &CircleSpec, machine: &Machine, overrides: &Overrides, check: &Check) -> Result<Toolpath> {
+    let centre_mm = match (spec.centre_mm, &spec.centre_point) {
+        (Some(centre), None) => check.key("centre_mm").finite(centre)?,
+        (None, Some(name)) => named_point(machine, name, &check.key("centre_point"))?,
+        _ => return check.key("centre_mm").fail("give exactly one of centre_mm and centre_point".into()),
+    };
+    let circle = Circle {
+        centre_mm,
+        diameter_mm: check.key("diameter_mm").positive(spec.diameter_mm)?,
+        plane: Plane::Xy,
+        turn: Turn::CounterClockwise,
+        start_angle_rad: 0.0,
+        points: overrides.points.unwrap_or(spec.points),
+    };
+    circle.toolpath().or_else(|fault| check.fail(fault.to_string()))
+}
+
+/// Position of the machine's point called `name`, mm, of a machine whose workpiece stands in its base.
+pub(crate) fn named_point(machine: &Machine, name: &str, check: &Check) -> Result<Vector3<f64>> {
+    match machine.point(name) {
+        Some(_) if machine.carrier.is_some() => check.fail(on_carrier(machine, name)),
+        Some(point) => Ok(point.position),
+        None => {
+            let known = machine.points.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
+            check.fail(format!("the machine has no point \"{name}\"; there are: {known}"))
+        }
+    }
+}
+
+/// Why a named point of `machine` is no place on its workpiece carrier.
+pub(crate) fn on_carrier(machine: &Machine, name: &str) -> String {
+    let carrier = machine.carrier.as_ref().map_or("", |carrier| carrier.name.as_str());
+    format!(
+        "point \"{name}\" is a place in the base, and the workpiece lies on the carrier {carrier}: expected coordinates on it"
+    )
+}
+
+fn methods(spec: &PathSpec, check: &Check) -> Result<Vec<Method>> {
+    let Some(names) = &spec.methods else { return Ok(Method::ALL.into()) };
+    let method = |name: &String| match Method::named(name, 1.0) {
+        Some(method) => Ok(method),
+        None => {
+            let known = Method::ALL.map(Method::label).join(", ");
+            check.fail(format!("no method is called \"{name}\"; there are: {known}"))
+        }
+    };
+    names.iter().map(method).collect()
+}
+
+/// φ is the heading about the tool's axis less a quarter turn: on a circle counter-clockwise about it, the polar angle of
+/// the point.
+pub(crate) fn stations(
+    process: &Process,
+    points: &[PathPoint],
+    demands: &[Demand],
+    program: Option<&ProgramFile>,
+) -> Vec<Station> {
+    let mut led = Led::new(&process.machine, &process.placement);
+    let station = |(point, demand): (&PathPoint, &Demand)| {
+        let placed = led.placed(demand.external);
+        let heading = placed.turned(&demand.pose.rotation).tool_axes().tr_mul(&point.tangent).xy().try_normalize(1e-6);
+        Station {
+            arc_length_mm: point.arc_length_mm,
+            phi_deg: heading.map(|h| tidy(h.y.atan2(h.x).to_degrees() - 90.0)),
+            cutting: point.cutting,
+            line: program.and_then(|program| program.line_of(point.source.segment)),
+            file: program.map_or(0, |program| program.file_of(point.source.segment)),
+        }
+    };
+    points.iter().zip(demands).map(station).collect()
+}
+
+/// An angle in [0, 360), without the rounding of its way through radians.
+fn tidy(degrees: f64) -> f64 {
+    ((degrees.rem_euclid(360.0) * 1e9).round() / 1e9).rem_euclid(360.0)
+}

@@ -1,0 +1,224 @@
+//! The recommendation in plain sentences.
+
+use crate::{
+    files::words::{counted, typographic},
+    questions::placement::{
+        Agreement, Best, COORDINATES, End, Entry, Evaluation, Found, Metric, PlacementResults, Refinement, Room, Start,
+        is_angle,
+        report::{summary::at, tables::is_found},
+    },
+};
+
+/// What happens at the recommended place, and at the others.
+pub(super) fn place(results: &PlacementResults) -> String {
+    match &results.best {
+        Some(best) => there(results, best) + &comparison(results),
+        None => nowhere(results),
+    }
+}
+
+/// How the place was found, and how much room there is.
+pub(super) fn certainty(results: &PlacementResults) -> String {
+    let Some(best) = &results.best else { return String::new() };
+    found(results, best) + &room(results)
+}
+
+/// Why the workpiece cannot be cut.
+pub(super) fn nowhere(results: &PlacementResults) -> String {
+    let cell = results.cells.iter().find_map(|cell| match &cell.verdict {
+        crate::questions::placement::Verdict::Infeasible(failure) => Some((at(&cell.site), &failure.reason)),
+        _ => None,
+    });
+    let elsewhere: Vec<&str> =
+        results.entries.iter().filter(|entry| entry.feasible().is_some()).map(|entry| entry.name.as_str()).collect();
+    let mut text = match cell {
+        Some((place, reason)) => format!(
+            "The workpiece can be cut at none of the places within the bounds that were tried. The first, {place}: \
+             {reason}.\n"
+        ),
+        None => "There is no place to judge.\n".into(),
+    };
+    if !elsewhere.is_empty() {
+        text += &format!("Outside the bounds it can be cut: {}.\n", elsewhere.join(", "));
+    }
+    text
+}
+
+/// The recommended entry and what happens there.
+pub(super) fn best_entry(results: &PlacementResults) -> Option<(&Entry, &Evaluation)> {
+    let entry = results.entries.get(results.best.as_ref()?.entry)?;
+    Some((entry, entry.feasible()?))
+}
+
+fn there(results: &PlacementResults, best: &Best) -> String {
+    let machine = &results.study.machine;
+    let mut text = format!("At the recommended place, {}:", at(&best.site));
+    let Some((_, evaluation)) = best_entry(results) else { return text + "\n" };
+    let value = |metric: Metric| Some(metric.shown(machine, evaluation.metrics.get(metric)?));
+    if let (Some(worst), Some(rms)) = (value(Metric::WorstDeflection), value(Metric::RmsDeflection)) {
+        text += &format!(" without compensation the tool leaves its path by up to {worst} (rms {rms})");
+        let within = value(Metric::ShareWithin).unwrap_or_default();
+        text += &format!("; {within} of the path is within tolerance.");
+    }
+    if let (Some(correction), Some(force)) = (value(Metric::WorstCorrection), value(Metric::WorstDriveForce)) {
+        let hinges = value(Metric::WorstHingeCorrection).zip(value(Metric::WorstHingeTorque));
+        text += &match hinges {
+            None => format!(
+                " To keep it on its path, correct the drives by up to {correction}; they then carry up to {force}."
+            ),
+            Some((turn, torque)) => format!(
+                " To keep it on its path, correct the slides by up to {correction} and the hinges by up to {turn}; they \
+                 then carry up to {force} and {torque}."
+            ),
+        };
+    }
+    if let (Some(left), Some(within)) = (value(Metric::WorstResidual), value(Metric::ShareWithinCorrected)) {
+        text +=
+            &format!(" Within the limits given, {left} of error remain, with {within} of the path within tolerance.");
+    }
+    if let Some(reason) = &evaluation.not_corrected {
+        text += &format!(" There is no correction within the limits given: {reason}.");
+    }
+    text + "\n"
+}
+
+/// Deflections below this are none, and no other is so many percent larger, mm.
+pub(super) const NO_DEFLECTION: f64 = 1e-6;
+
+/// How much better that is than the other named places.
+fn comparison(results: &PlacementResults) -> String {
+    let Some((recommended, best)) = best_entry(results) else { return String::new() };
+    let worst = |evaluation: &Evaluation| evaluation.metrics.get(Metric::WorstDeflection);
+    let Some(at_best) = worst(best) else { return String::new() };
+    let named = results.entries.iter().filter(|entry| !is_found(entry) && entry.name != recommended.name);
+    let compared: Vec<String> = named
+        .map(|entry| match &entry.outcome {
+            Ok(evaluation) => {
+                let there = worst(evaluation).unwrap_or(at_best);
+                let mut notes = Vec::new();
+                if at_best > NO_DEFLECTION {
+                    notes.push(typographic(&format!("{:+.0} %", 100.0 * (there / at_best - 1.0))));
+                }
+                if evaluation.outside_workspace.is_some() {
+                    notes.push("outside the machine's workspace box".into());
+                }
+                if notes.is_empty() {
+                    format!("{} {there:.3} mm", entry.name)
+                } else {
+                    format!("{} {there:.3} mm ({})", entry.name, notes.join(", "))
+                }
+            }
+            Err(failure) => format!("{} cannot be cut at ({})", entry.name, failure.status.replace('_', " ")),
+        })
+        .collect();
+    match compared.as_slice() {
+        [] => String::new(),
+        places => format!("Worst deflection at the named places: {}.\n{}", places.join(", "), better(results)),
+    }
+}
+
+/// Places that are better than the recommended one, and why they are not recommended.
+fn better(results: &PlacementResults) -> String {
+    let Some((recommended, _)) = best_entry(results) else { return String::new() };
+    let ahead = |entry: &&Entry| entry.value < recommended.value && entry.outcome.is_ok();
+    let reason = |entry: &Entry| match entry.feasible() {
+        Some(_) => format!("{} (outside the bounds)", entry.name),
+        None => format!("{} (outside the machine's workspace box)", entry.name),
+    };
+    let places: Vec<String> = results.entries.iter().filter(ahead).map(reason).collect();
+    match places.as_slice() {
+        [] => String::new(),
+        places => format!("Better by the objective, but not possible: {}.\n", places.join(", ")),
+    }
+}
+
+fn found(results: &PlacementResults, best: &Best) -> String {
+    let count = |agreement| best.agreement.iter().filter(|a| **a == agreement).count();
+    let (same, elsewhere) = (count(Agreement::Same), count(Agreement::Elsewhere));
+    let total = best.agreement.len();
+    let mut text = match best.found {
+        Found::Refinement(index) => {
+            let refinement = &results.refinements[index];
+            format!(
+                "Refinement {} of {total} found it, from {}{}, in {}",
+                index + 1,
+                start(results, refinement),
+                gain(results, best),
+                counted(refinement.iterations, "iteration"),
+            ) + &ended(refinement)
+        }
+        Found::Named => {
+            format!("It is the named place {}; no refinement improved on it", results.entries[best.entry].name)
+        }
+        Found::Sweep => "It is the best place of the sweep; no refinement improved on it".into(),
+    };
+    let end = if same == 1 { "ends" } else { "end" };
+    text += &format!("; {same} of {} {end} there", counted(total, "refinement"));
+    if elsewhere > 0 {
+        text +=
+            &format!(", {elsewhere} elsewhere with the same value (there are several such places, or one flat one)");
+    }
+    text + ".\n"
+}
+
+fn start(results: &PlacementResults, refinement: &Refinement) -> String {
+    match refinement.from {
+        Start::Sweep => {
+            let rank = results.ranking.iter().position(|&cell| results.cells[cell].site == refinement.start);
+            format!("place {} of the sweep", rank.map_or(0, |rank| rank + 1))
+        }
+        Start::Between => format!("{}, between the places of the sweep", at(&refinement.start)),
+        Start::Named(index) => format!("the named place {}", results.study.candidates[index].name),
+    }
+}
+
+/// How much better the best place is than the best of the sweep. Where both are as good as zero, neither is better.
+fn gain(results: &PlacementResults, best: &Best) -> String {
+    let study = &results.study;
+    let swept = results.ranking.first().and_then(|&index| results.cells[index].complete());
+    let Some(swept) = swept.map(|metrics| study.objective.value(metrics)) else { return String::new() };
+    match study.is_zero(swept - best.value) || study.is_zero(swept) {
+        true => ", no better than the best of the sweep".into(),
+        false => format!(", {:.2} % better than the best of the sweep", 100.0 * (swept - best.value) / swept.abs()),
+    }
+}
+
+/// What is to be said of a search that used up its iterations.
+fn ended(refinement: &Refinement) -> String {
+    let continued = match refinement.continued {
+        0 => String::new(),
+        1 => "once it used up max_iterations and went on from there".into(),
+        count => format!("{count} times it used up max_iterations and went on from there"),
+    };
+    match (refinement.is_converged, continued.is_empty()) {
+        (true, true) => String::new(),
+        (true, false) => format!(" ({continued})"),
+        (false, true) => " (not converged)".into(),
+        (false, false) => format!(" (not converged: {continued}; a larger max_iterations may find a better place)"),
+    }
+}
+
+/// How far the workpiece may be moved.
+fn room(results: &PlacementResults) -> String {
+    let way = |room: &Room| {
+        let i = room.coordinate;
+        let sign = if room.direction > 0.0 { "+" } else { "\u{2212}" };
+        let (distance, unit) = if is_angle(i) { (room.distance.to_degrees(), "°") } else { (room.distance, " mm") };
+        // What is said can be done.
+        let distance = (10.0 * distance + 1e-6).floor() / 10.0;
+        let end = match &room.end {
+            End::Worse => "",
+            End::Bound => " (its bound)",
+            End::Nowhere => " (any angle)",
+            End::Infeasible(_) => " (then it cannot be cut)",
+        };
+        format!("{sign}{} {distance:.1}{unit}{end}", COORDINATES[i])
+    };
+    match results.flatness.as_slice() {
+        [] => String::new(),
+        ways => {
+            let ways: Vec<String> = ways.iter().map(way).collect();
+            format!("Moved from there, the objective is 5 % worse after {}.\n", ways.join(", "))
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! A placement study into its folder.
+
+use serde_json::{Value, json};
+
+use super::{
+    candidates_table, cell_status, entries_table, figures, front_table, headline::headline, page, refinements_table,
+    summary_json, summary_text, sweep_table,
+};
+use crate::{
+    answer::{Output, Run},
+    files::Manifest,
+    input::error::Result,
+    page::Description,
+    questions::placement::{self, Best, PlacementResults, PlacementStudy},
+};
+
+/// Seeks the places and makes what is left.
+///
+/// # Errors
+/// Of the work.
+pub fn answer(study: &PlacementStudy, run: &Run<'_>) -> Result<Output> {
+    let results = placement::run(study, run.work)?;
+    let (search, entries) = (&study.search, &results.entries);
+    let mut tables = vec![
+        ("candidates".to_string(), candidates_table(study, entries)),
+        ("sweep".into(), sweep_table(&results)),
+        ("refinements".into(), refinements_table(&results)),
+    ];
+    if !study.objective.pareto.is_empty() {
+        tables.push(("pareto".into(), front_table(&results)));
+    }
+    Ok(Output {
+        settings: json!({
+            "grid": study.grid.counts(),
+            "starts": search.starts,
+            "max_iterations": search.max_iterations,
+            "tolerance": search.tolerance,
+            "coarse_to_fine": search.coarse_to_fine,
+        }),
+        statuses: Manifest::count(results.cells.iter().map(cell_status)),
+        // Places where the workpiece cannot be cut are an answer; that there is no other is a failure.
+        is_answered: Some(results.best.is_some()),
+        tables,
+        streamed: Default::default(),
+        summary: summary_json(&results),
+        figures: run.drawn(|| figures(&results)),
+        page: Description { headline: headline(&results), ..page(&results) },
+        bent: None,
+        details: format!("{}\n{}", entries_table(study, entries), summary_text(&results)),
+        best_place: results.best.as_ref().map(|best| best_place(&results, best)),
+    })
+}
+
+fn best_place(results: &PlacementResults, best: &Best) -> Value {
+    json!({ "name": results.entries[best.entry].name, "place": best.site.shown(), "objective": best.value })
+}

@@ -1,0 +1,314 @@
+//! Which pictures a placement study gives.
+
+use nalgebra::Vector3;
+
+use crate::{
+    figures::{
+        CurvePanel, Figure, LineFigure, LineSeries, Mark2, PanelCurve, PanelFigure, Shading, SliceFigure, SlicePanel,
+        amplification::amplification,
+    },
+    files::{file_stem, words::typographic},
+    questions::placement::{COORDINATES, Metric, Metrics, PlacementResults, Site, Trace, report::recommended},
+};
+
+/// Most panels of a map.
+const PANELS: usize = 6;
+
+/// What a place without a value is.
+pub(super) const IMPOSSIBLE: &str = "cannot be cut there";
+
+/// All pictures with their file stems: the recommended place, maps of the objective and its metrics, the Pareto front, and the path at the best
+/// and at a poor place.
+pub fn figures(results: &PlacementResults) -> Vec<(String, Figure)> {
+    let study = &results.study;
+    let answer = recommended::plan(results).map(|figure| ("answer".to_string(), figure));
+    let in_space = recommended::in_space(results).map(|figure| ("answer_3d".to_string(), figure));
+    let mut figures: Vec<(String, Figure)> = answer.into_iter().chain(in_space).collect();
+    let counts = study.grid.counts();
+    if counts[0] > 1 && counts[1] > 1 && !results.ranking.is_empty() {
+        if study.objective.weights.len() > 1 {
+            let value = |metrics: &Metrics| Some(study.objective.value(metrics)).filter(|value| value.is_finite());
+            let drawn = map(results, "objective (weighted sum)", "objective", &value);
+            figures.push(("map_objective".into(), Figure::Slices(drawn)));
+        }
+        for metric in Metric::ALL.into_iter().filter(|metric| study.objective.metrics().contains(metric)) {
+            let drawn =
+                map(results, &with_unit(results, metric), metric.words(&study.machine), &|metrics| metrics.get(metric));
+            figures.push((format!("map_{}", metric.label()), Figure::Slices(drawn)));
+        }
+    }
+    if results.front.len() > 1 {
+        figures.push(("pareto".into(), Figure::Lines(pareto(results))));
+    }
+    for (index, job) in study.features.iter().enumerate() {
+        if traces_of(results, index).next().is_some() {
+            let name = file_stem(&job.feature.name);
+            figures.push((format!("path_errors_{name}"), Figure::Panels(errors(results, index))));
+            figures.push((format!("paths_{name}"), Figure::Panels(path(results, index))));
+        }
+    }
+    figures
+}
+
+pub(super) fn with_unit(results: &PlacementResults, metric: Metric) -> String {
+    match metric.shown_unit(&results.study.machine) {
+        "" => metric.words(&results.study.machine).into(),
+        unit => format!("{} [{unit}]", metric.words(&results.study.machine)),
+    }
+}
+
+/// Grid positions along one coordinate, at most [`PANELS`], evenly spread, both ends and `kept` included.
+fn spread(count: usize, kept: usize) -> Vec<usize> {
+    if count <= PANELS {
+        return (0..count).collect();
+    }
+    let mut positions: Vec<usize> = (0..PANELS).map(|k| (k * (count - 1) + (PANELS - 1) / 2) / (PANELS - 1)).collect();
+    let between = positions[1..PANELS - 1].iter_mut().min_by_key(|k| k.abs_diff(kept));
+    if let Some(nearest) = between.filter(|_| kept > 0 && kept + 1 < count) {
+        *nearest = kept;
+    }
+    positions
+}
+
+/// Positions along the axes of the grid nearest to the best place; first ones where there is none.
+pub(super) fn at_best(results: &PlacementResults) -> [usize; 6] {
+    let (axes, bounds) = (&results.study.grid.axes, &results.study.bounds);
+    let swept = results.ranking.first().map(|&index| results.cells[index].site);
+    let Some(best) = results.best.as_ref().map(|best| best.site).or(swept) else { return [0; 6] };
+    std::array::from_fn(|i| {
+        let gap = |k: &usize| bounds.distance(i, axes[i][*k], best.0[i]);
+        (0..axes[i].len()).min_by(|a, b| gap(a).total_cmp(&gap(b))).unwrap_or(0)
+    })
+}
+
+/// The coordinate that differs between the planes drawn: the first one besides x and y that the sweep varies.
+fn across(results: &PlacementResults) -> usize {
+    (2..COORDINATES.len()).find(|&i| results.study.grid.axes[i].len() > 1).unwrap_or(2)
+}
+
+/// The planes drawn, as positions along the axes of the grid: that of the best place and others across one coordinate.
+fn planes(results: &PlacementResults) -> Vec<[usize; 6]> {
+    let mut base = at_best(results);
+    (base[0], base[1]) = (0, 0);
+    let across = across(results);
+    let plane = |k| {
+        let mut plane = base;
+        plane[across] = k;
+        plane
+    };
+    spread(results.study.grid.axes[across].len(), base[across]).into_iter().map(plane).collect()
+}
+
+/// A plane in words: its height, and the angles that the sweep varies.
+fn plane_title(results: &PlacementResults, plane: &[usize; 6]) -> String {
+    let axes = &results.study.grid.axes;
+    let angles = || (3..COORDINATES.len()).filter(|&i| axes[i].len() > 1);
+    let mut parts: Vec<String> =
+        angles().map(|i| format!("{} {:.0}°", COORDINATES[i], axes[i][plane[i]].to_degrees())).collect();
+    if axes[2].len() > 1 || parts.is_empty() {
+        parts.insert(0, format!("z = {:.1} mm", axes[2][plane[2]]));
+    }
+    typographic(&parts.join(", "))
+}
+
+fn map(
+    results: &PlacementResults,
+    quantity: &str,
+    words: &str,
+    value: &dyn Fn(&Metrics) -> Option<f64>,
+) -> SliceFigure {
+    let study = &results.study;
+    let [xs, ys, ..] = &study.grid.axes;
+    let panel = |plane: &[usize; 6]| {
+        let node = |x, y| {
+            let [_, _, rest @ ..] = *plane;
+            let [z, yaw, pitch, roll] = rest;
+            value(results.cells[study.grid.index([x, y, z, yaw, pitch, roll])].metrics()?)
+        };
+        SlicePanel {
+            title: plane_title(results, plane),
+            x: xs.clone(),
+            y: ys.clone(),
+            values: (0..ys.len()).flat_map(|y| (0..xs.len()).map(move |x| (x, y))).map(|(x, y)| node(x, y)).collect(),
+            marks: marks(results, plane),
+        }
+    };
+    SliceFigure {
+        title: format!("Where the part may stand: {words}"),
+        subtitle: format!("{}, by the part's origin; places stopped early show a bound", study.machine.short_title()),
+        x_label: "x [mm]".into(),
+        y_label: "y [mm]".into(),
+        quantity: quantity.into(),
+        panels: planes(results).iter().map(panel).collect(),
+        range: None,
+        contour: None,
+        shading: Shading::Ordered,
+        remark: String::new(),
+        missing: IMPOSSIBLE.into(),
+    }
+}
+
+/// Places farther from the bounds than this share of their range are not shown on a map.
+const NEAR: f64 = 0.25;
+
+/// Whether a place lies within the bounds, or little beside them.
+pub(super) fn is_near(results: &PlacementResults, site: &Site) -> bool {
+    let bounds = &results.study.bounds;
+    (0..2).all(|i| {
+        let margin = NEAR * bounds.range(i);
+        (bounds.low[i] - margin..=bounds.high[i] + margin).contains(&site.0[i])
+    })
+}
+
+/// Named places and the best one, on the plane nearest to them.
+fn marks(results: &PlacementResults, plane: &[usize; 6]) -> Vec<Mark2> {
+    let across = across(results);
+    let values = &results.study.grid.axes[across];
+    let is_here = |site: &Site| {
+        let gap = |plane: &[usize; 6]| results.study.bounds.distance(across, values[plane[across]], site.0[across]);
+        planes(results).into_iter().min_by(|a, b| gap(a).total_cmp(&gap(b))) == Some(*plane)
+    };
+    let named = results.study.candidates.iter().map(|candidate| (candidate.name.clone(), candidate.site));
+    let best = results.best.iter().map(|best| ("best".to_string(), best.site));
+    named
+        .chain(best)
+        .filter(|(_, site)| is_here(site) && is_near(results, site))
+        .map(|(label, site)| Mark2 { label, x: site.0[0], y: site.0[1] })
+        .collect()
+}
+
+/// The front in its first two metrics; the third, if any, divides it into thirds of its range.
+fn pareto(results: &PlacementResults) -> LineFigure {
+    let study = &results.study;
+    let metrics = &study.objective.pareto;
+    let value = |values: &Metrics, k: usize| values.get(metrics[k]).unwrap_or(0.0);
+    let point = |values: &Metrics| (value(values, 0), value(values, 1));
+    let all: Vec<&Metrics> = results.front.iter().map(|(_, values)| values).collect();
+    let mut series = Vec::new();
+    match metrics.get(2) {
+        None => series.push(("best compromises".to_string(), all.iter().map(|v| point(v)).collect::<Vec<_>>())),
+        Some(third) => {
+            let (low, high) =
+                all.iter().map(|v| value(v, 2)).fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
+            let part =
+                |v: &Metrics| (((value(v, 2) - low) / (high - low).max(f64::MIN_POSITIVE)) * 3.0).min(2.0) as usize;
+            for k in 0..3 {
+                let edge = |k: usize| low + (high - low) * k as f64 / 3.0;
+                let label = format!("{}: {:.3} to {:.3}", third.words(&results.study.machine), edge(k), edge(k + 1));
+                series.push((label, all.iter().filter(|v| part(v) == k).map(|v| point(v)).collect()));
+            }
+        }
+    }
+    let named = results
+        .entries
+        .iter()
+        .filter(|entry| !crate::questions::placement::report::tables::is_found(entry))
+        .filter_map(|entry| {
+            let values = &entry.outcome.as_ref().ok()?.metrics;
+            Some((entry.name.clone(), vec![point(values)]))
+        });
+    series.extend(named);
+    LineFigure {
+        title: "What one objective costs in the other".into(),
+        subtitle: format!(
+            "{}, places no other place beats in every respect, and named ones",
+            study.machine.short_title()
+        ),
+        x_label: with_unit(results, metrics[0]),
+        y_label: with_unit(results, metrics[1]),
+        series: series
+            .into_iter()
+            .map(|(label, points)| LineSeries { label, points, dashed: false, band: Vec::new() })
+            .collect(),
+        equal_axes: false,
+        log_x: false,
+        log_y: false,
+        closed_note: None,
+    }
+}
+
+/// Traces of a feature, the best place first.
+fn traces_of(results: &PlacementResults, feature: usize) -> impl Iterator<Item = &Trace> {
+    results.traces.iter().filter(move |trace| trace.feature == feature)
+}
+
+/// A curve over the points where the tool cuts; it is broken where it does not, or where there is no value.
+fn cut(trace: &Trace, value: &dyn Fn(usize) -> Option<(f64, f64)>) -> PanelCurve {
+    let mut pieces: Vec<Vec<(f64, f64)>> = Vec::new();
+    let mut last = None;
+    for (k, at) in (0..trace.cutting.len()).filter_map(|k| Some((k, value(k)?))) {
+        // Without cutting on the way here, the point starts a piece if the tool cuts from it on.
+        let starts = !trace.cutting[k] && trace.cutting.get(k + 1) == Some(&true);
+        if starts || (trace.cutting[k] && last != Some(k.wrapping_sub(1))) {
+            pieces.push(Vec::new());
+        }
+        if starts || trace.cutting[k] {
+            pieces.last_mut().into_iter().for_each(|piece| piece.push(at));
+            last = Some(k);
+        }
+    }
+    PanelCurve { pieces }
+}
+
+/// How far the tool is from its path, before and after, at the best and at a poor place.
+fn errors(results: &PlacementResults, feature: usize) -> PanelFigure {
+    let study = &results.study;
+    let panel = |trace: &Trace| {
+        let curve =
+            |errors: &[Option<Vector3<f64>>]| cut(trace, &|k| Some((trace.arc_length_mm[k], errors[k]?.norm())));
+        CurvePanel { title: trace.place.clone(), curves: vec![curve(&trace.before), curve(&trace.after)] }
+    };
+    PanelFigure {
+        title: format!("How far the tool is from its path: {}", study.features[feature].feature.name),
+        subtitle: format!("{}, where the tool cuts, at the best and at a poor place", study.machine.short_title()),
+        x_label: "path length [mm]".into(),
+        y_label: "distance [mm]".into(),
+        curves: vec![("without compensation".into(), false), ("after compensation".into(), true)],
+        panels: traces_of(results, feature).map(panel).collect(),
+        equal_axes: false,
+        note: String::new(),
+    }
+}
+
+/// The wanted path in the xy-plane, and where the tool goes before and after the correction, at the best and at a poor
+/// place.
+fn path(results: &PlacementResults, feature: usize) -> PanelFigure {
+    let study = &results.study;
+    let wanted = traces_of(results, feature).next().map_or(&[][..], |trace| &trace.wanted);
+    let amplification = amplification(wanted, shared_error(results));
+    let panel = |trace: &Trace| {
+        let drawn = |error: &dyn Fn(usize) -> Option<Vector3<f64>>| {
+            cut(trace, &|k| {
+                let at = trace.wanted[k] + error(k)? * amplification;
+                Some((at.x, at.y))
+            })
+        };
+        CurvePanel {
+            title: trace.place.clone(),
+            curves: vec![drawn(&|_| Some(Vector3::zeros())), drawn(&|k| trace.before[k]), drawn(&|k| trace.after[k])],
+        }
+    };
+    PanelFigure {
+        title: format!("Predicted path: {}", study.features[feature].feature.name),
+        subtitle: format!(
+            "{}, where the tool cuts, seen along −z, at the best and at a poor place",
+            study.machine.short_title()
+        ),
+        x_label: "x [mm]".into(),
+        y_label: "y [mm]".into(),
+        curves: vec![
+            ("wanted".into(), false),
+            ("without compensation".into(), false),
+            ("after compensation".into(), true),
+        ],
+        panels: traces_of(results, feature).map(panel).collect(),
+        equal_axes: true,
+        note: format!("deviations from the wanted path drawn {amplification} times as large"),
+    }
+}
+
+/// The largest error of all traces, so that they are drawn alike.
+fn shared_error(results: &PlacementResults) -> f64 {
+    let errors = results.traces.iter().flat_map(|trace| &trace.before).flatten();
+    errors.fold(0.0, |most, error| most.max(error.norm()))
+}

@@ -1,0 +1,508 @@
+//! From a placement study as written to a checked one.
+
+use nalgebra::{Vector2, Vector3};
+
+use super::{
+    Candidate, FeatureJob, PlacementStudy, Search,
+    metric::{Metric, Objective},
+    outcome::is_name_of_found,
+    site::{Bounds, COORDINATES, Site, SiteGrid, is_angle},
+    table::Table,
+};
+use crate::{
+    input::{
+        Inputs,
+        check::Check,
+        error::{Error, Result},
+    },
+    machine::Machine,
+    process::{Extent, Feature, ForbiddenBox, PathReference, Process, cutting::LoadError, tilt::Turned},
+    questions::{
+        Given, Overrides, Resolved,
+        over_workspace::grid_input,
+        path::resolve::{check_total, named_point, on_carrier, points_of, program_input, toolpath},
+        placement::spec::{
+            BoundsSpec, CandidateSpec, FeatureSpec, FixedSpec, ForbiddenSpec, ObjectiveSpec, PlacementStudySpec,
+            SearchSpec, TableSpec,
+        },
+    },
+    simulation::{Machines, within_limits},
+    toolpath::Orientation,
+};
+
+/// Most places of a sweep.
+const MAX_PLACES: usize = 100_000;
+/// Most refinements, and iterations of each.
+const MAX_STARTS: usize = 100;
+/// How far the workpiece stays from forbidden boxes if a study does not say.
+pub const CLEARANCE_MM: f64 = 5.0;
+/// What a path may be outside the workpiece's box by rounding, mm.
+const OUTSIDE_MM: f64 = 1e-6;
+const MAX_ITERATIONS: usize = 10_000;
+
+/// Checks a placement study.
+pub(super) fn resolve(spec: &PlacementStudySpec, given: &Given<'_>) -> Result<Resolved<PlacementStudy>> {
+    let (overrides, check) = (given.overrides, &given.check);
+    let (features, today, inputs) = features(&spec.feature, given)?;
+    // Places of the tool tip are told of the first feature's tool.
+    let machine = features[0].machine();
+    let reference = features[0].feature.reference;
+    let bounds = bounds(&spec.bounds, &spec.fixed, machine, check)?;
+    let extent = match &spec.workpiece {
+        Some(spec) => {
+            let check = check.key("workpiece");
+            let extent = extent(spec.min_mm, spec.max_mm, &check)?;
+            holds_paths(&extent, &features, &check)?;
+            extent
+        }
+        None => around(&features),
+    };
+    let clearance_mm = check.key("clearance_mm").not_negative(spec.clearance_mm.unwrap_or(CLEARANCE_MM))?;
+    let footprint = || match &spec.workpiece {
+        Some(_) => extent.corners().to_vec(),
+        None => features.iter().flat_map(|job| job.feature.path.points()).map(|point| point.position_mm).collect(),
+    };
+    let study = PlacementStudy {
+        table: spec
+            .table
+            .map(|spec| table(&spec, footprint(), tool_points_up(&features), &check.key("table")))
+            .transpose()?,
+        forbidden: forbidden(&spec.forbidden, check)?,
+        clearance_mm,
+        grid: grid(&spec.search, &bounds, overrides, &check.key("search"))?,
+        search: search(&spec.search, &check.key("search"))?,
+        objective: objective(&spec.objective, machine, &features, &check.key("objective"))?,
+        candidates: candidates(&spec.candidate, today, machine, reference, check)?,
+        bounds,
+        extent,
+        machine: machine.clone(),
+        features,
+    };
+    let inputs = inputs.and(grid_input(study.grid.counts()));
+    Ok(Resolved { study, shown: (), inputs })
+}
+
+fn features(specs: &[FeatureSpec], given: &Given<'_>) -> Result<(Vec<FeatureJob>, Option<Candidate>, Inputs)> {
+    let (overrides, check) = (given.overrides, &given.check);
+    if specs.is_empty() {
+        return check.key("feature").fail("expected at least one feature".into());
+    }
+    check_total(points_of(specs.iter().filter_map(|spec| spec.circle.as_ref()), overrides), &check.key("feature"))?;
+    let mut points = 0;
+    let mut today: Option<Candidate> = None;
+    let (mut jobs, mut inputs): (Vec<FeatureJob>, Inputs) = (Vec::new(), Inputs::default());
+    for (i, spec) in specs.iter().enumerate() {
+        let check = check.key("feature").item(i);
+        check.key("name").readable(&spec.name)?;
+        check.key("name").unique(&spec.name, specs[..i].iter().map(|s| s.name.as_str()))?;
+        check.key("name").unique_file(&spec.name, specs[..i].iter().map(|s| s.name.as_str()))?;
+        let (job, place, process) = feature(spec, given, &check)?;
+        if let (Some(place), Some(before)) = (&place, &today)
+            && place.site != before.site
+        {
+            let process = spec.process.as_deref().unwrap_or("the process of the study");
+            let problem = format!("{process} places the workpiece elsewhere than the feature before");
+            return check.key("process").fail(problem);
+        }
+        today = today.or(place);
+        if jobs.first().is_some_and(|first| first.feature.reference != job.feature.reference) {
+            return check.key("process").fail("placement.reference differs from that of the first feature".into());
+        }
+        points += job.feature.path.len();
+        check_total(points, &check)?;
+        jobs.push(job);
+        inputs = inputs.and(process);
+    }
+    Ok((jobs, today, inputs))
+}
+
+fn feature(spec: &FeatureSpec, given: &Given<'_>, check: &Check) -> Result<(FeatureJob, Option<Candidate>, Inputs)> {
+    let folder = given.folder;
+    let process = at_one_turn(given.turned_process(spec.process.as_deref(), check)?, given, spec)?;
+    let (path, program) = toolpath(spec.circle.as_ref(), spec.file.as_deref(), &process, given, check)?;
+    let origin = spec.file.as_ref().map_or_else(|| check.place(), |file| folder.path(file).display().to_string());
+    if let [first, ..] = path.external_axes() {
+        let problem =
+            format!("commands {first}: a place is sought for one position of such a drive, expected [held] instead");
+        return Err(Error::Argument { argument: origin, problem });
+    }
+    let path = process.with_cuts(path, &origin)?;
+    let fault = |source: LoadError| Error::Argument { argument: origin.clone(), problem: source.to_string() };
+    let loads = process.loads(&path).map_err(fault)?;
+    let points = Inputs::of(format!("points of {}", spec.name), path.len().to_string());
+    let inputs = process.inputs.clone().and(program_input(spec.file.as_deref(), program.as_ref())).and(points);
+    let feature = Feature {
+        name: spec.name.clone(),
+        path,
+        loads,
+        reference: process.placement.reference,
+        tolerance_mm: match spec.tolerance_mm.or(process.tolerance_mm) {
+            Some(tolerance) => check.key("tolerance_mm").positive(tolerance)?,
+            None => {
+                let problem =
+                    "missing: expected how far the tool may be from this path, or tolerance_mm in its process file";
+                return check.key("tolerance_mm").fail(problem.into());
+            }
+        },
+    };
+    within_limits::check(&process.machine, &process.limits)
+        .or_else(|problem| given.process_place(spec.process.as_deref()).key("limits").fail(problem))?;
+    let today = Candidate::of_process(&process);
+    let cuts = process.cutting_rule;
+    let machines = Machines::new(&process.machine, &process.errors)?;
+    let job = FeatureJob {
+        feature,
+        machines,
+        errors: process.errors,
+        limits: process.limits,
+        target: process.target,
+        cuts,
+        #[cfg(not(target_family = "wasm"))]
+        turn: Some(process.tool_turn).filter(crate::process::ToolTurn::is_sought),
+    };
+    #[cfg(not(target_family = "wasm"))]
+    job.check_turn()?;
+    Ok((job, today, inputs))
+}
+
+/// `process` on a machine that stands on the branch of home, if it seeks the turn about the tool's axis: one for each place.
+#[cfg(not(target_family = "wasm"))]
+fn at_one_turn(process: Process, given: &Given<'_>, spec: &FeatureSpec) -> Result<Process> {
+    match process.tool_turn.redundancy {
+        crate::process::Redundancy::AsProgrammed => Ok(process),
+        crate::process::Redundancy::Best => {
+            let place = given.process_place(spec.process.as_deref()).key("tool_turn.redundancy");
+            place.fail("is best: a place is judged at one turn for each feature, expected best_constant".into())
+        }
+        crate::process::Redundancy::BestConstant => {
+            let branch = process.machine.branch_of(&process.machine.home);
+            let machine = match branch {
+                Some(branch) => process.machine.on_branch(branch)?,
+                None => process.machine.clone(),
+            };
+            Ok(Process { machine, ..process })
+        }
+    }
+}
+
+#[cfg(target_family = "wasm")]
+fn at_one_turn(process: Process, _: &Given<'_>, _: &FeatureSpec) -> Result<Process> {
+    Ok(process)
+}
+
+fn around(features: &[FeatureJob]) -> Extent {
+    let points = features.iter().flat_map(|job| job.feature.path.points()).map(|point| point.position_mm);
+    Extent::of(points).unwrap_or(Extent { min: Vector3::zeros(), max: Vector3::zeros() })
+}
+
+fn extent(min: [f64; 3], max: [f64; 3], check: &Check) -> Result<Extent> {
+    let extent = Extent { min: check.key("min_mm").finite(min)?, max: check.key("max_mm").finite(max)? };
+    check.ordered_box(extent.min, extent.max)?;
+    Ok(extent)
+}
+
+/// The box of the workpiece holds every point that the tool cuts on the way to, but for the side from which the tool comes.
+fn holds_paths(extent: &Extent, features: &[FeatureJob], check: &Check) -> Result<()> {
+    for job in features {
+        let tool = job.machine().home.pose.rotation * job.machine().tool_tip;
+        // Without a length of the tool, either side along z may be the one it comes from.
+        let comes_from = |axis: usize, side: f64| match tool.norm() > 0.0 {
+            true => side * tool[axis] < -0.5 * tool.norm(),
+            false => axis == 2,
+        };
+        let points = job.feature.path.points();
+        let never_cuts = points.iter().all(|point| !point.cutting);
+        for (k, point) in points.iter().enumerate().filter(|(_, point)| point.cutting || never_cuts) {
+            let is_out = |axis: usize| {
+                let p = point.position_mm[axis];
+                let (below, above) = (p < extent.min[axis] - OUTSIDE_MM, p > extent.max[axis] + OUTSIDE_MM);
+                below && !comes_from(axis, -1.0) || above && !comes_from(axis, 1.0)
+            };
+            if (0..3).any(is_out) {
+                let corner = |p: Vector3<f64>| format!("({}, {}, {})", p.x, p.y, p.z);
+                let [x, y, z]: [f64; 3] = point.position_mm.into();
+                return check.fail(format!(
+                    "the box {} to {} mm does not hold point {k} of feature \"{}\" at ({x:.3}, {y:.3}, {z:.3}) mm, to \
+                     which the tool cuts",
+                    corner(extent.min),
+                    corner(extent.max),
+                    job.feature.name
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Whether the tool comes from below, on average over what is cut: the workpiece is then above its tip.
+fn tool_points_up(features: &[FeatureJob]) -> bool {
+    let axes = features.iter().flat_map(|job| {
+        let machine = job.machine();
+        let along = machine.tool_axes.column(2).into_owned();
+        job.feature.path.points().iter().filter(|point| point.cutting).map(move |point| match point.orientation {
+            Some(Orientation::ToolAxis(to_spindle)) => -to_spindle,
+            Some(Orientation::Platform(rotation)) => rotation * along,
+            None => machine.home.pose.rotation * along,
+        })
+    });
+    let sum: Vector3<f64> = axes.sum();
+    sum.z > 0.5 * sum.norm()
+}
+
+fn table(spec: &TableSpec, footprint: Vec<Vector3<f64>>, is_overhead: bool, check: &Check) -> Result<Table> {
+    let pair = |key: &str, [x, y]: [f64; 2]| -> Result<Vector2<f64>> {
+        let check = check.key(key);
+        Ok(Vector2::new(check.finite_scalar(x)?, check.finite_scalar(y)?))
+    };
+    let (centre_mm, size_mm) = match (spec.min_mm, spec.max_mm, spec.centre_mm, spec.size_mm) {
+        (Some(min), Some(max), None, None) => {
+            let (min, max) = (pair("min_mm", min)?, pair("max_mm", max)?);
+            (0.5 * (min + max), max - min)
+        }
+        (None, None, Some(centre), Some(size)) => (pair("centre_mm", centre)?, pair("size_mm", size)?),
+        _ => return check.fail("expected min_mm and max_mm, or centre_mm and size_mm".into()),
+    };
+    if size_mm.min() <= 0.0 {
+        let [x, y]: [f64; 2] = size_mm.into();
+        return check.fail(format!("is {x} mm × {y} mm: expected sides above 0"));
+    }
+    let margin_mm = check.key("margin_mm").not_negative(spec.margin_mm.unwrap_or(0.0))?;
+    if 2.0 * margin_mm >= size_mm.min() {
+        return check
+            .key("margin_mm")
+            .fail(format!("is {margin_mm} mm: nothing is left of a table of {} mm", size_mm.min()));
+    }
+    let yaw = check.key("yaw_deg").finite_scalar(spec.yaw_deg.unwrap_or(0.0))?.to_radians();
+    let height_mm = spec.height_mm.map(|height| check.key("height_mm").finite_scalar(height)).transpose()?;
+    Ok(Table { centre_mm, size_mm, yaw, height_mm, is_overhead, margin_mm, footprint })
+}
+
+fn forbidden(specs: &[ForbiddenSpec], check: &Check) -> Result<Vec<ForbiddenBox>> {
+    let mut boxes = Vec::new();
+    for (i, spec) in specs.iter().enumerate() {
+        let check = check.key("forbidden").item(i);
+        check.key("name").readable(&spec.name)?;
+        check.key("name").unique(&spec.name, specs[..i].iter().map(|s| s.name.as_str()))?;
+        boxes.push(ForbiddenBox { name: spec.name.clone(), extent: extent(spec.min_mm, spec.max_mm, &check)? });
+    }
+    Ok(boxes)
+}
+
+/// Names of the keys of a site's coordinates.
+const KEYS: [&str; 6] = ["x_mm", "y_mm", "z_mm", "yaw_deg", "pitch_deg", "roll_deg"];
+
+fn bounds(bounds: &BoundsSpec, fixed: &FixedSpec, machine: &Machine, check: &Check) -> Result<Bounds> {
+    let ranges = [bounds.x_mm, bounds.y_mm, bounds.z_mm, bounds.yaw_deg, bounds.pitch_deg, bounds.roll_deg];
+    let values = [fixed.x_mm, fixed.y_mm, fixed.z_mm, fixed.yaw_deg, fixed.pitch_deg, fixed.roll_deg];
+    let (mut low, mut high) = ([0.0; 6], [0.0; 6]);
+    for i in 0..KEYS.len() {
+        let unit = if is_angle(i) { 1f64.to_radians() } else { 1.0 };
+        let value = values[i].or((is_angle(i) && ranges[i].is_none()).then_some(0.0));
+        let check_range = check.key("bounds").key(KEYS[i]);
+        (low[i], high[i]) = match (ranges[i], value) {
+            (Some(_), None) => check_range.interval(ranges[i], unit)?.unwrap_or((0.0, 0.0)),
+            (None, Some(value)) => {
+                let value = check.key("fixed").key(KEYS[i]).finite_scalar(value)? * unit;
+                (value, value)
+            }
+            _ => return check.fail(format!("give exactly one of bounds.{} and fixed.{}", KEYS[i], KEYS[i])),
+        };
+        if let (true, Some([first, last])) = (is_angle(i), ranges[i])
+            && last - first > 360.0 * (1.0 + 1e-12)
+        {
+            return check_range.fail(format!("must not exceed a full turn, got {first} to {last}"));
+        }
+    }
+    let [.., yaw, pitch, roll] = std::array::from_fn::<_, 6, _>(|i| low[i] != 0.0 || high[i] != 0.0);
+    Turned { roll, pitch, yaw }.check(machine, |name| {
+        let is_sought = KEYS.iter().position(|key| *key == name).is_some_and(|i| ranges[i].is_some());
+        check.key(if is_sought { "bounds" } else { "fixed" }).key(name)
+    })?;
+    Ok(Bounds { low, high })
+}
+
+fn grid(spec: &SearchSpec, bounds: &Bounds, overrides: &Overrides, check: &Check) -> Result<SiteGrid> {
+    let mut counts = [spec.grid.x, spec.grid.y, spec.grid.z, spec.grid.yaw, spec.grid.pitch, spec.grid.roll];
+    let is_free = |i: usize| bounds.high[i] > bounds.low[i];
+    for i in 0..counts.len() {
+        let count = counts[i];
+        let check = check.key("grid").key(COORDINATES[i]);
+        if count == 0 {
+            return check.fail("must be at least 1, got 0".into());
+        }
+        if count > 1 && !is_free(i) {
+            return check.fail(format!("{} is fixed: expected 1, got {count}", COORDINATES[i]));
+        }
+    }
+    if let Some(given) = overrides.grid {
+        for i in (0..3).filter(|&i| is_free(i)) {
+            counts[i] = given[i];
+        }
+    }
+    let total = counts.iter().try_fold(1usize, |product, &n| product.checked_mul(n));
+    if total.is_none_or(|total| total == 0 || total > MAX_PLACES) {
+        let problem =
+            format!("must be 1 to {MAX_PLACES} places in all, got {counts:?} along {}", COORDINATES.join(", "));
+        return check.key("grid").fail(problem);
+    }
+    Ok(SiteGrid::new(bounds, counts))
+}
+
+fn search(spec: &SearchSpec, check: &Check) -> Result<Search> {
+    let count = |key: &str, given: Option<usize>, default: usize, most: usize| match given.unwrap_or(default) {
+        n if (1..=most).contains(&n) => Ok(n),
+        n => check.key(key).fail(format!("must be from 1 to {most}, got {n}")),
+    };
+    let tolerance = check.key("tolerance").positive(spec.tolerance.unwrap_or(1e-4))?;
+    if tolerance >= 1.0 {
+        return check
+            .key("tolerance")
+            .fail(format!("is a share of the objective and must be below 1, got {tolerance}"));
+    }
+    Ok(Search {
+        starts: count("starts", spec.starts, 3, MAX_STARTS)?,
+        max_iterations: count("max_iterations", spec.max_iterations, 100, MAX_ITERATIONS)?,
+        tolerance,
+        coarse_to_fine: spec.coarse_to_fine.unwrap_or(true),
+    })
+}
+
+fn objective(spec: &ObjectiveSpec, machine: &Machine, features: &[FeatureJob], check: &Check) -> Result<Objective> {
+    let check_weights = check.key("weights");
+    if spec.weights.is_empty() {
+        return check_weights.fail("expected at least one metric with its weight".into());
+    }
+    let mut weights = Vec::new();
+    for (name, &weight) in &spec.weights {
+        let check = check_weights.key(name);
+        weights.push((metric(name, machine, features, &check)?, check.positive(weight)?));
+    }
+    if !matches!(spec.pareto.len(), 0 | 2 | 3) {
+        return check.key("pareto").fail(format!("must name two or three metrics, or none, got {}", spec.pareto.len()));
+    }
+    let mut pareto: Vec<Metric> = Vec::new();
+    for (i, name) in spec.pareto.iter().enumerate() {
+        let check = check.key("pareto").item(i);
+        check.unique(name, spec.pareto[..i].iter().map(String::as_str))?;
+        pareto.push(metric(name, machine, features, &check)?);
+    }
+    Ok(Objective { weights, pareto })
+}
+
+fn metric(name: &str, machine: &Machine, features: &[FeatureJob], check: &Check) -> Result<Metric> {
+    let Some(metric) = Metric::named(name) else {
+        let known = Metric::ALL.map(Metric::label).join(", ");
+        return check.fail(format!("no metric is called \"{name}\"; there are: {known}"));
+    };
+    if !metric.exists_on(machine) {
+        let problem = "is of machines with slides and hinges: where all drives turn, expected worst_correction or \
+                       worst_drive_force";
+        return check.fail(problem.into());
+    }
+    if metric.is_bounded() && !features.iter().any(|job| job.limits.is_limited()) {
+        return check.fail("needs [limits] of corrections or forces in a process file".into());
+    }
+    let has_force_limit = features.iter().any(|job| job.limits.force_N.is_some())
+        || machine.drives().any(|(_, drive)| drive.force_limit.is_some());
+    if metric == Metric::ForceMargin && !has_force_limit {
+        return check.fail("neither the machine nor a process file has force limits".into());
+    }
+    Ok(metric)
+}
+
+fn candidates(
+    specs: &[CandidateSpec],
+    today: Option<Candidate>,
+    machine: &Machine,
+    reference: PathReference,
+    check: &Check,
+) -> Result<Vec<Candidate>> {
+    let mut candidates: Vec<Candidate> = today.into_iter().collect();
+    for (i, spec) in specs.iter().enumerate() {
+        let check = check.key("candidate").item(i);
+        let name = spec.name.clone().or_else(|| spec.point.clone());
+        let Some(name) = name else { return check.key("name").fail("a place that is no point needs a name".into()) };
+        check.key("name").readable(&name)?;
+        check.key("name").unique(&name, candidates.iter().map(|c| c.name.as_str()))?;
+        if is_name_of_found(&name) {
+            let problem =
+                format!("\"{name}\" is what results call a place that the search finds: expected another name");
+            return check.key("name").fail(problem);
+        }
+        let position = match (&spec.point, spec.origin_mm) {
+            (Some(point), None) => at_point(machine, reference, named_point(machine, point, &check.key("point"))?),
+            (None, Some(origin)) => check.key("origin_mm").finite(origin)?,
+            _ => return check.key("point").fail("give exactly one of point and origin_mm".into()),
+        };
+        let angles = [("yaw_deg", spec.yaw_deg), ("pitch_deg", spec.pitch_deg), ("roll_deg", spec.roll_deg)];
+        let mut site = Site::new(position, 0.0);
+        for (i, (key, degrees)) in angles.into_iter().enumerate() {
+            site.0[3 + i] = check.key(key).finite_scalar(degrees)?.to_radians();
+        }
+        turned(&site).check(machine, |name| check.key(name))?;
+        candidates.push(Candidate { name, site });
+    }
+    Ok(candidates)
+}
+
+fn turned(site: &Site) -> Turned {
+    let [.., yaw, pitch, roll] = site.0.map(|value| value != 0.0);
+    Turned { roll, pitch, yaw }
+}
+
+/// Where the point that paths refer to is when P stands at `position`, mm.
+pub(crate) fn at_point(machine: &Machine, reference: PathReference, position: Vector3<f64>) -> Vector3<f64> {
+    match reference {
+        PathReference::PlatformPoint => position,
+        PathReference::ToolTip => position + machine.home.pose.rotation * machine.tool_tip,
+    }
+}
+
+impl Candidate {
+    /// The place that a process file gives; `None` where it gives no origin.
+    pub fn of_process(process: &Process) -> Option<Self> {
+        let placement = &process.placement;
+        let mut site = Site::new(placement.origin_mm, placement.roll_pitch_yaw.z);
+        [site.0[4], site.0[5]] = [placement.roll_pitch_yaw.y, placement.roll_pitch_yaw.x];
+        process.is_placed.then(|| Self { name: "as in the process file".into(), site })
+    }
+}
+
+/// A place given as text for a path of `machine`: a named point, or the coordinates of the origin of W, mm and degrees.
+/// `origin` names it in errors.
+///
+/// # Errors
+/// Neither.
+pub fn place(text: &str, origin: &str, machine: &Machine, reference: PathReference) -> Result<Candidate> {
+    let numbers: std::result::Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse::<f64>()).collect();
+    let fault = |problem: String| Err(Error::Argument { argument: origin.into(), problem });
+    let site = match numbers.as_deref() {
+        Ok([x, y, z, angles @ ..])
+            if [0, 1, 3].contains(&angles.len())
+                && numbers.iter().flatten().all(|v| v.abs() <= crate::input::check::LARGEST) =>
+        {
+            let mut site = Site::new(Vector3::new(*x, *y, *z), 0.0);
+            for (coordinate, degrees) in site.0[3..].iter_mut().zip(angles) {
+                *coordinate = degrees.to_radians();
+            }
+            turned(&site).check(machine, |key| {
+                Check::new(origin).key(&format!("{} of \"{text}\"", key.trim_end_matches("_deg")))
+            })?;
+            site
+        }
+        Ok(_) => {
+            return fault(format!(
+                "\"{text}\": expected x,y,z in mm, or x,y,z,yaw or x,y,z,yaw,pitch,roll with angles in degrees"
+            ));
+        }
+        Err(_) => match machine.point(text) {
+            Some(_) if machine.carrier.is_some() => return fault(on_carrier(machine, text)),
+            Some(point) => Site::new(at_point(machine, reference, point.position), 0.0),
+            None => {
+                let known = machine.points.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
+                return fault(format!("machine {} has no point \"{text}\"; there are: {known}", machine.name));
+            }
+        },
+    };
+    Ok(Candidate { name: text.into(), site })
+}

@@ -1,0 +1,195 @@
+//! Where the departure comes from.
+//!
+//! Subtracting what the chain errors do alone leaves the departure as the difference between two responses to the same
+//! load: that of the nominal machine from where it rests, and that of the real one from where its errors have put it,
+//!
+//! `d = c(N, t₀) − c(R, t_a)`, with `c(M, t)` the displacement by `F` of machine `M` whose P rests at `t` without load.
+//!
+//! Three things differ, and the response is not linear in the load. With the linear response `l(M, t) = C(M, t) F`, `C`
+//! the compliance of the unloaded machine at rest, internal forces included:
+//!
+//! | cause | contribution | what is evaluated |
+//! |---|---|---|
+//! | [`Point`](Cause::Point) | `l(N, t₀) − l(N, t_a)` | the nominal machine commanded to where the errors put P |
+//! | [`Chains`](Cause::Chains) | `l(N, t₀) − l(R′, t₀)` | the real machine with P commanded back to t₀, freed of internal forces |
+//! | [`Preload`](Cause::Preload) | `l(R′, t₀) − l(R, t₀)` | the same with its internal forces: geometric stiffness of the preload |
+//! | [`Load`](Cause::Load) | `[c − l](N, t₀) − [c − l](R, t_a)` | loaded against unloaded stiffness: geometric stiffness of the cutting force |
+//! | [`Interaction`](Cause::Interaction) | `l(N, t_a) + l(R, t₀) − l(N, t₀) − l(R, t_a)` | what point and machine do together beyond either alone |
+//!
+//! The five add up to `d` identically. In the sources scaled by `s`, the first three are of order `s²`, the others `s³`.
+//!
+//! `R′` is `R` in the very shape it has been assembled to, legs turned and bent, platform turned, but without stress: each
+//! spring is neutral where it stands. What turning and bending do to the stiffness matrix therefore counts as chains, what
+//! the wrenches themselves do, through the Hessians of eqs. (4) and (5), as preload.
+//!
+//! "P commanded to" means as far as the drives control it: P and, for machines that control rotations, its orientation.
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use super::{
+    departure::{Case, Displacement},
+    rig::Rig,
+};
+use crate::{
+    compensation::{CompensationSettings, Demand, Method, Session, Target, compensate},
+    machine::{Machine, Motion, Step},
+    simulation::{Failure, Source},
+    spatial::{Pose, Twist, Wrench},
+    statics::State,
+};
+
+/// A cause of the departure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cause {
+    /// The stiffness is that of another place: shift of the evaluation point.
+    Point,
+    /// The stiffness matrix at the place is another one, because the chains are.
+    Chains,
+    /// Internal forces change the stiffness: geometric stiffness of the assembled, unloaded machine.
+    Preload,
+    /// The cutting force changes the stiffness, and differently on the two machines: geometric stiffness of the load.
+    Load,
+    /// Shift of the point and change of the machine together, beyond the sum of either alone.
+    Interaction,
+}
+
+impl Cause {
+    /// All, in table order.
+    pub const ALL: [Cause; 5] = [Cause::Point, Cause::Chains, Cause::Preload, Cause::Load, Cause::Interaction];
+
+    /// Word used in tables.
+    pub fn label(self) -> &'static str {
+        match self {
+            Cause::Point => "point",
+            Cause::Chains => "chains",
+            Cause::Preload => "preload",
+            Cause::Load => "load",
+            Cause::Interaction => "interaction",
+        }
+    }
+}
+
+/// The departure at one tool angle and its parts.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Ablation {
+    /// φ, degrees.
+    pub phi_deg: f64,
+    /// The departure of superposition.
+    pub departure: Displacement,
+    /// Its parts, in the order of [`Cause::ALL`].
+    pub parts: [Displacement; 5],
+}
+
+/// A machine at rest without load.
+struct AtRest {
+    state: State,
+    drives: Vec<f64>,
+    compliance: nalgebra::Matrix6<f64>,
+}
+
+impl AtRest {
+    /// Where `machine` comes to rest with its drives at `drives`, from `start`.
+    fn settle(machine: &Machine, drives: &[f64], start: State) -> Result<Self, Failure> {
+        let mut rig = Rig::standing(machine, drives, start);
+        let outcome = rig.settle(&Wrench::zero())?;
+        match outcome.compliance {
+            Some(compliance) => Ok(Self { state: rig.state, drives: drives.to_vec(), compliance }),
+            None => {
+                Err(Failure { status: "singular".into(), reason: "the platform can move without resistance".into() })
+            }
+        }
+    }
+
+    /// `machine` with its drives where they put P on `pose`, as far as they control it.
+    fn commanded(case: &Case<'_>, machine: &Machine, pose: &Pose) -> Result<Self, Failure> {
+        // Without a tool, the full pose of the tool tip is that of P.
+        let without_tool = |machine: &Machine| {
+            let mut machine = machine.clone();
+            machine.tool_tip = Vector3::zeros();
+            machine
+        };
+        let (nominal, real) = (without_tool(&case.study.machine), without_tool(machine));
+        let mut session = Session::new(&nominal, &real, CompensationSettings::default());
+        session.stand(&case.at, &State::rigid(&nominal, &case.at));
+        let demand =
+            Demand { pose: *pose, load: Wrench::zero(), target: Target::FullPose, wanted: Some(*pose), external: None };
+        let done = compensate(&mut session, &demand, Method::Direct);
+        if !done.status.is_success() {
+            let reason =
+                format!("P cannot be commanded to its place for the ablation: {}", done.status.reason(&nominal));
+            return Err(Failure { status: done.status.label().into(), reason });
+        }
+        Self::settle(machine, &done.drives, session.state().clone())
+    }
+
+    /// Displacement by `load` to first order.
+    fn response(&self, machine: &Machine, load: &Wrench) -> Displacement {
+        let twist = Twist::from_vector(&(self.compliance * load.to_vector()));
+        Displacement::by_twist(machine, twist, &self.state.pose)
+    }
+}
+
+/// `machine` freed of internal forces in the shape it has `at_rest`, and that state: every spring and every joint with a
+/// stiffness is neutral where it stands.
+fn freed(machine: &Machine, at_rest: &AtRest) -> (Machine, State) {
+    let (mut freed, mut state) = (machine.clone(), at_rest.state.clone());
+    for (chain, own) in freed.chains.iter_mut().zip(&mut state.chains) {
+        own.wrench = Wrench::zero();
+        let (deflections, passive) = own.coordinates.split_at_mut(chain.virtual_count);
+        let bent = |step: &Step| match *step {
+            Step::Move { motion, axis, coordinate, sign } if coordinate < deflections.len() => {
+                let mut shift = Pose::identity();
+                match motion {
+                    Motion::Prismatic => shift.translate_along(axis, sign * deflections[coordinate]),
+                    Motion::Revolute => shift.rotate_about(axis, sign * deflections[coordinate]),
+                }
+                vec![Step::Fixed(shift), *step]
+            }
+            _ => vec![*step],
+        };
+        chain.route.for_each(&mut |route| route.steps = route.steps.iter().flat_map(bent).collect());
+        deflections.fill(0.0);
+        for (joint, q) in chain.passive.iter_mut().zip(passive) {
+            joint.neutral = *q;
+        }
+    }
+    (freed, state)
+}
+
+/// The parts of the departure at each φ of the study.
+pub(super) fn ablate(case: &Case<'_>) -> Result<Vec<Ablation>, Failure> {
+    let nominal = &case.study.machine;
+    if Source::parts(nominal).contains(&Source::Weight) {
+        let reason =
+            "is told apart only for machines that are zeroed at rest under their weight (zeroed = \"at_rest\")";
+        return Err(Failure { status: "not_tried".into(), reason: reason.into() });
+    }
+    let displacements = case.displacements(case.machines, 1.0)?;
+    let real = case.machines.real.clone();
+    let rigid = || State::rigid(nominal, &case.at);
+    let nominal_here = AtRest::settle(nominal, &case.at.drives, rigid())?;
+    let real_there = AtRest::settle(&real, &case.at.drives, rigid())?;
+    let nominal_there = AtRest::commanded(case, nominal, &real_there.state.pose)?;
+    let real_here = AtRest::commanded(case, &real, &case.rest)?;
+    let (freed_machine, start) = freed(&real, &real_here);
+    let freed_here = AtRest::settle(&freed_machine, &real_here.drives, start)?;
+
+    let departures = displacements.departures(displacements.assembly);
+    let loads = case.loads(1.0);
+    let solved = displacements.cutting.iter().zip(&displacements.both).zip(departures);
+    let parts = solved.zip(loads.iter().zip(&case.study.phis)).map(|(((cutting, both), departure), (load, phi))| {
+        let [here, there, freed_here, real_here, real_there] =
+            [&nominal_here, &nominal_there, &freed_here, &real_here, &real_there].map(|m| m.response(nominal, load));
+        let real_cutting = *both - displacements.assembly;
+        let parts = [
+            here - there,
+            here - freed_here,
+            freed_here - real_here,
+            (*cutting - here) - (real_cutting - real_there),
+            there + real_here - here - real_there,
+        ];
+        Ablation { phi_deg: phi.to_degrees(), departure, parts }
+    });
+    Ok(parts.collect())
+}

@@ -1,0 +1,303 @@
+//! Whether the displacements by single sources may be added.
+//!
+//! A machine with chain errors `E`, commanded to a location and loaded by the wrench `F`, moves by `u(F, E)`: from where
+//! the nominal machine rests there, unloaded, to the loaded equilibrium of the real one. Superposition solves for each
+//! source alone and adds; it departs from the simultaneous model by
+//!
+//! `d(F, E) = u(F, 0) + u(0, E) − u(F, E)`.
+//!
+//! The departure vanishes where a source is absent, so its lowest term is the mixed one, `−F E ∂²u/∂F∂E`: it grows with
+//! the first power of each source and with the second of both.
+//!
+//! The same is asked of the linear aggregation of chain errors, eqs. (14) and (15), in place of `u(0, E)`. That departure
+//! has a part in `E²` as well: what aggregation leaves out of the chain errors alone.
+//!
+//! - [`DeparturePoint`]: departure over the workspace, and the largest load that keeps it below a tolerance
+//! - [`LocationResult`]: departure, its [`growth`] with the sources, largest [`safe`] factors, [`ablation`]
+
+pub mod ablation;
+pub mod departure;
+pub mod growth;
+mod question;
+#[cfg(feature = "report")]
+pub mod report;
+mod resolve;
+mod rig;
+pub mod safe;
+pub(crate) mod spec;
+
+use std::ops::Range;
+
+use ablation::Ablation;
+use departure::{Case, Departures};
+use growth::Growth;
+use nalgebra::Vector3;
+use rayon::prelude::*;
+use safe::LargestFactor;
+use serde::{Deserialize, Serialize};
+
+use crate::simulation::{Failure, Machines};
+use crate::{
+    input::error,
+    machine::{ChainError, Machine},
+    process::MillingForce,
+    spatial::Grid,
+    work::{Event, Work, here},
+};
+
+/// A named location of P.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Location {
+    /// Its name.
+    pub name: String,
+    /// Commanded position of P, mm.
+    pub position: Vector3<f64>,
+}
+
+/// A checked superposition study.
+#[derive(Debug, Clone)]
+pub struct SuperpositionStudy {
+    /// The nominal machine, by which positions are commanded.
+    pub machine: Machine,
+    /// Errors of each chain of the real machine.
+    pub errors: Vec<ChainError>,
+    /// The cutting force.
+    pub force: MillingForce,
+    /// Tool angles φ, rad.
+    pub phis: Vec<f64>,
+    /// Where the map is computed.
+    pub grid: Grid,
+    /// Tables of the process that the study has no use for.
+    pub not_used: Vec<&'static str>,
+    /// Locations studied in detail.
+    pub locations: Vec<Location>,
+    /// Departure of the tool tip from which superposition no longer counts as safe, mm.
+    pub tolerance: f64,
+    /// Factors on the sources at which the growth of the departure is measured, ascending.
+    pub scales: Vec<f64>,
+    /// The largest factor tried when the largest safe one is sought.
+    pub largest_factor: f64,
+}
+
+/// What pictures of a map show.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shown {
+    /// Heights of the slices drawn, mm.
+    pub slices_z: Vec<f64>,
+}
+
+/// Which sources are multiplied by a factor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scaled {
+    /// The cutting force; the chain errors stay.
+    Load,
+    /// The chain errors; the cutting force stays.
+    Errors,
+    /// Both by the same factor.
+    Both,
+}
+
+impl Scaled {
+    /// All, in table order.
+    pub const ALL: [Scaled; 3] = [Scaled::Load, Scaled::Errors, Scaled::Both];
+
+    /// Word used in tables.
+    pub fn label(self) -> &'static str {
+        match self {
+            Scaled::Load => "load",
+            Scaled::Errors => "errors",
+            Scaled::Both => "both",
+        }
+    }
+
+    /// Factors on load and chain errors.
+    pub fn factors(self, factor: f64) -> (f64, f64) {
+        match self {
+            Scaled::Load => (factor, 1.0),
+            Scaled::Errors => (1.0, factor),
+            Scaled::Both => (factor, factor),
+        }
+    }
+}
+
+/// One grid point.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DeparturePoint {
+    /// Commanded position of P, mm.
+    pub position_mm: [f64; 3],
+    /// Departures, worst over φ.
+    pub departures: Result<Departures, Failure>,
+    /// Largest factor on the load that keeps the departure of the tool tip within the tolerance.
+    pub largest_load: LargestFactor,
+}
+
+/// What was found at a location.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LocationResult {
+    /// The location.
+    pub location: Location,
+    /// Departures, worst over φ.
+    pub departures: Result<Departures, Failure>,
+    /// Largest factors that keep the departure of the tool tip within the tolerance, in the order of [`Scaled::ALL`].
+    pub largest: [LargestFactor; 3],
+    /// How the departure grows, in the order of [`Scaled::ALL`].
+    pub growth: [Growth; 3],
+    /// Where the departure comes from, at each φ.
+    pub ablation: Result<Vec<Ablation>, Failure>,
+}
+
+/// Results of a superposition study, all at once.
+#[derive(Debug, Clone, Serialize)]
+pub struct Superposition {
+    /// The study.
+    #[serde(skip)]
+    pub study: SuperpositionStudy,
+    /// Points in grid order.
+    pub points: Vec<DeparturePoint>,
+    /// Locations in the order of the study.
+    pub locations: Vec<LocationResult>,
+}
+
+/// Grid points that are one piece of the work, and whose results are given away together.
+const PIECE: usize = 16;
+const PART: usize = 64 * PIECE;
+
+/// Computes everything, in parallel on the current rayon pool; the result does not depend on the number of threads.
+///
+/// # Errors
+/// Of `work`.
+pub fn run(study: &SuperpositionStudy, work: &Work) -> error::Result<Superposition> {
+    let mut points = Vec::with_capacity(study.grid.len());
+    run_map(study, work, |part| {
+        points.extend(part);
+        Ok(())
+    })?;
+    Ok(Superposition { points, locations: run_locations(study, work)?, study: study.clone() })
+}
+
+/// Computes the map and gives its points to `take` part by part, in grid order, so that memory does not grow with the grid.
+/// The next part is computed meanwhile.
+///
+/// # Errors
+/// Of `work` and of `take`.
+pub fn run_map(
+    study: &SuperpositionStudy,
+    work: &Work,
+    mut take: impl FnMut(Vec<DeparturePoint>) -> error::Result<()> + Send,
+) -> error::Result<()> {
+    let machines = Machines::new(&study.machine, &study.errors)?;
+    let map = work.part("map");
+    let total = study.grid.len();
+    let mut done: Option<Vec<DeparturePoint>> = None;
+    for start in (0..total).step_by(PART) {
+        let compute = || map_part(study, &machines, start..total.min(start + PART), &map);
+        let (next, taken) = rayon::join(compute, || done.take().map_or(Ok(()), &mut take));
+        taken?;
+        done = Some(next?);
+    }
+    done.map_or(Ok(()), take)?;
+    map.gathered()
+}
+
+/// Pieces of the map.
+pub(super) fn map_pieces(study: &SuperpositionStudy) -> usize {
+    study.grid.len().div_ceil(PIECE)
+}
+
+/// Computes the grid points with these indices, in grid order, in parallel on the current rayon pool; indices beyond the grid
+/// give no points.
+///
+/// # Errors
+/// Of `work`.
+pub fn run_range(study: &SuperpositionStudy, indices: Range<usize>, work: &Work) -> error::Result<Vec<DeparturePoint>> {
+    let indices = indices.start.min(study.grid.len())..indices.end.min(study.grid.len());
+    let points = map_part(study, &Machines::new(&study.machine, &study.errors)?, indices, work)?;
+    work.gathered()?;
+    Ok(points)
+}
+
+/// The grid points with these indices, but for those of other parts.
+fn map_part(
+    study: &SuperpositionStudy,
+    machines: &Machines,
+    indices: Range<usize>,
+    work: &Work,
+) -> error::Result<Vec<DeparturePoint>> {
+    let pieces = indices.clone().into_par_iter().step_by(PIECE).filter_map(|start| {
+        let work = work.dealt(start / PIECE);
+        let compute = || {
+            let solve = |index| {
+                work.check()?;
+                let point = map_point(study, machines, study.grid.position(index));
+                if point.departures.is_err() {
+                    work.tell(Event::Unsolved(1));
+                }
+                work.tell(Event::Computed(1));
+                Ok(point)
+            };
+            (start..indices.end.min(start + PIECE)).into_par_iter().map(solve).collect()
+        };
+        here(work.piece(&start, Vec::len, compute)).transpose()
+    });
+    Ok(pieces.collect::<error::Result<Vec<Vec<DeparturePoint>>>>()?.into_iter().flatten().collect())
+}
+
+/// Computes the locations, in parallel on the current rayon pool.
+///
+/// # Errors
+/// Of `work`.
+pub fn run_locations(study: &SuperpositionStudy, work: &Work) -> error::Result<Vec<LocationResult>> {
+    let machines = Machines::new(&study.machine, &study.errors)?;
+    let named = work.part("locations").after(map_pieces(study));
+    let locations = study.locations.par_iter().enumerate().filter_map(|(index, location)| {
+        let compute = || {
+            let result = location_result(study, &machines, location);
+            named.tell(Event::Computed(1));
+            Ok(result)
+        };
+        here(named.dealt(index).piece(&index, |_| 1, compute)).transpose()
+    });
+    let locations = locations.collect::<error::Result<_>>()?;
+    named.gathered()?;
+    Ok(locations)
+}
+
+fn map_point(study: &SuperpositionStudy, machines: &Machines, position: Vector3<f64>) -> DeparturePoint {
+    let position_mm = position.into();
+    let case = match Case::new(study, machines, position) {
+        Ok(case) => case,
+        Err(failure) => {
+            let largest_load = LargestFactor::Unsolved(failure.clone());
+            return DeparturePoint { position_mm, departures: Err(failure), largest_load };
+        }
+    };
+    let departures = case.departures(machines, 1.0);
+    let at_one = departures.as_ref().map(|found| found.superposed_tool_mm()).map_err(Clone::clone);
+    let largest_load = safe::largest(study, at_one, |factor| case.superposed_tool_mm(machines, factor));
+    DeparturePoint { position_mm, departures, largest_load }
+}
+
+fn location_result(study: &SuperpositionStudy, machines: &Machines, location: &Location) -> LocationResult {
+    match Case::new(study, machines, location.position) {
+        Ok(case) => LocationResult {
+            location: location.clone(),
+            departures: case.departures(machines, 1.0),
+            largest: Scaled::ALL.map(|scaled| {
+                let departure = |factor: f64| {
+                    let (load, errors) = scaled.factors(factor);
+                    case.superposed_tool_mm(&case.real(errors), load)
+                };
+                safe::largest(study, departure(1.0), departure)
+            }),
+            growth: Scaled::ALL.map(|scaled| growth::measure(&case, scaled)),
+            ablation: ablation::ablate(&case),
+        },
+        Err(failure) => LocationResult {
+            location: location.clone(),
+            departures: Err(failure.clone()),
+            largest: Scaled::ALL.map(|_| LargestFactor::Unsolved(failure.clone())),
+            growth: Scaled::ALL.map(|_| Growth::unsolved(study, &failure)),
+            ablation: Err(failure),
+        },
+    }
+}

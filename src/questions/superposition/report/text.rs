@@ -1,0 +1,196 @@
+//! The study's answer in sentences.
+
+use crate::{
+    answer::cautions,
+    files::words::{counted, millimetres, percent, position, typographic},
+    questions::superposition::{
+        LocationResult, Scaled, SuperpositionStudy,
+        ablation::Cause,
+        departure::{Followed, Sum},
+        report::{
+            contributions,
+            summary::{Measure, Summary},
+            words, worst_ablation,
+        },
+        safe::LargestFactor,
+    },
+    simulation::ROUNDING_MM,
+};
+
+fn at([x, y, z]: [f64; 3]) -> String {
+    position(x, y, z)
+}
+
+fn shown(departure_mm: f64) -> String {
+    millimetres(departure_mm, 4)
+}
+
+/// Everything that is said: how wrong adding is, where and up to which load it is safe, and why it is wrong.
+pub fn summary_text(study: &SuperpositionStudy, summary: &Summary, locations: &[LocationResult]) -> String {
+    departures(summary) + &safety(study, summary) + &causes(locations)
+}
+
+/// What must be known with the answer.
+pub(super) fn known(study: &SuperpositionStudy) -> String {
+    let machine = &study.machine;
+    let positions = (0..study.grid.len()).map(|index| study.grid.position(index));
+    cautions::not_used(&study.not_used)
+        + &cautions::zeroed(machine)
+        + &cautions::carried(machine)
+        + &cautions::large_errors(machine, &study.errors)
+        + &cautions::outside_workspace(machine, "grid point", positions)
+}
+
+/// Where the departure comes from, location by location.
+pub(super) fn causes(locations: &[LocationResult]) -> String {
+    locations.iter().map(location_sentences).collect::<String>() + &main_causes(locations)
+}
+
+/// How far the sum is from the effects at once.
+pub(super) fn departures(summary: &Summary) -> String {
+    let mut text = String::new();
+    for (followed, name) in [(Followed::Tool, "the tool tip"), (Followed::Platform, "the platform point P")] {
+        let by = |measure| Sum::ALL.map(|sum| summary.largest(sum, followed, measure));
+        let ([Some(most), aggregated], [Some(share), _]) = (by(Measure::Size), by(Measure::Relative)) else { continue };
+        text += &format!(
+            "Departure of superposition at {name}: up to {}, at {} (tool angle φ = {:.0}°), and up to {:.1} % of the \
+             largest displacement at the same place, at {}; each the largest over all tool angles",
+            shown(most.value),
+            at(most.position_mm),
+            most.worst.phi_deg,
+            100.0 * share.value,
+            at(share.position_mm)
+        );
+        text += &match aggregated {
+            Some(most) => format!(
+                ". With linearly aggregated errors, eqs. (14) and (15): up to {}, at {}.\n",
+                shown(most.value),
+                at(most.position_mm)
+            ),
+            None => ". Errors cannot be aggregated linearly.\n".into(),
+        };
+    }
+    if let Some(most) = summary.largest(Sum::Superposition, Followed::Tool, Measure::Ratio) {
+        text += &format!(
+            "Where the effects nearly cancel at a tool angle, the departure is up to {:.1} % of what remains, at {} (tool \
+             angle φ = {:.0}°).\n",
+            100.0 * most.value,
+            at(most.position_mm),
+            most.worst.ratio_phi_deg.unwrap_or_default()
+        );
+    }
+    text
+}
+
+/// Where and up to which load adding keeps the tolerance.
+pub(super) fn safety(study: &SuperpositionStudy, summary: &Summary) -> String {
+    let (Some(share), Some([least, most])) = (summary.safe_share(), summary.loads()) else {
+        return "Nothing can be said about where superposition is safe: no grid point was solved.\n".into();
+    };
+    let is_solved = summary.solved == summary.points;
+    let (of, there) = if is_solved { ("the box", "") } else { ("the part of the box that was solved", "there ") };
+    let mut text = format!(
+        "At the load of the study, adding keeps the tolerance of {} mm at the tool tip in {} of {of}. It keeps it \
+         everywhere {there}up to ",
+        study.tolerance,
+        percent(share)
+    );
+    text += &match &least.largest {
+        LargestFactor::BelowToLimit(factor) => format!("at least {factor:.2} times that load.\n"),
+        _ => format!(
+            "{:.2} times that load, as limited by {}, and up to {} times at {}.\n",
+            least.factor,
+            at(least.position_mm),
+            largest_words(&most.largest),
+            at(most.position_mm)
+        ),
+    };
+    if summary.ended > 0 {
+        text += &format!(
+            "At {} there is no equilibrium any more before the departure reaches the tolerance.\n",
+            counted(summary.ended, "point")
+        );
+    }
+    text
+}
+
+fn location_sentences(location: &LocationResult) -> String {
+    let name = &location.location.name;
+    let departures = match &location.departures {
+        Ok(departures) => departures,
+        Err(failure) => return format!("{name}: {}: {}.\n", failure.status, failure.reason),
+    };
+    let tool = &departures.superposition[Followed::Tool as usize];
+    let mut text = format!("{name}: departure up to {}", shown(tool.departure_mm));
+    if tool.simultaneous_mm > ROUNDING_MM {
+        text += &format!(
+            " ({:.1} % of {})",
+            100.0 * tool.departure_mm / tool.simultaneous_mm,
+            millimetres(tool.simultaneous_mm, 3)
+        );
+    }
+    text += &growth_words(location);
+    let largest = |scaled: Scaled| largest_words(&location.largest[scaled as usize]);
+    text += &format!(
+        "; the tolerance is kept up to {} × load, {} × errors, {} × both.\n",
+        largest(Scaled::Load),
+        largest(Scaled::Errors),
+        largest(Scaled::Both)
+    );
+    text + &ablation_sentence(location)
+}
+
+/// How the departure grows with each of the sources for which that is known.
+fn growth_words(location: &LocationResult) -> String {
+    let words = |(scaled, of): (Scaled, &str)| {
+        let fit = location.growth[scaled as usize].fit(Sum::Superposition, Followed::Tool)?;
+        Some(format!("{of}^{:.2}", fit.slope))
+    };
+    let scaled = [(Scaled::Load, "load"), (Scaled::Errors, "errors"), (Scaled::Both, "both")];
+    let powers: Vec<String> = scaled.into_iter().filter_map(words).collect();
+    if powers.is_empty() { String::new() } else { format!("; it grows as {}", powers.join(", ")) }
+}
+
+pub(super) fn largest_words(largest: &LargestFactor) -> String {
+    match largest {
+        LargestFactor::Reached(factor) => format!("{factor:.2}"),
+        LargestFactor::BelowToLimit(factor) => format!("at least {factor:.2}"),
+        LargestFactor::NoEquilibrium(factor, failure) => format!("{factor:.2} (then {})", failure.status),
+        LargestFactor::Unsolved(failure) => format!("none ({})", failure.status),
+    }
+}
+
+fn ablation_sentence(location: &LocationResult) -> String {
+    if let Err(failure) = &location.ablation {
+        return format!("  The causes cannot be told apart: {}: {}.\n", failure.status, failure.reason);
+    }
+    let Some((worst, parts)) = worst_ablation(location).and_then(|w| Some((w, contributions(w, Followed::Tool)?)))
+    else {
+        return String::new();
+    };
+    let whole = worst.departure.tool.norm();
+    let share = |cause: Cause| {
+        let tenths = (1000.0 * parts[cause as usize] / whole).round();
+        // No negative zero.
+        let percent = typographic(&format!("{:.1}", if tenths == 0.0 { 0.0 } else { tenths / 10.0 }));
+        format!("{}: {percent} %", words(cause))
+    };
+    format!("  Where it comes from at tool angle {:.0}°: {}.\n", worst.phi_deg, Cause::ALL.map(share).join(", "))
+}
+
+/// Which cause makes the largest part, by location.
+fn main_causes(locations: &[LocationResult]) -> String {
+    let main = |location: &LocationResult| {
+        let parts = contributions(worst_ablation(location)?, Followed::Tool)?;
+        Cause::ALL.into_iter().max_by(|a, b| parts[*a as usize].total_cmp(&parts[*b as usize]))
+    };
+    let mut text = String::new();
+    for cause in Cause::ALL {
+        let here = locations.iter().filter(|location| main(location) == Some(cause));
+        let names: Vec<&str> = here.map(|location| location.location.name.as_str()).collect();
+        if !names.is_empty() {
+            text += &format!("The largest cause at {} is: {}.\n", names.join(", "), words(cause));
+        }
+    }
+    text
+}

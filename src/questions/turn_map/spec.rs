@@ -1,0 +1,39 @@
+//! A map of turns as written: raw, units in the keys, unknown keys refused. Checked by [`crate::questions::Study`].
+
+use serde::Deserialize;
+
+/// A grid of places of the tool tip, at which the tool has given directions.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TurnMapSpec {
+    /// Number of grid points along x, y, z, both ends included.
+    pub grid: [usize; 3],
+    /// Lower corner of the places of the tool tip, O; if not given, the machine's workspace box moved from P to the tip as it stands at home.
+    pub min_mm: Option<[f64; 3]>,
+    /// Upper corner.
+    pub max_mm: Option<[f64; 3]>,
+    /// Directions of the tool from its tip to the spindle, O; that at home if neither these nor a cone are given.
+    pub tool_axes: Option<Vec<[f64; 3]>>,
+    /// Directions on a cone.
+    pub cone: Option<ConeSpec>,
+    /// Step between turns about the tool's axis; 10 if not given.
+    pub turn_step_deg: Option<f64>,
+    /// Least distance to a singularity, an inverse condition number; 0.01 if not given.
+    pub min_singularity_distance: Option<f64>,
+    /// Step between directions of the cutting force about the tool's axis; 45 if not given.
+    pub phi_step_deg: Option<f64>,
+    /// Heights of the slices drawn; the grid plane nearest to each is shown.
+    pub slices_z_mm: Vec<f64>,
+}
+
+/// Directions of the tool on a cone, and its middle.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ConeSpec {
+    /// Direction of its middle from the tip to the spindle, O.
+    pub about: [f64; 3],
+    /// Angle between it and the others.
+    pub half_angle_deg: f64,
+    /// How many others; 8 if not given.
+    pub around: Option<usize>,
+}

@@ -1,0 +1,191 @@
+//! Numbers that somebody quotes, from a paper or a measurement, beside those of the model.
+
+mod circle_shape;
+mod quantity;
+mod question;
+#[cfg(feature = "report")]
+pub mod report;
+mod resolve;
+mod shown;
+pub(crate) mod spec;
+
+use serde::Deserialize;
+
+pub use quantity::Quantity;
+pub use shown::{FigureKind, Picture, Shown};
+
+use serde::Serialize;
+
+use crate::{
+    input::error,
+    machine::Machine,
+    questions::path::{self, PathResults, PathStudy},
+    work::{Work, here},
+};
+
+/// A process under a name, with every case cut by it.
+#[derive(Debug, Clone)]
+pub struct Variant {
+    /// Its name.
+    pub name: String,
+    /// One path per case, in their order.
+    pub paths: Vec<PathStudy>,
+}
+
+/// How a quoted number is meant.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Relation {
+    /// The number itself: "about", "of", "up to".
+    #[default]
+    About,
+    /// At least the number: "can exceed".
+    AtLeast,
+    /// At most the number: "not more than".
+    AtMost,
+}
+
+/// A number that somebody quotes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Quoted {
+    /// Where it stands.
+    pub source: String,
+    /// Index of the case it is about.
+    pub case: usize,
+    /// What it is.
+    pub quantity: Quantity,
+    /// The number, in the unit of the quantity.
+    pub value: f64,
+    /// How it is meant.
+    pub relation: Relation,
+    /// Difference that counts as none: a share of the number, or itself where the number is 0.
+    pub agreement: f64,
+    /// Why the model's number is another.
+    pub reason: String,
+}
+
+/// A checked validation study.
+#[derive(Debug, Clone)]
+pub struct ValidationStudy {
+    /// The machine.
+    pub machine: Machine,
+    /// Names of the cases.
+    pub cases: Vec<String>,
+    /// The first one is that of tables and figures.
+    pub variants: Vec<Variant>,
+    /// Numbers to compare with.
+    pub quoted: Vec<Quoted>,
+}
+
+impl ValidationStudy {
+    /// Where the workpiece stands and what is cut under the first process, as labels and words, and what differs under the
+    /// others.
+    pub fn facts(&self) -> Vec<(String, String)> {
+        let facts = |variant: &Variant| variant.paths.first().map_or_else(Vec::new, |path| path.facts.clone());
+        let first = self.variants.first().map(facts).unwrap_or_default();
+        let mut all: Vec<(String, String)> =
+            first.iter().map(|(label, words)| ((*label).to_string(), words.clone())).collect();
+        for variant in self.variants.iter().skip(1) {
+            let differing = facts(variant).into_iter().filter(|fact| !first.contains(fact));
+            all.extend(differing.map(|(label, words)| (format!("{label}, {}", variant.name), words)));
+        }
+        all
+    }
+}
+
+/// A quoted number and ours.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Compared {
+    /// The model's number for each variant, or why there is none.
+    pub ours: Vec<Result<f64, String>>,
+    /// Whether the first variant's number is what is quoted.
+    pub agrees: bool,
+}
+
+/// Results of a validation study.
+#[derive(Debug, Clone, Serialize)]
+pub struct ValidationResults {
+    /// The study.
+    #[serde(skip)]
+    pub study: ValidationStudy,
+    /// Every case of the first variant.
+    pub paths: Vec<PathResults>,
+    /// In the order of the quoted numbers.
+    pub compared: Vec<Compared>,
+}
+
+impl Quoted {
+    fn agrees(&self, ours: f64) -> bool {
+        let allowed = self.agreement * if self.value == 0.0 { 1.0 } else { self.value.abs() };
+        match self.relation {
+            Relation::About => (ours - self.value).abs() <= allowed,
+            Relation::AtLeast => ours >= self.value,
+            Relation::AtMost => ours <= self.value,
+        }
+    }
+}
+
+/// Points of all passes that [`run`] makes.
+pub fn work(study: &ValidationStudy) -> usize {
+    let paths = study.variants.iter().flat_map(|variant| &variant.paths);
+    paths.map(|path| path.stations.len() * path::passes(path)).sum()
+}
+
+/// Blocks of all passes.
+pub(super) fn blocks(study: &ValidationStudy) -> usize {
+    study.variants.iter().flat_map(|variant| &variant.paths).map(path::blocks).sum()
+}
+
+/// Runs the study on the current rayon pool.
+///
+/// # Errors
+/// Of `work`.
+pub fn run(study: &ValidationStudy, work: &Work) -> error::Result<ValidationResults> {
+    let mut ours: Vec<Vec<Result<f64, String>>> = vec![Vec::new(); study.quoted.len()];
+    let (mut shown, mut pieces) = (Vec::new(), 0);
+    for (index, variant) in study.variants.iter().enumerate() {
+        let mut paths: Vec<PathResults> = Vec::with_capacity(variant.paths.len());
+        for (case, path) in variant.paths.iter().enumerate() {
+            paths.extend(here(path::run(path, &work.part(&format!("{index}/{case}")).after(pieces)))?);
+            pieces += path::blocks(path);
+        }
+        if here(work.gathered())?.is_none() {
+            continue;
+        }
+        for (quoted, ours) in study.quoted.iter().zip(&mut ours) {
+            ours.push(quoted.quantity.of(&paths[quoted.case]));
+        }
+        if index == 0 {
+            shown = paths;
+        }
+    }
+    work.gathered()?;
+    let compared = study.quoted.iter().zip(ours).map(|(quoted, ours)| {
+        let agrees = ours.first().and_then(|value| value.as_ref().ok()).is_some_and(|&value| quoted.agrees(value));
+        Compared { ours, agrees }
+    });
+    Ok(ValidationResults { compared: compared.collect(), paths: shown, study: study.clone() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_agree_as_they_are_meant() {
+        let quoted = |value, relation| Quoted {
+            source: String::new(),
+            case: 0,
+            quantity: Quantity::Correction,
+            value,
+            relation,
+            agreement: 0.1,
+            reason: String::new(),
+        };
+        let about = quoted(2.0, Relation::About);
+        assert!(about.agrees(2.19) && about.agrees(1.81) && !about.agrees(2.21));
+        assert!(quoted(0.0, Relation::About).agrees(0.09) && !quoted(0.0, Relation::About).agrees(0.11));
+        assert!(quoted(2.0, Relation::AtLeast).agrees(5.0) && !quoted(2.0, Relation::AtLeast).agrees(1.99));
+        assert!(quoted(2.0, Relation::AtMost).agrees(-5.0) && !quoted(2.0, Relation::AtMost).agrees(2.01));
+    }
+}

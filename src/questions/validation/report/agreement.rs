@@ -1,0 +1,88 @@
+//! All quoted numbers in one figure: each against ours, in tolerances.
+
+use crate::{
+    figures::{AgreementFigure, AgreementRow, Figure, Meant},
+    files::words::typographic,
+    questions::validation::{Compared, Quoted, Relation, ValidationResults},
+};
+
+/// The figure; `None` where nothing is quoted.
+pub(super) fn figure(results: &ValidationResults) -> Option<Figure> {
+    let study = &results.study;
+    if study.quoted.is_empty() {
+        return None;
+    }
+    let rows: Vec<AgreementRow> =
+        study.quoted.iter().zip(&results.compared).map(|(quoted, compared)| row(results, quoted, compared)).collect();
+    let agreeing = rows.iter().filter(|row| row.agrees).count();
+    Some(Figure::Agreement(AgreementFigure {
+        title: format!("{agreeing} of {} quoted numbers agree", rows.len()),
+        subtitle: format!("{}; {}", study.machine.short_title(), study.variants[0].name),
+        numbers: "quoted, ours".into(),
+        rows,
+    }))
+}
+
+fn row(results: &ValidationResults, quoted: &Quoted, compared: &Compared) -> AgreementRow {
+    let study = &results.study;
+    let ours = compared.ours[0].as_ref().ok().copied();
+    let unit = match quoted.quantity.unit(&study.machine) {
+        "1" => String::new(),
+        "deg" => "°".into(),
+        unit => format!(" {unit}"),
+    };
+    let sign = match quoted.relation {
+        Relation::About => "",
+        Relation::AtLeast => "≥ ",
+        Relation::AtMost => "≤ ",
+    };
+    let shown = ours.map_or_else(|| "–".into(), |ours| short(ours, quoted.value));
+    AgreementRow {
+        label: format!("{}: {}", study.cases[quoted.case], quoted.quantity.label().replace('_', " ")),
+        numbers: typographic(&format!("{sign}{}, {shown}{unit}", quoted.value)),
+        meant: match quoted.relation {
+            Relation::About => Meant::About,
+            Relation::AtLeast => Meant::AtLeast,
+            Relation::AtMost => Meant::AtMost,
+        },
+        difference: ours.map(|ours| in_tolerances(quoted, ours)),
+        agrees: compared.agrees,
+    }
+}
+
+/// Differences of more tolerances than this are drawn, like it, beyond the axis.
+const FAR: f64 = 1e3;
+
+/// Ours less the quoted number over what counts as none; where nothing does, the sign of it, far out.
+fn in_tolerances(quoted: &Quoted, ours: f64) -> f64 {
+    let allowed = quoted.agreement * if quoted.value == 0.0 { 1.0 } else { quoted.value.abs() };
+    let difference = ours - quoted.value;
+    let share = difference / allowed;
+    match share.is_finite() {
+        true => share.clamp(-FAR, FAR),
+        false if difference == 0.0 => 0.0,
+        false => FAR.copysign(difference),
+    }
+}
+
+/// Our number with three digits, and no more decimals than show beside the quoted one.
+fn short(ours: f64, quoted: f64) -> String {
+    let size = ours.abs().max(quoted.abs());
+    let decimals = if size > 0.0 { (2.0 - size.log10().floor()).clamp(0.0, 4.0) as usize } else { 0 };
+    let text = format!("{ours:.decimals$}");
+    if text.trim_start_matches('-').chars().all(|c| c == '0' || c == '.') { "0".into() } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::short;
+
+    #[test]
+    fn our_numbers_are_short() {
+        assert_eq!(short(415.274_876, 300.0), "415");
+        assert_eq!(short(0.438_205, 0.35), "0.438");
+        assert_eq!(short(5e-17, 0.0), "0");
+        assert_eq!(short(-0.999_999, -1.0), "-1.00");
+        assert_eq!(short(21_500.0, 21_500.0), "21500");
+    }
+}

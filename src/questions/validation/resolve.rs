@@ -1,0 +1,128 @@
+//! From a validation study as written to a checked one.
+
+use super::{
+    Quoted, ValidationStudy, Variant,
+    shown::{FigureKind, Picture, Shown},
+    spec::{FigureSpec, QuotedSpec, ValidationSpec},
+};
+use crate::{
+    input::{Inputs, check::Check, error::Result},
+    machine::Machine,
+    questions::{
+        Given, Resolved,
+        path::{resolve as paths, spec::PathSpec},
+    },
+};
+
+/// Difference that counts as none, as a share.
+const AGREEMENT: f64 = 0.1;
+/// Stem of the files of the machine's own figure.
+const MACHINE_AT_HOME: &str = "machine_at_home";
+/// Most frames of a picture.
+const MOST_FRAMES: usize = 6;
+
+/// Checks a validation study.
+pub(super) fn resolve(spec: &ValidationSpec, given: &Given<'_>) -> Result<Resolved<ValidationStudy>> {
+    given.overrides.refuse_grid(given.name)?;
+    let (machine, check) = (&given.machine, &given.check);
+    for (key, count) in [("variant", spec.variant.len()), ("case", spec.case.len())] {
+        if count == 0 {
+            return check.key(key).fail("expected at least one".into());
+        }
+    }
+    names(spec.case.iter().map(|case| case.name.as_str()), &check.key("case"))?;
+    for (i, case) in spec.case.iter().enumerate() {
+        let before = spec.case[..i].iter().map(|case| case.name.as_str());
+        check.key("case").item(i).key("name").unique_file(&case.name, before)?;
+    }
+    names(spec.variant.iter().map(|variant| variant.name.as_str()), &check.key("variant"))?;
+    let points = paths::points_of(spec.case.iter().map(|case| &case.circle), given.overrides);
+    paths::check_total(points.saturating_mul(spec.variant.len()), &check.key("case"))?;
+    let (mut variants, mut inputs) = (Vec::new(), Inputs::default());
+    for (v, written) in spec.variant.iter().enumerate() {
+        let process = given.process(written.process.as_deref(), &check.key("variant").item(v))?;
+        let mut paths = Vec::new();
+        for (i, case) in spec.case.iter().enumerate() {
+            let path =
+                PathSpec { circle: Some(case.circle.clone()), line: None, file: None, methods: Some(Vec::new()) };
+            let (path, _) = paths::path(&path, &process, given, &check.key("case").item(i))?;
+            paths.push(path);
+            inputs = inputs.and(process.inputs.clone());
+        }
+        variants.push(Variant { name: written.name.clone(), paths });
+    }
+    let cases: Vec<String> = spec.case.iter().map(|case| case.name.clone()).collect();
+    let points: Vec<usize> = variants[0].paths.iter().map(|path| path.stations.len()).collect();
+    let inputs = inputs.and(Inputs::of("points of the paths", format!("{points:?}")));
+    let pictures = pictures(&spec.figure, &cases, machine, check)?;
+    let quoted = quoted(&spec.quoted, &cases, machine, check)?;
+    let study = ValidationStudy { quoted, machine: machine.clone(), cases, variants };
+    Ok(Resolved { study, shown: Shown { pictures }, inputs })
+}
+
+fn names<'a>(names: impl Iterator<Item = &'a str>, check: &Check) -> Result<()> {
+    let mut before: Vec<&str> = Vec::new();
+    for (i, name) in names.enumerate() {
+        let check = check.item(i).key("name");
+        check.readable(name)?;
+        check.unique(name, before.iter().copied())?;
+        before.push(name);
+    }
+    Ok(())
+}
+
+fn case(name: &str, cases: &[String], check: &Check) -> Result<usize> {
+    match cases.iter().position(|case| case == name) {
+        Some(index) => Ok(index),
+        None => check.fail(format!("no case is called \"{name}\"; there are: {}", cases.join(", "))),
+    }
+}
+
+fn quoted(specs: &[QuotedSpec], cases: &[String], machine: &Machine, check: &Check) -> Result<Vec<Quoted>> {
+    let quoted = |(i, spec): (usize, &QuotedSpec)| {
+        let check = check.key("quoted").item(i);
+        if let Err(problem) = spec.quantity.fits(machine) {
+            return check.key("quantity").fail(problem);
+        }
+        Ok(Quoted {
+            source: spec.source.trim().to_string(),
+            case: case(&spec.case, cases, &check.key("case"))?,
+            quantity: spec.quantity,
+            value: check.key("value").finite_scalar(spec.value)?,
+            relation: spec.relation,
+            agreement: check.key("agreement").positive(spec.agreement.unwrap_or(AGREEMENT))?,
+            reason: spec.reason.clone().unwrap_or_default(),
+        })
+    };
+    specs.iter().enumerate().map(quoted).collect()
+}
+
+fn pictures(specs: &[FigureSpec], cases: &[String], machine: &Machine, check: &Check) -> Result<Vec<Picture>> {
+    let check = check.key("figure");
+    names(specs.iter().map(|figure| figure.name.as_str()), &check)?;
+    let (mut pictures, mut stems): (Vec<Picture>, Vec<String>) = (Vec::new(), vec![MACHINE_AT_HOME.into()]);
+    for (i, spec) in specs.iter().enumerate() {
+        let check = check.item(i);
+        if !spec.name.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-')) {
+            let problem = format!("begins file names: expected letters, digits, _ and -, got \"{}\"", spec.name);
+            return check.key("name").fail(problem);
+        }
+        check.key("name").short(&spec.name)?;
+        let most = if spec.kind == FigureKind::Curves { MOST_FRAMES } else { 1 };
+        let check_cases = check.key("cases");
+        if !(1..=most).contains(&spec.cases.len()) {
+            let expected = if most == 1 { "one case".into() } else { format!("1 to {most} cases") };
+            return check_cases.fail(format!("must name {expected} for this kind, got {}", spec.cases.len()));
+        }
+        let shown = spec.cases.iter().map(|name| case(name, cases, &check_cases)).collect::<Result<_>>()?;
+        let picture = Picture { name: spec.name.clone(), title: spec.title.clone(), kind: spec.kind, cases: shown };
+        for stem in picture.file_stems(machine) {
+            if stems.iter().any(|other| other.eq_ignore_ascii_case(&stem)) {
+                return check.key("name").fail(format!("there would be two figures called \"{stem}\""));
+            }
+            stems.push(stem);
+        }
+        pictures.push(picture);
+    }
+    Ok(pictures)
+}

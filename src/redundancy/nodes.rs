@@ -1,0 +1,238 @@
+//! Nodes of the lattice: at a point, for each turn and each way to stand, where the drives are and how far the loaded tool is from its
+//! path, or why it cannot be there.
+
+use nalgebra::Vector3;
+use serde::Serialize;
+
+use super::turnable::{MOST_DRIVES, Stance, Turnable};
+use crate::{
+    compensation::Demand,
+    machine::{Configuration, Machine, Unreachable, Zeroed},
+    process::ToolTurn,
+    spatial::Wrench,
+    statics::{self, Batch, Case, State, Status},
+};
+
+/// Why a turn cannot be at a point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Hindrance {
+    /// The machine does not reach there.
+    Unreachable,
+    /// A drive or joint would be beyond its travel.
+    Limits,
+    /// It is nearer to a singularity than is allowed.
+    Singularity,
+    /// The loaded machine does not settle.
+    NotStable,
+}
+
+impl Hindrance {
+    pub(super) const ALL: [Self; 4] = [Self::Unreachable, Self::Limits, Self::Singularity, Self::NotStable];
+
+    /// Word in tables.
+    #[must_use]
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Unreachable => "unreachable",
+            Self::Limits => "limits",
+            Self::Singularity => "singularity",
+            Self::NotStable => "not_stable",
+        }
+    }
+
+    /// In words, of turns on branches.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Unreachable => "out of reach",
+            Self::Limits => "beyond the travel of a drive or joint",
+            Self::Singularity => "too near a singularity",
+            Self::NotStable => "without a stable equilibrium",
+        }
+    }
+}
+
+/// Where the drives are, mm or rad, and what counts of the distance from the path, mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Standing {
+    pub drives: [f64; MOST_DRIVES],
+    pub cost_mm: f64,
+}
+
+/// A node.
+pub(crate) type Node = std::result::Result<Standing, Hindrance>;
+
+/// How closely equilibria of the lattice are solved.
+const SETTINGS: statics::Settings = statics::Settings { tolerance: 1e-9, max_iterations: 12 };
+
+/// What solves nodes, one for each thread.
+#[derive(Debug)]
+pub(super) struct Solver<'a> {
+    path: &'a Turnable<'a>,
+    /// For each way to stand: of the machine that answers, and of the one from whose rest deflections are measured.
+    batches: Vec<(Batch, Option<Batch>)>,
+}
+
+impl<'a> Solver<'a> {
+    pub fn new(path: &'a Turnable<'a>) -> Self {
+        let source = crate::simulation::Source::All;
+        let batches = path.stances.iter().map(|stance| {
+            let rests = stance.machine.zeroed == Zeroed::AtRest && stance.machine.own_forces().is_some();
+            (stance.machines.batch(source), rests.then(|| Batch::new(stance.machines.resting())))
+        });
+        Self { path, batches: batches.collect() }
+    }
+
+    /// The nodes of point `k` at `turns` (rad) for all ways to stand, turn by turn.
+    pub fn layer(&mut self, k: usize, turns: &[f64]) -> Vec<Node> {
+        let demands: Vec<Demand> = turns.iter().map(|turn| self.path.demand(k, *turn)).collect();
+        let found = postures(self.path, turns, &demands);
+        let count = self.path.stances.len();
+        let mut nodes = vec![Err(Hindrance::Unreachable); turns.len() * count];
+        for (s, own) in found.into_iter().enumerate() {
+            for (turn, node) in self.solved(k, s, &demands, own).into_iter().enumerate() {
+                nodes[turn * count + s] = node;
+            }
+        }
+        nodes
+    }
+
+    /// The nodes of point `k` at `turns` on way to stand number `s` alone.
+    pub fn on_stance(&mut self, k: usize, s: usize, turns: &[f64]) -> Vec<Node> {
+        let demands: Vec<Demand> = turns.iter().map(|turn| self.path.demand(k, *turn)).collect();
+        let mut found = postures(self.path, turns, &demands);
+        self.solved(k, s, &demands, found.swap_remove(s))
+    }
+
+    /// The loaded machine at what was `found` on way to stand number `s`.
+    fn solved(
+        &mut self,
+        k: usize,
+        s: usize,
+        demands: &[Demand],
+        found: Vec<Result<Configuration, Hindrance>>,
+    ) -> Vec<Node> {
+        let stance = &self.path.stances[s];
+        let allowed = |at: Configuration| room(self.path.asked.turn, &stance.machine, &at).map(|()| at);
+        let found: Vec<_> = found.into_iter().map(|at| at.and_then(allowed)).collect();
+        let at: Vec<(&Demand, &Configuration)> =
+            demands.iter().zip(&found).filter_map(|(demand, at)| at.as_ref().ok().map(|at| (demand, at))).collect();
+        let (batch, resting) = &mut self.batches[s];
+        let loaded = settled(stance, batch, at.iter().map(|(demand, at)| (demand.load, *at)));
+        let rest = match resting {
+            Some(resting) => settled(stance, resting, at.iter().map(|(_, at)| (Wrench::zero(), *at))),
+            None => at.iter().map(|(_, at)| Some(State::rigid(&stance.machine, at))).collect(),
+        };
+        let errors = at.iter().zip(loaded).zip(rest).map(|(((demand, _), loaded), rest)| {
+            let offset = demand.offset(&stance.machine);
+            Some(loaded?.pose.transform(offset) - rest?.pose.transform(offset))
+        });
+        let mut errors: std::vec::IntoIter<Option<Vector3<f64>>> = errors.collect::<Vec<_>>().into_iter();
+        let node = |at: Result<Configuration, Hindrance>| {
+            let at = at?;
+            let error = errors.next().flatten().ok_or(Hindrance::NotStable)?;
+            let mut drives = [0.0; MOST_DRIVES];
+            drives.iter_mut().zip(&at.drives).for_each(|(own, rho)| *own = *rho);
+            Ok(Standing { drives, cost_mm: self.path.cost(k, &error) })
+        };
+        found.into_iter().map(node).collect()
+    }
+}
+
+/// Whether a machine stands as far from the ends of travel and from singularities as turns must leave it.
+pub(super) fn room(turn: &ToolTurn, machine: &Machine, at: &Configuration) -> Result<(), Hindrance> {
+    match turn.travel_margin > 0.0 && machine.limit_room(at) < turn.travel_margin {
+        true => Err(Hindrance::Limits),
+        false if machine.is_conditioned(at, turn.min_singularity_distance) => Ok(()),
+        false => Err(Hindrance::Singularity),
+    }
+}
+
+/// Stable equilibria under dead wrenches at P, from rigid configurations.
+fn settled<'b>(
+    stance: &Stance,
+    batch: &mut Batch,
+    cases: impl Iterator<Item = (Wrench, &'b Configuration)>,
+) -> Vec<Option<State>> {
+    let (loads, at): (Vec<Wrench>, Vec<&Configuration>) = cases.unzip();
+    let mut states: Vec<State> = at.iter().map(|at| State::rigid(&stance.machine, at)).collect();
+    let mut drives: Vec<Vec<f64>> = at.iter().map(|at| at.drives.clone()).collect();
+    let mut cases: Vec<Case<'_>> = loads
+        .iter()
+        .zip(&mut states)
+        .zip(&mut drives)
+        .map(|((load, state), drives)| Case { drives, load: *load, state, task: None })
+        .collect();
+    let outcomes = batch.equilibria(&mut cases, &SETTINGS);
+    let stable = states.into_iter().zip(outcomes);
+    stable.map(|(state, outcome)| (outcome.status == Status::Solved).then_some(state)).collect()
+}
+
+/// Where the machine stands at each demand, for each way to stand.
+fn postures(path: &Turnable<'_>, turns: &[f64], demands: &[Demand]) -> Vec<Vec<Result<Configuration, Hindrance>>> {
+    match path.stances.as_slice() {
+        [only] if only.branch.is_none() => vec![led(only, turns, demands)],
+        stances => {
+            let mut found: Vec<Vec<_>> = vec![vec![Err(Hindrance::Unreachable); demands.len()]; stances.len()];
+            for (turn, demand) in demands.iter().enumerate() {
+                for (branch, mut drives) in path.asked.machine.postures_in_closed_form(&demand.pose) {
+                    let own = stances.iter().position(|stance| stance.branch == Some(branch));
+                    if let Some(s) = own {
+                        let at = stances[s].machine.posture_within_travel(&mut drives, &path.full_turns);
+                        found[s][turn] = at.ok_or(Hindrance::Limits);
+                    }
+                }
+            }
+            found
+        }
+    }
+}
+
+/// A machine without branches: the least turn is gone to from home, and from there one after another as far as they lead. Beyond a turn
+/// that cannot be reached there are none.
+fn led(stance: &Stance, turns: &[f64], demands: &[Demand]) -> Vec<Result<Configuration, Hindrance>> {
+    let least = (0..turns.len()).min_by(|a, b| turns[*a].abs().total_cmp(&turns[*b].abs())).unwrap_or_default();
+    let mut found = vec![Err(Hindrance::Unreachable); demands.len()];
+    let (up, down): (Vec<usize>, Vec<usize>) = ((least..demands.len()).collect(), (0..least).rev().collect());
+    found_along(stance, demands, None, &up, &mut found);
+    let near = found.get(least).and_then(|at| at.as_ref().ok().cloned());
+    found_along(stance, demands, near, &down, &mut found);
+    found
+}
+
+/// The demands at `places`, each gone to from the one before, `near` at first; from home where there is none.
+fn found_along(
+    stance: &Stance,
+    demands: &[Demand],
+    mut near: Option<Configuration>,
+    places: &[usize],
+    found: &mut [Result<Configuration, Hindrance>],
+) {
+    let machine = &stance.machine;
+    for (done, place) in places.iter().enumerate() {
+        let pose = &demands[*place].pose;
+        let at = match &near {
+            Some(near) => machine.inverse_kinematics_from(near, pose),
+            None => machine.inverse_kinematics(pose),
+        };
+        match at {
+            Ok(at) => {
+                near = Some(at.clone());
+                found[*place] = Ok(at);
+            }
+            Err(unreachable) => {
+                let hindrance = match unreachable {
+                    Unreachable::Travel { .. } | Unreachable::JointLimit { .. } => Hindrance::Limits,
+                    _ => Hindrance::Unreachable,
+                };
+                // One after another only from where the machine stands.
+                let beyond = if near.is_some() { &places[done..] } else { &places[done..=done] };
+                beyond.iter().for_each(|place| found[*place] = Err(hindrance));
+                if near.is_some() {
+                    return;
+                }
+            }
+        }
+    }
+}

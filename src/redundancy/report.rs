@@ -1,0 +1,158 @@
+//! The free turn about the tool's axis: a table of the points, a small one that compares, sentences and a JSON object.
+
+use serde_json::{Value, json};
+
+use super::{DeadEnd, FreeTurn, Turned, TurnedAlong};
+use crate::{
+    files::{
+        exchange::{Table, counts, numbers, texts},
+        text_table::text_table,
+        words::{if_any, millimetres_in_table, percent},
+    },
+    process::{Redundancy, ToolTurn},
+};
+
+/// Words of the rows that are compared.
+const PROGRAMMED: &str = "as programmed";
+const CONSTANT: &str = "best constant turn";
+const BEST: &str = "best turn at each point";
+
+/// One row per point: whether it counts, and the turn and what counts of the distance from the path as programmed, at the best constant
+/// turn and at the best one. What is missing is so because the machine does not settle there, or no turn goes all along.
+#[must_use]
+pub fn table(found: &FreeTurn, arc_lengths_mm: impl Iterator<Item = f64>) -> Table {
+    let mut columns = counts(["point"]);
+    columns.extend(numbers(["arc_length_mm", "counts"]));
+    columns.extend(numbers(["programmed_cost_mm", "constant_turn_deg", "constant_cost_mm", "turn_deg", "cost_mm"]));
+    columns.extend(texts(["branch", "status", "reason"]));
+    let rows = arc_lengths_mm.enumerate().map(|(k, arc_length_mm)| {
+        let turned = |turned: &Result<Turned, DeadEnd>| {
+            let turned = turned.as_ref().ok();
+            [turned.map(|turned| turned.turns_deg[k]), turned.and_then(|turned| turned.along.cost_mm[k])]
+        };
+        let [constant, best] = [turned(&found.best_constant), turned(&found.best)];
+        let (branch, status, reason) = match &found.best {
+            Ok(turned) => (turned.branch.map(|branch| branch.label()), "ok", String::new()),
+            Err(dead_end) => (None, dead_end.label(), dead_end.reason()),
+        };
+        vec![
+            k.into(),
+            arc_length_mm.into(),
+            f64::from(u8::from(found.counted[k])).into(),
+            found.as_programmed.cost_mm[k].into(),
+            constant[0].into(),
+            constant[1].into(),
+            best[0].into(),
+            best[1].into(),
+            branch.into(),
+            status.into(),
+            reason.into(),
+        ]
+    });
+    Table::new(columns, rows)
+}
+
+/// What the tool does at some turns, with the least and the largest of them, degrees; or why there are none.
+type Compared<'a> = Result<(&'a TurnedAlong, [f64; 2]), &'a DeadEnd>;
+
+fn rows(found: &FreeTurn, redundancy: Redundancy) -> Vec<(&'static str, Compared<'_>)> {
+    let mut rows = vec![(PROGRAMMED, Ok((&found.as_programmed, [0.0; 2])))];
+    rows.push((CONSTANT, found.best_constant.as_ref().map(|own| (&own.along, own.range_deg))));
+    if redundancy == Redundancy::Best {
+        rows.push((BEST, found.best.as_ref().map(|own| (&own.along, own.range_deg))));
+    }
+    rows
+}
+
+/// What the turn brings, in sentences and a table for a terminal.
+#[must_use]
+pub fn text(found: &FreeTurn, turn: &ToolTurn) -> String {
+    let mut text = sentence(found, turn);
+    let mut table = text_table(["turn about the tool's axis", "turns", "largest", "mean", "rms", "solved"], 1);
+    for (name, row) in rows(found, turn.redundancy) {
+        match row {
+            Ok((along, [low, high])) => table.add_row([
+                name.to_string(),
+                format!("{low:.1} to {high:.1}°"),
+                if_any(along.worst_mm, shown),
+                if_any(along.mean_mm, shown),
+                if_any(along.rms_mm, shown),
+                format!("{} of {}", along.solved, along.points),
+            ]),
+            Err(dead_end) => table.add_row([name.to_string(), format!("none: {}", dead_end.label())]),
+        };
+    }
+    text += &format!("{}, uncompensated:\n{table}\n", capital(turn.cost.words()));
+    for (branch, reason) in &found.refused {
+        text += &format!("Branch left out: {branch}: {reason}.\n");
+    }
+    text
+}
+
+fn shown(length_mm: f64) -> String {
+    millimetres_in_table(length_mm, 4)
+}
+
+fn capital(words: &str) -> String {
+    let mut letters = words.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// What the turn brings, in a sentence.
+#[must_use]
+pub fn sentence(found: &FreeTurn, turn: &ToolTurn) -> String {
+    let turned = match found.chosen(turn.redundancy) {
+        None => return String::new(),
+        Some(Err(dead_end)) => {
+            return format!(
+                "No turn about the tool's axis goes all along, so the path stays as programmed; {}.\n",
+                dead_end.reason()
+            );
+        }
+        Some(Ok(turned)) => turned,
+    };
+    let branch = turned.branch.map_or_else(String::new, |branch| format!(", branch {branch}"));
+    let gain = |than: &TurnedAlong, name: &str| match (turned.along.rms_mm, than.rms_mm) {
+        (Some(own), Some(other)) if other > 0.0 && than.solved == than.points => match 1.0 - own / other {
+            share if share >= 0.0 => format!("{} less than {name}", percent(share)),
+            share => format!("{} more than {name}", percent(-share)),
+        },
+        _ => format!("{name} the machine cannot be led all along"),
+    };
+    let mut gains = gain(&found.as_programmed, PROGRAMMED);
+    if let (Redundancy::Best, Ok(constant)) = (turn.redundancy, &found.best_constant) {
+        gains += &format!(", {}", gain(&constant.along, "at the best constant turn"));
+    }
+    let [low, high] = turned.range_deg;
+    let by = if high - low < 0.05 { format!("{low:.1}°") } else { format!("{low:.1} to {high:.1}°") };
+    format!("Turned about the tool's axis by {by}{branch}; root mean square of the {}: {gains}.\n", turn.cost.words())
+}
+
+/// What was found, for programs.
+#[must_use]
+pub fn json(found: &FreeTurn, turn: &ToolTurn) -> Value {
+    let mut entries = serde_json::Map::new();
+    let keys = ["as_programmed", "best_constant", "best"];
+    for (key, (_, row)) in keys.into_iter().zip(rows(found, turn.redundancy)) {
+        let entry = match row {
+            Ok((along, range)) => json!({
+                "turn_min_deg": range[0],
+                "turn_max_deg": range[1],
+                "worst_mm": along.worst_mm,
+                "mean_mm": along.mean_mm,
+                "rms_mm": along.rms_mm,
+                "points": along.points,
+                "solved": along.solved,
+            }),
+            Err(dead_end) => json!({ "status": dead_end.label(), "reason": dead_end.reason() }),
+        };
+        entries.insert(key.into(), entry);
+    }
+    let branch = found.chosen(turn.redundancy).and_then(|turned| turned.as_ref().ok()?.branch);
+    json!({
+        "redundancy": turn.redundancy.label(),
+        "cost": turn.cost.label(),
+        "branch": branch.map(|branch| branch.label()),
+        "turns": entries,
+    })
+}

@@ -1,0 +1,264 @@
+//! A study shared out: parts that several machines compute, each into a file or into memory, and the results of all of
+//! them together, which are those of a single run.
+
+use std::{
+    fs::File,
+    io::{BufWriter, Write},
+    path::{Path, PathBuf},
+    sync::{Arc, atomic::AtomicBool},
+};
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    Begin, Finished, RunOptions,
+    into_folder::{begun, refuse_to_lose},
+};
+use crate::questions::{Overrides, Study};
+use crate::{
+    files::{prepare, prepare_beside, publish, remove, staging_beside},
+    input::error::{Error, Result},
+    work::{
+        Event, Work,
+        checkpoint::{Checkpoint, Origin},
+        here,
+        part_file::{Part, PartHead, PartSource, Parts},
+        share::Share,
+    },
+};
+
+/// How a study was opened.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Opened {
+    /// The folder or file.
+    pub study: PathBuf,
+    /// What was changed in it.
+    pub overrides: Overrides,
+}
+
+impl Opened {
+    /// How the study of `part` was opened, if it is said.
+    ///
+    /// # Errors
+    /// It cannot be understood.
+    pub fn of(part: &Part) -> Result<Option<Self>> {
+        let opened = &part.head().opened;
+        if opened.is_empty() {
+            return Ok(None);
+        }
+        serde_json::from_str(opened).map(Some).map_err(|fault| not_words(&fault))
+    }
+
+    fn words(&self) -> Result<String> {
+        serde_json::to_string(self).map_err(|fault| not_words(&fault))
+    }
+}
+
+fn not_words(fault: &serde_json::Error) -> Error {
+    let problem = format!("expected the name of a study and its settings in letters that can be read: {fault}");
+    Error::Argument { argument: "study of a part".into(), problem }
+}
+
+/// How a part is computed into a folder.
+#[derive(Debug, Clone)]
+pub struct PartOptions {
+    /// What becomes of an unfinished run of the same part in the folder.
+    pub begin: Begin,
+    /// As in [`RunOptions`].
+    pub program: Option<String>,
+    /// Where whoever merges the parts finds the study.
+    pub opened: Opened,
+    /// Which round, from 1; later ones than the first go on from all parts of the rounds before, which are in the
+    /// folder.
+    pub round: u32,
+}
+
+/// A part in a folder.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PartInFolder {
+    /// Its file.
+    pub file: PathBuf,
+    /// Whether it was there before.
+    pub was_there: bool,
+    /// Whether nothing is left to other parts or a later round.
+    pub is_complete: bool,
+}
+
+/// Ending of the names of files of parts.
+const PART: &str = "kpart";
+/// Ending of the names of what an unfinished part has computed.
+const STATE: &str = "state";
+
+/// The parts in `folder`, by name.
+///
+/// # Errors
+/// It cannot be read, a file in it that is called like one is no part or not whole, or there is none.
+pub fn parts_in(folder: &Path) -> Result<Vec<Part>> {
+    let parts = files_in(folder)?.into_iter().map(|file| Part::read(PartSource::File(file)));
+    let parts = parts.collect::<Result<Vec<Part>>>()?;
+    if parts.is_empty() {
+        let problem = format!("holds no part of a study: expected files part_….{PART}, which run --part leaves");
+        return Err(Error::Argument { argument: folder.display().to_string(), problem });
+    }
+    Ok(parts)
+}
+
+/// The files in `folder` that are called like parts.
+fn files_in(folder: &Path) -> Result<Vec<PathBuf>> {
+    let fault = |source| Error::Read { file: folder.to_path_buf(), source };
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(fault)? {
+        let path = entry.map_err(fault)?.path();
+        if path.extension().is_some_and(|ending| ending == PART) {
+            files.push(path);
+        }
+    }
+    files.sort();
+    Ok(files)
+}
+
+impl Study {
+    /// The part that `share` holds, as bytes. `before` are all parts of earlier rounds, of a study that [goes in
+    /// rounds](super::StudyKind::goes_in_rounds); `program` as in [`RunOptions`]. It is computed on the current rayon
+    /// pool; whoever sets `stop` stops it, and `watch` is told how far it is. The bytes do not depend on the number of
+    /// threads.
+    ///
+    /// # Errors
+    /// [`Error::Stopped`], parts of something else, and those of the work.
+    pub fn part(
+        &self,
+        share: Share,
+        before: Vec<Part>,
+        program: Option<&str>,
+        stop: Arc<AtomicBool>,
+        watch: impl Fn(Event) + Send + Sync + 'static,
+    ) -> Result<Vec<u8>> {
+        let origin = Origin::of(program, self.inputs.clone())?;
+        let before = if before.is_empty() { None } else { Some(Parts::new(before, &origin)?) };
+        before.as_ref().map_or(Ok(()), |before| same_division(before, share))?;
+        let mut head = self.head(&origin, share, before.as_ref().map_or(1, |parts| parts.rounds() + 1));
+        let work = Work::of_share(Checkpoint::unnamed(&origin)?, before, share, stop, Box::new(watch));
+        head.is_complete = here(self.kind.compute(&work))?.is_some();
+        let mut bytes = Vec::new();
+        work.write_part(head, &mut bytes)?;
+        Ok(bytes)
+    }
+
+    /// As [`Study::part`], into a file in the folder `out`, where finished pieces are kept, so that it can be stopped
+    /// and gone on with. A part that is there already is not computed again, unless it is to begin anew.
+    ///
+    /// # Errors
+    /// As [`Study::part`]; what cannot be read or written; an unfinished run of the part that is not to be gone on with; a part
+    /// of something else in its place.
+    pub fn part_into(
+        &self,
+        share: Share,
+        out: &Path,
+        options: &PartOptions,
+        stop: Arc<AtomicBool>,
+        watch: impl Fn(Event) + Send + Sync + 'static,
+    ) -> Result<PartInFolder> {
+        let origin = Origin::of(options.program.as_deref(), self.inputs.clone())?;
+        let stem = share.stem(options.round);
+        let (file, state) = (out.join(format!("{stem}.{PART}")), out.join(format!("{stem}.{STATE}")));
+        prepare(out)?;
+        if options.begin != Begin::Restart && file.exists() {
+            let part = Part::read(PartSource::File(file.clone()))?;
+            part.check(&origin)?;
+            if (part.head().share, part.head().round) != (share, options.round) {
+                let problem =
+                    format!("is part {}, expected part {share}: remove it, or choose another folder", part.words());
+                return Err(Error::Argument { argument: file.display().to_string(), problem });
+            }
+            return Ok(PartInFolder { file, was_there: true, is_complete: part.head().is_complete });
+        }
+        let before = parts_before(out, options.round, share, &origin)?;
+        prepare_beside(&file)?;
+        refuse_to_lose(&state, &origin, options.begin)?;
+        let checkpoint = begun(&state, &origin, options.begin)?;
+        let found = Event::Resumed { pieces: checkpoint.len(), lost: checkpoint.damaged() };
+        let work = Work::of_share(checkpoint, before, share, stop, Box::new(watch));
+        work.tell(found);
+        let mut head = self.head(&origin, share, options.round);
+        head.opened = options.opened.words()?;
+        match here(self.kind.compute(&work)) {
+            Ok(whole) => head.is_complete = whole.is_some(),
+            Err(error) => {
+                if work.pieces() == 0 {
+                    remove(&state)?;
+                }
+                return Err(error);
+            }
+        }
+        let is_complete = head.is_complete;
+        write(&work, head, out, &file)?;
+        remove(&state)?;
+        Ok(PartInFolder { file, was_there: false, is_complete })
+    }
+
+    /// As [`Study::run_into`], from what `parts` have computed: those of one division, in any order. What they leave
+    /// open of a study that goes in rounds is computed. The results are those of a single run, byte for byte.
+    ///
+    /// # Errors
+    /// As [`Study::run_into`]; parts of other inputs or of another build, parts that are missing or there twice.
+    pub fn merge_into(
+        &self,
+        parts: Vec<Part>,
+        out: &Path,
+        options: &RunOptions,
+        stop: Arc<AtomicBool>,
+        watch: impl Fn(Event) + Send + Sync + 'static,
+    ) -> Result<Finished> {
+        self.may_run_into(out, options)?.begin_from(parts)?.run(stop, watch)
+    }
+
+    fn head(&self, origin: &Origin, share: Share, round: u32) -> PartHead {
+        PartHead {
+            program: origin.program.clone(),
+            inputs: origin.inputs.digests(),
+            study: self.name.clone(),
+            opened: String::new(),
+            share,
+            round,
+            is_complete: false,
+            pieces: 0,
+        }
+    }
+}
+
+/// All parts in `out` of the rounds before `round`.
+fn parts_before(out: &Path, round: u32, share: Share, origin: &Origin) -> Result<Option<Parts>> {
+    if round == 1 {
+        return Ok(None);
+    }
+    let parts = parts_in(out)?.into_iter().filter(|part| part.head().round < round);
+    let parts = Parts::new(parts.collect(), origin)?;
+    if parts.rounds() + 1 != round {
+        let problem = format!(
+            "expected {} or an earlier round, got {round}: the rounds before are not there",
+            parts.rounds() + 1
+        );
+        return Err(Error::Argument { argument: "round".into(), problem });
+    }
+    same_division(&parts, share)?;
+    Ok(Some(parts))
+}
+
+fn same_division(before: &Parts, share: Share) -> Result<()> {
+    if before.of() == share.of() {
+        return Ok(());
+    }
+    let problem = format!("expected one of {} parts, as in the rounds before, got {share}", before.of());
+    Err(Error::Argument { argument: "part".into(), problem })
+}
+
+/// Writes what `work` has computed whole, in place of what was at `file` in `out`.
+fn write(work: &Work, head: PartHead, out: &Path, file: &Path) -> Result<()> {
+    let fault = |source| Error::Write { file: file.to_path_buf(), source };
+    let name = prepare_beside(file)?;
+    let staging = staging_beside(file)?;
+    let mut writer = BufWriter::new(File::create(staging.path().join(name)).map_err(fault)?);
+    work.write_part(head, &mut writer)?;
+    writer.flush().and_then(|()| writer.get_ref().sync_all()).map_err(fault)?;
+    publish(staging.path(), out, name).map(drop)
+}

@@ -1,0 +1,254 @@
+//! A toolpath on a machine: what happens without compensation, what each method commands and leaves, what a written
+//! program does.
+
+use std::{convert::Infallible, ops::Range, sync::OnceLock};
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+
+pub use super::path_sums::{Left, PathSummary, PathSums};
+use crate::{
+    compensation::{CompensationStatus, Demand, Method},
+    input::error::Result,
+    machine::{Configuration, Machine},
+    simulation::{
+        led_along::{LedPoint, join, last_of, led_along},
+        path_blocks::blocks,
+    },
+    spatial::Pose,
+    statics::Batch,
+    work::{Event, Work, here},
+};
+
+/// Points that are solved one after another, each from the one before. Blocks are solved in parallel; the division does
+/// not depend on the number of threads, so neither do the results.
+pub(crate) const BLOCK: usize = 256;
+
+/// A path to be cut: what is wanted at each point, on which machine.
+#[derive(Debug, Clone, Copy)]
+pub struct PathCase<'a> {
+    /// The machine by which commands are computed.
+    pub nominal: &'a Machine,
+    /// The machine that answers.
+    pub real: &'a Machine,
+    /// From whose rest deflections are measured, if the nominal machine is zeroed there.
+    pub resting: &'a Machine,
+    /// Where the nominal machine stands at the point before, from which it goes on; `None` at the beginning of the path.
+    pub before: Option<&'a Configuration>,
+    /// What is wanted at each point, in path order.
+    pub demands: &'a [Demand],
+}
+
+/// One point of a path, as commanded by a method or a program.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PathAnswer {
+    /// How the compensation ended.
+    pub status: CompensationStatus,
+    /// Whether the machine settles at the command; without, errors and forces mean nothing.
+    pub is_settled: bool,
+    /// Corrections made.
+    pub corrections: usize,
+    /// Drive positions commanded, mm or rad.
+    pub drives: Vec<f64>,
+    /// Drives of the nominal inverse kinematics of the wanted pose, mm or rad; empty where it cannot be reached.
+    pub nominal_drives: Vec<f64>,
+    /// Pose of P that is commanded: the modified target; `None` where there is none.
+    pub target: Option<Pose>,
+    /// Position error of the point put right at the end, O axes, mm.
+    pub position_error: Vector3<f64>,
+    /// Rotation of the platform from the wanted orientation at the end, rotation vector in O axes, rad.
+    pub leftover_rotation: Vector3<f64>,
+    /// Forces of the drives at the end, N or N·mm.
+    pub drive_forces: Vec<f64>,
+}
+
+impl PathAnswer {
+    /// Δρ: commanded less nominal drive positions, mm or rad.
+    pub fn delta_rho(&self) -> Vec<f64> {
+        self.drives.iter().zip(&self.nominal_drives).map(|(rho, nominal)| rho - nominal).collect()
+    }
+
+    /// The position error, where the machine settles.
+    pub fn settled_error(&self) -> Option<Vector3<f64>> {
+        self.is_settled.then_some(self.position_error)
+    }
+}
+
+/// How each point of a path gets its command.
+#[derive(Debug, Clone, Copy)]
+pub enum Commands<'a> {
+    /// By a compensation method.
+    Method(Method),
+    /// From a program: the pose of P commanded at each point.
+    Program(&'a [Pose]),
+    /// Drive positions at each point, mm or rad.
+    Drives(&'a [Vec<f64>]),
+}
+
+/// Points computed together, whose results are then given away: as many blocks as keep the threads busy.
+pub(crate) const PART: usize = 16 * BLOCK;
+
+/// The path of `length` points in parts of [`PART`].
+pub(crate) fn parts(length: usize) -> impl Iterator<Item = Range<usize>> {
+    (0..length).step_by(PART).map(move |start| start..length.min(start + PART))
+}
+
+/// Commands every point of the path and lets the machine settle, and gives the answers to `take` in the order of the
+/// path, part by part. `done` is called after each point.
+///
+/// # Errors
+/// Of `take`.
+pub fn run_in_parts<E>(
+    case: &PathCase<'_>,
+    commands: &Commands<'_>,
+    done: &(dyn Fn() + Sync),
+    mut take: impl FnMut(Vec<PathAnswer>) -> std::result::Result<(), E>,
+) -> std::result::Result<(), E> {
+    let mut before = case.before.cloned();
+    for part in parts(case.demands.len()) {
+        let first = part.start / BLOCK;
+        let led = lead(case.nominal, before.as_ref(), &case.demands[part], |_, _| true);
+        before = last_of_blocks(&led).cloned().or(before);
+        take(side_by_side(case, commands, first, &led, done))?;
+    }
+    Ok(())
+}
+
+/// `nominal` led along the blocks of `demands`, behind the point at which it stands as in `before`. A block ends early where `goes_on`, told
+/// the index of its first point and the points so far, says no.
+pub(crate) fn lead(
+    nominal: &Machine,
+    before: Option<&Configuration>,
+    demands: &[Demand],
+    goes_on: impl Fn(usize, &[LedPoint]) -> bool + Sync,
+) -> Vec<Vec<LedPoint>> {
+    let starts: Vec<usize> = (0..demands.len()).step_by(BLOCK).collect();
+    let groups = starts.par_chunks(together(starts.len()));
+    let mut led: Vec<Vec<LedPoint>> = groups
+        .flat_map_iter(|starts| {
+            let blocks: Vec<&[Demand]> = starts.iter().map(|&start| block(demands, start)).collect();
+            led_along(nominal, &blocks, |k, points| goes_on(starts[k], points))
+        })
+        .collect();
+    join(nominal, before, demands.chunks(BLOCK).zip(&mut led));
+    led
+}
+
+/// Where the machine stands at the last point of `led` to which it can be led.
+pub(crate) fn last_of_blocks(led: &[Vec<LedPoint>]) -> Option<&Configuration> {
+    led.iter().rev().find_map(|points| last_of(points))
+}
+
+fn block(demands: &[Demand], start: usize) -> &[Demand] {
+    &demands[start..demands.len().min(start + BLOCK)]
+}
+
+/// Of so many blocks, how many at a time are worth it: which are solved together makes no difference to what is found.
+pub(crate) fn together(blocks: usize) -> usize {
+    blocks.div_ceil(rayon::current_num_threads()).clamp(1, Batch::WIDTH)
+}
+
+/// As [`run`], of a machine that was led along the same poses before.
+pub(crate) fn run_where_led(
+    case: &PathCase<'_>,
+    commands: &Commands<'_>,
+    led: &[Vec<LedPoint>],
+    done: &(dyn Fn() + Sync),
+) -> Vec<PathAnswer> {
+    side_by_side(case, commands, 0, led, done)
+}
+
+/// The blocks of the path from `first` on, along which the machine is led as `led` says.
+fn side_by_side(
+    case: &PathCase<'_>,
+    commands: &Commands<'_>,
+    first: usize,
+    led: &[Vec<LedPoint>],
+    done: &(dyn Fn() + Sync),
+) -> Vec<PathAnswer> {
+    let done = || {
+        done();
+        Ok::<(), Infallible>(())
+    };
+    let together = together(led.len());
+    let groups = led.par_chunks(together).enumerate().map(|(group, led)| {
+        let answers = blocks(case, commands, first + group * together, led, &done);
+        answers.unwrap_or_else(|never| match never {})
+    });
+    groups.flatten_iter().flatten().collect()
+}
+
+/// As [`run_in_parts`], all answers at once.
+pub fn run(case: &PathCase<'_>, commands: &Commands<'_>, done: &(dyn Fn() + Sync)) -> Vec<PathAnswer> {
+    let mut answers = Vec::with_capacity(case.demands.len());
+    let taken = run_in_parts(case, commands, done, |part| {
+        answers.extend(part);
+        Ok::<(), Infallible>(())
+    });
+    taken.unwrap_or_else(|never| match never {});
+    answers
+}
+
+/// Where the nominal machine is led along points of a path: of a machine whose hinges count their turns found for all at once, of others block
+/// by block, as each is asked for.
+#[derive(Debug)]
+pub(crate) struct LedBlocks<'a> {
+    nominal: &'a Machine,
+    demands: &'a [Demand],
+    blocks: Vec<OnceLock<Vec<LedPoint>>>,
+}
+
+impl<'a> LedBlocks<'a> {
+    /// Along `demands`, behind the point at which `nominal` stands as in `before`.
+    pub fn new(nominal: &'a Machine, before: Option<&Configuration>, demands: &'a [Demand]) -> Self {
+        let blocks = match nominal.may_change_posture() {
+            true => lead(nominal, before, demands, |_, _| true).into_iter().map(OnceLock::from).collect(),
+            false => demands.chunks(BLOCK).map(|_| OnceLock::new()).collect(),
+        };
+        Self { nominal, demands, blocks }
+    }
+
+    /// Where it stands at the last point, from which the next goes on.
+    pub fn last(&self) -> Option<Configuration> {
+        self.blocks.iter().rev().filter_map(OnceLock::get).find_map(|points| last_of(points)).cloned()
+    }
+
+    fn block(&self, start: usize) -> &Vec<LedPoint> {
+        let found = || led_along(self.nominal, &[block(self.demands, start)], |_, _| true).swap_remove(0);
+        self.blocks[start / BLOCK].get_or_init(found)
+    }
+}
+
+/// Pieces of `work` along the part of the path that begins at `first`, along which the machine is `led`: what `keep` takes of the answers of a
+/// method, but for those that another part of the work computes. The pieces of `passes` along the path are numbered together.
+///
+/// # Errors
+/// Of `work`.
+pub(crate) fn kept<T: Serialize + DeserializeOwned + Send>(
+    case: &PathCase<'_>,
+    led: &LedBlocks<'_>,
+    (first, passes): (usize, usize),
+    method: Method,
+    work: &Work,
+    keep: impl Fn(PathAnswer) -> T + Sync,
+) -> Result<Vec<T>> {
+    let blocks = (0..case.demands.len()).into_par_iter().step_by(BLOCK).filter_map(|start| {
+        let work = work.dealt((first + start) / BLOCK * passes);
+        let compute = || {
+            let done = || {
+                work.tell(Event::Computed(1));
+                work.check()
+            };
+            let led = std::slice::from_ref(led.block(start));
+            let answers = blocks(case, &Commands::Method(method), start / BLOCK, led, &done)?.concat();
+            let unsolved = answers.iter().filter(|answer| !answer.is_settled).count();
+            if unsolved > 0 {
+                work.tell(Event::Unsolved(unsolved));
+            }
+            Ok(answers.into_iter().map(&keep).collect())
+        };
+        here(work.piece(&(first + start), Vec::len, compute)).transpose()
+    });
+    Ok(blocks.collect::<Result<Vec<Vec<T>>>>()?.into_iter().flatten().collect())
+}

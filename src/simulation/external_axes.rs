@@ -1,0 +1,107 @@
+//! External axes commanded by a path: their columns on the machine.
+
+use crate::{
+    input::error::{Error, Result},
+    machine::{ExternalAxes, Machine},
+    toolpath::{PathPoint, Toolpath},
+};
+
+/// What rounding may put a position beyond its travel by, as a share of it, and what is shown of the travel.
+const ROUNDING: f64 = 1e-9;
+
+/// `machine` with the drives held that `path`, called `origin` in errors, commands beside the tool; they stand where its first point has
+/// them.
+///
+/// # Errors
+/// A column that names no drive, one in another unit, one that the study holds, one that the task needs, or positions beyond its travel.
+pub(crate) fn held_along(machine: &Machine, path: &Toolpath, origin: &str) -> Result<Machine> {
+    let Some(first) = path.points().first().filter(|_| !path.external_axes().is_empty()) else {
+        return Ok(machine.clone());
+    };
+    let mut positions = Vec::new();
+    for (column, value) in path.external_axes().iter().zip(first.external) {
+        let drive =
+            machine.drive_label(drive_of(column)).map_err(|why| fault(origin, column, format!("names {why}")))?;
+        if machine.told_drives().any(|told| told == drive) {
+            return Err(fault(origin, column, "is held by [held] or --hold as well: expected one of them".into()));
+        }
+        positions.push((drive, value));
+    }
+    // A head is told where to stand, and how the tool stands is no task then.
+    let rotary = if path.is_oriented() { Vec::new() } else { machine.rotary_drives().drives };
+    let is_of_head = |label: &String| rotary.iter().any(|drive| !drive.carries && drive.label == *label);
+    let held = match positions.iter().any(|(label, _)| is_of_head(label)) {
+        true => machine.with_drives_told(&positions),
+        false => machine.with_drives_held(&positions),
+    };
+    let mut held = held.map_err(|why| fault(origin, "external axes", why.to_string()))?;
+    if held.external_axis_count() > ExternalAxes::MOST {
+        let problem =
+            format!("the machine holds {} drives: expected at most {}", held.external_axis_count(), ExternalAxes::MOST);
+        return Err(fault(origin, "external axes", problem));
+    }
+    let mut moved = Vec::new();
+    for (k, column) in path.external_axes().iter().enumerate() {
+        let values = || path.points().iter().map(|point| point.external[k]);
+        moved.push((
+            positions[k].0.clone(),
+            [values().fold(f64::INFINITY, f64::min), values().fold(-f64::INFINITY, f64::max)],
+        ));
+        let Some((_, axis)) = held.external_axis(&positions[k].0) else { continue };
+        let unit = axis.motion.position_unit();
+        if !column.ends_with(&format!("_{unit}")) {
+            return Err(fault(
+                origin,
+                column,
+                format!("is a position in {unit}: expected external_{}_{unit}", drive_of(column)),
+            ));
+        }
+        let Some((low, high)) = axis.travel else { continue };
+        let (low, high) = (axis.motion.shown(low), axis.motion.shown(high));
+        let slack = ROUNDING * low.abs().max(high.abs());
+        let is_beyond = |point: &&PathPoint| point.external[k] < low - slack || point.external[k] > high + slack;
+        if let Some(point) = path.points().iter().find(is_beyond) {
+            let [low, high] = [low, high].map(|end| (end / ROUNDING).round() * ROUNDING);
+            let problem = format!(
+                "is {} at move {}: expected its travel of {low} to {high} {unit}",
+                point.external[k],
+                point.source.segment + 1
+            );
+            return Err(fault(origin, column, problem));
+        }
+    }
+    held.note_moved(moved);
+    Ok(held)
+}
+
+/// Where the external axes of `machine` stand at each point of `path`; `None` if the path commands none.
+pub(crate) fn along<'a>(
+    machine: &Machine,
+    path: &'a Toolpath,
+) -> impl Fn(&PathPoint) -> Option<ExternalAxes> + use<'a> {
+    let names = path.external_axes();
+    let axis = |column: &String| {
+        let label = machine.drive_label(drive_of(column)).ok()?;
+        machine.external_axis(&label).map(|(index, drive)| (index, drive.motion))
+    };
+    let axes: Vec<_> = names.iter().map(axis).collect();
+    let at_home = machine.external_axes();
+    move |point| {
+        let mut here = at_home;
+        for (axis, value) in axes.iter().zip(point.external) {
+            let (index, motion) = (*axis)?;
+            here.set(index, motion.from_shown(value));
+        }
+        (!axes.is_empty()).then_some(here)
+    }
+}
+
+/// The label of the drive that a column of an external axis names.
+fn drive_of(column: &str) -> &str {
+    let name = column.strip_prefix("external_").unwrap_or(column);
+    name.rsplit_once('_').map_or(name, |(drive, _)| drive)
+}
+
+fn fault(origin: &str, what: &str, problem: String) -> Error {
+    Error::Argument { argument: origin.into(), problem: format!("{what} {problem}") }
+}

@@ -1,0 +1,19 @@
+//! A path through a loaded machine: which machine answers for each source of error, where it is led, what is commanded and what is
+//! left, block after block.
+
+pub mod along_path;
+pub mod blocks;
+pub mod demands;
+pub(crate) mod external_axes;
+mod failure;
+pub(crate) mod led_along;
+mod path_blocks;
+mod path_sums;
+pub(crate) mod program_file;
+pub(crate) mod settled;
+pub(crate) mod sources;
+pub(crate) mod within_limits;
+
+pub use failure::{Failure, SOLVED, status_of};
+pub use program_file::{ProgramFile, Sent};
+pub use sources::{BySource, Machines, ROUNDING_MM, Source, settings};

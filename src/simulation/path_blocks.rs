@@ -1,0 +1,176 @@
+//! Blocks of a path: in each, points are solved one after another, each from the one before; blocks side by side, as many points
+//! at a time as the processor can.
+
+use super::{
+    along_path::{BLOCK, Commands, PathAnswer, PathCase},
+    led_along::LedPoint,
+    settings,
+};
+use crate::{
+    compensation::{
+        Compensation, CompensationStatus, Demand, Session, compensate_batch, find_targets, simulate_batch,
+        simulate_drives,
+    },
+    machine::{Configuration, Machine},
+    spatial::Pose,
+    statics::{Batch, State},
+};
+
+/// A block under way.
+struct Block<'a> {
+    session: Session,
+    /// Index of its first point.
+    first: usize,
+    led: &'a [LedPoint],
+    /// Where the nominal machine was last led.
+    near: &'a Configuration,
+    answers: Vec<PathAnswer>,
+}
+
+/// Solves the blocks of the path of `case` from number `first` on, along which the nominal machine is led as `led` says. `done` is
+/// called after each point and may end all.
+///
+/// # Errors
+/// Of `done`.
+pub(crate) fn blocks<'a, E>(
+    case: &PathCase<'a>,
+    commands: &Commands<'_>,
+    first: usize,
+    led: &'a [Vec<LedPoint>],
+    done: &(dyn Fn() -> Result<(), E> + Sync),
+) -> Result<Vec<Vec<PathAnswer>>, E> {
+    let begin = |(k, led): (usize, &'a Vec<LedPoint>)| {
+        let mut session = Session::new(case.nominal, case.real, settings()).from_rest_of(case.resting);
+        let first = (first + k) * BLOCK;
+        // From home the way would be long, and might end on another branch.
+        let near = led.first().and_then(|point| point.at.as_ref()).filter(|_| case.demands[first].external.is_none());
+        if let Some(at) = near {
+            session.stand(at, &State::rigid(case.nominal, at));
+        }
+        Block { session, first, led, near: near.unwrap_or(&case.nominal.home), answers: Vec::with_capacity(led.len()) }
+    };
+    let mut blocks: Vec<Block<'a>> = led.iter().enumerate().map(begin).collect();
+    let mut batch = Batch::new(case.real);
+    for point in 0..led.iter().map(Vec::len).max().unwrap_or(0) {
+        let mut going: Vec<&mut Block<'a>> = blocks.iter_mut().filter(|block| point < block.led.len()).collect();
+        let found = at_points(case, commands, point, &mut going, &mut batch);
+        for (block, found) in going.into_iter().zip(found) {
+            let answer = block.answer(point, found);
+            block.answers.push(answer);
+            done()?;
+        }
+    }
+    Ok(blocks.into_iter().map(|block| block.answers).collect())
+}
+
+/// The next point of each block.
+fn at_points(
+    case: &PathCase<'_>,
+    commands: &Commands<'_>,
+    point: usize,
+    blocks: &mut [&mut Block<'_>],
+    batch: &mut Batch,
+) -> Vec<Compensation> {
+    let asked: Vec<Demand> = blocks.iter().map(|block| case.demands[block.first + point]).collect();
+    for (block, demand) in blocks.iter_mut().zip(&asked) {
+        block.know(point, demand);
+    }
+    // With external axes each stands on a machine of its own.
+    let together = if asked.iter().any(|demand| demand.external.is_some()) { 1 } else { blocks.len() };
+    let mut found = Vec::with_capacity(blocks.len());
+    for (blocks, asked) in blocks.chunks_mut(together.max(1)).zip(asked.chunks(together.max(1))) {
+        found.extend(solve(case, commands, point, blocks, asked, batch));
+    }
+    found
+}
+
+/// What is commanded at the next point of each block, and what it leads to; where the machine cannot be led, the reason.
+fn solve(
+    case: &PathCase<'_>,
+    commands: &Commands<'_>,
+    point: usize,
+    blocks: &mut [&mut Block<'_>],
+    asked: &[Demand],
+    batch: &mut Batch,
+) -> Vec<Compensation> {
+    let places: Vec<usize> = blocks.iter().map(|block| block.first + point).collect();
+    let led: Vec<usize> = (0..blocks.len()).filter(|&k| blocks[k].led[point].asked.is_ok()).collect();
+    let demands: Vec<Demand> = led.iter().map(|&k| asked[k]).collect();
+    let mut sessions: Vec<&mut Session> =
+        blocks.iter_mut().filter(|block| block.led[point].asked.is_ok()).map(|block| &mut block.session).collect();
+    let solved = match commands {
+        Commands::Method(method) => compensate_batch(&mut sessions, &demands, *method, batch),
+        Commands::Program(poses) => {
+            let targets: Vec<Pose> = led.iter().map(|&k| poses[places[k]]).collect();
+            let simulated = simulate_batch(&mut sessions, &demands, &targets, batch);
+            let with_points = sessions.iter().zip(&demands).zip(&targets).zip(simulated);
+            // The controller leads the same point of the platform.
+            let checked = with_points.map(|(((session, demand), target), simulated)| {
+                match case.nominal.check_led(target, session.command()) {
+                    Err(unreachable) if simulated.outcome.is_some() => {
+                        session.refuse(demand, CompensationStatus::Unreachable(unreachable))
+                    }
+                    _ => simulated,
+                }
+            });
+            checked.collect()
+        }
+        Commands::Drives(drives) => {
+            let given = sessions.iter_mut().zip(&demands).zip(&led);
+            given.map(|((session, demand), &k)| simulate_drives(session, demand, &drives[places[k]])).collect()
+        }
+    };
+    if let Commands::Method(_) = commands {
+        find_targets(&mut sessions);
+    }
+    let mut solved = solved.into_iter();
+    let answers = blocks.iter().zip(asked).map(|(block, demand)| match &block.led[point].asked {
+        Err(reason) => Some(block.session.refuse(demand, reason.clone())),
+        Ok(()) => solved.next().map(|found| match block.turned_back(case.nominal, point, commands, &found) {
+            Some(change) => block.session.refuse(demand, change),
+            None => found,
+        }),
+    });
+    answers.flatten().collect()
+}
+
+impl<'a> Block<'a> {
+    /// Tells the session where the nominal machine is led at `point`.
+    fn know(&mut self, point: usize, demand: &Demand) {
+        if let (Some(at), None) = (&self.led[point].at, demand.external) {
+            self.session.know(self.near, &demand.pose, at);
+            self.near = at;
+        }
+    }
+
+    /// Whether a corrected command has a hinge turned back within its travel, where the path goes on.
+    fn turned_back(
+        &self,
+        nominal: &Machine,
+        point: usize,
+        commands: &Commands<'_>,
+        found: &Compensation,
+    ) -> Option<CompensationStatus> {
+        let at = self.led[point]
+            .at
+            .as_ref()
+            .filter(|_| found.outcome.is_some() && !matches!(commands, Commands::Drives(_)))?;
+        let change = nominal.turned_back(&at.drives, &found.drives)?;
+        let here_mm = at.pose.translation;
+        Some(CompensationStatus::ChangesPosture { change, before_mm: here_mm, here_mm })
+    }
+
+    fn answer(&mut self, point: usize, found: Compensation) -> PathAnswer {
+        PathAnswer {
+            is_settled: found.outcome.is_some(),
+            corrections: found.iterations(),
+            target: found.outcome.as_ref().and_then(|_| self.session.target().ok()),
+            status: found.status,
+            drives: found.drives,
+            nominal_drives: self.led[point].at.as_ref().map(|at| at.drives.clone()).unwrap_or_default(),
+            position_error: found.position_error,
+            leftover_rotation: found.leftover_rotation,
+            drive_forces: found.drive_forces,
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! Where a loaded machine stands, as lines in space.
+
+use nalgebra::Vector3;
+
+use crate::{
+    compensation::{Demand, Method, compensate},
+    machine::Skeleton,
+    simulation::{Failure, Machines, Source},
+    statics::State,
+};
+
+/// A machine at a nominal command, without and under its load.
+#[derive(Debug, Clone)]
+pub(crate) struct Settled {
+    /// The nominal machine at its command.
+    pub commanded: Skeleton,
+    /// The machine that answers for the source, as it settles.
+    pub loaded: Skeleton,
+    /// Displacement of the tool tip, O axes, mm.
+    pub tool_displacement_mm: Vector3<f64>,
+}
+
+/// How the machine that answers for `source` settles at the nominal command of `demand`.
+///
+/// # Errors
+/// It does not, or cannot go there.
+pub(crate) fn settled(machines: &Machines, source: Source, demand: &Demand) -> Result<Settled, Failure> {
+    let (nominal, answering) = (machines.commanding(source), machines.answering(source));
+    let at = nominal.inverse_kinematics(&demand.pose)?;
+    let mut session = machines.session(source);
+    session.stand(&at, &State::rigid(nominal, &at));
+    let answer = compensate(&mut session, &source.demand(demand), Method::None);
+    if !answer.status.is_success() {
+        return Err(Failure { status: answer.status.label().into(), reason: answer.status.reason(nominal) });
+    }
+    let state = session.state();
+    let mut first = 0;
+    let chains: Vec<Vec<f64>> = answering
+        .chains
+        .iter()
+        .zip(&state.chains)
+        .map(|(chain, settled)| {
+            let mut values = settled.coordinates.clone();
+            chain.add_joints(&at.drives[first..], &mut values);
+            first += chain.drives.len();
+            values
+        })
+        .collect();
+    Ok(Settled {
+        commanded: nominal.rigid_skeleton(&at),
+        loaded: answering.skeleton(&chains, &state.pose),
+        tool_displacement_mm: answer.tool_displacement,
+    })
+}

@@ -1,0 +1,63 @@
+//! A path corrected within the limits of a process and those of the machine.
+
+use crate::{
+    compensation::{BoundedPath, BoundedSettings, Demand, Limits, compensate_bounded},
+    input::error::{Error, Result},
+    machine::{Machine, Motion},
+    process::file::CorrectionLimits,
+    simulation::settings,
+};
+
+/// Corrects the path `demands` within the limits `given` and those of the machine.
+///
+/// # Errors
+/// Limits that do not fit the machine, or that exclude one another: named with point, drive and values.
+pub(crate) fn correct(
+    nominal: &Machine,
+    real: &Machine,
+    demands: &[Demand],
+    given: &CorrectionLimits,
+) -> Result<BoundedPath> {
+    let limits = limits(nominal, demands, given)?;
+    let settings = BoundedSettings { point: settings(), ..BoundedSettings::default() };
+    Ok(compensate_bounded(nominal, real, demands, &limits, given.objective, &settings, &|_| ())?)
+}
+
+/// Whether limits fit the drives of a machine.
+///
+/// # Errors
+/// They do not, and why.
+pub(crate) fn check(machine: &Machine, given: &CorrectionLimits) -> std::result::Result<(), String> {
+    if given.is_limited() && machine.drives().any(|(_, drive)| drive.motion == Motion::Revolute) {
+        return Err(
+            "are in mm and N, but a drive of the machine turns; limit it by travel_deg and torque_limit_Nmm".into()
+        );
+    }
+    if given.is_limited() { refuse_held(machine) } else { Ok(()) }
+}
+
+/// Corrections within limits move all drives.
+fn refuse_held(machine: &Machine) -> std::result::Result<(), String> {
+    match machine.held.is_empty() {
+        true => Ok(()),
+        false => {
+            Err("cannot be kept with drives of the machine held: corrections within limits move all drives".into())
+        }
+    }
+}
+
+fn limits(machine: &Machine, demands: &[Demand], given: &CorrectionLimits) -> Result<Limits> {
+    let fault = |problem: &str| Err(Error::Argument { argument: "limits".into(), problem: problem.into() });
+    let checked = check(machine, given).and_then(|()| refuse_held(machine));
+    checked.map_err(|problem| Error::Argument { argument: "limits".into(), problem })?;
+    if demands.iter().any(|demand| demand.coordinates(machine).count() < machine.controls.len()) {
+        return fault("cannot be kept on a machine that controls rotations: a program commands positions only");
+    }
+    let each = |limit: Option<f64>| limit.map(|limit| vec![limit; machine.drive_count()]);
+    Ok(Limits {
+        correction: each(given.correction_mm),
+        correction_change: each(given.correction_change_mm),
+        travel: None,
+        force: each(given.force_N),
+    })
+}
