@@ -87,6 +87,11 @@ RUN = [
           'tests/page/check.sh brief "$OUT" "$PROGRAM" "$TARGET/ci/venv/bin/python"', ("tests", "tools")),
     Stage("python", "The package for Python: built, tested, its types checked.",
           'CARGO_TARGET_DIR="$TARGET" KINETOSTAT="$PROGRAM" python/check.sh', ("tests",)),
+    Stage("shipped", "The engine that pages carry answers as the program does.", """
+        node web/calls.mjs > "$OUT/calls"
+        "$TARGET/debug/examples/explore" < "$OUT/calls" > "$OUT/native"
+        node web/check.mjs "$OUT/calls" "$OUT/native" src/page/assets/engine.wasm.br
+    """, ("tests",)),
     Stage("controllers", "Generated code: built, linked by C, held against the program.",
           'KINETOSTAT="$PROGRAM" tests/realtime/check.sh 2000', ("tests",)),
     Stage("jobs", "A job array of Slurm, without it.", 'tests/parts/slurm.sh "$PROGRAM"', ("tests",)),
@@ -168,7 +173,6 @@ FULL = [
         node web/calls.mjs > "$OUT/calls"
         "$TARGET/debug/examples/explore" < "$OUT/calls" > "$OUT/native"
         node web/check.mjs "$OUT/calls" "$OUT/native" src/page/assets/engine.wasm.br "$OUT/engine/engine.wasm.br"
-        cmp src/page/assets/engine.sources "$OUT/engine/engine.sources"
         "$TARGET/ci/venv/bin/python" tests/page/explore.py "$OUT/explored" "$PROGRAM"
     """, ("pages",)),
     Stage("exchange", "Parquet and VTK files, read by other programs: these are large to install.", """

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes the engine of the pages anew: src/page/assets/engine.wasm.br, and engine.sources beside it, which says of what.
+# Makes the engine of the pages anew: src/page/assets/engine.wasm.br.
 # Needs rustup's target wasm32-unknown-unknown, Node and npm (for binaryen's wasm-opt).
 #   web/build.sh [FOLDER]     writes into FOLDER instead of the assets
 set -euo pipefail
@@ -21,7 +21,6 @@ node_modules/.bin/wasm-opt "$made" -Oz --strip-debug --strip-producers --strip-t
     --enable-bulk-memory --enable-nontrapping-float-to-int --enable-sign-ext --enable-mutable-globals --enable-multivalue \
     --enable-reference-types -o "$small"
 node compress.mjs < "$small" > "$out/engine.wasm.br"
-node sources.mjs > "$out/engine.sources"
 size=$(stat -c %s "$out/engine.wasm.br")
 echo "engine.wasm.br: $size bytes"
 if [ "$size" -ge 600000 ]; then

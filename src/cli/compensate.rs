@@ -185,7 +185,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let blocks = blocks_text(&job, written.blocks.as_ref());
     let mut json = program_json(&job, &proved, exceeded.as_deref());
     if let Some(found) = &turns {
-        json["tool_turn"] = free_turn::report::json(found, &tool_turn);
+        json["tool_turn"] = redundancy::report::json(found, &tool_turn);
     }
     let figures = report::figures(&job, &proved);
     let page = report::page(&job, &proved, headline.clone(), &files.points_name());
@@ -198,7 +198,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let is_wrong = headline.unsolved.is_some() || worse_as_written(&passes, rounded_mm).is_some();
     reporting.print_styled(&headline::words(&headline, &format!("{:.1} s", started.elapsed().as_secs_f64())))?;
     if let Some(found) = &turns {
-        reporting.print(&format!("\n{}", free_turn::report::text(found, &tool_turn)))?;
+        reporting.print(&format!("\n{}", redundancy::report::text(found, &tool_turn)))?;
     }
     if reporting.is_verbose() {
         reporting.print(&format!("\n{}", facts_text(&process.facts())))?;

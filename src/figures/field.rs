@@ -133,7 +133,7 @@ impl Picture {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::files::scene::Rect;
+    use crate::figures::scene::Rect;
 
     #[test]
     fn cells_end_at_the_outer_nodes() {

@@ -448,7 +448,7 @@ fn samples(figure: &PoseFigure) -> Vec<Sample<'_>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::files::scene::Item;
+    use crate::figures::scene::Item;
     use crate::machine::{Machine, catalogue};
 
     fn at_home(machine: &Machine) -> PoseFigure {

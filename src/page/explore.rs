@@ -16,8 +16,6 @@ use crate::input::error::Result;
 
 /// The engine as WebAssembly, compressed by Brotli; `web/README.md` says how it is made.
 const ENGINE: &[u8] = include_bytes!("assets/engine.wasm.br");
-/// What it was made of.
-pub const ENGINE_SOURCES: &str = include_str!("assets/engine.sources");
 /// Its scripts, in the order they run.
 pub(super) const SCRIPTS: [&str; 6] = [
     include_str!("assets/engine.js"),

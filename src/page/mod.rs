@@ -41,7 +41,7 @@ pub use description::{
     Better, Column, Description, Explorer, Fact, FigureNote, Group, GroupValue, Mark, Quantity, Section, Shape,
     SmallTable, TableNote,
 };
-pub use explore::{ENGINE_SOURCES, ToTry, explore_page};
+pub use explore::{ToTry, explore_page};
 pub use folder::ResultFolder;
 pub use machine::DeflectedPose;
 pub use machine::MachineDescription;

@@ -147,9 +147,9 @@ pub struct Given<'a> {
     pub check: Check,
     /// What a study of this kind is called in sentences.
     pub name: &'static str,
-    pub(super) header: &'a Header,
+    pub(crate) header: &'a Header,
     /// Whether the question has asked for the process of the study.
-    pub(super) asked_process: Cell<bool>,
+    pub(crate) asked_process: Cell<bool>,
 }
 
 impl Given<'_> {
@@ -217,7 +217,7 @@ impl Given<'_> {
     }
 
     /// Refuses what stands in the file beside the question's own table and was not asked for.
-    pub(super) fn refuse_unused(&self) -> Result<()> {
+    pub(crate) fn refuse_unused(&self) -> Result<()> {
         if self.header.process.is_some() && !self.asked_process.get() {
             let problem = format!("has no effect: nothing in {} takes it", self.name);
             return self.check.root().key("process").fail(problem);
@@ -333,7 +333,7 @@ macro_rules! questions {
             }
 
             #[cfg(feature = "report")]
-            fn compute(&self, work: &crate::work::Work) -> Result<()> {
+            pub(crate) fn compute(&self, work: &crate::work::Work) -> Result<()> {
                 match self { $($(#[$gate])* StudyKind::$kind(study, _) => study.compute(work),)* }
             }
 
@@ -343,7 +343,7 @@ macro_rules! questions {
             }
 
             #[cfg(feature = "report")]
-            fn answer(&self, run: &crate::answer::Run<'_>) -> Result<crate::answer::Output> {
+            pub(crate) fn answer(&self, run: &crate::answer::Run<'_>) -> Result<crate::answer::Output> {
                 match self { $($(#[$gate])* StudyKind::$kind(study, shown) => study.answer(shown, run),)* }
             }
         }

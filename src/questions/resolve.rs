@@ -16,7 +16,7 @@ use crate::{
 };
 
 /// Checks the keys of a study of any kind; its machine and the text of the machine's file.
-pub(super) fn header(
+pub(crate) fn header(
     header: &Header,
     folder: &Folder,
     overrides: &Overrides,

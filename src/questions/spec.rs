@@ -29,7 +29,7 @@ struct Versioned {
 ///
 /// # Errors
 /// As [`toml_file::parse`].
-pub(super) fn parse<T: DeserializeOwned>(text: &str, origin: &str) -> Result<T> {
+pub(crate) fn parse<T: DeserializeOwned>(text: &str, origin: &str) -> Result<T> {
     toml_file::parse(text, origin).or_else(|fault| {
         if let Ok(versioned) = toml_file::parse::<Versioned>(text, origin) {
             check_schema(versioned.schema, &Check::new(origin))?;
@@ -42,7 +42,7 @@ pub(super) fn parse<T: DeserializeOwned>(text: &str, origin: &str) -> Result<T> 
 ///
 /// # Errors
 /// It is another than [`SCHEMA`].
-pub(super) fn check_schema(schema: u32, check: &Check) -> Result<()> {
+pub(crate) fn check_schema(schema: u32, check: &Check) -> Result<()> {
     match schema {
         SCHEMA => Ok(()),
         _ => check.key("schema").fail(format!("this program reads studies of version {SCHEMA}, got {schema}")),

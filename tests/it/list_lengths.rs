@@ -265,7 +265,14 @@ fn a_list_of_another_length_is_refused_whatever_the_file_and_the_key() {
     assert!(missing.is_empty(), "not tried: {missing:?}");
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut paths = Vec::new();
-    for folder in ["crates/engine/src/machine/catalogue", "src/study", "studies", "tests/machines", "fuzz/inputs"] {
+    for folder in [
+        "crates/engine/src/machine/catalogue",
+        "src/questions",
+        "src/products",
+        "studies",
+        "tests/machines",
+        "fuzz/inputs",
+    ] {
         files(&root.join(folder), &mut paths);
     }
     assert!(paths.len() > 20, "{paths:?}");

@@ -23,7 +23,6 @@ mod dialect_properties;
 mod dialects;
 mod elastic_tool;
 mod energy;
-mod engine_asset;
 mod equivalent_machines;
 #[cfg(all(feature = "parquet", feature = "vtk"))]
 mod exchange;

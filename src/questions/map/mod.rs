@@ -47,7 +47,7 @@ pub struct WorkspaceMapStudy {
 
 impl WorkspaceMapStudy {
     /// The tool angle of the study nearest to `phi`; rad.
-    pub(super) fn nearest_phi(&self, phi: f64) -> f64 {
+    pub(crate) fn nearest_phi(&self, phi: f64) -> f64 {
         let off = |own: &f64| (own - phi).abs();
         self.phis.iter().copied().min_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or(phi)
     }

@@ -32,7 +32,7 @@ pub struct Shown {
 fn can_turn(machine: &Machine) -> std::result::Result<(), String> {
     let somewhere =
         Toolpath::line(Vector3::zeros(), Vector3::x(), Sampling::default()).map_err(|fault| fault.to_string())?;
-    match free_turn::check(machine, &Placement::default(), &somewhere) {
+    match redundancy::check(machine, &Placement::default(), &somewhere) {
         Err(Error::Argument { problem, .. }) => Err(problem),
         other => other.map_err(|error| error.to_string()),
     }

@@ -37,9 +37,9 @@ pub fn answer(study: &PathStudy, shown: &Shown, run: &Run<'_>) -> Result<Output>
     let mut turns = String::new();
     if let Some((turn, found)) = study.turn.as_ref().and_then(|turn| Some((turn, turn.found.as_deref()?))) {
         let arc_lengths_mm = study.stations.iter().map(|station| station.arc_length_mm);
-        tables.push(("tool_turn".into(), free_turn::report::table(found, arc_lengths_mm)));
-        summary_json["tool_turn"] = free_turn::report::json(found, turn.how());
-        turns = free_turn::report::text(found, turn.how());
+        tables.push(("tool_turn".into(), redundancy::report::table(found, arc_lengths_mm)));
+        summary_json["tool_turn"] = redundancy::report::json(found, turn.how());
+        turns = redundancy::report::text(found, turn.how());
     }
     Ok(Output {
         settings: json!({ "points": study.stations.len() }),

@@ -39,7 +39,7 @@ fn tables(study: &PathStudy) -> Vec<TableNote> {
 
 fn sections(study: &PathStudy, text: &Said) -> Vec<Section> {
     let turn =
-        study.turn.as_ref().and_then(|turn| Some(free_turn::report::sentence(turn.found.as_deref()?, turn.how())));
+        study.turn.as_ref().and_then(|turn| Some(redundancy::report::sentence(turn.found.as_deref()?, turn.how())));
     let turned = turn.map(|sentence| {
         Section::new("How is the tool turned?", "the turn about its axis, which is free")
             .text(&sentence)

@@ -55,7 +55,7 @@ fn cautions(summary: &Summary, study: &PathStudy) -> String {
 /// What was found of the turn about the tool's axis, if it was sought.
 fn turned(study: &PathStudy) -> String {
     let found = study.turn.as_ref().and_then(|turn| Some((turn, turn.found.as_deref()?)));
-    found.map_or_else(String::new, |(turn, found)| free_turn::report::sentence(found, turn.how()))
+    found.map_or_else(String::new, |(turn, found)| redundancy::report::sentence(found, turn.how()))
 }
 
 fn displacement(summary: &Summary, study: &PathStudy, shown: &Shown, source: Source) -> String {
