@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Tries an archive, a wheel or both where there is next to nothing: packaging/try.py FILE... [--keep FOLDER]
 
-Each is unpacked into a root of its own, which holds beside it what `ldd` names (libc, its loader and libgcc) and, for a wheel, the Python that runs
+Each is unpacked into a root of its own, which holds beside it what `ldd` names (libc, its loader and libgcc), /proc and, for a wheel, the Python that runs
 this, its standard library, and what pip installs with the wheel. In there, without a network, without a shell and without the variables of this
 environment, the program runs a study, compensates a program and checks its machines, and Python solves an equilibrium. Linux, as root; pip is needed
 for a wheel. --keep leaves the roots in FOLDER.
@@ -61,9 +61,10 @@ def put_libraries(root, files):
 
 def inside(root, *command, folder="/", **env):
     """What a command prints in `root`."""
-    # Network interfaces of its own, of which there are none.
+    # Network interfaces of its own, of which there are none; /proc is the kernel's, and where a program finds itself.
+    (root / "proc").mkdir(exist_ok=True)
     ran = subprocess.run(
-        ["unshare", "--net", f"--root={root}", f"--wd={folder}", "--", *command],
+        ["unshare", "--net", "--pid", "--fork", "--mount-proc", f"--root={root}", f"--wd={folder}", "--", *command],
         env=env, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=600,
     )
     if ran.returncode != 0:
