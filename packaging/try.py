@@ -21,7 +21,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 # Of the standard library, what is no part of it or of no use without a screen.
-LEFT_OUT = ("site-packages", "dist-packages", "test", "tests", "idlelib", "tkinter", "turtledemo", "ensurepip", "config-*", "__pycache__")
+LEFT_OUT = ("site-packages", "dist-packages", "test", "tests", "idlelib", "tkinter", "_tkinter*", "turtledemo", "ensurepip", "config-*", "__pycache__")
 
 PYTHON = """
 import kinetostat
@@ -110,7 +110,7 @@ def try_wheel(file, root):
     inner.parent.mkdir(parents=True, exist_ok=True)
     shutil.copy2(python, inner)
     (root / "tmp").mkdir()
-    names = put_libraries(root, [python, *(library / "lib-dynload").glob("*.so"), *packages.rglob("*.so")])
+    names = put_libraries(root, [python, *(copied / "lib-dynload").glob("*.so"), *packages.rglob("*.so")])
     print(f"{file.name}: beside Python {platform.python_version()} and what pip installs, {', '.join(names)}")
     said = inside(root, str(python), "-c", PYTHON, PYTHONPATH="/packages", PYTHONDONTWRITEBYTECODE="1")
     print(said, end="")
