@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Tries an archive, a wheel or both where there is next to nothing: packaging/try.py FILE... [--keep FOLDER]
 
-Each is unpacked into a root of its own, which holds beside it what `ldd` names (libc, its loader and libgcc) and, for a wheel, the Python that runs
+Each is unpacked into a root of its own, which holds beside it what `ldd` names (libc, its loader and libgcc), /proc and, for a wheel, the Python that runs
 this, its standard library, and what pip installs with the wheel. In there, without a network, without a shell and without the variables of this
 environment, the program runs a study, compensates a program and checks its machines, and Python solves an equilibrium. Linux, as root; pip is needed
 for a wheel. --keep leaves the roots in FOLDER.
@@ -21,7 +21,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 # Of the standard library, what is no part of it or of no use without a screen.
-LEFT_OUT = ("site-packages", "dist-packages", "test", "tests", "idlelib", "tkinter", "turtledemo", "ensurepip", "config-*", "__pycache__")
+LEFT_OUT = ("site-packages", "dist-packages", "test", "tests", "idlelib", "tkinter", "_tkinter*", "turtledemo", "ensurepip", "config-*", "__pycache__")
 
 PYTHON = """
 import kinetostat
@@ -61,9 +61,10 @@ def put_libraries(root, files):
 
 def inside(root, *command, folder="/", **env):
     """What a command prints in `root`."""
-    # Network interfaces of its own, of which there are none.
+    # Network interfaces of its own, of which there are none; /proc is the kernel's, and where a program finds itself.
+    (root / "proc").mkdir(exist_ok=True)
     ran = subprocess.run(
-        ["unshare", "--net", f"--root={root}", f"--wd={folder}", "--", *command],
+        ["unshare", "--net", "--pid", "--fork", "--mount-proc", f"--root={root}", f"--wd={folder}", "--", *command],
         env=env, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=600,
     )
     if ran.returncode != 0:
@@ -109,7 +110,7 @@ def try_wheel(file, root):
     inner.parent.mkdir(parents=True, exist_ok=True)
     shutil.copy2(python, inner)
     (root / "tmp").mkdir()
-    names = put_libraries(root, [python, *(library / "lib-dynload").glob("*.so"), *packages.rglob("*.so")])
+    names = put_libraries(root, [python, *(copied / "lib-dynload").glob("*.so"), *packages.rglob("*.so")])
     print(f"{file.name}: beside Python {platform.python_version()} and what pip installs, {', '.join(names)}")
     said = inside(root, str(python), "-c", PYTHON, PYTHONPATH="/packages", PYTHONDONTWRITEBYTECODE="1")
     print(said, end="")
