@@ -4,9 +4,12 @@ use std::collections::BTreeMap;
 
 use crate::toolpath::{
     model::{NumberFormat, plain},
-    read::gcode::{
-        dialect::{block_numbers, scan::Scan},
-        lines::{self, Lines},
+    read::{
+        gcode::{
+            dialect::block_numbers,
+            lines::{self, Lines},
+        },
+        scan::Scan,
     },
 };
 
@@ -35,7 +38,7 @@ pub(crate) fn written_out(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
         };
         let start = block_numbers::number(content).map_or_else(|| lines::prefix(content), |(range, _)| range.end);
         let prefix = &content[..start];
-        let code = Scan::new(content, start);
+        let code = Scan::of_line(content, start);
         let text = code.upper(start..code.line.len()).trim().to_owned();
         let mut put = |text: &[u8]| {
             out.extend_from_slice(text);
@@ -122,13 +125,13 @@ impl Cycle {
     fn read(source: &[u8], lines: &Lines, range: std::ops::Range<usize>, is_reaming: bool) -> Option<Cycle> {
         let mut q = BTreeMap::new();
         for line in range {
-            let scan = Scan::new(&source[lines.content(line)], 0);
+            let scan = Scan::of_line(&source[lines.content(line)], 0);
             let code = scan.upper(0..scan.line.len());
             for (at, _) in code.match_indices('Q') {
                 let Some((number, value)) = code[at + 1..].split_once('=') else { continue };
                 let Ok(number) = number.trim().parse::<u32>() else { continue };
-                let mut value = Scan::new(value.trim_start().as_bytes(), 0);
-                q.insert(number, value.number().ok()??.0);
+                let mut value = Scan::of_line(value.trim_start().as_bytes(), 0);
+                q.insert(number, value.decimal().ok()??.0);
                 if value.next().is_some_and(|byte| !matches!(byte, b'Q' | b'~')) {
                     return None;
                 }

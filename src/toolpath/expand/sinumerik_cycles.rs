@@ -2,10 +2,13 @@
 
 use crate::toolpath::{
     model::{gcode::Word, plain},
-    read::gcode::{
-        Statement,
-        dialect::{scan::Scan, sinumerik},
-        lines::{self, Lines},
+    read::{
+        gcode::{
+            Statement,
+            dialect::sinumerik,
+            lines::{self, Lines},
+        },
+        scan::Scan,
     },
 };
 
@@ -72,7 +75,7 @@ pub(crate) fn written_out(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
             }
         }
         if !matches!(found, Line::Other) {
-            let comment = &content[Scan::new(content, 0).line.len()..];
+            let comment = &content[Scan::of_line(content, 0).line.len()..];
             if !comment.is_empty() {
                 put(comment);
             }
@@ -102,7 +105,7 @@ fn is_g(word: &Word, values: &[f64]) -> bool {
 
 /// What a line is; `None` for a cycle that cannot be written out.
 fn line(content: &[u8]) -> Option<Line> {
-    let mut scan = Scan::new(content, lines::prefix(content));
+    let mut scan = Scan::of_line(content, lines::prefix(content));
     if matches!(scan.next(), Some(b'N' | b'n')) {
         let mut number = scan;
         number.at += 1;

@@ -3,3 +3,4 @@
 pub(crate) mod gcode;
 pub(crate) mod polyline;
 pub(crate) mod robot;
+pub(crate) mod scan;

@@ -8,7 +8,10 @@ use std::ops::Range;
 
 use crate::toolpath::{
     model::robot::{Component, Frames, Kind, Number, RobotFault, RobotOptions, Statement, Target},
-    read::robot::{LineCursor, Refusal, Scan, trimmed},
+    read::{
+        robot::{LineCursor, Refusal, trimmed},
+        scan::Scan,
+    },
 };
 
 /// mm in an inch.

@@ -9,7 +9,7 @@ pub(crate) mod scan;
 pub(crate) mod source;
 pub(crate) mod walk;
 
-pub(crate) use {follow::*, frames::*, scan::*, source::*, walk::*};
+pub(crate) use {follow::*, frames::*, source::*, walk::*};
 
 use crate::toolpath::model::{
     NoPoints, NumberFormat, PathPoint, Sampler, Sampling, Toolpath, even_places, program,

@@ -1,47 +1,21 @@
-//! A statement read from left to right.
+//! What statements of robots are read by: names and plain numbers.
 
 use std::ops::Range;
 
-use crate::toolpath::model::robot::RobotFault;
+use crate::toolpath::{model::robot::RobotFault, read::scan::Scan};
 
 /// More digits than this identify no `f64`.
 const MOST_DIGITS: usize = 17;
 
-/// What is left to read of some bytes.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Scan<'a> {
-    bytes: &'a [u8],
-    /// Where the next byte is.
-    pub at: usize,
-}
-
 impl<'a> Scan<'a> {
-    pub fn new(bytes: &'a [u8]) -> Self {
-        Self { bytes, at: 0 }
-    }
-
-    pub fn peek(&self) -> Option<u8> {
-        self.bytes.get(self.at).copied()
-    }
-
-    /// Skips blanks and line endings.
-    pub fn blanks(&mut self) -> &mut Self {
-        while self.peek().is_some_and(|byte| byte.is_ascii_whitespace()) {
-            self.at += 1;
-        }
-        self
+    /// A statement; line endings are blank.
+    pub fn new(line: &'a [u8]) -> Self {
+        Self { line, at: 0, is_blank: |byte| byte.is_ascii_whitespace() }
     }
 
     /// Whether nothing but blanks is left.
     pub fn is_done(&mut self) -> bool {
-        self.blanks().peek().is_none()
-    }
-
-    /// Whether `byte` comes next behind blanks, which is then passed.
-    pub fn takes(&mut self, byte: u8) -> bool {
-        let is_next = self.blanks().peek() == Some(byte);
-        self.at += usize::from(is_next);
-        is_next
+        self.next().is_none()
     }
 
     pub fn expect(&mut self, byte: u8, expected: &'static str) -> Result<(), RobotFault> {
@@ -54,12 +28,10 @@ impl<'a> Scan<'a> {
         let start = self.blanks().at;
         let is_of_name = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'$');
         if self.peek().is_some_and(|byte| !byte.is_ascii_digit()) {
-            while self.peek().is_some_and(is_of_name) {
-                self.at += 1;
-            }
+            self.run(is_of_name);
         }
         // The bytes are ASCII.
-        (std::str::from_utf8(&self.bytes[start..self.at]).unwrap_or_default(), start..self.at)
+        (std::str::from_utf8(&self.line[start..self.at]).unwrap_or_default(), start..self.at)
     }
 
     /// The plain number that comes next behind blanks, and where it stands.
@@ -68,7 +40,7 @@ impl<'a> Scan<'a> {
         let start = self.blanks().at;
         let mut at = start + usize::from(matches!(self.peek(), Some(b'+' | b'-')));
         let digits = |mut at: usize| {
-            while self.bytes.get(at).is_some_and(u8::is_ascii_digit) {
+            while self.line.get(at).is_some_and(u8::is_ascii_digit) {
                 at += 1;
             }
             at
@@ -76,7 +48,7 @@ impl<'a> Scan<'a> {
         let whole = at;
         at = digits(at);
         let mut count = at - whole;
-        if self.bytes.get(at) == Some(&b'.') {
+        if self.line.get(at) == Some(&b'.') {
             let end = digits(at + 1);
             count += end - at - 1;
             at = end;
@@ -84,27 +56,22 @@ impl<'a> Scan<'a> {
         if count == 0 || count > MOST_DIGITS {
             return Err(fault);
         }
-        if matches!(self.bytes.get(at), Some(b'e' | b'E')) {
-            let sign = at + 1 + usize::from(matches!(self.bytes.get(at + 1), Some(b'+' | b'-')));
+        if matches!(self.line.get(at), Some(b'e' | b'E')) {
+            let sign = at + 1 + usize::from(matches!(self.line.get(at + 1), Some(b'+' | b'-')));
             let end = digits(sign);
             if end > sign {
                 at = end;
             }
         }
-        let text = std::str::from_utf8(&self.bytes[start..at]).unwrap_or_default();
+        let text = std::str::from_utf8(&self.line[start..at]).unwrap_or_default();
         let value = text.parse().ok().filter(|value: &f64| value.is_finite()).ok_or(fault)?;
         self.at = at;
         Ok((value, start..at))
     }
 
-    /// What is left.
-    pub fn rest(&self) -> &'a [u8] {
-        &self.bytes[self.at..]
-    }
-
     /// Whether an operator comes next, so that what was read is part of an expression.
     pub fn is_in_expression(&mut self) -> bool {
-        matches!(self.blanks().peek(), Some(b'+' | b'-' | b'*' | b'/' | b':'))
+        matches!(self.next(), Some(b'+' | b'-' | b'*' | b'/' | b':'))
     }
 }
 

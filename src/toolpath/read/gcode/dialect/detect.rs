@@ -2,9 +2,12 @@
 
 use crate::toolpath::{
     model::gcode::Dialect,
-    read::gcode::{
-        dialect::{block_numbers, scan::Scan, sinumerik_words},
-        lines,
+    read::{
+        gcode::{
+            dialect::{block_numbers, sinumerik_words},
+            lines,
+        },
+        scan::Scan,
     },
 };
 
@@ -26,7 +29,7 @@ impl Dialect {
 
 fn begins_heidenhain(line: &[u8]) -> bool {
     let start = block_numbers::number(line).map_or(lines::blanks(line), |(range, _)| range.end);
-    let mut scan = Scan::new(line, start);
+    let mut scan = Scan::of_line(line, start);
     let mut word = || {
         scan.next();
         scan.letters()
@@ -43,7 +46,7 @@ fn shows_sinumerik(line: &[u8]) -> bool {
     if line[start..].iter().any(|byte| matches!(byte, b'#' | b'<' | b'%' | b'$' | b'?' | b'!' | b'~')) {
         return false;
     }
-    let mut scan = Scan::new(line, start);
+    let mut scan = Scan::of_line(line, start);
     while let Some(byte) = scan.next() {
         if byte == b'(' {
             // A comment of ISO.

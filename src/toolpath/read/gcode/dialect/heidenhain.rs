@@ -5,14 +5,16 @@ use crate::toolpath::{
         Plane,
         gcode::{Fault, Foreign, GWord, LengthUnit, Refusal, Setting, Unsupported, Vocable, Word},
     },
-    read::gcode::{
-        Statement,
-        dialect::{
-            block_numbers,
-            heidenhain_words::{self, OF_MACHINE, OF_TIP, Verb},
-            scan::Scan,
+    read::{
+        gcode::{
+            Statement,
+            dialect::{
+                block_numbers,
+                heidenhain_words::{self, OF_MACHINE, OF_TIP, Verb},
+            },
+            lines,
         },
-        lines,
+        scan::Scan,
     },
 };
 
@@ -52,11 +54,11 @@ impl Reader {
         let goes_on = line.trim_ascii_end().ends_with(b"~");
         if let Some(block) = self.continued {
             self.continued = self.continued.filter(|_| goes_on);
-            let words = if block == Continued::Preset { preset(Scan::new(line, 0))? } else { Vec::new() };
+            let words = if block == Continued::Preset { preset(Scan::of_line(line, 0))? } else { Vec::new() };
             return Ok(Statement::Words { words, prefix: 0 });
         }
         let start = block_numbers::number(line).map_or_else(|| lines::prefix(line), |(range, _)| range.end);
-        let mut scan = Scan::new(line, start);
+        let mut scan = Scan::of_line(line, start);
         scan.next();
         let prefix = scan.at;
         // A heading of the program's outline.
@@ -131,7 +133,7 @@ impl Reader {
     fn tool(&mut self, mut scan: Scan) -> Result<Vec<Word>, Refusal> {
         let mut words = Vec::new();
         scan.next();
-        if let Some((number, range)) = scan.number()? {
+        if let Some((number, range)) = scan.decimal()? {
             words.push(Word::plain('T', number, range.clone()));
             words.push(Word::plain('M', 6.0, range));
         }
@@ -141,7 +143,7 @@ impl Reader {
                 scan.closed(b'"', b'"')?;
                 continue;
             }
-            if scan.number()?.is_some() {
+            if scan.decimal()?.is_some() {
                 // How much it is longer or thicker than its table says.
                 continue;
             }
@@ -154,7 +156,7 @@ impl Reader {
                 "S" | "F" => {
                     scan.next();
                     let (value, number) =
-                        scan.number()?.ok_or_else(|| scan.refuse(start, heidenhain_words::no_number(&scan)))?;
+                        scan.decimal()?.ok_or_else(|| scan.refuse(start, heidenhain_words::no_number(&scan)))?;
                     if letters == "F" {
                         self.tool_feed = Some(value);
                     }
@@ -178,7 +180,7 @@ impl Reader {
         scan.next();
         let refuse = |foreign: Foreign| Err(scan.refuse_all(start, foreign));
         let mut rest = scan;
-        let Some((number, range)) = rest.number()? else { return refuse(Foreign::Cycle) };
+        let Some((number, range)) = rest.decimal()? else { return refuse(Foreign::Cycle) };
         match number.trunc() as u32 {
             7 if scan.upper(range).ends_with(".0") => Ok(Vec::new()),
             7 => {
@@ -229,7 +231,7 @@ fn preset(mut scan: Scan) -> Result<Vec<Word>, Refusal> {
         return Err(scan.refuse(at, Foreign::NoNumber));
     }
     scan.next();
-    let (value, number) = scan.number()?.ok_or_else(|| scan.refuse(at, heidenhain_words::no_number(&scan)))?;
+    let (value, number) = scan.decimal()?.ok_or_else(|| scan.refuse(at, heidenhain_words::no_number(&scan)))?;
     Ok(vec![Word { asks: Some(&PRESET), ..heidenhain_words::word('G', value, at, number)? }])
 }
 

@@ -7,7 +7,7 @@ use crate::toolpath::{
         Turn,
         gcode::{Distance, Fault, FeedMode, Foreign, GWord, MotionCode, Refusal, Setting, Unsupported, Vocable, Word},
     },
-    read::gcode::dialect::scan::Scan,
+    read::scan::Scan,
 };
 
 /// What a block begins with.
@@ -101,7 +101,7 @@ fn axis(letters: &str) -> Option<(char, Option<Distance>)> {
 
 fn coordinate(scan: &mut Scan, letter: char, distance: Option<Distance>, start: usize) -> Result<Word, Refusal> {
     scan.next();
-    let (value, number) = scan.number()?.ok_or_else(|| scan.refuse(start, no_number(scan)))?;
+    let (value, number) = scan.decimal()?.ok_or_else(|| scan.refuse(start, no_number(scan)))?;
     Ok(Word { distance, ..word(letter, value, start, number)? })
 }
 
@@ -140,7 +140,7 @@ impl Block<'_> {
                 if self.scan.next().is_some_and(|byte| byte.is_ascii_alphabetic()) {
                     self.scan.letters();
                 } else {
-                    self.scan.number()?;
+                    self.scan.decimal()?;
                 }
             }
             "R" if matches!(self.verb, Verb::Line | Verb::Arc | Verb::ArcByRadius) => self.radius(start)?,
@@ -168,7 +168,7 @@ impl Block<'_> {
 
     /// R: the radius of CR; otherwise whether the control takes the tool's radius into account.
     fn radius(&mut self, start: usize) -> Result<(), Refusal> {
-        match self.scan.number()? {
+        match self.scan.decimal()? {
             Some((value, number)) if self.verb == Verb::ArcByRadius && value != 0.0 => {
                 self.words.push(word('R', value, start, number)?);
                 Ok(())
@@ -203,7 +203,7 @@ impl Block<'_> {
             }
             _ => {
                 self.scan.next();
-                match self.scan.number()? {
+                match self.scan.decimal()? {
                     Some((value, number)) => self.words.push(word('F', value, start, number)?),
                     None if no_number(&self.scan) == Foreign::Parameter => {
                         return Err(self.scan.refuse(start, Foreign::Parameter));
@@ -218,7 +218,7 @@ impl Block<'_> {
     /// M with a number; without one it is none.
     fn m_function(&mut self, start: usize) -> Result<(), Refusal> {
         self.scan.next();
-        let Some((value, number)) = self.scan.number()? else { return Ok(()) };
+        let Some((value, number)) = self.scan.decimal()? else { return Ok(()) };
         let mut word = word('M', value, start, number)?;
         let asks = match word.whole()? {
             2 | 30 => &END,
@@ -250,7 +250,7 @@ impl Block<'_> {
         rest.next();
         if rest.letters() == "F" {
             rest.next();
-            if rest.number()?.is_some() {
+            if rest.decimal()?.is_some() {
                 self.scan = rest;
             }
         }

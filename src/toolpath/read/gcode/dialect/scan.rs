@@ -1,59 +1,22 @@
-//! A line read from left to right.
+//! What lines of dialects are read by: letters, numbers and what brackets close.
 
 use std::ops::Range;
 
 use crate::toolpath::{
     model::gcode::{Fault, Foreign, Refusal},
-    read::gcode::lines::is_blank,
+    read::{gcode::lines::is_blank, scan::Scan},
 };
-
-/// A line, and how far it has been read.
-#[derive(Clone, Copy)]
-pub(crate) struct Scan<'a> {
-    /// Without its comment.
-    pub line: &'a [u8],
-    pub at: usize,
-}
 
 impl<'a> Scan<'a> {
     /// `line` from `at` on, as far as a comment behind `;`, which does not begin within quotes.
-    pub fn new(line: &'a [u8], at: usize) -> Scan<'a> {
+    pub fn of_line(line: &'a [u8], at: usize) -> Scan<'a> {
         let mut quoted = false;
         let comment = line.iter().position(|byte| {
             quoted ^= *byte == b'"';
             *byte == b';' && !quoted
         });
         let end = comment.unwrap_or(line.len());
-        Scan { line: &line[..end], at: at.min(end) }
-    }
-
-    /// The next byte.
-    pub fn peek(&self) -> Option<u8> {
-        self.line.get(self.at).copied()
-    }
-
-    /// The next byte that is no blank.
-    pub fn next(&mut self) -> Option<u8> {
-        while self.peek().is_some_and(is_blank) {
-            self.at += 1;
-        }
-        self.peek()
-    }
-
-    /// Steps over `byte`, blanks before it as well, if it comes next.
-    pub fn takes(&mut self, byte: u8) -> bool {
-        let found = self.next() == Some(byte);
-        self.at += usize::from(found);
-        found
-    }
-
-    /// Steps over the bytes that pass `test`.
-    pub fn run(&mut self, test: impl Fn(u8) -> bool) -> Range<usize> {
-        let start = self.at;
-        while self.peek().is_some_and(&test) {
-            self.at += 1;
-        }
-        start..self.at
+        Scan { line: &line[..end], at: at.min(end), is_blank }
     }
 
     /// Steps over letters and gives them in upper case.
@@ -69,7 +32,7 @@ impl<'a> Scan<'a> {
 
     /// Steps over a number and gives it with its place: sign, digits, and a point or a comma among them. Where none comes next,
     /// nothing is read.
-    pub fn number(&mut self) -> Result<Option<(f64, Range<usize>)>, Refusal> {
+    pub fn decimal(&mut self) -> Result<Option<(f64, Range<usize>)>, Refusal> {
         let start = self.at;
         let mut probe = *self;
         if matches!(probe.peek(), Some(b'+' | b'-')) {

@@ -3,13 +3,13 @@
 
 use crate::toolpath::{
     model::gcode::{Distance, Fault, Foreign, Refusal, Unsupported, Word},
-    read::gcode::{
-        Statement,
-        dialect::{
-            scan::Scan,
-            sinumerik_words::{self, Assigned, Name},
+    read::{
+        gcode::{
+            Statement,
+            dialect::sinumerik_words::{self, Assigned, Name},
+            lines,
         },
-        lines,
+        scan::Scan,
     },
 };
 
@@ -19,7 +19,7 @@ pub(crate) fn statement(line: &[u8]) -> Result<Statement, Refusal> {
     if line.get(prefix) == Some(&b'%') {
         return Ok(Statement::Percent);
     }
-    let mut block = Block { scan: Scan::new(line, prefix), words: Vec::new(), adds: false, machine_axis: None };
+    let mut block = Block { scan: Scan::of_line(line, prefix), words: Vec::new(), adds: false, machine_axis: None };
     while let Some(byte) = block.scan.next() {
         block.token(byte)?;
     }
@@ -154,7 +154,7 @@ impl Block<'_> {
         self.scan.next();
         let (distance, closes) = self.mode();
         self.scan.next();
-        let Some((value, number)) = self.scan.number()? else {
+        let Some((value, number)) = self.scan.decimal()? else {
             let foreign = match self.scan.peek() {
                 Some(byte) if byte.is_ascii_graphic() => Foreign::Parameter,
                 _ => Foreign::NoNumber,

@@ -6,7 +6,7 @@ use nalgebra::Isometry3;
 
 use crate::toolpath::{
     model::robot::{Component, Number, RobotFault, Target, of_abc},
-    read::robot::Scan,
+    read::scan::Scan,
 };
 
 /// The bytes of the braces that come next, with all within them.

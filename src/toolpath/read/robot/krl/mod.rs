@@ -7,7 +7,10 @@ use std::ops::Range;
 
 use crate::toolpath::{
     model::robot::{RobotFault, RobotOptions, Statement},
-    read::robot::{Base, Bases, LineCursor, Refusal, Scan, Tool, Tools, krl::points::Points, trimmed},
+    read::{
+        robot::{Base, Bases, LineCursor, Refusal, Tool, Tools, krl::points::Points, trimmed},
+        scan::Scan,
+    },
 };
 
 mod frame;

@@ -4,10 +4,12 @@ use std::ops::Range;
 
 use crate::toolpath::{
     model::robot::{Component, Frames, Kind, RobotFault, Statement, Target},
-    read::robot::{
-        Scan,
-        krl::{Reader, frame, state::place},
-        trimmed,
+    read::{
+        robot::{
+            krl::{Reader, frame, state::place},
+            trimmed,
+        },
+        scan::Scan,
     },
 };
 

@@ -4,7 +4,10 @@ use std::{collections::HashMap, ops::Range};
 
 use crate::toolpath::{
     model::robot::RobotFault,
-    read::robot::{LineCursor, Scan, krl::frame, trimmed},
+    read::{
+        robot::{LineCursor, krl::frame, trimmed},
+        scan::Scan,
+    },
 };
 
 /// What a name stands for.

@@ -4,10 +4,13 @@ use std::ops::Range;
 
 use crate::toolpath::{
     model::robot::RobotFault,
-    read::robot::{
-        Base, Scan, Tool,
-        krl::{FIXED_TOOL, Reader, frame},
-        trimmed,
+    read::{
+        robot::{
+            Base, Tool,
+            krl::{FIXED_TOOL, Reader, frame},
+            trimmed,
+        },
+        scan::Scan,
     },
 };
 

@@ -6,10 +6,13 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
 use crate::toolpath::{
     model::robot::{Component, Number, RobotFault},
-    read::robot::{
-        Refusal, Scan,
-        rapid::lex::{Unit, Units},
-        trimmed,
+    read::{
+        robot::{
+            Refusal,
+            rapid::lex::{Unit, Units},
+            trimmed,
+        },
+        scan::Scan,
     },
 };
 

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::toolpath::{
     model::robot::RobotFault,
-    read::robot::{Refusal, Scan},
+    read::{robot::Refusal, scan::Scan},
 };
 
 /// A statement, or what opens or closes a part of a module.

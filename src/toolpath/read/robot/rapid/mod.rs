@@ -6,12 +6,15 @@
 
 use crate::toolpath::{
     model::robot::{RobotFault, RobotOptions, Statement},
-    read::robot::{
-        Bases, Refusal, Scan, Tools,
-        rapid::{
-            data::Data,
-            lex::{Unit, Units},
+    read::{
+        robot::{
+            Bases, Refusal, Tools,
+            rapid::{
+                data::Data,
+                lex::{Unit, Units},
+            },
         },
+        scan::Scan,
     },
 };
 
@@ -143,7 +146,7 @@ impl<'a> Reader<'a> {
                 let mut behind = Scan::new(&text.as_bytes()[word.len()..]);
                 let is_assignment = lex::code(text.as_bytes())
                     .any(|(at, byte)| byte == b':' && text.as_bytes().get(at + 1) == Some(&b'='));
-                let is_place = matches!(behind.blanks().peek(), Some(b':' | b'.' | b'{'));
+                let is_place = matches!(behind.next(), Some(b':' | b'.' | b'{'));
                 if !(is_assignment && is_place) {
                     self.check_call(word)?;
                 }

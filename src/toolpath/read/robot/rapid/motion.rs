@@ -9,14 +9,17 @@ use crate::toolpath::{
         robot::{Component, Frames, Kind, Number, RobotFault, Statement, Target},
         shortest,
     },
-    read::robot::{
-        Base, Scan, Tool,
-        rapid::{
-            Reader,
-            data::{self, Type},
-            lex::{self, Unit},
+    read::{
+        robot::{
+            Base, Tool,
+            rapid::{
+                Reader,
+                data::{self, Type},
+                lex::{self, Unit},
+            },
+            trimmed,
         },
-        trimmed,
+        scan::Scan,
     },
 };
 
@@ -112,7 +115,7 @@ impl Reader<'_> {
 
     /// A target in brackets, or by its name.
     fn pose(&self, scan: &mut Scan<'_>) -> Result<(Vec<u8>, Vec<Number>), RobotFault> {
-        if scan.blanks().peek() == Some(b'[') {
+        if scan.next() == Some(b'[') {
             let rest = scan.rest();
             let mut depth = 0usize;
             let close = lex::code(rest).find(|(_, byte)| {
